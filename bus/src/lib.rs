@@ -1,0 +1,24 @@
+//! Floor 1: what the processes share and nothing else. Messages, topics, the clock, the run's folder, the scene file.
+//!
+//! This is the only crate that names iceoryx2. Everybody else sees [`Bus`] and the ports it hands out.
+//!
+//! * [`message`]: plain `repr(C)` structs with versioned type names; numbers only.
+//! * [`topic`]: the one table of topics.
+//! * [`Bus`], [`port`]: publishers, subscribers, the shared volume, requests and replies.
+//! * [`volume`]: how voxels lie in shared memory, and reading them in place.
+//! * [`clock`]: one monotonic clock per run, in nanoseconds, fakeable.
+//! * [`run`]: the folder, the lock and the left-overs of a run.
+//! * [`scene`]: the scene file, raw and checked.
+
+pub mod clock;
+pub mod message;
+mod node;
+pub mod port;
+pub mod process;
+pub mod run;
+pub mod scene;
+pub mod topic;
+pub mod volume;
+pub mod wake;
+
+pub use node::{Bus, BusError};

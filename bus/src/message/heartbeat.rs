@@ -1,0 +1,89 @@
+//! The sign of life that each process gives, with its counters.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::{field_text, text_field};
+
+/// Published by each process a few times a second.
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("trocar/Heartbeat/1")]
+pub struct Heartbeat {
+    /// The process.
+    pub pid: u32,
+    /// Code of a [`ProcessState`].
+    pub state: u32,
+    /// When, ns on the run's clock.
+    pub t_ns: i64,
+    /// What the process has done so far.
+    pub counters: Counters,
+    /// Why it waits or what it does, in words.
+    pub note: [u8; 96],
+}
+
+const _: () = assert!(size_of::<Heartbeat>() == 152 && size_of::<Counters>() == 40);
+
+/// What a process has done since it started; each process fills in what applies.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("trocar/Counters/1")]
+pub struct Counters {
+    /// Messages published: poses, frames or volumes.
+    pub published: u64,
+    /// Poses published as lost, or frames drawn without a pose.
+    pub lost: u64,
+    /// Poses or messages that never were handled because newer ones had come.
+    pub dropped: u64,
+    /// Poses refused at the door.
+    pub refused: u64,
+    /// Messages written to disk.
+    pub recorded: u64,
+}
+
+/// Where a process stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProcessState {
+    /// Waits for what it needs, or loads.
+    Starting,
+    /// Does its work.
+    Ready,
+    /// Ends in an orderly way.
+    Stopping,
+}
+
+impl ProcessState {
+    const fn code(self) -> u32 {
+        match self {
+            Self::Starting => 0,
+            Self::Ready => 1,
+            Self::Stopping => 2,
+        }
+    }
+}
+
+impl Heartbeat {
+    /// A sign of life of this process.
+    pub fn new(state: ProcessState, t_ns: i64, counters: Counters, note: &str) -> Self {
+        Self {
+            pid: std::process::id(),
+            state: state.code(),
+            t_ns,
+            counters,
+            note: text_field(note),
+        }
+    }
+
+    /// Where the process stands; an unknown code counts as starting.
+    pub fn process_state(&self) -> ProcessState {
+        match self.state {
+            1 => ProcessState::Ready,
+            2 => ProcessState::Stopping,
+            _ => ProcessState::Starting,
+        }
+    }
+
+    /// The note in words.
+    pub fn note_text(&self) -> String {
+        field_text(&self.note)
+    }
+}

@@ -1,0 +1,47 @@
+//! What goes over the bus: plain `repr(C)` numbers with versioned type names and asserted sizes.
+//!
+//! iceoryx2 compares type name, size and alignment when a process joins a topic, but not the order of the fields: a
+//! changed layout needs a new version in its name. Each message is turned into typed geometry once, at the door
+//! ([`ToolPose::tracked`], [`VolumeHeader::grid`]), where impossible values are refused.
+
+mod command;
+mod frame;
+mod heartbeat;
+mod pose;
+mod volume_header;
+
+pub use command::{Command, CommandKind, ReplyHeader};
+pub use frame::{FrameHeader, FrameStamp, FrameState};
+pub use heartbeat::{Counters, Heartbeat, ProcessState};
+pub use pose::{Lost, PoseError, ToolPose, Tracked};
+pub use volume_header::{HeaderError, VolumeHash, VolumeHeader};
+
+/// A fixed-size text field: UTF-8, cut at a character's boundary, zero-padded.
+pub(crate) fn text_field<const N: usize>(text: &str) -> [u8; N] {
+    let mut end = text.len().min(N);
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    let mut field = [0; N];
+    field[..end].copy_from_slice(&text.as_bytes()[..end]);
+    field
+}
+
+/// The text of a field, with anything that is not UTF-8 replaced.
+pub(crate) fn field_text(field: &[u8]) -> String {
+    let end = field.iter().position(|&b| b == 0).unwrap_or(field.len());
+    String::from_utf8_lossy(&field[..end]).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_fields_cut_at_characters() {
+        let field = text_field::<4>("abcé");
+        assert_eq!(field_text(&field), "abc");
+        assert_eq!(field_text(&text_field::<8>("abcé")), "abcé");
+        assert_eq!(field_text(&[0xff, b'a', 0, b'b']), "\u{fffd}a");
+    }
+}

@@ -1,0 +1,251 @@
+//! The tool's pose, as published by the tracker process.
+
+use geometry::{Ct, DoorError, Rigid, Tool, door};
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::clock;
+
+/// One sample of the tool's pose in the patient, or the reason why there is none.
+///
+/// On the wire: numbers only. Read it through [`ToolPose::tracked`].
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("trocar/ToolPose/1")]
+pub struct ToolPose {
+    /// Counts the samples of a run from 0; a gap means that samples were lost.
+    pub seq: u64,
+    /// The source's own time of the measurement, ns: the localizer's clock, the simulator's script, a recording.
+    pub t_device_ns: i64,
+    /// When the sample was captured, ns on the run's clock.
+    pub t_capture_ns: i64,
+    /// When it was published, ns on the run's clock.
+    pub t_publish_ns: i64,
+    /// Identifies the registration (and calibrations) that `ct_from_tool` rests on.
+    pub registration_id: u64,
+    /// 0 is valid; anything else is the code of a [`Lost`].
+    pub status: u32,
+    /// How many emitters the localizer saw.
+    pub visible: u32,
+    /// Unit quaternion (w, x, y, z) of `ct_from_tool`; all zero when lost.
+    pub q: [f64; 4],
+    /// Translation of `ct_from_tool`, mm; all zero when lost.
+    pub t_mm: [f64; 3],
+    /// Upper triangle, row by row, of the 6x6 covariance of (rotation vector, translation) in `Ct`; rad and mm.
+    pub covariance: [f64; 21],
+    /// Root of the mean squared distance per emitter of the marker's fit, mm.
+    pub fre_rms_mm: f64,
+}
+
+const _: () = assert!(size_of::<ToolPose>() == 280 && align_of::<ToolPose>() == 8);
+
+/// Why there is no pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lost {
+    /// The localizer does not see the marker.
+    NotSeen,
+    /// The source has delivered nothing for longer than the scene's limit.
+    Silent,
+    /// A pose arrived that is not a pose: NaN, or a quaternion that is not a rotation.
+    Refused,
+}
+
+impl Lost {
+    /// The code on the wire; 0 is kept for valid poses.
+    pub const fn code(self) -> u32 {
+        match self {
+            Self::NotSeen => 1,
+            Self::Silent => 2,
+            Self::Refused => 3,
+        }
+    }
+
+    /// The reason with this code.
+    pub const fn from_code(code: u32) -> Option<Self> {
+        match code {
+            1 => Some(Self::NotSeen),
+            2 => Some(Self::Silent),
+            3 => Some(Self::Refused),
+            _ => None,
+        }
+    }
+
+    /// The reason in a few words, for the image and the report.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::NotSeen => "marker not seen",
+            Self::Silent => "tracker silent",
+            Self::Refused => "pose refused",
+        }
+    }
+}
+
+/// A value or a reason, never a sentinel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tracked {
+    /// The pose `ct_from_tool`.
+    Valid(Rigid<Ct, Tool>),
+    /// No pose, and why.
+    Lost(Lost),
+}
+
+/// Why a pose from the bus was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PoseError {
+    /// The numbers are not a rigid transform.
+    #[error("pose {seq}: {source}")]
+    NotRigid {
+        /// Which sample.
+        seq: u64,
+        /// What is wrong with the numbers.
+        source: DoorError,
+    },
+    /// The sample claims to be captured later than now: its age would never be noticed.
+    #[error(
+        "pose {seq}: captured {ahead_ms:.1} ms in the future; at most {allowed_ms:.1} ms are allowed. Stamps are ns since the run's epoch on CLOCK_MONOTONIC"
+    )]
+    Future {
+        /// Which sample.
+        seq: u64,
+        /// How far ahead.
+        ahead_ms: f64,
+        /// The most that is taken for jitter between two readings of the clock.
+        allowed_ms: f64,
+    },
+    /// The status is neither valid nor a known reason.
+    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to 3")]
+    UnknownStatus {
+        /// Which sample.
+        seq: u64,
+        /// The code found.
+        found: u32,
+    },
+}
+
+/// All processes read one clock, so a stamp can be ahead only by what its maker rounds.
+const FUTURE_NS: i64 = 5_000_000;
+/// Both sides normalise in f64, so a quaternion further from unit than this was not made by a tracker process.
+const UNIT_TOLERANCE: f64 = 1e-9;
+
+impl ToolPose {
+    /// A sample without a pose, to be filled in; every number is zero.
+    pub const EMPTY: Self = Self {
+        seq: 0,
+        t_device_ns: 0,
+        t_capture_ns: 0,
+        t_publish_ns: 0,
+        registration_id: 0,
+        status: 1,
+        visible: 0,
+        q: [0.0; 4],
+        t_mm: [0.0; 3],
+        covariance: [0.0; 21],
+        fre_rms_mm: 0.0,
+    };
+
+    /// Puts the pose, or the reason why there is none, into the message.
+    pub fn set(&mut self, tracked: Tracked) {
+        match tracked {
+            Tracked::Valid(ct_from_tool) => {
+                self.status = 0;
+                self.q = ct_from_tool.quaternion();
+                self.t_mm = ct_from_tool.translation_mm();
+            }
+            Tracked::Lost(reason) => {
+                self.status = reason.code();
+                self.q = [0.0; 4];
+                self.t_mm = [0.0; 3];
+            }
+        }
+    }
+
+    /// The same as [`ToolPose::tracked`] for a sample that arrived at `now_ns` on the run's clock: one from the future is
+    /// refused too, as it would never grow old.
+    ///
+    /// # Errors
+    /// [`PoseError`].
+    pub fn tracked_at(&self, now_ns: i64) -> Result<Tracked, PoseError> {
+        let ahead = self.t_capture_ns.saturating_sub(now_ns);
+        if ahead > FUTURE_NS {
+            return Err(PoseError::Future {
+                seq: self.seq,
+                ahead_ms: clock::ms(ahead),
+                allowed_ms: clock::ms(FUTURE_NS),
+            });
+        }
+        self.tracked()
+    }
+
+    /// The typed pose: the door from the bus to geometry.
+    ///
+    /// # Errors
+    /// [`PoseError`]: a NaN, a quaternion that is not unit to 1e-9, an unknown status.
+    pub fn tracked(&self) -> Result<Tracked, PoseError> {
+        if self.status == 0 {
+            return door::rigid(self.q, self.t_mm, UNIT_TOLERANCE)
+                .map(Tracked::Valid)
+                .map_err(|source| PoseError::NotRigid { seq: self.seq, source });
+        }
+        Lost::from_code(self.status)
+            .map(Tracked::Lost)
+            .ok_or(PoseError::UnknownStatus {
+                seq: self.seq,
+                found: self.status,
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Vector;
+
+    #[test]
+    fn poses_come_back_bit_for_bit() {
+        let pose: Rigid<Ct, Tool> =
+            Rigid::from_rotation_vector(Vector::new(0.3, -1.2, 0.7), Vector::new(12.5, -40.0, 1e-3));
+        let mut message = ToolPose::EMPTY;
+        message.set(Tracked::Valid(pose));
+        assert_eq!(message.tracked(), Ok(Tracked::Valid(pose)));
+    }
+
+    #[test]
+    fn a_lost_pose_carries_no_numbers() {
+        let mut message = ToolPose::EMPTY;
+        message.set(Tracked::Valid(Rigid::identity()));
+        message.set(Tracked::Lost(Lost::NotSeen));
+        assert_eq!(message.q, [0.0; 4]);
+        assert_eq!(message.tracked(), Ok(Tracked::Lost(Lost::NotSeen)));
+    }
+
+    #[test]
+    fn a_pose_from_the_future_is_refused() {
+        let mut message = ToolPose::EMPTY;
+        message.set(Tracked::Valid(Rigid::identity()));
+        message.t_capture_ns = 1_000_000_000;
+        assert!(message.tracked_at(1_000_000_000 - FUTURE_NS).is_ok());
+        let error = message.tracked_at(0).unwrap_err().to_string();
+        assert!(error.contains("captured 1000.0 ms in the future"), "{error}");
+        message.t_capture_ns = i64::MAX;
+        assert!(message.tracked_at(i64::MIN).is_err());
+    }
+
+    #[test]
+    fn impossible_poses_are_refused() {
+        let mut message = ToolPose::EMPTY;
+        message.set(Tracked::Valid(Rigid::identity()));
+        message.seq = 41;
+        for bad in [f64::NAN, f64::INFINITY] {
+            let mut nan = message;
+            nan.t_mm[1] = bad;
+            let text = nan.tracked().unwrap_err().to_string();
+            assert!(text.contains("pose 41") && text.contains("finite"), "{text}");
+        }
+        message.q = [1.0, 0.1, 0.0, 0.0];
+        assert!(matches!(message.tracked(), Err(PoseError::NotRigid { seq: 41, .. })));
+        message.status = 77;
+        assert!(matches!(
+            message.tracked(),
+            Err(PoseError::UnknownStatus { found: 77, .. })
+        ));
+    }
+}

@@ -1,0 +1,123 @@
+//! A process's membership in a run: one iceoryx2 node with the run's own root path and prefix.
+
+use std::time::Duration;
+
+use iceoryx2::prelude::*;
+
+use crate::clock::Clock;
+use crate::run::RunContext;
+
+pub(crate) type Ipc = ipc::Service;
+
+/// How many processes may take part in a topic at a time.
+pub(crate) const MAX_NODES: usize = 32;
+
+/// Why the bus did not do what was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum BusError {
+    /// The run's root path or prefix is not acceptable to iceoryx2.
+    #[error("joining run {run:?}: {why}")]
+    Join {
+        /// The run.
+        run: String,
+        /// iceoryx2's words.
+        why: String,
+    },
+    /// A port could not be opened.
+    #[error("opening topic {topic:?} to {what}: {why}")]
+    Open {
+        /// The topic.
+        topic: String,
+        /// The kind of port.
+        what: &'static str,
+        /// iceoryx2's words.
+        why: String,
+    },
+    /// A message could not be sent or received.
+    #[error("topic {topic:?}: {what}: {why}")]
+    Transfer {
+        /// The topic.
+        topic: String,
+        /// What was being done.
+        what: &'static str,
+        /// iceoryx2's words.
+        why: String,
+    },
+    /// Nobody answered a request in time.
+    #[error("{service}: no answer within {waited:?}")]
+    NoAnswer {
+        /// The service that was asked.
+        service: String,
+        /// How long the client waited.
+        waited: Duration,
+    },
+    /// A header on the bus is impossible.
+    #[error(transparent)]
+    Header(#[from] crate::message::HeaderError),
+}
+
+/// A process's place on the bus of one run. Ports are opened through [`crate::port`]; they live on one thread.
+#[derive(Debug)]
+pub struct Bus {
+    pub(crate) node: Node<Ipc>,
+    clock: Clock,
+}
+
+impl Bus {
+    /// Joins a run. Left-overs of dead processes of this run are removed on the way.
+    ///
+    /// # Errors
+    /// [`BusError::Join`].
+    pub fn join(run: &RunContext) -> Result<Self, BusError> {
+        let fail = |why: String| BusError::Join {
+            run: run.name.clone(),
+            why,
+        };
+        // iceoryx2 explains itself on stderr; its errors reach the user through ours, once.
+        set_log_level(LogLevel::Fatal);
+        let config = config_of(run).map_err(|e| fail(format!("{e:?}")))?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Ipc>()
+            .map_err(|e| fail(format!("{e:?}")))?;
+        Ok(Self {
+            node,
+            clock: Clock::monotonic(run.epoch_ns),
+        })
+    }
+
+    /// The run's clock.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// Frees the places of processes that died, so that their topics can be joined anew.
+    pub fn remove_dead_processes(&self) {
+        self.node.blocking_cleanup_dead_nodes(Duration::from_millis(200));
+    }
+}
+
+/// Built in code: a configuration file of the machine's must not change how a navigator talks.
+fn config_of(run: &RunContext) -> Result<Config, SemanticStringError> {
+    let mut config = Config::default();
+    let root = Path::new(run.ipc_root().as_os_str().as_encoded_bytes())?;
+    config.global.set_root_path(&root);
+    config.global.prefix = FileName::new(run.prefix().as_bytes())?;
+    Ok(config)
+}
+
+/// Opening can fail for a moment while a dead process's place is being freed: tried again for up to two seconds.
+pub(crate) fn patiently<T>(bus: &Bus, mut open: impl FnMut() -> Result<T, BusError>) -> Result<T, BusError> {
+    const TRIES: usize = 40;
+    for _ in 1..TRIES {
+        match open() {
+            Ok(port) => return Ok(port),
+            Err(_) => {
+                bus.remove_dead_processes();
+                std::thread::sleep(Duration::from_millis(50));
+            }
+        }
+    }
+    open()
+}

@@ -1,0 +1,149 @@
+//! Rendered images: pixels behind their stamp.
+
+use std::rc::Rc;
+
+use iceoryx2::port::publisher::Publisher as IoxPublisher;
+use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
+use iceoryx2::sample::Sample;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+
+use super::{limited, open_error, service_name, transfer_error};
+use crate::clock::Clock;
+use crate::message::{FrameHeader, FrameStamp};
+use crate::node::{Ipc, patiently};
+use crate::topic::Topic;
+use crate::{Bus, BusError};
+
+fn service(bus: &Bus, topic: &Topic, name: &str) -> Result<PortFactory<Ipc, [u8], FrameHeader>, BusError> {
+    let builder = bus
+        .node
+        .service_builder(&service_name(name)?)
+        .publish_subscribe::<[u8]>()
+        .user_header::<FrameHeader>();
+    limited(builder, topic)
+        .open_or_create()
+        .map_err(open_error(name, "join"))
+}
+
+/// The renderer's end of one view.
+#[derive(Debug)]
+pub struct FramePublisher {
+    port: IoxPublisher<Ipc, [u8], FrameHeader>,
+    name: String,
+}
+
+impl FramePublisher {
+    /// Becomes the publisher of the view named `view` on `topic` (live or held), with images of up to `bytes`.
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn open(bus: &Bus, topic: &Topic, view: &str, bytes: usize) -> Result<Self, BusError> {
+        let name = topic.of(view);
+        patiently(bus, || {
+            let port = service(bus, topic, &name)?
+                .publisher_builder()
+                .initial_max_slice_len(bytes)
+                .create()
+                .map_err(open_error(&name, "publish"))?;
+            Ok(Self {
+                port,
+                name: name.clone(),
+            })
+        })
+    }
+
+    /// Publishes an image; `rgba` holds `width * height * 4` bytes. Stamps the moment at which it is handed over, and
+    /// returns the stamp as sent; `None`, and nothing is sent, where that moment is later than `latest_ns`.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn send(
+        &self,
+        mut header: FrameHeader,
+        rgba: &[u8],
+        clock: &Clock,
+        latest_ns: i64,
+    ) -> Result<Option<FrameStamp>, BusError> {
+        let sample = self
+            .port
+            .loan_slice_uninit(rgba.len())
+            .map_err(transfer_error(&self.name, "taking memory"))?;
+        let mut sample = sample.write_from_slice(rgba);
+        header.stamp.t_framed_ns = clock.now_ns();
+        if header.stamp.t_framed_ns > latest_ns {
+            return Ok(None);
+        }
+        *sample.user_header_mut() = header;
+        sample.send().map_err(transfer_error(&self.name, "publishing"))?;
+        Ok(Some(header.stamp))
+    }
+}
+
+/// A viewer's end of one view.
+#[derive(Debug)]
+pub struct FrameSubscriber {
+    port: Rc<IoxSubscriber<Ipc, [u8], FrameHeader>>,
+    name: String,
+}
+
+/// An image in shared memory. Not drawn over for as long as this is held.
+#[derive(Debug)]
+pub struct Frame {
+    sample: Sample<Ipc, [u8], FrameHeader>,
+    /// A publisher takes back what it lent to a subscriber that has gone, though the mapping stays.
+    _port: Rc<IoxSubscriber<Ipc, [u8], FrameHeader>>,
+}
+
+impl FrameSubscriber {
+    /// Subscribes to the view named `view` on `topic` (live or held).
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn open(bus: &Bus, topic: &Topic, view: &str) -> Result<Self, BusError> {
+        let name = topic.of(view);
+        patiently(bus, || {
+            let port = service(bus, topic, &name)?
+                .subscriber_builder()
+                .buffer_size(1)
+                .history_request(1)
+                .create()
+                .map_err(open_error(&name, "subscribe"))?;
+            Ok(Self {
+                port: Rc::new(port),
+                name: name.clone(),
+            })
+        })
+    }
+
+    /// The newest image since the last call.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn newest(&self) -> Result<Option<Frame>, BusError> {
+        let mut newest = None;
+        while let Some(sample) = self.port.receive().map_err(transfer_error(&self.name, "receiving"))? {
+            newest = Some(Frame {
+                sample,
+                _port: Rc::clone(&self.port),
+            });
+        }
+        Ok(newest.filter(Frame::is_whole))
+    }
+}
+
+impl Frame {
+    fn is_whole(&self) -> bool {
+        let header = self.header();
+        self.rgba().len() as u64 == u64::from(header.width) * u64::from(header.height) * 4
+    }
+
+    /// Size and stamp.
+    pub fn header(&self) -> &FrameHeader {
+        self.sample.user_header()
+    }
+
+    /// The pixels, RGBA, row by row from the top.
+    pub fn rgba(&self) -> &[u8] {
+        self.sample.payload()
+    }
+}

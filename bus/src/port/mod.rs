@@ -1,0 +1,75 @@
+//! Ports: typed ends of the topics in [`crate::topic`].
+
+mod command;
+mod frame;
+mod stream;
+mod volume;
+
+pub use command::{CommandClient, CommandServer, Reply, Request};
+pub use frame::{Frame, FramePublisher, FrameSubscriber};
+pub use stream::{Publisher, Subscriber};
+pub use volume::{LoanedVolume, SharedVolume, VolumePublisher, VolumeSubscriber};
+
+use std::fmt::Debug;
+
+use iceoryx2::prelude::*;
+use iceoryx2::service::builder::publish_subscribe::Builder;
+use iceoryx2::service::port_factory::event::PortFactory as EventFactory;
+
+use crate::node::{Ipc, MAX_NODES};
+use crate::topic::Topic;
+use crate::{Bus, BusError};
+
+/// A plain struct that can lie in shared memory: each struct of [`crate::message`].
+pub trait Message: ZeroCopySend + Debug + Copy + 'static {}
+impl<T: ZeroCopySend + Debug + Copy + 'static> Message for T {}
+
+fn open_error<E: Debug>(topic: &str, what: &'static str) -> impl FnOnce(E) -> BusError {
+    let topic = topic.to_owned();
+    move |e| BusError::Open {
+        topic,
+        what,
+        why: format!("{e:?}"),
+    }
+}
+
+fn transfer_error<E: Debug>(topic: &str, what: &'static str) -> impl FnOnce(E) -> BusError {
+    let topic = topic.to_owned();
+    move |e| BusError::Transfer {
+        topic,
+        what,
+        why: format!("{e:?}"),
+    }
+}
+
+/// The limits of a topic's row, whatever its payload.
+fn limited<P: Debug + IceoryxSend + ?Sized, H: Debug + ZeroCopySend>(
+    builder: Builder<P, H, Ipc>,
+    topic: &Topic,
+) -> Builder<P, H, Ipc> {
+    builder
+        .enable_safe_overflow(true)
+        .max_publishers(topic.publishers)
+        .max_subscribers(topic.subscribers)
+        .max_nodes(MAX_NODES)
+        .history_size(topic.history)
+        .subscriber_max_buffer_size(topic.buffer)
+        .subscriber_max_borrowed_samples(topic.borrowed)
+}
+
+fn service_name(name: &str) -> Result<ServiceName, BusError> {
+    ServiceName::new(name).map_err(open_error(name, "join"))
+}
+
+/// The event that wakes a topic's receivers, beside the topic itself.
+fn event_service(bus: &Bus, topic: &Topic, name: &str) -> Result<EventFactory<Ipc>, BusError> {
+    bus.node
+        .service_builder(&service_name(name)?)
+        .event()
+        .max_notifiers(topic.subscribers + 1)
+        .max_listeners(topic.subscribers)
+        .max_nodes(MAX_NODES)
+        .event_id_max_value(1)
+        .open_or_create()
+        .map_err(open_error(name, "wake"))
+}

@@ -1,0 +1,219 @@
+//! The volume: one sample of voxels behind a header, mapped by everybody, copied by nobody.
+
+use std::rc::Rc;
+
+use geometry::VolumeGrid;
+use iceoryx2::port::publisher::Publisher as IoxPublisher;
+use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::sample::Sample;
+use iceoryx2::sample_mut::SampleMut;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+
+use super::{limited, open_error, service_name, transfer_error};
+use crate::message::{HeaderError, VolumeHash, VolumeHeader};
+use crate::node::{Ipc, patiently};
+use crate::topic::VOLUME;
+use crate::volume::{Layout, VolumeView};
+use crate::{Bus, BusError};
+
+fn service(bus: &Bus) -> Result<PortFactory<Ipc, [i16], VolumeHeader>, BusError> {
+    let builder = bus
+        .node
+        .service_builder(&service_name(VOLUME.name)?)
+        .publish_subscribe::<[i16]>()
+        .user_header::<VolumeHeader>();
+    limited(builder, &VOLUME)
+        .open_or_create()
+        .map_err(open_error(VOLUME.name, "join"))
+}
+
+/// The loader's end.
+#[derive(Debug)]
+pub struct VolumePublisher {
+    port: IoxPublisher<Ipc, [i16], VolumeHeader>,
+    stored: usize,
+}
+
+/// Shared memory being filled. Nobody sees it before [`LoanedVolume::publish`]; dropped, it is as if it never was.
+#[derive(Debug)]
+pub struct LoanedVolume {
+    sample: SampleMut<Ipc, [i16], VolumeHeader>,
+}
+
+impl VolumePublisher {
+    /// Becomes the publisher of the volume, with room for `layout`. Memory is taken page by page as it is written:
+    /// check the free space first ([`crate::run::shm_free_bytes`]), or the fill dies of SIGBUS.
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn open(bus: &Bus, layout: &Layout) -> Result<Self, BusError> {
+        // Fits: layouts are limited to 2^32 voxels.
+        let stored = layout.stored() as usize;
+        patiently(bus, || {
+            let port = service(bus)?
+                .publisher_builder()
+                .initial_max_slice_len(stored)
+                // One in history, one being read, one to change over to; the default would ask for dozens.
+                .override_sample_preallocation(|_| 3)
+                .create()
+                .map_err(open_error(VOLUME.name, "publish"))?;
+            Ok(Self { port, stored })
+        })
+    }
+
+    /// Takes the memory for the volume. Nothing is written here: pages are taken as the voxels come, so that a long
+    /// read can give signs of life, and a file that breaks its promise costs no memory. What is never written (the
+    /// padding of bricks) is zero, or what an earlier volume left there.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn loan(&self) -> Result<LoanedVolume, BusError> {
+        let sample = self
+            .port
+            .loan_slice_uninit(self.stored)
+            .map_err(transfer_error(VOLUME.name, "taking memory"))?;
+        #[allow(
+            unsafe_code,
+            reason = "zeroing gigabytes first would silence the process for seconds"
+        )]
+        // SAFETY: the payload lies in a shared-memory file that this process has mapped. The kernel gives such pages
+        // zeroed, and whatever was written there since was i16 too: every value is an initialised i16.
+        let sample = unsafe { sample.assume_init() };
+        Ok(LoanedVolume { sample })
+    }
+
+    /// Delivers the volume to processes that joined since the last call. To be called every few milliseconds: a loader
+    /// that publishes once and sleeps gives late joiners nothing.
+    pub fn serve_late_joiners(&self) {
+        let _ = self.port.update_connections();
+    }
+}
+
+impl LoanedVolume {
+    /// The stored voxels, each to be written at its [`Layout::offset`].
+    pub fn voxels_mut(&mut self) -> &mut [i16] {
+        self.sample.payload_mut()
+    }
+
+    /// Puts the header in front and shows the volume to everybody.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn publish(mut self, header: VolumeHeader) -> Result<(), BusError> {
+        let shm_inode = inode_mapped_at(self.sample.payload().as_ptr() as usize);
+        *self.sample.user_header_mut() = VolumeHeader {
+            shm_inode: shm_inode.unwrap_or(0),
+            ..header
+        };
+        self.sample.send().map_err(transfer_error(VOLUME.name, "publishing"))?;
+        Ok(())
+    }
+}
+
+/// The inode of the file mapped at `address` in this process, from `/proc/self/maps`.
+fn inode_mapped_at(address: usize) -> Option<u64> {
+    let maps = std::fs::read_to_string("/proc/self/maps").ok()?;
+    maps.lines().find_map(|line| {
+        let mut fields = line.split_whitespace();
+        let (from, to) = fields.next()?.split_once('-')?;
+        let from = usize::from_str_radix(from, 16).ok()?;
+        let to = usize::from_str_radix(to, 16).ok()?;
+        let inode = fields.nth(3)?.parse().ok()?;
+        (from..to).contains(&address).then_some(inode)
+    })
+}
+
+/// A reader's end.
+#[derive(Debug)]
+pub struct VolumeSubscriber {
+    port: Rc<IoxSubscriber<Ipc, [i16], VolumeHeader>>,
+}
+
+/// The volume, mapped read-only. The memory stays for as long as this is held, whatever becomes of the loader.
+#[derive(Debug)]
+pub struct SharedVolume {
+    sample: Sample<Ipc, [i16], VolumeHeader>,
+    grid: VolumeGrid,
+    layout: Layout,
+    /// A publisher takes back what it lent to a subscriber that has gone, though the mapping stays.
+    _port: Rc<IoxSubscriber<Ipc, [i16], VolumeHeader>>,
+}
+
+impl VolumeSubscriber {
+    /// Subscribes to the volume; a late joiner is given the one that is there.
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn open(bus: &Bus) -> Result<Self, BusError> {
+        patiently(bus, || {
+            let port = service(bus)?
+                .subscriber_builder()
+                .buffer_size(1)
+                .history_request(1)
+                .create()
+                .map_err(open_error(VOLUME.name, "subscribe"))?;
+            Ok(Self { port: Rc::new(port) })
+        })
+    }
+
+    /// A volume that was published since the last call.
+    ///
+    /// # Errors
+    /// [`BusError::Header`] for an impossible header, [`BusError::Transfer`].
+    pub fn poll(&self) -> Result<Option<SharedVolume>, BusError> {
+        let sample = self.port.receive().map_err(transfer_error(VOLUME.name, "receiving"))?;
+        let volume = sample.map(|sample| SharedVolume::new(sample, Rc::clone(&self.port)));
+        volume.transpose()
+    }
+}
+
+impl SharedVolume {
+    fn new(
+        sample: Sample<Ipc, [i16], VolumeHeader>,
+        port: Rc<IoxSubscriber<Ipc, [i16], VolumeHeader>>,
+    ) -> Result<Self, BusError> {
+        let header = sample.user_header();
+        let (grid, layout) = (header.grid()?, header.layout()?);
+        let found = sample.payload().len() as u64;
+        if found != layout.stored() {
+            return Err(HeaderError::Length {
+                expected: layout.stored(),
+                found,
+            }
+            .into());
+        }
+        Ok(Self {
+            grid,
+            layout,
+            sample,
+            _port: port,
+        })
+    }
+
+    /// The header as it was published.
+    pub fn header(&self) -> &VolumeHeader {
+        self.sample.user_header()
+    }
+
+    /// The volume's identity.
+    pub fn hash(&self) -> VolumeHash {
+        self.header().volume_hash()
+    }
+
+    /// Where the voxels lie in the patient.
+    pub fn grid(&self) -> &VolumeGrid {
+        &self.grid
+    }
+
+    /// The voxels in place.
+    pub fn view(&self) -> VolumeView<'_> {
+        VolumeView {
+            grid: &self.grid,
+            layout: &self.layout,
+            voxels: self.sample.payload(),
+            // Published from an i16; a hostile value is clamped.
+            padding_hu: self.header().padding_hu.clamp(-32_768, 32_767) as i16,
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! What every process of a run does alike: join, give signs of life, stop in an orderly way, die with the pilot.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use crate::clock::{self, Clock};
+use crate::message::{Counters, Heartbeat, ProcessState};
+use crate::port::Publisher;
+use crate::run::{RunContext, RunError};
+use crate::scene::{Scene, SceneError};
+use crate::topic::HEARTBEAT;
+use crate::{Bus, BusError};
+
+/// Between two signs of life.
+const BEAT: Duration = Duration::from_millis(100);
+
+/// How a process finds its run.
+#[derive(Debug, Clone)]
+pub struct Membership {
+    /// The run's folder.
+    pub run_dir: PathBuf,
+    /// The pilot that started this process; with it this process dies.
+    pub parent: Option<u32>,
+}
+
+/// Why a process could not join.
+#[derive(Debug, thiserror::Error)]
+pub enum JoinError {
+    /// The run's folder.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The run's scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// Signals cannot be caught.
+    #[error("catching signals: {0}")]
+    Signals(std::io::Error),
+    /// The pilot was gone before this process could tie itself to it.
+    #[error("the pilot (process {0}) that started this process has gone")]
+    Orphan(u32),
+}
+
+/// Set once the process is asked to stop.
+#[derive(Debug, Clone, Default)]
+pub struct StopFlag(Arc<AtomicBool>);
+
+impl StopFlag {
+    /// Catches SIGTERM, and SIGINT too unless `supervised`: then Ctrl-C is the pilot's to handle.
+    ///
+    /// # Errors
+    /// [`JoinError::Signals`].
+    pub fn install(supervised: bool) -> Result<Self, JoinError> {
+        let stop = Self::default();
+        let ignored = Arc::new(AtomicBool::new(false));
+        let interrupt = if supervised { ignored } else { stop.0.clone() };
+        signal_hook::flag::register(SIGTERM, stop.0.clone()).map_err(JoinError::Signals)?;
+        signal_hook::flag::register(SIGINT, interrupt).map_err(JoinError::Signals)?;
+        Ok(stop)
+    }
+
+    /// Whether the process was asked to stop.
+    pub fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// A process that has joined its run.
+#[derive(Debug)]
+pub struct Process {
+    /// The run.
+    pub run: RunContext,
+    /// The run's scene, checked.
+    pub scene: Scene,
+    /// The bus.
+    pub bus: Bus,
+    /// Set once the process is asked to stop.
+    pub stop: StopFlag,
+    /// What the process has done so far; goes out with each sign of life.
+    pub counters: Counters,
+    heartbeat: Publisher<Heartbeat>,
+    next_beat_ns: i64,
+    state: ProcessState,
+}
+
+impl Process {
+    /// Joins the run as `name`, the process's name in the scene.
+    ///
+    /// # Errors
+    /// Each variant of [`JoinError`].
+    pub fn join(name: &str, membership: &Membership) -> Result<Self, JoinError> {
+        if let Some(parent) = membership.parent {
+            die_with(parent)?;
+        }
+        let stop = StopFlag::install(membership.parent.is_some())?;
+        let run = RunContext::load(&membership.run_dir)?;
+        let scene = Scene::load(&run.scene_path())?;
+        let bus = Bus::join(&run)?;
+        let heartbeat = Publisher::open(&bus, &HEARTBEAT, name)?;
+        let mut process = Self {
+            run,
+            scene,
+            bus,
+            stop,
+            counters: Counters::default(),
+            heartbeat,
+            next_beat_ns: i64::MIN,
+            state: ProcessState::Starting,
+        };
+        process.beat(ProcessState::Starting, "joined")?;
+        Ok(process)
+    }
+
+    /// The run's clock.
+    pub fn clock(&self) -> &Clock {
+        self.bus.clock()
+    }
+
+    /// Gives a sign of life if one is due or the state has changed.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn beat(&mut self, state: ProcessState, note: &str) -> Result<(), BusError> {
+        let now = self.clock().now_ns();
+        if now < self.next_beat_ns && state == self.state {
+            return Ok(());
+        }
+        self.state = state;
+        self.next_beat_ns = now + clock::ns(BEAT);
+        self.heartbeat.send(Heartbeat::new(state, now, self.counters, note))
+    }
+}
+
+/// Asks the kernel to kill this process when the pilot dies, in whatever way.
+fn die_with(parent: u32) -> Result<(), JoinError> {
+    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|e| JoinError::Signals(e.into()))?;
+    // The pilot may have died before the line above.
+    let parent_is_alive = getppid().map(Pid::as_raw_nonzero).map(|pid| pid.get()) == i32::try_from(parent).ok();
+    if parent_is_alive {
+        Ok(())
+    } else {
+        Err(JoinError::Orphan(parent))
+    }
+}
+
+/// The end of a binary's main: success, or the error as one paragraph on stderr and exit code 1.
+pub fn exit<E: std::error::Error>(binary: &str, result: Result<(), E>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{binary}: error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! A run's folder: where its lock, its facts and its sockets lie, and how left-overs of killed processes are removed.
+//!
+//! Runs of one user are told apart by name. The folder and everything in shared memory carry the run's own prefix, so
+//! two runs, two users or two tests never see each other.
+
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io::{self, Read, Seek, Write};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{FlockOperation, flock};
+use serde::{Deserialize, Serialize};
+
+/// Names the folder that holds all runs of a user; tests set it to have a world of their own.
+pub const RUNTIME_DIR_VARIABLE: &str = "TROCAR_RUNTIME_DIR";
+/// Where iceoryx2 keeps payloads.
+pub const SHM_DIR: &str = "/dev/shm";
+/// Socket paths end at 107 bytes; iceoryx2 needs up to 60 of them behind the run's folder.
+const MAX_DIR_BYTES: usize = 107 - 60;
+const MAX_NAME: usize = 24;
+
+/// What every process of a run knows.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunContext {
+    /// The run's name.
+    pub name: String,
+    /// The run's folder.
+    pub dir: PathBuf,
+    /// CLOCK_MONOTONIC at the run's start, ns: the zero of all its stamps.
+    pub epoch_ns: i64,
+    /// The pilot's process.
+    pub pilot_pid: u32,
+}
+
+/// Why a run's folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The name cannot be part of a path.
+    #[error("run name {0:?}: allowed are 1 to {MAX_NAME} of the characters a-z, 0-9 and '-'")]
+    Name(String),
+    /// The path is too long for a socket.
+    #[error(
+        "run folder {0}: its path has more than {MAX_DIR_BYTES} bytes, and socket paths end at 107. \
+         Set {RUNTIME_DIR_VARIABLE} to a shorter folder"
+    )]
+    TooLong(PathBuf),
+    /// Another user owns the folder.
+    #[error(
+        "run folder {dir}: belongs to user {owner}, not to you ({me}). Set {RUNTIME_DIR_VARIABLE} to a folder of your own"
+    )]
+    Foreign {
+        /// The folder.
+        dir: PathBuf,
+        /// Its owner's number.
+        owner: u32,
+        /// This process's user number.
+        me: u32,
+    },
+    /// Another pilot holds the run.
+    #[error(
+        "run {name:?} is already going (pilot process {pid}). Stop it with `pilot stop --run {name}`, or start this one under another name with `--run NAME`"
+    )]
+    AlreadyRunning {
+        /// The run.
+        name: String,
+        /// What the lock file says of its holder.
+        pid: String,
+    },
+    /// Nobody holds the run.
+    #[error("run {name:?} is not going. Start it with `pilot run SCENE --run {name}`")]
+    NotRunning {
+        /// The run.
+        name: String,
+    },
+    /// A file operation failed.
+    #[error("{doing} {path}: {source}")]
+    Io {
+        /// What was being done.
+        doing: &'static str,
+        /// With which file.
+        path: PathBuf,
+        /// Why it failed.
+        source: io::Error,
+    },
+    /// The facts of the run cannot be read.
+    #[error("reading {path}: {source}")]
+    Facts {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: serde_json::Error,
+    },
+}
+
+fn io_error(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunError {
+    let path = path.to_owned();
+    move |source| RunError::Io { doing, path, source }
+}
+
+/// The folder of a run: `$TROCAR_RUNTIME_DIR/NAME`, else `$XDG_RUNTIME_DIR/trocar/NAME`, else `/tmp/trocar-UID/NAME`.
+///
+/// # Errors
+/// [`RunError::Name`].
+pub fn run_dir(name: &str) -> Result<PathBuf, RunError> {
+    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(allowed) {
+        return Err(RunError::Name(name.to_owned()));
+    }
+    Ok(base_dir().join(name))
+}
+
+fn base_dir() -> PathBuf {
+    if let Some(dir) = std::env::var_os(RUNTIME_DIR_VARIABLE).filter(|d| !d.is_empty()) {
+        return PathBuf::from(dir);
+    }
+    match std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from) {
+        Some(dir) if dir.is_dir() => dir.join("trocar"),
+        _ => PathBuf::from(format!("/tmp/trocar-{}", rustix::process::getuid().as_raw())),
+    }
+}
+
+/// Creates `dir` for this user only, and refuses one that belongs to somebody else.
+fn own_dir(dir: &Path) -> Result<(), RunError> {
+    DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(dir)
+        .map_err(io_error("creating", dir))?;
+    let owner = fs::metadata(dir).map_err(io_error("reading", dir))?.uid();
+    let me = rustix::process::getuid().as_raw();
+    if owner != me {
+        return Err(RunError::Foreign {
+            dir: dir.to_owned(),
+            owner,
+            me,
+        });
+    }
+    Ok(())
+}
+
+impl RunContext {
+    /// The facts of a new run in `dir`, with this process as its pilot.
+    ///
+    /// # Errors
+    /// [`RunError::TooLong`].
+    pub fn new(dir: &Path, epoch_ns: i64) -> Result<Self, RunError> {
+        if dir.as_os_str().len() > MAX_DIR_BYTES {
+            return Err(RunError::TooLong(dir.to_owned()));
+        }
+        let name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self {
+            name,
+            dir: dir.to_owned(),
+            epoch_ns,
+            pilot_pid: std::process::id(),
+        })
+    }
+
+    /// Reads the facts of a run from its folder.
+    ///
+    /// # Errors
+    /// [`RunError::Io`], [`RunError::Facts`], [`RunError::NotRunning`] where there is no such run.
+    pub fn load(dir: &Path) -> Result<Self, RunError> {
+        let path = dir.join("run.json");
+        let text = fs::read_to_string(&path).map_err(|source| match source.kind() {
+            io::ErrorKind::NotFound => RunError::NotRunning {
+                name: dir.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            },
+            _ => io_error("reading", &path)(source),
+        })?;
+        serde_json::from_str(&text).map_err(|source| RunError::Facts { path, source })
+    }
+
+    /// Writes the facts into the run's folder, for the processes that join.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn store(&self) -> Result<(), RunError> {
+        let path = self.dir.join("run.json");
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        fs::write(&path, text).map_err(io_error("writing", &path))
+    }
+
+    /// Where iceoryx2 keeps this run's services and sockets.
+    pub fn ipc_root(&self) -> PathBuf {
+        self.dir.join("i")
+    }
+
+    /// What every shared-memory file of this run begins with.
+    pub fn prefix(&self) -> String {
+        let hash = blake3::hash(self.dir.as_os_str().as_encoded_bytes());
+        format!("tr{}_", &hash.to_hex()[..8])
+    }
+
+    /// The scene of this run, with every override applied.
+    pub fn scene_path(&self) -> PathBuf {
+        self.dir.join("scene.toml")
+    }
+
+    /// Removes what killed processes of this run left behind. Only for the holder of the run's lock.
+    pub fn sweep(&self) {
+        // Nothing can be done about a failure here, and the next start tries again.
+        let _ = fs::remove_dir_all(self.ipc_root());
+        let prefix = self.prefix();
+        for entry in fs::read_dir(SHM_DIR).into_iter().flatten().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(&prefix) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+/// Held by the pilot of a run for as long as it lives; the kernel releases it when the process dies in any way.
+#[derive(Debug)]
+pub struct RunLock {
+    _file: File,
+}
+
+impl RunLock {
+    /// Takes the run in `dir`.
+    ///
+    /// # Errors
+    /// [`RunError::AlreadyRunning`] with the holder's process, [`RunError::Foreign`], [`RunError::Io`].
+    pub fn acquire(dir: &Path) -> Result<Self, RunError> {
+        own_dir(dir)?;
+        let path = dir.join("lock");
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path)
+            .map_err(io_error("opening", &path))?;
+        if flock(&file, FlockOperation::NonBlockingLockExclusive).is_err() {
+            let mut pid = String::new();
+            let _ = file.read_to_string(&mut pid);
+            return Err(RunError::AlreadyRunning {
+                name: dir.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+                pid: pid.trim().to_owned(),
+            });
+        }
+        let write = |file: &mut File| {
+            file.set_len(0)?;
+            file.rewind()?;
+            writeln!(file, "{}", std::process::id())
+        };
+        write(&mut file).map_err(io_error("writing", &path))?;
+        Ok(Self { _file: file })
+    }
+
+    /// Whether somebody holds the run in `dir`.
+    pub fn is_held(dir: &Path) -> bool {
+        File::open(dir.join("lock")).is_ok_and(|file| flock(&file, FlockOperation::NonBlockingLockShared).is_err())
+    }
+}
+
+/// Free bytes in shared memory.
+///
+/// # Errors
+/// [`RunError::Io`] where `/dev/shm` cannot be asked.
+pub fn shm_free_bytes() -> Result<u64, RunError> {
+    let path = Path::new(SHM_DIR);
+    let stat = rustix::fs::statvfs(path).map_err(|e| io_error("asking for the free space of", path)(e.into()))?;
+    Ok(stat.f_bavail.saturating_mul(stat.f_frsize))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_cannot_leave_their_folder() {
+        for bad in ["", "..", "a/b", "A", "a b", "a.b", &"x".repeat(25)] {
+            assert!(matches!(run_dir(bad), Err(RunError::Name(_))), "{bad}");
+        }
+        assert!(run_dir("theatre-2").unwrap().ends_with("theatre-2"));
+    }
+
+    #[test]
+    fn one_pilot_a_run() {
+        let tmp = tempfile::tempdir().unwrap();
+        let dir = tmp.path().join("demo");
+        let lock = RunLock::acquire(&dir).unwrap();
+        assert!(RunLock::is_held(&dir));
+        let text = RunLock::acquire(&dir).unwrap_err().to_string();
+        assert!(text.contains("\"demo\" is already going"), "{text}");
+        assert!(text.contains(&std::process::id().to_string()), "{text}");
+        drop(lock);
+        assert!(!RunLock::is_held(&dir));
+        assert!(RunLock::acquire(&dir).is_ok());
+    }
+
+    #[test]
+    fn facts_come_back_and_a_missing_run_is_named() {
+        let tmp = tempfile::tempdir().unwrap();
+        let context = RunContext::new(tmp.path(), 42).unwrap();
+        assert!(matches!(RunContext::load(tmp.path()), Err(RunError::NotRunning { .. })));
+        context.store().unwrap();
+        assert_eq!(RunContext::load(tmp.path()).unwrap(), context);
+    }
+
+    #[test]
+    fn long_paths_are_refused_before_a_socket_fails() {
+        let long = PathBuf::from(format!("/tmp/{}", "x".repeat(60)));
+        assert!(matches!(RunContext::new(&long, 0), Err(RunError::TooLong(_))));
+    }
+}

@@ -1,0 +1,343 @@
+//! From the raw scene to the checked one.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use geometry::{Frame, Point, door};
+
+use super::error::Invalid;
+use super::raw::{RawApproach, RawLimits, RawScene, RawTarget, RawTracker, RawTrackerSource, RawView, RawWindow};
+use super::view::WINDOWS;
+use super::{
+    Approach, Limits, RecordingSpec, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View,
+    VolumeSource, WindowLevel,
+};
+
+type Checked<T> = Result<T, Invalid>;
+
+const MAX_VIEWS: usize = 16;
+const MAX_TARGETS: usize = 64;
+/// A quaternion written with six digits is this far from unit.
+const UNIT_TOLERANCE: f64 = 1e-5;
+
+pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
+    let targets = targets(raw.targets.as_deref().unwrap_or_default())?;
+    Ok(Scene {
+        seed: raw.seed,
+        volume: volume(raw)?,
+        tool: tool(raw)?,
+        tracker: tracker(&raw.tracker, &targets)?,
+        targets,
+        views: views(raw.views.as_deref())?,
+        recording: recording(raw)?,
+        limits: limits(&raw.limits)?,
+    })
+}
+
+fn invalid(key: impl Into<String>, found: impl ToString, allowed: impl Into<String>) -> Invalid {
+    Invalid {
+        key: key.into(),
+        found: found.to_string(),
+        allowed: allowed.into(),
+    }
+}
+
+/// A number within `range`; NaN is in no range.
+fn number(key: &str, value: f64, range: RangeInclusive<f64>, unit: &str) -> Checked<f64> {
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    let allowed = format!("{} to {} {unit}", range.start(), range.end());
+    Err(invalid(key, value, allowed.trim_end()))
+}
+
+fn seconds(key: &str, value: f64, range: RangeInclusive<f64>) -> Checked<Duration> {
+    number(key, value, range, "s").map(Duration::from_secs_f64)
+}
+
+fn point<F: Frame>(key: &str, mm: [f64; 3]) -> Checked<Point<F>> {
+    door::point(mm).map_err(|_| invalid(key, format!("{mm:?}"), "three finite numbers"))
+}
+
+fn volume(raw: &RawScene) -> Checked<VolumeSource> {
+    if raw.volume.source.is_empty() {
+        return Err(invalid("volume.source", "\"\"", "\"phantom\" or the path of a CT"));
+    }
+    if raw.volume.source != "phantom" {
+        return Ok(VolumeSource::File(PathBuf::from(&raw.volume.source)));
+    }
+    Ok(VolumeSource::Phantom {
+        spacing_mm: number("volume.spacing_mm", raw.volume.spacing_mm, 0.4..=20.0, "mm")?,
+    })
+}
+
+fn tool(raw: &RawScene) -> Checked<ToolSpec> {
+    Ok(ToolSpec {
+        name: raw.tool.name.clone(),
+        length_mm: number("tool.length_mm", raw.tool.length_mm, 1.0..=1000.0, "mm")?,
+        diameter_mm: number("tool.diameter_mm", raw.tool.diameter_mm, 0.1..=100.0, "mm")?,
+    })
+}
+
+fn tracker(raw: &RawTracker, targets: &[Target]) -> Checked<TrackerSpec> {
+    let source = match raw.source {
+        RawTrackerSource::External => TrackerSource::External,
+        RawTrackerSource::Simulated => TrackerSource::Simulated(Simulation {
+            noise_mm: number("tracker.noise_mm", raw.noise_mm, 0.0..=50.0, "mm")?,
+            noise_rad: number("tracker.noise_deg", raw.noise_deg, 0.0..=45.0, "degrees")?.to_radians(),
+            dropout: number("tracker.dropout", raw.dropout, 0.0..=1.0, "")?,
+            dropout_samples: raw.dropout_samples,
+            approach: approach(&raw.approach, targets)?,
+        }),
+    };
+    let rigid = &raw.ct_from_tracker;
+    let ct_from_tracker = door::rigid(rigid.quaternion, rigid.translation_mm, UNIT_TOLERANCE).map_err(|e| {
+        let found = format!("{:?}, {:?}", rigid.quaternion, rigid.translation_mm);
+        invalid("tracker.ct_from_tracker", found, e.to_string())
+    })?;
+    Ok(TrackerSpec {
+        source,
+        rate_hz: number("tracker.rate_hz", raw.rate_hz, 1.0..=4000.0, "Hz")?,
+        ct_from_tracker,
+    })
+}
+
+fn approach(raw: &RawApproach, targets: &[Target]) -> Checked<Approach> {
+    if let Some(name) = &raw.target
+        && !targets.iter().any(|t| t.name == *name)
+    {
+        let names: Vec<_> = targets.iter().map(|t| t.name.as_str()).collect();
+        let allowed = match names.is_empty() {
+            true => "no target, as the scene has none".to_owned(),
+            false => format!("one of the scene's targets: {}", names.join(", ")),
+        };
+        return Err(invalid("tracker.approach.target", format!("{name:?}"), allowed));
+    }
+    let key = |name: &str| format!("tracker.approach.{name}");
+    let entry = raw.entry_ct_mm.map(|mm| point(&key("entry_ct_mm"), mm)).transpose()?;
+    Ok(Approach {
+        target: raw.target.clone(),
+        entry,
+        stop_short_mm: number(&key("stop_short_mm"), raw.stop_short_mm, 0.0..=500.0, "mm")?,
+        insert_s: number(&key("insert_s"), raw.insert_s, 0.1..=3600.0, "s")?,
+        pause_s: number(&key("pause_s"), raw.pause_s, 0.0..=3600.0, "s")?,
+        sweep_s: number(&key("sweep_s"), raw.sweep_s, 0.0..=3600.0, "s")?,
+        sweep_rad: number(&key("sweep_deg"), raw.sweep_deg, 0.0..=60.0, "degrees")?.to_radians(),
+    })
+}
+
+fn targets(raw: &[RawTarget]) -> Checked<Vec<Target>> {
+    if raw.len() > MAX_TARGETS {
+        return Err(invalid("targets", raw.len(), format!("at most {MAX_TARGETS} targets")));
+    }
+    let check = |(i, raw): (usize, &RawTarget)| {
+        if raw.name.is_empty() || raw.name.len() > 40 {
+            return Err(invalid(
+                format!("targets.{i}.name"),
+                format!("{:?}", raw.name),
+                "1 to 40 bytes",
+            ));
+        }
+        Ok(Target {
+            name: raw.name.clone(),
+            centre: point(&format!("targets.{i}.ct_mm"), raw.ct_mm)?,
+            diameter_mm: number(&format!("targets.{i}.diameter_mm"), raw.diameter_mm, 0.1..=200.0, "mm")?,
+        })
+    };
+    let targets: Vec<Target> = raw.iter().enumerate().map(check).collect::<Checked<_>>()?;
+    if let Some((i, name)) = repeated(targets.iter().map(|t| t.name.as_str())) {
+        return Err(invalid(
+            format!("targets.{i}.name"),
+            format!("{name:?} a second time"),
+            "a name of its own",
+        ));
+    }
+    Ok(targets)
+}
+
+/// The first name that was there before, with its index.
+fn repeated<'a>(names: impl Iterator<Item = &'a str>) -> Option<(usize, &'a str)> {
+    let mut seen = std::collections::BTreeSet::new();
+    names.enumerate().find(|(_, name)| !seen.insert(*name))
+}
+
+fn views(raw: Option<&[RawView]>) -> Checked<Vec<View>> {
+    let Some(raw) = raw else {
+        return Ok(View::thesis_seven());
+    };
+    if raw.is_empty() || raw.len() > MAX_VIEWS {
+        return Err(invalid("views", raw.len(), format!("1 to {MAX_VIEWS} views")));
+    }
+    let views: Vec<View> = raw.iter().enumerate().map(view).collect::<Checked<_>>()?;
+    if let Some((i, name)) = repeated(views.iter().map(|v| v.name.as_str())) {
+        return Err(invalid(
+            format!("views.{i}.name"),
+            format!("{name:?} a second time"),
+            "a name of its own",
+        ));
+    }
+    Ok(views)
+}
+
+fn view((i, raw): (usize, &RawView)) -> Checked<View> {
+    let key = |name: &str| format!("views.{i}.{name}");
+    let in_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if raw.name.is_empty() || raw.name.len() > 32 || !raw.name.chars().all(in_name) {
+        let allowed = "1 to 32 of the characters a-z, 0-9 and '-', as it names a file";
+        return Err(invalid(key("name"), format!("{:?}", raw.name), allowed));
+    }
+    if raw.name == "sheet" {
+        return Err(invalid(
+            key("name"),
+            "\"sheet\"",
+            "another name: sheet.png is the contact sheet",
+        ));
+    }
+    if raw.size.iter().any(|n| !(64..=4096).contains(n)) {
+        return Err(invalid(
+            key("size"),
+            format!("{:?}", raw.size),
+            "64 to 4096 pixels a side",
+        ));
+    }
+    Ok(View {
+        name: raw.name.clone(),
+        plane: raw.plane,
+        extent: raw.extent,
+        size: raw.size,
+        field_mm: number(&key("field_mm"), raw.field_mm, 1.0..=2000.0, "mm")?,
+        filter: raw.filter,
+        window: window(&key("window"), &raw.window)?,
+        up: raw.up,
+    })
+}
+
+fn window(key: &str, raw: &RawWindow) -> Checked<WindowLevel> {
+    match raw {
+        RawWindow::Named(name) => WindowLevel::named(name).ok_or_else(|| {
+            let names: Vec<_> = WINDOWS.iter().map(|(name, _)| *name).collect();
+            let allowed = format!("{}, or {{ centre_hu = .., width_hu = .. }}", names.join(", "));
+            invalid(key, format!("{name:?}"), allowed)
+        }),
+        RawWindow::Levels(levels) => Ok(WindowLevel {
+            centre_hu: number(
+                &format!("{key}.centre_hu"),
+                levels.centre_hu,
+                -32_768.0..=32_767.0,
+                "HU",
+            )?,
+            width_hu: number(&format!("{key}.width_hu"), levels.width_hu, 1.0..=65_536.0, "HU")?,
+        }),
+    }
+}
+
+fn recording(raw: &RawScene) -> Checked<Option<RecordingSpec>> {
+    let Some(raw) = &raw.recording else { return Ok(None) };
+    Ok(Some(RecordingSpec {
+        chunk: seconds("recording.chunk_s", raw.chunk_s, 0.05..=1.0)?,
+    }))
+}
+
+fn limits(raw: &RawLimits) -> Checked<Limits> {
+    let stale_ms = number("limits.stale_ms", raw.stale_ms, 1.0..=10_000.0, "ms")?;
+    if !(1..=100).contains(&raw.restarts) {
+        return Err(invalid("limits.restarts", raw.restarts, "1 to 100"));
+    }
+    Ok(Limits {
+        stale: Duration::from_secs_f64(stale_ms / 1e3),
+        silent: seconds("limits.silent_s", raw.silent_s, 0.5..=60.0)?,
+        start: seconds("limits.start_s", raw.start_s, 1.0..=3600.0)?,
+        restarts: raw.restarts,
+        restart_window: seconds("limits.restart_window_s", raw.restart_window_s, 1.0..=3600.0)?,
+        stop: seconds("limits.stop_s", raw.stop_s, 0.1..=60.0)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn error(text: &str) -> String {
+        Scene::parse(text, Path::new("s.toml")).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn an_empty_scene_is_the_thesis() {
+        let scene = Scene::parse("", Path::new("s.toml")).unwrap();
+        assert_eq!(scene.views.len(), 7);
+        assert_eq!(scene.renderers().len(), 4);
+        assert!(scene.recording.is_none());
+    }
+
+    #[test]
+    fn one_view_one_renderer() {
+        let scene = Scene::parse(
+            "[[views]]\nname = \"a\"\nplane = \"axial\"\nextent = \"local\"",
+            Path::new("s.toml"),
+        );
+        assert_eq!(scene.unwrap().renderers().len(), 1);
+    }
+
+    #[test]
+    fn errors_point_at_the_line_and_say_what_is_allowed() {
+        let cases = [
+            (
+                "[tracker]\nrate_hz = -5",
+                "line 2, column 11, key tracker.rate_hz: found -5; allowed: 1 to 4000 Hz",
+            ),
+            ("[tracker]\nrate_hz = nan", "key tracker.rate_hz: found NaN"),
+            (
+                "[tracker]\nrate_herz = 5",
+                "line 2, column 1, key tracker.rate_herz: unknown field `rate_herz`, expected one of",
+            ),
+            (
+                "seed = \"x\"",
+                "line 1, column 8, key seed: invalid type: string \"x\", expected u64",
+            ),
+            (
+                "[[views]]\nname = \"a\"\nplane = \"axial\"\nextent = \"local\"\n[[views]]\nname = \"a\"\nplane = \"axial\"\nextent = \"local\"",
+                "line 6, column 8, key views.1.name: found \"a\" a second time",
+            ),
+            (
+                "[[views]]\nname = \"a\"\nplane = \"coronal\"\nextent = \"local\"",
+                "unknown variant `coronal`, expected one of `axial`",
+            ),
+            (
+                "[[views]]\nname = \"../a\"\nplane = \"axial\"\nextent = \"local\"",
+                "key views.0.name",
+            ),
+            (
+                "[tracker.approach]\ntarget = \"x\"",
+                "key tracker.approach.target: found \"x\"; allowed: no target",
+            ),
+            (
+                "[tracker.ct_from_tracker]\nquaternion = [1, 1, 0, 0]",
+                "needs a quaternion of norm 1",
+            ),
+            (
+                "[limits]\nrestarts = 0",
+                "line 2, column 12, key limits.restarts: found 0",
+            ),
+            ("views = []", "key views: found 0; allowed: 1 to 16 views"),
+            ("seed = ", "line 1, column 8"),
+        ];
+        for (text, expected) in cases {
+            let got = error(text);
+            assert!(got.contains(expected), "{text}\n  gave {got}\n  not  {expected}");
+            assert!(got.starts_with("scene s.toml, line "), "{got}");
+        }
+    }
+
+    #[test]
+    fn a_written_scene_reads_back() {
+        let source = super::super::raw::parse(
+            "[recording]\n[[targets]]\nname = \"n\"\nct_mm = [1, 2, 3]",
+            Path::new("s.toml"),
+        )
+        .unwrap();
+        let again = super::super::raw::parse(&source.to_toml(), Path::new("s.toml")).unwrap();
+        assert_eq!(source.scene, again.scene);
+    }
+}

@@ -1,0 +1,451 @@
+//! The scene file as it is written: every key known, every type right, nothing else checked.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::error::{Invalid, SceneError};
+use super::locate;
+
+/// Scene files are short; a longer one is not a scene.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// A raw scene with the text it came from, for errors that point at a line.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// The file.
+    pub path: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// Its content.
+    pub scene: RawScene,
+}
+
+/// The whole file.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawScene {
+    /// Seeds everything that is drawn by chance.
+    pub seed: u64,
+    /// `[volume]`
+    pub volume: RawVolume,
+    /// `[tool]`
+    pub tool: RawTool,
+    /// `[tracker]`
+    pub tracker: RawTracker,
+    /// `[recording]`; absent: nothing is recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recording: Option<RawRecording>,
+    /// `[limits]`
+    pub limits: RawLimits,
+    /// `[[targets]]`; absent: those of the generated patient, or none for a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub targets: Option<Vec<RawTarget>>,
+    /// `[[views]]`; absent: the seven images of the thesis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub views: Option<Vec<RawView>>,
+}
+
+/// `[volume]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawVolume {
+    /// `phantom`, or a path.
+    pub source: String,
+    /// Phantom only: voxel spacing, mm.
+    pub spacing_mm: f64,
+}
+
+impl Default for RawVolume {
+    fn default() -> Self {
+        Self {
+            source: "phantom".to_owned(),
+            spacing_mm: 1.5,
+        }
+    }
+}
+
+/// `[tool]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawTool {
+    /// For people.
+    pub name: String,
+    /// From the handle to the tip, mm.
+    pub length_mm: f64,
+    /// Outer diameter, mm.
+    pub diameter_mm: f64,
+}
+
+impl Default for RawTool {
+    fn default() -> Self {
+        Self {
+            name: "mediastinoscope".to_owned(),
+            length_mm: 180.0,
+            diameter_mm: 12.0,
+        }
+    }
+}
+
+/// `[tracker]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawTracker {
+    /// Who publishes poses.
+    pub source: RawTrackerSource,
+    /// Samples a second.
+    pub rate_hz: f64,
+    /// Standard deviation of the measured tip along each axis, mm.
+    pub noise_mm: f64,
+    /// Standard deviation of the measured rotation about each axis, degrees.
+    pub noise_deg: f64,
+    /// Chance that a sample starts a dropout.
+    pub dropout: f64,
+    /// Samples a dropout lasts.
+    pub dropout_samples: u32,
+    /// `[tracker.approach]`
+    pub approach: RawApproach,
+    /// `[tracker.ct_from_tracker]`
+    pub ct_from_tracker: RawRigid,
+}
+
+impl Default for RawTracker {
+    fn default() -> Self {
+        Self {
+            source: RawTrackerSource::Simulated,
+            rate_hz: 60.0,
+            noise_mm: 0.1,
+            noise_deg: 0.02,
+            dropout: 0.0,
+            dropout_samples: 6,
+            approach: RawApproach::default(),
+            ct_from_tracker: RawRigid::default(),
+        }
+    }
+}
+
+/// Who publishes poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RawTrackerSource {
+    /// The tracker process.
+    Simulated,
+    /// Another program.
+    External,
+}
+
+/// `[tracker.approach]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawApproach {
+    /// Name of a target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
+    /// Where the tube goes through the skin, LPS mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub entry_ct_mm: Option<[f64; 3]>,
+    /// How far short of the target the tip stops, mm.
+    pub stop_short_mm: f64,
+    /// Duration of the insertion and of the withdrawal, s.
+    pub insert_s: f64,
+    /// Rest at the target, s.
+    pub pause_s: f64,
+    /// Duration of the sweep, s.
+    pub sweep_s: f64,
+    /// Half opening of the sweep's cone, degrees.
+    pub sweep_deg: f64,
+}
+
+impl Default for RawApproach {
+    fn default() -> Self {
+        Self {
+            target: None,
+            entry_ct_mm: None,
+            stop_short_mm: 5.0,
+            insert_s: 4.0,
+            pause_s: 2.0,
+            sweep_s: 4.0,
+            sweep_deg: 6.0,
+        }
+    }
+}
+
+/// A rigid transform.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawRigid {
+    /// Unit quaternion w, x, y, z.
+    pub quaternion: [f64; 4],
+    /// Translation, mm.
+    pub translation_mm: [f64; 3],
+}
+
+impl Default for RawRigid {
+    fn default() -> Self {
+        Self {
+            quaternion: [1.0, 0.0, 0.0, 0.0],
+            translation_mm: [0.0; 3],
+        }
+    }
+}
+
+/// `[[targets]]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawTarget {
+    /// For people.
+    pub name: String,
+    /// Its centre, LPS mm.
+    pub ct_mm: [f64; 3],
+    /// Its diameter, mm.
+    #[serde(default = "default_target_diameter")]
+    pub diameter_mm: f64,
+}
+
+fn default_target_diameter() -> f64 {
+    5.0
+}
+
+/// `[[views]]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawView {
+    /// Names the topic and the PNG.
+    pub name: String,
+    /// The plane's direction.
+    pub plane: Plane,
+    /// Whole patient or zoomed at the tip.
+    pub extent: Extent,
+    /// Width and height, pixels.
+    #[serde(default = "default_size")]
+    pub size: [u32; 2],
+    /// Local views: what the image's shorter side shows, mm.
+    #[serde(default = "default_field_mm")]
+    pub field_mm: f64,
+    /// How voxels are interpolated.
+    #[serde(default)]
+    pub filter: Filter,
+    /// How HU become grey.
+    #[serde(default)]
+    pub window: RawWindow,
+    /// Perpendicular views: what points up.
+    #[serde(default)]
+    pub up: Up,
+}
+
+fn default_size() -> [u32; 2] {
+    [512, 512]
+}
+
+fn default_field_mm() -> f64 {
+    100.0
+}
+
+/// Direction of a slice plane; one process renders each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Plane {
+    /// Across the body, seen from the feet.
+    Axial,
+    /// Coronal, seen from the front.
+    Frontal,
+    /// Seen from the patient's left.
+    Sagittal,
+    /// Perpendicular to the tube through its tip, seen along the tube.
+    Perpendicular,
+}
+
+impl Plane {
+    /// The name in the scene file.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Axial => "axial",
+            Self::Frontal => "frontal",
+            Self::Sagittal => "sagittal",
+            Self::Perpendicular => "perpendicular",
+        }
+    }
+
+    /// The name of the process that renders this direction.
+    pub fn process(self) -> String {
+        format!("view-{}", self.name())
+    }
+}
+
+/// How much of the patient an image shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Extent {
+    /// The whole examination.
+    Global,
+    /// A field around the tip.
+    Local,
+}
+
+/// How voxels are interpolated.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Filter {
+    /// The nearest voxel.
+    Nearest,
+    /// Trilinear.
+    #[default]
+    Linear,
+}
+
+/// What points up in a perpendicular image.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Up {
+    /// The patient's head.
+    #[default]
+    Superior,
+    /// The patient's front.
+    Anterior,
+    /// The tool's own +y: the image turns with the handle.
+    Tool,
+}
+
+/// A named window or its numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum RawWindow {
+    /// `abdomen`, `soft-tissue`, `bone`, `lung`, `vessels`.
+    Named(String),
+    /// Numbers.
+    Levels(RawLevels),
+}
+
+impl Default for RawWindow {
+    fn default() -> Self {
+        Self::Named("abdomen".to_owned())
+    }
+}
+
+/// `window = { centre_hu = 40, width_hu = 400 }`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawLevels {
+    /// The HU shown as middle grey.
+    pub centre_hu: f64,
+    /// From black to white, HU.
+    pub width_hu: f64,
+}
+
+/// `[recording]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawRecording {
+    /// A chunk is closed after this time.
+    pub chunk_s: f64,
+}
+
+impl Default for RawRecording {
+    fn default() -> Self {
+        Self { chunk_s: 0.5 }
+    }
+}
+
+/// `[limits]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawLimits {
+    /// An image whose pose is older than this says so.
+    pub stale_ms: f64,
+    /// A process without a sign of life for this long is restarted.
+    pub silent_s: f64,
+    /// A process that is not ready after this long is restarted.
+    pub start_s: f64,
+    /// Restarts of one process within `restart_window_s` before it is held.
+    pub restarts: u32,
+    /// See `restarts`.
+    pub restart_window_s: f64,
+    /// How long processes may take to end when asked.
+    pub stop_s: f64,
+}
+
+impl Default for RawLimits {
+    fn default() -> Self {
+        Self {
+            stale_ms: 100.0,
+            silent_s: 2.0,
+            start_s: 120.0,
+            restarts: 5,
+            restart_window_s: 30.0,
+            stop_s: 3.0,
+        }
+    }
+}
+
+/// Reads a scene file.
+///
+/// # Errors
+/// [`SceneError::Io`], [`SceneError::Syntax`].
+pub fn load(path: &Path) -> Result<Source, SceneError> {
+    let io = |source| SceneError::Io {
+        path: path.to_owned(),
+        source,
+    };
+    let bytes = fs::metadata(path).map_err(io)?.len();
+    if bytes > MAX_BYTES {
+        return Err(SceneError::TooLong {
+            path: path.to_owned(),
+            bytes,
+            allowed: MAX_BYTES,
+        });
+    }
+    parse(&fs::read_to_string(path).map_err(io)?, path)
+}
+
+/// Reads the text of a scene.
+///
+/// # Errors
+/// [`SceneError::Syntax`].
+pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
+    let mut scene: RawScene = toml::from_str(text).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        let (line, column) = locate::line_and_column(text, at);
+        SceneError::Syntax {
+            path: path.to_owned(),
+            line,
+            column,
+            key: locate::key_at(text, at),
+            why: error.message().to_owned(),
+        }
+    })?;
+    anchor(&mut scene.volume.source, path);
+    Ok(Source {
+        path: path.to_owned(),
+        text: text.to_owned(),
+        scene,
+    })
+}
+
+/// A relative path in a scene file means relative to that file.
+fn anchor(source: &mut String, scene: &Path) {
+    if source == "phantom" || Path::new(source.as_str()).is_absolute() {
+        return;
+    }
+    if let Some(folder) = scene.parent() {
+        *source = folder.join(source.as_str()).to_string_lossy().into_owned();
+    }
+}
+
+impl Source {
+    /// The scene as TOML, with every default written out.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(&self.scene).unwrap_or_default()
+    }
+
+    pub(super) fn error_at(&self, invalid: Invalid) -> SceneError {
+        let at = locate::position_of(&self.text, &invalid.key).unwrap_or(0);
+        let (line, column) = locate::line_and_column(&self.text, at);
+        SceneError::Value {
+            path: self.path.clone(),
+            line,
+            column,
+            invalid,
+        }
+    }
+}

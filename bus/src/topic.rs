@@ -1,0 +1,160 @@
+//! The one table of topics. Every port is opened from a row of it, and `pilot topics` prints it.
+
+use std::time::Duration;
+
+/// How the payload of a topic moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pattern {
+    /// One publisher, many subscribers, newest wins where the subscriber's buffer is 1.
+    PublishSubscribe,
+    /// Clients ask, one server answers.
+    RequestResponse,
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, Copy)]
+pub struct Topic {
+    /// The service's name; `*` stands for a process or view of the scene.
+    pub name: &'static str,
+    /// The versioned name of its payload.
+    pub payload: &'static str,
+    /// How it moves.
+    pub pattern: Pattern,
+    /// How many publishers or servers may exist at a time.
+    pub publishers: usize,
+    /// How many subscribers or clients may exist at a time.
+    pub subscribers: usize,
+    /// How many samples a late subscriber is given.
+    pub history: usize,
+    /// Deepest buffer a subscriber may ask for.
+    pub buffer: usize,
+    /// How many samples a subscriber may hold at a time.
+    pub borrowed: usize,
+    /// After this silence a receiver must treat what it has as old.
+    pub deadline: Option<Duration>,
+    /// Whether each sample also wakes its receivers.
+    pub wakes: bool,
+    /// What it is for.
+    pub purpose: &'static str,
+}
+
+const BASE: Topic = Topic {
+    name: "",
+    payload: "",
+    pattern: Pattern::PublishSubscribe,
+    publishers: 1,
+    subscribers: 24,
+    history: 1,
+    buffer: 1,
+    borrowed: 2,
+    deadline: None,
+    wakes: false,
+    purpose: "",
+};
+
+/// The examination, once, in shared memory. Two may be borrowed, so that a reader can change over to a reloaded one.
+pub const VOLUME: Topic = Topic {
+    name: "volume",
+    payload: "trocar/VolumeHeader/1 + [i16]",
+    purpose: "the CT: one copy for all processes",
+    ..BASE
+};
+
+/// The tool's pose. Renderers take the newest; the recorder and the pilot ask for a deep buffer.
+pub const TOOL_POSE: Topic = Topic {
+    name: "tool-pose",
+    payload: "trocar/ToolPose/1",
+    buffer: 4096,
+    deadline: Some(Duration::from_millis(100)),
+    wakes: true,
+    purpose: "ct_from_tool with its status, from the tracker",
+    ..BASE
+};
+
+/// Where the simulated tool truly is.
+pub const GROUND_TRUTH: Topic = Topic {
+    name: "ground-truth",
+    payload: "trocar/ToolPose/1",
+    buffer: 4096,
+    purpose: "the simulated tool's true pose (simulated tracker only)",
+    ..BASE
+};
+
+/// The images of one view.
+pub const VIEW_FRAME: Topic = Topic {
+    name: "view/*",
+    payload: "trocar/FrameHeader/1 + [u8] RGBA",
+    deadline: Some(Duration::from_millis(100)),
+    purpose: "the newest image of one view",
+    ..BASE
+};
+
+/// Images that were asked for: on a topic of their own, so that live ones never replace them.
+pub const HELD_FRAME: Topic = Topic {
+    name: "held/*",
+    payload: "trocar/FrameHeader/1 + [u8] RGBA",
+    purpose: "the image of one view for the pose that was asked for last",
+    ..BASE
+};
+
+/// The stamps of all images of one renderer.
+pub const FRAME_STAMP: Topic = Topic {
+    name: "stamp/*",
+    payload: "trocar/FrameStamp/1",
+    buffer: 1024,
+    purpose: "what each image of a process showed and when: for latency and state",
+    ..BASE
+};
+
+/// Signs of life.
+pub const HEARTBEAT: Topic = Topic {
+    name: "heartbeat/*",
+    payload: "trocar/Heartbeat/1",
+    deadline: Some(Duration::from_secs(2)),
+    purpose: "state and counters of one process",
+    ..BASE
+};
+
+/// Requests to a process.
+pub const COMMAND: Topic = Topic {
+    name: "command/*",
+    payload: "trocar/Command/1 -> trocar/ReplyHeader/1 + [u8]",
+    pattern: Pattern::RequestResponse,
+    history: 0,
+    wakes: true,
+    purpose: "status and stop (pilot), render one pose (renderers)",
+    ..BASE
+};
+
+/// The table.
+pub const TOPICS: [&Topic; 8] = [
+    &VOLUME,
+    &TOOL_POSE,
+    &GROUND_TRUTH,
+    &VIEW_FRAME,
+    &HELD_FRAME,
+    &FRAME_STAMP,
+    &HEARTBEAT,
+    &COMMAND,
+];
+
+impl Topic {
+    /// The service's name for one process or view.
+    pub fn of(&self, part: &str) -> String {
+        self.name.replace('*', part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_writer_and_unique_names() {
+        for (i, topic) in TOPICS.iter().enumerate() {
+            assert_eq!(topic.publishers, 1, "{}", topic.name);
+            assert!(TOPICS[i + 1..].iter().all(|other| other.name != topic.name));
+        }
+        assert_eq!(VIEW_FRAME.of("axial-local"), "view/axial-local");
+    }
+}

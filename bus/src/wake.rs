@@ -1,0 +1,93 @@
+//! Sleeping until something happens: a message, a request, a missed deadline, a tick.
+
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::prelude::*;
+use iceoryx2::waitset::WaitSetRunResult;
+
+use crate::BusError;
+use crate::node::Ipc;
+use crate::port::{CommandServer, Message, Subscriber};
+
+/// What a process waits for.
+#[derive(Debug)]
+pub struct Waits<'a> {
+    listeners: Vec<(&'a Listener<Ipc>, Option<Duration>)>,
+    tick: Duration,
+}
+
+impl<'a> Waits<'a> {
+    /// Wakes at least every `tick`.
+    pub fn every(tick: Duration) -> Self {
+        Self {
+            listeners: Vec::new(),
+            tick,
+        }
+    }
+
+    /// Also wakes for each message, and when none has come for `deadline`: the watchdog against stale poses.
+    #[must_use]
+    pub fn message<T>(mut self, subscriber: &'a Subscriber<T>, deadline: Option<Duration>) -> Self
+    where
+        T: Message,
+    {
+        self.listeners.extend(subscriber.listener().map(|l| (l, deadline)));
+        self
+    }
+
+    /// Also wakes for each request.
+    #[must_use]
+    pub fn request(mut self, server: &'a CommandServer) -> Self {
+        self.listeners.push((server.listener(), None));
+        self
+    }
+
+    /// Calls `step` each time something happened, until it breaks. The process handles its own signals: a signal only
+    /// wakes it.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`] where the wait itself fails; what `step` breaks with is passed on.
+    pub fn run<B>(self, mut step: impl FnMut() -> ControlFlow<B>) -> Result<B, BusError> {
+        let fail = |e: String| BusError::Transfer {
+            topic: "wake".to_owned(),
+            what: "waiting",
+            why: e,
+        };
+        let waitset = WaitSetBuilder::new()
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Ipc>()
+            .map_err(|e| fail(format!("{e:?}")))?;
+        let mut guards = Vec::new();
+        for (listener, deadline) in &self.listeners {
+            guards.push(
+                match deadline {
+                    Some(deadline) => waitset.attach_deadline(*listener, *deadline),
+                    None => waitset.attach_notification(*listener),
+                }
+                .map_err(|e| fail(format!("{e:?}")))?,
+            );
+        }
+        loop {
+            if let ControlFlow::Break(result) = step() {
+                return Ok(result);
+            }
+            if guards.is_empty() {
+                std::thread::sleep(self.tick);
+                continue;
+            }
+            let woken = waitset
+                .wait_and_process_once_with_timeout(|_| CallbackProgression::Continue, self.tick)
+                .map_err(|e| fail(format!("{e:?}")))?;
+            if woken == WaitSetRunResult::TerminationRequest {
+                // Not reachable with signal handling disabled; the step decides in any case.
+                continue;
+            }
+            for (listener, _) in &self.listeners {
+                // Several notifications may have merged into one: the step drains its ports, so they need no counting.
+                let _ = listener.try_wait(|_| {});
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! Floor 0: the geometry every other crate speaks.
+//!
+//! Lengths are millimetres, angles radians, patient axes LPS: +x to the patient's Left, +y Posterior, +z Superior.
+//! Frames are types, so that a transform `a_from_b` composes only with something in frame `b`:
+//!
+//! ```
+//! use geometry::{Ct, Point, Rigid, Tool, door};
+//! let ct_from_tool: Rigid<Ct, Tool> = door::rigid([1.0, 0.0, 0.0, 0.0], [10.0, 20.0, 30.0], 1e-9)?;
+//! let tip_in_tool = Point::<Tool>::new(0.0, 0.0, 0.0);
+//! let tip: Point<Ct> = ct_from_tool * tip_in_tool;
+//! assert_eq!(tip.mm(), [10.0, 20.0, 30.0]);
+//! # Ok::<(), geometry::DoorError>(())
+//! ```
+//!
+//! The same chain with a point of another frame does not compile:
+//!
+//! ```compile_fail,E0308
+//! use geometry::{Ct, Point, Rigid, Tool, door};
+//! let ct_from_tool: Rigid<Ct, Tool> = door::rigid([1.0, 0.0, 0.0, 0.0], [10.0, 20.0, 30.0], 1e-9)?;
+//! let tip_in_tool = Point::<Ct>::new(0.0, 0.0, 0.0);
+//! let tip: Point<Ct> = ct_from_tool * tip_in_tool;
+//! # Ok::<(), geometry::DoorError>(())
+//! ```
+//!
+//! What types cannot catch: *time*. `Rigid<Ct, Tool>` of one sample and of the next have the same type; that they
+//! belong together is the business of sequence numbers and stamps, on the bus.
+
+mod affine;
+pub mod door;
+mod frame;
+mod grid;
+mod plane;
+mod point;
+mod rigid;
+pub mod rotation;
+
+pub use affine::Affine;
+pub use door::DoorError;
+pub use frame::{Base, Ct, Frame, Image, Marker, Pointer, Reference, Tool, Tracker, Voxel};
+pub use grid::{GridError, MAX_DIM, MAX_VOXELS, VolumeGrid};
+pub use plane::{PlaneError, Projected, SlicePlane};
+pub use point::{Direction, Point, Vector};
+pub use rigid::Rigid;

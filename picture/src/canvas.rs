@@ -1,0 +1,224 @@
+//! An RGBA image and the few shapes an overlay needs. Positions are pixels; whole numbers are pixel centres.
+
+use tiny_skia::{Color, LineCap, Paint, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
+
+use crate::text::{self, Anchor};
+
+/// An opaque colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rgb(pub u8, pub u8, pub u8);
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Its colour.
+    pub colour: Rgb,
+    /// Its width, pixels.
+    pub width: f32,
+    /// Solid, or dashed for what lies behind the plane.
+    pub dashed: bool,
+}
+
+impl Line {
+    /// A solid line.
+    pub const fn solid(colour: Rgb, width: f32) -> Self {
+        Self {
+            colour,
+            width,
+            dashed: false,
+        }
+    }
+
+    /// A dashed line.
+    pub const fn dashed(colour: Rgb, width: f32) -> Self {
+        Self {
+            colour,
+            width,
+            dashed: true,
+        }
+    }
+
+    fn stroke(&self) -> Stroke {
+        Stroke {
+            width: self.width,
+            line_cap: LineCap::Round,
+            dash: self.dashed.then(|| StrokeDash::new(vec![6.0, 6.0], 0.0)).flatten(),
+            ..Stroke::default()
+        }
+    }
+
+    fn paint(&self) -> Paint<'static> {
+        paint(self.colour, 255)
+    }
+}
+
+fn paint(Rgb(r, g, b): Rgb, alpha: u8) -> Paint<'static> {
+    let mut paint = Paint::default();
+    paint.set_color_rgba8(r, g, b, alpha);
+    paint
+}
+
+/// An RGBA image, opaque everywhere.
+#[derive(Debug, Clone)]
+pub struct Canvas {
+    pixmap: Pixmap,
+}
+
+impl Canvas {
+    /// A black image of `width` x `height` pixels, both at least 1.
+    pub fn new(width: u32, height: u32) -> Self {
+        // tiny-skia refuses only empty images and ones beyond 2^29 bytes a row; callers check their sizes long before.
+        let mut pixmap = Pixmap::new(width.clamp(1, 1 << 14), height.clamp(1, 1 << 14))
+            .unwrap_or_else(|| unreachable!("sides of 1 to 16384 pixels are always accepted"));
+        pixmap.fill(Color::BLACK);
+        Self { pixmap }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> u32 {
+        self.pixmap.width()
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.pixmap.height()
+    }
+
+    /// The pixels: RGBA, row by row from the top.
+    pub fn rgba(&self) -> &[u8] {
+        self.pixmap.data()
+    }
+
+    /// The pixels, to be overwritten with opaque ones.
+    pub fn rgba_mut(&mut self) -> &mut [u8] {
+        self.pixmap.data_mut()
+    }
+
+    /// Makes every colour darker: each channel times `factor` / 256.
+    pub fn dim(&mut self, factor: u16) {
+        for pixel in self.pixmap.data_mut().chunks_exact_mut(4) {
+            for channel in &mut pixel[..3] {
+                *channel = ((u16::from(*channel) * factor.min(256)) >> 8) as u8;
+            }
+        }
+    }
+
+    /// Copies `rgba`, an image of `width` columns, with its first pixel at (`x`, `y`); what does not fit is left out.
+    pub fn paste(&mut self, rgba: &[u8], width: u32, x: u32, y: u32) {
+        let canvas_width = self.width() as usize;
+        let columns = (width as usize).min(canvas_width.saturating_sub(x as usize));
+        let first_row = y as usize;
+        let height = self.height() as usize;
+        let target = self.pixmap.data_mut();
+        for (row, line) in rgba.chunks_exact(width as usize * 4).enumerate() {
+            if first_row + row >= height {
+                break;
+            }
+            let at = ((first_row + row) * canvas_width + x as usize) * 4;
+            target[at..at + columns * 4].copy_from_slice(&line[..columns * 4]);
+        }
+    }
+
+    /// A straight line.
+    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], line: Line) {
+        self.polyline(&[from, to], line);
+    }
+
+    /// Joined straight lines.
+    pub fn polyline(&mut self, points: &[[f64; 2]], line: Line) {
+        let mut path = PathBuilder::new();
+        for (i, point) in points.iter().enumerate() {
+            let [x, y] = corner(*point);
+            if i == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+        }
+        self.stroke(path, line);
+    }
+
+    /// A circle.
+    pub fn circle(&mut self, centre: [f64; 2], radius: f64, line: Line) {
+        let [x, y] = corner(centre);
+        let mut path = PathBuilder::new();
+        path.push_circle(x, y, radius as f32);
+        self.stroke(path, line);
+    }
+
+    /// A filled rectangle from (`x`, `y`), `alpha` of 255 is opaque.
+    pub fn fill(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], colour: Rgb, alpha: u8) {
+        if let Some(rect) = Rect::from_xywh(x as f32, y as f32, width as f32, height as f32) {
+            self.pixmap
+                .fill_rect(rect, &paint(colour, alpha), Transform::identity(), None);
+        }
+    }
+
+    /// A frame of `width` pixels along the image's border.
+    pub fn border(&mut self, colour: Rgb, width: f64) {
+        let (w, h) = (f64::from(self.width()), f64::from(self.height()));
+        self.fill([0.0, 0.0], [w, width], colour, 255);
+        self.fill([0.0, h - width], [w, width], colour, 255);
+        self.fill([0.0, 0.0], [width, h], colour, 255);
+        self.fill([w - width, 0.0], [width, h], colour, 255);
+    }
+
+    /// Text with a dark rim, so that it is legible on bone and on air; `at` is the point that `anchor` names.
+    pub fn text(&mut self, at: [f64; 2], text: &str, size: f32, colour: Rgb, anchor: Anchor) {
+        let (w, h) = (self.width(), self.height());
+        text::draw(self.pixmap.data_mut(), [w, h], at, text, size, colour, anchor);
+    }
+
+    fn stroke(&mut self, path: PathBuilder, line: Line) {
+        if let Some(path) = path.finish() {
+            self.pixmap
+                .stroke_path(&path, &line.paint(), &line.stroke(), Transform::identity(), None);
+        }
+    }
+}
+
+/// tiny-skia counts from pixel corners, we from pixel centres. Far points are pulled in, so that f32 stays exact enough.
+fn corner([x, y]: [f64; 2]) -> [f32; 2] {
+    [x, y].map(|c| (c.clamp(-1e5, 1e5) + 0.5) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pixel(canvas: &Canvas, x: u32, y: u32) -> [u8; 4] {
+        let at = ((y * canvas.width() + x) * 4) as usize;
+        canvas.rgba()[at..at + 4].try_into().unwrap()
+    }
+
+    #[test]
+    fn lines_run_through_pixel_centres() {
+        let mut canvas = Canvas::new(20, 20);
+        canvas.line([2.0, 10.0], [17.0, 10.0], Line::solid(Rgb(255, 0, 0), 1.0));
+        assert_eq!(pixel(&canvas, 9, 10), [255, 0, 0, 255]);
+        assert_eq!(pixel(&canvas, 9, 9), [0, 0, 0, 255]);
+        assert_eq!(pixel(&canvas, 9, 11), [0, 0, 0, 255]);
+    }
+
+    #[test]
+    fn pasting_stops_at_the_border() {
+        let mut canvas = Canvas::new(4, 4);
+        canvas.paste(&[255; 3 * 3 * 4], 3, 2, 3);
+        assert_eq!(pixel(&canvas, 1, 3), [0, 0, 0, 255]);
+        assert_eq!(pixel(&canvas, 3, 3), [255; 4]);
+    }
+
+    #[test]
+    fn text_leaves_a_mark_and_never_leaves_the_image() {
+        let mut canvas = Canvas::new(64, 32);
+        canvas.text([60.0, 30.0], "R\u{1F600}é", 14.0, Rgb(255, 255, 0), Anchor::Left);
+        canvas.text([2.0, 16.0], "R", 14.0, Rgb(255, 255, 0), Anchor::Left);
+        assert!(canvas.rgba().chunks(4).any(|p| p[0] > 200 && p[2] == 0));
+        canvas.text([-500.0, 1e9], "far", 14.0, Rgb(1, 1, 1), Anchor::Centre);
+    }
+
+    #[test]
+    fn dimming_keeps_pixels_opaque() {
+        let mut canvas = Canvas::new(2, 2);
+        canvas.paste(&[200; 16], 2, 0, 0);
+        canvas.rgba_mut()[3] = 255;
+        canvas.dim(128);
+        assert_eq!(pixel(&canvas, 0, 0), [100, 100, 100, 255]);
+    }
+}

@@ -1,0 +1,12 @@
+//! Floor 1: drawing lines, circles and text on an RGBA image, and writing it as a PNG that carries its stamp.
+//!
+//! Shapes are antialiased by tiny-skia, text is the Hack typeface through ab_glyph; both are exact from run to run, so
+//! that the same pose gives the same bytes.
+
+mod canvas;
+mod png_file;
+mod text;
+
+pub use canvas::{Canvas, Line, Rgb};
+pub use png_file::{PngError, encode_png, write_png};
+pub use text::Anchor;

@@ -1,0 +1,5 @@
+//! The `pilot` process.
+
+fn main() -> std::process::ExitCode {
+    pilot::cli::main()
+}

@@ -1,0 +1,244 @@
+//! The command line.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use bus::message::{Command, CommandKind};
+use bus::port::CommandClient;
+use bus::process::exit;
+use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
+use bus::scene::Scene;
+use bus::topic::TOPICS;
+use bus::{Bus, BusError};
+use clap::{Parser, Subcommand};
+
+use crate::duration;
+use crate::plan::plan;
+use crate::resolve::{Overrides, ResolveError, resolve};
+use crate::run::{RunError, run};
+use crate::state::Options;
+use crate::status::Status;
+
+/// Exit code of a run that went to its end with something wrong: see `problems` in its report.
+const WITH_PROBLEMS: u8 = 3;
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Starts, watches and stops a navigation. Trocar is research software and not a medical device.
+#[derive(Debug, Parser)]
+#[command(
+    name = "pilot",
+    version,
+    after_help = "Examples:\n  \
+    pilot run --for 10s --out out                        the embedded demonstration\n  \
+    pilot run config/demo.toml --volume ct.nii.gz --headless --for 10s --out out\n  \
+    pilot check config/demo.toml                         reads a scene and says what it would start\n  \
+    pilot status                                         what the processes and views of a run do\n  \
+    pilot stop                                           ends a run in an orderly way\n\n\
+    Exit codes: 0 all well; 1 refused or failed; 3 the run went to its end, but see `problems` in report.json."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Runs a scene: starts its processes, navigates, writes pictures, recording and report.
+    Run(RunArgs),
+    /// Reads a scene and says what it would start, or what is wrong with it.
+    Check(SceneArgs),
+    /// Prints the state of a run.
+    Status {
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Ends a run in an orderly way.
+    Stop {
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+    },
+    /// Prints the table of topics.
+    Topics,
+}
+
+#[derive(Debug, clap::Args)]
+struct SceneArgs {
+    /// The scene file; without one, the embedded demonstration.
+    scene: Option<PathBuf>,
+    /// Another examination than the scene's: a CT (.nii, .nii.gz), or `phantom`.
+    #[arg(long)]
+    volume: Option<String>,
+    /// Another seed than the scene's.
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+#[derive(Debug, clap::Args)]
+struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// How long to navigate (500ms, 10s, 2m); without it, until stopped.
+    #[arg(long = "for", value_name = "TIME", value_parser = duration::parse)]
+    duration: Option<Duration>,
+    /// Where pictures, recording and report go.
+    #[arg(long, default_value = "out")]
+    out: PathBuf,
+    /// Replace a session that is already in the output folder.
+    #[arg(long)]
+    overwrite: bool,
+    /// No window. There is none yet: every run writes its pictures.
+    #[arg(long)]
+    headless: bool,
+    /// Names the run; runs of different names do not see each other.
+    #[arg(long, default_value = "default")]
+    run: String,
+}
+
+#[derive(Debug, thiserror::Error)]
+enum CliError {
+    #[error(transparent)]
+    Resolve(#[from] ResolveError),
+    #[error(transparent)]
+    Run(#[from] RunError),
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    #[error("run {run:?} refused: {why}")]
+    Refused { run: String, why: String },
+    #[error("run {0:?} answered with something that is not a status")]
+    NoStatus(String),
+}
+
+/// The binary.
+pub fn main() -> ExitCode {
+    match Cli::parse().command {
+        Verb::Run(args) => match navigate(args) {
+            Ok(code) => code,
+            Err(error) => exit("pilot", Err(error)),
+        },
+        Verb::Check(args) => exit("pilot", check(&args)),
+        Verb::Status { run, json } => exit("pilot", status(&run, json)),
+        Verb::Stop { run } => exit("pilot", stop(&run)),
+        Verb::Topics => {
+            say(&topics());
+            ExitCode::SUCCESS
+        }
+    }
+}
+
+/// What the user asked for goes to stdout; a reader that has closed it (`pilot check | head -1`) wants no more.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+fn load(args: &SceneArgs) -> Result<(bus::scene::raw::Source, Scene), ResolveError> {
+    let overrides = Overrides {
+        volume: args.volume.clone(),
+        seed: args.seed,
+    };
+    resolve(args.scene.as_deref(), &overrides)
+}
+
+fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
+    let (source, scene) = load(&args.scene)?;
+    let options = Options {
+        run: args.run,
+        out: args.out.clone(),
+        overwrite: args.overwrite,
+        duration: args.duration,
+    };
+    let report = run(options, source, scene)?;
+    say(&report.table());
+    say(&format!("pictures, recording and report: {}", display(&args.out)));
+    Ok(match report.problems.is_empty() {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::from(WITH_PROBLEMS),
+    })
+}
+
+fn display(path: &Path) -> String {
+    std::path::absolute(path)
+        .unwrap_or_else(|_| path.to_owned())
+        .display()
+        .to_string()
+}
+
+fn check(args: &SceneArgs) -> Result<(), CliError> {
+    let (source, scene) = load(args)?;
+    let mut lines = vec![format!("scene {}: good", source.path.display())];
+    lines.push(format!("volume: {}", source.scene.volume.source));
+    lines.push(format!(
+        "registration {:016x}, seed {}",
+        scene.registration_id(),
+        scene.seed
+    ));
+    for process in plan(&scene, "session.mcap") {
+        let views = process.views.iter().map(|&v| scene.views[v].name.as_str());
+        lines.push(
+            format!("starts {:<20} {}", process.name, views.collect::<Vec<_>>().join(" "))
+                .trim_end()
+                .to_owned(),
+        );
+    }
+    for target in &scene.targets {
+        let [x, y, z] = target.centre.mm();
+        lines.push(format!("target {:<20} L {x:.1}  P {y:.1}  S {z:.1} mm", target.name));
+    }
+    say(&lines.join("\n"));
+    Ok(())
+}
+
+fn ask(run: &str, kind: CommandKind) -> Result<String, CliError> {
+    let dir = run_dir(run)?;
+    let not_running = || FolderError::NotRunning { name: run.to_owned() };
+    if !RunLock::is_held(&dir) {
+        return Err(not_running().into());
+    }
+    let bus = Bus::join(&RunContext::load(&dir)?)?;
+    let client = CommandClient::open(&bus, "pilot")?;
+    let reply = client.ask(Command::new(kind), PATIENCE)?;
+    match reply.refused {
+        true => Err(CliError::Refused {
+            run: run.to_owned(),
+            why: reply.text,
+        }),
+        false => Ok(reply.text),
+    }
+}
+
+fn status(run: &str, json: bool) -> Result<(), CliError> {
+    let text = ask(run, CommandKind::Status)?;
+    let status: Status = serde_json::from_str(&text).map_err(|_| CliError::NoStatus(run.to_owned()))?;
+    say(&if json { text } else { status.table() });
+    Ok(())
+}
+
+fn stop(run: &str) -> Result<(), CliError> {
+    say(&ask(run, CommandKind::Stop)?);
+    Ok(())
+}
+
+fn topics() -> String {
+    let mut lines = vec![format!(
+        "{:<14}{:<48}{:>7}{:>8}{:>10}  {}",
+        "topic", "payload", "writers", "history", "deadline", "for"
+    )];
+    for topic in TOPICS {
+        let deadline = topic
+            .deadline
+            .map_or("-".to_owned(), |d| format!("{} ms", d.as_millis()));
+        lines.push(format!(
+            "{:<14}{:<48}{:>7}{:>8}{deadline:>10}  {}",
+            topic.name, topic.payload, topic.publishers, topic.history, topic.purpose
+        ));
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,229 @@
+//! The end of a run: every view shows one and the same pose, the pictures are written, the books are closed.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use bus::clock;
+use bus::message::{Command, FrameStamp, ToolPose};
+use bus::port::FrameSubscriber;
+use bus::scene::Scene;
+use picture::{Canvas, write_png};
+
+use crate::memory;
+use crate::output;
+use crate::report::{MemoryReport, Pictures, Report, ViewReport, VolumeReport};
+use crate::sheet::{self, Panel};
+use crate::state::Run;
+
+/// How long a renderer may take to draw the pose that was asked for.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+const SHEET: &str = "sheet.png";
+
+/// The files that [`take`] writes for a scene.
+pub(crate) fn picture_names(scene: &Scene) -> Vec<String> {
+    let views = scene.views.iter().map(|view| format!("{}.png", view.name));
+    views.chain([SHEET.to_owned()]).collect()
+}
+
+/// Asks every renderer for the run's last pose, writes the pictures, and measures memory while all are alive.
+pub(crate) fn take(run: &Run) -> Pictures {
+    let mut pictures = Pictures {
+        at_ns: run.bus.clock().now_ns(),
+        pngs: vec![None; run.scene.views.len()],
+        ..Pictures::default()
+    };
+    let pose = run.books.valid_pose_until(run.last_seq());
+    let mut panels: Vec<Panel> = run.scene.views.iter().map(|_| Panel { image: None }).collect();
+    match &pose {
+        Some(pose) => collect(run, pose, &mut panels, &mut pictures.problems),
+        None => pictures
+            .problems
+            .push("no valid pose was published: there is no picture to show".to_owned()),
+    }
+    for (view, panel) in panels.iter().enumerate() {
+        pictures.pngs[view] = write_view(run, view, panel, &mut pictures.problems);
+    }
+    let sheet = sheet::draw(&run.scene, &panels, pose.as_ref());
+    let stamp = panels
+        .iter()
+        .find_map(|p| p.image.as_ref())
+        .map(|(_, stamp)| stamp.texts());
+    if let Err(error) = write_png(&run.options.out.join(SHEET), &sheet, &stamp.unwrap_or_default()) {
+        pictures.problems.push(error.to_string());
+    }
+    pictures.memory = measure_memory(run);
+    pictures
+}
+
+/// Draws `pose` in every view that is alive.
+fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<String>) {
+    for (process, client) in &run.ports.renderers {
+        let planned = &run.planned[*process];
+        if !run.supervisor.is_ready(*process) {
+            problems.push(format!("{} is not running: its views are not shown", planned.name));
+            continue;
+        }
+        match client.ask(Command::render(*pose), PATIENCE) {
+            Ok(reply) if !reply.refused => {}
+            Ok(reply) => {
+                problems.push(format!(
+                    "{} refused to draw pose {}: {}",
+                    planned.name, pose.seq, reply.text
+                ));
+                continue;
+            }
+            Err(error) => {
+                problems.push(format!("{}: {error}", planned.name));
+                continue;
+            }
+        }
+        for &view in &planned.views {
+            panels[view].image = held_frame(&run.ports.held[view], pose.seq);
+            if let Some((_, stamp)) = &panels[view].image
+                && Some(stamp.volume()) != run.books.volume_hash()
+            {
+                panels[view].image = None;
+                problems.push(format!(
+                    "{} shows another volume than was loaded",
+                    run.scene.views[view].name
+                ));
+            }
+        }
+    }
+}
+
+fn held_frame(frames: &FrameSubscriber, seq: u64) -> Option<(Canvas, FrameStamp)> {
+    let frame = frames.newest().ok()??;
+    let header = *frame.header();
+    if header.stamp.seq != seq || header.stamp.on_request != 1 {
+        return None;
+    }
+    let mut canvas = Canvas::new(header.width, header.height);
+    canvas.paste(frame.rgba(), header.width, 0, 0);
+    Some((canvas, header.stamp))
+}
+
+fn write_view(run: &Run, view: usize, panel: &Panel, problems: &mut Vec<String>) -> Option<(String, u64)> {
+    let (canvas, stamp) = panel.image.as_ref()?;
+    let name = format!("{}.png", run.scene.views[view].name);
+    let mut texts = stamp.texts();
+    texts.push(("view", run.scene.views[view].name.clone()));
+    match write_png(&run.options.out.join(&name), canvas, &texts) {
+        Ok(()) => Some((name, stamp.seq)),
+        Err(error) => {
+            problems.push(error.to_string());
+            None
+        }
+    }
+}
+
+fn measure_memory(run: &Run) -> MemoryReport {
+    let Some(volume) = &run.books.volume else {
+        return MemoryReport::default();
+    };
+    let mut report = MemoryReport {
+        volume_bytes: volume.dims.iter().map(|&d| u64::from(d)).product::<u64>() * 2,
+        ..MemoryReport::default()
+    };
+    let children = run.running.iter().zip(&run.planned);
+    let children = children.filter_map(|(running, planned)| Some((running.as_ref()?.pid(), planned.name.clone())));
+    for (pid, name) in children.chain([(std::process::id(), "pilot".to_owned())]) {
+        let memory = memory::of_process(pid, volume.shm_inode);
+        report.volume_mapped_pss_bytes += memory.volume_pss;
+        report.process_pss_bytes.insert(name, memory.pss);
+    }
+    report.volume_ratio = report.volume_mapped_pss_bytes as f64 / report.volume_bytes.max(1) as f64;
+    report
+}
+
+/// Closes the books.
+pub(crate) fn report(run: &Run) -> Report {
+    let nothing = Pictures::default();
+    let pictures = run.pictures.as_ref().unwrap_or(&nothing);
+    let volume = run.books.volume.as_ref().map(|v| VolumeReport {
+        hash: v.volume_hash().to_string(),
+        dims: v.dims,
+        ct_from_voxel: v.ct_from_voxel,
+        brick: v.brick,
+        padding_hu: v.padding_hu,
+    });
+    Report {
+        trocar_version: env!("CARGO_PKG_VERSION"),
+        run: run.options.run.clone(),
+        scene: run.source.path.display().to_string(),
+        seed: run.scene.seed,
+        duration_s: run
+            .began_ns
+            .map_or(0.0, |began| clock::ms(pictures.at_ns - began) / 1e3),
+        registration_id: format!("{:016x}", run.scene.registration_id()),
+        volume,
+        poses: run.books.poses,
+        latency_ms: run.books.latencies().collect::<BTreeMap<_, _>>(),
+        views: (0..run.scene.views.len())
+            .map(|view| view_report(run, view, pictures))
+            .collect(),
+        memory: pictures.memory.clone(),
+        restarts: run.books.restarts.clone(),
+        held: run.held.clone(),
+        recording: output::recordings(&run.options.out),
+        problems: problems(run, pictures),
+    }
+}
+
+fn view_report(run: &Run, view: usize, pictures: &Pictures) -> ViewReport {
+    let spec = &run.scene.views[view];
+    let book = &run.books.views[view];
+    let png = pictures.pngs.get(view).and_then(Option::as_ref);
+    let shown = run.books.poses.published - run.books.poses.lost - run.books.poses.refused;
+    ViewReport {
+        name: spec.name.clone(),
+        process: spec.plane.process(),
+        size: spec.size,
+        rendered: book.rendered,
+        dropped: shown.saturating_sub(book.rendered),
+        unflagged_old: book.unflagged_old,
+        png: png.map(|(name, _)| name.clone()),
+        seq: png.map(|(_, seq)| *seq),
+    }
+}
+
+fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
+    let mut problems = pictures.problems.clone();
+    if run.books.poses.refused > 0 {
+        problems.push(format!(
+            "{} samples on the pose topic were not poses (NaN, or a quaternion that is not a rotation) and were not shown",
+            run.books.poses.refused
+        ));
+    }
+    if run.books.foreign_volume {
+        problems.push("two different examinations were published during this run".to_owned());
+    }
+    for view in &run.books.views {
+        if view.unflagged_old > 0 {
+            problems.push(format!(
+                "{} images older than the limit did not say so",
+                view.unflagged_old
+            ));
+        }
+    }
+    problems.extend(
+        run.held
+            .iter()
+            .map(|name| format!("{name} died too often and was left alone")),
+    );
+    let unfinished = output::recordings(&run.options.out)
+        .into_iter()
+        .filter(|name| name.ends_with(".recording"));
+    problems.extend(unfinished.map(|name| format!("{name} was not finished: `recorder recover` brings it back")));
+    problems
+}
+
+/// After a run that never navigated: an empty recording would look like a session.
+pub(crate) fn remove_recordings(out: &Path) {
+    for name in output::recordings(out) {
+        let _ = fs::remove_file(out.join(name));
+    }
+}

@@ -1,0 +1,21 @@
+//! The pilot: starts the processes of a scene, watches them, restarts what dies, stops them, and says what happened.
+//!
+//! [`supervise`] decides, as a pure function of what it is told; `spawn` is its hands; `run` feeds it and keeps the
+//! books: stamps, poses, frames, memory. The pilot never renders a slice and never touches a localizer.
+
+mod books;
+pub mod cli;
+mod duration;
+mod finale;
+mod memory;
+mod output;
+mod plan;
+mod ports;
+mod report;
+mod resolve;
+mod run;
+mod sheet;
+mod spawn;
+mod state;
+mod status;
+pub mod supervise;

@@ -1,0 +1,86 @@
+//! The processes that a scene needs, and nothing else.
+
+use bus::scene::{Scene, TrackerSource};
+
+use crate::supervise::Role;
+
+/// One process of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Planned {
+    /// Its name on the bus and in reports.
+    pub(crate) name: String,
+    /// The program.
+    pub(crate) binary: &'static str,
+    /// Its arguments, without the ones that all share.
+    pub(crate) arguments: Vec<String>,
+    /// What the supervisor must know.
+    pub(crate) role: Role,
+    /// The views it renders.
+    pub(crate) views: Vec<usize>,
+}
+
+/// The processes of `scene`: a loader, a renderer for each plane direction, a recorder where the scene records, a
+/// tracker unless poses come from elsewhere. The tracker starts last, so that its first sample finds everybody ready.
+pub(crate) fn plan(scene: &Scene, recording: &str) -> Vec<Planned> {
+    let plain = |name: &str, binary, arguments: &[&str], stop_rank| Planned {
+        name: name.to_owned(),
+        binary,
+        arguments: arguments.iter().map(ToString::to_string).collect(),
+        role: Role {
+            after: Vec::new(),
+            stop_rank,
+        },
+        views: Vec::new(),
+    };
+    let mut processes = vec![plain("volume-loader", "volume-loader", &["run"], 2)];
+    for (plane, views) in scene.renderers() {
+        let arguments = ["run", "--plane", plane.name()];
+        let renderer = plain(&plane.process(), "slice-view-proc", &arguments, 0);
+        processes.push(Planned { views, ..renderer });
+    }
+    if scene.recording.is_some() {
+        processes.push(plain("recorder", "recorder", &["record", "--out", recording], 1));
+    }
+    if matches!(scene.tracker.source, TrackerSource::Simulated(_)) {
+        let mut tracker = plain("tracker", "tracker-proc", &[], 0);
+        tracker.role.after = (0..processes.len()).collect();
+        processes.push(tracker);
+    }
+    processes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn names(text: &str) -> Vec<String> {
+        let scene = Scene::parse(text, Path::new("")).unwrap();
+        plan(&scene, "x.mcap").into_iter().map(|p| p.name).collect()
+    }
+
+    #[test]
+    fn a_scene_starts_only_what_it_names() {
+        assert_eq!(
+            names("[recording]"),
+            [
+                "volume-loader",
+                "view-axial",
+                "view-frontal",
+                "view-sagittal",
+                "view-perpendicular",
+                "recorder",
+                "tracker"
+            ]
+        );
+        let one = "[tracker]\nsource = \"external\"\n[[views]]\nname = \"a\"\nplane = \"frontal\"\nextent = \"local\"";
+        assert_eq!(names(one), ["volume-loader", "view-frontal"]);
+    }
+
+    #[test]
+    fn the_tracker_waits_for_all_others() {
+        let scene = Scene::parse("[recording]", Path::new("")).unwrap();
+        let plan = plan(&scene, "x.mcap");
+        assert_eq!(plan[6].role.after, [0, 1, 2, 3, 4, 5]);
+    }
+}

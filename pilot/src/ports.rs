@@ -1,0 +1,52 @@
+//! The pilot's ends of the topics.
+
+use bus::message::{FrameStamp, Heartbeat, ToolPose};
+use bus::port::{CommandClient, CommandServer, FrameSubscriber, Subscriber, VolumeSubscriber};
+use bus::scene::Scene;
+use bus::topic::{FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
+use bus::{Bus, BusError};
+
+use crate::plan::Planned;
+
+/// Everything the pilot listens to.
+#[derive(Debug)]
+pub(crate) struct Ports {
+    pub(crate) volume: VolumeSubscriber,
+    pub(crate) poses: Subscriber<ToolPose>,
+    /// One for each planned process.
+    pub(crate) beats: Vec<Subscriber<Heartbeat>>,
+    /// One for each renderer, with the number of its process.
+    pub(crate) stamps: Vec<(usize, Subscriber<FrameStamp>)>,
+    /// One for each renderer, with the number of its process.
+    pub(crate) renderers: Vec<(usize, CommandClient)>,
+    /// One for each view.
+    pub(crate) held: Vec<FrameSubscriber>,
+}
+
+impl Ports {
+    /// Opens them all; the pilot comes first and so creates the services that its children join.
+    pub(crate) fn open(bus: &Bus, scene: &Scene, planned: &[Planned]) -> Result<Self, BusError> {
+        let beats = planned.iter().map(|p| Subscriber::open(bus, &HEARTBEAT, &p.name, 1));
+        let renderers = || planned.iter().enumerate().filter(|(_, p)| !p.views.is_empty());
+        let stamps =
+            renderers().map(|(i, p)| Ok((i, Subscriber::open(bus, &FRAME_STAMP, &p.name, FRAME_STAMP.buffer)?)));
+        let clients = renderers().map(|(i, p)| Ok((i, CommandClient::open(bus, &p.name)?)));
+        let held = scene
+            .views
+            .iter()
+            .map(|v| FrameSubscriber::open(bus, &HELD_FRAME, &v.name));
+        Ok(Self {
+            volume: VolumeSubscriber::open(bus)?,
+            poses: Subscriber::open(bus, &TOOL_POSE, "", TOOL_POSE.buffer)?,
+            beats: beats.collect::<Result<_, _>>()?,
+            stamps: stamps.collect::<Result<_, BusError>>()?,
+            renderers: clients.collect::<Result<_, BusError>>()?,
+            held: held.collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// The port on which the pilot answers `pilot status` and `pilot stop`.
+pub(crate) fn server(bus: &Bus) -> Result<CommandServer, BusError> {
+    CommandServer::open(bus, "pilot")
+}

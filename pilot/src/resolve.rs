@@ -1,0 +1,144 @@
+//! From what the user asked for to one scene in which nothing is left open.
+
+use std::path::{Path, PathBuf};
+
+use bus::scene::raw::{self, RawTarget, Source};
+use bus::scene::{Scene, SceneError};
+use phantom::Phantom;
+
+/// The scene that runs when none is named: see the file itself.
+pub(crate) const EMBEDDED: &str = include_str!("../../config/demo.toml");
+
+/// What the command line says beside the scene file.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Overrides {
+    /// Another examination.
+    pub(crate) volume: Option<String>,
+    /// Another seed.
+    pub(crate) seed: Option<u64>,
+}
+
+/// Why there is no scene.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ResolveError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(
+        "--volume {volume} replaces the examination of scene {scene}, but its {what} were placed in that one and would \
+         point at other anatomy here. Write a scene for this examination, or use one without them, such as config/demo.toml"
+    )]
+    Misplaced {
+        volume: String,
+        scene: PathBuf,
+        what: &'static str,
+    },
+    #[error("--volume {0}: there is no such file; give the path of a CT (.nii, .nii.gz), or `phantom`")]
+    NoVolume(String),
+}
+
+/// The raw scene with everything filled in, and the same checked.
+pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Source, Scene), ResolveError> {
+    let mut source = match file {
+        Some(path) => raw::load(path)?,
+        None => raw::parse(EMBEDDED, Path::new("(embedded demo.toml)"))?,
+    };
+    // As written, before anything is changed: errors then point at the file's own lines.
+    Scene::from_raw(&source)?;
+    if let Some(volume) = &overrides.volume {
+        replace_volume(&mut source, volume)?;
+    }
+    if let Some(seed) = overrides.seed {
+        source.scene.seed = seed;
+    }
+    add_phantom_landmarks(&mut source);
+    let scene = Scene::from_raw(&source)?;
+    Ok((source, scene))
+}
+
+fn replace_volume(source: &mut Source, volume: &str) -> Result<(), ResolveError> {
+    let misplaced = |what| ResolveError::Misplaced {
+        volume: volume.to_owned(),
+        scene: source.path.clone(),
+        what,
+    };
+    if source.scene.targets.is_some() {
+        return Err(misplaced("[[targets]]"));
+    }
+    if source.scene.tracker.approach.entry_ct_mm.is_some() {
+        return Err(misplaced("[tracker.approach] entry_ct_mm"));
+    }
+    source.scene.volume.source = match volume {
+        "phantom" => volume.to_owned(),
+        // The children run in this folder too, but the file in the run's folder must not depend on it.
+        path => std::path::absolute(path)
+            .ok()
+            .filter(|path| path.exists())
+            .ok_or_else(|| ResolveError::NoVolume(volume.to_owned()))?
+            .to_string_lossy()
+            .into_owned(),
+    };
+    Ok(())
+}
+
+/// The generated patient knows its lymph nodes and a way to one of them; a scene that names none gets these.
+fn add_phantom_landmarks(source: &mut Source) {
+    if source.scene.volume.source != "phantom" || source.scene.targets.is_some() {
+        return;
+    }
+    let patient = Phantom::new(source.scene.seed);
+    let target = |landmark: &phantom::Landmark| RawTarget {
+        name: landmark.name.clone(),
+        ct_mm: landmark.centre.mm(),
+        diameter_mm: landmark.diameter_mm,
+    };
+    source.scene.targets = Some(patient.targets().iter().map(target).collect());
+    let approach = &mut source.scene.tracker.approach;
+    if approach.target.is_none() && approach.entry_ct_mm.is_none() {
+        let way = patient.approach();
+        approach.target = Some(way.target);
+        approach.entry_ct_mm = Some(way.entry.mm());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_embedded_scene_gets_the_patients_lymph_nodes() {
+        let (_, scene) = resolve(None, &Overrides::default()).unwrap();
+        assert!(scene.targets.len() >= 3);
+        assert!(scene.recording.is_some());
+        assert_eq!(scene.views.len(), 7);
+    }
+
+    #[test]
+    fn a_file_has_no_targets_of_its_own() {
+        let overrides = Overrides {
+            volume: Some("/etc/hostname".to_owned()),
+            seed: None,
+        };
+        let (_, scene) = resolve(None, &overrides).unwrap();
+        assert!(scene.targets.is_empty());
+        let none = Overrides {
+            volume: Some("/no/such/file".to_owned()),
+            seed: None,
+        };
+        assert!(matches!(resolve(None, &none), Err(ResolveError::NoVolume(_))));
+    }
+
+    #[test]
+    fn targets_of_another_patient_are_refused() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("s.toml");
+        std::fs::write(&path, "[[targets]]\nname = \"n\"\nct_mm = [0, 0, 0]").unwrap();
+        let overrides = Overrides {
+            volume: Some("/etc/hostname".to_owned()),
+            seed: None,
+        };
+        assert!(matches!(
+            resolve(Some(&path), &overrides),
+            Err(ResolveError::Misplaced { .. })
+        ));
+    }
+}

@@ -1,0 +1,294 @@
+//! One run, from the first process to the last.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use bus::clock::{self, monotonic_ns};
+use bus::message::{Command, CommandKind, FrameState, ProcessState};
+use bus::port::{CommandServer, Request};
+use bus::process::{JoinError, StopFlag};
+use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
+use bus::scene::Scene;
+use bus::scene::raw::Source;
+use bus::wake::Waits;
+use bus::{Bus, BusError};
+
+use crate::books::Restart;
+use crate::finale;
+use crate::output::{self, OutputError};
+use crate::ports;
+use crate::report::{Report, ReportError};
+use crate::spawn::{self, Running, SpawnError};
+use crate::state::{Options, Run};
+use crate::status::Status;
+use crate::supervise::{Action, Ending, Event, KillReason, Outcome};
+
+const TICK: Duration = Duration::from_millis(10);
+/// From the tracker's first start to its first sample: time to join.
+const LEAD: Duration = Duration::from_millis(500);
+/// How long the end of a timed run waits for its last pose.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// Why a run failed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RunError {
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    #[error(transparent)]
+    Spawn(#[from] SpawnError),
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    #[error("writing the scene for the processes of the run, {path}: {source}")]
+    Scene { path: PathBuf, source: std::io::Error },
+    #[error("{0} could not be started, for the reason given above; nothing was navigated and no picture written")]
+    Refused(String),
+}
+
+/// Runs a scene to its end.
+pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Report, RunError> {
+    let dir = run_dir(&options.run)?;
+    let _lock = RunLock::acquire(&dir)?;
+    let context = RunContext::new(&dir, monotonic_ns())?;
+    let replaced = output::prepare(&options.out, &finale::picture_names(&scene), options.overwrite)?;
+    // With the lock held, whatever bears this run's prefix is left over from a pilot that was killed.
+    context.sweep();
+    let result = run_locked(options, source, scene, &context);
+    context.sweep();
+    let _ = std::fs::remove_file(dir.join("run.json"));
+    match &result {
+        Ok(_) => replaced.discard(),
+        Err(_) => replaced.restore(),
+    }
+    result
+}
+
+fn run_locked(options: Options, source: Source, scene: Scene, context: &RunContext) -> Result<Report, RunError> {
+    let path = context.scene_path();
+    std::fs::write(&path, source.to_toml()).map_err(|source| RunError::Scene { path, source })?;
+    let stop = StopFlag::install(false)?;
+    let bus = Bus::join(context)?;
+    let server = ports::server(&bus)?;
+    let mut run = Run::new(options, source, scene, context.clone(), bus, stop)?;
+    // Last, so that whoever finds this file finds the run on the bus.
+    context.store()?;
+    let waits = Waits::every(TICK).request(&server);
+    let outcome = waits.run(|| match run.turn(&server) {
+        Ok(None) => ControlFlow::Continue(()),
+        Ok(Some(outcome)) => ControlFlow::Break(Ok(outcome)),
+        Err(error) => ControlFlow::Break(Err(error)),
+    })??;
+    drop(server);
+    if let Outcome::Refused(i) = outcome {
+        finale::remove_recordings(&run.options.out);
+        return Err(RunError::Refused(run.planned[i].name.clone()));
+    }
+    let report = finale::report(&run);
+    report.write(&run.options.out)?;
+    Ok(report)
+}
+
+impl Run {
+    /// Once round: take in what happened, decide, act.
+    fn turn(&mut self, server: &CommandServer) -> Result<Option<Outcome>, RunError> {
+        let mut events = vec![Event::Tick];
+        events.extend(self.beats()?);
+        events.extend(self.endings());
+        self.listen()?;
+        for event in events {
+            if let Some(outcome) = self.step(event)? {
+                return Ok(Some(outcome));
+            }
+        }
+        // Answered after the events are taken in, so that a status never shows a dead process as ready.
+        let mut stop = self.stop.is_set() || self.time_is_up();
+        while let Some(request) = server.next()? {
+            stop |= self.answer(request)?;
+        }
+        if stop {
+            self.take_pictures();
+            return self.step(Event::Stop);
+        }
+        Ok(None)
+    }
+
+    /// Tells the supervisor and does what it decides.
+    fn step(&mut self, event: Event) -> Result<Option<Outcome>, RunError> {
+        let now = self.clock().now_ns();
+        for action in self.supervisor.step(event, now) {
+            if let Some(outcome) = self.act(action)? {
+                return Ok(Some(outcome));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Signs of life of the processes that were started last; those of their predecessors do not count.
+    fn beats(&mut self) -> Result<Vec<Event>, RunError> {
+        let mut events = Vec::new();
+        for i in 0..self.planned.len() {
+            let Some(beat) = self.ports.beats[i].newest()? else {
+                continue;
+            };
+            if self.running[i].as_ref().map(Running::pid) != Some(beat.pid) {
+                continue;
+            }
+            self.notes[i] = beat.note_text();
+            let state = beat.process_state();
+            if state == ProcessState::Ready && self.planned[i].views.is_empty() && self.planned[i].name != "tracker" {
+                self.books.live_again(&self.planned[i].name, beat.t_ns);
+            }
+            events.push(Event::Beat(i, state));
+        }
+        Ok(events)
+    }
+
+    fn endings(&mut self) -> Vec<Event> {
+        let now = self.clock().now_ns();
+        let mut events = Vec::new();
+        for i in 0..self.running.len() {
+            let Some(ending) = self.running[i].as_mut().and_then(Running::ending) else {
+                continue;
+            };
+            self.running[i] = None;
+            self.note_ending(i, ending, now);
+            events.push(Event::Ended(i, ending));
+        }
+        events
+    }
+
+    /// Writes an unexpected ending into the books.
+    fn note_ending(&mut self, i: usize, ending: Ending, now: i64) {
+        let cause = match (self.kill_causes[i].take(), ending) {
+            (Some(KillReason::Silent), _) => "gave no sign of life".to_owned(),
+            (Some(KillReason::SlowStart), _) => "was not ready in time".to_owned(),
+            (Some(KillReason::SlowStop), _) => "did not stop in time".to_owned(),
+            (None, Ending::Signal(signal)) => format!("killed by signal {signal}"),
+            (None, Ending::Code(code)) => format!("exit code {code}"),
+        };
+        if !matches!(self.supervisor.stage_word(i), "ready" | "starting") {
+            return;
+        }
+        let name = self.planned[i].name.clone();
+        eprintln!("pilot: {name} ended ({cause})");
+        self.books.restarts.push(Restart {
+            process: name,
+            cause,
+            at_s: clock::ms(now - self.began_ns.unwrap_or(now)) / 1e3,
+            live_again_s: None,
+            at_ns: now,
+        });
+    }
+
+    /// Takes in volumes, poses and stamps.
+    fn listen(&mut self) -> Result<(), RunError> {
+        if let Some(volume) = self.ports.volume.poll()? {
+            self.books.volume(*volume.header());
+        }
+        while let Some(pose) = self.ports.poses.next()? {
+            self.books.live_again("tracker", pose.t_publish_ns);
+            self.books.pose(pose, self.bus.clock().now_ns());
+        }
+        let stale_ns = clock::ns(self.scene.limits.stale);
+        for (process, stamps) in &self.ports.stamps {
+            while let Some(stamp) = stamps.next()? {
+                self.books.frame(&stamp, stale_ns);
+                if stamp.frame_state() == Some(FrameState::Live) && stamp.on_request == 0 {
+                    self.books.live_again(&self.planned[*process].name, stamp.t_framed_ns);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A timed run ends when its last pose has come, or a moment after it should have.
+    fn time_is_up(&self) -> bool {
+        let (Some(began), Some(duration)) = (self.began_ns, self.options.duration) else {
+            return false;
+        };
+        let over = self.clock().now_ns() - (began + clock::ns(duration));
+        let seen = self.books.newest_pose().is_some_and(|p| p.seq >= self.last_seq());
+        over > clock::ns(GRACE) || (over >= 0 && seen)
+    }
+
+    /// Once, before anything is stopped.
+    fn take_pictures(&mut self) {
+        if self.pictures.is_none() && self.began_ns.is_some() {
+            self.pictures = Some(finale::take(self));
+        }
+    }
+
+    /// Answers a request; returns whether it asks to stop.
+    fn answer(&self, request: Request) -> Result<bool, RunError> {
+        let command: Command = *request.command();
+        match command.command_kind() {
+            Some(CommandKind::Status) => {
+                let json = serde_json::to_string(&Status::of(self)).unwrap_or_default();
+                request.reply(Ok(&json))?;
+                Ok(false)
+            }
+            Some(CommandKind::Stop) => {
+                request.reply(Ok("stopping"))?;
+                Ok(true)
+            }
+            _ => {
+                request.reply(Err("the pilot answers status and stop"))?;
+                Ok(false)
+            }
+        }
+    }
+
+    fn act(&mut self, action: Action) -> Result<Option<Outcome>, RunError> {
+        match action {
+            Action::Start(i) => self.start(i)?,
+            Action::Terminate(i) => {
+                if let Some(running) = &self.running[i] {
+                    running.terminate();
+                }
+            }
+            Action::Kill(i, reason) => {
+                self.kill_causes[i] = Some(reason);
+                if let Some(running) = &mut self.running[i] {
+                    running.kill();
+                }
+            }
+            Action::Held(i) => {
+                let name = &self.planned[i].name;
+                eprintln!("pilot: {name} ended too often and is not started again");
+                self.held.push(name.clone());
+            }
+            Action::AllReady => self.all_ready(),
+            Action::Finished(outcome) => return Ok(Some(outcome)),
+        }
+        Ok(None)
+    }
+
+    fn start(&mut self, i: usize) -> Result<(), RunError> {
+        let mut more = Vec::new();
+        if self.planned[i].name == "tracker" {
+            let began = *self.began_ns.get_or_insert(self.bus.clock().now_ns() + clock::ns(LEAD));
+            more = vec!["--start-ns".to_owned(), began.to_string()];
+        }
+        self.running[i] = Some(spawn::start(&self.planned[i], &self.context.dir, &more)?);
+        Ok(())
+    }
+
+    fn all_ready(&mut self) {
+        let now = self.bus.clock().now_ns();
+        self.began_ns.get_or_insert(now);
+        let ending = match self.options.duration {
+            Some(duration) => format!("for {:.1} s", duration.as_secs_f64()),
+            None => format!("until `pilot stop --run {}` or Ctrl-C", self.options.run),
+        };
+        eprintln!(
+            "pilot: everybody ready after {:.2} s; navigating {ending}",
+            clock::ms(now) / 1e3
+        );
+    }
+}

@@ -1,0 +1,88 @@
+//! The supervisor's hands: starting programs, asking them to end, killing them, noticing that they have ended.
+
+use std::io;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::plan::Planned;
+use crate::supervise::Ending;
+
+/// Why a program was not started.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "starting {program}: {source}. Every program of Trocar lies in one folder; `cargo build --release` makes them all"
+)]
+pub(crate) struct SpawnError {
+    program: PathBuf,
+    source: io::Error,
+}
+
+/// A program that was started and may still run. Dropped, it is killed: nothing outlives the pilot.
+#[derive(Debug)]
+pub(crate) struct Running {
+    child: Child,
+}
+
+/// The folder of this very program: its siblings were built with it.
+fn sibling(binary: &str) -> PathBuf {
+    let folder = std::env::current_exe()
+        .ok()
+        .and_then(|exe| exe.parent().map(Path::to_owned));
+    folder.unwrap_or_default().join(binary)
+}
+
+/// Starts `planned` in the run at `run_dir`; `more` is appended to its arguments.
+pub(crate) fn start(planned: &Planned, run_dir: &Path, more: &[String]) -> Result<Running, SpawnError> {
+    let program = sibling(planned.binary);
+    #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
+    let child = std::process::Command::new(&program)
+        .args(&planned.arguments)
+        .args(more)
+        .arg("--run-dir")
+        .arg(run_dir)
+        .args(["--parent", &std::process::id().to_string()])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .map_err(|source| SpawnError { program, source })?;
+    Ok(Running { child })
+}
+
+impl Running {
+    /// The process's number.
+    pub(crate) fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Asks the process to end.
+    pub(crate) fn terminate(&self) {
+        if let Some(pid) = i32::try_from(self.pid()).ok().and_then(Pid::from_raw) {
+            // It may have ended by itself: the next look says so.
+            let _ = kill_process(pid, Signal::TERM);
+        }
+    }
+
+    /// Ends the process.
+    pub(crate) fn kill(&mut self) {
+        let _ = self.child.kill();
+    }
+
+    /// How the process ended, if it has.
+    pub(crate) fn ending(&mut self) -> Option<Ending> {
+        let status = self.child.try_wait().ok()??;
+        Some(match (status.code(), status.signal()) {
+            (Some(code), _) => Ending::Code(code),
+            (None, signal) => Ending::Signal(signal.unwrap_or(0)),
+        })
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.kill();
+        let _ = self.child.wait();
+    }
+}

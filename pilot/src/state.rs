@@ -1,0 +1,102 @@
+//! A run that is going: its processes, its ports, its books.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use bus::clock::Clock;
+use bus::process::StopFlag;
+use bus::run::RunContext;
+use bus::scene::raw::Source;
+use bus::scene::{Scene, TrackerSource};
+use bus::{Bus, BusError};
+
+use crate::books::Books;
+use crate::output::SESSION;
+use crate::plan::{Planned, plan};
+use crate::ports::Ports;
+use crate::report::Pictures;
+use crate::spawn::Running;
+use crate::supervise::{KillReason, Supervisor};
+
+/// What the user asked for.
+#[derive(Debug, Clone)]
+pub(crate) struct Options {
+    pub(crate) run: String,
+    pub(crate) out: PathBuf,
+    pub(crate) overwrite: bool,
+    /// `None`: until stopped.
+    pub(crate) duration: Option<Duration>,
+}
+
+/// A run that is going.
+pub(crate) struct Run {
+    pub(crate) options: Options,
+    pub(crate) source: Source,
+    pub(crate) scene: Scene,
+    pub(crate) context: RunContext,
+    pub(crate) bus: Bus,
+    pub(crate) planned: Vec<Planned>,
+    pub(crate) supervisor: Supervisor,
+    pub(crate) running: Vec<Option<Running>>,
+    /// What each process said of itself last.
+    pub(crate) notes: Vec<String>,
+    pub(crate) ports: Ports,
+    pub(crate) books: Books,
+    /// Causes of kills, so that a restart can say why.
+    pub(crate) kill_causes: Vec<Option<KillReason>>,
+    pub(crate) held: Vec<String>,
+    /// The moment of sample 0, once everybody is ready.
+    pub(crate) began_ns: Option<i64>,
+    pub(crate) pictures: Option<Pictures>,
+    pub(crate) stop: StopFlag,
+}
+
+impl Run {
+    /// Plans the processes of `scene` and opens the ports; nothing is started yet.
+    pub(crate) fn new(
+        options: Options,
+        source: Source,
+        scene: Scene,
+        context: RunContext,
+        bus: Bus,
+        stop: StopFlag,
+    ) -> Result<Self, BusError> {
+        let recording = options.out.join(SESSION);
+        let recording = std::path::absolute(&recording).unwrap_or(recording);
+        let planned = plan(&scene, &recording.to_string_lossy());
+        let roles = planned.iter().map(|p| p.role.clone()).collect();
+        Ok(Self {
+            ports: Ports::open(&bus, &scene, &planned)?,
+            supervisor: Supervisor::new(roles, scene.limits.clone()),
+            running: planned.iter().map(|_| None).collect(),
+            notes: vec![String::new(); planned.len()],
+            kill_causes: vec![None; planned.len()],
+            books: Books::new(scene.views.len()),
+            held: Vec::new(),
+            began_ns: None,
+            pictures: None,
+            options,
+            source,
+            scene,
+            context,
+            bus,
+            planned,
+            stop,
+        })
+    }
+
+    /// The run's clock.
+    pub(crate) fn clock(&self) -> &Clock {
+        self.bus.clock()
+    }
+
+    /// The sample that the pictures of a timed run show: the last one of its duration.
+    pub(crate) fn last_seq(&self) -> u64 {
+        match (self.options.duration, &self.scene.tracker.source) {
+            (Some(duration), TrackerSource::Simulated(_)) => {
+                ((duration.as_secs_f64() * self.scene.tracker.rate_hz).round() as u64).saturating_sub(1)
+            }
+            _ => self.books.newest_pose().map_or(0, |p| p.seq),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! `pilot status`: the state of a run, as JSON for scripts and as a table for people.
+
+use bus::clock;
+use bus::message::{FrameState, ToolPose, Tracked};
+use serde::{Deserialize, Serialize};
+
+use crate::plan::Planned;
+use crate::spawn::Running;
+use crate::state::Run;
+
+/// The state of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Status {
+    pub(crate) run: String,
+    pub(crate) scene: String,
+    /// Seconds since navigation began; negative before.
+    pub(crate) navigating_s: f64,
+    pub(crate) processes: Vec<ProcessStatus>,
+    pub(crate) views: Vec<ViewStatus>,
+    pub(crate) pose: Option<PoseStatus>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ProcessStatus {
+    pub(crate) name: String,
+    pub(crate) pid: Option<u32>,
+    /// waiting, starting, ready, restarting, held, ending, ended
+    pub(crate) stage: String,
+    pub(crate) note: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ViewStatus {
+    pub(crate) name: String,
+    /// live, stale, lost, down, waiting
+    pub(crate) state: String,
+    pub(crate) seq: Option<u64>,
+    /// Age of the pose it shows, ms.
+    pub(crate) age_ms: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct PoseStatus {
+    pub(crate) seq: u64,
+    /// valid, or why there is none
+    pub(crate) state: String,
+    pub(crate) age_ms: f64,
+}
+
+impl Status {
+    /// The state of `run` at this moment.
+    pub(crate) fn of(run: &Run) -> Self {
+        let now = run.bus.clock().now_ns();
+        let process = |(i, planned): (usize, &Planned)| ProcessStatus {
+            name: planned.name.clone(),
+            pid: run.running[i].as_ref().map(Running::pid),
+            stage: run.supervisor.stage_word(i).to_owned(),
+            note: run.notes[i].clone(),
+        };
+        Self {
+            run: run.options.run.clone(),
+            scene: run.source.path.display().to_string(),
+            navigating_s: run.began_ns.map_or(0.0, |began| clock::ms(now - began) / 1e3),
+            processes: run.planned.iter().enumerate().map(process).collect(),
+            views: (0..run.scene.views.len())
+                .map(|view| view_status(run, view, now))
+                .collect(),
+            pose: run.books.newest_pose().map(|pose| pose_status(pose, now)),
+        }
+    }
+
+    /// The table for people.
+    pub(crate) fn table(&self) -> String {
+        let mut lines = vec![format!(
+            "run {:?}, scene {}, navigating for {:.1} s",
+            self.run, self.scene, self.navigating_s
+        )];
+        if let Some(pose) = &self.pose {
+            lines.push(format!("pose {}: {}, {:.0} ms old", pose.seq, pose.state, pose.age_ms));
+        }
+        lines.push(format!("{:<22}{:>8}  {:<11}{}", "process", "pid", "stage", "note"));
+        for p in &self.processes {
+            let pid = p.pid.map_or("-".to_owned(), |pid| pid.to_string());
+            lines.push(format!("{:<22}{pid:>8}  {:<11}{}", p.name, p.stage, p.note));
+        }
+        lines.push(format!("{:<22}{:>8}  {:<11}{}", "view", "pose", "state", "age"));
+        for v in &self.views {
+            let seq = v.seq.map_or("-".to_owned(), |seq| seq.to_string());
+            let age = v.age_ms.map_or("-".to_owned(), |ms| format!("{ms:.0} ms"));
+            lines.push(format!("{:<22}{seq:>8}  {:<11}{age}", v.name, v.state));
+        }
+        lines.join("\n")
+    }
+}
+
+fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
+    let process = run.planned.iter().position(|p| p.views.contains(&view)).unwrap_or(0);
+    let last = run.books.views[view].last;
+    let stale_ns = clock::ns(run.scene.limits.stale);
+    let state = match last.and_then(|stamp| stamp.state_at(now, stale_ns)) {
+        _ if !run.supervisor.is_ready(process) => "down",
+        None => "waiting",
+        Some(FrameState::Lost(_)) => "lost",
+        Some(FrameState::Live) => "live",
+        Some(FrameState::Stale) => "stale",
+    };
+    ViewStatus {
+        name: run.scene.views[view].name.clone(),
+        state: state.to_owned(),
+        seq: last.map(|stamp| stamp.seq),
+        age_ms: last.map(|stamp| clock::ms(now - stamp.t_capture_ns)),
+    }
+}
+
+fn pose_status(pose: &ToolPose, now: i64) -> PoseStatus {
+    PoseStatus {
+        seq: pose.seq,
+        state: match pose.tracked() {
+            Ok(Tracked::Valid(_)) => "valid".to_owned(),
+            Ok(Tracked::Lost(reason)) => reason.words().to_owned(),
+            Err(error) => error.to_string(),
+        },
+        age_ms: clock::ms(now - pose.t_capture_ns),
+    }
+}

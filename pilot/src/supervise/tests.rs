@@ -1,0 +1,183 @@
+//! The supervisor, driven by hand.
+
+use super::*;
+use bus::scene::Scene;
+use std::path::Path;
+
+const MS: i64 = 1_000_000;
+
+/// Loader 0, renderer 1, tracker 2 after both, recorder 3 stopping after them, loader last.
+fn supervisor() -> Supervisor {
+    let role = |after: &[usize], stop_rank| Role {
+        after: after.to_vec(),
+        stop_rank,
+    };
+    let limits = Scene::parse("[limits]\nrestarts = 3", Path::new("")).unwrap().limits;
+    Supervisor::new(
+        vec![role(&[], 2), role(&[], 0), role(&[0, 1, 3], 0), role(&[], 1)],
+        limits,
+    )
+}
+
+fn all_ready(s: &mut Supervisor, now: i64) {
+    s.step(Event::Tick, now);
+    for i in [0, 1, 3, 2] {
+        s.step(Event::Beat(i, ProcessState::Ready), now);
+    }
+}
+
+#[test]
+fn the_tracker_starts_when_everybody_else_is_ready() {
+    let mut s = supervisor();
+    assert_eq!(
+        s.step(Event::Tick, 0),
+        [Action::Start(0), Action::Start(1), Action::Start(3)]
+    );
+    assert_eq!(s.step(Event::Beat(1, ProcessState::Ready), 1), []);
+    assert_eq!(s.step(Event::Beat(3, ProcessState::Ready), 1), []);
+    assert_eq!(s.step(Event::Beat(0, ProcessState::Starting), 2), []);
+    assert_eq!(s.step(Event::Beat(0, ProcessState::Ready), 3), [Action::Start(2)]);
+    assert_eq!(s.step(Event::Beat(2, ProcessState::Ready), 4), [Action::AllReady]);
+    assert_eq!(s.step(Event::Tick, 5), []);
+}
+
+#[test]
+fn a_killed_process_is_started_again_at_once_and_then_more_slowly() {
+    let mut s = supervisor();
+    all_ready(&mut s, 0);
+    assert_eq!(s.step(Event::Ended(1, Ending::Signal(9)), 10), [Action::Start(1)]);
+    assert_eq!(s.step(Event::Ended(1, Ending::Signal(9)), 20), []);
+    assert_eq!(s.step(Event::Tick, 20 + 99 * MS), []);
+    assert_eq!(s.step(Event::Tick, 20 + 100 * MS), [Action::Start(1)]);
+    let t = 20 + 100 * MS;
+    assert_eq!(s.step(Event::Ended(1, Ending::Code(1)), t), []);
+    assert_eq!(s.step(Event::Tick, t + 200 * MS), [Action::Start(1)]);
+}
+
+#[test]
+fn a_crash_loop_is_held_and_the_others_go_on() {
+    let mut s = supervisor();
+    all_ready(&mut s, 0);
+    let mut now = 0;
+    for _ in 0..3 {
+        s.step(Event::Ended(1, Ending::Signal(11)), now);
+        now += 3000 * MS;
+        for i in [0, 2, 3] {
+            s.step(Event::Beat(i, ProcessState::Ready), now);
+        }
+        assert!(s.step(Event::Tick, now).contains(&Action::Start(1)) || s.stage_word(1) == "starting");
+    }
+    assert_eq!(s.step(Event::Ended(1, Ending::Signal(11)), now), [Action::Held(1)]);
+    assert_eq!(s.step(Event::Tick, now + 1000 * MS), []);
+    assert_eq!(s.stage_word(1), "held");
+    assert!(s.is_ready(0));
+}
+
+#[test]
+fn restarts_are_forgiven_after_the_window() {
+    let mut s = supervisor();
+    all_ready(&mut s, 0);
+    for round in 0..20 {
+        let now = round * 31_000 * MS;
+        for i in 0..4 {
+            s.step(Event::Beat(i, ProcessState::Ready), now);
+        }
+        assert_eq!(
+            s.step(Event::Ended(1, Ending::Signal(9)), now),
+            [Action::Start(1)],
+            "{round}"
+        );
+        s.step(Event::Beat(1, ProcessState::Ready), now);
+    }
+}
+
+#[test]
+fn a_refusal_before_the_first_readiness_fails_the_run() {
+    let mut s = supervisor();
+    s.step(Event::Tick, 0);
+    let actions = s.step(Event::Ended(0, Ending::Code(1)), 5);
+    assert_eq!(actions, [Action::Terminate(1)]);
+    assert_eq!(s.step(Event::Ended(1, Ending::Code(0)), 6), [Action::Terminate(3)]);
+    let end = s.step(Event::Ended(3, Ending::Code(0)), 7);
+    assert_eq!(end, [Action::Finished(Outcome::Refused(0))]);
+    assert_eq!(s.step(Event::Tick, 8), []);
+}
+
+#[test]
+fn a_crash_before_the_first_readiness_is_tried_again() {
+    let mut s = supervisor();
+    s.step(Event::Tick, 0);
+    assert_eq!(s.step(Event::Ended(0, Ending::Signal(9)), 5), [Action::Start(0)]);
+}
+
+#[test]
+fn a_crash_loop_before_the_first_readiness_fails_the_run() {
+    let mut s = supervisor();
+    s.step(Event::Tick, 0);
+    let mut now = 0;
+    for _ in 0..3 {
+        assert!(
+            !s.step(Event::Ended(0, Ending::Signal(9)), now)
+                .contains(&Action::Held(0))
+        );
+        now += 1500 * MS;
+        for i in [1, 3] {
+            s.step(Event::Beat(i, ProcessState::Ready), now);
+        }
+        s.step(Event::Tick, now);
+    }
+    let actions = s.step(Event::Ended(0, Ending::Signal(9)), now);
+    assert_eq!(actions, [Action::Held(0), Action::Terminate(1)]);
+    s.step(Event::Ended(1, Ending::Code(0)), now);
+    let end = s.step(Event::Ended(3, Ending::Code(0)), now);
+    assert_eq!(end, [Action::Finished(Outcome::Refused(0))]);
+}
+
+#[test]
+fn silence_is_killed_once_and_restarted() {
+    let mut s = supervisor();
+    all_ready(&mut s, 0);
+    let now = 2001 * MS;
+    for i in [0, 2, 3] {
+        s.step(Event::Beat(i, ProcessState::Ready), 1500 * MS);
+    }
+    assert_eq!(s.step(Event::Tick, now), [Action::Kill(1, KillReason::Silent)]);
+    assert_eq!(s.step(Event::Tick, now + 1), []);
+    assert_eq!(s.step(Event::Ended(1, Ending::Signal(9)), now + 2), [Action::Start(1)]);
+}
+
+#[test]
+fn a_slow_start_is_killed_though_it_beats() {
+    let mut s = supervisor();
+    s.step(Event::Tick, 0);
+    let mut actions = Vec::new();
+    for second in 1..130 {
+        let now = second * 1000 * MS;
+        for i in [1, 3] {
+            actions.extend(s.step(Event::Beat(i, ProcessState::Ready), now));
+        }
+        actions.extend(s.step(Event::Beat(0, ProcessState::Starting), now));
+    }
+    assert_eq!(actions, [Action::Kill(0, KillReason::SlowStart)]);
+}
+
+#[test]
+fn stopping_goes_by_rank_and_kills_the_slow() {
+    let mut s = supervisor();
+    all_ready(&mut s, 0);
+    assert_eq!(s.step(Event::Stop, 1), [Action::Terminate(1), Action::Terminate(2)]);
+    assert_eq!(s.step(Event::Stop, 2), []);
+    assert_eq!(s.step(Event::Ended(1, Ending::Code(0)), 3), []);
+    let late = 3002 * MS;
+    assert_eq!(s.step(Event::Tick, late), [Action::Kill(2, KillReason::SlowStop)]);
+    assert_eq!(
+        s.step(Event::Ended(2, Ending::Signal(9)), late + 1),
+        [Action::Terminate(3)]
+    );
+    assert_eq!(
+        s.step(Event::Ended(3, Ending::Code(0)), late + 2),
+        [Action::Terminate(0)]
+    );
+    let end = s.step(Event::Ended(0, Ending::Code(0)), late + 3);
+    assert_eq!(end, [Action::Finished(Outcome::Stopped)]);
+}

@@ -1,0 +1,5 @@
+//! The `recorder` process.
+
+fn main() -> std::process::ExitCode {
+    recorder::cli::main()
+}

@@ -1,0 +1,111 @@
+//! Why a recording cannot be made, and what is lost by it.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use mcap::McapError;
+
+use crate::pose_log::Unwritten;
+
+/// Why a session cannot be recorded, or not any longer.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The file cannot be made.
+    #[error(
+        "creating {path}: {source}. The recording needs an existing folder that you may write to: \
+         give another one with --out FILE.mcap"
+    )]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// Another recorder is at it.
+    #[error("{path} is being written by another recorder. Stop that one, or give another file with --out FILE.mcap")]
+    Busy {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file does not take any more.
+    #[error(
+        "writing {path}: {why}. {lost}. Make room on that disk, or record elsewhere with --out FILE.mcap; \
+         `recorder recover {path}` makes what is there a whole file"
+    )]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        why: String,
+        /// Which poses are not on disk.
+        lost: Lost,
+    },
+    /// The whole file cannot be given its name.
+    #[error("renaming {from} to {to}: {source}. The recording is whole, under its first name")]
+    Rename {
+        /// The file.
+        from: PathBuf,
+        /// Its name to be.
+        to: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The scene cannot be read.
+    #[error("reading {path}, to put it into the recording: {source}")]
+    Scene {
+        /// The scene file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// What a failed write loses, in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lost(pub Unwritten);
+
+impl std::fmt::Display for Lost {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Unwritten { messages, seqs } = self.0;
+        match messages {
+            0 => write!(f, "Every pose taken so far is on disk"),
+            n => write!(f, "Lost: the last {n} messages (poses {} to {})", seqs.0, seqs.1),
+        }
+    }
+}
+
+/// mcap's error without its preamble.
+pub(crate) fn words(error: &McapError) -> String {
+    match error {
+        McapError::Io(e) => e.to_string(),
+        other => other.to_string(),
+    }
+}
+
+pub(crate) fn write_error(path: &Path, error: &McapError, unwritten: Unwritten) -> FileError {
+    FileError::Write {
+        path: path.to_owned(),
+        why: words(error),
+        lost: Lost(unwritten),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_disk_is_explained_with_what_is_lost() {
+        let full = McapError::Io(io::ErrorKind::StorageFull.into());
+        let unwritten = Unwritten {
+            messages: 3,
+            seqs: (7, 9),
+        };
+        let text = write_error("/d/s.mcap.recording".as_ref(), &full, unwritten).to_string();
+        assert!(
+            text.contains("no storage space. Lost: the last 3 messages (poses 7 to 9)"),
+            "{text}"
+        );
+        assert!(text.contains("Make room on that disk"), "{text}");
+    }
+}

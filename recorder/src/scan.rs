@@ -1,0 +1,261 @@
+//! Reads a recording from start to end, whole or not: what is readable comes out, what is not is named by its place.
+//!
+//! A damaged chunk, attachment or metadata record is passed over; a record whose length is damaged ends the reading,
+//! because nothing says where the next one starts. Memory is bounded by [`crate::chunk::MAX_RECORD`], whatever the
+//! lengths in the file say.
+
+use std::borrow::Cow;
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+use std::sync::Arc;
+
+use mcap::read::ChannelAccumulator;
+use mcap::records::{Metadata, Record, SchemaHeader, op};
+use mcap::{Attachment, Channel, MAGIC, McapError, Message};
+
+use crate::chunk::{self, RawRecord};
+use crate::damage::{Damage, Fault, OpenError, record_name};
+use crate::file_records::FileRecords;
+use crate::schema::{self, LIBRARY};
+
+/// Something readable.
+#[derive(Debug)]
+pub enum Item {
+    /// A channel, where it is first declared.
+    Channel(Arc<Channel<'static>>),
+    /// A message with its channel.
+    Message(Message<'static>),
+    /// An attached file.
+    Attachment(Attachment<'static>),
+    /// Named facts.
+    Metadata(Metadata),
+}
+
+/// A recording being read; an iterator over what is readable and what is not, in the order of the file.
+pub struct Scan<R> {
+    records: FileRecords<R>,
+    /// Records of the chunk being read.
+    unpacked: VecDeque<RawRecord>,
+    channels: ChannelAccumulator<'static>,
+    built_in: Option<ChannelAccumulator<'static>>,
+    data_ended: bool,
+    stopped: bool,
+}
+
+/// What a record comes to.
+type Taken = Result<Option<Item>, Fault>;
+
+/// Opens a recording.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn open(path: &Path) -> Result<Scan<BufReader<File>>, OpenError> {
+    let fail = |source| OpenError::Io {
+        path: path.to_owned(),
+        source,
+    };
+    let mut file = File::open(path).map_err(fail)?;
+    let length = file.metadata().map_err(fail)?.len();
+    let mut found = Vec::new();
+    (&mut file)
+        .take(MAGIC.len() as u64)
+        .read_to_end(&mut found)
+        .map_err(fail)?;
+    if found != MAGIC {
+        let path = path.to_owned();
+        return Err(OpenError::NotMcap { path, found });
+    }
+    file.rewind().map_err(fail)?;
+    Ok(Scan::new(BufReader::new(file), length))
+}
+
+impl<R: Read> Scan<R> {
+    /// Reads `length` bytes of `input`, which is at its start.
+    pub fn new(input: R, length: u64) -> Self {
+        Self {
+            records: FileRecords::new(input, length),
+            unpacked: VecDeque::new(),
+            channels: ChannelAccumulator::default(),
+            built_in: None,
+            data_ended: false,
+            stopped: false,
+        }
+    }
+
+    /// Reads the next record of the file, and says at what byte it started.
+    fn step(&mut self) -> Option<Result<Item, Damage>> {
+        let at = self.records.at();
+        match self.records.next() {
+            Ok(Some((opcode, body))) => {
+                let taken = self.file_record(opcode, body);
+                damage(at, taken)
+            }
+            Ok(None) => {
+                self.stopped = true;
+                None
+            }
+            Err(fault) => {
+                self.stopped = true;
+                Some(Err(Damage { at, fault, stops: true }))
+            }
+        }
+    }
+
+    fn file_record(&mut self, opcode: u8, body: Vec<u8>) -> Taken {
+        match opcode {
+            op::CHUNK => {
+                let unpacked = chunk::unpack(&body);
+                self.unpacked = unpacked.map_err(|e| fault(opcode, e))?.into();
+                Ok(None)
+            }
+            op::DATA_END => {
+                self.data_ended = true;
+                Ok(None)
+            }
+            // The summary repeats what came before; mcap has checked its CRC.
+            _ if self.data_ended => Ok(None),
+            _ => self.take(opcode, &body),
+        }
+    }
+
+    /// Takes a record that is not a chunk.
+    fn take(&mut self, opcode: u8, body: &[u8]) -> Taken {
+        if opcode == op::ATTACHMENT {
+            check_attachment(body)?;
+        }
+        let record = mcap::parse_record(opcode, body).map_err(|e| fault(opcode, e))?;
+        match record {
+            Record::Header(header) => {
+                self.built_in = (header.library == LIBRARY).then(schema::built_in);
+                Ok(None)
+            }
+            Record::Schema { header, data } => {
+                let added = self.channels.add_schema_from_slice(header, &data);
+                added.map(|()| None).map_err(|e| fault(opcode, e))
+            }
+            Record::Channel(channel) => self.declare(channel),
+            Record::Message { header, data } => self.message(header, &data),
+            Record::Attachment { header, data, .. } => Ok(Some(Item::Attachment(Attachment {
+                log_time: header.log_time,
+                create_time: header.create_time,
+                name: header.name,
+                media_type: header.media_type,
+                data: Cow::Owned(data.into_owned()),
+            }))),
+            Record::Metadata(metadata) => Ok(Some(Item::Metadata(metadata))),
+            _ => Ok(None),
+        }
+    }
+
+    fn declare(&mut self, channel: mcap::records::Channel) -> Taken {
+        let id = channel.id;
+        let is_known = self.channels.get(id).is_some();
+        self.channels.add_channel(channel).map_err(|e| fault(op::CHANNEL, e))?;
+        let declared = self.channels.get(id).filter(|_| !is_known);
+        Ok(declared.map(Item::Channel))
+    }
+
+    fn message(&mut self, header: mcap::records::MessageHeader, data: &[u8]) -> Taken {
+        let id = header.channel_id;
+        if self.channels.get(id).is_none() {
+            self.declare_built_in(id)?;
+        }
+        let channel = self.channels.get(id).ok_or(Fault::UnknownChannel { channel: id })?;
+        Ok(Some(Item::Message(Message {
+            channel,
+            sequence: header.sequence,
+            log_time: header.log_time,
+            publish_time: header.publish_time,
+            data: Cow::Owned(data.to_vec()),
+        })))
+    }
+
+    /// Declares a channel as this version's files have it, where the file's own declaration was damaged. Through the
+    /// same door as the file's, so that the two cannot contradict each other.
+    fn declare_built_in(&mut self, id: u16) -> Result<(), Fault> {
+        let Some(channel) = self.built_in.as_ref().and_then(|built_in| built_in.get(id)) else {
+            return Ok(());
+        };
+        let Some(schema) = &channel.schema else { return Ok(()) };
+        let header = SchemaHeader {
+            id: schema.id,
+            name: schema.name.clone(),
+            encoding: schema.encoding.clone(),
+        };
+        let added = self.channels.add_schema_from_slice(header, &schema.data);
+        added.map_err(|e| fault(op::SCHEMA, e))?;
+        self.declare(mcap::records::Channel {
+            id,
+            schema_id: schema.id,
+            topic: channel.topic.clone(),
+            message_encoding: channel.message_encoding.clone(),
+            metadata: channel.metadata.clone(),
+        })?;
+        Ok(())
+    }
+}
+
+fn fault(opcode: u8, source: McapError) -> Fault {
+    Fault::Record {
+        record: record_name(opcode),
+        source,
+    }
+}
+
+fn damage(at: u64, taken: Taken) -> Option<Result<Item, Damage>> {
+    let stops = false;
+    taken.map_err(|fault| Damage { at, fault, stops }).transpose()
+}
+
+/// Refuses an attachment whose lengths ask for more than it has: mcap's parser would panic.
+fn check_attachment(body: &[u8]) -> Result<(), Fault> {
+    let fits = || {
+        // Two times, name and media type with lengths of 4 bytes, data with one of 8, CRC.
+        let mut rest = body.get(16..)?;
+        for width in [4, 4, 8] {
+            let (length, behind) = rest.split_at_checked(width)?;
+            let length = length
+                .iter()
+                .rev()
+                .try_fold(0_usize, |n, &byte| n.checked_mul(256)?.checked_add(byte.into()));
+            rest = behind.get(length?..)?;
+        }
+        rest.get(..4)
+    };
+    fits().map(|_| ()).ok_or(Fault::Length {
+        record: record_name(op::ATTACHMENT),
+        found: body.len() as u64,
+    })
+}
+
+impl<R: Read> Iterator for Scan<R> {
+    type Item = Result<Item, Damage>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let at = self.records.at();
+            let found = match self.unpacked.pop_front() {
+                // A record in a chunk is named by the end of the chunk: its own place is in no file.
+                Some((opcode, body)) => damage(at, self.take(opcode, &body)),
+                None if self.stopped => return None,
+                None => self.step(),
+            };
+            if found.is_some() {
+                return found;
+            }
+        }
+    }
+}
+
+impl<R> std::fmt::Debug for Scan<R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scan")
+            .field("stopped", &self.stopped)
+            .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests;

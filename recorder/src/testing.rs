@@ -1,0 +1,82 @@
+//! Poses and files for the tests.
+
+use std::io::Cursor;
+
+use bus::message::{ToolPose, Tracked};
+use geometry::{Ct, Rigid, Tool, Vector};
+
+use crate::pose_log::PoseLog;
+use crate::schema::{RunFacts, Source};
+
+/// The pose of sample `seq` at 60 Hz; every field differs from zero and from the others.
+pub(crate) fn pose(seq: u64) -> ToolPose {
+    let s = seq as f64 / 60.0;
+    let ct_from_tool: Rigid<Ct, Tool> = Rigid::from_rotation_vector(
+        Vector::new(0.3 * s.sin(), -1.2, 0.7),
+        Vector::new(12.5, -40.0 + 10.0 * s.cos(), 300.0 - s),
+    );
+    let t_ns = bus::clock::seconds(s);
+    let mut pose = ToolPose {
+        seq,
+        t_device_ns: t_ns + 1,
+        t_capture_ns: t_ns,
+        t_publish_ns: t_ns + 1_500_000,
+        registration_id: 0xfeed_0000_0000_0042,
+        visible: 24,
+        fre_rms_mm: 0.21 + 0.01 * s.sin(),
+        covariance: std::array::from_fn(|i| 1e-4 * (i as f64 + 1.0)),
+        ..ToolPose::EMPTY
+    };
+    pose.set(Tracked::Valid(ct_from_tool));
+    pose
+}
+
+/// The fields of a message as bits, in order: equality that tells NaNs and zeros apart.
+pub(crate) fn bytes(pose: &ToolPose) -> Vec<u64> {
+    let mut bits = vec![
+        pose.seq,
+        pose.t_device_ns.cast_unsigned(),
+        pose.t_capture_ns.cast_unsigned(),
+    ];
+    bits.extend([pose.t_publish_ns.cast_unsigned(), pose.registration_id]);
+    bits.extend([u64::from(pose.status), u64::from(pose.visible)]);
+    let doubles = pose.q.iter().chain(&pose.t_mm).chain(&pose.covariance);
+    bits.extend(doubles.chain([&pose.fre_rms_mm]).map(|x| x.to_bits()));
+    bits
+}
+
+/// The facts of a run.
+pub(crate) fn facts() -> RunFacts {
+    RunFacts {
+        name: "demo".to_owned(),
+        epoch_ns: 123_456,
+        registration_id: None,
+        volume_hash: None,
+    }
+}
+
+/// A log in memory with `chunks` chunks of `per_chunk` poses and truths each, scene and facts in front.
+pub(crate) fn log(chunks: u64, per_chunk: u64) -> PoseLog<Cursor<Vec<u8>>> {
+    let mut log = PoseLog::new(Cursor::new(Vec::new())).unwrap();
+    log.scene("seed = 1\n", 0).unwrap();
+    log.facts(&facts()).unwrap();
+    log.flush().unwrap();
+    for seq in 0..chunks * per_chunk {
+        log.pose(Source::Tool, &pose(seq)).unwrap();
+        log.pose(Source::Truth, &pose(seq)).unwrap();
+        if (seq + 1) % per_chunk == 0 {
+            log.flush().unwrap();
+        }
+    }
+    log
+}
+
+/// The bytes of a finished file of such a log.
+pub(crate) fn finished(chunks: u64, per_chunk: u64) -> Vec<u8> {
+    log(chunks, per_chunk).finish().unwrap().into_inner()
+}
+
+/// The bytes of an unfinished file of such a log, as a kill leaves it right after a chunk.
+pub(crate) fn unfinished(chunks: u64, per_chunk: u64) -> Vec<u8> {
+    log(chunks, per_chunk).abandon().into_inner()
+}

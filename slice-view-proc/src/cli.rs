@@ -1,0 +1,191 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::str::FromStr;
+
+use bus::process::{Membership, exit};
+use bus::scene::{Filter, Plane, WindowLevel};
+use clap::{ArgAction, Parser, Subcommand, ValueEnum};
+use geometry::door;
+
+use crate::run;
+use crate::snapshot::{LoadVolume, Snapshot, SnapshotError, snapshot};
+
+/// A pose typed by hand has a few digits; its quaternion is normalised.
+const TYPED_TOLERANCE: f64 = 1e-3;
+
+/// Draws CT planes at the tip of a tube.
+#[derive(Debug, Parser)]
+#[command(
+    name = "slice-view-proc",
+    version,
+    after_help = "Examples:\n  \
+    slice-view-proc snapshot --volume ct.nii.gz --view axial --pose 1,0,0,0,12,-30,140 --out axial.png\n  \
+    slice-view-proc snapshot --volume phantom --view perpendicular --pose 0.7071,0.7071,0,0,0,0,0 \\\n    \
+    --size 512x512 --pixel-mm 0.2 --filter linear --out p.png --hu p.mha\n\n\
+    Within a run the pilot starts one of these for each plane direction of the scene."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Renders one plane direction of a run (started by the pilot).
+    Run {
+        /// The run's folder.
+        #[arg(long)]
+        run_dir: PathBuf,
+        /// The pilot's process; this one ends with it.
+        #[arg(long)]
+        parent: Option<u32>,
+        /// The plane direction.
+        #[arg(long)]
+        plane: PlaneArg,
+    },
+    /// Draws one image of a file.
+    Snapshot(Box<SnapshotArgs>),
+}
+
+#[derive(Debug, clap::Args)]
+struct SnapshotArgs {
+    /// The CT (.nii, .nii.gz), or `phantom`.
+    #[arg(long)]
+    volume: PathBuf,
+    /// The plane's direction.
+    #[arg(long)]
+    view: PlaneArg,
+    /// ct_from_tool: unit quaternion and tip, LPS mm.
+    #[arg(long, value_name = "qw,qx,qy,qz,tx,ty,tz", allow_hyphen_values = true)]
+    pose: Numbers<7>,
+    /// Pixels.
+    #[arg(long, value_name = "WxH", default_value = "512x512")]
+    size: Size,
+    /// Side of a pixel, mm.
+    #[arg(long, default_value_t = 0.5, allow_hyphen_values = true)]
+    pixel_mm: f64,
+    /// Interpolation.
+    #[arg(long, default_value = "linear")]
+    filter: FilterArg,
+    /// Window: centre and width, HU.
+    #[arg(long, value_name = "C,W", default_value = "40,400", allow_hyphen_values = true)]
+    window: Window,
+    /// Use the f64 reference instead of the fast back end.
+    #[arg(long, action = ArgAction::SetTrue)]
+    reference: bool,
+    /// The image.
+    #[arg(long, required_unless_present = "hu")]
+    out: Option<PathBuf>,
+    /// The slice in HU: a MetaImage, float32, LPS mm.
+    #[arg(long)]
+    hu: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum PlaneArg {
+    Axial,
+    Frontal,
+    Sagittal,
+    Perpendicular,
+}
+
+impl From<PlaneArg> for Plane {
+    fn from(arg: PlaneArg) -> Self {
+        match arg {
+            PlaneArg::Axial => Self::Axial,
+            PlaneArg::Frontal => Self::Frontal,
+            PlaneArg::Sagittal => Self::Sagittal,
+            PlaneArg::Perpendicular => Self::Perpendicular,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum FilterArg {
+    Nearest,
+    Linear,
+}
+
+/// `N` numbers with commas between them.
+#[derive(Debug, Clone, Copy)]
+struct Numbers<const N: usize>([f64; N]);
+
+impl<const N: usize> FromStr for Numbers<N> {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = |part: &str| part.trim().parse::<f64>().map_err(|e| format!("{part:?}: {e}"));
+        let numbers: Vec<f64> = text.split(',').map(parse).collect::<Result<_, _>>()?;
+        let found = numbers.len();
+        let numbers = <[f64; N]>::try_from(numbers);
+        numbers
+            .map(Self)
+            .map_err(|_| format!("{found} numbers; {N} are needed"))
+    }
+}
+
+/// Centre and width in HU, as the scene file allows them.
+#[derive(Debug, Clone, Copy)]
+struct Window(WindowLevel);
+
+impl FromStr for Window {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [centre_hu, width_hu] = text.parse::<Numbers<2>>()?.0;
+        let allowed = (-32_768.0..=32_767.0).contains(&centre_hu) && (1.0..=65_536.0).contains(&width_hu);
+        let window = WindowLevel { centre_hu, width_hu };
+        allowed.then_some(Self(window)).ok_or_else(|| {
+            format!("centre {centre_hu}, width {width_hu}; allowed are -32768 to 32767 and 1 to 65536 HU")
+        })
+    }
+}
+
+/// Width and height.
+#[derive(Debug, Clone, Copy)]
+struct Size([u32; 2]);
+
+impl FromStr for Size {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let sides = text
+            .split_once('x')
+            .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+        sides
+            .filter(|sides| sides.iter().all(|n| (1..=8192).contains(n)))
+            .map(Self)
+            .ok_or_else(|| "a size is WxH, for instance 512x512, each side 1 to 8192".to_owned())
+    }
+}
+
+/// The binary; `load` reads the files that `snapshot` names.
+pub fn main(load: LoadVolume) -> ExitCode {
+    match Cli::parse().command {
+        Verb::Run { run_dir, parent, plane } => {
+            let membership = Membership { run_dir, parent };
+            exit("slice-view-proc", run::run(plane.into(), &membership))
+        }
+        Verb::Snapshot(args) => exit("slice-view-proc", take(*args, load)),
+    }
+}
+
+fn take(args: SnapshotArgs, load: LoadVolume) -> Result<(), SnapshotError> {
+    let [w, x, y, z, tx, ty, tz] = args.pose.0;
+    let pose = door::rigid([w, x, y, z], [tx, ty, tz], TYPED_TOLERANCE).map_err(SnapshotError::Pose)?;
+    let what = Snapshot {
+        volume: args.volume,
+        plane: args.view.into(),
+        pose,
+        size: args.size.0,
+        pixel_mm: args.pixel_mm,
+        filter: match args.filter {
+            FilterArg::Nearest => Filter::Nearest,
+            FilterArg::Linear => Filter::Linear,
+        },
+        window: args.window.0,
+        reference: args.reference,
+        out: args.out,
+        hu: args.hu,
+    };
+    snapshot(&what, load)
+}

@@ -1,0 +1,25 @@
+//! The slice renderer: one process per plane direction, drawing that direction's global and local images.
+//!
+//! A pose comes in over the bus, [`plane`] says which plane of the patient each image shows, [`reslice`] samples
+//! the shared volume there, [`to_grey`] turns HU into grey, [`Overlay`] draws the tube, the targets and the words, and the
+//! image goes out with its stamp. What is shown is never older than it says.
+
+pub mod cli;
+mod grey;
+mod letters;
+mod mha;
+mod overlay;
+mod render;
+pub mod reslice;
+mod run;
+mod snapshot;
+mod view;
+
+pub use grey::to_grey;
+pub use letters::letters;
+pub use mha::{MhaError, write_mha};
+pub use overlay::{Notice, Overlay};
+pub use render::{Rendered, Renderer};
+pub use run::RunError;
+pub use snapshot::{LoadVolume, SnapshotError};
+pub use view::plane;

@@ -1,0 +1,273 @@
+//! What is drawn over the slice: tube, tip, targets, letters, scale, words.
+
+use bus::clock;
+use bus::message::Lost;
+use bus::scene::{Extent, Target, ToolSpec, View};
+use geometry::{Ct, Point, Rigid, SlicePlane, Tool};
+use picture::{Anchor, Canvas, Line, Rgb};
+
+use crate::letters::letters;
+
+const TUBE: Rgb = Rgb(80, 200, 255);
+const TIP: Rgb = Rgb(255, 230, 60);
+const TARGET: Rgb = Rgb(90, 255, 120);
+const WORDS: Rgb = Rgb(235, 235, 235);
+const QUIET: Rgb = Rgb(165, 175, 190);
+const WARN: Rgb = Rgb(255, 180, 0);
+const ALARM: Rgb = Rgb(255, 60, 60);
+
+/// Targets further than this from the plane are not drawn, mm: an outline over other anatomy would mislead.
+const NEAR_PLANE_MM: f64 = 10.0;
+
+/// What the image claims about the present.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Notice {
+    /// The pose is young.
+    Live,
+    /// The pose was asked for and not just measured.
+    Held,
+    /// The pose is this old, ns.
+    Stale(i64),
+    /// There is no pose; the slice shown, if any, is of a pose this old, ns.
+    Lost(Lost, Option<i64>),
+}
+
+/// Everything that is drawn over one slice.
+#[derive(Debug, Clone, Copy)]
+pub struct Overlay<'a> {
+    /// The image.
+    pub view: &'a View,
+    /// Its plane.
+    pub plane: &'a SlicePlane,
+    /// The tool, drawn where there is a valid pose.
+    pub pose: Option<Rigid<Ct, Tool>>,
+    /// Its shape.
+    pub tool: &'a ToolSpec,
+    /// The targets.
+    pub targets: &'a [Target],
+    /// What the image claims.
+    pub notice: Notice,
+    /// Sequence number of the pose.
+    pub seq: u64,
+    /// The registration.
+    pub registration_id: u64,
+    /// First bytes of the volume's hash, as hex.
+    pub volume: &'a str,
+}
+
+impl Overlay<'_> {
+    /// Draws it all.
+    pub fn draw(&self, canvas: &mut Canvas) {
+        self.targets(canvas);
+        if let Some(pose) = self.pose {
+            self.tube(canvas, pose);
+        }
+        self.letters(canvas);
+        self.scale_bar(canvas);
+        self.words(canvas);
+        self.notice(canvas);
+    }
+
+    /// Sizes are meant for 512 pixels and follow the image.
+    fn unit(&self) -> f64 {
+        let shorter = self.view.size[0].min(self.view.size[1]);
+        (f64::from(shorter) / 512.0).clamp(0.4, 3.0)
+    }
+
+    fn text(&self, canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64, colour: Rgb, anchor: Anchor) {
+        canvas.text(at, text, (size * self.unit()) as f32, colour, anchor);
+    }
+
+    fn line(&self, colour: Rgb, width: f64, dashed: bool) -> Line {
+        Line {
+            colour,
+            width: (width * self.unit()) as f32,
+            dashed,
+        }
+    }
+
+    /// The tube's axis from the tip to the handle: dashed where the handle lies behind the plane by more than the tube's
+    /// radius, else solid (in front, or cut by the plane). The tip; and where the tube is seen along its axis, its outline.
+    fn tube(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>) {
+        let tip = self.plane.project(pose * Point::<Tool>::new(0.0, 0.0, 0.0));
+        let handle = self
+            .plane
+            .project(pose * Point::<Tool>::new(0.0, 0.0, -self.tool.length_mm));
+        let (tip_px, handle_px) = ([tip.x, tip.y], [handle.x, handle.y]);
+        let behind = handle.depth_mm > self.tool.diameter_mm / 2.0;
+        let projected = (tip_px[0] - handle_px[0]).hypot(tip_px[1] - handle_px[1]);
+        let radius_px = self.tool.diameter_mm / 2.0 / self.plane.pixel_mm();
+        // Along the axis the line is a point: the outline says more.
+        if projected > radius_px {
+            canvas.line(handle_px, tip_px, self.line(TUBE, 2.0, behind));
+        } else {
+            canvas.circle(tip_px, radius_px, self.line(TUBE, 1.5, false));
+        }
+        let arm = 9.0 * self.unit();
+        let gap = 3.0 * self.unit();
+        for [dx, dy] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
+            let from = [tip.x + dx * gap, tip.y + dy * gap];
+            let to = [tip.x + dx * arm, tip.y + dy * arm];
+            canvas.line(from, to, self.line(TIP, 1.5, false));
+        }
+    }
+
+    /// Each target near the plane: its cut where the plane meets it, else its outline, dashed, with its distance from
+    /// the plane.
+    fn targets(&self, canvas: &mut Canvas) {
+        for target in self.targets {
+            let at = self.plane.project(target.centre);
+            if at.depth_mm.abs() > NEAR_PLANE_MM {
+                continue;
+            }
+            let radius = target.diameter_mm / 2.0;
+            let cut_sq = radius * radius - at.depth_mm * at.depth_mm;
+            let cut = cut_sq > 0.0;
+            let radius_px = (if cut { cut_sq.sqrt() } else { radius } / self.plane.pixel_mm()).max(3.0 * self.unit());
+            canvas.circle([at.x, at.y], radius_px, self.line(TARGET, 1.5, !cut));
+            if self.view.extent == Extent::Local {
+                let label = match cut {
+                    true => target.name.clone(),
+                    false => format!("{} {:+.0} mm", target.name, at.depth_mm),
+                };
+                // Above the circle's right: the tube comes from the side or from below more often than from there.
+                let beside = [at.x + radius_px, at.y - radius_px - 6.0 * self.unit()];
+                self.text(canvas, beside, &label, 12.0, TARGET, Anchor::Left);
+            }
+        }
+    }
+
+    fn letters(&self, canvas: &mut Canvas) {
+        let (w, h) = (f64::from(canvas.width()), f64::from(canvas.height()));
+        let inset = 14.0 * self.unit();
+        let (right, down) = (self.plane.right(), self.plane.down());
+        let sides = [
+            ([inset, h / 2.0], -right, Anchor::Left),
+            ([w - inset, h / 2.0], right, Anchor::Right),
+            ([w / 2.0, inset], -down, Anchor::Centre),
+            ([w / 2.0, h - inset], down, Anchor::Centre),
+        ];
+        for (at, direction, anchor) in sides {
+            self.text(canvas, at, &letters(direction), 20.0, WORDS, anchor);
+        }
+    }
+
+    /// A bar of a round length, about a quarter of the width.
+    fn scale_bar(&self, canvas: &mut Canvas) {
+        let mm = round_length(f64::from(canvas.width()) * self.plane.pixel_mm() / 4.0);
+        let (u, h) = (self.unit(), f64::from(canvas.height()));
+        let (x0, y) = (14.0 * u, h - 16.0 * u);
+        let x1 = x0 + mm / self.plane.pixel_mm();
+        for (colour, width) in [(Rgb(0, 0, 0), 4.0), (WORDS, 1.8)] {
+            let line = self.line(colour, width, false);
+            canvas.line([x0, y], [x1, y], line);
+            canvas.line([x0, y - 4.0 * u], [x0, y + 4.0 * u], line);
+            canvas.line([x1, y - 4.0 * u], [x1, y + 4.0 * u], line);
+        }
+        self.text(
+            canvas,
+            [x0, y - 14.0 * u],
+            &format!("{mm} mm"),
+            13.0,
+            WORDS,
+            Anchor::Left,
+        );
+    }
+
+    fn words(&self, canvas: &mut Canvas) {
+        let (w, h, u) = (f64::from(canvas.width()), f64::from(canvas.height()), self.unit());
+        let (left, right, first, step) = (12.0 * u, w - 12.0 * u, 15.0 * u, 17.0 * u);
+        let extent = match self.view.extent {
+            Extent::Global => "global",
+            Extent::Local => "local",
+        };
+        let title = format!("{} {extent}", self.view.plane.name().to_uppercase());
+        self.text(canvas, [left, first], &title, 15.0, WORDS, Anchor::Left);
+        let window = &self.view.window;
+        let window = format!("W {} C {}", window.width_hu, window.centre_hu);
+        self.text(canvas, [left, first + step], &window, 12.0, QUIET, Anchor::Left);
+        let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
+        self.text(canvas, [right, first + step], &ids, 12.0, QUIET, Anchor::Right);
+        if let Some((target, mm)) = self.nearest_target() {
+            let text = format!("{target} {mm:.1} mm");
+            self.text(canvas, [right, h - 16.0 * u], &text, 13.0, TARGET, Anchor::Right);
+        }
+    }
+
+    /// The target nearest to the tip and the distance from the tip to its centre, mm.
+    fn nearest_target(&self) -> Option<(&str, f64)> {
+        let tip = self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0);
+        self.targets
+            .iter()
+            .map(|t| (t.name.as_str(), t.centre.distance(tip)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    fn notice(&self, canvas: &mut Canvas) {
+        let (w, u) = (f64::from(canvas.width()), self.unit());
+        let corner = [w - 12.0 * u, 15.0 * u];
+        let seq = self.seq;
+        match self.notice {
+            Notice::Live => self.text(canvas, corner, &format!("LIVE seq {seq}"), 13.0, TARGET, Anchor::Right),
+            Notice::Held => self.text(canvas, corner, &format!("HELD seq {seq}"), 13.0, WORDS, Anchor::Right),
+            Notice::Stale(age) => {
+                self.text(canvas, corner, &format!("seq {seq}"), 13.0, WARN, Anchor::Right);
+                self.banner(canvas, &format!("POSE {} OLD", age_words(age)), WARN);
+            }
+            Notice::Lost(reason, age) => {
+                self.text(canvas, corner, &format!("seq {seq}"), 13.0, ALARM, Anchor::Right);
+                let age = age
+                    .map(|age| format!(", image {} old", age_words(age)))
+                    .unwrap_or_default();
+                self.banner(canvas, &format!("NO POSE: {}{age}", reason.words()), ALARM);
+            }
+        }
+    }
+
+    /// Words that cannot be missed: a coloured frame and a dark band with the text.
+    fn banner(&self, canvas: &mut Canvas, text: &str, colour: Rgb) {
+        let (w, u) = (f64::from(canvas.width()), self.unit());
+        canvas.border(colour, 5.0 * u);
+        canvas.fill([5.0 * u, 62.0 * u], [w - 10.0 * u, 34.0 * u], Rgb(0, 0, 0), 200);
+        self.text(canvas, [w / 2.0, 79.0 * u], text, 18.0, colour, Anchor::Centre);
+    }
+}
+
+/// The largest of 1, 2, 5 x 10^n mm up to `mm`.
+fn round_length(mm: f64) -> f64 {
+    let power = 10_f64.powf(mm.log10().floor());
+    let digit = mm / power;
+    power
+        * if digit >= 5.0 {
+            5.0
+        } else if digit >= 2.0 {
+            2.0
+        } else {
+            1.0
+        }
+}
+
+fn age_words(age_ns: i64) -> String {
+    match clock::ms(age_ns) {
+        ms if ms < 1000.0 => format!("{ms:.0} ms"),
+        ms => format!("{:.1} s", ms / 1000.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scale_bars_are_round() {
+        for (mm, expected) in [(25.0, 20.0), (100.0, 100.0), (0.9, 0.5), (60.0, 50.0), (199.0, 100.0)] {
+            assert!((round_length(mm) - expected).abs() < 1e-9, "{mm}");
+        }
+    }
+
+    #[test]
+    fn ages_are_words() {
+        assert_eq!(age_words(320_000_000), "320 ms");
+        assert_eq!(age_words(2_340_000_000), "2.3 s");
+    }
+}

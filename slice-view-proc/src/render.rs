@@ -1,0 +1,115 @@
+//! One image from one pose.
+
+use bus::message::FrameState;
+use bus::scene::{Scene, View};
+use bus::volume::VolumeView;
+use geometry::{Ct, PlaneError, Rigid, SlicePlane, Tool};
+use picture::Canvas;
+
+use crate::grey::to_grey;
+use crate::overlay::{Notice, Overlay};
+use crate::reslice::Resampler;
+use crate::view;
+
+/// How bright the last slice stays when there is no pose: 1 is 256.
+const DIMMED: u16 = 90;
+
+/// Draws the images of one view; its buffers are taken once.
+#[derive(Debug)]
+pub struct Renderer {
+    view: View,
+    canvas: Canvas,
+    hu: Vec<f32>,
+}
+
+/// What to draw.
+#[derive(Debug, Clone, Copy)]
+pub struct Rendered<'a> {
+    /// The volume.
+    pub volume: VolumeView<'a>,
+    /// The first digits of its hash, to stand on the image.
+    pub volume_name: &'a str,
+    /// The pose that places the plane: the present one, or the last one when there is none now; `None` draws black.
+    pub pose: Option<Rigid<Ct, Tool>>,
+    /// What the image claims.
+    pub notice: Notice,
+    /// Sequence number of the pose, or of the sample that had none.
+    pub seq: u64,
+    /// The registration.
+    pub registration_id: u64,
+}
+
+impl Notice {
+    /// What the frame's header says of it.
+    pub fn state(self) -> FrameState {
+        match self {
+            Self::Live | Self::Held => FrameState::Live,
+            Self::Stale(_) => FrameState::Stale,
+            Self::Lost(reason, _) => FrameState::Lost(reason),
+        }
+    }
+}
+
+impl Renderer {
+    /// A renderer of `view`.
+    pub fn new(view: View) -> Self {
+        let [width, height] = view.size;
+        Self {
+            canvas: Canvas::new(width, height),
+            hu: vec![0.0; width as usize * height as usize],
+            view,
+        }
+    }
+
+    /// The view.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// The image drawn last.
+    pub fn canvas(&self) -> &Canvas {
+        &self.canvas
+    }
+
+    /// The HU of the slice drawn last, row by row.
+    pub fn hu(&self) -> &[f32] {
+        &self.hu
+    }
+
+    /// Draws an image; returns its plane.
+    ///
+    /// # Errors
+    /// [`PlaneError`], see [`view::plane`].
+    pub fn render(
+        &mut self,
+        what: &Rendered<'_>,
+        scene: &Scene,
+        resampler: &mut dyn Resampler,
+    ) -> Result<SlicePlane, PlaneError> {
+        let placed = what.pose.unwrap_or_else(Rigid::identity);
+        let plane = view::plane(&self.view, what.volume.grid, &placed)?;
+        if what.pose.is_some() {
+            resampler.reslice(&what.volume, &plane, self.view.filter, &mut self.hu);
+        } else {
+            self.hu.fill(f32::from(what.volume.padding_hu));
+        }
+        to_grey(self.view.window, &self.hu, self.canvas.rgba_mut());
+        let lost = matches!(what.notice, Notice::Lost(..));
+        if lost {
+            self.canvas.dim(DIMMED);
+        }
+        let overlay = Overlay {
+            view: &self.view,
+            plane: &plane,
+            pose: what.pose.filter(|_| !lost),
+            tool: &scene.tool,
+            targets: &scene.targets,
+            notice: what.notice,
+            seq: what.seq,
+            registration_id: what.registration_id,
+            volume: what.volume_name,
+        };
+        overlay.draw(&mut self.canvas);
+        Ok(plane)
+    }
+}

@@ -1,0 +1,140 @@
+//! Which plane of the patient an image shows.
+
+use bus::scene::{Extent, Plane, Up, View};
+use geometry::{Ct, Direction, PlaneError, Point, Rigid, SlicePlane, Tool, VolumeGrid};
+
+/// Below this sine between the tube and the direction that should point up, "up" means nothing: 5 degrees.
+const SINGULAR_SINE: f64 = 0.087;
+
+/// The plane of `view` for a tool at `ct_from_tool`: through the inner tip, in radiological display.
+///
+/// Axial planes are seen from the feet (patient's right on the left, front up), frontal ones from the front (head up),
+/// sagittal ones from the patient's left (front on the left, head up), perpendicular ones along the tube from the
+/// handle. Global images show the whole `grid`, centred on it; local ones `field_mm` centred on the tip.
+///
+/// # Errors
+/// [`PlaneError`] for a grid so large that its pixels would be.
+pub fn plane(view: &View, grid: &VolumeGrid, ct_from_tool: &Rigid<Ct, Tool>) -> Result<SlicePlane, PlaneError> {
+    let tip = *ct_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
+    let axes = image_axes(view, ct_from_tool);
+    match view.extent {
+        Extent::Local => {
+            let shorter = f64::from(view.size[0].min(view.size[1]));
+            SlicePlane::centred(tip, axes, view.field_mm / shorter, view.size)
+        }
+        Extent::Global => whole(grid, tip, axes, view.size),
+    }
+}
+
+/// The plane through `tip` that shows the whole grid, centred on it.
+fn whole(
+    grid: &VolumeGrid,
+    tip: Point<Ct>,
+    axes: [Direction<Ct>; 2],
+    size: [u32; 2],
+) -> Result<SlicePlane, PlaneError> {
+    let [right, down] = axes;
+    let normal = right.cross(down);
+    let centre = grid.centre();
+    let centre = centre + normal * (tip - centre).dot(normal);
+    let (low, high) = grid.bounds();
+    let diagonal = (high - low).mm();
+    let across = |d: Direction<Ct>| -> f64 { d.components().iter().zip(diagonal).map(|(c, e)| c.abs() * e).sum() };
+    let pixel_mm = (across(right) / f64::from(size[0])).max(across(down) / f64::from(size[1]));
+    SlicePlane::centred(centre, axes, pixel_mm, size)
+}
+
+/// The directions of growing columns and rows.
+fn image_axes(view: &View, ct_from_tool: &Rigid<Ct, Tool>) -> [Direction<Ct>; 2] {
+    match view.plane {
+        Plane::Axial => [Direction::X, Direction::Y],
+        Plane::Frontal => [Direction::X, -Direction::Z],
+        Plane::Sagittal => [Direction::Y, -Direction::Z],
+        Plane::Perpendicular => perpendicular_axes(view.up, ct_from_tool),
+    }
+}
+
+/// The image axes of a view along the tube. Where the wanted direction lies along the tube itself, the tool's own +y is
+/// up: it is always perpendicular, so the image is always defined and never flips.
+fn perpendicular_axes(up: Up, ct_from_tool: &Rigid<Ct, Tool>) -> [Direction<Ct>; 2] {
+    let into = *ct_from_tool * Direction::<Tool>::Z;
+    let tool_up = *ct_from_tool * Direction::<Tool>::Y;
+    let wanted = match up {
+        Up::Superior => Direction::Z,
+        Up::Anterior => -Direction::Y,
+        Up::Tool => tool_up,
+    };
+    let across = wanted.vector() - into * wanted.dot(into);
+    let up = match across.direction() {
+        Some(up) if across.norm() > SINGULAR_SINE => up,
+        _ => tool_up,
+    };
+    // Orthogonal again to the last digit: `up` keeps a rounding error along the tube.
+    let right = (-up)
+        .cross(into)
+        .direction()
+        .unwrap_or(*ct_from_tool * -Direction::<Tool>::X);
+    let down = into.cross(right).direction().unwrap_or(-up);
+    [right, down]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bus::scene::Scene;
+    use geometry::{Affine, Vector};
+    use proptest::prelude::*;
+    use std::path::Path;
+
+    fn views() -> Vec<View> {
+        Scene::parse("", Path::new("")).unwrap().views
+    }
+
+    fn grid() -> VolumeGrid {
+        let affine = Affine::from_rows([[1.0, 0.0, 0.0, -60.0], [0.0, 1.0, 0.0, -40.0], [0.0, 0.0, 2.0, 0.0]]);
+        VolumeGrid::checked([120, 80, 100], affine).unwrap()
+    }
+
+    fn pose(r: [f64; 3]) -> Rigid<Ct, Tool> {
+        Rigid::from_rotation_vector(Vector::new(r[0], r[1], r[2]), Vector::new(10.0, -5.0, 70.0))
+    }
+
+    proptest! {
+        #[test]
+        fn every_plane_goes_through_the_tip(r in prop::array::uniform3(-4.0..4.0)) {
+            for view in views() {
+                let plane = plane(&view, &grid(), &pose(r)).unwrap();
+                let tip = plane.project(Point::new(10.0, -5.0, 70.0));
+                // A few roundings of lengths below 300 mm.
+                prop_assert!(tip.depth_mm.abs() < 1e-12 * 300.0, "{}", view.name);
+            }
+        }
+
+        #[test]
+        fn perpendicular_is_seen_along_the_tube(r in prop::array::uniform3(-4.0..4.0)) {
+            let view = &views()[6];
+            let pose = pose(r);
+            let plane = plane(view, &grid(), &pose).unwrap();
+            let along = pose * Direction::<Tool>::Z;
+            prop_assert!(plane.into_screen().dot(along) > 1.0 - 1e-12);
+        }
+    }
+
+    #[test]
+    fn global_images_show_the_whole_volume() {
+        let plane = plane(&views()[2], &grid(), &pose([0.0; 3])).unwrap();
+        let (low, high) = grid().bounds();
+        for corner in [low, high] {
+            let p = plane.project(corner);
+            assert!(p.x >= -0.51 && p.x <= 511.51 && p.y >= -0.51 && p.y <= 511.51, "{p:?}");
+        }
+    }
+
+    #[test]
+    fn a_tube_along_the_body_still_has_an_up() {
+        let view = &views()[6];
+        for r in [[0.0; 3], [std::f64::consts::PI, 0.0, 0.0], [0.01, 0.0, 0.0]] {
+            assert!(plane(view, &grid(), &pose(r)).is_ok(), "{r:?}");
+        }
+    }
+}

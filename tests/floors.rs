@@ -1,0 +1,214 @@
+//! The floors of the workspace: who may depend on whom, and how long a file may be.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Dependencies go strictly down. A new crate needs a line here, and one in ARCHITECTURE.md.
+const FLOORS: &[(&str, u8)] = &[
+    ("geometry", 0),
+    ("bus", 1),
+    ("calib", 1),
+    ("phantom", 1),
+    ("picture", 1),
+    ("pilot", 2),
+    ("recorder", 2),
+    ("slice-view-proc", 2),
+    ("tracker-proc", 2),
+    ("volume-loader", 2),
+    ("trocar", 3),
+    ("xtask", 3),
+];
+
+/// Libraries behind a wall: what begins like the first may be named by the second only.
+const WALLS: &[(&str, &str)] = &[
+    ("iceoryx2", "bus"),
+    ("mcap", "recorder"),
+    ("dicom", "volume-loader"),
+    ("flate2", "volume-loader"),
+    ("nifti", "volume-loader"),
+    ("wgpu", "slice-view-proc"),
+    ("ab_glyph", "picture"),
+    ("tiny-skia", "picture"),
+];
+
+/// Crates that may name these libraries and no others.
+const SPARE: &[(&str, &[&str])] = &[("geometry", &["nalgebra", "serde"])];
+
+/// The longest file, lines.
+const MAX_LINES: usize = 400;
+/// Files that may be longer, each for a reason.
+const LONG_FILES: &[(&str, &str)] = &[(
+    "bus/src/scene/raw.rs",
+    "every key of the scene file with its default, in one place",
+)];
+
+/// A dependency as it stands in a manifest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Edge {
+    from: String,
+    to: String,
+    /// For tests and benchmarks only.
+    dev: bool,
+}
+
+/// What is wrong with these dependencies, in words. `members` are the crates of the workspace.
+fn violations(members: &[String], edges: &[Edge]) -> Vec<String> {
+    let floors: BTreeMap<&str, u8> = FLOORS.iter().copied().collect();
+    let homeless = members.iter().filter(|name| !floors.contains_key(name.as_str()));
+    let mut wrong: Vec<String> = homeless
+        .map(|name| format!("{name} has no floor: give it one in FLOORS"))
+        .collect();
+    for edge in edges {
+        let Edge { from, to, dev } = edge;
+        if let (Some(a), Some(b)) = (floors.get(from.as_str()), floors.get(to.as_str())) {
+            let goes_down = if *dev { b <= a } else { b < a };
+            if !goes_down {
+                wrong.push(format!("{from} (floor {a}) depends on {to} (floor {b}): not down"));
+            }
+        }
+        wrong.extend(over_the_wall(edge));
+    }
+    wrong
+}
+
+/// Tests may climb walls: an oracle is somebody else's library.
+fn over_the_wall(Edge { from, to, dev }: &Edge) -> Vec<String> {
+    if *dev {
+        return Vec::new();
+    }
+    let walls = WALLS
+        .iter()
+        .filter(|(library, owner)| to.starts_with(library) && from != owner);
+    let walls = walls.map(|(_, owner)| format!("{from} depends on {to}: only {owner} may"));
+    let spare = SPARE
+        .iter()
+        .filter(|(owner, few)| from == owner && !few.contains(&to.as_str()));
+    let spare = spare.map(|(_, few)| format!("{from} depends on {to}: it may on {} only", few.join(", ")));
+    walls.chain(spare).collect()
+}
+
+/// The members of the workspace and all their dependencies, from their manifests.
+fn workspace() -> (Vec<String>, Vec<Edge>) {
+    #[allow(clippy::disallowed_methods, reason = "cargo knows the manifests best")]
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1", "--manifest-path"])
+        .arg(root().join("Cargo.toml"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    let name = |value: &Value| value["name"].as_str().unwrap().to_owned();
+    let edges = packages.iter().flat_map(|package| {
+        let dependencies = package["dependencies"].as_array().unwrap();
+        dependencies.iter().map(move |dependency| Edge {
+            from: name(package),
+            to: name(dependency),
+            dev: dependency["kind"] == "dev",
+        })
+    });
+    (packages.iter().map(name).collect(), edges.collect())
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every Rust file below `folder`, but for build folders and what is hidden.
+fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let hidden = path
+            .file_name()
+            .is_some_and(|name| name.to_string_lossy().starts_with('.'));
+        if path.is_dir() && !hidden && !path.join("CACHEDIR.TAG").exists() {
+            rust_files(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+fn lines(path: &Path) -> usize {
+    fs::read_to_string(path).unwrap().lines().count()
+}
+
+#[test]
+fn dependencies_go_down() {
+    let (members, edges) = workspace();
+    let wrong = violations(&members, &edges);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let gone: Vec<_> = FLOORS
+        .iter()
+        .filter(|(name, _)| !members.iter().any(|m| m == name))
+        .collect();
+    assert!(gone.is_empty(), "no longer members of the workspace: {gone:?}");
+}
+
+#[test]
+fn files_are_short() {
+    let mut files = Vec::new();
+    rust_files(root(), &mut files);
+    assert!(files.len() > 100, "found only {}", files.len());
+    let excused = |path: &Path| LONG_FILES.iter().any(|(file, _)| root().join(file) == path);
+    let long: Vec<_> = files
+        .iter()
+        .filter(|path| lines(path) > MAX_LINES && !excused(path))
+        .map(|path| format!("{}: {} lines; at most {MAX_LINES}", path.display(), lines(path)))
+        .collect();
+    assert!(long.is_empty(), "{}", long.join("\n"));
+    for (file, reason) in LONG_FILES {
+        let needed = lines(&root().join(file)) > MAX_LINES;
+        assert!(needed, "{file} needs no exception any more ({reason})");
+    }
+}
+
+fn edge(from: &str, to: &str) -> Edge {
+    Edge {
+        from: from.to_owned(),
+        to: to.to_owned(),
+        dev: false,
+    }
+}
+
+fn complaints(edge: Edge) -> String {
+    violations(&[], &[edge]).join("\n")
+}
+
+#[test]
+fn an_upward_edge_is_reported_by_name() {
+    assert_eq!(
+        complaints(edge("bus", "pilot")),
+        "bus (floor 1) depends on pilot (floor 2): not down"
+    );
+    assert_eq!(complaints(edge("pilot", "bus")), "");
+}
+
+#[test]
+fn neighbours_do_not_depend_on_each_other_but_their_tests_may() {
+    let edge = edge("recorder", "tracker-proc");
+    assert!(complaints(edge.clone()).contains("recorder (floor 2) depends on tracker-proc (floor 2)"));
+    assert_eq!(complaints(Edge { dev: true, ..edge }), "");
+    let up = Edge {
+        dev: true,
+        ..self::edge("geometry", "phantom")
+    };
+    assert!(complaints(up).contains("geometry (floor 0) depends on phantom (floor 1)"));
+}
+
+#[test]
+fn walls_hold() {
+    assert_eq!(
+        complaints(edge("pilot", "iceoryx2-bb-posix")),
+        "pilot depends on iceoryx2-bb-posix: only bus may"
+    );
+    assert_eq!(complaints(edge("bus", "iceoryx2")), "");
+    assert!(complaints(edge("geometry", "rand")).contains("nalgebra, serde only"));
+    assert!(violations(&["newcomer".to_owned()], &[])[0].contains("newcomer has no floor"));
+}

@@ -1,0 +1,207 @@
+//! Any process may be killed at any time: the others go on, it comes back, and in between nothing old looks live.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+
+mod support;
+
+use serde_json::Value;
+use support::{Pilot, SMALL, World, is_alive, kill_9, pid_in, wait_for};
+
+fn view_state(status: &Value, view: &str) -> String {
+    let views = status["views"].as_array().unwrap();
+    let view = views.iter().find(|v| v["name"] == view).unwrap();
+    view["state"].as_str().unwrap().to_owned()
+}
+
+fn start(world: &World) -> Pilot<'_> {
+    let scene = world.file("s.toml", SMALL);
+    let pilot = world.start(&scene, &world.path("out"), "default");
+    pilot.wait_live();
+    pilot
+}
+
+/// Kills `process` in a world of its own; waits until it runs again with everything live, and returns the report of the whole run.
+fn kill_and_return(process: &str) -> Value {
+    kill_and_return_in(&World::new(), process)
+}
+
+fn kill_and_return_in(world: &World, process: &str) -> Value {
+    let pilot = start(world);
+    let before = pilot.wait_live();
+    let victim = pid_in(&before, process).unwrap();
+    kill_9(victim);
+    pilot.wait_for("the process to come back", |status| {
+        let ready = |p: &Value| {
+            p["name"] == process && p["stage"] == "ready" && p["pid"].as_u64().is_some_and(|pid| pid != victim)
+        };
+        status["processes"].as_array().unwrap().iter().any(ready) && support::all_live(status)
+    });
+    let after = pilot.status().unwrap();
+    for other in before["processes"].as_array().unwrap() {
+        let name = other["name"].as_str().unwrap();
+        if name != process {
+            assert_eq!(pid_in(&after, name), other["pid"].as_u64(), "{name} went on");
+        }
+    }
+    let ended = pilot.stop();
+    let report = support::report(&world.path("out"));
+    assert!(
+        ended.success(),
+        "{ended}: {} {}",
+        report["problems"],
+        report["restarts"]
+    );
+    report
+}
+
+fn check_restart(report: &Value, process: &str) {
+    let restarts = report["restarts"].as_array().unwrap();
+    assert_eq!(restarts.len(), 1, "{restarts:?}");
+    assert_eq!(restarts[0]["process"], process);
+    assert_eq!(restarts[0]["cause"], "killed by signal 9");
+    // How long it took is in the report; a test on a busy machine only asks that it came back.
+    assert!(
+        restarts[0]["live_again_s"].as_f64().is_some_and(|s| s > 0.0),
+        "{restarts:?}"
+    );
+    for view in report["views"].as_array().unwrap() {
+        assert_eq!(view["unflagged_old"], 0);
+        assert!(view["png"].is_string());
+    }
+}
+
+#[test]
+fn a_killed_renderer_comes_back() {
+    check_restart(&kill_and_return("view-axial"), "view-axial");
+}
+
+#[test]
+fn a_killed_tracker_comes_back_and_the_samples_go_on_counting() {
+    let world = World::new();
+    let report = kill_and_return_in(&world, "tracker");
+    check_restart(&report, "tracker");
+    let recording = world.path("out/session.mcap");
+    let poses = recorder::reader::poses(&recording, recorder::schema::TOOL_POSE).unwrap();
+    let seqs: Vec<u64> = poses.map(|pose| pose.unwrap().seq).collect();
+    assert!(
+        seqs.windows(2).all(|pair| pair[0] < pair[1]),
+        "no sample came twice or late: {seqs:?}"
+    );
+    let missing = seqs.last().unwrap() - seqs[0] + 1 - seqs.len() as u64;
+    assert_eq!(report["poses"]["missing"], missing);
+}
+
+#[test]
+fn a_killed_loader_comes_back_and_the_volume_is_held_once_again() {
+    let report = kill_and_return("volume-loader");
+    check_restart(&report, "volume-loader");
+    let ratio = report["memory"]["volume_ratio"].as_f64().unwrap();
+    assert!((0.9..=1.06).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_killed_recorder_comes_back_and_keeps_what_it_wrote() {
+    let report = kill_and_return("recorder");
+    check_restart(&report, "recorder");
+    let recordings: Vec<_> = report["recording"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|r| r.as_str().unwrap())
+        .collect();
+    assert!(recordings.len() >= 2, "{recordings:?}");
+    assert!(recordings.iter().all(|r| r.ends_with(".mcap")), "{recordings:?}");
+}
+
+#[test]
+fn while_a_renderer_is_away_its_views_are_marked() {
+    let world = World::new();
+    let pilot = start(&world);
+    let renderer = pilot.pid("view-frontal").unwrap();
+    // Stopped, not killed: it is away for as long as we look.
+    let pid = rustix::process::Pid::from_raw(i32::try_from(renderer).unwrap()).unwrap();
+    rustix::process::kill_process(pid, rustix::process::Signal::STOP).unwrap();
+    let status = pilot.wait_for("the view to be marked", |s| view_state(s, "frontal-local") != "live");
+    assert!(matches!(
+        view_state(&status, "frontal-local").as_str(),
+        "stale" | "down"
+    ));
+    assert_eq!(view_state(&status, "axial-global"), "live");
+    // It gives no sign of life: it is killed and started again.
+    pilot.wait_live();
+    assert_ne!(pilot.pid("view-frontal"), Some(renderer));
+    assert!(pilot.stop().success());
+    let report = support::report(&world.path("out"));
+    assert_eq!(report["restarts"][0]["cause"], "gave no sign of life");
+}
+
+#[test]
+fn without_a_tracker_the_views_say_that_they_are_old() {
+    let world = World::new();
+    let pilot = start(&world);
+    let tracker = pilot.pid("tracker").unwrap();
+    let pid = rustix::process::Pid::from_raw(i32::try_from(tracker).unwrap()).unwrap();
+    rustix::process::kill_process(pid, rustix::process::Signal::STOP).unwrap();
+    pilot.wait_for("every view to be stale", |status| {
+        status["views"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|v| v["state"] == "stale")
+    });
+    rustix::process::kill_process(pid, rustix::process::Signal::CONT).unwrap();
+    pilot.wait_live();
+    assert!(pilot.stop().success());
+}
+
+#[test]
+fn no_orphan_outlives_a_killed_pilot_and_the_next_run_starts_cleanly() {
+    let world = World::new();
+    let mut pilot = start(&world);
+    let status = pilot.status().unwrap();
+    let children: Vec<u64> = status["processes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|p| p["pid"].as_u64())
+        .collect();
+    assert_eq!(children.len(), 6);
+    kill_9(u64::from(pilot.child.id()));
+    pilot.child.wait().unwrap();
+    wait_for("the children to die with the pilot", || {
+        (!children.iter().any(|&pid| is_alive(pid))).then_some(())
+    });
+    drop(pilot);
+    let again = world.navigate(&world.path("s.toml"), &world.path("out2"), &["--for", "500ms"]);
+    assert!(again["problems"].as_array().unwrap().is_empty(), "{again}");
+}
+
+#[test]
+fn a_crash_loop_is_held_and_the_rest_goes_on() {
+    let world = World::new();
+    let scene = world.file("s.toml", &SMALL.replace("[limits]", "[limits]\nrestarts = 2"));
+    let pilot = world.start(&scene, &world.path("out"), "default");
+    pilot.wait_live();
+    for _ in 0..3 {
+        let pid = wait_for("the renderer to run", || pilot.pid("view-axial"));
+        kill_9(pid);
+        wait_for("its end to be noticed", || {
+            (pilot.pid("view-axial") != Some(pid)).then_some(())
+        });
+    }
+    let status = pilot.wait_for("the renderer to be held", |s| {
+        s["processes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|p| p["name"] == "view-axial" && p["stage"] == "held")
+    });
+    assert_eq!(view_state(&status, "axial-global"), "down");
+    assert_eq!(view_state(&status, "frontal-local"), "live");
+    assert_eq!(pilot.stop().code(), Some(3));
+    let report = support::report(&world.path("out"));
+    assert_eq!(report["held"], serde_json::json!(["view-axial"]));
+    assert!(report["views"][0]["png"].is_null());
+    assert!(report["views"][1]["png"].is_string());
+    assert!(!world.path("out/axial-global.png").exists());
+}

@@ -1,0 +1,40 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use bus::process::{Membership, exit};
+use clap::Parser;
+
+use crate::run;
+
+/// Follows the tool and publishes its pose in the patient.
+#[derive(Debug, Parser)]
+#[command(
+    name = "tracker-proc",
+    version,
+    after_help = "Example (the pilot starts this process; by hand it joins a run that is going):\n  \
+    tracker-proc --run-dir /tmp/trocar-0/default\n\n\
+    The scene's [tracker] table says what is followed: see `pilot --help`."
+)]
+struct Cli {
+    /// The run's folder.
+    #[arg(long)]
+    run_dir: PathBuf,
+    /// The pilot's process; this one ends with it.
+    #[arg(long)]
+    parent: Option<u32>,
+    /// When sample 0 is due, ns on the run's clock.
+    #[arg(long, default_value_t = 0, allow_hyphen_values = true)]
+    start_ns: i64,
+}
+
+/// The binary.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let membership = Membership {
+        run_dir: cli.run_dir,
+        parent: cli.parent,
+    };
+    exit("tracker-proc", run::run(&membership, cli.start_ns))
+}

@@ -1,0 +1,14 @@
+//! The tracker process: from a source of measurements to `ct_from_tool`, published with its status.
+//!
+//! Here the source is simulated: a scripted gesture with seeded imperfections, a pure function of the sample's number,
+//! so that a restarted process goes on where the script is, and the same seed gives the same poses.
+
+mod chance;
+pub mod cli;
+mod gesture;
+mod run;
+mod simulated;
+
+pub use gesture::{Gesture, GestureError};
+pub use run::RunError;
+pub use simulated::{Measured, Simulated};

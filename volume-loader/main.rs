@@ -1,0 +1,5 @@
+//! The `volume-loader` process.
+
+fn main() -> std::process::ExitCode {
+    volume_loader::cli::main()
+}

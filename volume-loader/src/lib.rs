@@ -1,0 +1,19 @@
+//! The volume loader: reads the examination and puts it once into shared memory.
+//!
+//! Sources ([`source::VoxelSource`]) give slices in order; [`fill`] puts them into bricks and takes the volume's hash on
+//! the way; `run` publishes the result and keeps it there for late joiners. No process holds a second copy.
+
+pub mod cli;
+mod error;
+mod fill;
+mod load;
+pub mod nifti;
+pub mod phantom_source;
+mod progress;
+mod run;
+pub mod source;
+
+pub use error::LoadError;
+pub use fill::{Filled, fill};
+pub use load::{load, open};
+pub use run::RunError;

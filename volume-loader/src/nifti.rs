@@ -1,0 +1,19 @@
+//! NIfTI-1 and NIfTI-2 in one file, plain or gzip: `.nii`, `.nii.gz`.
+//!
+//! NIfTI's axes are RAS (+x Right, +y Anterior, +z Superior); ours are LPS. The change, x and y negated, is made in
+//! the private module `orientation` and nowhere else. Format: nifti1.h and nifti2.h, <https://nifti.nimh.nih.gov>.
+
+mod fields;
+mod header;
+mod orientation;
+mod reader;
+mod stream;
+mod voxels;
+mod writer;
+
+#[cfg(test)]
+mod tests;
+
+pub use header::HeaderError;
+pub use reader::NiftiSource;
+pub use writer::{WriteError, write};

@@ -1,0 +1,137 @@
+//! A NIfTI file as an examination.
+
+use std::path::Path;
+
+use geometry::VolumeGrid;
+
+use super::fields::Layout;
+use super::header::{Header, HeaderError};
+use super::stream::Stream;
+use super::voxels::Decoder;
+use crate::source::{Conversion, Place, ReadError, Turn, VoxelSource};
+
+/// HU for what is not a number; NIfTI names no padding of its own. What scanners write outside their circle.
+const PADDING_HU: i16 = -1024;
+/// Bytes read at once: a whole number of voxels of any datatype.
+const CHUNK_BYTES: usize = 1 << 16;
+/// A file may be this much longer than its header says, bytes: padding to some block.
+const MAX_TRAIL: u64 = 1 << 16;
+
+/// A `.nii` or `.nii.gz` file, read slice by slice.
+pub struct NiftiSource {
+    stream: Stream,
+    header: Header,
+    decoder: Decoder,
+    turn: Turn,
+    chunk: Vec<u8>,
+}
+
+impl NiftiSource {
+    /// Opens `path` and judges its header; no voxel is read yet.
+    ///
+    /// # Errors
+    /// Each variant of [`ReadError`] but `Order` and `Buffer`.
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let mut stream = Stream::open(path)?;
+        let header = read_header(&mut stream)?;
+        check_length(&stream, &header)?;
+        stream.skip_to(header.offset, header.end())?;
+        let decoder = Decoder {
+            sample: header.sample,
+            big_endian: header.layout.big_endian,
+            scale: header.scale,
+            padding_hu: PADDING_HU,
+            conversion: Conversion::default(),
+        };
+        let chunk = vec![0; CHUNK_BYTES];
+        Ok(Self {
+            stream,
+            header,
+            decoder,
+            turn: Turn::default(),
+            chunk,
+        })
+    }
+}
+
+fn read_header(stream: &mut Stream) -> Result<Header, ReadError> {
+    let path = stream.path().to_owned();
+    let refused = |source: HeaderError| ReadError::Header {
+        path: path.clone(),
+        source,
+    };
+    let mut bytes = [0; super::fields::BYTES_2];
+    // Anything shorter than the shorter header is no NIfTI file whatever it holds.
+    stream.fill(&mut bytes[..4], Place::Header, super::fields::BYTES_1 as u64)?;
+    let layout = Layout::of([bytes[0], bytes[1], bytes[2], bytes[3]]).map_err(&refused)?;
+    let length = layout.bytes();
+    stream.fill(&mut bytes[4..length], Place::Header, length as u64)?;
+    Header::parse(layout, &bytes[..length]).map_err(&refused)
+}
+
+/// A plain file's length is known before anybody allocates for it; a compressed one's shows while reading.
+fn check_length(stream: &Stream, header: &Header) -> Result<(), ReadError> {
+    let Some(found) = stream.length() else {
+        return Ok(());
+    };
+    let (path, expected) = (stream.path().to_owned(), header.end());
+    if found < expected {
+        let slice_bytes = header.grid.voxels() / u64::from(header.grid.dims()[2]) * header.sample.bytes() as u64;
+        let slice = found.saturating_sub(header.offset) / slice_bytes;
+        let place = u32::try_from(slice).map_or(Place::End, Place::Slice);
+        return Err(ReadError::Truncated {
+            path,
+            place,
+            expected,
+            found,
+        });
+    }
+    if found - expected > MAX_TRAIL {
+        return Err(ReadError::TooLong { path, expected, found });
+    }
+    Ok(())
+}
+
+impl VoxelSource for NiftiSource {
+    fn grid(&self) -> &VolumeGrid {
+        &self.header.grid
+    }
+
+    fn padding_hu(&self) -> i16 {
+        PADDING_HU
+    }
+
+    fn describe(&self) -> String {
+        let (grid, layout) = (&self.header.grid, self.header.layout);
+        let ([nx, ny, nz], [sx, sy, sz]) = (grid.dims(), grid.spacing_mm());
+        let packed = if self.stream.length().is_none() { ", gzip" } else { "" };
+        let scale = match self.header.scale {
+            Some([slope, inter]) => format!(", HU = {slope} stored + {inter}"),
+            None => String::new(),
+        };
+        format!(
+            "{}: NIfTI-{}{packed}, {:?}{scale}, {nx} x {ny} x {nz} voxels of {sx:.3} x {sy:.3} x {sz:.3} mm; {}",
+            self.stream.path().display(),
+            layout.version,
+            self.header.sample,
+            self.header.notes.join("; ")
+        )
+    }
+
+    fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {
+        self.turn.take(&self.header.grid, k, out)?;
+        let bytes = self.header.sample.bytes();
+        for part in out.chunks_mut(CHUNK_BYTES / bytes) {
+            let chunk = &mut self.chunk[..part.len() * bytes];
+            self.stream.fill(chunk, Place::Slice(k), self.header.end())?;
+            self.decoder.decode(chunk, part);
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Conversion, ReadError> {
+        self.turn.done(&self.header.grid)?;
+        self.stream.drain(MAX_TRAIL)?;
+        Ok(self.decoder.conversion)
+    }
+}

@@ -1,0 +1,202 @@
+//! The unpacked bytes of a file, in order, with the position and the reason of every failure.
+
+use std::fs::File;
+use std::io::{BufReader, ErrorKind, Read, Seek};
+use std::path::{Path, PathBuf};
+
+use flate2::bufread::MultiGzDecoder;
+
+use crate::source::{Place, ReadError};
+
+/// The first two bytes of gzip, RFC 1952.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+const BUFFER_BYTES: usize = 1 << 16;
+
+/// A file's bytes, unpacked where it is compressed.
+pub(crate) struct Stream {
+    path: PathBuf,
+    input: Input,
+    position: u64,
+    /// Bytes that there are, where that is known beforehand.
+    length: Option<u64>,
+}
+
+enum Input {
+    Plain(BufReader<File>),
+    Gzip(Box<MultiGzDecoder<BufReader<File>>>),
+}
+
+impl Stream {
+    /// Opens `path`; whether it is compressed is told by its first bytes, not by its name.
+    ///
+    /// # Errors
+    /// [`ReadError::Missing`], [`ReadError::NotAFile`], [`ReadError::Empty`], [`ReadError::Unreadable`].
+    pub(crate) fn open(path: &Path) -> Result<Self, ReadError> {
+        let path = path.to_owned();
+        let length = file_length(&path)?;
+        let unreadable = |source| opening(&path, source);
+        let mut file = File::open(&path).map_err(unreadable)?;
+        let mut first = [0; 2];
+        let gzip = length >= 2
+            && file
+                .read_exact(&mut first)
+                .map(|()| first == GZIP)
+                .map_err(unreadable)?;
+        file.rewind().map_err(unreadable)?;
+        let file = BufReader::with_capacity(BUFFER_BYTES, file);
+        let (input, length) = if gzip {
+            (Input::Gzip(Box::new(MultiGzDecoder::new(file))), None)
+        } else {
+            (Input::Plain(file), Some(length))
+        };
+        Ok(Self {
+            path,
+            input,
+            position: 0,
+            length,
+        })
+    }
+
+    /// The file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Length of the unpacked data in bytes; unknown where it is compressed.
+    pub(crate) fn length(&self) -> Option<u64> {
+        self.length
+    }
+
+    /// Fills `out` with the next bytes; `end` is how many bytes the header asks for in all.
+    ///
+    /// # Errors
+    /// [`ReadError::Truncated`], [`ReadError::BrokenOff`], [`ReadError::Corrupt`], [`ReadError::Unreadable`].
+    pub(crate) fn fill(&mut self, out: &mut [u8], place: Place, end: u64) -> Result<(), ReadError> {
+        let mut filled = 0;
+        while filled < out.len() {
+            match self.read(&mut out[filled..], place, end)? {
+                0 => return Err(self.truncated(place, end)),
+                count => filled += count,
+            }
+        }
+        Ok(())
+    }
+
+    /// Passes over bytes up to `offset`.
+    ///
+    /// # Errors
+    /// As [`Stream::fill`].
+    pub(crate) fn skip_to(&mut self, offset: u64, end: u64) -> Result<(), ReadError> {
+        let mut unused = [0; 4096];
+        while self.position < offset {
+            let step = (offset - self.position).min(unused.len() as u64) as usize;
+            self.fill(&mut unused[..step], Place::Header, end)?;
+        }
+        Ok(())
+    }
+
+    /// Reads on to the end, which makes a compressed stream check its length and checksum; at most `most` more bytes.
+    ///
+    /// # Errors
+    /// As [`Stream::fill`], and [`ReadError::TooLong`].
+    pub(crate) fn drain(&mut self, most: u64) -> Result<(), ReadError> {
+        let expected = self.position;
+        let mut unused = [0; 4096];
+        while self.read(&mut unused, Place::End, expected)? > 0 {
+            if self.position - expected > most {
+                return Err(ReadError::TooLong {
+                    path: self.path.clone(),
+                    expected,
+                    found: self.position,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, out: &mut [u8], place: Place, end: u64) -> Result<usize, ReadError> {
+        loop {
+            let read = match &mut self.input {
+                Input::Plain(file) => file.read(out),
+                Input::Gzip(decoder) => decoder.read(out),
+            };
+            match read {
+                Ok(count) => {
+                    self.position += count as u64;
+                    return Ok(count);
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(self.failure(error, place, end)),
+            }
+        }
+    }
+
+    fn truncated(&self, place: Place, end: u64) -> ReadError {
+        ReadError::Truncated {
+            path: self.path.clone(),
+            place,
+            expected: end,
+            found: self.position,
+        }
+    }
+
+    /// The decoder tells a short stream and a damaged one by kinds of I/O error.
+    fn failure(&self, source: std::io::Error, place: Place, end: u64) -> ReadError {
+        let (path, byte) = (self.path.clone(), self.position);
+        match (source.kind(), &self.input) {
+            (ErrorKind::UnexpectedEof, Input::Gzip(_)) => ReadError::BrokenOff {
+                path,
+                place,
+                expected: end,
+                found: byte,
+            },
+            (ErrorKind::InvalidInput | ErrorKind::InvalidData, Input::Gzip(_)) => ReadError::Corrupt {
+                path,
+                place,
+                byte,
+                detail: source.to_string(),
+            },
+            _ => ReadError::Unreadable {
+                path,
+                place,
+                byte,
+                source,
+            },
+        }
+    }
+}
+
+/// The length of a file that is one: opening a pipe would wait for its writer.
+fn file_length(path: &Path) -> Result<u64, ReadError> {
+    let about = std::fs::metadata(path).map_err(|source| opening(path, source))?;
+    let path = path.to_owned();
+    if about.is_dir() {
+        return Err(ReadError::NotAFile {
+            path,
+            found: "a folder",
+        });
+    }
+    if !about.is_file() {
+        return Err(ReadError::NotAFile {
+            path,
+            found: "a pipe or a device",
+        });
+    }
+    if about.len() == 0 {
+        return Err(ReadError::Empty { path });
+    }
+    Ok(about.len())
+}
+
+fn opening(path: &Path, source: std::io::Error) -> ReadError {
+    let path = path.to_owned();
+    if source.kind() == ErrorKind::NotFound {
+        return ReadError::Missing { path };
+    }
+    ReadError::Unreadable {
+        path,
+        place: Place::Header,
+        byte: 0,
+        source,
+    }
+}

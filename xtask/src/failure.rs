@@ -1,0 +1,40 @@
+//! Why a chore ended early.
+
+use std::fmt;
+use std::io;
+use std::process::{ExitCode, ExitStatus};
+
+/// Why a chore ended early.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The command line asks for something that there is not.
+    Usage(String),
+    /// A program could not be started.
+    Start { program: String, source: io::Error },
+    /// A program ended with an error; what was wrong it has said itself.
+    Ended { command: String, status: ExitStatus },
+    /// A step of a chore failed.
+    Step { name: &'static str, source: Box<Failure> },
+}
+
+impl Failure {
+    /// The exit code of the program that failed, so that scripts see what they would see without the chore; else 1.
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Ended { status, .. } => status.code().and_then(|code| u8::try_from(code).ok()),
+            _ => None,
+        }
+        .map_or(ExitCode::FAILURE, ExitCode::from)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(why) => f.write_str(why),
+            Self::Start { program, source } => write!(f, "starting {program}: {source}; is it installed?"),
+            Self::Ended { command, status } => write!(f, "`{command}` ended with {status}"),
+            Self::Step { name, source } => write!(f, "step {name:?} failed: {source}"),
+        }
+    }
+}

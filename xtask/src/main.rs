@@ -1,0 +1,58 @@
+//! Chores of the project: `cargo xtask help` lists them.
+
+mod demo;
+mod failure;
+mod python;
+mod shell;
+mod steps;
+mod test;
+
+use std::process::ExitCode;
+
+use failure::Failure;
+use shell::{cargo, run, say};
+
+const HELP: &str = "\
+Chores of Trocar.
+
+cargo xtask demo [-- ARGUMENTS]   builds the programs and runs the embedded demonstration for 10 s into out/;
+                                  ARGUMENTS go to `pilot run` (--for 3s, --volume ct.nii.gz, --out DIR ...)
+cargo xtask test                  everything that must pass: formatting, lints, documentation, tests
+cargo xtask bench [-- ARGUMENTS]  the benchmarks; ARGUMENTS go to `cargo bench`
+cargo xtask help                  this text";
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let chore = arguments.next();
+    // `cargo xtask demo -- --for 3s` and `cargo xtask demo --for 3s` mean the same.
+    let rest: Vec<String> = arguments
+        .enumerate()
+        .filter(|(i, a)| *i > 0 || a != "--")
+        .map(|(_, a)| a)
+        .collect();
+    let done = match chore.as_deref() {
+        Some("demo") => demo::demo(&rest),
+        Some("test") => test::test(&rest),
+        Some("bench") => bench(&rest),
+        None | Some("help" | "--help" | "-h") => {
+            say(HELP);
+            Ok(())
+        }
+        Some(other) => Err(Failure::Usage(format!(
+            "there is no chore {other:?}; `cargo xtask help` lists them"
+        ))),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("xtask: error: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+fn bench(arguments: &[String]) -> Result<(), Failure> {
+    // Without the pattern, cargo would build every library's tests as well, to ignore them.
+    let mut command = cargo(&["bench", "--workspace", "--bench", "*"]);
+    run(command.args(arguments))
+}
