@@ -70,6 +70,27 @@ fn check_restart(report: &Value, process: &str) {
     }
 }
 
+/// Each client that came and went once cost the pilot so long that it killed its processes for a silence of its own.
+#[test]
+fn a_burst_of_clients_does_not_hold_up_the_pilot() {
+    const CLIENTS: usize = 8;
+    let world = World::new();
+    let pilot = start(&world);
+    std::thread::scope(|scope| {
+        for _ in 0..CLIENTS {
+            scope.spawn(|| {
+                for _ in 0..12 {
+                    pilot.status();
+                }
+            });
+        }
+    });
+    pilot.wait_live();
+    assert!(pilot.stop().success());
+    let report = support::report(&world.path("out"));
+    assert_eq!(report["restarts"], serde_json::json!([]));
+}
+
 #[test]
 fn a_killed_renderer_comes_back() {
     check_restart(&kill_and_return("view-axial"), "view-axial");

@@ -76,11 +76,16 @@ impl Bus {
         // iceoryx2 explains itself on stderr; its errors reach the user through ours, once.
         set_log_level(LogLevel::Fatal);
         let config = config_of(run).map_err(|e| fail(format!("{e:?}")))?;
-        let node = NodeBuilder::new()
-            .config(&config)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<Ipc>()
-            .map_err(|e| fail(format!("{e:?}")))?;
+        let node = again_and_again(
+            || {
+                NodeBuilder::new()
+                    .config(&config)
+                    .signal_handling_mode(SignalHandlingMode::Disabled)
+                    .create::<Ipc>()
+                    .map_err(|e| fail(format!("{e:?}")))
+            },
+            || {},
+        )?;
         Ok(Self {
             node,
             clock: Clock::monotonic(run.epoch_ns),
@@ -108,16 +113,21 @@ fn config_of(run: &RunContext) -> Result<Config, SemanticStringError> {
 }
 
 /// Opening can fail for a moment while a dead process's place is being freed: tried again for up to two seconds.
-pub(crate) fn patiently<T>(bus: &Bus, mut open: impl FnMut() -> Result<T, BusError>) -> Result<T, BusError> {
+pub(crate) fn patiently<T>(bus: &Bus, open: impl FnMut() -> Result<T, BusError>) -> Result<T, BusError> {
+    again_and_again(open, || bus.remove_dead_processes())
+}
+
+/// Tries for up to two seconds, with `between` after each failure.
+fn again_and_again<T>(mut act: impl FnMut() -> Result<T, BusError>, between: impl Fn()) -> Result<T, BusError> {
     const TRIES: usize = 40;
     for _ in 1..TRIES {
-        match open() {
-            Ok(port) => return Ok(port),
+        match act() {
+            Ok(done) => return Ok(done),
             Err(_) => {
-                bus.remove_dead_processes();
+                between();
                 std::thread::sleep(Duration::from_millis(50));
             }
         }
     }
-    open()
+    act()
 }

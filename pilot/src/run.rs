@@ -29,6 +29,8 @@ const TICK: Duration = Duration::from_millis(10);
 const LEAD: Duration = Duration::from_millis(500);
 /// How long the end of a timed run waits for its last pose.
 const GRACE: Duration = Duration::from_secs(1);
+/// Requests answered in one turn; more of them wait for the next, so that no client can keep the pilot from its watch.
+const REQUESTS: usize = 4;
 
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
@@ -97,9 +99,10 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
 impl Run {
     /// Once round: take in what happened, decide, act.
     fn turn(&mut self, server: &CommandServer) -> Result<Option<Outcome>, RunError> {
-        let mut events = vec![Event::Tick];
-        events.extend(self.beats()?);
+        // The tick comes last: whoever gave a sign of life meanwhile is not silent.
+        let mut events = self.beats()?;
         events.extend(self.endings());
+        events.push(Event::Tick);
         self.listen()?;
         for event in events {
             if let Some(outcome) = self.step(event)? {
@@ -108,7 +111,8 @@ impl Run {
         }
         // Answered after the events are taken in, so that a status never shows a dead process as ready.
         let mut stop = self.stop.is_set() || self.time_is_up();
-        while let Some(request) = server.next()? {
+        for _ in 0..REQUESTS {
+            let Some(request) = server.next()? else { break };
             stop |= self.answer(request)?;
         }
         if stop {

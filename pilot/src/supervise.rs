@@ -9,6 +9,7 @@
 //! * One that ends in any other way is started again: at once the first time, then after 100 ms, 200 ms, ... up to 2 s.
 //! * More than `restarts` of them within `restart_window`, and it is held: the others go on without it. If it was never
 //!   ready there is nothing to go on with: the run fails.
+//! * Time in which the supervisor itself was not called (a machine that stood still) counts against nobody.
 //! * One that gives no sign of life for `silent`, or is not ready after `start`, is killed, and then the above applies.
 //! * Stopping goes by rank; who does not end within `stop` is killed.
 
@@ -125,6 +126,7 @@ pub struct Supervisor {
     stopping: Option<Outcome>,
     all_ready: bool,
     finished: bool,
+    last_step: Option<i64>,
 }
 
 impl Supervisor {
@@ -144,12 +146,14 @@ impl Supervisor {
             stopping: None,
             all_ready: false,
             finished: false,
+            last_step: None,
         }
     }
 
     /// Takes in what happened at `now` (ns on the run's clock) and says what is to be done.
     pub fn step(&mut self, event: Event, now: i64) -> Vec<Action> {
         let mut actions = Vec::new();
+        self.forgive_own_absence(now);
         match event {
             Event::Beat(i, state) => self.beat(i, state, now),
             Event::Ended(i, ending) => self.ended(i, ending, now, &mut actions),
@@ -162,6 +166,20 @@ impl Supervisor {
             self.drive(now, &mut actions);
         }
         actions
+    }
+
+    /// Who did not look cannot say that others were silent: an absence moves every clock on by its length.
+    fn forgive_own_absence(&mut self, now: i64) {
+        let absent = now - self.last_step.replace(now).unwrap_or(now);
+        if absent <= ns(self.limits.silent) / 4 {
+            return;
+        }
+        for member in &mut self.members {
+            member.last_beat += absent;
+            if let Stage::Starting { since } | Stage::Ending { since } = &mut member.stage {
+                *since += absent;
+            }
+        }
     }
 
     /// A process's stage in a word, for people.

@@ -161,7 +161,16 @@ impl Pilot<'_> {
 
     /// Waits until `ready(status)`; returns that status.
     pub fn wait_for(&self, what: &str, ready: impl Fn(&Value) -> bool) -> Value {
-        wait_for(what, || self.status().filter(&ready))
+        let mut last = None;
+        let found = poll(|| {
+            assert!(
+                is_alive(self.child.id().into()),
+                "the pilot ended while waiting for {what}"
+            );
+            last = self.status();
+            last.as_ref().filter(|status| ready(status)).cloned()
+        });
+        found.unwrap_or_else(|| panic!("waited {WATCHDOG:?} for {what}; the last status: {last:#?}"))
     }
 
     /// Waits until every view is live.
@@ -216,13 +225,17 @@ pub fn is_alive(pid: u64) -> bool {
 }
 
 /// Polls until there is an answer; fails at the watchdog.
-pub fn wait_for<T>(what: &str, mut poll: impl FnMut() -> Option<T>) -> T {
+pub fn wait_for<T>(what: &str, ready: impl FnMut() -> Option<T>) -> T {
+    poll(ready).unwrap_or_else(|| panic!("waited {WATCHDOG:?} for {what}"))
+}
+
+fn poll<T>(mut ready: impl FnMut() -> Option<T>) -> Option<T> {
     let began = Instant::now();
     loop {
-        if let Some(answer) = poll() {
+        let answer = ready();
+        if answer.is_some() || began.elapsed() > WATCHDOG {
             return answer;
         }
-        assert!(began.elapsed() < WATCHDOG, "waited {WATCHDOG:?} for {what}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

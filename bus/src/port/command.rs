@@ -7,7 +7,6 @@ use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::server::Server;
-use iceoryx2::prelude::AllocationStrategy;
 use iceoryx2::service::port_factory::request_response::PortFactory;
 
 use super::{event_service, open_error, service_name, transfer_error};
@@ -17,8 +16,9 @@ use crate::node::{Ipc, MAX_NODES, patiently};
 use crate::topic::COMMAND;
 use crate::{Bus, BusError};
 
-/// Room for a reply at first; a longer one makes the segment grow.
-const REPLY_BYTES: usize = 16 * 1024;
+/// The longest reply. A segment that may grow instead costs the server 3 MB of book-keeping for each client that comes
+/// and goes: a burst of short-lived clients then holds it up for seconds.
+const REPLY_BYTES: usize = 64 * 1024;
 /// How often a waiting client looks.
 const LOOK: Duration = Duration::from_micros(500);
 
@@ -29,6 +29,10 @@ fn service(bus: &Bus, name: &str) -> Result<PortFactory<Ipc, Command, (), [u8], 
         .response_user_header::<ReplyHeader>()
         .max_servers(COMMAND.publishers)
         .max_clients(COMMAND.subscribers)
+        .max_active_requests_per_client(1)
+        .max_loaned_requests(1)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(1)
         .max_nodes(MAX_NODES)
         .open_or_create()
         .map_err(open_error(name, "join"))
@@ -60,7 +64,6 @@ impl CommandServer {
             let port = service(bus, &name)?
                 .server_builder()
                 .initial_max_slice_len(REPLY_BYTES)
-                .allocation_strategy(AllocationStrategy::PowerOfTwo)
                 .create()
                 .map_err(open_error(&name, "answer"))?;
             let listener = event_service(bus, &COMMAND, &name)?
@@ -98,14 +101,20 @@ impl Request {
         self.active.payload()
     }
 
-    /// Answers. `Err` refuses the request with its reason.
+    /// Answers. `Err` refuses the request with its reason. An answer longer than 64 KiB becomes a refusal that says so.
     ///
     /// # Errors
     /// [`BusError::Transfer`]; a client that has gone is no error.
     pub fn reply(self, answer: Result<&str, &str>) -> Result<(), BusError> {
+        let too_long = |text: &str| format!("the answer has {} bytes; {REPLY_BYTES} is the most", text.len());
+        let refusal;
         let (refused, text) = match answer {
+            Ok(text) if text.len() > REPLY_BYTES => {
+                refusal = too_long(text);
+                (1, refusal.as_str())
+            }
             Ok(text) => (0, text),
-            Err(text) => (1, text),
+            Err(text) => (1, &text[..text.floor_char_boundary(REPLY_BYTES)]),
         };
         if !self.active.is_connected() {
             return Ok(());
@@ -192,5 +201,41 @@ impl CommandClient {
             }
             std::thread::sleep(LOOK);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::CommandKind;
+    use crate::run::{RunContext, SHM_DIR};
+
+    /// A client's connection lies in shared memory at each side; the server goes through all of it when the client
+    /// leaves. With segments that may grow it had 3 MB, and a burst of clients held the pilot up for seconds.
+    #[test]
+    fn a_client_costs_the_server_little_and_long_answers_are_refused() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), 0).unwrap();
+        let (bus, other) = (Bus::join(&run).unwrap(), Bus::join(&run).unwrap());
+        let server = CommandServer::open(&bus, "pilot").unwrap();
+        let client = CommandClient::open(&other, "pilot").unwrap();
+        for (length, refused) in [(REPLY_BYTES, false), (REPLY_BYTES + 1, true)] {
+            let text = "x".repeat(length);
+            let pending = client.port.send_copy(Command::new(CommandKind::Status)).unwrap();
+            server.next().unwrap().unwrap().reply(Ok(&text)).unwrap();
+            let response = pending.receive().unwrap().unwrap();
+            assert_eq!(response.user_header().refused != 0, refused);
+            assert!(refused || response.payload() == text.as_bytes());
+        }
+        let files = std::fs::read_dir(SHM_DIR).unwrap().flatten();
+        let ours = files.filter(|f| f.file_name().to_string_lossy().starts_with(&run.prefix()));
+        let connections: Vec<u64> = ours
+            .filter(|f| f.path().extension().is_some_and(|e| e == "connection"))
+            .map(|f| f.metadata().unwrap().len())
+            .collect();
+        assert_eq!(connections.len(), 2, "one each way");
+        assert!(connections.iter().all(|&bytes| bytes < 64 * 1024), "{connections:?}");
+        drop((server, client, bus, other));
+        run.sweep();
     }
 }

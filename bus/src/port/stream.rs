@@ -113,10 +113,12 @@ impl<T: Message> Subscriber<T> {
     /// [`BusError::Open`].
     pub fn open_waking(bus: &Bus, topic: &Topic, part: &str, depth: usize) -> Result<Self, BusError> {
         let mut subscriber = Self::open(bus, topic, part, depth)?;
-        let listener = event_service(bus, topic, &subscriber.name)?
-            .listener_builder()
-            .create()
-            .map_err(open_error(&subscriber.name, "listen"))?;
+        let listener = patiently(bus, || {
+            event_service(bus, topic, &subscriber.name)?
+                .listener_builder()
+                .create()
+                .map_err(open_error(&subscriber.name, "listen"))
+        })?;
         subscriber.listener = Some(listener);
         Ok(subscriber)
     }

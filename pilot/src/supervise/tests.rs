@@ -26,6 +26,13 @@ fn all_ready(s: &mut Supervisor, now: i64) {
     }
 }
 
+/// Ticks from `from` to `to`, as often as a pilot that is not held up; returns what was decided.
+fn watch(s: &mut Supervisor, from: i64, to: i64) -> Vec<Action> {
+    let mut times: Vec<i64> = (from..to).step_by((100 * MS) as usize).collect();
+    times.push(to);
+    times.into_iter().flat_map(|now| s.step(Event::Tick, now)).collect()
+}
+
 #[test]
 fn the_tracker_starts_when_everybody_else_is_ready() {
     let mut s = supervisor();
@@ -138,12 +145,24 @@ fn silence_is_killed_once_and_restarted() {
     let mut s = supervisor();
     all_ready(&mut s, 0);
     let now = 2001 * MS;
+    assert_eq!(watch(&mut s, 0, 1500 * MS), []);
     for i in [0, 2, 3] {
         s.step(Event::Beat(i, ProcessState::Ready), 1500 * MS);
     }
-    assert_eq!(s.step(Event::Tick, now), [Action::Kill(1, KillReason::Silent)]);
+    assert_eq!(watch(&mut s, 1500 * MS, now), [Action::Kill(1, KillReason::Silent)]);
     assert_eq!(s.step(Event::Tick, now + 1), []);
     assert_eq!(s.step(Event::Ended(1, Ending::Signal(9)), now + 2), [Action::Start(1)]);
+}
+
+#[test]
+fn an_absence_of_the_supervisor_counts_against_nobody() {
+    let mut s = supervisor();
+    all_ready(&mut s, 0);
+    let back = 60_000 * MS;
+    assert_eq!(s.step(Event::Tick, back), []);
+    // From then on silence counts again.
+    let kills = watch(&mut s, back, back + 2001 * MS);
+    assert_eq!(kills, [0, 1, 2, 3].map(|i| Action::Kill(i, KillReason::Silent)));
 }
 
 #[test]
@@ -151,8 +170,8 @@ fn a_slow_start_is_killed_though_it_beats() {
     let mut s = supervisor();
     s.step(Event::Tick, 0);
     let mut actions = Vec::new();
-    for second in 1..130 {
-        let now = second * 1000 * MS;
+    for tenth in 1..1300 {
+        let now = tenth * 100 * MS;
         for i in [1, 3] {
             actions.extend(s.step(Event::Beat(i, ProcessState::Ready), now));
         }
@@ -169,7 +188,7 @@ fn stopping_goes_by_rank_and_kills_the_slow() {
     assert_eq!(s.step(Event::Stop, 2), []);
     assert_eq!(s.step(Event::Ended(1, Ending::Code(0)), 3), []);
     let late = 3002 * MS;
-    assert_eq!(s.step(Event::Tick, late), [Action::Kill(2, KillReason::SlowStop)]);
+    assert_eq!(watch(&mut s, 4, late), [Action::Kill(2, KillReason::SlowStop)]);
     assert_eq!(
         s.step(Event::Ended(2, Ending::Signal(9)), late + 1),
         [Action::Terminate(3)]
