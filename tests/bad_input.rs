@@ -197,7 +197,7 @@ fn hu_outside_16_bits_are_held_and_counted() {
     // RAS voxel i lies at x = -20 i mm, so the image shows the first six from right to left.
     let (volume, row) = (room.path("float.nii"), room.path("row.mha"));
     let files = ["--volume", volume.to_str().unwrap(), "--hu", row.to_str().unwrap()];
-    let plane = ["--view=axial", "--pose=1,0,0,0,-50,0,0", "--size=6x1", "--pixel-mm=20"];
+    let plane = ["--view=axial", "--pose=1,0,0,0,-50,0,0", "--size=6x1", "--pixel-mm=20", "--minify=point"];
     let all = [&["snapshot", "--filter=nearest"], &plane[..], &files].concat();
     assert!(room.output("slice-view-proc", &all).status.success());
     let bytes = fs::read(row).unwrap();
@@ -299,8 +299,13 @@ fn snapshots_are_refused_whole() {
         ("--pose=1,0,0,0,0,0,x", "--pose | \"x\""),
         ("--size=0x5", "'0x5' | 1 to 8192"),
         ("--size=9000x5", "'9000x5' | 1 to 8192"),
-        ("--pixel-mm=nan", "--pixel-mm | NaN | 0.001 to 100 mm"),
-        ("--pixel-mm=-1", "--pixel-mm | 0.001 to 100 mm"),
+        ("--pixel-mm=nan", "--pixel-mm | NaN | 0.000001 to 1000 mm"),
+        ("--pixel-mm=0", "--pixel-mm | 0 mm | 0.000001 to 1000 mm"),
+        ("--pixel-mm=-1", "--pixel-mm | 0.000001 to 1000 mm"),
+        ("--filter=lanczos", "'lanczos' | --filter"),
+        ("--slab-mm=nan", "--slab-mm | NaN | 0.01 to 500 mm"),
+        ("--slab-mm=0", "--slab-mm | 0 mm | 0.01 to 500 mm"),
+        ("--ahead-mm=inf", "--ahead-mm | inf | finite"),
         ("--volume=absent.nii", "absent.nii | no such file"),
         ("--volume=/", "/: this is a folder"),
         ("--out=/proc/x.png", "writing /proc/x.png | folder exists"),

@@ -31,7 +31,7 @@ const KINDS: [fn(&mut ToolPose); 7] = [
 
 fn sample(seq: u64, now: i64) -> ToolPose {
     let tip = Vector::new(seq as f64 / 60.0, 0.0, 40.0);
-    let pose = Rigid::from_rotation_vector(Vector::new(1.0, 0.5, 0.0), tip);
+    let pose = Rigid::from_rotation_vector(Vector::new(1.0, 0.5, 0.0), tip).unwrap();
     let mut sample = ToolPose {
         seq,
         t_capture_ns: now,

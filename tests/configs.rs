@@ -106,7 +106,7 @@ fn pose(seq: u64, bus: &Bus, registration_id: u64) -> ToolPose {
         ..ToolPose::EMPTY
     };
     let ct_from_tool: Rigid<Ct, Tool> =
-        Rigid::from_rotation_vector(Vector::new(0.3, -0.2, 0.1), Vector::new(20.0, 5.0, 40.0));
+        Rigid::from_rotation_vector(Vector::new(0.3, -0.2, 0.1), Vector::new(20.0, 5.0, 40.0)).unwrap();
     pose.set(Tracked::Valid(ct_from_tool));
     pose
 }

@@ -127,7 +127,7 @@ fn said(args: &[&str]) -> Output {
 fn pose(seq: u64) -> ToolPose {
     let s = seq as f64 / 60.0;
     let ct_from_tool: Rigid<Ct, Tool> =
-        Rigid::from_rotation_vector(Vector::new(s.sin(), -1.2, 0.7), Vector::new(12.5 + s, -40.0, 300.0 - s));
+        Rigid::from_rotation_vector(Vector::new(s.sin(), -1.2, 0.7), Vector::new(12.5 + s, -40.0, 300.0 - s)).unwrap();
     let mut pose = ToolPose {
         seq,
         t_capture_ns: bus::clock::seconds(s),

@@ -89,7 +89,7 @@ impl Slice {
 fn snapshot(world: &World, volume: &Path, arguments: &str) -> Slice {
     let (volume, hu) = (volume.display(), world.path("x.mha"));
     let files = format!("--out {} --hu {}", world.path("x.png").display(), hu.display());
-    let line = format!("snapshot --volume {volume} {files} {arguments}");
+    let line = format!("snapshot --minify point --volume {volume} {files} {arguments}");
     let output = world.output("slice-view-proc", &line.split(' ').collect::<Vec<_>>());
     assert!(output.status.success(), "{}", stderr(&output));
     Slice::read(&hu)

@@ -255,6 +255,14 @@ impl RunLock {
     }
 }
 
+/// Bytes of memory that can be taken without swapping; `None` where the system does not say.
+pub fn free_memory_bytes() -> Option<u64> {
+    let meminfo = fs::read_to_string("/proc/meminfo").ok()?;
+    let available = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kib: u64 = available.split_whitespace().next()?.parse().ok()?;
+    Some(kib.saturating_mul(1024))
+}
+
 /// Free bytes in shared memory.
 ///
 /// # Errors

@@ -25,6 +25,17 @@ pub struct Layout {
     stored: u64,
 }
 
+/// The offset term of index i along one axis is `(i >> log2_side) * outer + (i & (2^log2_side - 1)) * inner`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Steps {
+    /// Logarithm of the brick's side.
+    pub log2_side: u32,
+    /// From one brick to the next; 0 where there is only one.
+    pub outer: u32,
+    /// From one voxel of a brick to the next.
+    pub inner: u32,
+}
+
 /// Why a layout was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
@@ -87,6 +98,21 @@ impl Layout {
     /// The offset terms along `axis` (0, 1 or 2), one per voxel.
     pub fn table(&self, axis: usize) -> &[u32] {
         &self.tables[axis]
+    }
+
+    /// How the terms along `axis` are made.
+    pub fn steps(&self, axis: usize) -> Steps {
+        let side = self.brick[axis];
+        let inner: u32 = self.brick[..axis].iter().product();
+        let outer = match side as usize {
+            side if side < self.tables[axis].len() => self.tables[axis][side],
+            _ => 0,
+        };
+        Steps {
+            log2_side: side.trailing_zeros(),
+            outer,
+            inner,
+        }
     }
 
     /// The offset of a voxel inside the volume.
@@ -223,6 +249,11 @@ mod tests {
                     for x in 0..dims[0] {
                         let at = layout.offset([x, y, z]);
                         prop_assert!(!std::mem::replace(&mut taken[at], true));
+                        let term = |a: usize, i: u32| {
+                            let s = layout.steps(a);
+                            (i >> s.log2_side) * s.outer + (i & ((1 << s.log2_side) - 1)) * s.inner
+                        };
+                        prop_assert_eq!((term(0, x) + term(1, y) + term(2, z)) as usize, at);
                     }
                 }
             }

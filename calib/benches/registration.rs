@@ -5,8 +5,16 @@
 //! The error is the worst angle to the plain `Svd` method's rotation, in units of 2^-53 times the condition; that
 //! method itself is held to the 50-digit optima by the tests. nalgebra has two decompositions: `Matrix3::svd`, which
 //! works on the squared matrix, and the iteration of its dynamic matrices.
+//!
+//! Then the ladder: error against time of whole fits from conditions of 1 to 1e12, where the true rotation is known
+//! exactly, into `out/bench/registration.csv` and `registration.png`.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+
+#[path = "registration/ladder.rs"]
+mod ladder;
+#[path = "registration/plot.rs"]
+mod plot;
 
 use std::hint::black_box;
 
@@ -138,6 +146,15 @@ fn main() {
         ("width 0.001 %", 1e-5, 0.0),
     ] {
         table(name, width, noise);
+    }
+    let rungs = ladder::measure();
+    print!("{}", ladder::summary(&rungs));
+    match plot::write(&rungs) {
+        Ok(folder) => println!("written: registration.csv and registration.png in {}", folder.display()),
+        Err(error) => {
+            eprintln!("registration: error: {error}");
+            std::process::exit(1);
+        }
     }
 }
 

@@ -22,6 +22,8 @@
 //! # Ok::<(), geometry::DoorError>(())
 //! ```
 //!
+//! [`Uncertain`] is a transform together with the covariance of its error, carried along by the same operations.
+//!
 //! What types cannot catch: *time*. `Rigid<Ct, Tool>` of one sample and of the next have the same type; that they
 //! belong together is the business of sequence numbers and stamps, on the bus.
 
@@ -33,6 +35,7 @@ mod plane;
 mod point;
 mod rigid;
 pub mod rotation;
+pub mod uncertain;
 
 pub use affine::Affine;
 pub use door::DoorError;
@@ -41,3 +44,4 @@ pub use grid::{GridError, MAX_DIM, MAX_VOXELS, VolumeGrid};
 pub use plane::{PlaneError, Projected, SlicePlane};
 pub use point::{Direction, Point, Vector};
 pub use rigid::Rigid;
+pub use uncertain::{Uncertain, UncertainPoint};

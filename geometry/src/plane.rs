@@ -7,7 +7,7 @@ use crate::{Ct, Direction, Point, Vector};
 /// Largest image side, pixels.
 const MAX_SIDE: u32 = 8192;
 /// Pixel sizes outside this range (mm) are refused.
-const PIXEL_MM: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
+const PIXEL_MM: std::ops::RangeInclusive<f64> = 1e-6..=1e3;
 
 /// A rectangle of square pixels in the patient.
 ///
@@ -41,6 +41,8 @@ pub enum PlaneError {
     Pixel(f64),
     /// The two image axes are not orthogonal; the cosine between them.
     Skewed(f64),
+    /// The middle is not a place: NaN or infinite, mm.
+    Centre([f64; 3]),
 }
 
 impl fmt::Display for PlaneError {
@@ -53,6 +55,7 @@ impl fmt::Display for PlaneError {
                 PIXEL_MM.start(),
                 PIXEL_MM.end()
             ),
+            Self::Centre(mm) => write!(f, "an image about {mm:?} mm; three finite numbers are needed"),
             Self::Skewed(cosine) => write!(
                 f,
                 "image axes with cosine {cosine} between them; they must be orthogonal"
@@ -83,6 +86,9 @@ impl SlicePlane {
         let cosine = right.dot(down);
         if cosine.is_nan() || cosine.abs() > 1e-12 {
             return Err(PlaneError::Skewed(cosine));
+        }
+        if !centre.mm().iter().all(|c| c.is_finite()) {
+            return Err(PlaneError::Centre(centre.mm()));
         }
         let half = |n: u32| (f64::from(n) - 1.0) / 2.0 * pixel_mm;
         Ok(Self {
@@ -178,7 +184,13 @@ mod tests {
         let at = |axes, pixel, size| SlicePlane::centred(Point::new(0.0, 0.0, 0.0), axes, pixel, size);
         let axes = [Direction::X, Direction::Y];
         assert!(matches!(at(axes, 1.0, [0, 5]), Err(PlaneError::Size(_))));
-        assert!(matches!(at(axes, f64::NAN, [5, 5]), Err(PlaneError::Pixel(_))));
+        for pixel in [f64::NAN, 0.0, -1.0, 1e-7, 1.1e3, f64::INFINITY] {
+            assert!(matches!(at(axes, pixel, [5, 5]), Err(PlaneError::Pixel(_))), "{pixel}");
+        }
+        for bad in [f64::NAN, f64::INFINITY] {
+            let centred = SlicePlane::centred(Point::new(0.0, bad, 0.0), axes, 1.0, [5, 5]);
+            assert!(matches!(centred, Err(PlaneError::Centre(_))), "{bad}");
+        }
         assert!(matches!(
             at([Direction::X, Direction::X], 1.0, [5, 5]),
             Err(PlaneError::Skewed(_))

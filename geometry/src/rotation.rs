@@ -26,10 +26,12 @@ mod jacobian;
 mod matrix;
 mod mean;
 mod nearest;
+mod nearest4;
 mod pair;
 mod path;
 mod planar;
 mod quaternion;
+mod series;
 mod single;
 mod vector;
 
@@ -45,3 +47,6 @@ pub use pair::Log4;
 pub use planar::Rotation2;
 pub use quaternion::Rotation;
 pub use vector::RotationVector;
+
+pub(crate) use error::finite;
+pub(crate) use matrix::quaternion as nearly_orthonormal;

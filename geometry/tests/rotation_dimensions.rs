@@ -152,6 +152,40 @@ fn isoclinic_and_central_rotations() {
     assert_eq!((distance, r.log().angles()), (0.0, [PI, PI]));
 }
 
+/// R S with S symmetric and positive definite: the nearest rotation is R, however far.
+#[test]
+fn the_nearest_rotation_of_4_space() {
+    let r = log([0.4, -1.1, 0.3, 0.9, -0.2, 0.7]).exp();
+    let (rotation, random) = (
+        dense(r.matrix()),
+        dense([
+            [0.9, 0.3, -0.2, 0.5],
+            [0.1, -0.8, 0.4, 0.2],
+            [0.7, 0.6, 0.3, -0.4],
+            [-0.3, 0.2, 0.8, 0.6],
+        ]),
+    );
+    for (size, scale) in [
+        (1e-12, 1.0),
+        (1e-6, 1.0),
+        (5e-4, 1.0),
+        (0.1, 1.0),
+        (1.0, 1.0),
+        (1.0, 1e200),
+        (1.0, 1e-200),
+    ] {
+        let symmetric = DMatrix::identity(4, 4) + &random * random.transpose() * size;
+        let stretched = &rotation * symmetric * scale;
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| stretched[(i, j)]));
+        let (found, distance) = Rotation4::from_matrix(rows, f64::INFINITY).unwrap();
+        // 8 eps times the condition number, which is below 1 + 3 size; and the rounding of the products here.
+        let error = norm((dense(found.matrix()) - &rotation).iter().copied());
+        assert!(error <= 64.0 * f64::EPSILON * (1.0 + 3.0 * size), "{size}: {error:e}");
+        let want = norm((stretched - &rotation).iter().copied());
+        assert!((distance - want).abs() <= 64.0 * f64::EPSILON * want.max(1.0));
+    }
+}
+
 #[test]
 fn bad_numbers_are_refused_by_name() {
     use RotationError as E;
@@ -180,7 +214,12 @@ fn bad_numbers_are_refused_by_name() {
     ));
     let mut mirror = Rotation4::IDENTITY.matrix();
     mirror[3][3] = -1.0;
-    assert!(Rotation4::from_matrix(mirror, 0.1).is_err());
+    assert_eq!(
+        Rotation4::from_matrix(mirror, 0.1),
+        Err(E::Reflection { determinant: -1.0 })
+    );
+    let flat = mirror.map(|row| [row[0], row[1], row[2], row[2]]);
+    assert!(matches!(Rotation4::from_matrix(flat, 9.0), Err(E::Singular { .. })));
     assert!(matches!(
         Rotation4::from_matrix([[0.0; 4]; 4], 0.1),
         Err(E::Singular { .. })

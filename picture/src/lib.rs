@@ -1,9 +1,11 @@
-//! Floor 1: drawing lines, circles and text on an RGBA image, and writing it as a PNG that carries its stamp.
+//! Floor 1: drawing lines, circles and text on an RGBA image, [`chart`]s of them, and writing it as a PNG that carries
+//! its stamp.
 //!
 //! Shapes are antialiased by tiny-skia, text is the Hack typeface through ab_glyph; both are exact from run to run, so
 //! that the same pose gives the same bytes.
 
 mod canvas;
+pub mod chart;
 mod png_file;
 mod text;
 

@@ -13,7 +13,7 @@ use picture::{Canvas, write_png};
 
 use crate::memory;
 use crate::output;
-use crate::report::{MemoryReport, Pictures, Report, ViewReport, VolumeReport};
+use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
 use crate::sheet::{self, Panel};
 use crate::state::Run;
 
@@ -54,6 +54,7 @@ pub(crate) fn take(run: &Run) -> Pictures {
     if let Err(error) = write_png(&run.options.out.join(SHEET), &sheet, &stamp.unwrap_or_default()) {
         pictures.problems.push(error.to_string());
     }
+    pictures.processes = notes(run);
     pictures.memory = measure_memory(run);
     pictures
 }
@@ -120,6 +121,15 @@ fn write_view(run: &Run, view: usize, panel: &Panel, problems: &mut Vec<String>)
     }
 }
 
+fn notes(run: &Run) -> Vec<ProcessReport> {
+    let notes = run.planned.iter().zip(&run.notes);
+    let notes = notes.map(|(planned, note)| ProcessReport {
+        name: planned.name.clone(),
+        note: note.clone(),
+    });
+    notes.collect()
+}
+
 fn measure_memory(run: &Run) -> MemoryReport {
     let Some(volume) = &run.books.volume else {
         return MemoryReport::default();
@@ -165,6 +175,7 @@ pub(crate) fn report(run: &Run) -> Report {
         views: (0..run.scene.views.len())
             .map(|view| view_report(run, view, pictures))
             .collect(),
+        processes: pictures.processes.clone(),
         memory: pictures.memory.clone(),
         restarts: run.books.restarts.clone(),
         held: run.held.clone(),

@@ -23,6 +23,7 @@ pub(crate) struct Report {
     /// Stage by stage and as a whole, over every image that showed a pose for the first time; ms.
     pub(crate) latency_ms: BTreeMap<&'static str, Latency>,
     pub(crate) views: Vec<ViewReport>,
+    pub(crate) processes: Vec<ProcessReport>,
     pub(crate) memory: MemoryReport,
     pub(crate) restarts: Vec<Restart>,
     /// Processes that died too often and were left alone.
@@ -58,6 +59,13 @@ pub(crate) struct ViewReport {
     pub(crate) seq: Option<u64>,
 }
 
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct ProcessReport {
+    pub(crate) name: String,
+    /// What it said of itself last while the pictures were taken: of a renderer, who samples.
+    pub(crate) note: String,
+}
+
 #[derive(Debug, Clone, Default, Serialize)]
 pub(crate) struct MemoryReport {
     /// The voxels alone: 2 bytes each.
@@ -75,6 +83,7 @@ pub(crate) struct MemoryReport {
 pub(crate) struct Pictures {
     /// For each view its file and the pose it shows.
     pub(crate) pngs: Vec<Option<(String, u64)>>,
+    pub(crate) processes: Vec<ProcessReport>,
     pub(crate) memory: MemoryReport,
     pub(crate) problems: Vec<String>,
     pub(crate) at_ns: i64,

@@ -14,7 +14,8 @@ pub(crate) fn pose(seq: u64) -> ToolPose {
     let ct_from_tool: Rigid<Ct, Tool> = Rigid::from_rotation_vector(
         Vector::new(0.3 * s.sin(), -1.2, 0.7),
         Vector::new(12.5, -40.0 + 10.0 * s.cos(), 300.0 - s),
-    );
+    )
+    .unwrap();
     let t_ns = bus::clock::seconds(s);
     let mut pose = ToolPose {
         seq,

@@ -55,6 +55,7 @@ fn main() {
     print!("{:<18}", "brick");
     BRICKS.iter().for_each(|b| print!("{:>16}", format!("{b:?}")));
     println!("{:>22}", "worst error, HU");
+    let mut cpu = Cpu::default();
     for (name, axes) in directions() {
         let mut times = vec![Vec::new(); BRICKS.len()];
         let mut worst = 0.0_f64;
@@ -68,8 +69,9 @@ fn main() {
                 };
                 let mut hu = vec![0.0; (SIZE[0] * SIZE[1]) as usize];
                 let began = monotonic_ns();
-                Cpu.reslice(&view, &plane(axes, round), Filter::Linear, &mut hu);
+                let drawn = cpu.reslice(&view, &plane(axes, round), &Filter::Linear.into(), &mut hu);
                 times[i].push(monotonic_ns() - began);
+                drawn.expect("needs no preparation");
                 if round == 0 {
                     worst = worst.max(error(&view, &plane(axes, round), &hu));
                 }
@@ -95,7 +97,8 @@ fn filled(layout: &Layout) -> Vec<i16> {
 
 fn error(view: &VolumeView<'_>, plane: &SlicePlane, hu: &[f32]) -> f64 {
     let mut exact = vec![0.0; hu.len()];
-    Reference.reslice(view, plane, Filter::Linear, &mut exact);
+    let drawn = Reference::default().reslice(view, plane, &Filter::Linear.into(), &mut exact);
+    drawn.expect("needs no preparation");
     let differences = hu.iter().zip(&exact).map(|(a, b)| f64::from((a - b).abs()));
     differences.fold(0.0, f64::max)
 }

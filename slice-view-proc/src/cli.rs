@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use std::str::FromStr;
 
 use bus::process::{Membership, exit};
-use bus::scene::{Filter, Plane, WindowLevel};
+use bus::scene::{BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, WindowLevel};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 use geometry::door;
 
@@ -67,12 +68,30 @@ struct SnapshotArgs {
     #[arg(long, default_value_t = 0.5, allow_hyphen_values = true)]
     pixel_mm: f64,
     /// Interpolation.
-    #[arg(long, default_value = "linear")]
-    filter: FilterArg,
+    #[arg(long, default_value = "linear", value_parser = filters())]
+    filter: Filter,
+    /// Thickness of a slab about the plane, mm.
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    slab_mm: Option<f64>,
+    /// What becomes of the samples through a slab.
+    #[arg(long, default_value = "mean", requires = "slab_mm")]
+    slab: SlabArg,
+    /// Pixels larger than a voxel: the mean over their area, or the value at their centre.
+    #[arg(long, default_value = "area")]
+    minify: MinifyArg,
+    /// Perpendicular view: the plane this far in front of the tip, mm.
+    #[arg(long, value_name = "MM", default_value_t = 0.0, allow_hyphen_values = true)]
+    ahead_mm: f64,
     /// Window: centre and width, HU.
     #[arg(long, value_name = "C,W", default_value = "40,400", allow_hyphen_values = true)]
     window: Window,
-    /// Use the f64 reference instead of the fast back end.
+    /// Who samples: auto takes a hardware GPU where there is one; gpu also a software one.
+    #[arg(long, default_value = "auto")]
+    back_end: BackEndArg,
+    /// How a GPU weighs neighbours: exactly, or by its texture sampler in 8 bits (linear filter).
+    #[arg(long, default_value = "exact")]
+    gpu_weights: WeightsArg,
+    /// Use the f64 reference instead of the fast back ends.
     #[arg(long, action = ArgAction::SetTrue)]
     reference: bool,
     /// The image.
@@ -103,9 +122,71 @@ impl From<PlaneArg> for Plane {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum FilterArg {
-    Nearest,
-    Linear,
+enum SlabArg {
+    Mean,
+    Maximum,
+    Minimum,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum MinifyArg {
+    Area,
+    Point,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum BackEndArg {
+    Auto,
+    Gpu,
+    Cpu,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum WeightsArg {
+    Exact,
+    Sampler,
+}
+
+/// The names of the filters, as the scene file has them.
+fn filters() -> impl TypedValueParser<Value = Filter> {
+    let names = PossibleValuesParser::new(Filter::ALL.map(Filter::name));
+    names.try_map(|name| Filter::named(&name).ok_or("no such filter"))
+}
+
+impl SnapshotArgs {
+    fn render(&self) -> Render {
+        Render {
+            back_end: match self.back_end {
+                BackEndArg::Auto => BackEnd::Auto,
+                BackEndArg::Gpu => BackEnd::Gpu,
+                BackEndArg::Cpu => BackEnd::Cpu,
+            },
+            gpu_weights: match self.gpu_weights {
+                WeightsArg::Exact => GpuWeights::Exact,
+                WeightsArg::Sampler => GpuWeights::Sampler,
+            },
+        }
+    }
+
+    fn sampling(&self) -> Result<Sampling, SnapshotError> {
+        let mode = match self.slab {
+            SlabArg::Mean => SlabMode::Mean,
+            SlabArg::Maximum => SlabMode::Maximum,
+            SlabArg::Minimum => SlabMode::Minimum,
+        };
+        let slab = self.slab_mm.map(|thickness_mm| Slab { mode, thickness_mm });
+        match slab {
+            Some(slab) if !THICKNESS_MM.contains(&slab.thickness_mm) => Err(SnapshotError::Slab(slab.thickness_mm)),
+            _ => Ok(Sampling {
+                filter: self.filter,
+                slab,
+                minify: match self.minify {
+                    MinifyArg::Area => Minify::Area,
+                    MinifyArg::Point => Minify::Point,
+                },
+            }),
+        }
+    }
 }
 
 /// `N` numbers with commas between them.
@@ -172,18 +253,22 @@ pub fn main(load: LoadVolume) -> ExitCode {
 fn take(args: SnapshotArgs, load: LoadVolume) -> Result<(), SnapshotError> {
     let [w, x, y, z, tx, ty, tz] = args.pose.0;
     let pose = door::rigid([w, x, y, z], [tx, ty, tz], TYPED_TOLERANCE).map_err(SnapshotError::Pose)?;
+    let sampling = args.sampling()?;
+    if !args.ahead_mm.is_finite() {
+        return Err(SnapshotError::Ahead(args.ahead_mm));
+    }
+    let render = args.render();
     let what = Snapshot {
         volume: args.volume,
         plane: args.view.into(),
         pose,
         size: args.size.0,
         pixel_mm: args.pixel_mm,
-        filter: match args.filter {
-            FilterArg::Nearest => Filter::Nearest,
-            FilterArg::Linear => Filter::Linear,
-        },
+        sampling,
+        ahead_mm: args.ahead_mm,
         window: args.window.0,
         reference: args.reference,
+        render,
         out: args.out,
         hu: args.hu,
     };

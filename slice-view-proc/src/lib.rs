@@ -19,7 +19,7 @@ pub use grey::to_grey;
 pub use letters::letters;
 pub use mha::{MhaError, write_mha};
 pub use overlay::{Notice, Overlay};
-pub use render::{Rendered, Renderer};
+pub use render::{RenderError, Rendered, Renderer};
 pub use run::RunError;
 pub use snapshot::{LoadVolume, SnapshotError};
 pub use view::plane;

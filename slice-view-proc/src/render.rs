@@ -8,7 +8,7 @@ use picture::Canvas;
 
 use crate::grey::to_grey;
 use crate::overlay::{Notice, Overlay};
-use crate::reslice::Resampler;
+use crate::reslice::{Resampler, ResliceError};
 use crate::view;
 
 /// How bright the last slice stays when there is no pose: 1 is 256.
@@ -37,6 +37,17 @@ pub struct Rendered<'a> {
     pub seq: u64,
     /// The registration.
     pub registration_id: u64,
+}
+
+/// Why an image was not drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// Its plane is unusable, see [`view::plane`].
+    #[error("placing an image: {0}")]
+    Plane(#[from] PlaneError),
+    /// The volume was not sampled.
+    #[error("sampling the volume: {0}")]
+    Reslice(#[from] ResliceError),
 }
 
 impl Notice {
@@ -79,17 +90,17 @@ impl Renderer {
     /// Draws an image; returns its plane.
     ///
     /// # Errors
-    /// [`PlaneError`], see [`view::plane`].
+    /// Each variant of [`RenderError`].
     pub fn render(
         &mut self,
         what: &Rendered<'_>,
         scene: &Scene,
         resampler: &mut dyn Resampler,
-    ) -> Result<SlicePlane, PlaneError> {
+    ) -> Result<SlicePlane, RenderError> {
         let placed = what.pose.unwrap_or_else(Rigid::identity);
         let plane = view::plane(&self.view, what.volume.grid, &placed)?;
         if what.pose.is_some() {
-            resampler.reslice(&what.volume, &plane, self.view.filter, &mut self.hu);
+            resampler.reslice(&what.volume, &plane, &self.view.sampling, &mut self.hu)?;
         } else {
             self.hu.fill(f32::from(what.volume.padding_hu));
         }

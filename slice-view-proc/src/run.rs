@@ -11,11 +11,11 @@ use bus::process::{JoinError, Membership, Process};
 use bus::scene::Plane;
 use bus::topic::{FRAME_STAMP, HELD_FRAME, TOOL_POSE, VIEW_FRAME};
 use bus::wake::Waits;
-use geometry::{Ct, PlaneError, Rigid, Tool};
+use geometry::{Ct, Rigid, Tool};
 
 use crate::overlay::Notice;
-use crate::render::{Rendered, Renderer};
-use crate::reslice::{Cpu, Resampler};
+use crate::render::{RenderError, Rendered, Renderer};
+use crate::reslice::{Chosen, Resampler};
 
 /// The loop comes round at least this often: for signs of life and for volumes, which do not wake anybody.
 const TICK: Duration = Duration::from_millis(20);
@@ -31,9 +31,9 @@ pub enum RunError {
     /// The bus failed.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// An image's plane is unusable.
-    #[error("placing an image: {0}")]
-    Plane(#[from] PlaneError),
+    /// An image was not drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
     /// The scene has no image of this direction.
     #[error("the scene has no {0} view: nothing to render")]
     NoView(&'static str),
@@ -56,7 +56,7 @@ struct SliceView {
     volume: Option<SharedVolume>,
     /// The first digits of the volume's hash, as they stand on each image.
     volume_name: String,
-    resampler: Box<dyn Resampler>,
+    resampler: Chosen,
     /// The sample handled last.
     last: Option<ToolPose>,
     /// The last valid pose and when it was captured.
@@ -106,11 +106,11 @@ impl SliceView {
         Ok(Self {
             stamps: Publisher::open(&process.bus, &FRAME_STAMP, &plane.process())?,
             volumes: VolumeSubscriber::open(&process.bus)?,
+            resampler: Chosen::new(process.scene.render),
             process,
             outputs,
             volume: None,
             volume_name: String::new(),
-            resampler: Box::new(Cpu),
             last: None,
             last_valid: None,
             next_ageing_ns: 0,
@@ -134,7 +134,7 @@ impl SliceView {
             Some(pose) => self.show(pose)?,
             None => self.age()?,
         }
-        self.process.beat(ProcessState::Ready, "")?;
+        self.process.beat(ProcessState::Ready, &self.resampler.note())?;
         Ok(ControlFlow::Continue(()))
     }
 
@@ -152,6 +152,16 @@ impl SliceView {
             return Ok(());
         }
         self.volume_name = new.hash().to_string()[..8].to_owned();
+        let samplings: Vec<_> = self.outputs.iter().map(|o| o.renderer.view().sampling).collect();
+        let (process, mut failed) = (&mut self.process, Ok(()));
+        let mut alive = || {
+            if failed.is_ok() {
+                failed = process.beat(ProcessState::Starting, "preparing the volume");
+            }
+        };
+        let prepared = self.resampler.prepare(&new.view(), &samplings, &mut alive);
+        prepared.map_err(RenderError::from)?;
+        failed?;
         self.volume = Some(new);
         Ok(())
     }
@@ -253,7 +263,7 @@ impl SliceView {
             // An image that claims to be live must be handed over while its pose is young. A machine that was held up
             // in between draws it again, with its age.
             loop {
-                output.renderer.render(&what, scene, self.resampler.as_mut())?;
+                output.renderer.render(&what, scene, &mut self.resampler)?;
                 let stamp = FrameStamp {
                     volume_hash: volume.hash().0,
                     view: output.index,

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use bus::message::FrameStamp;
-use bus::scene::{Extent, Filter, Plane, Scene, SceneError, Up, View, WindowLevel};
+use bus::scene::{Extent, Filter, Plane, Render, Sampling, Scene, SceneError, THICKNESS_MM, Up, View, WindowLevel};
 use bus::volume::OwnedVolume;
 use geometry::{Ct, DoorError, PlaneError, Rigid, Tool};
 use picture::PngError;
 
 use crate::mha::{MhaError, write_mha};
 use crate::overlay::Notice;
-use crate::render::{Rendered, Renderer};
-use crate::reslice::{Cpu, Reference, Resampler};
+use crate::render::{RenderError, Rendered, Renderer};
+use crate::reslice::{Chosen, Reference, Resampler, ResliceError};
 
 /// Reads a volume from a file; `phantom` is the generated patient. Handed in by the binary, as this crate knows no file
 /// formats.
@@ -25,9 +25,11 @@ pub(crate) struct Snapshot {
     pub(crate) pose: Rigid<Ct, Tool>,
     pub(crate) size: [u32; 2],
     pub(crate) pixel_mm: f64,
-    pub(crate) filter: Filter,
+    pub(crate) sampling: Sampling,
+    pub(crate) ahead_mm: f64,
     pub(crate) window: WindowLevel,
     pub(crate) reference: bool,
+    pub(crate) render: Render,
     pub(crate) out: Option<PathBuf>,
     pub(crate) hu: Option<PathBuf>,
 }
@@ -43,7 +45,21 @@ pub enum SnapshotError {
     Pose(DoorError),
     /// The plane is unusable.
     #[error("--size, --pixel-mm: {0}")]
-    Plane(#[from] PlaneError),
+    Plane(PlaneError),
+    /// The slab is too thin, too thick or not a number.
+    #[error("--slab-mm: {0} mm; allowed are {low} to {high} mm", low = THICKNESS_MM.start(), high = THICKNESS_MM.end())]
+    Slab(f64),
+    /// The plane's distance is not a number.
+    #[error("--ahead-mm: {0} mm; a finite number is needed")]
+    Ahead(f64),
+    /// The volume was not sampled.
+    #[error("--filter {}: {why}", filter.name())]
+    Reslice {
+        /// The filter.
+        filter: Filter,
+        /// What is wrong.
+        why: ResliceError,
+    },
     /// The embedded scene is broken.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -65,7 +81,8 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         extent: Extent::Local,
         size: what.size,
         field_mm: what.pixel_mm * f64::from(what.size[0].min(what.size[1])),
-        filter: what.filter,
+        sampling: what.sampling,
+        ahead_mm: what.ahead_mm,
         window: what.window,
         up: Up::Superior,
     });
@@ -77,8 +94,21 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         seq: 0,
         registration_id: 0,
     };
-    let resampler: &mut dyn Resampler = if what.reference { &mut Reference } else { &mut Cpu };
-    let plane = renderer.render(&rendered, &scene, resampler)?;
+    let mut resampler: Box<dyn Resampler> = match what.reference {
+        true => Box::new(Reference::default()),
+        false => Box::new(Chosen::new(what.render)),
+    };
+    let prepared = resampler.prepare(&rendered.volume, &[what.sampling], &mut || {});
+    let failed = |why| SnapshotError::Reslice {
+        filter: what.sampling.filter,
+        why,
+    };
+    prepared.map_err(failed)?;
+    let plane = renderer.render(&rendered, &scene, resampler.as_mut());
+    let plane = plane.map_err(|error| match error {
+        RenderError::Plane(why) => SnapshotError::Plane(why),
+        RenderError::Reslice(why) => failed(why),
+    })?;
     if let Some(path) = &what.out {
         let stamp = FrameStamp {
             volume_hash: volume.hash.0,

@@ -6,7 +6,8 @@ use geometry::{Ct, Direction, PlaneError, Point, Rigid, SlicePlane, Tool, Volume
 /// Below this sine between the tube and the direction that should point up, "up" means nothing: 5 degrees.
 const SINGULAR_SINE: f64 = 0.087;
 
-/// The plane of `view` for a tool at `ct_from_tool`: through the inner tip, in radiological display.
+/// The plane of `view` for a tool at `ct_from_tool`: through the inner tip, in radiological display; perpendicular local
+/// images `ahead_mm` in front of it, if the view looks ahead.
 ///
 /// Axial planes are seen from the feet (patient's right on the left, front up), frontal ones from the front (head up),
 /// sagittal ones from the patient's left (front on the left, head up), perpendicular ones along the tube from the
@@ -20,7 +21,8 @@ pub fn plane(view: &View, grid: &VolumeGrid, ct_from_tool: &Rigid<Ct, Tool>) -> 
     match view.extent {
         Extent::Local => {
             let shorter = f64::from(view.size[0].min(view.size[1]));
-            SlicePlane::centred(tip, axes, view.field_mm / shorter, view.size)
+            let centre = tip + *ct_from_tool * Direction::<Tool>::Z * view.ahead_mm;
+            SlicePlane::centred(centre, axes, view.field_mm / shorter, view.size)
         }
         Extent::Global => whole(grid, tip, axes, view.size),
     }
@@ -96,7 +98,7 @@ mod tests {
     }
 
     fn pose(r: [f64; 3]) -> Rigid<Ct, Tool> {
-        Rigid::from_rotation_vector(Vector::new(r[0], r[1], r[2]), Vector::new(10.0, -5.0, 70.0))
+        Rigid::from_rotation_vector(Vector::new(r[0], r[1], r[2]), Vector::new(10.0, -5.0, 70.0)).unwrap()
     }
 
     proptest! {

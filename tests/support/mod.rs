@@ -95,6 +95,7 @@ impl World {
             "volume-loader" => env!("CARGO_BIN_EXE_volume-loader"),
             "tracker-proc" => env!("CARGO_BIN_EXE_tracker-proc"),
             "slice-view-proc" => env!("CARGO_BIN_EXE_slice-view-proc"),
+            "calib" => env!("CARGO_BIN_EXE_calib"),
             "recorder" => env!("CARGO_BIN_EXE_recorder"),
             other => panic!("no such binary: {other}"),
         };

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use bus::scene::{Approach, Target};
+use geometry::rotation::Rotation;
 use geometry::{Ct, Direction, Point, Rigid, Tool, Vector, VolumeGrid};
 
 /// The tip starts this far in front of the skin.
@@ -130,7 +131,7 @@ fn frame_along(tip: Point<Ct>, along: Direction<Ct>) -> Rigid<Ct, Tool> {
     };
     // `up` is never within 25 degrees of `along`, so the axes exist.
     Rigid::from_axes(tip, along, up)
-        .unwrap_or_else(|| Rigid::from_rotation_vector(Vector::new(0.0, 0.0, 0.0), tip - Point::new(0.0, 0.0, 0.0)))
+        .unwrap_or_else(|| Rigid::from_parts(Rotation::IDENTITY, tip - Point::new(0.0, 0.0, 0.0)))
 }
 
 /// A point near the skin, from the patient's left and back.

@@ -2,6 +2,7 @@
 
 use bus::message::{Lost, Tracked};
 use bus::scene::Simulation;
+use geometry::rotation::Rotation;
 use geometry::{Ct, Rigid, Tool, Tracker, Vector};
 
 use crate::chance::Chance;
@@ -81,10 +82,10 @@ impl Simulated {
         let n = |draw| chance.normal(draw);
         let shift = Vector::<Ct>::new(n(0), n(1), n(2)) * self.simulation.noise_mm;
         let turn = Vector::<Tool>::new(n(3), n(4), n(5)) * self.simulation.noise_rad;
-        let no_turn = Vector::new(0.0, 0.0, 0.0);
         let no_shift = Vector::new(0.0, 0.0, 0.0);
-        let moved: Rigid<Ct, Ct> = Rigid::from_rotation_vector(no_turn, shift);
-        let turned: Rigid<Tool, Tool> = Rigid::from_rotation_vector(turn, no_shift);
+        let moved: Rigid<Ct, Ct> = Rigid::from_parts(Rotation::IDENTITY, shift);
+        // The scene's noise and a normal draw are finite, so there always is such a turn.
+        let turned: Rigid<Tool, Tool> = Rigid::from_rotation_vector(turn, no_shift).unwrap_or(Rigid::identity());
         moved * truth * turned
     }
 

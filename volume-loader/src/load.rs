@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use bus::scene::VolumeSource;
+use bus::run::free_memory_bytes;
 use bus::volume::{Layout, OwnedVolume};
 
 use crate::error::LoadError;
@@ -55,13 +56,10 @@ fn load_owned(path: &Path) -> Result<OwnedVolume, LoadError> {
 
 /// A header may promise more than any machine holds: asked before anything is allocated.
 fn check_memory(bytes: u64) -> Result<(), LoadError> {
-    let meminfo = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let available = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"));
-    let kib = available.and_then(|rest| rest.split_whitespace().next()?.parse::<u64>().ok());
-    match kib {
-        Some(kib) if kib.saturating_mul(1024) < bytes => Err(LoadError::Memory {
+    match free_memory_bytes() {
+        Some(free) if free < bytes => Err(LoadError::Memory {
             needed_mib: bytes.div_ceil(1 << 20),
-            free_mib: kib >> 10,
+            free_mib: free >> 20,
         }),
         _ => Ok(()),
     }

@@ -1,5 +1,6 @@
 //! Chores of the project: `cargo xtask help` lists them.
 
+mod bench;
 mod demo;
 mod failure;
 mod python;
@@ -10,7 +11,7 @@ mod test;
 use std::process::ExitCode;
 
 use failure::Failure;
-use shell::{cargo, run, say};
+use shell::say;
 
 const HELP: &str = "\
 Chores of Trocar.
@@ -19,6 +20,8 @@ cargo xtask demo [-- ARGUMENTS]   builds the programs and runs the embedded demo
                                   ARGUMENTS go to `pilot run` (--for 3s, --volume ct.nii.gz, --out DIR ...)
 cargo xtask test                  everything that must pass: formatting, lints, documentation, tests
 cargo xtask bench [-- ARGUMENTS]  the benchmarks; ARGUMENTS go to `cargo bench`
+cargo xtask bench trade           error against time of every reslice filter and back end, into out/bench/trade.{csv,png}
+cargo xtask bench peers           the reslice engine beside VTK and SimpleITK, in a Python environment in the build folder
 cargo xtask help                  this text";
 
 fn main() -> ExitCode {
@@ -33,7 +36,7 @@ fn main() -> ExitCode {
     let done = match chore.as_deref() {
         Some("demo") => demo::demo(&rest),
         Some("test") => test::test(&rest),
-        Some("bench") => bench(&rest),
+        Some("bench") => bench::bench(&rest),
         None | Some("help" | "--help" | "-h") => {
             say(HELP);
             Ok(())
@@ -49,10 +52,4 @@ fn main() -> ExitCode {
             failure.exit_code()
         }
     }
-}
-
-fn bench(arguments: &[String]) -> Result<(), Failure> {
-    // Without the pattern, cargo would build every library's tests as well, to ignore them.
-    let mut command = cargo(&["bench", "--workspace", "--bench", "*"]);
-    run(command.args(arguments))
 }

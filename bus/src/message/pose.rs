@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn poses_come_back_bit_for_bit() {
         let pose: Rigid<Ct, Tool> =
-            Rigid::from_rotation_vector(Vector::new(0.3, -1.2, 0.7), Vector::new(12.5, -40.0, 1e-3));
+            Rigid::from_rotation_vector(Vector::new(0.3, -1.2, 0.7), Vector::new(12.5, -40.0, 1e-3)).unwrap();
         let mut message = ToolPose::EMPTY;
         message.set(Tracked::Valid(pose));
         assert_eq!(message.tracked(), Ok(Tracked::Valid(pose)));

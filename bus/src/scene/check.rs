@@ -7,14 +7,14 @@ use std::time::Duration;
 use geometry::{Frame, Point, door};
 
 use super::error::Invalid;
-use super::raw::{RawApproach, RawLimits, RawScene, RawTarget, RawTracker, RawTrackerSource, RawView, RawWindow};
+use super::raw::{Plane, RawApproach, RawLimits, RawScene, RawTarget, RawTracker, RawTrackerSource, RawView, RawWindow};
 use super::view::WINDOWS;
 use super::{
-    Approach, Limits, RecordingSpec, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View,
+    Approach, Limits, RecordingSpec, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View,
     VolumeSource, WindowLevel,
 };
 
-type Checked<T> = Result<T, Invalid>;
+pub(super) type Checked<T> = Result<T, Invalid>;
 
 const MAX_VIEWS: usize = 16;
 const MAX_TARGETS: usize = 64;
@@ -30,6 +30,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         tracker: tracker(&raw.tracker, &targets)?,
         targets,
         views: views(raw.views.as_deref())?,
+        render: raw.render,
         recording: recording(raw)?,
         limits: limits(&raw.limits)?,
     })
@@ -44,7 +45,7 @@ fn invalid(key: impl Into<String>, found: impl ToString, allowed: impl Into<Stri
 }
 
 /// A number within `range`; NaN is in no range.
-fn number(key: &str, value: f64, range: RangeInclusive<f64>, unit: &str) -> Checked<f64> {
+pub(super) fn number(key: &str, value: f64, range: RangeInclusive<f64>, unit: &str) -> Checked<f64> {
     if range.contains(&value) {
         return Ok(value);
     }
@@ -207,10 +208,20 @@ fn view((i, raw): (usize, &RawView)) -> Checked<View> {
         extent: raw.extent,
         size: raw.size,
         field_mm: number(&key("field_mm"), raw.field_mm, 1.0..=2000.0, "mm")?,
-        filter: raw.filter,
+        sampling: Sampling::checked(raw, key)?,
+        ahead_mm: ahead(&key("ahead_mm"), raw)?,
         window: window(&key("window"), &raw.window)?,
         up: raw.up,
     })
+}
+
+/// Only a perpendicular view looks ahead: the others show the planes through the tip.
+fn ahead(key: &str, raw: &RawView) -> Checked<f64> {
+    if raw.plane != Plane::Perpendicular && raw.ahead_mm != 0.0 {
+        let allowed = "0, or plane = \"perpendicular\": the other planes go through the tip";
+        return Err(invalid(key, raw.ahead_mm, allowed));
+    }
+    number(key, raw.ahead_mm, -200.0..=200.0, "mm")
 }
 
 fn window(key: &str, raw: &RawWindow) -> Checked<WindowLevel> {

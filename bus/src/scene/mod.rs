@@ -7,6 +7,7 @@ mod check;
 mod error;
 mod locate;
 pub mod raw;
+mod sampling;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -15,7 +16,8 @@ use std::time::Duration;
 use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::SceneError;
-pub use raw::{Extent, Filter, Plane, Up};
+pub use raw::{Extent, Plane, Up};
+pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
 pub use view::{View, WindowLevel};
 
 /// A run's scene, checked.
@@ -33,6 +35,8 @@ pub struct Scene {
     pub targets: Vec<Target>,
     /// The images, in the order of the file.
     pub views: Vec<View>,
+    /// Who samples the volume.
+    pub render: Render,
     /// What is recorded; `None` starts no recorder.
     pub recording: Option<RecordingSpec>,
     /// When to warn, restart and give up.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{Invalid, SceneError};
 use super::locate;
+use super::sampling::{Filter, Minify, Render, Slab};
 
 /// Scene files are short; a longer one is not a scene.
 const MAX_BYTES: u64 = 1 << 20;
@@ -34,6 +35,8 @@ pub struct RawScene {
     pub tool: RawTool,
     /// `[tracker]`
     pub tracker: RawTracker,
+    /// `[render]`
+    pub render: Render,
     /// `[recording]`; absent: nothing is recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recording: Option<RawRecording>,
@@ -226,6 +229,15 @@ pub struct RawView {
     /// How voxels are interpolated.
     #[serde(default)]
     pub filter: Filter,
+    /// A thickness; absent: a thin slice.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slab: Option<Slab>,
+    /// What pixels larger than a voxel show.
+    #[serde(default)]
+    pub minify: Minify,
+    /// Perpendicular views: how far in front of the tip the plane lies, mm.
+    #[serde(default)]
+    pub ahead_mm: f64,
     /// How HU become grey.
     #[serde(default)]
     pub window: RawWindow,
@@ -281,17 +293,6 @@ pub enum Extent {
     Global,
     /// A field around the tip.
     Local,
-}
-
-/// How voxels are interpolated.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Filter {
-    /// The nearest voxel.
-    Nearest,
-    /// Trilinear.
-    #[default]
-    Linear,
 }
 
 /// What points up in a perpendicular image.

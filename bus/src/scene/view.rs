@@ -1,6 +1,7 @@
 //! One image of a scene.
 
-use super::raw::{Extent, Filter, Plane, Up};
+use super::Sampling;
+use super::raw::{Extent, Plane, Up};
 
 /// One image, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,8 +16,10 @@ pub struct View {
     pub size: [u32; 2],
     /// Local views: what the image's shorter side shows, mm.
     pub field_mm: f64,
-    /// How voxels are interpolated.
-    pub filter: Filter,
+    /// How the volume is sampled.
+    pub sampling: Sampling,
+    /// Perpendicular views: how far in front of the tip the plane lies, mm; 0 for the others.
+    pub ahead_mm: f64,
     /// How HU become grey.
     pub window: WindowLevel,
     /// Perpendicular views: what points up.
@@ -90,7 +93,8 @@ impl View {
             extent,
             size: [512, 512],
             field_mm: 100.0,
-            filter: Filter::Linear,
+            sampling: Sampling::default(),
+            ahead_mm: 0.0,
             window: WINDOWS[0].1,
             up: Up::Superior,
         };

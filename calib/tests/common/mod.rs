@@ -42,7 +42,7 @@ impl Random {
     }
 
     pub(crate) fn transform(&mut self) -> Rigid<Ct, Tracker> {
-        Rigid::from_rotation_vector(self.vector(1.8), self.vector(300.0))
+        Rigid::from_rotation_vector(self.vector(1.8), self.vector(300.0)).unwrap()
     }
 
     pub(crate) fn cloud(&mut self, n: usize, size: f64) -> Vec<Point<Tracker>> {

@@ -1,5 +1,7 @@
 //! Prints the table of errors and times of the rotation conversions, as Markdown:
-//! `cargo run --release -p geometry --example rotation_table > docs/rotations.md`.
+//! `cargo run --release -p geometry --example rotation_table geometry/examples/rotation_peers.csv > docs/rotations.md`.
+//!
+//! The file of other libraries' figures is optional; `rotation_peers.py` writes it.
 
 #![allow(
     clippy::print_stdout,
@@ -8,11 +10,13 @@
 )]
 
 mod conversions;
+mod peers;
 #[path = "../../tests/rotation_support/mod.rs"]
 mod rotation_support;
 mod timing;
 
 use conversions::{Conversion, conversions};
+use peers::Peer;
 use rotation_support::{cases, line_error, load, norm, references, vector_error};
 use serde_json::Value;
 
@@ -23,14 +27,33 @@ fn main() {
         Ok(file) => file,
         Err(why) => return println!("No references: {why}"),
     };
+    let peers = match peers::load() {
+        Ok(peers) => peers,
+        Err(why) => return println!("No figures of other libraries: {why}"),
+    };
     println!("{}", include_str!("head.md"));
     println!("## Worst error, ulp of the result's norm\n");
     println!("| conversion | by | near 0 | mid | near pi | random | all |\n|---|---|---|---|---|---|---|");
     for conversion in conversions() {
         error_row(&file, &conversion);
+        if conversion.by != "ours" {
+            peer_rows(&peers, &full_name(&conversion));
+        }
     }
-    println!("\n## Time\n\n| operation | ours, ns | nalgebra, ns |\n|---|---|---|");
-    timing::print_rows(&file);
+    timing::print_table(&file, &peers);
+}
+
+fn full_name(conversion: &Conversion) -> String {
+    let part = if conversion.vector_part { ", vector part" } else { "" };
+    format!("{}{part}", conversion.name)
+}
+
+/// The lines of other libraries for one conversion.
+fn peer_rows(peers: &[Peer], name: &str) {
+    for Peer { by, errors, .. } in peers.iter().filter(|p| p.conversion == name) {
+        let cells = errors.map(shown).join(" | ");
+        println!("| {name} | {by} | {cells} |");
+    }
 }
 
 /// One line of the table: the worst error of each regime.
@@ -55,10 +78,9 @@ fn error_row(file: &Value, conversion: &Conversion) {
             shown(e)
         }
     });
-    let Conversion { name, by, .. } = conversion;
-    let part = if conversion.vector_part { ", vector part" } else { "" };
+    let (name, by) = (full_name(conversion), conversion.by);
     println!(
-        "| {name}{part} | {by} | {near0} | {mid} | {nearpi} | {random} | {} |",
+        "| {name} | {by} | {near0} | {mid} | {nearpi} | {random} | {} |",
         shown(all)
     );
 }

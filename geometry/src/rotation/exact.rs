@@ -26,13 +26,25 @@ pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     (product, al * bl - (((product - ah * bh) - al * bh) - ah * bl))
 }
 
-/// The number as a multiple of 2^-26 and the rest, abs(a) <= 2. Products of two such multiples, and sums of a few that
-/// stay below 2, are exact: the cheapest way to a scalar product of quaternions that are unit.
+/// The multiple of 2^-26 nearest to a number, abs(a) <= 2. Products of two such multiples, and sums of a few that stay
+/// below 2, are exact: the cheapest way to a scalar product of quaternions that are unit.
+#[inline]
+pub(crate) fn coarse(a: f64) -> f64 {
+    const GRID: f64 = 100_663_296.0; // 1.5 2^26, whose ulp is 2^-26
+    (a + GRID) - GRID
+}
+
+/// The number as such a multiple and the rest.
 #[inline]
 pub(crate) fn fixed(a: f64) -> (f64, f64) {
-    const GRID: f64 = 100_663_296.0; // 1.5 2^26, whose ulp is 2^-26
-    let high = (a + GRID) - GRID;
+    let high = coarse(a);
     (high, a - high)
+}
+
+/// The sum of four numbers, in pairs.
+#[inline]
+pub(crate) fn sum([a, b, c, d]: [f64; 4]) -> f64 {
+    (a + b) + (c + d)
 }
 
 /// a b as a multiple of 2^-52 and the rest, of numbers from [`fixed`]; the rest to 2^-79 of 1 and to an ulp of itself.
@@ -72,8 +84,9 @@ pub(crate) fn largest<const N: usize>(v: [f64; N]) -> f64 {
     v.iter().fold(0.0, |most, x| x.abs().max(most))
 }
 
-/// 2^600, and the largest and smallest component that needs no scaling by it.
+/// 2^600 and 2^-600, and the largest and smallest component that needs no scaling by them.
 const SCALE: f64 = f64::from_bits((1023 + 600) << 52);
+pub(crate) const TINY_UNIT: f64 = f64::from_bits((1023 - 600) << 52);
 pub(crate) const BIG: f64 = f64::from_bits((1023 + 400) << 52);
 const SMALL: f64 = f64::from_bits((1023 - 400) << 52);
 

@@ -77,17 +77,56 @@ impl Rotation {
     /// what the quaternion's norm lacks to 1 is divided out: so the matrix is orthonormal to 2 ulp.
     #[inline]
     pub fn matrix(self) -> RotationMatrix {
-        let [s, x, y, z] = self.quaternion().map(exact::fixed);
-        let off = self.excess();
-        let minus_s = (-s.0, -s.1);
-        let sum = |a, b, c, d| twice(a, b, c, d, off, 0.0);
-        let diagonal = |a: (f64, f64), b: (f64, f64)| twice((-a.0, -a.1), a, (-b.0, -b.1), b, off, 1.0);
-        RotationMatrix::wrap([
-            [diagonal(y, z), sum(x, y, minus_s, z), sum(x, z, s, y)],
-            [sum(x, y, s, z), diagonal(x, z), sum(y, z, minus_s, x)],
-            [sum(x, z, minus_s, y), sum(y, z, s, x), diagonal(x, y)],
-        ])
+        let [s, x, y, z] = self.quaternion();
+        RotationMatrix::wrap(rows(s, x, y, z))
     }
+}
+
+/// The matrix of a quaternion whose norm is 1 to a few ulp, by rows.
+///
+/// Never inlined, and by four numbers, which come in registers: next to what computes the quaternion, compilers pair up
+/// operations across the two so badly that the whole takes twice as long.
+#[inline(never)]
+fn rows(s: f64, x: f64, y: f64, z: f64) -> [[f64; 3]; 3] {
+    let q = [s, x, y, z];
+    let high = q.map(exact::coarse);
+    let low = each(|i| q[i] - high[i]);
+    // a^2 as high^2, exact, and low (high + a).
+    let squares = high.map(|x| x * x);
+    let sums = each(|i| high[i] + q[i]);
+    let rest = each(|i| low[i] * sums[i]);
+    let off = exact::sum([squares[0] - 1.0, squares[1], squares[2], squares[3]]) + exact::sum(rest);
+    // The quaternion over its norm: only what the multiples of 2^-26 leave is changed.
+    let low = each(|i| low[i] - q[i] * (0.5 * off));
+    let rest = each(|i| low[i] * sums[i]);
+    let (twice_high, twice_low) = (high.map(|x| x + x), low.map(|x| x + x));
+    let double = |a: usize, b: usize| (twice_high[a] * high[b], twice_high[a] * low[b] + twice_low[a] * q[b]);
+    let diagonal = |a: usize, b: usize| (1.0 - 2.0 * (squares[a] + squares[b])) - 2.0 * (rest[a] + rest[b]);
+    let [s, x, y, z] = [0, 1, 2, 3];
+    let (xy, xz, yz) = (double(x, y), double(x, z), double(y, z));
+    let (sx, sy, sz) = (double(s, x), double(s, y), double(s, z));
+    [
+        [diagonal(y, z), minus(xy, sz), plus(xz, sy)],
+        [plus(xy, sz), diagonal(x, z), minus(yz, sx)],
+        [minus(xz, sy), plus(yz, sx), diagonal(x, y)],
+    ]
+}
+
+#[inline]
+fn each(f: impl Fn(usize) -> f64) -> [f64; 4] {
+    [f(0), f(1), f(2), f(3)]
+}
+
+/// The sum of two numbers with their rests, rounded once: the high parts are multiples of 2^-51 below 2.
+#[inline]
+fn plus(a: (f64, f64), b: (f64, f64)) -> f64 {
+    (a.0 + b.0) + (a.1 + b.1)
+}
+
+/// The difference, likewise.
+#[inline]
+fn minus(a: (f64, f64), b: (f64, f64)) -> f64 {
+    (a.0 - b.0) + (a.1 - b.1)
 }
 
 impl RotationVector {
@@ -98,15 +137,6 @@ impl RotationVector {
     pub fn matrix(self) -> RotationMatrix {
         Rotation::from_vector(self).matrix()
     }
-}
-
-/// one + 2 (a b + c d) / (1 + off), rounded once: the high products and their sum are exact.
-#[inline]
-fn twice(a: (f64, f64), b: (f64, f64), c: (f64, f64), d: (f64, f64), off: f64, one: f64) -> f64 {
-    let (p, q) = (exact::fixed_product(a, b), exact::fixed_product(c, d));
-    let high = p.0 + q.0;
-    let low = p.1 + q.1;
-    (one + 2.0 * high) + 2.0 * (low - (high + low) * off)
 }
 
 /// The quaternion of a matrix that is orthonormal to rounding: the column of 4 q qT with the largest diagonal, divided by

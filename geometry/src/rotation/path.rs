@@ -1,6 +1,8 @@
 //! Distance between rotations, and the shortest way from one to the other.
 
-use super::{Rotation, RotationVector};
+use super::quaternion::product;
+use super::vector::{angle, exp_double};
+use super::{Rotation, series};
 
 impl Rotation {
     /// The angle of the rotation from `self` to `other`, 0 to pi radians: the geodesic distance.
@@ -8,7 +10,7 @@ impl Rotation {
     /// Domain: all. Error: 4 ulp of 1, since the two quaternions are rounded; exactly 0 between equal numbers.
     #[inline]
     pub fn distance(self, other: Self) -> f64 {
-        (self.inverse() * other).angle()
+        angle(product(self.inverse().quaternion(), other.quaternion()))
     }
 
     /// The rotation at fraction `t` of the shortest way from `self` to `other`, at constant speed (Shoemake 1985).
@@ -18,33 +20,14 @@ impl Rotation {
     /// where two ways are as short and either is taken. Error: 6 ulp within 0..1; exact at 0.
     #[inline]
     pub fn slerp(self, other: Self, t: f64) -> Self {
-        let way = self.inverse() * other;
-        let [_, x, y, z] = way.quaternion();
-        if t == 0.0 || !t.is_finite() || [x, y, z] == [0.0; 3] {
+        let [s, x, y, z] = product(self.inverse().quaternion(), other.quaternion());
+        let u = [x, y, z];
+        if t == 0.0 || !t.is_finite() || u == [0.0; 3] {
             return self;
         }
-        self * way.power(t)
-    }
-
-    /// exp(t log(self)), t finite.
-    #[inline]
-    fn power(self, t: f64) -> Self {
-        let [s, x, y, z] = self.quaternion();
-        let square = x * x + y * y + z * z;
-        if square < 8.9e-16 {
-            return self.power_of_tiny(t);
-        }
-        let n = square.sqrt();
-        let (sin, cos) = (t * n.atan2(s.abs())).sin_cos();
-        let scale = if s < 0.0 { -sin } else { sin } / n;
-        Self::wrap([cos, scale * x, scale * y, scale * z])
-    }
-
-    /// The same for rotations so small that the squares of their vector part may underflow.
-    #[cold]
-    #[inline(never)]
-    fn power_of_tiny(self, t: f64) -> Self {
-        let way = self.vector().radians().map(|c| (t * c).clamp(-f64::MAX, f64::MAX));
-        Self::from_vector(RotationVector::wrap(way))
+        let log = (2.0 * series::arc(s.abs(), x * x + y * y + z * z)).copysign(s);
+        let scale = t * log;
+        let way = u.map(|c| (scale * c).clamp(-f64::MAX, f64::MAX));
+        self * Self::wrap(exp_double(way))
     }
 }

@@ -17,11 +17,13 @@ impl Rotation2 {
     ///
     /// # Errors
     /// [`RotationError::Nan`], [`RotationError::Infinite`].
+    #[inline]
     pub fn from_angle(radians: f64) -> Result<Self, RotationError> {
         finite("angle", &[radians])?;
         Ok(Self::turn(radians))
     }
 
+    #[inline]
     fn turn(radians: f64) -> Self {
         let (sin, cos) = radians.sin_cos();
         Self([cos, sin])
@@ -31,6 +33,7 @@ impl Rotation2 {
     ///
     /// # Errors
     /// [`RotationError::Nan`], [`RotationError::Infinite`], [`RotationError::Zero`].
+    #[inline]
     pub fn from_complex(z: [f64; 2]) -> Result<Self, RotationError> {
         finite("complex number", &z)?;
         exact::unit(z)
@@ -44,6 +47,7 @@ impl Rotation2 {
     /// # Errors
     /// [`RotationError::Nan`], [`RotationError::Infinite`]; [`RotationError::Reflection`] where the determinant is
     /// negative, [`RotationError::Singular`] where it is zero.
+    #[inline]
     pub fn nearest(rows: [[f64; 2]; 2]) -> Result<(Self, f64), RotationError> {
         let [[a, b], [c, d]] = rows;
         let numbers = [a, b, c, d];
@@ -63,39 +67,46 @@ impl Rotation2 {
     }
 
     /// The angle, -pi to pi radians: the logarithm. Singular set: the half-turn, either sign. Error: 1 ulp of itself.
+    #[inline]
     pub fn angle(self) -> f64 {
         self.0[1].atan2(self.0[0])
     }
 
     /// The complex number (real, imaginary).
+    #[inline]
     pub const fn complex(self) -> [f64; 2] {
         self.0
     }
 
     /// The matrix by rows (2.16). Exact: orthonormal to 2 ulp as the complex number is unit to 2 ulp.
+    #[inline]
     pub fn matrix(self) -> [[f64; 2]; 2] {
         let [c, s] = self.0;
         [[c, -s], [s, c]]
     }
 
     /// The inverse: the conjugate (2.21). Exact.
+    #[inline]
     pub fn inverse(self) -> Self {
         Self([self.0[0], -self.0[1]])
     }
 
     /// The image of a vector, in the vector's unit; error below 2 ulp of its norm (2.20).
+    #[inline]
     pub fn apply(self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [c, s] = self.0;
         [c * x - s * y, s * x + c * y]
     }
 
     /// The angle between two rotations, 0 to pi radians. Error: 3 ulp of 1; exactly 0 between equal numbers.
+    #[inline]
     pub fn distance(self, other: Self) -> f64 {
         (self.inverse() * other).angle().abs()
     }
 
     /// The rotation at fraction `t` of the shorter way to `other`; `self` for a `t` that is not finite. Singular set:
     /// half-turns apart. Error: 4 ulp within 0..1.
+    #[inline]
     pub fn slerp(self, other: Self, t: f64) -> Self {
         let way = t * (self.inverse() * other).angle();
         if way.is_finite() { self * Self::turn(way) } else { self }
@@ -105,6 +116,7 @@ impl Rotation2 {
 /// The composition (2.21). Error: 3 ulp; the modulus is put back to 1.
 impl Mul for Rotation2 {
     type Output = Self;
+    #[inline]
     fn mul(self, other: Self) -> Self {
         let ([a, b], [c, d]) = (self.0, other.0);
         let (x, y) = (a * c - b * d, a * d + b * c);

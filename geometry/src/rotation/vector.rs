@@ -1,7 +1,7 @@
 //! The rotation vector: exponential and logarithm.
 
 use super::error::finite;
-use super::{Rotation, RotationError, exact};
+use super::{Rotation, RotationError, exact, series};
 
 /// A rotation vector: axis times angle, radians (2.24). Any finite vector; [`Rotation::vector`] returns norms up to pi.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +67,7 @@ impl RotationVector {
 impl Rotation {
     /// The exponential of a rotation vector (2.43); thesis section 2.5.6.
     ///
-    /// Domain: any finite vector; no singular set. Error: 2 ulp, and the vector part relative to its own norm, down to
+    /// Domain: any finite vector; no singular set. Error: 2 ulp, and the vector part 3 ulp of its own norm, down to
     /// denormals; beyond 2^50 rad the angle's own rounding adds 2^-103 times the angle.
     #[inline]
     pub fn from_vector(vector: RotationVector) -> Self {
@@ -81,62 +81,68 @@ impl Rotation {
     #[inline]
     pub fn vector(self) -> RotationVector {
         let [s, x, y, z] = self.quaternion();
-        let sign = if s < 0.0 { -2.0 } else { 2.0 };
-        RotationVector::wrap(log_half([s.abs(), x, y, z]).map(|c| sign * c))
+        let scale = (2.0 * series::arc(s.abs(), x * x + y * y + z * z)).copysign(s);
+        RotationVector::wrap([scale * x, scale * y, scale * z])
     }
 
-    /// The angle, 0 to pi radians, to 2 ulp of itself also near 0.
+    /// The angle, 0 to pi radians, to 3 ulp of itself also near 0.
     #[inline]
     pub fn angle(self) -> f64 {
-        let [s, x, y, z] = self.quaternion();
-        let square = x * x + y * y + z * z;
-        let n = if square > 1e-200 {
-            square.sqrt()
-        } else {
-            exact::length([x, y, z])
-        };
-        2.0 * n.atan2(s.abs())
+        angle(self.quaternion())
     }
+}
+
+/// The angle of the rotation whose quaternion is unit to a few ulp.
+#[inline]
+pub(crate) fn angle([s, x, y, z]: [f64; 4]) -> f64 {
+    let square = x * x + y * y + z * z;
+    let n = if square > 1e-200 {
+        square.sqrt()
+    } else {
+        exact::length([x, y, z])
+    };
+    (2.0 * n * series::arc(s.abs(), square)).min(std::f64::consts::PI)
 }
 
 /// exp(w / 2) as a quaternion: (cos(h), sin(h) w / abs(w)) with h = abs(w) / 2.
 #[inline]
 pub(crate) fn exp_double(w: [f64; 3]) -> [f64; 4] {
-    let square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
-    // 2^-50 to 4^2: neither tiny nor so long that the norm's rounding counts.
-    let (cos, scale) = if square > 8.9e-16 && square < 16.0 {
-        let n = square.sqrt();
-        let (sin, cos) = (n / 2.0).sin_cos();
-        (cos, sin / n)
-    } else if exact::largest(w) > exact::BIG {
-        return exp_unbounded(w);
+    let y = 0.25 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    // Numbers out of each branch, which stay in registers; an array would go through memory. Squares that underflow make
+    // no difference: then the series are 1 to the last digit.
+    let (cos, scale, unit) = if y > series::MOST {
+        let unit = if exact::largest(w) > exact::BIG {
+            exact::TINY_UNIT
+        } else {
+            1.0
+        };
+        let (cos, scale) = far(w, unit);
+        (cos, scale, unit)
     } else {
-        far(w)
+        let [cos, sinc] = series::cos_sinc(y);
+        (cos, 0.5 * sinc, 1.0)
     };
-    [cos, scale * w[0], scale * w[1], scale * w[2]]
+    [cos, scale * (unit * w[0]), scale * (unit * w[1]), scale * (unit * w[2])]
 }
 
-/// The cosine of the half angle, and its sine divided by the angle, for tiny and for long vectors.
+/// The cosine of the half angle, and its sine divided by `unit` times the angle, for vectors longer than pi; `unit`, a power
+/// of two, keeps squares from overflowing.
 ///
 /// The norm carries its own rounding error along: else the angle would be wrong by an ulp of itself, which is many ulp of
 /// the result when the vector is long.
-fn far(w: [f64; 3]) -> (f64, f64) {
-    if exact::largest(w) < TINY {
-        return (1.0, 0.5);
-    }
-    let (n, rest) = exact::norm(w);
-    let (sin, cos) = sin_cos_sum(n / 2.0, rest / 2.0);
+#[cold]
+#[inline(never)]
+fn far(w: [f64; 3], unit: f64) -> (f64, f64) {
+    let (n, rest) = exact::norm(w.map(|c| unit * c));
+    // Through the quarter angle where the half may be beyond the largest number; of that angle no digit is left anyway.
+    let (sin, cos) = if unit == 1.0 {
+        sin_cos_sum(n / 2.0, rest / 2.0)
+    } else {
+        let (sin, cos) = (n / 4.0 / unit).sin_cos();
+        (2.0 * sin * cos, (cos - sin) * (cos + sin))
+    };
     let scale = sin / n;
     (cos, scale - scale * (rest / n))
-}
-
-/// exp(w / 2) where squares overflow: a rotation about the right axis; of the angle no digit is left.
-fn exp_unbounded(w: [f64; 3]) -> [f64; 4] {
-    let [x, y, z] = exact::unit(w).unwrap_or([1.0, 0.0, 0.0]);
-    let (sin, cos) = exact::length(w.map(|c| c / 4.0)).sin_cos();
-    // Of the quarter angle: twice through the product, since the half may be beyond the largest number.
-    let (sin, cos) = (2.0 * sin * cos, (cos - sin) * (cos + sin));
-    [cos, sin * x, sin * y, sin * z]
 }
 
 /// Sine and cosine of a + b, b a rounding error of a.
@@ -147,28 +153,14 @@ fn sin_cos_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// log(q) for a quaternion that is unit to a few ulp: u / abs(u) times the angle from 0 to pi between q and 1.
-#[inline]
 pub(crate) fn log_half(q: [f64; 4]) -> [f64; 3] {
     let [s, x, y, z] = q;
-    let square = x * x + y * y + z * z;
-    // 2^-50: no square of a component that counts underflows.
-    if square < 8.9e-16 {
-        return log_half_tiny(s, [x, y, z]);
+    let scale = series::arc(s.abs(), x * x + y * y + z * z);
+    if s >= 0.0 {
+        return [scale * x, scale * y, scale * z];
     }
-    let n = square.sqrt();
-    let scale = n.atan2(s) / n;
-    [scale * x, scale * y, scale * z]
-}
-
-/// The same where abs(u) < 2^-25. q = -1 has no axis: the first is taken.
-#[cold]
-#[inline(never)]
-fn log_half_tiny(s: f64, u: [f64; 3]) -> [f64; 3] {
-    if s > 0.0 {
-        // atan(t) = t - t^3 / 3, the next term below 2^-100 of t.
-        let t = exact::length(u);
-        return u.map(|c| c / s * (1.0 - t * t / 3.0));
-    }
-    let angle = std::f64::consts::PI - exact::length(u);
-    exact::unit(u).unwrap_or([1.0, 0.0, 0.0]).map(|c| c * angle)
+    // The supplement of the angle to -1. q = -1 has no axis: the first is taken.
+    let n = exact::length([x, y, z]);
+    let angle = std::f64::consts::PI - scale * n;
+    exact::unit([x, y, z]).unwrap_or([1.0, 0.0, 0.0]).map(|c| c * angle)
 }

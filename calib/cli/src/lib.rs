@@ -1,0 +1,26 @@
+//! Floor 2: `calib`, the command line of the calibrations: files in, a report on stdout and a file of the result out.
+//!
+//! The numerics are in the crate `calib`; here are the files, the words and the errors. Lengths in files and on the
+//! command line are millimetres, angles degrees where a person reads them (`_deg`, "deg") and radians in
+//! [`RegistrationFile`].
+
+pub mod cli;
+mod duplicates;
+mod fields;
+mod input;
+mod input_error;
+mod pairs_csv;
+mod points_text;
+mod refusal;
+mod register;
+mod registration_file;
+mod report;
+mod residual_table;
+mod solve;
+mod source;
+mod store;
+
+pub use registration_file::{
+    Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
+    VERSION,
+};

@@ -1,0 +1,182 @@
+//! `calib register`: reads pairs, registers them, writes the file and returns the report.
+
+use std::path::PathBuf;
+
+use calib::registration::Registration;
+use geometry::Point;
+use geometry::rotation::Rotation;
+
+use crate::input::{From, Input};
+use crate::input_error::InputError;
+use crate::registration_file::{
+    Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, RegistrationFile, Transform, Units, VERSION,
+};
+use crate::report;
+use crate::solve::{self, Options, Solution, SolveError, method_name, solve};
+use crate::store::{self, StoreError};
+
+const TRANSFORM_CONVENTION: &str = "maps coordinates in `from` to coordinates in `to`: p_to = scale * R * p_from + t, R from the unit quaternion w, x, y, z";
+const COVARIANCE_CONVENTION: &str = "rows and columns are (rotation vector w in rad, translation v in mm), both in `to`, turning about its origin: the \
+     true transform is p -> exp(w) (scale R p + t) + v; a fitted scale is taken as known";
+
+/// One registration to be made.
+#[derive(Debug, Clone)]
+pub(crate) struct Request {
+    pub(crate) input: From,
+    pub(crate) allow_duplicates: bool,
+    pub(crate) options: Options,
+    /// In `to`, mm.
+    pub(crate) targets: Vec<[f64; 3]>,
+    pub(crate) to: String,
+    pub(crate) from: String,
+    pub(crate) out: Option<PathBuf>,
+    pub(crate) overwrite: bool,
+    /// The report lists every pair.
+    pub(crate) all: bool,
+}
+
+/// Why there is no registration.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RegisterError {
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// Does what is asked, and returns the report for people.
+pub(crate) fn register(request: &Request) -> Result<String, RegisterError> {
+    if let Some(out) = &request.out {
+        store::check(out, request.overwrite)?;
+    }
+    let input = Input::read(&request.input, request.options.weights, request.allow_duplicates)?;
+    let solution = solve(&input.rows, &request.options, &input.names())?;
+    let file = describe(request, &input, &solution);
+    let mut text = report::text(&file, request.all);
+    if input.has_weights && !request.options.weights {
+        text.push_str("\nThe file's weights were not used; --weights uses them.\n");
+    }
+    if let Some(out) = &request.out {
+        let inputs = input.sources.iter().map(|(_, source)| source.path.as_path());
+        store::write(out, &file, inputs)?;
+        text.push_str(&format!("\nwritten to {}\n", out.display()));
+    }
+    Ok(text)
+}
+
+fn describe(request: &Request, input: &Input, solution: &Solution) -> RegistrationFile {
+    let registration = &solution.registration;
+    let used = registration
+        .fre_mm
+        .iter()
+        .zip(&solution.weights)
+        .filter(|(_, w)| **w > 0.0);
+    RegistrationFile {
+        format: FORMAT.to_owned(),
+        version: VERSION,
+        program: concat!("calib ", env!("CARGO_PKG_VERSION")).to_owned(),
+        units: Units {
+            length: "mm".to_owned(),
+            angle: "rad".to_owned(),
+        },
+        to: request.to.clone(),
+        from: request.from.clone(),
+        method: method_name(request.options.method).to_owned(),
+        transform: transform(request, solution),
+        fre_rms_mm: registration.fre_rms_mm,
+        fre_max_mm: used.map(|(fre, _)| *fre).fold(0.0, f64::max),
+        condition: registration.fit.condition(),
+        singular_values: registration.fit.singular_values().0,
+        certificate: certificate(registration),
+        noise: Noise {
+            sigma_mm: solution.noise.sigma_mm,
+            estimated: request.options.noise_mm.is_none(),
+        },
+        covariance: covariance(solution),
+        covariance_convention: COVARIANCE_CONVENTION.to_owned(),
+        centre_mm: registration.centre().mm(),
+        predicted_tre: predicted_tre(request, solution),
+        robust_tolerance_mm: request.options.robust,
+        pairs: pairs(input, solution),
+        inputs: inputs(input),
+    }
+}
+
+fn transform(request: &Request, solution: &Solution) -> Transform {
+    let rigid = &solution.registration.fit.transform;
+    let q = rigid.quaternion();
+    // A registration's quaternion is unit, so that this never is the default.
+    let vector = Rotation::from_quaternion(q).map(|r| r.vector().radians());
+    Transform {
+        name: format!("{}_from_{}", request.to, request.from),
+        convention: TRANSFORM_CONVENTION.to_owned(),
+        quaternion_wxyz: q,
+        rotation_vector_rad: vector.unwrap_or_default(),
+        translation_mm: rigid.translation_mm(),
+        scale: solution.scale,
+        scale_fitted: request.options.scale,
+        matrix: solution.matrix(),
+    }
+}
+
+fn certificate(registration: &Registration<solve::To, solve::From>) -> Certificate {
+    let certificate = registration.fit.certificate();
+    Certificate {
+        global_optimum: certificate.is_global(),
+        asymmetry: certificate.asymmetry,
+        least: certificate.least,
+        error_bound_rad: finite(certificate.error_bound_rad()),
+    }
+}
+
+/// JSON has no infinity.
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+fn covariance(solution: &Solution) -> Option<[[f64; 6]; 6]> {
+    let matrix = solution.registration.covariance(solution.noise)?;
+    let rows = std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]));
+    matrix.iter().all(|x| x.is_finite()).then_some(rows)
+}
+
+fn predicted_tre(request: &Request, solution: &Solution) -> Vec<PredictedTre> {
+    let centre = ("centre", solution.registration.centre().mm());
+    let targets = request.targets.iter().map(|target| ("target", *target));
+    let tre = |(at, point_mm): (&str, [f64; 3])| {
+        let [x, y, z] = point_mm;
+        let rms = solution
+            .registration
+            .predicted_tre_mm(solution.noise, Point::new(x, y, z));
+        PredictedTre {
+            at: at.to_owned(),
+            point_mm,
+            rms_mm: finite(rms),
+        }
+    };
+    std::iter::once(centre).chain(targets).map(tre).collect()
+}
+
+fn pairs(input: &Input, solution: &Solution) -> Vec<PairResult> {
+    let result = |(i, row): (usize, &crate::input::Row)| PairResult {
+        lines: row.lines,
+        label: row.label.clone(),
+        weight: solution.weights[i],
+        fre_mm: solution.registration.fre_mm[i],
+        leave_one_out_mm: solution.registration.leave_one_out_mm[i].and_then(finite),
+        inlier: solution.inliers.as_ref().map(|inliers| inliers[i]),
+    };
+    input.rows.iter().enumerate().map(result).collect()
+}
+
+fn inputs(input: &Input) -> Vec<InputFile> {
+    let file = |(role, source): &(&'static str, crate::source::Source)| InputFile {
+        role: (*role).to_owned(),
+        path: source.path.to_string_lossy().into_owned(),
+        bytes: source.bytes,
+        blake3: source.blake3.clone(),
+    };
+    input.sources.iter().map(file).collect()
+}

@@ -1,0 +1,217 @@
+//! `registration.json`: a registration that says what it is, what it rests on and how good it is.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::source::{Source, SourceError};
+
+/// The value of `format`.
+pub const FORMAT: &str = "trocar-registration";
+/// The value of `version`. It rises when a key changes its meaning or goes; new keys leave it.
+pub const VERSION: u32 = 1;
+
+/// The file's content. Lengths in mm, angles in radians; numbers are written with the digits that bring back every bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RegistrationFile {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`VERSION`].
+    pub version: u32,
+    /// The program that wrote it, and its version.
+    pub program: String,
+    /// The units of all numbers.
+    pub units: Units,
+    /// Name of the frame that is mapped into.
+    pub to: String,
+    /// Name of the frame that is mapped from.
+    pub from: String,
+    /// How the rotation was found, as on the command line.
+    pub method: String,
+    /// `to_from_from`.
+    pub transform: Transform,
+    /// Root of the weighted mean of the squared distances of the pairs used, mm: divides by N or the sum of weights.
+    pub fre_rms_mm: f64,
+    /// The longest distance of a pair used, mm.
+    pub fre_max_mm: f64,
+    /// `s1 / (s2 + s3)`: radians of rotation per relative error of the data's correlation.
+    pub condition: f64,
+    /// Singular values of the correlation matrix of the centred clouds, relative to their sizes.
+    pub singular_values: [f64; 3],
+    /// The proof that no other rotation fits better.
+    pub certificate: Certificate,
+    /// The noise that covariance and predicted TRE rest on.
+    pub noise: Noise,
+    /// Of (rotation vector, translation); `null` where the points do not determine one.
+    pub covariance: Option<[[f64; 6]; 6]>,
+    /// What the covariance means, in words.
+    pub covariance_convention: String,
+    /// Centre of the pairs used, in `to`, mm.
+    pub centre_mm: [f64; 3],
+    /// Target registration error predicted at the centre and at each `--target`.
+    pub predicted_tre: Vec<PredictedTre>,
+    /// The tolerance of `--robust`, mm.
+    pub robust_tolerance_mm: Option<f64>,
+    /// Each pair in the order of the file.
+    pub pairs: Vec<PairResult>,
+    /// The files that were read.
+    pub inputs: Vec<InputFile>,
+}
+
+/// Units in words.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Units {
+    /// `mm`.
+    pub length: String,
+    /// `rad`.
+    pub angle: String,
+}
+
+/// `p_to = scale * R * p_from + t`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Transform {
+    /// `TO_from_FROM`.
+    pub name: String,
+    /// What it does, in words.
+    pub convention: String,
+    /// Unit quaternion of R: w, x, y, z.
+    pub quaternion_wxyz: [f64; 4],
+    /// R as axis times angle, radians.
+    pub rotation_vector_rad: [f64; 3],
+    /// t, mm.
+    pub translation_mm: [f64; 3],
+    /// 1 unless `--scale` was given.
+    pub scale: f64,
+    /// Whether the scale was fitted.
+    pub scale_fitted: bool,
+    /// `scale * R` and t by rows, below them 0, 0, 0, 1.
+    pub matrix: [[f64; 4]; 4],
+}
+
+/// See `calib::registration::Certificate`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Certificate {
+    /// The rotation is the global optimum, to rounding.
+    pub global_optimum: bool,
+    /// How far from stationary, dimensionless; 0 at a stationary rotation.
+    pub asymmetry: f64,
+    /// Least eigenvalue of `tr(M) I - M`, dimensionless; not negative at the global optimum.
+    pub least: f64,
+    /// The largest angle to the optimum, radians; `null` where there is no bound.
+    pub error_bound_rad: Option<f64>,
+}
+
+/// Isotropic noise of a pair of mean weight.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Noise {
+    /// Standard deviation along each axis, mm.
+    pub sigma_mm: f64,
+    /// From the residuals; else it was given.
+    pub estimated: bool,
+}
+
+/// An error to be expected at a point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PredictedTre {
+    /// `centre` or `target`.
+    pub at: String,
+    /// In `to`, mm.
+    pub point_mm: [f64; 3],
+    /// Root mean square length, mm; `null` where the points do not determine it.
+    pub rms_mm: Option<f64>,
+}
+
+/// A pair after registration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PairResult {
+    /// Lines of the `to` and of the `from` point in their files, counted from 1.
+    pub lines: [usize; 2],
+    /// Its label; empty without one.
+    pub label: String,
+    /// Weight in the fit, the largest 1; 0 for what was left out.
+    pub weight: f64,
+    /// Distance after registration, mm.
+    pub fre_mm: f64,
+    /// Distance under the transform fitted to all others, mm; `null` where these do not determine one.
+    pub leave_one_out_mm: Option<f64>,
+    /// With `--robust`: whether it agrees with the others; else `null`.
+    pub inlier: Option<bool>,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InputFile {
+    /// `pairs`, or `to` and `from`.
+    pub role: String,
+    /// As given.
+    pub path: String,
+    /// Its length.
+    pub bytes: u64,
+    /// BLAKE3 of its bytes, hexadecimal.
+    pub blake3: String,
+}
+
+/// Why a registration could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file.
+    #[error("{0}")]
+    Source(String),
+    /// The text is not such a file.
+    #[error("reading the registration {path}: {source}")]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// What and where.
+        source: serde_json::Error,
+    },
+    /// It says it is something else.
+    #[error(
+        "reading the registration {path}: found format {format:?}, version {version}; expected {FORMAT:?}, {VERSION}"
+    )]
+    OtherFormat {
+        /// The file.
+        path: PathBuf,
+        /// Its `format`.
+        format: String,
+        /// Its `version`.
+        version: u32,
+    },
+}
+
+impl From<SourceError> for ReadError {
+    fn from(error: SourceError) -> Self {
+        Self::Source(error.to_string())
+    }
+}
+
+impl RegistrationFile {
+    /// The text of the file.
+    ///
+    /// # Errors
+    /// None in practice: the encoder has no number or name here that it could refuse.
+    pub fn to_json(&self) -> io::Result<String> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+
+    /// Reads such a file; the numbers come back bit for bit.
+    ///
+    /// # Errors
+    /// [`ReadError`].
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let source = Source::read_whole(path)?;
+        let file: Self = serde_json::from_str(&source.text).map_err(|source| ReadError::Json {
+            path: path.to_owned(),
+            source,
+        })?;
+        if file.format == FORMAT && file.version == VERSION {
+            return Ok(file);
+        }
+        Err(ReadError::OtherFormat {
+            path: path.to_owned(),
+            format: file.format,
+            version: file.version,
+        })
+    }
+}

@@ -1,0 +1,166 @@
+//! The report for people: what was found and how far it can be trusted.
+
+use std::fmt::Write;
+
+use crate::registration_file::{PredictedTre, RegistrationFile};
+use crate::residual_table;
+
+/// Below this the third singular value tells of a mirror image: of a perfect one it is the relative extent along the
+/// thinnest axis, down to -1/3, while noise in a plane leaves it at the square of its relative size.
+const MIRRORED: f64 = -0.01;
+
+/// The report; `all` lists every pair however many there are.
+pub(crate) fn text(file: &RegistrationFile, all: bool) -> String {
+    let mut text = String::new();
+    heading(&mut text, file);
+    transform(&mut text, file);
+    quality(&mut text, file);
+    accuracy(&mut text, file);
+    text.push('\n');
+    text.push_str(&residual_table::text(file, all));
+    text
+}
+
+/// Writing to a string does not fail.
+macro_rules! line {
+    ($text:expr) => { $text.push('\n') };
+    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
+}
+
+fn heading(text: &mut String, file: &RegistrationFile) {
+    let inputs: Vec<String> = file.inputs.iter().map(|input| shown(&input.path)).collect();
+    line!(
+        text,
+        "{} by {}, {} pairs of {}",
+        file.transform.name,
+        file.method,
+        file.pairs.len(),
+        inputs.join(" and ")
+    );
+    let used = file.pairs.iter().filter(|pair| pair.weight > 0.0).count();
+    if let Some(tolerance) = file.robust_tolerance_mm {
+        line!(
+            text,
+            "{used} agree within {tolerance} mm and were used; the others are outliers"
+        );
+    } else if used < file.pairs.len() {
+        line!(text, "{used} of them have a weight above zero");
+    }
+    line!(text);
+}
+
+fn transform(text: &mut String, file: &RegistrationFile) {
+    line!(text, "matrix (mm)");
+    for [a, b, c, t] in file.transform.matrix {
+        line!(text, "  {a:>14.10} {b:>14.10} {c:>14.10} {t:>18.9}");
+    }
+    let degrees = file.transform.rotation_vector_rad.map(f64::to_degrees);
+    let angle = degrees.iter().map(|x| x * x).sum::<f64>().sqrt();
+    line!(
+        text,
+        "rotation vector  {} deg (angle {angle:.6} deg)",
+        three(degrees, 6)
+    );
+    line!(text, "translation      {} mm", three(file.transform.translation_mm, 6));
+    if file.transform.scale_fitted {
+        line!(text, "scale            {:.9}", file.transform.scale);
+    }
+    line!(text);
+}
+
+fn quality(text: &mut String, file: &RegistrationFile) {
+    let certificate = &file.certificate;
+    let bound = certificate
+        .error_bound_rad
+        .map_or("unbounded".to_owned(), |rad| format!("{rad:.1e} rad"));
+    let third = file.singular_values[2];
+    let verdict = match certificate.global_optimum {
+        true => format!("this is the global optimum, to within {bound}"),
+        false => format!("NOT PROVEN to be the global optimum (angle to it: {bound})"),
+    };
+    line!(
+        text,
+        "FRE rms          {} mm, longest {} mm",
+        mm(file.fre_rms_mm),
+        mm(file.fre_max_mm)
+    );
+    line!(text, "condition        {:.3e}", file.condition);
+    line!(text, "certificate      {verdict}");
+    if third < MIRRORED {
+        line!(
+            text,
+            "WARNING          a mirror image fits better than any rotation (third singular value {third:.2}): check the sign \
+             of each axis and the order of the points"
+        );
+    }
+}
+
+fn accuracy(text: &mut String, file: &RegistrationFile) {
+    let origin = match file.noise.estimated {
+        true => "estimated from the residuals",
+        false => "given",
+    };
+    line!(
+        text,
+        "noise            {} mm per axis, {origin}",
+        mm(file.noise.sigma_mm)
+    );
+    match &file.covariance {
+        Some(covariance) => deviations(text, file, covariance),
+        None => {
+            line!(text, "deviations       unknown: the points lie on a line to rounding");
+        }
+    }
+    for tre in &file.predicted_tre {
+        let PredictedTre { at, point_mm, rms_mm } = tre;
+        let rms = rms_mm.map_or("unbounded".to_owned(), |rms| format!("{} mm rms", mm(rms)));
+        line!(text, "predicted TRE    {rms} at {} ({at})", three(*point_mm, 3));
+    }
+}
+
+fn deviations(text: &mut String, file: &RegistrationFile, covariance: &[[f64; 6]; 6]) {
+    let deviation = |i: usize| covariance[i][i].max(0.0).sqrt();
+    let rotation = [0, 1, 2].map(|i| small(deviation(i).to_degrees()));
+    let translation = [3, 4, 5].map(|i| mm(deviation(i)));
+    line!(
+        text,
+        "deviations       rotation {} deg about the axes of {}",
+        rotation.join(", "),
+        file.to
+    );
+    line!(
+        text,
+        "                 translation {} mm at its origin",
+        translation.join(", ")
+    );
+}
+
+/// Three numbers in a row.
+fn three(v: [f64; 3], digits: usize) -> String {
+    // What rounds to zero has no sign.
+    let rounded = |x: f64| {
+        if x.abs() < 0.5 * 10.0_f64.powi(-(digits as i32)) {
+            0.0
+        } else {
+            x
+        }
+    };
+    v.map(|x| format!("{:.digits$}", rounded(x))).join(", ")
+}
+
+/// A length with the digits that matter.
+pub(crate) fn mm(x: f64) -> String {
+    small(x)
+}
+
+fn small(x: f64) -> String {
+    if x == 0.0 || (1e-2..1e6).contains(&x.abs()) {
+        return format!("{x:.4}");
+    }
+    format!("{x:.3e}")
+}
+
+/// Text from outside without what would move the cursor or colour the terminal.
+pub(crate) fn shown(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+}

@@ -1,0 +1,182 @@
+//! From the pairs that were read to the registration, by the options of the command line.
+
+use calib::registration::{Method, Noise, Pairs, Refused, Registration, fit_scaled, register, register_robust};
+use geometry::{Frame, Point};
+
+use crate::input::Row;
+use crate::refusal::NoRegistration;
+
+/// The frame that `--to` names. Its name is known at run time only, so that it is none of the system's frames.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum To {}
+/// The frame that `--from` names.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum From {}
+
+impl Frame for To {
+    const NAME: &'static str = "to";
+}
+impl Frame for From {
+    const NAME: &'static str = "from";
+}
+
+/// The most pairs of a robust registration: the search compares all of them with one another.
+pub(crate) const MAX_ROBUST: usize = 500;
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Options {
+    pub(crate) method: Method,
+    pub(crate) weights: bool,
+    pub(crate) scale: bool,
+    /// Tolerance, mm.
+    pub(crate) robust: Option<f64>,
+    /// `None`: more than half.
+    pub(crate) min_inliers: Option<usize>,
+    /// Standard deviation per axis, mm; `None`: estimated from the residuals.
+    pub(crate) noise_mm: Option<f64>,
+}
+
+/// What was found.
+#[derive(Debug)]
+pub(crate) struct Solution {
+    /// With `--scale`: of the `From` points times the scale.
+    pub(crate) registration: Registration<To, From>,
+    pub(crate) scale: f64,
+    /// The weight that each pair had in the fit, the largest 1; 0 for outliers.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) inliers: Option<Vec<bool>>,
+    pub(crate) noise: Noise,
+}
+
+/// Why there is no solution.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SolveError {
+    /// The numerics refused.
+    #[error(transparent)]
+    Refused(#[from] NoRegistration),
+    /// The search for outliers would not end.
+    #[error(
+        "registering the {pairs} pairs of {files}: --robust compares all pairs with one another and takes at most \
+         {MAX_ROBUST}; thin the set out"
+    )]
+    TooManyForRobust { pairs: usize, files: String },
+}
+
+/// The name of a method on the command line and in files.
+pub(crate) fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Newton => "newton",
+        Method::Svd => "svd",
+        Method::HornQuaternion => "horn-quaternion",
+        Method::FaugerasHebert => "faugeras-hebert",
+        Method::HornPolar => "horn-polar",
+        Method::RotationVector => "rotation-vector",
+    }
+}
+
+/// Registers the rows; `files` names them in errors.
+pub(crate) fn solve(rows: &[Row], options: &Options, files: &str) -> Result<Solution, SolveError> {
+    if options.robust.is_some() && rows.len() > MAX_ROBUST {
+        return Err(SolveError::TooManyForRobust {
+            pairs: rows.len(),
+            files: files.to_owned(),
+        });
+    }
+    let solved = unexplained(rows, options);
+    let refused = |refused| NoRegistration {
+        pairs: rows.len(),
+        files: files.to_owned(),
+        method: method_name(options.method),
+        refused,
+    };
+    solved.map_err(|reason| refused(reason).into())
+}
+
+fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
+    let to: Vec<Point<To>> = rows.iter().map(|row| point(row.to)).collect();
+    let from: Vec<Point<From>> = rows.iter().map(|row| point(row.from)).collect();
+    let mut weights = relative_weights(rows, options.weights);
+    let pairs = Pairs::new(&to, &from)?.weighted(&weights)?;
+    let (registration, scale, inliers) = match options.robust {
+        Some(tolerance_mm) => {
+            let needed = options.min_inliers.unwrap_or(rows.len() / 2 + 1);
+            let robust = register_robust(pairs, options.method, tolerance_mm, needed)?;
+            (robust.registration, 1.0, Some(robust.inliers))
+        }
+        None if options.scale => {
+            let (registration, scale) = scaled(pairs, &to, &from, &weights, options.method)?;
+            (registration, scale, None)
+        }
+        None => (register(pairs, options.method)?, 1.0, None),
+    };
+    for (weight, inlier) in weights.iter_mut().zip(inliers.iter().flatten()) {
+        *weight *= f64::from(u8::from(*inlier));
+    }
+    let noise = noise(&registration, &weights, options);
+    Ok(Solution {
+        registration,
+        scale,
+        weights,
+        inliers,
+        noise,
+    })
+}
+
+fn point<F>([x, y, z]: [f64; 3]) -> Point<F> {
+    Point::new(x, y, z)
+}
+
+/// Only ratios matter; with the largest at 1 no sum of them overflows.
+fn relative_weights(rows: &[Row], weighted: bool) -> Vec<f64> {
+    let largest = rows.iter().map(|row| row.weight).fold(0.0, f64::max);
+    let weight = |row: &Row| if weighted { row.weight / largest } else { 1.0 };
+    rows.iter().map(weight).collect()
+}
+
+/// The similarity as the rigid registration of the `From` points times its scale: its residuals, leave-one-out
+/// distances and covariance hold that scale as known.
+fn scaled(
+    pairs: Pairs<'_, To, From>,
+    to: &[Point<To>],
+    from: &[Point<From>],
+    weights: &[f64],
+    method: Method,
+) -> Result<(Registration<To, From>, f64), Refused> {
+    let scale = fit_scaled(pairs, method)?.scale;
+    let from: Vec<Point<From>> = from.iter().map(|p| point(p.mm().map(|x| x * scale))).collect();
+    let registration = register(Pairs::new(to, &from)?.weighted(weights)?, method)?;
+    Ok((registration, scale))
+}
+
+fn noise(registration: &Registration<To, From>, weights: &[f64], options: &Options) -> Noise {
+    if let Some(sigma_mm) = options.noise_mm {
+        return Noise { sigma_mm };
+    }
+    let Noise { sigma_mm } = registration.estimated_noise();
+    // The scale is a seventh parameter that was fitted.
+    let n = weights.iter().filter(|w| **w > 0.0).count() as f64;
+    let freedom = if options.scale {
+        (3.0 * n - 6.0) / (3.0 * n - 7.0)
+    } else {
+        1.0
+    };
+    Noise {
+        sigma_mm: sigma_mm * freedom.sqrt(),
+    }
+}
+
+impl Solution {
+    /// `to_from_from` as a 4 x 4 matrix, the scale in its rotation part.
+    pub(crate) fn matrix(&self) -> [[f64; 4]; 4] {
+        let transform = &self.registration.fit.transform;
+        let t = transform.translation_mm();
+        let columns: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+            .map(|axis| (*transform * geometry::Vector::<From>::new(axis[0], axis[1], axis[2])).mm());
+        let row = |i: usize| {
+            let entry = |j: usize| self.scale * columns[j][i];
+            [entry(0), entry(1), entry(2), t[i]]
+        };
+        [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
+    }
+}

@@ -1,0 +1,5 @@
+//! The `calib` program.
+
+fn main() -> std::process::ExitCode {
+    calib_cli::cli::main()
+}

@@ -1,0 +1,173 @@
+//! Going over an image: rows, the points of large pixels, the layers of slabs.
+//!
+//! Thin images of single points are drawn in tiles of 64 x 8 pixels, whose neighbourhood in the volume fits the nearest
+//! cache in every direction of the plane. Pixels of several points are drawn row by row through sums in f64.
+
+use std::ops::Range;
+
+use bus::scene::{Sampling, SlabMode};
+use bus::volume::VolumeView;
+use geometry::SlicePlane;
+
+use super::super::Samples;
+use super::kernels::Kernel;
+use super::walk::{LANES, Walk, lanes};
+
+const TILE_COLUMNS: usize = 64;
+const TILE_ROWS: usize = 8;
+
+/// Buffers of one row, taken once.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Fold {
+    points: Vec<f32>,
+    area: Vec<(f64, f64)>,
+    pixels: Vec<(f64, f64)>,
+}
+
+/// An image being drawn.
+pub(super) struct Image<'a> {
+    samples: Samples,
+    lanes: Option<[[i32; LANES]; 3]>,
+    dims: [u32; 3],
+    width: usize,
+    mode: SlabMode,
+    padding: f32,
+    fold: &'a mut Fold,
+    hu: &'a mut [f32],
+}
+
+impl<'a> Image<'a> {
+    pub(super) fn new(
+        volume: &VolumeView<'_>,
+        plane: &SlicePlane,
+        sampling: &Sampling,
+        fold: &'a mut Fold,
+        hu: &'a mut [f32],
+    ) -> Self {
+        let samples = Samples::new(volume, plane, sampling);
+        Self {
+            lanes: lanes(samples.right),
+            samples,
+            dims: volume.grid.dims(),
+            width: plane.size()[0] as usize,
+            mode: sampling.slab.map_or(SlabMode::Mean, |slab| slab.mode),
+            padding: f32::from(volume.padding_hu),
+            fold,
+            hu,
+        }
+    }
+
+    /// Samples every pixel with `kernel`.
+    pub(super) fn draw(&mut self, kernel: &impl Kernel) {
+        if self.samples.are_pixels() {
+            self.draw_points(kernel);
+        } else {
+            self.draw_sums(kernel);
+        }
+    }
+
+    fn walk(&self, y: usize, d: u32, width: usize) -> Walk {
+        Walk::new(&self.samples, self.lanes, [y as f64, f64::from(d)], width, self.dims)
+    }
+
+    fn draw_points(&mut self, kernel: &impl Kernel) {
+        let (width, height) = (self.width, self.hu.len() / self.width);
+        for top in (0..height).step_by(TILE_ROWS) {
+            let rows = top..(top + TILE_ROWS).min(height);
+            let walks: [(Walk, Range<usize>); TILE_ROWS] = std::array::from_fn(|i| {
+                let walk = self.walk(top + i, 0, width);
+                let blocks = whole_blocks(kernel, &walk, self.dims);
+                (walk, blocks)
+            });
+            for left in (0..width).step_by(TILE_COLUMNS) {
+                let columns = left..(left + TILE_COLUMNS).min(width);
+                for (y, (walk, blocks)) in rows.clone().zip(&walks) {
+                    let line = &mut self.hu[y * width..][columns.clone()];
+                    segment(kernel, walk, blocks, columns.clone(), line, self.padding);
+                }
+            }
+        }
+    }
+
+    fn draw_sums(&mut self, kernel: &impl Kernel) {
+        let [kx, ky] = self.samples.fold.map(|k| k as usize);
+        let width = self.width * kx;
+        let mut fold = std::mem::take(self.fold);
+        fold.points.resize(width, 0.0);
+        for row in 0..self.hu.len() / self.width {
+            fold.pixels.clear();
+            fold.pixels.resize(self.width, (0.0, 0.0));
+            for d in 0..self.samples.depths {
+                fold.area.clear();
+                fold.area.resize(self.width, (0.0, 0.0));
+                for j in 0..ky {
+                    let walk = self.walk(row * ky + j, d, width);
+                    let blocks = whole_blocks(kernel, &walk, self.dims);
+                    segment(kernel, &walk, &blocks, 0..width, &mut fold.points, self.padding);
+                    for x in walk.inside.clone() {
+                        let (sum, count) = &mut fold.area[x / kx];
+                        *sum += f64::from(fold.points[x]);
+                        *count += 1.0;
+                    }
+                }
+                add_layer(self.mode, &fold.area, &mut fold.pixels);
+            }
+            for ((sum, count), hu) in fold.pixels.iter().zip(&mut self.hu[row * self.width..]) {
+                *hu = if *count > 0.0 { (sum / count) as f32 } else { self.padding };
+            }
+        }
+        *self.fold = fold;
+    }
+}
+
+/// The means of one layer become part of the pixels; a pixel is its first number over its second.
+fn add_layer(mode: SlabMode, area: &[(f64, f64)], pixels: &mut [(f64, f64)]) {
+    for ((sum, count), pixel) in area.iter().zip(pixels) {
+        if *count == 0.0 {
+            continue;
+        }
+        let mean = sum / count;
+        *pixel = match mode {
+            SlabMode::Mean => (pixel.0 + mean, pixel.1 + 1.0),
+            _ if pixel.1 == 0.0 => (mean, 1.0),
+            SlabMode::Maximum => (pixel.0.max(mean), 1.0),
+            SlabMode::Minimum => (pixel.0.min(mean), 1.0),
+        };
+    }
+}
+
+/// The blocks that the kernel can do as a whole.
+fn whole_blocks(kernel: &impl Kernel, walk: &Walk, dims: [u32; 3]) -> Range<usize> {
+    let (Some(reach), Some(_)) = (kernel.whole_blocks(), &walk.lanes) else {
+        return 0..0;
+    };
+    let interior = walk.interior(dims, reach);
+    interior.start.div_ceil(LANES)..interior.end / LANES
+}
+
+/// Draws `columns` of a row into `line`. Tiles begin at whole blocks.
+fn segment(
+    kernel: &impl Kernel,
+    walk: &Walk,
+    blocks: &Range<usize>,
+    columns: Range<usize>,
+    line: &mut [f32],
+    padding: f32,
+) {
+    let clip = |c: usize| c.clamp(columns.start, columns.end);
+    let inside = clip(walk.inside.start)..clip(walk.inside.end);
+    let whole = clip(blocks.start * LANES)..clip(blocks.end * LANES);
+    let whole = match whole.is_empty() {
+        true => inside.end..inside.end,
+        // A tile's end within a block leaves the rest of it to the points.
+        false => whole.start..whole.start + (whole.end - whole.start) / LANES * LANES,
+    };
+    let at = |c: usize| c - columns.start;
+    line[..at(inside.start)].fill(padding);
+    kernel.points(walk, inside.start..whole.start, &mut line[at(inside.start)..at(whole.start)]);
+    if !whole.is_empty() {
+        kernel.blocks(walk, whole.start / LANES, &mut line[at(whole.start)..at(whole.end)]);
+    }
+    kernel.points(walk, whole.end..inside.end, &mut line[at(whole.end)..at(inside.end)]);
+    line[at(inside.end)..].fill(padding);
+}

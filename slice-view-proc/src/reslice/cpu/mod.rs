@@ -1,0 +1,144 @@
+//! The fast CPU back end: fixed-point positions, f32 weights, one thread; eight pixels at a time where the CPU has AVX2.
+//!
+//! Both ways give the same bits, so that a picture does not depend on the machine (see `walk` and `points`).
+
+mod image;
+mod kernels;
+mod phases;
+mod points;
+mod source;
+mod vector;
+pub(in crate::reslice) mod walk;
+
+use bus::scene::{Filter, Sampling};
+use bus::volume::VolumeView;
+use geometry::SlicePlane;
+
+use super::spline::{self, Spline};
+use super::{Resampler, ResliceError};
+use image::{Fold, Image};
+use phases::Phases;
+use source::{Source, Tables};
+use vector::Vector;
+
+/// The fast back end on one CPU core.
+#[derive(Debug, Clone)]
+pub struct Cpu {
+    vector: Option<Vector>,
+    tables: Tables,
+    spline_tables: Tables,
+    spline: Option<Spline<f32>>,
+    sinc3: Option<Phases<6>>,
+    sinc5: Option<Phases<10>>,
+    fold: Fold,
+}
+
+impl Default for Cpu {
+    fn default() -> Self {
+        Self::with(Vector::detect())
+    }
+}
+
+impl Cpu {
+    /// The back end without vector instructions: the same bits, more slowly.
+    pub fn portable() -> Self {
+        Self::with(None)
+    }
+
+    fn with(vector: Option<Vector>) -> Self {
+        Self {
+            vector,
+            tables: Tables::default(),
+            spline_tables: Tables::default(),
+            spline: None,
+            sinc3: None,
+            sinc5: None,
+            fold: Fold::default(),
+        }
+    }
+}
+
+impl Resampler for Cpu {
+    fn name(&self) -> &str {
+        match self.vector {
+            Some(_) => "cpu, AVX2",
+            None => "cpu",
+        }
+    }
+
+    fn error_bound_hu(&self, sampling: &Sampling, max_abs_hu: f64) -> f64 {
+        let half_ulp = f64::from(f32::EPSILON) / 2.0;
+        // Roundings on the way to one value, and the largest sum of absolute weights times values in a volume of ones.
+        let (roundings, gain) = match sampling.filter {
+            // The same voxel: see the trait for indices in the middle between two.
+            Filter::Nearest => (0.0, 1.0),
+            // Three nested a + (b - a) w: each rounds its product (up to twice the largest value) and its sums.
+            Filter::Linear => (14.0, 1.0),
+            // Per axis: weights good to 5 half ulp, and a product and a sum per tap. Lebesgue constants: Catmull-Rom
+            // 1.25; the B-spline's prefilter 3, three times rounded; Lanczos 1.34 and 1.49, weights of 3 half ulp more.
+            Filter::Cubic => (3.0 * (5.0 + 5.0), 1.25_f64.powi(3)),
+            Filter::BSpline => (3.0 * (5.0 + 5.0) + 3.0, 27.0),
+            Filter::Sinc3 => (3.0 * (8.0 + 7.0), 1.34_f64.powi(3)),
+            Filter::Sinc5 => (3.0 * (8.0 + 11.0), 1.49_f64.powi(3)),
+        };
+        // An index is off by 2^-24 of a voxel on each axis; values differ by twice the largest from voxel to voxel, and
+        // no filter is steeper than 1.6 times that between them.
+        let slope = if sampling.filter == Filter::Nearest { 0.0 } else { 3.0 * 1.6 * 2.0 * gain };
+        max_abs_hu * half_ulp * (roundings * gain + slope + 1.0)
+    }
+
+    fn prepare(
+        &mut self,
+        volume: &VolumeView<'_>,
+        samplings: &[Sampling],
+        alive: &mut dyn FnMut(),
+    ) -> Result<(), ResliceError> {
+        let wanted = |filter| samplings.iter().any(|s| s.filter == filter);
+        self.sinc3 = wanted(Filter::Sinc3).then(|| Phases::new(Filter::Sinc3));
+        self.sinc5 = wanted(Filter::Sinc5).then(|| Phases::new(Filter::Sinc5));
+        self.spline = None;
+        if wanted(Filter::BSpline) {
+            spline::check_memory::<f32>(volume)?;
+            let spline = Spline::new(volume, alive);
+            self.spline_tables.mirrored(&spline);
+            self.spline = Some(spline);
+        }
+        Ok(())
+    }
+
+    fn reslice(
+        &mut self,
+        volume: &VolumeView<'_>,
+        plane: &SlicePlane,
+        sampling: &Sampling,
+        hu: &mut [f32],
+    ) -> Result<(), ResliceError> {
+        self.tables.repeated(volume);
+        let voxels = Source::new(volume.voxels, &self.tables);
+        let missing = || ResliceError::NotPrepared(sampling.filter);
+        let vector = self.vector;
+        let mut image = Image::new(volume, plane, sampling, &mut self.fold, hu);
+        match sampling.filter {
+            Filter::Nearest => image.draw(&kernels::Nearest::new(voxels, volume, vector)),
+            Filter::Linear => image.draw(&kernels::Linear::new(voxels, volume, vector)),
+            Filter::Cubic => image.draw(&kernels::Cubic { voxels, vector }),
+            Filter::BSpline => {
+                let spline = self.spline.as_ref().filter(|s| s.is_of(volume)).ok_or_else(missing)?;
+                let coefficients = Source::new(&spline.coefficients, &self.spline_tables);
+                image.draw(&kernels::BSpline { coefficients, vector });
+            }
+            Filter::Sinc3 => {
+                let phases = self.sinc3.as_ref().ok_or_else(missing)?;
+                image.draw(&kernels::Sinc { voxels, phases, vector });
+            }
+            Filter::Sinc5 => {
+                let phases = self.sinc5.as_ref().ok_or_else(missing)?;
+                image.draw(&kernels::Sinc { voxels, phases, vector });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,81 @@
+//! What the kernels read: values and one offset table per axis that reaches beyond the volume.
+
+use bus::volume::VolumeView;
+
+use super::super::reference::mirrored;
+use super::super::spline::Spline;
+
+/// Entries of a table before voxel 0: the widest filter at the outermost half voxel.
+pub(super) const APRON: usize = 6;
+
+/// A stored value.
+pub(super) trait Value: Copy {
+    fn hu(self) -> f32;
+}
+
+impl Value for i16 {
+    #[inline(always)]
+    fn hu(self) -> f32 {
+        f32::from(self)
+    }
+}
+
+impl Value for f32 {
+    #[inline(always)]
+    fn hu(self) -> f32 {
+        self
+    }
+}
+
+/// One offset term per voxel and axis, continued beyond the outermost voxels by the border rule.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Tables([Vec<u32>; 3]);
+
+impl Tables {
+    /// Outermost voxels repeated.
+    pub(super) fn repeated(&mut self, volume: &VolumeView<'_>) {
+        for (axis, table) in self.0.iter_mut().enumerate() {
+            let terms = volume.layout.table(axis);
+            let n = terms.len() as i64;
+            fill(table, n, |i| terms[i.clamp(0, n - 1) as usize]);
+        }
+    }
+
+    /// Mirrored about the outermost centres.
+    pub(super) fn mirrored(&mut self, spline: &Spline<f32>) {
+        let [nx, ny, _] = spline.dims;
+        for ((table, n), stride) in self.0.iter_mut().zip(spline.dims).zip([1, nx, nx * ny]) {
+            fill(table, n as i64, |i| (mirrored(i, n as i64) * stride) as u32);
+        }
+    }
+}
+
+fn fill(table: &mut Vec<u32>, n: i64, term: impl Fn(i64) -> u32) {
+    let apron = APRON as i64;
+    table.clear();
+    table.extend((-apron..n + apron).map(term));
+}
+
+/// Values in place.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Source<'a, V> {
+    pub(super) values: &'a [V],
+    tables: [&'a [u32]; 3],
+}
+
+impl<'a, V: Value> Source<'a, V> {
+    pub(super) fn new(values: &'a [V], tables: &'a Tables) -> Self {
+        Self {
+            values,
+            tables: std::array::from_fn(|a| tables.0[a].as_slice()),
+        }
+    }
+
+    /// The offset terms of `N` voxels in a row along `axis`, the first of them at index `first`, which may be negative.
+    #[inline(always)]
+    pub(super) fn terms<const N: usize>(&self, axis: usize, first: i32) -> [usize; N] {
+        let at = (first + APRON as i32) as usize;
+        let terms: &[u32] = &self.tables[axis][at..at + N];
+        std::array::from_fn(|k| terms[k] as usize)
+    }
+}

@@ -1,0 +1,144 @@
+//! The fast back end against the reference and against itself without vector instructions.
+
+use super::super::Reference;
+use super::*;
+use bus::message::VolumeHash;
+use bus::scene::{Minify, Slab, SlabMode};
+use bus::volume::{Layout, OwnedVolume};
+use geometry::{Affine, Direction, Point, Vector as Way, VolumeGrid};
+use proptest::prelude::*;
+
+const SIZE: [u32; 2] = [67, 41];
+const LARGEST_HU: f64 = 2000.0;
+
+/// A volume of noise from -2000 to 2000 HU: the hardest case for an interpolator.
+fn noise(dims: [u32; 3], brick: [u32; 3], sheared: bool) -> OwnedVolume {
+    let shear = if sheared { 0.35 } else { 0.0 };
+    let affine = Affine::from_rows([[0.8, 0.0, 0.0, -20.0], [0.0, 0.9, shear, 10.0], [0.0, 0.0, 1.5, -5.0]]);
+    let layout = Layout::new(dims, brick).unwrap();
+    let mut voxels = vec![0; layout.stored() as usize];
+    let mut state = 1_u64;
+    for voxel in &mut voxels {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        *voxel = ((state >> 33) % 4001) as i16 - 2000;
+    }
+    OwnedVolume {
+        grid: VolumeGrid::checked(dims.map(i64::from), affine).unwrap(),
+        layout,
+        voxels,
+        padding_hu: -1024,
+        hash: VolumeHash::default(),
+    }
+}
+
+fn plane_at(centre: [f64; 3], normal: [f64; 3], pixel_mm: f64) -> Option<SlicePlane> {
+    let into = Way::new(normal[0], normal[1], normal[2]).direction()?;
+    let right = into.cross(Direction::Y).direction()?;
+    let down = into.cross(right).direction()?;
+    let centre = Point::new(centre[0], centre[1], centre[2]);
+    SlicePlane::centred(centre, [right, down], pixel_mm, SIZE).ok()
+}
+
+fn drawn(back_end: &mut dyn Resampler, volume: &OwnedVolume, plane: &SlicePlane, sampling: &Sampling) -> Vec<f32> {
+    let [width, height] = plane.size();
+    let mut hu = vec![f32::NAN; width as usize * height as usize];
+    back_end.prepare(&volume.view(), &[*sampling], &mut || {}).unwrap();
+    back_end.reslice(&volume.view(), plane, sampling, &mut hu).unwrap();
+    hu
+}
+
+/// Thin slices, slabs, and areas, in turn.
+fn samplings(filter: Filter) -> Vec<Sampling> {
+    let slab = |mode| Some(Slab { mode, thickness_mm: 4.0 });
+    let thin = Sampling::from(filter);
+    vec![
+        thin,
+        Sampling { minify: Minify::Area, ..thin },
+        Sampling { slab: slab(SlabMode::Mean), ..thin },
+        Sampling { slab: slab(SlabMode::Maximum), minify: Minify::Area, ..thin },
+        Sampling { slab: slab(SlabMode::Minimum), ..thin },
+    ]
+}
+
+/// Both back ends' bounds.
+fn bound(sampling: &Sampling) -> f64 {
+    Cpu::default().error_bound_hu(sampling, LARGEST_HU) + Reference::default().error_bound_hu(sampling, LARGEST_HU)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(120))]
+    #[test]
+    fn agrees_with_the_reference(
+        centre in prop::array::uniform3(-25.0..35.0), normal in prop::array::uniform3(-1.0..1.0),
+        pixel_mm in 0.05..3.0, sheared: bool, thin in 1_u32..4, which in 0_usize..30,
+    ) {
+        let volume = noise([40, 37, thin * 9 - 8], [4, 4, 4], sheared);
+        let Some(plane) = plane_at(centre, normal, pixel_mm) else { return Ok(()) };
+        let sampling = samplings(Filter::ALL[which % 6])[which / 6];
+        let fast = drawn(&mut Cpu::default(), &volume, &plane, &sampling);
+        let exact = drawn(&mut Reference::default(), &volume, &plane, &sampling);
+        for (a, b) in fast.iter().zip(&exact) {
+            prop_assert!(f64::from((a - b).abs()) <= bound(&sampling), "{sampling:?}: {a} {b}");
+        }
+    }
+
+    #[test]
+    fn vector_code_gives_the_portable_bits(
+        centre in prop::array::uniform3(-25.0..35.0), normal in prop::array::uniform3(-1.0..1.0),
+        pixel_mm in 0.02..30.0, brick in 0_usize..4, thin in 1_u32..4, which in 0_usize..30,
+    ) {
+        let brick = [[1, 1, 1], [4, 4, 4], [4, 4, 2], [16, 2, 1]][brick];
+        let volume = noise([40, 37, thin * 9 - 8], brick, true);
+        let Some(plane) = plane_at(centre, normal, pixel_mm) else { return Ok(()) };
+        let sampling = samplings(Filter::ALL[which % 6])[which / 6];
+        let bits = |hu: Vec<f32>| -> Vec<u32> { hu.into_iter().map(f32::to_bits).collect() };
+        let fast = bits(drawn(&mut Cpu::default(), &volume, &plane, &sampling));
+        let portable = bits(drawn(&mut Cpu::portable(), &volume, &plane, &sampling));
+        prop_assert_eq!(fast, portable);
+    }
+}
+
+#[test]
+fn planes_on_voxel_centres_give_the_voxels() {
+    let volume = noise([16, 16, 16], [4, 4, 4], false);
+    // Ten columns of one voxel each, about index 7.5: voxels 3 to 12 of row 7 in slice 3.
+    let middle = volume.grid.ct_from_voxel() * Point::new(7.5, 7.0, 3.0);
+    let plane = SlicePlane::centred(middle, [Direction::X, Direction::Y], 0.8, [10, 1]).unwrap();
+    let expected: Vec<f32> = (3..13).map(|x| f32::from(volume.view().at([x, 7, 3]))).collect();
+    for filter in Filter::ALL {
+        let sampling = filter.into();
+        let back_ends: [&mut dyn Resampler; 2] = [&mut Reference::default(), &mut Cpu::default()];
+        for back_end in back_ends {
+            let line = drawn(back_end, &volume, &plane, &sampling);
+            for (got, want) in line.iter().zip(&expected) {
+                let off = f64::from((got - want).abs());
+                assert!(off <= bound(&sampling), "{} {filter:?}: {got} {want}", back_end.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn outside_is_padding() {
+    let volume = noise([8, 8, 8], [4, 4, 4], false);
+    let far = SlicePlane::centred(Point::new(900.0, 0.0, 0.0), [Direction::X, Direction::Y], 1.0, [8, 8]).unwrap();
+    for filter in Filter::ALL {
+        for sampling in samplings(filter) {
+            let hu = drawn(&mut Cpu::default(), &volume, &far, &sampling);
+            assert!(hu.iter().all(|&v| v == -1024.0));
+        }
+    }
+}
+
+#[test]
+fn filters_that_were_not_prepared_are_refused() {
+    let volume = noise([8, 8, 8], [4, 4, 4], false);
+    let plane = plane_at([0.0; 3], [0.0, 0.0, 1.0], 1.0).unwrap();
+    let mut hu = vec![0.0; (SIZE[0] * SIZE[1]) as usize];
+    for filter in [Filter::BSpline, Filter::Sinc3, Filter::Sinc5] {
+        let refused = Cpu::default().reslice(&volume.view(), &plane, &filter.into(), &mut hu);
+        assert_eq!(refused, Err(ResliceError::NotPrepared(filter)));
+    }
+}

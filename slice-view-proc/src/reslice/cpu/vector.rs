@@ -1,0 +1,259 @@
+//! AVX2: eight pixels at a time. The only file of this crate with unsafe code.
+//!
+//! Every operation is the one of the portable code (`points`, `walk`) in the same order, so the bits are the same: no
+//! product is fused with a sum. What can be wrong is only where it reads: see [`Cell`].
+#![allow(unsafe_code, reason = "gathers read by address; each offset is checked against the slice")]
+
+use bus::volume::{Steps, VolumeView};
+
+use super::source::Source;
+use super::walk::{LANES, Walk};
+
+/// Proof that this CPU has AVX2.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Vector(());
+
+/// What blocks of eight are read with.
+///
+/// Reads are safe whatever the positions: voxel numbers are clamped into the volume, the offset of a voxel inside the
+/// volume is below `voxels.len()` by the layout's construction (checked once, at the last voxel, since offsets grow
+/// along each axis), and as a gather reads four bytes for a value of two, a block that would touch the very last value
+/// is left to the portable code.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cell<'a> {
+    voxels: &'a [i16],
+    steps: [Steps; 3],
+    /// The largest voxel number on each axis, less one: the last cell.
+    last_cell: [i32; 3],
+}
+
+impl Vector {
+    /// Whether this CPU has it.
+    pub(super) fn detect() -> Option<Self> {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            return Some(Self(()));
+        }
+        None
+    }
+
+    /// Runs `work` compiled for AVX2 where there is a proof, else as it is.
+    #[inline(always)]
+    pub(super) fn with(vector: Option<Self>, work: impl FnOnce()) {
+        match vector {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: the proof says that this CPU has AVX2.
+            Some(Self(())) => unsafe { avx2::run(work) },
+            _ => work(),
+        }
+    }
+
+    /// What is needed to read `volume` in blocks; `None` for volumes it cannot address or without a cell.
+    pub(super) fn cell<'a>(self, volume: &VolumeView<'a>) -> Option<Cell<'a>> {
+        let dims = volume.grid.dims();
+        let last = volume.layout.offset(dims.map(|n| n - 1));
+        let addressable = volume.voxels.len() <= i32::MAX as usize && last < volume.voxels.len();
+        let cell = Cell {
+            voxels: volume.voxels,
+            steps: std::array::from_fn(|a| volume.layout.steps(a)),
+            last_cell: dims.map(|n| n as i32 - 2),
+        };
+        (addressable && dims.iter().all(|&n| n >= 2)).then_some(cell)
+    }
+}
+
+impl Cell<'_> {
+    /// Draws the blocks from `first` on into `line`.
+    pub(super) fn linear(&self, walk: &Walk, first: usize, line: &mut [f32], exact: &Source<'_, i16>) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a cell is only made by a `Vector`, which is the proof that this CPU has AVX2.
+        unsafe {
+            avx2::linear(self, walk, first, line, exact);
+        }
+    }
+
+    /// The same for the nearest voxel.
+    pub(super) fn nearest(&self, walk: &Walk, first: usize, line: &mut [f32], exact: &Source<'_, i16>) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        unsafe {
+            avx2::nearest(self, walk, first, line, exact);
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use std::arch::x86_64::*;
+
+    use super::super::points::{self, UNIT};
+    use super::super::walk::BITS;
+    use super::*;
+
+    #[target_feature(enable = "avx2")]
+    pub(super) fn run(work: impl FnOnce()) {
+        work();
+    }
+
+    /// Along one axis: the bricks' steps, and the row's offsets.
+    struct Axis {
+        lanes: __m256i,
+        last_cell: __m256i,
+        shift: __m128i,
+        inner: __m256i,
+        /// What a brick's border adds: `outer - side * inner`.
+        jump: __m256i,
+        low_bits: __m256i,
+    }
+
+    /// The terms of a voxel and of the next one, and the weight of the next.
+    struct Pair {
+        near: __m256i,
+        far: __m256i,
+        weight: __m256,
+    }
+
+    impl Axis {
+        #[target_feature(enable = "avx2")]
+        fn new(cell: &Cell<'_>, lanes: &[[i32; LANES]; 3], a: usize) -> Self {
+            let Steps { log2_side, outer, inner } = cell.steps[a];
+            let side = 1_u32 << log2_side;
+            let offsets = lanes[a];
+            let [l0, l1, l2, l3, l4, l5, l6, l7] = offsets;
+            Self {
+                lanes: _mm256_setr_epi32(l0, l1, l2, l3, l4, l5, l6, l7),
+                last_cell: _mm256_set1_epi32(cell.last_cell[a]),
+                shift: _mm_cvtsi32_si128(log2_side as i32),
+                inner: _mm256_set1_epi32(inner as i32),
+                jump: _mm256_set1_epi32(outer.wrapping_sub(side * inner) as i32),
+                low_bits: _mm256_set1_epi32(side as i32 - 1),
+            }
+        }
+
+        /// Voxel numbers and 24-bit fractions of a block.
+        #[target_feature(enable = "avx2")]
+        fn place(&self, whole: i32, part: i32) -> (__m256i, __m256i) {
+            let moved = _mm256_add_epi32(_mm256_set1_epi32(part), self.lanes);
+            let voxel = _mm256_add_epi32(_mm256_srai_epi32::<{ BITS as i32 }>(moved), _mm256_set1_epi32(whole));
+            (voxel, _mm256_and_si256(moved, _mm256_set1_epi32((1 << BITS) - 1)))
+        }
+
+        #[target_feature(enable = "avx2")]
+        fn term(&self, voxel: __m256i) -> __m256i {
+            let brick = _mm256_srl_epi32(voxel, self.shift);
+            _mm256_add_epi32(
+                _mm256_mullo_epi32(voxel, self.inner),
+                _mm256_mullo_epi32(brick, self.jump),
+            )
+        }
+
+        #[target_feature(enable = "avx2")]
+        fn pair(&self, whole: i32, part: i32) -> Pair {
+            let (voxel, fraction) = self.place(whole, part);
+            let voxel = _mm256_max_epi32(_mm256_setzero_si256(), _mm256_min_epi32(voxel, self.last_cell));
+            let near = self.term(voxel);
+            // The next voxel is one inner step on, or at a brick's border the jump as well.
+            let border = _mm256_cmpeq_epi32(_mm256_and_si256(voxel, self.low_bits), self.low_bits);
+            let far = _mm256_add_epi32(
+                _mm256_add_epi32(near, self.inner),
+                _mm256_and_si256(border, self.jump),
+            );
+            let weight = _mm256_mul_ps(_mm256_cvtepi32_ps(fraction), _mm256_set1_ps(UNIT));
+            Pair { near, far, weight }
+        }
+    }
+
+    /// Values at eight offsets, each below `voxels.len() - 1`, times 65536.
+    #[target_feature(enable = "avx2")]
+    fn gather(voxels: &[i16], offsets: __m256i) -> __m256 {
+        // SAFETY: the caller's offsets are at least 0 and below `len - 1`, so that the four bytes from twice the offset on
+        // lie within the slice. The value is the lower half; above it comes its neighbour, which is shifted out.
+        let words = unsafe { _mm256_i32gather_epi32::<2>(voxels.as_ptr().cast(), offsets) };
+        _mm256_cvtepi32_ps(_mm256_slli_epi32::<16>(words))
+    }
+
+    #[target_feature(enable = "avx2")]
+    fn mix(a: __m256, b: __m256, w: __m256) -> __m256 {
+        _mm256_add_ps(a, _mm256_mul_ps(_mm256_sub_ps(b, a), w))
+    }
+
+    /// Whether an offset reaches the last value of the slice.
+    #[target_feature(enable = "avx2")]
+    fn touches_end(voxels: &[i16], offsets: __m256i) -> bool {
+        let limit = _mm256_set1_epi32(voxels.len() as i32 - 2);
+        _mm256_movemask_epi8(_mm256_cmpgt_epi32(offsets, limit)) != 0
+    }
+
+    #[target_feature(enable = "avx2")]
+    pub(super) fn linear(cell: &Cell<'_>, walk: &Walk, first: usize, line: &mut [f32], exact: &Source<'_, i16>) {
+        let Some(lanes) = &walk.lanes else { return };
+        let axes: [Axis; 3] = [
+            Axis::new(cell, lanes, 0),
+            Axis::new(cell, lanes, 1),
+            Axis::new(cell, lanes, 2),
+        ];
+        let (blocks, _) = line.as_chunks_mut::<LANES>();
+        for (b, block) in (first..).zip(blocks) {
+            let spot = walk.block(b);
+            let x = axes[0].pair(spot.whole[0], spot.part[0]);
+            let y = axes[1].pair(spot.whole[1], spot.part[1]);
+            let z = axes[2].pair(spot.whole[2], spot.part[2]);
+            let rows = [
+                _mm256_add_epi32(y.near, z.near),
+                _mm256_add_epi32(y.far, z.near),
+                _mm256_add_epi32(y.near, z.far),
+                _mm256_add_epi32(y.far, z.far),
+            ];
+            // Offsets grow along every axis: the far corner has the largest.
+            if touches_end(cell.voxels, _mm256_add_epi32(x.far, rows[3])) {
+                for (k, value) in block.iter_mut().enumerate() {
+                    *value = points::linear(exact, &walk.at(b * LANES + k));
+                }
+                continue;
+            }
+            let edge = |row: __m256i| {
+                mix(
+                    gather(cell.voxels, _mm256_add_epi32(x.near, row)),
+                    gather(cell.voxels, _mm256_add_epi32(x.far, row)),
+                    x.weight,
+                )
+            };
+            let near = mix(edge(rows[0]), edge(rows[1]), y.weight);
+            let far = mix(edge(rows[2]), edge(rows[3]), y.weight);
+            let hu = _mm256_mul_ps(mix(near, far, z.weight), _mm256_set1_ps(1.0 / 65536.0));
+            // SAFETY: the block has eight places.
+            unsafe { _mm256_storeu_ps(block.as_mut_ptr(), hu) };
+        }
+    }
+
+    #[target_feature(enable = "avx2")]
+    pub(super) fn nearest(cell: &Cell<'_>, walk: &Walk, first: usize, line: &mut [f32], exact: &Source<'_, i16>) {
+        let Some(lanes) = &walk.lanes else { return };
+        let axes: [Axis; 3] = [
+            Axis::new(cell, lanes, 0),
+            Axis::new(cell, lanes, 1),
+            Axis::new(cell, lanes, 2),
+        ];
+        let (blocks, _) = line.as_chunks_mut::<LANES>();
+        for (b, block) in (first..).zip(blocks) {
+            let spot = walk.block(b);
+            let mut offset = _mm256_setzero_si256();
+            for (a, axis) in axes.iter().enumerate() {
+                let (voxel, fraction) = axis.place(spot.whole[a], spot.part[a]);
+                let voxel = _mm256_add_epi32(voxel, _mm256_srli_epi32::<{ BITS as i32 - 1 }>(fraction));
+                let last = _mm256_add_epi32(axis.last_cell, _mm256_set1_epi32(1));
+                let voxel = _mm256_max_epi32(_mm256_setzero_si256(), _mm256_min_epi32(voxel, last));
+                offset = _mm256_add_epi32(offset, axis.term(voxel));
+            }
+            if touches_end(cell.voxels, offset) {
+                for (k, value) in block.iter_mut().enumerate() {
+                    *value = points::nearest(exact, &walk.at(b * LANES + k));
+                }
+                continue;
+            }
+            let hu = _mm256_mul_ps(gather(cell.voxels, offset), _mm256_set1_ps(1.0 / 65536.0));
+            // SAFETY: the block has eight places.
+            unsafe { _mm256_storeu_ps(block.as_mut_ptr(), hu) };
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The graphics card: which one is taken, and how its failures are heard of.
+//!
+//! wgpu reports most failures apart from the call that made them, and by default panics: here they are kept, and every
+//! piece of work ends by asking whether one has come.
+
+use std::future::Future;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::pin;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll, Waker};
+use std::time::Duration;
+
+use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, DownlevelFlags, Features, Limits, PollType, TextureFormat};
+
+use super::super::ResliceError;
+
+/// A card that takes longer than this for one piece of work is given up.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// No more of a card's memory than this is taken, per cent of what it offers, where the driver says.
+const MEMORY_SHARE: u8 = 90;
+/// Where cards are looked for, first group first; a later one only where the earlier have no hardware.
+const GROUPS: [Backends; 2] = [Backends::VULKAN.union(Backends::METAL), Backends::GL];
+/// The longest failure that is passed on, characters.
+const LONGEST_WORDS: usize = 200;
+
+/// Which cards will do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::reslice) enum Accepted {
+    /// Real ones.
+    Hardware,
+    /// Also those that are a program on the CPU.
+    Any,
+    /// None, as on a machine without drivers.
+    #[cfg(test)]
+    Nothing,
+}
+
+impl Accepted {
+    fn groups(self) -> &'static [Backends] {
+        match self {
+            Self::Hardware | Self::Any => &GROUPS,
+            #[cfg(test)]
+            Self::Nothing => const { &[Backends::empty()] },
+        }
+    }
+
+    fn takes(self, kind: DeviceType) -> bool {
+        self == Self::Any || is_hardware(kind)
+    }
+}
+
+fn is_hardware(kind: DeviceType) -> bool {
+    rank(kind) < 3
+}
+
+/// The best is first.
+fn rank(kind: DeviceType) -> u8 {
+    match kind {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    }
+}
+
+/// An opened card.
+#[derive(Debug)]
+pub(super) struct Card {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) info: AdapterInfo,
+    pub(super) limits: Limits,
+    /// Its sampler weighs 16-bit values.
+    pub(super) samples_16_bit: bool,
+    fault: Arc<Mutex<Option<String>>>,
+}
+
+impl Card {
+    /// Opens the best card that is accepted; in words why there is none.
+    pub(super) fn open(accepted: Accepted) -> Result<Self, String> {
+        let mut refused = Vec::new();
+        for adapter in candidates(accepted) {
+            match Self::of(&adapter) {
+                Ok(card) => return Ok(card),
+                Err(why) => refused.push(format!("{}: {why}", adapter.get_info().name)),
+            }
+        }
+        match (refused.is_empty(), accepted) {
+            (false, _) => Err(refused.join("; ")),
+            (true, Accepted::Hardware) => Err("no hardware GPU".to_owned()),
+            (true, _) => Err("no GPU".to_owned()),
+        }
+    }
+
+    fn of(adapter: &Adapter) -> Result<Self, String> {
+        let downlevel = adapter.get_downlevel_capabilities().flags;
+        if !downlevel.contains(DownlevelFlags::COMPUTE_SHADERS) {
+            return Err("it runs no compute programs".to_owned());
+        }
+        let offered = adapter.limits();
+        let limits = Limits {
+            max_texture_dimension_3d: offered.max_texture_dimension_3d,
+            max_buffer_size: offered.max_buffer_size,
+            max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+            ..Limits::downlevel_defaults()
+        };
+        let norm = adapter.features() & Features::TEXTURE_FORMAT_16BIT_NORM;
+        let (device, queue) = at_once(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: None,
+            required_features: norm,
+            required_limits: limits.clone(),
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..wgpu::DeviceDescriptor::default()
+        }))?
+        .map_err(|error| brief(&error.to_string()))?;
+        let filters = |format| adapter.get_texture_format_features(format).flags;
+        let filterable = wgpu::TextureFormatFeatureFlags::FILTERABLE;
+        Ok(Self {
+            fault: listen(&device),
+            samples_16_bit: !norm.is_empty() && filters(TextureFormat::R16Snorm).contains(filterable),
+            info: adapter.get_info(),
+            limits,
+            device,
+            queue,
+        })
+    }
+
+    /// The card and the interface to it.
+    pub(super) fn name(&self) -> String {
+        let interface = match self.info.backend {
+            wgpu::Backend::Gl => "OpenGL".to_owned(),
+            other => format!("{other:?}"),
+        };
+        format!("{} ({interface})", self.info.name)
+    }
+
+    /// Refuses to go on after a failure.
+    pub(super) fn check(&self) -> Result<(), ResliceError> {
+        let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
+        fault
+            .as_ref()
+            .map_or(Ok(()), |words| Err(ResliceError::Gpu(words.clone())))
+    }
+
+    /// Hands over what was queued and waits until it is done.
+    pub(super) fn finish(&self, commands: Option<wgpu::CommandBuffer>) -> Result<(), ResliceError> {
+        let submitted = self.queue.submit(commands);
+        // Before the wait: for work that was never handed over there is nothing to wait for.
+        self.check()?;
+        let wait = PollType::Wait {
+            submission_index: Some(submitted),
+            timeout: Some(PATIENCE),
+        };
+        self.device
+            .poll(wait)
+            .map_err(|error| ResliceError::Gpu(error.to_string()))?;
+        self.check()
+    }
+}
+
+/// Runs work on a card; what wgpu still panics at becomes an error.
+pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, ResliceError>) -> Result<T, ResliceError> {
+    // The card is not used again after an error, so it does not matter in what state a panic left it.
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let words = panic.downcast_ref::<String>().map(String::as_str);
+        let words = words.or_else(|| panic.downcast_ref::<&str>().copied());
+        Err(ResliceError::Gpu(brief(words.unwrap_or("it failed without a word"))))
+    })
+}
+
+fn candidates(accepted: Accepted) -> Vec<Adapter> {
+    let mut found: Vec<Adapter> = Vec::new();
+    for backends in accepted.groups() {
+        found.extend(adapters(*backends));
+        if found.iter().any(|adapter| is_hardware(adapter.get_info().device_type)) {
+            break;
+        }
+    }
+    found.retain(|adapter| accepted.takes(adapter.get_info().device_type));
+    found.sort_by_key(|adapter| rank(adapter.get_info().device_type));
+    found
+}
+
+fn adapters(backends: Backends) -> Vec<Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends,
+        // The driver's own checks are for those who write wgpu.
+        flags: wgpu::InstanceFlags::empty(),
+        memory_budget_thresholds: wgpu::MemoryBudgetThresholds {
+            for_resource_creation: Some(MEMORY_SHARE),
+            for_device_loss: None,
+        },
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
+    at_once(instance.enumerate_adapters(backends)).unwrap_or_default()
+}
+
+/// Keeps the first failure of `device`.
+fn listen(device: &wgpu::Device) -> Arc<Mutex<Option<String>>> {
+    let fault = Arc::new(Mutex::new(None));
+    let keep = |fault: &Mutex<Option<String>>, words: String| {
+        let mut fault = fault.lock().unwrap_or_else(PoisonError::into_inner);
+        fault.get_or_insert(brief(&words));
+    };
+    let heard = Arc::clone(&fault);
+    device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+        let words = match error {
+            wgpu::Error::OutOfMemory { .. } => "out of memory".to_owned(),
+            other => other.to_string(),
+        };
+        keep(&heard, words);
+    }));
+    let heard = Arc::clone(&fault);
+    device.set_device_lost_callback(move |_, words| keep(&heard, format!("lost: {words}")));
+    fault
+}
+
+/// The result of a future that has no one to wait for, as all of wgpu's outside of browsers.
+fn at_once<T>(future: impl Future<Output = T>) -> Result<T, String> {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(result) => Ok(result),
+        Poll::Pending => Err("the driver keeps it waiting".to_owned()),
+    }
+}
+
+/// On one line, and not too long.
+fn brief(words: &str) -> String {
+    let line = words.split_whitespace().collect::<Vec<_>>().join(" ");
+    line.chars().take(LONGEST_WORDS).collect()
+}
