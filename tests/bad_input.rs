@@ -197,7 +197,13 @@ fn hu_outside_16_bits_are_held_and_counted() {
     // RAS voxel i lies at x = -20 i mm, so the image shows the first six from right to left.
     let (volume, row) = (room.path("float.nii"), room.path("row.mha"));
     let files = ["--volume", volume.to_str().unwrap(), "--hu", row.to_str().unwrap()];
-    let plane = ["--view=axial", "--pose=1,0,0,0,-50,0,0", "--size=6x1", "--pixel-mm=20", "--minify=point"];
+    let plane = [
+        "--view=axial",
+        "--pose=1,0,0,0,-50,0,0",
+        "--size=6x1",
+        "--pixel-mm=20",
+        "--minify=point",
+    ];
     let all = [&["snapshot", "--filter=nearest"], &plane[..], &files].concat();
     assert!(room.output("slice-view-proc", &all).status.success());
     let bytes = fs::read(row).unwrap();

@@ -38,7 +38,12 @@ fn sibling(binary: &str) -> PathBuf {
 pub(crate) fn start(planned: &Planned, run_dir: &Path, more: &[String]) -> Result<Running, SpawnError> {
     let program = sibling(planned.binary);
     #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
-    let child = std::process::Command::new(&program)
+    let mut command = std::process::Command::new(&program);
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // Graphics drivers look for a display there, and complain on stderr where there is no such folder.
+        command.env("XDG_RUNTIME_DIR", run_dir);
+    }
+    let child = command
         .args(&planned.arguments)
         .args(more)
         .arg("--run-dir")

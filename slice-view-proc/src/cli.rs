@@ -5,7 +5,9 @@ use std::process::ExitCode;
 use std::str::FromStr;
 
 use bus::process::{Membership, exit};
-use bus::scene::{BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, WindowLevel};
+use bus::scene::{
+    BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, WindowLevel,
+};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 use geometry::door;
@@ -86,7 +88,7 @@ struct SnapshotArgs {
     #[arg(long, value_name = "C,W", default_value = "40,400", allow_hyphen_values = true)]
     window: Window,
     /// Who samples: auto takes a hardware GPU where there is one; gpu also a software one.
-    #[arg(long, default_value = "auto")]
+    #[arg(long, default_value = "cpu")]
     back_end: BackEndArg,
     /// How a GPU weighs neighbours: exactly, or by its texture sampler in 8 bits (linear filter).
     #[arg(long, default_value = "exact")]

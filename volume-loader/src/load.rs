@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use bus::scene::VolumeSource;
 use bus::run::free_memory_bytes;
+use bus::scene::VolumeSource;
 use bus::volume::{Layout, OwnedVolume};
 
 use crate::error::LoadError;

@@ -7,7 +7,9 @@ use std::time::Duration;
 use geometry::{Frame, Point, door};
 
 use super::error::Invalid;
-use super::raw::{Plane, RawApproach, RawLimits, RawScene, RawTarget, RawTracker, RawTrackerSource, RawView, RawWindow};
+use super::raw::{
+    Plane, RawApproach, RawLimits, RawScene, RawTarget, RawTracker, RawTrackerSource, RawView, RawWindow,
+};
 use super::view::WINDOWS;
 use super::{
     Approach, Limits, RecordingSpec, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View,

@@ -146,11 +146,11 @@ pub const THICKNESS_MM: std::ops::RangeInclusive<f64> = 0.01..=500.0;
 #[serde(rename_all = "kebab-case")]
 pub enum BackEnd {
     /// A hardware GPU where there is one, else the CPU; never a software rasteriser.
-    #[default]
     Auto,
     /// A GPU, also a software one; without any the CPU, with a message.
     Gpu,
-    /// The CPU.
+    /// The CPU: the same bits on every machine.
+    #[default]
     Cpu,
 }
 

@@ -18,6 +18,7 @@ import argparse
 import os
 import shlex
 import statistics
+import sys
 import tempfile
 from collections import defaultdict
 
@@ -25,6 +26,8 @@ import numpy as np
 import SimpleITK as sitk
 import vtk
 
+# No folder of compiled files in the source tree.
+sys.dont_write_bytecode = True
 from contestants import Engine, Ours, Plane, itk_contestants, vtk_contestants
 
 FILTERS = ["nearest", "linear", "cubic", "b-spline", "sinc-3", "sinc-5"]

@@ -20,7 +20,7 @@ const TARGET_MS: f64 = 8.0;
 pub(crate) fn tables(ct: &OwnedVolume) {
     let phantom = Phantom::new(phantom::DEFAULT_SEED);
     let grid = phantom.grid(phantom::DEFAULT_SPACING_MM).expect("the default");
-    let patient = ct::volume(grid.clone(), |z, slice| phantom.fill_slice(&grid, z, slice));
+    let patient = ct::volume(grid, |z, slice| phantom.fill_slice(&grid, z, slice));
     let poses = approach(&phantom);
     let views = Scene::parse("", Path::new("")).expect("the default scene").views;
     for (name, volume) in [("generated patient at 1.5 mm", &patient), ("CT", ct)] {

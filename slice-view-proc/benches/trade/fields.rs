@@ -46,7 +46,7 @@ fn patient() -> Field {
     let grid = ct::grid(ct::DIMS, ct::SPACING_MM);
     Field {
         name: "generated patient",
-        volume: ct::volume(grid.clone(), |z, slice| phantom.fill_slice(&grid, z, slice)),
+        volume: ct::volume(grid, |z, slice| phantom.fill_slice(&grid, z, slice)),
         truth: Box::new(move |p| phantom.hu(p)),
     }
 }
@@ -64,7 +64,7 @@ fn waves(name: &'static str, limit: f64) -> Field {
         let turned = |i: u32| (TAU * x * f64::from(i)).sin_cos();
         (0..ct::DIMS[0]).map(turned).collect::<Vec<_>>()
     });
-    let volume = ct::volume(grid.clone(), |z, slice| {
+    let volume = ct::volume(grid, |z, slice| {
         let mut sums = vec![0.0; ct::DIMS[0] as usize];
         for (y, row) in slice.chunks_exact_mut(ct::DIMS[0] as usize).enumerate() {
             sums.fill(0.0);

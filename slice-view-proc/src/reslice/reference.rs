@@ -6,7 +6,7 @@ use geometry::SlicePlane;
 
 use super::spline::Spline;
 use super::weights::{first_tap, weights};
-use super::{ResliceError, Resampler, Samples};
+use super::{Resampler, ResliceError, Samples};
 
 /// The reference back end.
 #[derive(Debug, Default, Clone)]
@@ -120,7 +120,8 @@ impl Source<'_> {
             for j in 0..taps {
                 for i in 0..taps {
                     let weight = w[0][i] * w[1][j] * w[2][k];
-                    let at: [i64; 3] = std::array::from_fn(|a| low[a] as i64 + [i, j, k][a] as i64 + first_tap(self.filter));
+                    let at: [i64; 3] =
+                        std::array::from_fn(|a| low[a] as i64 + [i, j, k][a] as i64 + first_tap(self.filter));
                     if weight != 0.0 {
                         sum += weight * self.tap(at);
                     }
@@ -138,10 +139,7 @@ impl Source<'_> {
                 let voxel = std::array::from_fn(|a| at[a].clamp(0, dims[a] - 1) as u32);
                 f64::from(self.volume.at(voxel))
             }
-            Some(spline) => {
-                let [x, y, z]: [usize; 3] = std::array::from_fn(|a| mirrored(at[a], dims[a]));
-                spline.coefficients[(z * spline.dims[1] + y) * spline.dims[0] + x]
-            }
+            Some(spline) => spline.at(std::array::from_fn(|a| mirrored(at[a], dims[a]) as u32)),
         }
     }
 }

@@ -68,7 +68,11 @@ impl Samples {
 
 /// Into how many parts a side is cut so that none is longer than a voxel on any axis.
 fn parts(voxel_from_ct: &Affine<Voxel, Ct>, side: Vector<Ct>) -> u32 {
-    let longest = (*voxel_from_ct * side).mm().into_iter().map(f64::abs).fold(0.0, f64::max);
+    let longest = (*voxel_from_ct * side)
+        .mm()
+        .into_iter()
+        .map(f64::abs)
+        .fold(0.0, f64::max);
     (longest / ONE_VOXEL).ceil().clamp(1.0, f64::from(u16::MAX)) as u32
 }
 

@@ -6,7 +6,7 @@
 
 use bus::run::free_memory_bytes;
 use bus::scene::Filter;
-use bus::volume::VolumeView;
+use bus::volume::{Layout, VolumeView};
 
 use super::ResliceError;
 
@@ -14,10 +14,10 @@ const POLE: f64 = -0.267_949_192_431_122_7;
 /// Lines that are filtered at a time: one cache line of f64, so that strided axes read whole lines.
 const LANES: usize = 8;
 
-/// The coefficients, in plain rows: x fastest, then y, then z.
+/// The coefficients, laid out like voxels.
 #[derive(Debug, Clone)]
 pub(super) struct Spline<T> {
-    pub(super) dims: [usize; 3],
+    pub(super) layout: Layout,
     pub(super) coefficients: Vec<T>,
 }
 
@@ -50,9 +50,11 @@ impl Kept for f64 {
 /// # Errors
 /// [`ResliceError::Memory`].
 pub(super) fn check_memory<T>(volume: &VolumeView<'_>) -> Result<(), ResliceError> {
-    let voxels: u64 = volume.grid.dims().into_iter().map(u64::from).product();
-    let (needed, allowed) = (voxels * size_of::<T>() as u64, free_memory_bytes().unwrap_or(u64::MAX) / 2);
-    if needed <= allowed && voxels <= u64::from(u32::MAX) {
+    let (needed, allowed) = (
+        volume.layout.stored() * size_of::<T>() as u64,
+        free_memory_bytes().unwrap_or(u64::MAX) / 2,
+    );
+    if needed <= allowed {
         return Ok(());
     }
     Err(ResliceError::Memory {
@@ -65,50 +67,43 @@ pub(super) fn check_memory<T>(volume: &VolumeView<'_>) -> Result<(), ResliceErro
 impl<T: Kept> Spline<T> {
     /// Filters the volume; `alive` is called between slices.
     pub(super) fn new(volume: &VolumeView<'_>, alive: &mut dyn FnMut()) -> Self {
-        let dims = volume.grid.dims().map(|n| n as usize);
-        let mut coefficients = Vec::with_capacity(dims.iter().product());
-        for z in 0..dims[2] as u32 {
-            for y in 0..dims[1] as u32 {
-                let row = (0..dims[0] as u32).map(|x| T::keep(f64::from(volume.at([x, y, z]))));
-                coefficients.extend(row);
-            }
-            alive();
-        }
-        let mut spline = Self { dims, coefficients };
+        let layout = volume.layout.clone();
+        let coefficients = volume.voxels.iter().map(|hu| T::keep(f64::from(*hu))).collect();
+        let mut spline = Self { layout, coefficients };
         for axis in 0..3 {
+            alive();
             spline.filter_axis(axis, alive);
         }
         spline
     }
 
+    /// The coefficient of a voxel.
+    pub(super) fn at(&self, voxel: [u32; 3]) -> T {
+        self.coefficients[self.layout.offset(voxel)]
+    }
+
     /// Whether it has the dimensions of `volume`.
     pub(super) fn is_of(&self, volume: &VolumeView<'_>) -> bool {
-        volume.grid.dims().map(|n| n as usize) == self.dims
+        self.layout == *volume.layout
     }
 
     fn filter_axis(&mut self, axis: usize, alive: &mut dyn FnMut()) {
-        let [nx, ny, nz] = self.dims;
-        let stride = [1, nx, nx * ny][axis];
-        // Lines start at every voxel of the other two axes; neighbouring starts lie `across` apart.
-        let (across, inner, outer, outer_stride) = match axis {
-            0 => (nx, ny, nz, nx * ny),
-            1 => (1, nx, nz, nx * ny),
-            _ => (1, nx, ny, nx),
-        };
-        let mut lines = vec![[0.0; LANES]; self.dims[axis]];
-        for o in 0..outer {
-            for first in (0..inner).step_by(LANES) {
-                let start = o * outer_stride + first * across;
-                let lanes = LANES.min(inner - first);
+        // Eight lines at a time, neighbours along x where that is not the axis itself.
+        let (across, outer) = [(1, 2), (0, 2), (0, 1)][axis];
+        let [along, across, outer] = [axis, across, outer].map(|a| self.layout.table(a));
+        let mut lines = vec![[0.0; LANES]; along.len()];
+        for &o in outer {
+            for starts in across.chunks(LANES) {
+                let place = |i: usize, lane: usize| (o + starts[lane] + along[i]) as usize;
                 for (i, line) in lines.iter_mut().enumerate() {
-                    for (lane, value) in line[..lanes].iter_mut().enumerate() {
-                        *value = self.coefficients[start + i * stride + lane * across].value();
+                    for (lane, value) in line[..starts.len()].iter_mut().enumerate() {
+                        *value = self.coefficients[place(i, lane)].value();
                     }
                 }
                 solve(&mut lines);
                 for (i, line) in lines.iter().enumerate() {
-                    for (lane, value) in line[..lanes].iter().enumerate() {
-                        self.coefficients[start + i * stride + lane * across] = T::keep(*value);
+                    for (lane, value) in line[..starts.len()].iter().enumerate() {
+                        self.coefficients[place(i, lane)] = T::keep(*value);
                     }
                 }
             }
@@ -185,7 +180,10 @@ mod tests {
                 let c = |i: i64| line[mirrored(i, n as i64)][3];
                 let back = (c(i - 1) + 4.0 * c(i) + c(i + 1)) / 6.0;
                 // The filter amplifies at most threefold; a few dozen roundings of 6000.
-                assert!((back - value(i as usize)).abs() < 40.0 * 6000.0 * f64::EPSILON, "{n} {i}");
+                assert!(
+                    (back - value(i as usize)).abs() < 40.0 * 6000.0 * f64::EPSILON,
+                    "{n} {i}"
+                );
             }
         }
     }

@@ -10,7 +10,9 @@ use bus::volume::VolumeView;
 use geometry::SlicePlane;
 
 use super::super::Samples;
+use super::aligned::{Axes, Lines, Separable};
 use super::kernels::Kernel;
+use super::vector::Vector;
 use super::walk::{LANES, Walk, lanes};
 
 const TILE_COLUMNS: usize = 64;
@@ -22,6 +24,7 @@ pub(super) struct Fold {
     points: Vec<f32>,
     area: Vec<(f64, f64)>,
     pixels: Vec<(f64, f64)>,
+    lines: Lines,
 }
 
 /// An image being drawn.
@@ -58,12 +61,38 @@ impl<'a> Image<'a> {
     }
 
     /// Samples every pixel with `kernel`.
-    pub(super) fn draw(&mut self, kernel: &impl Kernel) {
-        if self.samples.are_pixels() {
-            self.draw_points(kernel);
-        } else {
-            self.draw_sums(kernel);
+    pub(super) fn draw<const N: usize>(&mut self, kernel: &(impl Kernel + Separable<N>)) {
+        let [kx, ky] = self.samples.fold.map(|k| k as usize);
+        let points = [self.width * kx, self.hu.len() / self.width * ky];
+        match Axes::of(&self.samples, points) {
+            Some(axes) => Vector::with(kernel.vector(), || self.draw_aligned(kernel, axes)),
+            None if self.samples.are_pixels() => self.draw_points(kernel),
+            None => {
+                let (dims, padding) = (self.dims, self.padding);
+                self.draw_sums(|walk, _, line| {
+                    let blocks = whole_blocks(kernel, walk, dims);
+                    segment(kernel, walk, &blocks, 0..line.len(), line, padding);
+                });
+            }
         }
+    }
+
+    /// A plane along the volume's axes.
+    #[inline(always)]
+    fn draw_aligned<const N: usize>(&mut self, kernel: &(impl Kernel + Separable<N>), axes: Axes) {
+        let mut lines = std::mem::take(&mut self.fold.lines);
+        lines.restart(self.samples.depths);
+        if self.samples.are_pixels() {
+            for y in 0..self.hu.len() / self.width {
+                let walk = self.walk(y, 0, self.width);
+                let line = &mut self.hu[y * self.width..][..self.width];
+                line.fill(self.padding);
+                lines.draw(kernel, axes, &walk, 0, line);
+            }
+        } else {
+            self.draw_sums(|walk, d, line| lines.draw(kernel, axes, walk, d, line));
+        }
+        self.fold.lines = lines;
     }
 
     fn walk(&self, y: usize, d: u32, width: usize) -> Walk {
@@ -89,7 +118,9 @@ impl<'a> Image<'a> {
         }
     }
 
-    fn draw_sums(&mut self, kernel: &impl Kernel) {
+    /// Pixels of several points; `draw` draws the inside of a row of points of a layer.
+    #[inline(always)]
+    fn draw_sums(&mut self, mut draw: impl FnMut(&Walk, u32, &mut [f32])) {
         let [kx, ky] = self.samples.fold.map(|k| k as usize);
         let width = self.width * kx;
         let mut fold = std::mem::take(self.fold);
@@ -102,8 +133,7 @@ impl<'a> Image<'a> {
                 fold.area.resize(self.width, (0.0, 0.0));
                 for j in 0..ky {
                     let walk = self.walk(row * ky + j, d, width);
-                    let blocks = whole_blocks(kernel, &walk, self.dims);
-                    segment(kernel, &walk, &blocks, 0..width, &mut fold.points, self.padding);
+                    draw(&walk, d, &mut fold.points);
                     for x in walk.inside.clone() {
                         let (sum, count) = &mut fold.area[x / kx];
                         *sum += f64::from(fold.points[x]);
@@ -113,7 +143,11 @@ impl<'a> Image<'a> {
                 add_layer(self.mode, &fold.area, &mut fold.pixels);
             }
             for ((sum, count), hu) in fold.pixels.iter().zip(&mut self.hu[row * self.width..]) {
-                *hu = if *count > 0.0 { (sum / count) as f32 } else { self.padding };
+                *hu = if *count > 0.0 {
+                    (sum / count) as f32
+                } else {
+                    self.padding
+                };
             }
         }
         *self.fold = fold;
@@ -164,7 +198,11 @@ fn segment(
     };
     let at = |c: usize| c - columns.start;
     line[..at(inside.start)].fill(padding);
-    kernel.points(walk, inside.start..whole.start, &mut line[at(inside.start)..at(whole.start)]);
+    kernel.points(
+        walk,
+        inside.start..whole.start,
+        &mut line[at(inside.start)..at(whole.start)],
+    );
     if !whole.is_empty() {
         kernel.blocks(walk, whole.start / LANES, &mut line[at(whole.start)..at(whole.end)]);
     }

@@ -4,14 +4,19 @@ use std::ops::Range;
 
 use bus::volume::VolumeView;
 
+use super::aligned::Separable;
 use super::phases::Phases;
-use super::points::{b_spline, convolved, cubic, linear, nearest};
+use super::points::{UNIT, b_spline, b_splines, convolved, cubic, cubics, linear, nearest};
+use super::runs::Runs;
 use super::source::Source;
 use super::vector::{Cell, Vector};
-use super::walk::{LANES, Walk};
+use super::walk::{BITS, LANES, Spot, Walk};
 
 /// A filter with what it reads.
 pub(super) trait Kernel {
+    /// The proof that it may use vector instructions.
+    fn vector(&self) -> Option<Vector>;
+
     /// Draws `columns`, one after the other.
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]);
 
@@ -30,6 +35,7 @@ pub(super) trait Kernel {
 pub(super) struct Nearest<'a> {
     voxels: Source<'a, i16>,
     cell: Option<Cell<'a>>,
+    vector: Option<Vector>,
 }
 
 impl<'a> Nearest<'a> {
@@ -37,15 +43,18 @@ impl<'a> Nearest<'a> {
         Self {
             voxels,
             cell: vector.and_then(|vector| vector.cell(volume)),
+            vector,
         }
     }
 }
 
 impl Kernel for Nearest<'_> {
+    fn vector(&self) -> Option<Vector> {
+        self.vector
+    }
+
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
-        for (column, value) in columns.zip(line) {
-            *value = nearest(&self.voxels, &walk.at(column));
-        }
+        walk.each(columns, line, |spot| nearest(&self.voxels, &spot));
     }
 
     fn whole_blocks(&self) -> Option<[f64; 2]> {
@@ -63,6 +72,7 @@ impl Kernel for Nearest<'_> {
 pub(super) struct Linear<'a> {
     voxels: Source<'a, i16>,
     cell: Option<Cell<'a>>,
+    vector: Option<Vector>,
 }
 
 impl<'a> Linear<'a> {
@@ -70,15 +80,18 @@ impl<'a> Linear<'a> {
         Self {
             voxels,
             cell: vector.and_then(|vector| vector.cell(volume)),
+            vector,
         }
     }
 }
 
 impl Kernel for Linear<'_> {
+    fn vector(&self) -> Option<Vector> {
+        self.vector
+    }
+
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
-        for (column, value) in columns.zip(line) {
-            *value = linear(&self.voxels, &walk.at(column));
-        }
+        walk.each(columns, line, |spot| linear(&self.voxels, &spot));
     }
 
     fn whole_blocks(&self) -> Option<[f64; 2]> {
@@ -92,14 +105,40 @@ impl Kernel for Linear<'_> {
     }
 }
 
+impl Separable<1> for Nearest<'_> {
+    type Stored = i16;
+
+    fn source(&self) -> &Source<'_, i16> {
+        &self.voxels
+    }
+
+    fn weights(&self, _: i32) -> [f32; 1] {
+        [1.0]
+    }
+
+    fn first(spot: &Spot, axis: usize) -> i32 {
+        spot.whole[axis] + (spot.part[axis] >> (BITS - 1))
+    }
+}
+
+impl Separable<2> for Linear<'_> {
+    type Stored = i16;
+
+    fn source(&self) -> &Source<'_, i16> {
+        &self.voxels
+    }
+
+    fn weights(&self, part: i32) -> [f32; 2] {
+        let t = part as f32 * UNIT;
+        [1.0 - t, t]
+    }
+}
+
 /// Point by point, compiled for the vector unit where there is one.
 macro_rules! points_by {
     ($self:ident, $walk:ident, $columns:ident, $line:ident, $value:expr) => {
         Vector::with($self.vector, || {
-            for (column, value) in $columns.zip($line) {
-                let spot = $walk.at(column);
-                *value = $value(&spot);
-            }
+            $walk.each($columns, $line, |spot: Spot| $value(&spot));
         })
     };
 }
@@ -107,28 +146,72 @@ macro_rules! points_by {
 /// [`bus::scene::Filter::Cubic`].
 pub(super) struct Cubic<'a> {
     pub(super) voxels: Source<'a, i16>,
+    pub(super) runs: Option<Runs<'a, i16>>,
     pub(super) vector: Option<Vector>,
 }
 
 impl Kernel for Cubic<'_> {
+    fn vector(&self) -> Option<Vector> {
+        self.vector
+    }
+
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
-        points_by!(self, walk, columns, line, |spot| convolved(&self.voxels, spot, &cubic(spot)));
+        match &self.runs {
+            Some(runs) => runs.draw(self.vector, walk, columns, line, cubics),
+            None => points_by!(self, walk, columns, line, |spot| convolved(
+                &self.voxels,
+                spot,
+                &cubics(spot.part)
+            )),
+        }
+    }
+}
+
+impl Separable<4> for Cubic<'_> {
+    type Stored = i16;
+
+    fn source(&self) -> &Source<'_, i16> {
+        &self.voxels
+    }
+
+    fn weights(&self, part: i32) -> [f32; 4] {
+        cubic(part)
     }
 }
 
 /// [`bus::scene::Filter::BSpline`].
 pub(super) struct BSpline<'a> {
     pub(super) coefficients: Source<'a, f32>,
+    pub(super) runs: Option<Runs<'a, f32>>,
     pub(super) vector: Option<Vector>,
 }
 
 impl Kernel for BSpline<'_> {
+    fn vector(&self) -> Option<Vector> {
+        self.vector
+    }
+
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
-        points_by!(self, walk, columns, line, |spot| convolved(
-            &self.coefficients,
-            spot,
-            &b_spline(spot)
-        ));
+        match &self.runs {
+            Some(runs) => runs.draw(self.vector, walk, columns, line, b_splines),
+            None => points_by!(self, walk, columns, line, |spot| convolved(
+                &self.coefficients,
+                spot,
+                &b_splines(spot.part)
+            )),
+        }
+    }
+}
+
+impl Separable<4> for BSpline<'_> {
+    type Stored = f32;
+
+    fn source(&self) -> &Source<'_, f32> {
+        &self.coefficients
+    }
+
+    fn weights(&self, part: i32) -> [f32; 4] {
+        b_spline(part)
     }
 }
 
@@ -140,11 +223,27 @@ pub(super) struct Sinc<'a, const N: usize> {
 }
 
 impl<const N: usize> Kernel for Sinc<'_, N> {
+    fn vector(&self) -> Option<Vector> {
+        self.vector
+    }
+
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
         points_by!(self, walk, columns, line, |spot| convolved(
             &self.voxels,
             spot,
-            &self.phases.at(spot)
+            &spot.part.map(|part| self.phases.at(part))
         ));
+    }
+}
+
+impl<const N: usize> Separable<N> for Sinc<'_, N> {
+    type Stored = i16;
+
+    fn source(&self) -> &Source<'_, i16> {
+        &self.voxels
+    }
+
+    fn weights(&self, part: i32) -> [f32; N] {
+        self.phases.at(part)
     }
 }

@@ -2,10 +2,12 @@
 //!
 //! Both ways give the same bits, so that a picture does not depend on the machine (see `walk` and `points`).
 
+mod aligned;
 mod image;
 mod kernels;
 mod phases;
 mod points;
+mod runs;
 mod source;
 mod vector;
 pub(in crate::reslice) mod walk;
@@ -18,6 +20,7 @@ use super::spline::{self, Spline};
 use super::{Resampler, ResliceError};
 use image::{Fold, Image};
 use phases::Phases;
+use runs::Runs;
 use source::{Source, Tables};
 use vector::Vector;
 
@@ -83,7 +86,11 @@ impl Resampler for Cpu {
         };
         // An index is off by 2^-24 of a voxel on each axis; values differ by twice the largest from voxel to voxel, and
         // no filter is steeper than 1.6 times that between them.
-        let slope = if sampling.filter == Filter::Nearest { 0.0 } else { 3.0 * 1.6 * 2.0 * gain };
+        let slope = if sampling.filter == Filter::Nearest {
+            0.0
+        } else {
+            3.0 * 1.6 * 2.0 * gain
+        };
         max_abs_hu * half_ulp * (roundings * gain + slope + 1.0)
     }
 
@@ -121,11 +128,19 @@ impl Resampler for Cpu {
         match sampling.filter {
             Filter::Nearest => image.draw(&kernels::Nearest::new(voxels, volume, vector)),
             Filter::Linear => image.draw(&kernels::Linear::new(voxels, volume, vector)),
-            Filter::Cubic => image.draw(&kernels::Cubic { voxels, vector }),
+            Filter::Cubic => {
+                let runs = Runs::new(voxels, volume.layout, volume.grid.dims()[0]);
+                image.draw(&kernels::Cubic { voxels, runs, vector });
+            }
             Filter::BSpline => {
                 let spline = self.spline.as_ref().filter(|s| s.is_of(volume)).ok_or_else(missing)?;
                 let coefficients = Source::new(&spline.coefficients, &self.spline_tables);
-                image.draw(&kernels::BSpline { coefficients, vector });
+                let runs = Runs::new(coefficients, &spline.layout, volume.grid.dims()[0]);
+                image.draw(&kernels::BSpline {
+                    coefficients,
+                    runs,
+                    vector,
+                });
             }
             Filter::Sinc3 => {
                 let phases = self.sinc3.as_ref().ok_or_else(missing)?;

@@ -7,7 +7,7 @@ use bus::scene::Filter;
 
 use super::super::weights::weights;
 use super::points::UNIT;
-use super::walk::{BITS, Spot};
+use super::walk::BITS;
 
 const LOG2_PHASES: u32 = 12;
 
@@ -28,13 +28,12 @@ impl<const N: usize> Phases<N> {
         Self(phases)
     }
 
+    /// The weights at a fraction.
     #[inline(always)]
-    pub(super) fn at(&self, spot: &Spot) -> [[f32; N]; 3] {
-        spot.part.map(|part| {
-            let phase = (part >> (BITS - LOG2_PHASES)) as usize;
-            let between = (part & ((1 << (BITS - LOG2_PHASES)) - 1)) as f32 * (UNIT * (1 << LOG2_PHASES) as f32);
-            let (low, high) = (&self.0[phase], &self.0[phase + 1]);
-            std::array::from_fn(|k| low[k] + (high[k] - low[k]) * between)
-        })
+    pub(super) fn at(&self, part: i32) -> [f32; N] {
+        let phase = (part >> (BITS - LOG2_PHASES)) as usize;
+        let between = (part & ((1 << (BITS - LOG2_PHASES)) - 1)) as f32 * (UNIT * (1 << LOG2_PHASES) as f32);
+        let (low, high) = (&self.0[phase], &self.0[phase + 1]);
+        std::array::from_fn(|k| low[k] + (high[k] - low[k]) * between)
     }
 }

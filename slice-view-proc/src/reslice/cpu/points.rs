@@ -42,13 +42,20 @@ pub(super) fn linear<V: Value>(source: &Source<'_, V>, spot: &Spot) -> f32 {
 pub(super) fn convolved<const N: usize, V: Value>(source: &Source<'_, V>, spot: &Spot, w: &[[f32; N]; 3]) -> f32 {
     let first = 1 - N as i32 / 2;
     let [x, y, z]: [[usize; N]; 3] = std::array::from_fn(|a| source.terms(a, spot.whole[a] + first));
+    let in_one_piece = x[N - 1] == x[0] + N - 1;
     let mut sums = [0.0; N];
     for k in 0..N {
         let mut layer = [0.0; N];
         for j in 0..N {
             let offset = y[j] + z[k];
+            let run: [f32; N] = if in_one_piece {
+                let run = &source.values[x[0] + offset..][..N];
+                std::array::from_fn(|i| run[i].hu())
+            } else {
+                std::array::from_fn(|i| source.values[x[i] + offset].hu())
+            };
             for i in 0..N {
-                layer[i] += w[1][j] * source.values[x[i] + offset].hu();
+                layer[i] += w[1][j] * run[i];
             }
         }
         for i in 0..N {
@@ -62,31 +69,44 @@ pub(super) fn convolved<const N: usize, V: Value>(source: &Source<'_, V>, spot: 
     sum
 }
 
-/// Catmull-Rom weights, as in the reference.
+/// Catmull-Rom weights at a fraction, as in the reference.
 #[inline(always)]
-pub(super) fn cubic(spot: &Spot) -> [[f32; 4]; 3] {
-    fraction(spot).map(|t| {
-        let s = 1.0 - t;
-        [
-            -0.5 * t * s * s,
-            1.0 + t * t * (1.5 * t - 2.5),
-            1.0 + s * s * (1.5 * s - 2.5),
-            -0.5 * s * t * t,
-        ]
-    })
+pub(super) fn cubic(part: i32) -> [f32; 4] {
+    cubics([part; 1])[0]
 }
 
-/// Cubic B-spline weights, as in the reference.
+/// [`cubic`] at several fractions, in lanes.
 #[inline(always)]
-pub(super) fn b_spline(spot: &Spot) -> [[f32; 4]; 3] {
+pub(super) fn cubics<const M: usize>(parts: [i32; M]) -> [[f32; 4]; M] {
+    let t = parts.map(|part| part as f32 * UNIT);
+    let s = t.map(|t| 1.0 - t);
+    let ends: [f32; M] = lanes(|a| -0.5 * t[a] * s[a] * s[a]);
+    let near: [f32; M] = lanes(|a| 1.0 + t[a] * t[a] * (1.5 * t[a] - 2.5));
+    let far: [f32; M] = lanes(|a| 1.0 + s[a] * s[a] * (1.5 * s[a] - 2.5));
+    let last: [f32; M] = lanes(|a| -0.5 * s[a] * t[a] * t[a]);
+    lanes(|a| [ends[a], near[a], far[a], last[a]])
+}
+
+/// Cubic B-spline weights at a fraction, as in the reference.
+#[inline(always)]
+pub(super) fn b_spline(part: i32) -> [f32; 4] {
+    b_splines([part; 1])[0]
+}
+
+/// [`b_spline`] at several fractions, in lanes.
+#[inline(always)]
+pub(super) fn b_splines<const M: usize>(parts: [i32; M]) -> [[f32; 4]; M] {
     const SIXTH: f32 = 1.0 / 6.0;
-    fraction(spot).map(|t| {
-        let s = 1.0 - t;
-        [
-            s * s * s * SIXTH,
-            2.0 / 3.0 - t * t * (2.0 - t) * 0.5,
-            2.0 / 3.0 - s * s * (2.0 - s) * 0.5,
-            t * t * t * SIXTH,
-        ]
-    })
+    let t = parts.map(|part| part as f32 * UNIT);
+    let s = t.map(|t| 1.0 - t);
+    let first: [f32; M] = lanes(|a| s[a] * s[a] * s[a] * SIXTH);
+    let near: [f32; M] = lanes(|a| 2.0 / 3.0 - t[a] * t[a] * (2.0 - t[a]) * 0.5);
+    let far: [f32; M] = lanes(|a| 2.0 / 3.0 - s[a] * s[a] * (2.0 - s[a]) * 0.5);
+    let last: [f32; M] = lanes(|a| t[a] * t[a] * t[a] * SIXTH);
+    lanes(|a| [first[a], near[a], far[a], last[a]])
+}
+
+#[inline(always)]
+fn lanes<T, const M: usize>(value: impl Fn(usize) -> T) -> [T; M] {
+    std::array::from_fn(value)
 }

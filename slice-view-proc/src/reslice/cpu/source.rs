@@ -1,5 +1,7 @@
 //! What the kernels read: values and one offset table per axis that reaches beyond the volume.
 
+use std::ops::Range;
+
 use bus::volume::VolumeView;
 
 use super::super::reference::mirrored;
@@ -43,9 +45,9 @@ impl Tables {
 
     /// Mirrored about the outermost centres.
     pub(super) fn mirrored(&mut self, spline: &Spline<f32>) {
-        let [nx, ny, _] = spline.dims;
-        for ((table, n), stride) in self.0.iter_mut().zip(spline.dims).zip([1, nx, nx * ny]) {
-            fill(table, n as i64, |i| (mirrored(i, n as i64) * stride) as u32);
+        for (axis, table) in self.0.iter_mut().enumerate() {
+            let terms = spline.layout.table(axis);
+            fill(table, terms.len() as i64, |i| terms[mirrored(i, terms.len() as i64)]);
         }
     }
 }
@@ -69,6 +71,13 @@ impl<'a, V: Value> Source<'a, V> {
             values,
             tables: std::array::from_fn(|a| tables.0[a].as_slice()),
         }
+    }
+
+    /// The offset terms of the voxels in `reach` along `axis`.
+    #[inline(always)]
+    pub(super) fn table(&self, axis: usize, reach: Range<i32>) -> &'a [u32] {
+        let at = |i: i32| (i + APRON as i32) as usize;
+        &self.tables[axis][at(reach.start)..at(reach.end)]
     }
 
     /// The offset terms of `N` voxels in a row along `axis`, the first of them at index `first`, which may be negative.

@@ -2,10 +2,16 @@
 //!
 //! Every operation is the one of the portable code (`points`, `walk`) in the same order, so the bits are the same: no
 //! product is fused with a sum. What can be wrong is only where it reads: see [`Cell`].
-#![allow(unsafe_code, reason = "gathers read by address; each offset is checked against the slice")]
+#![allow(
+    unsafe_code,
+    reason = "gathers read by address; each offset is checked against the slice"
+)]
+
+use std::ops::Range;
 
 use bus::volume::{Steps, VolumeView};
 
+use super::runs::{RUN, Run, Runs};
 use super::source::Source;
 use super::walk::{LANES, Walk};
 
@@ -45,6 +51,22 @@ impl Vector {
             // SAFETY: the proof says that this CPU has AVX2.
             Some(Self(())) => unsafe { avx2::run(work) },
             _ => work(),
+        }
+    }
+
+    /// [`Runs::draw`] with vector instructions.
+    pub(super) fn with_runs<V: Run>(
+        self,
+        runs: &Runs<'_, V>,
+        walk: &Walk,
+        columns: Range<usize>,
+        line: &mut [f32],
+        weights: impl Fn([i32; 3]) -> [[f32; RUN]; 3],
+    ) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `self` is the proof that this CPU has AVX2.
+        unsafe {
+            avx2::runs(runs, walk, columns, line, weights);
         }
     }
 
@@ -116,7 +138,11 @@ mod avx2 {
     impl Axis {
         #[target_feature(enable = "avx2")]
         fn new(cell: &Cell<'_>, lanes: &[[i32; LANES]; 3], a: usize) -> Self {
-            let Steps { log2_side, outer, inner } = cell.steps[a];
+            let Steps {
+                log2_side,
+                outer,
+                inner,
+            } = cell.steps[a];
             let side = 1_u32 << log2_side;
             let offsets = lanes[a];
             let [l0, l1, l2, l3, l4, l5, l6, l7] = offsets;
@@ -154,10 +180,7 @@ mod avx2 {
             let near = self.term(voxel);
             // The next voxel is one inner step on, or at a brick's border the jump as well.
             let border = _mm256_cmpeq_epi32(_mm256_and_si256(voxel, self.low_bits), self.low_bits);
-            let far = _mm256_add_epi32(
-                _mm256_add_epi32(near, self.inner),
-                _mm256_and_si256(border, self.jump),
-            );
+            let far = _mm256_add_epi32(_mm256_add_epi32(near, self.inner), _mm256_and_si256(border, self.jump));
             let weight = _mm256_mul_ps(_mm256_cvtepi32_ps(fraction), _mm256_set1_ps(UNIT));
             Pair { near, far, weight }
         }
@@ -255,5 +278,64 @@ mod avx2 {
             // SAFETY: the block has eight places.
             unsafe { _mm256_storeu_ps(block.as_mut_ptr(), hu) };
         }
+    }
+
+    /// Picks four values from a place on out of eight.
+    const PICK: [[i32; LANES]; RUN] = [
+        [0, 1, 2, 3, 0, 0, 0, 0],
+        [1, 2, 3, 4, 0, 0, 0, 0],
+        [2, 3, 4, 5, 0, 0, 0, 0],
+        [3, 4, 5, 6, 0, 0, 0, 0],
+    ];
+
+    /// Four values from each of two places, of which four are there.
+    #[target_feature(enable = "avx2")]
+    unsafe fn two_runs<V: Run>(values: &[V], a: usize, b: usize) -> __m256 {
+        // SAFETY: the caller's places have four values each.
+        unsafe {
+            let (a, b) = (values.as_ptr().add(a), values.as_ptr().add(b));
+            if V::IS_SHORT {
+                let shorts = _mm_unpacklo_epi64(_mm_loadl_epi64(a.cast()), _mm_loadl_epi64(b.cast()));
+                _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(shorts))
+            } else {
+                _mm256_loadu2_m128(b.cast(), a.cast())
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx2")]
+    pub(super) fn runs<V: Run>(
+        runs: &Runs<'_, V>,
+        walk: &Walk,
+        columns: Range<usize>,
+        line: &mut [f32],
+        weights: impl Fn([i32; 3]) -> [[f32; RUN]; 3],
+    ) {
+        walk.each(columns, line, |spot| {
+            let w = weights(spot.part);
+            let Some(p) = runs.places(&spot) else {
+                return points::convolved(&runs.source, &spot, &w);
+            };
+            let mut sums = _mm256_setzero_ps();
+            for (z, weight_z) in p.z.iter().zip(w[2]) {
+                let mut layer = _mm256_setzero_ps();
+                for (y, weight_y) in p.y.iter().zip(w[1]) {
+                    // SAFETY: `Places` has checked every sum of its terms.
+                    let run = unsafe { two_runs(runs.source.values, p.x[0] + y + z, p.x[1] + y + z) };
+                    layer = _mm256_add_ps(layer, _mm256_mul_ps(_mm256_set1_ps(weight_y), run));
+                }
+                sums = _mm256_add_ps(sums, _mm256_mul_ps(_mm256_set1_ps(weight_z), layer));
+            }
+            // SAFETY: a row of the table has eight places.
+            let pick = unsafe { _mm256_loadu_si256(PICK[p.skip].as_ptr().cast()) };
+            let four = _mm256_castps256_ps128(_mm256_permutevar8x32_ps(sums, pick));
+            let mut products = [0.0; RUN];
+            // SAFETY: both have four places.
+            unsafe {
+                let four = _mm_mul_ps(_mm_loadu_ps(w[0].as_ptr()), four);
+                _mm_storeu_ps(products.as_mut_ptr(), four);
+            }
+            products.iter().fold(0.0, |sum, product| sum + product)
+        });
     }
 }

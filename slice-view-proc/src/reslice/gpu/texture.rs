@@ -3,7 +3,7 @@
 //! Only one slab of voxels at a time is in this process's memory besides the shared volume; bricks become rows on the
 //! way.
 
-use bus::volume::VolumeView;
+use bus::volume::{Layout, VolumeView};
 use wgpu::{Extent3d, TextureFormat};
 
 use super::super::ResliceError;
@@ -67,11 +67,11 @@ impl Uploaded {
     ) -> Result<Self, ResliceError> {
         let uploaded = Self::empty(card, volume.grid.dims(), contents)?;
         match contents {
-            Contents::Voxels | Contents::Fractions => uploaded.fill_voxels(card, volume, alive)?,
+            Contents::Voxels | Contents::Fractions => uploaded.fill(card, volume.layout, volume.voxels, alive)?,
             Contents::Coefficients => {
                 super::super::spline::check_memory::<f32>(volume)?;
                 let spline = Spline::<f32>::new(volume, alive);
-                uploaded.fill_coefficients(card, &spline, alive)?;
+                uploaded.fill(card, &spline.layout, &spline.coefficients, alive)?;
             }
         }
         Ok(uploaded)
@@ -98,31 +98,24 @@ impl Uploaded {
         })
     }
 
-    fn fill_voxels(&self, card: &Card, volume: &VolumeView<'_>, alive: &mut dyn FnMut()) -> Result<(), ResliceError> {
-        let [xs, ys, zs] = [0, 1, 2].map(|axis| volume.layout.table(axis));
-        let mut rows: Vec<i16> = Vec::with_capacity(xs.len() * ys.len() * SLICES as usize);
+    /// Uploads values that lie in `layout`, some slices at a time.
+    fn fill<T: bytemuck::Pod>(
+        &self,
+        card: &Card,
+        layout: &Layout,
+        values: &[T],
+        alive: &mut dyn FnMut(),
+    ) -> Result<(), ResliceError> {
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| layout.table(axis));
+        let mut rows: Vec<T> = Vec::with_capacity(xs.len() * ys.len() * SLICES as usize);
         for (slab, layers) in (0..).zip(zs.chunks(SLICES as usize)) {
             rows.clear();
             for &z in layers {
                 for &y in ys {
-                    rows.extend(xs.iter().map(|&x| volume.voxels[(x + y + z) as usize]));
+                    rows.extend(xs.iter().map(|&x| values[(x + y + z) as usize]));
                 }
             }
             self.fill_slab(card, slab * SLICES, bytemuck::cast_slice(&rows))?;
-            alive();
-        }
-        Ok(())
-    }
-
-    fn fill_coefficients(
-        &self,
-        card: &Card,
-        spline: &Spline<f32>,
-        alive: &mut dyn FnMut(),
-    ) -> Result<(), ResliceError> {
-        let slab = spline.dims[0] * spline.dims[1] * SLICES as usize;
-        for (i, values) in (0..).zip(spline.coefficients.chunks(slab)) {
-            self.fill_slab(card, i * SLICES, bytemuck::cast_slice(values))?;
             alive();
         }
         Ok(())
