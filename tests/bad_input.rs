@@ -78,6 +78,10 @@ fn bad_scenes() -> Vec<Case> {
         "nan.toml": "[limits]\nstale_ms = nan" => "line 2, column 12, | key limits.stale_ms | found NaN | 1 to 10000 ms";
         "twice.toml": format!("{VIEW}\n{VIEW}") => "line 6, column 8, | key views.1.name | \"a\" a second time";
         "escape.toml": VIEW.replace("\"a\"", "\"../a\"") => "line 2, column 8, | key views.0.name | characters a-z";
+        "filter.toml": format!("{VIEW}\nfilter = \"lanczos\"") => "line 5, | key views.0.filter | `lanczos` | `b-spline`";
+        "slab.toml": format!("{VIEW}\nslab = {{ mode = \"mean\", thickness_mm = 0 }}") => "key views.0.slab.thickness_mm | found 0 | 0.01 to 500 mm";
+        "ahead.toml": format!("{VIEW}\nahead_mm = 5") => "key views.0.ahead_mm | found 5 | perpendicular";
+        "render.toml": format!("[render]\nback_end = \"cuda\"\n{VIEW}") => "key render.back_end | `cuda` | `gpu`";
         "plane.toml": VIEW.replace("axial", "coronal") => "line 3, column 9, | key views.0.plane | `coronal` | `frontal`";
         "open.toml": "seed = 1\n[[views]\nname = 2" => "line 2, column 9: | unclosed | expected `]`";
         "double.toml": "seed = 1\nseed = 2" => "line 2, column 1 | duplicate key";

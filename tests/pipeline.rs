@@ -156,6 +156,26 @@ fn a_scene_starts_only_what_it_names() {
     assert!(!world.path("out/session.mcap").exists());
 }
 
+/// With a card, also a software one, its name; without any, the CPU's with the reason.
+#[test]
+fn the_report_says_who_drew() {
+    let world = World::new();
+    for (render, word) in [("cpu", "cpu"), ("auto", ""), ("gpu", "")] {
+        let scene = format!(
+            "[render]\nback_end = \"{render}\"\n{}",
+            SMALL.replacen("seed = 1", "", 1)
+        );
+        let scene = world.file("who.toml", &scene);
+        let report = world.navigate(&scene, &world.path(render), &["--for", "300ms"]);
+        let processes = report["processes"].as_array().unwrap();
+        let view = processes.iter().find(|p| p["name"] == "view-axial").unwrap();
+        let note = view["note"].as_str().unwrap();
+        println!("{render}: {note}");
+        assert!(note.starts_with("cpu") || note.starts_with("gpu"), "{render}: {note:?}");
+        assert!(note.starts_with(word), "{render}: {note:?}");
+    }
+}
+
 #[test]
 fn dropouts_are_published_as_lost_and_never_shown() {
     let world = World::new();

@@ -69,7 +69,10 @@ fn without_a_card_the_cpu_draws_and_says_why() {
 
 #[test]
 fn auto_never_takes_a_program_on_the_cpu() {
-    let chosen = Chosen::new(Render::default());
+    let chosen = Chosen::new(Render {
+        back_end: BackEnd::Auto,
+        ..Render::default()
+    });
     match chosen.gpu() {
         Some(gpu) => assert_ne!(gpu.card.info.device_type, wgpu::DeviceType::Cpu),
         None => assert!(chosen.name().ends_with(')'), "{}", chosen.name()),
