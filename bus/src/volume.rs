@@ -2,9 +2,9 @@
 //!
 //! Slices cut the volume in every direction. In plain rows a plane of constant x touches one cache line per voxel; in
 //! bricks of 4 x 4 x 4 voxels (two cache lines) each line serves eight. Measured (`cargo bench -p slice-view-proc --bench
-//! layout`): sagittal slices take 0.66 to 0.72 of the time, oblique ones 0.9, axial and frontal ones 1.10 to 1.16. The
+//! layout`): sagittal and oblique slices take 0.5 to 0.7 of the time, axial and frontal ones 0.97 to 1.09. The
 //! price in memory is rounding each dimension up to the brick: [`Layout::choose`] takes bricks where that adds at most
-//! 4.7 %, and rows elsewhere. Smaller bricks were slower than rows on oblique planes and are not chosen.
+//! 4.7 %, and rows elsewhere. Smaller bricks save less and are not chosen.
 //!
 //! The offset of a voxel is a sum of one term per axis, so a reader needs three small tables and no arithmetic on bricks.
 

@@ -2,7 +2,7 @@
 
 use bus::clock;
 use bus::message::Lost;
-use bus::scene::{Extent, Target, ToolSpec, View};
+use bus::scene::{Extent, SlabMode, Target, ToolSpec, View};
 use geometry::{Ct, Point, Rigid, SlicePlane, Tool};
 use picture::{Anchor, Canvas, Line, Rgb};
 
@@ -186,6 +186,9 @@ impl Overlay<'_> {
         let window = &self.view.window;
         let window = format!("W {} C {}", window.width_hu, window.centre_hu);
         self.text(canvas, [left, first + step], &window, 12.0, QUIET, Anchor::Left);
+        if let Some(words) = unusual(self.view) {
+            self.text(canvas, [left, first + 2.0 * step], &words, 12.0, WORDS, Anchor::Left);
+        }
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         self.text(canvas, [right, first + step], &ids, 12.0, QUIET, Anchor::Right);
         if let Some((target, mm)) = self.nearest_target() {
@@ -254,9 +257,37 @@ fn age_words(age_ns: i64) -> String {
     }
 }
 
+/// What makes the image other than the thin plane through the tip: it must be said, or it would be taken for that.
+fn unusual(view: &View) -> Option<String> {
+    let slab = view.sampling.slab.map(|slab| {
+        let mode = match slab.mode {
+            SlabMode::Mean => "MEAN",
+            SlabMode::Maximum => "MAX",
+            SlabMode::Minimum => "MIN",
+        };
+        format!("{mode} {} mm", slab.thickness_mm)
+    });
+    let ahead = (view.ahead_mm != 0.0).then(|| format!("{:+} mm AHEAD", view.ahead_mm));
+    let words: Vec<String> = slab.into_iter().chain(ahead).collect();
+    (!words.is_empty()).then(|| words.join(", "))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn slabs_and_planes_ahead_are_said() {
+        let scene = bus::scene::Scene::parse("", std::path::Path::new("")).unwrap();
+        let mut view = scene.views[6].clone();
+        assert_eq!(unusual(&view), None);
+        view.ahead_mm = 10.0;
+        view.sampling.slab = Some(bus::scene::Slab {
+            mode: SlabMode::Maximum,
+            thickness_mm: 5.0,
+        });
+        assert_eq!(unusual(&view).unwrap(), "MAX 5 mm, +10 mm AHEAD");
+    }
 
     #[test]
     fn scale_bars_are_round() {
