@@ -5,7 +5,7 @@ use bus::volume::VolumeView;
 use geometry::SlicePlane;
 
 use super::spline::Spline;
-use super::weights::{first_tap, weights};
+use super::weights::{first_tap, gain, weights};
 use super::{Resampler, ResliceError, Samples};
 
 /// The reference back end.
@@ -19,9 +19,9 @@ impl Resampler for Reference {
         "cpu-reference-f64"
     }
 
-    fn error_bound_hu(&self, _: &Sampling, max_abs_hu: f64) -> f64 {
-        // The result is stored as f32; filters with negative weights overshoot, 27-fold for the B-spline's prefilter.
-        27.0 * max_abs_hu * f64::from(f32::EPSILON) / 2.0
+    fn error_bound_hu(&self, sampling: &Sampling, max_abs_hu: f64) -> f64 {
+        // The result is stored as f32.
+        gain(sampling.filter) * max_abs_hu * f64::from(f32::EPSILON) / 2.0
     }
 
     fn prepare(

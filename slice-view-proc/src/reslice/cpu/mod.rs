@@ -17,6 +17,7 @@ use bus::volume::VolumeView;
 use geometry::SlicePlane;
 
 use super::spline::{self, Spline};
+use super::weights::{gain, steepness};
 use super::{Resampler, ResliceError};
 use image::{Fold, Image};
 use phases::Phases;
@@ -71,27 +72,23 @@ impl Resampler for Cpu {
 
     fn error_bound_hu(&self, sampling: &Sampling, max_abs_hu: f64) -> f64 {
         let half_ulp = f64::from(f32::EPSILON) / 2.0;
-        // Roundings on the way to one value, and the largest sum of absolute weights times values in a volume of ones.
-        let (roundings, gain) = match sampling.filter {
+        let taps = sampling.filter.taps() as f64;
+        // Roundings on the way to one value, in half ulp of the largest result.
+        let roundings = match sampling.filter {
             // The same voxel: see the trait for indices in the middle between two.
-            Filter::Nearest => (0.0, 1.0),
+            Filter::Nearest => 0.0,
             // Three nested a + (b - a) w: each rounds its product (up to twice the largest value) and its sums.
-            Filter::Linear => (14.0, 1.0),
-            // Per axis: weights good to 5 half ulp, and a product and a sum per tap. Lebesgue constants: Catmull-Rom
-            // 1.25; the B-spline's prefilter 3, three times rounded; Lanczos 1.34 and 1.49, weights of 3 half ulp more.
-            Filter::Cubic => (3.0 * (5.0 + 5.0), 1.25_f64.powi(3)),
-            Filter::BSpline => (3.0 * (5.0 + 5.0) + 3.0, 27.0),
-            Filter::Sinc3 => (3.0 * (8.0 + 7.0), 1.34_f64.powi(3)),
-            Filter::Sinc5 => (3.0 * (8.0 + 11.0), 1.49_f64.powi(3)),
+            Filter::Linear => 14.0,
+            // Per axis: the four weights together are off by 10, and there is a product and a sum per tap.
+            Filter::Cubic => 3.0 * (10.0 + taps + 1.0),
+            // The same, and coefficients that were rounded after each of three axes.
+            Filter::BSpline => 3.0 * (10.0 + taps + 1.0) + 3.0,
+            // A weight from the table of phases is off by 1.25 for its straight line and 2 for its roundings.
+            Filter::Sinc3 | Filter::Sinc5 => 3.0 * (3.25 * taps + taps + 1.0),
         };
-        // An index is off by 2^-24 of a voxel on each axis; values differ by twice the largest from voxel to voxel, and
-        // no filter is steeper than 1.6 times that between them.
-        let slope = if sampling.filter == Filter::Nearest {
-            0.0
-        } else {
-            3.0 * 1.6 * 2.0 * gain
-        };
-        max_abs_hu * half_ulp * (roundings * gain + slope + 1.0)
+        // An index is off by 2^-24 of a voxel on each axis, which is half an ulp of 1.
+        let unit = roundings * gain(sampling.filter) + steepness(sampling.filter);
+        max_abs_hu * half_ulp * (unit + gain(sampling.filter))
     }
 
     fn prepare(

@@ -3,7 +3,7 @@
 use bus::scene::Filter;
 
 use super::super::ResliceError;
-use super::super::weights::weights;
+use super::super::weights::{gain, weights};
 use super::device::Card;
 use super::texture::Contents;
 
@@ -36,11 +36,8 @@ impl Way {
     /// The largest result in a volume of values of at most one.
     pub(super) fn gain(self) -> f64 {
         match self {
-            Self::Sampler | Self::Exact(Filter::Nearest | Filter::Linear) => 1.0,
-            Self::Exact(Filter::Cubic) => 1.25_f64.powi(3),
-            Self::Exact(Filter::BSpline) => 27.0,
-            Self::Exact(Filter::Sinc3) => 1.34_f64.powi(3),
-            Self::Exact(Filter::Sinc5) => 1.49_f64.powi(3),
+            Self::Sampler => 1.0,
+            Self::Exact(filter) => gain(filter),
         }
     }
 
@@ -160,4 +157,18 @@ fn linear_sampler(card: &Card) -> wgpu::Sampler {
         min_filter: wgpu::FilterMode::Linear,
         ..wgpu::SamplerDescriptor::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Means are sums of whole units in 32 bits with a sign: the largest value must fit.
+    #[test]
+    fn the_largest_result_fits_its_units() {
+        for way in Filter::ALL.into_iter().map(Way::Exact).chain([Way::Sampler]) {
+            let largest = 32_768.0 * way.gain() * f64::from(way.unit());
+            assert!(largest <= f64::from(1_u32 << 31), "{way:?}: {largest}");
+        }
+    }
 }
