@@ -10,7 +10,7 @@
 
 use geometry::VolumeGrid;
 
-use crate::message::{VolumeHash, VolumeHeader};
+use crate::message::{Marks, VolumeHash, VolumeHeader};
 
 const BRICK: [u32; 3] = [4, 4, 4];
 const ROWS: [u32; 3] = [1, 1, 1];
@@ -120,13 +120,76 @@ impl Layout {
         (self.tables[0][x as usize] + self.tables[1][y as usize] + self.tables[2][z as usize]) as usize
     }
 
+    /// Values in memory of one layer of bricks: slices of one layer lie together, layers one after another.
+    pub fn layer(&self) -> usize {
+        let layers = self.tables[2].len().div_ceil(self.brick[2] as usize);
+        (self.stored / layers as u64) as usize
+    }
+
+    /// The slices of layer `index`.
+    pub fn slices_of_layer(&self, index: usize) -> std::ops::Range<u32> {
+        let (side, slices) = (self.brick[2], self.tables[2].len() as u32);
+        let first = (index as u32).saturating_mul(side);
+        first.min(slices)..first.saturating_add(side).min(slices)
+    }
+
     /// Puts slice `z`, given row by row, into its place in `stored`.
     pub fn scatter(&self, z: u32, slice: &[i16], stored: &mut [i16]) {
-        let base_z = self.tables[2][z as usize];
-        for (row, &base_y) in slice.chunks_exact(self.tables[0].len()).zip(&self.tables[1]) {
-            for (&value, &base_x) in row.iter().zip(&self.tables[0]) {
-                stored[(base_x + base_y + base_z) as usize] = value;
+        let layer = self.layer();
+        let first = (z / self.brick[2]) as usize * layer;
+        self.scatter_in_layer(z, slice, &mut stored[first..first + layer]);
+    }
+
+    /// The same, with no more than the slice's own layer at hand ([`Layout::layer`] values).
+    pub fn scatter_in_layer(&self, z: u32, slice: &[i16], layer: &mut [i16]) {
+        let [columns, side] = [self.tables[0].len(), self.brick[1] as usize];
+        let within = self.steps(2).inner as usize * (z % self.brick[2]) as usize;
+        let bricks = slice.chunks(columns * side).zip(self.tables[1].iter().step_by(side));
+        for (rows, &base_y) in bricks {
+            let rest = &mut layer[base_y as usize + within..];
+            match self.brick {
+                BRICK => scatter_fours(rows, columns, rest),
+                _ => self.scatter_rows(rows, rest),
             }
+        }
+    }
+
+    /// Up to a brick's side of rows, by the table.
+    fn scatter_rows(&self, rows: &[i16], out: &mut [i16]) {
+        for (y, row) in rows.chunks(self.tables[0].len()).enumerate() {
+            for (&value, &base_x) in row.iter().zip(&self.tables[0]) {
+                out[self.brick[0] as usize * y + base_x as usize] = value;
+            }
+        }
+    }
+}
+
+/// Up to four rows into one row of bricks of 4 x 4 x 4: a brick's share of a slice is 32 bytes in a piece.
+fn scatter_fours(rows: &[i16], columns: usize, out: &mut [i16]) {
+    if rows.len() == 4 * columns {
+        let (r0, rest) = rows.split_at(columns);
+        let (r1, rest) = rest.split_at(columns);
+        let (r2, r3) = rest.split_at(columns);
+        let fours = r0.as_chunks::<4>().0.iter().zip(r1.as_chunks::<4>().0);
+        let fours = fours.zip(r2.as_chunks::<4>().0.iter().zip(r3.as_chunks::<4>().0));
+        for (brick, ((a, b), (c, d))) in out.chunks_mut(64).zip(fours) {
+            let place = brick[..16].as_chunks_mut::<4>().0;
+            place[0] = *a;
+            place[1] = *b;
+            place[2] = *c;
+            place[3] = *d;
+        }
+    } else {
+        for (y, row) in rows.chunks(columns).enumerate() {
+            for (brick, four) in out.chunks_mut(64).zip(row.as_chunks::<4>().0) {
+                brick[4 * y..4 * y + 4].copy_from_slice(four);
+            }
+        }
+    }
+    let whole = columns / 4 * 4;
+    for (y, row) in rows.chunks(columns).enumerate() {
+        for (x, &value) in row[whole..].iter().enumerate() {
+            out[whole / 4 * 64 + 4 * y + x] = value;
         }
     }
 }
@@ -168,6 +231,8 @@ pub struct OwnedVolume {
     pub padding_hu: i16,
     /// The volume's identity.
     pub hash: VolumeHash,
+    /// What every image of it must say.
+    pub marks: Marks,
 }
 
 impl OwnedVolume {
@@ -182,19 +247,41 @@ impl OwnedVolume {
     }
 }
 
-/// Identity of a volume: BLAKE3 over dimensions, `ct_from_voxel`, padding, and the voxels row by row, little-endian.
+/// Identity of a volume: BLAKE3 over dimensions, `ct_from_voxel`, padding, and the BLAKE3 of each slice, whose voxels go
+/// row by row, little-endian. Slices are hashed apart so that threads can share the work.
 ///
 /// Independent of the layout in memory, so that the same examination has the same name everywhere.
 #[derive(Debug, Clone)]
 pub struct Hasher {
     hasher: blake3::Hasher,
-    bytes: Vec<u8>,
+}
+
+/// BLAKE3 of one slice's voxels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SliceHash([u8; 32]);
+
+impl SliceHash {
+    /// Of a slice, row by row.
+    pub fn of(slice: &[i16]) -> Self {
+        if cfg!(target_endian = "little") {
+            return Self(*blake3::hash(bytemuck::cast_slice(slice)).as_bytes());
+        }
+        let mut hasher = blake3::Hasher::new();
+        for part in slice.chunks(512) {
+            let mut bytes = [0; 1024];
+            for (place, value) in bytes.as_chunks_mut::<2>().0.iter_mut().zip(part) {
+                *place = value.to_le_bytes();
+            }
+            hasher.update(&bytes[..2 * part.len()]);
+        }
+        Self(*hasher.finalize().as_bytes())
+    }
 }
 
 impl Hasher {
     /// Starts with the geometry.
     pub fn new(grid: &VolumeGrid, padding_hu: i16) -> Self {
-        let mut hasher = blake3::Hasher::new_derive_key("trocar volume 1");
+        let mut hasher = blake3::Hasher::new_derive_key("trocar volume 2");
         for dim in grid.dims() {
             hasher.update(&dim.to_le_bytes());
         }
@@ -202,17 +289,12 @@ impl Hasher {
             hasher.update(&number.to_bits().to_le_bytes());
         }
         hasher.update(&padding_hu.to_le_bytes());
-        Self {
-            hasher,
-            bytes: Vec::new(),
-        }
+        Self { hasher }
     }
 
-    /// Adds the next slice, row by row.
-    pub fn update(&mut self, slice: &[i16]) {
-        self.bytes.clear();
-        self.bytes.extend(slice.iter().flat_map(|v| v.to_le_bytes()));
-        self.hasher.update(&self.bytes);
+    /// Adds the next slice.
+    pub fn update(&mut self, slice: SliceHash) {
+        self.hasher.update(&slice.0);
     }
 
     /// The identity.
@@ -222,7 +304,7 @@ impl Hasher {
 }
 
 /// The header of a volume.
-pub fn header(grid: &VolumeGrid, layout: &Layout, padding_hu: i16, hash: VolumeHash) -> VolumeHeader {
+pub fn header(grid: &VolumeGrid, layout: &Layout, padding_hu: i16, hash: VolumeHash, marks: Marks) -> VolumeHeader {
     VolumeHeader {
         ct_from_voxel: grid.ct_from_voxel().rows(),
         hash: hash.0,
@@ -230,7 +312,7 @@ pub fn header(grid: &VolumeGrid, layout: &Layout, padding_hu: i16, hash: VolumeH
         dims: grid.dims(),
         brick: layout.brick(),
         padding_hu: i32::from(padding_hu),
-        reserved: 0,
+        marks: marks.0,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What is drawn over the slice: tube, tip, targets, letters, scale, words.
 
 use bus::clock;
-use bus::message::Lost;
+use bus::message::{Lost, Marks};
 use bus::scene::{Extent, SlabMode, Target, ToolSpec, View};
 use geometry::{Ct, Point, Rigid, SlicePlane, Tool};
 use picture::{Anchor, Canvas, Line, Rgb};
@@ -53,6 +53,8 @@ pub struct Overlay<'a> {
     pub registration_id: u64,
     /// First bytes of the volume's hash, as hex.
     pub volume: &'a str,
+    /// What every image of it must say.
+    pub marks: Marks,
 }
 
 impl Overlay<'_> {
@@ -189,6 +191,14 @@ impl Overlay<'_> {
         if let Some(words) = unusual(self.view) {
             self.text(canvas, [left, first + 2.0 * step], &words, 12.0, WORDS, Anchor::Left);
         }
+        self.text(
+            canvas,
+            [left, first + 3.0 * step],
+            &self.marks.words(),
+            12.0,
+            WARN,
+            Anchor::Left,
+        );
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         self.text(canvas, [right, first + step], &ids, 12.0, QUIET, Anchor::Right);
         if let Some((target, mm)) = self.nearest_target() {

@@ -1,6 +1,6 @@
 //! One image from one pose.
 
-use bus::message::FrameState;
+use bus::message::{FrameState, Marks};
 use bus::scene::{Scene, View};
 use bus::volume::VolumeView;
 use geometry::{Ct, PlaneError, Rigid, SlicePlane, Tool};
@@ -29,6 +29,8 @@ pub struct Rendered<'a> {
     pub volume: VolumeView<'a>,
     /// The first digits of its hash, to stand on the image.
     pub volume_name: &'a str,
+    /// What every image of it must say.
+    pub marks: Marks,
     /// The pose that places the plane: the present one, or the last one when there is none now; `None` draws black.
     pub pose: Option<Rigid<Ct, Tool>>,
     /// What the image claims.
@@ -119,6 +121,7 @@ impl Renderer {
             seq: what.seq,
             registration_id: what.registration_id,
             volume: what.volume_name,
+            marks: what.marks,
         };
         overlay.draw(&mut self.canvas);
         Ok(plane)

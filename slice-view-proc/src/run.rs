@@ -252,6 +252,7 @@ impl SliceView {
         let mut what = Rendered {
             volume: volume.view(),
             volume_name: &self.volume_name,
+            marks: volume.header().marks(),
             pose,
             notice,
             seq: sample.seq,

@@ -89,6 +89,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
     let rendered = Rendered {
         volume: volume.view(),
         volume_name: &volume.hash.to_string()[..8],
+        marks: volume.marks,
         pose: Some(what.pose),
         notice: Notice::Held,
         seq: 0,

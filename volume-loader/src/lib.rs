@@ -12,6 +12,8 @@ pub mod phantom_source;
 mod progress;
 mod run;
 pub mod source;
+mod stream;
+mod voxels;
 
 pub use error::LoadError;
 pub use fill::{Filled, fill};

@@ -51,6 +51,7 @@ fn load_owned(path: &Path) -> Result<OwnedVolume, LoadError> {
         voxels,
         padding_hu,
         hash: filled.hash,
+        marks: source.marks(),
     })
 }
 

@@ -7,8 +7,6 @@ mod fields;
 mod header;
 mod orientation;
 mod reader;
-mod stream;
-mod voxels;
 mod writer;
 
 #[cfg(test)]

@@ -112,7 +112,7 @@ fn publish(
     layout: &Layout,
     publisher: &VolumePublisher,
 ) -> Result<(), RunError> {
-    let (grid, padding_hu) = (*source.grid(), source.padding_hu());
+    let (grid, padding_hu, marks) = (*source.grid(), source.padding_hu(), source.marks());
     let slices = grid.dims()[2];
     let mut progress = Progress::new(process.clock().clone(), slices);
     let mut loan = publisher.loan()?;
@@ -124,7 +124,7 @@ fn publish(
     });
     beat?;
     let Filled { hash, conversion } = filled?;
-    loan.publish(header(&grid, layout, padding_hu, hash))?;
+    loan.publish(header(&grid, layout, padding_hu, hash, marks))?;
     let seconds = progress.finish();
     let mib = (layout.stored() * 2) as f64 / f64::from(1 << 20);
     eprintln!(

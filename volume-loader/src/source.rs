@@ -1,10 +1,12 @@
 //! Where voxels come from: one trait for every kind of examination, and why reading one fails.
 //!
-//! A source gives its slices once, in order, straight into the caller's memory; no source holds a whole volume.
+//! A source gives its slices once, in order, straight into the caller's memory; no source holds a whole volume. One whose
+//! slices lie apart ([`SliceReader`]) gives them in any order, to several threads at once.
 
 use std::fmt;
 use std::path::PathBuf;
 
+use bus::message::Marks;
 use geometry::VolumeGrid;
 
 use crate::nifti::HeaderError;
@@ -14,15 +16,20 @@ use crate::nifti::HeaderError;
 /// Voxels that do not fit an `i16` are changed by one policy, and counted in [`Conversion`]: HU below -32768 and above
 /// 32767 are held to those, what is not a number becomes [`VoxelSource::padding_hu`], and fractions round to the
 /// nearest whole number, halves away from zero.
-pub trait VoxelSource {
+pub trait VoxelSource: Send {
     /// How many voxels there are and where they lie in the patient.
     fn grid(&self) -> &VolumeGrid;
 
     /// HU of what the scanner did not measure.
     fn padding_hu(&self) -> i16;
 
-    /// One line for a person: what this is, and whatever was doubtful about it.
+    /// One line for a person: what this is, and whatever was doubtful about it. Nothing that names a patient.
     fn describe(&self) -> String;
+
+    /// What every image of this volume must say: that its voxels are not the scanner's own, or not all of them.
+    fn marks(&self) -> Marks {
+        Marks::NONE
+    }
 
     /// Reads slice `k` into `out`: `dims[0] * dims[1]` voxels, row-major, x fastest. Slices are asked for strictly in
     /// order, from 0 on, each once.
@@ -37,6 +44,29 @@ pub trait VoxelSource {
     /// # Errors
     /// [`ReadError`]; the slices read before must not be used then.
     fn finish(&mut self) -> Result<Conversion, ReadError>;
+
+    /// The slices in any order, where the source has them apart; `None` where they come as one stream. Who reads this way
+    /// calls neither [`VoxelSource::read_slice`] nor [`VoxelSource::finish`].
+    fn slices(&self) -> Option<&dyn SliceReader> {
+        None
+    }
+}
+
+/// Slices that lie apart, each whole by itself: read in any order and by several threads at once.
+pub trait SliceReader: Sync {
+    /// Reads slice `k` into `out` (`dims[0] * dims[1]` voxels, row-major, x fastest) and says what was changed.
+    /// `scratch` is the calling thread's own; what is in it on entry means nothing.
+    ///
+    /// # Errors
+    /// [`ReadError`]; what is in `out` then is not a slice.
+    fn read(&self, k: u32, out: &mut [i16], scratch: &mut Scratch) -> Result<Conversion, ReadError>;
+}
+
+/// One thread's memory for reading slices, kept from slice to slice.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    /// A slice's file, or a part of it.
+    pub bytes: Vec<u8>,
 }
 
 /// How many voxels were changed on their way to `i16`.
@@ -50,6 +80,15 @@ pub struct Conversion {
     pub not_finite: u64,
     /// Rounded to a whole number.
     pub rounded: u64,
+}
+
+impl std::ops::AddAssign for Conversion {
+    fn add_assign(&mut self, other: Self) {
+        self.clamped_low += other.clamped_low;
+        self.clamped_high += other.clamped_high;
+        self.not_finite += other.not_finite;
+        self.rounded += other.rounded;
+    }
 }
 
 impl Conversion {

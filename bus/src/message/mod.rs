@@ -14,7 +14,7 @@ pub use command::{Command, CommandKind, ReplyHeader};
 pub use frame::{FrameHeader, FrameStamp, FrameState};
 pub use heartbeat::{Counters, Heartbeat, ProcessState};
 pub use pose::{Lost, PoseError, ToolPose, Tracked};
-pub use volume_header::{HeaderError, VolumeHash, VolumeHeader};
+pub use volume_header::{HeaderError, Marks, VolumeHash, VolumeHeader};
 
 /// A fixed-size text field: UTF-8, cut at a character's boundary, zero-padded.
 pub(crate) fn text_field<const N: usize>(text: &str) -> [u8; N] {

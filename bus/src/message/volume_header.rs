@@ -24,8 +24,8 @@ pub struct VolumeHeader {
     pub brick: [u32; 3],
     /// The HU of everything outside the volume.
     pub padding_hu: i32,
-    /// Room for alignment; zero.
-    pub reserved: u32,
+    /// What every image of this volume must say: [`Marks`].
+    pub marks: u32,
 }
 
 const _: () = assert!(size_of::<VolumeHeader>() == 168 && align_of::<VolumeHeader>() == 8);
@@ -69,9 +69,56 @@ impl VolumeHeader {
         Ok(Layout::new(self.dims, self.brick)?)
     }
 
+    /// What every image of this volume must say.
+    pub fn marks(&self) -> Marks {
+        Marks(self.marks)
+    }
+
     /// The volume's identity.
     pub fn volume_hash(&self) -> VolumeHash {
         VolumeHash(self.hash)
+    }
+}
+
+/// What every image of a volume must say, because the voxels are not the scanner's own, or not all of them.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub struct Marks(pub(crate) u32);
+
+impl Marks {
+    /// The scanner's voxels, all of them.
+    pub const NONE: Self = Self(0);
+    /// Slices at uneven places were interpolated to even ones.
+    pub const REGRIDDED: Self = Self(1);
+    /// Several voxels were made one.
+    pub const DOWNSAMPLED: Self = Self(2);
+    /// Only a part of the examination was loaded; black outside it is not air.
+    pub const PART: Self = Self(4);
+    const WORDS: [(Self, &'static str); 3] = [
+        (Self::REGRIDDED, "REGRIDDED"),
+        (Self::DOWNSAMPLED, "DOWNSAMPLED"),
+        (Self::PART, "PART OF CT"),
+    ];
+
+    /// These and those.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Whether all of `other` are among these.
+    pub const fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// In capitals, for the legend of an image; empty where there is nothing to say. A mark of a later version, unknown
+    /// here, is said too.
+    pub fn words(self) -> String {
+        let known = Self::WORDS.iter().filter(|(mark, _)| self.has(*mark));
+        let mut words: Vec<&str> = known.map(|(_, word)| *word).collect();
+        if self.0 > 7 {
+            words.push("ALTERED");
+        }
+        words.join(", ")
     }
 }
 

@@ -39,6 +39,7 @@ pub(crate) fn volume(grid: VolumeGrid, mut slice: impl FnMut(u32, &mut [i16])) -
         padding_hu: -1024,
         // Nobody asks for its name.
         hash: VolumeHash([0; 32]),
+        marks: bus::message::Marks::NONE,
     }
 }
 

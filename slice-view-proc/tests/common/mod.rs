@@ -33,6 +33,7 @@ pub fn volume_at(dims: [u32; 3], ct_from_voxel: [[f64; 4]; 3], hu: impl Fn([i64;
         voxels,
         padding_hu: PADDING_HU,
         hash: VolumeHash::default(),
+        marks: bus::message::Marks::NONE,
     }
 }
 

@@ -4,7 +4,7 @@ use geometry::{GridError, VolumeGrid};
 
 use super::fields::{Fields, Layout};
 use super::orientation;
-use super::voxels::Sample;
+use crate::voxels::Sample;
 
 /// Voxels later than this are refused: extensions hold text, not volumes.
 const MAX_OFFSET: f64 = (64 << 20) as f64;

@@ -6,9 +6,9 @@ use geometry::VolumeGrid;
 
 use super::fields::Layout;
 use super::header::{Header, HeaderError};
-use super::stream::Stream;
-use super::voxels::Decoder;
 use crate::source::{Conversion, Place, ReadError, Turn, VoxelSource};
+use crate::stream::Stream;
+use crate::voxels::Decoder;
 
 /// HU for what is not a number; NIfTI names no padding of its own. What scanners write outside their circle.
 const PADDING_HU: i16 = -1024;

@@ -45,6 +45,7 @@ fn noise(dims: [u32; 3], brick: [u32; 3]) -> OwnedVolume {
         voxels,
         padding_hu: -1024,
         hash: VolumeHash::default(),
+        marks: bus::message::Marks::NONE,
     }
 }
 
