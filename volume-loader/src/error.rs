@@ -3,6 +3,7 @@
 use bus::volume::LayoutError;
 use geometry::GridError;
 
+use crate::part::RegionError;
 use crate::source::ReadError;
 
 /// Why a volume was not loaded.
@@ -14,6 +15,9 @@ pub enum LoadError {
     /// The generated patient cannot be sampled like this.
     #[error("the generated patient: {0}")]
     Grid(#[from] GridError),
+    /// The part that the scene asks for cannot be cut out.
+    #[error(transparent)]
+    Region(#[from] RegionError),
     /// The volume is too large to be laid out.
     #[error(transparent)]
     Layout(#[from] LayoutError),

@@ -8,6 +8,7 @@ mod error;
 mod fill;
 mod load;
 pub mod nifti;
+pub mod part;
 pub mod phantom_source;
 mod progress;
 mod run;

@@ -1,44 +1,42 @@
-//! From a scene's volume, or a path, to a source of voxels.
-
-use std::path::Path;
+//! From a scene's volume to a source of voxels.
 
 use bus::run::free_memory_bytes;
-use bus::scene::VolumeSource;
+use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
 use bus::volume::{Layout, OwnedVolume};
 
 use crate::error::LoadError;
 use crate::fill::fill;
 use crate::nifti::NiftiSource;
+use crate::part::part;
 use crate::phantom_source::PhantomSource;
-use crate::source::VoxelSource;
+use crate::source::{ReadError, VoxelSource};
 
-/// Opens the source of a scene's volume; `seed` is the generated patient's.
+/// Opens the source of a scene's volume, or of its part; `seed` is the generated patient's.
 ///
 /// # Errors
-/// [`LoadError::Read`], [`LoadError::Grid`].
-pub fn open(volume: &VolumeSource, seed: u64) -> Result<Box<dyn VoxelSource>, LoadError> {
-    Ok(match volume {
+/// [`LoadError::Read`], [`LoadError::Grid`], [`LoadError::Region`].
+pub fn open(spec: &VolumeSpec, seed: u64) -> Result<Box<dyn VoxelSource>, LoadError> {
+    let source: Box<dyn VoxelSource> = match &spec.source {
         VolumeSource::Phantom { spacing_mm } => Box::new(PhantomSource::new(seed, [*spacing_mm; 3])?),
-        VolumeSource::File(path) => Box::new(NiftiSource::open(path)?),
-    })
+        VolumeSource::File(file) => open_file(file)?,
+    };
+    Ok(part(source, spec)?)
 }
 
-/// Reads a file into this process's own memory; the path `phantom` is the generated patient of seed 1.
+fn open_file(file: &FileSpec) -> Result<Box<dyn VoxelSource>, ReadError> {
+    Ok(Box::new(NiftiSource::open(&file.path)?))
+}
+
+/// Reads an examination into this process's own memory; the generated patient is that of seed 1.
 ///
 /// # Errors
 /// [`LoadError`].
-pub fn load(path: &Path) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
-    Ok(load_owned(path)?)
+pub fn load(spec: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
+    Ok(load_owned(spec)?)
 }
 
-fn load_owned(path: &Path) -> Result<OwnedVolume, LoadError> {
-    let volume = match path.to_str() {
-        Some("phantom") => VolumeSource::Phantom {
-            spacing_mm: phantom::DEFAULT_SPACING_MM[0],
-        },
-        _ => VolumeSource::File(path.to_owned()),
-    };
-    let mut source = open(&volume, 1)?;
+fn load_owned(spec: &VolumeSpec) -> Result<OwnedVolume, LoadError> {
+    let mut source = open(spec, 1)?;
     let grid = *source.grid();
     let layout = Layout::choose(grid.dims())?;
     let padding_hu = source.padding_hu();

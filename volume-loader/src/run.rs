@@ -131,6 +131,9 @@ fn publish(
         "volume-loader: {mib:.1} MiB in shared memory after {seconds:.2} s, bricks of {:?}, hash {hash}",
         layout.brick()
     );
+    for remark in source.remarks() {
+        eprintln!("volume-loader: {remark}");
+    }
     if conversion.clamped_low + conversion.clamped_high + conversion.not_finite > 0 {
         eprintln!(
             "volume-loader: warning: {} voxels below and {} above the range of 16 bits were clamped, {} that were not \

@@ -10,13 +10,14 @@ use bus::message::Marks;
 use geometry::VolumeGrid;
 
 use crate::nifti::HeaderError;
+use crate::part::Sums;
 
 /// An examination that gives its voxels slice by slice, as HU.
 ///
 /// Voxels that do not fit an `i16` are changed by one policy, and counted in [`Conversion`]: HU below -32768 and above
 /// 32767 are held to those, what is not a number becomes [`VoxelSource::padding_hu`], and fractions round to the
 /// nearest whole number, halves away from zero.
-pub trait VoxelSource: Send {
+pub trait VoxelSource: Send + Sync {
     /// How many voxels there are and where they lie in the patient.
     fn grid(&self) -> &VolumeGrid;
 
@@ -45,6 +46,11 @@ pub trait VoxelSource: Send {
     /// [`ReadError`]; the slices read before must not be used then.
     fn finish(&mut self) -> Result<Conversion, ReadError>;
 
+    /// What is known only after the last slice, for a person.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The slices in any order, where the source has them apart; `None` where they come as one stream. Who reads this way
     /// calls neither [`VoxelSource::read_slice`] nor [`VoxelSource::finish`].
     fn slices(&self) -> Option<&dyn SliceReader> {
@@ -67,6 +73,10 @@ pub trait SliceReader: Sync {
 pub struct Scratch {
     /// A slice's file, or a part of it.
     pub bytes: Vec<u8>,
+    /// A slice on its way to becoming a part of one.
+    pub slice: Vec<i16>,
+    /// Voxels on their way to becoming one.
+    pub sums: Vec<Sums>,
 }
 
 /// How many voxels were changed on their way to `i16`.

@@ -1,7 +1,6 @@
 //! From the raw scene to the checked one.
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
 use std::time::Duration;
 
 use geometry::{Frame, Point, door};
@@ -13,7 +12,7 @@ use super::raw::{
 use super::view::WINDOWS;
 use super::{
     Approach, Limits, RecordingSpec, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View,
-    VolumeSource, WindowLevel,
+    WindowLevel,
 };
 
 pub(super) type Checked<T> = Result<T, Invalid>;
@@ -27,7 +26,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
     let targets = targets(raw.targets.as_deref().unwrap_or_default())?;
     Ok(Scene {
         seed: raw.seed,
-        volume: volume(raw)?,
+        volume: super::volume::checked(&raw.volume, &targets, raw.tracker.approach.entry_ct_mm)?,
         tool: tool(raw)?,
         tracker: tracker(&raw.tracker, &targets)?,
         targets,
@@ -38,7 +37,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
     })
 }
 
-fn invalid(key: impl Into<String>, found: impl ToString, allowed: impl Into<String>) -> Invalid {
+pub(super) fn invalid(key: impl Into<String>, found: impl ToString, allowed: impl Into<String>) -> Invalid {
     Invalid {
         key: key.into(),
         found: found.to_string(),
@@ -59,20 +58,8 @@ fn seconds(key: &str, value: f64, range: RangeInclusive<f64>) -> Checked<Duratio
     number(key, value, range, "s").map(Duration::from_secs_f64)
 }
 
-fn point<F: Frame>(key: &str, mm: [f64; 3]) -> Checked<Point<F>> {
+pub(super) fn point<F: Frame>(key: &str, mm: [f64; 3]) -> Checked<Point<F>> {
     door::point(mm).map_err(|_| invalid(key, format!("{mm:?}"), "three finite numbers"))
-}
-
-fn volume(raw: &RawScene) -> Checked<VolumeSource> {
-    if raw.volume.source.is_empty() {
-        return Err(invalid("volume.source", "\"\"", "\"phantom\" or the path of a CT"));
-    }
-    if raw.volume.source != "phantom" {
-        return Ok(VolumeSource::File(PathBuf::from(&raw.volume.source)));
-    }
-    Ok(VolumeSource::Phantom {
-        spacing_mm: number("volume.spacing_mm", raw.volume.spacing_mm, 0.4..=20.0, "mm")?,
-    })
 }
 
 fn tool(raw: &RawScene) -> Checked<ToolSpec> {

@@ -9,8 +9,9 @@ mod locate;
 pub mod raw;
 mod sampling;
 mod view;
+mod volume;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use geometry::{Ct, Point, Rigid, Tracker};
@@ -19,14 +20,15 @@ pub use error::SceneError;
 pub use raw::{Extent, Plane, Up};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
 pub use view::{View, WindowLevel};
+pub use volume::{FileSpec, RawRegion, RawVolume, Region, VolumeSource, VolumeSpec};
 
 /// A run's scene, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Seeds everything that is drawn by chance.
     pub seed: u64,
-    /// Where the examination comes from.
-    pub volume: VolumeSource,
+    /// Where the examination comes from, and how much of it is loaded.
+    pub volume: VolumeSpec,
     /// The instrument.
     pub tool: ToolSpec,
     /// Where poses come from.
@@ -41,18 +43,6 @@ pub struct Scene {
     pub recording: Option<RecordingSpec>,
     /// When to warn, restart and give up.
     pub limits: Limits,
-}
-
-/// Where the examination comes from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum VolumeSource {
-    /// The generated patient, sampled at this spacing; its anatomy follows the scene's seed.
-    Phantom {
-        /// Voxel spacing, mm.
-        spacing_mm: f64,
-    },
-    /// A file.
-    File(PathBuf),
 }
 
 /// The rigid tube. Its frame: origin at the inner tip, +z from the handle to the tip.

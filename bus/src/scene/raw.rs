@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{Invalid, SceneError};
 use super::locate;
 use super::sampling::{Filter, Minify, Render, Slab};
+use super::volume::RawVolume;
 
 /// Scene files are short; a longer one is not a scene.
 const MAX_BYTES: u64 = 1 << 20;
@@ -48,25 +49,6 @@ pub struct RawScene {
     /// `[[views]]`; absent: the seven images of the thesis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub views: Option<Vec<RawView>>,
-}
-
-/// `[volume]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RawVolume {
-    /// `phantom`, or a path.
-    pub source: String,
-    /// Phantom only: voxel spacing, mm.
-    pub spacing_mm: f64,
-}
-
-impl Default for RawVolume {
-    fn default() -> Self {
-        Self {
-            source: "phantom".to_owned(),
-            spacing_mm: 1.5,
-        }
-    }
 }
 
 /// `[tool]`

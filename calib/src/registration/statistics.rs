@@ -3,6 +3,9 @@
 //! Convention of every 6 x 6 covariance here: rows and columns are (rotation vector, translation), both in `To`,
 //! radians and mm; the true transform is `p -> exp(w) (R p + t) + v` with the small `(w, v)` of this covariance,
 //! turning about `To`'s origin.
+//!
+//! Covariances and errors square lengths: they are finite where lengths lie between about 1e-150 and 1e150 mm. The
+//! transform and its residuals need no such limit.
 
 use geometry::{Frame, Point, Vector};
 use nalgebra::{Matrix3, Matrix6, Vector3};
