@@ -72,9 +72,16 @@ enum Verb {
 struct SceneArgs {
     /// The scene file; without one, the embedded demonstration.
     scene: Option<PathBuf>,
-    /// Another examination than the scene's: a CT (.nii, .nii.gz), or `phantom`.
+    /// Another examination than the scene's: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha,
+    /// .mhd), or `phantom`.
     #[arg(long)]
     volume: Option<String>,
+    /// Which series of that folder, from 1 in the order that the loader lists.
+    #[arg(long, value_name = "N", requires = "volume", value_parser = clap::value_parser!(u32).range(1..))]
+    series: Option<u32>,
+    /// Interpolate its slices to even places where they are not, instead of refusing it; every image says so.
+    #[arg(long, requires = "volume")]
+    regrid: bool,
     /// Another seed than the scene's.
     #[arg(long)]
     seed: Option<u64>,
@@ -142,6 +149,8 @@ fn say(text: &str) {
 fn load(args: &SceneArgs) -> Result<(bus::scene::raw::Source, Scene), ResolveError> {
     let overrides = Overrides {
         volume: args.volume.clone(),
+        series: args.series,
+        regrid: args.regrid,
         seed: args.seed,
     };
     resolve(args.scene.as_deref(), &overrides)

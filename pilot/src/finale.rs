@@ -159,6 +159,7 @@ pub(crate) fn report(run: &Run) -> Report {
         ct_from_voxel: v.ct_from_voxel,
         brick: v.brick,
         padding_hu: v.padding_hu,
+        marks: v.marks().words(),
     });
     Report {
         trocar_version: env!("CARGO_PKG_VERSION"),

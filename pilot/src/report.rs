@@ -40,6 +40,8 @@ pub(crate) struct VolumeReport {
     pub(crate) ct_from_voxel: [[f64; 4]; 3],
     pub(crate) brick: [u32; 3],
     pub(crate) padding_hu: i32,
+    /// What every image of it says; empty where there is nothing to say.
+    pub(crate) marks: String,
 }
 
 #[derive(Debug, Clone, Serialize)]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bus::scene::raw::{self, RawTarget, Source};
-use bus::scene::{Scene, SceneError};
+use bus::scene::{RawVolume, Scene, SceneError};
 use phantom::Phantom;
 
 /// The scene that runs when none is named: see the file itself.
@@ -14,6 +14,10 @@ pub(crate) const EMBEDDED: &str = include_str!("../../config/demo.toml");
 pub(crate) struct Overrides {
     /// Another examination.
     pub(crate) volume: Option<String>,
+    /// Which series of its folder.
+    pub(crate) series: Option<u32>,
+    /// Interpolate its slices to even places.
+    pub(crate) regrid: bool,
     /// Another seed.
     pub(crate) seed: Option<u64>,
 }
@@ -32,7 +36,9 @@ pub(crate) enum ResolveError {
         scene: PathBuf,
         what: &'static str,
     },
-    #[error("--volume {0}: there is no such file; give the path of a CT (.nii, .nii.gz), or `phantom`")]
+    #[error(
+        "--volume {0}: there is no such file; give the path of a CT (a folder with a DICOM series, or a file), or `phantom`"
+    )]
     NoVolume(String),
 }
 
@@ -45,7 +51,7 @@ pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Sou
     // As written, before anything is changed: errors then point at the file's own lines.
     Scene::from_raw(&source)?;
     if let Some(volume) = &overrides.volume {
-        replace_volume(&mut source, volume)?;
+        replace_volume(&mut source, volume, overrides)?;
     }
     if let Some(seed) = overrides.seed {
         source.scene.seed = seed;
@@ -55,7 +61,7 @@ pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Sou
     Ok((source, scene))
 }
 
-fn replace_volume(source: &mut Source, volume: &str) -> Result<(), ResolveError> {
+fn replace_volume(source: &mut Source, volume: &str, overrides: &Overrides) -> Result<(), ResolveError> {
     let misplaced = |what| ResolveError::Misplaced {
         volume: volume.to_owned(),
         scene: source.path.clone(),
@@ -67,7 +73,10 @@ fn replace_volume(source: &mut Source, volume: &str) -> Result<(), ResolveError>
     if source.scene.tracker.approach.entry_ct_mm.is_some() {
         return Err(misplaced("[tracker.approach] entry_ct_mm"));
     }
-    source.scene.volume.source = match volume {
+    if source.scene.volume.region.is_some() {
+        return Err(misplaced("[volume.region] corners"));
+    }
+    let path = match volume {
         "phantom" => volume.to_owned(),
         // The children run in this folder too, but the file in the run's folder must not depend on it.
         path => std::path::absolute(path)
@@ -76,6 +85,13 @@ fn replace_volume(source: &mut Source, volume: &str) -> Result<(), ResolveError>
             .ok_or_else(|| ResolveError::NoVolume(volume.to_owned()))?
             .to_string_lossy()
             .into_owned(),
+    };
+    source.scene.volume = RawVolume {
+        source: path,
+        series: overrides.series,
+        regrid: overrides.regrid,
+        spacing_mm: source.scene.volume.spacing_mm,
+        ..RawVolume::default()
     };
     Ok(())
 }
@@ -117,12 +133,14 @@ mod tests {
         let overrides = Overrides {
             volume: Some("/etc/hostname".to_owned()),
             seed: None,
+            ..Overrides::default()
         };
         let (_, scene) = resolve(None, &overrides).unwrap();
         assert!(scene.targets.is_empty());
         let none = Overrides {
             volume: Some("/no/such/file".to_owned()),
             seed: None,
+            ..Overrides::default()
         };
         assert!(matches!(resolve(None, &none), Err(ResolveError::NoVolume(_))));
     }
@@ -135,6 +153,7 @@ mod tests {
         let overrides = Overrides {
             volume: Some("/etc/hostname".to_owned()),
             seed: None,
+            ..Overrides::default()
         };
         assert!(matches!(
             resolve(Some(&path), &overrides),

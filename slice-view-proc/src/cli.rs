@@ -6,7 +6,8 @@ use std::str::FromStr;
 
 use bus::process::{Membership, exit};
 use bus::scene::{
-    BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, WindowLevel,
+    BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, VolumeSource,
+    VolumeSpec, WindowLevel,
 };
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
@@ -54,9 +55,18 @@ enum Verb {
 
 #[derive(Debug, clap::Args)]
 struct SnapshotArgs {
-    /// The CT (.nii, .nii.gz), or `phantom`.
+    /// The CT: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), or `phantom`.
     #[arg(long)]
     volume: PathBuf,
+    /// Which series of the folder, from 1 in the order that the loader lists.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    series: Option<u32>,
+    /// Interpolate slices at uneven places to even ones instead of refusing them; the image says so.
+    #[arg(long)]
+    regrid: bool,
+    /// Take the axes of a file without orientation as left, posterior, superior instead of refusing it.
+    #[arg(long)]
+    assume_lps: bool,
     /// The plane's direction.
     #[arg(long)]
     view: PlaneArg,
@@ -260,8 +270,12 @@ fn take(args: SnapshotArgs, load: LoadVolume) -> Result<(), SnapshotError> {
         return Err(SnapshotError::Ahead(args.ahead_mm));
     }
     let render = args.render();
+    let mut volume = VolumeSpec::of_path(args.volume);
+    if let VolumeSource::File(file) = &mut volume.source {
+        (file.series, file.regrid, file.assume_lps) = (args.series, args.regrid, args.assume_lps);
+    }
     let what = Snapshot {
-        volume: args.volume,
+        volume,
         plane: args.view.into(),
         pose,
         size: args.size.0,

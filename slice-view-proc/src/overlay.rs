@@ -55,6 +55,8 @@ pub struct Overlay<'a> {
     pub volume: &'a str,
     /// What every image of it must say.
     pub marks: Marks,
+    /// What the back end that sampled it has to say, see [`Resampler::caution`](crate::reslice::Resampler::caution).
+    pub caution: &'a str,
 }
 
 impl Overlay<'_> {
@@ -191,14 +193,11 @@ impl Overlay<'_> {
         if let Some(words) = unusual(self.view) {
             self.text(canvas, [left, first + 2.0 * step], &words, 12.0, WORDS, Anchor::Left);
         }
-        self.text(
-            canvas,
-            [left, first + 3.0 * step],
-            &self.marks.words(),
-            12.0,
-            WARN,
-            Anchor::Left,
-        );
+        // Not at the top, where a banner may hide them.
+        for (line, words) in [(1.0, self.marks.words().as_str()), (2.0, self.caution)] {
+            let at = [right, h - 16.0 * u - line * step];
+            self.text(canvas, at, words, 13.0, WARN, Anchor::Right);
+        }
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         self.text(canvas, [right, first + step], &ids, 12.0, QUIET, Anchor::Right);
         if let Some((target, mm)) = self.nearest_target() {

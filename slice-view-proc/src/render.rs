@@ -122,6 +122,7 @@ impl Renderer {
             registration_id: what.registration_id,
             volume: what.volume_name,
             marks: what.marks,
+            caution: resampler.caution(),
         };
         overlay.draw(&mut self.canvas);
         Ok(plane)

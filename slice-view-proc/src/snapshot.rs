@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use bus::message::FrameStamp;
-use bus::scene::{Extent, Filter, Plane, Render, Sampling, Scene, SceneError, THICKNESS_MM, Up, View, WindowLevel};
+use bus::scene::{
+    Extent, Filter, Plane, Render, Sampling, Scene, SceneError, THICKNESS_MM, Up, View, VolumeSpec, WindowLevel,
+};
 use bus::volume::OwnedVolume;
 use geometry::{Ct, DoorError, PlaneError, Rigid, Tool};
 use picture::PngError;
@@ -13,14 +15,13 @@ use crate::overlay::Notice;
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::{Chosen, Reference, Resampler, ResliceError};
 
-/// Reads a volume from a file; `phantom` is the generated patient. Handed in by the binary, as this crate knows no file
-/// formats.
-pub type LoadVolume = fn(&Path) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+/// Reads a volume from a file or a folder. Handed in by the binary, as this crate knows no file formats.
+pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
 
 /// What to draw and where to put it.
 #[derive(Debug, Clone)]
 pub(crate) struct Snapshot {
-    pub(crate) volume: PathBuf,
+    pub(crate) volume: VolumeSpec,
     pub(crate) plane: Plane,
     pub(crate) pose: Rigid<Ct, Tool>,
     pub(crate) size: [u32; 2],

@@ -78,14 +78,26 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     check_space(layout.stored() * 2, what)?;
     let publisher = VolumePublisher::open(&process.bus, &layout)?;
     publish(&mut process, source.as_mut(), &layout, &publisher)?;
+    let note = note(source.as_ref());
     process.counters.published = 1;
     while !process.stop.is_set() {
         publisher.serve_late_joiners();
-        process.beat(ProcessState::Ready, "")?;
+        process.beat(ProcessState::Ready, &note)?;
         std::thread::sleep(PUMP);
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     Ok(())
+}
+
+/// What the operator should know of the volume, in few words.
+fn note(source: &dyn VoxelSource) -> String {
+    let words = source.marks().words();
+    let remarks = source.remarks().join("; ");
+    match (words.is_empty(), remarks.is_empty()) {
+        (true, _) => remarks,
+        (_, true) => words,
+        _ => format!("{words}: {remarks}"),
+    }
 }
 
 /// Memory is given page by page as it is written, so a volume that does not fit would kill the process half-way.

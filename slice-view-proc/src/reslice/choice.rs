@@ -16,6 +16,8 @@ pub struct Chosen {
     cpu: Cpu,
     gpu: Option<Gpu>,
     name: String,
+    /// A card drew once and failed.
+    lost: bool,
 }
 
 impl Chosen {
@@ -48,7 +50,12 @@ impl Chosen {
 
     fn of(cpu: Cpu, gpu: Option<Gpu>) -> Self {
         let name = gpu.as_ref().map_or(cpu.name(), Gpu::name).to_owned();
-        Self { cpu, gpu, name }
+        Self {
+            cpu,
+            gpu,
+            name,
+            lost: false,
+        }
     }
 
     /// The name, with the memory taken on the card: what a process says of itself.
@@ -79,6 +86,7 @@ impl Chosen {
     fn fall_back(&mut self, how: &str, why: &str) {
         self.name = format!("{} (GPU {how}: {why})", self.cpu.name());
         warn(&self.name);
+        self.lost = true;
         if let Some(gpu) = self.gpu.take() {
             gpu.close();
         }
@@ -92,6 +100,10 @@ fn warn(name: &str) {
 impl Resampler for Chosen {
     fn name(&self) -> &str {
         &self.name
+    }
+
+    fn caution(&self) -> &'static str {
+        if self.lost { "GPU LOST, CPU DRAWS" } else { "" }
     }
 
     fn error_bound_hu(&self, sampling: &Sampling, max_abs_hu: f64) -> f64 {

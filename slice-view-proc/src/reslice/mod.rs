@@ -35,6 +35,11 @@ pub trait Resampler {
     /// The name in reports, with the device where there is a choice.
     fn name(&self) -> &str;
 
+    /// What every image drawn this way must say; empty while all is as the scene asked.
+    fn caution(&self) -> &'static str {
+        ""
+    }
+
     /// The largest distance of a result from the f64 reference, HU, for voxels up to `max_abs_hu` in magnitude.
     ///
     /// For [`Filter::Nearest`] it holds away from ties: where an index lies in the middle between two voxels to within

@@ -22,6 +22,7 @@ fn a_lost_card_leaves_the_image_to_the_cpu() {
     let plane = plane(&volume, [0.0; 3], [0.3, 0.2, 1.0], 0.5, [64, 64]).unwrap();
     drawn(&mut chosen, &volume, &plane, &samplings[0]);
     assert!(chosen.gpu_bytes().is_some());
+    assert_eq!(chosen.caution(), "");
     chosen.gpu().unwrap().lose();
     for sampling in &samplings {
         let expected = drawn(&mut cpu, &volume, &plane, sampling);
@@ -32,6 +33,7 @@ fn a_lost_card_leaves_the_image_to_the_cpu() {
             chosen.name()
         );
         assert_eq!(chosen.gpu_bytes(), None);
+        assert_eq!(chosen.caution(), "GPU LOST, CPU DRAWS");
     }
 }
 
