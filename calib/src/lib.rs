@@ -2,7 +2,8 @@
 //!
 //! Pure numerics: no file, no clock, no process. Lengths are in millimetres, angles in radians, frames are types.
 //! Chapter 4 of part III of the thesis is [`registration`]; the question it ends on, which shape is best for a marker,
-//! is [`marker`].
+//! is [`marker`]. [`pose`] is what a tracker computes for each sample.
 
 pub mod marker;
+pub mod pose;
 pub mod registration;

@@ -1,4 +1,4 @@
-//! A registration takes no memory: every allocation of the thread that solves is counted.
+//! A registration takes no memory, and neither does a pose: every allocation of the thread that solves is counted.
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 #![allow(
@@ -12,8 +12,10 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::hint::black_box;
 
+use calib::pose::{self, Body, Gates, Localizer, Sighting};
 use calib::registration::{Method, Pairs, fit};
 use common::{Random, images};
+use geometry::{Marker, Point, Rigid, Tracker, Vector};
 
 struct Counting;
 
@@ -76,4 +78,33 @@ fn a_fit_allocates_nothing_by_any_method_and_neither_does_a_refusal() {
             assert_eq!(refused, 0, "{method:?}, {n} points at one place");
         }
     }
+}
+
+#[test]
+fn a_pose_from_emitters_allocates_nothing() {
+    let mut random = Random::new(9);
+    let places: Vec<Point<Marker>> = random.cloud(24, 50.0).iter().map(|p| retyped(*p)).collect();
+    let body = Body::of_points(&places).unwrap();
+    let away =
+        Rigid::<Tracker, Marker>::from_rotation_vector(random.vector(1.0), Vector::new(0.0, 0.0, 2000.0)).unwrap();
+    let mut seen: Vec<Sighting> = Vec::new();
+    for (emitter, place) in places.iter().enumerate() {
+        let place = away * *place + random.noise([0.1; 3]);
+        seen.push(Sighting { emitter, place });
+    }
+    // One that has to be left out.
+    seen[7].place = seen[7].place + Vector::new(5.0, 5.0, 0.0);
+    let tip = Point::new(0.0, 0.0, 300.0);
+    let localizer = Localizer::isotropic(0.1);
+    let solved = taken(|| {
+        let pose = pose::solve(&body, tip, &seen, &localizer, &Gates::default()).unwrap();
+        assert_eq!((pose.used, pose.outliers), (23, 1));
+    });
+    let refused = taken(|| assert!(pose::solve(&body, tip, &seen[..2], &localizer, &Gates::default()).is_err()));
+    assert_eq!([solved, refused], [0, 0]);
+}
+
+fn retyped(p: Point<Tracker>) -> Point<Marker> {
+    let [x, y, z] = p.mm();
+    Point::new(x, y, z)
 }
