@@ -3,6 +3,7 @@
 //! Here the source is simulated: a scripted gesture with seeded imperfections, a pure function of the sample's number,
 //! so that a restarted process goes on where the script is, and the same seed gives the same poses.
 
+pub mod chain;
 mod chance;
 pub mod cli;
 mod gesture;

@@ -8,7 +8,7 @@ use super::{Body, Localizer, radius_95_mm};
 use crate::registration::{Method, Pairs, fit};
 
 /// Most emitters of one body.
-pub const MAX_EMITTERS: usize = 64;
+pub const MAX_EMITTERS: usize = 32;
 /// Gauss-Newton steps from the closed solution; it is so near that the second changes nothing that can be measured.
 const STEPS: usize = 3;
 /// A step below this, radians and mm, ends the iteration: the next would be of its square.
