@@ -78,7 +78,7 @@ mod tests {
             stamps.admit(11, 100 + ahead_ns, 100),
             Err(StampError::Future { ahead_ns })
         );
-        assert_eq!(stamps.admit(11, i64::MAX, i64::MIN).is_err(), true);
+        assert!(stamps.admit(11, i64::MAX, i64::MIN).is_err());
         assert_eq!(stamps.admit(11, 100 + FUTURE_NS, 100), Ok(()));
     }
 }
