@@ -1,5 +1,9 @@
 //! The command line.
 
+mod export;
+mod input;
+mod inspect;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -19,7 +23,9 @@ use crate::source::VoxelSource;
     version,
     after_help = "Examples:\n  \
     volume-loader phantom --out patient.nii.gz\n  \
-    volume-loader phantom --seed 7 --spacing-mm 1.0 --out patient.nii\n\n\
+    volume-loader phantom --seed 7 --spacing-mm 1.0 --out patient.nii\n  \
+    volume-loader inspect patient.nii.gz --png patient.png\n  \
+    volume-loader export patient.nii.gz series/\n\n\
     Within a run the pilot starts `volume-loader run`; the scene's [volume] table names the examination."
 )]
 struct Cli {
@@ -50,6 +56,10 @@ enum Verb {
         #[arg(long)]
         out: PathBuf,
     },
+    /// Says what an examination is, without loading it: place, HU, doubts; with --png three planes as a picture.
+    Inspect(inspect::InspectArgs),
+    /// Writes an examination in another format: NIfTI, or a DICOM series.
+    Export(export::ExportArgs),
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -65,6 +75,8 @@ pub fn main() -> ExitCode {
     match Cli::parse().command {
         Verb::Run { run_dir, parent } => exit("volume-loader", run::run(&Membership { run_dir, parent })),
         Verb::Phantom { seed, spacing_mm, out } => exit("volume-loader", write_phantom(seed, spacing_mm, &out)),
+        Verb::Inspect(args) => exit("volume-loader", inspect::run(&args)),
+        Verb::Export(args) => exit("volume-loader", export::run(&args)),
     }
 }
 

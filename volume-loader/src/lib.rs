@@ -4,8 +4,10 @@
 //! the way; `run` publishes the result and keeps it there for late joiners. No process holds a second copy.
 
 pub mod cli;
+pub mod dicom_out;
 mod error;
 mod fill;
+pub mod inspect;
 mod load;
 pub mod nifti;
 pub mod part;

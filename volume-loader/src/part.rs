@@ -16,7 +16,7 @@ use bus::message::Marks;
 use bus::scene::{Region, VolumeSpec};
 use geometry::{Affine, Ct, GridError, Point, VolumeGrid, Voxel};
 
-use crate::source::{Conversion, ReadError, Scratch, SliceReader, Turn, VoxelSource};
+use crate::source::{Conversion, Facts, ReadError, Scratch, SliceReader, Turn, VoxelSource};
 pub use blocks::Sums;
 use blocks::{Blocks, Loss};
 pub use bounds::RegionError;
@@ -151,6 +151,10 @@ impl VoxelSource for Part {
             marks = marks.and(Marks::DOWNSAMPLED);
         }
         marks
+    }
+
+    fn facts(&self) -> Facts {
+        self.inner.facts()
     }
 
     fn remarks(&self) -> Vec<String> {

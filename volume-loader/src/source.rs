@@ -46,6 +46,11 @@ pub trait VoxelSource: Send + Sync {
     /// [`ReadError`]; the slices read before must not be used then.
     fn finish(&mut self) -> Result<Conversion, ReadError>;
 
+    /// What only the reader of a format knows: for `inspect`, known before the first slice.
+    fn facts(&self) -> Facts {
+        Facts::default()
+    }
+
     /// What is known only after the last slice, for a person.
     fn remarks(&self) -> Vec<String> {
         Vec::new()
@@ -77,6 +82,15 @@ pub struct Scratch {
     pub slice: Vec<i16>,
     /// Voxels on their way to becoming one.
     pub sums: Vec<Sums>,
+}
+
+/// What only the reader of a format knows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Facts {
+    /// What is doubtful about the files, a sentence each.
+    pub warnings: Vec<String>,
+    /// Facts of the format, by name: for DICOM the steps between slices, the tilt tag, the codec.
+    pub extra: serde_json::Map<String, serde_json::Value>,
 }
 
 /// How many voxels were changed on their way to `i16`.

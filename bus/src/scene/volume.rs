@@ -116,6 +116,16 @@ pub enum Region {
     BoxVoxels([[u32; 3]; 2]),
 }
 
+impl RawVolume {
+    /// Checked as a scene without targets would be.
+    ///
+    /// # Errors
+    /// The key, what was found and what is allowed, in words.
+    pub fn checked(&self) -> Result<VolumeSpec, String> {
+        checked(self, &[], None).map_err(|invalid| invalid.to_string())
+    }
+}
+
 impl VolumeSpec {
     /// All of a file or folder, with nothing allowed that is doubtful; the path `phantom` is the generated patient.
     pub fn of_path(path: PathBuf) -> Self {
