@@ -58,7 +58,7 @@ enum Verb {
     },
     /// Says what an examination is, without loading it: place, HU, doubts; with --png three planes as a picture.
     Inspect(inspect::InspectArgs),
-    /// Writes an examination in another format: NIfTI, or a DICOM series.
+    /// Writes an examination in another format: NIfTI, NRRD, MetaImage, or a DICOM series.
     Export(export::ExportArgs),
 }
 

@@ -9,7 +9,9 @@ use crate::fill::fill;
 use crate::nifti::NiftiSource;
 use crate::part::part;
 use crate::phantom_source::PhantomSource;
+use crate::raster::OpenOptions;
 use crate::source::{ReadError, VoxelSource};
+use crate::{metaimage, nrrd};
 
 /// Opens the source of a scene's volume, or of its part; `seed` is the generated patient's.
 ///
@@ -23,8 +25,15 @@ pub fn open(spec: &VolumeSpec, seed: u64) -> Result<Box<dyn VoxelSource>, LoadEr
     Ok(part(source, spec)?)
 }
 
+/// Opens a file by the ending of its name: NRRD (`.nrrd`, `.nhdr`), MetaImage (`.mha`, `.mhd`), and NIfTI with any other.
 fn open_file(file: &FileSpec) -> Result<Box<dyn VoxelSource>, ReadError> {
-    Ok(Box::new(NiftiSource::open(&file.path)?))
+    let (path, assume_lps) = (&file.path, file.assume_lps);
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    Ok(match ending.map(str::to_ascii_lowercase).as_deref() {
+        Some("nrrd" | "nhdr") => Box::new(nrrd::open(path, OpenOptions { assume_lps })?),
+        Some("mha" | "mhd") => Box::new(metaimage::open(path, OpenOptions { assume_lps })?),
+        _ => Box::new(NiftiSource::open(path)?),
+    })
 }
 
 /// Reads an examination into this process's own memory; the generated patient is that of seed 1.
@@ -61,5 +70,39 @@ fn check_memory(bytes: u64) -> Result<(), LoadError> {
             free_mib: free >> 20,
         }),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::test_files::{SHEARED, TURNED, given};
+    use crate::write::WriteOptions;
+
+    #[test]
+    fn each_ending_is_read_as_its_format_and_all_give_one_volume() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut hashes = Vec::new();
+        for (name, compress) in [("a.nrrd", false), ("b.NRRD", true), ("c.nhdr", false), ("d.nhdr", true)] {
+            let path = folder.path().join(name.to_lowercase());
+            nrrd::write(&path, &mut given(SHEARED), WriteOptions { compress }).unwrap();
+            let named = folder.path().join(name);
+            std::fs::rename(&path, &named).unwrap();
+            hashes.push(load(&VolumeSpec::of_path(named)).unwrap().hash);
+        }
+        assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+        let grid = given(TURNED[3]).grid;
+        for name in ["a.mha", "b.mhd", "c.nii", "d.nii.gz"] {
+            let path = folder.path().join(name);
+            match name.split_once(".n") {
+                Some(_) => crate::nifti::write(&path, &mut given(TURNED[3])).map(|_| ()),
+                None => metaimage::write(&path, &mut given(TURNED[3]), WriteOptions::default()).map(|_| ()),
+            }
+            .unwrap();
+            let volume = load(&VolumeSpec::of_path(path.clone())).unwrap();
+            // Whole numbers, exact in each format.
+            assert_eq!(volume.grid, grid, "{name}");
+            assert_eq!(volume.view().at([4, 3, 2]), 19 - 1400, "{name}");
+        }
     }
 }

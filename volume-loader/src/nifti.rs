@@ -14,4 +14,6 @@ mod tests;
 
 pub use header::HeaderError;
 pub use reader::NiftiSource;
-pub use writer::{WriteError, write};
+pub use writer::write;
+
+pub use crate::write::WriteError;

@@ -9,7 +9,9 @@ use std::path::PathBuf;
 use bus::message::Marks;
 use geometry::VolumeGrid;
 
+use crate::metaimage::MetaImageError;
 use crate::nifti::HeaderError;
+use crate::nrrd::NrrdError;
 use crate::part::Sums;
 
 /// An examination that gives its voxels slice by slice, as HU.
@@ -194,6 +196,36 @@ pub enum ReadError {
         path: PathBuf,
         /// What is wrong with it.
         source: HeaderError,
+    },
+    /// The header of an NRRD file is not one that can be used.
+    #[error("{}: {source}", path.display())]
+    Nrrd {
+        /// The header's file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: NrrdError,
+    },
+    /// The header of a MetaImage file is not one that can be used.
+    #[error("{}: {source}", path.display())]
+    MetaImage {
+        /// The header's file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: MetaImageError,
+    },
+    /// A voxel written as text is no number, or there are more of them than voxels.
+    #[error("{}: {place} has {found:?} before byte {byte}, expected {expected}", path.display())]
+    Word {
+        /// The file.
+        path: PathBuf,
+        /// What was being read.
+        place: Place,
+        /// The byte after it.
+        byte: u64,
+        /// What stands there, 80 characters at most.
+        found: String,
+        /// What would do.
+        expected: &'static str,
     },
     /// The file is shorter than its header says.
     #[error("{}: the file ends in {place}: expected at least {expected} bytes, found {found}; copy it again from its origin", path.display())]

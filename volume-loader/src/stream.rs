@@ -1,16 +1,27 @@
 //! The unpacked bytes of a file, in order, with the position and the reason of every failure.
 
 use std::fs::File;
-use std::io::{BufReader, ErrorKind, Read, Seek};
+use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom, Take};
 use std::path::{Path, PathBuf};
 
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 
 use crate::source::{Place, ReadError};
 
 /// The first two bytes of gzip, RFC 1952.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 const BUFFER_BYTES: usize = 1 << 16;
+
+/// How a stream is compressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Packing {
+    /// Not at all.
+    Plain,
+    /// RFC 1952.
+    Gzip,
+    /// RFC 1950, or RFC 1952 where the first two bytes say so.
+    Zlib,
+}
 
 /// A file's bytes, unpacked where it is compressed.
 pub(crate) struct Stream {
@@ -21,9 +32,22 @@ pub(crate) struct Stream {
     length: Option<u64>,
 }
 
+type Buffered = BufReader<Take<File>>;
+
 enum Input {
-    Plain(BufReader<File>),
-    Gzip(Box<MultiGzDecoder<BufReader<File>>>),
+    Plain(Buffered),
+    Gzip(Box<MultiGzDecoder<Buffered>>),
+    Zlib(Box<ZlibDecoder<Buffered>>),
+}
+
+impl Input {
+    fn new(file: Buffered, packing: Packing) -> Self {
+        match packing {
+            Packing::Plain => Self::Plain(file),
+            Packing::Gzip => Self::Gzip(Box::new(MultiGzDecoder::new(file))),
+            Packing::Zlib => Self::Zlib(Box::new(ZlibDecoder::new(file))),
+        }
+    }
 }
 
 impl Stream {
@@ -32,34 +56,54 @@ impl Stream {
     /// # Errors
     /// [`ReadError::Missing`], [`ReadError::NotAFile`], [`ReadError::Empty`], [`ReadError::Unreadable`].
     pub(crate) fn open(path: &Path) -> Result<Self, ReadError> {
-        let path = path.to_owned();
-        let length = file_length(&path)?;
-        let unreadable = |source| opening(&path, source);
-        let mut file = File::open(&path).map_err(unreadable)?;
-        let mut first = [0; 2];
-        let gzip = length >= 2
-            && file
-                .read_exact(&mut first)
-                .map(|()| first == GZIP)
-                .map_err(unreadable)?;
+        let length = file_length(path)?;
+        let unreadable = |source| opening(path, source);
+        let mut file = File::open(path).map_err(unreadable)?;
+        let gzip = length >= 2 && starts_as_gzip(&mut file).map_err(unreadable)?;
         file.rewind().map_err(unreadable)?;
-        let file = BufReader::with_capacity(BUFFER_BYTES, file);
-        let (input, length) = if gzip {
-            (Input::Gzip(Box::new(MultiGzDecoder::new(file))), None)
-        } else {
-            (Input::Plain(file), Some(length))
-        };
-        Ok(Self {
-            path,
-            input,
-            position: 0,
-            length,
-        })
+        let packing = if gzip { Packing::Gzip } else { Packing::Plain };
+        Ok(Self::over(path, file.take(u64::MAX), packing, 0, length))
+    }
+
+    /// Opens `path` at byte `offset`, where at most `limit` bytes belong to the stream; nothing is guessed but whether
+    /// what is said to be zlib is gzip. Positions count from the file's first byte where it is plain, and from the
+    /// stream's first unpacked byte elsewhere.
+    ///
+    /// # Errors
+    /// As [`Stream::open`].
+    pub(crate) fn open_at(path: &Path, offset: u64, limit: u64, packing: Packing) -> Result<Self, ReadError> {
+        let length = file_length(path)?;
+        let unreadable = |source| opening(path, source);
+        let mut file = File::open(path).map_err(unreadable)?;
+        file.seek(SeekFrom::Start(offset)).map_err(unreadable)?;
+        let mut packing = packing;
+        if packing == Packing::Zlib && length.saturating_sub(offset) >= 2 {
+            if starts_as_gzip(&mut file).map_err(unreadable)? {
+                packing = Packing::Gzip;
+            }
+            file.seek(SeekFrom::Start(offset)).map_err(unreadable)?;
+        }
+        Ok(Self::over(path, file.take(limit), packing, offset, length))
+    }
+
+    fn over(path: &Path, file: Take<File>, packing: Packing, offset: u64, length: u64) -> Self {
+        let plain = packing == Packing::Plain;
+        Self {
+            path: path.to_owned(),
+            input: Input::new(BufReader::with_capacity(BUFFER_BYTES, file), packing),
+            position: if plain { offset } else { 0 },
+            length: plain.then_some(length),
+        }
     }
 
     /// The file.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Bytes given so far, counted as [`Stream::open_at`] tells.
+    pub(crate) fn position(&self) -> u64 {
+        self.position
     }
 
     /// Length of the unpacked data in bytes; unknown where it is compressed.
@@ -114,11 +158,16 @@ impl Stream {
         Ok(())
     }
 
-    fn read(&mut self, out: &mut [u8], place: Place, end: u64) -> Result<usize, ReadError> {
+    /// Some of the next bytes; none at the end.
+    ///
+    /// # Errors
+    /// As [`Stream::fill`], but for `Truncated`.
+    pub(crate) fn read(&mut self, out: &mut [u8], place: Place, end: u64) -> Result<usize, ReadError> {
         loop {
             let read = match &mut self.input {
                 Input::Plain(file) => file.read(out),
                 Input::Gzip(decoder) => decoder.read(out),
+                Input::Zlib(decoder) => decoder.read(out),
             };
             match read {
                 Ok(count) => {
@@ -144,13 +193,13 @@ impl Stream {
     fn failure(&self, source: std::io::Error, place: Place, end: u64) -> ReadError {
         let (path, byte) = (self.path.clone(), self.position);
         match (source.kind(), &self.input) {
-            (ErrorKind::UnexpectedEof, Input::Gzip(_)) => ReadError::BrokenOff {
+            (ErrorKind::UnexpectedEof, Input::Gzip(_) | Input::Zlib(_)) => ReadError::BrokenOff {
                 path,
                 place,
                 expected: end,
                 found: byte,
             },
-            (ErrorKind::InvalidInput | ErrorKind::InvalidData, Input::Gzip(_)) => ReadError::Corrupt {
+            (ErrorKind::InvalidInput | ErrorKind::InvalidData, Input::Gzip(_) | Input::Zlib(_)) => ReadError::Corrupt {
                 path,
                 place,
                 byte,
@@ -166,8 +215,17 @@ impl Stream {
     }
 }
 
+fn starts_as_gzip(file: &mut File) -> std::io::Result<bool> {
+    let mut first = [0; 2];
+    file.read_exact(&mut first)?;
+    Ok(first == GZIP)
+}
+
 /// The length of a file that is one: opening a pipe would wait for its writer.
-fn file_length(path: &Path) -> Result<u64, ReadError> {
+///
+/// # Errors
+/// [`ReadError::Missing`], [`ReadError::NotAFile`], [`ReadError::Empty`], [`ReadError::Unreadable`].
+pub(crate) fn file_length(path: &Path) -> Result<u64, ReadError> {
     let about = std::fs::metadata(path).map_err(|source| opening(path, source))?;
     let path = path.to_owned();
     if about.is_dir() {
@@ -188,7 +246,8 @@ fn file_length(path: &Path) -> Result<u64, ReadError> {
     Ok(about.len())
 }
 
-fn opening(path: &Path, source: std::io::Error) -> ReadError {
+/// The reason why `path` could not be opened.
+pub(crate) fn opening(path: &Path, source: std::io::Error) -> ReadError {
     let path = path.to_owned();
     if source.kind() == ErrorKind::NotFound {
         return ReadError::Missing { path };

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 
 use super::input;
 use crate::dicom_out::{self, ExportError, Options, Syntax};
-use crate::nifti::{self, WriteError};
 use crate::source::{Conversion, VoxelSource};
+use crate::{WriteError, WriteOptions, metaimage, nifti, nrrd};
 
 /// In front of a folder's name, where its ending says something else.
 const DICOM_PREFIX: &str = "dicom:";
@@ -18,7 +18,7 @@ const DICOM_PREFIX: &str = "dicom:";
     volume-loader export patient.nii.gz series/\n  \
     volume-loader export phantom dicom:series.2 --syntax rle\n  \
     volume-loader export series/ patient.nii.gz\n\n\
-    The format is told by the name of OUT: .nii and .nii.gz are NIfTI, .nrrd is NRRD, .mha is MetaImage, and a name without \
+    The format is told by the name of OUT: .nii and .nii.gz are NIfTI, .nrrd and .nhdr NRRD, .mha and .mhd MetaImage, and a name without \
     an ending, or after `dicom:`, is a folder for a DICOM series, which must be absent or empty. Voxels are not changed and \
     not resampled. What a DICOM series says of the patient is empty.")]
 pub(crate) struct ExportArgs {
@@ -98,20 +98,12 @@ pub(crate) enum RunError {
         /// The option.
         option: &'static str,
     },
-    /// The format cannot be written yet.
-    #[error("{}: {format} cannot be written by this version; write NIfTI (.nii.gz) or DICOM (a folder)", path.display())]
-    Unwritable {
-        /// The path.
-        path: PathBuf,
-        /// The format.
-        format: &'static str,
-    },
     /// The examination was refused.
     #[error(transparent)]
     Input(#[from] input::InputError),
-    /// NIfTI was not written.
+    /// A file was not written.
     #[error(transparent)]
-    Nifti(#[from] WriteError),
+    Write(#[from] WriteError),
     /// The DICOM series was not written.
     #[error(transparent)]
     Dicom(#[from] ExportError),
@@ -121,8 +113,8 @@ pub(crate) enum RunError {
 #[derive(Debug, PartialEq)]
 enum Writer {
     Nifti(PathBuf),
-    Nrrd(PathBuf),
-    MetaImage(PathBuf),
+    Nrrd(PathBuf, WriteOptions),
+    MetaImage(PathBuf, WriteOptions),
     Dicom(PathBuf, Options),
 }
 
@@ -143,31 +135,30 @@ impl Writer {
         if let Some((option, _)) = wrong {
             return Err(RunError::DicomOnly { path, option });
         }
+        let compressed = WriteOptions {
+            compress: args.compress,
+        };
         Ok(match format {
             Format::Nifti if args.compress && ending(&path) != "gz" => return Err(RunError::Uncompressed { path }),
             Format::Nifti => Self::Nifti(path),
-            Format::Nrrd => Self::Nrrd(path),
-            Format::Mha => Self::MetaImage(path),
+            Format::Nrrd => Self::Nrrd(path, compressed),
+            Format::Mha => Self::MetaImage(path, compressed),
             Format::Dicom => Self::Dicom(path, options(args)),
         })
     }
 
     fn write(&self, source: &mut dyn VoxelSource) -> Result<Conversion, RunError> {
-        let unwritable = |path: &Path, format| RunError::Unwritable {
-            path: path.to_owned(),
-            format,
-        };
         match self {
             Self::Nifti(path) => Ok(nifti::write(path, source)?),
-            Self::Nrrd(path) => Err(unwritable(path, "NRRD")),
-            Self::MetaImage(path) => Err(unwritable(path, "MetaImage")),
+            Self::Nrrd(path, options) => Ok(nrrd::write(path, source, *options)?),
+            Self::MetaImage(path, options) => Ok(metaimage::write(path, source, *options)?),
             Self::Dicom(path, options) => Ok(dicom_out::write(path, source, options)?),
         }
     }
 
     fn path(&self) -> &Path {
         match self {
-            Self::Nifti(path) | Self::Nrrd(path) | Self::MetaImage(path) | Self::Dicom(path, _) => path,
+            Self::Nifti(path) | Self::Nrrd(path, _) | Self::MetaImage(path, _) | Self::Dicom(path, _) => path,
         }
     }
 }
@@ -257,8 +248,14 @@ mod tests {
     fn the_name_tells_the_format() {
         assert_eq!(writer("x a b.nii"), Ok(Writer::Nifti("b.nii".into())));
         assert_eq!(writer("x a b.NII.GZ --compress"), Ok(Writer::Nifti("b.NII.GZ".into())));
-        assert_eq!(writer("x a b.nrrd"), Ok(Writer::Nrrd("b.nrrd".into())));
-        assert_eq!(writer("x a b.c --format mha"), Ok(Writer::MetaImage("b.c".into())));
+        assert_eq!(
+            writer("x a b.nrrd"),
+            Ok(Writer::Nrrd("b.nrrd".into(), WriteOptions::default()))
+        );
+        assert_eq!(
+            writer("x a b.c --format mha"),
+            Ok(Writer::MetaImage("b.c".into(), WriteOptions::default()))
+        );
         assert_eq!(writer("x a b/"), Ok(Writer::Dicom("b/".into(), Options::default())));
         assert_eq!(writer("x a /tmp"), Ok(Writer::Dicom("/tmp".into(), Options::default())));
         let rle = Options {

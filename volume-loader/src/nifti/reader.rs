@@ -6,16 +6,13 @@ use geometry::VolumeGrid;
 
 use super::fields::Layout;
 use super::header::{Header, HeaderError};
-use crate::source::{Conversion, Place, ReadError, Turn, VoxelSource};
+use crate::raster::{MAX_TRAIL, PADDING_HU, Part, PlainSlices};
+use crate::source::{Conversion, Place, ReadError, SliceReader, Turn, VoxelSource};
 use crate::stream::Stream;
 use crate::voxels::Decoder;
 
-/// HU for what is not a number; NIfTI names no padding of its own. What scanners write outside their circle.
-const PADDING_HU: i16 = -1024;
 /// Bytes read at once: a whole number of voxels of any datatype.
 const CHUNK_BYTES: usize = 1 << 16;
-/// A file may be this much longer than its header says, bytes: padding to some block.
-const MAX_TRAIL: u64 = 1 << 16;
 
 /// A `.nii` or `.nii.gz` file, read slice by slice.
 pub struct NiftiSource {
@@ -24,6 +21,7 @@ pub struct NiftiSource {
     decoder: Decoder,
     turn: Turn,
     chunk: Vec<u8>,
+    plain: Option<PlainSlices>,
 }
 
 impl NiftiSource {
@@ -43,6 +41,7 @@ impl NiftiSource {
             padding_hu: PADDING_HU,
             conversion: Conversion::default(),
         };
+        let plain = plain_slices(&stream, &header, &decoder)?;
         let chunk = vec![0; CHUNK_BYTES];
         Ok(Self {
             stream,
@@ -50,8 +49,22 @@ impl NiftiSource {
             decoder,
             turn: Turn::default(),
             chunk,
+            plain,
         })
     }
+}
+
+/// An uncompressed file's slices lie apart; its length has been checked.
+fn plain_slices(stream: &Stream, header: &Header, decoder: &Decoder) -> Result<Option<PlainSlices>, ReadError> {
+    if stream.length().is_none() {
+        return Ok(None);
+    }
+    let part = Part {
+        path: stream.path().to_owned(),
+        offset: header.offset,
+    };
+    let slices = header.grid.dims()[2];
+    PlainSlices::new(&header.grid, vec![part], slices, decoder.clone()).map(Some)
 }
 
 fn read_header(stream: &mut Stream) -> Result<Header, ReadError> {
@@ -133,5 +146,9 @@ impl VoxelSource for NiftiSource {
         self.turn.done(&self.header.grid)?;
         self.stream.drain(MAX_TRAIL)?;
         Ok(self.decoder.conversion)
+    }
+
+    fn slices(&self) -> Option<&dyn SliceReader> {
+        self.plain.as_ref().map(|plain| plain as &dyn SliceReader)
     }
 }

@@ -5,9 +5,10 @@ mod hand_made;
 mod real_file;
 mod round_trip;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::NiftiSource;
+use crate::raster::test_files::{drink, drink_both, file, gzip};
 use crate::source::{Conversion, ReadError, VoxelSource};
 
 /// A NIfTI-1 header by hand: little- or big-endian, 2 x 3 x 2 voxels of i16, 1 mm, with an sform.
@@ -83,33 +84,8 @@ impl Hand {
     }
 }
 
-fn file(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
-    let path = folder.path().join(name);
-    std::fs::write(&path, bytes).unwrap();
-    path
-}
-
-fn gzip(bytes: &[u8]) -> Vec<u8> {
-    use std::io::Write;
-    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
-    encoder.write_all(bytes).unwrap();
-    encoder.finish().unwrap()
-}
-
-/// Every slice, then the end.
-fn drink(source: &mut dyn VoxelSource) -> Result<(Vec<i16>, Conversion), ReadError> {
-    let [nx, ny, nz] = source.grid().dims();
-    let slice = nx as usize * ny as usize;
-    let mut voxels = Vec::new();
-    for k in 0..nz {
-        voxels.resize(voxels.len() + slice, 0);
-        source.read_slice(k, &mut voxels[slice * k as usize..])?;
-    }
-    Ok((voxels, source.finish()?))
-}
-
 fn read(path: &Path) -> Result<(Vec<i16>, Conversion), ReadError> {
-    drink(&mut NiftiSource::open(path)?)
+    drink_both(&mut NiftiSource::open(path)?)
 }
 
 /// `bytes` as a file's content.

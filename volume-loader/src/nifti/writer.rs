@@ -2,50 +2,21 @@
 //!
 //! The header holds f32: places are true to 1e-7 of the volume's distance from the origin, 0.00003 mm for a patient.
 
-use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
 
 use flate2::{Compression, write::GzEncoder};
 use geometry::VolumeGrid;
 
 use super::orientation::ras_forms;
-use crate::source::{Conversion, ReadError, VoxelSource};
+use crate::partial::Partial;
+use crate::source::{Conversion, VoxelSource};
+use crate::write::{WriteError, io, write_voxels};
 
 /// The header and the four bytes that announce no extension.
 const HEADER_BYTES: usize = 352;
 /// Scanner coordinates; both forms mean the same.
 const SCANNER: i16 = 1;
-
-/// Why a file was not written. Nothing is left of it then, and what was at its path before is still there.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The name ends in neither `.nii` nor `.nii.gz`.
-    #[error("{}: expected a name that ends in .nii or .nii.gz", path.display())]
-    Name {
-        /// The path.
-        path: PathBuf,
-    },
-    /// The operating system refused.
-    #[error("{}: cannot {doing}: {source}", path.display())]
-    Io {
-        /// The path.
-        path: PathBuf,
-        /// What was being done.
-        doing: &'static str,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-    /// The examination could not be read.
-    #[error("{}: not written: {source}", path.display())]
-    Read {
-        /// The path.
-        path: PathBuf,
-        /// Why.
-        source: ReadError,
-    },
-}
 
 /// Writes every slice of `source` to `path`, `.nii` or `.nii.gz` by its ending, and gives what `source` changed.
 ///
@@ -57,10 +28,13 @@ pub fn write(path: &Path, source: &mut dyn VoxelSource) -> Result<Conversion, Wr
     let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
     let gzip = name.ends_with(".nii.gz");
     if !gzip && !name.ends_with(".nii") {
-        return Err(WriteError::Name { path: path.to_owned() });
+        return Err(WriteError::Name {
+            path: path.to_owned(),
+            expected: "a name that ends in .nii or .nii.gz",
+        });
     }
-    let partial = Partial::create(path, name)?;
-    let file = BufWriter::new(partial.file.try_clone().map_err(io(path, "write it"))?);
+    let partial = Partial::create(path)?;
+    let file = BufWriter::new(partial.file()?);
     let conversion = if gzip {
         let mut encoder = GzEncoder::new(file, Compression::fast());
         let conversion = write_volume(path, &mut encoder, source)?;
@@ -73,35 +47,14 @@ pub fn write(path: &Path, source: &mut dyn VoxelSource) -> Result<Conversion, Wr
         file.flush().map_err(io(path, "write its end"))?;
         conversion
     };
-    partial.rename(path)?;
+    partial.rename()?;
     Ok(conversion)
 }
 
-fn io(path: &Path, doing: &'static str) -> impl Fn(std::io::Error) -> WriteError {
-    move |source| WriteError::Io {
-        path: path.to_owned(),
-        doing,
-        source,
-    }
-}
-
 fn write_volume(path: &Path, out: &mut dyn Write, source: &mut dyn VoxelSource) -> Result<Conversion, WriteError> {
-    let read = |source| WriteError::Read {
-        path: path.to_owned(),
-        source,
-    };
-    let grid = *source.grid();
-    out.write_all(&header(&grid)).map_err(io(path, "write its header"))?;
-    let [nx, ny, nz] = grid.dims();
-    let mut slice = vec![0_i16; nx as usize * ny as usize];
-    let mut bytes = Vec::with_capacity(2 * slice.len());
-    for k in 0..nz {
-        source.read_slice(k, &mut slice).map_err(read)?;
-        bytes.clear();
-        bytes.extend(slice.iter().flat_map(|v| v.to_le_bytes()));
-        out.write_all(&bytes).map_err(io(path, "write its voxels"))?;
-    }
-    source.finish().map_err(read)
+    let header = header(source.grid());
+    out.write_all(&header).map_err(io(path, "write its header"))?;
+    write_voxels(path, out, source)
 }
 
 /// A NIfTI-1 header, little-endian, in RAS and mm.
@@ -140,43 +93,4 @@ fn header(grid: &VolumeGrid) -> [u8; HEADER_BYTES] {
     put(254, &SCANNER.to_le_bytes());
     put(344, b"n+1\0");
     bytes
-}
-
-/// A file under a name of its own, removed again unless it is renamed.
-struct Partial {
-    file: File,
-    path: PathBuf,
-    done: bool,
-}
-
-impl Partial {
-    fn create(target: &Path, name: &str) -> Result<Self, WriteError> {
-        // Two writers of one process, and of two, never share a name.
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = target.with_file_name(format!(".{name}.{}-{count}.part", std::process::id()));
-        let file = OpenOptions::new().write(true).create_new(true).open(&path);
-        let file = file.map_err(io(target, "make a new file beside it"))?;
-        Ok(Self {
-            file,
-            path,
-            done: false,
-        })
-    }
-
-    fn rename(mut self, target: &Path) -> Result<(), WriteError> {
-        self.file.sync_all().map_err(io(target, "bring it to the disk"))?;
-        std::fs::rename(&self.path, target).map_err(io(target, "give it its name"))?;
-        self.done = true;
-        Ok(())
-    }
-}
-
-impl Drop for Partial {
-    fn drop(&mut self) {
-        if !self.done {
-            // Nobody is left to tell: the first failure is already on its way up.
-            let _ = std::fs::remove_file(&self.path);
-        }
-    }
 }

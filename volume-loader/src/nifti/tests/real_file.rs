@@ -1,27 +1,14 @@
 //! A real examination, where this machine has it.
 
 use super::*;
+use crate::raster::test_files::shared_file;
 
 /// Abdomen and pelvis, stored as RAS int32.
 const FILE: &str = "data/ct-abdopelvis-nifti/example_ct.nii.gz";
 
-fn shared_file() -> Option<PathBuf> {
-    let folder = std::env::var_os("TROCAR_SHARED").map(PathBuf::from);
-    let folder = folder.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"));
-    let path = folder.join(FILE);
-    if !path.is_file() {
-        println!(
-            "skipped: {} is not there; TROCAR_SHARED names the folder that holds data/",
-            path.display()
-        );
-        return None;
-    }
-    Some(path)
-}
-
 #[test]
 fn a_real_examination_has_its_known_facts() {
-    let Some(path) = shared_file() else { return };
+    let Some(path) = shared_file(FILE) else { return };
     let mut source = NiftiSource::open(&path).unwrap();
     let grid = *source.grid();
     assert_eq!(grid.dims(), [122, 101, 112]);

@@ -1,0 +1,147 @@
+//! Every variety of header, and what is read from it.
+
+use super::*;
+use crate::raster::test_files::{gzip, zlib};
+use crate::source::VoxelSource;
+
+fn voxels(bytes: &[u8]) -> Vec<i16> {
+    read_bytes(bytes).unwrap().0
+}
+
+fn rows(changes: &[&str], options: OpenOptions) -> ([[f64; 4]; 3], String) {
+    let folder = tempfile::tempdir().unwrap();
+    let source = open(&file(&folder, "a.mha", &hand(changes, &counted())), options).unwrap();
+    (source.grid().ct_from_voxel().rows(), source.describe())
+}
+
+#[test]
+fn plain_voxels_are_read() {
+    let want: Vec<i16> = (0..12).collect();
+    assert_eq!(voxels(&hand(&[], &counted())), want);
+    let remarks = [
+        "Comment = anything",
+        "0010|0010 = Doe^John",
+        "Modality = MET_MOD_CT",
+        "HeaderSize = 0",
+    ];
+    assert_eq!(voxels(&hand(&remarks, &counted())), want);
+    let big: Vec<u8> = (0..12_i16).flat_map(i16::to_be_bytes).collect();
+    assert_eq!(voxels(&hand(&["BinaryDataByteOrderMSB = True"], &big)), want);
+    let other = ["BinaryDataByteOrderMSB =", "ElementByteOrderMSB = True"].map(|line| line.trim_end_matches(' '));
+    assert_eq!(voxels(&hand(&[other[0].trim(), other[1]], &big)), want);
+    assert_eq!(
+        voxels(&hand(&["BinaryData = False"], b"0 1 2 3 4 5 6 7 8 9 10 11\n")),
+        want
+    );
+}
+
+#[test]
+fn each_type_is_read() {
+    fn check<const N: usize>(word: &str, little: impl Fn(i16) -> [u8; N]) {
+        let bytes: Vec<u8> = (0..12).flat_map(little).collect();
+        let kind = format!("ElementType = {word}");
+        assert_eq!(voxels(&hand(&[&kind], &bytes)), (0..12).collect::<Vec<i16>>(), "{word}");
+    }
+    check("MET_CHAR", |v| (v as i8).to_le_bytes());
+    check("MET_UCHAR", |v| (v as u8).to_le_bytes());
+    check("MET_SHORT", i16::to_le_bytes);
+    check("MET_USHORT", |v| (v as u16).to_le_bytes());
+    check("MET_INT", |v| i32::from(v).to_le_bytes());
+    check("MET_UINT", |v| (v as u32).to_le_bytes());
+    check("MET_LONG_LONG", |v| i64::from(v).to_le_bytes());
+    check("MET_ULONG_LONG", |v| (v as u64).to_le_bytes());
+    check("MET_FLOAT", |v| f32::from(v).to_le_bytes());
+    check("MET_DOUBLE", |v| f64::from(v).to_le_bytes());
+}
+
+#[test]
+fn compressed_voxels_are_read() {
+    let want: Vec<i16> = (0..12).collect();
+    for packed in [zlib(&counted()), gzip(&counted())] {
+        let size = format!("CompressedDataSize = {}", packed.len());
+        for sizes in [&["CompressedData = True"][..], &["CompressedData = True", &size]] {
+            assert_eq!(voxels(&hand(sizes, &packed)), want);
+        }
+    }
+}
+
+#[test]
+fn the_matrix_holds_one_direction_after_another() {
+    let changes = [
+        "TransformMatrix = 0 1 0 0 0 -1 1 0 0",
+        "Offset = 1 2 3",
+        "ElementSpacing = 0.5 2 3",
+        "AnatomicalOrientation = ASR",
+    ];
+    // As ITK writes and reads these numbers: axis 0 goes to +y, axis 1 to -z, axis 2 to +x.
+    let want = [[0.0, 0.0, 3.0, 1.0], [0.5, 0.0, 0.0, 2.0], [0.0, -2.0, 0.0, 3.0]];
+    let (found, about) = rows(&changes, OpenOptions::default());
+    assert_eq!(found, want);
+    assert!(!about.contains("AnatomicalOrientation"), "{about}");
+    let mut wrong = changes;
+    wrong[3] = "AnatomicalOrientation = RAI";
+    let (found, about) = rows(&wrong, OpenOptions::default());
+    assert_eq!(found, want);
+    assert!(
+        about.contains("AnatomicalOrientation says RAI, the matrix ASR"),
+        "{about}"
+    );
+    let renamed = [
+        "TransformMatrix=",
+        "Rotation = 0 1 0 0 0 -1 1 0 0",
+        "Offset=",
+        "Position = 1 2 3",
+        "ElementSpacing=",
+        "ElementSize = 0.5 2 3",
+    ];
+    assert_eq!(rows(&renamed, OpenOptions::default()).0, want);
+    let (found, about) = rows(&["DistanceUnits = cm", "Offset = 1 2 3"], OpenOptions::default());
+    assert_eq!([found[0][0], found[1][3]], [10.0, 20.0]);
+    assert!(about.contains("converted from cm"), "{about}");
+    let (_, about) = rows(&["TransformMatrix = 1 0 0 0 0.8 0.6 0 0 1"], OpenOptions::default());
+    assert!(about.contains("not at right angles"), "{about}");
+}
+
+#[test]
+fn an_assumed_orientation_is_said() {
+    let (found, about) = rows(&["TransformMatrix=", "Offset="], ASSUMED);
+    assert_eq!(
+        found,
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]
+    );
+    assert!(
+        about.contains("NO ORIENTATION IN THE FILE") && about.contains("no origin"),
+        "{about}"
+    );
+    // What the file says is not overruled.
+    let (found, about) = rows(&["TransformMatrix = -1 0 0 0 -1 0 0 0 1"], ASSUMED);
+    assert!(found[0][0] == -1.0 && !about.contains("NO ORIENTATION"), "{about}");
+}
+
+#[test]
+fn voxels_may_lie_in_other_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let want: Vec<i16> = (0..12).collect();
+    let bytes = counted();
+    file(&folder, "all.raw", &bytes);
+    file(&folder, "headed.raw", &[&b"0123456789"[..], &bytes].concat());
+    file(&folder, "all.zraw", &zlib(&bytes));
+    file(&folder, "s1.raw", &bytes[..12]);
+    file(&folder, "s2.raw", &bytes[12..]);
+    for (name, changes) in [
+        ("one.mhd", &["ElementDataFile = all.raw"][..]),
+        ("head.mhd", &["HeaderSize = 10", "ElementDataFile = headed.raw"]),
+        ("last.mhd", &["HeaderSize = -1", "ElementDataFile = headed.raw"]),
+        ("packed.mhd", &["CompressedData = True", "ElementDataFile = all.zraw"]),
+        ("pattern.mhd", &["ElementDataFile = s%d.raw 1 2 1"]),
+        ("list.mhd", &["ElementDataFile = LIST\ns1.raw\ns2.raw"]),
+        ("list2.mhd", &["ElementDataFile = LIST 2D\ns1.raw\ns2.raw"]),
+    ] {
+        let path = file(&folder, name, &hand(changes, &[]));
+        assert_eq!(read(&path).unwrap().0, want, "{name}");
+    }
+    assert_eq!(
+        voxels(&hand(&["HeaderSize = -1"], &[&b"between"[..], &bytes].concat())),
+        want
+    );
+}

@@ -1,0 +1,113 @@
+//! Any examination to NRRD: i16, HU as they are, LPS and mm; numbers so exact that the same doubles are read again.
+
+use std::fmt::Write as _;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use flate2::{Compression, write::GzEncoder};
+use geometry::VolumeGrid;
+
+use crate::partial::Partial;
+use crate::source::{Conversion, VoxelSource};
+use crate::write::{WriteError, WriteOptions, io, name_beside, rename_pair, write_voxels};
+
+/// Writes every slice of `source` to `path`, and gives what `source` changed: a `.nrrd` file, or an `.nhdr` header with
+/// the voxels beside it in a file of the same name that ends in `.raw`, or in `.raw.gz` where they are compressed.
+///
+/// Files are written under other names in the same folder and renamed when they are whole; an old header with the name
+/// of a new one goes before the voxels are replaced.
+///
+/// # Errors
+/// Each variant of [`WriteError`] but `Sheared`.
+pub fn write(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) -> Result<Conversion, WriteError> {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    match ending {
+        Some("nrrd") => attached(path, source, options),
+        Some("nhdr") => detached(path, source, options),
+        _ => Err(WriteError::Name {
+            path: path.to_owned(),
+            expected: "a name that ends in .nrrd or .nhdr",
+        }),
+    }
+}
+
+fn attached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) -> Result<Conversion, WriteError> {
+    let partial = Partial::create(path)?;
+    let mut file = partial.file()?;
+    let header = header(source.grid(), options, None);
+    file.write_all(header.as_bytes())
+        .map_err(io(path, "write its header"))?;
+    let conversion = voxels(path, &partial, source, options)?;
+    partial.rename()?;
+    Ok(conversion)
+}
+
+fn detached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) -> Result<Conversion, WriteError> {
+    let name = name_beside(path, if options.compress { "raw.gz" } else { "raw" })?;
+    let voxels_path = path.with_file_name(&name);
+    let (head, body) = (Partial::create(path)?, Partial::create(&voxels_path)?);
+    let header = header(source.grid(), options, Some(&name));
+    head.file()?
+        .write_all(header.as_bytes())
+        .map_err(io(path, "write it"))?;
+    let conversion = voxels(&voxels_path, &body, source, options)?;
+    rename_pair(path, head, body)?;
+    Ok(conversion)
+}
+
+/// Appends the voxels to what is in `partial`.
+fn voxels(
+    path: &Path,
+    partial: &Partial,
+    source: &mut dyn VoxelSource,
+    options: WriteOptions,
+) -> Result<Conversion, WriteError> {
+    let mut file = BufWriter::new(partial.file()?);
+    let conversion = if options.compress {
+        let mut encoder = GzEncoder::new(file, Compression::fast());
+        let conversion = write_voxels(path, &mut encoder, source)?;
+        file = encoder.finish().map_err(io(path, "write its end"))?;
+        conversion
+    } else {
+        write_voxels(path, &mut file, source)?
+    };
+    file.flush().map_err(io(path, "write its end"))?;
+    Ok(conversion)
+}
+
+/// The header with the empty line that ends it.
+fn header(grid: &VolumeGrid, options: WriteOptions, data_file: Option<&str>) -> String {
+    let [nx, ny, nz] = grid.dims();
+    let map = grid.ct_from_voxel();
+    let [sx, sy, sz] = [0, 1, 2].map(|axis| vector(map.step(axis).mm()));
+    let origin = vector(map.rows().map(|row| row[3]));
+    let encoding = if options.compress { "gzip" } else { "raw" };
+    // Version 4 is the first with a space.
+    let mut text = format!(
+        "NRRD0004\n\
+         # Complete NRRD file format specification at:\n\
+         # http://teem.sourceforge.net/nrrd/format.html\n\
+         type: short\n\
+         dimension: 3\n\
+         space: left-posterior-superior\n\
+         sizes: {nx} {ny} {nz}\n\
+         space directions: {sx} {sy} {sz}\n\
+         kinds: domain domain domain\n\
+         endian: little\n\
+         encoding: {encoding}\n\
+         space units: \"mm\" \"mm\" \"mm\"\n\
+         space origin: {origin}\n"
+    );
+    if let Some(name) = data_file {
+        // To a string: this cannot fail.
+        let _ = writeln!(text, "data file: {name}");
+    }
+    text.push('\n');
+    text
+}
+
+/// The shortest text that is read as the same doubles.
+fn vector([x, y, z]: [f64; 3]) -> String {
+    // Adding zero makes -0 a plain 0.
+    format!("({},{},{})", x + 0.0, y + 0.0, z + 0.0)
+}

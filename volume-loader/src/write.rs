@@ -1,0 +1,128 @@
+//! What every writer of examinations shares: why one fails, the voxels as bytes, a header beside its voxels.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::partial::Partial;
+use crate::source::{Conversion, ReadError, VoxelSource};
+
+/// What a caller chooses of a file to be written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// Whether the voxels are compressed, losslessly, the way the format has for it.
+    pub compress: bool,
+}
+
+/// Why a file was not written. Nothing is left of it then, and what was at its path before is still there.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The name does not say which format is meant, or cannot stand in a header.
+    #[error("{}: expected {expected}", path.display())]
+    Name {
+        /// The path.
+        path: PathBuf,
+        /// Names that would do.
+        expected: &'static str,
+    },
+    /// The format cannot hold voxels that lie like this.
+    #[error(
+        "{}: MetaImage holds axes at right angles only, and axes {} and {} meet at {degrees:.3} degrees (a tilted \
+         gantry?); write NRRD (.nrrd) or NIfTI (.nii.gz) instead",
+        path.display(), axes[0], axes[1]
+    )]
+    Sheared {
+        /// The path.
+        path: PathBuf,
+        /// Which two axes, 0 to 2.
+        axes: [usize; 2],
+        /// The angle between them.
+        degrees: f64,
+    },
+    /// The operating system refused.
+    #[error("{}: cannot {doing}: {source}", path.display())]
+    Io {
+        /// The path.
+        path: PathBuf,
+        /// What was being done.
+        doing: &'static str,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The examination could not be read.
+    #[error("{}: not written: {source}", path.display())]
+    Read {
+        /// The path.
+        path: PathBuf,
+        /// Why.
+        source: ReadError,
+    },
+}
+
+/// The system's reason with what was being done to `path`.
+pub(crate) fn io(path: &Path, doing: &'static str) -> impl Fn(std::io::Error) -> WriteError {
+    move |source| WriteError::Io {
+        path: path.to_owned(),
+        doing,
+        source,
+    }
+}
+
+/// Every slice of `source` as little-endian i16, and what `source` changed.
+///
+/// # Errors
+/// [`WriteError::Io`], [`WriteError::Read`].
+pub(crate) fn write_voxels(
+    path: &Path,
+    out: &mut dyn Write,
+    source: &mut dyn VoxelSource,
+) -> Result<Conversion, WriteError> {
+    let read = |source| WriteError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let [nx, ny, nz] = source.grid().dims();
+    let mut slice = vec![0_i16; nx as usize * ny as usize];
+    let mut bytes = Vec::with_capacity(2 * slice.len());
+    for k in 0..nz {
+        source.read_slice(k, &mut slice).map_err(read)?;
+        bytes.clear();
+        bytes.extend(slice.iter().flat_map(|v| v.to_le_bytes()));
+        out.write_all(&bytes).map_err(io(path, "write its voxels"))?;
+    }
+    source.finish().map_err(read)
+}
+
+/// The name of the voxels' file beside a header: the header's with another ending.
+///
+/// # Errors
+/// [`WriteError::Name`] where the name would mean something else in the header's text.
+pub(crate) fn name_beside(header: &Path, ending: &str) -> Result<String, WriteError> {
+    let stem = header.file_stem().and_then(|stem| stem.to_str());
+    let plain = |stem: &&str| {
+        let odd = |c: char| c.is_control() || c == '%';
+        !stem.contains(odd) && stem.trim() == *stem && !stem.starts_with("LIST ")
+    };
+    let stem = stem.filter(plain).ok_or_else(|| WriteError::Name {
+        path: header.to_owned(),
+        expected: "a name of plain text without % and without spaces around it, which the header can hold",
+    })?;
+    Ok(format!("{stem}.{ending}"))
+}
+
+/// Gives a header and its voxels their names. A header that was there before goes first, so that no moment shows an old
+/// header with new voxels; cut short in between, there is no header.
+///
+/// # Errors
+/// [`WriteError::Io`].
+pub(crate) fn rename_pair(header_path: &Path, header: Partial, voxels: Partial) -> Result<(), WriteError> {
+    header.sync()?;
+    voxels.sync()?;
+    match std::fs::remove_file(header_path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+            return Err(io(header_path, "replace the old header")(source));
+        }
+        _ => {}
+    }
+    voxels.rename()?;
+    header.rename()
+}
