@@ -127,9 +127,14 @@ fn paths_that_are_no_file_are_refused() {
     let room = Room::new();
     let absent = room.scene_on("absent.nii");
     room.run_is_refused(&absent, &[], "/absent.nii: there is no such file | check the name");
+    let empty = room.path("empty");
+    fs::create_dir(&empty).unwrap();
     for (volume, words) in [
         ("absent.nii", "--volume absent.nii | no such file | give the path"),
-        ("/tmp", "/tmp: this is a folder, expected a file"),
+        (
+            empty.to_str().unwrap(),
+            "/empty: no DICOM image in this folder (0 other files)",
+        ),
         ("/dev/null", "/dev/null: this is a pipe or a device, expected a file"),
     ] {
         room.run_is_refused(&room.good, &["--volume", volume], words);
@@ -298,6 +303,7 @@ fn snapshots_are_refused_whole() {
     let room = Room::new();
     fs::create_dir(&room.out).unwrap();
     let file = |option: &str, name: &str| format!("--{option}={}", room.out.join(name).display());
+    let empty = format!("--volume={}", room.out.display());
     let given = ["snapshot", "--view=axial", "--volume=phantom", "--pose=1,0,0,0,0,0,0"].map(str::to_owned);
     let given = [&given[..], &[file("out", "x.png"), file("hu", "x.mha")]].concat();
     for (bad, words) in [
@@ -317,7 +323,7 @@ fn snapshots_are_refused_whole() {
         ("--slab-mm=0", "--slab-mm | 0 mm | 0.01 to 500 mm"),
         ("--ahead-mm=inf", "--ahead-mm | inf | finite"),
         ("--volume=absent.nii", "absent.nii | no such file"),
-        ("--volume=/", "/: this is a folder"),
+        (&empty, "no DICOM image in this folder"),
         ("--out=/proc/x.png", "writing /proc/x.png | folder exists"),
         ("--hu=/proc/x.mha", "writing /proc/x.mha | No such file"),
     ] {

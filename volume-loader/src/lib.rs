@@ -4,6 +4,7 @@
 //! the way; `run` publishes the result and keeps it there for late joiners. No process holds a second copy.
 
 pub mod cli;
+pub mod dicom;
 pub mod dicom_out;
 mod error;
 mod fill;

@@ -4,6 +4,7 @@ use bus::run::free_memory_bytes;
 use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
 use bus::volume::{Layout, OwnedVolume};
 
+use crate::dicom;
 use crate::error::LoadError;
 use crate::fill::fill;
 use crate::nifti::NiftiSource;
@@ -25,9 +26,15 @@ pub fn open(spec: &VolumeSpec, seed: u64) -> Result<Box<dyn VoxelSource>, LoadEr
     Ok(part(source, spec)?)
 }
 
-/// Opens a file by the ending of its name: NRRD (`.nrrd`, `.nhdr`), MetaImage (`.mha`, `.mhd`), and NIfTI with any other.
+/// A folder is a DICOM series; a file is told by the ending of its name: NRRD (`.nrrd`, `.nhdr`), MetaImage (`.mha`, `.mhd`),
+/// and NIfTI with any other.
 fn open_file(file: &FileSpec) -> Result<Box<dyn VoxelSource>, ReadError> {
     let (path, assume_lps) = (&file.path, file.assume_lps);
+    let options = dicom::Options { regrid: file.regrid };
+    let series = file.series.map(|number| number as usize);
+    if let Some(source) = dicom::open_path(path, series, options)? {
+        return Ok(Box::new(source));
+    }
     let ending = path.extension().and_then(|ending| ending.to_str());
     Ok(match ending.map(str::to_ascii_lowercase).as_deref() {
         Some("nrrd" | "nhdr") => Box::new(nrrd::open(path, OpenOptions { assume_lps })?),

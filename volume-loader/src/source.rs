@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use bus::message::Marks;
 use geometry::VolumeGrid;
 
+use crate::dicom::DicomError;
 use crate::metaimage::MetaImageError;
 use crate::nifti::HeaderError;
 use crate::nrrd::NrrdError;
@@ -227,6 +228,9 @@ pub enum ReadError {
         /// What would do.
         expected: &'static str,
     },
+    /// A DICOM file, folder or series was refused.
+    #[error(transparent)]
+    Dicom(Box<DicomError>),
     /// The file is shorter than its header says.
     #[error("{}: the file ends in {place}: expected at least {expected} bytes, found {found}; copy it again from its origin", path.display())]
     Truncated {
@@ -293,6 +297,12 @@ pub enum ReadError {
         /// Length of the buffer.
         found: usize,
     },
+}
+
+impl From<DicomError> for ReadError {
+    fn from(error: DicomError) -> Self {
+        Self::Dicom(Box::new(error))
+    }
 }
 
 /// Keeps the order of slices: what every source asks before it reads.

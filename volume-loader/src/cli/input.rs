@@ -11,13 +11,14 @@ use bus::scene::{RawRegion, RawVolume, VolumeSource, VolumeSpec};
 use clap::Args;
 use geometry::VolumeGrid;
 
+use crate::dicom::Series;
 use crate::error::LoadError;
 use crate::load::open;
 use crate::progress::Progress;
 use crate::source::{Conversion, Facts, ReadError, VoxelSource};
 
 /// Which examination, and how much of it.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct Input {
     /// The examination: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), or `phantom`, the
     /// generated patient.
@@ -54,6 +55,30 @@ fn numbers<T: FromStr, const N: usize>(text: &str) -> Result<[T; N], String> {
 }
 
 impl Input {
+    /// The same for each series of a folder that holds several, where none was chosen; otherwise itself alone.
+    ///
+    /// # Errors
+    /// Those of looking through the folder.
+    pub(super) fn each_series(&self) -> Result<Vec<Self>, InputError> {
+        let several = match self.series.is_none() && self.path.is_dir() {
+            true => Series::scan(&self.path)
+                .map_err(ReadError::from)
+                .map_err(LoadError::from)?
+                .series
+                .len(),
+            false => 1,
+        };
+        let chosen = |number: usize| Self {
+            series: if several > 1 {
+                u32::try_from(number).ok()
+            } else {
+                self.series
+            },
+            ..self.clone()
+        };
+        Ok((1..=several.max(1)).map(chosen).collect())
+    }
+
     /// Opens it, with a bar that shows how far its reading is.
     ///
     /// # Errors

@@ -16,7 +16,8 @@ use crate::source::ReadError;
     volume-loader inspect series/\n  \
     volume-loader inspect patient.nii.gz --json | jq .spacing_mm\n  \
     volume-loader inspect patient.nii.gz --png patient.png\n  \
-    volume-loader inspect phantom\n\n\
+    volume-loader inspect series/ --series 2 --json\n\n\
+    Of a folder with several series each is inspected. \
     Lengths are mm, angles degrees, axes LPS (+x to the patient's left, +y to the back, +z up). The picture shows the axial, \
     frontal and sagittal planes through the volume's middle in a window of 400 HU around 40; dark blue was not measured, \
     the grey around a slanting volume is outside it. \
@@ -44,29 +45,82 @@ pub(crate) enum InspectError {
     /// The picture was not written.
     #[error(transparent)]
     Png(#[from] PngError),
+    /// One picture of several series.
+    #[error("the folder holds {found} series: choose the one for --png with --series N, from 1 to {found}")]
+    WhichPicture {
+        /// How many there are.
+        found: usize,
+    },
+    /// Some series cannot be loaded; why stands above.
+    #[error("{refused} of {of} series cannot be loaded")]
+    Some {
+        /// How many.
+        refused: usize,
+        /// Of how many.
+        of: usize,
+    },
     /// The summary was not put into JSON.
     #[error("the summary as JSON: {0}")]
     Json(#[from] serde_json::Error),
 }
 
-/// Inspects, prints, and writes the picture.
+/// Inspects, prints, and writes the picture. Of a folder with several series each is inspected.
 ///
 /// # Errors
-/// [`InspectError`]; nothing is printed then.
+/// [`InspectError`]; where one of several series is refused, the others are still printed.
 pub(crate) fn run(args: &InspectArgs) -> Result<(), InspectError> {
-    let mut source = args.input.open()?;
+    let inputs = args.input.each_series()?;
+    if let [input] = &inputs[..] {
+        return report(&one(args, input)?, args.json);
+    }
+    if args.png.is_some() {
+        return Err(InspectError::WhichPicture { found: inputs.len() });
+    }
+    let (mut summaries, mut refused) = (Vec::new(), 0);
+    for (number, input) in (1..).zip(&inputs) {
+        match one(args, input) {
+            Ok(summary) if args.json => summaries.push(summary),
+            Ok(summary) => say(&format!("series {number}\n{summary}\n")),
+            Err(error) => {
+                refused += 1;
+                eprintln!("volume-loader: series {number}: {error}");
+            }
+        }
+    }
+    if args.json {
+        say(&(serde_json::to_string_pretty(&summaries)? + "\n"));
+    }
+    match refused {
+        0 => Ok(()),
+        _ => Err(InspectError::Some {
+            refused,
+            of: inputs.len(),
+        }),
+    }
+}
+
+fn one(args: &InspectArgs, input: &input::Input) -> Result<Summary, InspectError> {
+    let mut source = input.open()?;
     let window = args.png.as_ref().map(|_| WINDOW);
     let Inspection { summary, picture } = inspect(&mut source, window)?;
-    let text = match args.json {
-        true => serde_json::to_string_pretty(&summary)? + "\n",
-        false => summary.to_string(),
-    };
     if let (Some(path), Some(picture)) = (&args.png, picture) {
         write_png(path, &picture, &stamps(&summary))?;
     }
-    // Where nobody reads stdout any more, there is nobody to tell.
-    let _ = io::stdout().write_all(text.as_bytes());
+    Ok(summary)
+}
+
+fn report(summary: &Summary, json: bool) -> Result<(), InspectError> {
+    let text = match json {
+        true => serde_json::to_string_pretty(summary)? + "\n",
+        false => summary.to_string(),
+    };
+    say(&text);
     Ok(())
+}
+
+/// To stdout; where nobody reads it any more, there is nobody to tell.
+fn say(text: &str) {
+    let _ = io::stdout().write_all(text.as_bytes());
 }
 
 /// What the picture says of itself in the file.

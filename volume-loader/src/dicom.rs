@@ -1,0 +1,41 @@
+//! DICOM series in a folder: one file per slice, in any order and among other files.
+//!
+//! Geometry is derived from each slice's own position and orientation (DICOM PS3.3, C.7.6.2), never from file names,
+//! instance numbers, SliceThickness or SpacingBetweenSlices. A tilted gantry stays what it is: a sheared map from voxels
+//! to the patient. Uneven slices are refused, or put on an even grid where that was asked for ([`Options::regrid`]).
+//!
+//! [`Series::scan`] looks through a folder, [`Found::choose`] takes one series of it, [`DicomSource::open`] judges that
+//! series and gives its voxels. Element headers are read by dicom-rs; lengths are judged here, before anything is
+//! allocated. DICOM's patient axes are LPS and mm already.
+
+mod codec;
+mod element;
+mod error;
+mod facts;
+mod fragments;
+mod geometry;
+mod group;
+mod header;
+mod padding;
+mod pixels;
+mod plan;
+mod report;
+mod scan;
+mod series;
+mod slice;
+mod source;
+mod stored;
+mod syntax;
+mod values;
+mod walk;
+mod words;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::{DicomError, FileError, Tag};
+pub use facts::{SeriesFacts, Steps};
+pub use geometry::{Gap, GeometryError};
+pub use series::{Found, Series, SeriesSummary};
+pub(crate) use source::open_path;
+pub use source::{DicomSource, Options};

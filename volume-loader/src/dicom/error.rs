@@ -1,0 +1,269 @@
+//! Why a DICOM file, folder or series is refused. No message holds anything that names a patient: elements are told by
+//! tag and name, values only where they are numbers or codes of the standard.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use geometry::GridError;
+
+use super::geometry::GeometryError;
+
+/// A data element: group and element number, and its name in PS3.6.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tag {
+    /// Group number.
+    pub group: u16,
+    /// Element number.
+    pub element: u16,
+}
+
+impl fmt::Display for Tag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "({:04X},{:04X})", self.group, self.element)?;
+        match super::element::name(*self) {
+            Some(name) => write!(f, " {name}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Why a folder or a series was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum DicomError {
+    /// One file is not what it must be.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: FileError,
+    },
+    /// The operating system refused to list or read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The folder holds too much to be one examination.
+    #[error("{}: more than {limit} {what} below this folder; name the folder of the examination itself", path.display())]
+    TooMuch {
+        /// The folder.
+        path: PathBuf,
+        /// The most allowed.
+        limit: usize,
+        /// Of what.
+        what: &'static str,
+    },
+    /// No DICOM image at all.
+    #[error("{}: no DICOM image in this folder ({ignored} other files); name the folder that holds the slices", path.display())]
+    None {
+        /// The folder.
+        path: PathBuf,
+        /// Files that are not DICOM images.
+        ignored: usize,
+    },
+    /// One file of a series is no volume.
+    #[error("{}: this is one slice, not a volume; name the folder that holds all of them: {}", path.display(), folder.display())]
+    OneFile {
+        /// The file.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// The folder holds several series and nobody chose.
+    #[error("{}: {count} series in this folder, choose one with --series N:\n{list}{hint}", path.display())]
+    Several {
+        /// The folder.
+        path: PathBuf,
+        /// How many.
+        count: usize,
+        /// One line each.
+        list: String,
+        /// The only one that can be meant, if there is one.
+        hint: String,
+    },
+    /// A series was chosen that is not there.
+    #[error("{}: --series {asked}: there are series 1 to {count}:\n{list}", path.display())]
+    NoSuchSeries {
+        /// The folder.
+        path: PathBuf,
+        /// The number asked for.
+        asked: usize,
+        /// How many there are.
+        count: usize,
+        /// One line each.
+        list: String,
+    },
+    /// The slices make no volume.
+    #[error("{}: series {number}: {source}", path.display())]
+    Geometry {
+        /// The folder.
+        path: PathBuf,
+        /// The series' number.
+        number: usize,
+        /// What is wrong.
+        source: GeometryError,
+    },
+    /// Dimensions or spacing that no scanner makes.
+    #[error("{}: series {number}: {source}", path.display())]
+    Grid {
+        /// The folder.
+        path: PathBuf,
+        /// The series' number.
+        number: usize,
+        /// What is wrong.
+        source: GridError,
+    },
+}
+
+/// Why one file was refused. Byte positions count from the file's first.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FileError {
+    /// It has the name of a DICOM file and is none.
+    #[error(
+        "not a DICOM file: no \"DICM\" at byte 128, and no element of group 0008 at byte 0; copy it again from its origin, or take it out of the folder"
+    )]
+    NotDicom,
+    /// An element reaches beyond the end of the file.
+    #[error(
+        "the file ends in element {tag} at byte {byte}: expected {expected} bytes in the file, found {found}; copy it again from its origin"
+    )]
+    Truncated {
+        /// The element.
+        tag: Tag,
+        /// Where it begins.
+        byte: u64,
+        /// Where it would end.
+        expected: u64,
+        /// The file's length.
+        found: u64,
+    },
+    /// The file ends where an element's header or an end of a sequence must be.
+    #[error(
+        "the file ends at byte {found} within an element header or an open sequence that begins at byte {byte}; copy it again from its origin"
+    )]
+    BrokenOff {
+        /// Where the header or the sequence begins.
+        byte: u64,
+        /// The file's length.
+        found: u64,
+    },
+    /// A header element is absurdly long.
+    #[error("element {tag} at byte {byte} is {found} bytes long, expected at most {limit}; the file is damaged")]
+    TooLong {
+        /// The element.
+        tag: Tag,
+        /// Where it begins.
+        byte: u64,
+        /// Its length.
+        found: u64,
+        /// The longest accepted.
+        limit: u64,
+    },
+    /// Sequences within sequences without end.
+    #[error("sequences are nested deeper than {limit} at byte {byte}; the file is damaged")]
+    Nesting {
+        /// Where.
+        byte: u64,
+        /// The deepest accepted.
+        limit: usize,
+    },
+    /// More elements than any header has.
+    #[error("more than {limit} elements before byte {byte}; the file is damaged")]
+    TooManyElements {
+        /// Where the next one begins.
+        byte: u64,
+        /// The most accepted.
+        limit: u32,
+    },
+    /// An end of a sequence or item where none is open, or another one is.
+    #[error("at byte {byte} stands {found}, which closes nothing that is open there; the file is damaged")]
+    Delimiter {
+        /// Where.
+        byte: u64,
+        /// The delimiter.
+        found: Tag,
+    },
+    /// An element stands there twice.
+    #[error("element {tag} stands there twice, the second time at byte {byte}; the file is damaged")]
+    Twice {
+        /// The element.
+        tag: Tag,
+        /// The second place.
+        byte: u64,
+    },
+    /// An element that must be there is not.
+    #[error("element {tag} is missing; without it the slice cannot be placed or read")]
+    Missing {
+        /// The element.
+        tag: Tag,
+    },
+    /// An element's value cannot be used.
+    #[error("element {tag} is {found}, expected {expected}")]
+    Value {
+        /// The element.
+        tag: Tag,
+        /// The value, if it is a number or a code.
+        found: String,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// A transfer syntax that is not read.
+    #[error(
+        "transfer syntax {uid} ({name}) is not read; convert the series to Explicit VR Little Endian, for instance with dcmconv, dcmdjpeg or gdcmconv --raw"
+    )]
+    Syntax {
+        /// The unique identifier.
+        uid: String,
+        /// Its name.
+        name: &'static str,
+    },
+    /// Several images in one file.
+    #[error("{frames} frames in one file (multi-frame or Enhanced CT) are not read; convert it to one file per slice")]
+    MultiFrame {
+        /// How many.
+        frames: i64,
+    },
+    /// The pixel data have another length than the header says.
+    #[error("the pixel data are {found} bytes long, expected {expected} for {columns} x {rows} pixels of {bits} bits")]
+    PixelLength {
+        /// Bytes that there are.
+        found: u64,
+        /// Bytes that the header asks for.
+        expected: u64,
+        /// Pixels in a row.
+        columns: u16,
+        /// Rows.
+        rows: u16,
+        /// Bits of a pixel.
+        bits: u16,
+    },
+    /// Fragments where there must be none, or none where there must be some.
+    #[error("the pixel data are {found}, expected {expected} in this transfer syntax")]
+    Encapsulation {
+        /// How they are.
+        found: &'static str,
+        /// How they must be.
+        expected: &'static str,
+    },
+    /// The compressed image is another than the header says.
+    #[error("the {codec} stream holds {found}, the header says {expected}")]
+    Mismatch {
+        /// The codec.
+        codec: &'static str,
+        /// What the stream says.
+        found: String,
+        /// What the header says.
+        expected: String,
+    },
+    /// The compressed image cannot be decoded.
+    #[error("the {codec} stream cannot be decoded: {detail}; copy the file again from its origin")]
+    Codec {
+        /// The codec.
+        codec: &'static str,
+        /// What is wrong.
+        detail: String,
+    },
+}

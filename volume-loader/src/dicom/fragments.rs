@@ -1,0 +1,67 @@
+//! The fragments of a compressed image, joined (DICOM PS3.5 section A.4).
+
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+
+use super::element as el;
+use super::error::{FileError, Tag};
+use super::pixels::ReadFailure;
+use super::walk::tag;
+
+const ITEM: Tag = tag(0xFFFE, 0xE000);
+const END: Tag = tag(0xFFFE, 0xE0DD);
+
+/// Joins the fragments that begin at `at` into `joined`. The first item is the table of offsets, of no use for one frame.
+///
+/// # Errors
+/// [`ReadFailure`]. No more is allocated than the file is long.
+pub(crate) fn join(file: &File, mut at: u64, length: u64, joined: &mut Vec<u8>) -> Result<(), ReadFailure> {
+    joined.clear();
+    let mut items = 0_u32;
+    loop {
+        let (found, bytes) = item(file, at, length)?;
+        let value_at = at + 8;
+        match found {
+            ITEM => {}
+            END if joined.is_empty() => {
+                let (found, expected) = ("empty", "at least one fragment");
+                return Err(FileError::Encapsulation { found, expected }.into());
+            }
+            END => return Ok(()),
+            found => return Err(FileError::Delimiter { byte: at, found }.into()),
+        }
+        let end = value_at + u64::from(bytes);
+        if end > length {
+            return Err(truncated(at, end, length).into());
+        }
+        if items > 0 {
+            let start = joined.len();
+            joined.resize(start + bytes as usize, 0);
+            let room = joined.get_mut(start..).unwrap_or_default();
+            file.read_exact_at(room, value_at)?;
+        }
+        items = items.saturating_add(1);
+        at = end;
+    }
+}
+
+fn truncated(byte: u64, expected: u64, found: u64) -> FileError {
+    FileError::Truncated {
+        tag: el::PIXELS,
+        byte,
+        expected,
+        found,
+    }
+}
+
+/// The tag and the length of the item at `at`; compressed files are little-endian.
+fn item(file: &File, at: u64, length: u64) -> Result<(Tag, u32), ReadFailure> {
+    if at + 8 > length {
+        return Err(truncated(at, at + 8, length).into());
+    }
+    let mut header = [0; 8];
+    file.read_exact_at(&mut header, at)?;
+    let [a, b, c, d, bytes @ ..] = header;
+    let found = tag(u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
+    Ok((found, u32::from_le_bytes(bytes)))
+}

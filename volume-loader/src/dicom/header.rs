@@ -1,0 +1,194 @@
+//! What one file says of itself, as far as it is needed.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
+
+use super::element::{self as el, Elements};
+use super::error::{DicomError, FileError, Tag};
+use super::syntax::{Coding, Syntax};
+use super::walk::{Element, WalkError, Walker};
+
+/// One read of this many bytes holds most headers whole.
+const BUFFER_BYTES: usize = 1 << 13;
+/// SOP classes that are images of one slice: CT and MR Image Storage (PS3.4 table B.5-1).
+const SLICE_CLASSES: [&str; 2] = ["1.2.840.10008.5.1.4.1.1.2", "1.2.840.10008.5.1.4.1.1.4"];
+
+/// Where a slice lies, as the file says it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Placed {
+    /// Centre of the first pixel, patient axes, mm.
+    pub position: [f64; 3],
+    /// Directions of a row and of a column, as cosines.
+    pub orientation: [f64; 6],
+    /// Distance between rows and distance between columns, mm.
+    pub spacing: [f64; 2],
+}
+
+/// One image file's header.
+#[derive(Debug, Clone)]
+pub(crate) struct Header {
+    pub path: PathBuf,
+    pub syntax: Syntax,
+    pub modality: String,
+    /// Study and series; never shown.
+    pub series: (String, String),
+    /// Never shown.
+    pub frame_of_reference: String,
+    pub localizer: bool,
+    pub columns: u16,
+    pub rows: u16,
+    pub frames: i64,
+    pub samples: u16,
+    pub photometric: String,
+    pub bits_allocated: u16,
+    pub bits_stored: u16,
+    pub high_bit: u16,
+    pub representation: u16,
+    /// Where it lies, or the first element that is missing for it.
+    pub placed: Result<Placed, Tag>,
+    pub slope: Option<f64>,
+    pub intercept: Option<f64>,
+    pub rescale_type: Option<String>,
+    /// PixelPaddingValue and PixelPaddingRangeLimit, as they are stored.
+    pub padding: [Option<u16>; 2],
+    pub tilt_deg: Option<f64>,
+    pub thickness_mm: Option<f64>,
+    pub spacing_between_mm: Option<f64>,
+    pub kernel: Option<String>,
+    pub lossy: bool,
+    pub pixels: Element,
+    /// The file's length, bytes.
+    pub length: u64,
+}
+
+/// What a file turned out to be.
+#[derive(Debug)]
+pub(crate) enum Kind {
+    Image(Box<Header>),
+    /// DICOM, but no image: a directory, a report, a structure set.
+    Object,
+    /// Not DICOM.
+    Other,
+}
+
+impl Header {
+    /// Reads the header of the file at `path`.
+    ///
+    /// # Errors
+    /// [`DicomError::File`], [`DicomError::Unreadable`].
+    pub(crate) fn read(path: &Path) -> Result<Kind, DicomError> {
+        let unreadable = |source| DicomError::Unreadable {
+            path: path.to_owned(),
+            source,
+        };
+        let file = File::open(path).map_err(unreadable)?;
+        let length = file.metadata().map_err(unreadable)?.len();
+        let mut walker = Walker::new(BufReader::with_capacity(BUFFER_BYTES, file), length);
+        Self::parse(path, &mut walker).map_err(|error| match error {
+            WalkError::Io(source) => unreadable(source),
+            WalkError::File(source) => DicomError::File {
+                path: path.to_owned(),
+                source,
+            },
+        })
+    }
+
+    /// Whether the file begins like DICOM; one that cannot be read does not.
+    pub(crate) fn has_preamble(path: &Path) -> bool {
+        let mut first = [0; 132];
+        let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
+        read.is_ok() && first.ends_with(b"DICM")
+    }
+
+    /// The header in `walker`'s bytes.
+    ///
+    /// # Errors
+    /// [`WalkError`].
+    pub(crate) fn parse<R: BufRead + Seek>(path: &Path, walker: &mut Walker<R>) -> Result<Kind, WalkError> {
+        let Some(elements) = Elements::read(walker)? else {
+            return Ok(Kind::Other);
+        };
+        let Some(pixels) = elements.pixels else {
+            let class = elements
+                .text(el::SOP_CLASS)
+                .or_else(|| elements.text(el::MEDIA_SOP_CLASS));
+            let slice = class.is_some_and(|class| SLICE_CLASSES.contains(&class.as_str()));
+            return match slice || elements.get(el::ROWS).is_some() {
+                true => Err(FileError::Missing { tag: el::PIXELS }.into()),
+                false => Ok(Kind::Object),
+            };
+        };
+        let header = Self::of(path, &elements, pixels, walker.length())?;
+        Ok(Kind::Image(Box::new(header)))
+    }
+
+    fn of(path: &Path, e: &Elements, pixels: Element, length: u64) -> Result<Self, FileError> {
+        let needed = |tag| e.text(tag).ok_or(FileError::Missing { tag });
+        let one = |tag| Ok(e.numbers::<1>(tag)?.map(|[number]| number));
+        Ok(Self {
+            path: path.to_owned(),
+            syntax: e.syntax,
+            modality: e.code(el::MODALITY).ok_or(FileError::Missing { tag: el::MODALITY })?,
+            series: (e.text(el::STUDY).unwrap_or_default(), needed(el::SERIES)?),
+            frame_of_reference: e.text(el::FRAME_OF_REFERENCE).unwrap_or_default(),
+            localizer: e.text(el::IMAGE_TYPE).is_some_and(|kind| is_localizer(&kind)),
+            columns: e.u16(el::COLUMNS)?,
+            rows: e.u16(el::ROWS)?,
+            frames: one(el::FRAMES)?.map_or(1, |frames| frames as i64),
+            samples: e.u16(el::SAMPLES)?,
+            photometric: e
+                .code(el::PHOTOMETRIC)
+                .ok_or(FileError::Missing { tag: el::PHOTOMETRIC })?,
+            bits_allocated: e.u16(el::BITS_ALLOCATED)?,
+            bits_stored: e.u16(el::BITS_STORED)?,
+            high_bit: e.u16(el::HIGH_BIT)?,
+            representation: e.u16(el::REPRESENTATION)?,
+            placed: placed(e)?,
+            slope: one(el::SLOPE)?,
+            intercept: one(el::INTERCEPT)?,
+            rescale_type: e.code(el::RESCALE_TYPE),
+            padding: [padding(e, el::PADDING)?, padding(e, el::PADDING_LIMIT)?],
+            tilt_deg: e.reported(el::GANTRY_TILT),
+            thickness_mm: e.reported(el::SLICE_THICKNESS),
+            spacing_between_mm: e.reported(el::SPACING_BETWEEN_SLICES),
+            kernel: e.code(el::KERNEL),
+            lossy: e.text(el::LOSSY).is_some_and(|lossy| lossy == "01"),
+            pixels,
+            length,
+        })
+    }
+
+    /// Whether numbers of several bytes have their most significant first.
+    pub(crate) fn big_endian(&self) -> bool {
+        self.syntax.elements == Coding::ExplicitBig
+    }
+}
+
+/// An overview to plan slices on, not a slice (PS3.3, C.8.2.1.1.1).
+fn is_localizer(image_type: &str) -> bool {
+    image_type.split('\\').any(|value| value.trim() == "LOCALIZER")
+}
+
+fn placed(e: &Elements) -> Result<Result<Placed, Tag>, FileError> {
+    let position = e.numbers(el::POSITION)?;
+    let orientation = e.numbers(el::ORIENTATION)?;
+    let spacing = e.numbers(el::PIXEL_SPACING)?;
+    Ok(match (position, orientation, spacing) {
+        (None, _, _) => Err(el::POSITION),
+        (_, None, _) => Err(el::ORIENTATION),
+        (_, _, None) => Err(el::PIXEL_SPACING),
+        (Some(position), Some(orientation), Some(spacing)) => Ok(Placed {
+            position,
+            orientation,
+            spacing,
+        }),
+    })
+}
+
+fn padding(e: &Elements, tag: Tag) -> Result<Option<u16>, FileError> {
+    match e.get(tag) {
+        None | Some([]) => Ok(None),
+        Some(_) => e.u16(tag).map(Some),
+    }
+}

@@ -1,0 +1,163 @@
+//! What a person is told of a series: its facts, and what was doubtful.
+
+use std::fmt;
+
+use super::error::DicomError;
+use super::facts::SeriesFacts;
+use super::geometry::Stack;
+use super::header::Header;
+use super::padding::Padding;
+use super::plan::Take;
+use super::series::Series;
+use super::slice::Slice;
+use super::source::Laid;
+use super::words;
+
+/// The tilt by the tag and by the positions may differ by this, degrees.
+const TILT_DEG: f64 = 0.5;
+/// A slice distance that a header states may differ from the positions' by this part.
+const STEP_PART: f64 = 0.01;
+
+/// The padding and the facts of a series whose slices, with their headers, are in order along the stack.
+///
+/// # Errors
+/// [`DicomError`] of the slice in the middle.
+pub(crate) fn of(
+    series: &Series,
+    headers: &[&Header],
+    slices: &[Slice],
+    stack: &Stack,
+    laid: &Laid,
+) -> Result<(Padding, SeriesFacts), DicomError> {
+    let mut warnings = warnings(series, headers, stack);
+    let padding = padding(headers, slices, &mut warnings)?;
+    if is_lossy(headers, slices)? {
+        warnings.push("the slices were compressed with loss: HU are not the scanner's".to_owned());
+    }
+    let [right, down] = stack.pixel;
+    let ct_from_voxel = laid.grid.ct_from_voxel();
+    let count = |kind: fn(&Take) -> bool| laid.plan.iter().filter(|take| kind(take)).count();
+    let between = count(|take| matches!(take, Take::Between(..)));
+    let holes = count(|take| matches!(take, Take::Hole));
+    let first = headers.first();
+    let facts = SeriesFacts {
+        number: series.number,
+        modality: first.map_or_else(String::new, |header| header.modality.clone()),
+        dims: laid.grid.dims(),
+        ct_from_voxel,
+        orientation: words::orientation(stack.normal, [right, down, stack.line]),
+        tilt_deg: stack.tilt_deg(),
+        tilt_tag_deg: first.and_then(|header| header.tilt_deg),
+        steps: stack.steps,
+        worst_corner_mm: laid.worst_corner_mm,
+        positions_mm: stack.positions(),
+        codec: codec(headers),
+        kernel: first.and_then(|header| header.kernel.clone()),
+        thickness_mm: first.and_then(|header| header.thickness_mm),
+        padding_hu: padding.hu,
+        padding_known: padding.known,
+        regridded: laid.regridded.then_some([between, holes]),
+        warnings,
+        ignored: series.ignored,
+    };
+    Ok((padding, facts))
+}
+
+fn codec(headers: &[&Header]) -> &'static str {
+    let name = headers.first().map_or("", |header| header.syntax.name);
+    match headers.iter().all(|header| header.syntax.name == name) {
+        true => name,
+        false => "several transfer syntaxes",
+    }
+}
+
+fn padding(headers: &[&Header], slices: &[Slice], warnings: &mut Vec<String>) -> Result<Padding, DicomError> {
+    if let Some(padding) = Padding::declared(headers, slices, warnings) {
+        return Ok(padding);
+    }
+    let Some(middle) = slices.get(slices.len() / 2) else {
+        return Ok(Padding::of_corners(&[], 0));
+    };
+    let mut voxels = vec![0; middle.pixels()];
+    middle.read(&mut voxels, &mut Vec::new())?;
+    Ok(Padding::of_corners(&voxels, usize::from(middle.columns)))
+}
+
+fn is_lossy(headers: &[&Header], slices: &[Slice]) -> Result<bool, DicomError> {
+    if headers.iter().any(|header| header.lossy) {
+        return Ok(true);
+    }
+    let middle = slices.get(slices.len() / 2);
+    middle.map_or(Ok(false), |slice| slice.is_lossy(&mut Vec::new()))
+}
+
+/// What is doubtful about headers and places.
+fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> {
+    let Some(first) = headers.first() else {
+        return Vec::new();
+    };
+    let mut warnings = Vec::new();
+    if first.modality != "CT" {
+        warnings.push(format!("not a CT ({}): its numbers are not HU", first.modality));
+    } else if let Some(kind) = first.rescale_type.as_ref().filter(|kind| *kind != "HU") {
+        warnings.push(format!("RescaleType is {kind}, not HU"));
+    }
+    if series.frames_merged {
+        warnings.push(format!(
+            "each of the {} slices names a frame of reference of its own, where a series has one: they were not kept apart",
+            headers.len()
+        ));
+    }
+    if let Some(error) = stack.straightened {
+        warnings.push(format!(
+            "ImageOrientationPatient was off by {error:.1e} and was made exact"
+        ));
+    }
+    let tilt = stack.tilt_deg();
+    if let Some(tag) = first.tilt_deg.filter(|tag| (tag.abs() - tilt).abs() > TILT_DEG) {
+        warnings.push(format!(
+            "GantryDetectorTilt says {tag:.2} degrees, the positions {tilt:.2}, which are taken"
+        ));
+    }
+    let step = stack.steps.median_mm;
+    if let Some(tag) = first
+        .spacing_between_mm
+        .filter(|tag| (tag.abs() - step).abs() > STEP_PART * step)
+    {
+        warnings.push(format!(
+            "SpacingBetweenSlices says {tag:.4} mm, the positions {step:.4} mm, which are taken"
+        ));
+    }
+    warnings
+}
+
+impl fmt::Display for SeriesFacts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([number, count], [nx, ny, nz]) = (self.number, self.dims);
+        let [sx, sy, sz] = [0, 1, 2].map(|axis| self.ct_from_voxel.step(axis).norm());
+        write!(
+            f,
+            "DICOM {}, series {number} of {count}, {}, ",
+            self.modality, self.codec
+        )?;
+        write!(
+            f,
+            "{nx} x {ny} x {nz} voxels of {sx:.3} x {sy:.3} x {sz:.3} mm; {}, ",
+            self.orientation
+        )?;
+        write!(
+            f,
+            "tilt {:.2} degrees, corners within {:.4} mm",
+            self.tilt_deg, self.worst_corner_mm
+        )?;
+        if let Some([between, holes]) = self.regridded {
+            write!(
+                f,
+                "; put on an even grid: {between} slices interpolated, {holes} a hole without measurement"
+            )?;
+        }
+        self.warnings
+            .iter()
+            .try_for_each(|warning| write!(f, "; warning: {warning}"))
+    }
+}

@@ -1,0 +1,179 @@
+//! Which slices belong together, and choosing among several stacks of them.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use geometry::Vector;
+
+use super::error::DicomError;
+use super::geometry::Stack;
+use super::group::{MAX_SERIES, group};
+use super::header::{Header, Placed};
+use super::{scan, words};
+
+/// What a folder holds.
+#[derive(Debug)]
+pub struct Found {
+    /// The series, in an order that depends on nothing but the files' headers.
+    pub series: Vec<Series>,
+    /// Files that are not DICOM images.
+    pub ignored: usize,
+    folder: PathBuf,
+}
+
+/// Slices of one series, one orientation, one frame of reference and one size.
+#[derive(Debug, Clone)]
+pub struct Series {
+    pub(crate) folder: PathBuf,
+    /// From 1, and how many there are.
+    pub(crate) number: [usize; 2],
+    pub(crate) ignored: usize,
+    pub(crate) headers: Vec<Header>,
+    /// Each slice names a frame of reference of its own.
+    pub(crate) frames_merged: bool,
+}
+
+/// A series in a list; nothing in it names a patient.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeriesSummary {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Modality, such as `CT`.
+    pub modality: String,
+    /// How many slices.
+    pub slices: usize,
+    /// Pixels in a row, and rows.
+    pub size: [u16; 2],
+    /// The plane in words, where slices have one.
+    pub plane: Option<String>,
+    /// The median step between slices, mm, where there is one.
+    pub step_mm: Option<f64>,
+    /// ConvolutionKernel.
+    pub kernel: Option<String>,
+    /// Overview images to plan slices on.
+    pub localizer: bool,
+}
+
+impl fmt::Display for SeriesSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [columns, rows] = self.size;
+        write!(
+            f,
+            "  {}: {}, {} slices of {columns} x {rows}",
+            self.number, self.modality, self.slices
+        )?;
+        match &self.plane {
+            Some(plane) => write!(f, ", {plane}")?,
+            None => write!(f, ", without position")?,
+        }
+        if self.localizer {
+            write!(f, ", localizer")?;
+        }
+        if let Some(step) = self.step_mm {
+            write!(f, ", step {step:.3} mm")?;
+        }
+        self.kernel
+            .as_ref()
+            .map_or(Ok(()), |kernel| write!(f, ", kernel {kernel}"))
+    }
+}
+
+impl Series {
+    /// Reads the headers of all DICOM images below `folder` and sorts them into series.
+    ///
+    /// # Errors
+    /// [`DicomError`]: nothing there, too much there, or a broken file.
+    pub fn scan(folder: &Path) -> Result<Found, DicomError> {
+        let scanned = scan::scan(folder)?;
+        let (path, ignored) = (folder.to_owned(), scanned.ignored);
+        if scanned.headers.is_empty() {
+            return Err(DicomError::None { path, ignored });
+        }
+        let groups = group(scanned.headers).ok_or(DicomError::TooMuch {
+            path: folder.to_owned(),
+            limit: MAX_SERIES,
+            what: "series",
+        })?;
+        let count = groups.len();
+        let numbered = (1..).zip(groups).map(|(number, (headers, frames_merged))| Self {
+            folder: path.clone(),
+            number: [number, count],
+            ignored,
+            headers,
+            frames_merged,
+        });
+        Ok(Found {
+            series: numbered.collect(),
+            ignored,
+            folder: path.clone(),
+        })
+    }
+
+    /// What a list says of it.
+    pub fn summary(&self) -> SeriesSummary {
+        let first = self.headers.first();
+        let placed: Vec<Placed> = self.headers.iter().filter_map(|header| header.placed.ok()).collect();
+        let normal = placed.first().map(|slice| {
+            let [ax, ay, az, bx, by, bz] = slice.orientation;
+            Vector::new(ax, ay, az).cross(Vector::new(bx, by, bz))
+        });
+        SeriesSummary {
+            number: self.number[0],
+            modality: first.map_or_else(String::new, |header| header.modality.clone()),
+            slices: self.headers.len(),
+            size: first.map_or([0; 2], |header| [header.columns, header.rows]),
+            plane: normal.map(words::plane),
+            step_mm: Stack::of(&placed).ok().map(|stack| stack.steps.median_mm),
+            kernel: first.and_then(|header| header.kernel.clone()),
+            localizer: self.is_localizer(),
+        }
+    }
+
+    /// Whether these are overview images.
+    pub(crate) fn is_localizer(&self) -> bool {
+        self.headers.first().is_some_and(|header| header.localizer)
+    }
+}
+
+impl Found {
+    /// The series with this number, counted from 1; with no number, the only one.
+    ///
+    /// # Errors
+    /// [`DicomError::Several`], [`DicomError::NoSuchSeries`].
+    pub fn choose(mut self, number: Option<usize>) -> Result<Series, DicomError> {
+        let (path, count) = (self.folder.clone(), self.series.len());
+        match number {
+            None if count == 1 => Ok(self.series.swap_remove(0)),
+            None => Err(DicomError::Several {
+                path,
+                count,
+                list: self.list(),
+                hint: self.hint(),
+            }),
+            Some(asked) if (1..=count).contains(&asked) => Ok(self.series.swap_remove(asked - 1)),
+            Some(asked) => Err(DicomError::NoSuchSeries {
+                path,
+                asked,
+                count,
+                list: self.list(),
+            }),
+        }
+    }
+
+    fn list(&self) -> String {
+        let lines: Vec<String> = self.series.iter().map(|series| series.summary().to_string()).collect();
+        lines.join("\n")
+    }
+
+    /// The only stack of CT slices, if there is just one; named, never taken.
+    fn hint(&self) -> String {
+        let volume = |summary: &SeriesSummary| {
+            summary.modality == "CT" && !summary.localizer && summary.slices >= 2 && summary.plane.is_some()
+        };
+        let likely: Vec<SeriesSummary> = self.series.iter().map(Series::summary).filter(volume).collect();
+        match likely.as_slice() {
+            [one] => format!("\nthe only stack of CT slices among them is --series {}", one.number),
+            _ => String::new(),
+        }
+    }
+}

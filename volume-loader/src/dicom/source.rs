@@ -1,0 +1,276 @@
+//! A DICOM series as an examination.
+
+use std::path::Path;
+
+use bus::message::Marks;
+use geometry::VolumeGrid;
+
+use super::error::{DicomError, FileError};
+use super::facts::SeriesFacts;
+use super::geometry::{GeometryError, Stack};
+use super::header::{Header, Placed};
+use super::padding::Padding;
+use super::plan::{self, Take};
+use super::report;
+use super::scan;
+use super::series::Series;
+use super::slice::Slice;
+use crate::source::{Conversion, Facts, ReadError, Scratch, SliceReader, Turn, VoxelSource};
+
+/// What may be done to a series that is no even stack.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Put uneven slices on an even grid by linear interpolation between neighbours; holes stay holes. Even ones stay as
+    /// they are. Marks every image ([`Marks::REGRIDDED`]).
+    pub regrid: bool,
+}
+
+/// One series, read slice by slice.
+#[derive(Debug)]
+pub struct DicomSource {
+    folder: std::path::PathBuf,
+    grid: VolumeGrid,
+    /// In order along the stack.
+    slices: Vec<Slice>,
+    plan: Vec<Take>,
+    padding: Padding,
+    facts: SeriesFacts,
+    turn: Turn,
+    conversion: Conversion,
+    scratch: Scratch,
+}
+
+/// The source for a folder and the number of one of its series, from 1; `None` where `path` is neither a folder nor a DICOM
+/// file.
+///
+/// # Errors
+/// [`DicomError`]; [`DicomError::OneFile`] for a file.
+pub(crate) fn open_path(
+    path: &Path,
+    series: Option<usize>,
+    options: Options,
+) -> Result<Option<DicomSource>, DicomError> {
+    if path.is_dir() {
+        let series = Series::scan(path)?.choose(series)?;
+        return DicomSource::open(&series, options).map(Some);
+    }
+    if !path.is_file() || !(scan::has_dicom_name(path) || Header::has_preamble(path)) {
+        return Ok(None);
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    Err(DicomError::OneFile {
+        path: path.to_owned(),
+        folder: folder.unwrap_or(Path::new(".")).to_owned(),
+    })
+}
+
+impl DicomSource {
+    /// Judges a series: every slice's pixels, their places, the grid. One slice is read, for its padding.
+    ///
+    /// # Errors
+    /// [`DicomError`].
+    pub fn open(series: &Series, options: Options) -> Result<Self, DicomError> {
+        let (path, number) = (series.folder.clone(), series.number[0]);
+        let refused = |source| DicomError::Geometry {
+            path: path.clone(),
+            number,
+            source,
+        };
+        if series.is_localizer() {
+            return Err(refused(GeometryError::Localizer));
+        }
+        let slices = each(&series.headers, Slice::of)?;
+        let placed: Vec<Placed> = each(&series.headers, |header| {
+            header.placed.map_err(|tag| FileError::Missing { tag })
+        })?;
+        let stack = Stack::of(&placed).map_err(refused)?;
+        let laid = Laid::of(&stack, &slices, options).map_err(|error| match error {
+            LayError::Geometry(source) => refused(source),
+            LayError::Grid(source) => DicomError::Grid {
+                path: path.clone(),
+                number,
+                source,
+            },
+        })?;
+        let headers: Vec<&Header> = stack.order.iter().filter_map(|&i| series.headers.get(i)).collect();
+        let slices: Vec<Slice> = stack.order.iter().filter_map(|&i| slices.get(i).cloned()).collect();
+        let (padding, facts) = report::of(series, &headers, &slices, &stack, &laid)?;
+        Ok(Self {
+            folder: path.clone(),
+            grid: laid.grid,
+            slices,
+            plan: laid.plan,
+            padding,
+            facts,
+            turn: Turn::default(),
+            conversion: Conversion::default(),
+            scratch: Scratch::default(),
+        })
+    }
+
+    /// What was found out about the series.
+    pub fn series_facts(&self) -> &SeriesFacts {
+        &self.facts
+    }
+
+    fn read_measured(&self, slice: usize, out: &mut [i16], bytes: &mut Vec<u8>) -> Result<Conversion, ReadError> {
+        let slice = self.slices.get(slice).ok_or(ReadError::Order {
+            expected: 0,
+            found: slice as u32,
+            count: self.slices.len() as u32,
+        })?;
+        Ok(slice.read(out, bytes)?)
+    }
+
+    /// Between slices `below` and the next, which has this weight; what was not measured in either stays so.
+    fn read_between(
+        &self,
+        below: usize,
+        weight: f64,
+        out: &mut [i16],
+        bytes: &mut Vec<u8>,
+    ) -> Result<Conversion, ReadError> {
+        let mut above = vec![0; out.len()];
+        let mut conversion = self.read_measured(below, out, bytes)?;
+        conversion += self.read_measured(below + 1, &mut above, bytes)?;
+        let padding = self.padding.known.then_some(self.padding.hu);
+        for (low, high) in out.iter_mut().zip(above) {
+            *low = match padding {
+                Some(hu) if *low == hu || high == hu => hu,
+                // Between two numbers of 16 bits.
+                _ => (f64::from(*low) + weight * (f64::from(high) - f64::from(*low))).round() as i16,
+            };
+        }
+        Ok(conversion)
+    }
+}
+
+/// Something of each header, or the name of the first file for which there is none.
+fn each<T>(headers: &[Header], of: impl Fn(&Header) -> Result<T, FileError>) -> Result<Vec<T>, DicomError> {
+    let named = |header: &Header| {
+        of(header).map_err(|source| DicomError::File {
+            path: header.path.clone(),
+            source,
+        })
+    };
+    headers.iter().map(named).collect()
+}
+
+/// Slices laid on a grid.
+#[derive(Debug)]
+pub(crate) struct Laid {
+    pub grid: VolumeGrid,
+    pub plan: Vec<Take>,
+    pub worst_corner_mm: f64,
+    /// Whether slices had to be put on an even grid.
+    pub regridded: bool,
+}
+
+enum LayError {
+    Geometry(GeometryError),
+    Grid(geometry::GridError),
+}
+
+impl Laid {
+    fn of(stack: &Stack, slices: &[Slice], options: Options) -> Result<Self, LayError> {
+        let size = slices.first().map_or([0; 2], |slice| [slice.columns, slice.rows]);
+        let count = stack.along_mm.len();
+        let (step, planes, worst_corner_mm, regridded) = match stack.even(size) {
+            Ok(worst) => (stack.even_step_mm(), count as i64, worst, false),
+            Err(GeometryError::Uneven { .. } | GeometryError::Corner { .. }) if options.regrid => {
+                let step = stack.steps.median_mm;
+                let along = |k: usize| stack.along_mm.get(k).copied().unwrap_or(0.0);
+                (
+                    step,
+                    plan::even_count(&stack.along_mm, step),
+                    stack.worst_corner(size, along).1,
+                    true,
+                )
+            }
+            Err(error) => return Err(LayError::Geometry(error)),
+        };
+        let [columns, rows] = size.map(i64::from);
+        let grid = VolumeGrid::checked([columns, rows, planes], stack.ct_from_voxel(step)).map_err(LayError::Grid)?;
+        let plan = match regridded {
+            true => plan::even_grid(&stack.along_mm, step, grid.dims()[2]),
+            false => (0..count).map(Take::Whole).collect(),
+        };
+        Ok(Self {
+            grid,
+            plan,
+            worst_corner_mm,
+            regridded,
+        })
+    }
+}
+
+impl VoxelSource for DicomSource {
+    fn grid(&self) -> &VolumeGrid {
+        &self.grid
+    }
+
+    fn padding_hu(&self) -> i16 {
+        self.padding.hu
+    }
+
+    fn describe(&self) -> String {
+        format!("{}: {}", self.folder.display(), self.facts)
+    }
+
+    fn marks(&self) -> Marks {
+        match self.facts.regridded {
+            Some(_) => Marks::REGRIDDED,
+            None => Marks::NONE,
+        }
+    }
+
+    fn facts(&self) -> Facts {
+        self.facts.told()
+    }
+
+    fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {
+        self.turn.take(&self.grid, k, out)?;
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let read = self.read(k, out, &mut scratch);
+        self.scratch = scratch;
+        self.conversion += read?;
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Conversion, ReadError> {
+        self.turn.done(&self.grid)?;
+        Ok(self.conversion)
+    }
+
+    fn slices(&self) -> Option<&dyn SliceReader> {
+        Some(self)
+    }
+}
+
+impl SliceReader for DicomSource {
+    fn read(&self, k: u32, out: &mut [i16], scratch: &mut Scratch) -> Result<Conversion, ReadError> {
+        let [columns, rows, count] = self.grid.dims();
+        let expected = u64::from(columns) * u64::from(rows);
+        if out.len() as u64 != expected {
+            let found = out.len();
+            return Err(ReadError::Buffer {
+                slice: k,
+                expected,
+                found,
+            });
+        }
+        match self.plan.get(k as usize) {
+            Some(&Take::Whole(slice)) => self.read_measured(slice, out, &mut scratch.bytes),
+            Some(&Take::Between(below, weight)) => self.read_between(below, weight, out, &mut scratch.bytes),
+            Some(Take::Hole) => {
+                out.fill(self.padding.hu);
+                Ok(Conversion::default())
+            }
+            None => Err(ReadError::Order {
+                expected: 0,
+                found: k,
+                count,
+            }),
+        }
+    }
+}
