@@ -79,6 +79,20 @@ impl Input {
         Ok((1..=several.max(1)).map(chosen).collect())
     }
 
+    /// What a DICOM series says of the patient, the visit and the place; other formats say nothing.
+    ///
+    /// # Errors
+    /// Those of looking through the folder.
+    pub(super) fn identity(&self) -> Result<Vec<(&'static str, String)>, InputError> {
+        if !self.path.is_dir() {
+            return Ok(Vec::new());
+        }
+        let number = self.series.map(|number| number as usize);
+        let found = Series::scan(&self.path).and_then(|found| found.choose(number));
+        let said = found.and_then(|series| series.identity());
+        Ok(said.map_err(ReadError::from).map_err(LoadError::from)?)
+    }
+
     /// Opens it, with a bar that shows how far its reading is.
     ///
     /// # Errors

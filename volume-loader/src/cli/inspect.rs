@@ -21,13 +21,16 @@ use crate::source::ReadError;
     Lengths are mm, angles degrees, axes LPS (+x to the patient's left, +y to the back, +z up). The picture shows the axial, \
     frontal and sagittal planes through the volume's middle in a window of 400 HU around 40; dark blue was not measured, \
     the grey around a slanting volume is outside it. \
-    Neither the report nor the picture names the patient.")]
+    Neither the report nor the picture names the patient, unless the report is asked to.")]
 pub(crate) struct InspectArgs {
     #[command(flatten)]
     input: input::Input,
     /// Prints the summary as JSON.
     #[arg(long)]
     json: bool,
+    /// Also says whom a DICOM series is of, which otherwise nothing does. The picture never says it.
+    #[arg(long)]
+    with_identity: bool,
     /// Writes a picture of three planes.
     #[arg(long, value_name = "FILE")]
     png: Option<PathBuf>,
@@ -102,9 +105,15 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), InspectError> {
 fn one(args: &InspectArgs, input: &input::Input) -> Result<Summary, InspectError> {
     let mut source = input.open()?;
     let window = args.png.as_ref().map(|_| WINDOW);
-    let Inspection { summary, picture } = inspect(&mut source, window)?;
+    let Inspection { mut summary, picture } = inspect(&mut source, window)?;
     if let (Some(path), Some(picture)) = (&args.png, picture) {
         write_png(path, &picture, &stamps(&summary))?;
+    }
+    if args.with_identity {
+        let said = input.identity()?.into_iter();
+        summary
+            .extra
+            .extend(said.map(|(name, text)| (name.to_owned(), text.into())));
     }
     Ok(summary)
 }

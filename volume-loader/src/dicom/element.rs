@@ -48,6 +48,21 @@ elements! {
     PIXELS = (0x7FE0, 0x0010, "PixelData");
 }
 
+/// Elements that name a patient, a visit or a place: read only where a person asks for them.
+pub(crate) const IDENTITY: [(Tag, &str); 11] = [
+    (tag(0x0010, 0x0010), "PatientName"),
+    (tag(0x0010, 0x0020), "PatientID"),
+    (tag(0x0010, 0x0030), "PatientBirthDate"),
+    (tag(0x0010, 0x0040), "PatientSex"),
+    (tag(0x0008, 0x0020), "StudyDate"),
+    (tag(0x0008, 0x0050), "AccessionNumber"),
+    (tag(0x0008, 0x0080), "InstitutionName"),
+    (tag(0x0008, 0x1030), "StudyDescription"),
+    (tag(0x0008, 0x103E), "SeriesDescription"),
+    (STUDY, "StudyInstanceUID"),
+    (SERIES, "SeriesInstanceUID"),
+];
+
 /// The name of an element that is read.
 pub(crate) fn name(tag: Tag) -> Option<&'static str> {
     NAMES.iter().find(|row| row.0 == tag).map(|row| row.1)
@@ -60,6 +75,8 @@ pub(crate) struct Elements {
     values: Vec<(Tag, Vec<u8>)>,
     /// The header of the pixel data, where there are any.
     pub pixels: Option<Element>,
+    /// Elements that are kept beside those that are always read.
+    besides: &'static [(Tag, &'static str)],
 }
 
 impl Elements {
@@ -68,10 +85,22 @@ impl Elements {
     /// # Errors
     /// [`WalkError`].
     pub(crate) fn read<R: BufRead + Seek>(walker: &mut Walker<R>) -> Result<Option<Self>, WalkError> {
+        Self::read_with(walker, &[])
+    }
+
+    /// The same, and keeps the elements `besides` too.
+    ///
+    /// # Errors
+    /// [`WalkError`].
+    pub(crate) fn read_with<R: BufRead + Seek>(
+        walker: &mut Walker<R>,
+        besides: &'static [(Tag, &'static str)],
+    ) -> Result<Option<Self>, WalkError> {
         let mut elements = Self {
             syntax: Syntax::DEFAULT,
             values: Vec::new(),
             pixels: None,
+            besides,
         };
         if starts_with_preamble(walker)? {
             elements.read_meta(walker)?;
@@ -122,7 +151,7 @@ impl Elements {
         coding: Coding,
     ) -> Result<(), WalkError> {
         let Element { tag, byte, .. } = *element;
-        if name(tag).is_none() {
+        if name(tag).is_none() && !self.besides.iter().any(|(besides, _)| *besides == tag) {
             return walker.skip(element, coding);
         }
         if self.get(tag).is_some() {

@@ -72,26 +72,48 @@ pub(crate) enum Kind {
     Other,
 }
 
+/// What the file at `path` says of the patient, the visit and the place, by name; elements that are absent or empty are left
+/// out.
+///
+/// # Errors
+/// [`DicomError::File`], [`DicomError::Unreadable`].
+pub(crate) fn identity(path: &Path) -> Result<Vec<(&'static str, String)>, DicomError> {
+    let elements = walk(path, |walker| Elements::read_with(walker, &el::IDENTITY))?;
+    let said = |(tag, name): &(Tag, &'static str)| {
+        let text = elements.as_ref()?.text(*tag)?;
+        (!text.is_empty()).then_some((*name, text))
+    };
+    Ok(el::IDENTITY.iter().filter_map(said).collect())
+}
+
+/// Opens a file and hands it to `parse`, whose errors get its name.
+fn walk<T>(
+    path: &Path,
+    parse: impl FnOnce(&mut Walker<BufReader<File>>) -> Result<T, WalkError>,
+) -> Result<T, DicomError> {
+    let unreadable = |source| DicomError::Unreadable {
+        path: path.to_owned(),
+        source,
+    };
+    let file = File::open(path).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
+    let mut walker = Walker::new(BufReader::with_capacity(BUFFER_BYTES, file), length);
+    parse(&mut walker).map_err(|error| match error {
+        WalkError::Io(source) => unreadable(source),
+        WalkError::File(source) => DicomError::File {
+            path: path.to_owned(),
+            source,
+        },
+    })
+}
+
 impl Header {
     /// Reads the header of the file at `path`.
     ///
     /// # Errors
     /// [`DicomError::File`], [`DicomError::Unreadable`].
     pub(crate) fn read(path: &Path) -> Result<Kind, DicomError> {
-        let unreadable = |source| DicomError::Unreadable {
-            path: path.to_owned(),
-            source,
-        };
-        let file = File::open(path).map_err(unreadable)?;
-        let length = file.metadata().map_err(unreadable)?.len();
-        let mut walker = Walker::new(BufReader::with_capacity(BUFFER_BYTES, file), length);
-        Self::parse(path, &mut walker).map_err(|error| match error {
-            WalkError::Io(source) => unreadable(source),
-            WalkError::File(source) => DicomError::File {
-                path: path.to_owned(),
-                source,
-            },
-        })
+        walk(path, |walker| Self::parse(path, walker))
     }
 
     /// Whether the file begins like DICOM; one that cannot be read does not.

@@ -8,7 +8,7 @@ use geometry::Vector;
 use super::error::DicomError;
 use super::geometry::Stack;
 use super::group::{MAX_SERIES, group};
-use super::header::{Header, Placed};
+use super::header::{Header, Placed, identity};
 use super::{scan, words};
 
 /// What a folder holds.
@@ -127,6 +127,17 @@ impl Series {
             kernel: first.and_then(|header| header.kernel.clone()),
             localizer: self.is_localizer(),
         }
+    }
+
+    /// What the first file says of the patient, the visit and the place, by the elements' names: for who asks for it, and
+    /// nowhere else.
+    ///
+    /// # Errors
+    /// [`DicomError::File`], [`DicomError::Unreadable`].
+    pub fn identity(&self) -> Result<Vec<(&'static str, String)>, DicomError> {
+        self.headers
+            .first()
+            .map_or(Ok(Vec::new()), |header| identity(&header.path))
     }
 
     /// Whether these are overview images.
