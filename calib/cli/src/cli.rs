@@ -8,6 +8,7 @@ use std::str::FromStr;
 use calib::registration::Method;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::commands::{CommandError, Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
 use crate::input::From;
 use crate::register::{Request, register};
 use crate::solve::{Options, method_name};
@@ -15,14 +16,17 @@ use crate::solve::{Options, method_name};
 /// Calibrates and registers from measured points.
 #[derive(Debug, Parser)]
 #[command(name = "calib", version, after_help = TOP_HELP)]
-struct Cli {
+pub(crate) struct Cli {
     #[command(subcommand)]
     command: Command,
 }
 
 const TOP_HELP: &str = "\
-Example:
-  calib register --pairs pairs.csv --out registration.json";
+Examples:
+  calib register --pairs pairs.csv --out registration.json
+  calib pivot --poses pivot.csv --out tip.json
+  calib spin --poses spin.csv --tip tip.json --out axis.json
+  calib tool --pivot tip.json --spin axis.json --out tool.json";
 
 const REGISTER_HELP: &str = "\
 --pairs reads one pair a line. The first line names the columns, in any order; weight and label may be absent; a line \
@@ -56,6 +60,15 @@ enum Command {
     /// Find the rigid transform between two frames from paired points
     #[command(after_help = REGISTER_HELP)]
     Register(Box<RegisterArgs>),
+    /// Find the tip of an instrument from poses while it pivots about it
+    #[command(after_help = PIVOT_HELP)]
+    Pivot(Box<PivotArgs>),
+    /// Find the axis of an instrument's shaft from poses while it spins about it
+    #[command(after_help = SPIN_HELP)]
+    Spin(Box<SpinArgs>),
+    /// Make the tool's frame in its marker from a tip and an axis
+    #[command(after_help = TOOL_HELP)]
+    Tool(Box<ToolArgs>),
 }
 
 #[derive(Debug, Args)]
@@ -96,6 +109,12 @@ struct RegisterArgs {
     /// Name of the frame that is mapped from
     #[arg(long, default_value = "from")]
     from: Name,
+    /// Hash of the CT volume that the points of TO are of, to be checked when the file is used
+    #[arg(long, value_name = "HASH")]
+    ct_hash: Option<Name>,
+    /// Name of the marker that the points of FROM are seen by, to be checked when the file is used
+    #[arg(long, value_name = "NAME")]
+    marker: Option<Name>,
     /// Write the result here, as JSON
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -147,9 +166,24 @@ impl FromStr for PositiveMm {
     }
 }
 
+/// A number above zero.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Positive(pub(crate) f64);
+
+impl FromStr for Positive {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+        let allowed = value.is_finite() && value > 0.0;
+        allowed
+            .then_some(Self(value))
+            .ok_or_else(|| format!("{value} is not a finite number above 0"))
+    }
+}
+
 /// A point.
 #[derive(Debug, Clone, Copy)]
-struct Target([f64; 3]);
+pub(crate) struct Target(pub(crate) [f64; 3]);
 
 impl FromStr for Target {
     type Err = String;
@@ -166,34 +200,62 @@ impl FromStr for Target {
     }
 }
 
-/// The name of a frame.
+/// The name of a frame, a marker or an instrument.
 #[derive(Debug, Clone)]
-struct Name(String);
+pub(crate) struct Name(String);
+
+impl Name {
+    pub(crate) fn as_str(&self) -> &str {
+        &self.0
+    }
+}
 
 impl FromStr for Name {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
-        let good = (1..=32).contains(&text.len());
+        let good = (1..=64).contains(&text.len());
         let good = good && text.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_".contains(&b));
-        let wrong = || "a name is 1 to 32 of the characters a-z, A-Z, 0-9, '-' and '_'".to_owned();
+        let wrong = || "a name is 1 to 64 of the characters a-z, A-Z, 0-9, '-' and '_'".to_owned();
         good.then(|| Self(text.to_owned())).ok_or_else(wrong)
     }
 }
 
 /// Runs the `calib` command line of this process.
 pub fn main() -> ExitCode {
-    let Command::Register(args) = Cli::parse().command;
-    match register(&request(*args)) {
-        Ok(report) => {
+    let refused = match run(Cli::parse()) {
+        Ok(Outcome { text, refused }) => {
             // Where nobody reads stdout any more, there is nobody to tell.
-            let _ = std::io::stdout().write_all(report.as_bytes());
-            ExitCode::SUCCESS
+            let _ = std::io::stdout().write_all(text.as_bytes());
+            refused
         }
-        Err(error) => {
+        Err(error) => Some(error),
+    };
+    match refused {
+        None => ExitCode::SUCCESS,
+        Some(error) => {
             eprintln!("calib: error: {error}");
             ExitCode::FAILURE
         }
     }
+}
+
+/// Does what a command line asks.
+pub(crate) fn run(cli: Cli) -> Result<Outcome, String> {
+    match cli.command {
+        Command::Register(args) => registered(*args),
+        Command::Pivot(args) => told(args.run()),
+        Command::Spin(args) => told(args.run()),
+        Command::Tool(args) => told(args.run()),
+    }
+}
+
+fn registered(args: RegisterArgs) -> Result<Outcome, String> {
+    let text = register(&request(args)).map_err(|error| error.to_string())?;
+    Ok(Outcome { text, refused: None })
+}
+
+fn told(outcome: Result<Outcome, CommandError>) -> Result<Outcome, String> {
+    outcome.map_err(|error| error.to_string())
 }
 
 fn request(args: RegisterArgs) -> Request {
@@ -216,6 +278,8 @@ fn request(args: RegisterArgs) -> Request {
         targets: args.target.into_iter().map(|target| target.0).collect(),
         to: args.to.0,
         from: args.from.0,
+        ct_hash: args.ct_hash.map(|hash| hash.0),
+        marker: args.marker.map(|name| name.0),
         out: args.out,
         overwrite: args.overwrite,
         all: args.all,
@@ -258,7 +322,7 @@ mod tests {
             ("calib register --pairs p --min-inliers 5", "--robust"),
             ("calib register --pairs p --robust 1 --min-inliers 2", "2 is not in 3.."),
             ("calib register --pairs p --robust 1 --scale", "cannot be used with"),
-            ("calib register --pairs p --to a/b", "1 to 32 of the characters"),
+            ("calib register --pairs p --to a/b", "1 to 64 of the characters"),
         ] {
             let error = parse(line).unwrap_err();
             assert!(error.contains(words), "{line}: {error}");

@@ -4,13 +4,16 @@
 //! command line are millimetres, angles degrees where a person reads them (`_deg`, "deg") and radians in
 //! [`RegistrationFile`].
 
+mod calibration;
 pub mod cli;
+mod commands;
 mod duplicates;
 mod fields;
 mod input;
 mod input_error;
 mod pairs_csv;
 mod points_text;
+mod poses;
 mod refusal;
 mod register;
 mod registration_file;
@@ -20,6 +23,10 @@ mod solve;
 mod source;
 mod store;
 
+pub use calibration::{
+    CALIBRATION_VERSION, CalibrationError, CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, PoseNoiseRecord,
+    PrincipalRecord, Recorded, SpinRecord, ToolRecord,
+};
 pub use registration_file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,

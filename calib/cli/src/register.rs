@@ -31,6 +31,9 @@ pub(crate) struct Request {
     pub(crate) from: String,
     pub(crate) out: Option<PathBuf>,
     pub(crate) overwrite: bool,
+    /// The hash of the CT volume, and the marker, that the registration is for.
+    pub(crate) ct_hash: Option<String>,
+    pub(crate) marker: Option<String>,
     /// The report lists every pair.
     pub(crate) all: bool,
 }
@@ -60,7 +63,7 @@ pub(crate) fn register(request: &Request) -> Result<String, RegisterError> {
     }
     if let Some(out) = &request.out {
         let inputs = input.sources.iter().map(|(_, source)| source.path.as_path());
-        store::write(out, &file, inputs)?;
+        store::write(out, file.to_json(), inputs)?;
         text.push_str(&format!("\nwritten to {}\n", out.display()));
     }
     Ok(text)
@@ -101,6 +104,8 @@ fn describe(request: &Request, input: &Input, solution: &Solution) -> Registrati
         robust_tolerance_mm: request.options.robust,
         pairs: pairs(input, solution),
         inputs: inputs(input),
+        ct_hash: request.ct_hash.clone(),
+        marker: request.marker.clone(),
     }
 }
 

@@ -57,6 +57,12 @@ pub struct RegistrationFile {
     pub pairs: Vec<PairResult>,
     /// The files that were read.
     pub inputs: Vec<InputFile>,
+    /// The hash of the CT volume that `to` is of, where it was told; checked by [`RegistrationFile::paired`].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub ct_hash: Option<String>,
+    /// The marker that the points were seen by, where it was told; checked likewise.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub marker: Option<String>,
 }
 
 /// Units in words.
@@ -178,6 +184,20 @@ pub enum ReadError {
         /// Its `version`.
         version: u32,
     },
+    /// It is of another CT volume or marker.
+    #[error(
+        "the registration {path} is of {what} {found:?}, {expected:?} is used: register again, or take the file made for it"
+    )]
+    WrongPairing {
+        /// The file.
+        path: PathBuf,
+        /// `the CT` or `marker`.
+        what: &'static str,
+        /// What the file was made for.
+        found: String,
+        /// What it was to be used with.
+        expected: String,
+    },
 }
 
 impl From<SourceError> for ReadError {
@@ -213,5 +233,25 @@ impl RegistrationFile {
             format: file.format,
             version: file.version,
         })
+    }
+
+    /// Refuses a registration made for another CT volume or another marker than those in use. What the file does not
+    /// tell is not checked.
+    ///
+    /// # Errors
+    /// [`ReadError::WrongPairing`].
+    pub fn paired(&self, path: &Path, ct_hash: &str, marker: &str) -> Result<(), ReadError> {
+        let both = [("the CT", &self.ct_hash, ct_hash), ("marker", &self.marker, marker)];
+        for (what, found, expected) in both {
+            if let Some(found) = found.as_deref().filter(|found| *found != expected) {
+                return Err(ReadError::WrongPairing {
+                    path: path.to_owned(),
+                    what,
+                    found: found.chars().take(80).collect(),
+                    expected: expected.to_owned(),
+                });
+            }
+        }
+        Ok(())
     }
 }

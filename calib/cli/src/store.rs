@@ -4,8 +4,6 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::registration_file::RegistrationFile;
-
 /// Why the result was not written.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum StoreError {
@@ -36,7 +34,7 @@ pub(crate) fn check(path: &Path, overwrite: bool) -> Result<(), StoreError> {
 /// Writes under a temporary name and renames, so that a file of this name is always whole.
 pub(crate) fn write<'a>(
     path: &Path,
-    file: &RegistrationFile,
+    text: io::Result<String>,
     mut inputs: impl Iterator<Item = &'a Path>,
 ) -> Result<(), StoreError> {
     let place = |path: &Path| fs::canonicalize(path).ok();
@@ -46,7 +44,7 @@ pub(crate) fn write<'a>(
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
     let part = PathBuf::from(part);
-    let written = file.to_json().and_then(|text| {
+    let written = text.and_then(|text| {
         let mut out = File::create(&part)?;
         out.write_all(text.as_bytes())?;
         // Else a crash of the machine could leave the name on an empty file.

@@ -68,12 +68,12 @@ fn annihilate<const N: usize>(
 }
 
 /// Eigenvalues and eigenvectors of a symmetric 3 x 3 matrix, unsorted.
-pub(super) fn symmetric3(m: Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+pub(crate) fn symmetric3(m: Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
     symmetric(m)
 }
 
 /// Eigenvalues and eigenvectors of a symmetric 4 x 4 matrix, unsorted.
-pub(super) fn symmetric4(m: Matrix4<f64>) -> (Vector4<f64>, Matrix4<f64>) {
+pub(crate) fn symmetric4(m: Matrix4<f64>) -> (Vector4<f64>, Matrix4<f64>) {
     symmetric(m)
 }
 

@@ -35,7 +35,7 @@ mod clique;
 mod error;
 mod fit;
 mod horaud_monga;
-mod jacobi;
+pub(crate) mod jacobi;
 mod leave_one_out;
 mod method;
 mod moments;

@@ -1,0 +1,122 @@
+//! The file as a whole, and its identity.
+
+use std::io;
+
+use serde::{Deserialize, Serialize};
+
+use super::{CALIBRATION_VERSION, Gate, PivotRecord, Recorded, SpinRecord, ToolRecord, now};
+
+/// What was calibrated; the key of the same name holds it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// The tip, by pivoting.
+    Pivot,
+    /// The axis of the shaft, by spinning.
+    Spin,
+    /// The tool's frame, from both.
+    Tool,
+}
+
+impl Kind {
+    /// The word in the file.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pivot => "pivot",
+            Self::Spin => "spin",
+            Self::Tool => "tool",
+        }
+    }
+}
+
+/// The content of a calibration file. Numbers are written with the digits that bring back every bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationFile {
+    /// [`CALIBRATION_VERSION`].
+    pub trocar_calibration: u32,
+    /// What it is.
+    pub kind: Kind,
+    /// The first 16 hexadecimal digits of the BLAKE3 of everything else in the file: as JSON without blanks, keys in the
+    /// order of the alphabet.
+    pub id: String,
+    /// When it was made, RFC 3339 in UTC.
+    pub date_utc: String,
+    /// The program that wrote it, and its version.
+    pub program: String,
+    /// Name of the instrument.
+    pub tool: String,
+    /// Name of the marker on it.
+    pub marker: String,
+    /// `accepted`: a result that fails a gate is not written.
+    pub verdict: String,
+    /// The bounds it kept.
+    pub gates: Vec<Gate>,
+    /// The recording it rests on.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub recorded: Option<Recorded>,
+    /// Ids of the calibrations it rests on.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub computed_from: Vec<String>,
+    /// Of kind `pivot`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub pivot: Option<PivotRecord>,
+    /// Of kind `spin`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub spin: Option<SpinRecord>,
+    /// Of kind `tool`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub tool_frame: Option<ToolRecord>,
+}
+
+/// The id of a file's content: of all but the id itself.
+pub(super) fn id_of(mut content: serde_json::Value) -> String {
+    if let Some(map) = content.as_object_mut() {
+        map.remove("id");
+    }
+    content.sort_all_objects();
+    blake3::hash(content.to_string().as_bytes()).to_hex()[..16].to_owned()
+}
+
+impl CalibrationFile {
+    /// A file of today without content.
+    pub(crate) fn new(kind: Kind, tool: &str, marker: &str, gates: Vec<Gate>) -> Self {
+        let verdict = if gates.iter().all(|gate| gate.kept) {
+            "accepted"
+        } else {
+            "refused"
+        };
+        Self {
+            trocar_calibration: CALIBRATION_VERSION,
+            kind,
+            id: String::new(),
+            date_utc: now(),
+            program: concat!("calib ", env!("CARGO_PKG_VERSION")).to_owned(),
+            tool: tool.to_owned(),
+            marker: marker.to_owned(),
+            verdict: verdict.to_owned(),
+            gates,
+            recorded: None,
+            computed_from: Vec::new(),
+            pivot: None,
+            spin: None,
+            tool_frame: None,
+        }
+    }
+
+    /// With the id of its content.
+    ///
+    /// # Errors
+    /// None in practice, as [`Self::to_json`].
+    pub fn sealed(mut self) -> io::Result<Self> {
+        self.id = id_of(serde_json::to_value(&self)?);
+        Ok(self)
+    }
+
+    /// The text of the file.
+    ///
+    /// # Errors
+    /// None in practice: the encoder has no number or name here that it could refuse.
+    pub fn to_json(&self) -> io::Result<String> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+}

@@ -1,0 +1,16 @@
+//! Calibrations on disk: JSON that says what it is, what it rests on and how good it is.
+
+mod date;
+mod file;
+mod parts;
+mod read;
+
+pub(crate) use date::now;
+pub use file::{CalibrationFile, Kind};
+pub use parts::{
+    CoverageRecord, Gate, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord, ToolRecord,
+};
+pub use read::CalibrationError;
+
+/// The value of `trocar_calibration`. It rises when a key changes its meaning or goes; new keys leave it.
+pub const CALIBRATION_VERSION: u32 = 1;

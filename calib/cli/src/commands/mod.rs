@@ -1,0 +1,14 @@
+//! The commands that calibrate from recorded poses: `pivot`, `spin` and `tool`.
+
+mod common;
+mod pivot;
+mod pivot_report;
+mod spin;
+#[cfg(test)]
+mod tests;
+mod tool;
+
+pub(crate) use common::{CommandError, Outcome};
+pub(crate) use pivot::{PIVOT_HELP, PivotArgs};
+pub(crate) use spin::{SPIN_HELP, SpinArgs};
+pub(crate) use tool::{TOOL_HELP, ToolArgs};

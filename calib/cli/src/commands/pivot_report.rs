@@ -1,0 +1,124 @@
+//! The words of `calib pivot`.
+
+use std::fmt::Write;
+
+use calib::pivot::{Method, Pivot};
+use geometry::{Marker, Tracker};
+
+use super::common::{recorded_text, verdict_text};
+use super::pivot::Solution;
+use crate::calibration::{Gate, PivotRecord};
+use crate::poses::Recording;
+
+/// Writing to a string does not fail.
+macro_rules! line {
+    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
+}
+
+/// The report.
+pub(super) fn text(
+    recording: &Recording,
+    found: &Pivot<Tracker, Marker>,
+    all: &[(Method, Solution)],
+    record: &PivotRecord,
+    gates: &[Gate],
+) -> String {
+    let mut text = recorded_text(recording);
+    text.push('\n');
+    table(&mut text, found.method, all);
+    text.push('\n');
+    quality(&mut text, found, record);
+    slipped(&mut text, found);
+    text.push('\n');
+    text + &verdict_text(gates)
+}
+
+fn table(text: &mut String, chosen: Method, all: &[(Method, Solution)]) {
+    let (method, tip, pivot) = ("method", "tip in the marker, mm", "pivot in the tracker, mm");
+    line!(
+        text,
+        "  {method:<20} {tip:^29} {pivot:^32} {:>6} {:>8}",
+        "poses",
+        "rms mm"
+    );
+    for (method, solution) in all {
+        let mark = if *method == chosen { '*' } else { ' ' };
+        let name = method.name();
+        match solution {
+            Ok(found) => {
+                let ([a, b, c], [x, y, z]) = (found.tip.mm(), found.pivot.mm());
+                let (count, rms) = (found.inliers, found.rms_mm);
+                line!(
+                    text,
+                    "{mark} {name:<20} {a:>9.3} {b:>9.3} {c:>9.3} {x:>10.3} {y:>10.3} {z:>10.3} {count:>6} {rms:>8.3}"
+                );
+            }
+            Err(refused) => {
+                line!(text, "{mark} {name:<20} {refused}");
+            }
+        }
+    }
+}
+
+fn quality(text: &mut String, found: &Pivot<Tracker, Marker>, record: &PivotRecord) {
+    line!(
+        text,
+        "residuals        rms {:.3} mm as lengths, {:.3} mm per component, longest {:.3} mm, of {} poses",
+        found.rms_mm,
+        found.rms_scalar_mm,
+        found.worst_mm,
+        found.inliers
+    );
+    match found.tip_covariance() {
+        Some(c) => {
+            let [x, y, z] = [0, 1, 2].map(|i| c[(i, i)].max(0.0).sqrt());
+            let rms = c.trace().max(0.0).sqrt();
+            line!(
+                text,
+                "tip error        {x:.4}, {y:.4}, {z:.4} mm along the marker's axes, {rms:.4} mm rms"
+            );
+        }
+        None => {
+            line!(text, "tip error        unknown: this method has no covariance");
+        }
+    }
+    let (assumed, estimated) = (record.noise_assumed, record.noise_estimated);
+    line!(
+        text,
+        "noise            {:.3} mm and {:.3} deg by the residuals; the ratio of {} mm and {} deg was assumed",
+        estimated.sigma_mm,
+        estimated.sigma_deg,
+        assumed.sigma_mm,
+        assumed.sigma_deg
+    );
+    line!(text, "condition        {:.1}", found.condition);
+    let [a, b, c] = found.coverage.angles_deg();
+    line!(
+        text,
+        "coverage         {a:.1}, {b:.1} and {c:.1} degrees about the principal axes"
+    );
+    match &record.coverage.advice {
+        Some(advice) => {
+            line!(text, "                 {advice}");
+        }
+        None => {
+            line!(text, "                 wide enough");
+        }
+    }
+}
+
+fn slipped(text: &mut String, found: &Pivot<Tracker, Marker>) {
+    let slipped = |i: &usize| found.weights[*i] == 0.0;
+    let list: Vec<usize> = (0..found.weights.len()).filter(slipped).collect();
+    if list.is_empty() {
+        return;
+    }
+    let shown: Vec<String> = list.iter().take(10).map(|i| (i + 1).to_string()).collect();
+    let more = if list.len() > 10 { " ..." } else { "" };
+    line!(
+        text,
+        "slipped          {} poses were left out: {}{more}",
+        list.len(),
+        shown.join(", ")
+    );
+}

@@ -1,0 +1,140 @@
+//! `calib spin`: poses of a spinning instrument to the axis of its shaft.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use calib::spin::{Limits, Spin, calibrate};
+use clap::Args;
+use geometry::{Direction, Marker, Tracker, Vector};
+use nalgebra::Matrix3;
+
+use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, recorded, recorded_text, verdict_text};
+use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
+use crate::cli::{Positive, Target};
+use crate::poses::Recording;
+
+pub(crate) const SPIN_HELP: &str = "\
+Spin the instrument about its shaft in a bearing or a divot, the shaft keeping its direction. --poses reads what `calib \
+pivot` reads. The axis points along --towards, or from the marker to the tip of --tip.
+
+Refused: a turn of less than 30 degrees, an axis that wobbles by more than 2 degrees, a direction across the axis. With \
+a gate (--max-axis-error-deg, --max-rms-mm) that is not kept nothing is written and the exit code is 1.
+
+Examples:
+  calib spin --poses spin.csv --towards 0,0,1 --out axis.json
+  calib spin --poses spin.csv --tip tip.json --max-axis-error-deg 0.1";
+
+#[derive(Debug, Args)]
+pub(crate) struct SpinArgs {
+    #[command(flatten)]
+    poses: PosesArgs,
+    /// Roughly the direction from the handle to the tip, in the marker
+    #[arg(
+        long,
+        value_name = "x,y,z",
+        allow_hyphen_values = true,
+        required_unless_present = "tip"
+    )]
+    towards: Option<Target>,
+    /// A pivot calibration: the direction from the marker's origin to its tip
+    #[arg(long, value_name = "FILE.json", conflicts_with = "towards")]
+    tip: Option<PathBuf>,
+    /// Accept at most this root mean square error of the axis by its covariance
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    max_axis_error_deg: Option<Positive>,
+    /// Accept at most this root mean square distance of the axis from its place
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    max_rms_mm: Option<Positive>,
+    #[command(flatten)]
+    out: OutArgs,
+}
+
+/// The upper triangle by rows.
+fn upper(c: &Matrix3<f64>) -> [f64; 6] {
+    [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]]
+}
+
+impl SpinArgs {
+    /// Does what is asked.
+    pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
+        self.out.check()?;
+        let (hint, from) = self.hint()?;
+        let recording = self.poses.read()?;
+        let found = calibrate(&recording.poses, hint, Limits::default());
+        let found = found.map_err(|refused| CommandError::Spin {
+            poses: recording.poses.len(),
+            path: recording.path.clone(),
+            refused: Box::new(refused),
+        })?;
+        let gates = self.gates(&found);
+        let text = report(&recording, &found) + &verdict_text(&gates);
+        let file = CalibrationFile {
+            recorded: Some(recorded(&recording)),
+            computed_from: from.into_iter().collect(),
+            spin: Some(record(&found)),
+            ..CalibrationFile::new(Kind::Spin, self.out.tool.as_str(), self.out.marker.as_str(), gates)
+        };
+        let mut inputs = vec![recording.path.as_path()];
+        inputs.extend(self.tip.as_deref());
+        self.out.finish(file, text, &inputs)
+    }
+
+    /// The direction of the tip, and the id of the calibration that it is from.
+    fn hint(&self) -> Result<(Direction<Marker>, Option<String>), CommandError> {
+        let mut from = None;
+        let mut towards = self.towards.map_or([0.0; 3], |target| target.0);
+        if let Some(path) = &self.tip {
+            let file = CalibrationFile::read(path, Kind::Pivot)?;
+            file.of_marker(path, "command line", self.out.marker.as_str())?;
+            file.of_tool(path, "command line", self.out.tool.as_str())?;
+            towards = file.pivot.map_or(towards, |pivot| pivot.tip_mm);
+            from = Some(file.id);
+        }
+        let [x, y, z] = towards;
+        let hint = Vector::new(x, y, z).direction().ok_or(CommandError::NoDirection)?;
+        Ok((hint, from))
+    }
+
+    fn gates(&self, found: &Spin<Tracker, Marker>) -> Vec<Gate> {
+        let limit = |gate: Option<Positive>| gate.map(|limit| limit.0);
+        let error = found.axis_error_rms_rad().to_degrees();
+        let gates = [
+            gate("max-axis-error-deg", limit(self.max_axis_error_deg), error, false),
+            gate("max-rms-mm", limit(self.max_rms_mm), found.rms_mm, false),
+        ];
+        gates.into_iter().flatten().collect()
+    }
+}
+
+fn record(found: &Spin<Tracker, Marker>) -> SpinRecord {
+    SpinRecord {
+        axis: found.axis.components(),
+        point_mm: found.point.mm(),
+        wobble_rms_deg: found.wobble_rms_rad.to_degrees(),
+        rms_mm: found.rms_mm,
+        range_deg: found.range_rad.to_degrees(),
+        axis_covariance_upper_rad2: upper(&found.axis_covariance),
+        point_covariance_upper_mm2: upper(&found.point_covariance),
+        condition: found.condition,
+        coverage: CoverageRecord::new(&found.coverage, None),
+    }
+}
+
+fn report(recording: &Recording, found: &Spin<Tracker, Marker>) -> String {
+    let mut text = recorded_text(recording) + "\n";
+    let ([x, y, z], [a, b, c]) = (found.axis.components(), found.point.mm());
+    let (wobble, range) = (found.wobble_rms_rad.to_degrees(), found.range_rad.to_degrees());
+    let error = found.axis_error_rms_rad().to_degrees();
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        text,
+        "axis             ({x:.6}, {y:.6}, {z:.6}) in the marker, from the handle to the tip\n\
+         point            ({a:.3}, {b:.3}, {c:.3}) mm, the nearest to the marker's origin\n\
+         residuals        wobble {wobble:.3} deg rms, {:.3} mm rms across the axis\n\
+         axis error       {error:.4} deg rms\n\
+         coverage         turned by {range:.1} degrees\n\
+         condition        {:.1}\n",
+        found.rms_mm, found.condition
+    );
+    text
+}

@@ -1,0 +1,110 @@
+//! `calib tool`: a tip and an axis to the tool's frame in its marker.
+
+use std::path::{Path, PathBuf};
+
+use calib::spin::marker_from_tool;
+use clap::Args;
+use geometry::{Marker, Point, Vector};
+use nalgebra::Matrix3;
+
+use super::common::{CommandError, OutArgs, Outcome, gate, verdict_text};
+use crate::calibration::{CalibrationFile, Kind, PivotRecord, SpinRecord, ToolRecord};
+use crate::cli::Positive;
+
+pub(crate) const TOOL_HELP: &str = "\
+The frame of an instrument of revolution: origin at the tip, +z along the shaft from the handle to the tip. Its roll is \
+free: the x axis is as near to the marker's x axis as it can be, or to its y axis where x lies within 45 degrees of the \
+shaft. Both files must be of the marker and the tool named, and must not have been changed.
+
+Examples:
+  calib tool --pivot tip.json --spin axis.json --out tool.json
+  calib tool --pivot tip.json --spin axis.json --tool mediastinoscope --marker ball --max-off-axis-mm 1";
+
+#[derive(Debug, Args)]
+pub(crate) struct ToolArgs {
+    /// The pivot calibration
+    #[arg(long, value_name = "FILE.json")]
+    pivot: PathBuf,
+    /// The spin calibration
+    #[arg(long, value_name = "FILE.json")]
+    spin: PathBuf,
+    /// Accept at most this distance of the tip from the axis
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    max_off_axis_mm: Option<Positive>,
+    #[command(flatten)]
+    out: OutArgs,
+}
+
+impl ToolArgs {
+    /// Does what is asked.
+    pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
+        self.out.check()?;
+        let (pivot_id, pivot) = self.read(&self.pivot, Kind::Pivot)?;
+        let (spin_id, spin) = self.read(&self.spin, Kind::Spin)?;
+        // A file that was read has the part of its kind.
+        let (Some(pivot), Some(spin)) = (pivot.pivot, spin.spin) else {
+            return Err(CommandError::NoDirection);
+        };
+        let record = self.solve(&pivot, &spin)?;
+        let limit = self.max_off_axis_mm.map(|limit| limit.0);
+        let gates: Vec<_> = gate("max-off-axis-mm", limit, record.tip_off_axis_mm, false)
+            .into_iter()
+            .collect();
+        let text = report(&record) + &verdict_text(&gates);
+        let file = CalibrationFile {
+            computed_from: vec![pivot_id, spin_id],
+            tool_frame: Some(record),
+            ..CalibrationFile::new(Kind::Tool, self.out.tool.as_str(), self.out.marker.as_str(), gates)
+        };
+        self.out.finish(file, text, &[&self.pivot, &self.spin])
+    }
+
+    fn read(&self, path: &Path, kind: Kind) -> Result<(String, CalibrationFile), CommandError> {
+        let file = CalibrationFile::read(path, kind)?;
+        file.of_marker(path, "command line", self.out.marker.as_str())?;
+        file.of_tool(path, "command line", self.out.tool.as_str())?;
+        Ok((file.id.clone(), file))
+    }
+
+    fn solve(&self, pivot: &PivotRecord, spin: &SpinRecord) -> Result<ToolRecord, CommandError> {
+        let c = pivot.covariance_upper_mm2.ok_or_else(|| CommandError::NoCovariance {
+            path: self.pivot.clone(),
+            method: pivot.method.clone(),
+        })?;
+        // Rows of six, five and four numbers: the first three of each row are the tip's.
+        let tips = symmetric([c[0], c[1], c[2], c[6], c[7], c[11]]);
+        let point = |[x, y, z]: [f64; 3]| Point::<Marker>::new(x, y, z);
+        let [x, y, z] = spin.axis;
+        let axis = Vector::new(x, y, z).direction().ok_or(CommandError::NoDirection)?;
+        let tilts = symmetric(spin.axis_covariance_upper_rad2);
+        let tool = marker_from_tool((point(pivot.tip_mm), tips), (axis, tilts), point(spin.point_mm));
+        let tool = tool.map_err(|refused| CommandError::Tool {
+            pivot: self.pivot.clone(),
+            spin: self.spin.clone(),
+            refused: Box::new(refused),
+        })?;
+        let frame = tool.marker_from_tool.transform();
+        Ok(ToolRecord {
+            quaternion_wxyz: frame.quaternion(),
+            translation_mm: frame.translation_mm(),
+            covariance_upper: tool.marker_from_tool.upper(),
+            roll_by: tool.roll_by.to_owned(),
+            tip_off_axis_mm: tool.tip_off_axis_mm,
+        })
+    }
+}
+
+/// A symmetric matrix from its upper triangle by rows.
+fn symmetric([a, b, c, d, e, f]: [f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(a, b, c, b, d, e, c, e, f)
+}
+
+fn report(record: &ToolRecord) -> String {
+    let ([w, x, y, z], [a, b, c]) = (record.quaternion_wxyz, record.translation_mm);
+    format!(
+        "marker_from_tool quaternion {w:.9}, {x:.9}, {y:.9}, {z:.9}; translation {a:.4}, {b:.4}, {c:.4} mm\n\
+         roll             the tool's x axis is as near to the marker's {} axis as it can be\n\
+         tip off the axis {:.3} mm\n\n",
+        record.roll_by, record.tip_off_axis_mm
+    )
+}

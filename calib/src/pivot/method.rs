@@ -1,0 +1,176 @@
+//! The methods, and the way from poses to a result.
+
+use geometry::{Frame, Rigid};
+
+use super::linear::{Problem, State};
+use super::noise::PoseNoise;
+use super::result::Pivot;
+use super::robust::settle;
+use super::statistics::{Solved, result};
+use super::{LEAST_CONE_DEG, Refused};
+use crate::coverage::Coverage;
+
+/// The fewest poses.
+const NEEDED: usize = 3;
+/// A motion whose widest principal angle is below this is noise, degrees.
+const STILL_DEG: f64 = 0.5;
+/// Where the first principal angle is this many times the second, the motion has one axis.
+const ONE_AXIS: f64 = 4.0;
+
+/// How tip and pivot are found; see [the module](super).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Both at once by linear least squares; all poses count.
+    Algebraic,
+    /// The tip by differences of poses, then the pivot; all poses count.
+    TwoStep,
+    /// The pivot as the centre of a sphere, then the tip; all poses count.
+    Sphere,
+    /// As algebraic, with weights that forget poses which slipped.
+    Robust,
+    /// Most likely under noise of translations and rotations, with such weights.
+    #[default]
+    ErrorsInVariables,
+}
+
+impl Method {
+    /// All methods, the default last.
+    pub const ALL: [Self; 5] = [
+        Self::Algebraic,
+        Self::TwoStep,
+        Self::Sphere,
+        Self::Robust,
+        Self::ErrorsInVariables,
+    ];
+
+    /// Its name on command lines and in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Algebraic => "algebraic",
+            Self::TwoStep => "two-step",
+            Self::Sphere => "sphere",
+            Self::Robust => "robust",
+            Self::ErrorsInVariables => "errors-in-variables",
+        }
+    }
+}
+
+/// What a calibration may be told.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Options {
+    /// How it is done.
+    pub method: Method,
+    /// The noise of the poses; only its ratio counts.
+    pub noise: PoseNoise,
+}
+
+/// Calibrates tip and pivot from poses `to_from_from` of the marker `From` in the tracker `To`.
+///
+/// Errors of the result: to rounding, some 1e-13 of the lengths times the square of the condition number; by the noise,
+/// the covariance in the result.
+///
+/// # Errors
+/// [`Refused`].
+pub fn calibrate<To: Frame, From: Frame>(
+    poses: &[Rigid<To, From>],
+    options: &Options,
+) -> Result<Pivot<To, From>, Refused> {
+    check(poses, &options.noise)?;
+    covered(poses.iter())?;
+    let problem = Problem::new(poses);
+    let solved = solve(&problem, options)?;
+    let kept = poses.iter().zip(&solved.weights).filter(|(_, w)| **w > 0.0);
+    let coverage = covered(kept.map(|(pose, _)| pose))?;
+    if solved.singular {
+        let method = options.method.name();
+        return Err(Refused::MethodFails { method });
+    }
+    result(&problem, &solved, coverage, options)
+}
+
+fn check<To, From>(poses: &[Rigid<To, From>], noise: &PoseNoise) -> Result<(), Refused> {
+    if poses.len() < NEEDED {
+        let found = poses.len();
+        return Err(Refused::TooFew { found, needed: NEEDED });
+    }
+    if !noise.is_good() {
+        let PoseNoise { sigma_mm, sigma_rad } = *noise;
+        return Err(Refused::BadNoise { sigma_mm, sigma_rad });
+    }
+    // Squares of lengths must be finite too.
+    let bad = |p: &Rigid<To, From>| !p.translation_mm().iter().all(|x| x.abs() < 1e100);
+    match poses.iter().position(bad) {
+        Some(pose) => Err(Refused::NotFinite {
+            pose,
+            found: poses[pose].translation_mm(),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// The coverage, where it determines a tip.
+fn covered<'a, To: 'a, From: Frame>(
+    poses: impl Iterator<Item = &'a Rigid<To, From>> + Clone,
+) -> Result<Coverage<From>, Refused> {
+    let too_few = Refused::TooFew {
+        found: 0,
+        needed: NEEDED,
+    };
+    let coverage = Coverage::of(poses.map(Rigid::rotation)).ok_or(too_few)?;
+    let angles_deg = coverage.angles_deg();
+    let [widest, second, _] = angles_deg;
+    let missing = coverage.principal[1].axis.into();
+    if second >= LEAST_CONE_DEG {
+        return Ok(coverage);
+    }
+    if widest < STILL_DEG {
+        return Err(Refused::NoRotation { angles_deg });
+    }
+    if widest > ONE_AXIS * second && widest >= LEAST_CONE_DEG {
+        let axis = coverage.principal[0].axis.into();
+        return Err(Refused::OneAxis {
+            axis,
+            missing,
+            angles_deg,
+        });
+    }
+    let least_deg = LEAST_CONE_DEG;
+    Err(Refused::NarrowCone {
+        missing,
+        angles_deg,
+        least_deg,
+    })
+}
+
+fn solve(problem: &Problem, options: &Options) -> Result<Solved, Refused> {
+    let method = options.method;
+    let fails = Refused::MethodFails { method: method.name() };
+    let all = |state: Option<State>| Ok(Solved::unweighted(state.ok_or(fails.clone())?, problem.poses.len()));
+    let noise = match method {
+        Method::Algebraic => return all(problem.algebraic()),
+        Method::TwoStep => return all(problem.two_step()),
+        Method::Sphere => return all(problem.sphere()),
+        Method::Robust => PoseNoise {
+            sigma_rad: 0.0,
+            ..options.noise
+        },
+        Method::ErrorsInVariables => options.noise,
+    };
+    let start = problem.algebraic().ok_or(fails)?;
+    let settled = settle(problem, start, &noise)?;
+    let (found, poses) = (
+        settled.weights.iter().filter(|w| **w > 0.0).count(),
+        problem.poses.len(),
+    );
+    let needed = NEEDED.max(poses / 2 + 1);
+    if found < needed {
+        return Err(Refused::NoConsensus { found, poses, needed });
+    }
+    Ok(Solved {
+        state: settled.state,
+        weights: settled.weights,
+        squares: Some(settled.squares),
+        scale: settled.scale,
+        singular: settled.singular,
+    })
+}

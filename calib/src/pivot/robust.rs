@@ -1,0 +1,189 @@
+//! Weights that forget poses which slipped, found without a start near the answer.
+//!
+//! With `s^2 = r'^T S^-1 r' / scale^2`, the criterion first is that of Geman and McClure, `mu c^2 s^2 / (mu c^2 + s^2)`,
+//! with `mu` so large that it is convex, then halved down to 1 (graduated non-convexity, Yang et al. 2020), each time by
+//! one weighted step; at the end Tukey's biweight, `w = (1 - s^2 / 49)^2` below 7 deviations and nothing above, until
+//! nothing moves. With three components of normal noise its variance is 1.019 times the least. `scale` follows from the
+//! median of the squares, so that only the ratio of the noises has to be known; up to a half of the poses may be wrong.
+
+use nalgebra::Vector6;
+
+use super::Refused;
+use super::linear::{Problem, State};
+use super::noise::PoseNoise;
+use super::step::{Normal, moved, squares};
+
+/// Median of chi-square with three degrees of freedom.
+const MEDIAN: f64 = 2.365_973_884_375_338;
+/// Square of the constant of Geman and McClure, in deviations.
+const WIDTH: f64 = 9.0;
+/// Square of Tukey's constant, in deviations.
+const CUT: f64 = 49.0;
+/// Steps of each phase; five are usual at the end.
+const MAX_STEPS: usize = 200;
+/// A step whose square, in deviations of the result, is below this ends the iteration.
+const STEP_END: f64 = 1e-10;
+/// Relative rounding of residuals: below it they say nothing.
+const ROUNDING: f64 = 1e-13;
+
+/// The answer and what it left.
+pub(super) struct Settled {
+    pub(super) state: State,
+    /// In units of the scale: `s^2` of every pose.
+    pub(super) squares: Vec<f64>,
+    pub(super) weights: Vec<f64>,
+    /// The scale of the noise found, in units of the noise given.
+    pub(super) scale: f64,
+    /// The equations became singular: the poses that agree do not determine a tip. Their weights are 1, the others' 0.
+    pub(super) singular: bool,
+}
+
+/// Tukey's weight of a square.
+pub(super) fn biweight(square: f64) -> f64 {
+    (1.0 - square / CUT).max(0.0).powi(2)
+}
+
+/// `w + (2 / 3) s^2 dw / d(s^2)`: the mean slope of `w r` over the three components.
+pub(super) fn slope(square: f64) -> f64 {
+    let left = (1.0 - square / CUT).max(0.0);
+    left * left - 4.0 / 3.0 * left * square / CUT
+}
+
+/// Runs both phases from `start`.
+pub(super) fn settle(problem: &Problem, start: State, noise: &PoseNoise) -> Result<Settled, Refused> {
+    let n = problem.poses.len();
+    let mut run = Run {
+        problem,
+        noise,
+        floor: floor(problem, &start, noise),
+        settled: Settled {
+            state: start,
+            squares: vec![0.0; n],
+            weights: vec![1.0; n],
+            scale: 1.0,
+            singular: false,
+        },
+        sorted: vec![0.0; n],
+    };
+    run.measure();
+    let largest = run.settled.squares.iter().copied().fold(0.0, f64::max);
+    let mut mu = (2.0 * largest / WIDTH).min(1e6);
+    while mu > 1.0 {
+        run.reweigh(|square| (mu * WIDTH / (mu * WIDTH + square)).powi(2));
+        if run.advance().is_none() {
+            return Ok(run.stuck());
+        }
+        mu *= 0.5;
+    }
+    if !run.finish()? {
+        return Ok(run.stuck());
+    }
+    Ok(run.settled)
+}
+
+/// Scale below which residuals are rounding: `scale^2`.
+fn floor(problem: &Problem, start: &State, noise: &PoseNoise) -> f64 {
+    let size = problem.centre.norm() + start.tip.norm() + start.pivot.norm();
+    (ROUNDING * size / noise.sigma_mm).powi(2)
+}
+
+struct Run<'a> {
+    problem: &'a Problem,
+    noise: &'a PoseNoise,
+    floor: f64,
+    settled: Settled,
+    sorted: Vec<f64>,
+}
+
+impl Run<'_> {
+    /// Squares and scale at the present state.
+    fn measure(&mut self) {
+        let Settled {
+            state,
+            squares: list,
+            scale,
+            ..
+        } = &mut self.settled;
+        squares(self.problem, state, self.noise, list);
+        self.sorted.copy_from_slice(list);
+        let n = list.len();
+        let (_, median, _) = self.sorted.select_nth_unstable_by(n / 2, f64::total_cmp);
+        let freedom = n as f64 / (n as f64 - 2.0);
+        let squared = (*median / MEDIAN * freedom).max(self.floor).max(f64::MIN_POSITIVE);
+        *scale = squared.sqrt();
+        list.iter_mut().for_each(|s| *s /= squared);
+    }
+
+    fn reweigh(&mut self, weight: impl Fn(f64) -> f64) {
+        let both = self.settled.weights.iter_mut().zip(&self.settled.squares);
+        both.for_each(|(w, s)| *w = weight(*s));
+    }
+
+    /// One weighted step; its square in deviations of the result, and its length, mm. `None` where singular.
+    fn advance(&mut self) -> Option<(f64, f64)> {
+        let normal = Normal::new(self.problem, &self.settled.state, self.noise, &self.settled.weights);
+        let step: Vector6<f64> = normal.step()?;
+        self.settled.state = moved(&self.settled.state, &step);
+        let square = step.dot(&(normal.matrix * step)) / self.settled.scale.powi(2);
+        self.measure();
+        Some((square, step.norm()))
+    }
+
+    /// What is known where the equations became singular: which poses agree.
+    fn stuck(mut self) -> Settled {
+        self.reweigh(|square| f64::from(u8::from(square < CUT)));
+        self.settled.singular = true;
+        self.settled
+    }
+
+    /// Tukey's weights until nothing moves; false where singular.
+    fn finish(&mut self) -> Result<bool, Refused> {
+        let mut last_mm = f64::INFINITY;
+        let size = self.settled.state.tip.norm() + self.settled.state.pivot.norm() + self.problem.centre.norm();
+        for _ in 0..MAX_STEPS {
+            self.reweigh(biweight);
+            let Some((square, length)) = self.advance() else {
+                return Ok(false);
+            };
+            last_mm = length;
+            if square < STEP_END || length < 100.0 * ROUNDING * size {
+                self.reweigh(biweight);
+                return Ok(true);
+            }
+        }
+        let steps = MAX_STEPS;
+        Err(Refused::NoConvergence { steps, last_mm })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_is_the_derivative_of_the_weighted_residual() {
+        for s in [0.0, 0.5, 2.0, 4.0, 6.9, 7.1, 20.0_f64] {
+            // d(w r) / dr along r, and w across it twice.
+            let h = 1e-6;
+            let pull = |s: f64| biweight(s * s) * s;
+            let along = (pull(s + h) - pull(s - h)) / (2.0 * h);
+            let mean = (along + 2.0 * biweight(s * s)) / 3.0;
+            assert!((mean - slope(s * s)).abs() < 1e-8, "{s}: {mean} {}", slope(s * s));
+        }
+    }
+
+    #[test]
+    fn the_documented_efficiency_is_the_one_of_three_components() {
+        // Chi with three degrees of freedom: density sqrt(2 / pi) s^2 exp(-s^2 / 2), by the midpoint rule.
+        let (mut pull, mut turn, mut all) = (0.0, 0.0, 0.0);
+        for i in 0..100_000 {
+            let s = (i as f64 + 0.5) * 1e-4;
+            let density = s * s * (-0.5 * s * s).exp();
+            all += density;
+            pull += density * (biweight(s * s) * s).powi(2) / 3.0;
+            turn += density * slope(s * s);
+        }
+        let variance = pull / all / (turn / all).powi(2);
+        assert!((variance - 1.019).abs() < 5e-4, "{variance}");
+    }
+}
