@@ -2,10 +2,14 @@
 //!
 //! Pure numerics: no file, no clock, no process. Lengths are in millimetres, angles in radians, frames are types.
 //! Chapter 4 of part III of the thesis is [`registration`]; the question it ends on, which shape is best for a marker,
-//! is [`marker`]. [`pose`] is what a tracker computes for each sample. Of the calibrations of part I, [`pivot`] finds the
-//! tip of an instrument, [`spin`] its shaft, and [`coverage`] says whether the recorded motion was enough for either.
+//! is [`marker`]. [`pose`] is what a tracker computes for each sample. Of the calibrations of part I, [`bundle`] finds a
+//! marker's emitters, [`pivot`] the tip of an instrument, [`spin`] its shaft, [`base`] the tool in its seat on the
+//! calibration base; [`coverage`] says whether the recorded motion was enough, and [`gate`] whether a result is good enough.
 
+pub mod base;
+pub mod bundle;
 pub mod coverage;
+pub mod gate;
 pub mod marker;
 pub mod pivot;
 pub mod pose;

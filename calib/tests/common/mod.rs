@@ -2,6 +2,9 @@
 
 #![allow(dead_code, reason = "each test program uses a part")]
 
+pub(crate) mod ball;
+pub(crate) mod plate;
+
 use geometry::{Ct, Point, Rigid, Tracker, Vector};
 
 /// Uniform and normal numbers from a seed (xorshift64*; Box and Muller).

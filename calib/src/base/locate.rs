@@ -1,0 +1,110 @@
+//! The place of the base from touches.
+
+use geometry::Frame;
+use nalgebra::Vector3;
+
+use super::result::Solved;
+use super::search::{Found, Touched};
+use super::touches::{centred, check};
+use super::{Drawing, Feature, Group, Located, Options, Refused};
+
+/// Locates the base from groups of touches, one or more for each feature.
+///
+/// Groups without a label are assigned by search; labels that contradict the touches are refused with those that fit.
+/// Touches beyond the gate, past a groove's end included, are left out. Domain: coordinates up to 1e6 mm.
+///
+/// # Errors
+/// [`Refused::NoFit`], [`Refused::WrongOrder`], [`Refused::Ambiguous`], [`Refused::Unsolvable`], and what is wrong with
+/// the input.
+pub fn locate<F: Frame>(drawing: &Drawing, groups: &[Group<F>], options: &Options) -> Result<Located<F>, Refused> {
+    options.check()?;
+    check(groups)?;
+    let (centre, places) = centred(groups);
+    let labels: Vec<Option<Feature>> = groups.iter().map(|g| g.feature).collect();
+    let touched = Touched::new(places, &labels, options.limit_mm());
+    let found = accepted(&touched, &labels, drawing, options)
+        .map_err(|refused| explained(refused, &touched, &labels, drawing, options))?;
+    let result = Solved::new(&touched, &found[0], drawing, options);
+    result.held(options)?;
+    unique(&found, drawing, options, found[0].noise_ratio)?;
+    result.located(centre, options)
+}
+
+/// The places that leave out few enough touches, the best first; at least one.
+fn accepted(
+    touched: &Touched,
+    labels: &[Option<Feature>],
+    drawing: &Drawing,
+    options: &Options,
+) -> Result<Vec<Found>, Refused> {
+    let touches = touched.groups.iter().map(Vec::len).sum::<usize>();
+    let allowed = (options.most_rejected * touches as f64).floor() as usize;
+    let assignments = touched.assignments(labels, options.limit_mm());
+    let places = |a: &Vec<Feature>| touched.places(a, drawing, options);
+    let mut all: Vec<Found> = assignments.iter().flat_map(places).collect();
+    all.sort_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared));
+    let best = all.first().map(|f| (f.assignment.clone(), f.rejected(), f.noise_ratio));
+    all.retain(|f| f.rejected() <= allowed && f.noise_ratio <= options.max_noise_ratio);
+    if !all.is_empty() {
+        return Ok(all);
+    }
+    let (best, rejected, noise_ratio) = best.unwrap_or((Vec::new(), touches, f64::NAN));
+    Err(Refused::NoFit {
+        best,
+        rejected,
+        touches,
+        allowed,
+        limit_mm: options.limit_mm(),
+        noise_ratio,
+        max_noise_ratio: options.max_noise_ratio,
+    })
+}
+
+/// The refusal of labels under which nothing fits: the order that does, where there is one.
+fn explained(
+    refused: Refused,
+    touched: &Touched,
+    labels: &[Option<Feature>],
+    drawing: &Drawing,
+    options: &Options,
+) -> Refused {
+    let free = vec![None; labels.len()];
+    if labels == free {
+        return refused;
+    }
+    let touched = Touched::new(touched.groups.clone(), &free, options.limit_mm());
+    let found = match accepted(&touched, &free, drawing, options) {
+        Ok(found) => found,
+        // Where nothing could be fitted to the labels, the nearest of all assignments says more.
+        Err(nearest) => return if unfitted(&refused) { nearest } else { refused },
+    };
+    let said = labels.iter().zip(&found[0].assignment).map(|(l, f)| l.unwrap_or(*f));
+    Refused::WrongOrder {
+        said: said.collect(),
+        found: found[0].assignment.clone(),
+    }
+}
+
+const fn unfitted(refused: &Refused) -> bool {
+    matches!(refused, Refused::NoFit { best, .. } if best.is_empty())
+}
+
+/// Refuses a second place that explains the touches nearly as well.
+fn unique(found: &[Found], drawing: &Drawing, options: &Options, noise_ratio: f64) -> Result<(), Refused> {
+    let best = &found[0];
+    let apart = |f: &Found| {
+        let at = |p: &Found, x: &Vector3<f64>| p.pose.matrix() * x + p.pose.shift;
+        let distance = |x: &Vector3<f64>| (at(f, x) - at(best, x)).norm();
+        drawing.ends().iter().map(distance).fold(0.0, f64::max)
+    };
+    // As unlikely as a touch beyond the gate.
+    let margin = (options.gate * noise_ratio.max(1.0)).powi(2);
+    let rival = |f: &&Found| apart(f) > options.limit_mm() && f.chi_squared - best.chi_squared < margin;
+    found[1..].iter().find(rival).map_or(Ok(()), |second| {
+        Err(Refused::Ambiguous {
+            assignments: [best.assignment.clone(), second.assignment.clone()],
+            apart_mm: apart(second),
+            chi_squared: [best.chi_squared, second.chi_squared],
+        })
+    })
+}

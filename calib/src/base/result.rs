@@ -1,0 +1,196 @@
+//! The place of the base with its error.
+
+use geometry::{Base, Frame, Point, Rigid, Uncertain, Vector};
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use super::search::{Found, Touched, chosen};
+use super::solve::{Held, normal, open};
+use super::{Drawing, Feature, FreeMotion, Options, Refused};
+use crate::gate::Reached;
+
+/// The residuals on one feature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeatureResiduals {
+    /// Which.
+    pub feature: Feature,
+    /// Touches that took part.
+    pub touches: usize,
+    /// Root mean square distance, mm: divides by the touches.
+    pub rms_mm: f64,
+    /// The largest distance, mm.
+    pub worst_mm: f64,
+}
+
+/// A touch that was left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RejectedTouch {
+    /// Its group.
+    pub group: usize,
+    /// Its place in the group.
+    pub touch: usize,
+    /// Its distance from the feature, mm.
+    pub distance_mm: f64,
+}
+
+/// The place of the base with all that is known of its error.
+#[derive(Debug, Clone)]
+pub struct Located<F: Frame> {
+    /// `f_from_base`, with the covariance that the noise given makes.
+    pub place: Uncertain<F, Base>,
+    /// The feature of each group, as given or as found.
+    pub assignment: Vec<Feature>,
+    /// The residuals of the plane and the three grooves.
+    pub residuals: [FeatureResiduals; 4],
+    /// Root mean square distance of all touches kept, mm.
+    pub rms_mm: f64,
+    /// The residuals' size in units of the noise given: the root of chi-square over its degrees of freedom.
+    pub noise_ratio: f64,
+    /// One per touch on the plane, two in a groove, less 6.
+    pub degrees_of_freedom: usize,
+    /// Ratio of the largest deviation of any motion to the least, turns counted at the touches' radius.
+    pub condition: f64,
+    /// The motion of the largest deviation.
+    pub weakest: FreeMotion,
+    /// Touches that were left out.
+    pub rejected: Vec<RejectedTouch>,
+}
+
+impl<F: Frame> Located<F> {
+    /// What [`crate::gate::Gates`] judge.
+    pub fn reached(&self) -> Reached {
+        let count: usize = self.residuals.iter().map(|r| r.touches).sum();
+        Reached {
+            rms_mm: Some(self.rms_mm),
+            condition: Some(self.condition),
+            noise_ratio: Some(self.noise_ratio),
+            rejected: Some(self.rejected.len() as f64 / (count + self.rejected.len()) as f64),
+            count: Some(count),
+            ..Reached::default()
+        }
+    }
+}
+
+/// The best place with its normal equations.
+pub(super) struct Solved<'a> {
+    found: &'a Found,
+    touches: Vec<Vec<Held>>,
+    radius: f64,
+    sigma_mm: f64,
+    matrix: Matrix6<f64>,
+    count: usize,
+    condition: f64,
+    weakest: FreeMotion,
+}
+
+impl<'a> Solved<'a> {
+    pub(super) fn new(touched: &Touched, found: &'a Found, drawing: &Drawing, options: &Options) -> Self {
+        let hold = |f: &Feature| drawing.hold(*f, options.tip_radius_mm);
+        let both = touched.groups.iter().zip(&found.assignment);
+        let touches: Vec<Vec<Held>> = both
+            .map(|(g, f)| {
+                g.iter()
+                    .map(|p| Held {
+                        place: *p,
+                        hold: hold(f),
+                    })
+                    .collect()
+            })
+            .collect();
+        let kept = chosen(&touches, &found.kept);
+        let (matrix, _, _) = normal(&kept, &found.pose, touched.radius);
+        let (condition, free) = open(&matrix);
+        let back = found.pose.turn.inverse();
+        Self {
+            found,
+            touches,
+            radius: touched.radius,
+            sigma_mm: options.sigma_mm,
+            matrix,
+            count: kept.iter().map(|t| t.hold.count).sum(),
+            condition,
+            weakest: FreeMotion {
+                turn: back.apply(free.turn),
+                shift: back.apply(free.shift),
+            },
+        }
+    }
+
+    pub(super) fn held(&self, options: &Options) -> Result<(), Refused> {
+        if self.condition <= options.max_condition {
+            return Ok(());
+        }
+        Err(Refused::Unsolvable {
+            free: self.weakest,
+            condition: self.condition,
+            allowed: options.max_condition,
+        })
+    }
+
+    fn degrees_of_freedom(&self) -> usize {
+        self.count.saturating_sub(6)
+    }
+
+    /// The distances of a feature's touches, those kept or those left out, with group and touch.
+    fn distances(&self, kept: bool) -> Vec<(Feature, RejectedTouch)> {
+        let mut list = Vec::new();
+        for (group, touches) in self.touches.iter().enumerate() {
+            for (touch, held) in touches.iter().enumerate() {
+                if self.found.kept[group][touch] == kept {
+                    let distance_mm = self.found.pose.off(held);
+                    let one = RejectedTouch {
+                        group,
+                        touch,
+                        distance_mm,
+                    };
+                    list.push((self.found.assignment[group], one));
+                }
+            }
+        }
+        list
+    }
+
+    /// `(J^T J)^-1 sigma^2`, with turns in radians.
+    fn covariance(&self) -> Option<Matrix6<f64>> {
+        let inverse = self.matrix.cholesky()?.inverse() * self.sigma_mm.powi(2);
+        let mut scale = Matrix6::identity();
+        let turns = Matrix3::identity() / self.radius;
+        scale.fixed_view_mut::<3, 3>(0, 0).copy_from(&turns);
+        Some(scale * inverse * scale)
+    }
+
+    pub(super) fn located<F: Frame>(&self, centre: Vector3<f64>, options: &Options) -> Result<Located<F>, Refused> {
+        let shift = centre + self.found.pose.shift;
+        let place: Rigid<F, Base> = Rigid::from_parts(self.found.pose.turn, Vector::new(shift.x, shift.y, shift.z));
+        let covariance = self.covariance().ok_or(Refused::Unsolvable {
+            free: self.weakest,
+            condition: self.condition,
+            allowed: options.max_condition,
+        })?;
+        let about = Point::new(centre.x, centre.y, centre.z);
+        let kept = self.distances(true);
+        let squares: f64 = kept.iter().map(|(_, t)| t.distance_mm.powi(2)).sum();
+        Ok(Located {
+            place: Uncertain::from_covariance_about(about, place, covariance)?,
+            assignment: self.found.assignment.clone(),
+            residuals: Feature::ALL.map(|f| summary(f, &kept)),
+            rms_mm: (squares / kept.len() as f64).sqrt(),
+            noise_ratio: self.found.noise_ratio,
+            degrees_of_freedom: self.degrees_of_freedom(),
+            condition: self.condition,
+            weakest: self.weakest,
+            rejected: self.distances(false).into_iter().map(|(_, t)| t).collect(),
+        })
+    }
+}
+
+fn summary(feature: Feature, kept: &[(Feature, RejectedTouch)]) -> FeatureResiduals {
+    let of = kept.iter().filter(|(f, _)| *f == feature).map(|(_, t)| t.distance_mm);
+    let distances: Vec<f64> = of.collect();
+    let squares: f64 = distances.iter().map(|x| x * x).sum();
+    FeatureResiduals {
+        feature,
+        touches: distances.len(),
+        rms_mm: (squares / distances.len() as f64).sqrt(),
+        worst_mm: distances.iter().copied().fold(0.0, f64::max),
+    }
+}

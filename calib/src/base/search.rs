@@ -1,0 +1,191 @@
+//! Which group of touches lies on which feature, and the place of the base that follows.
+
+use geometry::rotation::{Rotation, RotationMatrix};
+use nalgebra::{Matrix3, Vector3};
+
+use super::consensus::{Flat, line, plane};
+use super::solve::{Held, Hold, Pose, normal, settle, shift};
+use super::{Drawing, Feature, Options};
+
+/// Rounds of fitting and choosing.
+const MAX_ROUNDS: usize = 20;
+/// The plane's touches must spread this many gates across their line.
+const LEAST_WIDTH: f64 = 2.0;
+
+/// The groups about the mean of all touches, with the line and the plane that each lies on.
+pub(super) struct Touched {
+    pub(super) groups: Vec<Vec<Vector3<f64>>>,
+    lines: Vec<Option<Flat>>,
+    planes: Vec<Option<Flat>>,
+    pub(super) radius: f64,
+}
+
+/// A place of the base for one assignment.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    pub(super) assignment: Vec<Feature>,
+    pub(super) pose: Pose,
+    /// By group and touch.
+    pub(super) kept: Vec<Vec<bool>>,
+    /// Squared distances over the noise given, each up to the gate.
+    pub(super) chi_squared: f64,
+    /// The root of chi-square of the touches kept over its degrees of freedom.
+    pub(super) noise_ratio: f64,
+}
+
+impl Found {
+    /// Touches left out.
+    pub(super) fn rejected(&self) -> usize {
+        self.kept.iter().flatten().filter(|k| !**k).count()
+    }
+}
+
+impl Touched {
+    /// Looks for the lines and planes that the labels allow; `limit` is the gate, mm.
+    pub(super) fn new(groups: Vec<Vec<Vector3<f64>>>, labels: &[Option<Feature>], limit: f64) -> Self {
+        let all: Vec<&Vector3<f64>> = groups.iter().flatten().collect();
+        let square = all.iter().map(|p| p.norm_squared()).sum::<f64>() / all.len().max(1) as f64;
+        let may = |label: &Option<Feature>, plane: bool| label.is_none_or(|f| (f == Feature::Plane) == plane);
+        let both = || groups.iter().zip(labels);
+        let lines = both().map(|(g, l)| may(l, false).then(|| line(g, limit)).flatten());
+        let planes = both().map(|(g, l)| may(l, true).then(|| plane(g, limit)).flatten());
+        Self {
+            lines: lines.collect(),
+            planes: planes.collect(),
+            radius: square.sqrt(),
+            groups,
+        }
+    }
+
+    /// The line or the plane of a group as the feature, where enough touches lie on it.
+    fn flat(&self, group: usize, feature: Feature, limit: f64) -> Option<&Flat> {
+        let flat = match feature {
+            Feature::Plane => self.planes[group]
+                .as_ref()
+                .filter(|f| f.width_mm >= LEAST_WIDTH * limit),
+            Feature::Groove(_) => self.lines[group].as_ref(),
+        }?;
+        (flat.count() >= feature.needed() && 2 * flat.count() > flat.on.len()).then_some(flat)
+    }
+
+    /// All assignments of the groups to features that keep the labels and use every feature.
+    pub(super) fn assignments(&self, labels: &[Option<Feature>], limit: f64) -> Vec<Vec<Feature>> {
+        let mut all = vec![Vec::new()];
+        for (group, label) in labels.iter().enumerate() {
+            let able = |f: &Feature| label.is_none_or(|l| l == *f) && self.flat(group, *f, limit).is_some();
+            let features: Vec<Feature> = Feature::ALL.into_iter().filter(able).collect();
+            let longer = |a: &Vec<Feature>| {
+                let add = |f: &Feature| a.iter().copied().chain([*f]).collect::<Vec<_>>();
+                features.iter().map(add).collect::<Vec<_>>()
+            };
+            all = all.iter().flat_map(longer).collect();
+        }
+        all.retain(|a| Feature::ALL.iter().all(|f| a.contains(f)));
+        all
+    }
+
+    /// All places of the base for an assignment: the plane's normal and a groove's line leave four rotations.
+    pub(super) fn places(&self, assignment: &[Feature], drawing: &Drawing, options: &Options) -> Vec<Found> {
+        let holds = Feature::ALL.map(|f| drawing.hold(f, options.tip_radius_mm));
+        let touches: Vec<Vec<Held>> = self
+            .groups
+            .iter()
+            .zip(assignment)
+            .map(|(g, f)| held(g, &holds[f.index()]))
+            .collect();
+        let starts = self.starts(assignment, &holds, options.limit_mm());
+        let place = |turn: &Rotation| self.place(assignment, &touches, *turn, options);
+        starts.iter().filter_map(place).collect()
+    }
+
+    /// Rotations that lay the drawn normal and the line of a groove on those touched, either way round.
+    fn starts(&self, assignment: &[Feature], holds: &[Hold; 4], limit: f64) -> Vec<Rotation> {
+        let of = |wanted: Feature| {
+            let group = assignment.iter().position(|f| *f == wanted)?;
+            self.flat(group, wanted, limit).map(|f| f.axis)
+        };
+        let Some(normal) = of(Feature::Plane) else {
+            return Vec::new();
+        };
+        let longest = Feature::ALL[1..].iter().max_by(|a, b| {
+            let length = |f: &Feature| holds[f.index()].along.map_or(0.0, |(_, l)| l);
+            length(a).total_cmp(&length(b))
+        });
+        let Some((groove, along)) = longest.and_then(|g| Some((g, of(*g)?))) else {
+            return Vec::new();
+        };
+        let Some((drawn, _)) = holds[groove.index()].along else {
+            return Vec::new();
+        };
+        let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        let start = |(a, b)| aligned([holds[0].axes[0], drawn], [normal * a, along * b]);
+        signs.into_iter().filter_map(start).collect()
+    }
+
+    /// Fits from a rotation, keeps what lies within the gate, and fits again until nothing changes.
+    fn place(&self, assignment: &[Feature], touches: &[Vec<Held>], turn: Rotation, options: &Options) -> Option<Found> {
+        let limit = options.limit_mm();
+        let on = |(g, f): (usize, &Feature)| self.flat(g, *f, limit).map(|f| f.on.clone());
+        let mut kept: Vec<Vec<bool>> = assignment.iter().enumerate().map(on).collect::<Option<_>>()?;
+        let first = chosen(touches, &kept);
+        let mut pose = Pose {
+            turn,
+            shift: shift(&first, turn),
+        };
+        for _ in 0..MAX_ROUNDS {
+            pose = settle(&chosen(touches, &kept), pose, self.radius)?;
+            let next: Vec<Vec<bool>> = touches
+                .iter()
+                .map(|g| g.iter().map(|t| pose.off(t) <= limit).collect())
+                .collect();
+            enough(assignment, &next)?;
+            if next == kept {
+                break;
+            }
+            kept = next;
+        }
+        let last = chosen(touches, &kept);
+        let (_, _, cost) = normal(&last, &pose, self.radius);
+        let freedom = last.iter().map(|t| t.hold.count).sum::<usize>().saturating_sub(6);
+        let offs = touches.iter().flatten().map(|t| pose.off(t).min(limit));
+        let chi_squared = offs.map(|x| (x / options.sigma_mm).powi(2)).sum();
+        Some(Found {
+            assignment: assignment.to_vec(),
+            pose,
+            kept,
+            chi_squared,
+            noise_ratio: (cost / freedom as f64).sqrt() / options.sigma_mm,
+        })
+    }
+}
+
+/// Every feature keeps enough touches.
+fn enough(assignment: &[Feature], kept: &[Vec<bool>]) -> Option<()> {
+    let count = |wanted: &Feature| -> usize {
+        let groups = assignment.iter().zip(kept).filter(|(f, _)| *f == wanted);
+        groups.flat_map(|(_, k)| k).filter(|k| **k).count()
+    };
+    Feature::ALL.iter().all(|f| count(f) >= f.needed()).then_some(())
+}
+
+fn held(group: &[Vector3<f64>], hold: &Hold) -> Vec<Held> {
+    let one = |p: &Vector3<f64>| Held { place: *p, hold: *hold };
+    group.iter().map(one).collect()
+}
+
+/// The touches that are kept.
+pub(super) fn chosen(touches: &[Vec<Held>], kept: &[Vec<bool>]) -> Vec<Held> {
+    let both = touches.iter().flatten().zip(kept.iter().flatten());
+    both.filter(|(_, k)| **k).map(|(t, _)| *t).collect()
+}
+
+/// The rotation that takes the first direction to the first, and the second as near to the second as it can be.
+fn aligned(from: [Vector3<f64>; 2], to: [Vector3<f64>; 2]) -> Option<Rotation> {
+    let axes = |[a, b]: [Vector3<f64>; 2]| {
+        let c = a.cross(&b).try_normalize(1e-9)?;
+        Some(Matrix3::from_columns(&[a, c, a.cross(&c)]))
+    };
+    let turn = axes(to)? * axes(from)?.transpose();
+    let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| turn[(i, j)]));
+    Some(RotationMatrix::new(rows, 1e-9).ok()?.rotation())
+}

@@ -1,0 +1,122 @@
+//! Touches as they come, and what is asked of them.
+
+use geometry::{Frame, Point};
+use nalgebra::Vector3;
+
+use super::{Feature, Refused};
+
+/// Touches made one after the other on one feature, in the localizer's frame or that of the base's reference marker.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group<F: Frame> {
+    /// The feature, where it is known.
+    pub feature: Option<Feature>,
+    /// The centre of the tip's ball at each touch.
+    pub touches: Vec<Point<F>>,
+}
+
+impl<F: Frame> Group<F> {
+    /// Touches on a feature that is known.
+    pub const fn of(feature: Feature, touches: Vec<Point<F>>) -> Self {
+        Self {
+            feature: Some(feature),
+            touches,
+        }
+    }
+
+    /// Touches on a feature that is to be found.
+    pub const fn unlabelled(touches: Vec<Point<F>>) -> Self {
+        Self { feature: None, touches }
+    }
+}
+
+/// How the base is located.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Standard deviation of the tip's place along each axis, mm.
+    pub sigma_mm: f64,
+    /// Radius of the tip's ball, mm; 0 for a sharp tip.
+    pub tip_radius_mm: f64,
+    /// Touches further off than this many deviations are left out.
+    pub gate: f64,
+    /// The largest share of the touches that may be left out.
+    pub most_rejected: f64,
+    /// The largest residuals accepted, in units of the noise given: above, the touches are on something else.
+    pub max_noise_ratio: f64,
+    /// The largest ratio of the largest deviation to the least; turns are counted at the touches' radius.
+    pub max_condition: f64,
+}
+
+impl Options {
+    /// The usual choices for a pointer's noise: a sharp tip, a gate of six deviations, a fifth left out, residuals of
+    /// twice the noise, condition 100.
+    pub const fn new(sigma_mm: f64) -> Self {
+        Self {
+            sigma_mm,
+            tip_radius_mm: 0.0,
+            gate: 6.0,
+            most_rejected: 0.2,
+            max_noise_ratio: 2.0,
+            max_condition: 100.0,
+        }
+    }
+
+    /// The gate, mm.
+    pub(super) fn limit_mm(&self) -> f64 {
+        self.gate * self.sigma_mm
+    }
+
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        let positive = [
+            ("the noise", self.sigma_mm),
+            ("the gate", self.gate),
+            ("the largest residual", self.max_noise_ratio),
+            ("the largest condition", self.max_condition),
+        ];
+        let bad = positive.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0));
+        let least = [
+            ("the tip's radius", self.tip_radius_mm),
+            ("the share left out", self.most_rejected),
+        ];
+        let bad = bad.or_else(|| least.into_iter().find(|(_, x)| !(x.is_finite() && *x >= 0.0)));
+        bad.map_or(Ok(()), |(what, found)| Err(Refused::BadOption { what, found }))
+    }
+}
+
+/// More groups are not sorted out.
+const MAX_GROUPS: usize = 7;
+
+/// Refuses groups that cannot be used.
+pub(super) fn check<F: Frame>(groups: &[Group<F>]) -> Result<(), Refused> {
+    if groups.len() < 4 || groups.len() > MAX_GROUPS {
+        return Err(Refused::GroupCount {
+            found: groups.len(),
+            most: MAX_GROUPS,
+        });
+    }
+    for (group, g) in groups.iter().enumerate() {
+        if let Some(Feature::Groove(groove @ 3..)) = g.feature {
+            return Err(Refused::NoSuchGroove { group, groove });
+        }
+        let needed = g.feature.map_or(2, Feature::needed);
+        let found = g.touches.len();
+        if found < needed {
+            return Err(Refused::TooFew { group, found, needed });
+        }
+        let bad = |p: &Point<F>| p.mm().iter().any(|x| !x.is_finite());
+        if let Some(touch) = g.touches.iter().position(bad) {
+            let found = g.touches[touch].mm();
+            return Err(Refused::NotFinite { group, touch, found });
+        }
+    }
+    Ok(())
+}
+
+/// The mean of all touches, and the touches about it.
+pub(super) fn centred<F: Frame>(groups: &[Group<F>]) -> (Vector3<f64>, Vec<Vec<Vector3<f64>>>) {
+    let of = |g: &Group<F>| g.touches.iter().map(|p| Vector3::from(p.mm())).collect::<Vec<_>>();
+    let places: Vec<Vec<Vector3<f64>>> = groups.iter().map(of).collect();
+    let count = places.iter().map(Vec::len).sum::<usize>() as f64;
+    let centre = places.iter().flatten().sum::<Vector3<f64>>() / count;
+    let about = places.iter().map(|g| g.iter().map(|p| p - centre).collect());
+    (centre, about.collect())
+}
