@@ -9,6 +9,7 @@ mod support;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 use serde_json::Value;
 use support::nifti::Nifti;
@@ -189,4 +190,188 @@ fn tilted_and_mirrored_series_keep_every_place() {
             _ => panic!("{seen}"),
         }
     }
+}
+
+/// Runs a script of `tests/python`, which must succeed and print one JSON object.
+fn script(python: &Path, name: &str, arguments: &[&str]) -> Value {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(name);
+    let output = Command::new(python).arg(&script).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{name} {arguments:?}: {}", stderr(&output));
+    let text = stdout(&output);
+    println!("{name} {}: {}", arguments.first().unwrap_or(&""), text.trim());
+    serde_json::from_str(text.lines().last().unwrap_or_default()).unwrap()
+}
+
+#[test]
+fn other_software_reads_and_writes_nrrd_and_metaimage_alike() {
+    let Some(python) = python() else {
+        return;
+    };
+    let world = World::new();
+    let folder = world.path("formats");
+    fs::create_dir(&folder).unwrap();
+    let loader = env!("CARGO_BIN_EXE_volume-loader");
+    let seen = script(&python, "check_formats.py", &[loader, folder.to_str().unwrap()]);
+    assert_eq!(seen["voxels_wrong"], 0, "{seen}");
+    // Exact text for every double, and maps composed of a few of them.
+    assert!(seen["world_mm"].as_f64().unwrap() < 1e-9, "{seen}");
+    assert!(seen["files"].as_u64().unwrap() >= 400, "{seen}");
+}
+
+#[test]
+fn real_examinations_have_the_hu_and_places_that_other_readers_find() {
+    let (Some(python), Some(data)) = (python(), shared("data")) else {
+        return;
+    };
+    let world = World::new();
+    // What is read, how by the others, and options of ours.
+    let sets: [(&str, &str, &[&str], u64); 10] = [
+        ("dicom", "ct-chest-lidc-dicom", &[], 23_592_960),
+        ("dicom", "ct-head-phantom-tilt-dicom", &[], 14_155_776),
+        ("dicom", "ct-lego-phantom-dicom", &["--regrid"], 2_621_440),
+        ("dicom", "dicom-bad-inputs/gantrytilting/001", &[], 1_048_576),
+        ("dicom", "dicom-bad-inputs/sliceincrement/001", &["--regrid"], 1_048_576),
+        ("dicom", "dicom-bad-inputs/compressed/compressed_rle", &[], 262_144),
+        (
+            "dicom",
+            "dicom-bad-inputs/compressed/uncompressed_implicit",
+            &[],
+            262_144,
+        ),
+        ("nifti", "ct-abdopelvis-nifti/example_ct.nii.gz", &[], 1_380_064),
+        ("sitk", "vol-small-nrrd-mha/TinyPatientCT.nrrd", &[], 1000),
+        ("sitk", "vol-small-nrrd-mha/tooth.nhdr", &["--assume-lps"], 1_558_802),
+    ];
+    for (kind, set, options, voxels) in sets {
+        let (input, output) = (data.join(set), world.path("ours.nrrd"));
+        let (input, output) = (input.to_str().unwrap(), output.to_str().unwrap());
+        tool(&world, &[&["export", input, output], options].concat());
+        let seen = script(&python, "check_volumes.py", &[kind, input, output]);
+        assert_eq!(
+            (&seen["differ"], &seen["missing"]),
+            (&0.into(), &0.into()),
+            "{set}: {seen}"
+        );
+        assert_eq!(seen["voxels"], voxels, "{set}");
+        assert!(seen["off_grid_mm"].as_f64().unwrap() < 1e-3, "{set}: {seen}");
+    }
+}
+
+#[test]
+fn doubtful_examinations_end_as_they_should() {
+    let Some(data) = shared("data") else {
+        return;
+    };
+    let world = World::new();
+    let at = |set: &str| data.join(set).to_str().unwrap().to_owned();
+    for (set, words) in [
+        ("dicom-bad-inputs/notavolume/001", "not a volume: 4 slices at one place"),
+        (
+            "dicom-bad-inputs/slicecount/001",
+            "too few slices: 2, expected at least 3",
+        ),
+        ("vol-small-nrrd-mha/tooth.nhdr", "no orientation | which side is left"),
+    ] {
+        refused(&world, &["inspect", &at(set)], words);
+    }
+    for (set, words) in [
+        (
+            "dicom-bad-inputs/sliceincrement/001",
+            "expected 5.0000 mm, found 10.0000 mm, 1 missing",
+        ),
+        (
+            "ct-lego-phantom-dicom",
+            "expected 1.8750 mm, found 90.0000 mm, 47 missing",
+        ),
+    ] {
+        let output = world.output("volume-loader", &["inspect", &at(set)]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).contains(words), "{}", stderr(&output));
+        let text = tool(&world, &["inspect", "--regrid", "--json", &at(set)]);
+        let summary: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(summary["marks"], "REGRIDDED", "{set}");
+    }
+    // One image in four compressions: one volume.
+    let hash = |name: &str| {
+        let text = tool(
+            &world,
+            &[
+                "inspect",
+                "--json",
+                &at(&format!("dicom-bad-inputs/compressed/compressed_{name}")),
+            ],
+        );
+        let summary: Value = serde_json::from_str(&text).unwrap();
+        summary["hash"].as_str().unwrap().to_owned()
+    };
+    for name in ["j2k", "jpeg", "jpegls"] {
+        assert_eq!(hash(name), hash("rle"), "{name}");
+    }
+    let tilted: Value =
+        serde_json::from_str(&tool(&world, &["inspect", "--json", &at("ct-head-phantom-tilt-dicom")])).unwrap();
+    assert!(
+        (tilted["tilt_degrees"].as_f64().unwrap() - 18.5).abs() < 1e-4,
+        "{tilted}"
+    );
+}
+
+#[test]
+fn a_part_of_an_examination_is_the_same_voxels_in_the_same_places() {
+    let world = World::new();
+    let path = patient(&world);
+    let part = world.path("part.nrrd");
+    let (path, part) = (path.to_str().unwrap(), part.to_str().unwrap());
+    tool(&world, &["export", path, part, "--box-voxels", "10,11,12,40,33,52"]);
+    let read = |arguments: &[&str]| -> Value {
+        serde_json::from_str(&tool(&world, &[&["inspect", "--json"], arguments].concat())).unwrap()
+    };
+    let whole = read(&[path, "--box-voxels", "10,11,12,40,33,52"]);
+    let again = read(&[part]);
+    assert_eq!(
+        (&whole["dims"], &whole["marks"]),
+        (&serde_json::json!([30, 22, 40]), &"PART OF CT".into())
+    );
+    // NRRD keeps the affine to the bit: the same volume has the same name.
+    assert_eq!((&whole["hash"], &again["marks"]), (&again["hash"], &"".into()));
+    let half = read(&[path, "--downsample", "2,2,2"]);
+    assert_eq!(
+        (&half["dims"], &half["marks"]),
+        (&serde_json::json!([30, 22, 30]), &"DOWNSAMPLED".into())
+    );
+    assert!(
+        half["warnings"][0].as_str().unwrap().contains("HU (rms)"),
+        "{}",
+        half["warnings"]
+    );
+    refused(
+        &world,
+        &["inspect", path, "--box-mm", "9000,0,0,9001,1,1"],
+        "nothing in common | check the region's axes",
+    );
+}
+
+#[test]
+fn bombs_end_at_once() {
+    let world = World::new();
+    let began = Instant::now();
+    // 64 MiB of zeros in gzip, whose header promises a small volume; and headers that promise terabytes.
+    let mut zeros = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut zeros, &Vec::<u8>::from(Nifti::noise())).unwrap();
+    std::io::copy(&mut std::io::Read::take(std::io::repeat(0), 64 << 20), &mut zeros).unwrap();
+    fs::write(world.path("bomb.nii.gz"), zeros.finish().unwrap()).unwrap();
+    let space = "space: LPS\nspace origin: (0,0,0)\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n";
+    let huge = format!(
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 16000 16000 16000\nendian: little\nencoding: raw\n{space}\n"
+    );
+    fs::write(world.path("huge.nrrd"), huge).unwrap();
+    let huge = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n\
+                Offset = 0 0 0\nElementSpacing = 1 1 1\nDimSize = 900 900 900\nElementType = MET_SHORT\nElementDataFile = LOCAL\n";
+    fs::write(world.path("huge.mha"), huge).unwrap();
+    for name in ["bomb.nii.gz", "huge.nrrd", "huge.mha"] {
+        let output = world.output("volume-loader", &["inspect", world.path(name).to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(1), "{name}: {}", stdout(&output));
+        println!("{name}: {}", stderr(&output).trim());
+    }
+    // They end in milliseconds; what is asserted is that nothing went through gigabytes.
+    assert!(began.elapsed().as_secs() < 60);
 }

@@ -9,6 +9,7 @@
 //! not hold the tip. Nothing is allocated.
 
 mod body;
+mod cloud;
 mod error95;
 mod localizer;
 mod solve;

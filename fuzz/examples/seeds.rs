@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use volume_loader::phantom_source::PhantomSource;
-use volume_loader::{WriteOptions, metaimage, nifti, nrrd};
+use volume_loader::{WriteOptions, dicom_out, metaimage, nifti, nrrd};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -36,11 +36,11 @@ fn texts(folder: &Path, ending: &str, headers: &[&str]) -> Result<(), Failure> {
 
 fn main() -> Result<(), Failure> {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
-    let folders = ["nifti", "nrrd", "metaimage", "scene"].map(|name| corpus.join(name));
+    let folders = ["nifti", "nrrd", "metaimage", "scene", "dicom"].map(|name| corpus.join(name));
     for folder in &folders {
         fs::create_dir_all(folder)?;
     }
-    let [nifti_folder, nrrd_folder, meta_folder, scene_folder] = &folders;
+    let [nifti_folder, nrrd_folder, meta_folder, scene_folder, dicom_folder] = &folders;
     let patient = PhantomSource::new(1, [90.0; 3])?;
     for name in ["a.nii", "a.nii.gz"] {
         nifti::write(&nifti_folder.join(name), &mut patient.clone())?;
@@ -52,6 +52,21 @@ fn main() -> Result<(), Failure> {
     }
     texts(nrrd_folder, "nrrd", &NRRD)?;
     texts(meta_folder, "mha", &METAIMAGE)?;
+    for (name, syntax) in [
+        ("explicit", dicom_out::Syntax::ExplicitLittle),
+        ("implicit", dicom_out::Syntax::ImplicitLittle),
+        ("big", dicom_out::Syntax::ExplicitBig),
+        ("rle", dicom_out::Syntax::Rle),
+    ] {
+        let series = corpus.join(format!("series-{name}"));
+        let options = dicom_out::Options {
+            syntax,
+            shuffle_names: None,
+        };
+        dicom_out::write(&series, &mut patient.clone(), &options)?;
+        fs::copy(series.join("IM0002.dcm"), dicom_folder.join(format!("{name}.dcm")))?;
+        fs::remove_dir_all(series)?;
+    }
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
     for scene in fs::read_dir(scenes)? {
         let scene = scene?;

@@ -18,6 +18,7 @@ pub(crate) fn bench(arguments: &[String]) -> Result<(), Failure> {
             run(cargo(&["bench", "--package", "slice-view-proc", "--bench", "trade"]).args(rest))
         }
         Some((name, rest)) if name == "peers" => peers(rest),
+        Some((name, rest)) if name == "load" => load(rest),
         // Without the pattern, cargo would build every library's tests as well, to ignore them.
         _ => run(cargo(&["bench", "--workspace", "--bench", "*"]).args(arguments)),
     }
@@ -38,6 +39,13 @@ fn peers(arguments: &[String]) -> Result<(), Failure> {
     let script = format!("{PEERS}/reslice.py");
     let arguments = arguments.iter().filter(|argument| *argument != "--");
     run(program(interpreter, &[&script]).args(arguments))
+}
+
+/// The volume loader beside other software.
+fn load(arguments: &[String]) -> Result<(), Failure> {
+    let interpreter = interpreter().map_err(Failure::Usage)?;
+    let mut bench = cargo(&["bench", "--package", "volume-loader", "--bench", "load"]);
+    run(bench.args(arguments).env("TROCAR_PEERS_PYTHON", interpreter))
 }
 
 /// The Python of an environment with the other software, made where there is none for the same list.

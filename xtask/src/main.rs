@@ -22,6 +22,7 @@ cargo xtask test                  everything that must pass: formatting, lints, 
 cargo xtask bench [-- ARGUMENTS]  the benchmarks; ARGUMENTS go to `cargo bench`
 cargo xtask bench trade           error against time of every reslice filter and back end, into out/bench/trade.{csv,png}
 cargo xtask bench peers           the reslice engine beside VTK and SimpleITK, in a Python environment in the build folder
+cargo xtask bench load            reading a DICOM series beside a plain read and SimpleITK, likewise
 cargo xtask help                  this text";
 
 fn main() -> ExitCode {
