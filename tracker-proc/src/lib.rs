@@ -7,6 +7,7 @@ pub mod chain;
 mod chance;
 pub mod cli;
 mod gesture;
+pub mod operating_room;
 mod run;
 mod simulated;
 

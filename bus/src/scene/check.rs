@@ -12,7 +12,7 @@ use super::raw::{
 use super::view::WINDOWS;
 use super::{
     Approach, Limits, RecordingSpec, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View,
-    WindowLevel,
+    WindowLevel, operating_room,
 };
 
 pub(super) type Checked<T> = Result<T, Invalid>;
@@ -20,7 +20,7 @@ pub(super) type Checked<T> = Result<T, Invalid>;
 const MAX_VIEWS: usize = 16;
 const MAX_TARGETS: usize = 64;
 /// A quaternion written with six digits is this far from unit.
-const UNIT_TOLERANCE: f64 = 1e-5;
+pub(super) const UNIT_TOLERANCE: f64 = 1e-5;
 
 pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
     let targets = targets(raw.targets.as_deref().unwrap_or_default())?;
@@ -28,7 +28,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         seed: raw.seed,
         volume: super::volume::checked(&raw.volume, &targets, raw.tracker.approach.entry_ct_mm)?,
         tool: tool(raw)?,
-        tracker: tracker(&raw.tracker, &targets)?,
+        tracker: tracker(&raw.tracker, &targets, raw.tool.length_mm)?,
         targets,
         views: views(raw.views.as_deref())?,
         render: raw.render,
@@ -70,9 +70,18 @@ fn tool(raw: &RawScene) -> Checked<ToolSpec> {
     })
 }
 
-fn tracker(raw: &RawTracker, targets: &[Target]) -> Checked<TrackerSpec> {
+fn tracker(raw: &RawTracker, targets: &[Target], tool_mm: f64) -> Checked<TrackerSpec> {
+    if raw.room.is_some() && raw.source != RawTrackerSource::OperatingRoom {
+        let allowed = "no such table unless tracker.source = \"operating-room\"";
+        return Err(invalid("tracker.room", "a table", allowed));
+    }
     let source = match raw.source {
         RawTrackerSource::External => TrackerSource::External,
+        RawTrackerSource::OperatingRoom => {
+            let room = raw.room.clone().unwrap_or_default();
+            let room = operating_room::room(&room, approach(&raw.approach, targets)?, tool_mm)?;
+            TrackerSource::OperatingRoom(Box::new(room))
+        }
         RawTrackerSource::Simulated => TrackerSource::Simulated(Simulation {
             noise_mm: number("tracker.noise_mm", raw.noise_mm, 0.0..=50.0, "mm")?,
             noise_rad: number("tracker.noise_deg", raw.noise_deg, 0.0..=45.0, "degrees")?.to_radians(),
@@ -81,7 +90,10 @@ fn tracker(raw: &RawTracker, targets: &[Target]) -> Checked<TrackerSpec> {
             approach: approach(&raw.approach, targets)?,
         }),
     };
-    let rigid = &raw.ct_from_tracker;
+    let rigid = match raw.source {
+        RawTrackerSource::OperatingRoom => operating_room::place_of_localizer(&raw.ct_from_tracker),
+        _ => raw.ct_from_tracker.clone(),
+    };
     let ct_from_tracker = door::rigid(rigid.quaternion, rigid.translation_mm, UNIT_TOLERANCE).map_err(|e| {
         let found = format!("{:?}, {:?}", rigid.quaternion, rigid.translation_mm);
         invalid("tracker.ct_from_tracker", found, e.to_string())

@@ -6,6 +6,7 @@
 mod check;
 mod error;
 mod locate;
+pub mod operating_room;
 pub mod raw;
 mod sampling;
 mod view;
@@ -72,6 +73,8 @@ pub struct TrackerSpec {
 pub enum TrackerSource {
     /// The tracker process plays a scripted approach.
     Simulated(Simulation),
+    /// The tracker process simulates an operating room: emitters seen by a localizer.
+    OperatingRoom(Box<operating_room::Room>),
     /// Another program publishes on the pose topic; no tracker process is started.
     External,
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{Invalid, SceneError};
 use super::locate;
+use super::operating_room::RawRoom;
 use super::sampling::{Filter, Minify, Render, Slab};
 use super::volume::RawVolume;
 
@@ -93,6 +94,9 @@ pub struct RawTracker {
     pub approach: RawApproach,
     /// `[tracker.ct_from_tracker]`
     pub ct_from_tracker: RawRigid,
+    /// `[tracker.room]`
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub room: Option<RawRoom>,
 }
 
 impl Default for RawTracker {
@@ -106,6 +110,7 @@ impl Default for RawTracker {
             dropout_samples: 6,
             approach: RawApproach::default(),
             ct_from_tracker: RawRigid::default(),
+            room: None,
         }
     }
 }
@@ -114,8 +119,10 @@ impl Default for RawTracker {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RawTrackerSource {
-    /// The tracker process.
+    /// The tracker process, which makes up poses.
     Simulated,
+    /// The tracker process, which simulates an operating room.
+    OperatingRoom,
     /// Another program.
     External,
 }
@@ -398,6 +405,9 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         }
     })?;
     anchor(&mut scene.volume.source, path);
+    if let Some(gesture) = scene.tracker.room.as_mut().and_then(|room| room.gesture.as_mut()) {
+        anchor(&mut gesture.file, path);
+    }
     Ok(Source {
         path: path.to_owned(),
         text: text.to_owned(),

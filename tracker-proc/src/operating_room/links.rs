@@ -1,0 +1,118 @@
+//! The chain that goes with a room: what a calibration, a registration and a data sheet would say of it.
+
+use bus::scene::operating_room::{Deviations, Gates as GateSpec, Sensor};
+use calib::pose::{Gates, Localizer};
+use geometry::{Ct, Marker, Point, Rigid, Tool, Uncertain, Vector};
+
+use super::{OperatingRoom, RoomError, sensing};
+use crate::chain::{Chain, Registration};
+use crate::chance::Chance;
+
+/// Keeps the draws of the links apart from those of the frames.
+const LINKS: u64 = 0x6c69_6e6b;
+/// Numbers of the two links.
+const CALIBRATION: u64 = 0;
+const REGISTRATION: u64 = 1;
+/// Weights need a deviation above 0: this, where the scene says less, mm.
+const LEAST_MM: f64 = 1e-3;
+/// And none may be this many times smaller than the other, so that its square can be inverted.
+const LARGEST_RATIO: f64 = 50.0;
+
+impl OperatingRoom {
+    /// The chain that turns this room's frames into poses. Its calibration and its registration are off the truth by errors
+    /// drawn from the seed, normal, with the covariances that the chain is told; the registration's are about `region`, the
+    /// point of the patient that counts (a target).
+    ///
+    /// # Errors
+    /// [`RoomError::Localizer`], [`RoomError::Covariance`].
+    pub fn chain(&self, region: Point<Ct>) -> Result<Chain, RoomError> {
+        let tip = self.room.marker_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
+        let off = |link| Chance::new(self.seed ^ LINKS, link);
+        let (calibration, registration) = (self.room.calibration_error, self.room.registration_error);
+        let marker_from_tool: Uncertain<Marker, Tool> =
+            disturbed(self.room.marker_from_tool, tip, calibration, off(CALIBRATION))?;
+        let registration = match &self.reference {
+            Some((_, truth)) => Registration::Referenced(disturbed(*truth, region, registration, off(REGISTRATION))?),
+            None => {
+                let truth = self.tracker_from_rest.inverse();
+                Registration::Fixed(disturbed(truth, region, registration, off(REGISTRATION))?)
+            }
+        };
+        Ok(Chain {
+            marker: self.marker.clone(),
+            reference: self.reference.as_ref().map(|(body, _)| body.clone()),
+            marker_from_tool,
+            registration,
+            localizer: weights(&self.room.sensor).checked()?,
+            gates: gates(&self.room.gates),
+            reference_gates: gates(&self.room.reference_gates),
+            region,
+        })
+    }
+}
+
+/// A transform as measured with normal errors about the point `c`: the truth is the drawn motion after it, so it is the
+/// inverse motion after the truth.
+fn disturbed<To, From>(
+    truth: Rigid<To, From>,
+    c: Point<To>,
+    errors: Deviations,
+    chance: Chance,
+) -> Result<Uncertain<To, From>, RoomError> {
+    let drawn = |first: u64, size: f64| {
+        let [x, y, z] = [0, 1, 2].map(|i| size * chance.normal(first + i));
+        Vector::<To>::new(x, y, z)
+    };
+    let motion = about(c, drawn(0, errors.turn_rad), drawn(3, errors.shift_mm));
+    // The errors turn about c: a transform to there and back carries their covariance to the origin.
+    let to_c = about(c, Vector::new(0.0, 0.0, 0.0), c - Point::new(0.0, 0.0, 0.0));
+    let about_c = Uncertain::from_upper(Rigid::<To, To>::identity(), diagonal(errors))?;
+    let carried = Uncertain::from(to_c) * about_c * Uncertain::from(to_c.inverse());
+    Ok(Uncertain::from_upper(motion.inverse() * truth, carried.upper())?)
+}
+
+/// The upper triangle of the covariance of (turn, shift) with these deviations along and about each axis.
+fn diagonal(errors: Deviations) -> [f64; 21] {
+    let [turn, shift] = [errors.turn_rad, errors.shift_mm].map(|s| s * s);
+    let mut upper = [0.0; 21];
+    // Places of the diagonal in the upper triangle of a 6 x 6 matrix.
+    for (place, variance) in [0, 6, 11, 15, 18, 20]
+        .into_iter()
+        .zip([turn, turn, turn, shift, shift, shift])
+    {
+        upper[place] = variance;
+    }
+    upper
+}
+
+/// The motion p -> exp(w) (p - c) + c + v; exactly the identity for zeros.
+fn about<F>(c: Point<F>, w: Vector<F>, v: Vector<F>) -> Rigid<F, F> {
+    let origin = Point::new(0.0, 0.0, 0.0);
+    let no_shift = Vector::new(0.0, 0.0, 0.0);
+    // Draws are finite and scenes checked, so there always is such a turn.
+    let turn: Rigid<F, F> = Rigid::from_rotation_vector(w, no_shift).unwrap_or(Rigid::identity());
+    let lever = c - origin;
+    Rigid::from_parts(turn.rotation(), lever - turn * lever + v)
+}
+
+/// The noise that emitters are weighted with: the scene's, the rounding of its steps (a step q deviates by q / sqrt(12)), and
+/// a floor where there is none of either.
+pub(super) fn weights(sensor: &Sensor) -> Localizer {
+    let rounding = sensor.quantisation_mm.powi(2) / 12.0;
+    let [across, depth] = [sensor.across_mm, sensor.depth_mm].map(|s| (s * s + rounding).sqrt());
+    let floor = LEAST_MM.max(across.max(depth) / LARGEST_RATIO);
+    Localizer {
+        across_mm: across.max(floor),
+        depth_mm: depth.max(floor),
+        ..sensing::noise(sensor)
+    }
+}
+
+fn gates(spec: &GateSpec) -> Gates {
+    Gates {
+        min_emitters: spec.min_emitters,
+        max_fre_mm: spec.max_fre_mm,
+        outlier_sigmas: spec.outlier_sigmas,
+        max_tip_mm: spec.max_tip_mm,
+    }
+}
