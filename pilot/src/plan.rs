@@ -41,7 +41,7 @@ pub(crate) fn plan(scene: &Scene, recording: &str) -> Vec<Planned> {
     if scene.recording.is_some() {
         processes.push(plain("recorder", "recorder", &["record", "--out", recording], 1));
     }
-    if matches!(scene.tracker.source, TrackerSource::Simulated(_)) {
+    if !matches!(scene.tracker.source, TrackerSource::External) {
         let mut tracker = plain("tracker", "tracker-proc", &[], 0);
         tracker.role.after = (0..processes.len()).collect();
         processes.push(tracker);

@@ -6,6 +6,7 @@
 pub mod chain;
 mod chance;
 pub mod cli;
+mod follow;
 mod gesture;
 pub mod operating_room;
 mod run;

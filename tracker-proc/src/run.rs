@@ -5,19 +5,21 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock;
 use bus::message::{ProcessState, ToolPose, Tracked};
-use bus::port::{Publisher, VolumeSubscriber};
+use bus::port::{Publisher, SharedVolume, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
 use bus::scene::{TrackerSource, TrackerSpec};
 use bus::topic::{GROUND_TRUTH, TOOL_POSE};
 
+use crate::follow::follow;
 use crate::gesture::{Gesture, GestureError, aim};
+use crate::operating_room::{RoomError, ScriptError};
 use crate::simulated::{Measured, Simulated};
 
 /// The process looks up at least this often, to be stopped and to give signs of life.
-const LOOK_UP: Duration = Duration::from_millis(20);
+pub(crate) const LOOK_UP: Duration = Duration::from_millis(20);
 /// A process that was held up publishes what it missed up to this age; older samples are left out, as a gap in the
 /// sequence numbers.
-const CATCH_UP: Duration = Duration::from_millis(50);
+pub(crate) const CATCH_UP: Duration = Duration::from_millis(50);
 
 /// Why the tracker ended.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +33,12 @@ pub enum RunError {
     /// The gesture cannot be played.
     #[error(transparent)]
     Gesture(#[from] GestureError),
+    /// The simulated operating room cannot be set up.
+    #[error(transparent)]
+    Room(#[from] RoomError),
+    /// Its gesture cannot be played.
+    #[error(transparent)]
+    Script(#[from] ScriptError),
     /// Poses come from elsewhere.
     #[error(
         "the scene says tracker.source = \"external\": another program publishes the poses, and no tracker is to be started"
@@ -51,6 +59,10 @@ pub(crate) fn run(membership: &Membership, start_ns: i64) -> Result<(), RunError
         tracker: process.scene.tracker.clone(),
         start_ns,
     };
+    if let TrackerSource::OperatingRoom(room) = &output.tracker.source {
+        let room = room.clone();
+        return follow(&mut process, &output, &room);
+    }
     let Some(simulated) = simulated(&mut process)? else {
         return Ok(());
     };
@@ -87,16 +99,8 @@ fn simulated(process: &mut Process) -> Result<Option<Simulated>, RunError> {
     let gesture = if let (Some(target), Some(_)) = (target, approach.entry) {
         Gesture::new(approach, target, None)?
     } else {
-        let volumes = VolumeSubscriber::open(&process.bus)?;
-        let volume = loop {
-            if process.stop.is_set() {
-                return Ok(None);
-            }
-            process.beat(ProcessState::Starting, "waiting for the volume")?;
-            match volumes.poll()? {
-                Some(volume) => break volume,
-                None => std::thread::sleep(LOOK_UP),
-            }
+        let Some(volume) = volume(process)? else {
+            return Ok(None);
         };
         let target = target.unwrap_or_else(|| volume.grid().centre());
         Gesture::new(approach, target, Some(volume.grid()))?
@@ -110,13 +114,28 @@ fn simulated(process: &mut Process) -> Result<Option<Simulated>, RunError> {
     )))
 }
 
+/// The volume, waited for; `None` where the process was stopped in the meantime.
+pub(crate) fn volume(process: &mut Process) -> Result<Option<SharedVolume>, RunError> {
+    let volumes = VolumeSubscriber::open(&process.bus)?;
+    loop {
+        if process.stop.is_set() {
+            return Ok(None);
+        }
+        process.beat(ProcessState::Starting, "waiting for the volume")?;
+        match volumes.poll()? {
+            Some(volume) => return Ok(Some(volume)),
+            None => std::thread::sleep(LOOK_UP),
+        }
+    }
+}
+
 /// Where samples go.
-struct Output {
-    poses: Publisher<ToolPose>,
-    truths: Publisher<ToolPose>,
-    registration_id: u64,
+pub(crate) struct Output {
+    pub(crate) poses: Publisher<ToolPose>,
+    pub(crate) truths: Publisher<ToolPose>,
+    pub(crate) registration_id: u64,
     tracker: TrackerSpec,
-    start_ns: i64,
+    pub(crate) start_ns: i64,
 }
 
 impl Output {

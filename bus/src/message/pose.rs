@@ -47,6 +47,14 @@ pub enum Lost {
     Silent,
     /// A pose arrived that is not a pose: NaN, or a quaternion that is not a rotation.
     Refused,
+    /// Fewer emitters of the marker are seen than a pose may rest on.
+    TooFew,
+    /// The emitters seen do not fit the marker.
+    Residual,
+    /// The emitters seen lie so that the tip does not follow.
+    Geometry,
+    /// The marker on the patient is not seen, or does not fit.
+    Reference,
 }
 
 impl Lost {
@@ -56,6 +64,10 @@ impl Lost {
             Self::NotSeen => 1,
             Self::Silent => 2,
             Self::Refused => 3,
+            Self::TooFew => 4,
+            Self::Residual => 5,
+            Self::Geometry => 6,
+            Self::Reference => 7,
         }
     }
 
@@ -65,6 +77,10 @@ impl Lost {
             1 => Some(Self::NotSeen),
             2 => Some(Self::Silent),
             3 => Some(Self::Refused),
+            4 => Some(Self::TooFew),
+            5 => Some(Self::Residual),
+            6 => Some(Self::Geometry),
+            7 => Some(Self::Reference),
             _ => None,
         }
     }
@@ -75,6 +91,10 @@ impl Lost {
             Self::NotSeen => "marker not seen",
             Self::Silent => "tracker silent",
             Self::Refused => "pose refused",
+            Self::TooFew => "too few emitters",
+            Self::Residual => "emitters do not fit",
+            Self::Geometry => "emitters do not hold the tip",
+            Self::Reference => "reference lost",
         }
     }
 }
@@ -112,7 +132,7 @@ pub enum PoseError {
         allowed_ms: f64,
     },
     /// The status is neither valid nor a known reason.
-    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to 3")]
+    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to 7")]
     UnknownStatus {
         /// Which sample.
         seq: u64,
@@ -215,6 +235,15 @@ mod tests {
         message.set(Tracked::Lost(Lost::NotSeen));
         assert_eq!(message.q, [0.0; 4]);
         assert_eq!(message.tracked(), Ok(Tracked::Lost(Lost::NotSeen)));
+    }
+
+    #[test]
+    fn every_reason_comes_back_by_its_code() {
+        let known: Vec<Lost> = (0..100).filter_map(Lost::from_code).collect();
+        assert_eq!(known.len(), 7);
+        for reason in known {
+            assert_eq!(Lost::from_code(reason.code()), Some(reason));
+        }
     }
 
     #[test]

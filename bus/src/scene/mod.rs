@@ -173,11 +173,19 @@ impl Scene {
         check::scene(&source.scene).map_err(|invalid| source.error_at(invalid))
     }
 
-    /// Identifies the registration that poses rest on: 64 bits of BLAKE3 over its numbers.
+    /// Identifies the registration that poses rest on: 64 bits of BLAKE3 over its numbers, with those of the marker on the
+    /// patient where there is one.
     pub fn registration_id(&self) -> u64 {
         let mut hasher = blake3::Hasher::new_derive_key("trocar registration 1");
         let rigid = &self.tracker.ct_from_tracker;
-        for number in rigid.quaternion().into_iter().chain(rigid.translation_mm()) {
+        let mut numbers = [rigid.quaternion().to_vec(), rigid.translation_mm().to_vec()].concat();
+        if let TrackerSource::OperatingRoom(room) = &self.tracker.source
+            && let Some(reference) = &room.reference
+        {
+            let rigid = &reference.ct_from_reference;
+            numbers.extend(rigid.quaternion().into_iter().chain(rigid.translation_mm()));
+        }
+        for number in numbers {
             hasher.update(&number.to_bits().to_le_bytes());
         }
         let bytes = hasher.finalize();
