@@ -48,7 +48,7 @@ fn with_everything_off_the_poses_are_the_truth() {
         "{}",
         report["problems"]
     );
-    let (poses, truths) = (recorded(&out, TOOL_POSE.name), recorded(&out, GROUND_TRUTH.name));
+    let (poses, truths) = (recorded(&out, TOOL_POSE), recorded(&out, GROUND_TRUTH));
     assert!(poses.len() > 60, "{}", poses.len());
     for (seq, pose) in &poses {
         let (found, truth) = (valid(pose).unwrap(), valid(&truths[seq]).unwrap());
@@ -73,7 +73,7 @@ fn the_shipped_room_is_navigated_with_its_errors_as_predicted() {
         "{}",
         report["problems"]
     );
-    let (poses, truths) = (recorded(&out, TOOL_POSE.name), recorded(&out, GROUND_TRUTH.name));
+    let (poses, truths) = (recorded(&out, TOOL_POSE), recorded(&out, GROUND_TRUTH));
     let (mut within, mut found, mut worst) = (0, 0, 0.0_f64);
     let mut lost: BTreeMap<&str, u32> = BTreeMap::new();
     for (seq, pose) in &poses {
