@@ -1,7 +1,8 @@
 """Resamples a CT onto the geometry of a slice with ITK and holds the slice against it.
 
-Usage: check_slice.py CT.nii.gz SLICE.mha
-Needs: SimpleITK, numpy. Prints one JSON object: pixels (compared), max and rms (absolute difference, HU), range (of the
+Usage: check_slice.py (CT.nii.gz | FOLDER) SLICE.mha
+Needs: SimpleITK, numpy; pydicom for a FOLDER with one DICOM series, whose slices are stacked by their positions: the third axis
+is the difference of positions, so that a tilted gantry gives ITK a sheared image, which its series reader would not. Prints one JSON object: pixels (compared), max and rms (absolute difference, HU), range (of the
 pixels compared, HU: a slice of air would agree with anything).
 
 The borders differ by rule: Trocar and ITK both hold a voxel's value over the outer half of its cell, but ITK decides
@@ -10,6 +11,7 @@ centres, where both interpolate between eight voxels.
 """
 
 import json
+import os
 import sys
 
 import numpy as np
@@ -31,8 +33,28 @@ def indices_in(ct, picture):
     return (points - ct_origin) @ np.linalg.inv(to_mm).T
 
 
+def stacked(folder):
+    """The series in `folder` as an ITK image with its true map, shear and all."""
+    import pydicom
+
+    paths = [os.path.join(folder, name) for name in os.listdir(folder)]
+    sets = [pydicom.dcmread(path) for path in paths if pydicom.misc.is_dicom(path)]
+    row, column = np.split(np.array(sets[0].ImageOrientationPatient, float), 2)
+    normal = np.cross(row, column)
+    sets.sort(key=lambda data: np.array(data.ImagePositionPatient, float) @ normal)
+    places = np.array([data.ImagePositionPatient for data in sets], float)
+    step = (places[-1] - places[0]) / (len(sets) - 1)
+    hu = [data.pixel_array * float(data.RescaleSlope) + float(data.RescaleIntercept) for data in sets]
+    image = sitk.GetImageFromArray(np.array(hu, float))
+    down, right = (float(mm) for mm in sets[0].PixelSpacing)
+    image.SetSpacing([right, down, float(np.linalg.norm(step))])
+    image.SetDirection(np.column_stack([row, column, step / np.linalg.norm(step)]).ravel().tolist())
+    image.SetOrigin(places[0].tolist())
+    return image
+
+
 def main(ct_path, slice_path):
-    ct = sitk.Cast(sitk.ReadImage(ct_path), sitk.sitkFloat64)
+    ct = stacked(ct_path) if os.path.isdir(ct_path) else sitk.Cast(sitk.ReadImage(ct_path), sitk.sitkFloat64)
     picture = sitk.ReadImage(slice_path)
     theirs = sitk.Resample(ct, picture, sitk.Transform(), sitk.sitkLinear, -1024.0, sitk.sitkFloat64)
     index = indices_in(ct, picture)
