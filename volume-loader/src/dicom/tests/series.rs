@@ -197,3 +197,49 @@ fn a_folder_is_loaded_by_several_threads_as_by_one() {
         .to_string();
     assert!(error.contains("PixelRepresentation is 5"), "{error}");
 }
+
+#[test]
+fn whom_a_series_is_of_is_told_only_when_asked() {
+    const SECRETS: [&str; 5] = ["DOE^JANE", "PAT-4711", "19610203", "ACC-99", "St. Elsewhere"];
+    let mut files = stack(4);
+    for file in &mut files {
+        for (tag, vr, text) in [
+            ((0x0010, 0x0010), "PN", SECRETS[0]),
+            ((0x0010, 0x0020), "LO", SECRETS[1]),
+            ((0x0010, 0x0030), "DA", SECRETS[2]),
+            ((0x0008, 0x0050), "SH", SECRETS[3]),
+            ((0x0008, 0x0080), "LO", SECRETS[4]),
+        ] {
+            file.text(tag, vr, text);
+        }
+    }
+    let folder = Folder::of(&files);
+    let source = folder.open().unwrap();
+    let mut said = format!("{} {:?} {:?}", source.describe(), source.facts(), source.series_facts());
+    // Refusals say nothing either: a gap, and files of two series.
+    let gap: Vec<File> = files
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| *k != 2)
+        .map(|(_, file)| file.clone())
+        .collect();
+    said += &Folder::of(&gap).refused();
+    let mut two = files.clone();
+    with_series(&mut two[2..], "1.2.3.4.1");
+    said += &listed(&Folder::of(&two));
+    for secret in SECRETS {
+        assert!(!said.contains(secret), "{secret}: {said}");
+    }
+    let identity = Series::scan(folder.path())
+        .unwrap()
+        .choose(None)
+        .unwrap()
+        .identity()
+        .unwrap();
+    for secret in SECRETS {
+        assert!(
+            identity.iter().any(|(_, text)| text == secret),
+            "{secret}: {identity:?}"
+        );
+    }
+}
