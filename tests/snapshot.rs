@@ -336,14 +336,11 @@ fn itk_resamples_the_same_values() {
     if let Some(ct) = shared("data/ct-abdopelvis-nifti/example_ct.nii.gz") {
         assert_as_itk(&world, &python, &ct, "-3.5,-150,300", 0.9);
     }
-    // DICOM, straight and with a gantry tilted by 18.5 degrees.
-    for (set, tip) in [
-        ("data/ct-chest-lidc-dicom", "-1.5,141,-461.3"),
-        ("data/ct-head-phantom-tilt-dicom/S21610/S2010", "0.4,90.7,771.2"),
-    ] {
-        if let Some(ct) = shared(set) {
-            assert_as_itk(&world, &python, &ct, tip, 0.25);
-        }
+    if let Some(straight) = shared("data/ct-chest-lidc-dicom") {
+        assert_as_itk(&world, &python, &straight, "-1.5,141,-461.3", 0.25);
+    }
+    if let Some(tilted) = shared("data/ct-head-phantom-tilt-dicom/S21610/S2010") {
+        assert_as_itk(&world, &python, &tilted, "0.4,90.7,771.2", 0.25);
     }
 }
 
