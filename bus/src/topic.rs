@@ -63,7 +63,7 @@ pub const VOLUME: Topic = Topic {
 /// The tool's pose. Renderers take the newest; the recorder and the pilot ask for a deep buffer.
 pub const TOOL_POSE: Topic = Topic {
     name: "tool-pose",
-    payload: "trocar/ToolPose/1",
+    payload: "trocar/ToolPose/2",
     buffer: 4096,
     deadline: Some(Duration::from_millis(100)),
     wakes: true,
@@ -71,10 +71,22 @@ pub const TOOL_POSE: Topic = Topic {
     ..BASE
 };
 
+/// What the localizer saw, before poses are made of it: for the recorder, and for poses made again from a recording. Few
+/// listen, as frames are large.
+pub const EMITTERS: Topic = Topic {
+    name: "emitters",
+    payload: "trocar/EmitterFrame/1",
+    subscribers: 4,
+    buffer: 4096,
+    wakes: true,
+    purpose: "places of the emitters that the localizer saw",
+    ..BASE
+};
+
 /// Where the simulated tool truly is.
 pub const GROUND_TRUTH: Topic = Topic {
     name: "ground-truth",
-    payload: "trocar/ToolPose/1",
+    payload: "trocar/ToolPose/2",
     buffer: 4096,
     purpose: "the simulated tool's true pose (simulated tracker only)",
     ..BASE
@@ -118,7 +130,7 @@ pub const HEARTBEAT: Topic = Topic {
 /// Requests to a process.
 pub const COMMAND: Topic = Topic {
     name: "command/*",
-    payload: "trocar/Command/1 -> trocar/ReplyHeader/1 + [u8]",
+    payload: "trocar/Command/2 -> trocar/ReplyHeader/1 + [u8]",
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
@@ -127,9 +139,10 @@ pub const COMMAND: Topic = Topic {
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 8] = [
+pub const TOPICS: [&Topic; 9] = [
     &VOLUME,
     &TOOL_POSE,
+    &EMITTERS,
     &GROUND_TRUTH,
     &VIEW_FRAME,
     &HELD_FRAME,

@@ -28,9 +28,14 @@ pub fn tool_pose() -> Vec<u8> {
             repeated("t_mm", 9, Type::Double),
             repeated("covariance", 10, Type::Double),
             scalar("fre_rms_mm", 11, Type::Double),
+            scalar("tip_mm", 12, Type::Double),
+            scalar("delay_ns", 13, Type::Sint64),
+            scalar("used", 14, Type::Uint32),
+            scalar("flags", 15, Type::Uint32),
         ],
     );
-    make_last_field_optional(&mut message);
+    make_optional(&mut message, "fre_rms_mm");
+    make_optional(&mut message, "tip_mm");
     set(vec![file("trocar/ToolPose.proto", "trocar", &[], message)])
 }
 
@@ -117,13 +122,16 @@ fn nested(name: &str, number: i32, type_name: &str) -> FieldDescriptorProto {
     }
 }
 
-/// Marks the last field as `optional` in the sense of proto3: a field alone in a "synthetic" oneof.
-fn make_last_field_optional(message: &mut DescriptorProto) {
-    let Some(field) = message.field.last_mut() else { return };
+/// Marks a field as `optional` in the sense of proto3: a field alone in a "synthetic" oneof.
+fn make_optional(message: &mut DescriptorProto, name: &str) {
+    let Some(field) = message.field.iter_mut().find(|field| field.name() == name) else {
+        return;
+    };
     field.proto3_optional = Some(true);
-    field.oneof_index = Some(0);
+    // A handful of fields.
+    field.oneof_index = Some(message.oneof_decl.len() as i32);
     message.oneof_decl.push(OneofDescriptorProto {
-        name: field.name.as_ref().map(|name| format!("_{name}")),
+        name: Some(format!("_{name}")),
         ..Default::default()
     });
 }
@@ -180,12 +188,16 @@ mod tests {
             "t_mm",
             "covariance",
             "fre_rms_mm",
+            "tip_mm",
+            "delay_ns",
+            "used",
+            "flags",
         ];
         assert_eq!(fields, numbered(&names));
     }
 
     #[test]
-    fn only_the_residual_is_optional() {
+    fn only_the_errors_are_optional() {
         let set = FileDescriptorSet::decode(&tool_pose()[..]).unwrap();
         let message = &set.file[0].message_type[0];
         let optional: Vec<_> = message
@@ -194,7 +206,8 @@ mod tests {
             .filter(|f| f.proto3_optional())
             .map(|f| f.name())
             .collect();
-        assert_eq!(optional, ["fre_rms_mm"]);
+        assert_eq!(optional, ["fre_rms_mm", "tip_mm"]);
         assert_eq!(message.oneof_decl[0].name(), "_fre_rms_mm");
+        assert_eq!(message.oneof_decl[1].name(), "_tip_mm");
     }
 }

@@ -42,6 +42,18 @@ pub struct ToolPose {
     /// mm. Optional, because proto3 leaves out a plain 0 and takes -0.0 for one.
     #[prost(double, optional, tag = "11")]
     pub fre_rms_mm: Option<f64>,
+    /// mm. See [`message::ToolPose::tip_mm`]. Left out by files of before: 0, with no flag that says it is known.
+    #[prost(double, optional, tag = "12")]
+    pub tip_mm: Option<f64>,
+    /// See [`message::ToolPose::delay_ns`].
+    #[prost(sint64, tag = "13")]
+    pub delay_ns: i64,
+    /// See [`message::ToolPose::used`].
+    #[prost(uint32, tag = "14")]
+    pub used: u32,
+    /// See [`message::ToolPose::flags`].
+    #[prost(uint32, tag = "15")]
+    pub flags: u32,
 }
 
 /// The sequence number of a `trocar.ToolPose`, without the rest.
@@ -137,6 +149,10 @@ impl From<&message::ToolPose> for ToolPose {
             t_mm: pose.t_mm.to_vec(),
             covariance: pose.covariance.to_vec(),
             fre_rms_mm: Some(pose.fre_rms_mm),
+            tip_mm: Some(pose.tip_mm),
+            delay_ns: pose.delay_ns,
+            used: pose.used,
+            flags: pose.flags,
         }
     }
 }
@@ -157,6 +173,10 @@ impl TryFrom<&ToolPose> for message::ToolPose {
             t_mm: values(pose.seq, "t_mm", &pose.t_mm)?,
             covariance: values(pose.seq, "covariance", &pose.covariance)?,
             fre_rms_mm: values(pose.seq, "fre_rms_mm", pose.fre_rms_mm.as_slice()).map(|[fre]: [f64; 1]| fre)?,
+            tip_mm: pose.tip_mm.unwrap_or(0.0),
+            delay_ns: pose.delay_ns,
+            used: pose.used,
+            flags: pose.flags,
         })
     }
 }

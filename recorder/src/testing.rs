@@ -25,6 +25,10 @@ pub(crate) fn pose(seq: u64) -> ToolPose {
         registration_id: 0xfeed_0000_0000_0042,
         visible: 24,
         fre_rms_mm: 0.21 + 0.01 * s.sin(),
+        tip_mm: 0.9 + 0.01 * s.cos(),
+        delay_ns: 12,
+        used: 23,
+        flags: ToolPose::TIP_KNOWN,
         covariance: std::array::from_fn(|i| 1e-4 * (i as f64 + 1.0)),
         ..ToolPose::EMPTY
     };
@@ -40,9 +44,10 @@ pub(crate) fn bytes(pose: &ToolPose) -> Vec<u64> {
         pose.t_capture_ns.cast_unsigned(),
     ];
     bits.extend([pose.t_publish_ns.cast_unsigned(), pose.registration_id]);
-    bits.extend([u64::from(pose.status), u64::from(pose.visible)]);
+    bits.extend([pose.status, pose.visible, pose.used, pose.flags].map(u64::from));
+    bits.push(pose.delay_ns.cast_unsigned());
     let doubles = pose.q.iter().chain(&pose.t_mm).chain(&pose.covariance);
-    bits.extend(doubles.chain([&pose.fre_rms_mm]).map(|x| x.to_bits()));
+    bits.extend(doubles.chain([&pose.fre_rms_mm, &pose.tip_mm]).map(|x| x.to_bits()));
     bits
 }
 

@@ -25,6 +25,7 @@ def pose(message) -> dict:
     for name in ("q", "t_mm", "covariance"):
         fields[name] = [bits(value) for value in getattr(message, name)]
     fields["fre_rms_mm"] = bits(message.fre_rms_mm)
+    fields["tip_mm"] = bits(message.tip_mm)
     return fields
 
 

@@ -7,7 +7,7 @@ use super::ToolPose;
 /// A request. The reply is bytes (text or JSON) behind a [`ReplyHeader`].
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Command/1")]
+#[type_name("trocar/Command/2")]
 pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
@@ -17,7 +17,7 @@ pub struct Command {
     pub pose: ToolPose,
 }
 
-const _: () = assert!(size_of::<Command>() == 288);
+const _: () = assert!(size_of::<Command>() == 312);
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

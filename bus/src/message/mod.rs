@@ -5,12 +5,14 @@
 //! ([`ToolPose::tracked`], [`VolumeHeader::grid`]), where impossible values are refused.
 
 mod command;
+mod emitters;
 mod frame;
 mod heartbeat;
 mod pose;
 mod volume_header;
 
 pub use command::{Command, CommandKind, ReplyHeader};
+pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use frame::{FrameHeader, FrameStamp, FrameState};
 pub use heartbeat::{Counters, Heartbeat, ProcessState};
 pub use pose::{Lost, PoseError, ToolPose, Tracked};

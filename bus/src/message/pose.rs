@@ -10,7 +10,7 @@ use crate::clock;
 /// On the wire: numbers only. Read it through [`ToolPose::tracked`].
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/ToolPose/1")]
+#[type_name("trocar/ToolPose/2")]
 pub struct ToolPose {
     /// Counts the samples of a run from 0; a gap means that samples were lost.
     pub seq: u64,
@@ -34,9 +34,17 @@ pub struct ToolPose {
     pub covariance: [f64; 21],
     /// Root of the mean squared distance per emitter of the marker's fit, mm.
     pub fre_rms_mm: f64,
+    /// Predicted error at the tip, 95 %, mm; 0 where it is not known. Read it through [`ToolPose::tip_95_mm`].
+    pub tip_mm: f64,
+    /// How much older than its capture the pose is in effect, by smoothing, ns; 0 without.
+    pub delay_ns: i64,
+    /// How many of the emitters seen the pose rests on.
+    pub used: u32,
+    /// Bits of [`ToolPose::OUTSIDE`], [`ToolPose::TIP_KNOWN`].
+    pub flags: u32,
 }
 
-const _: () = assert!(size_of::<ToolPose>() == 280 && align_of::<ToolPose>() == 8);
+const _: () = assert!(size_of::<ToolPose>() == 304 && align_of::<ToolPose>() == 8);
 
 /// Why there is no pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +63,10 @@ pub enum Lost {
     Geometry,
     /// The marker on the patient is not seen, or does not fit.
     Reference,
+    /// The tool has no calibration that may be used.
+    NotCalibrated,
+    /// The patient has no registration that may be used.
+    NotRegistered,
 }
 
 impl Lost {
@@ -68,6 +80,8 @@ impl Lost {
             Self::Residual => 5,
             Self::Geometry => 6,
             Self::Reference => 7,
+            Self::NotCalibrated => 8,
+            Self::NotRegistered => 9,
         }
     }
 
@@ -81,6 +95,8 @@ impl Lost {
             5 => Some(Self::Residual),
             6 => Some(Self::Geometry),
             7 => Some(Self::Reference),
+            8 => Some(Self::NotCalibrated),
+            9 => Some(Self::NotRegistered),
             _ => None,
         }
     }
@@ -95,6 +111,8 @@ impl Lost {
             Self::Residual => "emitters do not fit",
             Self::Geometry => "emitters do not hold the tip",
             Self::Reference => "reference lost",
+            Self::NotCalibrated => "tool not calibrated",
+            Self::NotRegistered => "patient not registered",
         }
     }
 }
@@ -132,7 +150,7 @@ pub enum PoseError {
         allowed_ms: f64,
     },
     /// The status is neither valid nor a known reason.
-    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to 7")]
+    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to 9")]
     UnknownStatus {
         /// Which sample.
         seq: u64,
@@ -160,7 +178,26 @@ impl ToolPose {
         t_mm: [0.0; 3],
         covariance: [0.0; 21],
         fre_rms_mm: 0.0,
+        tip_mm: 0.0,
+        delay_ns: 0,
+        used: 0,
+        flags: 0,
     };
+
+    /// Flag: the pose is valid, and the tip lies outside the examination.
+    pub const OUTSIDE: u32 = 1;
+    /// Flag: the error at the tip is predicted.
+    pub const TIP_KNOWN: u32 = 2;
+
+    /// Predicted error at the tip, 95 %, mm, where there is a prediction.
+    pub fn tip_95_mm(&self) -> Option<f64> {
+        (self.flags & Self::TIP_KNOWN != 0 && self.tip_mm.is_finite()).then_some(self.tip_mm)
+    }
+
+    /// Whether the tip is known to lie outside the examination.
+    pub fn outside(&self) -> bool {
+        self.flags & Self::OUTSIDE != 0
+    }
 
     /// Puts the pose, or the reason why there is none, into the message.
     pub fn set(&mut self, tracked: Tracked) {
@@ -240,7 +277,7 @@ mod tests {
     #[test]
     fn every_reason_comes_back_by_its_code() {
         let known: Vec<Lost> = (0..100).filter_map(Lost::from_code).collect();
-        assert_eq!(known.len(), 7);
+        assert_eq!(known.len(), 9);
         for reason in known {
             assert_eq!(Lost::from_code(reason.code()), Some(reason));
         }

@@ -20,11 +20,14 @@ prop_compose! {
         t_mm in prop::array::uniform3(bits()),
         covariance in prop::array::uniform21(bits()),
         fre_rms_mm in bits(),
+        tip_mm in bits(),
+        rest in any::<(i64, u32, u32)>(),
     ) -> message::ToolPose {
         let (seq, t_device_ns, t_capture_ns, t_publish_ns, registration_id, status, visible) = numbers;
         message::ToolPose {
             seq, t_device_ns, t_capture_ns, t_publish_ns, registration_id, status, visible,
             q, t_mm, covariance, fre_rms_mm,
+            tip_mm, delay_ns: rest.0, used: rest.1, flags: rest.2,
         }
     }
 }

@@ -14,7 +14,9 @@ fn read(bytes: &[u8]) -> (Vec<u64>, Vec<Damage>) {
     for item in Scan::new(Cursor::new(bytes), bytes.len() as u64) {
         match item {
             Ok(Item::Message(message)) if message.channel.topic == schema::TOOL_POSE => {
-                let pose = decode_item(&message).unwrap();
+                // Outside a chunk nothing guards a record but the file's own CRC: an index whose opcode is flipped reads as a
+                // message. What is no pose is noticed here, as it is by whoever reads poses.
+                let Ok(pose) = decode_item(&message) else { continue };
                 assert_eq!(testing::bytes(&pose), testing::bytes(&testing::pose(pose.seq)));
                 seqs.push(pose.seq);
             }
