@@ -1,7 +1,10 @@
 //! What every writer of examinations shares: why one fails, the voxels as bytes, a header beside its voxels.
 
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+
+use flate2::Compression;
+use flate2::write::{GzEncoder, ZlibEncoder};
 
 use crate::partial::Partial;
 use crate::source::{Conversion, ReadError, VoxelSource};
@@ -58,6 +61,17 @@ pub enum WriteError {
     },
 }
 
+/// How voxels are stored behind a text header.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Packing {
+    /// As they are.
+    Plain,
+    /// NRRD's way to compress them.
+    Gzip,
+    /// MetaImage's.
+    Zlib,
+}
+
 /// The system's reason with what was being done to `path`.
 pub(crate) fn io(path: &Path, doing: &'static str) -> impl Fn(std::io::Error) -> WriteError {
     move |source| WriteError::Io {
@@ -90,6 +104,37 @@ pub(crate) fn write_voxels(
         out.write_all(&bytes).map_err(io(path, "write its voxels"))?;
     }
     source.finish().map_err(read)
+}
+
+/// Appends the voxels of `source` to what is in `partial`, whose name will be `path`.
+///
+/// # Errors
+/// [`WriteError::Io`], [`WriteError::Read`].
+pub(crate) fn append_voxels(
+    path: &Path,
+    partial: &Partial,
+    source: &mut dyn VoxelSource,
+    packing: Packing,
+) -> Result<Conversion, WriteError> {
+    let mut file = BufWriter::new(partial.file()?);
+    let end = io(path, "write its end");
+    let conversion = match packing {
+        Packing::Plain => write_voxels(path, &mut file, source)?,
+        Packing::Gzip => {
+            let mut encoder = GzEncoder::new(&mut file, Compression::fast());
+            let conversion = write_voxels(path, &mut encoder, source)?;
+            encoder.finish().map_err(&end)?;
+            conversion
+        }
+        Packing::Zlib => {
+            let mut encoder = ZlibEncoder::new(&mut file, Compression::fast());
+            let conversion = write_voxels(path, &mut encoder, source)?;
+            encoder.finish().map_err(&end)?;
+            conversion
+        }
+    };
+    file.flush().map_err(&end)?;
+    Ok(conversion)
 }
 
 /// The name of the voxels' file beside a header: the header's with another ending.

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::{MetaImageError, open};
 use crate::raster::OpenOptions;
-use crate::raster::test_files::{drink_both, file};
+use crate::raster::test_files::{ASSUMED, Format, changed, counted, file};
 use crate::source::{Conversion, ReadError};
 
 /// A header of 2 x 3 x 2 little-endian i16, 1 mm, as lines.
@@ -28,35 +28,19 @@ const LINES: [&str; 10] = [
 /// [`LINES`] with the line of a field replaced, added before the last (where it was not there) or left out (where nothing
 /// follows the sign), and voxels.
 fn hand(changes: &[&str], voxels: &[u8]) -> Vec<u8> {
-    let mut lines: Vec<String> = LINES.iter().map(|line| (*line).to_owned()).collect();
-    for change in changes {
-        let (field, text) = change.split_once('=').unwrap();
-        let place = lines
-            .iter()
-            .position(|line| line.starts_with(&format!("{} ", field.trim())));
-        match (place, text.is_empty()) {
-            (Some(at), true) => drop(lines.remove(at)),
-            (Some(at), false) => (*change).clone_into(&mut lines[at]),
-            (None, _) => lines.insert(lines.len() - 1, (*change).to_owned()),
-        }
-    }
-    let mut bytes = (lines.join("\n") + "\n").into_bytes();
-    bytes.extend(voxels);
-    bytes
+    let head = changed(&LINES, '=', changes, 1).join("\n") + "\n";
+    [head.as_bytes(), voxels].concat()
 }
 
-/// The voxels 0 to 11.
-fn counted() -> Vec<u8> {
-    (0..12_i16).flat_map(i16::to_le_bytes).collect()
-}
-
-const ASSUMED: OpenOptions = OpenOptions { assume_lps: true };
+const FORMAT: Format = Format {
+    write: super::write,
+    open,
+};
 
 fn read(path: &Path) -> Result<(Vec<i16>, Conversion), ReadError> {
-    drink_both(&mut open(path, OpenOptions::default())?)
+    FORMAT.read(path)
 }
 
 fn read_bytes(bytes: &[u8]) -> Result<(Vec<i16>, Conversion), ReadError> {
-    let folder = tempfile::tempdir().unwrap();
-    read(&file(&folder, "hand.mha", bytes))
+    FORMAT.read_bytes("hand.mha", bytes)
 }

@@ -1,15 +1,14 @@
 //! Any examination to MetaImage: i16, HU as they are, LPS and mm; places are true to a few roundings of a double.
 
 use std::fs::File;
-use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
-use flate2::{Compression, write::ZlibEncoder};
 use geometry::VolumeGrid;
 
 use crate::partial::Partial;
 use crate::source::{Conversion, VoxelSource};
-use crate::write::{WriteError, WriteOptions, io, name_beside, rename_pair, write_voxels};
+use crate::write::{Packing, WriteError, WriteOptions, append_voxels, io, name_beside, rename_pair};
 
 /// How far from a right angle (cosine) axes may be: the format's matrix is a rotation to many programs.
 const SKEW: f64 = 1e-5;
@@ -61,7 +60,7 @@ fn attached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) ->
         file.write_all(text.as_bytes()).map(|()| text.len() as u64)
     };
     let start = put(&mut file, 0).map_err(&failed)?;
-    let conversion = voxels(path, &partial, source, options)?;
+    let conversion = append_voxels(path, &partial, source, packing(options))?;
     if options.compress {
         // The size is known only now; the header keeps its length.
         let end = file.stream_position().map_err(&failed)?;
@@ -77,7 +76,7 @@ fn detached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) ->
     let voxels_path = path.with_file_name(&name);
     let (head, body) = (Partial::create(path)?, Partial::create(&voxels_path)?);
     let grid = *source.grid();
-    let conversion = voxels(&voxels_path, &body, source, options)?;
+    let conversion = append_voxels(&voxels_path, &body, source, packing(options))?;
     let packed = body.file()?.stream_position().map_err(io(&voxels_path, "measure it"))?;
     let header = header(&grid, options, packed, &name);
     head.file()?
@@ -87,24 +86,12 @@ fn detached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) ->
     Ok(conversion)
 }
 
-/// Appends the voxels to what is in `partial`.
-fn voxels(
-    path: &Path,
-    partial: &Partial,
-    source: &mut dyn VoxelSource,
-    options: WriteOptions,
-) -> Result<Conversion, WriteError> {
-    let mut file = BufWriter::new(partial.file()?);
-    let conversion = if options.compress {
-        let mut encoder = ZlibEncoder::new(file, Compression::fast());
-        let conversion = write_voxels(path, &mut encoder, source)?;
-        file = encoder.finish().map_err(io(path, "write its end"))?;
-        conversion
+fn packing(options: WriteOptions) -> Packing {
+    if options.compress {
+        Packing::Zlib
     } else {
-        write_voxels(path, &mut file, source)?
-    };
-    file.flush().map_err(io(path, "write its end"))?;
-    Ok(conversion)
+        Packing::Plain
+    }
 }
 
 /// The header up to the line end after `data_file`; its length does not depend on `packed`.

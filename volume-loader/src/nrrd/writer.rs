@@ -1,15 +1,14 @@
 //! Any examination to NRRD: i16, HU as they are, LPS and mm; numbers so exact that the same doubles are read again.
 
 use std::fmt::Write as _;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
 
-use flate2::{Compression, write::GzEncoder};
 use geometry::VolumeGrid;
 
 use crate::partial::Partial;
 use crate::source::{Conversion, VoxelSource};
-use crate::write::{WriteError, WriteOptions, io, name_beside, rename_pair, write_voxels};
+use crate::write::{Packing, WriteError, WriteOptions, append_voxels, io, name_beside, rename_pair};
 
 /// Writes every slice of `source` to `path`, and gives what `source` changed: a `.nrrd` file, or an `.nhdr` header with
 /// the voxels beside it in a file of the same name that ends in `.raw`, or in `.raw.gz` where they are compressed.
@@ -37,7 +36,7 @@ fn attached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) ->
     let header = header(source.grid(), options, None);
     file.write_all(header.as_bytes())
         .map_err(io(path, "write its header"))?;
-    let conversion = voxels(path, &partial, source, options)?;
+    let conversion = append_voxels(path, &partial, source, packing(options))?;
     partial.rename()?;
     Ok(conversion)
 }
@@ -50,29 +49,17 @@ fn detached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) ->
     head.file()?
         .write_all(header.as_bytes())
         .map_err(io(path, "write it"))?;
-    let conversion = voxels(&voxels_path, &body, source, options)?;
+    let conversion = append_voxels(&voxels_path, &body, source, packing(options))?;
     rename_pair(path, head, body)?;
     Ok(conversion)
 }
 
-/// Appends the voxels to what is in `partial`.
-fn voxels(
-    path: &Path,
-    partial: &Partial,
-    source: &mut dyn VoxelSource,
-    options: WriteOptions,
-) -> Result<Conversion, WriteError> {
-    let mut file = BufWriter::new(partial.file()?);
-    let conversion = if options.compress {
-        let mut encoder = GzEncoder::new(file, Compression::fast());
-        let conversion = write_voxels(path, &mut encoder, source)?;
-        file = encoder.finish().map_err(io(path, "write its end"))?;
-        conversion
+fn packing(options: WriteOptions) -> Packing {
+    if options.compress {
+        Packing::Gzip
     } else {
-        write_voxels(path, &mut file, source)?
-    };
-    file.flush().map_err(io(path, "write its end"))?;
-    Ok(conversion)
+        Packing::Plain
+    }
 }
 
 /// The header with the empty line that ends it.

@@ -4,7 +4,99 @@ use std::path::{Path, PathBuf};
 
 use geometry::{Affine, Point, VolumeGrid, Voxel};
 
+use super::{OpenOptions, RasterSource};
+use crate::phantom_source::PhantomSource;
 use crate::source::{Conversion, ReadError, Scratch, VoxelSource};
+use crate::write::{WriteError, WriteOptions};
+
+pub(crate) const PACKED: WriteOptions = WriteOptions { compress: true };
+pub(crate) const ASSUMED: OpenOptions = OpenOptions { assume_lps: true };
+
+/// A format with a text header: how it is written, how it is read.
+pub(crate) struct Format {
+    pub write: fn(&Path, &mut dyn VoxelSource, WriteOptions) -> Result<Conversion, WriteError>,
+    pub open: fn(&Path, OpenOptions) -> Result<RasterSource, ReadError>,
+}
+
+impl Format {
+    pub(crate) fn read(&self, path: &Path) -> Result<(Vec<i16>, Conversion), ReadError> {
+        drink_both(&mut (self.open)(path, OpenOptions::default())?)
+    }
+
+    /// Reads bytes as a file of this name.
+    pub(crate) fn read_bytes(&self, name: &str, bytes: &[u8]) -> Result<(Vec<i16>, Conversion), ReadError> {
+        let folder = tempfile::tempdir().unwrap();
+        self.read(&file(&folder, name, bytes))
+    }
+
+    /// The patient, written under each name, comes back bit for bit; so many files lie in the folder then.
+    pub(crate) fn assert_the_patient_comes_back(&self, cases: &[(&str, WriteOptions, usize)]) {
+        let folder = tempfile::tempdir().unwrap();
+        let patient = PhantomSource::new(3, [6.0, 5.0, 8.0]).unwrap();
+        let (want, _) = drink_both(&mut patient.clone()).unwrap();
+        for &(name, options, files) in cases {
+            let path = folder.path().join(name);
+            (self.write)(&path, &mut patient.clone(), options).unwrap();
+            let mut source = (self.open)(&path, OpenOptions::default()).unwrap();
+            assert_eq!(source.grid(), patient.grid());
+            let unchanged = (want.clone(), Conversion::default());
+            assert_eq!(drink_both(&mut source).unwrap(), unchanged, "{name}");
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), files, "{name}");
+        }
+    }
+
+    /// A source that fails leaves the old files as they were, and no others.
+    pub(crate) fn assert_a_failure_leaves_the_old(&self, names: [&str; 2]) {
+        let folder = tempfile::tempdir().unwrap();
+        for name in names {
+            let path = file(&folder, name, b"old");
+            let mut source = given(TURNED[0]);
+            source.fails_at = Some(2);
+            let error = (self.write)(&path, &mut source, PACKED).unwrap_err();
+            assert!(matches!(error, WriteError::Read { .. }), "{error}");
+            assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    /// Names that cannot be written are refused, and a folder that is not there; nothing is left behind.
+    pub(crate) fn assert_unwritable(&self, names: &[&str], no_folder: &str) {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = |name: &str| {
+            let path = folder.path().join(name);
+            (self.write)(&path, &mut given(TURNED[0]), WriteOptions::default()).unwrap_err()
+        };
+        for name in names {
+            assert!(matches!(refused(name), WriteError::Name { .. }), "{name}");
+        }
+        assert!(matches!(refused(no_folder), WriteError::Io { .. }));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}
+
+/// `lines` with the line of a field replaced, left out (where nothing follows the sign), or added so many lines before the
+/// end (where it was not there).
+pub(crate) fn changed(lines: &[&str], sign: char, changes: &[&str], before_end: usize) -> Vec<String> {
+    let field_of = |line: &str| line.split_once(sign).map(|(field, _)| field.trim().to_owned());
+    let mut lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+    for change in changes {
+        let (field, text) = change.split_once(sign).unwrap();
+        let place = lines
+            .iter()
+            .position(|line| field_of(line).as_deref() == Some(field.trim()));
+        match (place, text.is_empty()) {
+            (Some(at), true) => drop(lines.remove(at)),
+            (Some(at), false) => (*change).clone_into(&mut lines[at]),
+            (None, _) => lines.insert(lines.len() - before_end, (*change).to_owned()),
+        }
+    }
+    lines
+}
+
+/// The voxels 0 to 11.
+pub(crate) fn counted() -> Vec<u8> {
+    (0..12_i16).flat_map(i16::to_le_bytes).collect()
+}
 
 /// Voxels 0, 1, 2 and so on, less 7 a slice, on any grid; it can fail at a slice.
 pub(crate) struct Given {

@@ -2,35 +2,20 @@
 
 use super::*;
 use crate::metaimage::write;
-use crate::phantom_source::PhantomSource;
-use crate::raster::test_files::{SHEARED, TURNED, assert_same_place, given};
+use crate::raster::test_files::{PACKED, SHEARED, TURNED, assert_same_place, given};
 use crate::source::VoxelSource;
 use crate::write::{WriteError, WriteOptions};
 
-const PACKED: WriteOptions = WriteOptions { compress: true };
-
 #[test]
 fn the_patient_comes_back_bit_for_bit() {
-    let folder = tempfile::tempdir().unwrap();
-    let patient = PhantomSource::new(3, [6.0, 5.0, 8.0]).unwrap();
-    let (want, _) = drink_both(&mut patient.clone()).unwrap();
-    for (name, options, files) in [
-        ("a.mha", WriteOptions::default(), 1),
+    let plain = WriteOptions::default();
+    let cases = [
+        ("a.mha", plain, 1),
         ("b.mha", PACKED, 2),
-        ("c.mhd", WriteOptions::default(), 4),
+        ("c.mhd", plain, 4),
         ("d.mhd", PACKED, 6),
-    ] {
-        let path = folder.path().join(name);
-        write(&path, &mut patient.clone(), options).unwrap();
-        let mut source = open(&path, OpenOptions::default()).unwrap();
-        assert_eq!(source.grid(), patient.grid());
-        assert_eq!(
-            drink_both(&mut source).unwrap(),
-            (want.clone(), Conversion::default()),
-            "{name}"
-        );
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), files, "{name}");
-    }
+    ];
+    FORMAT.assert_the_patient_comes_back(&cases);
 }
 
 #[test]
@@ -63,32 +48,10 @@ fn a_tilted_gantry_is_refused_before_anything_is_written() {
 
 #[test]
 fn a_failure_leaves_nothing_new_and_the_old_as_it_was() {
-    let folder = tempfile::tempdir().unwrap();
-    for name in ["old.mha", "old.mhd"] {
-        let path = file(&folder, name, b"old");
-        let mut source = given(TURNED[0]);
-        source.fails_at = Some(2);
-        let error = write(&path, &mut source, PACKED).unwrap_err();
-        assert!(matches!(error, WriteError::Read { .. }), "{error}");
-        assert_eq!(std::fs::read(&path).unwrap(), b"old");
-    }
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    FORMAT.assert_a_failure_leaves_the_old(["old.mha", "old.mhd"]);
 }
 
 #[test]
 fn unwritable_names_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let refused = |name: &str| {
-        write(
-            &folder.path().join(name),
-            &mut given(TURNED[0]),
-            WriteOptions::default(),
-        )
-        .unwrap_err()
-    };
-    for name in ["volume.nrrd", "mha", "a%d.mhd"] {
-        assert!(matches!(refused(name), WriteError::Name { .. }), "{name}");
-    }
-    assert!(matches!(refused("no/such/folder/a.mhd"), WriteError::Io { .. }));
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    FORMAT.assert_unwritable(&["volume.nrrd", "mha", "a%d.mhd"], "no/such/folder/a.mhd");
 }

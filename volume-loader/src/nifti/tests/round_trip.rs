@@ -1,63 +1,9 @@
 //! What the writer writes, the reader reads.
 
-use geometry::{Affine, Point, VolumeGrid, Voxel};
-
 use super::*;
 use crate::nifti::{WriteError, write};
 use crate::phantom_source::PhantomSource;
-
-/// A source of given voxels on any grid, which can fail at a slice.
-struct Given {
-    grid: VolumeGrid,
-    fails_at: Option<u32>,
-}
-
-impl VoxelSource for Given {
-    fn grid(&self) -> &VolumeGrid {
-        &self.grid
-    }
-    fn padding_hu(&self) -> i16 {
-        0
-    }
-    fn describe(&self) -> String {
-        "given".to_owned()
-    }
-    fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {
-        if self.fails_at == Some(k) {
-            return Err(ReadError::Order {
-                expected: 0,
-                found: k,
-                count: 0,
-            });
-        }
-        (0..).zip(out).for_each(|(i, v)| *v = i - 7 * k as i16);
-        Ok(())
-    }
-    fn finish(&mut self) -> Result<Conversion, ReadError> {
-        Ok(Conversion::default())
-    }
-}
-
-fn given(rows: [[f64; 4]; 3]) -> Given {
-    let grid = VolumeGrid::checked([5, 4, 3], Affine::from_rows(rows)).unwrap();
-    Given { grid, fails_at: None }
-}
-
-fn assert_same_place(a: &VolumeGrid, b: &VolumeGrid, tolerance_mm: f64) {
-    assert_eq!(a.dims(), b.dims());
-    let [nx, ny, nz] = a.dims().map(f64::from);
-    for (x, y, z) in [
-        (0.0, 0.0, 0.0),
-        (nx, 0.0, 0.0),
-        (0.0, ny, 0.0),
-        (0.0, 0.0, nz),
-        (nx, ny, nz),
-    ] {
-        let voxel = Point::<Voxel>::new(x, y, z);
-        let apart = (a.ct_from_voxel() * voxel).distance(b.ct_from_voxel() * voxel);
-        assert!(apart < tolerance_mm, "{apart} mm at {voxel:?}");
-    }
-}
+use crate::raster::test_files::{assert_same_place, given};
 
 #[test]
 fn the_patient_comes_back_bit_for_bit() {
@@ -108,11 +54,11 @@ fn sform_and_qform_say_the_same() {
     for rows in turned {
         let mut source = given(rows);
         write(&path, &mut source).unwrap();
-        // f32 at 700 mm: 3e-5 mm per number, four of them.
-        assert_same_place(NiftiSource::open(&path).unwrap().grid(), &source.grid, 2e-4);
+        // Four numbers in f32, each true to 6e-8 of itself, none larger than the distance.
+        assert_same_place(NiftiSource::open(&path).unwrap().grid(), &source.grid, 2.4e-7);
         let by_qform = without_sform(&path);
         assert!(by_qform.describe().contains("qform 1"));
-        assert_same_place(by_qform.grid(), &source.grid, 2e-4);
+        assert_same_place(by_qform.grid(), &source.grid, 2.4e-7);
     }
 }
 
@@ -122,7 +68,7 @@ fn a_sheared_grid_has_no_qform() {
     let path = folder.path().join("sheared.nii");
     let mut source = given([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.3, 0.0], [0.0, 0.0, 2.0, 0.0]]);
     write(&path, &mut source).unwrap();
-    assert_same_place(NiftiSource::open(&path).unwrap().grid(), &source.grid, 1e-6);
+    assert_same_place(NiftiSource::open(&path).unwrap().grid(), &source.grid, 2.4e-7);
     assert_eq!(std::fs::read(&path).unwrap()[252..256], [0, 0, 1, 0]);
 }
 
