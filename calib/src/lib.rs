@@ -4,11 +4,13 @@
 //! Chapter 4 of part III of the thesis is [`registration`]; the question it ends on, which shape is best for a marker,
 //! is [`marker`]. [`pose`] is what a tracker computes for each sample. Of the calibrations of part I, [`bundle`] finds a
 //! marker's emitters, [`pivot`] the tip of an instrument, [`spin`] its shaft, [`base`] the tool in its seat on the
-//! calibration base; [`coverage`] says whether the recorded motion was enough, and [`gate`] whether a result is good enough.
+//! calibration base; [`f2554`] says how well a pointer locates points, [`coverage`] whether the recorded motion was enough,
+//! and [`gate`] whether a result is good enough.
 
 pub mod base;
 pub mod bundle;
 pub mod coverage;
+pub mod f2554;
 pub mod gate;
 pub mod marker;
 pub mod pivot;

@@ -211,6 +211,8 @@ fn gross_errors_are_left_out() {
     }
 }
 
+#[path = "base/noise.rs"]
+mod noise;
 #[path = "base/properties.rs"]
 mod properties;
 #[path = "base/refusals.rs"]

@@ -8,9 +8,13 @@ use std::str::FromStr;
 use calib::registration::Method;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::base::{BASE_HELP, BaseArgs, SEAT_HELP, SeatArgs};
+use crate::bundle::{MARKER_HELP, MarkerArgs};
 use crate::commands::{CommandError, Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
+use crate::f2554::{F2554_HELP, F2554Args};
 use crate::input::From;
 use crate::register::{Request, register};
+use crate::rom::{ROM_HELP, RomArgs};
 use crate::solve::{Options, method_name};
 
 /// Calibrates and registers from measured points.
@@ -26,7 +30,12 @@ Examples:
   calib register --pairs pairs.csv --out registration.json
   calib pivot --poses pivot.csv --out tip.json
   calib spin --poses spin.csv --tip tip.json --out axis.json
-  calib tool --pivot tip.json --spin axis.json --out tool.json";
+  calib tool --pivot tip.json --spin axis.json --out tool.json
+  calib marker frames.csv --marker ball --out ball.json
+  calib base touches.csv --drawing base.toml --out base.json
+  calib seat --base base.json --poses seated.csv --out tool.json
+  calib f2554 --simulate 1 --png turns.png
+  calib rom info 8700340.rom";
 
 const REGISTER_HELP: &str = "\
 --pairs reads one pair a line. The first line names the columns, in any order; weight and label may be absent; a line \
@@ -69,6 +78,21 @@ enum Command {
     /// Make the tool's frame in its marker from a tip and an axis
     #[command(after_help = TOOL_HELP)]
     Tool(Box<ToolArgs>),
+    /// Find the places of a marker's emitters from many views of it
+    #[command(after_help = MARKER_HELP)]
+    Marker(Box<MarkerArgs>),
+    /// Find the calibration base from touches on its plane and its grooves
+    #[command(after_help = BASE_HELP)]
+    Base(Box<BaseArgs>),
+    /// Find the tool's frame in its marker from the tool in its seat on the base
+    #[command(after_help = SEAT_HELP)]
+    Seat(Box<SeatArgs>),
+    /// Report how well a pointer locates points, measured or simulated (ASTM F2554)
+    #[command(after_help = F2554_HELP)]
+    F2554(Box<F2554Args>),
+    /// Read NDI tool definitions
+    #[command(after_help = ROM_HELP)]
+    Rom(Box<RomArgs>),
 }
 
 #[derive(Debug, Args)]
@@ -246,6 +270,11 @@ pub(crate) fn run(cli: Cli) -> Result<Outcome, String> {
         Command::Pivot(args) => told(args.run()),
         Command::Spin(args) => told(args.run()),
         Command::Tool(args) => told(args.run()),
+        Command::Marker(args) => told(args.run()),
+        Command::Base(args) => told(args.run()),
+        Command::Seat(args) => told(args.run()),
+        Command::F2554(args) => told(args.run()),
+        Command::Rom(args) => told(args.run()),
     }
 }
 

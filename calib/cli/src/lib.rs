@@ -4,10 +4,14 @@
 //! command line are millimetres, angles degrees where a person reads them (`_deg`, "deg") and radians in
 //! [`RegistrationFile`].
 
+mod base;
+mod bundle;
 mod calibration;
 pub mod cli;
+mod columns;
 mod commands;
 mod duplicates;
+mod f2554;
 mod fields;
 mod input;
 mod input_error;
@@ -19,13 +23,15 @@ mod register;
 mod registration_file;
 mod report;
 mod residual_table;
+mod rom;
 mod solve;
 mod source;
 mod store;
 
 pub use calibration::{
-    CALIBRATION_VERSION, CalibrationError, CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, PoseNoiseRecord,
-    PrincipalRecord, Recorded, SpinRecord, ToolRecord,
+    BaseRecord, CALIBRATION_VERSION, CalibrationError, CalibrationFile, CoverageRecord, EmitterRecord, FeatureRecord,
+    Gate, GroupRecord, Kind, MarkerRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, RejectedSighting,
+    RejectedTouchRecord, SeatDrawing, SeatRecord, SpinRecord, ToolRecord,
 };
 pub use registration_file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,

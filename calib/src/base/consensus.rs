@@ -153,15 +153,24 @@ const LEAST_ON_LINE: usize = 4;
 /// # Errors
 /// [`Refused::NotFinite`], [`Refused::NoLine`].
 pub fn separate<F: Frame>(touches: &[Point<F>], limit_mm: f64) -> Result<Vec<Group<F>>, Refused> {
-    let mut left: Vec<Point<F>> = touches.to_vec();
+    let group = |list: Vec<usize>| Group::unlabelled(list.into_iter().map(|i| touches[i]).collect());
+    Ok(separated(touches, limit_mm)?.into_iter().map(group).collect())
+}
+
+/// As [`separate`], by the touches' places in the list: three lines, and the rest.
+///
+/// # Errors
+/// [`Refused::NotFinite`], [`Refused::NoLine`].
+pub fn separated<F: Frame>(touches: &[Point<F>], limit_mm: f64) -> Result<[Vec<usize>; 4], Refused> {
     let finite = |p: &Point<F>| p.mm().iter().all(|x| x.is_finite());
-    if let Some(touch) = left.iter().position(|p| !finite(p)) {
-        let found = left[touch].mm();
+    if let Some(touch) = touches.iter().position(|p| !finite(p)) {
+        let found = touches[touch].mm();
         return Err(Refused::NotFinite { group: 0, touch, found });
     }
-    let mut groups = Vec::with_capacity(4);
-    for _ in 0..3 {
-        let places: Vec<Vector3<f64>> = left.iter().map(|p| Vector3::from(p.mm())).collect();
+    let mut left: Vec<usize> = (0..touches.len()).collect();
+    let mut groups: [Vec<usize>; 4] = Default::default();
+    for group in &mut groups[..3] {
+        let places: Vec<Vector3<f64>> = left.iter().map(|i| Vector3::from(touches[*i].mm())).collect();
         let line = line(&places, limit_mm).filter(|l| l.count() >= LEAST_ON_LINE);
         let Some(line) = line else {
             return Err(Refused::NoLine {
@@ -172,11 +181,11 @@ pub fn separate<F: Frame>(touches: &[Point<F>], limit_mm: f64) -> Result<Vec<Gro
         };
         let part = |wanted: bool| {
             let both = left.iter().zip(&line.on).filter(|(_, on)| **on == wanted);
-            both.map(|(p, _)| *p).collect::<Vec<_>>()
+            both.map(|(i, _)| *i).collect::<Vec<_>>()
         };
-        groups.push(Group::unlabelled(part(true)));
+        *group = part(true);
         left = part(false);
     }
-    groups.push(Group::unlabelled(left));
+    groups[3] = left;
     Ok(groups)
 }

@@ -87,6 +87,24 @@ pub enum Refused {
         /// The place found, mm.
         found: [f64; 3],
     },
+    /// There is not one covariance per touch.
+    #[error("group {group} has {found} covariances for {touches} touches")]
+    Unmatched {
+        /// The group.
+        group: usize,
+        /// Covariances given.
+        found: usize,
+        /// Touches.
+        touches: usize,
+    },
+    /// The noise of a touch is no covariance, or has none in some direction.
+    #[error("group {group}, touch {touch}: the noise is not symmetric positive definite")]
+    BadNoise {
+        /// The group.
+        group: usize,
+        /// The touch.
+        touch: usize,
+    },
     /// A groove that the drawing does not have.
     #[error("group {group} is said to be groove {groove}; the base has grooves 0 to 2")]
     NoSuchGroove {

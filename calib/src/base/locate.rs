@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::result::Solved;
 use super::search::{Found, Touched};
-use super::touches::{centred, check};
+use super::touches::{centred, check, noise};
 use super::{Drawing, Feature, Group, Located, Options, Refused};
 
 /// Locates the base from groups of touches, one or more for each feature.
@@ -21,7 +21,7 @@ pub fn locate<F: Frame>(drawing: &Drawing, groups: &[Group<F>], options: &Option
     check(groups)?;
     let (centre, places) = centred(groups);
     let labels: Vec<Option<Feature>> = groups.iter().map(|g| g.feature).collect();
-    let touched = Touched::new(places, &labels, options.limit_mm());
+    let touched = Touched::new(places, noise(groups, options.sigma_mm), &labels, options.limit_mm());
     let found = accepted(&touched, &labels, drawing, options)
         .map_err(|refused| explained(refused, &touched, &labels, drawing, options))?;
     let result = Solved::new(&touched, &found[0], drawing, options);
@@ -39,7 +39,7 @@ fn accepted(
 ) -> Result<Vec<Found>, Refused> {
     let touches = touched.groups.iter().map(Vec::len).sum::<usize>();
     let allowed = (options.most_rejected * touches as f64).floor() as usize;
-    let assignments = touched.assignments(labels, options.limit_mm());
+    let assignments = touched.assignments(labels);
     let places = |a: &Vec<Feature>| touched.places(a, drawing, options);
     let mut all: Vec<Found> = assignments.iter().flat_map(places).collect();
     all.sort_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared));
@@ -72,7 +72,7 @@ fn explained(
     if labels == free {
         return refused;
     }
-    let touched = Touched::new(touched.groups.clone(), &free, options.limit_mm());
+    let touched = Touched::new(touched.groups.clone(), touched.noise.clone(), &free, options.limit_mm());
     let found = match accepted(&touched, &free, drawing, options) {
         Ok(found) => found,
         // Where nothing could be fitted to the labels, the nearest of all assignments says more.

@@ -84,20 +84,10 @@ pub(super) struct Solved<'a> {
 
 impl<'a> Solved<'a> {
     pub(super) fn new(touched: &Touched, found: &'a Found, drawing: &Drawing, options: &Options) -> Self {
-        let hold = |f: &Feature| drawing.hold(*f, options.tip_radius_mm);
-        let both = touched.groups.iter().zip(&found.assignment);
-        let touches: Vec<Vec<Held>> = both
-            .map(|(g, f)| {
-                g.iter()
-                    .map(|p| Held {
-                        place: *p,
-                        hold: hold(f),
-                    })
-                    .collect()
-            })
-            .collect();
+        let holds = Feature::ALL.map(|f| drawing.hold(f, options.tip_radius_mm));
+        let touches = touched.held(&found.assignment, &holds);
         let kept = chosen(&touches, &found.kept);
-        let (matrix, _, _) = normal(&kept, &found.pose, touched.radius);
+        let (matrix, _, _) = normal(&kept, &found.pose, &found.pose.matrix(), touched.radius);
         let (condition, free) = open(&matrix);
         let back = found.pose.turn.inverse();
         Self {

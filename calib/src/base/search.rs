@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::consensus::{Flat, line, plane};
 use super::solve::{Held, Hold, Pose, normal, settle, shift};
+use super::touches::widest;
 use super::{Drawing, Feature, Options};
 
 /// Rounds of fitting and choosing.
@@ -17,8 +18,15 @@ pub(super) struct Touched {
     pub(super) groups: Vec<Vec<Vector3<f64>>>,
     lines: Vec<Option<Flat>>,
     planes: Vec<Option<Flat>>,
+    /// By group and touch.
+    pub(super) noise: Noise,
+    /// The gate of the widest noise, mm: what lies within it may be on a line or a plane.
+    limit: f64,
     pub(super) radius: f64,
 }
+
+/// Covariances in units of the noise given, by group and touch; `None` for that noise.
+pub(super) type Noise = Vec<Vec<Option<Matrix3<f64>>>>;
 
 /// A place of the base for one assignment.
 #[derive(Debug, Clone)]
@@ -41,8 +49,9 @@ impl Found {
 }
 
 impl Touched {
-    /// Looks for the lines and planes that the labels allow; `limit` is the gate, mm.
-    pub(super) fn new(groups: Vec<Vec<Vector3<f64>>>, labels: &[Option<Feature>], limit: f64) -> Self {
+    /// Looks for the lines and planes that the labels allow; `gate` is that of the noise given, mm.
+    pub(super) fn new(groups: Vec<Vec<Vector3<f64>>>, noise: Noise, labels: &[Option<Feature>], gate: f64) -> Self {
+        let limit = gate * widest(&noise);
         let all: Vec<&Vector3<f64>> = groups.iter().flatten().collect();
         let square = all.iter().map(|p| p.norm_squared()).sum::<f64>() / all.len().max(1) as f64;
         let may = |label: &Option<Feature>, plane: bool| label.is_none_or(|f| (f == Feature::Plane) == plane);
@@ -54,25 +63,42 @@ impl Touched {
             planes: planes.collect(),
             radius: square.sqrt(),
             groups,
+            noise,
+            limit,
         }
     }
 
     /// The line or the plane of a group as the feature, where enough touches lie on it.
-    fn flat(&self, group: usize, feature: Feature, limit: f64) -> Option<&Flat> {
+    fn flat(&self, group: usize, feature: Feature) -> Option<&Flat> {
         let flat = match feature {
             Feature::Plane => self.planes[group]
                 .as_ref()
-                .filter(|f| f.width_mm >= LEAST_WIDTH * limit),
+                .filter(|f| f.width_mm >= LEAST_WIDTH * self.limit),
             Feature::Groove(_) => self.lines[group].as_ref(),
         }?;
         (flat.count() >= feature.needed() && 2 * flat.count() > flat.on.len()).then_some(flat)
     }
 
+    /// Every touch with what holds it under an assignment.
+    pub(super) fn held(&self, assignment: &[Feature], holds: &[Hold; 4]) -> Vec<Vec<Held>> {
+        let group = |(g, f): (usize, &Feature)| {
+            let both = self.groups[g].iter().zip(&self.noise[g]);
+            let hold = holds[f.index()];
+            let one = |(place, noise): (&Vector3<f64>, &Option<Matrix3<f64>>)| Held {
+                place: *place,
+                hold,
+                noise: *noise,
+            };
+            both.map(one).collect()
+        };
+        assignment.iter().enumerate().map(group).collect()
+    }
+
     /// All assignments of the groups to features that keep the labels and use every feature.
-    pub(super) fn assignments(&self, labels: &[Option<Feature>], limit: f64) -> Vec<Vec<Feature>> {
+    pub(super) fn assignments(&self, labels: &[Option<Feature>]) -> Vec<Vec<Feature>> {
         let mut all = vec![Vec::new()];
         for (group, label) in labels.iter().enumerate() {
-            let able = |f: &Feature| label.is_none_or(|l| l == *f) && self.flat(group, *f, limit).is_some();
+            let able = |f: &Feature| label.is_none_or(|l| l == *f) && self.flat(group, *f).is_some();
             let features: Vec<Feature> = Feature::ALL.into_iter().filter(able).collect();
             let longer = |a: &Vec<Feature>| {
                 let add = |f: &Feature| a.iter().copied().chain([*f]).collect::<Vec<_>>();
@@ -87,22 +113,17 @@ impl Touched {
     /// All places of the base for an assignment: the plane's normal and a groove's line leave four rotations.
     pub(super) fn places(&self, assignment: &[Feature], drawing: &Drawing, options: &Options) -> Vec<Found> {
         let holds = Feature::ALL.map(|f| drawing.hold(f, options.tip_radius_mm));
-        let touches: Vec<Vec<Held>> = self
-            .groups
-            .iter()
-            .zip(assignment)
-            .map(|(g, f)| held(g, &holds[f.index()]))
-            .collect();
-        let starts = self.starts(assignment, &holds, options.limit_mm());
+        let touches = self.held(assignment, &holds);
+        let starts = self.starts(assignment, &holds);
         let place = |turn: &Rotation| self.place(assignment, &touches, *turn, options);
         starts.iter().filter_map(place).collect()
     }
 
     /// Rotations that lay the drawn normal and the line of a groove on those touched, either way round.
-    fn starts(&self, assignment: &[Feature], holds: &[Hold; 4], limit: f64) -> Vec<Rotation> {
+    fn starts(&self, assignment: &[Feature], holds: &[Hold; 4]) -> Vec<Rotation> {
         let of = |wanted: Feature| {
             let group = assignment.iter().position(|f| *f == wanted)?;
-            self.flat(group, wanted, limit).map(|f| f.axis)
+            self.flat(group, wanted).map(|f| f.axis)
         };
         let Some(normal) = of(Feature::Plane) else {
             return Vec::new();
@@ -125,7 +146,7 @@ impl Touched {
     /// Fits from a rotation, keeps what lies within the gate, and fits again until nothing changes.
     fn place(&self, assignment: &[Feature], touches: &[Vec<Held>], turn: Rotation, options: &Options) -> Option<Found> {
         let limit = options.limit_mm();
-        let on = |(g, f): (usize, &Feature)| self.flat(g, *f, limit).map(|f| f.on.clone());
+        let on = |(g, f): (usize, &Feature)| self.flat(g, *f).map(|f| f.on.clone());
         let mut kept: Vec<Vec<bool>> = assignment.iter().enumerate().map(on).collect::<Option<_>>()?;
         let first = chosen(touches, &kept);
         let mut pose = Pose {
@@ -136,7 +157,7 @@ impl Touched {
             pose = settle(&chosen(touches, &kept), pose, self.radius)?;
             let next: Vec<Vec<bool>> = touches
                 .iter()
-                .map(|g| g.iter().map(|t| pose.off(t) <= limit).collect())
+                .map(|g| g.iter().map(|t| pose.counted(t) <= limit).collect())
                 .collect();
             enough(assignment, &next)?;
             if next == kept {
@@ -145,9 +166,9 @@ impl Touched {
             kept = next;
         }
         let last = chosen(touches, &kept);
-        let (_, _, cost) = normal(&last, &pose, self.radius);
+        let (_, _, cost) = normal(&last, &pose, &pose.matrix(), self.radius);
         let freedom = last.iter().map(|t| t.hold.count).sum::<usize>().saturating_sub(6);
-        let offs = touches.iter().flatten().map(|t| pose.off(t).min(limit));
+        let offs = touches.iter().flatten().map(|t| pose.counted(t).min(limit));
         let chi_squared = offs.map(|x| (x / options.sigma_mm).powi(2)).sum();
         Some(Found {
             assignment: assignment.to_vec(),
@@ -166,11 +187,6 @@ fn enough(assignment: &[Feature], kept: &[Vec<bool>]) -> Option<()> {
         groups.flat_map(|(_, k)| k).filter(|k| **k).count()
     };
     Feature::ALL.iter().all(|f| count(f) >= f.needed()).then_some(())
-}
-
-fn held(group: &[Vector3<f64>], hold: &Hold) -> Vec<Held> {
-    let one = |p: &Vector3<f64>| Held { place: *p, hold: *hold };
-    group.iter().map(one).collect()
 }
 
 /// The touches that are kept.

@@ -37,6 +37,29 @@ impl Hold {
 pub(super) struct Held {
     pub(super) place: Vector3<f64>,
     pub(super) hold: Hold,
+    /// Covariance in units of the noise given; `None` for that noise.
+    pub(super) noise: Option<Matrix3<f64>>,
+}
+
+impl Held {
+    /// The axes that hold the touch, in the touches' axes and in units of its own noise along them: `L^-1 (R e)` with
+    /// `L L^T` the covariance of the residuals. `None` where that is none.
+    fn weighed(&self, r: &Matrix3<f64>) -> Option<[Vector3<f64>; 2]> {
+        let [a, b] = self.hold.axes.map(|e| r * e);
+        let Some(c) = &self.noise else { return Some([a, b]) };
+        let first = a.dot(&(c * a)).sqrt();
+        if self.hold.count == 1 {
+            return (first > 0.0).then(|| [a / first, b]);
+        }
+        let below = a.dot(&(c * b)) / first;
+        let second = (b.dot(&(c * b)) - below * below).sqrt();
+        (first > 0.0 && second > 0.0).then(|| [a / first, (b - a * (below / first)) / second])
+    }
+
+    /// As [`Held::weighed`]; a direction without noise counts as one of the noise given.
+    fn rows(&self, r: &Matrix3<f64>) -> [Vector3<f64>; 2] {
+        self.weighed(r).unwrap_or_else(|| self.hold.axes.map(|e| r * e))
+    }
 }
 
 /// The base's pose in the touches' axes.
@@ -65,12 +88,30 @@ impl Pose {
     pub(super) fn off(&self, held: &Held) -> f64 {
         let back = self.matrix().transpose() * (held.place - self.shift) - held.hold.at;
         let across: f64 = held.hold.axes().iter().map(|e| e.dot(&back).powi(2)).sum();
-        let beyond = held.hold.along.map_or(0.0, |(d, length)| {
-            let s = d.dot(&back);
-            (s - length).max(-s).max(0.0)
-        });
-        across.sqrt().hypot(beyond)
+        across.sqrt().hypot(beyond(held, &back))
     }
+
+    /// The same in units of the touch's own deviation times the noise given, mm.
+    pub(super) fn counted(&self, held: &Held) -> f64 {
+        let Some(c) = &held.noise else { return self.off(held) };
+        let r = self.matrix();
+        let off = held.place - self.shift - r * held.hold.at;
+        let across = held.rows(&r)[..held.hold.count]
+            .iter()
+            .map(|e| e.dot(&off).powi(2))
+            .sum::<f64>();
+        let way = beyond(held, &(r.transpose() * off));
+        let along = held.hold.along.map_or(1.0, |(d, _)| (r * d).dot(&(c * (r * d))).sqrt());
+        across.sqrt().hypot(way / along)
+    }
+}
+
+/// How far a place in the base, from where the groove begins, lies beyond the groove's ends, mm.
+fn beyond(held: &Held, back: &Vector3<f64>) -> f64 {
+    held.hold.along.map_or(0.0, |(d, length)| {
+        let s = d.dot(back);
+        (s - length).max(-s).max(0.0)
+    })
 }
 
 /// The derivative (1) for the axis `e` in the touches' axes, with `w` in units of one over the radius.
@@ -79,14 +120,20 @@ pub(super) fn row(e: &Vector3<f64>, p: &Vector3<f64>, radius: f64) -> Vector6<f6
     Vector6::new(turn.x, turn.y, turn.z, -e.x, -e.y, -e.z)
 }
 
-/// `J^T J`, `-J^T r` and `r^T r`.
-pub(super) fn normal(touches: &[Held], pose: &Pose, radius: f64) -> (Matrix6<f64>, Vector6<f64>, f64) {
+/// `J^T W J`, `-J^T W r` and `r^T W r`, the weights by the noise as it lies at the rotation `frozen`.
+pub(super) fn normal(
+    touches: &[Held],
+    pose: &Pose,
+    frozen: &Matrix3<f64>,
+    radius: f64,
+) -> (Matrix6<f64>, Vector6<f64>, f64) {
     let r = pose.matrix();
+    let turned = r * frozen.transpose();
     let (mut matrix, mut vector, mut cost) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
     for touch in touches {
         let off = touch.place - r * touch.hold.at - pose.shift;
-        for e in touch.hold.axes() {
-            let e = r * e;
+        for e in &touch.rows(frozen)[..touch.hold.count] {
+            let e = turned * e;
             let (row, residual) = (row(&e, &touch.place, radius), e.dot(&off));
             matrix += row * row.transpose();
             vector -= row * residual;
@@ -101,15 +148,33 @@ const MAX_STEPS: usize = 60;
 /// A step below this share of the radius ends the iteration.
 const STEP_END: f64 = 1e-12;
 
+/// Times that touches with a noise of their own are weighed anew.
+const WEIGHED: usize = 3;
+
 /// The pose of least squares near `pose`; `None` where it does not settle.
+///
+/// Weights belong to the rotation, and are frozen while a step looks for less: else the sum would not have to fall.
 pub(super) fn settle(touches: &[Held], mut pose: Pose, radius: f64) -> Option<Pose> {
+    let rounds = if touches.iter().any(|t| t.noise.is_some()) {
+        WEIGHED
+    } else {
+        1
+    };
+    for _ in 0..rounds {
+        pose = settled(touches, pose, radius)?;
+    }
+    Some(pose)
+}
+
+fn settled(touches: &[Held], mut pose: Pose, radius: f64) -> Option<Pose> {
     let mut damping = 1e-9;
-    let (mut matrix, mut vector, mut cost) = normal(touches, &pose, radius);
+    let frozen = pose.matrix();
+    let (mut matrix, mut vector, mut cost) = normal(touches, &pose, &frozen, radius);
     for _ in 0..MAX_STEPS {
         let damped = matrix + Matrix6::identity() * (damping * matrix.trace());
         let step = damped.cholesky()?.solve(&vector);
         let next = pose.moved(step.fixed_rows::<3>(0) / radius, step.fixed_rows::<3>(3).into())?;
-        let (m, v, c) = normal(touches, &next, radius);
+        let (m, v, c) = normal(touches, &next, &frozen, radius);
         if step.norm() <= STEP_END * radius {
             return Some(next);
         }

@@ -1,7 +1,7 @@
 //! Touches as they come, and what is asked of them.
 
 use geometry::{Frame, Point};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Feature, Refused};
 
@@ -12,6 +12,8 @@ pub struct Group<F: Frame> {
     pub feature: Option<Feature>,
     /// The centre of the tip's ball at each touch.
     pub touches: Vec<Point<F>>,
+    /// Covariance of each touch, mm^2, in the axes of `F`; empty where all have the noise of [`Options::sigma_mm`].
+    pub covariances: Vec<Matrix3<f64>>,
 }
 
 impl<F: Frame> Group<F> {
@@ -20,23 +22,40 @@ impl<F: Frame> Group<F> {
         Self {
             feature: Some(feature),
             touches,
+            covariances: Vec::new(),
         }
     }
 
     /// Touches on a feature that is to be found.
     pub const fn unlabelled(touches: Vec<Point<F>>) -> Self {
-        Self { feature: None, touches }
+        Self {
+            feature: None,
+            touches,
+            covariances: Vec::new(),
+        }
+    }
+
+    /// The same touches with a covariance each, mm^2: a localizer sees worse along its line of sight than across it.
+    pub fn with_covariances(self, covariances: Vec<Matrix3<f64>>) -> Self {
+        Self { covariances, ..self }
+    }
+
+    /// The covariance of a touch.
+    fn covariance(&self, touch: usize, sigma_mm: f64) -> Matrix3<f64> {
+        let even = Matrix3::identity() * (sigma_mm * sigma_mm);
+        self.covariances.get(touch).copied().unwrap_or(even)
     }
 }
 
 /// How the base is located.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Standard deviation of the tip's place along each axis, mm.
+    /// Standard deviation of the tip's place along each axis, mm; for touches with a covariance of their own the unit in
+    /// which they are counted, of no influence.
     pub sigma_mm: f64,
     /// Radius of the tip's ball, mm; 0 for a sharp tip.
     pub tip_radius_mm: f64,
-    /// Touches further off than this many deviations are left out.
+    /// Touches further off than this many deviations, each of its own, are left out.
     pub gate: f64,
     /// The largest share of the touches that may be left out.
     pub most_rejected: f64,
@@ -107,8 +126,40 @@ pub(super) fn check<F: Frame>(groups: &[Group<F>]) -> Result<(), Refused> {
             let found = g.touches[touch].mm();
             return Err(Refused::NotFinite { group, touch, found });
         }
+        check_noise(group, g)?;
     }
     Ok(())
+}
+
+/// Refuses covariances that are none.
+fn check_noise<F: Frame>(group: usize, g: &Group<F>) -> Result<(), Refused> {
+    let (found, touches) = (g.covariances.len(), g.touches.len());
+    if found != 0 && found != touches {
+        return Err(Refused::Unmatched { group, found, touches });
+    }
+    let even = |c: &Matrix3<f64>| (c - c.transpose()).amax() <= 1e-12 * c.amax();
+    let good = |c: &Matrix3<f64>| c.iter().all(|x| x.is_finite()) && even(c) && c.cholesky().is_some();
+    match g.covariances.iter().position(|c| !good(c)) {
+        Some(touch) => Err(Refused::BadNoise { group, touch }),
+        None => Ok(()),
+    }
+}
+
+/// The touches' covariances in units of the noise given; `None` for touches of that noise.
+pub(super) fn noise<F: Frame>(groups: &[Group<F>], sigma_mm: f64) -> Vec<Vec<Option<Matrix3<f64>>>> {
+    let of = |g: &Group<F>, touch: usize| {
+        let scaled = g.covariance(touch, sigma_mm) / (sigma_mm * sigma_mm);
+        (!g.covariances.is_empty()).then_some(scaled)
+    };
+    let group = |g: &Group<F>| (0..g.touches.len()).map(|i| of(g, i)).collect();
+    groups.iter().map(group).collect()
+}
+
+/// The largest deviation of a touch along any axis, in units of the noise given; at least 1.
+pub(super) fn widest(noise: &[Vec<Option<Matrix3<f64>>>]) -> f64 {
+    let each = noise.iter().flatten().flatten();
+    let largest = each.map(|c| c.symmetric_eigenvalues().max());
+    largest.fold(1.0, f64::max).sqrt()
 }
 
 /// The mean of all touches, and the touches about it.

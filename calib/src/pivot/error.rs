@@ -32,6 +32,14 @@ pub enum Refused {
         /// Of the rotation, rad.
         sigma_rad: f64,
     },
+    /// The covariance of a pose cannot weigh it.
+    #[error(
+        "pose {pose}: its covariance leaves the marker's place without noise in some direction, so that it cannot be weighed"
+    )]
+    BadCovariance {
+        /// The first such pose.
+        pose: usize,
+    },
     /// The marker was moved without being turned.
     #[error(
         "the poses hold no rotation (principal angles {:.2}, {:.2} and {:.2} degrees): keep the tip in place and turn \

@@ -1,12 +1,13 @@
 //! The methods, and the way from poses to a result.
 
-use geometry::{Frame, Rigid};
+use geometry::{Frame, Rigid, Uncertain};
 
+use super::each::Each;
 use super::linear::{Problem, State};
 use super::noise::PoseNoise;
 use super::result::Pivot;
-use super::robust::settle;
-use super::statistics::{Solved, result};
+use super::robust::{Noise, settle};
+use super::statistics::{Solved, covariance, result, weighted};
 use super::{LEAST_CONE_DEG, Refused};
 use crate::coverage::Coverage;
 
@@ -79,13 +80,47 @@ pub fn calibrate<To: Frame, From: Frame>(
     covered(poses.iter())?;
     let problem = Problem::new(poses);
     let solved = solve(&problem, options)?;
+    let coverage = agreeing(poses, &solved, options.method)?;
+    let covariance = covariance(&problem, &solved, options);
+    Ok(result(&problem, &solved, coverage, covariance, options))
+}
+
+/// Calibrates tip and pivot from poses with a covariance each, by errors-in-variables with weights that forget poses that
+/// slipped. Only the ratios of the covariances count: their size is measured by the residuals and told as
+/// [`Pivot::noise_ratio`]. The errors of different poses are taken as independent.
+///
+/// # Errors
+/// [`Refused`], of these [`Refused::BadCovariance`].
+pub fn calibrate_each<To: Frame, From: Frame>(poses: &[Uncertain<To, From>]) -> Result<Pivot<To, From>, Refused> {
+    let plain: Vec<Rigid<To, From>> = poses.iter().map(Uncertain::transform).collect();
+    check(&plain, &PoseNoise::default())?;
+    covered(plain.iter())?;
+    let problem = Problem::new(&plain);
+    let noise = Each::new(poses, &problem)?;
+    let method = Method::ErrorsInVariables;
+    let solved = robust(&problem, &noise, method)?;
+    let coverage = agreeing(&plain, &solved, method)?;
+    let covariance = weighted(&problem, &solved, &noise);
+    let options = Options {
+        method,
+        noise: noise.typical,
+    };
+    Ok(result(&problem, &solved, coverage, covariance, &options))
+}
+
+/// The coverage by the poses of weight above zero, where it determines a tip.
+fn agreeing<To, From: Frame>(
+    poses: &[Rigid<To, From>],
+    solved: &Solved,
+    method: Method,
+) -> Result<Coverage<From>, Refused> {
     let kept = poses.iter().zip(&solved.weights).filter(|(_, w)| **w > 0.0);
     let coverage = covered(kept.map(|(pose, _)| pose))?;
     if solved.singular {
-        let method = options.method.name();
+        let method = method.name();
         return Err(Refused::MethodFails { method });
     }
-    result(&problem, &solved, coverage, options)
+    Ok(coverage)
 }
 
 fn check<To, From>(poses: &[Rigid<To, From>], noise: &PoseNoise) -> Result<(), Refused> {
@@ -156,8 +191,14 @@ fn solve(problem: &Problem, options: &Options) -> Result<Solved, Refused> {
         },
         Method::ErrorsInVariables => options.noise,
     };
+    robust(problem, &noise, method)
+}
+
+/// By weights that forget poses that slipped.
+fn robust<N: Noise>(problem: &Problem, noise: &N, method: Method) -> Result<Solved, Refused> {
+    let fails = Refused::MethodFails { method: method.name() };
     let start = problem.algebraic().ok_or(fails)?;
-    let settled = settle(problem, start, &noise)?;
+    let settled = settle(problem, start, noise)?;
     let (found, poses) = (
         settled.weights.iter().filter(|w| **w > 0.0).count(),
         problem.poses.len(),

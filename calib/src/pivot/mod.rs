@@ -14,9 +14,13 @@
 //! Noise of the rotations pulls the tip of the biased methods towards the marker, by about the ratio of its variance to
 //! that of the motion, and more poses do not help: at a cone of 5 degrees and 0.2 degrees of noise, 1 mm of 160.
 //!
+//! [`calibrate_each`] is errors-in-variables for poses that bring a covariance each, as those of a marker that is seen
+//! farther away and from other sides while it moves.
+//!
 //! Refused by name: fewer than three poses, poses without rotation or turned about one axis only, cones below
 //! [`LEAST_CONE_DEG`], poses of which less than a half agree: [`Refused`].
 
+mod each;
 mod error;
 mod linear;
 mod method;
@@ -27,7 +31,7 @@ mod statistics;
 mod step;
 
 pub use error::Refused;
-pub use method::{Method, Options, calibrate};
+pub use method::{Method, Options, calibrate, calibrate_each};
 pub use noise::PoseNoise;
 pub use result::Pivot;
 

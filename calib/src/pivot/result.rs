@@ -33,6 +33,9 @@ pub struct Pivot<To: Frame, From: Frame> {
     /// the residuals found; of a biased method it does not hold the bias. `None` where the method has none: two-step and
     /// sphere, or no residual is beyond rounding.
     pub covariance: Option<Matrix6<f64>>,
+    /// The residuals' size in units of the noise given, by their median: 1 where the noise given is right. `None` where the
+    /// method has no weights.
+    pub noise_ratio: Option<f64>,
     /// Condition number of the equations `(R_i, -I)`: relative error of the tip per relative error of the data, about the
     /// reciprocal of the opening.
     pub condition: f64,

@@ -10,8 +10,7 @@ use nalgebra::Vector6;
 
 use super::Refused;
 use super::linear::{Problem, State};
-use super::noise::PoseNoise;
-use super::step::{Normal, moved, squares};
+use super::step::{Normal, moved};
 
 /// Median of chi-square with three degrees of freedom.
 const MEDIAN: f64 = 2.365_973_884_375_338;
@@ -25,6 +24,16 @@ const MAX_STEPS: usize = 200;
 const STEP_END: f64 = 1e-10;
 /// Relative rounding of residuals: below it they say nothing.
 const ROUNDING: f64 = 1e-13;
+
+/// What is known of the poses' noise, of which only the ratios count.
+pub(super) trait Noise {
+    /// The size of the translations' noise, mm.
+    fn sigma_mm(&self) -> f64;
+    /// The normal equations at `state`, each pose with the weight given.
+    fn normal(&self, problem: &Problem, state: &State, weights: &[f64]) -> Normal;
+    /// `r'^T S^-1 r'` of every pose into `squares`: chi-square of 3 where the noise is right.
+    fn squares(&self, problem: &Problem, state: &State, squares: &mut [f64]);
+}
 
 /// The answer and what it left.
 pub(super) struct Settled {
@@ -50,7 +59,7 @@ pub(super) fn slope(square: f64) -> f64 {
 }
 
 /// Runs both phases from `start`.
-pub(super) fn settle(problem: &Problem, start: State, noise: &PoseNoise) -> Result<Settled, Refused> {
+pub(super) fn settle<N: Noise>(problem: &Problem, start: State, noise: &N) -> Result<Settled, Refused> {
     let n = problem.poses.len();
     let mut run = Run {
         problem,
@@ -82,20 +91,20 @@ pub(super) fn settle(problem: &Problem, start: State, noise: &PoseNoise) -> Resu
 }
 
 /// Scale below which residuals are rounding: `scale^2`.
-fn floor(problem: &Problem, start: &State, noise: &PoseNoise) -> f64 {
+fn floor<N: Noise>(problem: &Problem, start: &State, noise: &N) -> f64 {
     let size = problem.centre.norm() + start.tip.norm() + start.pivot.norm();
-    (ROUNDING * size / noise.sigma_mm).powi(2)
+    (ROUNDING * size / noise.sigma_mm()).powi(2)
 }
 
-struct Run<'a> {
+struct Run<'a, N: Noise> {
     problem: &'a Problem,
-    noise: &'a PoseNoise,
+    noise: &'a N,
     floor: f64,
     settled: Settled,
     sorted: Vec<f64>,
 }
 
-impl Run<'_> {
+impl<N: Noise> Run<'_, N> {
     /// Squares and scale at the present state.
     fn measure(&mut self) {
         let Settled {
@@ -104,7 +113,7 @@ impl Run<'_> {
             scale,
             ..
         } = &mut self.settled;
-        squares(self.problem, state, self.noise, list);
+        self.noise.squares(self.problem, state, list);
         self.sorted.copy_from_slice(list);
         let n = list.len();
         let (_, median, _) = self.sorted.select_nth_unstable_by(n / 2, f64::total_cmp);
@@ -121,7 +130,9 @@ impl Run<'_> {
 
     /// One weighted step; its square in deviations of the result, and its length, mm. `None` where singular.
     fn advance(&mut self) -> Option<(f64, f64)> {
-        let normal = Normal::new(self.problem, &self.settled.state, self.noise, &self.settled.weights);
+        let normal = self
+            .noise
+            .normal(self.problem, &self.settled.state, &self.settled.weights);
         let step: Vector6<f64> = normal.step()?;
         self.settled.state = moved(&self.settled.state, &step);
         let square = step.dot(&(normal.matrix * step)) / self.settled.scale.powi(2);

@@ -5,9 +5,9 @@ use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 
 use super::linear::{Problem, State};
 use super::noise::{PoseNoise, Spread};
-use super::robust::{biweight, slope};
-use super::step::{Corrected, Normal};
-use super::{Method, Options, Pivot, Refused};
+use super::robust::{Noise, biweight, slope};
+use super::step::Corrected;
+use super::{Method, Options, Pivot};
 use crate::coverage::Coverage;
 
 /// Parameters fitted, in poses: six of three components each.
@@ -41,8 +41,9 @@ pub(super) fn result<To: Frame, From: Frame>(
     problem: &Problem,
     solved: &Solved,
     coverage: Coverage<From>,
+    covariance: Option<Matrix6<f64>>,
     options: &Options,
-) -> Result<Pivot<To, From>, Refused> {
+) -> Pivot<To, From> {
     let State { tip, pivot } = solved.state;
     let all: Vec<f64> = problem.poses.iter().map(|p| (p.r * tip + p.t - pivot).norm()).collect();
     let used = || {
@@ -55,8 +56,7 @@ pub(super) fn result<To: Frame, From: Frame>(
     let rms_mm = (used().map(|r| r * r).sum::<f64>() / inliers as f64).sqrt();
     let point = |v: Vector3<f64>| (v.x, v.y, v.z);
     let (tip_mm, pivot_mm) = (point(tip), point(pivot + problem.centre));
-    let covariance = covariance(problem, solved, options).filter(|c| c.iter().all(|x| x.is_finite()));
-    Ok(Pivot {
+    Pivot {
         method: options.method,
         tip: Point::new(tip_mm.0, tip_mm.1, tip_mm.2),
         pivot: Point::new(pivot_mm.0, pivot_mm.1, pivot_mm.2),
@@ -67,14 +67,16 @@ pub(super) fn result<To: Frame, From: Frame>(
         rms_all_mm: (all.iter().map(|r| r * r).sum::<f64>() / all.len() as f64).sqrt(),
         worst_mm: used().fold(0.0, f64::max),
         residuals_mm: all,
-        covariance,
+        covariance: covariance.filter(|c| c.iter().all(|x| x.is_finite())),
+        noise_ratio: solved.squares.as_ref().map(|_| solved.scale),
         condition: problem.condition(),
         estimated: estimated(problem, solved, options),
         coverage,
-    })
+    }
 }
 
-fn covariance(problem: &Problem, solved: &Solved, options: &Options) -> Option<Matrix6<f64>> {
+/// By the method.
+pub(super) fn covariance(problem: &Problem, solved: &Solved, options: &Options) -> Option<Matrix6<f64>> {
     match options.method {
         Method::Algebraic => algebraic(problem, solved, options),
         Method::TwoStep | Method::Sphere => None,
@@ -92,7 +94,7 @@ fn covariance(problem: &Problem, solved: &Solved, options: &Options) -> Option<M
 
 /// Of the M-estimator: `scale^2 mean(w^2 s^2 / 3) / mean(slope)^2 (sum J^T S^-1 J)^-1` over the inliers (Huber 1981,
 /// chapter 6), times `n / (n - 2)` for what was fitted.
-fn weighted(problem: &Problem, solved: &Solved, noise: &PoseNoise) -> Option<Matrix6<f64>> {
+pub(super) fn weighted<N: Noise>(problem: &Problem, solved: &Solved, noise: &N) -> Option<Matrix6<f64>> {
     let squares = solved.squares.as_ref()?;
     let inside: Vec<f64> = solved.weights.iter().map(|w| f64::from(u8::from(*w > 0.0))).collect();
     let (mut pull, mut turn, mut n) = (0.0, 0.0, 0.0);
@@ -103,7 +105,7 @@ fn weighted(problem: &Problem, solved: &Solved, noise: &PoseNoise) -> Option<Mat
     }
     let freedom = n / (n - FITTED);
     let factor = solved.scale.powi(2) * freedom * (pull / n) / (turn / n).powi(2);
-    let normal = Normal::new(problem, &solved.state, noise, &inside);
+    let normal = noise.normal(problem, &solved.state, &inside);
     Some(normal.matrix.cholesky()?.inverse() * factor)
 }
 

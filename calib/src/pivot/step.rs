@@ -17,6 +17,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::linear::{Pose, Problem, State};
 use super::noise::{PoseNoise, Spread};
+use super::robust::Noise;
 
 /// A pose once its own rotation error is taken out.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +31,7 @@ pub(super) struct Corrected {
 }
 
 /// `exp(turn) v` for the small `turn`, to `|turn|^3 / 6`: below 1e-6 wherever the weight is not zero.
-fn turned(turn: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+pub(super) fn turned(turn: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     let once = turn.cross(v);
     v + once + turn.cross(&once) * 0.5
 }
@@ -149,12 +150,21 @@ pub(super) fn moved(state: &State, step: &Vector6<f64>) -> State {
     }
 }
 
-/// `r'^T S^-1 r'` of every pose into `squares`: chi-square of 3 where the noise is right.
-pub(super) fn squares(problem: &Problem, state: &State, noise: &PoseNoise, squares: &mut [f64]) {
-    let spread = Spread::new(noise, &state.tip);
-    for (pose, square) in problem.poses.iter().zip(squares) {
-        let corrected = Corrected::new(pose, state, &spread);
-        *square = spread.square(&corrected.lever, &corrected.residual);
+impl Noise for PoseNoise {
+    fn sigma_mm(&self) -> f64 {
+        self.sigma_mm
+    }
+
+    fn normal(&self, problem: &Problem, state: &State, weights: &[f64]) -> Normal {
+        Normal::new(problem, state, self, weights)
+    }
+
+    fn squares(&self, problem: &Problem, state: &State, squares: &mut [f64]) {
+        let spread = Spread::new(self, &state.tip);
+        for (pose, square) in problem.poses.iter().zip(squares) {
+            let corrected = Corrected::new(pose, state, &spread);
+            *square = spread.square(&corrected.lever, &corrected.residual);
+        }
     }
 }
 
@@ -220,7 +230,7 @@ mod tests {
         let mut problem = problem();
         let state = near(&mut problem);
         let mut found = vec![0.0; 8];
-        squares(&problem, &state, &NOISE, &mut found);
+        NOISE.squares(&problem, &state, &mut found);
         for (pose, found) in problem.poses.iter().zip(found) {
             let expected = profile(pose, &state);
             // One step of Gauss-Newton from nothing: what it leaves is of the third order in residual / lever.

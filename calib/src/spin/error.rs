@@ -34,6 +34,19 @@ pub enum Refused {
         /// The least range, degrees.
         needed_deg: f64,
     },
+    /// A few poses were turned far, and nearly all of them little.
+    #[error(
+        "the poses turn by {range_deg:.1} degrees, but nearly all of them by much less: their spread is that of an even turn \
+         of {even_deg:.1}, at least {needed_deg} are needed: spin the instrument further, all of the recording through"
+    )]
+    Uneven {
+        /// The range of the turn, degrees.
+        range_deg: f64,
+        /// The even turn of the same spread, degrees.
+        even_deg: f64,
+        /// The least range, degrees.
+        needed_deg: f64,
+    },
     /// The axis did not keep its direction.
     #[error(
         "the axis wobbles by {found_deg:.2} degrees root mean square, at most {most_deg} are allowed: hold the shaft in a \
@@ -55,6 +68,22 @@ pub enum Refused {
         axis: [f64; 3],
         /// The angle to the hint, degrees.
         angle_deg: f64,
+    },
+    /// Too few of the poses agree.
+    #[error("{found} of {poses} poses agree on an axis; {needed} are needed: the shaft did not stay in its bearing")]
+    NoConsensus {
+        /// Poses of weight above zero.
+        found: usize,
+        /// All poses.
+        poses: usize,
+        /// The least number.
+        needed: usize,
+    },
+    /// The weights did not come to rest.
+    #[error("the weights of the poses did not settle in {steps} steps: two axes fit about equally many poses")]
+    NoConvergence {
+        /// The steps made.
+        steps: usize,
     },
     /// Pivot and spin leave no frame: the tip is not finite, or the axis has no direction.
     #[error("tip and axis do not make a frame")]

@@ -9,21 +9,30 @@
 //!
 //! Where the axis keeps its place too, each pose puts a point `p` of it, taken across `u` from the marker's origin, at
 //! the same place across `v`: a pivot in the plane, `z_i p + t_i = c` in complex numbers, `z_i` of norm 1.
+//!
+//! Poses at which the shaft slipped out of its bearing are forgotten by weights, first by the direction of the axis, then
+//! of the others by its place; below eight poses all count.
 
 mod error;
+mod fit;
+mod robust;
 mod tool;
 
 use geometry::{Direction, Frame, Point, Rigid, Vector};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::coverage::Coverage;
-use crate::registration::jacobi::symmetric3;
+
+use fit::{Directions, Places, completed, matrix, openness, turned};
+use robust::settle;
 
 pub use error::Refused;
 pub use tool::{Tool, marker_from_tool};
 
 /// The fewest poses.
 const NEEDED: usize = 3;
+/// The least share of the spread of an even turn.
+const EVEN: f64 = 0.9;
 /// The least cosine between axis and hint: 85 degrees.
 const LEAST_COSINE: f64 = 0.087_155_742_747_658_17;
 
@@ -34,14 +43,17 @@ pub struct Limits {
     pub range_deg: f64,
     /// The largest root mean square angle of the axis to its mean direction in the tracker, degrees.
     pub wobble_deg: f64,
+    /// Whether poses at which the shaft slipped are left out; else all count.
+    pub robust: bool,
 }
 
 impl Default for Limits {
-    /// 30 and 2 degrees.
+    /// 30 and 2 degrees, slipped poses left out.
     fn default() -> Self {
         Self {
             range_deg: 30.0,
             wobble_deg: 2.0,
+            robust: true,
         }
     }
 }
@@ -57,13 +69,21 @@ pub struct Spin<To: Frame, From: Frame> {
     pub point: Point<From>,
     /// Angle of each pose's axis to the mean direction, rad.
     pub wobble_rad: Vec<f64>,
-    /// Root mean square of these, rad: divides by the number of poses.
+    /// Root mean square of these over the inliers, rad: divides by their number.
     pub wobble_rms_rad: f64,
+    /// The weight in the axis' direction, 0 to 1: 0 for a pose at which the shaft slipped.
+    pub weights: Vec<f64>,
+    /// Poses of weight above zero.
+    pub inliers: usize,
+    /// The weight in the axis' place: 0 for a pose that slipped aside, and where `weights` is.
+    pub place_weights: Vec<f64>,
+    /// Poses whose place counts.
+    pub place_inliers: usize,
     /// Distance across the axis of each pose's point from its mean place, mm.
     pub residuals_mm: Vec<f64>,
-    /// Root mean square of these, mm.
+    /// Root mean square of these over the poses whose place counts, mm.
     pub rms_mm: f64,
-    /// The range of the turn, rad: a full turn less the widest gap.
+    /// The range of the turn of the inliers, rad: a full turn less the widest gap.
     pub range_rad: f64,
     /// Covariance of the axis as a direction in the marker, rad^2; its null vector is the axis.
     pub axis_covariance: Matrix3<f64>,
@@ -71,7 +91,7 @@ pub struct Spin<To: Frame, From: Frame> {
     pub point_covariance: Matrix3<f64>,
     /// `1 / sqrt(1 - rho^2)`: error of the axis per error of the mean direction.
     pub condition: f64,
-    /// The turns about their mean.
+    /// The turns of the inliers about their mean.
     pub coverage: Coverage<From>,
 }
 
@@ -105,11 +125,13 @@ pub fn calibrate<To: Frame, From: Frame>(
         let found = poses[pose].translation_mm();
         return Err(Refused::NotFinite { pose, found });
     }
-    let coverage = Coverage::of(poses.iter().map(Rigid::rotation)).ok_or_else(too_few)?;
-    let axes = Axes::of(poses, hint)?;
-    let range_rad = range(&axes.turns);
+    let axes = Axes::of(poses, hint, limits.robust)?;
+    let kept = || poses.iter().zip(&axes.weights).filter(|(_, w)| **w > 0.0);
+    let coverage = Coverage::of(kept().map(|(p, _)| p.rotation())).ok_or_else(too_few)?;
+    let turns: Vec<Complex> = axes.inside().map(|(i, _)| axes.turns[i]).collect();
+    let range_rad = range(&turns);
     axes.check(range_rad, &coverage, limits)?;
-    axes.result(poses, range_rad, coverage).ok_or(Refused::NoFrame)
+    axes.result(poses, range_rad, coverage, limits.robust)
 }
 
 type Complex = nalgebra::Complex<f64>;
@@ -122,55 +144,45 @@ struct Axes {
     across: [[Vector3<f64>; 2]; 2],
     turns: Vec<Complex>,
     wobble: Vec<f64>,
+    weights: Vec<f64>,
+    /// Of a component of the direction, rad^2, for the inliers with weight 1.
+    variance: f64,
     /// Of the angle between `u` and the hint, of either sign.
     cosine: f64,
 }
 
-fn matrix<To, From>(pose: &Rigid<To, From>) -> Matrix3<f64> {
-    let rows = pose.rotation().matrix().rows();
-    Matrix3::from_fn(|i, j| rows[i][j])
-}
-
-/// Two unit vectors that make a right-handed frame with `axis`.
-fn completed(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    let other = Matrix3::identity().column(axis.iamin()).into_owned();
-    let first = other.cross(axis).try_normalize(0.0).unwrap_or_else(Vector3::x);
-    [first, axis.cross(&first)]
-}
-
 impl Axes {
-    fn of<To: Frame, From: Frame>(poses: &[Rigid<To, From>], hint: Direction<From>) -> Result<Self, Refused> {
-        let rotations: Vec<Matrix3<f64>> = poses.iter().map(matrix).collect();
-        let mean = rotations.iter().sum::<Matrix3<f64>>() / poses.len() as f64;
-        let spread = rotations.iter().map(|r| (r - mean).transpose() * (r - mean));
-        let (values, vectors) = symmetric3(spread.sum());
-        let u: Vector3<f64> = vectors.column(values.imin()).into_owned();
+    fn of<To: Frame, From: Frame>(
+        poses: &[Rigid<To, From>],
+        hint: Direction<From>,
+        robust: bool,
+    ) -> Result<Self, Refused> {
+        let directions = Directions(poses.iter().map(matrix).collect());
+        let settled = settle(&directions, robust)?;
+        let (u, v) = settled.found;
         let cosine = u.dot(&Vector3::from(hint.components()));
-        let u = u * cosine.signum();
-        let v = (mean * u).try_normalize(0.0).ok_or(Refused::NoFrame)?;
+        let (u, v) = (u * cosine.signum(), v * cosine.signum());
         let across = [completed(&u), completed(&v)];
-        let [[a, b], [c, d]] = &across;
-        let turn = |r: &Matrix3<f64>| {
-            let (ra, rb) = (r * a, r * b);
-            let z = Complex::new(ra.dot(c) + rb.dot(d), ra.dot(d) - rb.dot(c));
-            z / z.norm().max(f64::MIN_POSITIVE)
-        };
         let wobble = |r: &Matrix3<f64>| {
             let w = r * u;
             w.cross(&v).norm().atan2(w.dot(&v))
         };
-        let (turns, wobble) = (
-            rotations.iter().map(turn).collect(),
-            rotations.iter().map(wobble).collect(),
-        );
         Ok(Self {
             u,
             v,
+            turns: directions.0.iter().map(|r| turned(r, &across)).collect(),
+            wobble: directions.0.iter().map(wobble).collect(),
             across,
-            turns,
-            wobble,
+            weights: settled.weights,
+            variance: settled.variance,
             cosine: cosine.abs(),
         })
+    }
+
+    /// The poses of weight above zero.
+    fn inside(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
+        let weights = self.weights.iter().copied().enumerate();
+        weights.filter(|(_, w)| *w > 0.0)
     }
 
     /// Refuses a motion that does not determine the axis.
@@ -182,6 +194,7 @@ impl Axes {
                 needed_deg: limits.range_deg,
             });
         }
+        self.check_spread(range_rad, limits)?;
         let found_deg = self.wobble_rms().to_degrees();
         if found_deg > limits.wobble_deg {
             let most_deg = limits.wobble_deg;
@@ -196,9 +209,24 @@ impl Axes {
         Ok(())
     }
 
+    /// Refuses a range that a few poses make: an even turn by `a` has `1 - rho^2 = 1 - (sin(a / 2) / (a / 2))^2`.
+    fn check_spread(&self, range_rad: f64, limits: Limits) -> Result<(), Refused> {
+        let open = openness(self.inside().map(|(i, _)| self.turns[i]));
+        let half = limits.range_deg.to_radians().clamp(1e-3, std::f64::consts::TAU) / 2.0;
+        if open >= EVEN * (1.0 - (half.sin() / half).powi(2)) {
+            return Ok(());
+        }
+        Err(Refused::Uneven {
+            range_deg: range_rad.to_degrees(),
+            // To the second order, below which it is where it is too small.
+            even_deg: (12.0 * open).sqrt().to_degrees(),
+            needed_deg: limits.range_deg,
+        })
+    }
+
     fn wobble_rms(&self) -> f64 {
-        let squares = self.wobble.iter().map(|w| w * w).sum::<f64>();
-        (squares / self.wobble.len() as f64).sqrt()
+        let squares: Vec<f64> = self.inside().map(|(i, _)| self.wobble[i].powi(2)).collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
     }
 
     fn result<To: Frame, From: Frame>(
@@ -206,50 +234,60 @@ impl Axes {
         poses: &[Rigid<To, From>],
         range_rad: f64,
         coverage: Coverage<From>,
-    ) -> Option<Spin<To, From>> {
-        let n = poses.len() as f64;
-        let (open, place, residuals) = self.place(poses);
+        robust: bool,
+    ) -> Result<Spin<To, From>, Refused> {
+        let places = Places::of(&self, poses);
+        let settled = settle(&places, robust)?;
+        let (place, centre) = settled.found;
+        let every = self.turns.iter().zip(poses);
+        let residuals_mm = every.map(|(z, p)| (z * place + self.place_of(p) - centre).norm());
+        let residuals_mm: Vec<f64> = residuals_mm.collect();
+        let mut place_weights = vec![0.0; poses.len()];
+        self.inside()
+            .zip(&settled.weights)
+            .for_each(|((i, _), w)| place_weights[i] = *w);
+        let counted = || residuals_mm.iter().zip(&place_weights).filter(|(_, w)| **w > 0.0);
+        let place_inliers = counted().count();
+        let squares = counted().map(|(r, _)| r * r).sum::<f64>();
+        let (inliers, open) = (
+            self.inside().count(),
+            openness(self.inside().map(|(i, _)| self.turns[i])),
+        );
         let [[a, b], _] = &self.across;
         let point = a * place.re + b * place.im;
-        let squares = residuals.iter().map(|r| r * r).sum::<f64>();
         let flat = Matrix3::identity() - self.u * self.u.transpose();
-        // Two components a pose; four numbers were fitted, to directions and to places alike.
-        let freedom = 2.0 * n - 4.0;
-        let tilt = self.wobble_rms().powi(2) * n / freedom / (n * open);
+        let tilt = self.variance / (inliers as f64 * open);
         // A tilt of the axis carries its nearest point along it.
         let along = self.u * self.u.transpose() * (tilt * place.norm_sqr());
-        Some(Spin {
-            axis: Vector::new(self.u.x, self.u.y, self.u.z).direction()?,
-            axis_in_to: Vector::new(self.v.x, self.v.y, self.v.z).direction()?,
+        let kept = (0..poses.len()).filter(|i| place_weights[*i] > 0.0);
+        let spread = place_inliers as f64 * openness(kept.map(|i| self.turns[i]));
+        let direction = |v: &Vector3<f64>| (v.x, v.y, v.z);
+        let ((ux, uy, uz), (vx, vy, vz)) = (direction(&self.u), direction(&self.v));
+        Ok(Spin {
+            axis: Vector::new(ux, uy, uz).direction().ok_or(Refused::NoFrame)?,
+            axis_in_to: Vector::new(vx, vy, vz).direction().ok_or(Refused::NoFrame)?,
             point: Point::new(point.x, point.y, point.z),
             wobble_rms_rad: self.wobble_rms(),
             wobble_rad: self.wobble,
-            rms_mm: (squares / n).sqrt(),
-            residuals_mm: residuals,
+            inliers,
+            weights: self.weights,
+            place_weights,
+            place_inliers,
+            rms_mm: (squares / place_inliers as f64).sqrt(),
+            residuals_mm,
             range_rad,
             axis_covariance: flat * tilt,
-            point_covariance: flat * (squares / freedom / (n * open)) + along,
+            point_covariance: flat * (settled.variance / spread) + along,
             condition: 1.0 / open.sqrt(),
             coverage,
         })
     }
 
-    /// `1 - rho^2`, the point across the axis, and the residuals.
-    fn place<To, From>(&self, poses: &[Rigid<To, From>]) -> (f64, Complex, Vec<f64>) {
-        let n = poses.len() as f64;
+    /// The marker's origin across the axis.
+    fn place_of<To, From>(&self, pose: &Rigid<To, From>) -> Complex {
         let [_, [c, d]] = &self.across;
-        let places = poses.iter().map(|p| {
-            let t = Vector3::from(p.translation_mm());
-            Complex::new(t.dot(c), t.dot(d))
-        });
-        let places: Vec<Complex> = places.collect();
-        let mean = |list: &[Complex]| list.iter().sum::<Complex>() / n;
-        let (turn, centre) = (mean(&self.turns), mean(&places));
-        let pairs = || self.turns.iter().zip(&places).map(|(z, t)| (z - turn, t - centre));
-        let open = pairs().map(|(z, _)| z.norm_sqr()).sum::<f64>() / n;
-        let place = -pairs().map(|(z, t)| z.conj() * t).sum::<Complex>() / (n * open);
-        let residuals = pairs().map(|(z, t)| (z * place + t).norm()).collect();
-        (open, place, residuals)
+        let t = Vector3::from(pose.translation_mm());
+        Complex::new(t.dot(c), t.dot(d))
     }
 }
 

@@ -4,7 +4,9 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::{CALIBRATION_VERSION, Gate, PivotRecord, Recorded, SpinRecord, ToolRecord, now};
+use super::{
+    BaseRecord, CALIBRATION_VERSION, Gate, MarkerRecord, PivotRecord, Recorded, SeatRecord, SpinRecord, ToolRecord, now,
+};
 
 /// What was calibrated; the key of the same name holds it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,8 +16,12 @@ pub enum Kind {
     Pivot,
     /// The axis of the shaft, by spinning.
     Spin,
-    /// The tool's frame, from both.
+    /// The tool's frame, from both or from its seat in the base.
     Tool,
+    /// A marker's emitters.
+    Marker,
+    /// The place of the calibration base.
+    Base,
 }
 
 impl Kind {
@@ -25,6 +31,8 @@ impl Kind {
             Self::Pivot => "pivot",
             Self::Spin => "spin",
             Self::Tool => "tool",
+            Self::Marker => "marker",
+            Self::Base => "base",
         }
     }
 }
@@ -66,6 +74,15 @@ pub struct CalibrationFile {
     /// Of kind `tool`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub tool_frame: Option<ToolRecord>,
+    /// Of kind `tool` where it is from the seat in the base.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub seat: Option<SeatRecord>,
+    /// Of kind `marker`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub marker_body: Option<MarkerRecord>,
+    /// Of kind `base`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub base: Option<BaseRecord>,
 }
 
 /// The id of a file's content: of all but the id itself.
@@ -100,6 +117,9 @@ impl CalibrationFile {
             pivot: None,
             spin: None,
             tool_frame: None,
+            seat: None,
+            marker_body: None,
+            base: None,
         }
     }
 

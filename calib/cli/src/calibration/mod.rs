@@ -1,10 +1,15 @@
 //! Calibrations on disk: JSON that says what it is, what it rests on and how good it is.
 
+mod bodies;
 mod date;
 mod file;
 mod parts;
 mod read;
 
+pub use bodies::{
+    BaseRecord, EmitterRecord, FeatureRecord, GroupRecord, MarkerRecord, RejectedSighting, RejectedTouchRecord,
+    SeatDrawing, SeatRecord,
+};
 pub(crate) use date::now;
 pub use file::{CalibrationFile, Kind};
 pub use parts::{

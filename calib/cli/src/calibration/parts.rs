@@ -116,6 +116,12 @@ pub struct PivotRecord {
     /// Covariance of (tip in the marker, pivot in the tracker), the upper triangle by rows; `null` where the method has
     /// none.
     pub covariance_upper_mm2: Option<[f64; 21]>,
+    /// Whether the poses brought their own covariances.
+    #[serde(default)]
+    pub pose_covariances: bool,
+    /// Residuals in units of the noise given, by their median; absent where the method has no weights.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub noise_ratio: Option<f64>,
     /// Condition number of the equations.
     pub condition: f64,
     /// What the weights and the covariance took for the ratio of the noises.
@@ -137,6 +143,12 @@ pub struct SpinRecord {
     pub wobble_rms_deg: f64,
     /// Root mean square distance of the point from its mean place, across the axis.
     pub rms_mm: f64,
+    /// Poses whose axis counts, and whose place does.
+    #[serde(default)]
+    pub inliers: usize,
+    /// See `inliers`.
+    #[serde(default)]
+    pub place_inliers: usize,
     /// Range of the turn.
     pub range_deg: f64,
     /// Covariance of the axis, the upper triangle by rows.

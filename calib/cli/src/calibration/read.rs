@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use calib::pose::MAX_EMITTERS;
 use geometry::door;
 use geometry::uncertain::Uncertain;
 use geometry::{Marker, Rigid, Tool};
 use serde_json::Value;
 
 use super::file::id_of;
-use super::{CALIBRATION_VERSION, CalibrationFile, Kind};
+use super::{BaseRecord, CALIBRATION_VERSION, CalibrationFile, EmitterRecord, Kind, MarkerRecord};
 use crate::fields::MAX_MM;
 use crate::source::{Source, SourceError};
 
@@ -154,6 +155,8 @@ impl CalibrationFile {
             let good = v.iter().all(|x| x.is_finite() && x.abs() <= MAX_MM);
             (!good).then(|| (what, format!("{v:?}"), "three numbers of at most 1e9 mm"))
         };
+        let name = self.kind.name().to_owned();
+        let no_part = || Some(("kind", name, "a part of the same name, and no other"));
         match (self.kind, &self.pivot, &self.spin, &self.tool_frame) {
             (Kind::Pivot, Some(pivot), None, None) => {
                 let at = place("tip_mm", &pivot.tip_mm).or_else(|| place("pivot_mm", &pivot.pivot_mm));
@@ -172,11 +175,9 @@ impl CalibrationFile {
                 pose.or_else(|| place("translation_mm", &tool.translation_mm))
                     .or_else(|| covariance("covariance_upper", Some(&tool.covariance_upper)))
             }
-            _ => Some((
-                "kind",
-                self.kind.name().to_owned(),
-                "a part of the same name, and no other",
-            )),
+            (Kind::Marker, None, None, None) => self.marker_body.as_ref().map_or_else(no_part, first_bad_emitter),
+            (Kind::Base, None, None, None) => self.base.as_ref().map_or_else(no_part, first_bad_place),
+            _ => no_part(),
         }
     }
 
@@ -214,6 +215,38 @@ fn paired(
         user,
         expected: expected.to_owned(),
     })
+}
+
+/// The first bad number of a marker.
+fn first_bad_emitter(marker: &MarkerRecord) -> Option<(&'static str, String, &'static str)> {
+    let count = marker.emitters.len();
+    if count > MAX_EMITTERS || marker.emitters.iter().flatten().count() < 3 {
+        return Some((
+            "emitters",
+            format!("{count} of them"),
+            "3 to 32, three of them with places",
+        ));
+    }
+    let good = |e: &EmitterRecord| {
+        let numbers = e.at_mm.iter().chain(e.normal.iter().flatten());
+        numbers.copied().all(|x| x.is_finite() && x.abs() <= MAX_MM)
+    };
+    let bad = marker.emitters.iter().flatten().find(|e| !good(e))?;
+    Some(("at_mm", format!("{:?}", bad.at_mm), "three numbers of at most 1e9 mm"))
+}
+
+/// The first bad number of a base.
+fn first_bad_place(base: &BaseRecord) -> Option<(&'static str, String, &'static str)> {
+    let unit = |q: [f64; 4], t: [f64; 3]| door::rigid::<Marker, Tool>(q, t, 1e-9).is_ok();
+    let pose = |q: [f64; 4], t: [f64; 3]| {
+        let expected = "a unit quaternion and a finite translation";
+        (!unit(q, t)).then(|| ("quaternion_wxyz", format!("{q:?}, {t:?}"), expected))
+    };
+    let seat = base.base_from_tool.as_ref();
+    pose(base.quaternion_wxyz, base.translation_mm)
+        .or_else(|| seat.and_then(|s| pose(s.quaternion_wxyz, s.translation_mm)))
+        .or_else(|| covariance("covariance_upper", Some(&base.covariance_upper)))
+        .or_else(|| covariance("base_from_tool.covariance_upper", seat.map(|s| &s.covariance_upper)))
 }
 
 /// Refuses what is no covariance; by the same door as that of transforms.

@@ -4,9 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::base::{DrawingFileError, NoBase, NoSeat};
+use crate::bundle::{DrawingError, NoMarker};
 use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::cli::Name;
+use crate::columns::TableError;
+use crate::f2554::F2554Error;
 use crate::poses::{PosesError, Recording};
+use crate::rom::{NoTool, RomError};
 use crate::store::{self, StoreError};
 
 /// The recording.
@@ -61,16 +66,18 @@ pub(crate) enum CommandError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    #[error("pivot calibration from the {poses} poses of {path}: {refused}")]
+    #[error("pivot calibration from the {poses} poses of {path}{left_out}: {refused}")]
     Pivot {
         poses: usize,
         path: PathBuf,
+        left_out: String,
         refused: Box<calib::pivot::Refused>,
     },
-    #[error("spin calibration from the {poses} poses of {path}: {refused}")]
+    #[error("spin calibration from the {poses} poses of {path}{left_out}: {refused}")]
     Spin {
         poses: usize,
         path: PathBuf,
+        left_out: String,
         refused: Box<calib::spin::Refused>,
     },
     #[error("the tool's frame from {pivot} and {spin}: {refused}")]
@@ -83,6 +90,28 @@ pub(crate) enum CommandError {
     NoCovariance { path: PathBuf, method: String },
     #[error("--towards: the direction must not be 0,0,0")]
     NoDirection,
+    #[error(transparent)]
+    Table(#[from] TableError),
+    #[error(transparent)]
+    Drawing(#[from] DrawingError),
+    #[error(transparent)]
+    NoMarker(#[from] NoMarker),
+    #[error(transparent)]
+    BaseDrawing(#[from] DrawingFileError),
+    #[error(transparent)]
+    NoBase(#[from] NoBase),
+    #[error(transparent)]
+    NoSeat(#[from] NoSeat),
+    #[error(transparent)]
+    Rom(#[from] RomError),
+    #[error(transparent)]
+    NoTool(#[from] NoTool),
+    #[error(transparent)]
+    F2554(#[from] F2554Error),
+    #[error("no table for a scene: emitters {missing:?} have no place; record frames that show them")]
+    NoTable { missing: Vec<usize> },
+    #[error("give a file of frames, or --rom")]
+    NoInput,
     #[error("writing the result as JSON: {0}")]
     Encode(#[from] std::io::Error),
 }
@@ -125,7 +154,7 @@ impl OutArgs {
 }
 
 /// The gates that were not kept, in words.
-fn broken(gates: &[Gate]) -> Option<String> {
+pub(crate) fn broken(gates: &[Gate]) -> Option<String> {
     let broken = gates.iter().filter(|gate| !gate.kept);
     let words: Vec<String> = broken
         .map(|g| format!("--{} {}: found {:.4}", g.name, g.limit, g.found))
@@ -144,6 +173,20 @@ pub(crate) fn gate(name: &str, limit: Option<f64>, found: f64, at_least: bool) -
         found,
         kept,
     })
+}
+
+/// What of a recording does not take part, for an error: nothing where all does.
+pub(crate) fn left_out(recording: &Recording) -> String {
+    let Recording {
+        frames,
+        invalid,
+        repeated,
+        ..
+    } = recording;
+    if invalid + repeated == 0 {
+        return String::new();
+    }
+    format!(" (of its {frames} frames {invalid} are not valid and {repeated} repeat the one before)")
 }
 
 /// What was read, in words.

@@ -1,6 +1,8 @@
 //! The commands that calibrate from recorded poses: `pivot`, `spin` and `tool`.
 
-mod common;
+#[cfg(test)]
+mod body_tests;
+pub(crate) mod common;
 mod pivot;
 mod pivot_report;
 mod spin;

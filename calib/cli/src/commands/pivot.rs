@@ -1,13 +1,14 @@
 //! `calib pivot`: poses of a pivoting instrument to its tip.
 
-use calib::pivot::{Method, Options, Pivot, PoseNoise, Refused, calibrate};
+use calib::pivot::{Method, Options, Pivot, PoseNoise, Refused, calibrate, calibrate_each};
 use clap::{Args, ValueEnum};
-use geometry::{Marker, Tracker};
+use geometry::{Marker, Tracker, Uncertain};
 
-use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, recorded};
+use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, left_out, recorded};
 use super::pivot_report;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord};
 use crate::cli::Positive;
+use crate::poses::Recording;
 
 pub(crate) const PIVOT_HELP: &str = "\
 Keep the tip in a divot and turn the instrument about it, to all sides. The tip x in the marker and the pivot c in the \
@@ -18,6 +19,8 @@ tracker satisfy R x + t = c for every pose (R, t).
   comma-separated values, a frame a line, the columns named by the first line (status may be absent; only OK counts):
     t_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm,status
     0.00,1,0,0,0,12.5,-3.1,1800.2,OK
+    with the columns c0 to c20 each pose has a covariance, the upper triangle by rows of (rotation vector in rad, translation \
+in mm) in the tracker, turning about its origin, which errors-in-variables takes in the place of --sigma-mm and --sigma-deg
   a sequence of the PLUS toolkit (.mha), of which --transform names the transform
 
 algebraic, two-step and sphere use all poses. robust and errors-in-variables forget poses that slipped; \
@@ -82,6 +85,13 @@ impl ValueEnum for MethodArg {
     }
 }
 
+/// The poses with their covariances, where the recording has them.
+fn uncertain(recording: &Recording) -> Option<Vec<Uncertain<Tracker, Marker>>> {
+    let both = recording.poses.iter().zip(&recording.covariances);
+    let each = both.map(|(pose, upper)| Uncertain::from_upper(*pose, *upper).ok());
+    (!recording.covariances.is_empty()).then(|| each.collect()).flatten()
+}
+
 /// A method's result.
 pub(crate) type Solution = Result<Pivot<Tracker, Marker>, Refused>;
 
@@ -94,14 +104,20 @@ impl PivotArgs {
             sigma_mm: self.sigma_mm.0,
             sigma_rad: self.sigma_deg.0.to_radians(),
         };
-        let solve = |method| calibrate(&recording.poses, &Options { method, noise });
+        let each = uncertain(&recording);
+        let solve = |method| match (&each, method) {
+            (Some(each), Method::ErrorsInVariables) => calibrate_each(each),
+            _ => calibrate(&recording.poses, &Options { method, noise }),
+        };
         let all: Vec<(Method, Solution)> = Method::ALL.iter().map(|m| (*m, solve(*m))).collect();
         let chosen = solve(self.method.0).map_err(|refused| CommandError::Pivot {
             poses: recording.poses.len(),
             path: recording.path.clone(),
+            left_out: left_out(&recording),
             refused: Box::new(refused),
         })?;
-        let record = self.record(&chosen, noise);
+        let used = each.is_some() && self.method.0 == Method::ErrorsInVariables;
+        let record = self.record(&chosen, noise, used);
         let gates = self.gates(&chosen);
         let text = pivot_report::text(&recording, &chosen, &all, &record, &gates);
         let file = CalibrationFile {
@@ -125,7 +141,7 @@ impl PivotArgs {
         gates.into_iter().flatten().collect()
     }
 
-    fn record(&self, found: &Pivot<Tracker, Marker>, noise: PoseNoise) -> PivotRecord {
+    fn record(&self, found: &Pivot<Tracker, Marker>, noise: PoseNoise, each: bool) -> PivotRecord {
         let needed = self.min_cone_deg.map_or(GOOD_CONE_DEG, |gate| gate.0);
         let advice = found
             .coverage
@@ -146,6 +162,8 @@ impl PivotArgs {
                 upper.iter_mut().zip(places).for_each(|(x, place)| *x = c[place]);
                 upper
             }),
+            pose_covariances: each,
+            noise_ratio: found.noise_ratio,
             condition: found.condition,
             noise_assumed: noise.into(),
             noise_estimated: found.estimated.into(),

@@ -83,14 +83,23 @@ fn quality(text: &mut String, found: &Pivot<Tracker, Marker>, record: &PivotReco
         }
     }
     let (assumed, estimated) = (record.noise_assumed, record.noise_estimated);
-    line!(
-        text,
-        "noise            {:.3} mm and {:.3} deg by the residuals; the ratio of {} mm and {} deg was assumed",
-        estimated.sigma_mm,
-        estimated.sigma_deg,
-        assumed.sigma_mm,
-        assumed.sigma_deg
-    );
+    if let (true, Some(ratio)) = (record.pose_covariances, record.noise_ratio) {
+        line!(
+            text,
+            "noise            {ratio:.2} times the covariances of the poses by the residuals; on the average {:.3} mm and {:.3} deg",
+            estimated.sigma_mm,
+            estimated.sigma_deg
+        );
+    } else {
+        line!(
+            text,
+            "noise            {:.3} mm and {:.3} deg by the residuals; the ratio of {} mm and {} deg was assumed",
+            estimated.sigma_mm,
+            estimated.sigma_deg,
+            assumed.sigma_mm,
+            assumed.sigma_deg
+        );
+    }
     line!(text, "condition        {:.1}", found.condition);
     let [a, b, c] = found.coverage.angles_deg();
     line!(

@@ -8,7 +8,7 @@ use clap::Args;
 use geometry::{Direction, Marker, Tracker, Vector};
 use nalgebra::Matrix3;
 
-use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, recorded, recorded_text, verdict_text};
+use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, left_out, recorded, recorded_text, verdict_text};
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
 use crate::cli::{Positive, Target};
 use crate::poses::Recording;
@@ -17,8 +17,12 @@ pub(crate) const SPIN_HELP: &str = "\
 Spin the instrument about its shaft in a bearing or a divot, the shaft keeping its direction. --poses reads what `calib \
 pivot` reads. The axis points along --towards, or from the marker to the tip of --tip.
 
-Refused: a turn of less than 30 degrees, an axis that wobbles by more than 2 degrees, a direction across the axis. With \
-a gate (--max-axis-error-deg, --max-rms-mm) that is not kept nothing is written and the exit code is 1.
+Poses at which the shaft slipped out of its bearing are left out and listed, up to a half of all (--all-poses uses them); \
+poses at which it moved aside are left out of its place only.
+
+Refused: a turn of less than 30 degrees, or one that a few poses alone make, an axis that wobbles by more than 2 \
+degrees, a direction across the axis. With a gate (--max-axis-error-deg, --max-rms-mm) that is not kept nothing is \
+written and the exit code is 1.
 
 Examples:
   calib spin --poses spin.csv --towards 0,0,1 --out axis.json
@@ -39,6 +43,9 @@ pub(crate) struct SpinArgs {
     /// A pivot calibration: the direction from the marker's origin to its tip
     #[arg(long, value_name = "FILE.json", conflicts_with = "towards")]
     tip: Option<PathBuf>,
+    /// Use all poses; else those at which the shaft slipped are left out
+    #[arg(long)]
+    all_poses: bool,
     /// Accept at most this root mean square error of the axis by its covariance
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     max_axis_error_deg: Option<Positive>,
@@ -60,10 +67,15 @@ impl SpinArgs {
         self.out.check()?;
         let (hint, from) = self.hint()?;
         let recording = self.poses.read()?;
-        let found = calibrate(&recording.poses, hint, Limits::default());
+        let limits = Limits {
+            robust: !self.all_poses,
+            ..Limits::default()
+        };
+        let found = calibrate(&recording.poses, hint, limits);
         let found = found.map_err(|refused| CommandError::Spin {
             poses: recording.poses.len(),
             path: recording.path.clone(),
+            left_out: left_out(&recording),
             refused: Box::new(refused),
         })?;
         let gates = self.gates(&found);
@@ -112,6 +124,8 @@ fn record(found: &Spin<Tracker, Marker>) -> SpinRecord {
         point_mm: found.point.mm(),
         wobble_rms_deg: found.wobble_rms_rad.to_degrees(),
         rms_mm: found.rms_mm,
+        inliers: found.inliers,
+        place_inliers: found.place_inliers,
         range_deg: found.range_rad.to_degrees(),
         axis_covariance_upper_rad2: upper(&found.axis_covariance),
         point_covariance_upper_mm2: upper(&found.point_covariance),
@@ -136,5 +150,26 @@ fn report(recording: &Recording, found: &Spin<Tracker, Marker>) -> String {
          condition        {:.1}\n",
         found.rms_mm, found.condition
     );
+    slipped(&mut text, "slipped ", &found.weights);
+    // What is left out by its direction is told above.
+    let aside = found.place_weights.iter().zip(&found.weights);
+    let aside: Vec<f64> = aside.map(|(p, w)| if *w > 0.0 { *p } else { 1.0 }).collect();
+    slipped(&mut text, "aside   ", &aside);
     text
+}
+
+/// The poses of weight 0, counted from 1.
+fn slipped(text: &mut String, what: &str, weights: &[f64]) {
+    let list: Vec<usize> = (0..weights.len()).filter(|i| weights[*i] == 0.0).collect();
+    if list.is_empty() {
+        return;
+    }
+    let shown: Vec<String> = list.iter().take(10).map(|i| (i + 1).to_string()).collect();
+    let more = if list.len() > 10 { " ..." } else { "" };
+    let _ = writeln!(
+        text,
+        "{what}         {} poses were left out: {}{more}",
+        list.len(),
+        shown.join(", ")
+    );
 }

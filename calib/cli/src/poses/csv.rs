@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use geometry::Uncertain;
+
 use super::matrix::At;
 use super::{PosesError, Recording, Seen, quoted};
 use crate::fields::{self, BadQuote, Field};
@@ -10,7 +12,13 @@ use crate::source::Source;
 /// The columns, in this or any order.
 const NEEDED: [&str; 8] = ["t_s", "qw", "qx", "qy", "qz", "tx_mm", "ty_mm", "tz_mm"];
 const STATUS: &str = "status";
-const HINT: &str = "t_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm and, optionally, status, in any order";
+/// The covariance of a pose: of (rotation vector in rad, translation in mm) in the tracker, turning about its origin, the
+/// upper triangle by rows. All or none.
+const COVARIANCE: [&str; 21] = [
+    "c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7", "c8", "c9", "c10", "c11", "c12", "c13", "c14", "c15", "c16", "c17",
+    "c18", "c19", "c20",
+];
+const HINT: &str = "t_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm and, optionally, status and c0 to c20, in any order";
 
 /// Reads a file of poses.
 pub(super) fn read(path: &Path) -> Result<Recording, PosesError> {
@@ -41,6 +49,7 @@ fn from_source(source: &Source) -> Result<Recording, PosesError> {
 struct Columns {
     at: [usize; 8],
     status: Option<usize>,
+    covariance: Option<[usize; 21]>,
     count: usize,
 }
 
@@ -56,7 +65,8 @@ impl Columns {
     fn read(source: &Source, line: usize, text: &str) -> Result<Self, PosesError> {
         let fields = split(source, line, text)?;
         for (i, field) in fields.iter().enumerate() {
-            let known = field.text == STATUS || NEEDED.contains(&field.text.as_ref());
+            let name = field.text.as_ref();
+            let known = name == STATUS || NEEDED.contains(&name) || COVARIANCE.contains(&name);
             if !known || fields[..i].iter().any(|earlier| earlier.text == field.text) {
                 let place = At {
                     path: &source.path,
@@ -67,18 +77,25 @@ impl Columns {
             }
         }
         let find = |name: &str| fields.iter().position(|field| field.text == name);
+        let missing = |missing| PosesError::MissingColumn {
+            path: source.path.clone(),
+            line,
+            missing,
+            hint: HINT,
+        };
         let mut at = [0; 8];
-        for (at, missing) in at.iter_mut().zip(NEEDED) {
-            *at = find(missing).ok_or_else(|| PosesError::MissingColumn {
-                path: source.path.clone(),
-                line,
-                missing,
-                hint: HINT,
-            })?;
+        for (at, name) in at.iter_mut().zip(NEEDED) {
+            *at = find(name).ok_or_else(|| missing(name))?;
+        }
+        let mut covariance = [0; 21];
+        let with = COVARIANCE.iter().any(|name| find(name).is_some());
+        for (at, name) in covariance.iter_mut().zip(COVARIANCE).filter(|_| with) {
+            *at = find(name).ok_or_else(|| missing(name))?;
         }
         Ok(Self {
             at,
             status: find(STATUS),
+            covariance: with.then_some(covariance),
             count: fields.len(),
         })
     }
@@ -118,8 +135,27 @@ impl Columns {
             }
         }
         let q = [number(1)?, number(2)?, number(3)?, number(4)?];
-        let seen = at.quaternion(q, [number(5)?, number(6)?, number(7)?])?;
+        let mut seen = at.quaternion(q, [number(5)?, number(6)?, number(7)?])?;
+        if let Some(columns) = self.covariance {
+            seen.covariance = Some(covariance(&at, columns, &fields, &seen)?);
+        }
         Ok((time, Some(seen)))
+    }
+}
+
+/// The covariance of a pose; refused where it is none.
+fn covariance(at: &At<'_>, columns: [usize; 21], fields: &[Field<'_>], seen: &Seen) -> Result<[f64; 21], PosesError> {
+    let mut upper = [0.0; 21];
+    for ((value, column), name) in upper.iter_mut().zip(columns).zip(COVARIANCE) {
+        *value = at.number(&fields[column], name)?;
+    }
+    match Uncertain::from_upper(seen.pose, upper) {
+        Ok(_) => Ok(upper),
+        Err(source) => Err(PosesError::Covariance {
+            path: at.path.to_owned(),
+            line: at.line,
+            source,
+        }),
     }
 }
 

@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use geometry::rotation::RotationError;
+use geometry::uncertain::CovarianceError;
 
 use super::{MAX_POSES, MOST_OFF};
 use crate::input_error::Place;
@@ -72,6 +73,13 @@ pub(crate) enum PosesError {
          {MOST_OFF:e} is accepted; is there a scale in it, or are rows and columns exchanged?"
     )]
     FarFromRotation { path: PathBuf, line: usize, distance: f64 },
+    /// The covariance of a pose is none.
+    #[error("reading {path}: line {line}: the columns c0 to c20 hold no covariance: {source}")]
+    Covariance {
+        path: PathBuf,
+        line: usize,
+        source: CovarianceError,
+    },
     /// The last row is not that of a rigid transform.
     #[error("reading {path}: line {line}: the last row of the matrix is {found:?}, expected 0 0 0 1")]
     BottomRow {

@@ -74,7 +74,8 @@ impl At<'_> {
             return Err(self.far(off));
         }
         let pose = door::rigid(q, t, MOST_OFF).map_err(|_| self.far(off))?;
-        Ok(Seen { pose, off })
+        let covariance = None;
+        Ok(Seen { pose, off, covariance })
     }
 
     fn far(&self, distance: f64) -> PosesError {

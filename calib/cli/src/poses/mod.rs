@@ -29,6 +29,8 @@ pub(crate) struct Recording {
     pub(crate) path: PathBuf,
     /// `tracker_from_marker`.
     pub(crate) poses: Vec<Rigid<Tracker, Marker>>,
+    /// The covariance of each pose as in [`geometry::uncertain`], the upper triangle by rows; empty where the file has none.
+    pub(crate) covariances: Vec<[f64; 21]>,
     /// The transform's name in the file, where it has one.
     pub(crate) transform: Option<String>,
     /// Frames in the recording, valid or not.
@@ -53,6 +55,8 @@ pub(crate) struct Recording {
 pub(crate) struct Seen {
     pub(crate) pose: Rigid<Tracker, Marker>,
     pub(crate) off: f64,
+    /// Its covariance, where the file has one.
+    pub(crate) covariance: Option<[f64; 21]>,
 }
 
 impl Recording {
@@ -76,6 +80,7 @@ impl Recording {
         Self {
             path: path.to_owned(),
             poses: Vec::new(),
+            covariances: Vec::new(),
             transform: None,
             frames: 0,
             invalid: 0,
@@ -102,7 +107,7 @@ impl Recording {
             self.same_time += usize::from(time == latest);
             self.latest = Some(latest.max(time));
         }
-        let Some(Seen { pose, off }) = seen else {
+        let Some(Seen { pose, off, covariance }) = seen else {
             self.invalid += 1;
             return Ok(());
         };
@@ -112,6 +117,7 @@ impl Recording {
         }
         self.most_off = self.most_off.max(off);
         self.poses.push(pose);
+        self.covariances.extend(covariance);
         Ok(())
     }
 

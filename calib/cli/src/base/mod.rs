@@ -1,0 +1,11 @@
+//! `calib base` and `calib seat`: touches on the calibration base to its place, and the tool in its seat to its frame.
+
+mod args;
+mod drawing;
+mod report;
+mod seat;
+mod touches;
+
+pub(crate) use args::{BASE_HELP, BaseArgs, NoBase};
+pub(crate) use drawing::DrawingFileError;
+pub(crate) use seat::{NoSeat, SEAT_HELP, SeatArgs};
