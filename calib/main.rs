@@ -1,5 +1,5 @@
 //! The `calib` program.
 
 fn main() -> std::process::ExitCode {
-    calib_cli::cli::main()
+    calib_cli::cli::main(volume_loader::load)
 }

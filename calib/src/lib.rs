@@ -6,8 +6,10 @@
 //! marker's emitters, [`pivot`] the tip of an instrument, [`spin`] its shaft, [`base`] the tool in its seat on the
 //! calibration base; [`f2554`] says how well a pointer locates points, [`coverage`] whether the recorded motion was enough,
 //! and [`gate`] whether a result is good enough.
+//! [`bead`] registers the patient: it finds metal beads in the CT, tells which of them was touched, and judges the check.
 
 pub mod base;
+pub mod bead;
 pub mod bundle;
 pub mod coverage;
 pub mod f2554;

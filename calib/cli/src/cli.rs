@@ -9,8 +9,9 @@ use calib::registration::Method;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::base::{BASE_HELP, BaseArgs, SEAT_HELP, SeatArgs};
+use crate::beads::{BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadVolume, MATCH_HELP, MatchArgs};
 use crate::bundle::{MARKER_HELP, MarkerArgs};
-use crate::commands::{CommandError, Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
+use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
 use crate::input::From;
 use crate::register::{Request, register};
@@ -35,7 +36,10 @@ Examples:
   calib base touches.csv --drawing base.toml --out base.json
   calib seat --base base.json --poses seated.csv --out tool.json
   calib f2554 --simulate 1 --png turns.png
-  calib rom info 8700340.rom";
+  calib rom info 8700340.rom
+  calib beads ct-folder --out beads.json --png beads.png
+  calib match beads.json touched.txt --out registration.json
+  calib check registration.json --known 10,-20,95.5 --touched 101.2,-33,1890.4";
 
 const REGISTER_HELP: &str = "\
 --pairs reads one pair a line. The first line names the columns, in any order; weight and label may be absent; a line \
@@ -93,6 +97,15 @@ enum Command {
     /// Read NDI tool definitions
     #[command(after_help = ROM_HELP)]
     Rom(Box<RomArgs>),
+    /// Find the metal beads of a CT
+    #[command(after_help = BEADS_HELP)]
+    Beads(Box<BeadsArgs>),
+    /// Register the patient: find which bead each touched point is
+    #[command(after_help = MATCH_HELP)]
+    Match(Box<MatchArgs>),
+    /// Hold the error at a known point against the prediction
+    #[command(after_help = CHECK_HELP)]
+    Check(Box<CheckArgs>),
 }
 
 #[derive(Debug, Args)]
@@ -245,8 +258,8 @@ impl FromStr for Name {
 }
 
 /// Runs the `calib` command line of this process.
-pub fn main() -> ExitCode {
-    let refused = match run(Cli::parse()) {
+pub fn main(load: LoadVolume) -> ExitCode {
+    let refused = match run(Cli::parse(), load) {
         Ok(Outcome { text, refused }) => {
             // Where nobody reads stdout any more, there is nobody to tell.
             let _ = std::io::stdout().write_all(text.as_bytes());
@@ -264,7 +277,7 @@ pub fn main() -> ExitCode {
 }
 
 /// Does what a command line asks.
-pub(crate) fn run(cli: Cli) -> Result<Outcome, String> {
+pub(crate) fn run(cli: Cli, load: LoadVolume) -> Result<Outcome, String> {
     match cli.command {
         Command::Register(args) => registered(*args),
         Command::Pivot(args) => told(args.run()),
@@ -275,6 +288,9 @@ pub(crate) fn run(cli: Cli) -> Result<Outcome, String> {
         Command::Seat(args) => told(args.run()),
         Command::F2554(args) => told(args.run()),
         Command::Rom(args) => told(args.run()),
+        Command::Beads(args) => told(args.run(load)),
+        Command::Match(args) => told(args.run(load)),
+        Command::Check(args) => told(args.run()),
     }
 }
 
@@ -283,7 +299,7 @@ fn registered(args: RegisterArgs) -> Result<Outcome, String> {
     Ok(Outcome { text, refused: None })
 }
 
-fn told(outcome: Result<Outcome, CommandError>) -> Result<Outcome, String> {
+fn told(outcome: Result<Outcome, impl std::error::Error>) -> Result<Outcome, String> {
     outcome.map_err(|error| error.to_string())
 }
 

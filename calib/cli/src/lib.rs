@@ -5,6 +5,7 @@
 //! [`RegistrationFile`].
 
 mod base;
+mod beads;
 mod bundle;
 mod calibration;
 pub mod cli;
@@ -28,6 +29,9 @@ mod solve;
 mod source;
 mod store;
 
+pub use beads::{
+    BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, LoadVolume, RejectedRecord, SearchRecord, VolumeRecord,
+};
 pub use calibration::{
     BaseRecord, CALIBRATION_VERSION, CalibrationError, CalibrationFile, CoverageRecord, EmitterRecord, FeatureRecord,
     Gate, GroupRecord, Kind, MarkerRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, RejectedSighting,

@@ -69,7 +69,8 @@ pub(crate) fn register(request: &Request) -> Result<String, RegisterError> {
     Ok(text)
 }
 
-fn describe(request: &Request, input: &Input, solution: &Solution) -> RegistrationFile {
+/// The file of a solution.
+pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) -> RegistrationFile {
     let registration = &solution.registration;
     let used = registration
         .fre_mm

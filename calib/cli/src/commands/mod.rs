@@ -10,7 +10,7 @@ mod spin;
 mod tests;
 mod tool;
 
-pub(crate) use common::{CommandError, Outcome};
+pub(crate) use common::Outcome;
 pub(crate) use pivot::{PIVOT_HELP, PivotArgs};
 pub(crate) use spin::{SPIN_HELP, SpinArgs};
 pub(crate) use tool::{TOOL_HELP, ToolArgs};

@@ -15,12 +15,13 @@ use crate::registration_file::RegistrationFile;
 
 const TIP: [f64; 3] = [4.0, -3.0, 160.0];
 
-fn calib(line: &str) -> Result<Outcome, String> {
-    run(Cli::try_parse_from(line.split(' ')).map_err(|error| error.to_string())?)
+pub(super) fn calib(line: &str) -> Result<Outcome, String> {
+    let cli = Cli::try_parse_from(line.split(' ')).map_err(|error| error.to_string())?;
+    run(cli, |_| Err("no volume is read here".into()))
 }
 
 /// Real recordings beside the working tree; `None`, with the reason said, where they are not there.
-fn shared(name: &str) -> Option<PathBuf> {
+pub(super) fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../../shared/data")
         .join(name);
@@ -31,7 +32,7 @@ fn shared(name: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-fn turn(v: [f64; 3]) -> Rotation {
+pub(super) fn turn(v: [f64; 3]) -> Rotation {
     Rotation::from_vector(RotationVector::new(v).unwrap())
 }
 

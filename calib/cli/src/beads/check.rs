@@ -1,0 +1,207 @@
+//! `calib check`: a known point is touched, and the error is held against the prediction.
+
+use std::path::{Path, PathBuf};
+
+use calib::bead::check::{Checked, FAIL_RATIO, Limits, Verdict, check};
+use clap::Args;
+use geometry::{Ct, Point, Tracker, Uncertain, UncertainPoint, door};
+use nalgebra::{Matrix3, Matrix6};
+use serde::Serialize;
+
+use super::error::BeadsError;
+use crate::cli::{Name, Positive, Target};
+use crate::commands::Outcome;
+use crate::registration_file::{ReadError, RegistrationFile};
+
+pub(crate) const CHECK_HELP: &str = "\
+Touch a point whose place in the CT is known, best one near the target and not one that the registration was made of. \
+The error is where the registration places the touched point, minus where it is, in the CT's axes.
+
+The predicted radius holds 95 % of errors, by the covariance of the registration and the deviations of the touched and \
+the known point.
+
+  pass   the error is within the predicted radius (and within --max-mm)
+  warn   it is beyond, up to 1.5 times the radius, as one in twenty is; or the radius itself is beyond --max-mm:
+         touch another point
+  fail   it is beyond 1.5 times the predicted radius, or beyond --max-mm: do not use the registration. Exit code 1
+
+Examples:
+  calib check registration.json --known 10,-20,95.5 --touched 101.2,-33.0,1890.4
+  calib check registration.json --known 10,-20,95.5 --touched 101.2,-33.0,1890.4 --max-mm 2 --ct-hash HASH --json";
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// The registration
+    #[arg(value_name = "REGISTRATION.json")]
+    registration: PathBuf,
+    /// Where the point is in the CT, mm
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    known: Target,
+    /// Where it was touched, in the frame that the registration maps from, mm
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    touched: Target,
+    /// Standard deviation of the touched point along each axis
+    #[arg(long, value_name = "MM", default_value = "0.3", allow_hyphen_values = true)]
+    touch_mm: Positive,
+    /// Standard deviation of the known point along each axis
+    #[arg(long, value_name = "MM", default_value = "0.1", allow_hyphen_values = true)]
+    known_mm: Positive,
+    /// The greatest error that the operation allows
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    max_mm: Option<Positive>,
+    /// Hash of the CT in use, to be checked
+    #[arg(long, value_name = "HASH")]
+    ct_hash: Option<Name>,
+    /// Name of the marker in use, to be checked
+    #[arg(long, value_name = "NAME")]
+    marker: Option<Name>,
+    /// Print the result as JSON and nothing else
+    #[arg(long)]
+    json: bool,
+}
+
+/// The result for programs.
+#[derive(Debug, Serialize)]
+struct CheckRecord {
+    verdict: &'static str,
+    error_mm: [f64; 3],
+    distance_mm: f64,
+    predicted_radius_95_mm: f64,
+    ratio: f64,
+    max_mm: Option<f64>,
+    place_mm: [f64; 3],
+    registration: String,
+    ct_hash: Option<String>,
+}
+
+impl CheckArgs {
+    pub(crate) fn run(&self) -> Result<Outcome, BeadsError> {
+        let file = RegistrationFile::read(&self.registration)?;
+        self.paired(&file)?;
+        let registration = uncertain(&self.registration, &file)?;
+        let touched = self.point(self.touched, self.touch_mm)?;
+        let known = self.point(self.known, self.known_mm)?;
+        let limits = Limits {
+            most_mm: self.max_mm.map(|limit| limit.0),
+        };
+        let checked = check::<Tracker>(&registration, touched, known, limits);
+        let text = match self.json {
+            true => serde_json::to_string_pretty(&self.record(&file, &checked))? + "\n",
+            false => self.report(&checked),
+        };
+        let failed = checked.verdict == Verdict::Fail;
+        Ok(Outcome {
+            text,
+            refused: failed.then(|| self.refusal(&checked)),
+        })
+    }
+
+    /// Refuses a registration of another CT or marker, where the ones in use are told.
+    fn paired(&self, file: &RegistrationFile) -> Result<(), ReadError> {
+        let told = |given: &Option<Name>, own: &Option<String>| {
+            let given = given.as_ref().map(|name| name.as_str().to_owned());
+            given.or_else(|| own.clone()).unwrap_or_default()
+        };
+        let (hash, marker) = (told(&self.ct_hash, &file.ct_hash), told(&self.marker, &file.marker));
+        file.paired(&self.registration, &hash, &marker)
+    }
+
+    fn point<F>(&self, at: Target, sigma: Positive) -> Result<UncertainPoint<F>, BeadsError> {
+        let [x, y, z] = at.0;
+        UncertainPoint::new(Point::new(x, y, z), Matrix3::identity() * (sigma.0 * sigma.0))
+            .map_err(|error| unusable(&self.registration, format!("the deviation {} mm: {error}", sigma.0)))
+    }
+
+    fn report(&self, checked: &Checked) -> String {
+        let ([x, y, z], [a, b, c]) = (checked.error.mm(), checked.place.mm());
+        let radius = checked.radius_95_mm;
+        let limit = self
+            .max_mm
+            .map_or(String::new(), |limit| format!(", {} mm allowed", limit.0));
+        format!(
+            "placed at        {a:.3}, {b:.3}, {c:.3} mm\nerror            {x:.3}, {y:.3}, {z:.3} mm (left, posterior, superior), \
+             length {:.3} mm{limit}\npredicted        {radius:.3} mm holds 95 % of errors; beyond {:.3} mm is a failure\nverdict          \
+             {}: {}\n",
+            checked.distance_mm,
+            FAIL_RATIO * radius,
+            name(checked.verdict),
+            self.meaning(checked)
+        )
+    }
+
+    fn meaning(&self, checked: &Checked) -> &'static str {
+        let vouched = self.max_mm.is_none_or(|limit| checked.radius_95_mm <= limit.0);
+        match checked.verdict {
+            Verdict::Pass => "the error is what was predicted",
+            Verdict::Warn if !vouched => {
+                "the predicted error is beyond --max-mm: touch more beads, or nearer to the target"
+            }
+            Verdict::Warn => "larger than 95 % of errors would be: touch another point before you rely on it",
+            Verdict::Fail => "do not use this registration: touch the beads again, and check the pointer",
+        }
+    }
+
+    fn refusal(&self, checked: &Checked) -> String {
+        let limit = self
+            .max_mm
+            .map_or(String::new(), |limit| format!(" and {} mm are allowed", limit.0));
+        format!(
+            "checking {}: the error is {:.3} mm, and {:.3} mm hold 95 % of errors{limit}: do not use this registration",
+            self.registration.display(),
+            checked.distance_mm,
+            checked.radius_95_mm
+        )
+    }
+
+    fn record(&self, file: &RegistrationFile, checked: &Checked) -> CheckRecord {
+        CheckRecord {
+            verdict: name(checked.verdict),
+            error_mm: checked.error.mm(),
+            distance_mm: checked.distance_mm,
+            predicted_radius_95_mm: checked.radius_95_mm,
+            ratio: checked.distance_mm / checked.radius_95_mm,
+            max_mm: self.max_mm.map(|limit| limit.0),
+            place_mm: checked.place.mm(),
+            registration: self.registration.to_string_lossy().into_owned(),
+            ct_hash: file.ct_hash.clone(),
+        }
+    }
+}
+
+const fn name(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "pass",
+        Verdict::Warn => "warn",
+        Verdict::Fail => "fail",
+    }
+}
+
+fn unusable(path: &Path, what: impl Into<String>) -> BeadsError {
+    BeadsError::Unusable {
+        path: path.to_owned(),
+        what: what.into(),
+    }
+}
+
+/// The transform with its covariance; the frames' names are known at run time only, so that the tracker stands for `from`.
+fn uncertain(path: &Path, file: &RegistrationFile) -> Result<Uncertain<Ct, Tracker>, BeadsError> {
+    let transform = &file.transform;
+    if transform.scale_fitted || transform.scale != 1.0 {
+        let what = format!("it has the scale {}; a patient is registered without", transform.scale);
+        return Err(unusable(path, what));
+    }
+    if file.to != "ct" {
+        let what = format!("it maps to {:?}; expected \"ct\"", file.to);
+        return Err(unusable(path, what));
+    }
+    let rows = file.covariance.ok_or_else(|| {
+        unusable(
+            path,
+            "it has no covariance, as its points lie on a line; register points off the line",
+        )
+    })?;
+    let covariance = Matrix6::from_fn(|i, j| rows[i][j]);
+    let rigid = door::rigid(transform.quaternion_wxyz, transform.translation_mm, 1e-9);
+    let rigid = rigid.map_err(|error| unusable(path, format!("its transform is none: {error}")))?;
+    Uncertain::new(rigid, covariance).map_err(|error| unusable(path, format!("its covariance is none: {error}")))
+}

@@ -1,0 +1,58 @@
+//! Why there are no beads, no match and no check.
+
+use std::path::PathBuf;
+
+use crate::input_error::InputError;
+use crate::registration_file::ReadError;
+use crate::solve::SolveError;
+use crate::source::SourceError;
+use crate::store::StoreError;
+
+/// Why a command of this folder failed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum BeadsError {
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    #[error(transparent)]
+    Registration(#[from] ReadError),
+    #[error(transparent)]
+    Picture(#[from] picture::PngError),
+    /// The volume was not read; the text says what and where.
+    #[error("{0}")]
+    Volume(Box<dyn std::error::Error + Send + Sync>),
+    #[error("finding beads in {path}: {refused}")]
+    Find {
+        path: PathBuf,
+        refused: Box<calib::bead::Refused>,
+    },
+    #[error("matching the touched points of {touched} to the beads of {beads}: {refused}")]
+    Match {
+        beads: PathBuf,
+        touched: PathBuf,
+        refused: Box<calib::bead::matching::Refused>,
+    },
+    #[error("reading the beads {path}: {source}")]
+    Json { path: PathBuf, source: serde_json::Error },
+    #[error("reading the beads {path}: {what}; find the beads again, or take the file that calib beads wrote")]
+    BadBeads { path: PathBuf, what: String },
+    #[error(
+        "the beads {path} were found in the CT {found}, and {expected} is used ({by}): find the beads in that CT, or take \
+         the file made from it"
+    )]
+    OtherCt {
+        path: PathBuf,
+        found: String,
+        expected: String,
+        by: String,
+    },
+    #[error("checking with the registration {path}: {what}")]
+    Unusable { path: PathBuf, what: String },
+    #[error("writing the result as JSON: {0}")]
+    Encode(#[from] serde_json::Error),
+}

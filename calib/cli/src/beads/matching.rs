@@ -1,0 +1,235 @@
+//! `calib match`: touched points to the beads of a CT, without being told which is which, and the registration of both.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use calib::bead::matching::{Errors, Matched, match_beads};
+use clap::Args;
+use geometry::{Ct, Point, Tracker};
+
+use super::error::BeadsError;
+use super::file::BeadsFile;
+use super::volume::{LoadVolume, ReadArgs};
+use crate::cli::{Name, Positive, Target};
+use crate::commands::Outcome;
+use crate::input::{From, Input, Row};
+use crate::points_text;
+use crate::register::{Request, describe};
+use crate::report;
+use crate::solve::{Options, solve};
+use crate::source::Source;
+use crate::store;
+
+pub(crate) const MATCH_HELP: &str = "\
+BEADS.json is what calib beads wrote. TOUCHED holds the points touched with the pointer, three numbers a line with blanks \
+or commas between them, mm, in the frame of the tracker (or of the patient's reference marker: --from reference). Their \
+order does not matter; beads that nobody touched, false beads, and touched points on no bead are told of.
+
+Two pairs agree where the distances between the points differ by less than 4.5 deviations of such a difference. The \
+largest set of pairs that all agree, and whose residuals the errors explain, is registered. If another set fits as well \
+and places the patient elsewhere, both are named and nothing is written.
+
+--ct reads the CT again and refuses beads of another one; --ct-hash does so by the hash alone. The file carries the hash, \
+and whoever uses it with another CT is refused.
+
+Refused: fewer than 3 points, points on a line, two points nearer than they can be told, layouts that look alike from \
+two sides.
+
+Examples:
+  calib match beads.json touched.txt --out registration.json
+  calib match beads.json touched.txt --ct ct-folder --from reference --marker patient --target 10,-20,95.5 --out reg.json
+  calib match beads.json touched.txt --touch-mm 0.5 --bead-mm 0.2";
+
+#[derive(Debug, Args)]
+pub(crate) struct MatchArgs {
+    /// The beads of the CT
+    #[arg(value_name = "BEADS.json")]
+    beads: PathBuf,
+    /// The touched points
+    #[arg(value_name = "TOUCHED")]
+    touched: PathBuf,
+    /// The CT that will be used, to be checked against the beads
+    #[arg(long, value_name = "VOLUME", conflicts_with = "ct_hash")]
+    ct: Option<PathBuf>,
+    /// Its hash instead
+    #[arg(long, value_name = "HASH")]
+    ct_hash: Option<Name>,
+    #[command(flatten)]
+    read: ReadArgs,
+    /// Standard deviation of a touched point along each axis
+    #[arg(long, value_name = "MM", default_value = "0.3", allow_hyphen_values = true)]
+    touch_mm: Positive,
+    /// Standard deviation of a bead's centre along each axis: the scanner's distortion, and what the skin moved since
+    #[arg(long, value_name = "MM", default_value = "0.1", allow_hyphen_values = true)]
+    bead_mm: Positive,
+    /// Name of the frame that the points were touched in
+    #[arg(long, value_name = "NAME", default_value = "tracker")]
+    from: Name,
+    /// Name of the marker that the points were seen by, to be checked when the file is used
+    #[arg(long, value_name = "NAME")]
+    marker: Option<Name>,
+    /// Where to predict the error, in the CT, mm; may be given several times
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    target: Vec<Target>,
+    /// Write the registration here, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<PathBuf>,
+    /// Replace that file if it exists
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+    /// Print the registration as JSON and nothing else
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was read.
+struct Read {
+    beads: BeadsFile,
+    sources: [Source; 2],
+    centres: Vec<Point<Ct>>,
+    touched: Vec<points_text::Point>,
+}
+
+impl MatchArgs {
+    pub(crate) fn run(&self, load: LoadVolume) -> Result<Outcome, BeadsError> {
+        if let Some(out) = &self.out {
+            store::check(out, self.overwrite)?;
+        }
+        let read = self.read_files()?;
+        self.check_ct(&read.beads, load)?;
+        // The frame's name is known at run time only; the tracker stands for it here.
+        let touched: Vec<Point<Tracker>> = read.touched.iter().map(|p| point(p.mm)).collect();
+        let matched = match_beads(&read.centres, &touched, &self.errors()).map_err(|refused| BeadsError::Match {
+            beads: self.beads.clone(),
+            touched: self.touched.clone(),
+            refused: Box::new(refused),
+        })?;
+        let pairing = pairing_text(&matched, &read);
+        let ct_hash = read.beads.ct_hash.clone();
+        let input = input(&matched, read);
+        let request = self.request(ct_hash);
+        let solution = solve(&input.rows, &request.options, &input.names())?;
+        let file = describe(&request, &input, &solution);
+        let encoded = file.to_json().map_err(serde_json::Error::io)?;
+        let mut text = report::text(&file, true) + &pairing;
+        if let Some(out) = &self.out {
+            let inputs = [self.beads.as_path(), self.touched.as_path()];
+            store::write(out, Ok(encoded.clone()), inputs.into_iter())?;
+            text += &format!("\nwritten to {}\n", out.display());
+        }
+        Ok(Outcome {
+            text: if self.json { encoded } else { text },
+            refused: None,
+        })
+    }
+
+    fn errors(&self) -> Errors {
+        Errors {
+            bead_mm: self.bead_mm.0,
+            touch_mm: self.touch_mm.0,
+        }
+    }
+
+    fn read_files(&self) -> Result<Read, BeadsError> {
+        let (beads, source) = BeadsFile::read(&self.beads)?;
+        let touched = Source::read(&self.touched)?;
+        Ok(Read {
+            centres: beads.beads.iter().map(|bead| point(bead.centre_mm)).collect(),
+            touched: points_text::read(&touched)?,
+            beads,
+            sources: [source, touched],
+        })
+    }
+
+    /// Refuses beads of another CT.
+    fn check_ct(&self, beads: &BeadsFile, load: LoadVolume) -> Result<(), BeadsError> {
+        let (expected, by) = match (&self.ct, &self.ct_hash) {
+            (Some(path), _) => (
+                self.read.load(path, load)?.0.hash.to_string(),
+                path.display().to_string(),
+            ),
+            (None, Some(hash)) => (hash.as_str().to_owned(), "--ct-hash".to_owned()),
+            (None, None) => return Ok(()),
+        };
+        if beads.ct_hash == expected {
+            return Ok(());
+        }
+        Err(BeadsError::OtherCt {
+            path: self.beads.clone(),
+            found: beads.ct_hash.clone(),
+            expected,
+            by,
+        })
+    }
+
+    fn request(&self, ct_hash: String) -> Request {
+        Request {
+            input: From::Points {
+                to: self.beads.clone(),
+                from: self.touched.clone(),
+            },
+            allow_duplicates: false,
+            options: Options {
+                noise_mm: Some(self.errors().noise().sigma_mm),
+                ..Options::default()
+            },
+            targets: self.target.iter().map(|target| target.0).collect(),
+            to: "ct".to_owned(),
+            from: self.from.as_str().to_owned(),
+            out: self.out.clone(),
+            overwrite: self.overwrite,
+            ct_hash: Some(ct_hash),
+            marker: self.marker.as_ref().map(|name| name.as_str().to_owned()),
+            all: true,
+        }
+    }
+}
+
+fn point<F>([x, y, z]: [f64; 3]) -> Point<F> {
+    Point::new(x, y, z)
+}
+
+/// The pairs that were found, as if they had been given.
+fn input(matched: &Matched<Tracker>, read: Read) -> Input {
+    let pairs = matched.bead_of.iter().zip(&read.touched);
+    let row = |(bead, touched): (&Option<usize>, &points_text::Point)| {
+        bead.map(|bead| Row {
+            lines: [bead + 1, touched.line],
+            to: read.centres[bead].mm(),
+            from: touched.mm,
+            weight: 1.0,
+            label: format!("bead {}", bead + 1),
+        })
+    };
+    let [beads, touched] = read.sources;
+    Input {
+        rows: pairs.filter_map(row).collect(),
+        sources: vec![("beads", beads), ("touched", touched)],
+        has_weights: false,
+    }
+}
+
+/// Who is who, in words.
+fn pairing_text(matched: &Matched<Tracker>, read: &Read) -> String {
+    let mut text = String::from("\n");
+    let [found, most] = matched.chi_squared;
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        text,
+        "pairing          the only one that fits: squared residuals over the noise are {found:.1}, up to {most:.1} is accepted"
+    );
+    for at in matched.without_bead() {
+        let touched = &read.touched[at];
+        let [x, y, z] = touched.mm;
+        let _ = writeln!(
+            text,
+            "no bead          line {}: the touched point {x}, {y}, {z} is on no bead",
+            touched.line
+        );
+    }
+    if !matched.untouched.is_empty() {
+        let numbers: Vec<String> = matched.untouched.iter().map(|bead| (bead + 1).to_string()).collect();
+        let _ = writeln!(text, "not touched      beads {}", numbers.join(", "));
+    }
+    text
+}

@@ -1,0 +1,17 @@
+//! `calib beads`, `calib match` and `calib check`: from a CT to a registration that was checked on the patient.
+
+mod check;
+mod error;
+mod file;
+mod find;
+mod matching;
+mod sheet;
+#[cfg(test)]
+mod tests;
+mod volume;
+
+pub(crate) use check::{CHECK_HELP, CheckArgs};
+pub use file::{BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, RejectedRecord, SearchRecord, VolumeRecord};
+pub(crate) use find::{BEADS_HELP, BeadsArgs};
+pub(crate) use matching::{MATCH_HELP, MatchArgs};
+pub use volume::LoadVolume;

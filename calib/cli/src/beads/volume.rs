@@ -1,0 +1,56 @@
+//! The CT, read by whoever knows its format.
+
+use std::path::{Path, PathBuf};
+
+use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
+use bus::volume::OwnedVolume;
+use calib::bead::Voxels;
+use clap::Args;
+use geometry::VolumeGrid;
+
+use super::error::BeadsError;
+
+/// Reads a volume from a file or a folder. Handed in by the binary, as this crate knows no formats of volumes.
+pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+
+/// How the CT is to be read where its files leave a choice.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ReadArgs {
+    /// Which DICOM series of a folder, from 1
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..))]
+    series: Option<u32>,
+    /// Take the axes of a file without orientation as left, posterior, superior
+    #[arg(long)]
+    assume_lps: bool,
+}
+
+/// A volume in memory.
+pub(super) struct Volume(pub(super) OwnedVolume);
+
+impl ReadArgs {
+    pub(super) fn load(&self, path: &Path, load: LoadVolume) -> Result<Volume, BeadsError> {
+        let mut spec = VolumeSpec::of_path(PathBuf::from(path));
+        if let VolumeSource::File(FileSpec { series, assume_lps, .. }) = &mut spec.source {
+            (*series, *assume_lps) = (self.series, self.assume_lps);
+        }
+        load(&spec).map(Volume).map_err(BeadsError::Volume)
+    }
+}
+
+impl Voxels for Volume {
+    fn grid(&self) -> &VolumeGrid {
+        &self.0.grid
+    }
+
+    fn at(&self, voxel: [u32; 3]) -> i16 {
+        self.0.view().at(voxel)
+    }
+
+    fn row(&self, y: u32, z: u32, out: &mut [i16]) {
+        let layout = &self.0.layout;
+        let first = layout.table(1)[y as usize] + layout.table(2)[z as usize];
+        for (value, x) in out.iter_mut().zip(layout.table(0)) {
+            *value = self.0.voxels[(first + x) as usize];
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! The whole search: bright spots, detector, model.
+
+use geometry::{Ct, Point};
+use nalgebra::{Matrix3, Vector3};
+
+use super::fit::{Expected, Fitted, Sample, fit};
+use super::kernel::{Kernel, Response, moved};
+use super::optics::Optics;
+use super::profile::Blur;
+use super::seeds::seeds;
+use super::{Reason, Refused, Search, Voxels};
+
+/// HU of air: on the skin a bead's surroundings may be that dark.
+const AIR_HU: f64 = -1000.0;
+/// The least contrast by which a bead can be told from bone at all, HU.
+const LEAST_CONTRAST_HU: f64 = 300.0;
+/// The most that is asked of a bead, HU: half of what 12 bits hold.
+const MOST_CONTRAST_HU: f64 = 1500.0;
+/// Share of the contrast by which a voxel must be over the darkest of six around it, before anything is summed.
+const PROBED: f64 = 0.7;
+/// The brightest voxel around a bead, as a share of its own contrast.
+const MOST_AROUND: f64 = 0.6;
+/// The least share of the surroundings that must lie in the volume.
+const LEAST_WITHIN: f64 = 0.5;
+/// Root mean square residual as a share of the contrast.
+const MOST_RESIDUAL: f64 = 0.12;
+/// Fitted blur over expected: kernels for bone are sharp.
+const BLUR_RANGE: [f64; 2] = [0.45, 1.8];
+/// Share of the metal's HU that a fitted ball must have.
+const METAL_SHARE: f64 = 0.6;
+/// How far beyond the range of radii a fitted one may lie.
+const RADIUS_SLACK: f64 = 1.15;
+/// Deviations of the logarithms of metal and radius by which they must miss their bounds: where a ball is clipped or small the voxels do not tell.
+const SURE: f64 = 2.0;
+/// Deviations of the logarithms of blur and metal that are expected.
+const BLUR_DEVIATION: f64 = 0.3;
+const METAL_DEVIATION: f64 = 1.0;
+/// Error of the centre by what is not Gaussian in the blur, as a share of the step between voxels: a box-shaped slice of
+/// 3 mm draws it by 0.02 mm.
+const MODEL_CENTRE: f64 = 0.005;
+/// The most rejected spots that are told.
+const MAX_REJECTED: usize = 256;
+
+/// A metal bead.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bead {
+    /// Its centre, mm.
+    pub centre: Point<Ct>,
+    /// Covariance of the centre, mm^2: by the residuals of the model, as if the noise of voxels were independent, and
+    /// 0.5 % of a voxel for what the model does not know of the blur.
+    pub covariance: Matrix3<f64>,
+    /// Its centre as a continuous voxel index.
+    pub voxel: [f64; 3],
+    /// Radius, and deviation of it, mm: near the middle of the range that was asked for where the voxels do not tell.
+    pub radius_mm: [f64; 2],
+    /// Blur: deviation in the slice's plane and along its normal, mm.
+    pub blur_mm: [f64; 2],
+    /// HU over the surroundings, before blur and clipping.
+    pub metal_hu: f64,
+    /// HU of the surroundings.
+    pub ground_hu: f64,
+    /// Brightest voxel over the surroundings, HU.
+    pub contrast_hu: f64,
+    /// The detector's value (5.3).
+    pub chi: f64,
+    /// Root mean square residual of the model where the ball shines, HU.
+    pub residual_hu: f64,
+    /// Voxels at the clipping value.
+    pub clipped: usize,
+}
+
+impl Bead {
+    /// Root mean square error of the centre that the covariance predicts, mm.
+    pub fn error_rms_mm(&self) -> f64 {
+        self.covariance.trace().max(0.0).sqrt()
+    }
+}
+
+/// A bright spot that was not taken for a bead.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rejected {
+    /// Where it is, to about half a voxel, mm.
+    pub place: Point<Ct>,
+    /// Brightest voxel over its surroundings, HU.
+    pub contrast_hu: f64,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// Ascending by slice, row, column.
+    pub beads: Vec<Bead>,
+    /// Bright spots that are no beads, of the greatest contrast first; at most 256.
+    pub rejected: Vec<Rejected>,
+    /// Local maxima that stand out from what is around them, and were looked at.
+    pub spots: usize,
+    /// Least HU over the surroundings that was asked for.
+    pub least_contrast_hu: f64,
+    /// Where the scanner clips, HU.
+    pub clip_hu: Option<i16>,
+}
+
+/// A spot that the detector accepts.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    voxel: [u32; 3],
+    place: Vector3<f64>,
+    response: Response,
+}
+
+/// Finds the metal beads of a volume. Time is bounded by the volume's size and by the number of bright spots.
+///
+/// # Errors
+/// [`Refused`]. No bead is no error.
+pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
+    search.check()?;
+    let finder = Finder::new(voxels, search)?;
+    let stands_out = |at| finder.kernel.stands_out(voxels, at, PROBED * finder.least_contrast);
+    let seeds = seeds(voxels, AIR_HU + finder.least_contrast, stands_out)?;
+    let clip_hu = search.clip_hu.or(seeds.clip_hu);
+    let mut rejected = Vec::new();
+    let candidates = finder.candidates(&seeds.voxels, &mut rejected);
+    let mut beads: Vec<Bead> = Vec::new();
+    for candidate in &candidates {
+        match finder.bead(candidate, clip_hu) {
+            Ok(bead) => beads.push(bead),
+            Err(reason) => rejected.push(finder.rejected(candidate, reason)),
+        }
+    }
+    beads.sort_by(|a, b| order(&a.voxel).total_cmp(&order(&b.voxel)));
+    rejected.sort_by(|a, b| b.contrast_hu.total_cmp(&a.contrast_hu));
+    rejected.truncate(MAX_REJECTED);
+    Ok(Found {
+        beads,
+        rejected,
+        spots: seeds.voxels.len(),
+        least_contrast_hu: finder.least_contrast,
+        clip_hu,
+    })
+}
+
+/// Slices first, then rows, then columns, each of at most 16384.
+fn order([x, y, z]: &[f64; 3]) -> f64 {
+    (z * 16_384.0 + y) * 16_384.0 + x
+}
+
+struct Finder<'a> {
+    voxels: &'a dyn Voxels,
+    search: &'a Search,
+    optics: Optics,
+    kernel: Kernel,
+    least_contrast: f64,
+}
+
+impl<'a> Finder<'a> {
+    fn new(voxels: &'a dyn Voxels, search: &'a Search) -> Result<Self, Refused> {
+        let optics = Optics::of(voxels.grid())?;
+        let least_hu = search.metal_hu * optics.least_share(search);
+        if 0.5 * least_hu < LEAST_CONTRAST_HU {
+            return Err(Refused::TooCoarse {
+                radius_mm: search.radius_mm[0],
+                metal_hu: search.metal_hu,
+                least_hu,
+                needed_hu: 2.0 * LEAST_CONTRAST_HU,
+                spacing_mm: voxels.grid().spacing_mm(),
+            });
+        }
+        Ok(Self {
+            voxels,
+            search,
+            kernel: Kernel::new(&optics, search)?,
+            optics,
+            least_contrast: (0.5 * least_hu).min(MOST_CONTRAST_HU),
+        })
+    }
+
+    /// The spots that the detector accepts, each once, the best first.
+    fn candidates(&self, seeds: &[[u32; 3]], rejected: &mut Vec<Rejected>) -> Vec<Candidate> {
+        let mut all: Vec<Candidate> = seeds.iter().filter_map(|seed| self.centred(*seed)).collect();
+        all.sort_by(|a, b| b.response.chi.total_cmp(&a.response.chi).then(a.voxel.cmp(&b.voxel)));
+        let mut kept: Vec<Candidate> = Vec::new();
+        let apart = self.search.radius_mm[1]
+            .max(self.optics.step_mm[0])
+            .max(self.optics.step_mm[1]);
+        for candidate in all {
+            if kept.iter().any(|other| (other.place - candidate.place).norm() <= apart) {
+                continue;
+            }
+            match self.judge(&candidate.response) {
+                None => kept.push(candidate),
+                Some(reason) => rejected.push(self.rejected(&candidate, reason)),
+            }
+        }
+        kept
+    }
+
+    /// The spot's middle by the centroid of what is brighter than half its contrast; `None` where it is too dim.
+    fn centred(&self, seed: [u32; 3]) -> Option<Candidate> {
+        let (mut voxel, mut place) = (seed, seed.map(f64::from));
+        let mut response = self.kernel.response(self.voxels, voxel)?;
+        for _ in 0..4 {
+            if response.contrast() < self.least_contrast {
+                return None;
+            }
+            let level = response.ground_hu + 0.5 * response.contrast();
+            let centre = self.kernel.centroid(self.voxels, voxel, level)?;
+            place = centre;
+            let next = centre.map(|c| c.round() as u32);
+            if next == voxel {
+                break;
+            }
+            voxel = next;
+            response = self.kernel.response(self.voxels, voxel)?;
+        }
+        let bright = response.contrast() >= self.least_contrast;
+        bright.then(|| Candidate {
+            voxel,
+            place: self.optics.place(place),
+            response,
+        })
+    }
+
+    /// Why the detector refuses a spot.
+    fn judge(&self, response: &Response) -> Option<Reason> {
+        if response.chi < self.search.least_chi {
+            return Some(Reason::Chi {
+                found: response.chi,
+                needed: self.search.least_chi,
+            });
+        }
+        let (within, all) = (response.ring, self.kernel.ring_voxels());
+        if (within as f64) < LEAST_WITHIN * all as f64 {
+            return Some(Reason::AtBorder { within, all });
+        }
+        let share = (response.ring_peak_hu - response.ground_hu) / response.contrast();
+        (share > MOST_AROUND).then_some(Reason::NotAlone {
+            share,
+            most: MOST_AROUND,
+        })
+    }
+
+    fn rejected(&self, candidate: &Candidate, reason: Reason) -> Rejected {
+        let p = candidate.place;
+        Rejected {
+            place: Point::new(p.x, p.y, p.z),
+            contrast_hu: candidate.response.contrast(),
+            reason,
+        }
+    }
+
+    /// Fits the model and judges it.
+    fn bead(&self, candidate: &Candidate, clip_hu: Option<i16>) -> Result<Bead, Reason> {
+        let axes = axes(&self.optics.normal);
+        let samples = self.samples(candidate, &axes, clip_hu);
+        let expected = self.expected(&candidate.response);
+        let fitted = fit(&samples, &expected).ok_or(Reason::NoFit)?;
+        self.judge_fit(&fitted)?;
+        let place = candidate.place + axes * fitted.centre;
+        let voxel = self.optics.index(self.voxels.grid(), place);
+        let radius = fitted.blur.radius_mm;
+        Ok(Bead {
+            centre: Point::new(place.x, place.y, place.z),
+            covariance: axes * (fitted.covariance + self.model_error()) * axes.transpose(),
+            voxel,
+            radius_mm: [radius, radius * fitted.radius_deviation],
+            blur_mm: [fitted.blur.plane_mm, fitted.blur.axial_mm],
+            metal_hu: fitted.metal_hu,
+            ground_hu: fitted.ground_hu,
+            contrast_hu: candidate.response.contrast(),
+            chi: candidate.response.chi,
+            residual_hu: fitted.residual_hu,
+            clipped: fitted.clipped,
+        })
+    }
+
+    /// In the axes of [`axes`], mm^2.
+    fn model_error(&self) -> Matrix3<f64> {
+        let [plane, axial] = self.optics.step_mm.map(|step| (MODEL_CENTRE * step).powi(2));
+        Matrix3::from_diagonal(&Vector3::new(plane, plane, axial))
+    }
+
+    fn samples(&self, candidate: &Candidate, axes: &Matrix3<f64>, clip_hu: Option<i16>) -> Vec<Sample> {
+        let sample = |offset: &[i32; 3]| {
+            let place = moved(self.voxels, candidate.voxel, *offset)?;
+            let value = self.voxels.at(place);
+            let d = self.optics.place(place.map(f64::from)) - candidate.place;
+            Some(Sample {
+                place: axes.transpose() * d,
+                hu: f64::from(value),
+                clipped: clip_hu.is_some_and(|clip| value >= clip),
+            })
+        };
+        self.kernel.all.iter().filter_map(sample).collect()
+    }
+
+    fn expected(&self, response: &Response) -> Expected {
+        let [low, high] = self.search.radius_mm;
+        // The range is taken for two deviations to either side.
+        let range = 0.25 * (high / low).ln();
+        Expected {
+            blur: self.optics.blur(self.search.radius()),
+            metal_hu: 2.0 * self.search.metal_hu,
+            deviations: [range.max(0.02), BLUR_DEVIATION, BLUR_DEVIATION, METAL_DEVIATION],
+            noise_hu: response.ground_deviation_hu,
+            ground_hu: response.ground_hu,
+            contrast_hu: response.contrast(),
+        }
+    }
+
+    fn judge_fit(&self, fitted: &Fitted) -> Result<(), Reason> {
+        let Blur {
+            radius_mm,
+            plane_mm,
+            axial_mm,
+        } = fitted.blur;
+        let [low, high] = self.search.radius_mm;
+        let strayed = fitted.centre.norm() > high.max(self.optics.step_mm[1]);
+        if strayed {
+            return Err(Reason::NoFit);
+        }
+        // Radius and HU of a small ball are nearly one number, but all its metal together is well known; it
+        // must do for the smallest bead.
+        let smallest_hu = fitted.metal_hu * (radius_mm / low).powi(3);
+        // Unclipped voxels tell the HU; a blurred knob of bone in bone must not gain by what they leave open.
+        let sure = if fitted.clipped > 0 { SURE } else { 0.0 };
+        let most = |hu: f64, deviation: f64| hu * (sure * deviation).exp();
+        let surely = most(fitted.metal_hu, fitted.metal_deviation).min(most(smallest_hu, fitted.mass_deviation));
+        let needed_hu = METAL_SHARE * self.search.metal_hu;
+        if surely < needed_hu {
+            return Err(Reason::NotMetal {
+                found_hu: fitted.metal_hu.min(smallest_hu),
+                needed_hu,
+            });
+        }
+        let ratio = [plane_mm / self.optics.sigma_mm[0], axial_mm / self.optics.sigma_mm[1]];
+        if ratio.iter().any(|r| *r < BLUR_RANGE[0] || *r > BLUR_RANGE[1]) {
+            return Err(Reason::Blur {
+                ratio,
+                range: BLUR_RANGE,
+            });
+        }
+        let range_mm = [low / RADIUS_SLACK, high * RADIUS_SLACK];
+        let unsure = (SURE * fitted.radius_deviation).exp();
+        if radius_mm * unsure < range_mm[0] || radius_mm / unsure > range_mm[1] {
+            return Err(Reason::Radius {
+                found_mm: radius_mm,
+                range_mm,
+            });
+        }
+        let residual = fitted.residual_hu / fitted.signal_hu;
+        if residual > MOST_RESIDUAL {
+            return Err(Reason::Shape {
+                residual,
+                most: MOST_RESIDUAL,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Orthonormal columns of which the third is `normal`.
+fn axes(normal: &Vector3<f64>) -> Matrix3<f64> {
+    let least = normal.iamin();
+    let other = Vector3::from_fn(|i, _| f64::from(u8::from(i == least)));
+    // Never parallel: the other axis is the one that the normal leans to least.
+    let u = normal.cross(&other).try_normalize(0.0).unwrap_or(other);
+    Matrix3::from_columns(&[u, normal.cross(&u), *normal])
+}

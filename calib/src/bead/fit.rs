@@ -1,0 +1,289 @@
+//! Stage 2: the centre to a hundredth of a voxel, by fitting a blurred ball on sloping ground, censored where the scanner
+//! clipped.
+//!
+//! ```text
+//! m(x) = b + g . x + A f(x - c; r, p, a)                                                     f of [`super::profile`]
+//! ```
+//!
+//! Eleven numbers: the centre c, ln A, ln r, ln p, ln a, b and g. Where voxels are coarse or clipped the data say little on
+//! some of them (A, r and the blur of a small ball are nearly one number), so that the logarithms have a wide normal prior
+//! about what is expected of the scanner and the bead: [`Expected`]. A clipped voxel counts only while the model lies below
+//! the clipping value. Residuals weigh as Cauchy's, so that bone or air at the window's edge does not draw the centre.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use super::profile::Blur;
+
+const N: usize = 11;
+type Vector = SVector<f64, N>;
+type Matrix = SMatrix<f64, N, N>;
+
+/// Levenberg-Marquardt steps of one round.
+const MAX_STEPS: usize = 100;
+/// A step of the centre below this, mm, ends the iteration where the cost has stopped falling too.
+const STEP_END_MM: f64 = 1e-6;
+/// A fall of the cost below this share of it counts as none: a ten-thousandth of a deviation of any parameter.
+const COST_END: f64 = 1e-9;
+/// A last step of the centre that is accepted when the steps run out, mm.
+const LAST_STEP_MM: f64 = 5e-3;
+/// The model's own error as a share of the ball's signal: no scanner's blur is a Gaussian.
+const MODEL_ERROR: f64 = 0.005;
+/// Deviations at which a residual counts half.
+const CAUCHY: f64 = 4.0;
+/// Deviation of the values by their rounding to whole HU.
+const LEAST_NOISE_HU: f64 = 0.3;
+
+/// A voxel of the window: its place about the start, mm, in axes of which the third is the slices' normal.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample {
+    pub(super) place: Vector3<f64>,
+    pub(super) hu: f64,
+    pub(super) clipped: bool,
+}
+
+/// The middle of the priors, and the deviations of the logarithms.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Expected {
+    pub(super) blur: Blur,
+    pub(super) metal_hu: f64,
+    /// Of radius, blur in the plane, blur along the normal, and metal.
+    pub(super) deviations: [f64; 4],
+    /// Of the ground's values, HU.
+    pub(super) noise_hu: f64,
+    pub(super) ground_hu: f64,
+    pub(super) contrast_hu: f64,
+}
+
+/// The fitted model; lengths in mm about the start.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fitted {
+    pub(super) centre: Vector3<f64>,
+    /// mm^2.
+    pub(super) covariance: Matrix3<f64>,
+    pub(super) blur: Blur,
+    /// Deviations of ln r, of ln A, and of ln(A r^3): of all the metal.
+    pub(super) radius_deviation: f64,
+    pub(super) metal_deviation: f64,
+    pub(super) mass_deviation: f64,
+    pub(super) metal_hu: f64,
+    pub(super) ground_hu: f64,
+    /// Root mean square residual where the ball's signal is above a tenth of its greatest, HU.
+    pub(super) residual_hu: f64,
+    /// The model's greatest signal, HU, and what is seen of it below the clipping.
+    pub(super) signal_hu: f64,
+    pub(super) clipped: usize,
+}
+
+/// The model at one voxel: value, signal of the ball, derivatives.
+struct Modelled {
+    value: f64,
+    signal: f64,
+    by: Vector,
+}
+
+#[derive(Clone, Copy)]
+struct State(Vector);
+
+impl State {
+    fn blur(&self) -> Blur {
+        Blur {
+            radius_mm: self.0[4].exp(),
+            plane_mm: self.0[5].exp(),
+            axial_mm: self.0[6].exp(),
+        }
+    }
+
+    fn model(&self, blur: &Blur, metal: f64, place: &Vector3<f64>) -> Modelled {
+        let x = &self.0;
+        let d = place - Vector3::new(x[0], x[1], x[2]);
+        let rho = d.x.hypot(d.y);
+        let f = blur.at(rho, d.z);
+        let (ux, uy) = if rho > 0.0 { (d.x / rho, d.y / rho) } else { (0.0, 0.0) };
+        let signal = metal * f.value;
+        let by = Vector::from([
+            -metal * f.by_rho * ux,
+            -metal * f.by_rho * uy,
+            -metal * f.by_z,
+            signal,
+            metal * f.by_radius * blur.radius_mm,
+            metal * f.by_plane * blur.plane_mm,
+            metal * f.by_axial * blur.axial_mm,
+            1.0,
+            place.x,
+            place.y,
+            place.z,
+        ]);
+        Modelled {
+            value: x[7] + x[8] * place.x + x[9] * place.y + x[10] * place.z + signal,
+            signal,
+            by,
+        }
+    }
+}
+
+struct Problem<'a> {
+    samples: &'a [Sample],
+    prior_mean: [f64; 4],
+    /// Inverse variances of ln A, ln r, ln p, ln a.
+    prior_weight: [f64; 4],
+    noise_hu: f64,
+}
+
+/// Fits the model; `None` where it does not settle.
+pub(super) fn fit(samples: &[Sample], expected: &Expected) -> Option<Fitted> {
+    let blur = expected.blur;
+    let [radius, plane, axial, metal] = expected.deviations;
+    let start = [expected.metal_hu, blur.radius_mm, blur.plane_mm, blur.axial_mm].map(f64::ln);
+    let mut problem = Problem {
+        samples,
+        prior_mean: start,
+        prior_weight: [metal, radius, plane, axial].map(|d| 1.0 / (d * d)),
+        noise_hu: expected.noise_hu.max(0.01 * expected.contrast_hu),
+    };
+    let mut state = State(Vector::zeros());
+    state.0.fixed_rows_mut::<4>(3).copy_from_slice(&start);
+    state.0[7] = expected.ground_hu;
+    state = problem.settle(state)?;
+    // Once more with the noise that the window has.
+    problem.noise_hu = problem.spread(&state).max(LEAST_NOISE_HU);
+    state = problem.settle(state)?;
+    problem.result(&state)
+}
+
+impl Problem<'_> {
+    /// Residual (data minus model) and variance; nothing where the data only say "at least".
+    fn residual(&self, sample: &Sample, model: &Modelled) -> (f64, f64) {
+        let own = MODEL_ERROR * model.signal;
+        let variance = self.noise_hu * self.noise_hu + own * own;
+        let residual = sample.hu - model.value;
+        if sample.clipped && residual < 0.0 {
+            return (0.0, variance);
+        }
+        (residual, variance)
+    }
+
+    fn prior_cost(&self, state: &State) -> f64 {
+        (0..4)
+            .map(|i| self.prior_weight[i] * (state.0[3 + i] - self.prior_mean[i]).powi(2))
+            .sum()
+    }
+
+    /// Cauchy's cost of the residuals and the priors'.
+    fn cost(&self, state: &State) -> f64 {
+        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let term = |sample: &Sample| {
+            let (residual, variance) = self.residual(sample, &state.model(&blur, metal, &sample.place));
+            CAUCHY * CAUCHY * (residual * residual / (variance * CAUCHY * CAUCHY)).ln_1p()
+        };
+        self.samples.iter().map(term).sum::<f64>() + self.prior_cost(state)
+    }
+
+    /// `J^T W J` with the priors, `J^T W r`, the weighted squares and the weights' number.
+    fn normal(&self, state: &State) -> (Matrix, Vector, f64, f64) {
+        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let (mut matrix, mut vector, mut squares, mut count) = (Matrix::zeros(), Vector::zeros(), 0.0, 0.0);
+        for sample in self.samples {
+            let model = state.model(&blur, metal, &sample.place);
+            let (residual, variance) = self.residual(sample, &model);
+            if residual == 0.0 && sample.clipped {
+                continue;
+            }
+            let robust = 1.0 / (1.0 + residual * residual / (variance * CAUCHY * CAUCHY));
+            let weight = robust / variance;
+            matrix.ger(weight, &model.by, &model.by, 1.0);
+            vector.axpy(weight * residual, &model.by, 1.0);
+            squares += weight * residual * residual;
+            count += robust;
+        }
+        for i in 0..4 {
+            matrix[(3 + i, 3 + i)] += self.prior_weight[i];
+            vector[3 + i] += self.prior_weight[i] * (self.prior_mean[i] - state.0[3 + i]);
+        }
+        (matrix, vector, squares, count)
+    }
+
+    fn settle(&self, mut state: State) -> Option<State> {
+        let (mut damping, mut cost, mut last_mm) = (1e-3, self.cost(&state), f64::INFINITY);
+        for _ in 0..MAX_STEPS {
+            let (matrix, vector, ..) = self.normal(&state);
+            let (next, step, next_cost) = loop {
+                let mut damped = matrix;
+                (0..N).for_each(|i| damped[(i, i)] *= 1.0 + damping);
+                let step = damped.cholesky()?.solve(&vector);
+                let next = State(state.0 + step);
+                let next_cost = self.cost(&next);
+                if next_cost <= cost * (1.0 + 1e-12) {
+                    break (next, step, next_cost);
+                }
+                damping *= 8.0;
+                if damping > 1e9 {
+                    // No step lowers the cost: it is as low as rounding lets it be.
+                    return Some(state);
+                }
+            };
+            damping = (damping * 0.2).max(1e-12);
+            let fallen = cost - next_cost;
+            (state, cost) = (next, next_cost);
+            last_mm = step.rows(0, 3).norm();
+            if last_mm < STEP_END_MM && fallen <= COST_END * (1.0 + cost) {
+                return Some(state);
+            }
+        }
+        (last_mm < LAST_STEP_MM).then_some(state)
+    }
+
+    /// Deviation of the residuals by their median.
+    fn spread(&self, state: &State) -> f64 {
+        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let residual = |s: &Sample| (s.hu - state.model(&blur, metal, &s.place).value).abs();
+        let unclipped = self.samples.iter().filter(|s| !s.clipped);
+        let mut all: Vec<f64> = unclipped.map(residual).collect();
+        if all.is_empty() {
+            return 0.0;
+        }
+        let middle = all.len() / 2;
+        // The median of a normal error's size is 0.6745 deviations.
+        *all.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
+    }
+
+    fn result(&self, state: &State) -> Option<Fitted> {
+        let (matrix, _, squares, count) = self.normal(state);
+        let inverse = matrix.cholesky()?.inverse();
+        let scale = squares / (count - N as f64).max(1.0);
+        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let (signal, residual) = self.quality(state);
+        let x = &state.0;
+        let fitted = Fitted {
+            centre: Vector3::new(x[0], x[1], x[2]),
+            covariance: inverse.fixed_view::<3, 3>(0, 0) * scale,
+            blur,
+            radius_deviation: inverse[(4, 4)].sqrt(),
+            metal_deviation: inverse[(3, 3)].sqrt(),
+            mass_deviation: (inverse[(3, 3)] + 6.0 * inverse[(3, 4)] + 9.0 * inverse[(4, 4)])
+                .max(0.0)
+                .sqrt(),
+            metal_hu: metal,
+            ground_hu: x[7] + x[8] * x[0] + x[9] * x[1] + x[10] * x[2],
+            residual_hu: residual,
+            signal_hu: signal,
+            clipped: self.samples.iter().filter(|s| s.clipped).count(),
+        };
+        x.iter().all(|v| v.is_finite()).then_some(fitted)
+    }
+
+    /// The greatest signal, and the root mean square residual where it is above a tenth of that.
+    fn quality(&self, state: &State) -> (f64, f64) {
+        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let greatest = metal * blur.value(0.0, 0.0);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for sample in self.samples {
+            let model = state.model(&blur, metal, &sample.place);
+            if model.signal > 0.1 * greatest {
+                let (residual, _) = self.residual(sample, &model);
+                sum += residual * residual;
+                count += 1.0;
+            }
+        }
+        (greatest, (sum / f64::max(count, 1.0)).sqrt())
+    }
+}

@@ -1,0 +1,5 @@
+//! Tests of the whole search.
+
+mod accuracy;
+mod rivals;
+mod specimen;
