@@ -7,12 +7,14 @@
 //! calibration base; [`f2554`] says how well a pointer locates points, [`coverage`] whether the recorded motion was enough,
 //! and [`gate`] whether a result is good enough.
 //! [`bead`] registers the patient: it finds metal beads in the CT, tells which of them was touched, and judges the check.
+//! [`file`](mod@file) reads the results back, from their text.
 
 pub mod base;
 pub mod bead;
 pub mod bundle;
 pub mod coverage;
 pub mod f2554;
+pub mod file;
 pub mod gate;
 pub mod marker;
 pub mod pivot;

@@ -4,6 +4,8 @@ use bus::clock::ms;
 use bus::message::{FrameStamp, FrameState, ToolPose, Tracked, VolumeHash, VolumeHeader};
 use serde::Serialize;
 
+use crate::accuracy::AccuracyBook;
+
 /// The way of a pose to its pixels, stage by stage.
 pub(crate) const STAGES: [&str; 5] = [
     "capture_to_publish",
@@ -17,6 +19,9 @@ pub(crate) const STAGES: [&str; 5] = [
 #[derive(Debug, Default)]
 pub(crate) struct Books {
     pub(crate) poses: PoseCounts,
+    pub(crate) accuracy: AccuracyBook,
+    /// What the newest valid pose rests on.
+    pub(crate) registration_id: Option<u64>,
     pub(crate) views: Vec<ViewBook>,
     /// One list of durations (ns) for each of [`STAGES`].
     latencies: [Vec<i64>; 5],
@@ -93,8 +98,14 @@ impl Books {
         }
         self.poses.published += 1;
         match pose.tracked_at(now_ns) {
-            Ok(Tracked::Valid(_)) => {}
-            Ok(Tracked::Lost(_)) => self.poses.lost += 1,
+            Ok(Tracked::Valid(_)) => {
+                self.accuracy.valid(&pose);
+                self.registration_id = Some(pose.registration_id);
+            }
+            Ok(Tracked::Lost(reason)) => {
+                self.poses.lost += 1;
+                self.accuracy.lost(reason);
+            }
             Err(_) => self.poses.refused += 1,
         }
         if self.recent.len() == RECENT {

@@ -161,6 +161,9 @@ pub(crate) fn report(run: &Run) -> Report {
         padding_hu: v.padding_hu,
         marks: v.marks().words(),
     });
+    // What the poses say: it may have come from files.
+    let registration_id = run.books.registration_id;
+    let registration_id = registration_id.unwrap_or_else(|| run.scene.registration_id());
     Report {
         trocar_version: env!("CARGO_PKG_VERSION"),
         run: run.options.run.clone(),
@@ -169,9 +172,10 @@ pub(crate) fn report(run: &Run) -> Report {
         duration_s: run
             .began_ns
             .map_or(0.0, |began| clock::ms(pictures.at_ns - began) / 1e3),
-        registration_id: format!("{:016x}", run.scene.registration_id()),
+        registration_id: format!("{registration_id:016x}"),
         volume,
         poses: run.books.poses,
+        accuracy: run.books.accuracy.report(),
         latency_ms: run.books.latencies().collect::<BTreeMap<_, _>>(),
         views: (0..run.scene.views.len())
             .map(|view| view_report(run, view, pictures))

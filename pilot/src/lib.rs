@@ -3,6 +3,7 @@
 //! [`supervise`] decides, as a pure function of what it is told; `spawn` is its hands; `run` feeds it and keeps the
 //! books: stamps, poses, frames, memory. The pilot never renders a slice and never touches a localizer.
 
+mod accuracy;
 mod books;
 pub mod cli;
 mod duration;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::accuracy::AccuracyReport;
 use crate::books::{Latency, PoseCounts, Restart};
 
 /// The report. Keys are only ever added.
@@ -20,6 +21,7 @@ pub(crate) struct Report {
     pub(crate) registration_id: String,
     pub(crate) volume: Option<VolumeReport>,
     pub(crate) poses: PoseCounts,
+    pub(crate) accuracy: AccuracyReport,
     /// Stage by stage and as a whole, over every image that showed a pose for the first time; ms.
     pub(crate) latency_ms: BTreeMap<&'static str, Latency>,
     pub(crate) views: Vec<ViewReport>,
@@ -115,6 +117,7 @@ impl Report {
             "run {:?}: {:.1} s, {} poses published, {} lost, {} missing, {} refused",
             self.run, self.duration_s, self.poses.published, self.poses.lost, self.poses.missing, self.poses.refused
         )];
+        lines.push(self.accuracy.line());
         if let Some(volume) = &self.volume {
             let [x, y, z] = volume.dims;
             lines.push(format!(

@@ -57,6 +57,7 @@ pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Sou
         source.scene.seed = seed;
     }
     add_phantom_landmarks(&mut source);
+    make_paths_absolute(&mut source);
     let scene = Scene::from_raw(&source)?;
     Ok((source, scene))
 }
@@ -96,6 +97,27 @@ fn replace_volume(source: &mut Source, volume: &str, overrides: &Overrides) -> R
     Ok(())
 }
 
+/// The processes read the scene from the run's folder, which must not change what its paths mean.
+fn make_paths_absolute(source: &mut Source) {
+    let scene = &mut source.scene;
+    let tracker = &mut scene.tracker;
+    let volume = (scene.volume.source != "phantom").then_some(&mut scene.volume.source);
+    let gesture = tracker.room.as_mut().and_then(|room| room.gesture.as_mut());
+    let files = [
+        volume,
+        gesture.map(|gesture| &mut gesture.file),
+        tracker.sequence.as_mut().map(|sequence| &mut sequence.file),
+        tracker.calibration.as_mut().map(|link| &mut link.file),
+        tracker.registration.as_mut().map(|link| &mut link.file),
+    ];
+    for file in files.into_iter().flatten() {
+        // Fails for an empty path, which was refused before.
+        if let Ok(path) = std::path::absolute(&*file) {
+            *file = path.to_string_lossy().into_owned();
+        }
+    }
+}
+
 /// The generated patient knows its lymph nodes and a way to one of them; a scene that names none gets these.
 fn add_phantom_landmarks(source: &mut Source) {
     if source.scene.volume.source != "phantom" || source.scene.targets.is_some() {
@@ -126,6 +148,28 @@ mod tests {
         assert!(scene.targets.len() >= 3);
         assert!(scene.recording.is_some());
         assert_eq!(scene.views.len(), 7);
+    }
+
+    /// `pilot run scenes/s.toml` looked for the scene's files in the run's folder.
+    #[test]
+    fn files_of_a_scene_named_by_a_relative_path_are_found_from_the_runs_folder() {
+        let tmp = tempfile::tempdir_in(".").unwrap();
+        let path = Path::new(tmp.path().file_name().unwrap()).join("s.toml");
+        let text = "[tracker]\nsource = \"sequence\"\n[tracker.sequence]\nfile = \"a.mha\"\n\
+                    [tracker.calibration]\nfile = \"t.json\"\n[tracker.registration]\nfile = \"r.json\"";
+        std::fs::write(&path, text).unwrap();
+        let (source, _) = resolve(Some(&path), &Overrides::default()).unwrap();
+        let tracker = &source.scene.tracker;
+        let files = [
+            &tracker.sequence.as_ref().unwrap().file,
+            &tracker.calibration.as_ref().unwrap().file,
+            &tracker.registration.as_ref().unwrap().file,
+        ];
+        let folder = std::path::absolute(path.parent().unwrap()).unwrap();
+        for (file, name) in files.into_iter().zip(["a.mha", "t.json", "r.json"]) {
+            assert_eq!(Path::new(file), folder.join(name));
+        }
+        assert_eq!(source.scene.volume.source, "phantom");
     }
 
     #[test]

@@ -45,6 +45,12 @@ pub(crate) struct PoseStatus {
     /// valid, or why there is none
     pub(crate) state: String,
     pub(crate) age_ms: f64,
+    /// Predicted error at the tip, 95 %, mm; `null`: not known.
+    pub(crate) tip_95_mm: Option<f64>,
+    /// The tip is outside the examination.
+    pub(crate) outside: bool,
+    /// The delay of smoothing, ms; 0: none.
+    pub(crate) smoothing_delay_ms: f64,
 }
 
 impl Status {
@@ -76,7 +82,7 @@ impl Status {
             self.run, self.scene, self.navigating_s
         )];
         if let Some(pose) = &self.pose {
-            lines.push(format!("pose {}: {}, {:.0} ms old", pose.seq, pose.state, pose.age_ms));
+            lines.push(pose.line());
         }
         lines.push(format!("{:<22}{:>8}  {:<11}{}", "process", "pid", "stage", "note"));
         for p in &self.processes {
@@ -121,5 +127,28 @@ fn pose_status(pose: &ToolPose, now: i64) -> PoseStatus {
             Err(error) => error.to_string(),
         },
         age_ms: clock::ms(now - pose.t_capture_ns),
+        tip_95_mm: pose.tip_95_mm(),
+        outside: pose.outside(),
+        smoothing_delay_ms: clock::ms(pose.delay_ns),
+    }
+}
+
+impl PoseStatus {
+    fn line(&self) -> String {
+        let mut line = format!("pose {}: {}, {:.0} ms old", self.seq, self.state, self.age_ms);
+        if self.state != "valid" {
+            return line;
+        }
+        line += &match self.tip_95_mm {
+            Some(mm) => format!(", tip ±{mm:.2} mm (95 %)"),
+            None => ", tip error not known".to_owned(),
+        };
+        if self.outside {
+            line += ", TIP OUTSIDE THE CT";
+        }
+        if self.smoothing_delay_ms > 0.0 {
+            line += &format!(", smoothed: {:.0} ms late", self.smoothing_delay_ms);
+        }
+        line
     }
 }

@@ -4,6 +4,7 @@
 //! the shared volume there, [`to_grey`] turns HU into grey, [`Overlay`] draws the tube, the targets and the words, and the
 //! image goes out with its stamp. What is shown is never older than it says.
 
+mod accuracy;
 pub mod cli;
 mod grey;
 mod letters;
@@ -15,6 +16,7 @@ mod run;
 mod snapshot;
 mod view;
 
+pub use accuracy::Accuracy;
 pub use grey::to_grey;
 pub use letters::letters;
 pub use mha::{MhaError, write_mha};

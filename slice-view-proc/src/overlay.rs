@@ -6,6 +6,7 @@ use bus::scene::{Extent, SlabMode, Target, ToolSpec, View};
 use geometry::{Ct, Point, Rigid, SlicePlane, Tool};
 use picture::{Anchor, Canvas, Line, Rgb};
 
+use crate::accuracy::Accuracy;
 use crate::letters::letters;
 
 const TUBE: Rgb = Rgb(80, 200, 255);
@@ -41,6 +42,8 @@ pub struct Overlay<'a> {
     pub plane: &'a SlicePlane,
     /// The tool, drawn where there is a valid pose.
     pub pose: Option<Rigid<Ct, Tool>>,
+    /// How good that pose is; `None` says nothing of it.
+    pub accuracy: Option<Accuracy>,
     /// Its shape.
     pub tool: &'a ToolSpec,
     /// The targets.
@@ -107,12 +110,27 @@ impl Overlay<'_> {
         } else {
             canvas.circle(tip_px, radius_px, self.line(TUBE, 1.5, false));
         }
-        let arm = 9.0 * self.unit();
-        let gap = 3.0 * self.unit();
+        let error = self.error_at_tip(tip_px);
+        if let Some(error) = &error {
+            canvas.polyline(error, self.line(TIP, 1.2, false));
+        }
+        // Outside the ellipse, which it would fill.
+        let reach = |p: &[f64; 2]| (p[0] - tip_px[0]).hypot(p[1] - tip_px[1]);
+        let widest = error.iter().flatten().map(reach).fold(0.0, f64::max);
+        let gap = (3.0 * self.unit()).max(widest + 1.5 * self.unit());
+        let arm = gap + 6.0 * self.unit();
         for [dx, dy] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
             let from = [tip.x + dx * gap, tip.y + dy * gap];
             let to = [tip.x + dx * arm, tip.y + dy * arm];
             canvas.line(from, to, self.line(TIP, 1.5, false));
+        }
+    }
+
+    /// The 95 % ellipse about the tip, on images that show the tip enlarged.
+    fn error_at_tip(&self, tip: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+        match self.view.extent {
+            Extent::Local => self.accuracy?.ellipse(self.plane, tip),
+            Extent::Global => None,
         }
     }
 
@@ -200,6 +218,14 @@ impl Overlay<'_> {
         }
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         self.text(canvas, [right, first + step], &ids, 12.0, QUIET, Anchor::Right);
+        if let Some(accuracy) = &self.accuracy {
+            let at = [right, first + 2.0 * step];
+            self.text(canvas, at, &accuracy.words(), 13.0, TIP, Anchor::Right);
+            if let Some(words) = accuracy.delay_words() {
+                // Above the scale bar and its length.
+                self.text(canvas, [left, h - 52.0 * u], &words, 13.0, WARN, Anchor::Left);
+            }
+        }
         if let Some((target, mm)) = self.nearest_target() {
             let text = format!("{target} {mm:.1} mm");
             self.text(canvas, [right, h - 16.0 * u], &text, 13.0, TARGET, Anchor::Right);
@@ -216,6 +242,10 @@ impl Overlay<'_> {
     }
 
     fn notice(&self, canvas: &mut Canvas) {
+        if self.accuracy.is_some_and(|accuracy| accuracy.outside()) {
+            // Below where a banner may be.
+            self.band(canvas, 98.0, "TIP OUTSIDE THE CT", WARN);
+        }
         let (w, u) = (f64::from(canvas.width()), self.unit());
         let corner = [w - 12.0 * u, 15.0 * u];
         let seq = self.seq;
@@ -238,10 +268,15 @@ impl Overlay<'_> {
 
     /// Words that cannot be missed: a coloured frame and a dark band with the text.
     fn banner(&self, canvas: &mut Canvas, text: &str, colour: Rgb) {
+        canvas.border(colour, 5.0 * self.unit());
+        self.band(canvas, 62.0, text, colour);
+    }
+
+    /// A dark band with words, its upper side at `y` of 512.
+    fn band(&self, canvas: &mut Canvas, y: f64, text: &str, colour: Rgb) {
         let (w, u) = (f64::from(canvas.width()), self.unit());
-        canvas.border(colour, 5.0 * u);
-        canvas.fill([5.0 * u, 62.0 * u], [w - 10.0 * u, 34.0 * u], Rgb(0, 0, 0), 200);
-        self.text(canvas, [w / 2.0, 79.0 * u], text, 18.0, colour, Anchor::Centre);
+        canvas.fill([5.0 * u, y * u], [w - 10.0 * u, 34.0 * u], Rgb(0, 0, 0), 200);
+        self.text(canvas, [w / 2.0, (y + 17.0) * u], text, 18.0, colour, Anchor::Centre);
     }
 }
 

@@ -6,6 +6,7 @@ use bus::volume::VolumeView;
 use geometry::{Ct, PlaneError, Rigid, SlicePlane, Tool};
 use picture::Canvas;
 
+use crate::accuracy::Accuracy;
 use crate::grey::to_grey;
 use crate::overlay::{Notice, Overlay};
 use crate::reslice::{Resampler, ResliceError};
@@ -33,6 +34,8 @@ pub struct Rendered<'a> {
     pub marks: Marks,
     /// The pose that places the plane: the present one, or the last one when there is none now; `None` draws black.
     pub pose: Option<Rigid<Ct, Tool>>,
+    /// How good it is; `None` says nothing of it.
+    pub accuracy: Option<Accuracy>,
     /// What the image claims.
     pub notice: Notice,
     /// Sequence number of the pose, or of the sample that had none.
@@ -117,6 +120,7 @@ impl Renderer {
             pose: what.pose.filter(|_| !lost),
             tool: &scene.tool,
             targets: &scene.targets,
+            accuracy: what.accuracy.filter(|_| !lost),
             notice: what.notice,
             seq: what.seq,
             registration_id: what.registration_id,

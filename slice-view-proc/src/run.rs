@@ -13,6 +13,7 @@ use bus::topic::{FRAME_STAMP, HELD_FRAME, TOOL_POSE, VIEW_FRAME};
 use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
 
+use crate::accuracy::Accuracy;
 use crate::overlay::Notice;
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::{Chosen, Resampler};
@@ -254,6 +255,7 @@ impl SliceView {
             volume_name: &self.volume_name,
             marks: volume.header().marks(),
             pose,
+            accuracy: pose.map(|pose| Accuracy::of(sample, pose)),
             notice,
             seq: sample.seq,
             registration_id: sample.registration_id,

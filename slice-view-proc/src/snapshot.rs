@@ -92,6 +92,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         volume_name: &volume.hash.to_string()[..8],
         marks: volume.marks,
         pose: Some(what.pose),
+        accuracy: None,
         notice: Notice::Held,
         seq: 0,
         registration_id: 0,

@@ -12,6 +12,7 @@
     reason = "part of the tests, where both are allowed"
 )]
 
+pub mod links;
 pub mod nifti;
 pub mod room;
 

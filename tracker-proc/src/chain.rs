@@ -34,6 +34,35 @@ pub enum Registration {
     Referenced(Uncertain<Ct, Reference>),
 }
 
+/// The constants of the chain: a calibration and a registration.
+#[derive(Debug, Clone, Copy)]
+pub struct Links {
+    /// The tool's calibration.
+    pub marker_from_tool: Uncertain<Marker, Tool>,
+    /// The patient's registration.
+    pub registration: Registration,
+}
+
+impl Links {
+    /// `ct_from_tool` from the poses of the markers: the tool's, and the patient's where the registration rests on it.
+    ///
+    /// # Errors
+    /// [`Reason::NoReference`], and those of `reference`.
+    pub fn ct_from_tool(
+        &self,
+        tracker_from_marker: Uncertain<Tracker, Marker>,
+        reference: impl FnOnce(Uncertain<Ct, Reference>) -> Result<Uncertain<Tracker, Reference>, Reason>,
+    ) -> Result<Uncertain<Ct, Tool>, Reason> {
+        let tracker_from_tool = tracker_from_marker * self.marker_from_tool;
+        Ok(match self.registration {
+            Registration::Fixed(ct_from_tracker) => ct_from_tracker * tracker_from_tool,
+            Registration::Referenced(ct_from_reference) => {
+                ct_from_reference * reference(ct_from_reference)?.inverse() * tracker_from_tool
+            }
+        })
+    }
+}
+
 /// Everything that does not change from sample to sample.
 #[derive(Debug, Clone)]
 pub struct Chain {
@@ -85,38 +114,62 @@ pub enum Reason {
 }
 
 impl Chain {
+    /// The constants that the chain was made with.
+    pub fn links(&self) -> Links {
+        Links {
+            marker_from_tool: self.marker_from_tool,
+            registration: self.registration,
+        }
+    }
+
     /// One sample: the emitters of the tool's marker and of the patient's that were seen.
     ///
     /// # Errors
     /// Each variant of [`Reason`].
     pub fn solve(&self, tool: &[Sighting], reference: &[Sighting]) -> Result<Found, Reason> {
-        let tip = self.marker_from_tool.transform() * Point::<Tool>::new(0.0, 0.0, 0.0);
+        self.solve_with(&self.links(), tool, reference)
+    }
+
+    /// The same with other constants.
+    ///
+    /// # Errors
+    /// Each variant of [`Reason`].
+    pub fn solve_with(&self, links: &Links, tool: &[Sighting], reference: &[Sighting]) -> Result<Found, Reason> {
+        let tip = links.marker_from_tool.transform() * Point::<Tool>::new(0.0, 0.0, 0.0);
         let seen = solve(&self.marker, tip, tool, &self.localizer, &self.gates).map_err(Reason::Tool)?;
-        let tracker_from_tool = seen.transform * self.marker_from_tool;
-        let ct_from_tool = match self.registration {
-            Registration::Fixed(ct_from_tracker) => ct_from_tracker * tracker_from_tool,
-            Registration::Referenced(ct_from_reference) => {
-                ct_from_reference * self.reference_from_tracker(ct_from_reference, reference)? * tracker_from_tool
-            }
-        };
-        let at_tip = (ct_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0)).covariance();
+        let ct_from_tool = links.ct_from_tool(seen.transform, |ct_from_reference| {
+            self.tracker_from_reference(ct_from_reference, reference)
+        })?;
         Ok(Found {
-            ct_from_tool,
-            tip_95_mm: radius_95_mm(&at_tip),
             fre_rms_mm: seen.fre_rms_mm,
             used: seen.used,
             outliers: seen.outliers,
+            ..Found::of(ct_from_tool)
         })
     }
 
-    fn reference_from_tracker(
+    fn tracker_from_reference(
         &self,
         ct_from_reference: Uncertain<Ct, Reference>,
         seen: &[Sighting],
-    ) -> Result<Uncertain<Reference, Tracker>, Reason> {
+    ) -> Result<Uncertain<Tracker, Reference>, Reason> {
         let body = self.reference.as_ref().ok_or(Reason::NoReference)?;
         let region = ct_from_reference.transform().inverse() * self.region;
         let pose = solve(body, region, seen, &self.localizer, &self.reference_gates).map_err(Reason::Reference)?;
-        Ok(pose.transform.inverse())
+        Ok(pose.transform)
+    }
+}
+
+impl Found {
+    /// A pose with the error that its covariance predicts at the tip; no emitters.
+    pub fn of(ct_from_tool: Uncertain<Ct, Tool>) -> Self {
+        let at_tip = (ct_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0)).covariance();
+        Self {
+            ct_from_tool,
+            tip_95_mm: radius_95_mm(&at_tip),
+            fre_rms_mm: 0.0,
+            used: 0,
+            outliers: 0,
+        }
     }
 }

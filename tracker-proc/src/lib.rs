@@ -1,17 +1,20 @@
 //! The tracker process: from a source of measurements to `ct_from_tool`, published with its status.
 //!
-//! Here the source is simulated: a scripted gesture with seeded imperfections, a pure function of the sample's number,
-//! so that a restarted process goes on where the script is, and the same seed gives the same poses.
+//! Sources are simulated ([`Simulated`], [`operating_room`]), the emitters that another program publishes, or recorded poses of
+//! markers. What is simulated is a pure function of the sample's number, so that a restarted process goes on where the
+//! script is, and the same seed gives the same poses.
 
 pub mod chain;
 mod chance;
 pub mod cli;
+mod errors;
 mod follow;
 mod gesture;
 pub mod operating_room;
 mod run;
 mod simulated;
 
+pub use follow::{EmitterSourceError, PlayError};
 pub use gesture::{Gesture, GestureError};
 pub use run::RunError;
 pub use simulated::{Measured, Simulated};

@@ -7,10 +7,12 @@ use bus::clock;
 use bus::message::{ProcessState, ToolPose, Tracked};
 use bus::port::{Publisher, SharedVolume, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::scene::{TrackerSource, TrackerSpec};
+use bus::scene::{Simulation, TrackerSource};
 use bus::topic::{GROUND_TRUTH, TOOL_POSE};
+use geometry::{Ct, Point, Rigid, Tool, Tracker, VolumeGrid};
 
-use crate::follow::follow;
+use crate::chain::{Found, Smoothing};
+use crate::follow::{EmitterSourceError, PlayError, follow_emitters, follow_room, follow_sequence, holds};
 use crate::gesture::{Gesture, GestureError, aim};
 use crate::operating_room::{RoomError, ScriptError};
 use crate::simulated::{Measured, Simulated};
@@ -39,6 +41,12 @@ pub enum RunError {
     /// Its gesture cannot be played.
     #[error(transparent)]
     Script(#[from] ScriptError),
+    /// There is no chain for the emitters of the scene.
+    #[error(transparent)]
+    Emitters(#[from] EmitterSourceError),
+    /// The sequence cannot be played.
+    #[error(transparent)]
+    Play(#[from] PlayError),
     /// Poses come from elsewhere.
     #[error(
         "the scene says tracker.source = \"external\": another program publishes the poses, and no tracker is to be started"
@@ -54,32 +62,47 @@ pub(crate) fn run(membership: &Membership, start_ns: i64) -> Result<(), RunError
     let mut process = Process::join("tracker", membership)?;
     let output = Output {
         poses: Publisher::open(&process.bus, &TOOL_POSE, "")?,
-        truths: Publisher::open(&process.bus, &GROUND_TRUTH, "")?,
         registration_id: process.scene.registration_id(),
-        tracker: process.scene.tracker.clone(),
         start_ns,
     };
-    if let TrackerSource::OperatingRoom(room) = &output.tracker.source {
-        let room = room.clone();
-        return follow(&mut process, &output, &room);
+    match process.scene.tracker.source.clone() {
+        TrackerSource::OperatingRoom(room) => follow_room(&mut process, &output, &room),
+        TrackerSource::Emitters(source) => follow_emitters(&mut process, &output, &source),
+        TrackerSource::Sequence(source) => follow_sequence(&mut process, &output, &source),
+        TrackerSource::Simulated(simulation) => simulate(&mut process, output, simulation),
+        TrackerSource::External => Err(RunError::External),
     }
-    let Some(simulated) = simulated(&mut process)? else {
+}
+
+/// Publishes the samples of the simulated localizer until asked to stop.
+fn simulate(process: &mut Process, output: Output, simulation: Simulation) -> Result<(), RunError> {
+    let start_ns = output.start_ns;
+    let Some(simulated) = simulated(process, simulation)? else {
         return Ok(());
+    };
+    let tracker = &process.scene.tracker;
+    let mut samples = Samples {
+        truths: Publisher::open(&process.bus, &GROUND_TRUTH, "")?,
+        volumes: VolumeSubscriber::open(&process.bus)?,
+        grid: None,
+        smoothing: tracker.smoothing.map(|tau| Smoothing::new(tau.as_secs_f64())),
+        ct_from_tracker: tracker.ct_from_tracker,
+        output,
+        simulated,
     };
     // A process that starts while the script is going on begins with the next sample: those before it may have been
     // published by its predecessor.
-    let mut next = simulated
-        .due(process.clock().now_ns() - start_ns)
-        .map_or(0, |seq| seq + 1);
+    let due = |samples: &Samples, t_ns| samples.simulated.due(t_ns);
+    let mut next = due(&samples, process.clock().now_ns() - start_ns).map_or(0, |seq| seq + 1);
     while !process.stop.is_set() {
         process.beat(ProcessState::Ready, "")?;
         let now = process.clock().now_ns() - start_ns;
-        next = next.max(simulated.due(now - clock::ns(CATCH_UP)).map_or(0, |seq| seq + 1));
-        if simulated.due(now).is_some_and(|due| due >= next) {
-            output.publish(next, &simulated, &mut process)?;
+        next = next.max(due(&samples, now - clock::ns(CATCH_UP)).map_or(0, |seq| seq + 1));
+        if due(&samples, now).is_some_and(|due| due >= next) {
+            samples.publish(next, process)?;
             next += 1;
         } else {
-            let due_ns = start_ns + simulated.t_device_ns(next);
+            let due_ns = start_ns + samples.simulated.t_device_ns(next);
             let look_up = process.clock().now_ns() + clock::ns(LOOK_UP);
             process.clock().sleep_until(due_ns.min(look_up));
         }
@@ -89,11 +112,8 @@ pub(crate) fn run(membership: &Membership, start_ns: i64) -> Result<(), RunError
 }
 
 /// The simulated localizer; `None` where the process was stopped while it waited for the volume.
-fn simulated(process: &mut Process) -> Result<Option<Simulated>, RunError> {
+fn simulated(process: &mut Process, simulation: Simulation) -> Result<Option<Simulated>, RunError> {
     let scene = process.scene.clone();
-    let TrackerSource::Simulated(simulation) = scene.tracker.source else {
-        return Err(RunError::External);
-    };
     let approach = &simulation.approach;
     let target = aim(approach, &scene.targets).map(|t| t.centre);
     let gesture = if let (Some(target), Some(_)) = (target, approach.entry) {
@@ -129,37 +149,81 @@ pub(crate) fn volume(process: &mut Process) -> Result<Option<SharedVolume>, RunE
     }
 }
 
-/// Where samples go.
+/// Where poses go.
 pub(crate) struct Output {
     pub(crate) poses: Publisher<ToolPose>,
-    pub(crate) truths: Publisher<ToolPose>,
+    /// Of the scene's own numbers.
     pub(crate) registration_id: u64,
-    tracker: TrackerSpec,
     pub(crate) start_ns: i64,
 }
 
-impl Output {
-    fn publish(&self, seq: u64, simulated: &Simulated, process: &mut Process) -> Result<(), RunError> {
-        let measured = simulated.sample(seq);
-        let mut pose = self.message(seq, &measured, process);
-        pose.covariance = simulated.covariance();
-        pose.set(measured.tracked(&self.tracker.ct_from_tracker));
-        let mut truth = self.message(seq, &measured, process);
+/// The samples of the simulated localizer.
+struct Samples {
+    simulated: Simulated,
+    output: Output,
+    truths: Publisher<ToolPose>,
+    volumes: VolumeSubscriber,
+    /// The volume, as soon as it is there: no sample waits for it.
+    grid: Option<VolumeGrid>,
+    smoothing: Option<Smoothing>,
+    ct_from_tracker: Rigid<Ct, Tracker>,
+}
+
+impl Samples {
+    fn publish(&mut self, seq: u64, process: &mut Process) -> Result<(), RunError> {
+        if self.grid.is_none() {
+            self.grid = self.volumes.poll()?.map(|volume| *volume.grid());
+        }
+        let measured = self.simulated.sample(seq);
+        let mut pose = self.message(seq, &measured);
+        let tracked = measured.tracked(&self.ct_from_tracker);
+        match tracked {
+            Tracked::Valid(at) => self.valid(&mut pose, at),
+            Tracked::Lost(_) => {
+                self.smoothing.iter_mut().for_each(Smoothing::reset);
+                pose.set(tracked);
+            }
+        }
+        let mut truth = self.message(seq, &measured);
         truth.set(Tracked::Valid(measured.truth));
-        self.poses.send(pose)?;
+        pose.t_publish_ns = process.clock().now_ns();
+        truth.t_publish_ns = pose.t_publish_ns;
+        self.output.poses.send(pose)?;
         self.truths.send(truth)?;
         process.counters.published += 1;
         process.counters.lost += u64::from(measured.tracker_from_tool.is_err());
         Ok(())
     }
 
-    fn message(&self, seq: u64, measured: &Measured, process: &Process) -> ToolPose {
+    /// The pose as it is shown, and how good it is.
+    fn valid(&mut self, pose: &mut ToolPose, measured: Rigid<Ct, Tool>) {
+        let shown = match &mut self.smoothing {
+            Some(smoothing) => {
+                pose.delay_ns = clock::seconds(smoothing.delay_s());
+                smoothing.smooth(pose.t_capture_ns, measured)
+            }
+            None => measured,
+        };
+        pose.set(Tracked::Valid(shown));
+        let tip = shown * Point::<Tool>::new(0.0, 0.0, 0.0);
+        if self.grid.is_some_and(|grid| !holds(&grid, tip)) {
+            pose.flags |= ToolPose::OUTSIDE;
+        }
+        // Without, where the scene's noise is beyond what a covariance can hold.
+        if let Ok(uncertain) = self.simulated.uncertain(measured) {
+            let found = Found::of(uncertain);
+            pose.covariance = uncertain.upper();
+            pose.tip_mm = found.tip_95_mm;
+            pose.flags |= ToolPose::TIP_KNOWN;
+        }
+    }
+
+    fn message(&self, seq: u64, measured: &Measured) -> ToolPose {
         ToolPose {
             seq,
             t_device_ns: measured.t_device_ns,
-            t_capture_ns: self.start_ns + measured.t_device_ns,
-            t_publish_ns: process.clock().now_ns(),
-            registration_id: self.registration_id,
+            t_capture_ns: self.output.start_ns + measured.t_device_ns,
+            registration_id: self.output.registration_id,
             ..ToolPose::EMPTY
         }
     }

@@ -2,10 +2,13 @@
 
 use bus::message::{Lost, Tracked};
 use bus::scene::Simulation;
+use bus::scene::operating_room::Deviations;
 use geometry::rotation::Rotation;
-use geometry::{Ct, Rigid, Tool, Tracker, Vector};
+use geometry::uncertain::CovarianceError;
+use geometry::{Ct, Point, Rigid, Tool, Tracker, Uncertain, Vector};
 
 use crate::chance::Chance;
+use crate::errors::errors_about;
 use crate::gesture::Gesture;
 
 /// The draw that decides on a dropout; 0 to 5 are the noise.
@@ -95,18 +98,17 @@ impl Simulated {
         (first..=seq).any(|start| Chance::new(self.seed, start).uniform(DROPOUT_DRAW) < self.simulation.dropout)
     }
 
-    /// Upper triangle of the covariance of (rotation vector, translation): rad^2, mm^2.
-    pub fn covariance(&self) -> [f64; 21] {
-        let mut upper = [0.0; 21];
-        let (turn, shift) = (self.simulation.noise_rad.powi(2), self.simulation.noise_mm.powi(2));
-        // Places of the diagonal in the upper triangle of a 6 x 6 matrix.
-        for (place, variance) in [0, 6, 11, 15, 18, 20]
-            .into_iter()
-            .zip([turn, turn, turn, shift, shift, shift])
-        {
-            upper[place] = variance;
-        }
-        upper
+    /// A measured pose with the covariance of its noise, which moves the tip and turns the tube about it.
+    ///
+    /// # Errors
+    /// [`CovarianceError`], where the scene's noise is beyond what a covariance can hold.
+    pub fn uncertain(&self, measured: Rigid<Ct, Tool>) -> Result<Uncertain<Ct, Tool>, CovarianceError> {
+        let noise = Deviations {
+            shift_mm: self.simulation.noise_mm,
+            turn_rad: self.simulation.noise_rad,
+        };
+        let tip = measured * Point::<Tool>::new(0.0, 0.0, 0.0);
+        Ok(errors_about(tip, noise)? * measured)
     }
 }
 
@@ -124,7 +126,6 @@ impl Measured {
 mod tests {
     use super::*;
     use bus::scene::{Scene, TrackerSource};
-    use geometry::Point;
     use std::path::Path;
 
     fn simulated(text: &str) -> (Simulated, Rigid<Ct, Tracker>) {
@@ -174,6 +175,26 @@ mod tests {
             (deviation / 0.3 - 1.0).abs() < 5.0 / (6.0 * n as f64).sqrt(),
             "{deviation}"
         );
+    }
+
+    /// The noise turns the tube about its tip; a covariance that turned it about the CT's origin predicted 0.35 mm more at a tip
+    /// 1 m from there.
+    #[test]
+    fn the_covariance_predicts_the_noise_at_the_tip_wherever_it_is() {
+        let (s, ct_from_tracker) = simulated("[tracker]\nnoise_mm = 0.1\nnoise_deg = 0.02");
+        let Tracked::Valid(near) = s.sample(0).tracked(&ct_from_tracker) else {
+            panic!("no dropouts")
+        };
+        let far = Rigid::from_parts(near.rotation(), Vector::new(700.0, -100.0, 700.0));
+        for pose in [near, far] {
+            let at_tip = s.uncertain(pose).unwrap() * Point::<Tool>::new(0.0, 0.0, 0.0);
+            // Cancellation of the lever's squares, see geometry::uncertain.
+            assert!(
+                (at_tip.covariance().trace() - 0.03).abs() < 1e-9,
+                "{}",
+                at_tip.covariance()
+            );
+        }
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::raw::{
 use super::view::WINDOWS;
 use super::{
     Approach, Limits, RecordingSpec, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View,
-    WindowLevel, operating_room,
+    WindowLevel, operating_room, tracking,
 };
 
 pub(super) type Checked<T> = Result<T, Invalid>;
@@ -71,16 +71,22 @@ fn tool(raw: &RawScene) -> Checked<ToolSpec> {
 }
 
 fn tracker(raw: &RawTracker, targets: &[Target], tool_mm: f64) -> Checked<TrackerSpec> {
-    if raw.room.is_some() && raw.source != RawTrackerSource::OperatingRoom {
-        let allowed = "no such table unless tracker.source = \"operating-room\"";
-        return Err(invalid("tracker.room", "a table", allowed));
-    }
+    tables_of_other_sources(raw)?;
     let source = match raw.source {
         RawTrackerSource::External => TrackerSource::External,
         RawTrackerSource::OperatingRoom => {
             let room = raw.room.clone().unwrap_or_default();
             let room = operating_room::room(&room, approach(&raw.approach, targets)?, tool_mm)?;
             TrackerSource::OperatingRoom(Box::new(room))
+        }
+        RawTrackerSource::Emitters => {
+            let emitters = raw.emitters.clone().unwrap_or_default();
+            TrackerSource::Emitters(Box::new(tracking::emitters(&emitters, tool_mm)?))
+        }
+        RawTrackerSource::Sequence => {
+            let missing = || invalid("tracker.sequence", "nothing", "a table with file = \"....mha\"");
+            let sequence = raw.sequence.as_ref().ok_or_else(missing)?;
+            TrackerSource::Sequence(Box::new(tracking::sequence(sequence)?))
         }
         RawTrackerSource::Simulated => TrackerSource::Simulated(Simulation {
             noise_mm: number("tracker.noise_mm", raw.noise_mm, 0.0..=50.0, "mm")?,
@@ -102,7 +108,39 @@ fn tracker(raw: &RawTracker, targets: &[Target], tool_mm: f64) -> Checked<Tracke
         source,
         rate_hz: number("tracker.rate_hz", raw.rate_hz, 1.0..=4000.0, "Hz")?,
         ct_from_tracker,
+        links: tracking::link_files(raw)?,
+        smoothing: tracking::smoothing(raw)?,
     })
+}
+
+/// A table that would mean nothing is more likely a wrong source than a leftover.
+fn tables_of_other_sources(raw: &RawTracker) -> Checked<()> {
+    for (table, there, source, name) in [
+        (
+            "room",
+            raw.room.is_some(),
+            RawTrackerSource::OperatingRoom,
+            "operating-room",
+        ),
+        (
+            "emitters",
+            raw.emitters.is_some(),
+            RawTrackerSource::Emitters,
+            "emitters",
+        ),
+        (
+            "sequence",
+            raw.sequence.is_some(),
+            RawTrackerSource::Sequence,
+            "sequence",
+        ),
+    ] {
+        if there && raw.source != source {
+            let allowed = format!("no such table unless tracker.source = \"{name}\"");
+            return Err(invalid(format!("tracker.{table}"), "a table", allowed));
+        }
+    }
+    Ok(())
 }
 
 fn approach(raw: &RawApproach, targets: &[Target]) -> Checked<Approach> {

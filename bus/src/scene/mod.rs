@@ -9,6 +9,7 @@ mod locate;
 pub mod operating_room;
 pub mod raw;
 mod sampling;
+pub mod tracking;
 mod view;
 mod volume;
 
@@ -64,8 +65,12 @@ pub struct TrackerSpec {
     pub source: TrackerSource,
     /// Samples a second.
     pub rate_hz: f64,
-    /// The patient's registration.
+    /// The patient's registration, unless a file says or it rests on a marker on the patient.
     pub ct_from_tracker: Rigid<Ct, Tracker>,
+    /// The files that calibration and registration come from.
+    pub links: tracking::LinkFiles,
+    /// Time constant of the smoothing of poses; `None`: they are not smoothed.
+    pub smoothing: Option<Duration>,
 }
 
 /// Who publishes poses.
@@ -75,6 +80,10 @@ pub enum TrackerSource {
     Simulated(Simulation),
     /// The tracker process simulates an operating room: emitters seen by a localizer.
     OperatingRoom(Box<operating_room::Room>),
+    /// Another program publishes what a localizer sees; the tracker process makes poses of it.
+    Emitters(Box<tracking::EmitterSource>),
+    /// The tracker process plays poses from a file.
+    Sequence(Box<tracking::SequenceSource>),
     /// Another program publishes on the pose topic; no tracker process is started.
     External,
 }
@@ -173,23 +182,21 @@ impl Scene {
         check::scene(&source.scene).map_err(|invalid| source.error_at(invalid))
     }
 
-    /// Identifies the registration that poses rest on: 64 bits of BLAKE3 over its numbers, with those of the marker on the
-    /// patient where there is one.
+    /// Identifies the registration that poses rest on where the scene itself says it: [`registration_id`] of its numbers, with
+    /// those of the marker on the patient where there is one.
     pub fn registration_id(&self) -> u64 {
-        let mut hasher = blake3::Hasher::new_derive_key("trocar registration 1");
+        let ct_from_reference = match &self.tracker.source {
+            TrackerSource::OperatingRoom(room) => room.reference.as_ref().map(|on| on.ct_from_reference),
+            TrackerSource::Emitters(source) => source.reference.as_ref().map(|on| on.ct_from_reference),
+            TrackerSource::Sequence(source) => source.reference.as_ref().map(|(_, rigid)| *rigid),
+            TrackerSource::Simulated(_) | TrackerSource::External => None,
+        };
         let rigid = &self.tracker.ct_from_tracker;
         let mut numbers = [rigid.quaternion().to_vec(), rigid.translation_mm().to_vec()].concat();
-        if let TrackerSource::OperatingRoom(room) = &self.tracker.source
-            && let Some(reference) = &room.reference
-        {
-            let rigid = &reference.ct_from_reference;
+        if let Some(rigid) = ct_from_reference {
             numbers.extend(rigid.quaternion().into_iter().chain(rigid.translation_mm()));
         }
-        for number in numbers {
-            hasher.update(&number.to_bits().to_le_bytes());
-        }
-        let bytes = hasher.finalize();
-        u64::from_be_bytes(std::array::from_fn(|i| bytes.as_bytes()[i]))
+        registration_id(&numbers)
     }
 
     /// The renderers that this scene needs: one per plane direction, each with the indices of its views.
@@ -203,4 +210,14 @@ impl Scene {
         }
         renderers
     }
+}
+
+/// Identifies a registration, with the calibrations that go with it, by its numbers: 64 bits of BLAKE3.
+pub fn registration_id(numbers: &[f64]) -> u64 {
+    let mut hasher = blake3::Hasher::new_derive_key("trocar registration 1");
+    for number in numbers {
+        hasher.update(&number.to_bits().to_le_bytes());
+    }
+    let bytes = hasher.finalize();
+    u64::from_be_bytes(std::array::from_fn(|i| bytes.as_bytes()[i]))
 }

@@ -9,6 +9,7 @@ use super::error::{Invalid, SceneError};
 use super::locate;
 use super::operating_room::RawRoom;
 use super::sampling::{Filter, Minify, Render, Slab};
+use super::tracking::raw::{RawEmitterSource, RawLinkFile, RawSequence, RawSmoothing};
 use super::volume::RawVolume;
 
 /// Scene files are short; a longer one is not a scene.
@@ -97,6 +98,21 @@ pub struct RawTracker {
     /// `[tracker.room]`
     #[serde(skip_serializing_if = "Option::is_none")]
     pub room: Option<RawRoom>,
+    /// `[tracker.emitters]`
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub emitters: Option<RawEmitterSource>,
+    /// `[tracker.sequence]`
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sequence: Option<RawSequence>,
+    /// `[tracker.calibration]`; absent: the scene's own numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<RawLinkFile>,
+    /// `[tracker.registration]`; absent: the scene's own numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub registration: Option<RawLinkFile>,
+    /// `[tracker.smoothing]`; absent: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smoothing: Option<RawSmoothing>,
 }
 
 impl Default for RawTracker {
@@ -111,6 +127,11 @@ impl Default for RawTracker {
             approach: RawApproach::default(),
             ct_from_tracker: RawRigid::default(),
             room: None,
+            emitters: None,
+            sequence: None,
+            calibration: None,
+            registration: None,
+            smoothing: None,
         }
     }
 }
@@ -123,6 +144,10 @@ pub enum RawTrackerSource {
     Simulated,
     /// The tracker process, which simulates an operating room.
     OperatingRoom,
+    /// The tracker process, of what another program's localizer sees.
+    Emitters,
+    /// The tracker process, of poses from a file.
+    Sequence,
     /// Another program.
     External,
 }
@@ -405,9 +430,18 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         }
     })?;
     anchor(&mut scene.volume.source, path);
-    if let Some(gesture) = scene.tracker.room.as_mut().and_then(|room| room.gesture.as_mut()) {
-        anchor(&mut gesture.file, path);
-    }
+    let tracker = &mut scene.tracker;
+    let files = [
+        tracker
+            .room
+            .as_mut()
+            .and_then(|room| room.gesture.as_mut())
+            .map(|gesture| &mut gesture.file),
+        tracker.sequence.as_mut().map(|sequence| &mut sequence.file),
+        tracker.calibration.as_mut().map(|link| &mut link.file),
+        tracker.registration.as_mut().map(|link| &mut link.file),
+    ];
+    files.into_iter().flatten().for_each(|file| anchor(file, path));
     Ok(Source {
         path: path.to_owned(),
         text: text.to_owned(),

@@ -58,6 +58,11 @@ impl Stamps {
         self.last_ns = Some(t_device_ns);
         Ok(())
     }
+
+    /// The source was silent for so long that its clock may have begun anew: the next frame is the first.
+    pub fn forget(&mut self) {
+        self.last_ns = None;
+    }
 }
 
 #[cfg(test)]
@@ -80,5 +85,7 @@ mod tests {
         );
         assert!(stamps.admit(11, i64::MAX, i64::MIN).is_err());
         assert_eq!(stamps.admit(11, 100 + FUTURE_NS, 100), Ok(()));
+        stamps.forget();
+        assert_eq!(stamps.admit(3, 200, 200), Ok(()));
     }
 }

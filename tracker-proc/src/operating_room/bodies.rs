@@ -6,7 +6,7 @@ use calib::pose::{Body, BodyError, Emitter};
 use geometry::{Direction, Frame, Point};
 
 /// The body of a scene's marker, its emitters exactly where the scene says.
-pub(super) fn body<F: Frame>(shape: &Shape<F>) -> Result<Body<F>, BodyError> {
+pub(crate) fn body<F: Frame>(shape: &Shape<F>) -> Result<Body<F>, BodyError> {
     let emitter = |place: Point<F>, normal: Option<Direction<F>>| Emitter {
         place,
         normal,

@@ -7,6 +7,7 @@ use geometry::{Ct, Marker, Point, Rigid, Tool, Uncertain, Vector};
 use super::{OperatingRoom, RoomError, sensing};
 use crate::chain::{Chain, Registration};
 use crate::chance::Chance;
+use crate::errors::errors_about;
 
 /// Keeps the draws of the links apart from those of the frames.
 const LINKS: u64 = 0x6c69_6e6b;
@@ -64,25 +65,8 @@ fn disturbed<To, From>(
         Vector::<To>::new(x, y, z)
     };
     let motion = about(c, drawn(0, errors.turn_rad), drawn(3, errors.shift_mm));
-    // The errors turn about c: a transform to there and back carries their covariance to the origin.
-    let to_c = about(c, Vector::new(0.0, 0.0, 0.0), c - Point::new(0.0, 0.0, 0.0));
-    let about_c = Uncertain::from_upper(Rigid::<To, To>::identity(), diagonal(errors))?;
-    let carried = Uncertain::from(to_c) * about_c * Uncertain::from(to_c.inverse());
-    Ok(Uncertain::from_upper(motion.inverse() * truth, carried.upper())?)
-}
-
-/// The upper triangle of the covariance of (turn, shift) with these deviations along and about each axis.
-fn diagonal(errors: Deviations) -> [f64; 21] {
-    let [turn, shift] = [errors.turn_rad, errors.shift_mm].map(|s| s * s);
-    let mut upper = [0.0; 21];
-    // Places of the diagonal in the upper triangle of a 6 x 6 matrix.
-    for (place, variance) in [0, 6, 11, 15, 18, 20]
-        .into_iter()
-        .zip([turn, turn, turn, shift, shift, shift])
-    {
-        upper[place] = variance;
-    }
-    upper
+    let errors = errors_about(c, errors)?;
+    Ok(Uncertain::from_upper(motion.inverse() * truth, errors.upper())?)
 }
 
 /// The motion p -> exp(w) (p - c) + c + v; exactly the identity for zeros.
@@ -108,7 +92,7 @@ pub(super) fn weights(sensor: &Sensor) -> Localizer {
     }
 }
 
-fn gates(spec: &GateSpec) -> Gates {
+pub(crate) fn gates(spec: &GateSpec) -> Gates {
     Gates {
         min_emitters: spec.min_emitters,
         max_fre_mm: spec.max_fre_mm,

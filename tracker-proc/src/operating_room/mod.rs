@@ -33,8 +33,10 @@ use calib::pose::{Body, BodyError, LocalizerError, Sighting};
 use geometry::uncertain::CovarianceError;
 use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Tracker};
 
+pub(crate) use bodies::body;
 pub use delivery::Arrival;
 use delivery::Delivery;
+pub(crate) use links::gates;
 pub use played::{Played, PlayedError};
 pub use script::{Script, ScriptError};
 use sensing::{Named, Sensing};

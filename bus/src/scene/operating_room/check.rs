@@ -43,15 +43,19 @@ pub(in super::super) fn place_of_localizer(written: &RawRigid) -> RawRigid {
 }
 
 pub(in super::super) fn room(raw: &RawRoom, approach: Approach, tool_mm: f64) -> Checked<Room> {
-    let marker = marker(&raw.marker)?;
+    let marker = marker("marker", &raw.marker)?;
     Ok(Room {
-        marker_from_tool: marker_from_tool(&raw.marker, tool_mm)?,
+        marker_from_tool: marker_from_tool("marker", &raw.marker, tool_mm)?,
         handle: handle(&raw.handle, tool_mm)?,
         hand: raw.hand.as_ref().map(hand).transpose()?,
         sensor: sensor(&raw.localizer)?,
         timing: timing(&raw.localizer)?,
         patient: patient(&raw.patient)?,
-        reference: raw.reference.as_ref().map(reference).transpose()?,
+        reference: raw
+            .reference
+            .as_ref()
+            .map(|on| reference("reference", on))
+            .transpose()?,
         faults: faults(&raw.faults, marker.emitters.count())?,
         gates: gates("gates", &raw.gates)?,
         reference_gates: gates("reference_gates", &raw.reference_gates)?,
@@ -63,8 +67,12 @@ pub(in super::super) fn room(raw: &RawRoom, approach: Approach, tool_mm: f64) ->
     })
 }
 
+/// The whole key of a name in `[tracker.room]`. The tables of other sources that share a check give theirs whole.
 fn key(name: &str) -> String {
-    format!("tracker.room.{name}")
+    match name.starts_with("tracker.") {
+        true => name.to_owned(),
+        false => format!("tracker.room.{name}"),
+    }
 }
 
 fn within(name: &str, value: f64, range: RangeInclusive<f64>, unit: &str) -> Checked<f64> {
@@ -98,14 +106,14 @@ fn rigid<To: Frame, From: Frame>(name: &str, raw: &RawRigid) -> Checked<Rigid<To
     })
 }
 
-fn marker<F: Frame>(raw: &RawMarker) -> Checked<Shape<F>> {
-    shape("marker", raw.ball, raw.emitters.as_deref(), raw.cone_deg)
+pub(in super::super) fn marker<F: Frame>(table: &str, raw: &RawMarker) -> Checked<Shape<F>> {
+    shape(table, raw.ball, raw.emitters.as_deref(), raw.cone_deg)
 }
 
-fn reference(raw: &RawReference) -> Checked<ReferenceMarker> {
+pub(in super::super) fn reference(table: &str, raw: &RawReference) -> Checked<ReferenceMarker> {
     Ok(ReferenceMarker {
-        shape: shape("reference", raw.ball, raw.emitters.as_deref(), raw.cone_deg)?,
-        ct_from_reference: rigid("reference.ct_from_reference", &raw.ct_from_reference)?,
+        shape: shape(table, raw.ball, raw.emitters.as_deref(), raw.cone_deg)?,
+        ct_from_reference: rigid(&format!("{table}.ct_from_reference"), &raw.ct_from_reference)?,
     })
 }
 
@@ -153,13 +161,17 @@ fn listed<F: Frame>(table: &str, list: &[RawEmitter]) -> Checked<Emitters<F>> {
     ))
 }
 
-fn marker_from_tool<To: Frame, From: Frame>(raw: &RawMarker, tool_mm: f64) -> Checked<Rigid<To, From>> {
+pub(in super::super) fn marker_from_tool<To: Frame, From: Frame>(
+    table: &str,
+    raw: &RawMarker,
+    tool_mm: f64,
+) -> Checked<Rigid<To, From>> {
     let beside_the_handle = || RawRigid {
         translation_mm: [0.0, -MARKER_ASIDE_MM, tool_mm + MARKER_BEHIND_MM],
         ..RawRigid::default()
     };
     let written = raw.marker_from_tool.clone().unwrap_or_else(beside_the_handle);
-    rigid("marker.marker_from_tool", &written)
+    rigid(&format!("{table}.marker_from_tool"), &written)
 }
 
 fn handle(raw: &RawHandle, tool_mm: f64) -> Checked<Handle> {
@@ -276,7 +288,7 @@ fn faults(raw: &RawFaults, emitters: usize) -> Checked<Faults> {
     })
 }
 
-fn gates(table: &str, raw: &RawGates) -> Checked<Gates> {
+pub(in super::super) fn gates(table: &str, raw: &RawGates) -> Checked<Gates> {
     let at = |name: &str| format!("{table}.{name}");
     let min_emitters = raw.min_emitters as usize;
     if !(3..=MAX_EMITTERS).contains(&min_emitters) {

@@ -4,7 +4,7 @@
 //! where the registration says. Lengths are in mm, angles in radians, times in seconds of the script. Every imperfection is
 //! a number here, and zero (or the widest angle, or no table) switches it off.
 
-mod check;
+pub(super) mod check;
 pub mod raw;
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use calib::file::content_id;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -85,15 +86,6 @@ pub struct CalibrationFile {
     pub base: Option<BaseRecord>,
 }
 
-/// The id of a file's content: of all but the id itself.
-pub(super) fn id_of(mut content: serde_json::Value) -> String {
-    if let Some(map) = content.as_object_mut() {
-        map.remove("id");
-    }
-    content.sort_all_objects();
-    blake3::hash(content.to_string().as_bytes()).to_hex()[..16].to_owned()
-}
-
 impl CalibrationFile {
     /// A file of today without content.
     pub(crate) fn new(kind: Kind, tool: &str, marker: &str, gates: Vec<Gate>) -> Self {
@@ -128,7 +120,7 @@ impl CalibrationFile {
     /// # Errors
     /// None in practice, as [`Self::to_json`].
     pub fn sealed(mut self) -> io::Result<Self> {
-        self.id = id_of(serde_json::to_value(&self)?);
+        self.id = content_id(serde_json::to_value(&self)?);
         Ok(self)
     }
 

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use calib::file::content_id;
 use calib::pose::MAX_EMITTERS;
 use geometry::door;
 use geometry::uncertain::Uncertain;
 use geometry::{Marker, Rigid, Tool};
 use serde_json::Value;
 
-use super::file::id_of;
 use super::{BaseRecord, CALIBRATION_VERSION, CalibrationFile, EmitterRecord, Kind, MarkerRecord};
 use crate::fields::MAX_MM;
 use crate::source::{Source, SourceError};
@@ -124,7 +124,7 @@ impl CalibrationFile {
             let (found, expected) = (file.kind.name(), kind.name());
             return Err(CalibrationError::OtherKind { path, found, expected });
         }
-        let computed = id_of(value);
+        let computed = content_id(value);
         if computed != file.id {
             let found = file.id.chars().take(40).collect();
             return Err(CalibrationError::OtherId { path, found, computed });

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use calib::file::sequence::SequenceError;
 use geometry::rotation::RotationError;
 use geometry::uncertain::CovarianceError;
 
@@ -87,13 +88,9 @@ pub(crate) enum PosesError {
         line: usize,
         found: [f64; 4],
     },
-    /// The transform asked for is not there.
-    #[error("reading {path}: there is no transform {asked}; found {found}")]
-    NoTransform {
-        path: PathBuf,
-        asked: String,
-        found: String,
-    },
+    /// A sequence that cannot be read.
+    #[error("reading {path}: {source}")]
+    Sequence { path: PathBuf, source: SequenceError },
     /// There are several transforms and none was asked for.
     #[error("reading {path}: there are several transforms: {found}; choose one with --transform")]
     SeveralTransforms { path: PathBuf, found: String },

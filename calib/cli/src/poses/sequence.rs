@@ -3,18 +3,14 @@
 //! Lines are `Seq_FrameNNNN_NameTransform = 16 numbers by rows`, `..._NameTransformStatus = OK`, `..._Timestamp = seconds`,
 //! with lengths in mm. Pixels may follow the line `ElementDataFile = LOCAL` and are not read, only hashed.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use super::matrix::At;
-use super::{MAX_POSES, PosesError, Recording, Seen, quoted};
-use crate::fields;
-use crate::source::{MAX_BYTES, Source, SourceError};
+use calib::file::sequence;
 
-/// The line that ends a header.
-const END: &str = "ElementDataFile";
+use super::{PosesError, Recording, Seen, quoted};
+use crate::source::{MAX_BYTES, Source, SourceError};
 
 /// Reads the poses `transform` of a sequence, such as `StylusToTracker`; of its only one where none is named.
 pub(super) fn read(path: &Path, transform: Option<&str>) -> Result<Recording, PosesError> {
@@ -41,67 +37,31 @@ fn header(path: &Path) -> Result<(Source, String), PosesError> {
     let mut hash = blake3::Hasher::new();
     hash.update(&bytes);
     io::copy(&mut file, &mut hash).map_err(failed)?;
-    let length = end(&bytes).ok_or_else(|| PosesError::NoHeaderEnd { path: path.to_owned() })?;
+    let length = sequence::header_end(&bytes).ok_or_else(|| PosesError::NoHeaderEnd { path: path.to_owned() })?;
     bytes.truncate(length);
     let source = Source::from_bytes(path, bytes)?;
     Ok((source, hash.finalize().to_hex().to_string()))
 }
 
-/// Where the header ends: after the line that begins with [`END`].
-fn end(bytes: &[u8]) -> Option<usize> {
-    let mut start = 0;
-    for line in bytes.split_inclusive(|b| *b == b'\n') {
-        start += line.len();
-        if line.starts_with(END.as_bytes()) {
-            return Some(start);
-        }
-    }
-    None
-}
-
-/// The lines of a frame that matter: number and value each.
-#[derive(Default)]
-struct Frame<'a> {
-    matrix: Option<(usize, &'a str)>,
-    status: Option<&'a str>,
-    time: Option<(usize, &'a str)>,
-}
-
-/// The frame, the name of a field and its value, of a line that has them.
-fn field(line: &str) -> Option<(u32, &str, &str)> {
-    let rest = line.strip_prefix("Seq_Frame")?;
-    let (number, rest) = rest.split_once('_')?;
-    let (name, value) = rest.split_once('=')?;
-    let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());
-    let number = number.parse().ok().filter(|_| digits)?;
-    Some((number, name.trim(), value.trim()))
-}
-
 fn from_source(source: &Source, transform: Option<&str>) -> Result<Recording, PosesError> {
+    let failed = |error| PosesError::Sequence {
+        path: source.path.clone(),
+        source: error,
+    };
     let name = chosen(source, transform)?;
-    let (matrix, status) = (format!("{name}Transform"), format!("{name}TransformStatus"));
-    let mut frames: BTreeMap<u32, Frame<'_>> = BTreeMap::new();
-    for (i, text) in source.text.lines().enumerate() {
-        let Some((number, field, value)) = field(text) else {
-            continue;
-        };
-        let frame = frames.entry(number).or_default();
-        match field {
-            "Timestamp" => frame.time = Some((i + 1, value)),
-            _ if field == matrix => frame.matrix = Some((i + 1, value)),
-            _ if field == status => frame.status = Some(value),
-            _ => {}
-        }
-        if frames.len() > MAX_POSES {
-            let path = source.path.clone();
-            return Err(PosesError::TooMany { path });
-        }
-    }
+    let frames = sequence::frames(&source.text, &[&name]).map_err(failed)?;
     let mut recording = Recording::new(&source.path);
     recording.bytes = source.bytes;
-    for frame in frames.values() {
-        let time = frame.time.map(|(line, text)| time(source, line, text)).transpose()?;
-        recording.add(time, frame.seen(source)?)?;
+    for frame in frames {
+        let pose = frame.poses.first().copied().flatten();
+        let seen = pose.and_then(|pose| {
+            Some(Seen {
+                pose: pose.rigid()?,
+                off: pose.off,
+                covariance: None,
+            })
+        });
+        recording.add(frame.t_s, seen)?;
     }
     recording.transform = Some(name);
     Ok(recording)
@@ -109,73 +69,20 @@ fn from_source(source: &Source, transform: Option<&str>) -> Result<Recording, Po
 
 /// The transform asked for, or the only one.
 fn chosen(source: &Source, asked: Option<&str>) -> Result<String, PosesError> {
-    let names: BTreeSet<&str> = source
-        .text
-        .lines()
-        .filter_map(|line| field(line)?.1.strip_suffix("Transform"))
-        .collect();
-    let path = source.path.clone();
-    let shown: Vec<String> = names.iter().take(10).map(|name| quoted(name)).collect();
-    let found = if shown.is_empty() {
-        "none".to_owned()
-    } else {
-        shown.join(", ")
-    };
-    match (asked, names.first()) {
-        (Some(asked), _) => {
-            let asked = asked.strip_suffix("Transform").unwrap_or(asked);
-            let missing = || PosesError::NoTransform {
-                path,
-                asked: quoted(asked),
-                found,
-            };
-            names.contains(asked).then(|| asked.to_owned()).ok_or_else(missing)
-        }
-        (None, Some(only)) if names.len() == 1 => Ok((*only).to_owned()),
-        (None, Some(_)) => Err(PosesError::SeveralTransforms { path, found }),
-        (None, None) => Err(PosesError::NoPoses {
-            path,
-            expected: "expected lines such as Seq_Frame0000_StylusToTrackerTransform = 16 numbers",
-        }),
+    if let Some(asked) = asked {
+        return Ok(asked.strip_suffix("Transform").unwrap_or(asked).to_owned());
     }
-}
-
-fn time(source: &Source, line: usize, text: &str) -> Result<f64, PosesError> {
-    let at = At {
-        path: &source.path,
-        line,
-    };
-    let field = fields::plain(text).into_iter().next();
-    let field = field.unwrap_or(fields::Field {
-        text: "".into(),
-        column: 1,
-    });
-    at.number(&field, "Timestamp")
-}
-
-impl Frame<'_> {
-    /// The pose, where the frame has the transform and its status is OK or absent.
-    fn seen(&self, source: &Source) -> Result<Option<Seen>, PosesError> {
-        let Some((line, text)) = self.matrix.filter(|_| self.status.is_none_or(|s| s == "OK")) else {
-            return Ok(None);
-        };
-        let at = At {
-            path: &source.path,
-            line,
-        };
-        let row = fields::plain(text);
-        let mut numbers = Vec::with_capacity(16);
-        for field in row.iter().take(17) {
-            numbers.push(at.number(field, "a 4 x 4 matrix")?);
+    let names = sequence::transforms(&source.text);
+    match names.first() {
+        Some(_) if names.len() > 1 => {
+            let shown: Vec<String> = names.iter().take(10).map(|name| quoted(name)).collect();
+            Err(PosesError::SeveralTransforms {
+                path: source.path.clone(),
+                found: shown.join(", "),
+            })
         }
-        let matrix: [f64; 16] = numbers.try_into().map_err(|_| PosesError::Count {
-            path: source.path.clone(),
-            line,
-            found: row.len(),
-            what: "numbers of a matrix",
-            expected: 16,
-        })?;
-        at.matrix(&matrix).map(Some)
+        // Without any, the reader says what it expects.
+        only => Ok(only.copied().unwrap_or_default().to_owned()),
     }
 }
 
@@ -229,12 +136,6 @@ mod tests {
             let error = parse(text, transform).unwrap_err();
             assert!(error.contains(words), "{text}: {error}");
         }
-    }
-
-    #[test]
-    fn the_header_ends_before_the_pixels() {
-        assert_eq!(end(b"A = 1\nElementDataFile = LOCAL\n\xff\xfe"), Some(30));
-        assert_eq!(end(b"A = 1\n"), None);
     }
 
     proptest! {

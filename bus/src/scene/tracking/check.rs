@@ -1,0 +1,137 @@
+//! From the raw tables to the checked ones.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use geometry::{Frame, Rigid, door};
+
+use super::super::check::{Checked, UNIT_TOLERANCE, invalid, number};
+use super::super::operating_room::{Deviations, check as shared};
+use super::super::raw::{RawRigid, RawTracker, RawTrackerSource};
+use super::raw::{RawEmitterSource, RawLinkFile, RawNoise, RawSequence};
+use super::{EmitterSource, LinkFile, LinkFiles, Noise, SequenceSource};
+
+/// The longest name of a marker or transform, bytes.
+const NAME_BYTES: usize = 64;
+
+pub(in super::super) fn emitters(raw: &RawEmitterSource, tool_mm: f64) -> Checked<EmitterSource> {
+    let at = "tracker.emitters";
+    let key = |name: &str| format!("{at}.{name}");
+    Ok(EmitterSource {
+        marker: shared::marker(&key("marker"), &raw.marker)?,
+        marker_from_tool: shared::marker_from_tool(&key("marker"), &raw.marker, tool_mm)?,
+        reference: raw
+            .reference
+            .as_ref()
+            .map(|on| shared::reference(&key("reference"), on))
+            .transpose()?,
+        noise: noise(&raw.localizer)?,
+        gates: shared::gates(&key("gates"), &raw.gates)?,
+        reference_gates: shared::gates(&key("reference_gates"), &raw.reference_gates)?,
+    })
+}
+
+/// Deviations above 0, as emitters are weighted by their inverse squares, and within a factor of 50 of each other, so that
+/// these can be inverted.
+fn noise(raw: &RawNoise) -> Checked<Noise> {
+    let within = |name: &str, value: f64, range: RangeInclusive<f64>, unit: &str| {
+        number(&format!("tracker.emitters.localizer.{name}"), value, range, unit)
+    };
+    let across_mm = within("across_mm", raw.across_mm, 1e-3..=50.0, "mm")?;
+    let ratio = across_mm / 50.0..=across_mm * 50.0;
+    Ok(Noise {
+        across_mm,
+        depth_mm: within("depth_mm", raw.depth_mm, ratio, "mm, as across_mm is what it is")?,
+        at_mm: within("at_mm", raw.at_mm, 1.0..=1e5, "mm")?,
+        growth_across: within("growth_across", raw.growth_across, 0.0..=4.0, "")?,
+        growth_depth: within("growth_depth", raw.growth_depth, 0.0..=4.0, "")?,
+    })
+}
+
+pub(in super::super) fn sequence(raw: &RawSequence) -> Checked<SequenceSource> {
+    let key = |name: &str| format!("tracker.sequence.{name}");
+    let reference = raw.reference.as_deref();
+    if reference.is_none() && raw.ct_from_reference != RawRigid::default() {
+        let allowed = "no such table unless tracker.sequence.reference names a transform";
+        return Err(invalid(key("ct_from_reference"), "a table", allowed));
+    }
+    let turn = number(&key("noise_deg"), raw.noise_deg, 0.0..=45.0, "degrees")?;
+    let shift = raw.noise_mm.map(|mm| number(&key("noise_mm"), mm, 0.0..=50.0, "mm"));
+    Ok(SequenceSource {
+        file: path(&key("file"), &raw.file)?,
+        marker: raw.marker.as_deref().map(|n| name(&key("marker"), n)).transpose()?,
+        marker_from_tool: rigid(&key("marker_from_tool"), &raw.marker_from_tool)?,
+        reference: match reference {
+            Some(transform) => Some((
+                name(&key("reference"), transform)?,
+                rigid(&key("ct_from_reference"), &raw.ct_from_reference)?,
+            )),
+            None => None,
+        },
+        noise: shift.transpose()?.map(|shift_mm| Deviations {
+            shift_mm,
+            turn_rad: turn.to_radians(),
+        }),
+    })
+}
+
+/// The files of the chain's constants, which only a chain has.
+pub(in super::super) fn link_files(raw: &RawTracker) -> Checked<LinkFiles> {
+    let has_chain = !matches!(raw.source, RawTrackerSource::Simulated | RawTrackerSource::External);
+    let one = |table: &str, raw: &Option<RawLinkFile>| {
+        let Some(raw) = raw else { return Ok(None) };
+        let key = format!("tracker.{table}");
+        if !has_chain {
+            let allowed = "no such table unless tracker.source is \"operating-room\", \"emitters\" or \"sequence\"";
+            return Err(invalid(key, "a table", allowed));
+        }
+        Ok(Some(LinkFile {
+            path: path(&format!("{key}.file"), &raw.file)?,
+            marker: raw
+                .marker
+                .as_deref()
+                .map(|n| name(&format!("{key}.marker"), n))
+                .transpose()?,
+        }))
+    };
+    Ok(LinkFiles {
+        calibration: one("calibration", &raw.calibration)?,
+        registration: one("registration", &raw.registration)?,
+    })
+}
+
+pub(in super::super) fn smoothing(raw: &RawTracker) -> Checked<Option<Duration>> {
+    let Some(smoothing) = &raw.smoothing else {
+        return Ok(None);
+    };
+    if raw.source == RawTrackerSource::External {
+        let allowed = "no such table with tracker.source = \"external\": poses are shown as they come";
+        return Err(invalid("tracker.smoothing", "a table", allowed));
+    }
+    let key = "tracker.smoothing.time_constant_ms";
+    let ms = number(key, smoothing.time_constant_ms, 1.0..=1000.0, "ms")?;
+    Ok(Some(Duration::from_secs_f64(ms / 1e3)))
+}
+
+fn path(key: &str, text: &str) -> Checked<PathBuf> {
+    // A path that was empty in the scene is its folder.
+    if text.is_empty() || text.ends_with('/') {
+        return Err(invalid(key, format!("{text:?}"), "the path of a file"));
+    }
+    Ok(PathBuf::from(text))
+}
+
+fn name(key: &str, text: &str) -> Checked<String> {
+    if text.is_empty() || text.len() > NAME_BYTES {
+        return Err(invalid(key, format!("{text:?}"), format!("1 to {NAME_BYTES} bytes")));
+    }
+    Ok(text.to_owned())
+}
+
+fn rigid<To: Frame, From: Frame>(key: &str, raw: &RawRigid) -> Checked<Rigid<To, From>> {
+    door::rigid(raw.quaternion, raw.translation_mm, UNIT_TOLERANCE).map_err(|e| {
+        let found = format!("{:?}, {:?}", raw.quaternion, raw.translation_mm);
+        invalid(key, found, e.to_string())
+    })
+}

@@ -1,0 +1,82 @@
+//! Where poses come from when the localizer is not simulated, the files that the chain's constants come from, and smoothing.
+//!
+//! Lengths are in mm, angles in radians.
+
+mod check;
+pub mod raw;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+
+use geometry::{Ct, Marker, Reference, Rigid, Tool};
+
+use super::operating_room::{Deviations, Gates, ReferenceMarker, Shape};
+
+pub(super) use check::{emitters, link_files, sequence, smoothing};
+
+/// `source = "emitters"`: another program publishes what a localizer sees, and the tracker makes poses of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EmitterSource {
+    /// The marker on the tool.
+    pub marker: Shape<Marker>,
+    /// Where it sits on the tool, unless a calibration says.
+    pub marker_from_tool: Rigid<Marker, Tool>,
+    /// The marker on the patient, if there is one.
+    pub reference: Option<ReferenceMarker>,
+    /// How the localizer errs.
+    pub noise: Noise,
+    /// When a pose of the tool's marker is refused.
+    pub gates: Gates,
+    /// When one of the patient's is.
+    pub reference_gates: Gates,
+}
+
+/// Standard deviations of a place, which grow as powers of its distance from the localizer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Across the line of sight, mm.
+    pub across_mm: f64,
+    /// Along it, mm.
+    pub depth_mm: f64,
+    /// The distance for which these hold, mm.
+    pub at_mm: f64,
+    /// The power of the one across.
+    pub growth_across: f64,
+    /// The power of the one along.
+    pub growth_depth: f64,
+}
+
+/// `source = "sequence"`: poses of markers from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SequenceSource {
+    /// A sequence of the PLUS toolkit.
+    pub file: PathBuf,
+    /// The transform of the tool's marker; `None`: the only one.
+    pub marker: Option<String>,
+    /// Where it sits on the tool, unless a calibration says.
+    pub marker_from_tool: Rigid<Marker, Tool>,
+    /// The transform of the marker on the patient, and where that sits unless a registration says.
+    pub reference: Option<(String, Rigid<Ct, Reference>)>,
+    /// How a pose errs, about the marker's origin; `None`: not known.
+    pub noise: Option<Deviations>,
+}
+
+/// A file that a constant of the chain comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LinkFile {
+    /// The file.
+    pub path: PathBuf,
+    /// The marker that it must be of; `None`: any.
+    pub marker: Option<String>,
+}
+
+/// The files of the chain's constants; `None`: the scene's own numbers.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct LinkFiles {
+    /// Of `calib tool`.
+    pub calibration: Option<LinkFile>,
+    /// Of `calib register`.
+    pub registration: Option<LinkFile>,
+}

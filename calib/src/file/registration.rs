@@ -1,0 +1,126 @@
+//! The patient's registration, as `calib register` writes it.
+
+use geometry::{Ct, Frame, Point, Reference, Rigid, Tracker, Uncertain, door};
+use nalgebra::Matrix6;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::{FileError, content_id, parsed, place, quoted, same};
+
+const FORMAT: &str = "trocar-registration";
+const VERSION: u64 = 1;
+const UNIT_TOLERANCE: f64 = 1e-9;
+
+/// Where the patient is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Registered {
+    /// In the localizer, which must not move since: `from` is `tracker`.
+    Fixed(Uncertain<Ct, Tracker>),
+    /// In the marker on the patient: `from` is `reference`.
+    Referenced(Uncertain<Ct, Reference>),
+}
+
+/// A registration of the patient, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RegistrationFile {
+    /// The id of the file's content, see [`content_id`].
+    pub id: String,
+    /// The transform with its covariance.
+    pub registered: Registered,
+    /// The hash of the CT volume that the points were taken from, where it was told.
+    pub ct_hash: Option<String>,
+    /// The marker that the points were seen by, where it was told.
+    pub marker: Option<String>,
+}
+
+/// What is read of the file.
+#[derive(Deserialize)]
+struct Raw {
+    to: String,
+    from: String,
+    transform: RawTransform,
+    covariance: Option<[[f64; 6]; 6]>,
+    #[serde(default)]
+    ct_hash: Option<String>,
+    #[serde(default)]
+    marker: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct RawTransform {
+    quaternion_wxyz: [f64; 4],
+    translation_mm: [f64; 3],
+    scale: f64,
+}
+
+impl RegistrationFile {
+    /// Reads the text of such a file.
+    ///
+    /// # Errors
+    /// [`FileError::TooLong`], [`FileError::Json`], [`FileError::OtherVersion`], [`FileError::BadNumber`]: also where a
+    /// scale was fitted, where there is no covariance, and between other frames than `ct` and `tracker` or `reference`.
+    pub fn parse(text: &str) -> Result<Self, FileError> {
+        let value = parsed(text)?;
+        let key = |key: &str| value.get(key).unwrap_or(&Value::Null).clone();
+        if key("format") != FORMAT || key("version") != VERSION {
+            return Err(FileError::OtherVersion {
+                found: quoted(&format!("format {}, version {}", key("format"), key("version"))),
+                expected: format!("format {FORMAT:?}, version {VERSION}"),
+            });
+        }
+        let raw: Raw = serde_json::from_str(text)?;
+        Ok(Self {
+            id: content_id(value),
+            registered: raw.registered()?,
+            ct_hash: raw.ct_hash,
+            marker: raw.marker,
+        })
+    }
+
+    /// Refuses a registration made for another CT volume, or with another marker, than those in use. What the file does not
+    /// tell is not checked.
+    ///
+    /// # Errors
+    /// [`FileError::WrongPairing`].
+    pub fn of(&self, ct_hash: &str, marker: &str) -> Result<(), FileError> {
+        self.ct_hash
+            .as_deref()
+            .map_or(Ok(()), |found| same("CT", found, ct_hash))?;
+        self.marker
+            .as_deref()
+            .map_or(Ok(()), |found| same("marker", found, marker))
+    }
+}
+
+impl Raw {
+    fn registered(&self) -> Result<Registered, FileError> {
+        match (self.to.as_str(), self.from.as_str()) {
+            ("ct", "tracker") => self.uncertain().map(Registered::Fixed),
+            ("ct", "reference") => self.uncertain().map(Registered::Referenced),
+            (to, from) => {
+                let expected = "ct_from_tracker or ct_from_reference (calib register --to ct --from tracker)";
+                Err(FileError::number("transform", &format!("{to}_from_{from}"), expected))
+            }
+        }
+    }
+
+    fn uncertain<From: Frame>(&self) -> Result<Uncertain<Ct, From>, FileError> {
+        let t = &self.transform;
+        if t.scale != 1.0 {
+            return Err(FileError::number("scale", &t.scale, "1: patients are measured in mm"));
+        }
+        place("translation_mm", t.translation_mm)?;
+        let rigid: Rigid<Ct, From> = door::rigid(t.quaternion_wxyz, t.translation_mm, UNIT_TOLERANCE)
+            .map_err(|_| FileError::number("quaternion_wxyz", &t.quaternion_wxyz, "a unit quaternion"))?;
+        let none = || FileError::number("covariance", &"null", "the covariance of three points or more");
+        let rows = self.covariance.ok_or_else(none)?;
+        let uncertain = Uncertain::new(rigid, Matrix6::from_fn(|i, j| rows[i][j]))
+            .map_err(|error| FileError::number("covariance", &error.to_string(), "a covariance"))?;
+        // The origin of the registered frame stands for the patient: its error is least near the points.
+        let origin = (uncertain * Point::<From>::new(0.0, 0.0, 0.0)).covariance().trace();
+        if origin > 0.0 {
+            return Ok(uncertain);
+        }
+        Err(FileError::number("covariance", &origin, "a variance above 0 mm^2"))
+    }
+}

@@ -1,0 +1,119 @@
+//! A tool's frame in its marker, as `calib tool` writes it.
+
+use geometry::{Marker, Point, Tool, Uncertain, door};
+use serde::Deserialize;
+
+use super::{FileError, content_id, parsed, place, quoted, same};
+
+/// The value of `trocar_calibration`.
+const VERSION: u64 = 1;
+const KIND: &str = "tool";
+/// How far from 1 the norm of a quaternion may be that was written with all its digits.
+const UNIT_TOLERANCE: f64 = 1e-9;
+
+/// A calibrated tool, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolFile {
+    /// The id of the file's content.
+    pub id: String,
+    /// When it was made, RFC 3339 in UTC.
+    pub date_utc: String,
+    /// Name of the instrument.
+    pub tool: String,
+    /// Name of the marker on it.
+    pub marker: String,
+    /// The tool's frame in its marker: origin at the tip, +z from the handle to the tip.
+    pub marker_from_tool: Uncertain<Marker, Tool>,
+}
+
+/// What is read of the file; its other keys are for people and for other programs.
+#[derive(Deserialize)]
+struct Raw {
+    kind: String,
+    id: String,
+    date_utc: String,
+    tool: String,
+    marker: String,
+    verdict: String,
+    gates: Vec<RawGate>,
+    tool_frame: Option<RawFrame>,
+}
+
+#[derive(Deserialize)]
+struct RawGate {
+    kept: bool,
+}
+
+#[derive(Deserialize)]
+struct RawFrame {
+    quaternion_wxyz: [f64; 4],
+    translation_mm: [f64; 3],
+    covariance_upper: [f64; 21],
+}
+
+impl ToolFile {
+    /// Reads the text of such a file.
+    ///
+    /// # Errors
+    /// Each variant of [`FileError`] but the last.
+    pub fn parse(text: &str) -> Result<Self, FileError> {
+        let value = parsed(text)?;
+        let version = value.get("trocar_calibration");
+        if version.and_then(serde_json::Value::as_u64) != Some(VERSION) {
+            return Err(FileError::OtherVersion {
+                found: version.map_or("no trocar_calibration".to_owned(), |v| {
+                    quoted(&format!("trocar_calibration {v}"))
+                }),
+                expected: format!("trocar_calibration {VERSION}"),
+            });
+        }
+        // From the text, so that errors tell line and column.
+        let raw: Raw = serde_json::from_str(text)?;
+        if raw.kind != KIND {
+            let found = quoted(&raw.kind);
+            return Err(FileError::OtherKind { found, expected: KIND });
+        }
+        let computed = content_id(value);
+        if computed != raw.id {
+            let found = quoted(&raw.id);
+            return Err(FileError::OtherId { found, computed });
+        }
+        if raw.verdict != "accepted" || raw.gates.iter().any(|gate| !gate.kept) {
+            return Err(FileError::NotAccepted(quoted(&raw.verdict)));
+        }
+        Ok(Self {
+            marker_from_tool: frame(raw.tool_frame)?,
+            id: raw.id,
+            date_utc: raw.date_utc,
+            tool: raw.tool,
+            marker: raw.marker,
+        })
+    }
+
+    /// Refuses a calibration of another tool or marker than those in use.
+    ///
+    /// # Errors
+    /// [`FileError::WrongPairing`].
+    pub fn of(&self, tool: &str, marker: &str) -> Result<(), FileError> {
+        same("tool", &self.tool, tool)?;
+        same("marker", &self.marker, marker)
+    }
+}
+
+fn frame(raw: Option<RawFrame>) -> Result<Uncertain<Marker, Tool>, FileError> {
+    let raw = raw.ok_or_else(|| FileError::number("tool_frame", &"nothing", "the tool's frame"))?;
+    place("translation_mm", raw.translation_mm)?;
+    let rigid = door::rigid(raw.quaternion_wxyz, raw.translation_mm, UNIT_TOLERANCE)
+        .map_err(|_| FileError::number("quaternion_wxyz", &raw.quaternion_wxyz, "a unit quaternion"))?;
+    let uncertain = Uncertain::from_upper(rigid, raw.covariance_upper)
+        .map_err(|error| FileError::number("covariance_upper", &error.to_string(), "a covariance"))?;
+    let tip = (uncertain * Point::<Tool>::new(0.0, 0.0, 0.0)).covariance().trace();
+    if tip > 0.0 {
+        return Ok(uncertain);
+    }
+    Err(FileError::number(
+        "covariance_upper",
+        &tip,
+        "a variance of the tip above 0 mm^2",
+    ))
+}

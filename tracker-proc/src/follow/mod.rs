@@ -1,0 +1,273 @@
+//! The tracker's process where a chain makes the poses: what each frame comes to, whoever delivers it.
+//!
+//! [`room`] simulates the localizer, [`emitters`] takes its frames from the bus, [`sequence`] plays poses of markers from a
+//! file. All admit frames by the same stamps, step the same status machine, take calibration and registration from the same
+//! files ([`links`]) and publish alike.
+
+mod emitters;
+mod links;
+mod room;
+mod sequence;
+
+use bus::clock;
+use bus::message::{Lost, ToolPose, Tracked};
+use bus::process::Process;
+use calib::pose::Lost as BodyLost;
+use geometry::{Ct, Point, Rigid, Tool, VolumeGrid};
+
+use crate::chain::{Event, Found, Links, Reason, Smoothing, Stamps, Status};
+use crate::run::{Output, RunError, volume};
+use links::{Constants, Expected, Looked};
+
+pub use emitters::EmitterSourceError;
+pub(crate) use emitters::follow as follow_emitters;
+pub(crate) use room::follow as follow_room;
+pub use sequence::PlayError;
+pub(crate) use sequence::follow as follow_sequence;
+
+/// What is known of a frame beside the emitters. Times on the run's clock but for the device's.
+#[derive(Debug, Clone, Copy)]
+struct Stamp {
+    seq: u64,
+    t_device_ns: i64,
+    t_capture_ns: i64,
+    /// Emitters of the tool that were seen.
+    visible: u32,
+}
+
+/// The state between two frames.
+struct Follower<'a> {
+    output: &'a Output,
+    grid: VolumeGrid,
+    constants: Constants,
+    stamps: Stamps,
+    status: Status,
+    smoothing: Option<Smoothing>,
+    /// When a frame was admitted last, on the run's clock.
+    last_frame_ns: i64,
+}
+
+/// How a source describes itself to the follower.
+struct Source {
+    /// The scene's own constants.
+    own: Links,
+    /// Whether the errors of these are stated.
+    own_errors_known: bool,
+    /// Whether the errors of what is measured are known.
+    errors_known: bool,
+    /// Whether a marker on the patient is described.
+    has_reference: bool,
+}
+
+/// What a source needs of the volume.
+struct Examination {
+    grid: VolumeGrid,
+    hash: String,
+}
+
+/// The volume, waited for; `None` where the process was stopped in the meantime.
+fn examination(process: &mut Process) -> Result<Option<Examination>, RunError> {
+    let volume = volume(process)?;
+    Ok(volume.map(|volume| Examination {
+        grid: *volume.grid(),
+        hash: volume.hash().to_string(),
+    }))
+}
+
+impl<'a> Follower<'a> {
+    fn new(process: &Process, output: &'a Output, source: Source, examination: Examination) -> Self {
+        let tracker = &process.scene.tracker;
+        let expected = Expected {
+            tool: process.scene.tool.name.clone(),
+            ct_hash: examination.hash,
+            has_reference: source.has_reference,
+        };
+        let mut follower = Self {
+            output,
+            grid: examination.grid,
+            constants: Constants::new(&tracker.links, source, expected, output.registration_id),
+            stamps: Stamps::default(),
+            status: Status::START,
+            smoothing: tracker.smoothing.map(|tau| Smoothing::new(tau.as_secs_f64())),
+            last_frame_ns: i64::MIN,
+        };
+        follower.step_by(Looked {
+            calibration: true,
+            registration: true,
+        });
+        follower
+    }
+
+    /// Looks after the files of the constants, once a second, and notes silence.
+    fn tend(&mut self, process: &Process) {
+        let now = process.clock().now_ns();
+        let looked = self.constants.look(now);
+        self.step_by(looked);
+        let silent_ns = now.saturating_sub(self.last_frame_ns);
+        if silent_ns > clock::ns(process.scene.limits.stale) {
+            self.status = self.status.step(Event::Silence);
+        }
+        if silent_ns > clock::ns(process.scene.limits.silent) {
+            self.stamps.forget();
+        }
+    }
+
+    /// The events of what was found in the files. What was replaced by another is first taken back.
+    fn step_by(&mut self, looked: Looked) {
+        if looked.calibration {
+            self.status = self.status.step(Event::CalibrationWithdrawn);
+        }
+        if looked.registration {
+            self.status = self.status.step(Event::RegistrationWithdrawn);
+        }
+        if looked.calibration || looked.registration {
+            self.smoothing.iter_mut().for_each(Smoothing::reset);
+        }
+        if self.constants.lost().is_none_or(|lost| lost == Lost::NotRegistered) {
+            self.status = self.status.step(Event::Calibrated);
+        }
+        if self.constants.lost().is_none() {
+            self.status = self.status.step(Event::Registered);
+        }
+    }
+
+    /// What the operator reads of it.
+    fn words(&self) -> String {
+        match self.constants.reason() {
+            Some(reason) => format!("{}: {reason}", self.status.words()),
+            None => self.status.words().to_owned(),
+        }
+    }
+
+    /// Whether a frame is to be believed; one that is not is left out and counted.
+    fn admit(&mut self, stamp: &Stamp, process: &mut Process) -> bool {
+        let now_ns = process.clock().now_ns();
+        match self.stamps.admit(stamp.t_device_ns, stamp.t_capture_ns, now_ns) {
+            Ok(()) => {
+                self.last_frame_ns = now_ns;
+                true
+            }
+            Err(error) => {
+                refuse(process, stamp.seq, &error.to_string());
+                false
+            }
+        }
+    }
+
+    /// One frame that was admitted: publishes its pose, or the reason why there is none.
+    fn frame(
+        &mut self,
+        stamp: &Stamp,
+        process: &mut Process,
+        solve: impl FnOnce(&Links) -> Result<Found, Reason>,
+    ) -> Result<(), RunError> {
+        let mut pose = self.message(stamp);
+        let tracked = match self.constants.lost() {
+            Some(lost) => Err(lost),
+            None => self.solved(&mut pose, process, solve),
+        };
+        if tracked.is_err() {
+            self.smoothing.iter_mut().for_each(Smoothing::reset);
+        }
+        pose.set(tracked.map_or_else(Tracked::Lost, Tracked::Valid));
+        pose.t_publish_ns = process.clock().now_ns();
+        self.output.poses.send(pose)?;
+        process.counters.published += 1;
+        process.counters.lost += u64::from(tracked.is_err());
+        Ok(())
+    }
+
+    /// The pose as it is shown; fills in how good it is.
+    fn solved(
+        &mut self,
+        pose: &mut ToolPose,
+        process: &mut Process,
+        solve: impl FnOnce(&Links) -> Result<Found, Reason>,
+    ) -> Result<Rigid<Ct, Tool>, Lost> {
+        let found = solve(&self.constants.links());
+        let shown = found
+            .as_ref()
+            .map(|found| self.smoothed(pose, found.ct_from_tool.transform()));
+        let outside = shown.is_ok_and(|shown| !holds(&self.grid, shown * Point::<Tool>::new(0.0, 0.0, 0.0)));
+        self.status = self.status.step(Event::Frame(outcome(&found, outside)));
+        let found = found.map_err(|reason| {
+            if let Reason::Tool(error @ BodyLost::Malformed { .. })
+            | Reason::Reference(error @ BodyLost::Malformed { .. }) = reason
+            {
+                refuse(process, pose.seq, &error.to_string());
+            }
+            lost(&reason)
+        })?;
+        pose.fre_rms_mm = found.fre_rms_mm;
+        // At most 32 emitters.
+        pose.used = found.used as u32;
+        pose.flags |= if outside { ToolPose::OUTSIDE } else { 0 };
+        if self.constants.errors_known() {
+            pose.covariance = found.ct_from_tool.upper();
+            pose.tip_mm = found.tip_95_mm;
+            pose.flags |= ToolPose::TIP_KNOWN;
+        }
+        Ok(shown.unwrap_or(found.ct_from_tool.transform()))
+    }
+
+    fn smoothed(&mut self, pose: &mut ToolPose, measured: Rigid<Ct, Tool>) -> Rigid<Ct, Tool> {
+        match &mut self.smoothing {
+            Some(smoothing) => {
+                pose.delay_ns = clock::seconds(smoothing.delay_s());
+                smoothing.smooth(pose.t_capture_ns, measured)
+            }
+            None => measured,
+        }
+    }
+
+    fn message(&self, stamp: &Stamp) -> ToolPose {
+        ToolPose {
+            seq: stamp.seq,
+            t_device_ns: stamp.t_device_ns,
+            t_capture_ns: stamp.t_capture_ns,
+            registration_id: self.constants.registration_id(),
+            visible: stamp.visible,
+            ..ToolPose::EMPTY
+        }
+    }
+}
+
+/// Counts a frame that cannot be believed; the first is told.
+fn refuse(process: &mut Process, seq: u64, why: &str) {
+    process.counters.refused += 1;
+    if process.counters.refused == 1 {
+        eprintln!("tracker: frame {seq} is refused: {why}; further ones are only counted");
+    }
+}
+
+/// What a frame came to.
+fn outcome(found: &Result<Found, Reason>, outside: bool) -> Status {
+    match found {
+        Ok(_) if outside => Status::Outside,
+        Ok(_) => Status::Tracking,
+        Err(Reason::Reference(_) | Reason::NoReference) => Status::ReferenceLost,
+        Err(Reason::Tool(BodyLost::NotSeen)) => Status::NotSeen,
+        Err(Reason::Tool(BodyLost::TooFew { .. })) => Status::TooFew,
+        Err(Reason::Tool(BodyLost::Geometry { .. })) => Status::Geometry,
+        Err(Reason::Tool(BodyLost::Residual { .. } | BodyLost::Malformed { .. })) => Status::Residual,
+    }
+}
+
+/// The reason as it goes over the bus.
+fn lost(reason: &Reason) -> Lost {
+    match reason {
+        Reason::Tool(BodyLost::Malformed { .. }) | Reason::Reference(BodyLost::Malformed { .. }) => Lost::Refused,
+        Reason::Reference(_) | Reason::NoReference => Lost::Reference,
+        Reason::Tool(BodyLost::NotSeen) => Lost::NotSeen,
+        Reason::Tool(BodyLost::TooFew { .. }) => Lost::TooFew,
+        Reason::Tool(BodyLost::Geometry { .. }) => Lost::Geometry,
+        Reason::Tool(BodyLost::Residual { .. }) => Lost::Residual,
+    }
+}
+
+/// Whether the volume's cells hold a point.
+pub(crate) fn holds(grid: &VolumeGrid, p: Point<Ct>) -> bool {
+    let voxel = (grid.voxel_from_ct() * p).mm();
+    let inside = |(v, n): (f64, u32)| (-0.5..=f64::from(n) - 0.5).contains(&v);
+    voxel.into_iter().zip(grid.dims()).all(inside)
+}

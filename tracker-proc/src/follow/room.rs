@@ -1,0 +1,118 @@
+//! The simulated operating room: each frame as it arrives, with the truth beside the pose.
+
+use bus::clock;
+use bus::message::{EmitterFrame, EmitterSight, ProcessState, ToolPose, Tracked};
+use bus::port::Publisher;
+use bus::process::Process;
+use bus::scene::operating_room::Room;
+use bus::topic::{EMITTERS, GROUND_TRUTH};
+use calib::pose::Sighting;
+
+use super::{Follower, Source, Stamp, examination};
+use crate::chain::Chain;
+use crate::operating_room::{Arrival, Frame, OperatingRoom, Script};
+use crate::run::{CATCH_UP, LOOK_UP, Output, RunError};
+
+/// The room, and where its frames and its truth go.
+struct InRoom {
+    room: OperatingRoom,
+    chain: Chain,
+    frames: Publisher<EmitterFrame>,
+    truths: Publisher<ToolPose>,
+}
+
+/// Publishes what the chain makes of the frames until asked to stop.
+///
+/// # Errors
+/// [`RunError`].
+pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Result<(), RunError> {
+    let Some(examination) = examination(process)? else {
+        return Ok(());
+    };
+    let scene = &process.scene;
+    let script = Script::of_room(spec, &scene.targets, Some(&examination.grid))?;
+    // The point of the patient that counts: what the surgeon aims at.
+    let region = scene
+        .targets
+        .first()
+        .map_or(examination.grid.centre(), |target| target.centre);
+    let tracker = &scene.tracker;
+    let room = OperatingRoom::new(script, spec, &tracker.ct_from_tracker, scene.seed, tracker.rate_hz)?;
+    let chain = room.chain(region)?;
+    let source = Source {
+        own: chain.links(),
+        own_errors_known: true,
+        errors_known: true,
+        has_reference: spec.reference.is_some(),
+    };
+    let mut follower = Follower::new(process, output, source, examination);
+    let in_room = InRoom {
+        frames: Publisher::open(&process.bus, &EMITTERS, "")?,
+        truths: Publisher::open(&process.bus, &GROUND_TRUTH, "")?,
+        room,
+        chain,
+    };
+    let mut arrivals: Vec<Arrival> = Vec::new();
+    let mut after = process.clock().now_ns() - output.start_ns;
+    while !process.stop.is_set() {
+        let now = process.clock().now_ns() - output.start_ns;
+        after = after.max(now - clock::ns(CATCH_UP));
+        in_room.room.arrivals(after, now, &mut arrivals);
+        for arrival in &arrivals {
+            in_room.frame(&in_room.room.frame(arrival.seq), &mut follower, process)?;
+        }
+        follower.tend(process);
+        process.beat(ProcessState::Ready, &follower.words())?;
+        after = now;
+        let look_up = now + clock::ns(LOOK_UP);
+        let next = in_room.room.next_arrival(now, look_up);
+        let until = next.map_or(look_up, |arrival| arrival.t_arrival_ns);
+        process.clock().sleep_until(output.start_ns + until);
+    }
+    process.beat(ProcessState::Stopping, "asked to stop")?;
+    Ok(())
+}
+
+impl InRoom {
+    /// Every frame goes out as the localizer saw it; one that is believed, with its pose and the truth.
+    fn frame(&self, frame: &Frame, follower: &mut Follower<'_>, process: &mut Process) -> Result<(), RunError> {
+        let t_capture_ns = follower.output.start_ns + frame.t_capture_ns;
+        let stamp = Stamp {
+            seq: frame.seq,
+            t_device_ns: frame.t_device_ns,
+            t_capture_ns,
+            // At most 32 emitters.
+            visible: frame.tool.len() as u32,
+        };
+        self.frames.send(seen(frame, t_capture_ns, process.clock().now_ns()))?;
+        if !follower.admit(&stamp, process) {
+            return Ok(());
+        }
+        follower.frame(&stamp, process, |links| {
+            self.chain.solve_with(links, &frame.tool, &frame.reference)
+        })?;
+        let mut truth = follower.message(&stamp);
+        truth.t_publish_ns = process.clock().now_ns();
+        truth.set(Tracked::Valid(frame.ct_from_tool));
+        Ok(self.truths.send(truth)?)
+    }
+}
+
+/// The frame as it goes over the bus.
+fn seen(frame: &Frame, t_capture_ns: i64, t_publish_ns: i64) -> EmitterFrame {
+    let sight = |sighting: &Sighting| EmitterSight {
+        place_mm: sighting.place.mm(),
+        emitter: sighting.emitter as u32,
+        reserved: 0,
+    };
+    let mut message = EmitterFrame {
+        seq: frame.seq,
+        t_device_ns: frame.t_device_ns,
+        t_capture_ns,
+        t_publish_ns,
+        ..EmitterFrame::EMPTY
+    };
+    // A marker of a scene has no more emitters than a frame holds.
+    let _ = message.set(frame.tool.iter().map(sight), frame.reference.iter().map(sight));
+    message
+}

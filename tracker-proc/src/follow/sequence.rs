@@ -1,0 +1,278 @@
+//! Poses of markers from a sequence of the PLUS toolkit, at the times of its stamps.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use bus::clock;
+use bus::message::ProcessState;
+use bus::process::Process;
+use bus::scene::operating_room::Deviations;
+use bus::scene::tracking::SequenceSource;
+use calib::file::sequence::{Frame, Pose, SequenceError, frames, header_end, transforms};
+use calib::pose::Lost as BodyLost;
+use geometry::uncertain::CovarianceError;
+use geometry::{Frame as GeometryFrame, Point, Rigid, Tracker, Uncertain};
+
+use super::{Follower, Source, Stamp, examination};
+use crate::chain::{Found, Links, Reason, Registration};
+use crate::errors::errors_about;
+use crate::run::{LOOK_UP, Output, RunError};
+
+/// The longest header, bytes.
+const MAX_BYTES: u64 = 64 << 20;
+/// Times that a sequence may have, s: nine years, and its nanoseconds fit into 64 bits.
+const MAX_S: f64 = 3e8;
+
+/// Why a sequence cannot be played.
+#[derive(Debug, thiserror::Error)]
+pub enum PlayError {
+    /// The file cannot be read.
+    #[error("reading the sequence {path}: {source}. Check tracker.sequence.file in the scene")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It has no header of a sequence.
+    #[error("reading the sequence {path}: no line ElementDataFile within {MAX_BYTES} bytes of text; is it a sequence?")]
+    NoHeader {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A line of it is wrong, or a transform is not there.
+    #[error("reading the sequence {path}: {source}")]
+    Sequence {
+        /// The file.
+        path: PathBuf,
+        /// What and where.
+        source: SequenceError,
+    },
+    /// Several transforms and none is named.
+    #[error("reading the sequence {path}: several transforms: {found}; name the tool's with tracker.sequence.marker")]
+    SeveralTransforms {
+        /// The file.
+        path: PathBuf,
+        /// Their names.
+        found: String,
+    },
+    /// A frame has no time.
+    #[error(
+        "reading the sequence {path}: frame {frame} has no time stamp of at most {MAX_S:e} s; when was it captured?"
+    )]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+        /// Its number.
+        frame: u32,
+    },
+    /// The noise is no covariance.
+    #[error("tracker.sequence.noise_mm and noise_deg: {0}")]
+    Noise(#[from] CovarianceError),
+}
+
+/// Plays the sequence once, and then is silent until asked to stop.
+///
+/// # Errors
+/// [`RunError`].
+pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSource) -> Result<(), RunError> {
+    let played = Played::load(spec)?;
+    let Some(examination) = examination(process)? else {
+        return Ok(());
+    };
+    let source = Source {
+        own: Links {
+            marker_from_tool: spec.marker_from_tool.into(),
+            registration: match &spec.reference {
+                Some((_, ct_from_reference)) => Registration::Referenced((*ct_from_reference).into()),
+                None => Registration::Fixed(process.scene.tracker.ct_from_tracker.into()),
+            },
+        },
+        own_errors_known: false,
+        errors_known: spec.noise.is_some(),
+        has_reference: spec.reference.is_some(),
+    };
+    let mut follower = Follower::new(process, output, source, examination);
+    // A process that starts while the sequence is played begins with the next frame.
+    let mut next = played.due(process.clock().now_ns() - output.start_ns);
+    while !process.stop.is_set() {
+        let due = played.due(process.clock().now_ns() - output.start_ns);
+        for seq in next..due {
+            played.frame(seq, &mut follower, process)?;
+        }
+        next = next.max(due);
+        follower.tend(process);
+        let words = match next == played.frames.len() {
+            true => format!("the sequence has ended; {}", follower.words()),
+            false => follower.words(),
+        };
+        process.beat(ProcessState::Ready, &words)?;
+        let look_up = process.clock().now_ns() + clock::ns(LOOK_UP);
+        let due_ns = played.due_ns.get(next).map_or(look_up, |due| due + output.start_ns);
+        process.clock().sleep_until(due_ns.min(look_up));
+    }
+    process.beat(ProcessState::Stopping, "asked to stop")?;
+    Ok(())
+}
+
+/// A sequence that is played.
+struct Played {
+    frames: Vec<Frame>,
+    /// When each frame comes, ns from the beginning: at its time, and not before those before it.
+    due_ns: Vec<i64>,
+    noise: Option<Deviations>,
+}
+
+impl Played {
+    fn load(spec: &SequenceSource) -> Result<Self, PlayError> {
+        let path = &spec.file;
+        let text = header(path)?;
+        let failed = |source| PlayError::Sequence {
+            path: path.clone(),
+            source,
+        };
+        let marker = match &spec.marker {
+            Some(marker) => marker.clone(),
+            None => only(&text, path)?,
+        };
+        let names = [
+            Some(marker.as_str()),
+            spec.reference.as_ref().map(|(name, _)| name.as_str()),
+        ];
+        let names: Vec<&str> = names.into_iter().flatten().collect();
+        let frames = frames(&text, &names).map_err(failed)?;
+        let mut due_ns: Vec<i64> = Vec::with_capacity(frames.len());
+        for frame in &frames {
+            let t_s = frame
+                .t_s
+                .filter(|t_s| t_s.abs() <= MAX_S)
+                .ok_or_else(|| PlayError::NoTime {
+                    path: path.clone(),
+                    frame: frame.number,
+                })?;
+            let first_s = frames[0].t_s.unwrap_or(t_s);
+            let latest = due_ns.last().copied().unwrap_or(0);
+            due_ns.push(clock::seconds(t_s - first_s).max(latest));
+        }
+        let noise = spec.noise;
+        // Here, so that it is refused before the run begins.
+        if let Some(noise) = noise {
+            errors_about(Point::<Tracker>::new(0.0, 0.0, 0.0), noise)?;
+        }
+        Ok(Self { frames, due_ns, noise })
+    }
+
+    /// How many frames are due at `t_ns`.
+    fn due(&self, t_ns: i64) -> usize {
+        self.due_ns.partition_point(|due| *due <= t_ns)
+    }
+
+    fn frame(&self, seq: usize, follower: &mut Follower<'_>, process: &mut Process) -> Result<(), RunError> {
+        let frame = &self.frames[seq];
+        let stamp = Stamp {
+            seq: seq as u64,
+            t_device_ns: clock::seconds(frame.t_s.unwrap_or_default()),
+            t_capture_ns: follower.output.start_ns + self.due_ns[seq],
+            visible: 0,
+        };
+        if !follower.admit(&stamp, process) {
+            return Ok(());
+        }
+        follower.frame(&stamp, process, |links| self.solve(frame, links))
+    }
+
+    fn solve(&self, frame: &Frame, links: &Links) -> Result<Found, Reason> {
+        let pose = |i: usize| frame.poses.get(i).copied().flatten();
+        let marker = self.uncertain(pose(0)).ok_or(Reason::Tool(BodyLost::NotSeen))?;
+        let reference = |_| self.uncertain(pose(1)).ok_or(Reason::Reference(BodyLost::NotSeen));
+        Ok(Found::of(links.ct_from_tool(marker, reference)?))
+    }
+
+    /// The pose with the noise that the scene states, about the marker's origin.
+    fn uncertain<F: GeometryFrame>(&self, pose: Option<Pose>) -> Option<Uncertain<Tracker, F>> {
+        let rigid: Rigid<Tracker, F> = pose?.rigid()?;
+        let Some(noise) = self.noise else {
+            return Some(rigid.into());
+        };
+        let origin = rigid * Point::<F>::new(0.0, 0.0, 0.0);
+        Some(errors_about(origin, noise).ok()? * rigid)
+    }
+}
+
+/// The only transform of a sequence.
+fn only(text: &str, path: &Path) -> Result<String, PlayError> {
+    let there = transforms(text);
+    if there.len() > 1 {
+        return Err(PlayError::SeveralTransforms {
+            path: path.to_owned(),
+            found: there.into_iter().take(10).collect::<Vec<_>>().join(", "),
+        });
+    }
+    Ok(there.first().copied().unwrap_or_default().to_owned())
+}
+
+/// The header of the file as text.
+fn header(path: &Path) -> Result<String, PlayError> {
+    let failed = |source| PlayError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    // Asked for before opening: opening a pipe would wait for its writer.
+    if !fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(failed(io::Error::other("this is not a file")));
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(failed)?;
+    file.take(MAX_BYTES).read_to_end(&mut bytes).map_err(failed)?;
+    let no_header = || PlayError::NoHeader { path: path.to_owned() };
+    bytes.truncate(header_end(&bytes).ok_or_else(no_header)?);
+    String::from_utf8(bytes).map_err(|_| no_header())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spec(file: PathBuf) -> SequenceSource {
+        SequenceSource {
+            file,
+            marker: Some("ProbeToTracker".to_owned()),
+            marker_from_tool: Rigid::identity(),
+            reference: Some(("ReferenceToTracker".to_owned(), Rigid::identity())),
+            noise: Some(Deviations {
+                shift_mm: 0.1,
+                turn_rad: 0.0,
+            }),
+        }
+    }
+
+    #[test]
+    fn a_recording_of_plus_has_its_one_invalid_frame_and_its_times() {
+        let file = "../../shared/data/tracker-plus/TransformInterpolationTest.igs.mha";
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        if !file.exists() {
+            println!("skipped: {} is not there", file.display());
+            return;
+        }
+        let played = Played::load(&spec(file)).unwrap();
+        assert_eq!((played.frames.len(), played.due_ns[0]), (500, 0));
+        // 50 Hz; a frame is due at its stamp.
+        assert!(played.due_ns.is_sorted() && (9_900_000_000..10_100_000_000).contains(&played.due_ns[499]));
+        assert_eq!(played.due(played.due_ns[7]), 8);
+        let links = Links {
+            marker_from_tool: Rigid::identity().into(),
+            registration: Registration::Referenced(Rigid::identity().into()),
+        };
+        let lost: Vec<usize> = (0..500)
+            .filter(|i| played.solve(&played.frames[*i], &links).is_err())
+            .collect();
+        assert_eq!(lost, [7]);
+        let found = played.solve(&played.frames[0], &links).unwrap();
+        // The probe's 0.1 mm; the reference's, of the same size, and nothing else.
+        let trace = (found.ct_from_tool * Point::<geometry::Tool>::new(0.0, 0.0, 0.0))
+            .covariance()
+            .trace();
+        assert!((trace - 2.0 * 0.03).abs() < 1e-6, "{trace}");
+    }
+}
