@@ -2,145 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output};
-use std::time::Duration;
+mod recorder_rig;
 
-use bus::Bus;
-use bus::clock::monotonic_ns;
-use bus::message::{Heartbeat, ProcessState, ToolPose, Tracked};
-use bus::port::{Publisher, Subscriber};
-use bus::run::RunContext;
-use bus::topic;
-use geometry::{Ct, Rigid, Tool, Vector};
-use recorder::schema::{GROUND_TRUTH, TF, TOOL_POSE};
+use std::path::Path;
+use std::process::{Command, Output};
+
+use bus::message::ToolPose;
+use recorder::schema::{EMITTERS, GROUND_TRUTH, LOG, TF, TOOL_POSE};
 use recorder::{info, paths, reader};
-use rustix::process::{Pid, Signal, kill_process};
-
-const PATIENCE: Duration = Duration::from_secs(20);
-const CHUNK_S: f64 = 0.1;
-
-/// A run with this test as its tracker.
-struct Rig {
-    tmp: tempfile::TempDir,
-    run: RunContext,
-    tool: Publisher<ToolPose>,
-    truth: Publisher<ToolPose>,
-    beats: Subscriber<Heartbeat>,
-    _bus: Bus,
-}
-
-impl Rig {
-    fn new() -> Self {
-        let tmp = tempfile::tempdir_in("/tmp").unwrap();
-        let run = RunContext::new(tmp.path(), monotonic_ns()).unwrap();
-        run.store().unwrap();
-        fs::write(run.scene_path(), format!("[recording]\nchunk_s = {CHUNK_S}\n")).unwrap();
-        let bus = Bus::join(&run).unwrap();
-        Self {
-            tool: Publisher::open(&bus, &topic::TOOL_POSE, "").unwrap(),
-            truth: Publisher::open(&bus, &topic::GROUND_TRUTH, "").unwrap(),
-            beats: Subscriber::open(&bus, &topic::HEARTBEAT, "recorder", 1).unwrap(),
-            _bus: bus,
-            tmp,
-            run,
-        }
-    }
-
-    fn out(&self) -> PathBuf {
-        self.tmp.path().join("s.mcap")
-    }
-
-    /// A recorder that is ready.
-    fn start(&self) -> Recorder {
-        // What a dead one said last.
-        let _ = self.beats.newest().unwrap();
-        let run_dir = self.tmp.path().to_str().unwrap();
-        let out = self.out();
-        let mut command = command(&["record", "--run-dir", run_dir, "--out", out.to_str().unwrap()]);
-        let recorder = Recorder(command.spawn().unwrap());
-        self.wait_for_beat(|beat| beat.process_state() == ProcessState::Ready && beat.pid == recorder.0.id());
-        recorder
-    }
-
-    fn wait_for_beat(&self, wanted: impl Fn(&Heartbeat) -> bool) -> Heartbeat {
-        let deadline_ns = monotonic_ns() + bus::clock::ns(PATIENCE);
-        while monotonic_ns() < deadline_ns {
-            match self.beats.newest().unwrap() {
-                Some(beat) if wanted(&beat) => return beat,
-                _ => std::thread::sleep(Duration::from_millis(5)),
-            }
-        }
-        panic!("the recorder did not say what was waited for within {PATIENCE:?}");
-    }
-
-    fn publish(&self, seqs: std::ops::Range<u64>) {
-        for seq in seqs {
-            self.tool.send(pose(seq)).unwrap();
-            self.truth.send(pose(seq)).unwrap();
-            std::thread::sleep(Duration::from_millis(2));
-        }
-    }
-}
-
-impl Drop for Rig {
-    fn drop(&mut self) {
-        self.run.sweep();
-    }
-}
-
-struct Recorder(Child);
-
-impl Recorder {
-    fn terminate(mut self) {
-        let pid = Pid::from_raw(self.0.id().cast_signed()).unwrap();
-        kill_process(pid, Signal::TERM).unwrap();
-        assert!(self.0.wait().unwrap().success());
-    }
-
-    fn kill(mut self) {
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
-    }
-}
-
-impl Drop for Recorder {
-    fn drop(&mut self) {
-        // Dead already unless the test failed.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-#[expect(clippy::disallowed_methods, reason = "a test stands in for the pilot")]
-fn command(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_recorder"));
-    command.args(args);
-    command
-}
-
-fn said(args: &[&str]) -> Output {
-    command(args).output().unwrap()
-}
-
-fn pose(seq: u64) -> ToolPose {
-    let s = seq as f64 / 60.0;
-    let ct_from_tool: Rigid<Ct, Tool> =
-        Rigid::from_rotation_vector(Vector::new(s.sin(), -1.2, 0.7), Vector::new(12.5 + s, -40.0, 300.0 - s)).unwrap();
-    let mut pose = ToolPose {
-        seq,
-        t_capture_ns: bus::clock::seconds(s),
-        t_publish_ns: bus::clock::seconds(s) + 1_000_000,
-        registration_id: 0xfeed_0000_0000_0042,
-        visible: 24,
-        covariance: std::array::from_fn(|i| 1e-4 * i as f64),
-        fre_rms_mm: -0.0,
-        ..ToolPose::EMPTY
-    };
-    pose.set(Tracked::Valid(ct_from_tool));
-    pose
-}
+use recorder_rig::{Rig, frame, pose, said};
 
 fn poses(path: &Path, topic: &str) -> Vec<ToolPose> {
     reader::poses(path, topic).unwrap().map(Result::unwrap).collect()
@@ -212,7 +82,8 @@ fn an_unfinished_file_is_shown_and_recovered() {
     let recovered = said(&["recover", growing]);
     let text = String::from_utf8(recovered.stdout).unwrap();
     assert!(recovered.status.success(), "{text}");
-    assert!(text.starts_with("recovered 400 messages into "), "{text}");
+    // Two topics of 100 poses, their transforms, and the line of the log that says that there is a pose.
+    assert!(text.starts_with("recovered 401 messages into "), "{text}");
     assert_eq!(poses(&rig.out(), TOOL_POSE), expected(100));
 
     let again = said(&["recover", growing]);
@@ -257,7 +128,8 @@ fn python_reads_every_field() {
     let rig = Rig::new();
     let recorder = rig.start();
     rig.publish(0..50);
-    rig.wait_for_beat(|beat| beat.counters.recorded == 100);
+    (0..50).for_each(|seq| rig.emitters.send(frame(seq)).unwrap());
+    rig.wait_for_beat(|beat| beat.counters.recorded == 150);
     // Python's reader wants the index: before it is there, it reads nothing.
     let unfinished = python(&interpreter, &paths::recording(&rig.out()));
     assert!(!unfinished.status.success());
@@ -268,7 +140,7 @@ fn python_reads_every_field() {
     let seen: serde_json::Value = serde_json::from_slice(&read.stdout).unwrap();
     assert_eq!(
         seen["counts"],
-        serde_json::json!({ TOOL_POSE: 50, GROUND_TRUTH: 50, TF: 100 })
+        serde_json::json!({ TOOL_POSE: 50, GROUND_TRUTH: 50, TF: 100, EMITTERS: 50, LOG: 1 })
     );
     let (found, sent) = (&seen["first"][TOOL_POSE], pose(0));
     assert_eq!(found["registration_id"], sent.registration_id);
@@ -282,4 +154,16 @@ fn python_reads_every_field() {
     assert_eq!(tf["t_metres"], serde_json::json!(sent.t_mm.map(|mm| hex(mm / 1e3))));
     let [w, x, y, z] = sent.q;
     assert_eq!(tf["q_xyzw"], serde_json::json!([x, y, z, w].map(hex)));
+    let (found, sent) = (&seen["first"][EMITTERS], frame(0));
+    assert_eq!(found["tool_emitter"], serde_json::json!((0..24).collect::<Vec<_>>()));
+    let places: Vec<_> = sent
+        .tool()
+        .unwrap()
+        .iter()
+        .flat_map(|sight| sight.place_mm.map(hex))
+        .collect();
+    assert_eq!(found["tool_mm"], serde_json::json!(places));
+    assert_eq!(found["reference_emitter"], serde_json::json!([0, 1, 2, 3]));
+    assert_eq!(seen["first"][LOG]["message"], "from pose 0 on: tracked");
+    assert_eq!(seen["first"][LOG]["level"], 2);
 }

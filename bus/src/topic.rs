@@ -127,6 +127,17 @@ pub const HEARTBEAT: Topic = Topic {
     ..BASE
 };
 
+/// What a process did or was asked to do, in words: for the recording. The newest are kept for a recorder that joins late.
+pub const EVENT: Topic = Topic {
+    name: "event/*",
+    payload: "trocar/Event/1",
+    subscribers: 4,
+    history: 64,
+    buffer: 256,
+    purpose: "what a process did or was asked to do, in words",
+    ..BASE
+};
+
 /// Requests to a process.
 pub const COMMAND: Topic = Topic {
     name: "command/*",
@@ -139,7 +150,7 @@ pub const COMMAND: Topic = Topic {
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 9] = [
+pub const TOPICS: [&Topic; 10] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
@@ -148,6 +159,7 @@ pub const TOPICS: [&Topic; 9] = [
     &HELD_FRAME,
     &FRAME_STAMP,
     &HEARTBEAT,
+    &EVENT,
     &COMMAND,
 ];
 

@@ -15,6 +15,7 @@ use crate::memory;
 use crate::output;
 use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
 use crate::sheet::{self, Panel};
+use crate::spawn;
 use crate::state::Run;
 
 /// How long a renderer may take to draw the pose that was asked for.
@@ -230,11 +231,27 @@ fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
             .iter()
             .map(|name| format!("{name} died too often and was left alone")),
     );
+    let unrecorded = pictures
+        .processes
+        .iter()
+        .filter(|process| process.note.starts_with("NOT RECORDING"));
+    problems.extend(unrecorded.map(|process| format!("at its end the session was {}", process.note)));
     let unfinished = output::recordings(&run.options.out)
         .into_iter()
         .filter(|name| name.ends_with(".recording"));
     problems.extend(unfinished.map(|name| format!("{name} was not finished: `recorder recover` brings it back")));
     problems
+}
+
+/// Puts the report into the last file of the session, where it is whole. Why it could not be is on stderr.
+pub(crate) fn attach_report(out: &Path) {
+    let session = out.join(output::SESSION);
+    if !session.exists() {
+        return;
+    }
+    if let Err(error) = spawn::attach(&session, &out.join("report.json")) {
+        eprintln!("pilot: the report is not in the recording: {error}");
+    }
 }
 
 /// After a run that never navigated: an empty recording would look like a session.

@@ -1,9 +1,9 @@
 //! The pilot's ends of the topics.
 
-use bus::message::{FrameStamp, Heartbeat, ToolPose};
-use bus::port::{CommandClient, CommandServer, FrameSubscriber, Subscriber, VolumeSubscriber};
+use bus::message::{Event, FrameStamp, Heartbeat, ToolPose};
+use bus::port::{CommandClient, CommandServer, FrameSubscriber, Publisher, Subscriber, VolumeSubscriber};
 use bus::scene::Scene;
-use bus::topic::{FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
+use bus::topic::{EVENT, FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
 use bus::{Bus, BusError};
 
 use crate::plan::Planned;
@@ -21,6 +21,8 @@ pub(crate) struct Ports {
     pub(crate) renderers: Vec<(usize, CommandClient)>,
     /// One for each view.
     pub(crate) held: Vec<FrameSubscriber>,
+    /// What the pilot does and is asked to do, for the recording.
+    pub(crate) events: Publisher<Event>,
 }
 
 impl Ports {
@@ -42,6 +44,7 @@ impl Ports {
             stamps: stamps.collect::<Result<_, BusError>>()?,
             renderers: clients.collect::<Result<_, BusError>>()?,
             held: held.collect::<Result<_, _>>()?,
+            events: Publisher::open(bus, &EVENT, "pilot")?,
         })
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::{self, monotonic_ns};
-use bus::message::{Command, CommandKind, FrameState, ProcessState};
+use bus::message::{Command, CommandKind, FrameState, Level, ProcessState};
 use bus::port::{CommandServer, Request};
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
@@ -93,6 +93,7 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     }
     let report = finale::report(&run);
     report.write(&run.options.out)?;
+    finale::attach_report(&run.options.out);
     Ok(report)
 }
 
@@ -104,6 +105,7 @@ impl Run {
         events.extend(self.endings());
         events.push(Event::Tick);
         self.listen()?;
+        self.ports.events.serve_late_joiners();
         for event in events {
             if let Some(outcome) = self.step(event)? {
                 return Ok(Some(outcome));
@@ -181,6 +183,7 @@ impl Run {
         }
         let name = self.planned[i].name.clone();
         eprintln!("pilot: {name} ended ({cause})");
+        self.tell(Level::Error, &format!("{name} ended ({cause})"));
         self.books.restarts.push(Restart {
             process: name,
             cause,
@@ -224,6 +227,10 @@ impl Run {
     /// Once, before anything is stopped.
     fn take_pictures(&mut self) {
         if self.pictures.is_none() && self.began_ns.is_some() {
+            self.tell(
+                Level::Info,
+                &format!("ending: the pictures show pose {}", self.last_seq()),
+            );
             self.pictures = Some(finale::take(self));
         }
     }
@@ -238,6 +245,7 @@ impl Run {
                 Ok(false)
             }
             Some(CommandKind::Stop) => {
+                self.tell(Level::Info, "command: stop");
                 request.reply(Ok("stopping"))?;
                 Ok(true)
             }
@@ -264,7 +272,9 @@ impl Run {
             }
             Action::Held(i) => {
                 let name = &self.planned[i].name;
-                eprintln!("pilot: {name} ended too often and is not started again");
+                let words = format!("{name} ended too often and is not started again");
+                eprintln!("pilot: {words}");
+                self.tell(Level::Error, &words);
                 self.held.push(name.clone());
             }
             Action::AllReady => self.all_ready(),
@@ -279,7 +289,12 @@ impl Run {
             let began = *self.began_ns.get_or_insert(self.bus.clock().now_ns() + clock::ns(LEAD));
             more = vec!["--start-ns".to_owned(), began.to_string()];
         }
-        self.running[i] = Some(spawn::start(&self.planned[i], &self.context.dir, &more)?);
+        let running = spawn::start(&self.planned[i], &self.context.dir, &more)?;
+        self.tell(
+            Level::Info,
+            &format!("started {} (process {})", self.planned[i].name, running.pid()),
+        );
+        self.running[i] = Some(running);
         Ok(())
     }
 
@@ -290,9 +305,11 @@ impl Run {
             Some(duration) => format!("for {:.1} s", duration.as_secs_f64()),
             None => format!("until `pilot stop --run {}` or Ctrl-C", self.options.run),
         };
-        eprintln!(
-            "pilot: everybody ready after {:.2} s; navigating {ending}",
+        let words = format!(
+            "everybody ready after {:.2} s; navigating {ending}",
             clock::ms(now) / 1e3
         );
+        eprintln!("pilot: {words}");
+        self.tell(Level::Info, &words);
     }
 }

@@ -56,6 +56,22 @@ pub(crate) fn start(planned: &Planned, run_dir: &Path, more: &[String]) -> Resul
     Ok(Running { child })
 }
 
+/// Attaches `file` to a whole recording with a program of its own, as only the recorder knows such files, and waits for it.
+/// What it says goes to stderr; whether it succeeded is given back.
+pub(crate) fn attach(session: &Path, file: &Path) -> Result<bool, SpawnError> {
+    let program = sibling("recorder");
+    #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
+    let mut command = std::process::Command::new(&program);
+    let status = command
+        .arg("attach")
+        .args([session, file])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .status()
+        .map_err(|source| SpawnError { program, source })?;
+    Ok(status.success())
+}
+
 impl Running {
     /// The process's number.
     pub(crate) fn pid(&self) -> u32 {

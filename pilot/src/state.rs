@@ -1,9 +1,11 @@
 //! A run that is going: its processes, its ports, its books.
 
+use std::cell::Cell;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::Clock;
+use bus::message::{Event, Level};
 use bus::process::StopFlag;
 use bus::run::RunContext;
 use bus::scene::raw::Source;
@@ -49,6 +51,8 @@ pub(crate) struct Run {
     pub(crate) began_ns: Option<i64>,
     pub(crate) pictures: Option<Pictures>,
     pub(crate) stop: StopFlag,
+    /// How many events were told.
+    pub(crate) events: Cell<u64>,
 }
 
 impl Run {
@@ -82,7 +86,15 @@ impl Run {
             bus,
             planned,
             stop,
+            events: Cell::new(0),
         })
+    }
+
+    /// Tells what happened, for the recording. A navigation goes on where nobody can be told.
+    pub(crate) fn tell(&self, level: Level, words: &str) {
+        let seq = self.events.replace(self.events.get() + 1);
+        let event = Event::new(seq, self.clock().now_ns(), level, words);
+        let _ = self.ports.events.send(event);
     }
 
     /// The run's clock.

@@ -5,7 +5,8 @@
 use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{
-    DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet, OneofDescriptorProto,
+    DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto, FileDescriptorProto,
+    FileDescriptorSet, OneofDescriptorProto,
 };
 
 const TIMESTAMP: &str = "google/protobuf/timestamp.proto";
@@ -55,15 +56,11 @@ pub fn frame_transform() -> Vec<u8> {
             nested("rotation", 5, ".foxglove.Quaternion"),
         ],
     );
-    let timestamp = message(
-        "Timestamp",
-        vec![scalar("seconds", 1, Type::Int64), scalar("nanos", 2, Type::Int32)],
-    );
     let vector = message("Vector3", doubles(&mut xyz()));
     let quaternion = message("Quaternion", doubles(&mut xyz().chain([("w", 4)])));
     // Imported files come before those that import them: the Python reader adds them in this order.
     set(vec![
-        file(TIMESTAMP, "google.protobuf", &[], timestamp),
+        timestamp_file(),
         file(VECTOR3, "foxglove", &[], vector),
         file(QUATERNION, "foxglove", &[], quaternion),
         file(
@@ -73,6 +70,97 @@ pub fn frame_transform() -> Vec<u8> {
             transform,
         ),
     ])
+}
+
+/// The schema of [`crate::proto::EmitterFrame`].
+pub fn emitter_frame() -> Vec<u8> {
+    let message = message(
+        "EmitterFrame",
+        vec![
+            scalar("seq", 1, Type::Uint64),
+            scalar("t_device_ns", 2, Type::Sint64),
+            scalar("t_capture_ns", 3, Type::Sint64),
+            scalar("t_publish_ns", 4, Type::Sint64),
+            repeated("tool_emitter", 5, Type::Uint32),
+            repeated("tool_mm", 6, Type::Double),
+            repeated("reference_emitter", 7, Type::Uint32),
+            repeated("reference_mm", 8, Type::Double),
+        ],
+    );
+    set(vec![file("trocar/EmitterFrame.proto", "trocar", &[], message)])
+}
+
+/// The schema of [`crate::proto::ProcessStatus`].
+pub fn process_status() -> Vec<u8> {
+    let mut fields = vec![
+        scalar("t_ns", 1, Type::Sint64),
+        scalar("process", 2, Type::String),
+        scalar("pid", 3, Type::Uint32),
+        scalar("state", 4, Type::String),
+        scalar("note", 5, Type::String),
+    ];
+    let counters = ["published", "lost", "dropped", "refused", "recorded"];
+    fields.extend(
+        counters
+            .into_iter()
+            .zip(6..)
+            .map(|(name, number)| scalar(name, number, Type::Uint64)),
+    );
+    let message = message("ProcessStatus", fields);
+    set(vec![file("trocar/ProcessStatus.proto", "trocar", &[], message)])
+}
+
+/// The schema of [`crate::proto::Log`], with the field numbers that Foxglove publishes.
+pub fn log() -> Vec<u8> {
+    let mut log = message(
+        "Log",
+        vec![
+            nested("timestamp", 1, ".google.protobuf.Timestamp"),
+            FieldDescriptorProto {
+                type_name: Some(".foxglove.Log.Level".to_owned()),
+                ..scalar("level", 2, Type::Enum)
+            },
+            scalar("message", 3, Type::String),
+            scalar("name", 4, Type::String),
+            scalar("file", 5, Type::String),
+            scalar("line", 6, Type::Uint32),
+        ],
+    );
+    let levels = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
+    let value = |(name, number): (&str, i32)| EnumValueDescriptorProto {
+        name: Some(name.to_owned()),
+        number: Some(number),
+        ..Default::default()
+    };
+    log.enum_type.push(EnumDescriptorProto {
+        name: Some("Level".to_owned()),
+        value: levels.into_iter().zip(0..).map(value).collect(),
+        ..Default::default()
+    });
+    set(vec![
+        timestamp_file(),
+        file("foxglove/Log.proto", "foxglove", &[TIMESTAMP], log),
+    ])
+}
+
+/// The schema of [`crate::proto::CompressedImage`], with the field numbers that Foxglove publishes.
+pub fn compressed_image() -> Vec<u8> {
+    let image = message(
+        "CompressedImage",
+        vec![
+            nested("timestamp", 1, ".google.protobuf.Timestamp"),
+            scalar("frame_id", 4, Type::String),
+            scalar("data", 2, Type::Bytes),
+            scalar("format", 3, Type::String),
+        ],
+    );
+    let file = file("foxglove/CompressedImage.proto", "foxglove", &[TIMESTAMP], image);
+    set(vec![timestamp_file(), file])
+}
+
+fn timestamp_file() -> FileDescriptorProto {
+    let fields = vec![scalar("seconds", 1, Type::Int64), scalar("nanos", 2, Type::Int32)];
+    file(TIMESTAMP, "google.protobuf", &[], message("Timestamp", fields))
 }
 
 fn set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
@@ -137,77 +225,4 @@ fn make_optional(message: &mut DescriptorProto, name: &str) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// File names in order, and the fields of the last file's message by name and number.
-    fn parsed(schema: &[u8]) -> (Vec<String>, Vec<(String, i32)>) {
-        let set = FileDescriptorSet::decode(schema).unwrap();
-        let last = &set.file.last().unwrap().message_type[0];
-        let fields = last.field.iter().map(|f| (f.name().to_owned(), f.number())).collect();
-        (set.file.iter().map(|f| f.name().to_owned()).collect(), fields)
-    }
-
-    fn numbered(names: &[&str]) -> Vec<(String, i32)> {
-        names.iter().map(|&name| name.to_owned()).zip(1..).collect()
-    }
-
-    #[test]
-    fn foxglove_field_numbers_and_imports() {
-        let (files, fields) = parsed(&frame_transform());
-        assert_eq!(files.len(), 4);
-        assert_eq!(files[0], TIMESTAMP);
-        let names = [
-            "timestamp",
-            "parent_frame_id",
-            "child_frame_id",
-            "translation",
-            "rotation",
-        ];
-        assert_eq!(fields, numbered(&names));
-        let set = FileDescriptorSet::decode(&frame_transform()[..]).unwrap();
-        for (index, file) in set.file.iter().enumerate() {
-            assert!(file.dependency.iter().all(|import| files[..index].contains(import)));
-        }
-    }
-
-    #[test]
-    fn the_pose_schema_numbers_the_fields_as_the_struct_does() {
-        let (files, fields) = parsed(&tool_pose());
-        assert_eq!(files, ["trocar/ToolPose.proto"]);
-        // The order of bus::message::ToolPose.
-        let names = [
-            "seq",
-            "t_device_ns",
-            "t_capture_ns",
-            "t_publish_ns",
-            "registration_id",
-            "status",
-            "visible",
-            "q",
-            "t_mm",
-            "covariance",
-            "fre_rms_mm",
-            "tip_mm",
-            "delay_ns",
-            "used",
-            "flags",
-        ];
-        assert_eq!(fields, numbered(&names));
-    }
-
-    #[test]
-    fn only_the_errors_are_optional() {
-        let set = FileDescriptorSet::decode(&tool_pose()[..]).unwrap();
-        let message = &set.file[0].message_type[0];
-        let optional: Vec<_> = message
-            .field
-            .iter()
-            .filter(|f| f.proto3_optional())
-            .map(|f| f.name())
-            .collect();
-        assert_eq!(optional, ["fre_rms_mm", "tip_mm"]);
-        assert_eq!(message.oneof_decl[0].name(), "_fre_rms_mm");
-        assert_eq!(message.oneof_decl[1].name(), "_tip_mm");
-    }
-}
+mod tests;

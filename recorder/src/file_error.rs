@@ -37,8 +37,40 @@ pub enum FileError {
         path: PathBuf,
         /// Why.
         why: String,
-        /// Which poses are not on disk.
+        /// Which messages are not on disk.
         lost: Lost,
+    },
+    /// The disk is as good as full.
+    #[error(
+        "recording to {path}: {free_mb:.0} MB are free on that disk, and at least {wanted_mb:.0} MB must be \
+         (recording.min_free_mb). Make room there, or record elsewhere"
+    )]
+    NoRoom {
+        /// The file.
+        path: PathBuf,
+        /// What is free, MB.
+        free_mb: f64,
+        /// What must be, MB.
+        wanted_mb: f64,
+    },
+    /// The session ends while nothing is recorded.
+    #[error(
+        "the session was not recorded to its end: {unrecorded} messages are in no file. {why}. What was recorded before \
+         is in the parts beside; `recorder recover` makes those that end in .recording whole"
+    )]
+    NotRecording {
+        /// Why.
+        why: String,
+        /// Messages that were not recorded since.
+        unrecorded: u64,
+    },
+    /// The disk did not keep what it was given.
+    #[error("writing {path} to the disk: {why}. What was recorded since the last second may be lost")]
+    Sync {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        why: String,
     },
     /// The whole file cannot be given its name.
     #[error("renaming {from} to {to}: {source}. The recording is whole, under its first name")]
@@ -68,8 +100,8 @@ impl std::fmt::Display for Lost {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Unwritten { messages, seqs } = self.0;
         match messages {
-            0 => write!(f, "Every pose taken so far is on disk"),
-            n => write!(f, "Lost: the last {n} messages (poses {} to {})", seqs.0, seqs.1),
+            0 => write!(f, "Everything taken so far is on disk"),
+            n => write!(f, "Lost: the last {n} messages (numbers {} to {})", seqs.0, seqs.1),
         }
     }
 }
@@ -103,7 +135,7 @@ mod tests {
         };
         let text = write_error("/d/s.mcap.recording".as_ref(), &full, unwritten).to_string();
         assert!(
-            text.contains("no storage space. Lost: the last 3 messages (poses 7 to 9)"),
+            text.contains("no storage space. Lost: the last 3 messages (numbers 7 to 9)"),
             "{text}"
         );
         assert!(text.contains("Make room on that disk"), "{text}");

@@ -36,6 +36,26 @@ impl<R: Read> FileRecords<R> {
         }
     }
 
+    /// Reads what lies behind byte `at` of a file of `length` bytes; `input` is there already, and a record starts there.
+    /// The sums over the file's whole sections cannot be checked from its middle.
+    pub(crate) fn from_middle(input: R, length: u64, at: u64) -> Self {
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_emit_chunks(true)
+            .with_record_length_limit(MAX_RECORD);
+        Self {
+            input,
+            reader: LinearReader::new_with_options(options),
+            length,
+            at,
+        }
+    }
+
+    /// Bytes of the whole file.
+    pub(crate) fn length(&self) -> u64 {
+        self.length
+    }
+
     /// Where the next record starts, bytes from the start of the file.
     pub(crate) fn at(&self) -> u64 {
         self.at

@@ -1,11 +1,18 @@
 //! What a recording holds.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
+use mcap::Message;
+
 use crate::damage::{Damage, OpenError};
+use crate::progress::Progress;
+use crate::reader;
 use crate::scan::{self, Item};
+use crate::schema::{EMITTER_SCHEMA, POSE_SCHEMA};
 use crate::tally::Tally;
+use crate::timing::{self, Timing};
 
 /// What a recording holds.
 #[derive(Debug, Default)]
@@ -18,6 +25,8 @@ pub struct Info {
     pub metadata: Vec<(String, Vec<(String, String)>)>,
     /// What could not be read; empty for a file that is whole.
     pub damage: Vec<Damage>,
+    /// When messages came, by topic.
+    pub timing: BTreeMap<String, Timing>,
 }
 
 impl Info {
@@ -27,13 +36,33 @@ impl Info {
             Ok(Item::Channel(channel)) => {
                 self.tally.declare(channel);
             }
-            Ok(Item::Message(message)) => self.tally.count(message),
+            Ok(Item::Message(message)) => {
+                self.tally.count(message);
+                self.time(message);
+            }
             Ok(Item::Attachment(file)) => self.attachments.push((file.name.clone(), file.data.len())),
             Ok(Item::Metadata(facts)) => {
                 let content = facts.metadata.clone().into_iter().collect();
                 self.metadata.push((facts.name.clone(), content));
             }
             Err(damage) => self.damage.push(damage),
+        }
+    }
+
+    fn time(&mut self, message: &Message<'_>) {
+        let topic = &message.channel.topic;
+        match message.channel.schema.as_ref().map_or("", |schema| &schema.name) {
+            POSE_SCHEMA => {
+                if let Ok(pose) = reader::decode(message) {
+                    self.timing.entry(topic.clone()).or_default().pose(&pose);
+                }
+            }
+            EMITTER_SCHEMA => {
+                if let Ok(frame) = reader::decode(message) {
+                    self.timing.entry(topic.clone()).or_default().frame(&frame);
+                }
+            }
+            _ => {}
         }
     }
 
@@ -49,7 +78,11 @@ impl Info {
 /// [`OpenError`].
 pub fn info(path: &Path) -> Result<Info, OpenError> {
     let mut info = Info::default();
-    for item in scan::open(path)? {
+    let mut scan = scan::open(path)?;
+    let mut progress = Progress::new("reading");
+    while let Some(item) = scan.next() {
+        let (read, length) = scan.progress();
+        progress.at(read, length);
         match item {
             Ok(item) => info.take(Ok(&item)),
             Err(damage) => info.take(Err(damage)),
@@ -61,6 +94,7 @@ pub fn info(path: &Path) -> Result<Info, OpenError> {
 impl fmt::Display for Info {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.tally)?;
+        timing::write_table(f, self.timing.iter())?;
         for (name, length) in &self.attachments {
             writeln!(f, "attachment {name}: {length} bytes")?;
         }

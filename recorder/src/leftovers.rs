@@ -106,7 +106,7 @@ mod tests {
         }
         assert_eq!(names(tmp.path()), ["s.1.mcap", "s.2.mcap"]);
         let info = crate::info::info(&tmp.path().join("s.2.mcap")).unwrap();
-        assert_eq!(info.tally.messages(), 2 * 4 * 4);
+        assert_eq!(info.tally.messages(), 2 * 4 * 5);
     }
 
     #[test]

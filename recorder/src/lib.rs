@@ -8,24 +8,37 @@
 //!
 //! While it grows, a recording is named `FILE.mcap.recording`; only a finished one is named `FILE.mcap`.
 
+pub mod attach;
+pub mod beside;
 pub mod chunk;
 pub mod cli;
+pub mod cut;
 pub mod damage;
 pub mod descriptor;
+pub mod export;
 pub mod file_error;
 mod file_records;
+pub mod import;
 pub mod info;
 pub mod leftovers;
 pub mod paths;
 pub mod pose_log;
+pub mod progress;
 pub mod proto;
 pub mod reader;
 pub mod record;
 pub mod recover;
 pub mod scan;
 pub mod schema;
+pub mod seek;
 pub mod seq;
+mod series;
 pub mod session_file;
+pub mod sink;
+pub mod spread;
+mod syncer;
 pub mod tally;
 #[cfg(test)]
 mod testing;
+pub mod timing;
+pub mod verify;

@@ -2,9 +2,16 @@
 //!
 //! [`ToolPose`] is ours and lossless: what was on the bus can be rebuilt from it bit for bit. [`FrameTransform`] is
 //! Foxglove's, so that its viewer draws the tool; it is in **metres**, the only place of this crate that is.
+//! [`EmitterFrame`] is what the localizer saw, without loss too; the rest is for people.
 
 use bus::message::{self, Tracked};
 use prost_types::Timestamp;
+
+mod emitters;
+mod words;
+
+pub use emitters::{EmitterFrame, decode_emitters};
+pub use words::{CompressedImage, Log, ProcessStatus};
 
 /// `trocar.ToolPose`: every field of [`bus::message::ToolPose`], in its units (ns, mm, rad).
 #[derive(Clone, PartialEq, prost::Message)]
@@ -115,16 +122,24 @@ pub struct FrameTransform {
     pub rotation: Option<Quaternion>,
 }
 
-/// Why a recorded pose cannot be turned back into the message it was.
+/// Why a recorded message cannot be turned back into the one it was.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DecodeError {
     /// Not protobuf, or not this message.
-    #[error("not a trocar.ToolPose: {0}")]
-    Protobuf(#[from] prost::DecodeError),
+    #[error("not a {schema}: {source}")]
+    Protobuf {
+        /// What it should be.
+        schema: &'static str,
+        /// What is wrong.
+        source: prost::DecodeError,
+    },
+    /// More emitters than a frame of the bus has room for.
+    #[error(transparent)]
+    TooMany(#[from] message::TooManyEmitters),
     /// A field with the wrong number of values.
-    #[error("pose {seq}: {field} has {found} values instead of {expected}")]
+    #[error("message {seq}: {field} has {found} values instead of {expected}")]
     Length {
-        /// Which pose.
+        /// Which message.
         seq: u64,
         /// Which field.
         field: &'static str,
@@ -195,7 +210,10 @@ fn values<const N: usize>(seq: u64, field: &'static str, found: &[f64]) -> Resul
 /// # Errors
 /// [`DecodeError`].
 pub fn decode_pose(bytes: &[u8]) -> Result<message::ToolPose, DecodeError> {
-    let pose: ToolPose = prost::Message::decode(bytes)?;
+    let pose: ToolPose = prost::Message::decode(bytes).map_err(|source| DecodeError::Protobuf {
+        schema: crate::schema::POSE_SCHEMA,
+        source,
+    })?;
     (&pose).try_into()
 }
 

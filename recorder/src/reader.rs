@@ -1,4 +1,4 @@
-//! Poses from a recording, for replay and for tests.
+//! Messages of the bus out of a recording, for replay and for tests. [`crate::seek`] starts in the middle of it.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -11,32 +11,35 @@
 
 use std::fs::File;
 use std::io::BufReader;
+use std::marker::PhantomData;
 use std::path::Path;
 
-use bus::message::ToolPose;
+use bus::message::{EmitterFrame, ToolPose};
 use mcap::Message;
 use mcap::records::Metadata;
 
 use crate::damage::{Damage, OpenError};
-use crate::proto::{DecodeError, decode_pose};
+use crate::proto::{DecodeError, decode_emitters, decode_pose};
 use crate::scan::{self, Item, Scan};
-use crate::schema::{POSE_SCHEMA, RUN, SCENE};
+use crate::schema::{EMITTER_SCHEMA, EMITTERS, POSE_SCHEMA, RUN, SCENE};
 
-/// Why a pose could not be read.
+/// Why a message could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// Part of the file is damaged, or its end is missing.
     #[error(transparent)]
     Damage(#[from] Damage),
     /// The channel holds something else.
-    #[error("topic {topic} holds {found} instead of {POSE_SCHEMA}")]
+    #[error("topic {topic} holds {found} instead of {expected}{}", hint(found, expected))]
     Schema {
         /// The topic.
         topic: String,
         /// The schema found; empty where there is none.
         found: String,
+        /// The schema that belongs there.
+        expected: &'static str,
     },
-    /// The message is not a pose.
+    /// The message is not what its schema says.
     #[error("topic {topic}: {source}")]
     Decode {
         /// The topic.
@@ -46,33 +49,100 @@ pub enum ReadError {
     },
 }
 
-/// The poses of one topic in the order of the file; an error in place of each part that cannot be read, also of a
+/// A schema of the same name with another version behind it was written by another version of this program.
+fn hint(found: &str, expected: &str) -> &'static str {
+    match found.strip_prefix(expected) {
+        Some(_) => ": another version of this program wrote it, and can read it",
+        None => "",
+    }
+}
+
+/// A message of the bus that is recorded without loss.
+pub trait Recorded: Sized {
+    /// The name of its schema.
+    const SCHEMA: &'static str;
+
+    /// The message in these bytes.
+    ///
+    /// # Errors
+    /// [`DecodeError`].
+    fn decode(bytes: &[u8]) -> Result<Self, DecodeError>;
+}
+
+impl Recorded for ToolPose {
+    const SCHEMA: &'static str = POSE_SCHEMA;
+
+    fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        decode_pose(bytes)
+    }
+}
+
+impl Recorded for EmitterFrame {
+    const SCHEMA: &'static str = EMITTER_SCHEMA;
+
+    fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        decode_emitters(bytes)
+    }
+}
+
+/// The messages of one topic in the order of the file; an error in place of each part that cannot be read, also of a
 /// missing end. Those who can do with less go on behind it.
 #[derive(Debug)]
-pub struct Poses {
+pub struct Messages<T> {
     scan: Scan<BufReader<File>>,
     topic: String,
+    from: u64,
+    kind: PhantomData<T>,
 }
+
+/// The poses of one topic.
+pub type Poses = Messages<ToolPose>;
+/// What the localizer saw.
+pub type Emitters = Messages<EmitterFrame>;
 
 /// Opens a recording for the poses of `topic`: [`crate::schema::TOOL_POSE`] or [`crate::schema::GROUND_TRUTH`].
 ///
 /// # Errors
 /// [`OpenError`].
 pub fn poses(path: &Path, topic: &str) -> Result<Poses, OpenError> {
-    Ok(Poses {
-        scan: scan::open(path)?,
-        topic: topic.to_owned(),
-    })
+    Ok(Messages::of(scan::open(path)?, topic, 0))
 }
 
-impl Iterator for Poses {
-    type Item = Result<ToolPose, ReadError>;
+/// Opens a recording for the emitters that the localizer saw.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn emitters(path: &Path) -> Result<Emitters, OpenError> {
+    Ok(Messages::of(scan::open(path)?, EMITTERS, 0))
+}
+
+impl<T> Messages<T> {
+    /// The messages of `topic` among what `scan` finds, captured at `from` or later.
+    pub(crate) fn of(scan: Scan<BufReader<File>>, topic: &str, from: u64) -> Self {
+        let topic = topic.to_owned();
+        let kind = PhantomData;
+        Self {
+            scan,
+            topic,
+            from,
+            kind,
+        }
+    }
+
+    /// Bytes read so far, and bytes of the whole file.
+    pub fn progress(&self) -> (u64, u64) {
+        self.scan.progress()
+    }
+}
+
+impl<T: Recorded> Iterator for Messages<T> {
+    type Item = Result<T, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             match self.scan.next()? {
-                Ok(Item::Message(message)) if message.channel.topic == self.topic => {
-                    return Some(decode_item(&message));
+                Ok(Item::Message(message)) if message.channel.topic == self.topic && message.log_time >= self.from => {
+                    return Some(decode(&message));
                 }
                 Ok(_) => {}
                 Err(damage) => return Some(Err(damage.into())),
@@ -81,18 +151,26 @@ impl Iterator for Poses {
     }
 }
 
+/// A message of the bus in a recorded one.
+///
+/// # Errors
+/// [`ReadError::Schema`], [`ReadError::Decode`].
+pub fn decode<T: Recorded>(message: &Message<'_>) -> Result<T, ReadError> {
+    let topic = message.channel.topic.clone();
+    let found = message.channel.schema.as_ref().map_or("", |schema| &schema.name);
+    if found != T::SCHEMA {
+        let (found, expected) = (found.to_owned(), T::SCHEMA);
+        return Err(ReadError::Schema { topic, found, expected });
+    }
+    T::decode(&message.data).map_err(|source| ReadError::Decode { topic, source })
+}
+
 /// The pose in a recorded message.
 ///
 /// # Errors
 /// [`ReadError::Schema`], [`ReadError::Decode`].
 pub fn decode_item(message: &Message<'_>) -> Result<ToolPose, ReadError> {
-    let topic = message.channel.topic.clone();
-    let found = message.channel.schema.as_ref().map_or("", |schema| &schema.name);
-    if found != POSE_SCHEMA {
-        let found = found.to_owned();
-        return Err(ReadError::Schema { topic, found });
-    }
-    decode_pose(&message.data).map_err(|source| ReadError::Decode { topic, source })
+    decode(message)
 }
 
 /// What lies in a recording beside the messages.

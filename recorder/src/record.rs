@@ -1,27 +1,37 @@
 //! The recorder's work: drain the topics, write, close a chunk in time.
 
+mod thumbnails;
+mod watch;
+
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use bus::clock;
-use bus::message::{Counters, ProcessState, ToolPose};
+use bus::message::{Counters, EmitterFrame, ProcessState, ToolPose};
 use bus::port::{Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Process};
 use bus::run::RunContext;
+use bus::scene::{RecordingSpec, Scene};
 use bus::topic::{self, Topic};
 use bus::{Bus, BusError};
+use mcap::records::Metadata;
 
+use crate::beside;
 use crate::file_error::FileError;
 use crate::leftovers;
+use crate::pose_log::Entry;
+use crate::proto;
 use crate::schema::{RunFacts, Source};
 use crate::seq::SeqWatch;
-use crate::session_file::{Finished, SessionFile};
+use crate::series::{Free, Series, free_bytes};
+use crate::session_file::{Content, Finished};
+use thumbnails::Thumbnails;
+use watch::Watch;
 
 /// Between two looks at the topics; their buffers hold a thousand times as much.
 const TICK: Duration = Duration::from_millis(20);
-/// Where the scene asks for no recording but somebody started this process.
-const DEFAULT_CHUNK: Duration = Duration::from_millis(500);
 
 /// Why a session is not recorded, or not any longer.
 #[derive(Debug, thiserror::Error)]
@@ -38,136 +48,176 @@ pub enum RecordError {
 }
 
 /// What has come of a recording so far.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Progress {
     /// For the sign of life: `recorded` counts what no kill can lose any more.
     pub counters: Counters,
-    /// How many times sequence numbers were left out, of both topics.
+    /// How many times sequence numbers were left out, of all topics.
     pub gaps: u64,
+    /// What no power cut can lose any more.
+    pub durable: u64,
+    /// The most messages that ever waited on a topic, and how many it has room for: beyond, they are lost.
+    pub waited: (usize, usize),
+    /// How many files came before this one.
+    pub parts: u32,
+    /// Why nothing is recorded at the moment.
+    pub stopped: Option<String>,
 }
 
 /// One topic being recorded.
 #[derive(Debug)]
-struct Stream {
-    subscriber: Subscriber<ToolPose>,
-    source: Source,
+struct Stream<T: bus::port::Message> {
+    subscriber: Subscriber<T>,
     depth: usize,
     seqs: SeqWatch,
+    waited: usize,
 }
 
-impl Stream {
-    fn open(bus: &Bus, topic: &Topic, source: Source) -> Result<Self, BusError> {
+impl<T: bus::port::Message> Stream<T> {
+    fn open(bus: &Bus, topic: &Topic) -> Result<Self, BusError> {
         Ok(Self {
             subscriber: Subscriber::open(bus, topic, "", topic.buffer)?,
-            source,
             depth: topic.buffer,
             seqs: SeqWatch::default(),
+            waited: 0,
         })
+    }
+
+    /// Gives what the topic holds to `take`; not more than its buffer, so that a flood cannot keep this process from
+    /// stopping.
+    fn drain(&mut self, mut take: impl FnMut(&mut SeqWatch, T)) -> Result<(), BusError> {
+        let mut found = 0;
+        while found < self.depth
+            && let Some(message) = self.subscriber.next()?
+        {
+            found += 1;
+            take(&mut self.seqs, message);
+        }
+        self.waited = self.waited.max(found);
+        Ok(())
     }
 }
 
 /// A session being recorded; works only when [`Recorder::step`] is called.
 #[derive(Debug)]
 pub struct Recorder {
-    streams: [Stream; 2],
+    tool: Stream<ToolPose>,
+    truth: Stream<ToolPose>,
+    emitters: Stream<EmitterFrame>,
+    watch: Watch,
+    thumbnails: Option<Thumbnails>,
     volume: VolumeSubscriber,
     facts: RunFacts,
-    facts_changed: bool,
-    file: SessionFile,
-    chunk_ns: i64,
-    flush_at_ns: Option<i64>,
+    series: Series,
     refused: u64,
 }
 
 impl Recorder {
-    /// Subscribes and starts the file. A chunk is closed `chunk` after its first pose came.
+    /// Subscribes and starts the file.
     ///
     /// # Errors
     /// [`RecordError::Bus`], [`RecordError::File`].
-    pub fn open(bus: &Bus, run: &RunContext, chunk: Duration, out: &Path) -> Result<Self, RecordError> {
+    pub fn open(bus: &Bus, run: &RunContext, scene: &Scene, out: &Path) -> Result<Self, RecordError> {
+        Self::open_on(bus, run, scene, out, free_bytes)
+    }
+
+    /// The same with another opinion of the disk's free space.
+    fn open_on(bus: &Bus, run: &RunContext, scene: &Scene, out: &Path, free: Free) -> Result<Self, RecordError> {
+        let spec = scene.recording.clone().unwrap_or_default();
         let facts = RunFacts {
             name: run.name.clone(),
             epoch_ns: run.epoch_ns,
             registration_id: None,
             volume_hash: None,
         };
+        let content = content(run, scene, &spec, &facts);
+        let thumbnails = spec.thumbnail_every.map(|every| Thumbnails::open(bus, scene, every));
         Ok(Self {
-            streams: [
-                Stream::open(bus, &topic::TOOL_POSE, Source::Tool)?,
-                Stream::open(bus, &topic::GROUND_TRUTH, Source::Truth)?,
-            ],
+            tool: Stream::open(bus, &topic::TOOL_POSE)?,
+            truth: Stream::open(bus, &topic::GROUND_TRUTH)?,
+            emitters: Stream::open(bus, &topic::EMITTERS)?,
+            watch: Watch::open(bus, scene)?,
+            thumbnails: thumbnails.transpose()?,
             volume: VolumeSubscriber::open(bus)?,
-            file: SessionFile::create(out, &run.scene_path(), &facts)?,
+            series: Series::start(out, content, &spec, free)?,
             facts,
-            facts_changed: false,
-            chunk_ns: clock::ns(chunk),
-            flush_at_ns: None,
             refused: 0,
         })
     }
 
-    /// Writes everything that has come, and closes the chunk if it is time.
+    /// Writes everything that has come, and closes the chunk if it is time. Gives what a person must be told.
     ///
     /// # Errors
-    /// [`RecordError::Bus`], [`RecordError::File`].
-    pub fn step(&mut self, now_ns: i64) -> Result<(), RecordError> {
-        for index in 0..self.streams.len() {
-            self.drain(index)?;
+    /// [`RecordError::Bus`].
+    pub fn step(&mut self, now_ns: i64) -> Result<Vec<String>, RecordError> {
+        let mut facts = self.facts.clone();
+        self.poses(now_ns, &mut facts)?;
+        self.frames(now_ns)?;
+        self.watch.step(now_ns, &mut self.series)?;
+        if let Some(thumbnails) = &mut self.thumbnails {
+            thumbnails.step(now_ns, &mut self.series)?;
         }
-        self.look_at_volume();
-        if std::mem::take(&mut self.facts_changed) {
-            self.file.facts(&self.facts)?;
-        }
-        if self.file.unwritten().messages == 0 {
-            return Ok(());
-        }
-        let flush_at_ns = *self.flush_at_ns.get_or_insert(now_ns.saturating_add(self.chunk_ns));
-        if now_ns >= flush_at_ns {
-            self.flush()?;
-        }
-        Ok(())
-    }
-
-    fn flush(&mut self) -> Result<(), RecordError> {
-        self.flush_at_ns = None;
-        Ok(self.file.flush()?)
-    }
-
-    /// Takes what one topic holds; not more than its buffer, so that a flood cannot keep this process from stopping.
-    fn drain(&mut self, index: usize) -> Result<(), RecordError> {
-        for _ in 0..self.streams[index].depth {
-            let stream = &mut self.streams[index];
-            let Some(pose) = stream.subscriber.next()? else { break };
-            stream.seqs.saw(pose.seq);
-            self.file.pose(stream.source, &pose)?;
-            self.refused += u64::from(pose.tracked().is_err());
-            if stream.source == Source::Tool {
-                self.facts_changed |= self.facts.registration_id != Some(pose.registration_id);
-                self.facts.registration_id = Some(pose.registration_id);
-            }
-        }
-        Ok(())
-    }
-
-    /// Notes the volume's hash. A volume that is refused here is the renderers' business; poses are recorded all the same.
-    fn look_at_volume(&mut self) {
+        // A volume that is refused here is the renderers' business; poses are recorded all the same.
         if let Ok(Some(volume)) = self.volume.poll() {
-            self.facts_changed |= self.facts.volume_hash != Some(volume.hash());
-            self.facts.volume_hash = Some(volume.hash());
+            facts.volume_hash = Some(volume.hash());
         }
+        if facts != self.facts {
+            self.series.facts(now_ns, &facts);
+            self.facts = facts;
+        }
+        Ok(self.series.step(now_ns))
+    }
+
+    fn poses(&mut self, now_ns: i64, facts: &mut RunFacts) -> Result<(), BusError> {
+        let (series, refused, watch) = (&mut self.series, &mut self.refused, &mut self.watch);
+        self.tool.drain(|seqs, pose| {
+            seqs.saw(pose.seq);
+            *refused += u64::from(pose.tracked().is_err());
+            series.put(now_ns, Entry::Pose(Source::Tool, &pose));
+            watch.pose(now_ns, &pose, series);
+            facts.registration_id = Some(pose.registration_id);
+        })?;
+        self.truth.drain(|seqs, pose| {
+            seqs.saw(pose.seq);
+            *refused += u64::from(pose.tracked().is_err());
+            series.put(now_ns, Entry::Pose(Source::Truth, &pose));
+        })
+    }
+
+    fn frames(&mut self, now_ns: i64) -> Result<(), BusError> {
+        let (series, refused) = (&mut self.series, &mut self.refused);
+        self.emitters.drain(|seqs, frame| {
+            seqs.saw(frame.seq);
+            match proto::EmitterFrame::try_from(&frame) {
+                Ok(frame) => series.put(now_ns, Entry::Emitters(&frame)),
+                Err(_) => *refused += 1,
+            }
+        })
     }
 
     /// What has come of it so far.
     pub fn progress(&self) -> Progress {
-        let missing = self.streams.iter().map(|stream| stream.seqs.missing);
+        let seqs = [self.tool.seqs, self.truth.seqs, self.emitters.seqs];
+        let missing = seqs.iter().map(|seqs| seqs.missing).fold(0, u64::saturating_add);
+        let stopped = self.series.stopped();
+        let unrecorded = stopped.map_or(0, |(_, unrecorded)| unrecorded);
+        let waits = [
+            (self.tool.waited, self.tool.depth),
+            (self.truth.waited, self.truth.depth),
+            (self.emitters.waited, self.emitters.depth),
+        ];
         Progress {
             counters: Counters {
-                recorded: self.file.written(),
-                dropped: missing.fold(0, u64::saturating_add),
+                recorded: self.series.written(),
+                dropped: missing.saturating_add(unrecorded),
                 refused: self.refused,
                 ..Counters::default()
             },
-            gaps: self.streams.iter().map(|stream| stream.seqs.gaps).sum(),
+            gaps: seqs.iter().map(|seqs| seqs.gaps).sum(),
+            durable: self.series.durable(),
+            waited: waits.into_iter().max().unwrap_or_default(),
+            parts: self.series.parts(),
+            stopped: stopped.map(|(why, _)| why.to_owned()),
         }
     }
 
@@ -177,14 +227,70 @@ impl Recorder {
     /// [`RecordError::Bus`], [`RecordError::File`].
     pub fn finish(mut self, now_ns: i64) -> Result<Finished, RecordError> {
         self.step(now_ns)?;
-        Ok(self.file.finish()?)
+        let facts = self.progress().metadata();
+        Ok(self.series.finish(now_ns, &facts)?)
+    }
+}
+
+/// What each file of the session begins with. A file that the scene names and that cannot be read is left out, and said.
+fn content(run: &RunContext, scene: &Scene, spec: &RecordingSpec, facts: &RunFacts) -> Content {
+    let path = run.scene_path();
+    // Where it cannot be read, making the file says so.
+    let text = std::fs::read_to_string(&path).unwrap_or_default();
+    let named = beside::named_files(&text, path.parent().unwrap_or(Path::new("")));
+    let read = |path: &PathBuf| {
+        let found = beside::read(path);
+        found.map_err(|e| {
+            eprintln!(
+                "recorder: {} is named by the scene and not attached: {e}",
+                path.display()
+            )
+        })
+    };
+    let views = scene.views.iter().map(|view| view.name.clone());
+    Content {
+        beside: named.iter().filter_map(|path| read(path).ok()).collect(),
+        compression: spec.compression,
+        views: spec.thumbnail_every.map_or(Vec::new(), |_| views.collect()),
+        ..Content::new(&path, facts)
+    }
+}
+
+impl Progress {
+    /// The name of the metadata record of [`Progress::metadata`].
+    pub const RECORD: &str = "recorder";
+
+    /// What the last file of a session says of its recording.
+    pub fn metadata(&self) -> Metadata {
+        let (waited, room) = self.waited;
+        let facts = [
+            ("missing", self.counters.dropped.to_string()),
+            ("gaps", self.gaps.to_string()),
+            ("refused", self.counters.refused.to_string()),
+            ("most_waiting", waited.to_string()),
+            ("room_to_wait", room.to_string()),
+            ("files_before", self.parts.to_string()),
+        ];
+        Metadata {
+            name: Self::RECORD.to_owned(),
+            metadata: facts.map(|(key, value)| (key.to_owned(), value)).into(),
+        }
     }
 }
 
 impl std::fmt::Display for Progress {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Counters { recorded, dropped, .. } = self.counters;
-        write!(f, "{recorded} poses on disk, {dropped} missing in {} gaps", self.gaps)
+        if let Some(why) = &self.stopped {
+            return write!(f, "NOT RECORDING, {dropped} lost: {why}");
+        }
+        let (waited, room) = self.waited;
+        write!(
+            f,
+            "{recorded} on disk, {} synced; {dropped} missing, {} gaps; ",
+            self.durable, self.gaps
+        )?;
+        write!(f, "{waited} of {room} waited")
     }
 }
 
@@ -195,17 +301,15 @@ impl std::fmt::Display for Progress {
 /// Each variant of [`RecordError`].
 pub fn record(process: &mut Process, out: &Path) -> Result<Finished, RecordError> {
     let out = absolute(out)?;
+    refuse_file_size_signal();
     let unfinished = leftovers::set_aside(&out)?;
-    let chunk = process
-        .scene
-        .recording
-        .as_ref()
-        .map_or(DEFAULT_CHUNK, |recording| recording.chunk);
-    let mut recorder = Recorder::open(&process.bus, &process.run, chunk, &out)?;
+    let mut recorder = Recorder::open(&process.bus, &process.run, &process.scene, &out)?;
     let recovery = leftovers::recover_in_background(unfinished);
     while !process.stop.is_set() {
         let now_ns = process.clock().now_ns();
-        recorder.step(now_ns)?;
+        for words in recorder.step(now_ns)? {
+            eprintln!("recorder: {words}");
+        }
         let progress = recorder.progress();
         process.counters = progress.counters;
         process.beat(ProcessState::Ready, &progress.to_string())?;
@@ -216,6 +320,13 @@ pub fn record(process: &mut Process, out: &Path) -> Result<Finished, RecordError
     // Second in order: if this takes too long, this session's file is whole, and the other one is found next time.
     let _ = recovery.join();
     Ok(finished)
+}
+
+/// A file that has reached the size that a user's files may have is an error of the write, and not the end of this
+/// process.
+fn refuse_file_size_signal() {
+    // Where it cannot be caught, the process ends there, as any other.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
 /// So that messages name a place that means the same to the pilot.

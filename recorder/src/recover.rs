@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
+use bus::scene::Compression;
 use mcap::{McapResult, Writer};
 
 use crate::damage::OpenError;
@@ -11,6 +12,7 @@ use crate::file_error::words;
 use crate::info::Info;
 use crate::paths;
 use crate::pose_log;
+use crate::progress::Progress;
 use crate::scan::{self, Item, Scan};
 use crate::session_file::synced;
 
@@ -85,10 +87,13 @@ fn copy(scan: Scan<impl Read>, partial: &Path) -> McapResult<Info> {
     Ok(info)
 }
 
-fn copy_into<W: Write + Seek>(scan: Scan<impl Read>, sink: W) -> McapResult<(W, Info)> {
-    let mut out = pose_log::options().create(sink)?;
+fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, sink: W) -> McapResult<(W, Info)> {
+    let mut out = pose_log::options(Compression::Zstd).create(sink)?;
     let mut info = Info::default();
-    for item in scan {
+    let mut progress = Progress::new("recovering");
+    while let Some(item) = scan.next() {
+        let (read, length) = scan.progress();
+        progress.at(read, length);
         match item {
             Ok(item) => {
                 put(&mut out, &item)?;
@@ -101,7 +106,8 @@ fn copy_into<W: Write + Seek>(scan: Scan<impl Read>, sink: W) -> McapResult<(W, 
     Ok((out.into_inner(), info))
 }
 
-fn put<W: Write + Seek>(out: &mut Writer<W>, item: &Item) -> McapResult<()> {
+/// Copies what was read.
+pub(crate) fn put<W: Write + Seek>(out: &mut Writer<W>, item: &Item) -> McapResult<()> {
     match item {
         Item::Channel(channel) => {
             if let Some(schema) = &channel.schema {

@@ -56,6 +56,17 @@ pub fn open(path: &Path) -> Result<Scan<BufReader<File>>, OpenError> {
         path: path.to_owned(),
         source,
     };
+    let (mut file, length) = open_file(path)?;
+    file.rewind().map_err(fail)?;
+    Ok(Scan::new(BufReader::new(file), length))
+}
+
+/// Opens a file that begins as a recording does; its length, and the file behind its first bytes.
+pub(crate) fn open_file(path: &Path) -> Result<(File, u64), OpenError> {
+    let fail = |source| OpenError::Io {
+        path: path.to_owned(),
+        source,
+    };
     let mut file = File::open(path).map_err(fail)?;
     let length = file.metadata().map_err(fail)?.len();
     let mut found = Vec::new();
@@ -67,8 +78,7 @@ pub fn open(path: &Path) -> Result<Scan<BufReader<File>>, OpenError> {
         let path = path.to_owned();
         return Err(OpenError::NotMcap { path, found });
     }
-    file.rewind().map_err(fail)?;
-    Ok(Scan::new(BufReader::new(file), length))
+    Ok((file, length))
 }
 
 impl<R: Read> Scan<R> {
@@ -82,6 +92,23 @@ impl<R: Read> Scan<R> {
             data_ended: false,
             stopped: false,
         }
+    }
+
+    /// Reads on from byte `at`, where a record starts and `input` is, knowing the channels declared before.
+    pub(crate) fn from_middle(input: R, length: u64, at: u64, channels: ChannelAccumulator<'static>) -> Self {
+        Self {
+            records: FileRecords::from_middle(input, length, at),
+            unpacked: VecDeque::new(),
+            channels,
+            built_in: None,
+            data_ended: false,
+            stopped: false,
+        }
+    }
+
+    /// Bytes read so far, and bytes of the whole file.
+    pub fn progress(&self) -> (u64, u64) {
+        (self.records.at(), self.records.length())
     }
 
     /// Reads the next record of the file, and says at what byte it started.
@@ -209,7 +236,8 @@ fn damage(at: u64, taken: Taken) -> Option<Result<Item, Damage>> {
     taken.map_err(|fault| Damage { at, fault, stops }).transpose()
 }
 
-/// Refuses an attachment whose lengths ask for more than it has: mcap's parser would panic.
+/// Refuses an attachment whose lengths ask for more than it has, where mcap's parser would panic, and one whose CRC is not
+/// that of its bytes, which mcap's parser does not look at.
 fn check_attachment(body: &[u8]) -> Result<(), Fault> {
     let fits = || {
         // Two times, name and media type with lengths of 4 bytes, data with one of 8, CRC.
@@ -222,12 +250,21 @@ fn check_attachment(body: &[u8]) -> Result<(), Fault> {
                 .try_fold(0_usize, |n, &byte| n.checked_mul(256)?.checked_add(byte.into()));
             rest = behind.get(length?..)?;
         }
-        rest.get(..4)
+        let crc = rest.get(..4)?;
+        let before = body.get(..body.len() - rest.len())?;
+        Some((before, u32::from_le_bytes(crc.try_into().ok()?)))
     };
-    fits().map(|_| ()).ok_or(Fault::Length {
+    let (before, saved) = fits().ok_or(Fault::Length {
         record: record_name(op::ATTACHMENT),
         found: body.len() as u64,
-    })
+    })?;
+    let calculated = crc32fast::hash(before);
+    match saved {
+        // Not everybody writes one.
+        0 => Ok(()),
+        _ if saved == calculated => Ok(()),
+        _ => Err(fault(op::ATTACHMENT, McapError::BadAttachmentCrc { saved, calculated })),
+    }
 }
 
 impl<R: Read> Iterator for Scan<R> {

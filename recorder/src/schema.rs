@@ -15,8 +15,22 @@ pub const TOOL_POSE: &str = "/tool_pose";
 pub const GROUND_TRUTH: &str = "/ground_truth";
 /// The topic of the same poses for Foxglove, `foxglove.FrameTransform`, valid ones only.
 pub const TF: &str = "/tf";
+/// The topic of what the localizer saw, `trocar.EmitterFrame`.
+pub const EMITTERS: &str = "/emitters";
+/// The topic of the processes' states, `trocar.ProcessStatus`, where they change.
+pub const STATUS: &str = "/status";
+/// The topic of what happened, in words, `foxglove.Log`.
+pub const LOG: &str = "/log";
+/// In front of the name of a view: the topic of its small images, `foxglove.CompressedImage`.
+pub const VIEW: &str = "/view/";
+/// The name of our lossless schema of emitters.
+pub const EMITTER_SCHEMA: &str = "trocar.EmitterFrame";
 /// The name of our lossless schema.
 pub const POSE_SCHEMA: &str = "trocar.ToolPose";
+/// The name of our schema of states.
+pub const STATUS_SCHEMA: &str = "trocar.ProcessStatus";
+/// The name of Foxglove's schema of lines of a log.
+pub const LOG_SCHEMA: &str = "foxglove.Log";
 /// The name of Foxglove's schema.
 pub const TF_SCHEMA: &str = "foxglove.FrameTransform";
 /// The attached scene file.
@@ -29,8 +43,20 @@ pub const LIBRARY: &str = concat!("trocar recorder ", env!("CARGO_PKG_VERSION"))
 const PROTOBUF: &str = "protobuf";
 const POSE_SCHEMA_ID: u16 = 1;
 const TF_SCHEMA_ID: u16 = 2;
+const EMITTER_SCHEMA_ID: u16 = 3;
+const STATUS_SCHEMA_ID: u16 = 4;
+const LOG_SCHEMA_ID: u16 = 5;
+const IMAGE_SCHEMA_ID: u16 = 6;
 /// The channel of [`TF`].
 pub(crate) const TF_CHANNEL: u16 = 3;
+/// The channel of [`EMITTERS`].
+pub(crate) const EMITTER_CHANNEL: u16 = 4;
+/// The channel of [`STATUS`].
+pub(crate) const STATUS_CHANNEL: u16 = 5;
+/// The channel of [`LOG`].
+pub(crate) const LOG_CHANNEL: u16 = 6;
+/// The channel of the first of the [`VIEW`]s; those of the others follow.
+pub(crate) const VIEW_CHANNEL: u16 = 16;
 
 /// Which of the tool's poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,29 +94,53 @@ impl Source {
 }
 
 /// The schemas: number, name, descriptor.
-pub(crate) fn schemas() -> [(u16, &'static str, Vec<u8>); 2] {
+pub(crate) fn schemas() -> [(u16, &'static str, Vec<u8>); 6] {
     [
         (POSE_SCHEMA_ID, POSE_SCHEMA, descriptor::tool_pose()),
         (TF_SCHEMA_ID, TF_SCHEMA, descriptor::frame_transform()),
+        (EMITTER_SCHEMA_ID, EMITTER_SCHEMA, descriptor::emitter_frame()),
+        (STATUS_SCHEMA_ID, STATUS_SCHEMA, descriptor::process_status()),
+        (LOG_SCHEMA_ID, LOG_SCHEMA, descriptor::log()),
+        (
+            IMAGE_SCHEMA_ID,
+            "foxglove.CompressedImage",
+            descriptor::compressed_image(),
+        ),
     ]
 }
 
-/// The channels, with their conventions in words for people who find the file alone.
-pub(crate) fn channels() -> [records::Channel; 3] {
-    let pose = "ct_from_tool, LPS; lengths mm, angles rad, stamps ns since the run's epoch; q is w, x, y, z";
-    let tf = "ct_from_tool, LPS; lengths m";
-    let channel = |id, schema_id, topic: &str, conventions: &str| records::Channel {
+fn channel(id: u16, schema_id: u16, topic: &str, conventions: &str) -> records::Channel {
+    records::Channel {
         id,
         schema_id,
         topic: topic.to_owned(),
         message_encoding: PROTOBUF.to_owned(),
         metadata: BTreeMap::from([("conventions".to_owned(), conventions.to_owned())]),
-    };
-    [
+    }
+}
+
+/// The channels that every file has, with their conventions in words for people who find the file alone.
+pub(crate) fn channels() -> Vec<records::Channel> {
+    let pose = "ct_from_tool, LPS; lengths mm, angles rad, stamps ns since the run's epoch; q is w, x, y, z";
+    let emitters = "places in the localizer's frame, mm, x y z for each emitter; stamps ns since the run's epoch";
+    let stamps = "stamps since the run's epoch";
+    vec![
         channel(Source::Tool.channel(), POSE_SCHEMA_ID, TOOL_POSE, pose),
         channel(Source::Truth.channel(), POSE_SCHEMA_ID, GROUND_TRUTH, pose),
-        channel(TF_CHANNEL, TF_SCHEMA_ID, TF, tf),
+        channel(TF_CHANNEL, TF_SCHEMA_ID, TF, "ct_from_tool, LPS; lengths m"),
+        channel(EMITTER_CHANNEL, EMITTER_SCHEMA_ID, EMITTERS, emitters),
+        channel(STATUS_CHANNEL, STATUS_SCHEMA_ID, STATUS, stamps),
+        channel(LOG_CHANNEL, LOG_SCHEMA_ID, LOG, stamps),
     ]
+}
+
+/// The channels of the views' small images.
+pub(crate) fn view_channels<'a>(views: impl Iterator<Item = &'a str>) -> Vec<records::Channel> {
+    let channel = |(id, view)| {
+        let conventions = "a small copy of what was shown; its stamp is in the PNG's texts";
+        channel(id, IMAGE_SCHEMA_ID, &format!("{VIEW}{view}"), conventions)
+    };
+    (VIEW_CHANNEL..).zip(views).map(channel).collect()
 }
 
 /// Schemas and channels as every file of this version has them: stands in where those of a file are damaged.

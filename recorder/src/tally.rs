@@ -7,7 +7,7 @@ use mcap::{Channel, Message};
 use prost::Message as _;
 
 use crate::proto::PoseSeq;
-use crate::schema::POSE_SCHEMA;
+use crate::schema::{EMITTER_SCHEMA, POSE_SCHEMA};
 use crate::seq::SeqWatch;
 
 /// What was found of one topic.
@@ -19,7 +19,7 @@ pub struct TopicTally {
     pub messages: u64,
     /// The earliest and the latest capture, ns since the run's epoch.
     pub span_ns: Option<(u64, u64)>,
-    /// Sequence numbers; poses only.
+    /// Sequence numbers; poses and frames of emitters only.
     pub seqs: SeqWatch,
 }
 
@@ -50,7 +50,8 @@ impl Tally {
         let (first, last) = topic.span_ns.unwrap_or((time, time));
         topic.messages += 1;
         topic.span_ns = Some((first.min(time), last.max(time)));
-        if topic.schema == POSE_SCHEMA
+        // The number is the first field of both.
+        if matches!(topic.schema.as_str(), POSE_SCHEMA | EMITTER_SCHEMA)
             && let Ok(pose) = PoseSeq::decode(&*message.data)
         {
             topic.seqs.saw(pose.seq);
@@ -93,7 +94,9 @@ impl fmt::Display for Tally {
 
 fn row(f: &mut fmt::Formatter<'_>, name: &str, topic: &TopicTally) -> fmt::Result {
     let lasts = topic.span_ns.map(|(from, to)| seconds(to - from)).filter(|&s| s > 0.0);
-    let rate = lasts.map_or("-".to_owned(), |s| format!("{:.1}", (topic.messages - 1) as f64 / s));
+    let rate = lasts.map_or("-".to_owned(), |s| {
+        format!("{:.1}", topic.messages.saturating_sub(1) as f64 / s)
+    });
     write!(f, "{name:<16} {:>10} {rate:>9} ", topic.messages)?;
     let SeqWatch {
         range,

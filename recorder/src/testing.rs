@@ -2,10 +2,12 @@
 
 use std::io::Cursor;
 
-use bus::message::{ToolPose, Tracked};
+use bus::message::{EmitterFrame, EmitterSight, ToolPose, Tracked};
+use bus::scene::Compression;
 use geometry::{Ct, Rigid, Tool, Vector};
 
-use crate::pose_log::PoseLog;
+use crate::pose_log::{Entry, PoseLog};
+use crate::proto;
 use crate::schema::{RunFacts, Source};
 
 /// The pose of sample `seq` at 60 Hz; every field differs from zero and from the others.
@@ -36,6 +38,26 @@ pub(crate) fn pose(seq: u64) -> ToolPose {
     pose
 }
 
+/// What the localizer saw for sample `seq`: every third emitter of 24, and two on the patient.
+pub(crate) fn frame(seq: u64) -> EmitterFrame {
+    let sight = |emitter: u32| EmitterSight {
+        place_mm: [f64::from(emitter).sin(), -40.5, 2000.0 + seq as f64 / 7.0],
+        emitter,
+        reserved: 0,
+    };
+    let pose = pose(seq);
+    let mut frame = EmitterFrame {
+        seq,
+        t_device_ns: pose.t_device_ns,
+        t_capture_ns: pose.t_capture_ns,
+        t_publish_ns: pose.t_publish_ns,
+        ..EmitterFrame::EMPTY
+    };
+    let tool: Vec<_> = (0..24).filter(|i| i % 3 == 0).map(sight).collect();
+    frame.set(tool.into_iter(), [sight(1), sight(2)].into_iter()).unwrap();
+    frame
+}
+
 /// The fields of a message as bits, in order: equality that tells NaNs and zeros apart.
 pub(crate) fn bytes(pose: &ToolPose) -> Vec<u64> {
     let mut bits = vec![
@@ -61,15 +83,17 @@ pub(crate) fn facts() -> RunFacts {
     }
 }
 
-/// A log in memory with `chunks` chunks of `per_chunk` poses and truths each, scene and facts in front.
+/// A log in memory with `chunks` chunks of `per_chunk` poses, truths and frames of emitters each, scene and facts in front.
 pub(crate) fn log(chunks: u64, per_chunk: u64) -> PoseLog<Cursor<Vec<u8>>> {
-    let mut log = PoseLog::new(Cursor::new(Vec::new())).unwrap();
+    let mut log = PoseLog::new(Cursor::new(Vec::new()), Compression::Zstd, &[]).unwrap();
     log.scene("seed = 1\n", 0).unwrap();
     log.facts(&facts()).unwrap();
     log.flush().unwrap();
     for seq in 0..chunks * per_chunk {
         log.pose(Source::Tool, &pose(seq)).unwrap();
         log.pose(Source::Truth, &pose(seq)).unwrap();
+        let emitters = proto::EmitterFrame::try_from(&frame(seq)).unwrap();
+        log.put(Entry::Emitters(&emitters)).unwrap();
         if (seq + 1) % per_chunk == 0 {
             log.flush().unwrap();
         }

@@ -40,6 +40,38 @@ def transform(message) -> dict:
     }
 
 
+def emitters(message) -> dict:
+    whole = ("seq", "t_device_ns", "t_capture_ns", "t_publish_ns")
+    fields = {name: getattr(message, name) for name in whole}
+    for name in ("tool_emitter", "reference_emitter"):
+        fields[name] = list(getattr(message, name))
+    for name in ("tool_mm", "reference_mm"):
+        fields[name] = [bits(value) for value in getattr(message, name)]
+    return fields
+
+
+def status(message) -> dict:
+    return {name: getattr(message, name) for name in ("t_ns", "process", "pid", "state", "note", "recorded")}
+
+
+def log(message) -> dict:
+    return {name: getattr(message, name) for name in ("level", "message", "name")}
+
+
+def image(message) -> dict:
+    return {"frame_id": message.frame_id, "format": message.format, "head": message.data[:8].hex()}
+
+
+SHOW = {
+    "trocar.ToolPose": pose,
+    "trocar.EmitterFrame": emitters,
+    "trocar.ProcessStatus": status,
+    "foxglove.FrameTransform": transform,
+    "foxglove.Log": log,
+    "foxglove.CompressedImage": image,
+}
+
+
 def check(path: str) -> dict:
     counts, schemas, first = Counter(), {}, {}
     with open(path, "rb") as file:
@@ -48,8 +80,8 @@ def check(path: str) -> dict:
             counts[channel.topic] += 1
             schemas[channel.topic] = schema.name
             if channel.topic not in first:
-                show = pose if schema.name == "trocar.ToolPose" else transform
-                first[channel.topic] = {"log_time": record.log_time, "sequence": record.sequence} | show(message)
+                show = SHOW[schema.name](message)
+                first[channel.topic] = {"log_time": record.log_time, "sequence": record.sequence} | show
         statistics = reader.get_summary().statistics
         return {
             "counts": counts,

@@ -6,6 +6,7 @@
 
 mod command;
 mod emitters;
+mod event;
 mod frame;
 mod heartbeat;
 mod pose;
@@ -13,6 +14,7 @@ mod volume_header;
 
 pub use command::{Command, CommandKind, ReplyHeader};
 pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
+pub use event::{Event, Level};
 pub use frame::{FrameHeader, FrameStamp, FrameState};
 pub use heartbeat::{Counters, Heartbeat, ProcessState};
 pub use pose::{Lost, PoseError, ToolPose, Tracked};

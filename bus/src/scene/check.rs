@@ -11,8 +11,8 @@ use super::raw::{
 };
 use super::view::WINDOWS;
 use super::{
-    Approach, Limits, RecordingSpec, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View,
-    WindowLevel, operating_room, tracking,
+    Approach, Limits, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View, WindowLevel,
+    operating_room, tracking,
 };
 
 pub(super) type Checked<T> = Result<T, Invalid>;
@@ -32,7 +32,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         targets,
         views: views(raw.views.as_deref())?,
         render: raw.render,
-        recording: recording(raw)?,
+        recording: super::recording::checked(raw.recording.as_ref())?,
         limits: limits(&raw.limits)?,
     })
 }
@@ -54,7 +54,7 @@ pub(super) fn number(key: &str, value: f64, range: RangeInclusive<f64>, unit: &s
     Err(invalid(key, value, allowed.trim_end()))
 }
 
-fn seconds(key: &str, value: f64, range: RangeInclusive<f64>) -> Checked<Duration> {
+pub(super) fn seconds(key: &str, value: f64, range: RangeInclusive<f64>) -> Checked<Duration> {
     number(key, value, range, "s").map(Duration::from_secs_f64)
 }
 
@@ -280,13 +280,6 @@ fn window(key: &str, raw: &RawWindow) -> Checked<WindowLevel> {
             width_hu: number(&format!("{key}.width_hu"), levels.width_hu, 1.0..=65_536.0, "HU")?,
         }),
     }
-}
-
-fn recording(raw: &RawScene) -> Checked<Option<RecordingSpec>> {
-    let Some(raw) = &raw.recording else { return Ok(None) };
-    Ok(Some(RecordingSpec {
-        chunk: seconds("recording.chunk_s", raw.chunk_s, 0.05..=1.0)?,
-    }))
 }
 
 fn limits(raw: &RawLimits) -> Checked<Limits> {

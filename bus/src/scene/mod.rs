@@ -8,6 +8,7 @@ mod error;
 mod locate;
 pub mod operating_room;
 pub mod raw;
+mod recording;
 mod sampling;
 pub mod tracking;
 mod view;
@@ -20,6 +21,7 @@ use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::SceneError;
 pub use raw::{Extent, Plane, Up};
+pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
 pub use view::{View, WindowLevel};
 pub use volume::{FileSpec, RawRegion, RawVolume, Region, VolumeSource, VolumeSpec};
@@ -131,13 +133,6 @@ pub struct Target {
     pub centre: Point<Ct>,
     /// Its diameter, mm.
     pub diameter_mm: f64,
-}
-
-/// How the session is recorded.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RecordingSpec {
-    /// A chunk is closed after this time: what a crash can lose.
-    pub chunk: Duration,
 }
 
 /// When to warn, restart and give up.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{Invalid, SceneError};
 use super::locate;
 use super::operating_room::RawRoom;
+use super::recording::RawRecording;
 use super::sampling::{Filter, Minify, Render, Slab};
 use super::tracking::raw::{RawEmitterSource, RawLinkFile, RawSequence, RawSmoothing};
 use super::volume::RawVolume;
@@ -346,20 +347,6 @@ pub struct RawLevels {
     pub centre_hu: f64,
     /// From black to white, HU.
     pub width_hu: f64,
-}
-
-/// `[recording]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RawRecording {
-    /// A chunk is closed after this time.
-    pub chunk_s: f64,
-}
-
-impl Default for RawRecording {
-    fn default() -> Self {
-        Self { chunk_s: 0.5 }
-    }
 }
 
 /// `[limits]`

@@ -59,11 +59,11 @@ fn a_wrong_number_of_values_is_named() {
     let mut pose = ToolPose::from(&testing::pose(7));
     pose.covariance.pop();
     let text = decode_pose(&pose.encode_to_vec()).unwrap_err().to_string();
-    assert_eq!(text, "pose 7: covariance has 20 values instead of 21");
+    assert_eq!(text, "message 7: covariance has 20 values instead of 21");
     pose.covariance.push(0.0);
     pose.fre_rms_mm = None;
     let text = decode_pose(&pose.encode_to_vec()).unwrap_err().to_string();
-    assert_eq!(text, "pose 7: fre_rms_mm has 0 values instead of 1");
+    assert_eq!(text, "message 7: fre_rms_mm has 0 values instead of 1");
 }
 
 #[test]

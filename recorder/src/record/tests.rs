@@ -1,11 +1,12 @@
 use std::fs;
 
 use bus::clock::{Clock, monotonic_ns};
+use bus::message::{Event, Heartbeat, Level, Lost, Tracked};
 use bus::port::Publisher;
 
 use super::*;
 use crate::reader;
-use crate::schema::{GROUND_TRUTH, TOOL_POSE};
+use crate::schema::{GROUND_TRUTH, LOG, STATUS, TOOL_POSE};
 use crate::testing;
 
 const CHUNK: Duration = Duration::from_millis(500);
@@ -34,7 +35,26 @@ impl Rig {
     }
 
     fn recorder(&self) -> Recorder {
-        Recorder::open(&self.bus, &self.run, CHUNK, &self.out).unwrap()
+        self.recorder_of("[recording]\nchunk_s = 0.5")
+    }
+
+    fn recorder_of(&self, scene: &str) -> Recorder {
+        let scene = Scene::parse(scene, Path::new("s.toml")).unwrap();
+        Recorder::open(&self.bus, &self.run, &scene, &self.out).unwrap()
+    }
+
+    /// Lines of the log: who, and what.
+    fn log(&self) -> Vec<(String, String)> {
+        let items = crate::scan::open(&self.out).unwrap().map(Result::unwrap);
+        let messages = items.filter_map(|item| match item {
+            crate::scan::Item::Message(message) if message.channel.topic == LOG => Some(message),
+            _ => None,
+        });
+        let log = |data: &[u8]| <proto::Log as prost::Message>::decode(data).unwrap();
+        messages
+            .map(|m| log(&m.data))
+            .map(|log| (log.name, log.message))
+            .collect()
     }
 
     fn poses(&self, topic: &str) -> Vec<ToolPose> {
@@ -161,4 +181,104 @@ fn a_killed_recorder_loses_nothing_it_acknowledged() {
     second.finish(0).unwrap();
     let part = crate::paths::part(&rig.out, 1);
     assert_eq!(reader::poses(&part, TOOL_POSE).unwrap().map(Result::unwrap).count(), 40);
+}
+
+#[test]
+fn emitters_are_recorded_bit_for_bit_and_impossible_frames_counted() {
+    let rig = Rig::new();
+    let emitters = Publisher::open(&rig.bus, &topic::EMITTERS, "").unwrap();
+    let mut recorder = rig.recorder();
+    let mut sent = Vec::new();
+    for seq in 0..50 {
+        let frame = testing::frame(seq);
+        emitters.send(frame).unwrap();
+        sent.push(frame);
+    }
+    let mut hostile = testing::frame(50);
+    hostile.tool_seen = 33;
+    emitters.send(hostile).unwrap();
+    recorder.step(0).unwrap();
+    assert_eq!(recorder.progress().counters.refused, 1);
+    assert_eq!(recorder.progress().waited, (51, topic::EMITTERS.buffer));
+    assert_eq!(recorder.finish(1).unwrap().messages, 50);
+    let found: Vec<_> = reader::emitters(&rig.out).unwrap().map(Result::unwrap).collect();
+    assert_eq!(found, sent);
+}
+
+#[test]
+fn states_events_and_changes_of_tracking_are_in_the_log() {
+    let rig = Rig::new();
+    let beats = Publisher::open(&rig.bus, &topic::HEARTBEAT, "tracker").unwrap();
+    let events = Publisher::open(&rig.bus, &topic::EVENT, "pilot").unwrap();
+    let tool = Publisher::open(&rig.bus, &topic::TOOL_POSE, "").unwrap();
+    // Before the recorder joins: the topic keeps it.
+    events.send(Event::new(0, 5, Level::Info, "started")).unwrap();
+    let mut recorder = rig.recorder();
+    events.serve_late_joiners();
+    let beat = |state, note: &str| Heartbeat::new(state, 7, Counters::default(), note);
+    for (state, note) in [
+        (ProcessState::Starting, "joined"),
+        (ProcessState::Ready, "1 pose published"),
+        (ProcessState::Ready, "207.5 pose published"),
+        (ProcessState::Ready, "the tool is not calibrated"),
+    ] {
+        beats.send(beat(state, note)).unwrap();
+        recorder.step(0).unwrap();
+    }
+    for (seq, tracked) in [(0, true), (1, true), (2, false), (3, false), (4, true)] {
+        let mut pose = testing::pose(seq);
+        if !tracked {
+            pose.set(Tracked::Lost(Lost::TooFew));
+        }
+        tool.send(pose).unwrap();
+    }
+    recorder.finish(1).unwrap();
+    let pid = std::process::id();
+    let expected = [
+        ("tracker", format!("starting (process {pid}): joined")),
+        ("pilot", "started".to_owned()),
+        ("tracker", format!("ready (process {pid}): 1 pose published")),
+        ("tracker", format!("ready (process {pid}): the tool is not calibrated")),
+        ("tracking", "from pose 0 on: tracked".to_owned()),
+        ("tracking", "from pose 2 on: too few emitters".to_owned()),
+        ("tracking", "from pose 4 on: tracked".to_owned()),
+    ];
+    assert_eq!(rig.log(), expected.map(|(who, what)| (who.to_owned(), what)));
+    let info = crate::info::info(&rig.out).unwrap();
+    assert_eq!(info.tally.topics[STATUS].messages, 3);
+}
+
+#[test]
+fn what_was_shown_is_kept_small_where_the_scene_asks() {
+    let rig = Rig::new();
+    let scene = "[recording]\nthumbnails_per_s = 2.0\n[[views]]\nname = \"a\"\nplane = \"axial\"\nextent = \"local\"";
+    let rgba = vec![90; 4 * 300 * 200];
+    let view = bus::port::FramePublisher::open(&rig.bus, &topic::VIEW_FRAME, "a", rgba.len()).unwrap();
+    let mut recorder = rig.recorder_of(scene);
+    let mut header = bus::message::FrameHeader {
+        width: 300,
+        height: 200,
+        ..bus::message::FrameHeader::default()
+    };
+    for step in 0..30 {
+        header.stamp.seq = step;
+        view.send(header, &rgba, rig.bus.clock(), i64::MAX).unwrap();
+        recorder.step(100_000_000 * step.cast_signed()).unwrap();
+    }
+    recorder.finish(3_000_000_000).unwrap();
+    let items = crate::scan::open(&rig.out).unwrap().map(Result::unwrap);
+    let images: Vec<_> = items
+        .filter_map(|item| match item {
+            crate::scan::Item::Message(message) if message.channel.topic == "/view/a" => Some(message),
+            _ => None,
+        })
+        .collect();
+    // At 0 s, 0.5 s, ... 2.5 s; at 3 s the newest is that of 2.9 s.
+    assert_eq!(
+        images.iter().map(|image| image.sequence).collect::<Vec<_>>(),
+        [0, 5, 10, 15, 20, 25, 29]
+    );
+    let image = <proto::CompressedImage as prost::Message>::decode(&*images[0].data).unwrap();
+    assert_eq!((image.format.as_str(), image.frame_id.as_str()), ("png", "a"));
+    assert!(image.data.starts_with(b"\x89PNG"));
 }

@@ -1,0 +1,203 @@
+//! The commands that work on files.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+
+use super::stretch::moment;
+use crate::attach::{AttachError, attach};
+use crate::cut::{CutError, Stretch, cut};
+use crate::damage::OpenError;
+use crate::export::{ExportError, Exported, Format, export};
+use crate::import::{ImportError, import};
+use crate::verify::verify;
+
+const EXPORT_HELP: &str = "\
+CSV and JSON bring back every number bit for bit; a lost pose has no numbers there, and its words say why. MHA is the \
+PLUS toolkit's: one transform a pose, INVALID where it was lost. Topics: /tool_pose, /ground_truth, /emitters, /status, \
+/log.
+
+Examples:
+  recorder export csv session.mcap --out poses.csv
+  recorder export csv session.mcap --topic /emitters --out emitters.csv
+  recorder export mha session.mcap --topic /ground_truth --out truth.mha";
+
+const IMPORT_HELP: &str = "\
+The transform is taken as the tool's pose in the examination; what the sequence calls it is kept in the recording. \
+Times count from the sequence's first frame.
+
+Example:
+  recorder import tracked.mha --transform StylusToReference --out tracked.mcap";
+
+const CUT_HELP: &str = "\
+Times are seconds of the run, as `recorder info` shows them; both ends belong to the stretch. Attached files stay.
+
+Examples:
+  recorder cut session.mcap --from 3.2s --to 9s --out insertion.mcap
+  recorder cut session.mcap --from 2m --out rest.mcap";
+
+const VERIFY_HELP: &str = "\
+Reads everything: the CRC of every chunk and attachment and of the whole file, every message against its schema and its \
+header, the order of captures, and the index against what is there. Exit code 1 where anything is wrong.
+
+Example:
+  recorder verify session.mcap";
+
+const ATTACH_HELP: &str = "\
+Only whole recordings. Messages are not touched; the index is written anew.
+
+Example:
+  recorder attach session.mcap report.json";
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Tool {
+    /// Write the messages of a topic as CSV, JSON or MHA
+    #[command(after_help = EXPORT_HELP)]
+    Export(ExportArgs),
+    /// Make a recording of a PLUS sequence (MHA)
+    #[command(after_help = IMPORT_HELP)]
+    Import(ImportArgs),
+    /// Make a recording of a stretch of another
+    #[command(after_help = CUT_HELP)]
+    Cut(CutArgs),
+    /// Check every CRC, message and count of a recording
+    #[command(after_help = VERIFY_HELP)]
+    Verify {
+        /// The recording
+        file: PathBuf,
+    },
+    /// Attach a file to a whole recording
+    #[command(after_help = ATTACH_HELP)]
+    Attach {
+        /// The recording
+        session: PathBuf,
+        /// The file
+        file: PathBuf,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ExportArgs {
+    /// The form of the new file
+    format: Format,
+    /// The recording, whole or not
+    input: PathBuf,
+    /// Whose messages
+    #[arg(long, value_name = "TOPIC", default_value = crate::schema::TOOL_POSE)]
+    topic: String,
+    /// The new file
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Replace the new file if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ImportArgs {
+    /// The sequence
+    input: PathBuf,
+    /// Which of its transforms is the tool's pose [default: the only one]
+    #[arg(long, value_name = "NAME")]
+    transform: Option<String>,
+    /// The recording
+    #[arg(long, value_name = "FILE.mcap")]
+    out: PathBuf,
+    /// Replace the recording if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CutArgs {
+    /// The recording, whole or not
+    input: PathBuf,
+    /// First capture [default: the beginning]
+    #[arg(long, value_name = "TIME", value_parser = moment)]
+    from: Option<u64>,
+    /// Last capture [default: the end]
+    #[arg(long, value_name = "TIME", value_parser = moment)]
+    to: Option<u64>,
+    /// The new recording
+    #[arg(long, value_name = "FILE.mcap")]
+    out: PathBuf,
+    /// Replace the new recording if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, thiserror::Error)]
+pub(super) enum ToolError {
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    #[error(transparent)]
+    Cut(#[from] CutError),
+    #[error(transparent)]
+    Attach(#[from] AttachError),
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    #[error("{path}: {found} findings:\n{}", findings.join("\n"))]
+    Findings {
+        path: PathBuf,
+        found: u64,
+        findings: Vec<String>,
+    },
+}
+
+/// Does what is asked, and says what came of it.
+pub(super) fn run(tool: Tool) -> Result<String, ToolError> {
+    match tool {
+        Tool::Export(args) => {
+            let exported = export(&args.input, &args.topic, args.format, &args.out, args.force)?;
+            Ok(said_of_export(&args.out, exported))
+        }
+        Tool::Import(args) => {
+            let imported = import(&args.input, args.transform.as_deref(), &args.out, args.force)?;
+            let (out, name) = (args.out.display(), imported.transform);
+            let (frames, lost) = (imported.frames, imported.lost);
+            Ok(format!(
+                "{out}: {frames} poses, {lost} of them lost; {name} was taken as the tool's pose in the examination\n"
+            ))
+        }
+        Tool::Cut(args) => {
+            let stretch = Stretch {
+                from_ns: args.from.unwrap_or(0),
+                to_ns: args.to.unwrap_or(u64::MAX),
+            };
+            let info = cut(&args.input, stretch, &args.out, args.force)?;
+            Ok(format!("{}\n{info}", args.out.display()))
+        }
+        Tool::Verify { file } => verified(file),
+        Tool::Attach { session, file } => {
+            attach(&session, &file)?;
+            Ok(format!("{} is attached to {}\n", file.display(), session.display()))
+        }
+    }
+}
+
+fn said_of_export(out: &Path, exported: Exported) -> String {
+    let Exported { messages, unreadable } = exported;
+    let rest = match unreadable {
+        0 => String::new(),
+        n => format!("; {n} parts of the recording could not be read: `recorder verify` names them"),
+    };
+    format!("{}: {messages} messages{rest}\n", out.display())
+}
+
+fn verified(path: PathBuf) -> Result<String, ToolError> {
+    let verified = verify(&path)?;
+    let (found, mut findings) = (verified.found, verified.findings);
+    if found == 0 {
+        let (messages, attachments) = (verified.messages, verified.attachments);
+        return Ok(format!(
+            "{}: whole; {messages} messages, {attachments} attached files\n",
+            path.display()
+        ));
+    }
+    if found > findings.len() as u64 {
+        findings.push(format!("and {} more", found - findings.len() as u64));
+    }
+    Err(ToolError::Findings { path, found, findings })
+}

@@ -1,0 +1,190 @@
+//! A recording that is opened at a moment: its index says which chunk holds it, and what lies before is not read.
+//!
+//! A file without an index (its recording was never finished, or its end is damaged) is walked through once, from record
+//! to record, without reading what is in the chunks. A chunk is taken whose last message is not before the moment; the
+//! messages come in the order of the file from there on, those captured before the moment left out.
+//!
+//! ```no_run
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let session = recorder::seek::Session::open("session.mcap".as_ref())?;
+//! let first = session.poses_from(3_200_000_000)?.next();
+//! # Ok(())
+//! # }
+//! ```
+
+mod places;
+
+use std::fs::File;
+use std::io::{BufReader, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use mcap::read::ChannelAccumulator;
+use mcap::records::Metadata;
+use mcap::{MAGIC, Summary};
+
+use crate::damage::OpenError;
+use crate::proto::file_time;
+use crate::reader::{Emitters, Messages, Poses};
+use crate::scan::{self, Item, Scan};
+use crate::schema::{self, EMITTERS, TOOL_POSE};
+use places::Places;
+
+/// The index of a recording; `None` where it has none that can be read.
+pub(crate) fn summary(path: &Path) -> Result<Option<Summary>, OpenError> {
+    let (mut file, length) = scan::open_file(path)?;
+    Ok(places::summary(&mut file, length))
+}
+
+/// Where the index of a recording says something else than its records do, in words.
+pub(crate) fn differences(path: &Path, summary: &Summary) -> Result<Vec<String>, OpenError> {
+    let (mut file, length) = scan::open_file(path)?;
+    let walked = Places::walk(&mut file, length).map_err(|source| OpenError::Io {
+        path: path.to_owned(),
+        source,
+    })?;
+    Ok(places::differences(&Places::from_summary(summary), &walked))
+}
+
+/// A recording with its index in memory.
+#[derive(Debug)]
+pub struct Session {
+    path: PathBuf,
+    length: u64,
+    places: Places,
+    /// Channels, where the file has an index.
+    summary: Option<Summary>,
+}
+
+impl Session {
+    /// Opens a recording and reads its index.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn open(path: &Path) -> Result<Self, OpenError> {
+        let (mut file, length) = scan::open_file(path)?;
+        let fail = |source| OpenError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let summary = places::summary(&mut file, length);
+        let places = match &summary {
+            Some(summary) => Places::from_summary(summary),
+            None => Places::walk(&mut file, length).map_err(fail)?,
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            length,
+            places,
+            summary,
+        })
+    }
+
+    /// Whether the file has an index. Without, it was never finished, or its end is damaged.
+    pub fn is_indexed(&self) -> bool {
+        self.summary.is_some()
+    }
+
+    /// The earliest and the latest capture, ns since the run's epoch; `None` without messages.
+    pub fn span_ns(&self) -> Option<(u64, u64)> {
+        let chunks = self.places.chunks.iter().filter(|chunk| chunk.to_ns > 0);
+        let spans = chunks.map(|chunk| (chunk.from_ns, chunk.to_ns));
+        spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    /// The tracker's poses captured at `t_ns` or later.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn poses_from(&self, t_ns: i64) -> Result<Poses, OpenError> {
+        self.poses_of(TOOL_POSE, t_ns)
+    }
+
+    /// The poses of `topic` captured at `t_ns` or later: [`TOOL_POSE`] or [`crate::schema::GROUND_TRUTH`].
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn poses_of(&self, topic: &str, t_ns: i64) -> Result<Poses, OpenError> {
+        let t_ns = file_time(t_ns);
+        Ok(Messages::of(self.items_from(t_ns)?, topic, t_ns))
+    }
+
+    /// What the localizer saw at `t_ns` or later.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn emitters_from(&self, t_ns: i64) -> Result<Emitters, OpenError> {
+        let t_ns = file_time(t_ns);
+        Ok(Messages::of(self.items_from(t_ns)?, EMITTERS, t_ns))
+    }
+
+    /// Everything from the first chunk on that has a message of `t_ns` or later; earlier ones of that chunk come too.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn items_from(&self, t_ns: u64) -> Result<Scan<BufReader<File>>, OpenError> {
+        self.scan_at(self.places.first_at(t_ns))
+    }
+
+    /// The attached file of this name; the last one of several. `None` where there is none that can be read.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, OpenError> {
+        for &at in self.places.attachments.iter().rev() {
+            if let Some(Ok(Item::Attachment(file))) = self.scan_at(Some(at))?.next()
+                && file.name == name
+            {
+                return Ok(Some(file.data.into_owned()));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The newest metadata record of this name, such as [`crate::schema::RUN`].
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn metadata(&self, name: &str) -> Result<Option<Metadata>, OpenError> {
+        for &at in self.places.metadata.iter().rev() {
+            if let Some(Ok(Item::Metadata(facts))) = self.scan_at(Some(at))?.next()
+                && facts.name == name
+            {
+                return Ok(Some(facts));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads on from byte `at`; from the start where there is no such place.
+    fn scan_at(&self, at: Option<u64>) -> Result<Scan<BufReader<File>>, OpenError> {
+        let fail = |source| OpenError::Io {
+            path: self.path.clone(),
+            source,
+        };
+        let mut file = File::open(&self.path).map_err(fail)?;
+        let at = match at {
+            Some(at) => at,
+            None if self.places.is_complete => self.places.end,
+            None => MAGIC.len() as u64,
+        };
+        file.seek(SeekFrom::Start(at)).map_err(fail)?;
+        Ok(Scan::from_middle(
+            BufReader::new(file),
+            self.length,
+            at,
+            self.channels(),
+        ))
+    }
+
+    /// The channels that the file declares; without an index, those that every file of this version has.
+    fn channels(&self) -> ChannelAccumulator<'static> {
+        match &self.summary {
+            Some(summary) => ChannelAccumulator::from_summary(summary),
+            None if self.places.is_ours => schema::built_in(),
+            None => ChannelAccumulator::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,209 @@
+//! Whether a recording is what it claims to be: every CRC, every message, every count.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use bus::message::{EmitterFrame, ToolPose};
+use mcap::{Message, Summary};
+
+use crate::damage::OpenError;
+use crate::progress::Progress;
+use crate::reader::{self, ReadError, Recorded};
+use crate::scan::{self, Item};
+use crate::schema::{EMITTER_SCHEMA, POSE_SCHEMA};
+use crate::seek;
+
+/// More are counted, not named.
+const NAMED: usize = 100;
+
+/// What was looked at, and what is wrong with it.
+#[derive(Debug, Default)]
+pub struct Verified {
+    /// Messages read.
+    pub messages: u64,
+    /// Attached files read.
+    pub attachments: u64,
+    /// What is wrong, in words; at most 100 of them.
+    pub findings: Vec<String>,
+    /// How many findings there are.
+    pub found: u64,
+    counts: BTreeMap<u16, (String, u64)>,
+    last: BTreeMap<u16, (u64, u64)>,
+}
+
+/// Reads a recording from start to end and holds it against its index.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn verify(path: &Path) -> Result<Verified, OpenError> {
+    let mut verified = Verified::default();
+    let mut scan = scan::open(path)?;
+    let mut progress = Progress::new("verifying");
+    while let Some(item) = scan.next() {
+        let (read, length) = scan.progress();
+        progress.at(read, length);
+        match item {
+            Ok(Item::Message(message)) => verified.message(&message),
+            Ok(Item::Attachment(_)) => verified.attachments += 1,
+            Ok(_) => {}
+            Err(damage) => verified.find(damage.to_string()),
+        }
+    }
+    match seek::summary(path)? {
+        Some(summary) => {
+            verified.index(&summary);
+            seek::differences(path, &summary)?
+                .into_iter()
+                .for_each(|words| verified.find(words));
+        }
+        None => verified.find("the file has no index that can be read".to_owned()),
+    }
+    Ok(verified)
+}
+
+impl Verified {
+    fn find(&mut self, words: String) {
+        self.found += 1;
+        if self.findings.len() < NAMED {
+            self.findings.push(words);
+        }
+    }
+
+    fn message(&mut self, message: &Message<'_>) {
+        self.messages += 1;
+        let topic = &message.channel.topic;
+        let (_, count) = self
+            .counts
+            .entry(message.channel.id)
+            .or_insert_with(|| (topic.clone(), 0));
+        *count += 1;
+        let number = *count;
+        let schema = message.channel.schema.as_ref().map_or("", |schema| &schema.name);
+        let stamps = match schema {
+            POSE_SCHEMA => stamps::<ToolPose>(message, |pose| (pose.seq, pose.t_capture_ns)),
+            EMITTER_SCHEMA => stamps::<EmitterFrame>(message, |frame| (frame.seq, frame.t_capture_ns)),
+            _ => return,
+        };
+        match stamps {
+            Ok((seq, t_ns)) => self.order(message, number, seq, t_ns),
+            Err(error) => self.find(format!("message {number} of {topic}: {error}")),
+        }
+    }
+
+    /// Holds a message's header against its content, and it against the one before.
+    fn order(&mut self, message: &Message<'_>, number: u64, seq: u64, t_ns: i64) {
+        let topic = message.channel.topic.clone();
+        let of = |what: &str| format!("message {number} of {topic} (number {seq}): {what}");
+        if message.sequence != seq as u32 || message.log_time != crate::proto::file_time(t_ns) {
+            let (sequence, log_time) = (message.sequence, message.log_time);
+            self.find(of(&format!(
+                "its header says number {sequence} and {log_time} ns instead of {t_ns} ns"
+            )));
+        }
+        let last = self.last.insert(message.channel.id, (seq, message.log_time));
+        let Some((last_seq, last_ns)) = last else { return };
+        // A publisher that was restarted begins anew.
+        if seq > last_seq && message.log_time < last_ns {
+            self.find(of(&format!(
+                "captured at {} ns, before number {last_seq} at {last_ns} ns",
+                message.log_time
+            )));
+        } else if seq == last_seq {
+            self.find(of("the number of the one before it"));
+        }
+    }
+
+    fn hold(&mut self, what: &str, stated: u64, found: u64) {
+        if stated != found {
+            self.find(format!("the index states {stated} {what}, and there are {found}"));
+        }
+    }
+
+    fn index(&mut self, summary: &Summary) {
+        let Some(stats) = &summary.stats else { return };
+        self.hold("messages", stats.message_count, self.messages);
+        self.hold("attachments", stats.attachment_count.into(), self.attachments);
+        for (channel, (topic, found)) in std::mem::take(&mut self.counts) {
+            let stated = stats.channel_message_counts.get(&channel).copied().unwrap_or(0);
+            self.hold(&format!("messages of {topic}"), stated, found);
+        }
+    }
+}
+
+fn stamps<T: Recorded>(message: &Message<'_>, of: impl Fn(&T) -> (u64, i64)) -> Result<(u64, i64), ReadError> {
+    reader::decode::<T>(message).map(|decoded| of(&decoded))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose_log::Entry;
+    use crate::schema::Source;
+    use crate::testing;
+
+    fn verified(bytes: &[u8]) -> Verified {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("s.mcap");
+        std::fs::write(&path, bytes).unwrap();
+        verify(&path).unwrap()
+    }
+
+    #[test]
+    fn a_whole_file_has_no_findings() {
+        let found = verified(&testing::finished(3, 5));
+        assert_eq!(
+            (found.messages, found.attachments, found.found),
+            (15 * 5, 1, 0),
+            "{:?}",
+            found.findings
+        );
+    }
+
+    #[test]
+    fn every_flipped_bit_of_the_data_is_found() {
+        let bytes = testing::finished(2, 4);
+        let data = bytes.windows(4).rposition(|w| w == b"zstd").unwrap();
+        for at in 8..data {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 1 << (at % 8);
+            assert!(verified(&flipped).found > 0, "byte {at}");
+        }
+    }
+
+    #[test]
+    fn an_attachment_whose_bytes_changed_is_named() {
+        let mut bytes = testing::finished(1, 1);
+        let at = bytes.windows(8).position(|w| w == b"seed = 1").unwrap();
+        bytes[at] ^= 1;
+        let found = verified(&bytes).findings;
+        assert!(
+            found[0].contains("damaged attachment") && found[0].contains("CRC"),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn messages_out_of_order_are_named() {
+        let mut log = testing::log(1, 3);
+        let mut early = testing::pose(3);
+        early.t_capture_ns = 5;
+        log.put(Entry::Pose(Source::Tool, &early)).unwrap();
+        log.put(Entry::Pose(Source::Tool, &early)).unwrap();
+        let found = verified(&log.finish().unwrap().into_inner()).findings;
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(
+            found[0].starts_with("message 4 of /tool_pose (number 3): captured at 5 ns, before number 2"),
+            "{found:?}"
+        );
+        assert!(found[1].contains("the number of the one before it"), "{found:?}");
+    }
+
+    #[test]
+    fn an_unfinished_file_says_so() {
+        let found = verified(&testing::unfinished(2, 2)).findings;
+        assert!(
+            found[0].contains("never finished") && found[1].contains("no index"),
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,315 @@
+//! The recorder where things go wrong: full disks, cut and flipped files, two at once, another version.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+
+mod recorder_rig;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use recorder::schema::{EMITTERS, TOOL_POSE};
+use recorder::seek::Session;
+use recorder::{info, paths, reader};
+use recorder_rig::{CHUNK_S, Rig, command, frame, pose, said};
+use rustix::process::{Pid, Resource, Rlimit, prlimit};
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A recording of `n` poses and frames of emitters, through the process.
+fn recorded(n: u64) -> (Rig, PathBuf) {
+    let rig = Rig::new();
+    let recorder = rig.start();
+    for seq in 0..n {
+        rig.emitters.send(frame(seq)).unwrap();
+        rig.tool.send(pose(seq)).unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    recorder.terminate();
+    let out = rig.out();
+    (rig, out)
+}
+
+fn seqs(path: &Path) -> Vec<u64> {
+    let poses = reader::poses(path, TOOL_POSE).unwrap().flatten();
+    poses
+        .map(|found| {
+            assert_eq!(found, pose(found.seq));
+            found.seq
+        })
+        .collect()
+}
+
+#[test]
+fn cut_at_every_thousandth_byte_the_file_is_read_and_recovered() {
+    let (rig, out) = recorded(1500);
+    let bytes = fs::read(&out).unwrap();
+    let (torn, whole) = (rig.tmp.path().join("torn.mcap"), rig.tmp.path().join("whole.mcap"));
+    let mut most = 0;
+    for cut in (1000..bytes.len()).step_by(1000) {
+        fs::write(&torn, &bytes[..cut]).unwrap();
+        let found = seqs(&torn);
+        assert_eq!(found, (0..found.len() as u64).collect::<Vec<_>>(), "cut at {cut}");
+        assert!(found.len() >= most, "cut at {cut}");
+        most = found.len();
+        let from = Session::open(&torn).unwrap().poses_from(0).unwrap().flatten().count();
+        assert_eq!(from, found.len(), "cut at {cut}");
+    }
+    // The last cut is in the index: no message is lost.
+    assert_eq!(most, 1500);
+    let recovered = said(&["recover", torn.to_str().unwrap(), "--out", whole.to_str().unwrap()]);
+    assert!(recovered.status.success(), "{}", text(&recovered.stderr));
+    assert_eq!(seqs(&whole), (0..1500).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_tail_of_zeros_as_a_power_cut_leaves_it_is_passed_over() {
+    let (rig, out) = recorded(300);
+    let bytes = fs::read(&out).unwrap();
+    let torn = rig.tmp.path().join("torn.mcap");
+    let before = info::info(&out).unwrap().tally.messages();
+    for (cut, zeros) in [(bytes.len() - 200, 4096), (bytes.len() / 2, 65_536), (9_000, 5)] {
+        fs::write(&torn, [&bytes[..cut], &vec![0; zeros][..]].concat()).unwrap();
+        let found = info::info(&torn).unwrap();
+        assert!(!found.damage.is_empty() && found.tally.messages() <= before);
+        assert_eq!(seqs(&torn), (0..seqs(&torn).len() as u64).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_flipped_bit_is_named_with_its_place_and_costs_its_chunk_only() {
+    let (rig, out) = recorded(1000);
+    let bytes = fs::read(&out).unwrap();
+    let flipped_file = rig.tmp.path().join("flipped.mcap");
+    // Each chunk says how it is compressed, then how long it is, then comes what it holds.
+    let data = 9 * bytes.len() / 10;
+    let chunks: Vec<_> = (0..data).filter(|&at| bytes[at..].starts_with(b"zstd")).collect();
+    for share in [0.3, 0.5, 0.7] {
+        let mut flipped = bytes.clone();
+        let at = chunks[(share * chunks.len() as f64) as usize] + 4 + 8 + 100;
+        flipped[at] ^= 4;
+        fs::write(&flipped_file, flipped).unwrap();
+        let verified = said(&["verify", flipped_file.to_str().unwrap()]);
+        let words = text(&verified.stderr);
+        assert_eq!(verified.status.code(), Some(1), "{words}");
+        assert!(words.contains("at byte ") && words.contains("damaged chunk"), "{words}");
+        assert!(words.contains("Data section CRC failed"), "{words}");
+        // A chunk of a tenth of a second at not more than a thousand poses a second.
+        let found = seqs(&flipped_file).len();
+        assert!((1000 - 200..1000).contains(&found), "{found} poses at {share}");
+    }
+    let verified = said(&["verify", out.to_str().unwrap()]);
+    assert!(verified.status.success(), "{}", text(&verified.stderr));
+    assert!(
+        text(&verified.stdout).contains(": whole; "),
+        "{}",
+        text(&verified.stdout)
+    );
+}
+
+#[test]
+fn another_version_of_the_schema_is_refused_by_name() {
+    let tmp = tempfile::tempdir().unwrap();
+    let path = tmp.path().join("later.mcap");
+    let mut out = mcap_with_schema("trocar.ToolPose.9");
+    out.flush();
+    fs::write(&path, out.bytes()).unwrap();
+    let error = reader::poses(&path, TOOL_POSE)
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains(
+            "topic /tool_pose holds trocar.ToolPose.9 instead of trocar.ToolPose: another version of this program"
+        ),
+        "{error}"
+    );
+    let csv = tmp.path().join("poses.csv");
+    let exported = said(&["export", "csv", path.to_str().unwrap(), "--out", csv.to_str().unwrap()]);
+    let words = text(&exported.stderr);
+    assert!(
+        !exported.status.success() && words.contains("/tool_pose (trocar.ToolPose.9)"),
+        "{words}"
+    );
+    assert!(!csv.exists());
+}
+
+/// A file of one message, put together by hand: only the recorder's crate knows how to write such files.
+struct ByHand(Vec<u8>);
+
+fn mcap_with_schema(name: &str) -> ByHand {
+    let mut file = ByHand(b"\x89MCAP0\r\n".to_vec());
+    file.record(1, &[text_field(""), text_field("")].concat());
+    let schema = [
+        &1_u16.to_le_bytes()[..],
+        &text_field(name),
+        &text_field("protobuf"),
+        &0_u32.to_le_bytes(),
+    ]
+    .concat();
+    file.record(3, &schema);
+    let ids = [1_u16.to_le_bytes(), 1_u16.to_le_bytes()].concat();
+    let channel = [
+        &ids[..],
+        &text_field(TOOL_POSE),
+        &text_field("protobuf"),
+        &0_u32.to_le_bytes(),
+    ]
+    .concat();
+    file.record(4, &channel);
+    file.record(5, &[&1_u16.to_le_bytes()[..], &[0; 4 + 8 + 8], b"\x08\x07"].concat());
+    file
+}
+
+fn text_field(text: &str) -> Vec<u8> {
+    [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat()
+}
+
+impl ByHand {
+    fn record(&mut self, opcode: u8, body: &[u8]) {
+        self.0.push(opcode);
+        self.0.extend((body.len() as u64).to_le_bytes());
+        self.0.extend(body);
+    }
+
+    fn flush(&mut self) {
+        self.record(15, &[0; 4]);
+        self.record(2, &[0; 20]);
+        self.0.extend(b"\x89MCAP0\r\n");
+    }
+
+    fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+#[test]
+fn a_file_that_may_not_grow_stops_recording_and_what_was_acknowledged_is_intact() {
+    let rig = Rig::new();
+    let recorder = rig.start();
+    rig.publish(0..200);
+    rig.wait_for_beat(|beat| beat.counters.recorded == 400);
+    let growing = paths::recording(&rig.out());
+    // Room for one more chunk or so; the next file has room for its schemas and nothing else.
+    let most = Some(fs::metadata(&growing).unwrap().len() + 3_000);
+    let limit = Rlimit {
+        current: most,
+        maximum: most,
+    };
+    let pid = Pid::from_raw(recorder.0.id().cast_signed()).unwrap();
+    prlimit(Some(pid), Resource::Fsize, limit).unwrap();
+    let mut acknowledged = 0;
+    for from in (200..2000).step_by(100) {
+        rig.publish(from..from + 100);
+        match rig.beats.newest().unwrap() {
+            Some(beat) if beat.note_text().starts_with("NOT RECORDING") => break,
+            Some(beat) => acknowledged = beat.counters.recorded,
+            None => {}
+        }
+        assert!(from < 1900, "the recorder went on");
+    }
+    let beat = rig.wait_for_beat(|beat| beat.note_text().starts_with("NOT RECORDING"));
+    assert!(
+        beat.counters.recorded >= acknowledged && beat.counters.dropped > 0,
+        "{beat:?}"
+    );
+    let part = paths::recording(&paths::part(&rig.out(), 1));
+    let found = info::info(&part).unwrap();
+    // Cut back to what was acknowledged: not even half a record is behind it.
+    assert_eq!(found.damage.len(), 1, "{:?}", found.damage);
+    assert!(found.damage[0].to_string().contains("never finished"));
+    let poses = seqs(&part);
+    assert_eq!(2 * poses.len() as u64, beat.counters.recorded);
+    assert_eq!(poses, (0..poses.len() as u64).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_disk_without_room_is_refused_before_anything_is_recorded() {
+    let rig = Rig::of("[recording]\nmin_free_mb = 1e6\n");
+    let said = said(&[
+        "record",
+        "--run-dir",
+        rig.run_dir(),
+        "--out",
+        rig.out().to_str().unwrap(),
+    ]);
+    let words = text(&said.stderr);
+    // A million megabytes: no machine that runs tests has them.
+    assert_eq!(said.status.code(), Some(1), "{words}");
+    assert!(
+        words.contains("at least 1000000 MB must be (recording.min_free_mb)"),
+        "{words}"
+    );
+    assert!(!paths::recording(&rig.out()).exists());
+}
+
+#[test]
+fn two_recorders_of_one_run_or_of_one_file_are_refused_by_name() {
+    let rig = Rig::new();
+    let first = rig.start();
+    let elsewhere = rig.tmp.path().join("other.mcap");
+    let second = said(&[
+        "record",
+        "--run-dir",
+        rig.run_dir(),
+        "--out",
+        elsewhere.to_str().unwrap(),
+    ]);
+    let words = text(&second.stderr);
+    assert_eq!(second.status.code(), Some(1), "{words}");
+    assert!(words.contains("heartbeat/recorder"), "{words}");
+    let other = Rig::new();
+    let third = said(&[
+        "record",
+        "--run-dir",
+        other.run_dir(),
+        "--out",
+        rig.out().to_str().unwrap(),
+    ]);
+    let words = text(&third.stderr);
+    assert_eq!(third.status.code(), Some(1), "{words}");
+    assert!(words.contains("is being written by another recorder"), "{words}");
+    // The first one is not disturbed.
+    rig.publish(0..50);
+    first.terminate();
+    assert_eq!(seqs(&rig.out()), (0..50).collect::<Vec<_>>());
+}
+
+#[test]
+fn rotated_and_killed_no_part_is_missing() {
+    let rig = Rig::of(&format!("[recording]\nchunk_s = {CHUNK_S}\nrotate_min = 0.01\n"));
+    let recorder = rig.start();
+    // 0.01 min is 0.6 s; 900 poses take about 2 s.
+    rig.publish(0..900);
+    rig.wait_for_beat(|beat| beat.counters.recorded == 1800);
+    recorder.kill();
+    rig.start().terminate();
+    let parts = (1..)
+        .map(|n| paths::part(&rig.out(), n))
+        .take_while(|part| part.exists());
+    let parts: Vec<_> = parts.collect();
+    assert!(parts.len() >= 3, "{parts:?}");
+    let all: Vec<_> = parts.iter().flat_map(|part| seqs(part)).collect();
+    assert_eq!(all, (0..900).collect::<Vec<_>>());
+}
+
+#[test]
+fn emitters_are_on_disk_bit_for_bit() {
+    let (_rig, out) = recorded(200);
+    let frames: Vec<_> = reader::emitters(&out).unwrap().map(Result::unwrap).collect();
+    assert_eq!(frames, (0..200).map(frame).collect::<Vec<_>>());
+    assert_eq!(info::info(&out).unwrap().tally.topics[EMITTERS].messages, 200);
+    // The command line has help with examples for each of its commands.
+    for tool in [
+        "record", "info", "recover", "verify", "export", "import", "cut", "attach",
+    ] {
+        let help = command(&[tool, "--help"]).output().unwrap();
+        assert!(
+            help.status.success() && text(&help.stdout).contains("Example"),
+            "{tool}"
+        );
+    }
+}

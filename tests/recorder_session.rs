@@ -1,0 +1,140 @@
+//! A whole session in its recording: what the pilot adds, and what the tools make of it.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+
+mod support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use recorder::info;
+use recorder::schema::{LOG, STATUS, TF, TOOL_POSE};
+use recorder::seek::Session;
+use support::{SMALL, World, stderr, stdout};
+
+/// A session of a second, with small images.
+fn session(world: &World) -> PathBuf {
+    let scene = SMALL.replace(
+        "[recording]",
+        "[recording]\ncompression = \"lz4\"\nthumbnails_per_s = 4.0",
+    );
+    let scene = world.file("scene.toml", &scene);
+    let out = world.path("out");
+    world.navigate(&scene, &out, &["--duration", "1s"]);
+    out.join("session.mcap")
+}
+
+fn recorder(world: &World, arguments: &[&str]) -> String {
+    let output = world.output("recorder", arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+    stdout(&output)
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn a_session_has_its_report_its_log_and_small_images() {
+    let world = World::new();
+    let path = session(&world);
+    let found = info::info(&path).unwrap();
+    assert!(found.damage.is_empty(), "{:?}", found.damage);
+    for view in ["axial-global", "frontal-local", "perpendicular"] {
+        let images = found.tally.topics[&format!("/view/{view}")].messages;
+        assert!((2..=8).contains(&images), "{view}: {images}");
+    }
+    // Loader, tracker and three renderers are ready at least once each.
+    assert!(
+        found.tally.topics[STATUS].messages >= 5,
+        "{}",
+        found.tally.topics[STATUS].messages
+    );
+    let session = Session::open(&path).unwrap();
+    let report = session.attachment("report.json").unwrap().unwrap();
+    assert_eq!(report, fs::read(path.with_file_name("report.json")).unwrap());
+    let log = world.path("log.csv");
+    recorder(
+        &world,
+        &["export", "csv", text(&path), "--topic", LOG, "--out", text(&log)],
+    );
+    let log = fs::read_to_string(log).unwrap();
+    for words in [
+        "everybody ready",
+        "from pose 0 on: tracked",
+        "ending: the pictures show pose 59",
+    ] {
+        assert!(log.contains(words), "{words:?} in\n{log}");
+    }
+    assert!(recorder(&world, &["verify", text(&path)]).contains(": whole; "));
+}
+
+#[test]
+fn the_tools_agree_with_one_another() {
+    let world = World::new();
+    let path = session(&world);
+    let shown = recorder(&world, &["info", text(&path)]);
+    for words in [
+        "capture to capture",
+        "capture to publication",
+        "attachment report.json",
+        "The file is whole.",
+    ] {
+        assert!(shown.contains(words), "{words:?} in\n{shown}");
+    }
+    let (part, mha, back) = (world.path("part.mcap"), world.path("part.mha"), world.path("back.mcap"));
+    let poses = |path: &Path| {
+        recorder::reader::poses(path, TOOL_POSE)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect::<Vec<_>>()
+    };
+    let all = poses(&path);
+    let (from, to) = (all[10].t_capture_ns, all[40].t_capture_ns);
+    let [from, to] = [from, to].map(|ns| format!("{}ms", ns as f64 / 1e6));
+    recorder(
+        &world,
+        &["cut", text(&path), "--from", &from, "--to", &to, "--out", text(&part)],
+    );
+    assert_eq!(poses(&part), all[10..=40]);
+    assert!(info::info(&part).unwrap().tally.topics[TF].messages > 0);
+    recorder(&world, &["export", "mha", text(&part), "--out", text(&mha)]);
+    recorder(&world, &["import", text(&mha), "--out", text(&back)]);
+    assert_eq!(poses(&back).len(), 31);
+    let Some(python) = support::python() else { return };
+    let script = "import sys, SimpleITK as s; r = s.ImageFileReader(); r.SetFileName(sys.argv[1]); i = r.Execute(); \
+                  print(i.GetSize(), r.GetMetaData('Seq_Frame0030_ToolToCtTransformStatus'))";
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "an independent reader is the point of the test"
+    )]
+    let read = Command::new(python).args(["-c", script, text(&mha)]).output().unwrap();
+    assert_eq!(stdout(&read).trim(), "(1, 1, 31) OK", "{}", stderr(&read));
+}
+
+#[test]
+fn sequences_of_the_plus_toolkit_are_imported() {
+    let Some(folder) = support::shared("data/tracker-plus") else {
+        return;
+    };
+    let world = World::new();
+    for (file, transform, frames) in [
+        ("TransformInterpolationTest.igs.mha", "ProbeToTracker", 500),
+        (
+            "WaterTankBottomTranslationTrackerBuffer-trimmed.igs.mha",
+            "ProbeToTracker",
+            0,
+        ),
+    ] {
+        let out = world.path(&format!("{frames}.mcap"));
+        let input = folder.join(file);
+        let said = recorder(
+            &world,
+            &["import", text(&input), "--transform", transform, "--out", text(&out)],
+        );
+        let found = info::info(&out).unwrap().tally.topics[TOOL_POSE].messages;
+        assert!(found >= frames && found > 100, "{file}: {said}");
+        assert!(recorder(&world, &["verify", text(&out)]).contains(": whole; "));
+    }
+}
