@@ -2,6 +2,10 @@
 //!
 //! Every process of a run reads CLOCK_MONOTONIC, which is one clock for the whole machine, and subtracts the epoch that
 //! the pilot took when the run began. Stamps of different processes can so be compared.
+//!
+//! A replay has a second clock beside it, the recorded run's, which follows a [`Law`]: see [`crate::session`].
+
+mod law;
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -9,19 +13,22 @@ use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
 
+pub use law::{Law, LawError};
+
 /// Nanoseconds of CLOCK_MONOTONIC, without any epoch.
 pub fn monotonic_ns() -> i64 {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec * 1_000_000_000 + now.tv_nsec
 }
 
-/// A source of stamps: the machine's clock, or one that a test moves by hand.
+/// A source of stamps: the machine's clock, that of a replay, or one that a test moves by hand.
 #[derive(Debug, Clone)]
 pub struct Clock(Inner);
 
 #[derive(Debug, Clone)]
 enum Inner {
     Monotonic { epoch_ns: i64 },
+    Ruled(Rc<Cell<Law>>),
     Fake(Rc<Cell<i64>>),
 }
 
@@ -29,6 +36,18 @@ impl Clock {
     /// The run's clock.
     pub fn monotonic(epoch_ns: i64) -> Self {
         Self(Inner::Monotonic { epoch_ns })
+    }
+
+    /// The clock of a replay; [`Clock::rule`] changes its law, for all of its clones at once.
+    pub fn ruled(law: Law) -> Self {
+        Self(Inner::Ruled(Rc::new(Cell::new(law))))
+    }
+
+    /// Gives the clock of a replay another law. The other kinds ignore this.
+    pub fn rule(&self, law: Law) {
+        if let Inner::Ruled(old) = &self.0 {
+            old.set(law);
+        }
     }
 
     /// A clock that stands at `now_ns` until [`Clock::advance`] is called; its clones move with it.
@@ -40,6 +59,7 @@ impl Clock {
     pub fn now_ns(&self) -> i64 {
         match &self.0 {
             Inner::Monotonic { epoch_ns } => monotonic_ns() - epoch_ns,
+            Inner::Ruled(law) => law.get().at(monotonic_ns()),
             Inner::Fake(now) => now.get(),
         }
     }
@@ -51,12 +71,19 @@ impl Clock {
         }
     }
 
-    /// Sleeps until the clock shows `deadline_ns`, or not at all where that is past. A fake clock jumps there.
+    /// Sleeps until the clock shows `deadline_ns`, or not at all where that is past, or where the clock of a replay stands
+    /// still and never will. A fake clock jumps there.
     pub fn sleep_until(&self, deadline_ns: i64) {
-        let left = deadline_ns.saturating_sub(self.now_ns());
+        let left = match &self.0 {
+            Inner::Ruled(law) => law
+                .get()
+                .when(deadline_ns)
+                .map_or(0, |when| when.saturating_sub(monotonic_ns())),
+            _ => deadline_ns.saturating_sub(self.now_ns()),
+        };
         let Ok(left) = u64::try_from(left) else { return };
         match &self.0 {
-            Inner::Monotonic { .. } => std::thread::sleep(Duration::from_nanos(left)),
+            Inner::Monotonic { .. } | Inner::Ruled(_) => std::thread::sleep(Duration::from_nanos(left)),
             Inner::Fake(now) => now.set(deadline_ns),
         }
     }
@@ -91,6 +118,20 @@ mod tests {
         assert_eq!(clock.now_ns(), 2_000_000);
         clock.sleep_until(0);
         assert_eq!(clock.now_ns(), 2_000_000);
+    }
+
+    #[test]
+    fn a_ruled_clock_and_its_clones_follow_one_law() {
+        let clock = Clock::ruled(Law::still(5));
+        let other = clock.clone();
+        assert_eq!((clock.now_ns(), other.now_ns()), (5, 5));
+        // Never reached: no sleep.
+        clock.sleep_until(i64::MAX);
+        clock.rule(Law::new(1_000, monotonic_ns(), 1.0).unwrap());
+        assert!(other.now_ns() >= 1_000);
+        let later = other.now_ns() + 2_000_000;
+        other.sleep_until(later);
+        assert!(clock.now_ns() >= later);
     }
 
     #[test]

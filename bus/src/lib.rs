@@ -7,6 +7,7 @@
 //! * [`Bus`], [`port`]: publishers, subscribers, the shared volume, requests and replies.
 //! * [`volume`]: how voxels lie in shared memory, and reading them in place.
 //! * [`clock`]: one monotonic clock per run, in nanoseconds, fakeable.
+//! * [`session`]: the clock by which poses and images are old: the run's, or that of a replay.
 //! * [`run`]: the folder, the lock and the left-overs of a run.
 //! * [`scene`]: the scene file, raw and checked.
 
@@ -17,6 +18,7 @@ pub mod port;
 pub mod process;
 pub mod run;
 pub mod scene;
+pub mod session;
 pub mod topic;
 pub mod volume;
 pub mod wake;

@@ -54,6 +54,9 @@ pub enum BusError {
     /// A header on the bus is impossible.
     #[error(transparent)]
     Header(#[from] crate::message::HeaderError),
+    /// The replayer published an impossible clock.
+    #[error("topic \"session-clock\": {0}")]
+    Law(#[from] crate::clock::LawError),
 }
 
 /// A process's place on the bus of one run. Ports are opened through [`crate::port`]; they live on one thread.

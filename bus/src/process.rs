@@ -14,6 +14,7 @@ use crate::message::{Counters, Heartbeat, ProcessState};
 use crate::port::Publisher;
 use crate::run::{RunContext, RunError};
 use crate::scene::{Scene, SceneError};
+use crate::session::Session;
 use crate::topic::HEARTBEAT;
 use crate::{Bus, BusError};
 
@@ -82,6 +83,8 @@ pub struct Process {
     pub scene: Scene,
     /// The bus.
     pub bus: Bus,
+    /// Poses and images are as old as its clock says: the run's clock, or that of a replay.
+    pub session: Session,
     /// Set once the process is asked to stop.
     pub stop: StopFlag,
     /// What the process has done so far; goes out with each sign of life.
@@ -106,6 +109,7 @@ impl Process {
         let bus = Bus::join(&run)?;
         let heartbeat = Publisher::open(&bus, &HEARTBEAT, name)?;
         let mut process = Self {
+            session: Session::open(&bus, &run)?,
             run,
             scene,
             bus,
@@ -119,7 +123,7 @@ impl Process {
         Ok(process)
     }
 
-    /// The run's clock.
+    /// The run's clock, that of signs of life and of everything else that does not stand still with a replay.
     pub fn clock(&self) -> &Clock {
         self.bus.clock()
     }

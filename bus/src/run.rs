@@ -31,6 +31,19 @@ pub struct RunContext {
     pub epoch_ns: i64,
     /// The pilot's process.
     pub pilot_pid: u32,
+    /// What is replayed; `None`: the run navigates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replay: Option<ReplayOf>,
+}
+
+/// What a replay replays.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReplayOf {
+    /// The recording.
+    pub recording: PathBuf,
+    /// The examination that was navigated in, as its hash is written; `None` where the recording does not say.
+    pub volume_hash: Option<String>,
 }
 
 /// Why a run's folder cannot be used.
@@ -154,6 +167,7 @@ impl RunContext {
             dir: dir.to_owned(),
             epoch_ns,
             pilot_pid: std::process::id(),
+            replay: None,
         })
     }
 

@@ -92,10 +92,18 @@ pub const GROUND_TRUTH: Topic = Topic {
     ..BASE
 };
 
+/// The clock of a replay. There is none in a run that navigates.
+pub const SESSION_CLOCK: Topic = Topic {
+    name: "session-clock",
+    payload: "trocar/ClockLaw/1",
+    purpose: "how the clock of a replay runs (replays only)",
+    ..BASE
+};
+
 /// The images of one view.
 pub const VIEW_FRAME: Topic = Topic {
     name: "view/*",
-    payload: "trocar/FrameHeader/1 + [u8] RGBA",
+    payload: "trocar/FrameHeader/2 + [u8] RGBA",
     deadline: Some(Duration::from_millis(100)),
     purpose: "the newest image of one view",
     ..BASE
@@ -104,7 +112,7 @@ pub const VIEW_FRAME: Topic = Topic {
 /// Images that were asked for: on a topic of their own, so that live ones never replace them.
 pub const HELD_FRAME: Topic = Topic {
     name: "held/*",
-    payload: "trocar/FrameHeader/1 + [u8] RGBA",
+    payload: "trocar/FrameHeader/2 + [u8] RGBA",
     purpose: "the image of one view for the pose that was asked for last",
     ..BASE
 };
@@ -112,7 +120,7 @@ pub const HELD_FRAME: Topic = Topic {
 /// The stamps of all images of one renderer.
 pub const FRAME_STAMP: Topic = Topic {
     name: "stamp/*",
-    payload: "trocar/FrameStamp/1",
+    payload: "trocar/FrameStamp/2",
     buffer: 1024,
     purpose: "what each image of a process showed and when: for latency and state",
     ..BASE
@@ -141,20 +149,21 @@ pub const EVENT: Topic = Topic {
 /// Requests to a process.
 pub const COMMAND: Topic = Topic {
     name: "command/*",
-    payload: "trocar/Command/2 -> trocar/ReplyHeader/1 + [u8]",
+    payload: "trocar/Command/3 -> trocar/ReplyHeader/1 + [u8]",
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
-    purpose: "status and stop (pilot), render one pose (renderers)",
+    purpose: "status and stop (pilot), render one pose (renderers), steer a replay (replayer)",
     ..BASE
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 10] = [
+pub const TOPICS: [&Topic; 11] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
     &GROUND_TRUTH,
+    &SESSION_CLOCK,
     &VIEW_FRAME,
     &HELD_FRAME,
     &FRAME_STAMP,

@@ -31,6 +31,8 @@ pub(crate) struct Books {
     pub(crate) foreign_volume: bool,
     /// The newest samples, oldest first.
     recent: std::collections::VecDeque<ToolPose>,
+    /// They are of another place of a replay than the next one.
+    jumped: bool,
 }
 
 /// Counts of samples on the pose topic.
@@ -93,6 +95,9 @@ impl Books {
 
     /// A sample came over the bus and was taken at `now_ns`.
     pub(crate) fn pose(&mut self, pose: ToolPose, now_ns: i64) {
+        if std::mem::take(&mut self.jumped) {
+            self.recent.clear();
+        }
         if let Some(last) = self.recent.back() {
             self.poses.missing += pose.seq.saturating_sub(last.seq + 1);
         }
@@ -112,6 +117,14 @@ impl Books {
             self.recent.pop_front();
         }
         self.recent.push_back(pose);
+    }
+
+    /// A replay went elsewhere: what comes is neither behind nor missing, and is shown anew.
+    pub(crate) fn jumped(&mut self) {
+        self.jumped = true;
+        for view in &mut self.views {
+            view.last_seq = None;
+        }
     }
 
     /// The newest sample.
@@ -260,6 +273,23 @@ mod tests {
         };
         books.frame(&said, 100);
         assert_eq!((books.views[0].unflagged_old, books.views[0].rendered), (1, 2));
+    }
+
+    #[test]
+    fn what_a_replay_passes_over_is_not_missing_and_what_comes_again_is_shown_again() {
+        let mut books = Books::new(1);
+        let stamp = |seq| FrameStamp {
+            seq,
+            ..FrameStamp::default()
+        };
+        for seq in [7, 100, 3] {
+            books.pose(pose(seq, Tracked::Valid(Rigid::identity())), 0);
+            books.frame(&stamp(seq), 100);
+            books.jumped();
+            // Until the next one comes, it is the newest there is.
+            assert_eq!(books.newest_pose().map(|p| p.seq), Some(seq));
+        }
+        assert_eq!((books.poses.missing, books.views[0].rendered), (0, 3));
     }
 
     #[test]

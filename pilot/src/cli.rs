@@ -10,12 +10,15 @@ use bus::port::CommandClient;
 use bus::process::exit;
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
 use bus::scene::Scene;
+use bus::scene::raw::Source;
 use bus::topic::TOPICS;
 use bus::{Bus, BusError};
 use clap::{Parser, Subcommand};
 
 use crate::duration;
 use crate::plan::plan;
+use crate::replay::control::{Steer, steer};
+use crate::replay::{PrepareError, ReplayArgs, prepare};
 use crate::resolve::{Overrides, ResolveError, resolve};
 use crate::run::{RunError, run};
 use crate::state::Options;
@@ -35,13 +38,33 @@ const PATIENCE: Duration = Duration::from_secs(5);
     pilot run config/demo.toml --volume ct.nii.gz --headless --for 10s --out out\n  \
     pilot check config/demo.toml                         reads a scene and says what it would start\n  \
     pilot status                                         what the processes and views of a run do\n  \
-    pilot stop                                           ends a run in an orderly way\n\n\
+    pilot stop                                           ends a run in an orderly way\n  \
+    pilot replay out/session.mcap                        shows a recorded session again\n\n\
     Exit codes: 0 all well; 1 refused or failed; 3 the run went to its end, but see `problems` in report.json."
 )]
 struct Cli {
     #[command(subcommand)]
     command: Verb,
 }
+
+const REPLAY_HELP: &str = "\
+Every moving image says REPLAY. Pictures written as files are those of the recorded run, byte for byte, on the CPU back \
+end; sheet.png and report.json say that they come from a replay.
+
+Examples:
+  pilot replay out/session.mcap                             at the speed of the recording
+  pilot replay out/session.mcap --speed 0.25 --from 3.2s --to 9s --loop
+  pilot replay out/session.mcap --speed max --headless --images every --out pictures
+  pilot replay out/session.mcap --volume /data/ct-17        where the examination lies elsewhere now
+
+Exit codes: as those of `pilot run`.";
+
+const CONTROL_HELP: &str = "\
+Examples:
+  pilot replay-control pause
+  pilot replay-control step
+  pilot replay-control seek 3.2s
+  pilot replay-control speed 0.25 --run replay";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
@@ -63,6 +86,18 @@ enum Verb {
         /// The run.
         #[arg(long, default_value = "default")]
         run: String,
+    },
+    /// Shows a recorded session again: its poses, at their own times, in the examination that it was recorded in.
+    #[command(after_help = REPLAY_HELP)]
+    Replay(ReplayArgs),
+    /// Steers a replay that is going.
+    #[command(after_help = CONTROL_HELP)]
+    ReplayControl {
+        /// The run.
+        #[arg(long, default_value = "replay", global = true)]
+        run: String,
+        #[command(subcommand)]
+        steer: Steer,
     },
     /// Prints the table of topics.
     Topics,
@@ -108,8 +143,13 @@ struct RunArgs {
     run: String,
 }
 
+/// Why the command line did not do what it was asked.
 #[derive(Debug, thiserror::Error)]
-enum CliError {
+pub(crate) enum CliError {
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    #[error("run {0:?} is not a replay: there is nothing to steer. `pilot replay FILE` starts one")]
+    NoReplay(String),
     #[error(transparent)]
     Resolve(#[from] ResolveError),
     #[error(transparent)]
@@ -127,10 +167,9 @@ enum CliError {
 /// The binary.
 pub fn main() -> ExitCode {
     match Cli::parse().command {
-        Verb::Run(args) => match navigate(args) {
-            Ok(code) => code,
-            Err(error) => exit("pilot", Err(error)),
-        },
+        Verb::Run(args) => ended(navigate(args)),
+        Verb::Replay(args) => ended(show_again(&args)),
+        Verb::ReplayControl { run, steer: how } => exit("pilot", steer(&run, &how).map(|text| say(&text))),
         Verb::Check(args) => exit("pilot", check(&args)),
         Verb::Status { run, json } => exit("pilot", status(&run, json)),
         Verb::Stop { run } => exit("pilot", stop(&run)),
@@ -141,12 +180,16 @@ pub fn main() -> ExitCode {
     }
 }
 
+fn ended(result: Result<ExitCode, CliError>) -> ExitCode {
+    result.unwrap_or_else(|error| exit("pilot", Err(error)))
+}
+
 /// What the user asked for goes to stdout; a reader that has closed it (`pilot check | head -1`) wants no more.
 fn say(text: &str) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
-fn load(args: &SceneArgs) -> Result<(bus::scene::raw::Source, Scene), ResolveError> {
+fn load(args: &SceneArgs) -> Result<(Source, Scene), ResolveError> {
     let overrides = Overrides {
         volume: args.volume.clone(),
         series: args.series,
@@ -160,13 +203,24 @@ fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
     let (source, scene) = load(&args.scene)?;
     let options = Options {
         run: args.run,
-        out: args.out.clone(),
+        out: args.out,
         overwrite: args.overwrite,
         duration: args.duration,
+        replay: None,
     };
+    carry_out(options, source, scene, "pictures, recording and report")
+}
+
+fn show_again(args: &ReplayArgs) -> Result<ExitCode, CliError> {
+    let (options, source, scene) = prepare(args)?;
+    carry_out(options, source, scene, "pictures and report")
+}
+
+fn carry_out(options: Options, source: Source, scene: Scene, written: &str) -> Result<ExitCode, CliError> {
+    let out = options.out.clone();
     let report = run(options, source, scene)?;
     say(&report.table());
-    say(&format!("pictures, recording and report: {}", display(&args.out)));
+    say(&format!("{written}: {}", display(&out)));
     Ok(match report.problems.is_empty() {
         true => ExitCode::SUCCESS,
         false => ExitCode::from(WITH_PROBLEMS),
@@ -189,7 +243,7 @@ fn check(args: &SceneArgs) -> Result<(), CliError> {
         scene.registration_id(),
         scene.seed
     ));
-    for process in plan(&scene, "session.mcap") {
+    for process in plan(&scene, "session.mcap", None) {
         let views = process.views.iter().map(|&v| scene.views[v].name.as_str());
         lines.push(
             format!("starts {:<20} {}", process.name, views.collect::<Vec<_>>().join(" "))

@@ -6,13 +6,14 @@ use std::path::Path;
 use std::time::Duration;
 
 use bus::clock;
-use bus::message::{Command, FrameStamp, ToolPose};
+use bus::message::{Command, CommandKind, FrameStamp, ToolPose};
 use bus::port::FrameSubscriber;
 use bus::scene::Scene;
 use picture::{Canvas, write_png};
 
 use crate::memory;
 use crate::output;
+use crate::replay::{Replay, ReplayReport};
 use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
 use crate::sheet::{self, Panel};
 use crate::spawn;
@@ -31,6 +32,10 @@ pub(crate) fn picture_names(scene: &Scene) -> Vec<String> {
 
 /// Asks every renderer for the run's last pose, writes the pictures, and measures memory while all are alive.
 pub(crate) fn take(run: &Run) -> Pictures {
+    // Nobody else asks for images meanwhile, and no further pose comes.
+    if let Some(replayer) = &run.ports.replayer {
+        let _ = replayer.ask(Command::new(CommandKind::Pause), PATIENCE);
+    }
     let mut pictures = Pictures {
         at_ns: run.bus.clock().now_ns(),
         pngs: vec![None; run.scene.views.len()],
@@ -47,7 +52,8 @@ pub(crate) fn take(run: &Run) -> Pictures {
     for (view, panel) in panels.iter().enumerate() {
         pictures.pngs[view] = write_view(run, view, panel, &mut pictures.problems);
     }
-    let sheet = sheet::draw(&run.scene, &panels, pose.as_ref());
+    let replayed = run.options.replay.as_ref().map(Replay::name);
+    let sheet = sheet::draw(&run.scene, &panels, pose.as_ref(), replayed.as_deref());
     let stamp = panels
         .iter()
         .find_map(|p| p.image.as_ref())
@@ -175,6 +181,7 @@ pub(crate) fn report(run: &Run) -> Report {
             .map_or(0.0, |began| clock::ms(pictures.at_ns - began) / 1e3),
         registration_id: format!("{registration_id:016x}"),
         volume,
+        replay: ReplayReport::of(run),
         poses: run.books.poses,
         accuracy: run.books.accuracy.report(),
         latency_ms: run.books.latencies().collect::<BTreeMap<_, _>>(),
@@ -209,6 +216,7 @@ fn view_report(run: &Run, view: usize, pictures: &Pictures) -> ViewReport {
 
 fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     let mut problems = pictures.problems.clone();
+    problems.extend(ReplayReport::of(run).iter().flat_map(ReplayReport::problems));
     if run.books.poses.refused > 0 {
         problems.push(format!(
             "{} samples on the pose topic were not poses (NaN, or a quaternion that is not a rotation) and were not shown",

@@ -12,6 +12,7 @@ mod memory;
 mod output;
 mod plan;
 mod ports;
+mod replay;
 mod report;
 mod resolve;
 mod run;

@@ -2,6 +2,7 @@
 
 use bus::scene::{Scene, TrackerSource};
 
+use crate::replay::REPLAYER;
 use crate::supervise::Role;
 
 /// One process of a run.
@@ -20,8 +21,9 @@ pub(crate) struct Planned {
 }
 
 /// The processes of `scene`: a loader, a renderer for each plane direction, a recorder where the scene records, a
-/// tracker unless poses come from elsewhere. The tracker starts last, so that its first sample finds everybody ready.
-pub(crate) fn plan(scene: &Scene, recording: &str) -> Vec<Planned> {
+/// tracker unless poses come from elsewhere; in a replay the replayer, with these arguments, in its place. Who publishes
+/// poses starts last, so that the first one finds everybody ready.
+pub(crate) fn plan(scene: &Scene, recording: &str, replayer: Option<&[String]>) -> Vec<Planned> {
     let plain = |name: &str, binary, arguments: &[&str], stop_rank| Planned {
         name: name.to_owned(),
         binary,
@@ -41,10 +43,15 @@ pub(crate) fn plan(scene: &Scene, recording: &str) -> Vec<Planned> {
     if scene.recording.is_some() {
         processes.push(plain("recorder", "recorder", &["record", "--out", recording], 1));
     }
-    if !matches!(scene.tracker.source, TrackerSource::External) {
-        let mut tracker = plain("tracker", "tracker-proc", &[], 0);
-        tracker.role.after = (0..processes.len()).collect();
-        processes.push(tracker);
+    let mut last = |mut source: Planned| {
+        source.role.after = (0..processes.len()).collect();
+        processes.push(source);
+    };
+    if let Some(arguments) = replayer {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        last(plain(REPLAYER, "recorder", &arguments, 0));
+    } else if !matches!(scene.tracker.source, TrackerSource::External) {
+        last(plain("tracker", "tracker-proc", &[], 0));
     }
     processes
 }
@@ -56,7 +63,7 @@ mod tests {
 
     fn names(text: &str) -> Vec<String> {
         let scene = Scene::parse(text, Path::new("")).unwrap();
-        plan(&scene, "x.mcap").into_iter().map(|p| p.name).collect()
+        plan(&scene, "x.mcap", None).into_iter().map(|p| p.name).collect()
     }
 
     #[test]
@@ -80,7 +87,17 @@ mod tests {
     #[test]
     fn the_tracker_waits_for_all_others() {
         let scene = Scene::parse("[recording]", Path::new("")).unwrap();
-        let plan = plan(&scene, "x.mcap");
+        let plan = plan(&scene, "x.mcap", None);
         assert_eq!(plan[6].role.after, [0, 1, 2, 3, 4, 5]);
+    }
+
+    #[test]
+    fn a_replayer_takes_the_trackers_place() {
+        let scene = Scene::parse("", Path::new("")).unwrap();
+        let plan = plan(&scene, "x.mcap", Some(&["replay".to_owned(), "s.mcap".to_owned()]));
+        let names: Vec<&str> = plan.iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names[4..], ["view-perpendicular", "replay"]);
+        assert_eq!((plan[5].binary, plan[5].role.after.len()), ("recorder", 5));
+        assert_eq!(plan[5].arguments, ["replay", "s.mcap"]);
     }
 }

@@ -7,6 +7,7 @@ use bus::topic::{EVENT, FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
 use bus::{Bus, BusError};
 
 use crate::plan::Planned;
+use crate::replay::REPLAYER;
 
 /// Everything the pilot listens to.
 #[derive(Debug)]
@@ -19,6 +20,8 @@ pub(crate) struct Ports {
     pub(crate) stamps: Vec<(usize, Subscriber<FrameStamp>)>,
     /// One for each renderer, with the number of its process.
     pub(crate) renderers: Vec<(usize, CommandClient)>,
+    /// In a replay.
+    pub(crate) replayer: Option<CommandClient>,
     /// One for each view.
     pub(crate) held: Vec<FrameSubscriber>,
     /// What the pilot does and is asked to do, for the recording.
@@ -33,6 +36,8 @@ impl Ports {
         let stamps =
             renderers().map(|(i, p)| Ok((i, Subscriber::open(bus, &FRAME_STAMP, &p.name, FRAME_STAMP.buffer)?)));
         let clients = renderers().map(|(i, p)| Ok((i, CommandClient::open(bus, &p.name)?)));
+        let replayer = planned.iter().find(|p| p.name == REPLAYER);
+        let replayer = replayer.map(|p| CommandClient::open(bus, &p.name));
         let held = scene
             .views
             .iter()
@@ -43,6 +48,7 @@ impl Ports {
             beats: beats.collect::<Result<_, _>>()?,
             stamps: stamps.collect::<Result<_, BusError>>()?,
             renderers: clients.collect::<Result<_, BusError>>()?,
+            replayer: replayer.transpose()?,
             held: held.collect::<Result<_, _>>()?,
             events: Publisher::open(bus, &EVENT, "pilot")?,
         })

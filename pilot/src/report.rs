@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::accuracy::AccuracyReport;
 use crate::books::{Latency, PoseCounts, Restart};
+use crate::replay::ReplayReport;
 
 /// The report. Keys are only ever added.
 #[derive(Debug, Clone, Serialize)]
@@ -20,6 +21,8 @@ pub(crate) struct Report {
     pub(crate) duration_s: f64,
     pub(crate) registration_id: String,
     pub(crate) volume: Option<VolumeReport>,
+    /// What was replayed; `null` for a run that navigated. Latencies are then on the clock of the replay.
+    pub(crate) replay: Option<ReplayReport>,
     pub(crate) poses: PoseCounts,
     pub(crate) accuracy: AccuracyReport,
     /// Stage by stage and as a whole, over every image that showed a pose for the first time; ms.

@@ -62,6 +62,17 @@ pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Sou
     Ok((source, scene))
 }
 
+/// Where the examination of `--volume` lies. The children run in this folder too, but the file in the run's folder must
+/// not depend on it.
+pub(crate) fn volume_path(volume: &str) -> Result<String, ResolveError> {
+    if volume == "phantom" {
+        return Ok(volume.to_owned());
+    }
+    let path = std::path::absolute(volume).ok().filter(|path| path.exists());
+    let path = path.ok_or_else(|| ResolveError::NoVolume(volume.to_owned()))?;
+    Ok(path.to_string_lossy().into_owned())
+}
+
 fn replace_volume(source: &mut Source, volume: &str, overrides: &Overrides) -> Result<(), ResolveError> {
     let misplaced = |what| ResolveError::Misplaced {
         volume: volume.to_owned(),
@@ -77,18 +88,8 @@ fn replace_volume(source: &mut Source, volume: &str, overrides: &Overrides) -> R
     if source.scene.volume.region.is_some() {
         return Err(misplaced("[volume.region] corners"));
     }
-    let path = match volume {
-        "phantom" => volume.to_owned(),
-        // The children run in this folder too, but the file in the run's folder must not depend on it.
-        path => std::path::absolute(path)
-            .ok()
-            .filter(|path| path.exists())
-            .ok_or_else(|| ResolveError::NoVolume(volume.to_owned()))?
-            .to_string_lossy()
-            .into_owned(),
-    };
     source.scene.volume = RawVolume {
-        source: path,
+        source: volume_path(volume)?,
         series: overrides.series,
         regrid: overrides.regrid,
         spacing_mm: source.scene.volume.spacing_mm,

@@ -18,6 +18,7 @@ use crate::books::Restart;
 use crate::finale;
 use crate::output::{self, OutputError};
 use crate::ports;
+use crate::replay::{REPLAYER, Replay};
 use crate::report::{Report, ReportError};
 use crate::spawn::{self, Running, SpawnError};
 use crate::state::{Options, Run};
@@ -57,7 +58,8 @@ pub(crate) enum RunError {
 pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Report, RunError> {
     let dir = run_dir(&options.run)?;
     let _lock = RunLock::acquire(&dir)?;
-    let context = RunContext::new(&dir, monotonic_ns())?;
+    let mut context = RunContext::new(&dir, monotonic_ns())?;
+    context.replay = options.replay.as_ref().map(Replay::of);
     let replaced = output::prepare(&options.out, &finale::picture_names(&scene), options.overwrite)?;
     // With the lock held, whatever bears this run's prefix is left over from a pilot that was killed.
     context.sweep();
@@ -112,12 +114,15 @@ impl Run {
             }
         }
         // Answered after the events are taken in, so that a status never shows a dead process as ready.
-        let mut stop = self.stop.is_set() || self.time_is_up();
+        let mut stop = self.stop.is_set() || self.time_is_up() || self.replay_has_ended() || self.replay_is_stuck();
+        self.tell_progress();
         for _ in 0..REQUESTS {
             let Some(request) = server.next()? else { break };
             stop |= self.answer(request)?;
         }
         if stop {
+            // What has gone out by now counts.
+            self.listen()?;
             self.take_pictures();
             return self.step(Event::Stop);
         }
@@ -198,16 +203,24 @@ impl Run {
         if let Some(volume) = self.ports.volume.poll()? {
             self.books.volume(*volume.header());
         }
+        // Before the poses: one that goes out behind a jump comes after it here too, and that of an end has come.
+        if self.session.follow()? {
+            self.books.jumped();
+        }
         while let Some(pose) = self.ports.poses.next()? {
             self.books.live_again("tracker", pose.t_publish_ns);
-            self.books.pose(pose, self.bus.clock().now_ns());
+            self.books.pose(pose, self.session.clock().now_ns());
         }
         let stale_ns = clock::ns(self.scene.limits.stale);
         for (process, stamps) in &self.ports.stamps {
             while let Some(stamp) = stamps.next()? {
                 self.books.frame(&stamp, stale_ns);
                 if stamp.frame_state() == Some(FrameState::Live) && stamp.on_request == 0 {
-                    self.books.live_again(&self.planned[*process].name, stamp.t_framed_ns);
+                    let at_ns = match self.session.is_replay() {
+                        true => self.bus.clock().now_ns(),
+                        false => stamp.t_framed_ns,
+                    };
+                    self.books.live_again(&self.planned[*process].name, at_ns);
                 }
             }
         }
@@ -289,6 +302,12 @@ impl Run {
             let began = *self.began_ns.get_or_insert(self.bus.clock().now_ns() + clock::ns(LEAD));
             more = vec!["--start-ns".to_owned(), began.to_string()];
         }
+        // A replayer that died is followed by one that goes on where it was.
+        if self.planned[i].name == REPLAYER
+            && let Some(pose) = self.books.newest_pose()
+        {
+            more = vec!["--begin-ns".to_owned(), pose.t_publish_ns.to_string()];
+        }
         let running = spawn::start(&self.planned[i], &self.context.dir, &more)?;
         self.tell(
             Level::Info,
@@ -301,14 +320,8 @@ impl Run {
     fn all_ready(&mut self) {
         let now = self.bus.clock().now_ns();
         self.began_ns.get_or_insert(now);
-        let ending = match self.options.duration {
-            Some(duration) => format!("for {:.1} s", duration.as_secs_f64()),
-            None => format!("until `pilot stop --run {}` or Ctrl-C", self.options.run),
-        };
-        let words = format!(
-            "everybody ready after {:.2} s; navigating {ending}",
-            clock::ms(now) / 1e3
-        );
+        let ending = self.options.ending();
+        let words = format!("everybody ready after {:.2} s; {ending}", clock::ms(now) / 1e3);
         eprintln!("pilot: {words}");
         self.tell(Level::Info, &words);
     }

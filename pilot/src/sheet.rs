@@ -11,6 +11,12 @@ const ALARM: Rgb = Rgb(255, 60, 60);
 const WORDS: Rgb = Rgb(225, 225, 225);
 const QUIET: Rgb = Rgb(150, 160, 175);
 
+/// The colour of replays, on the images too.
+const REPLAY: Rgb = Rgb(220, 120, 255);
+
+/// A line of the legend: text, colour, size.
+type Words = (String, Rgb, f32);
+
 /// One image for the sheet: pixels with their stamp, or `None` where a view has nothing to show.
 pub(crate) struct Panel {
     pub(crate) image: Option<(Canvas, FrameStamp)>,
@@ -27,8 +33,9 @@ fn rows(scene: &Scene) -> Vec<Vec<usize>> {
     [of(Extent::Global), of(Extent::Local)].concat()
 }
 
-/// Draws the sheet; `panels` in the order of the scene's views, `pose` the one that all of them show.
-pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>) -> Canvas {
+/// Draws the sheet; `panels` in the order of the scene's views, `pose` the one that all of them show, `replayed` the
+/// recording that it comes from if it does.
+pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, replayed: Option<&str>) -> Canvas {
     let rows = rows(scene);
     let cell = |axis: usize| scene.views.iter().map(|v| v.size[axis]).max().unwrap_or(1) + GAP;
     let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
@@ -44,7 +51,11 @@ pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>) -> 
     }
     let (row, column) = free.map_or((0, columns), |r| (r, rows[r].len()));
     let at = [GAP + cell(0) * column as u32, GAP + cell(1) * row as u32];
-    legend(&mut canvas, scene, panels, pose, at);
+    let mut lines = vec![("TROCAR".to_owned(), WORDS, 26.0)];
+    lines.push(("not a medical device".to_owned(), QUIET, 15.0));
+    lines.extend(replayed.map(|name| (format!("REPLAY of {name}"), REPLAY, 18.0)));
+    legend_lines(&mut lines, scene, panels, pose);
+    legend(&mut canvas, scene, lines, at);
     canvas
 }
 
@@ -62,9 +73,7 @@ fn draw_panel(canvas: &mut Canvas, scene: &Scene, view: usize, panel: &Panel, [x
 }
 
 /// Only what is the same whenever the same pose is drawn again.
-fn legend(canvas: &mut Canvas, scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, [x, y]: [u32; 2]) {
-    let mut lines = vec![("TROCAR".to_owned(), WORDS, 26.0)];
-    lines.push(("not a medical device".to_owned(), QUIET, 15.0));
+fn legend_lines(lines: &mut Vec<Words>, scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>) {
     match pose {
         Some(pose) => lines.extend(pose_lines(scene, pose)),
         None => lines.push(("NO POSE".to_owned(), ALARM, 20.0)),
@@ -73,6 +82,9 @@ fn legend(canvas: &mut Canvas, scene: &Scene, panels: &[Panel], pose: Option<&To
         lines.push((format!("volume {}", &stamp.volume().to_string()[..16]), QUIET, 15.0));
         lines.push((format!("registration {:016x}", stamp.registration_id), QUIET, 15.0));
     }
+}
+
+fn legend(canvas: &mut Canvas, scene: &Scene, lines: Vec<Words>, [x, y]: [u32; 2]) {
     // Sizes are meant for cells of 512 pixels.
     let widest = scene.views.iter().map(|v| v.size[0]).max().unwrap_or(512);
     let unit = f64::from(widest) / 512.0;
@@ -90,7 +102,7 @@ fn legend(canvas: &mut Canvas, scene: &Scene, panels: &[Panel], pose: Option<&To
     }
 }
 
-fn pose_lines(scene: &Scene, pose: &ToolPose) -> Vec<(String, Rgb, f32)> {
+fn pose_lines(scene: &Scene, pose: &ToolPose) -> Vec<Words> {
     let mut lines = vec![(
         format!("pose {}  at {:.3} s", pose.seq, pose.t_device_ns as f64 / 1e9),
         WORDS,
@@ -124,7 +136,7 @@ mod tests {
         let scene = Scene::parse("", Path::new("")).unwrap();
         assert_eq!(rows(&scene), [vec![0, 2, 4], vec![1, 3, 5, 6]]);
         let panels: Vec<Panel> = (0..7).map(|_| Panel { image: None }).collect();
-        let sheet = draw(&scene, &panels, None);
+        let sheet = draw(&scene, &panels, None, Some("session.mcap"));
         assert_eq!((sheet.width(), sheet.height()), (4 * 518 + 6, 2 * 518 + 6));
     }
 }

@@ -1,9 +1,10 @@
 //! The supervisor's hands: starting programs, asking them to end, killing them, noticing that they have ended.
 
+use std::ffi::OsStr;
 use std::io;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::{Child, Output, Stdio};
 
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -32,6 +33,16 @@ fn sibling(binary: &str) -> PathBuf {
         .ok()
         .and_then(|exe| exe.parent().map(Path::to_owned));
     folder.unwrap_or_default().join(binary)
+}
+
+/// Runs a sibling to its end; what it has to say on stderr goes where the pilot's words go.
+pub(crate) fn ask(binary: &str, arguments: &[&OsStr]) -> (PathBuf, io::Result<Output>) {
+    let program = sibling(binary);
+    #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
+    let mut command = std::process::Command::new(&program);
+    command.args(arguments).stdin(Stdio::null()).stderr(Stdio::inherit());
+    let output = command.output();
+    (program, output)
 }
 
 /// Starts `planned` in the run at `run_dir`; `more` is appended to its arguments.

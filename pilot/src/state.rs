@@ -10,12 +10,14 @@ use bus::process::StopFlag;
 use bus::run::RunContext;
 use bus::scene::raw::Source;
 use bus::scene::{Scene, TrackerSource};
+use bus::session::Session;
 use bus::{Bus, BusError};
 
 use crate::books::Books;
 use crate::output::SESSION;
 use crate::plan::{Planned, plan};
 use crate::ports::Ports;
+use crate::replay::Replay;
 use crate::report::Pictures;
 use crate::spawn::Running;
 use crate::supervise::{KillReason, Supervisor};
@@ -28,6 +30,8 @@ pub(crate) struct Options {
     pub(crate) overwrite: bool,
     /// `None`: until stopped.
     pub(crate) duration: Option<Duration>,
+    /// What is replayed; `None`: the run navigates.
+    pub(crate) replay: Option<Replay>,
 }
 
 /// A run that is going.
@@ -37,6 +41,8 @@ pub(crate) struct Run {
     pub(crate) scene: Scene,
     pub(crate) context: RunContext,
     pub(crate) bus: Bus,
+    /// Poses and images are as old as its clock says.
+    pub(crate) session: Session,
     pub(crate) planned: Vec<Planned>,
     pub(crate) supervisor: Supervisor,
     pub(crate) running: Vec<Option<Running>>,
@@ -53,6 +59,7 @@ pub(crate) struct Run {
     pub(crate) stop: StopFlag,
     /// How many events were told.
     pub(crate) events: Cell<u64>,
+    pub(crate) next_progress_ns: i64,
 }
 
 impl Run {
@@ -67,7 +74,8 @@ impl Run {
     ) -> Result<Self, BusError> {
         let recording = options.out.join(SESSION);
         let recording = std::path::absolute(&recording).unwrap_or(recording);
-        let planned = plan(&scene, &recording.to_string_lossy());
+        let replayer = options.replay.as_ref().map(|replay| replay.arguments(&options.out));
+        let planned = plan(&scene, &recording.to_string_lossy(), replayer.as_deref());
         let roles = planned.iter().map(|p| p.role.clone()).collect();
         Ok(Self {
             ports: Ports::open(&bus, &scene, &planned)?,
@@ -78,6 +86,8 @@ impl Run {
             books: Books::new(scene.views.len()),
             held: Vec::new(),
             began_ns: None,
+            next_progress_ns: 0,
+            session: Session::open(&bus, &context)?,
             pictures: None,
             options,
             source,

@@ -5,6 +5,7 @@ use bus::message::{FrameState, ToolPose, Tracked};
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Planned;
+use crate::replay::ReplayStatus;
 use crate::spawn::Running;
 use crate::state::Run;
 
@@ -13,6 +14,8 @@ use crate::state::Run;
 pub(crate) struct Status {
     pub(crate) run: String,
     pub(crate) scene: String,
+    /// Where a replay stands; `null` in a run that navigates.
+    pub(crate) replay: Option<ReplayStatus>,
     /// Seconds since navigation began; negative before.
     pub(crate) navigating_s: f64,
     pub(crate) processes: Vec<ProcessStatus>,
@@ -32,7 +35,7 @@ pub(crate) struct ProcessStatus {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ViewStatus {
     pub(crate) name: String,
-    /// live, stale, lost, down, waiting
+    /// live (in a replay: replay), stale, lost, down, waiting
     pub(crate) state: String,
     pub(crate) seq: Option<u64>,
     /// Age of the pose it shows, ms.
@@ -56,7 +59,7 @@ pub(crate) struct PoseStatus {
 impl Status {
     /// The state of `run` at this moment.
     pub(crate) fn of(run: &Run) -> Self {
-        let now = run.bus.clock().now_ns();
+        let now = run.session.clock().now_ns();
         let process = |(i, planned): (usize, &Planned)| ProcessStatus {
             name: planned.name.clone(),
             pid: run.running[i].as_ref().map(Running::pid),
@@ -66,7 +69,10 @@ impl Status {
         Self {
             run: run.options.run.clone(),
             scene: run.source.path.display().to_string(),
-            navigating_s: run.began_ns.map_or(0.0, |began| clock::ms(now - began) / 1e3),
+            replay: ReplayStatus::of(run),
+            navigating_s: run
+                .began_ns
+                .map_or(0.0, |began| clock::ms(run.clock().now_ns() - began) / 1e3),
             processes: run.planned.iter().enumerate().map(process).collect(),
             views: (0..run.scene.views.len())
                 .map(|view| view_status(run, view, now))
@@ -81,6 +87,7 @@ impl Status {
             "run {:?}, scene {}, navigating for {:.1} s",
             self.run, self.scene, self.navigating_s
         )];
+        lines.extend(self.replay.as_ref().map(ReplayStatus::line));
         if let Some(pose) = &self.pose {
             lines.push(pose.line());
         }
@@ -107,6 +114,7 @@ fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
         _ if !run.supervisor.is_ready(process) => "down",
         None => "waiting",
         Some(FrameState::Lost(_)) => "lost",
+        Some(FrameState::Live) if run.session.is_replay() => "replay",
         Some(FrameState::Live) => "live",
         Some(FrameState::Stale) => "stale",
     };

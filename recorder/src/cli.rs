@@ -10,10 +10,15 @@ use clap::{Args, Parser, Subcommand};
 mod stretch;
 mod tools;
 
+use crate::compare::{self, CompareError, Summary, compare};
 use crate::damage::OpenError;
 use crate::info::info;
 use crate::record::{RecordError, record};
 use crate::recover::{RecoverError, recover, target};
+use crate::replay::cli::{REPLAY_HELP, ReplayArgs};
+use crate::replay::facts::{FactsError, facts};
+use crate::replay::process::ReplayError;
+use crate::schema::{GROUND_TRUTH, TOOL_POSE};
 use tools::{Tool, ToolError};
 
 /// Records a run to MCAP, and reads, checks, cuts and translates such files.
@@ -58,6 +63,21 @@ between neighbouring captures (its spread is the jitter) and the latency from ca
 Example:
   recorder info session.mcap";
 
+const FACTS_HELP: &str = "\
+Reads the file from start to end. What is said: the scene, the run, the examination and the registration, how many poses, \
+from when to when (ns on the recorded run's clock), and what cannot be read.
+
+Example:
+  recorder facts session.mcap";
+
+const COMPARE_HELP: &str = "\
+Poses belong together by their sequence number. Writes compare.csv (a line for each number: distance and direction between \
+the tips, angle between the orientations), compare.png (both over time) and compare.json (rms, 50 %, 95 %, maximum).
+
+Examples:
+  recorder compare session.mcap recomputed.mcap --out difference
+  recorder compare session.mcap session.mcap --truth --out error   against the simulated truth in the second file";
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Record a run until asked to stop
@@ -74,6 +94,34 @@ enum Command {
         /// The recording
         file: PathBuf,
     },
+    /// Publish a recording's poses in the place of the tracker
+    #[command(after_help = REPLAY_HELP)]
+    Replay(ReplayArgs),
+    /// Say what a replay must know of a recording, as JSON
+    #[command(after_help = FACTS_HELP)]
+    Facts {
+        /// The recording
+        file: PathBuf,
+    },
+    /// Say how far the poses of two recordings lie apart
+    #[command(after_help = COMPARE_HELP)]
+    Compare(CompareArgs),
+}
+
+#[derive(Debug, Args)]
+struct CompareArgs {
+    /// The one recording
+    #[arg(value_name = "A.mcap")]
+    a: PathBuf,
+    /// The other
+    #[arg(value_name = "B.mcap")]
+    b: PathBuf,
+    /// Where table, chart and summary go
+    #[arg(long, value_name = "DIR", default_value = "compare")]
+    out: PathBuf,
+    /// Compare with the simulated tool's true poses of B instead of its measured ones
+    #[arg(long)]
+    truth: bool,
 }
 
 #[derive(Debug, Args)]
@@ -111,6 +159,12 @@ enum CliError {
     Open(#[from] OpenError),
     #[error(transparent)]
     Tool(#[from] ToolError),
+    #[error(transparent)]
+    Facts(#[from] FactsError),
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    #[error(transparent)]
+    Compare(#[from] CompareError),
 }
 
 /// Runs the `recorder` command line of this process.
@@ -144,7 +198,27 @@ fn run(command: Command) -> Result<(), CliError> {
             let info = info(&file)?;
             say(&format!("{}\n{info}", file.display()));
         }
+        Command::Replay(args) => crate::replay::cli::run(args)?,
+        Command::Facts { file } => {
+            let json = serde_json::to_string(&facts(&file)?).unwrap_or_default();
+            say(&(json + "\n"));
+        }
+        Command::Compare(args) => compare_files(&args)?,
     }
+    Ok(())
+}
+
+fn compare_files(args: &CompareArgs) -> Result<(), CompareError> {
+    let topic_b = if args.truth { GROUND_TRUTH } else { TOOL_POSE };
+    let compared = compare(&args.a, TOOL_POSE, &args.b, topic_b)?;
+    let summary = Summary::of(&compared);
+    compare::write(&compared, &summary, &args.out)?;
+    say(&format!(
+        "{} and {}\n{summary}table, chart and summary: {}\n",
+        args.a.display(),
+        args.b.display(),
+        args.out.display()
+    ));
     Ok(())
 }
 
@@ -163,7 +237,7 @@ mod tests {
         let mut command = Cli::command();
         command.clone().debug_assert();
         for name in [
-            "record", "recover", "info", "export", "import", "cut", "verify", "attach",
+            "record", "recover", "info", "export", "import", "cut", "verify", "attach", "replay", "facts", "compare",
         ] {
             let help = command.find_subcommand_mut(name).unwrap().render_help().to_string();
             assert!(help.contains("Example"), "{help}");

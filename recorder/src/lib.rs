@@ -4,6 +4,7 @@
 //! * [`session_file`], [`pose_log`]: one file of a session; what it says is on disk is on disk.
 //! * [`leftovers`]: what a killed recorder left behind becomes a whole file of its own.
 //! * [`recover`], [`info`], [`reader`]: from files, whole or not; built on one tolerant reader, [`scan`].
+//! * [`replay`]: from a file back onto the bus; [`compare`]: the poses of two files side by side.
 //! * [`proto`], [`descriptor`], [`schema`]: what is in the file, so that other programs can read it.
 //!
 //! While it grows, a recording is named `FILE.mcap.recording`; only a finished one is named `FILE.mcap`.
@@ -12,6 +13,7 @@ pub mod attach;
 pub mod beside;
 pub mod chunk;
 pub mod cli;
+pub mod compare;
 pub mod cut;
 pub mod damage;
 pub mod descriptor;
@@ -28,6 +30,7 @@ pub mod proto;
 pub mod reader;
 pub mod record;
 pub mod recover;
+pub mod replay;
 pub mod scan;
 pub mod schema;
 pub mod seek;

@@ -16,6 +16,8 @@ const WORDS: Rgb = Rgb(235, 235, 235);
 const QUIET: Rgb = Rgb(165, 175, 190);
 const WARN: Rgb = Rgb(255, 180, 0);
 const ALARM: Rgb = Rgb(255, 60, 60);
+/// Of replays, and of nothing else.
+const REPLAY: Rgb = Rgb(220, 120, 255);
 
 /// Targets further than this from the plane are not drawn, mm: an outline over other anatomy would mislead.
 const NEAR_PLANE_MM: f64 = 10.0;
@@ -31,6 +33,30 @@ pub enum Notice {
     Stale(i64),
     /// There is no pose; the slice shown, if any, is of a pose this old, ns.
     Lost(Lost, Option<i64>),
+}
+
+/// Where poses come from, as far as images must say it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// The tracker, now.
+    Tracker,
+    /// A recording, made in the examination that is shown.
+    Recording,
+    /// A recording made in another examination: tube and anatomy do not belong together.
+    RecordingOfAnother,
+    /// A recording that does not say in which examination it was made.
+    RecordingOfUnknown,
+}
+
+impl Origin {
+    /// What every image says, also a held one.
+    fn warning(self) -> &'static str {
+        match self {
+            Self::Tracker | Self::Recording => "",
+            Self::RecordingOfAnother => "NOT THE EXAMINATION OF THE RECORDING",
+            Self::RecordingOfUnknown => "EXAMINATION NOT VERIFIED",
+        }
+    }
 }
 
 /// Everything that is drawn over one slice.
@@ -50,6 +76,8 @@ pub struct Overlay<'a> {
     pub targets: &'a [Target],
     /// What the image claims.
     pub notice: Notice,
+    /// Where the pose comes from.
+    pub origin: Origin,
     /// Sequence number of the pose.
     pub seq: u64,
     /// The registration.
@@ -72,6 +100,7 @@ impl Overlay<'_> {
         self.letters(canvas);
         self.scale_bar(canvas);
         self.words(canvas);
+        self.replay(canvas);
         self.notice(canvas);
     }
 
@@ -212,9 +241,15 @@ impl Overlay<'_> {
             self.text(canvas, [left, first + 2.0 * step], &words, 12.0, WORDS, Anchor::Left);
         }
         // Not at the top, where a banner may hide them.
-        for (line, words) in [(1.0, self.marks.words().as_str()), (2.0, self.caution)] {
+        let warning = self.origin.warning();
+        let lines = [
+            (1.0, self.marks.words(), WARN),
+            (2.0, self.caution.to_owned(), WARN),
+            (3.0, warning.to_owned(), ALARM),
+        ];
+        for (line, words, colour) in lines {
             let at = [right, h - 16.0 * u - line * step];
-            self.text(canvas, at, words, 13.0, WARN, Anchor::Right);
+            self.text(canvas, at, &words, 13.0, colour, Anchor::Right);
         }
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         self.text(canvas, [right, first + step], &ids, 12.0, QUIET, Anchor::Right);
@@ -241,6 +276,17 @@ impl Overlay<'_> {
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
+    /// Whatever moves in a replay says so, so that nobody takes it for the present: a frame and a word in a colour that
+    /// nothing else has. A held image claims nothing of the present, and is the same bytes as in the run that was recorded.
+    fn replay(&self, canvas: &mut Canvas) {
+        if self.origin == Origin::Tracker || self.notice == Notice::Held {
+            return;
+        }
+        let (w, u) = (f64::from(canvas.width()), self.unit());
+        canvas.border(REPLAY, 5.0 * u);
+        self.text(canvas, [w / 2.0, 44.0 * u], "REPLAY", 24.0, REPLAY, Anchor::Centre);
+    }
+
     fn notice(&self, canvas: &mut Canvas) {
         if self.accuracy.is_some_and(|accuracy| accuracy.outside()) {
             // Below where a banner may be.
@@ -250,6 +296,16 @@ impl Overlay<'_> {
         let corner = [w - 12.0 * u, 15.0 * u];
         let seq = self.seq;
         match self.notice {
+            Notice::Live if self.origin != Origin::Tracker => {
+                self.text(
+                    canvas,
+                    corner,
+                    &format!("REPLAY seq {seq}"),
+                    13.0,
+                    REPLAY,
+                    Anchor::Right,
+                );
+            }
             Notice::Live => self.text(canvas, corner, &format!("LIVE seq {seq}"), 13.0, TARGET, Anchor::Right),
             Notice::Held => self.text(canvas, corner, &format!("HELD seq {seq}"), 13.0, WORDS, Anchor::Right),
             Notice::Stale(age) => {
@@ -317,32 +373,4 @@ fn unusual(view: &View) -> Option<String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slabs_and_planes_ahead_are_said() {
-        let scene = bus::scene::Scene::parse("", std::path::Path::new("")).unwrap();
-        let mut view = scene.views[6].clone();
-        assert_eq!(unusual(&view), None);
-        view.ahead_mm = 10.0;
-        view.sampling.slab = Some(bus::scene::Slab {
-            mode: SlabMode::Maximum,
-            thickness_mm: 5.0,
-        });
-        assert_eq!(unusual(&view).unwrap(), "MAX 5 mm, +10 mm AHEAD");
-    }
-
-    #[test]
-    fn scale_bars_are_round() {
-        for (mm, expected) in [(25.0, 20.0), (100.0, 100.0), (0.9, 0.5), (60.0, 50.0), (199.0, 100.0)] {
-            assert!((round_length(mm) - expected).abs() < 1e-9, "{mm}");
-        }
-    }
-
-    #[test]
-    fn ages_are_words() {
-        assert_eq!(age_words(320_000_000), "320 ms");
-        assert_eq!(age_words(2_340_000_000), "2.3 s");
-    }
-}
+mod tests;

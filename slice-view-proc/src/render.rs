@@ -8,7 +8,7 @@ use picture::Canvas;
 
 use crate::accuracy::Accuracy;
 use crate::grey::to_grey;
-use crate::overlay::{Notice, Overlay};
+use crate::overlay::{Notice, Origin, Overlay};
 use crate::reslice::{Resampler, ResliceError};
 use crate::view;
 
@@ -38,6 +38,8 @@ pub struct Rendered<'a> {
     pub accuracy: Option<Accuracy>,
     /// What the image claims.
     pub notice: Notice,
+    /// Where its pose comes from.
+    pub origin: Origin,
     /// Sequence number of the pose, or of the sample that had none.
     pub seq: u64,
     /// The registration.
@@ -122,6 +124,7 @@ impl Renderer {
             targets: &scene.targets,
             accuracy: what.accuracy.filter(|_| !lost),
             notice: what.notice,
+            origin: what.origin,
             seq: what.seq,
             registration_id: what.registration_id,
             volume: what.volume_name,

@@ -8,13 +8,14 @@ use bus::clock::{self, Clock};
 use bus::message::{Command, CommandKind, FrameHeader, FrameStamp, Lost, PoseError, ProcessState, ToolPose, Tracked};
 use bus::port::{CommandServer, FramePublisher, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
+use bus::run::ReplayOf;
 use bus::scene::Plane;
 use bus::topic::{FRAME_STAMP, HELD_FRAME, TOOL_POSE, VIEW_FRAME};
 use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
 
 use crate::accuracy::Accuracy;
-use crate::overlay::Notice;
+use crate::overlay::{Notice, Origin};
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::{Chosen, Resampler};
 
@@ -57,11 +58,14 @@ struct SliceView {
     volume: Option<SharedVolume>,
     /// The first digits of the volume's hash, as they stand on each image.
     volume_name: String,
+    /// What the images must say of where their poses come from.
+    origin: Origin,
     resampler: Chosen,
     /// The sample handled last.
     last: Option<ToolPose>,
     /// The last valid pose and when it was captured.
     last_valid: Option<(Rigid<Ct, Tool>, i64)>,
+    /// On the process's clock, as the session's may stand still.
     next_ageing_ns: i64,
 }
 
@@ -112,6 +116,7 @@ impl SliceView {
             outputs,
             volume: None,
             volume_name: String::new(),
+            origin: Origin::Tracker,
             last: None,
             last_valid: None,
             next_ageing_ns: 0,
@@ -131,7 +136,12 @@ impl SliceView {
             self.process.beat(ProcessState::Starting, "waiting for the volume")?;
             return Ok(ControlFlow::Continue(()));
         }
-        match poses.newest()? {
+        let newest = poses.newest()?;
+        // After the pose was taken: its replayer has said before it what time it is.
+        if self.process.session.follow()? {
+            self.forget();
+        }
+        match newest {
             Some(pose) => self.show(pose)?,
             None => self.age()?,
         }
@@ -163,6 +173,7 @@ impl SliceView {
         let prepared = self.resampler.prepare(&new.view(), &samplings, &mut alive);
         prepared.map_err(RenderError::from)?;
         failed?;
+        self.origin = origin(self.process.run.replay.as_ref(), &new.hash().to_string());
         self.volume = Some(new);
         Ok(())
     }
@@ -188,13 +199,20 @@ impl SliceView {
         Ok(())
     }
 
+    /// A replay went elsewhere: what was shown last is neither old nor the one before what comes.
+    fn forget(&mut self) {
+        self.last = None;
+        self.last_valid = None;
+        self.next_ageing_ns = self.process.clock().now_ns() + clock::ns(AGEING);
+    }
+
     /// Draws a sample that came over the bus.
     fn show(&mut self, sample: ToolPose) -> Result<(), RunError> {
         if let Some(last) = self.last {
             self.process.counters.dropped += sample.seq.saturating_sub(last.seq + 1);
         }
         self.last = Some(sample);
-        let now = self.process.clock().now_ns();
+        let now = self.process.session.clock().now_ns();
         let tracked = sample.tracked_at(now).unwrap_or_else(|error| self.refuse(&error));
         match tracked {
             Tracked::Valid(pose) => {
@@ -223,7 +241,7 @@ impl SliceView {
 
     fn draw_lost(&mut self, sample: &ToolPose, reason: Lost) -> Result<(), RunError> {
         self.process.counters.lost += 1;
-        let now = self.process.clock().now_ns();
+        let now = self.process.session.clock().now_ns();
         let shown = self.last_valid;
         let notice = Notice::Lost(reason, shown.map(|(_, captured)| now - captured));
         self.draw(sample, shown.map(|(pose, _)| pose), notice)
@@ -231,11 +249,11 @@ impl SliceView {
 
     /// While no sample comes: what is on the screen grows old, and says so.
     fn age(&mut self) -> Result<(), RunError> {
-        let now = self.process.clock().now_ns();
+        let now = self.process.session.clock().now_ns();
         let limit = clock::ns(self.process.scene.limits.stale);
         let last = self.last.unwrap_or(ToolPose::EMPTY);
         let age = now - last.t_capture_ns;
-        if now < self.next_ageing_ns || (self.last.is_some() && age <= limit) {
+        if self.process.clock().now_ns() < self.next_ageing_ns || (self.last.is_some() && age <= limit) {
             return Ok(());
         }
         match last.tracked() {
@@ -247,9 +265,9 @@ impl SliceView {
     /// Draws and publishes every view of this process.
     fn draw(&mut self, sample: &ToolPose, pose: Option<Rigid<Ct, Tool>>, notice: Notice) -> Result<(), RunError> {
         let Some(volume) = &self.volume else { return Ok(()) };
-        let clock = self.process.bus.clock();
+        let clock = self.process.session.clock();
         let t_seen_ns = clock.now_ns();
-        self.next_ageing_ns = t_seen_ns + clock::ns(AGEING);
+        self.next_ageing_ns = self.process.clock().now_ns() + clock::ns(AGEING);
         let mut what = Rendered {
             volume: volume.view(),
             volume_name: &self.volume_name,
@@ -257,6 +275,7 @@ impl SliceView {
             pose,
             accuracy: pose.map(|pose| Accuracy::of(sample, pose)),
             notice,
+            origin: self.origin,
             seq: sample.seq,
             registration_id: sample.registration_id,
         };
@@ -304,6 +323,16 @@ impl Output {
     }
 }
 
+/// Where poses come from that are shown in the examination with the hash `shown`.
+fn origin(replay: Option<&ReplayOf>, shown: &str) -> Origin {
+    match replay.map(|replay| replay.volume_hash.as_deref()) {
+        None => Origin::Tracker,
+        Some(None) => Origin::RecordingOfUnknown,
+        Some(Some(recorded)) if recorded == shown => Origin::Recording,
+        Some(Some(_)) => Origin::RecordingOfAnother,
+    }
+}
+
 /// What the stamp of an image takes from its pose; volume, view and times are the caller's to add.
 fn stamp_of(sample: &ToolPose, what: &Rendered<'_>) -> FrameStamp {
     FrameStamp {
@@ -314,6 +343,7 @@ fn stamp_of(sample: &ToolPose, what: &Rendered<'_>) -> FrameStamp {
         registration_id: sample.registration_id,
         state: what.notice.state().code(),
         on_request: u32::from(what.notice == Notice::Held),
+        replay: u32::from(what.origin != Origin::Tracker),
         ..FrameStamp::default()
     }
 }

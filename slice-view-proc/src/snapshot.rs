@@ -11,7 +11,7 @@ use geometry::{Ct, DoorError, PlaneError, Rigid, Tool};
 use picture::PngError;
 
 use crate::mha::{MhaError, write_mha};
-use crate::overlay::Notice;
+use crate::overlay::{Notice, Origin};
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::{Chosen, Reference, Resampler, ResliceError};
 
@@ -94,6 +94,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         pose: Some(what.pose),
         accuracy: None,
         notice: Notice::Held,
+        origin: Origin::Tracker,
         seq: 0,
         registration_id: 0,
     };

@@ -51,6 +51,9 @@ pub fn tool_json(tool: &str, marker: &str, translation_mm: [f64; 3]) -> String {
         computed_from: Vec::new(),
         pivot: None,
         spin: None,
+        seat: None,
+        marker_body: None,
+        base: None,
         tool_frame: Some(ToolRecord {
             quaternion_wxyz: [1.0, 0.0, 0.0, 0.0],
             translation_mm,

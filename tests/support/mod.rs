@@ -151,6 +151,14 @@ pub struct Pilot<'a> {
     pub child: Child,
 }
 
+impl<'a> Pilot<'a> {
+    /// A pilot that was started some other way.
+    pub fn of(world: &'a World, run: &str, child: Child) -> Self {
+        let run = run.to_owned();
+        Self { world, run, child }
+    }
+}
+
 impl Pilot<'_> {
     /// `pilot status`, or `None` while there is none to be had.
     pub fn status(&self) -> Option<Value> {

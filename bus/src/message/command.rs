@@ -7,17 +7,20 @@ use super::ToolPose;
 /// A request. The reply is bytes (text or JSON) behind a [`ReplyHeader`].
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Command/2")]
+#[type_name("trocar/Command/3")]
 pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
     /// Room for alignment; zero.
     pub reserved: u32,
+    /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
+    /// recording's own speed, infinite for as fast as images can be drawn. Else 0.
+    pub number: f64,
     /// For [`CommandKind::Render`]: the pose to draw.
     pub pose: ToolPose,
 }
 
-const _: () = assert!(size_of::<Command>() == 312);
+const _: () = assert!(size_of::<Command>() == 320);
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,18 +31,40 @@ pub enum CommandKind {
     Stop,
     /// Renderer: draw this very pose in each view and publish the images, so that all views show one pose.
     Render,
+    /// Replayer: stand still.
+    Pause,
+    /// Replayer: go on.
+    Play,
+    /// Replayer: publish the next pose and stand still.
+    Step,
+    /// Replayer: go on from [`Command::number`].
+    Seek,
+    /// Replayer: go on at [`Command::number`].
+    Speed,
 }
 
+/// Every kind of request with its code on the wire.
+const CODES: [(CommandKind, u32); 8] = [
+    (CommandKind::Status, 1),
+    (CommandKind::Stop, 2),
+    (CommandKind::Render, 3),
+    (CommandKind::Pause, 4),
+    (CommandKind::Play, 5),
+    (CommandKind::Step, 6),
+    (CommandKind::Seek, 7),
+    (CommandKind::Speed, 8),
+];
+
 impl Command {
-    /// A request without a pose.
+    /// A request without a pose or a number.
     pub fn new(kind: CommandKind) -> Self {
         Self {
-            kind: match kind {
-                CommandKind::Status => 1,
-                CommandKind::Stop => 2,
-                CommandKind::Render => 3,
-            },
+            kind: CODES
+                .iter()
+                .find(|(known, _)| *known == kind)
+                .map_or(0, |&(_, code)| code),
             reserved: 0,
+            number: 0.0,
             pose: ToolPose::EMPTY,
         }
     }
@@ -52,14 +77,17 @@ impl Command {
         }
     }
 
+    /// A request with a number: [`CommandKind::Seek`], [`CommandKind::Speed`].
+    pub fn with_number(kind: CommandKind, number: f64) -> Self {
+        Self {
+            number,
+            ..Self::new(kind)
+        }
+    }
+
     /// What is asked for, or `None` for an unknown code.
     pub fn command_kind(&self) -> Option<CommandKind> {
-        match self.kind {
-            1 => Some(CommandKind::Status),
-            2 => Some(CommandKind::Stop),
-            3 => Some(CommandKind::Render),
-            _ => None,
-        }
+        CODES.iter().find(|(_, code)| *code == self.kind).map(|&(kind, _)| kind)
     }
 }
 
@@ -73,3 +101,21 @@ pub struct ReplyHeader {
 }
 
 const _: () = assert!(size_of::<ReplyHeader>() == 4);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_comes_back_by_its_code() {
+        for (kind, code) in CODES {
+            let command = Command::new(kind);
+            assert_eq!((command.kind, command.command_kind()), (code, Some(kind)));
+        }
+        let unknown = Command {
+            kind: 99,
+            ..Command::new(CommandKind::Stop)
+        };
+        assert_eq!(unknown.command_kind(), None);
+    }
+}

@@ -9,7 +9,7 @@ use super::{Lost, VolumeHash};
 /// Stage times are ns on the run's clock.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameStamp/1")]
+#[type_name("trocar/FrameStamp/2")]
 pub struct FrameStamp {
     /// Sequence number of the pose shown.
     pub seq: u64,
@@ -35,8 +35,8 @@ pub struct FrameStamp {
     pub view: u32,
     /// 1 where the image was asked for by a command and not drawn because a pose came.
     pub on_request: u32,
-    /// Room for alignment; zero.
-    pub reserved: u32,
+    /// 1 where the pose comes out of a recording. Whoever shows such an image says so, whatever its state.
+    pub replay: u32,
 }
 
 const _: () = assert!(size_of::<FrameStamp>() == 112 && align_of::<FrameStamp>() == 8);
@@ -117,7 +117,7 @@ impl FrameStamp {
 /// Travels in front of the pixels: RGBA, 8 bits, row by row from the top.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameHeader/1")]
+#[type_name("trocar/FrameHeader/2")]
 pub struct FrameHeader {
     /// What is shown.
     pub stamp: FrameStamp,

@@ -4,6 +4,7 @@
 //! changed layout needs a new version in its name. Each message is turned into typed geometry once, at the door
 //! ([`ToolPose::tracked`], [`VolumeHeader::grid`]), where impossible values are refused.
 
+mod clock_law;
 mod command;
 mod emitters;
 mod event;
@@ -12,6 +13,7 @@ mod heartbeat;
 mod pose;
 mod volume_header;
 
+pub use clock_law::{ClockLaw, ReplayState};
 pub use command::{Command, CommandKind, ReplyHeader};
 pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use event::{Event, Level};

@@ -1,0 +1,124 @@
+//! The clock by which poses and images are young or old.
+//!
+//! In a run that navigates it is the run's clock. In a replay it is the clock of the run that was recorded, run through
+//! anew: poses keep their stamps, and are as old when they are shown as they were then. It stands still while the replay
+//! is paused, and follows the [`Law`] that the replayer publishes *before* the poses it holds for: whoever has taken a
+//! pose from the bus calls [`Session::follow`] and then knows the time at which that pose was published.
+//!
+//! Signs of life, patience and restarts go by [`crate::process::Process::clock`], which never stands still.
+
+use crate::clock::{Clock, Law};
+use crate::message::ClockLaw;
+use crate::port::Subscriber;
+use crate::run::RunContext;
+use crate::topic::SESSION_CLOCK;
+use crate::{Bus, BusError};
+
+/// A process's view of the session's clock.
+#[derive(Debug)]
+pub struct Session {
+    clock: Clock,
+    laws: Option<Subscriber<ClockLaw>>,
+    last: Option<ClockLaw>,
+}
+
+impl Session {
+    /// The clock of `run`. That of a replay stands at 0 until the replayer has spoken.
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn open(bus: &Bus, run: &RunContext) -> Result<Self, BusError> {
+        Ok(match run.replay {
+            None => Self::live(bus.clock().clone()),
+            Some(_) => Self {
+                clock: Clock::ruled(Law::still(0)),
+                laws: Some(Subscriber::open(bus, &SESSION_CLOCK, "", 1)?),
+                last: None,
+            },
+        })
+    }
+
+    /// A session that is not replayed.
+    pub fn live(clock: Clock) -> Self {
+        Self {
+            clock,
+            laws: None,
+            last: None,
+        }
+    }
+
+    /// Whether poses come out of a recording.
+    pub fn is_replay(&self) -> bool {
+        self.laws.is_some()
+    }
+
+    /// The clock.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// Takes over the newest law. Returns whether the replay has gone elsewhere since the last call: what was shown last
+    /// is then nothing to go on from.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`]; [`BusError::Law`], and the clock goes on as it did.
+    pub fn follow(&mut self) -> Result<bool, BusError> {
+        let Some(laws) = &self.laws else { return Ok(false) };
+        let Some(new) = laws.newest()? else { return Ok(false) };
+        self.clock.rule(new.law()?);
+        let jumped = self.last.is_some_and(|old| old.jumps != new.jumps);
+        self.last = Some(new);
+        Ok(jumped)
+    }
+
+    /// Where the replay stands; `None` in a run that navigates, and before the replayer has spoken.
+    pub fn replay(&self) -> Option<&ClockLaw> {
+        self.last.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::monotonic_ns;
+    use crate::port::Publisher;
+    use crate::run::ReplayOf;
+
+    #[test]
+    fn processes_follow_the_replayer() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let mut run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+        let bus = Bus::join(&run).unwrap();
+        assert!(!Session::open(&bus, &run).unwrap().is_replay());
+        run.replay = Some(ReplayOf {
+            recording: "s.mcap".into(),
+            volume_hash: None,
+        });
+        let laws = Publisher::open(&bus, &SESSION_CLOCK, "").unwrap();
+        let mut session = Session::open(&bus, &run).unwrap();
+        assert_eq!((session.follow().unwrap(), session.clock().now_ns()), (false, 0));
+        let still = |now_ns, jumps| ClockLaw {
+            anchor_ns: now_ns,
+            jumps,
+            ..ClockLaw::default()
+        };
+        laws.send(still(77, 0)).unwrap();
+        assert_eq!((session.follow().unwrap(), session.clock().now_ns()), (false, 77));
+        laws.send(still(5, 1)).unwrap();
+        assert_eq!((session.follow().unwrap(), session.clock().now_ns()), (true, 5));
+        // Who comes late is told where the clock stands.
+        let mut late = Session::open(&bus, &run).unwrap();
+        laws.serve_late_joiners();
+        assert_eq!((late.follow().unwrap(), late.clock().now_ns()), (false, 5));
+        laws.send(ClockLaw {
+            rate: f64::NAN,
+            ..still(6, 1)
+        })
+        .unwrap();
+        let error = session.follow().unwrap_err().to_string();
+        assert!(error.contains("NaN times the speed"), "{error}");
+        assert_eq!(session.clock().now_ns(), 5);
+        drop((laws, session, late, bus));
+        run.sweep();
+    }
+}

@@ -1,0 +1,96 @@
+//! `pilot replay-control`: steering a replay that is going.
+
+use std::time::Duration;
+
+use bus::Bus;
+use bus::message::{Command, CommandKind};
+use bus::port::CommandClient;
+use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
+use clap::Subcommand;
+
+use super::REPLAYER;
+use super::args::{place, speed};
+use crate::cli::CliError;
+
+const PATIENCE: Duration = Duration::from_secs(5);
+
+#[derive(Debug, Clone, PartialEq, Subcommand)]
+pub(crate) enum Steer {
+    /// Stand still; the images stay as they are, and do not grow old.
+    Pause,
+    /// Go on.
+    Play,
+    /// Show the next pose and stand still.
+    Step,
+    /// Go on from another place: 3.2s behind the recording's first pose.
+    Seek {
+        /// The place.
+        #[arg(value_name = "TIME", value_parser = place)]
+        at_s: f64,
+    },
+    /// Go on at another speed.
+    Speed {
+        /// A number (1 is the speed of the recording), or `max`.
+        #[arg(value_parser = speed)]
+        speed: String,
+    },
+}
+
+impl Steer {
+    fn command(&self) -> Command {
+        match self {
+            Self::Pause => Command::new(CommandKind::Pause),
+            Self::Play => Command::new(CommandKind::Play),
+            Self::Step => Command::new(CommandKind::Step),
+            Self::Seek { at_s } => Command::with_number(CommandKind::Seek, *at_s),
+            // `max` reads as no number, and is infinite on the wire.
+            Self::Speed { speed } => Command::with_number(CommandKind::Speed, speed.parse().unwrap_or(f64::INFINITY)),
+        }
+    }
+}
+
+/// Asks the replayer of `run`; returns where it stands.
+pub(crate) fn steer(run: &str, steer: &Steer) -> Result<String, CliError> {
+    let dir = run_dir(run)?;
+    if !RunLock::is_held(&dir) {
+        return Err(FolderError::NotRunning { name: run.to_owned() }.into());
+    }
+    let context = RunContext::load(&dir)?;
+    if context.replay.is_none() {
+        return Err(CliError::NoReplay(run.to_owned()));
+    }
+    let bus = Bus::join(&context)?;
+    let client = CommandClient::open(&bus, REPLAYER)?;
+    let reply = client.ask(steer.command(), PATIENCE)?;
+    match reply.refused {
+        true => Err(CliError::Refused {
+            run: run.to_owned(),
+            why: reply.text,
+        }),
+        false => Ok(reply.text),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_carry_their_number() {
+        let number = |steer: Steer| steer.command().number;
+        assert_eq!(number(Steer::Seek { at_s: 3.2 }), 3.2);
+        assert_eq!(
+            number(Steer::Speed {
+                speed: "0.25".to_owned()
+            }),
+            0.25
+        );
+        assert_eq!(
+            number(Steer::Speed {
+                speed: "max".to_owned()
+            }),
+            f64::INFINITY
+        );
+        assert_eq!(Steer::Step.command().command_kind(), Some(CommandKind::Step));
+    }
+}

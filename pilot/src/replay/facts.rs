@@ -1,0 +1,59 @@
+//! What the recorder says of a recording.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::spawn;
+
+/// What the recorder says of a recording. It may say more one day.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub(crate) struct Facts {
+    pub(crate) scene: Option<String>,
+    pub(crate) run: Option<String>,
+    pub(crate) volume_hash: Option<String>,
+    pub(crate) registration_id: Option<String>,
+    pub(crate) poses: u64,
+    /// When the first pose was published, ns on the recorded run's clock.
+    pub(crate) first_ns: i64,
+    pub(crate) last_ns: i64,
+    /// What cannot be read, in words.
+    pub(crate) damage: Vec<String>,
+}
+
+/// Why nothing is known of a recording.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum FactsError {
+    #[error("asking {program} about {recording}: {source}. Every program of Trocar lies in one folder")]
+    Ask {
+        program: PathBuf,
+        recording: PathBuf,
+        source: io::Error,
+    },
+    #[error("{0} cannot be replayed, for the reason given above")]
+    Refused(PathBuf),
+    #[error("the recorder's answer about {recording} is not what this version understands: {source}")]
+    Answer {
+        recording: PathBuf,
+        source: serde_json::Error,
+    },
+}
+
+/// Asks the recorder; its own words, if it refuses, stand on stderr.
+pub(crate) fn ask(recording: &Path) -> Result<Facts, FactsError> {
+    let output = spawn::ask("recorder", &["facts".as_ref(), recording.as_os_str()]);
+    let (program, output) = output;
+    let output = output.map_err(|source| FactsError::Ask {
+        program,
+        recording: recording.to_owned(),
+        source,
+    })?;
+    if !output.status.success() {
+        return Err(FactsError::Refused(recording.to_owned()));
+    }
+    serde_json::from_slice(&output.stdout).map_err(|source| FactsError::Answer {
+        recording: recording.to_owned(),
+        source,
+    })
+}

@@ -1,0 +1,206 @@
+//! From what the user asked for to a run in which nothing is left open.
+
+use std::path::{Path, PathBuf};
+
+use bus::clock;
+use bus::scene::raw::{self, Source};
+use bus::scene::{Scene, SceneError};
+
+use super::Replay;
+use super::args::{Pictured, ReplayArgs};
+use super::facts::{self, Facts, FactsError};
+use crate::output;
+use crate::resolve::{ResolveError, volume_path};
+use crate::state::Options;
+
+/// Why a recording is not replayed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum PrepareError {
+    #[error(transparent)]
+    Facts(#[from] FactsError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Resolve(#[from] ResolveError),
+    #[error(
+        "{recording} is not whole: {damage}. `recorder recover {recording}` makes a whole file of what is readable; with \
+         `--force` that much of it ({poses} poses, {seconds:.2} s) is replayed as it is"
+    )]
+    Damaged {
+        recording: String,
+        damage: String,
+        poses: u64,
+        seconds: f64,
+    },
+    #[error("{0} has no scene attached: give one with `--scene SCENE.toml`")]
+    NoScene(PathBuf),
+    #[error(
+        "{0} does not say in which examination it was made, so that nothing can tell whether it is the one that is shown. \
+         With `--force` it is replayed all the same, and every image says so"
+    )]
+    NoVolume(PathBuf),
+    #[error("--from {from_s} s: {recording} goes from 0 s to {last_s:.3} s")]
+    Beyond {
+        from_s: f64,
+        recording: PathBuf,
+        last_s: f64,
+    },
+    #[error("--from {from_s} s --to {to_s} s: the end lies before the beginning")]
+    Backwards { from_s: f64, to_s: f64 },
+    #[error(
+        "--images: at speed {0} views leave out poses when they are busy; pictures of them on the way are taken at \
+         `--speed max`, which waits for every view"
+    )]
+    PicturesOnTheWay(String),
+    #[error(
+        "output folder {0} holds a recorded session: its pictures would be replaced by those of the replay. Name another \
+         folder with `--out DIR`"
+    )]
+    HoldsSession(PathBuf),
+}
+
+/// Reads the recording, and refuses what cannot be replayed before anything is started.
+pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), PrepareError> {
+    let recording = std::path::absolute(&args.recording).unwrap_or_else(|_| args.recording.clone());
+    if !output::recordings(&args.out).is_empty() {
+        return Err(PrepareError::HoldsSession(args.out.clone()));
+    }
+    let every = match args.images {
+        Pictured::Last => None,
+        Pictured::Every(_) if args.speed != "max" => return Err(PrepareError::PicturesOnTheWay(args.speed.clone())),
+        Pictured::Every(n) => Some(n),
+    };
+    let facts = facts::ask(&recording)?;
+    let span_ns = span(&facts, &recording, [args.from, args.to])?;
+    if !args.force {
+        whole(&facts, &recording)?;
+    }
+    let (source, scene) = scene(args, &facts, &recording)?;
+    let replay = Replay {
+        recording,
+        speed: args.speed.clone(),
+        span_ns,
+        looping: args.looping,
+        force: args.force,
+        every,
+        facts,
+    };
+    let options = Options {
+        run: args.run.clone(),
+        out: args.out.clone(),
+        overwrite: false,
+        duration: None,
+        replay: Some(replay),
+    };
+    Ok((options, source, scene))
+}
+
+/// The moments from the first to the last that is replayed, ns on the recorded run's clock.
+fn span(facts: &Facts, recording: &Path, [from, to]: [Option<f64>; 2]) -> Result<[i64; 2], PrepareError> {
+    let last_s = clock::ms(facts.last_ns.saturating_sub(facts.first_ns)) / 1e3;
+    let from_s = from.unwrap_or(0.0);
+    if from_s > last_s {
+        return Err(PrepareError::Beyond {
+            from_s,
+            recording: recording.to_owned(),
+            last_s,
+        });
+    }
+    let moment = |s: f64| facts.first_ns.saturating_add(clock::seconds(s));
+    match to {
+        Some(to_s) if to_s < from_s => Err(PrepareError::Backwards { from_s, to_s }),
+        Some(to_s) => Ok([moment(from_s), moment(to_s).min(facts.last_ns)]),
+        None => Ok([moment(from_s), facts.last_ns]),
+    }
+}
+
+fn whole(facts: &Facts, recording: &Path) -> Result<(), PrepareError> {
+    if let Some(first) = facts.damage.first() {
+        let more = match facts.damage.len() - 1 {
+            0 => String::new(),
+            n => format!(" (and {n} more)"),
+        };
+        return Err(PrepareError::Damaged {
+            recording: recording.display().to_string(),
+            damage: format!("{first}{more}"),
+            poses: facts.poses,
+            seconds: clock::ms(facts.last_ns.saturating_sub(facts.first_ns)) / 1e3,
+        });
+    }
+    match facts.volume_hash {
+        None => Err(PrepareError::NoVolume(recording.to_owned())),
+        Some(_) => Ok(()),
+    }
+}
+
+/// The scene of the recording, without a recording of its own, and with the examination where it lies now.
+fn scene(args: &ReplayArgs, facts: &Facts, recording: &Path) -> Result<(Source, Scene), PrepareError> {
+    let mut source = match (&args.scene, &facts.scene) {
+        (Some(path), _) => raw::load(path)?,
+        // Errors name the file within the file.
+        (None, Some(text)) => raw::parse(text, &recording.join("scene.toml"))?,
+        (None, None) => return Err(PrepareError::NoScene(recording.to_owned())),
+    };
+    source.scene.recording = None;
+    if let Some(volume) = &args.volume {
+        // Region, spacing and targets stay: this is the same examination in another place, and its hash says whether it is.
+        source.scene.volume.source = volume_path(volume)?;
+        source.scene.volume.series = args.series;
+    }
+    let scene = Scene::from_raw(&source)?;
+    Ok((source, scene))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn facts() -> Facts {
+        Facts {
+            scene: None,
+            run: None,
+            volume_hash: Some("ab".to_owned()),
+            registration_id: None,
+            poses: 100,
+            first_ns: 2_000_000_000,
+            last_ns: 12_000_000_000,
+            damage: Vec::new(),
+        }
+    }
+
+    fn of(from: Option<f64>, to: Option<f64>) -> Result<[i64; 2], String> {
+        span(&facts(), Path::new("/d/s.mcap"), [from, to]).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn places_count_from_the_first_pose_and_end_with_the_last() {
+        assert_eq!(of(None, None), Ok([2_000_000_000, 12_000_000_000]));
+        assert_eq!(of(Some(3.2), Some(9.0)), Ok([5_200_000_000, 11_000_000_000]));
+        assert_eq!(of(Some(10.0), Some(99.0)), Ok([12_000_000_000, 12_000_000_000]));
+        let text = of(Some(10.1), None).unwrap_err();
+        assert_eq!(text, "--from 10.1 s: /d/s.mcap goes from 0 s to 10.000 s");
+        assert!(of(Some(3.0), Some(2.0)).unwrap_err().contains("before the beginning"));
+    }
+
+    #[test]
+    fn damaged_recordings_say_what_is_missing_and_what_to_do() {
+        let mut facts = facts();
+        assert!(whole(&facts, Path::new("s.mcap")).is_ok());
+        facts.damage = vec!["at byte 77: damaged chunk".to_owned(), "at byte 99: x".to_owned()];
+        let text = whole(&facts, Path::new("s.mcap")).unwrap_err().to_string();
+        for part in [
+            "at byte 77: damaged chunk (and 1 more)",
+            "recorder recover s.mcap",
+            "--force",
+            "100 poses, 10.00 s",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+        facts.damage.clear();
+        facts.volume_hash = None;
+        assert!(matches!(
+            whole(&facts, Path::new("s.mcap")),
+            Err(PrepareError::NoVolume(_))
+        ));
+    }
+}
