@@ -16,6 +16,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("calib", 1),
     ("phantom", 1),
     ("picture", 1),
+    ("simulation", 1),
     ("calib-cli", 2),
     ("pilot", 2),
     ("recorder", 2),

@@ -1,0 +1,224 @@
+//! A half-plane behind a barrier: for scenes whose contacts change much on the way.
+//!
+//! Samples of the boundary push off over a small distance, as solids do from one another, and no step passes the plane.
+//! The narrower the barrier, the nearer to the exact contact of [`Plane`](super::Plane), which is best where the way to
+//! equilibrium is short.
+
+use nalgebra::Vector2;
+
+use super::advance::first_fall;
+use super::rows::{Rows, bend};
+use super::{Change, Force, Plane, Term, barrier};
+use crate::q9::shape::line_slope;
+use crate::solid::Cursor;
+use crate::sparse::Triplets;
+use crate::system::Bodies;
+
+/// Samples of each arc; the first lies on its first node.
+const SAMPLES: u32 = 4;
+/// A step leaves this part of every distance.
+const LEFT: f64 = 0.1;
+/// The barrier narrows by this factor from search to search.
+const NARROWER: f64 = 0.25;
+
+/// A half-plane that solids keep a little away from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guard {
+    normal: Vector2<f64>,
+    /// Move a wall by changing it, by less than the gaps: see [`Guard::least_gap`].
+    pub offset: f64,
+    width: f64,
+    last_width: f64,
+    stiffness: f64,
+    samples: Vec<(usize, Cursor, f64)>,
+    /// The exact contact that takes over after the last width, once it is wanted.
+    polish: Option<f64>,
+    exact: Option<Plane>,
+}
+
+impl Guard {
+    /// Keeps the solids `which` out of `<x, normal> <= offset`; `normal` is scaled to length 1. Widths and stiffness as of
+    /// [`Pairs::new`](super::Pairs::new). `None` without a direction.
+    pub fn new(
+        bodies: &Bodies,
+        which: &[usize],
+        normal: Vector2<f64>,
+        offset: f64,
+        [first_width, last_width]: [f64; 2],
+        stiffness: f64,
+    ) -> Option<Self> {
+        let normal = normal
+            .try_normalize(0.0)
+            .filter(|n| n.x.is_finite() && n.y.is_finite())?;
+        let mut samples = Vec::new();
+        for &body in which {
+            let boundary = bodies.solid(body).boundary();
+            for (arc, reference) in boundary.reference.iter().enumerate() {
+                for k in 0..SAMPLES {
+                    let u = f64::from(k) * 2.0 / f64::from(SAMPLES) - 1.0;
+                    let speed: Vector2<f64> = reference.iter().zip(line_slope(u)).map(|(r, s)| r * s).sum();
+                    samples.push((body, Cursor { arc, u }, speed.norm() * 2.0 / f64::from(SAMPLES)));
+                }
+            }
+        }
+        let last_width = last_width.min(first_width);
+        Some(Self {
+            normal,
+            offset,
+            width: first_width,
+            last_width,
+            stiffness,
+            samples,
+            polish: None,
+            exact: None,
+        })
+    }
+
+    /// The same, but after the narrowest barrier the exact contact of [`Plane`](super::Plane) takes over, with this
+    /// stiffness (force by length) and the barrier's forces to begin with.
+    #[must_use]
+    pub fn polished(mut self, stiffness: f64) -> Self {
+        self.polish = Some(stiffness);
+        self
+    }
+
+    /// Hands the forces over to an exact contact.
+    fn hand_over(&self, bodies: &Bodies, a: &[f64], stiffness: f64) -> Option<Plane> {
+        let which: std::collections::BTreeSet<usize> = self.samples.iter().map(|s| s.0).collect();
+        let which: Vec<usize> = which.into_iter().collect();
+        let mut plane = Plane::new(bodies, &which, self.normal, self.offset, stiffness)?;
+        for (body, cursor, _, energy) in self.near(bodies, a) {
+            plane.press(bodies, body, cursor, -energy?[1]);
+        }
+        Some(plane)
+    }
+
+    fn gap(&self, bodies: &Bodies, a: &[f64], body: usize, cursor: &Cursor) -> f64 {
+        let solid = bodies.solid(body);
+        let (arc, part) = (solid.boundary().arcs[cursor.arc], bodies.part(body, a));
+        let heights = arc.map(|n| solid.point(part, n).dot(&self.normal) - self.offset);
+        heights.iter().zip(cursor.weights()).map(|(h, w)| h * w).sum()
+    }
+
+    /// The least distance of a sample to the plane.
+    pub fn least_gap(&self, bodies: &Bodies, a: &[f64]) -> f64 {
+        let gaps = self
+            .samples
+            .iter()
+            .map(|(body, cursor, _)| self.gap(bodies, a, *body, cursor));
+        gaps.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Samples within the barrier, with energy and derivatives by the gap; `None` among them where one is through.
+    fn near<'a>(
+        &'a self,
+        bodies: &'a Bodies,
+        a: &'a [f64],
+    ) -> impl Iterator<Item = (usize, &'a Cursor, f64, Option<[f64; 3]>)> {
+        self.samples.iter().filter_map(move |(body, cursor, length)| {
+            let gap = self.gap(bodies, a, *body, cursor);
+            let scale = self.stiffness * length * self.width;
+            let energy = barrier(gap / self.width).map(|[b, first, second]| {
+                [
+                    scale * b,
+                    scale * first / self.width,
+                    scale * second / self.width.powi(2),
+                ]
+            });
+            (gap < self.width).then_some((*body, cursor, gap, energy))
+        })
+    }
+}
+
+impl Term for Guard {
+    fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
+        if let Some(plane) = &self.exact {
+            return plane.energy(bodies, a);
+        }
+        self.near(bodies, a).map(|(_, _, _, energy)| Some(energy?[0])).sum()
+    }
+
+    fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        if let Some(plane) = &self.exact {
+            return plane.gradient(bodies, a, gradient);
+        }
+        let mut sum = 0.0;
+        for (body, cursor, _, energy) in self.near(bodies, a) {
+            let [energy, first, _] = energy?;
+            let mut rows = Rows::default();
+            rows.add(bodies, body, cursor, a, 1.0);
+            for row in rows.0 {
+                gradient[row.unknown] += first * row.by.dot(&self.normal);
+            }
+            sum += energy;
+        }
+        Some(sum)
+    }
+
+    fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
+        if let Some(plane) = &self.exact {
+            return plane.hessian(bodies, a, convex, sink);
+        }
+        for (body, cursor, _, energy) in self.near(bodies, a) {
+            let [_, first, second] = energy?;
+            let mut rows = Rows::default();
+            rows.add(bodies, body, cursor, a, 1.0);
+            rows.add_form(sink, |p, q| second * p.by.dot(&self.normal) * q.by.dot(&self.normal));
+            if !convex {
+                bend(bodies, body, cursor, a, self.normal * first, sink);
+            }
+        }
+        Some(())
+    }
+
+    fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
+        if self.exact.is_some() {
+            return 1.0;
+        }
+        let way = |(body, cursor, _): &(usize, Cursor, f64)| {
+            let gap = self.gap(bodies, a, *body, cursor);
+            let mut rows = Rows::default();
+            rows.add(bodies, *body, cursor, a, 1.0);
+            let rate: f64 = rows.0.iter().map(|r| r.by.dot(&self.normal) * step[r.unknown]).sum();
+            let (solid, moves) = (bodies.solid(*body), bodies.part(*body, step));
+            let swerves = solid.boundary().arcs[cursor.arc].map(|n| solid.swerve(moves, n));
+            first_fall(
+                (1.0 - LEFT) * gap,
+                rate,
+                0.625 * swerves.into_iter().fold(0.0, f64::max),
+            )
+        };
+        self.samples.iter().map(way).fold(1.0, f64::min)
+    }
+
+    fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
+        if let Some(plane) = &mut self.exact {
+            return plane.update(bodies, a);
+        }
+        let mut again = self.width > self.last_width;
+        if let Some(stiffness) = self.polish.filter(|_| !again) {
+            self.exact = self.hand_over(bodies, a, stiffness);
+            again = true;
+        }
+        self.width = (self.width * NARROWER).max(self.last_width);
+        Change {
+            again,
+            ..Change::default()
+        }
+    }
+
+    fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {
+        if let Some(plane) = &self.exact {
+            return plane.forces(bodies, a);
+        }
+        let near = self.near(bodies, a).filter_map(|(body, cursor, gap, energy)| {
+            Some(Force {
+                body,
+                point: bodies.local(body, cursor, a).position,
+                force: self.normal * -energy?[1],
+                gap,
+            })
+        });
+        near.collect()
+    }
+}

@@ -1,0 +1,252 @@
+//! Newton's method with a line search, on the true second derivatives where they are positive definite.
+
+use super::search::{Line, Point, largest};
+use super::{Failed, Minimum, Potential, Stability};
+use crate::sparse::{Inertia, Ldl, Triplets};
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The most steps.
+    pub most_iterations: usize,
+    /// The largest free force over the largest load: the one criterion, for every system and unit.
+    pub tolerance: f64,
+    /// The first limit of a parameter's change in a step, in sizes of the largest solid; it adapts.
+    pub first_radius: f64,
+    /// At a saddle, go on along a direction in which the energy falls.
+    pub leave_saddles: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            most_iterations: 400,
+            tolerance: 1e-8,
+            first_radius: 1.0,
+            leave_saddles: true,
+        }
+    }
+}
+
+/// A shift or eigenvalue below this part of the largest diagonal entry is neutral.
+const NEUTRAL: f64 = 1e-12;
+/// A state this many sizes away has no equilibrium near.
+const FAR: f64 = 1e4;
+/// Leaving a saddle must lower the energy by this part of it: more than rounding.
+const LOWER: f64 = 1e-12;
+/// Directions of falling energy followed away from saddles.
+const MOST_SADDLES: usize = 8;
+/// Free forces below this part of the largest load, with a falling direction, mean a saddle near.
+const NEAR_SADDLE: f64 = 1e-3;
+
+/// The method, with the memory it keeps from one search to the next.
+#[derive(Debug, Default)]
+pub struct Newton {
+    /// When to stop.
+    pub settings: Settings,
+    ldl: Ldl,
+    matrix: Triplets,
+    /// Where the true matrix of the last step was not positive definite, a direction of negative curvature.
+    falling: Option<Vec<f64>>,
+}
+
+/// Counters.
+#[derive(Debug, Clone, Copy, Default)]
+struct Work {
+    iterations: usize,
+    evaluations: usize,
+    factorisations: usize,
+    projected: usize,
+    saddles: usize,
+}
+
+impl Newton {
+    /// The method with these settings.
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            settings,
+            ..Self::default()
+        }
+    }
+
+    /// Moves `a` to a stationary state of the energy by steps none of which raises it.
+    ///
+    /// Done where the largest free force is at most `tolerance` times the largest load or reaction, or at the level of
+    /// rounding (absolute stiffness times absolute displacement times 2^-52, unknown by unknown).
+    ///
+    /// # Errors
+    /// [`Failed`]. `a` is then the last state.
+    pub fn minimise(&mut self, potential: &impl Potential, a: &mut Vec<f64>) -> Result<Minimum, Failed> {
+        let mut work = Work::default();
+        let mut at = Point::of(potential, a).ok_or(Failed::NoEnergy)?;
+        let mut radius = self.settings.first_radius * potential.extent();
+        let mut rounding = vec![0.0; a.len()];
+        loop {
+            let (residual, load) = at.balance(potential);
+            let wanted = self.settings.tolerance * load;
+            if at.within(potential, wanted, &rounding, 1.0) {
+                let stability = self.stability(potential, a, &mut work)?;
+                // The factorisation left is that of `stability`.
+                self.falling = self.ldl.falling_direction();
+                if stability.falling == 0 || !self.leave(potential, a, &mut at, &mut work) {
+                    return self.minimum(potential, a, &at, stability, work);
+                }
+            }
+            let failed = Failed::NotConverged {
+                iterations: work.iterations,
+                residual,
+                load,
+            };
+            if work.iterations >= self.settings.most_iterations {
+                return Err(failed);
+            }
+            work.iterations += 1;
+            let step = self.step(potential, a, &at, &mut work).ok_or(failed)?;
+            // Near a saddle the convex steps crawl: the force that leads away from it is small.
+            if residual <= NEAR_SADDLE * load && self.leave(potential, a, &mut at, &mut work) {
+                continue;
+            }
+            rounding = self.matrix.absolute_product(a);
+            let line = Line::new(potential, a, &at, step, radius);
+            let Some(next) = line.search(&mut work.evaluations) else {
+                // No step lowers the energy any more: rounding, if the forces are near it.
+                if residual <= 1e3 * wanted && at.within(potential, 0.0, &rounding, 1e2) {
+                    let stability = self.stability(potential, a, &mut work)?;
+                    return self.minimum(potential, a, &at, stability, work);
+                }
+                return Err(failed);
+            };
+            radius = line.next_radius(&next, radius);
+            at = next.point;
+            *a = next.a;
+            let distance = largest(a);
+            if distance > FAR * potential.extent() {
+                let extents = distance / potential.extent();
+                return Err(Failed::Unbounded {
+                    iterations: work.iterations,
+                    distance,
+                    extents,
+                });
+            }
+        }
+    }
+
+    /// The second derivatives with fixed unknowns out of the way, and their largest diagonal entry.
+    fn assemble(&mut self, potential: &impl Potential, a: &[f64], convex: bool) -> Option<f64> {
+        potential.hessian(a, convex, &mut self.matrix)?;
+        let scale = largest(&self.matrix.diagonal());
+        self.matrix.fix(potential.fixed(), scale.max(f64::MIN_POSITIVE));
+        Some(scale)
+    }
+
+    /// Newton's step: with the true matrix if it is positive definite, else with the convex one, shifted as needed.
+    fn step(&mut self, potential: &impl Potential, a: &[f64], at: &Point, work: &mut Work) -> Option<Vec<f64>> {
+        for convex in [false, true] {
+            let scale = self.assemble(potential, a, convex)?;
+            work.projected += usize::from(convex);
+            // Without any stiffness, as a falling rigid solid, the step follows the forces.
+            let unit = if scale > 0.0 {
+                scale
+            } else {
+                largest(&at.gradient) / potential.extent()
+            };
+            let shifts = [0.0, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
+            let few = if convex { shifts.len() } else { 2 };
+            for shift in &shifts[..few] {
+                work.factorisations += 1;
+                let factored = self.ldl.factor(&self.matrix, shift * unit);
+                if !convex {
+                    self.falling = factored.is_ok().then(|| self.ldl.falling_direction()).flatten();
+                }
+                if factored.is_ok_and(|i| i.negative == 0) {
+                    let step = self.solve(potential, at);
+                    if step.iter().all(|s| s.is_finite()) {
+                        return Some(step);
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    fn solve(&self, potential: &impl Potential, at: &Point) -> Vec<f64> {
+        let free = at.gradient.iter().zip(potential.fixed());
+        let mut step: Vec<f64> = free.map(|(g, fixed)| if *fixed { 0.0 } else { -g }).collect();
+        self.ldl.solve(&mut step);
+        step
+    }
+
+    /// Counts eigenvalues below `-tau` and within `tau` of zero by two factorisations (Sylvester).
+    fn stability(&mut self, potential: &impl Potential, a: &[f64], work: &mut Work) -> Result<Stability, Failed> {
+        let scale = self.assemble(potential, a, false).ok_or(Failed::NoEnergy)?;
+        work.factorisations += 2;
+        let mut negative = |shift: f64| -> usize {
+            // A pivot that vanishes at one shift does not at a neighbour.
+            let tries = [1.0, 1.37, 0.71, 2.03];
+            let found = tries.iter().find_map(|t| self.ldl.factor(&self.matrix, t * shift).ok());
+            found.unwrap_or(Inertia::default()).negative
+        };
+        let tau = NEUTRAL * scale.max(f64::MIN_POSITIVE);
+        let below = negative(-tau);
+        let falling = negative(tau);
+        Ok(Stability {
+            falling,
+            neutral: below.saturating_sub(falling),
+        })
+    }
+
+    /// Leaves a saddle along a direction of falling energy, either way. False where there is none, or too often.
+    fn leave(&mut self, potential: &impl Potential, a: &mut Vec<f64>, at: &mut Point, work: &mut Work) -> bool {
+        if !self.settings.leave_saddles || work.saddles >= MOST_SADDLES {
+            return false;
+        }
+        let Some(mut direction) = self.falling.take() else {
+            return false;
+        };
+        work.saddles += 1;
+        for (d, fixed) in direction.iter_mut().zip(potential.fixed()) {
+            *d = if *fixed { 0.0 } else { *d };
+        }
+        let size = 1e-2 * potential.extent() / largest(&direction).max(f64::MIN_POSITIVE);
+        for k in 0..24 {
+            let by = size * 0.5_f64.powi(k / 2) * if k % 2 == 0 { 1.0 } else { -1.0 };
+            let step: Vec<f64> = direction.iter().map(|d| d * by).collect();
+            let reach = potential.reach(a, &step);
+            let moved: Vec<f64> = a.iter().zip(&step).map(|(a, s)| a + reach * s).collect();
+            work.evaluations += 1;
+            if let Some(point) = Point::of(potential, &moved).filter(|p| p.energy < at.energy - LOWER * at.energy.abs())
+            {
+                *a = moved;
+                *at = point;
+                return true;
+            }
+        }
+        false
+    }
+
+    fn minimum(
+        &self,
+        potential: &impl Potential,
+        a: &[f64],
+        at: &Point,
+        stability: Stability,
+        work: Work,
+    ) -> Result<Minimum, Failed> {
+        let least_determinant = potential.least_determinant(a);
+        if least_determinant.is_nan() || least_determinant <= 0.0 {
+            return Err(Failed::Inverted { least_determinant });
+        }
+        let (residual, load) = at.balance(potential);
+        Ok(Minimum {
+            energy: at.energy,
+            residual,
+            load,
+            stability,
+            least_determinant,
+            iterations: work.iterations,
+            evaluations: work.evaluations,
+            factorisations: work.factorisations,
+            projected: work.projected,
+        })
+    }
+}

@@ -1,0 +1,182 @@
+//! Deformable solids: a mesh, a material and a weight. Parameters are the displacements of the nodes.
+
+use nalgebra::Vector2;
+
+use super::{Boundary, Solid};
+use crate::law::{Law, Material};
+use crate::q9::Mesh;
+use crate::q9::element::{DOFS, Forces};
+use crate::sparse::Triplets;
+
+/// From this ratio on, plain elements lock and their Newton steps fail: the mixed form is asked for.
+const MIXED_FROM: f64 = 0.495;
+
+/// A nearly incompressible material on plain elements.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("Poisson's ratio {poisson} with plain elements: from {MIXED_FROM} on they lock; use the mixed form")]
+pub struct NotMixed {
+    /// The ratio.
+    pub poisson: f64,
+}
+
+/// A mesh of one material under a uniform weight.
+#[derive(Debug, Clone)]
+pub struct Deformable {
+    mesh: Mesh,
+    material: Material,
+    /// Force by reference area.
+    weight: Vector2<f64>,
+    boundary: Boundary,
+}
+
+impl Deformable {
+    /// A solid of this mesh and material. `weight` is the force on a unit of reference area, density times gravity.
+    ///
+    /// # Errors
+    /// [`NotMixed`]. Linear and Saint Venant-Kirchhoff materials of any ratio are let through on plain elements, so that
+    /// the locking can be measured.
+    pub fn new(mesh: Mesh, material: Material, weight: Vector2<f64>) -> Result<Self, NotMixed> {
+        let lame = material.lame;
+        let poisson = 0.5 * lame.lambda / (lame.lambda + lame.mu);
+        let finite = matches!(material.law, Law::Linear | Law::StVenantKirchhoff);
+        if poisson >= MIXED_FROM && !mesh.is_mixed() && !finite {
+            return Err(NotMixed { poisson });
+        }
+        let boundary = Boundary::new(mesh.boundary.clone(), |n| mesh.nodes[n]);
+        Ok(Self {
+            mesh,
+            material,
+            weight,
+            boundary,
+        })
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The material.
+    pub fn material(&self) -> &Material {
+        &self.material
+    }
+
+    fn weight_energy(&self, a: &[f64]) -> f64 {
+        let mut energy = 0.0;
+        for element in &self.mesh.elements {
+            let u = element.displacements(a);
+            for point in &element.points {
+                let at: Vector2<f64> = u.iter().zip(point.values).map(|(u, w)| u * w).sum();
+                energy -= point.weight * self.weight.dot(&at);
+            }
+        }
+        energy
+    }
+}
+
+impl Solid for Deformable {
+    fn parameters(&self) -> usize {
+        2 * self.mesh.nodes.len()
+    }
+
+    fn translate(&self, a: &mut [f64], by: Vector2<f64>) {
+        for u in a.chunks_exact_mut(2) {
+            u[0] += by.x;
+            u[1] += by.y;
+        }
+    }
+
+    fn rotate(&self, a: &mut [f64], angle: f64, centre: Vector2<f64>) {
+        for (u, reference) in a.chunks_exact_mut(2).zip(&self.mesh.nodes) {
+            let at = reference + Vector2::new(u[0], u[1]) - centre;
+            let by = turned(at, angle);
+            u[0] += by.x;
+            u[1] += by.y;
+        }
+    }
+
+    fn energy(&self, a: &[f64]) -> Option<f64> {
+        let mut energy = self.weight_energy(a);
+        for element in &self.mesh.elements {
+            energy += element.energy(&self.material, &element.displacements(a))?;
+        }
+        Some(energy).filter(|e| e.is_finite())
+    }
+
+    fn gradient(&self, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        let mut energy = 0.0;
+        for element in &self.mesh.elements {
+            let u = element.displacements(a);
+            let mut forces = Forces::zeros();
+            energy += element.gradient(&self.material, &u, &mut forces)?;
+            for point in &element.points {
+                for (n, value) in point.values.iter().enumerate() {
+                    let share = self.weight * (point.weight * value);
+                    energy -= share.dot(&u[n]);
+                    forces[2 * n] -= share.x;
+                    forces[2 * n + 1] -= share.y;
+                }
+            }
+            for (n, node) in element.nodes.iter().enumerate() {
+                gradient[2 * node] += forces[2 * n];
+                gradient[2 * node + 1] += forces[2 * n + 1];
+            }
+        }
+        Some(energy).filter(|e| e.is_finite())
+    }
+
+    fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets, offset: usize) -> Option<()> {
+        for element in &self.mesh.elements {
+            let stiffness = element.stiffness(&self.material, &element.displacements(a), convex)?;
+            let unknown = |p: usize| offset + 2 * element.nodes[p / 2] + p % 2;
+            for p in 0..DOFS {
+                for q in 0..=p {
+                    sink.add(unknown(p), unknown(q), stiffness[(p, q)]);
+                }
+            }
+        }
+        Some(())
+    }
+
+    fn weight(&self, forces: &mut [f64]) {
+        for element in &self.mesh.elements {
+            for point in &element.points {
+                for (node, value) in element.nodes.iter().zip(point.values) {
+                    forces[2 * node] += self.weight.x * point.weight * value;
+                    forces[2 * node + 1] += self.weight.y * point.weight * value;
+                }
+            }
+        }
+    }
+
+    fn least_determinant(&self, a: &[f64]) -> f64 {
+        let elements = self.mesh.elements.iter().enumerate();
+        elements
+            .map(|(k, e)| e.least_determinant(&self.mesh.corners(k), &e.displacements(a)))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn stiffness_scale(&self) -> f64 {
+        self.material.lame.confined()
+    }
+
+    fn boundary(&self) -> &Boundary {
+        &self.boundary
+    }
+
+    fn point(&self, a: &[f64], node: usize) -> Vector2<f64> {
+        self.mesh.nodes[node] + Vector2::new(a[2 * node], a[2 * node + 1])
+    }
+
+    fn rows(&self, _a: &[f64], node: usize, visit: &mut dyn FnMut(usize, Vector2<f64>)) {
+        visit(2 * node, Vector2::x());
+        visit(2 * node + 1, Vector2::y());
+    }
+}
+
+/// How far a point at `at` from the centre moves when it turns: `(R - I) at`, exact for small angles too.
+pub(super) fn turned(at: Vector2<f64>, angle: f64) -> Vector2<f64> {
+    let less = -2.0 * (0.5 * angle).sin().powi(2);
+    let sin = angle.sin();
+    Vector2::new(less * at.x - sin * at.y, sin * at.x + less * at.y)
+}

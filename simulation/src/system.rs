@@ -1,0 +1,241 @@
+//! A system: solids, what is fixed, dead loads, and the terms that constraints add to the energy.
+
+use nalgebra::Vector2;
+
+use crate::constraint::{Change, Force, Term};
+use crate::control::Potential;
+use crate::solid::{Cursor, Local, Solid};
+use crate::sparse::Triplets;
+
+/// Solids, and where the parameters of each lie in the vector of all.
+#[derive(Debug, Default)]
+pub struct Bodies {
+    solids: Vec<Box<dyn Solid>>,
+    offsets: Vec<usize>,
+    size: usize,
+}
+
+impl Bodies {
+    /// The number of solids.
+    pub fn len(&self) -> usize {
+        self.solids.len()
+    }
+
+    /// True without any.
+    pub fn is_empty(&self) -> bool {
+        self.solids.is_empty()
+    }
+
+    /// Parameters of all solids together.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// A solid.
+    pub fn solid(&self, body: usize) -> &dyn Solid {
+        self.solids[body].as_ref()
+    }
+
+    /// The first unknown of a solid.
+    pub fn offset(&self, body: usize) -> usize {
+        self.offsets[body]
+    }
+
+    /// The parameters of a solid among all.
+    pub fn part<'a>(&self, body: usize, a: &'a [f64]) -> &'a [f64] {
+        &a[self.offsets[body]..self.offsets[body] + self.solids[body].parameters()]
+    }
+
+    /// The parameters of a solid among all, to change them.
+    pub fn part_mut<'a>(&self, body: usize, a: &'a mut [f64]) -> &'a mut [f64] {
+        &mut a[self.offsets[body]..self.offsets[body] + self.solids[body].parameters()]
+    }
+
+    /// Where a node of a boundary is.
+    pub fn point(&self, body: usize, node: usize, a: &[f64]) -> Vector2<f64> {
+        self.solid(body).point(self.part(body, a), node)
+    }
+
+    /// Where a cursor is, and how the boundary runs there.
+    pub fn local(&self, body: usize, cursor: &Cursor, a: &[f64]) -> Local {
+        cursor.local(self.solid(body), self.part(body, a))
+    }
+
+    /// `(solid, its parameters)` of each.
+    fn each<'a>(&'a self, a: &'a [f64]) -> impl Iterator<Item = (usize, &'a dyn Solid, &'a [f64])> {
+        (0..self.len()).map(move |k| (self.offsets[k], self.solid(k), self.part(k, a)))
+    }
+
+    /// The largest side of the box of any reference configuration: the scale of lengths.
+    pub fn extent(&self) -> f64 {
+        let extents = self.solids.iter().map(|s| s.boundary().extent());
+        extents.fold(0.0, f64::max)
+    }
+
+    /// The largest stiffness, units of stress.
+    pub fn stiffness_scale(&self) -> f64 {
+        self.solids.iter().map(|s| s.stiffness_scale()).fold(0.0, f64::max)
+    }
+}
+
+/// A system of solids. It holds no state: the vector of all parameters is the caller's.
+#[derive(Debug, Default)]
+pub struct System {
+    /// The solids.
+    pub bodies: Bodies,
+    /// Unknowns that keep their value.
+    pub fixed: Vec<bool>,
+    /// Dead forces on the unknowns.
+    pub loads: Vec<f64>,
+    /// What weights and dead forces are multiplied by: 1, less on the way to a large load. Only loads scale: the weight
+    /// inside a solid's energy is scaled by adding the rest as a dead force.
+    pub load_factor: f64,
+    /// Terms that constraints add.
+    pub terms: Vec<Box<dyn Term>>,
+    weights: Vec<f64>,
+}
+
+impl System {
+    /// A system without solids.
+    pub fn new() -> Self {
+        Self {
+            load_factor: 1.0,
+            ..Self::default()
+        }
+    }
+
+    /// Adds a solid; its number.
+    pub fn add(&mut self, solid: impl Solid + 'static) -> usize {
+        let (bodies, count) = (&mut self.bodies, solid.parameters());
+        let mut weights = vec![0.0; count];
+        solid.weight(&mut weights);
+        bodies.offsets.push(bodies.size);
+        bodies.solids.push(Box::new(solid));
+        bodies.size += count;
+        self.weights.extend(weights);
+        self.fixed.resize(bodies.size, false);
+        self.loads.resize(bodies.size, 0.0);
+        bodies.solids.len() - 1
+    }
+
+    /// The parameters of all reference configurations.
+    pub fn initial(&self) -> Vec<f64> {
+        self.bodies.solids.iter().flat_map(|s| s.initial()).collect()
+    }
+
+    /// Keeps all parameters that move a node of a boundary as they are: for meshes, where they are the node's own.
+    pub fn clamp(&mut self, body: usize, nodes: &[usize]) {
+        let start = self.bodies.offset(body);
+        let at_rest = self.bodies.solid(body).initial();
+        for node in nodes {
+            let fixed = &mut self.fixed;
+            self.bodies
+                .solid(body)
+                .rows(&at_rest, *node, &mut |p, _| fixed[start + p] = true);
+        }
+    }
+
+    /// Adds dead forces `(parameter, force)` on a solid.
+    pub fn load(&mut self, body: usize, forces: &[(usize, f64)]) {
+        let start = self.bodies.offset(body);
+        for (parameter, force) in forces {
+            self.loads[start + parameter] += force;
+        }
+    }
+
+    /// Lets every term take the state found as its next start; how far they were from it.
+    pub fn update(&mut self, a: &[f64]) -> Change {
+        let bodies = &self.bodies;
+        let each = self.terms.iter_mut().map(|term| term.update(bodies, a));
+        each.fold(Change::default(), Change::max)
+    }
+
+    /// The forces of all constraints at work.
+    pub fn forces(&self, a: &[f64]) -> Vec<Force> {
+        self.terms
+            .iter()
+            .flat_map(|term| term.forces(&self.bodies, a))
+            .collect()
+    }
+
+    /// What is missing of the loads at the factor: forces, to be added to the gradient and, times `a`, to the energy.
+    fn missing(&self, i: usize) -> f64 {
+        (1.0 - self.load_factor) * self.weights[i] - self.load_factor * self.loads[i]
+    }
+
+    fn load_energy(&self, a: &[f64]) -> f64 {
+        a.iter().enumerate().map(|(i, a)| self.missing(i) * a).sum()
+    }
+
+    /// The least determinant of any solid.
+    pub fn least_determinant(&self, a: &[f64]) -> f64 {
+        let each = self
+            .bodies
+            .each(a)
+            .map(|(_, solid, part)| solid.least_determinant(part));
+        each.fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Potential for System {
+    fn size(&self) -> usize {
+        self.bodies.size()
+    }
+
+    fn energy(&self, a: &[f64]) -> Option<f64> {
+        let mut energy = self.load_energy(a);
+        for (_, solid, part) in self.bodies.each(a) {
+            energy += solid.energy(part)?;
+        }
+        for term in &self.terms {
+            energy += term.energy(&self.bodies, a)?;
+        }
+        Some(energy)
+    }
+
+    fn gradient(&self, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        let mut energy = self.load_energy(a);
+        for (i, g) in gradient.iter_mut().enumerate() {
+            *g = self.missing(i);
+        }
+        for (offset, solid, part) in self.bodies.each(a) {
+            energy += solid.gradient(part, &mut gradient[offset..offset + part.len()])?;
+        }
+        for term in &self.terms {
+            energy += term.gradient(&self.bodies, a, gradient)?;
+        }
+        Some(energy)
+    }
+
+    fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
+        sink.reset(self.size());
+        for (offset, solid, part) in self.bodies.each(a) {
+            solid.hessian(part, convex, sink, offset)?;
+        }
+        for term in &self.terms {
+            term.hessian(&self.bodies, a, convex, sink)?;
+        }
+        Some(())
+    }
+
+    fn reach(&self, a: &[f64], step: &[f64]) -> f64 {
+        let each = self.terms.iter().map(|term| term.reach(&self.bodies, a, step));
+        each.fold(1.0, f64::min)
+    }
+
+    fn fixed(&self) -> &[bool] {
+        &self.fixed
+    }
+
+    fn load(&self, i: usize) -> f64 {
+        self.load_factor * (self.weights[i] + self.loads[i])
+    }
+
+    fn extent(&self) -> f64 {
+        self.bodies.extent()
+    }
+
+    fn least_determinant(&self, a: &[f64]) -> f64 {
+        Self::least_determinant(self, a)
+    }
+}

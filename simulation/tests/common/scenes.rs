@@ -1,0 +1,108 @@
+//! Scenes with contact.
+
+use nalgebra::Vector2;
+use simulation::constraint::{Guard, Pairs, Plane};
+use simulation::law::{Law, Material};
+use simulation::q9::{Mesh, blob, ring};
+use simulation::solid::{Deformable, Rigid};
+use simulation::system::System;
+
+pub(crate) fn soft(mesh: Mesh, law: Law, weight: f64) -> Deformable {
+    let material = Material::new(law, 1.0, 0.3).expect("a material");
+    Deformable::new(mesh, material, Vector2::new(0.0, -weight)).expect("a solid")
+}
+
+/// Adds a half-plane that all solids keep out of.
+pub(crate) fn wall(system: &mut System, normal: (f64, f64), offset: f64, stiffness: f64) {
+    let all: Vec<usize> = (0..system.bodies.len()).collect();
+    let normal = Vector2::new(normal.0, normal.1);
+    let plane = Plane::new(&system.bodies, &all, normal, offset, stiffness).expect("a direction");
+    system.terms.push(Box::new(plane));
+}
+
+/// Adds a half-plane behind a barrier that all solids keep away from.
+pub(crate) fn guard(system: &mut System, normal: (f64, f64), offset: f64, width: f64) {
+    let all: Vec<usize> = (0..system.bodies.len()).collect();
+    let normal = Vector2::new(normal.0, normal.1);
+    let widths = [width.max(1e-2), width];
+    let plane = Guard::new(&system.bodies, &all, normal, offset, widths, 0.1).expect("a direction");
+    system.terms.push(Box::new(plane));
+}
+
+/// A full ring on the plane y = 0, thesis's figure 37.
+pub(crate) fn ring_on_plane(elements: [usize; 2], weight: f64) -> System {
+    let mesh = ring(Vector2::new(0.0, 1.0), [0.7, 1.0], elements).expect("a ring");
+    let mut system = System::new();
+    system.add(soft(mesh, Law::StVenantKirchhoff, weight));
+    wall(&mut system, (0.0, 1.0), 0.0, 100.0);
+    system
+}
+
+/// The same ring, first behind a barrier: for weights under which it rolls on its way.
+pub(crate) fn ring_behind_barrier(elements: [usize; 2], weight: f64) -> System {
+    let mesh = ring(Vector2::new(0.0, 1.005), [0.7, 1.0], elements).expect("a ring");
+    let mut system = System::new();
+    system.add(soft(mesh, Law::StVenantKirchhoff, weight));
+    let guard = Guard::new(&system.bodies, &[0], Vector2::y(), 0.0, [1e-2, 1e-4], 0.1).expect("a direction");
+    system.terms.push(Box::new(guard.polished(300.0)));
+    system
+}
+
+/// A ring in a ring on a plane, figure 38.
+pub(crate) fn ring_in_ring(elements: [usize; 2], weight: f64, width: f64) -> System {
+    let outer = ring(Vector2::new(0.0, 2.005), [1.4, 2.0], elements).expect("a ring");
+    let inner = ring(Vector2::new(0.0, 1.61 + 0.005), [0.7, 1.0], elements).expect("a ring");
+    let mut system = System::new();
+    system.add(soft(outer, Law::NeoHookean, weight));
+    system.add(soft(inner, Law::NeoHookean, weight));
+    guard(&mut system, (0.0, 1.0), 0.0, width);
+    system.terms.push(Box::new(Pairs::new(1e-2, width, 0.1)));
+    system
+}
+
+/// Five solids of `k` x `k` elements in a cavity, figure 40.
+pub(crate) fn five(k: usize, law: Law, width: f64) -> System {
+    let blobs = [
+        (-0.75, 0.75, 0.70, 0.62, 0.2),
+        (0.78, 0.70, 0.72, 0.6, -0.3),
+        (-0.70, 2.15, 0.75, 0.6, 0.4),
+        (0.80, 2.10, 0.70, 0.65, 0.1),
+        (0.05, 3.45, 0.8, 0.6, 0.0),
+    ];
+    let mut system = System::new();
+    for (x, y, a, b, angle) in blobs {
+        let mesh = blob(Vector2::new(x, 1.05 * y), [a, b], angle, [k, k]).expect("a blob");
+        system.add(soft(mesh, law, 0.02));
+    }
+    guard(&mut system, (0.0, 1.0), 0.0, width);
+    guard(&mut system, (1.0, 0.0), -1.6, width);
+    guard(&mut system, (-1.0, 0.0), -1.6, width);
+    system.terms.push(Box::new(Pairs::new(1e-2, width, 0.1)));
+    system
+}
+
+/// A T, upright, its foot at the origin.
+pub(crate) fn tee() -> Rigid {
+    let corners = [
+        (-0.2, 0.0),
+        (0.2, 0.0),
+        (0.2, 1.0),
+        (0.7, 1.0),
+        (0.7, 1.3),
+        (-0.7, 1.3),
+        (-0.7, 1.0),
+        (-0.2, 1.0),
+    ];
+    Rigid::new(&corners.map(|(x, y)| Vector2::new(x, y)), Vector2::new(0.0, -1.0)).expect("a polygon")
+}
+
+/// A star of five points about the origin.
+pub(crate) fn star() -> Rigid {
+    let corner = |k: usize| {
+        let radius = if k.is_multiple_of(2) { 1.0 } else { 0.45 };
+        let angle = std::f64::consts::PI * (0.2 * k as f64 + 0.13);
+        Vector2::new(angle.cos(), angle.sin()) * radius
+    };
+    let corners: Vec<Vector2<f64>> = (0..10).map(corner).collect();
+    Rigid::new(&corners, Vector2::new(0.0, -1.0)).expect("a polygon")
+}
