@@ -64,6 +64,8 @@ pub(super) struct Lines {
     columns: Range<usize>,
     /// Of each column: its first voxel, counted from that of the leftmost tap.
     first: Vec<u32>,
+    /// For one tap: the offset term of each column.
+    single: Vec<u32>,
     /// Of each column: its `N` weights.
     weights: Vec<f32>,
     /// The voxels that the row reaches.
@@ -105,6 +107,9 @@ impl Lines {
             self.set_columns(kernel, axes, walk);
         }
         let spot = walk.at(walk.inside.start);
+        if N == 1 {
+            return self.draw_single(kernel, axes, &spot, d, &mut line[walk.inside.clone()]);
+        }
         let (n, first) = (self.reach.len(), K::first(&spot, axes.down));
         for voxel in first..first + N as i32 {
             self.layers[d as usize].hold(kernel, axes, &spot, voxel, &self.reach);
@@ -120,6 +125,32 @@ impl Lines {
             }
         }
         self.along::<N>(&mut line[walk.inside.clone()]);
+    }
+
+    /// A filter of one tap, whose weight is one: the voxels themselves.
+    #[inline(always)]
+    fn draw_single<const N: usize, K: Separable<N>>(
+        &mut self,
+        kernel: &K,
+        axes: Axes,
+        spot: &Spot,
+        d: u32,
+        line: &mut [f32],
+    ) {
+        let source = kernel.source();
+        let layer = &mut self.layers[d as usize];
+        let voxel = K::first(spot, axes.down);
+        layer.held.resize(1, None);
+        if layer.held[0].replace(voxel) != Some(voxel) {
+            let [down] = source.terms::<1>(axes.down, voxel);
+            let [across] = source.terms::<1>(axes.across, K::first(spot, axes.across));
+            let values = &source.values[down + across..];
+            layer.sums.clear();
+            layer
+                .sums
+                .extend(self.single.iter().map(|&at| values[at as usize].hu()));
+        }
+        line.copy_from_slice(&layer.sums);
     }
 
     /// The last sums, along the row.
@@ -143,6 +174,11 @@ impl Lines {
         self.reach = low..high + N as i32;
         self.first.clear();
         self.first.extend(firsts().map(|i| (i - low) as u32));
+        if N == 1 {
+            let along = kernel.source().table(axes.right, self.reach.clone());
+            self.single.clear();
+            self.single.extend(self.first.iter().map(|&i| along[i as usize]));
+        }
         self.weights.clear();
         let weights = walk
             .inside

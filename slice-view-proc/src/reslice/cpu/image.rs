@@ -1,7 +1,7 @@
 //! Going over an image: rows, the points of large pixels, the layers of slabs.
 //!
-//! Thin images of single points are drawn in tiles of 64 x 8 pixels, whose neighbourhood in the volume fits the nearest
-//! cache in every direction of the plane. Pixels of several points are drawn row by row through sums in f64.
+//! Thin images of single points are drawn in tiles, whose neighbourhood in the volume fits the nearest cache in every
+//! direction of the plane (see `tiles`). Pixels of several points are drawn row by row through sums in f64.
 
 use std::ops::Range;
 
@@ -12,11 +12,11 @@ use geometry::SlicePlane;
 use super::super::Samples;
 use super::aligned::{Axes, Lines, Separable};
 use super::kernels::Kernel;
+use super::patch::Patches;
+use super::region::Region;
+use super::tiles::{Copies, Tiles};
 use super::vector::Vector;
 use super::walk::{LANES, Walk, lanes};
-
-const TILE_COLUMNS: usize = 64;
-const TILE_ROWS: usize = 8;
 
 /// Buffers of one row, taken once.
 #[derive(Debug, Clone, Default)]
@@ -25,6 +25,8 @@ pub(super) struct Fold {
     area: Vec<(f64, f64)>,
     pixels: Vec<(f64, f64)>,
     lines: Lines,
+    copies: Copies,
+    walks: Vec<(Walk, Range<usize>)>,
 }
 
 /// An image being drawn.
@@ -99,23 +101,42 @@ impl<'a> Image<'a> {
         Walk::new(&self.samples, self.lanes, [y as f64, f64::from(d)], width, self.dims)
     }
 
+    /// Single points, tile by tile. While one tile is drawn, the memory of the next is asked for.
     fn draw_points(&mut self, kernel: &impl Kernel) {
-        let (width, height) = (self.width, self.hu.len() / self.width);
-        for top in (0..height).step_by(TILE_ROWS) {
-            let rows = top..(top + TILE_ROWS).min(height);
-            let walks: [(Walk, Range<usize>); TILE_ROWS] = std::array::from_fn(|i| {
-                let walk = self.walk(top + i, 0, width);
-                let blocks = whole_blocks(kernel, &walk, self.dims);
-                (walk, blocks)
-            });
-            for left in (0..width).step_by(TILE_COLUMNS) {
-                let columns = left..(left + TILE_COLUMNS).min(width);
-                for (y, (walk, blocks)) in rows.clone().zip(&walks) {
-                    let line = &mut self.hu[y * width..][columns.clone()];
-                    segment(kernel, walk, blocks, columns.clone(), line, self.padding);
+        let tiles = Tiles::of(&self.samples, kernel.reach(), [self.width, self.hu.len() / self.width]);
+        let region = |i: usize| {
+            let tile = (i < tiles.count()).then(|| tiles.tile(i))?;
+            Region::new(&self.samples, &tile, tiles.reach()?, self.dims)
+        };
+        let mut copies = std::mem::take(&mut self.fold.copies);
+        let mut walks = std::mem::take(&mut self.fold.walks);
+        copies.plan(kernel, region(0));
+        for i in 0..tiles.count() {
+            let tile = tiles.tile(i);
+            if tile.columns.start == 0 {
+                walks.clear();
+                walks.extend(tile.rows.clone().map(|y| self.row(kernel, y)));
+            }
+            copies.take(kernel);
+            copies.plan(kernel, region(i + 1));
+            for (n, (y, (walk, blocks))) in tile.rows.clone().zip(&walks).enumerate() {
+                copies.fetch(kernel, n, tile.rows.len());
+                let line = &mut self.hu[y * self.width..][tile.columns.clone()];
+                match copies.held() {
+                    Some(patches) => copied(kernel, patches, walk, tile.columns.clone(), line, self.padding),
+                    None => segment(kernel, walk, blocks, tile.columns.clone(), line, self.padding),
                 }
             }
         }
+        self.fold.copies = copies;
+        self.fold.walks = walks;
+    }
+
+    /// A row of points, and which of its blocks can be done as a whole.
+    fn row(&self, kernel: &impl Kernel, y: usize) -> (Walk, Range<usize>) {
+        let walk = self.walk(y, 0, self.width);
+        let blocks = whole_blocks(kernel, &walk, self.dims);
+        (walk, blocks)
     }
 
     /// Pixels of several points; `draw` draws the inside of a row of points of a layer.
@@ -177,6 +198,21 @@ fn whole_blocks(kernel: &impl Kernel, walk: &Walk, dims: [u32; 3]) -> Range<usiz
     };
     let interior = walk.interior(dims, reach);
     interior.start.div_ceil(LANES)..interior.end / LANES
+}
+
+/// Draws `columns` of a row into `line` from a copy of what they need.
+fn copied(kernel: &impl Kernel, patches: &Patches, walk: &Walk, columns: Range<usize>, line: &mut [f32], padding: f32) {
+    let clip = |c: usize| c.clamp(columns.start, columns.end);
+    let inside = clip(walk.inside.start)..clip(walk.inside.end);
+    let at = |c: usize| c - columns.start;
+    line[..at(inside.start)].fill(padding);
+    line[at(inside.end)..].fill(padding);
+    kernel.copied(
+        patches,
+        walk,
+        inside.clone(),
+        &mut line[at(inside.start)..at(inside.end)],
+    );
 }
 
 /// Draws `columns` of a row into `line`. Tiles begin at whole blocks.

@@ -5,8 +5,10 @@ use std::ops::Range;
 use bus::volume::VolumeView;
 
 use super::aligned::Separable;
+use super::patch::{Patches, Plan};
 use super::phases::Phases;
-use super::points::{UNIT, b_spline, b_splines, convolved, cubic, cubics, linear, nearest};
+use super::points::{CatmullRom, CubicSpline, UNIT, Weights, convolved, linear, nearest};
+use super::region::Region;
 use super::runs::Runs;
 use super::source::Source;
 use super::vector::{Cell, Vector};
@@ -29,6 +31,44 @@ pub(super) trait Kernel {
     fn blocks(&self, walk: &Walk, first: usize, line: &mut [f32]) {
         self.points(walk, first * LANES..first * LANES + line.len(), line);
     }
+
+    /// If it can draw from copies: how far its taps are from a point at most, voxels.
+    fn reach(&self) -> Option<i32> {
+        None
+    }
+
+    /// Plans the copy of what the points of a tile need.
+    fn plan(&self, _: &Region, _: &mut Plan) {}
+
+    /// Asks for a part of the memory of what will be copied next.
+    fn fetch(&self, _: &Plan, _part: usize, _parts: usize) {}
+
+    /// Copies it.
+    fn copy(&self, _: &Plan, _: &mut Patches) {}
+
+    /// Draws `columns`, which are inside the volume, from the copy of what their tile needs.
+    fn copied(&self, _: &Patches, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
+        self.points(walk, columns, line);
+    }
+}
+
+/// Copies of `$source` as `$patch`.
+macro_rules! from_copies {
+    ($source:ident, $patch:ident) => {
+        fn plan(&self, region: &Region, plan: &mut Plan) {
+            plan.set(&self.$source, region);
+        }
+
+        fn fetch(&self, plan: &Plan, part: usize, parts: usize) {
+            if let Some(vector) = self.vector {
+                plan.fetch(&self.$source, vector, part, parts);
+            }
+        }
+
+        fn copy(&self, plan: &Plan, patches: &mut Patches) {
+            Vector::with(self.vector, || patches.$patch.copy(&self.$source, plan));
+        }
+    };
 }
 
 /// [`bus::scene::Filter::Nearest`].
@@ -73,6 +113,8 @@ pub(super) struct Linear<'a> {
     voxels: Source<'a, i16>,
     cell: Option<Cell<'a>>,
     vector: Option<Vector>,
+    /// Whether copies pay: where cubes are bricks. Eight taps of plain rows are read faster than sixteen rows are copied.
+    copies: bool,
 }
 
 impl<'a> Linear<'a> {
@@ -81,6 +123,7 @@ impl<'a> Linear<'a> {
             voxels,
             cell: vector.and_then(|vector| vector.cell(volume)),
             vector,
+            copies: volume.layout.brick() == [4; 3],
         }
     }
 }
@@ -101,6 +144,22 @@ impl Kernel for Linear<'_> {
     fn blocks(&self, walk: &Walk, first: usize, line: &mut [f32]) {
         if let Some(cell) = &self.cell {
             cell.linear(walk, first, line, &self.voxels);
+        }
+    }
+
+    fn reach(&self) -> Option<i32> {
+        self.copies.then_some(1)
+    }
+
+    from_copies!(voxels, shorts);
+
+    fn copied(&self, patches: &Patches, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
+        match self.vector {
+            Some(vector) => vector.linear(&patches.shorts, walk, columns, line),
+            None => {
+                let source = patches.shorts.source();
+                walk.each(columns, line, |spot| linear(&source, &spot));
+            }
         }
     }
 }
@@ -157,12 +216,30 @@ impl Kernel for Cubic<'_> {
 
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
         match &self.runs {
-            Some(runs) => runs.draw(self.vector, walk, columns, line, cubics),
+            Some(runs) => runs.draw(self.vector, walk, columns, line, CatmullRom::at),
             None => points_by!(self, walk, columns, line, |spot| convolved(
                 &self.voxels,
                 spot,
-                &cubics(spot.part)
+                &CatmullRom::at(spot.part)
             )),
+        }
+    }
+
+    fn reach(&self) -> Option<i32> {
+        Some(2)
+    }
+
+    from_copies!(voxels, floats);
+
+    fn copied(&self, patches: &Patches, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
+        match self.vector {
+            Some(vector) => vector.four_taps::<CatmullRom>(&patches.floats, walk, columns, line),
+            None => {
+                let source = patches.floats.source();
+                walk.each(columns, line, |spot| {
+                    convolved(&source, &spot, &CatmullRom::at(spot.part))
+                });
+            }
         }
     }
 }
@@ -175,7 +252,7 @@ impl Separable<4> for Cubic<'_> {
     }
 
     fn weights(&self, part: i32) -> [f32; 4] {
-        cubic(part)
+        CatmullRom::at([part])[0]
     }
 }
 
@@ -193,12 +270,30 @@ impl Kernel for BSpline<'_> {
 
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
         match &self.runs {
-            Some(runs) => runs.draw(self.vector, walk, columns, line, b_splines),
+            Some(runs) => runs.draw(self.vector, walk, columns, line, CubicSpline::at),
             None => points_by!(self, walk, columns, line, |spot| convolved(
                 &self.coefficients,
                 spot,
-                &b_splines(spot.part)
+                &CubicSpline::at(spot.part)
             )),
+        }
+    }
+
+    fn reach(&self) -> Option<i32> {
+        Some(2)
+    }
+
+    from_copies!(coefficients, floats);
+
+    fn copied(&self, patches: &Patches, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
+        match self.vector {
+            Some(vector) => vector.four_taps::<CubicSpline>(&patches.floats, walk, columns, line),
+            None => {
+                let source = patches.floats.source();
+                walk.each(columns, line, |spot| {
+                    convolved(&source, &spot, &CubicSpline::at(spot.part))
+                });
+            }
         }
     }
 }
@@ -211,7 +306,7 @@ impl Separable<4> for BSpline<'_> {
     }
 
     fn weights(&self, part: i32) -> [f32; 4] {
-        b_spline(part)
+        CubicSpline::at([part])[0]
     }
 }
 
@@ -230,6 +325,21 @@ impl<const N: usize> Kernel for Sinc<'_, N> {
     fn points(&self, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
         points_by!(self, walk, columns, line, |spot| convolved(
             &self.voxels,
+            spot,
+            &spot.part.map(|part| self.phases.at(part))
+        ));
+    }
+
+    fn reach(&self) -> Option<i32> {
+        Some(N as i32 / 2)
+    }
+
+    from_copies!(voxels, floats);
+
+    fn copied(&self, patches: &Patches, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
+        let source = patches.floats.source();
+        points_by!(self, walk, columns, line, |spot| convolved(
+            &source,
             spot,
             &spot.part.map(|part| self.phases.at(part))
         ));

@@ -1,14 +1,21 @@
 //! The fast CPU back end: fixed-point positions, f32 weights, one thread; eight pixels at a time where the CPU has AVX2.
 //!
+//! Planes along the volume's axes are summed axis by axis (`aligned`). Others are drawn tile by tile from copies of the voxels
+//! about each tile (`tiles`, `region`, `patch`), while the memory of the next tile is on its way; slabs, and pixels of more
+//! than about a voxel and a half, from the volume itself.
+//!
 //! Both ways give the same bits, so that a picture does not depend on the machine (see `walk` and `points`).
 
 mod aligned;
 mod image;
 mod kernels;
+mod patch;
 mod phases;
 mod points;
+mod region;
 mod runs;
 mod source;
+mod tiles;
 mod vector;
 pub(in crate::reslice) mod walk;
 

@@ -69,41 +69,50 @@ pub(super) fn convolved<const N: usize, V: Value>(source: &Source<'_, V>, spot: 
     sum
 }
 
-/// Catmull-Rom weights at a fraction, as in the reference.
-#[inline(always)]
-pub(super) fn cubic(part: i32) -> [f32; 4] {
-    cubics([part; 1])[0]
+/// The weights of a filter with four taps, as in the reference.
+pub(super) trait Weights {
+    /// At several fractions, all first weights first.
+    fn lanes<const M: usize>(t: [f32; M]) -> [[f32; M]; 4];
+
+    /// At several fractions.
+    #[inline(always)]
+    fn at<const M: usize>(parts: [i32; M]) -> [[f32; 4]; M] {
+        let weights = Self::lanes(parts.map(|part| part as f32 * UNIT));
+        lanes(|a| weights.map(|weight| weight[a]))
+    }
 }
 
-/// [`cubic`] at several fractions, in lanes.
-#[inline(always)]
-pub(super) fn cubics<const M: usize>(parts: [i32; M]) -> [[f32; 4]; M] {
-    let t = parts.map(|part| part as f32 * UNIT);
-    let s = t.map(|t| 1.0 - t);
-    let ends: [f32; M] = lanes(|a| -0.5 * t[a] * s[a] * s[a]);
-    let near: [f32; M] = lanes(|a| 1.0 + t[a] * t[a] * (1.5 * t[a] - 2.5));
-    let far: [f32; M] = lanes(|a| 1.0 + s[a] * s[a] * (1.5 * s[a] - 2.5));
-    let last: [f32; M] = lanes(|a| -0.5 * s[a] * t[a] * t[a]);
-    lanes(|a| [ends[a], near[a], far[a], last[a]])
+/// Catmull-Rom.
+pub(super) struct CatmullRom;
+
+impl Weights for CatmullRom {
+    #[inline(always)]
+    fn lanes<const M: usize>(t: [f32; M]) -> [[f32; M]; 4] {
+        let s = t.map(|t| 1.0 - t);
+        [
+            lanes(|a| -0.5 * t[a] * s[a] * s[a]),
+            lanes(|a| 1.0 + t[a] * t[a] * (1.5 * t[a] - 2.5)),
+            lanes(|a| 1.0 + s[a] * s[a] * (1.5 * s[a] - 2.5)),
+            lanes(|a| -0.5 * s[a] * t[a] * t[a]),
+        ]
+    }
 }
 
-/// Cubic B-spline weights at a fraction, as in the reference.
-#[inline(always)]
-pub(super) fn b_spline(part: i32) -> [f32; 4] {
-    b_splines([part; 1])[0]
-}
+/// The cubic B-spline.
+pub(super) struct CubicSpline;
 
-/// [`b_spline`] at several fractions, in lanes.
-#[inline(always)]
-pub(super) fn b_splines<const M: usize>(parts: [i32; M]) -> [[f32; 4]; M] {
-    const SIXTH: f32 = 1.0 / 6.0;
-    let t = parts.map(|part| part as f32 * UNIT);
-    let s = t.map(|t| 1.0 - t);
-    let first: [f32; M] = lanes(|a| s[a] * s[a] * s[a] * SIXTH);
-    let near: [f32; M] = lanes(|a| 2.0 / 3.0 - t[a] * t[a] * (2.0 - t[a]) * 0.5);
-    let far: [f32; M] = lanes(|a| 2.0 / 3.0 - s[a] * s[a] * (2.0 - s[a]) * 0.5);
-    let last: [f32; M] = lanes(|a| t[a] * t[a] * t[a] * SIXTH);
-    lanes(|a| [first[a], near[a], far[a], last[a]])
+impl Weights for CubicSpline {
+    #[inline(always)]
+    fn lanes<const M: usize>(t: [f32; M]) -> [[f32; M]; 4] {
+        const SIXTH: f32 = 1.0 / 6.0;
+        let s = t.map(|t| 1.0 - t);
+        [
+            lanes(|a| s[a] * s[a] * s[a] * SIXTH),
+            lanes(|a| 2.0 / 3.0 - t[a] * t[a] * (2.0 - t[a]) * 0.5),
+            lanes(|a| 2.0 / 3.0 - s[a] * s[a] * (2.0 - s[a]) * 0.5),
+            lanes(|a| t[a] * t[a] * t[a] * SIXTH),
+        ]
+    }
 }
 
 #[inline(always)]

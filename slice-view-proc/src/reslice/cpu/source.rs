@@ -7,8 +7,8 @@ use bus::volume::VolumeView;
 use super::super::reference::mirrored;
 use super::super::spline::Spline;
 
-/// Entries of a table before voxel 0: the widest filter at the outermost half voxel.
-pub(super) const APRON: usize = 6;
+/// Entries of a table before voxel 0 and after the last: the widest filter at the outermost half voxel, in groups of four.
+pub(super) const APRON: usize = 8;
 
 /// A stored value.
 pub(super) trait Value: Copy {
@@ -63,27 +63,31 @@ fn fill(table: &mut Vec<u32>, n: i64, term: impl Fn(i64) -> u32) {
 pub(super) struct Source<'a, V> {
     pub(super) values: &'a [V],
     tables: [&'a [u32]; 3],
+    /// The index that each table begins at.
+    first: [i32; 3],
 }
 
 impl<'a, V: Value> Source<'a, V> {
     pub(super) fn new(values: &'a [V], tables: &'a Tables) -> Self {
-        Self {
-            values,
-            tables: std::array::from_fn(|a| tables.0[a].as_slice()),
-        }
+        Self::from_parts(values, tables.0.each_ref().map(Vec::as_slice), [-(APRON as i32); 3])
+    }
+
+    /// Values with one table of offset terms per axis that begins at index `first`.
+    pub(super) fn from_parts(values: &'a [V], tables: [&'a [u32]; 3], first: [i32; 3]) -> Self {
+        Self { values, tables, first }
     }
 
     /// The offset terms of the voxels in `reach` along `axis`.
     #[inline(always)]
     pub(super) fn table(&self, axis: usize, reach: Range<i32>) -> &'a [u32] {
-        let at = |i: i32| (i + APRON as i32) as usize;
+        let at = |i: i32| (i - self.first[axis]) as usize;
         &self.tables[axis][at(reach.start)..at(reach.end)]
     }
 
     /// The offset terms of `N` voxels in a row along `axis`, the first of them at index `first`, which may be negative.
     #[inline(always)]
     pub(super) fn terms<const N: usize>(&self, axis: usize, first: i32) -> [usize; N] {
-        let at = (first + APRON as i32) as usize;
+        let at = (first - self.first[axis]) as usize;
         let terms: &[u32] = &self.tables[axis][at..at + N];
         std::array::from_fn(|k| terms[k] as usize)
     }

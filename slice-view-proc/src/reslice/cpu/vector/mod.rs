@@ -1,4 +1,4 @@
-//! AVX2: eight pixels at a time. The only file of this crate with unsafe code.
+//! AVX2: eight pixels at a time. The only folder of this crate with unsafe code.
 //!
 //! Every operation is the one of the portable code (`points`, `walk`) in the same order, so the bits are the same: no
 //! product is fused with a sum. What can be wrong is only where it reads: see [`Cell`].
@@ -7,10 +7,15 @@
     reason = "gathers read by address; each offset is checked against the slice"
 )]
 
+#[cfg(target_arch = "x86_64")]
+mod dense;
+
 use std::ops::Range;
 
 use bus::volume::{Steps, VolumeView};
 
+use super::patch::Patch;
+use super::points::Weights;
 use super::runs::{RUN, Run, Runs};
 use super::source::Source;
 use super::walk::{LANES, Walk};
@@ -67,6 +72,45 @@ impl Vector {
         // SAFETY: `self` is the proof that this CPU has AVX2.
         unsafe {
             avx2::runs(runs, walk, columns, line, weights);
+        }
+    }
+
+    /// Asks for the memory of `N` values from place `from` on, if there are so many.
+    #[inline(always)]
+    pub(super) fn fetch<const N: usize, V>(self, values: &[V], from: usize) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(values) = values.get(from..).and_then(|rest| rest.first_chunk::<N>()) {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            let (first, bytes) = (values.as_ptr().cast::<i8>(), size_of_val(values));
+            // The last byte as well: values need not begin where cache lines do.
+            for at in (0..bytes).step_by(64).chain([bytes - 1]) {
+                // SAFETY: fetching reads nothing, and the address is within the values.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(at)) };
+            }
+        }
+    }
+
+    /// Trilinear, from a patch.
+    pub(super) fn linear(self, patch: &Patch<i16>, walk: &Walk, columns: Range<usize>, line: &mut [f32]) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `self` is the proof that this CPU has AVX2.
+        unsafe {
+            dense::linear(patch, walk, columns, line);
+        }
+    }
+
+    /// A filter of four taps, from a patch.
+    pub(super) fn four_taps<W: Weights>(
+        self,
+        patch: &Patch<f32>,
+        walk: &Walk,
+        columns: Range<usize>,
+        line: &mut [f32],
+    ) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        unsafe {
+            dense::four_taps::<W>(patch, walk, columns, line);
         }
     }
 
