@@ -16,6 +16,7 @@ fn drawn(notice: Notice, origin: Origin) -> Canvas {
         pose: Some(pose),
         tool: &scene.tool,
         targets: &scene.targets,
+        accuracy: None,
         notice,
         origin,
         seq: 7,
