@@ -204,12 +204,12 @@ fn a_file_that_may_not_grow_stops_recording_and_what_was_acknowledged_is_intact(
     let mut acknowledged = 0;
     for from in (200..2000).step_by(100) {
         rig.publish(from..from + 100);
+        // All of it is in the recorder's buffer at once where nothing holds this thread up.
         match rig.beats.newest().unwrap() {
             Some(beat) if beat.note_text().starts_with("NOT RECORDING") => break,
             Some(beat) => acknowledged = beat.counters.recorded,
             None => {}
         }
-        assert!(from < 1900, "the recorder went on");
     }
     let beat = rig.wait_for_beat(|beat| beat.note_text().starts_with("NOT RECORDING"));
     assert!(

@@ -21,7 +21,7 @@ fn session(world: &World) -> PathBuf {
     );
     let scene = world.file("scene.toml", &scene);
     let out = world.path("out");
-    world.navigate(&scene, &out, &["--duration", "1s"]);
+    world.navigate(&scene, &out, &["--for", "1s"]);
     out.join("session.mcap")
 }
 

@@ -138,10 +138,13 @@ impl SliceView {
         }
         let newest = poses.newest()?;
         // After the pose was taken: its replayer has said before it what time it is.
-        if self.process.session.follow()? {
+        let jumped = self.process.session.follow()?;
+        if jumped {
             self.forget();
         }
-        match newest {
+        // Taken just before the replay went back, it is of a time that is still to come.
+        let now = self.process.session.clock().now_ns();
+        match newest.filter(|pose| !jumped || pose.t_publish_ns <= now) {
             Some(pose) => self.show(pose)?,
             None => self.age()?,
         }

@@ -308,7 +308,7 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(
-            text.contains("message 1 of topic /tool_pose: pose 0: q has 0 values instead of 4"),
+            text.contains("message 1 of topic /tool_pose: message 0: q has 0 values instead of 4"),
             "{text}"
         );
     }

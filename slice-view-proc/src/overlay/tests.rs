@@ -48,9 +48,11 @@ fn whatever_moves_in_a_replay_says_so_and_nothing_else_does() {
         Notice::Lost(Lost::NotSeen, None),
     ];
     for notice in moving {
-        // A frame of 5 pixels around 512 x 512; a stale or lost one has its own, and keeps the word.
-        let least = if notice == Notice::Live { 4 * 5 * 500 } else { 200 };
-        assert!(replay_pixels(&drawn(notice, Origin::Recording)) > least, "{notice:?}");
+        // A frame of 5 pixels around 512 x 512; a stale or lost one has its own, and keeps the word: six letters 17 pixels
+        // high, each with a stroke that covers at least one pixel across its width wholly.
+        let least = if notice == Notice::Live { 4 * 5 * 500 } else { 6 * 16 };
+        let found = replay_pixels(&drawn(notice, Origin::Recording));
+        assert!(found > least, "{notice:?}: {found} pixels");
         assert_eq!(replay_pixels(&drawn(notice, Origin::Tracker)), 0, "{notice:?}");
     }
 }
