@@ -119,7 +119,7 @@ fn from_a_volume_to_a_checked_registration() {
 
     // Five of the six in another order, each off by up to 0.3 mm, and one point on no bead.
     let order = [4, 0, 5, 2, 1];
-    let off = |i: usize| [0.2, -0.15, 0.1].map(|e| if i % 2 == 0 { e } else { -e });
+    let off = |i: usize| [0.2, -0.15, 0.1].map(|e| if i.is_multiple_of(2) { e } else { -e });
     let mut text: String = order.iter().map(|i| line(touched(LAYOUT[*i], off(*i)))).collect();
     text += &line(touched([30.0, 30.0, 0.0], [0.0; 3]));
     let points = world.file("touched.txt", &text);

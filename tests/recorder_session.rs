@@ -43,7 +43,8 @@ fn a_session_has_its_report_its_log_and_small_images() {
     assert!(found.damage.is_empty(), "{:?}", found.damage);
     for view in ["axial-global", "frontal-local", "perpendicular"] {
         let images = found.tally.topics[&format!("/view/{view}")].messages;
-        assert!((2..=8).contains(&images), "{view}: {images}");
+        // Four a second, for as long as the run lives, which a busy machine draws out; all of them would be 60 or more.
+        assert!((2..=40).contains(&images), "{view}: {images}");
     }
     // Loader, tracker and three renderers are ready at least once each.
     assert!(
