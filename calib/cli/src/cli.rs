@@ -12,7 +12,9 @@ use crate::base::{BASE_HELP, BaseArgs, SEAT_HELP, SeatArgs};
 use crate::beads::{BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadVolume, MATCH_HELP, MatchArgs};
 use crate::bundle::{MARKER_HELP, MarkerArgs};
 use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
+use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
+use crate::grid::{GRID_HELP, GridArgs};
 use crate::input::From;
 use crate::register::{Request, register};
 use crate::rom::{ROM_HELP, RomArgs};
@@ -82,6 +84,12 @@ enum Command {
     /// Make the tool's frame in its marker from a tip and an axis
     #[command(after_help = TOOL_HELP)]
     Tool(Box<ToolArgs>),
+    /// Find a regular grid of discs in images
+    #[command(after_help = GRID_HELP)]
+    Grid(Box<GridArgs>),
+    /// Find all discs in an image
+    #[command(after_help = DISCS_HELP)]
+    Discs(Box<DiscsArgs>),
     /// Find the places of a marker's emitters from many views of it
     #[command(after_help = MARKER_HELP)]
     Marker(Box<MarkerArgs>),
@@ -283,6 +291,8 @@ pub(crate) fn run(cli: Cli, load: LoadVolume) -> Result<Outcome, String> {
         Command::Pivot(args) => told(args.run()),
         Command::Spin(args) => told(args.run()),
         Command::Tool(args) => told(args.run()),
+        Command::Grid(args) => told(args.run()),
+        Command::Discs(args) => told(args.run()),
         Command::Marker(args) => told(args.run()),
         Command::Base(args) => told(args.run()),
         Command::Seat(args) => told(args.run()),

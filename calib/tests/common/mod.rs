@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test program uses a part")]
 
 pub(crate) mod ball;
+pub(crate) mod grid_series;
 pub(crate) mod plate;
 
 use geometry::{Ct, Point, Rigid, Tracker, Vector};

@@ -1,0 +1,153 @@
+//! `calib grid`: images of a regular grid of discs to the place of each disc.
+
+pub(crate) mod overlay;
+pub(crate) mod read;
+mod record;
+
+use std::path::{Path, PathBuf};
+
+use calib::grid::{Found, GridSpec, Refinement, find};
+use clap::Args;
+use serde_json::Value;
+
+use crate::cli::Positive;
+use crate::commands::Outcome;
+use crate::report::shown;
+use crate::store::{self, StoreError};
+use read::{ReadImageError, read_image};
+
+pub(crate) const GRID_HELP: &str = "\
+Finds the grid in each image, gives each disc its column and row, and refines all centres: to a few thousandths of a \
+pixel by one fit of the whole grid, disc by disc where the lens distorts. A pixel's centre is at whole coordinates, x \
+to the right, y down. Column 0, row 0 is the corner from which columns go to the right and rows down. A square grid \
+looks the same after a quarter turn, any grid after half a turn: which corner of the object that is, the image cannot \
+tell.
+
+A grid that is not of --cols and --rows is refused with what was seen, never cut to fit. Images are PNG, JPEG or PGM of \
+8 or 16 bits, at most 8192 x 8192 pixels. The exit code is 1 if in one of the images no grid was found.
+
+Examples:
+  calib grid view.png --cols 16 --rows 14 --pitch-mm 5 --overlay seen
+  calib grid views/*.png --cols 10 --rows 10 --pitch-mm 20 --out grid.json";
+
+#[derive(Debug, Args)]
+pub(crate) struct GridArgs {
+    /// Images
+    #[arg(required = true, value_name = "IMAGE")]
+    images: Vec<PathBuf>,
+    /// Discs in a row
+    #[arg(long)]
+    cols: usize,
+    /// Rows
+    #[arg(long)]
+    rows: usize,
+    /// Distance of neighbouring discs
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    pitch_mm: Positive,
+    /// The discs are brighter than what is around them
+    #[arg(long)]
+    bright: bool,
+    /// Write what was found here, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<PathBuf>,
+    /// Draw what was found into this folder: NAME.grid.png for each image
+    #[arg(long, value_name = "FOLDER")]
+    overlay: Option<PathBuf>,
+    /// Replace --out if it exists
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+    /// Print the result as JSON and nothing else
+    #[arg(long)]
+    json: bool,
+}
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum GridError {
+    #[error(transparent)]
+    Image(#[from] ReadImageError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Picture(#[from] picture::PngError),
+    #[error("making the folder {path}: {source}. Check the name and the permissions")]
+    Folder { path: PathBuf, source: std::io::Error },
+}
+
+impl GridArgs {
+    /// Does what is asked.
+    pub(crate) fn run(&self) -> Result<Outcome, GridError> {
+        if let Some(out) = &self.out {
+            store::check(out, self.overwrite)?;
+        }
+        if let Some(path) = &self.overlay {
+            let folder = |source| GridError::Folder {
+                path: path.clone(),
+                source,
+            };
+            std::fs::create_dir_all(path).map_err(folder)?;
+        }
+        let spec = GridSpec {
+            bright: self.bright,
+            ..GridSpec::new(self.cols, self.rows, self.pitch_mm.0)
+        };
+        let (mut text, mut records, mut refused) = (String::new(), Vec::new(), Vec::new());
+        for path in &self.images {
+            let (words, record, why) = self.one(path, &spec)?;
+            text.push_str(&words);
+            records.push(record);
+            refused.extend(why);
+        }
+        let encoded = format!("{:#}\n", record::file(&spec, &records));
+        if let Some(out) = &self.out {
+            store::write(out, Ok(encoded.clone()), self.images.iter().map(PathBuf::as_path))?;
+            text.push_str(&format!("written to {}\n", out.display()));
+        }
+        let text = if self.json { encoded } else { text };
+        Ok(Outcome {
+            text,
+            refused: refused.into_iter().next(),
+        })
+    }
+
+    /// Words, record and refusal of one image.
+    fn one(&self, path: &Path, spec: &GridSpec) -> Result<(String, Value, Option<String>), GridError> {
+        let image = read_image(path)?;
+        let name = shown(&path.display().to_string());
+        match find(&image, spec) {
+            Ok(found) => {
+                if let Some(folder) = &self.overlay {
+                    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+                    overlay::write(&folder.join(format!("{stem}.grid.png")), &image, &found)?;
+                }
+                Ok((words(&name, &found), record::found(path, &image, spec, &found), None))
+            }
+            Err(why) => {
+                let why = format!("looking for the grid in {name}: {why}");
+                Ok((format!("{why}\n"), record::refused(path, &image, &why), Some(why)))
+            }
+        }
+    }
+}
+
+fn words(name: &str, found: &Found) -> String {
+    let worst = found
+        .discs
+        .iter()
+        .map(|d| d.covariance.trace().max(0.0).sqrt())
+        .fold(0.0, f64::max);
+    let how = match found.refinement {
+        Refinement::Whole => "fitted as a whole".to_owned(),
+        Refinement::Each => format!(
+            "fitted one by one, {:.2} px RMS off a homography",
+            found.homography_rms_px
+        ),
+    };
+    format!(
+        "{name}: {} discs of {}, {how}; centres to {worst:.4} px by their covariance; blur {:.2} px, noise {:.1}\n",
+        found.discs.len(),
+        found.discs.len() + found.missing.len(),
+        found.sigma,
+        found.noise
+    )
+}

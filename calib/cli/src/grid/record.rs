@@ -1,0 +1,67 @@
+//! What `calib grid` writes.
+
+use std::path::Path;
+
+use calib::grid::{Found, GridDisc, GridSpec, Refinement};
+use calib::image::Image;
+use serde_json::{Value, json};
+
+/// The file as a whole.
+pub(crate) fn file(spec: &GridSpec, images: &[Value]) -> Value {
+    json!({
+        "trocar_grid": 1,
+        "program": concat!("calib ", env!("CARGO_PKG_VERSION")),
+        "units": "pixels, centres of pixels at whole coordinates, x to the right, y down",
+        "cols": spec.cols,
+        "rows": spec.rows,
+        "pitch_mm": spec.pitch_mm,
+        "images": images,
+    })
+}
+
+fn disc(disc: &GridDisc, pitch_mm: f64) -> Value {
+    let c = disc.covariance;
+    json!({
+        "col": disc.col,
+        "row": disc.row,
+        "x_mm": disc.col as f64 * pitch_mm,
+        "y_mm": disc.row as f64 * pitch_mm,
+        "x_px": disc.at.x,
+        "y_px": disc.at.y,
+        "covariance_px2": [c[(0, 0)], c[(0, 1)], c[(1, 1)]],
+        "mark": disc.mark,
+    })
+}
+
+/// One image with its grid.
+pub(crate) fn found(path: &Path, image: &Image, spec: &GridSpec, found: &Found) -> Value {
+    let h = found.homography;
+    let rows: Vec<[f64; 3]> = (0..3).map(|i| [h[(i, 0)], h[(i, 1)], h[(i, 2)]]).collect();
+    let discs: Vec<Value> = found.discs.iter().map(|d| disc(d, spec.pitch_mm)).collect();
+    json!({
+        "path": path.to_string_lossy(),
+        "width": image.width(),
+        "height": image.height(),
+        "found": true,
+        "refinement": match found.refinement { Refinement::Whole => "whole", Refinement::Each => "each" },
+        "px_from_col_row": rows,
+        "radius_pitch": found.radius,
+        "blur_px": found.sigma,
+        "noise": found.noise,
+        "homography_rms_px": found.homography_rms_px,
+        "candidates": found.candidates,
+        "missing": found.missing,
+        "discs": discs,
+    })
+}
+
+/// One image without.
+pub(crate) fn refused(path: &Path, image: &Image, why: &str) -> Value {
+    json!({
+        "path": path.to_string_lossy(),
+        "width": image.width(),
+        "height": image.height(),
+        "found": false,
+        "refused": why,
+    })
+}

@@ -1,0 +1,217 @@
+//! One disc's centre by fitting the model of a blurred ellipse on a plane background to its pixels.
+
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+
+use super::blurred::Blurred;
+use super::chi::ROUNDING;
+use super::ellipse::Ellipse;
+use super::error::FitRefused;
+use crate::image::Image;
+
+/// Centre 2, shape 3, blur, contrast, background 3.
+const N: usize = 10;
+type Params = SVector<f64, N>;
+type Information = SMatrix<f64, N, N>;
+
+const MAX_STEPS: usize = 30;
+/// The iteration ends where the centre moves by less, pixels.
+const SETTLED: f64 = 1e-5;
+/// The largest semi-axis that is fitted, pixels.
+const MAX_SEMI: f64 = 400.0;
+
+/// A disc as its pixels show it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscFit {
+    /// Its outline, pixels.
+    pub ellipse: Ellipse,
+    /// The blur's deviation with the pixel's own area in it, pixels.
+    pub sigma: f64,
+    /// The disc's grey less that of its surroundings, steps of a sample.
+    pub contrast: f64,
+    /// The background's grey at the centre and its slope along x and y.
+    pub background: [f64; 3],
+    /// The residuals' standard deviation, steps of a sample: the noise where the model holds.
+    pub noise: f64,
+    /// Covariance of the centre for that noise, pixels squared.
+    pub covariance: Matrix2<f64>,
+    /// Pixels used.
+    pub pixels: usize,
+}
+
+/// Normal equations at one set of parameters.
+struct Equations {
+    matrix: Information,
+    vector: Params,
+    squares: f64,
+    pixels: usize,
+}
+
+/// Fits a disc that lies about where `start` says, blurred by about `sigma` pixels.
+///
+/// All pixels within `margin` pixels of the outline are used, so that nothing else should lie there. The covariance
+/// is the inverse of Fisher's information for the residuals' own variance, or that of rounding where it is larger.
+///
+/// # Errors
+/// [`FitRefused`]: too few pixels, no contrast, no convergence, or a disc that runs away from where it was looked for.
+pub fn fit_disc(image: &Image, start: &Ellipse, sigma: f64, margin: f64) -> Result<DiscFit, FitRefused> {
+    let [major, minor] = start.axes().semi;
+    if !(minor > 0.0 && major <= MAX_SEMI && sigma > 0.0) {
+        return Err(FitRefused::BadStart {
+            semi: [major, minor],
+            sigma,
+        });
+    }
+    let window = Blurred::new(*start, sigma).window(margin, image.width(), image.height());
+    let fit = Fit {
+        image,
+        window,
+        origin: start.centre,
+    };
+    let params = fit.start(start, sigma)?;
+    let (params, equations) = fit.solve(params)?;
+    fit.result(params, &equations, start)
+}
+
+struct Fit<'a> {
+    image: &'a Image,
+    /// Columns and rows.
+    window: [[usize; 2]; 2],
+    /// Where the background's plane has its value.
+    origin: Vector2<f64>,
+}
+
+fn ellipse_of(p: &Params) -> Ellipse {
+    Ellipse {
+        centre: Vector2::new(p[0], p[1]),
+        shape: Matrix2::new(p[2], p[3], p[3], p[4]),
+    }
+}
+
+impl Fit<'_> {
+    /// Contrast and background by least squares for the starting outline: they are linear.
+    fn start(&self, start: &Ellipse, sigma: f64) -> Result<Params, FitRefused> {
+        let s = start.shape;
+        let mut params = Params::zeros();
+        let geometry = [start.centre.x, start.centre.y, s[(0, 0)], s[(0, 1)], s[(1, 1)], sigma];
+        params.as_mut_slice()[..6].copy_from_slice(&geometry);
+        let equations = self.equations(&params);
+        if equations.pixels < 2 * N {
+            return Err(FitRefused::TooFewPixels {
+                found: equations.pixels,
+                needed: 2 * N,
+            });
+        }
+        let linear = equations.matrix.fixed_view::<4, 4>(6, 6).into_owned();
+        let step = linear
+            .cholesky()
+            .map(|c| c.solve(&equations.vector.fixed_rows::<4>(6).into_owned()));
+        let step = step.ok_or(FitRefused::NoContrast { found: 0.0, noise: 0.0 })?;
+        params.fixed_rows_mut::<4>(6).copy_from(&step);
+        Ok(params)
+    }
+
+    fn equations(&self, params: &Params) -> Equations {
+        let model = Blurred::new(ellipse_of(params), params[5]);
+        let mut sums = Equations {
+            matrix: Information::zeros(),
+            vector: Params::zeros(),
+            squares: 0.0,
+            pixels: 0,
+        };
+        let [columns, rows] = self.window;
+        for y in rows[0]..rows[1] {
+            let row = self.image.row(y);
+            for (x, sample) in row.iter().enumerate().take(columns[1]).skip(columns[0]) {
+                let seen = model.at(x as f64, y as f64);
+                let (dx, dy) = (x as f64 - self.origin.x, y as f64 - self.origin.y);
+                let background = params[7] + params[8] * dx + params[9] * dy;
+                let residual = f64::from(*sample) - background - params[6] * seen.value;
+                let [a, b, c, d, e, f] = seen.slope.map(|s| s * params[6]);
+                sums.add(&[a, b, c, d, e, f, seen.value, 1.0, dx, dy], residual);
+            }
+        }
+        sums.matrix.fill_upper_triangle_with_lower_triangle();
+        sums
+    }
+
+    fn solve(&self, mut params: Params) -> Result<(Params, Equations), FitRefused> {
+        let mut damping = 1e-4;
+        let mut now = self.equations(&params);
+        for _ in 0..MAX_STEPS {
+            let mut damped = now.matrix;
+            (0..N).for_each(|k| damped[(k, k)] *= 1.0 + damping);
+            let step = damped.cholesky().map(|c| c.solve(&now.vector));
+            let next = step.map(|step| params + step).filter(is_possible);
+            let then = next.map(|next| (next, self.equations(&next)));
+            match then {
+                Some((next, then)) if then.squares <= now.squares => {
+                    let moved = (next - params).fixed_rows::<2>(0).norm();
+                    let gained = now.squares - then.squares;
+                    (params, now, damping) = (next, then, (damping * 0.1_f64).max(1e-9));
+                    if moved < SETTLED && gained < 1e-6 * now.squares.max(1e-12) {
+                        return Ok((params, now));
+                    }
+                }
+                _ => damping *= 10.0,
+            }
+            // No step helps any more: the sum of squares is at its rounding.
+            if damping > 1e6 {
+                return Ok((params, now));
+            }
+        }
+        Err(FitRefused::NoConvergence { steps: MAX_STEPS })
+    }
+
+    fn result(&self, params: Params, equations: &Equations, start: &Ellipse) -> Result<DiscFit, FitRefused> {
+        let ellipse = ellipse_of(&params);
+        let moved = (ellipse.centre - start.centre).norm();
+        let reach = start.axes().semi[0] + 2.0;
+        if moved > reach {
+            return Err(FitRefused::RanAway { moved, reach });
+        }
+        let seen = equations.squares / (equations.pixels - N) as f64;
+        let noise = seen.sqrt();
+        // Samples are whole: below the variance of rounding, residuals say nothing.
+        let variance = seen.max(ROUNDING * ROUNDING);
+        let inverse = equations.matrix.cholesky().map(|c| c.inverse() * variance);
+        let inverse = inverse.ok_or(FitRefused::NoContrast {
+            found: params[6],
+            noise,
+        })?;
+        if params[6].powi(2) < 9.0 * inverse[(6, 6)] {
+            return Err(FitRefused::NoContrast {
+                found: params[6],
+                noise,
+            });
+        }
+        let slope = Vector2::new(params[8], params[9]);
+        let at_centre = params[7] + slope.dot(&(ellipse.centre - self.origin));
+        Ok(DiscFit {
+            ellipse,
+            sigma: params[5],
+            contrast: params[6],
+            background: [at_centre, slope.x, slope.y],
+            noise,
+            covariance: inverse.fixed_view::<2, 2>(0, 0).into_owned(),
+            pixels: equations.pixels,
+        })
+    }
+}
+
+impl Equations {
+    fn add(&mut self, slope: &[f64; N], residual: f64) {
+        for (i, a) in slope.iter().enumerate() {
+            self.vector[i] += a * residual;
+            for (j, b) in slope.iter().enumerate().take(i + 1) {
+                self.matrix[(i, j)] += a * b;
+            }
+        }
+        self.squares += residual * residual;
+        self.pixels += 1;
+    }
+}
+
+fn is_possible(p: &Params) -> bool {
+    let sigma = (0.2..100.0).contains(&p[5]);
+    sigma && p[2] > 0.01 && p[2] * p[4] - p[3] * p[3] > 1e-4 && p[2] + p[4] < MAX_SEMI * MAX_SEMI
+}

@@ -1,0 +1,21 @@
+//! Discs in images: where they are to a pixel ([`detect()`]), and to hundredths of one ([`fit_disc`]).
+//!
+//! Section 5.1 of part III of the thesis, with what it leaves open: the radius is estimated, uniform regions and ties are
+//! defined, sums are exact. [`Blurred`] is the model of an ellipse behind a blur that all fits share.
+
+mod blurred;
+mod chi;
+mod detect;
+mod ellipse;
+mod error;
+mod fit;
+mod normal;
+mod region;
+
+pub use blurred::{Blurred, Coverage};
+pub use chi::{Chi, Probe};
+pub use detect::{DetectOptions, Disc, MAX_DISCS, Polarity, detect};
+pub use ellipse::{Axes, Ellipse};
+pub use error::{DetectRefused, FitRefused};
+pub use fit::{DiscFit, fit_disc};
+pub use region::Region;

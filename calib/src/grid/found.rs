@@ -1,0 +1,103 @@
+//! What is looked for and what is found.
+
+use nalgebra::{Matrix2, Matrix3, Vector2};
+
+use super::error::GridRefused;
+use crate::image::Image;
+
+/// The grid that is looked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GridSpec {
+    /// Discs in a row.
+    pub cols: usize,
+    /// Rows.
+    pub rows: usize,
+    /// Distance of neighbouring discs, mm.
+    pub pitch_mm: f64,
+    /// The discs are brighter than what surrounds them.
+    pub bright: bool,
+}
+
+impl GridSpec {
+    /// Dark discs.
+    pub fn new(cols: usize, rows: usize, pitch_mm: f64) -> Self {
+        Self {
+            cols,
+            rows,
+            pitch_mm,
+            bright: false,
+        }
+    }
+
+    pub(crate) fn check(&self, image: &Image) -> Result<(), GridRefused> {
+        let Self {
+            cols, rows, pitch_mm, ..
+        } = *self;
+        if !(3..=200).contains(&cols) || !(3..=200).contains(&rows) {
+            return Err(GridRefused::BadSize { cols, rows });
+        }
+        if !(pitch_mm.is_finite() && pitch_mm > 0.0) {
+            return Err(GridRefused::BadPitch { pitch_mm });
+        }
+        // Two pixels a disc are the least that is ever resolved.
+        let (width, height, needed) = (image.width(), image.height(), 2 * cols.min(rows).max(4));
+        if width.min(height) < needed {
+            return Err(GridRefused::TooSmall {
+                width,
+                height,
+                cols,
+                rows,
+                needed,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// How centres were refined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refinement {
+    /// One fit of the whole grid: no lens distortion to be seen.
+    Whole,
+    /// Each disc by itself.
+    Each,
+}
+
+/// One disc of the grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GridDisc {
+    /// Column, from 0.
+    pub col: usize,
+    /// Row, from 0.
+    pub row: usize,
+    /// The image of the disc's centre, pixels: not the centre of its image, which perspective moves.
+    pub at: Vector2<f64>,
+    /// Its covariance, pixels squared.
+    pub covariance: Matrix2<f64>,
+    /// A large disc.
+    pub mark: bool,
+}
+
+/// A grid in an image. Column 0, row 0 is the corner from which columns go to the right (to within 45 degrees for a
+/// square grid) and rows down; a grid looks the same after half a turn, a square one after a quarter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// Discs that were seen, by rows.
+    pub discs: Vec<GridDisc>,
+    /// Column and row of those that were not.
+    pub missing: Vec<[usize; 2]>,
+    /// From (column, row) to pixels; with distortion the nearest homography.
+    pub homography: Matrix3<f64>,
+    /// A disc's radius beside the pitch.
+    pub radius: f64,
+    /// The blur's deviation with the pixel's area, pixels.
+    pub sigma: f64,
+    /// The residuals' deviation, steps of a sample.
+    pub noise: f64,
+    /// Root mean square distance of the discs from the homography, pixels: lens distortion, where each was refined.
+    pub homography_rms_px: f64,
+    /// How the centres were refined.
+    pub refinement: Refinement,
+    /// Candidates there were.
+    pub candidates: usize,
+}

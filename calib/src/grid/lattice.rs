@@ -1,0 +1,190 @@
+//! From candidates to a lattice: neighbours in each disc's own measure, then growth from a seed.
+
+use std::collections::{HashMap, VecDeque};
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::blob::Blob;
+
+/// Neighbours that are looked at.
+const NEIGHBOURS: usize = 14;
+/// How far two opposite neighbours may be from opposite, beside their distance.
+const SKEW: f64 = 0.3;
+/// How far a disc may lie from where it is expected, beside a step of the lattice.
+const NEAR: f64 = 0.3;
+/// Areas of neighbours differ by at most this factor; marks are larger.
+const ALIKE: f64 = 3.0;
+const MARK: f64 = 20.0;
+const MAX_SEEDS: usize = 24;
+
+/// Whole coordinates of a disc.
+pub(crate) type Cell = [i32; 2];
+
+/// Candidates with their coordinates, in an arbitrary basis.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Lattice {
+    pub(crate) cells: HashMap<Cell, usize>,
+}
+
+/// Two steps of the lattice at a disc, and how well their neighbours oppose each other.
+#[derive(Debug, Clone, Copy)]
+struct Basis {
+    steps: [Vector2<f64>; 2],
+    error: f64,
+}
+
+/// The largest lattice that grows from the best seeds; `enough` ends the search.
+pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
+    let measures: Vec<Matrix2<f64>> = blobs
+        .iter()
+        .map(|b| b.shape.try_inverse().unwrap_or_default())
+        .collect();
+    let bases: Vec<Option<Basis>> = (0..blobs.len()).map(|i| basis(blobs, &measures[i], i)).collect();
+    let mut seeds: Vec<usize> = (0..blobs.len()).filter(|i| bases[*i].is_some()).collect();
+    let error = |i: &usize| bases[*i].map_or(f64::MAX, |b| b.error);
+    seeds.sort_by(|i, j| error(i).total_cmp(&error(j)));
+    let (mut best, mut used) = (Lattice::default(), vec![false; blobs.len()]);
+    let mut tried = 0;
+    for seed in seeds {
+        if used[seed] || tried == MAX_SEEDS {
+            continue;
+        }
+        tried += 1;
+        let Some(basis) = bases[seed] else { continue };
+        let lattice = grown(blobs, seed, basis.steps);
+        lattice.cells.values().for_each(|i| used[*i] = true);
+        if lattice.cells.len() > best.cells.len() {
+            best = lattice;
+        }
+        if best.cells.len() >= enough {
+            break;
+        }
+    }
+    best
+}
+
+fn alike(a: &Blob, b: &Blob, factor: f64) -> bool {
+    let ratio = a.area / b.area;
+    ratio < factor && ratio * factor > 1.0
+}
+
+/// The two shortest steps to pairs of opposite neighbours, in the measure that makes the disc a circle.
+fn basis(blobs: &[Blob], measure: &Matrix2<f64>, i: usize) -> Option<Basis> {
+    let length = |d: &Vector2<f64>| (d.transpose() * measure * d)[0].sqrt();
+    let mut near: Vec<(f64, Vector2<f64>)> = Vec::with_capacity(NEIGHBOURS + 1);
+    for (j, blob) in blobs.iter().enumerate() {
+        let d = blob.at - blobs[i].at;
+        let far = near.len() == NEIGHBOURS;
+        let l = length(&d);
+        if j == i || !alike(blob, &blobs[i], ALIKE) || (far && near.last().is_some_and(|n| n.0 <= l)) {
+            continue;
+        }
+        let place = near.partition_point(|n| n.0 < l);
+        near.insert(place, (l, d));
+        near.truncate(NEIGHBOURS);
+    }
+    let mut steps: Vec<(f64, f64, Vector2<f64>)> = Vec::new();
+    for (j, a) in near.iter().enumerate() {
+        for b in &near[j + 1..] {
+            let (error, mean) = (length(&(a.1 + b.1)), 0.5 * (a.0 + b.0));
+            if error < SKEW * mean {
+                steps.push((mean, error / mean, (a.1 - b.1) * 0.5));
+            }
+        }
+    }
+    steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let first = steps.first()?;
+    // The determinant of the measure turns an area of the image into one of the circle's plane.
+    let scale = measure.determinant().max(0.0).sqrt();
+    let across = |s: &&(f64, f64, Vector2<f64>)| (first.2.perp(&s.2) * scale).abs() > 0.35 * first.0 * s.0;
+    let second = steps.iter().find(across)?;
+    Some(Basis {
+        steps: [first.2, second.2],
+        error: first.1 + second.1,
+    })
+}
+
+fn grown(blobs: &[Blob], seed: usize, steps: [Vector2<f64>; 2]) -> Lattice {
+    let mut growth = Growth {
+        blobs,
+        cells: HashMap::from([([0, 0], seed)]),
+        steps: HashMap::from([([0, 0], steps)]),
+        used: vec![false; blobs.len()],
+    };
+    growth.used[seed] = true;
+    let mut queue = VecDeque::from([[0, 0]]);
+    while let Some(cell) = queue.pop_front() {
+        growth.settle(cell);
+        for (axis, sign) in [(0, 1), (0, -1), (1, 1), (1, -1)] {
+            queue.extend(growth.towards(cell, axis, sign));
+        }
+    }
+    Lattice { cells: growth.cells }
+}
+
+struct Growth<'a> {
+    blobs: &'a [Blob],
+    cells: HashMap<Cell, usize>,
+    steps: HashMap<Cell, [Vector2<f64>; 2]>,
+    used: Vec<bool>,
+}
+
+fn moved(cell: Cell, axis: usize, by: i32) -> Cell {
+    let mut cell = cell;
+    cell[axis] += by;
+    cell
+}
+
+impl Growth<'_> {
+    fn at(&self, cell: Cell) -> Option<Vector2<f64>> {
+        self.cells.get(&cell).map(|i| self.blobs[*i].at)
+    }
+
+    /// Replaces the inherited steps of a disc by those to its neighbours.
+    fn settle(&mut self, cell: Cell) {
+        let Some(here) = self.at(cell) else { return };
+        let mut steps = self.steps.get(&cell).copied().unwrap_or_default();
+        for (axis, step) in steps.iter_mut().enumerate() {
+            match (self.at(moved(cell, axis, 1)), self.at(moved(cell, axis, -1))) {
+                (Some(a), Some(b)) => *step = (a - b) * 0.5,
+                (Some(a), None) => *step = a - here,
+                (None, Some(b)) => *step = here - b,
+                (None, None) => {}
+            }
+        }
+        self.steps.insert(cell, steps);
+    }
+
+    /// Looks for the next disc along an axis, and gives it its coordinates.
+    fn towards(&mut self, cell: Cell, axis: usize, sign: i32) -> Option<Cell> {
+        let next = moved(cell, axis, sign);
+        if self.cells.contains_key(&next) || next.iter().any(|c| c.abs() > 500) {
+            return None;
+        }
+        let from = *self.cells.get(&cell)?;
+        let steps = *self.steps.get(&cell)?;
+        let expected = self.blobs[from].at + steps[axis] * f64::from(sign);
+        let inverse = Matrix2::from_columns(&steps).try_inverse()?;
+        let mut best: Option<(f64, usize)> = None;
+        for (j, blob) in self.blobs.iter().enumerate() {
+            if self.used[j] || !alike(blob, &self.blobs[from], MARK) {
+                continue;
+            }
+            let off = (inverse * (blob.at - expected)).norm();
+            // Of two that lie there the one of the right size.
+            let unlike = if alike(blob, &self.blobs[from], ALIKE) {
+                0.0
+            } else {
+                0.1
+            };
+            if off < NEAR && best.is_none_or(|b| off + unlike < b.0) {
+                best = Some((off + unlike, j));
+            }
+        }
+        let (_, found) = best?;
+        self.used[found] = true;
+        self.cells.insert(next, found);
+        self.steps.insert(next, steps);
+        Some(next)
+    }
+}

@@ -1,0 +1,20 @@
+//! Regular grids of discs in images: which disc is which, and where, to hundredths of a pixel.
+//!
+//! Section 5.2 of part III of the thesis asks for the grid in its entirety rather than disc by disc; [`find()`] does that.
+
+mod blob;
+mod each;
+mod error;
+mod evidence;
+mod find;
+mod found;
+mod homography;
+mod lattice;
+mod place;
+mod tree;
+mod whole;
+
+pub use error::GridRefused;
+pub use find::find;
+pub use found::{Found, GridDisc, GridSpec, Refinement};
+pub use homography::{homography, jacobian, project};
