@@ -1,8 +1,8 @@
 //! The fast CPU back end: fixed-point positions, f32 weights, one thread; eight pixels at a time where the CPU has AVX2.
 //!
 //! Planes along the volume's axes are summed axis by axis (`aligned`). Others are drawn tile by tile from copies of the voxels
-//! about each tile (`tiles`, `region`, `patch`), while the memory of the next tile is on its way; slabs, and pixels of more
-//! than about a voxel and a half, from the volume itself.
+//! about each tile (`tiles`, `region`, `patch`), while the memory of the next tile is on its way; slabs, averages
+//! over large pixels, and tiles too large for a copy, from the volume itself.
 //!
 //! Both ways give the same bits, so that a picture does not depend on the machine (see `walk` and `points`).
 
