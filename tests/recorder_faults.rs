@@ -202,16 +202,20 @@ fn a_file_that_may_not_grow_stops_recording_and_what_was_acknowledged_is_intact(
     let pid = Pid::from_raw(recorder.0.id().cast_signed()).unwrap();
     prlimit(Some(pid), Resource::Fsize, limit).unwrap();
     let mut acknowledged = 0;
-    for from in (200..2000).step_by(100) {
-        rig.publish(from..from + 100);
-        // All of it is in the recorder's buffer at once where nothing holds this thread up.
+    // The first beat that says so counts: the recorder goes on in another file soon, which has room again.
+    let mut stopped = None;
+    for from in (200..20_000).step_by(50) {
+        rig.publish(from..from + 50);
         match rig.beats.newest().unwrap() {
-            Some(beat) if beat.note_text().starts_with("NOT RECORDING") => break,
+            Some(beat) if beat.note_text().starts_with("NOT RECORDING") => stopped = Some(beat),
             Some(beat) => acknowledged = beat.counters.recorded,
             None => {}
         }
+        if stopped.is_some() {
+            break;
+        }
     }
-    let beat = rig.wait_for_beat(|beat| beat.note_text().starts_with("NOT RECORDING"));
+    let beat = stopped.unwrap();
     assert!(
         beat.counters.recorded >= acknowledged && beat.counters.dropped > 0,
         "{beat:?}"
