@@ -71,6 +71,12 @@ impl Session {
         Ok(jumped)
     }
 
+    /// Whether what was published at `t_publish_ns` belongs to a time that is still to come: it was taken from the bus just
+    /// before the replay went back. Never so in a run that navigates, where such a stamp is an error.
+    pub fn is_yet_to_come(&self, t_publish_ns: i64) -> bool {
+        self.is_replay() && t_publish_ns > self.clock.now_ns()
+    }
+
     /// Where the replay stands; `None` in a run that navigates, and before the replayer has spoken.
     pub fn replay(&self) -> Option<&ClockLaw> {
         self.last.as_ref()
@@ -83,6 +89,11 @@ mod tests {
     use crate::clock::monotonic_ns;
     use crate::port::Publisher;
     use crate::run::ReplayOf;
+
+    #[test]
+    fn nothing_is_yet_to_come_in_a_run_that_navigates() {
+        assert!(!Session::live(Clock::fake(5)).is_yet_to_come(i64::MAX));
+    }
 
     #[test]
     fn processes_follow_the_replayer() {
@@ -106,6 +117,8 @@ mod tests {
         assert_eq!((session.follow().unwrap(), session.clock().now_ns()), (false, 77));
         laws.send(still(5, 1)).unwrap();
         assert_eq!((session.follow().unwrap(), session.clock().now_ns()), (true, 5));
+        // A pose taken before the replay went back, and the first one behind.
+        assert!(session.is_yet_to_come(77) && !session.is_yet_to_come(5));
         // Who comes late is told where the clock stands.
         let mut late = Session::open(&bus, &run).unwrap();
         laws.serve_late_joiners();

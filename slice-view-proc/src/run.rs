@@ -142,9 +142,8 @@ impl SliceView {
         if jumped {
             self.forget();
         }
-        // Taken just before the replay went back, it is of a time that is still to come.
-        let now = self.process.session.clock().now_ns();
-        match newest.filter(|pose| !jumped || pose.t_publish_ns <= now) {
+        let session = &self.process.session;
+        match newest.filter(|pose| !jumped || !session.is_yet_to_come(pose.t_publish_ns)) {
             Some(pose) => self.show(pose)?,
             None => self.age()?,
         }
