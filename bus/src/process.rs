@@ -1,5 +1,6 @@
 //! What every process of a run does alike: join, give signs of life, stop in an orderly way, die with the pilot.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -155,12 +156,27 @@ fn die_with(parent: u32) -> Result<(), JoinError> {
     }
 }
 
+/// Writes a line to stderr, for whoever looks on. Where that cannot be written (a log on a full disk, a terminal that was
+/// closed) the line is lost and the process goes on: nobody's navigation ends for want of a log.
+pub fn say(words: std::fmt::Arguments<'_>) {
+    // One write for the whole line, so that lines of several processes do not mix.
+    let _ = std::io::stderr().write_all(format!("{words}\n").as_bytes());
+}
+
+/// [`process::say`](crate::process::say) with the arguments of [`format!`]; `eprintln!` would panic where stderr is full.
+#[macro_export]
+macro_rules! say {
+    ($($words:tt)*) => {
+        $crate::process::say(format_args!($($words)*))
+    };
+}
+
 /// The end of a binary's main: success, or the error as one paragraph on stderr and exit code 1.
 pub fn exit<E: std::error::Error>(binary: &str, result: Result<(), E>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{binary}: error: {error}");
+            say(format_args!("{binary}: error: {error}"));
             ExitCode::FAILURE
         }
     }

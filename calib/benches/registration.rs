@@ -9,7 +9,11 @@
 //! Then the ladder: error against time of whole fits from conditions of 1 to 1e12, where the true rotation is known
 //! exactly, into `out/bench/registration.csv` and `registration.png`.
 
-#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+#![allow(
+    clippy::print_stderr,
+    clippy::print_stdout,
+    reason = "the table is what this program is for"
+)]
 
 #[path = "registration/ladder.rs"]
 mod ladder;

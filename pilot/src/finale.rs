@@ -258,7 +258,7 @@ pub(crate) fn attach_report(out: &Path) {
         return;
     }
     if let Err(error) = spawn::attach(&session, &out.join("report.json")) {
-        eprintln!("pilot: the report is not in the recording: {error}");
+        bus::say!("pilot: the report is not in the recording: {error}");
     }
 }
 

@@ -187,7 +187,7 @@ impl Run {
             return;
         }
         let name = self.planned[i].name.clone();
-        eprintln!("pilot: {name} ended ({cause})");
+        bus::say!("pilot: {name} ended ({cause})");
         self.tell(Level::Error, &format!("{name} ended ({cause})"));
         self.books.restarts.push(Restart {
             process: name,
@@ -291,7 +291,7 @@ impl Run {
             Action::Held(i) => {
                 let name = &self.planned[i].name;
                 let words = format!("{name} ended too often and is not started again");
-                eprintln!("pilot: {words}");
+                bus::say!("pilot: {words}");
                 self.tell(Level::Error, &words);
                 self.held.push(name.clone());
             }
@@ -327,7 +327,7 @@ impl Run {
         self.began_ns.get_or_insert(now);
         let ending = self.options.ending();
         let words = format!("everybody ready after {:.2} s; {ending}", clock::ms(now) / 1e3);
-        eprintln!("pilot: {words}");
+        bus::say!("pilot: {words}");
         self.tell(Level::Info, &words);
     }
 }

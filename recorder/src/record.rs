@@ -241,7 +241,7 @@ fn content(run: &RunContext, scene: &Scene, spec: &RecordingSpec, facts: &RunFac
     let read = |path: &PathBuf| {
         let found = beside::read(path);
         found.map_err(|e| {
-            eprintln!(
+            bus::say!(
                 "recorder: {} is named by the scene and not attached: {e}",
                 path.display()
             )
@@ -308,7 +308,7 @@ pub fn record(process: &mut Process, out: &Path) -> Result<Finished, RecordError
     while !process.stop.is_set() {
         let now_ns = process.clock().now_ns();
         for words in recorder.step(now_ns)? {
-            eprintln!("recorder: {words}");
+            bus::say!("recorder: {words}");
         }
         let progress = recorder.progress();
         process.counters = progress.counters;

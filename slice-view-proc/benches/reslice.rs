@@ -10,7 +10,11 @@
 //!
 //! `--serve FOLDER` answers for `peers/reslice.py`, see [`serve`].
 
-#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+#![allow(
+    clippy::print_stderr,
+    clippy::print_stdout,
+    reason = "the table is what this program is for"
+)]
 
 #[path = "reslice/floor.rs"]
 mod floor;

@@ -5,7 +5,11 @@
 //! are stored as whole HU, as scanners do; that alone costs 0.29 HU RMS. The table goes to stdout and to
 //! `out/bench/trade.csv`, the picture to `out/bench/trade.png`.
 
-#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+#![allow(
+    clippy::print_stderr,
+    clippy::print_stdout,
+    reason = "the table is what this program is for"
+)]
 
 #[path = "trade/fields.rs"]
 mod fields;

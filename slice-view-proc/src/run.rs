@@ -157,7 +157,7 @@ impl SliceView {
         if let Some(old) = &self.volume
             && old.hash() != new.hash()
         {
-            eprintln!(
+            bus::say!(
                 "slice-view-proc: warning: the loader published another examination ({}); the images stay with {}",
                 new.hash(),
                 old.hash()
@@ -227,7 +227,7 @@ impl SliceView {
 
     fn refuse(&mut self, error: &PoseError) -> Tracked {
         if self.process.counters.refused == 0 {
-            eprintln!("slice-view-proc: error: {error}. It is not shown; further ones are only counted");
+            bus::say!("slice-view-proc: error: {error}. It is not shown; further ones are only counted");
         }
         self.process.counters.refused += 1;
         Tracked::Lost(Lost::Refused)

@@ -9,7 +9,7 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Child, Command, Output};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use bus::Bus;
@@ -65,12 +65,17 @@ impl Rig {
 
     /// A recorder that is ready.
     pub fn start(&self) -> Recorder {
+        self.start_logging_to(Stdio::inherit())
+    }
+
+    /// A recorder that is ready, with its stderr there.
+    pub fn start_logging_to(&self, log: Stdio) -> Recorder {
         // What a dead one said last.
         let _ = self.beats.newest().unwrap();
         let run_dir = self.tmp.path().to_str().unwrap();
         let out = self.out();
         let mut command = command(&["record", "--run-dir", run_dir, "--out", out.to_str().unwrap()]);
-        let recorder = Recorder(command.spawn().unwrap());
+        let recorder = Recorder(command.stderr(log).spawn().unwrap());
         self.wait_for_beat(|beat| beat.process_state() == ProcessState::Ready && beat.pid == recorder.0.id());
         recorder
     }

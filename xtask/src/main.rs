@@ -8,6 +8,7 @@ mod shell;
 mod steps;
 mod test;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use failure::Failure;
@@ -49,7 +50,7 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("xtask: error: {failure}");
+            let _ = writeln!(std::io::stderr(), "xtask: error: {failure}");
             failure.exit_code()
         }
     }

@@ -278,7 +278,7 @@ pub fn main(load: LoadVolume) -> ExitCode {
     match refused {
         None => ExitCode::SUCCESS,
         Some(error) => {
-            eprintln!("calib: error: {error}");
+            bus::say!("calib: error: {error}");
             ExitCode::FAILURE
         }
     }

@@ -228,7 +228,7 @@ impl Run {
             .map(|i| &self.notes[i])
             .filter(|note| note.starts_with("pose "))
         {
-            eprintln!("pilot: {note}");
+            bus::say!("pilot: {note}");
         }
     }
 }

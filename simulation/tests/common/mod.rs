@@ -1,6 +1,10 @@
 //! What several test files share.
 
-#![allow(dead_code, reason = "each test file uses some of it")]
+#![allow(
+    dead_code,
+    clippy::print_stderr,
+    reason = "each test file uses some of it; a test that is not run says why"
+)]
 
 pub(crate) mod cases;
 pub(crate) mod scenes;

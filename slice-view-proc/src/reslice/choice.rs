@@ -94,7 +94,7 @@ impl Chosen {
 }
 
 fn warn(name: &str) {
-    eprintln!("slice-view-proc: warning: the CPU draws: {name}");
+    bus::say!("slice-view-proc: warning: the CPU draws: {name}");
 }
 
 impl Resampler for Chosen {

@@ -167,8 +167,8 @@ impl<T> Watched<T> {
         (self.looked, self.mark) = (true, mark);
         self.held = read(&self.file);
         match &self.held {
-            Ok(_) => eprintln!("tracker: {} is in use", self.file.path.display()),
-            Err(why) => eprintln!("tracker: not used: {why} ({})", self.file.path.display()),
+            Ok(_) => bus::say!("tracker: {} is in use", self.file.path.display()),
+            Err(why) => bus::say!("tracker: not used: {why} ({})", self.file.path.display()),
         }
         true
     }

@@ -236,7 +236,7 @@ impl<'a> Follower<'a> {
 fn refuse(process: &mut Process, seq: u64, why: &str) {
     process.counters.refused += 1;
     if process.counters.refused == 1 {
-        eprintln!("tracker: frame {seq} is refused: {why}; further ones are only counted");
+        bus::say!("tracker: frame {seq} is refused: {why}; further ones are only counted");
     }
 }
 

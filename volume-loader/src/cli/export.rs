@@ -211,7 +211,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
     let mut source = args.input.open()?;
     let conversion = writer.write(&mut source)?;
     let (path, what) = (writer.path().display(), source.describe());
-    eprintln!("volume-loader: wrote {path}: {what}");
+    bus::say!("volume-loader: wrote {path}: {what}");
     if conversion != Conversion::default() {
         let Conversion {
             clamped_low,
@@ -219,7 +219,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
             not_finite,
             rounded,
         } = conversion;
-        eprintln!(
+        bus::say!(
             "volume-loader: voxels changed to fit 16 bits: {clamped_low} held to -32768 HU, {clamped_high} to 32767 HU, \
              {not_finite} not numbers and made padding, {rounded} rounded"
         );
