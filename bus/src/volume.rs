@@ -8,9 +8,12 @@
 //!
 //! The offset of a voxel is a sum of one term per axis, so a reader needs three small tables and no arithmetic on bricks.
 
+mod voxels;
+
 use geometry::VolumeGrid;
 
 use crate::message::{Marks, VolumeHash, VolumeHeader};
+pub use voxels::{ALIGNMENT, Voxels};
 
 const BRICK: [u32; 3] = [4, 4, 4];
 const ROWS: [u32; 3] = [1, 1, 1];
@@ -226,7 +229,7 @@ pub struct OwnedVolume {
     /// Where they lie in memory.
     pub layout: Layout,
     /// The stored values, HU.
-    pub voxels: Vec<i16>,
+    pub voxels: Voxels,
     /// The HU of everything outside.
     pub padding_hu: i16,
     /// The volume's identity.

@@ -3,7 +3,8 @@
 //! `cargo xtask bench trade`. Errors are distances from what the volume really is, not from another interpolation: a sum
 //! of waves that a scanner could just have resolved, and the generated patient, whose edges are sharper than voxels. Both
 //! are stored as whole HU, as scanners do; that alone costs 0.29 HU RMS. The table goes to stdout and to
-//! `out/bench/trade.csv`, the picture to `out/bench/trade.png`.
+//! `out/bench/trade.csv`, the picture to `out/bench/trade.png`. A card takes part where there is one, and so does a program
+//! that stands for one (lavapipe): its name is printed, and its times are those of the machine's cores.
 
 #![allow(
     clippy::print_stderr,

@@ -2,7 +2,7 @@
 
 use bus::run::free_memory_bytes;
 use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
-use bus::volume::{Layout, OwnedVolume};
+use bus::volume::{Layout, OwnedVolume, Voxels};
 
 use crate::dicom;
 use crate::error::LoadError;
@@ -57,7 +57,7 @@ fn load_owned(spec: &VolumeSpec) -> Result<OwnedVolume, LoadError> {
     let layout = Layout::choose(grid.dims())?;
     let padding_hu = source.padding_hu();
     check_memory(layout.stored() * 2)?;
-    let mut voxels = vec![0; layout.stored() as usize];
+    let mut voxels = Voxels::zeroed(layout.stored() as usize);
     let filled = fill(source.as_mut(), &layout, &mut voxels, |_| true)?;
     Ok(OwnedVolume {
         grid,

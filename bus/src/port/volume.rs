@@ -6,6 +6,7 @@ use geometry::VolumeGrid;
 use iceoryx2::port::publisher::Publisher as IoxPublisher;
 use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::Alignment;
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
@@ -14,15 +15,20 @@ use super::{limited, open_error, service_name, transfer_error};
 use crate::message::{HeaderError, VolumeHash, VolumeHeader};
 use crate::node::{Ipc, patiently};
 use crate::topic::VOLUME;
-use crate::volume::{Layout, VolumeView};
+use crate::volume::{ALIGNMENT, Layout, VolumeView};
 use crate::{Bus, BusError};
+
+/// Of what the loader takes; see [`ALIGNMENT`].
+const BEGINNING: Alignment = Alignment::ALIGN_128;
+const _: () = assert!(BEGINNING.value() == ALIGNMENT);
 
 fn service(bus: &Bus) -> Result<PortFactory<Ipc, [i16], VolumeHeader>, BusError> {
     let builder = bus
         .node
         .service_builder(&service_name(VOLUME.name)?)
         .publish_subscribe::<[i16]>()
-        .user_header::<VolumeHeader>();
+        .user_header::<VolumeHeader>()
+        .payload_alignment(BEGINNING);
     limited(builder, &VOLUME)
         .open_or_create()
         .map_err(open_error(VOLUME.name, "join"))
@@ -215,5 +221,41 @@ impl SharedVolume {
             // Published from an i16; a hostile value is clamped.
             padding_hu: self.header().padding_hu.clamp(-32_768, 32_767) as i16,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::monotonic_ns;
+    use crate::run::RunContext;
+
+    #[test]
+    fn bricks_begin_at_cache_lines_for_writers_and_readers() {
+        let folder = tempfile::tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+        run.store().unwrap();
+        let bus = Bus::join(&run).unwrap();
+        let dims = [9, 5, 6];
+        let layout = Layout::new(dims, [4, 4, 4]).unwrap();
+        let (publisher, subscriber) = (
+            VolumePublisher::open(&bus, &layout).unwrap(),
+            VolumeSubscriber::open(&bus).unwrap(),
+        );
+        let mut loan = publisher.loan().unwrap();
+        assert_eq!(loan.voxels_mut().as_ptr().addr() % ALIGNMENT, 0);
+        loan.voxels_mut()[7] = 7;
+        let header = VolumeHeader {
+            ct_from_voxel: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+            dims,
+            brick: [4, 4, 4],
+            ..VolumeHeader::default()
+        };
+        loan.publish(header).unwrap();
+        let volume = subscriber.poll().unwrap().unwrap();
+        assert_eq!(volume.view().voxels[7], 7);
+        assert_eq!(volume.view().voxels.as_ptr().addr() % ALIGNMENT, 0);
+        drop((volume, publisher, subscriber, bus));
+        run.sweep();
     }
 }

@@ -1,7 +1,7 @@
 //! A volume of the usual size: 512 x 512 x 400 voxels of 0.7 x 0.7 x 0.8 mm, 200 MiB.
 
 use bus::message::VolumeHash;
-use bus::volume::{Layout, OwnedVolume};
+use bus::volume::{Layout, OwnedVolume, Voxels};
 use geometry::{Affine, Point, Vector, VolumeGrid};
 
 pub(crate) const DIMS: [u32; 3] = [512, 512, 400];
@@ -26,7 +26,7 @@ pub(crate) fn grid(dims: [u32; 3], spacing_mm: [f64; 3]) -> VolumeGrid {
 pub(crate) fn volume(grid: VolumeGrid, mut slice: impl FnMut(u32, &mut [i16])) -> OwnedVolume {
     let dims = grid.dims();
     let layout = Layout::choose(dims).expect("a usual size");
-    let mut voxels = vec![0; layout.stored() as usize];
+    let mut voxels = Voxels::zeroed(layout.stored() as usize);
     let mut row_by_row = vec![0; (dims[0] * dims[1]) as usize];
     for z in 0..dims[2] {
         slice(z, &mut row_by_row);

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use bus::scene::{Filter, Sampling};
+use bus::clock::monotonic_ns;
+use bus::scene::{self, Filter, GpuWeights, Render, Sampling};
 use geometry::SlicePlane;
-use slice_view_proc::reslice::{Cpu, Reference, Resampler};
+use slice_view_proc::reslice::{Chosen, Cpu, Reference, Resampler};
 
 use crate::fields::Field;
 use crate::shared::figures::{Errors, Times, cpu_ms};
@@ -27,24 +28,50 @@ pub(crate) enum BackEnd {
     Vector,
     Portable,
     Reference,
+    /// A graphics card, or a program that stands for one, with weights of our own.
+    Gpu,
+    /// The same with the sampler's weights.
+    Sampler,
 }
 
 impl BackEnd {
-    pub(crate) const ALL: [Self; 3] = [Self::Vector, Self::Portable, Self::Reference];
+    pub(crate) const ALL: [Self; 5] = [Self::Vector, Self::Portable, Self::Reference, Self::Gpu, Self::Sampler];
 
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Vector => "cpu",
             Self::Portable => "cpu-portable",
             Self::Reference => "reference",
+            Self::Gpu => "gpu",
+            Self::Sampler => "gpu-sampler",
         }
     }
 
-    fn resampler(self) -> Box<dyn Resampler> {
-        match self {
+    /// `None` where there is no card.
+    fn resampler(self) -> Option<Box<dyn Resampler>> {
+        Some(match self {
             Self::Vector => Box::new(Cpu::default()),
             Self::Portable => Box::new(Cpu::portable()),
             Self::Reference => Box::new(Reference::default()),
+            Self::Gpu => Box::new(card(GpuWeights::Exact)?),
+            Self::Sampler => Box::new(card(GpuWeights::Sampler)?),
+        })
+    }
+
+    /// Other filters than linear are the same with and without the sampler.
+    fn draws(self, filter: Filter) -> bool {
+        self != Self::Sampler || filter == Filter::Linear
+    }
+
+    /// How long `work` takes, ms: on a card until the results are there, elsewhere the CPU's time.
+    fn time(self, work: impl FnOnce()) -> f64 {
+        match self {
+            Self::Vector | Self::Portable | Self::Reference => cpu_ms(work),
+            Self::Gpu | Self::Sampler => {
+                let began = monotonic_ns();
+                work();
+                (monotonic_ns() - began) as f64 / 1e6
+            }
         }
     }
 
@@ -52,6 +79,14 @@ impl BackEnd {
     fn planes(self) -> usize {
         if self == Self::Reference { 1 } else { PLANES }
     }
+}
+
+fn card(gpu_weights: GpuWeights) -> Option<Chosen> {
+    let chosen = Chosen::new(Render {
+        back_end: scene::BackEnd::Gpu,
+        gpu_weights,
+    });
+    chosen.gpu_timings().is_some().then_some(chosen)
 }
 
 /// One point of the curve.
@@ -74,11 +109,14 @@ struct Task {
 
 /// All points of the curve for a field.
 pub(crate) fn measure(field: &Field) -> Vec<Row> {
-    let all = Filter::ALL.map(Sampling::from);
-    let mut back_ends = BackEnd::ALL.map(|back_end| (back_end, back_end.resampler()));
-    for (_, resampler) in &mut back_ends {
-        let prepared = resampler.prepare(&field.volume.view(), &all, &mut || {});
+    let found = BackEnd::ALL.into_iter();
+    let mut back_ends: Vec<_> = found.filter_map(|b| Some((b, b.resampler()?))).collect();
+    for (back_end, resampler) in &mut back_ends {
+        let drawn = Filter::ALL.into_iter().filter(|filter| back_end.draws(*filter));
+        let samplings: Vec<Sampling> = drawn.map(Sampling::from).collect();
+        let prepared = resampler.prepare(&field.volume.view(), &samplings, &mut || {});
         prepared.expect("enough memory for the coefficients");
+        println!("{}: {}", back_end.name(), resampler.name());
     }
     let mut rows = Vec::new();
     for size in SIZES {
@@ -118,10 +156,11 @@ fn race(
     for round in 0..ROUNDS {
         for (i, task) in tasks.iter().enumerate() {
             for ((back_end, resampler), (times, errors)) in back_ends.iter_mut().zip(&mut results) {
-                if i >= back_end.planes() || (round > 0 && times.total() > ENOUGH_MS) {
+                let enough = i >= back_end.planes() || (round > 0 && times.total() > ENOUGH_MS);
+                if enough || !back_end.draws(filter) {
                     continue;
                 }
-                times.push(cpu_ms(|| {
+                times.push(back_end.time(|| {
                     let drawn = resampler.reslice(&field.volume.view(), &task.plane, &filter.into(), &mut hu);
                     drawn.expect("prepared");
                 }));
@@ -140,14 +179,15 @@ fn race(
         ms: times.median(),
         error: errors.summary(),
     };
-    back_ends.iter().zip(results).map(row).collect()
+    let drawn = back_ends.iter().zip(results).filter(|((b, _), _)| b.draws(filter));
+    drawn.map(row).collect()
 }
 
 /// The rows for people.
 pub(crate) fn table(rows: &[Row]) -> String {
     let mut text = format!(
         "{:<10}{:<14}{:>6}{:>10}{:>12}{:>12}{:>12}\n",
-        "filter", "back end", "size", "CPU, ms", "RMS, HU", "p99, HU", "max, HU"
+        "filter", "back end", "size", "ms", "RMS, HU", "p99, HU", "max, HU"
     );
     for row in rows {
         let [rms, p99, max] = row.error;

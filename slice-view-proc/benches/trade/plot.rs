@@ -43,7 +43,7 @@ pub(crate) fn write(rows: &[Row]) -> Result<PathBuf, PlotError> {
 }
 
 fn table(rows: &[Row]) -> String {
-    let mut text = "field,filter,back_end,size,cpu_ms,rms_hu,p99_hu,max_hu\n".to_owned();
+    let mut text = "field,filter,back_end,size,ms,rms_hu,p99_hu,max_hu\n".to_owned();
     for row in rows {
         let [rms, p99, max] = row.error;
         let (filter, back_end) = (row.filter.name(), row.back_end.name());
@@ -92,7 +92,8 @@ fn chart(rows: &[Row], field: &str, which: usize, what: &str) -> Chart {
     let mut chart = Chart::new(
         format!("{field}: {what} against time"),
         // The same for all panels, and wide enough for the slowest machine and the fastest card.
-        Axis::log("CPU time of an image of 256, 512, 1024 pixels a side, ms").within(0.1, 40_000.0),
+        Axis::log("time of an image of 256, 512, 1024 pixels a side, ms (CPU; gpu: until it is there)")
+            .within(0.1, 40_000.0),
         Axis::log(format!("{what}, HU")),
     );
     for (filter, colour) in Filter::ALL.into_iter().zip(COLOURS) {
@@ -105,7 +106,8 @@ fn chart(rows: &[Row], field: &str, which: usize, what: &str) -> Chart {
             chart.push(Series::joined("", colour, mark(back_end), points));
         }
     }
-    for back_end in BackEnd::ALL {
+    // The sampler has the mark of the card, on the line of its filter.
+    for back_end in BackEnd::ALL.into_iter().filter(|b| *b != BackEnd::Sampler) {
         chart.push(Series::scatter(back_end.name(), GREY, mark(back_end), []));
     }
     chart
@@ -116,5 +118,6 @@ fn mark(back_end: BackEnd) -> Mark {
         BackEnd::Vector => Mark::Dot,
         BackEnd::Portable => Mark::Circle,
         BackEnd::Reference => Mark::Square,
+        BackEnd::Gpu | BackEnd::Sampler => Mark::Cross,
     }
 }

@@ -6,7 +6,7 @@
 
 use bus::message::VolumeHash;
 use bus::scene::{Filter, Minify, Sampling, Slab, SlabMode};
-use bus::volume::{Layout, OwnedVolume};
+use bus::volume::{Layout, OwnedVolume, Voxels};
 use geometry::{Affine, Ct, Direction, Point, SlicePlane, VolumeGrid};
 use slice_view_proc::reslice::{Cpu, Reference, Resampler};
 
@@ -21,7 +21,7 @@ pub fn volume(dims: [u32; 3], hu: impl Fn([i64; 3]) -> i16) -> OwnedVolume {
 /// The same with any `ct_from_voxel`.
 pub fn volume_at(dims: [u32; 3], ct_from_voxel: [[f64; 4]; 3], hu: impl Fn([i64; 3]) -> i16) -> OwnedVolume {
     let layout = Layout::choose(dims).unwrap();
-    let mut voxels = vec![0; layout.stored() as usize];
+    let mut voxels = Voxels::zeroed(layout.stored() as usize);
     let [nx, ny, nz] = dims.map(i64::from);
     for z in 0..nz {
         let slice: Vec<i16> = (0..nx * ny).map(|i| hu([i % nx, i / nx, z])).collect();

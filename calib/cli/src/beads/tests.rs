@@ -5,7 +5,7 @@ use std::path::Path;
 
 use bus::message::{Marks, VolumeHash};
 use bus::scene::VolumeSpec;
-use bus::volume::{Layout, OwnedVolume};
+use bus::volume::{Layout, OwnedVolume, Voxels};
 use clap::Parser;
 use geometry::{Affine, VolumeGrid};
 use tempfile::TempDir;
@@ -28,7 +28,7 @@ fn volume(_: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Sen
     let unit = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
     let grid = VolumeGrid::checked([50, 50, 45], unit)?;
     let layout = Layout::choose(grid.dims())?;
-    let mut voxels = vec![0; layout.stored() as usize];
+    let mut voxels = Voxels::zeroed(layout.stored() as usize);
     let variance = 0.6 * 0.6 + 0.2;
     let peak = 14_000.0 * 4.0 / 3.0 * std::f64::consts::PI / (std::f64::consts::TAU * variance).powf(1.5);
     for z in 0..45_u32 {

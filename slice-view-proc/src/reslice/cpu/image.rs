@@ -88,7 +88,8 @@ impl<'a> Image<'a> {
             for y in 0..self.hu.len() / self.width {
                 let walk = self.walk(y, 0, self.width);
                 let line = &mut self.hu[y * self.width..][..self.width];
-                line.fill(self.padding);
+                line[..walk.inside.start].fill(self.padding);
+                line[walk.inside.end..].fill(self.padding);
                 lines.draw(kernel, axes, &walk, 0, line);
             }
         } else {

@@ -84,6 +84,13 @@ impl<'a, V: Value> Source<'a, V> {
         &self.tables[axis][at(reach.start)..at(reach.end)]
     }
 
+    /// The offset term of the voxel at index `i`, if there is one.
+    #[inline(always)]
+    pub(super) fn term(&self, axis: usize, i: i32) -> Option<usize> {
+        let at = usize::try_from(i - self.first[axis]).ok()?;
+        self.tables[axis].get(at).map(|&term| term as usize)
+    }
+
     /// The offset terms of `N` voxels in a row along `axis`, the first of them at index `first`, which may be negative.
     #[inline(always)]
     pub(super) fn terms<const N: usize>(&self, axis: usize, first: i32) -> [usize; N] {

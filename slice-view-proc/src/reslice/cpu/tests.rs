@@ -4,7 +4,7 @@ use super::super::Reference;
 use super::*;
 use bus::message::VolumeHash;
 use bus::scene::{Minify, Slab, SlabMode};
-use bus::volume::{Layout, OwnedVolume};
+use bus::volume::{Layout, OwnedVolume, Voxels};
 use geometry::{Affine, Direction, Point, Vector as Way, VolumeGrid};
 use proptest::prelude::*;
 
@@ -16,9 +16,9 @@ fn noise(dims: [u32; 3], brick: [u32; 3], sheared: bool) -> OwnedVolume {
     let shear = if sheared { 0.35 } else { 0.0 };
     let affine = Affine::from_rows([[0.8, 0.0, 0.0, -20.0], [0.0, 0.9, shear, 10.0], [0.0, 0.0, 1.5, -5.0]]);
     let layout = Layout::new(dims, brick).unwrap();
-    let mut voxels = vec![0; layout.stored() as usize];
+    let mut voxels = Voxels::zeroed(layout.stored() as usize);
     let mut state = 1_u64;
-    for voxel in &mut voxels {
+    for voxel in &mut *voxels {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);

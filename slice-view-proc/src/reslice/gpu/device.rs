@@ -16,6 +16,8 @@ use super::super::ResliceError;
 
 /// A card that takes longer than this for one piece of work is given up.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// The same for a card that is a program: on a busy machine it waits for its turn as others do.
+const PATIENCE_WITH_PROGRAMS: Duration = Duration::from_secs(60);
 /// No more of a card's memory than this is taken, per cent of what it offers, where the driver says.
 const MEMORY_SHARE: u8 = 90;
 /// Where cards are looked for, first group first; a later one only where the earlier have no hardware.
@@ -148,13 +150,19 @@ impl Card {
         let submitted = self.queue.submit(commands);
         // Before the wait: for work that was never handed over there is nothing to wait for.
         self.check()?;
+        let patience = if is_hardware(self.info.device_type) {
+            PATIENCE
+        } else {
+            PATIENCE_WITH_PROGRAMS
+        };
         let wait = PollType::Wait {
             submission_index: Some(submitted),
-            timeout: Some(PATIENCE),
+            timeout: Some(patience),
         };
-        self.device
-            .poll(wait)
-            .map_err(|error| ResliceError::Gpu(error.to_string()))?;
+        if let Err(error) = self.device.poll(wait) {
+            // Work that may still be going on holds the buffers: whoever asks again is told this, and not what comes of it.
+            keep(&self.fault, format!("no result after {patience:?}: {error}"));
+        }
         self.check()
     }
 }
@@ -199,10 +207,6 @@ fn adapters(backends: Backends) -> Vec<Adapter> {
 /// Keeps the first failure of `device`.
 fn listen(device: &wgpu::Device) -> Arc<Mutex<Option<String>>> {
     let fault = Arc::new(Mutex::new(None));
-    let keep = |fault: &Mutex<Option<String>>, words: String| {
-        let mut fault = fault.lock().unwrap_or_else(PoisonError::into_inner);
-        fault.get_or_insert(brief(&words));
-    };
     let heard = Arc::clone(&fault);
     device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
         let words = match error {
@@ -214,6 +218,12 @@ fn listen(device: &wgpu::Device) -> Arc<Mutex<Option<String>>> {
     let heard = Arc::clone(&fault);
     device.set_device_lost_callback(move |_, words| keep(&heard, format!("lost: {words}")));
     fault
+}
+
+/// Of several failures the first one counts.
+fn keep(fault: &Mutex<Option<String>>, words: String) {
+    let mut fault = fault.lock().unwrap_or_else(PoisonError::into_inner);
+    fault.get_or_insert(brief(&words));
 }
 
 /// The result of a future that has no one to wait for, as all of wgpu's outside of browsers.

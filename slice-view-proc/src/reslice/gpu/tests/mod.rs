@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use bus::message::VolumeHash;
 use bus::scene::{Minify, Slab, SlabMode};
-use bus::volume::{Layout, OwnedVolume};
+use bus::volume::{Layout, OwnedVolume, Voxels};
 use geometry::{Affine, Direction, Point, Vector as Along, VolumeGrid};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -32,8 +32,8 @@ fn noise(dims: [u32; 3], brick: [u32; 3]) -> OwnedVolume {
     let affine = Affine::from_rows([[0.8, 0.0, 0.0, -20.0], [0.0, 0.9, 0.35, 10.0], [0.0, 0.0, 1.5, -5.0]]);
     let layout = Layout::new(dims, brick).unwrap();
     let mut state = 1_u64;
-    let mut voxels = vec![0; layout.stored() as usize];
-    for voxel in &mut voxels {
+    let mut voxels = Voxels::zeroed(layout.stored() as usize);
+    for voxel in &mut *voxels {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
