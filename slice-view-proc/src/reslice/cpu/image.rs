@@ -63,7 +63,7 @@ impl<'a> Image<'a> {
     }
 
     /// Samples every pixel with `kernel`.
-    pub(super) fn draw<const N: usize>(&mut self, kernel: &(impl Kernel + Separable<N>)) {
+    pub(super) fn draw<const N: usize>(&mut self, kernel: &impl Separable<N>) {
         let [kx, ky] = self.samples.fold.map(|k| k as usize);
         let points = [self.width * kx, self.hu.len() / self.width * ky];
         match Axes::of(&self.samples, points) {
@@ -81,7 +81,7 @@ impl<'a> Image<'a> {
 
     /// A plane along the volume's axes.
     #[inline(always)]
-    fn draw_aligned<const N: usize>(&mut self, kernel: &(impl Kernel + Separable<N>), axes: Axes) {
+    fn draw_aligned<const N: usize>(&mut self, kernel: &impl Separable<N>, axes: Axes) {
         let mut lines = std::mem::take(&mut self.fold.lines);
         lines.restart(self.samples.depths);
         if self.samples.are_pixels() {
