@@ -20,6 +20,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("calib-cli", 2),
     ("pilot", 2),
     ("recorder", 2),
+    ("simulation-cli", 2),
     ("slice-view-proc", 2),
     ("tracker-proc", 2),
     ("volume-loader", 2),

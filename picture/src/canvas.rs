@@ -1,6 +1,6 @@
 //! An RGBA image and the few shapes an overlay needs. Positions are pixels; whole numbers are pixel centres.
 
-use tiny_skia::{Color, LineCap, Paint, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
+use tiny_skia::{Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
 
 use crate::text::{self, Anchor};
 
@@ -142,6 +142,24 @@ impl Canvas {
         self.stroke(path, line);
     }
 
+    /// Filled closed contours, one in another a hole (even-odd rule); `alpha` of 255 is opaque.
+    pub fn area(&mut self, contours: &[Vec<[f64; 2]>], colour: Rgb, alpha: u8) {
+        let mut path = PathBuilder::new();
+        for contour in contours {
+            for (i, point) in contour.iter().enumerate() {
+                let [x, y] = corner(*point);
+                if i == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+            }
+            path.close();
+        }
+        if let Some(path) = path.finish() {
+            let mut paint = paint(colour, alpha);
+            paint.anti_alias = true;
+            self.pixmap
+                .fill_path(&path, &paint, FillRule::EvenOdd, Transform::identity(), None);
+        }
+    }
+
     /// A filled rectangle from (`x`, `y`), `alpha` of 255 is opaque.
     pub fn fill(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], colour: Rgb, alpha: u8) {
         if let Some(rect) = Rect::from_xywh(x as f32, y as f32, width as f32, height as f32) {
@@ -194,6 +212,17 @@ mod tests {
         assert_eq!(pixel(&canvas, 9, 10), [255, 0, 0, 255]);
         assert_eq!(pixel(&canvas, 9, 9), [0, 0, 0, 255]);
         assert_eq!(pixel(&canvas, 9, 11), [0, 0, 0, 255]);
+    }
+
+    #[test]
+    fn an_area_within_an_area_is_a_hole() {
+        let mut canvas = Canvas::new(20, 20);
+        let square = |low: f64, high: f64| vec![[low, low], [high, low], [high, high], [low, high]];
+        canvas.area(&[square(2.0, 17.0), square(7.0, 12.0)], Rgb(10, 20, 30), 255);
+        assert_eq!(pixel(&canvas, 4, 10), [10, 20, 30, 255]);
+        assert_eq!(pixel(&canvas, 10, 10), [0, 0, 0, 255]);
+        assert_eq!(pixel(&canvas, 0, 10), [0, 0, 0, 255]);
+        canvas.area(&[vec![], vec![[1.0, 1.0]]], Rgb(1, 1, 1), 255);
     }
 
     #[test]

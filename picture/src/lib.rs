@@ -4,11 +4,13 @@
 //! Shapes are antialiased by tiny-skia, text is the Hack typeface through ab_glyph; both are exact from run to run, so
 //! that the same pose gives the same bytes.
 
+mod animation;
 mod canvas;
 pub mod chart;
 mod png_file;
 mod text;
 
+pub use animation::{encode_animation, write_animation};
 pub use canvas::{Canvas, Line, Rgb};
 pub use png_file::{PngError, encode_png, write_png};
 pub use text::Anchor;

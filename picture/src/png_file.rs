@@ -57,6 +57,11 @@ pub fn write_png(path: &Path, canvas: &Canvas, texts: &[(&str, String)]) -> Resu
         path: path.to_owned(),
         source,
     })?;
+    write_bytes(path, &bytes)
+}
+
+/// Writes under a temporary name and renames.
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), PngError> {
     let part = path.with_extension("png.part");
     let written = fs::write(&part, bytes).and_then(|()| fs::rename(&part, path));
     written.map_err(|source| {

@@ -4,7 +4,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Line and column, both from 1, of a byte position; the column counts characters.
-pub(super) fn line_and_column(text: &str, at: usize) -> (usize, usize) {
+pub fn line_and_column(text: &str, at: usize) -> (usize, usize) {
     let mut at = at.min(text.len());
     while !text.is_char_boundary(at) {
         at -= 1;
@@ -18,7 +18,7 @@ pub(super) fn line_and_column(text: &str, at: usize) -> (usize, usize) {
 }
 
 /// Where the value of the dotted `key` stands; where it is absent, its nearest parent that is there.
-pub(super) fn position_of(text: &str, key: &str) -> Option<usize> {
+pub fn position_of(text: &str, key: &str) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
     let mut at = None;
     let mut value = None;
@@ -44,7 +44,7 @@ fn child<'a, 'i>(value: &'a DeValue<'i>, part: &str) -> Option<&'a Spanned<DeVal
 }
 
 /// The dotted key whose name or value stands at a byte position.
-pub(super) fn key_at(text: &str, at: usize) -> Option<String> {
+pub fn key_at(text: &str, at: usize) -> Option<String> {
     let table = DeTable::parse(text).ok()?;
     let mut path = Vec::new();
     walk_table(table.get_ref(), at, &mut path);

@@ -5,7 +5,7 @@
 
 mod check;
 mod error;
-mod locate;
+pub mod locate;
 pub mod operating_room;
 pub mod raw;
 mod recording;
@@ -19,7 +19,7 @@ use std::time::Duration;
 
 use geometry::{Ct, Point, Rigid, Tracker};
 
-pub use error::SceneError;
+pub use error::{Invalid, SceneError};
 pub use raw::{Extent, Plane, Up};
 pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};

@@ -15,6 +15,7 @@ mod ogden;
 mod project;
 mod response;
 mod saint_venant;
+mod stress;
 
 #[cfg(test)]
 mod tests;
@@ -24,6 +25,7 @@ pub use material::{Law, Material};
 pub use ogden::Ogden;
 pub use project::{Modes, signed_svd};
 pub use response::{Response, Volume};
+pub use stress::Stress;
 
 /// Why a material cannot be.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

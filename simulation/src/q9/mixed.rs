@@ -16,6 +16,8 @@ use crate::law::{Material, Volume};
 pub(super) struct Pressure {
     basis: Vec<Vector3<f64>>,
     inverse_mass: Matrix3<f64>,
+    centre: Vector2<f64>,
+    size: f64,
 }
 
 impl Pressure {
@@ -37,7 +39,12 @@ impl Pressure {
             .map(|(b, p)| b * b.transpose() * p.weight)
             .sum();
         let inverse_mass = mass.try_inverse()?;
-        Some(Self { basis, inverse_mass })
+        Some(Self {
+            basis,
+            inverse_mass,
+            centre,
+            size,
+        })
     }
 
     /// Coefficients of `Pi theta`.
@@ -47,6 +54,20 @@ impl Pressure {
             * moments
                 .map(|(k, (b, p))| b * (p.weight * theta(k)))
                 .sum::<Vector3<f64>>()
+    }
+
+    /// `Pi theta` at a reference position.
+    pub(super) fn theta(
+        &self,
+        element: &Element,
+        material: &Material,
+        u: &[Vector2<f64>; NODES],
+        reference: Vector2<f64>,
+    ) -> Option<f64> {
+        let volumes = Self::volumes(element, material, u)?;
+        let mean = self.project(&element.points, |k| volumes[k].theta);
+        let x = (reference - self.centre) / self.size;
+        Some(mean.dot(&Vector3::new(1.0, x.x, x.y)))
     }
 
     pub(super) fn energy(&self, element: &Element, material: &Material, u: &[Vector2<f64>; NODES]) -> Option<f64> {

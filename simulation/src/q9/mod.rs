@@ -7,6 +7,7 @@
 mod build;
 pub(crate) mod element;
 mod error;
+pub(crate) mod field;
 mod mesh;
 mod mixed;
 mod point;
@@ -15,6 +16,7 @@ pub(crate) mod shape;
 pub use build::{blob, grid, rectangle, ring};
 pub use element::Element;
 pub use error::Refused;
+pub use field::FieldPoint;
 pub use mesh::{Arc, Mesh};
 pub use point::GaussPoint;
 pub use shape::{GAUSS, gradients, values};

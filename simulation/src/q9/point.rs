@@ -28,7 +28,7 @@ pub(super) fn map(nodes: &[Vector2<f64>; NODES], u: f64, v: f64) -> Matrix2<f64>
 
 impl GaussPoint {
     /// The point `(u, v)` of the rule's weight `weight`. `None` where the map is singular.
-    pub(super) fn of(nodes: &[Vector2<f64>; NODES], [u, v]: [f64; 2], weight: f64) -> Option<Self> {
+    pub(crate) fn of(nodes: &[Vector2<f64>; NODES], [u, v]: [f64; 2], weight: f64) -> Option<Self> {
         let map = map(nodes, u, v);
         let inverse = map.try_inverse()?.transpose();
         Some(Self {

@@ -4,8 +4,8 @@ use nalgebra::Vector2;
 
 use super::{Boundary, Solid};
 use crate::law::{Law, Material};
-use crate::q9::Mesh;
 use crate::q9::element::{DOFS, Forces};
+use crate::q9::{FieldPoint, Mesh};
 use crate::sparse::Triplets;
 
 /// From this ratio on, plain elements lock and their Newton steps fail: the mixed form is asked for.
@@ -171,6 +171,14 @@ impl Solid for Deformable {
     fn rows(&self, _a: &[f64], node: usize, visit: &mut dyn FnMut(usize, Vector2<f64>)) {
         visit(2 * node, Vector2::x());
         visit(2 * node + 1, Vector2::y());
+    }
+
+    fn patches(&self) -> usize {
+        self.mesh.elements.len()
+    }
+
+    fn field(&self, a: &[f64], patch: usize, at: [f64; 2]) -> Option<FieldPoint> {
+        self.mesh.field(patch, &self.material, a, at)
     }
 }
 

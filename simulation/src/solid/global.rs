@@ -10,7 +10,8 @@ use super::deformable::turned;
 use super::{Boundary, Solid};
 use crate::law::Material;
 use crate::q9::element::{DOFS, Element, Forces};
-use crate::q9::{GaussPoint, Mesh, NODES, gradients, values};
+use crate::q9::field::interpolated;
+use crate::q9::{FieldPoint, GaussPoint, Mesh, NODES, gradients, values};
 use crate::sparse::Triplets;
 
 /// The block does not hold the solid.
@@ -214,5 +215,25 @@ impl Solid for Global {
             visit(2 * n, Vector2::new(*w, 0.0));
             visit(2 * n + 1, Vector2::new(0.0, *w));
         }
+    }
+
+    fn patches(&self) -> usize {
+        self.mesh.elements.len()
+    }
+
+    /// The gradient is that of the block; the position follows the nodes of the solid, as its boundary does.
+    fn field(&self, a: &[f64], patch: usize, at: [f64; 2]) -> Option<FieldPoint> {
+        let element = self.mesh.elements.get(patch)?;
+        let reference = interpolated(&self.mesh.corners(patch), at);
+        let place = |n: usize| self.point(a, n);
+        let (low, high) = (self.nodes[0], self.nodes[NODES - 1]);
+        let (centre, half) = ((low + high) * 0.5, (high - low) * 0.5);
+        let local = (reference - centre).component_div(&half);
+        let gradient = GaussPoint::of(&self.nodes, [local.x, local.y], 1.0)?.gradient(&self.block.displacements(a));
+        Some(FieldPoint {
+            position: interpolated(&element.nodes.map(place), at),
+            gradient,
+            state: self.material.state(&gradient, None),
+        })
     }
 }

@@ -18,6 +18,7 @@ pub use rigid::{BadPolygon, Rigid};
 
 use nalgebra::Vector2;
 
+use crate::q9::FieldPoint;
 use crate::sparse::Triplets;
 
 /// A solid of any kind. Parameters `a` are a slice of [`Self::parameters`] numbers, all with the unit of length, so that
@@ -70,6 +71,16 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// `a + t step`: 0 where positions are linear in the parameters.
     fn swerve(&self, _step: &[f64], _node: usize) -> f64 {
         0.0
+    }
+
+    /// How many elements its inside is drawn by: none where it is rigid.
+    fn patches(&self) -> usize {
+        0
+    }
+
+    /// The state at the local point `at`, in `[-1, 1]^2`, of an element of its inside.
+    fn field(&self, _a: &[f64], _patch: usize, _at: [f64; 2]) -> Option<FieldPoint> {
+        None
     }
 
     /// Adds `force . d2 point` to `sink`: nothing where positions are linear in the parameters.

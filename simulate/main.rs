@@ -1,0 +1,5 @@
+//! The `simulate` program.
+
+fn main() -> std::process::ExitCode {
+    simulation_cli::cli::main()
+}

@@ -1,0 +1,135 @@
+//! A state, with what certifies it.
+
+use nalgebra::Vector2;
+use simulation::control::Potential;
+use simulation::equilibrium::Equilibrium;
+
+use super::advance::Moved;
+use super::settle::Found;
+use crate::model::{Maker, Model};
+
+/// A force of contact or of a link on a solid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Contact {
+    /// Who makes it.
+    pub(crate) maker: Maker,
+    /// The solid.
+    pub(crate) solid: usize,
+    /// Where.
+    pub(crate) point: Vector2<f64>,
+    /// The force on the solid, of a unit of depth.
+    pub(crate) force: Vector2<f64>,
+    /// The distance to what is touched.
+    pub(crate) gap: f64,
+}
+
+/// A state of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct State {
+    pub(crate) label: String,
+    pub(crate) a: Vec<f64>,
+    /// Offsets of the walls.
+    pub(crate) walls: Vec<f64>,
+    /// The certificate; `None` where no equilibrium was looked for, or found.
+    pub(crate) found: Option<Equilibrium>,
+    /// Steps of all searches of the frame.
+    pub(crate) iterations: usize,
+    pub(crate) milliseconds: f64,
+    pub(crate) contacts: Vec<Contact>,
+    /// What weight, loads, contacts and held nodes leave over, beside the largest of them, by solid.
+    pub(crate) balance: Vec<f64>,
+    /// How far walls and instruments went.
+    pub(crate) moved: Vec<Moved>,
+}
+
+impl State {
+    /// A state that is no equilibrium.
+    pub(super) fn placed(model: &Model, label: &str, a: Vec<f64>) -> Self {
+        Self {
+            label: label.to_owned(),
+            a,
+            walls: model.walls.iter().map(|w| w.offset).collect(),
+            found: None,
+            iterations: 0,
+            milliseconds: 0.0,
+            contacts: Vec::new(),
+            balance: Vec::new(),
+            moved: Vec::new(),
+        }
+    }
+
+    /// An equilibrium.
+    pub(super) fn settled(model: &Model, label: &str, a: &[f64], found: Found) -> Self {
+        let contacts = contacts(model, a, &found.makers);
+        Self {
+            found: Some(found.equilibrium),
+            iterations: found.iterations,
+            milliseconds: found.milliseconds,
+            balance: (0..model.solids.len())
+                .map(|k| balance(model, a, k, &contacts))
+                .collect(),
+            contacts,
+            ..Self::placed(model, label, a.to_vec())
+        }
+    }
+
+    /// The force of contacts and links on a solid.
+    pub(crate) fn force_on(&self, solid: usize) -> Vector2<f64> {
+        self.contacts.iter().filter(|c| c.solid == solid).map(|c| c.force).sum()
+    }
+
+    /// The force on a wall: against that on the solids.
+    pub(crate) fn force_on_wall(&self, wall: usize) -> Vector2<f64> {
+        let own = self.contacts.iter().filter(|c| c.maker == Maker::Wall(wall));
+        -own.map(|c| c.force).sum::<Vector2<f64>>()
+    }
+}
+
+fn contacts(model: &Model, a: &[f64], makers: &[Maker]) -> Vec<Contact> {
+    let bodies = &model.system.bodies;
+    let each = model.system.terms.iter().zip(makers);
+    let all = each.flat_map(|(term, maker)| term.forces(bodies, a).into_iter().map(move |f| (f, *maker)));
+    all.map(|(f, maker)| Contact {
+        maker,
+        solid: f.body,
+        point: f.point,
+        force: f.force,
+        gap: f.gap,
+    })
+    .collect()
+}
+
+/// What is left of the forces on a solid in a translation, beside the largest of them: weight, loads and contacts as
+/// they are reported, and what holds its nodes. Elastic forces sum to nothing, so that this is independent of them.
+fn balance(model: &Model, a: &[f64], solid: usize, contacts: &[Contact]) -> f64 {
+    let system = &model.system;
+    let (first, body) = (system.bodies.offset(solid), system.bodies.solid(solid));
+    let count = body.parameters();
+    let mut weight = vec![0.0; count];
+    body.weight(&mut weight);
+    let mut gradient = vec![0.0; a.len()];
+    system.gradient(a, &mut gradient);
+    let (mut left, mut largest) = (Vector2::zeros(), 0.0_f64);
+    let mut add = |force: Vector2<f64>| {
+        left += force;
+        largest = largest.max(force.norm());
+    };
+    let along = |part: &dyn Fn(usize) -> f64, way: Vector2<f64>| {
+        let mut unit = vec![0.0; count];
+        body.translate(&mut unit, way);
+        unit.iter().enumerate().map(|(i, u)| u * part(i)).sum::<f64>()
+    };
+    let total = |part: &dyn Fn(usize) -> f64| Vector2::new(along(part, Vector2::x()), along(part, Vector2::y()));
+    add(total(&|i| weight[i]));
+    add(total(&|i| system.loads[first + i]));
+    // At a held unknown the gradient is the force by which its holder balances all others.
+    add(total(&|i| {
+        if system.fixed[first + i] {
+            gradient[first + i]
+        } else {
+            0.0
+        }
+    }));
+    contacts.iter().filter(|c| c.solid == solid).for_each(|c| add(c.force));
+    if largest > 0.0 { left.norm() / largest } else { 0.0 }
+}
