@@ -10,7 +10,10 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::scenes::{five, guard, ring_behind_barrier, ring_in_ring, ring_on_plane, star, tee, wall};
+use common::scenes::{
+    five, five_exact, guard, ring_behind_barrier, ring_exact, ring_in_ring, ring_in_ring_exact, ring_on_plane, star,
+    tee, wall,
+};
 use nalgebra::{DMatrix, DVector, Vector2};
 use simulation::control::{Newton, Potential, Settings};
 use simulation::equilibrium::{Equilibrium, settle, settled};
@@ -39,8 +42,8 @@ fn least<T>(rounds: usize, mut work: impl FnMut() -> T) -> (f64, T) {
 fn main() {
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("load of the machine: {}", load.trim());
-    iteration();
     scenes();
+    iteration();
     widths();
     first_order();
     println!(
@@ -111,11 +114,13 @@ fn report(name: &str, rounds: usize, build: impl Fn() -> (System, Vec<f64>)) {
             minimum,
             iterations,
             searches,
+            exact,
+            complementarity,
             ..
         }) => {
             let relative = minimum.residual / minimum.load;
             println!(
-                "{name:28} {size:8} {milliseconds:9.3} {iterations:6} {searches:5} {relative:9.1e} {:?}",
+                "{name:28} {size:8} {milliseconds:9.3} {iterations:6} {searches:5} {relative:9.1e} {:?} exact {exact}, force x gap {complementarity:.0e}",
                 minimum.stability
             );
         }
@@ -150,12 +155,21 @@ fn scenes() {
     report("37b: ring 15 x 3, exact", 5, || {
         start(ring_behind_barrier([15, 3], 0.01))
     });
+    report("37b: by way of 0.02", 5, || start(ring_exact([15, 3], 0.02)));
+    report("38: exact, by way of 0.02", 3, || {
+        start(ring_in_ring_exact([12, 2], 0.02))
+    });
     for width in [1e-2, 1e-3] {
         report(&format!("38: ring in ring, {width:.0e}"), 3, || {
             start(ring_in_ring([12, 2], 0.01, width))
         });
         report(&format!("40: five solids, {width:.0e}"), 3, || {
             start(five(2, Law::NeoHookean, width))
+        });
+    }
+    for widths in [[0.05, 0.0125], [0.1, 0.025]] {
+        report(&format!("40: exact, by way of {}", widths[1]), 5, || {
+            start(five_exact(2, widths))
         });
     }
     warm();

@@ -235,6 +235,11 @@ impl Potential for System {
         self.bodies.extent()
     }
 
+    fn stiffness(&self) -> f64 {
+        let scale = self.bodies.stiffness_scale();
+        if scale > 0.0 { scale } else { f64::INFINITY }
+    }
+
     fn least_determinant(&self, a: &[f64]) -> f64 {
         Self::least_determinant(self, a)
     }

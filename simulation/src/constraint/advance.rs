@@ -10,7 +10,6 @@ use std::cell::Cell;
 
 use nalgebra::Vector2;
 
-use super::nearest::Nearest;
 use super::shape::Shape;
 use crate::solid::Cursor;
 use crate::system::Bodies;
@@ -61,11 +60,23 @@ impl Motion {
     }
 }
 
-/// Calls a visitor with `(solids, sample, arc, nearest)` of every pair nearer than a distance in the given state.
-type Visit<'a> = dyn FnMut(&[Shape], &Cell<f64>, &mut dyn FnMut([usize; 2], &Cursor, usize, &Nearest)) + 'a;
+/// A sample near an arc of another solid.
+pub(super) struct Facing {
+    pub(super) on: [usize; 2],
+    pub(super) sample: Cursor,
+    pub(super) arc: usize,
+    /// Unit vector from the arc to the sample.
+    pub(super) direction: Vector2<f64>,
+    /// Along it; below zero inside the solid, where that is allowed.
+    pub(super) distance: f64,
+}
 
-/// The part of `step` that no pair of a sample and an arc is proved to touch in.
-pub(super) fn pairs(bodies: &Bodies, a: &[f64], step: &[f64], visit: &mut Visit<'_>) -> f64 {
+/// Calls a visitor with every pair nearer than a distance in the given state.
+type Visit<'a> = dyn FnMut(&[Shape], &Cell<f64>, &mut dyn FnMut(Facing)) + 'a;
+
+/// The part of `step` in which no pair of a sample and an arc is proved to touch; where a `depth` is allowed, to come
+/// deeper than it.
+pub(super) fn pairs(bodies: &Bodies, a: &[f64], step: &[f64], depth: f64, visit: &mut Visit<'_>) -> f64 {
     let mut t = 0.0;
     for _ in 0..MOST_ADVANCES {
         let at: Vec<f64> = a.iter().zip(step).map(|(a, s)| a + t * s).collect();
@@ -76,9 +87,9 @@ pub(super) fn pairs(bodies: &Bodies, a: &[f64], step: &[f64], visit: &mut Visit<
         // What is farther than two solids come in the advance left cannot shorten it.
         let fastest = two_largest(&motions);
         let within = Cell::new(left * fastest);
-        visit(&shapes, &within, &mut |on, sample, arc, near| {
-            let pair = Pair::new(on, sample, arc, near, &shapes, &motions);
-            advance = advance.min(pair.free(advance));
+        visit(&shapes, &within, &mut |facing| {
+            let pair = Pair::new(&facing, &shapes, &motions);
+            advance = advance.min(pair.free(depth, advance));
             within.set(advance * fastest);
         });
         t += advance;
@@ -112,8 +123,8 @@ struct Pair {
 }
 
 impl Pair {
-    fn new(on: [usize; 2], sample: &Cursor, arc: usize, near: &Nearest, shapes: &[Shape], motions: &[Motion]) -> Self {
-        let e = near.offset / near.distance.max(f64::MIN_POSITIVE);
+    fn new(facing: &Facing, shapes: &[Shape], motions: &[Motion]) -> Self {
+        let (e, on, sample, arc) = (facing.direction, facing.on, &facing.sample, facing.arc);
         let (own, other) = (&motions[on[0]], &motions[on[1]]);
         let weights = sample.weights();
         let nodes = own.velocities[sample.arc];
@@ -125,16 +136,17 @@ impl Pair {
         let swerve = own.swerves[sample.arc] + other.swerves[arc];
         Self {
             behind,
-            distance: near.distance,
+            distance: facing.distance,
             swerve,
             speed: velocity.norm() + arc_speed + 0.5 * swerve,
         }
     }
 
-    /// The largest part of a step, up to `most`, after which a tenth of the distance is left.
-    fn free(&self, most: f64) -> f64 {
-        let kept = LEFT * self.distance;
-        let any_direction = (self.distance - kept) / self.speed.max(f64::MIN_POSITIVE);
+    /// The largest part of a step, up to `most`, after which a tenth of the distance, and of the depth allowed, is left.
+    fn free(&self, depth: f64, most: f64) -> f64 {
+        let room = (self.distance + depth).max(0.0);
+        let kept = LEFT * room - depth;
+        let any_direction = (1.0 - LEFT) * room / self.speed.max(f64::MIN_POSITIVE);
         let one = self
             .behind
             .iter()

@@ -7,8 +7,9 @@
 use nalgebra::Vector2;
 
 use super::advance::first_fall;
+use super::exact::{Against, Between, Exact};
 use super::rows::{Rows, bend};
-use super::{Change, Force, Plane, Term, barrier};
+use super::{Active, Change, Force, Term, barrier};
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
@@ -32,8 +33,8 @@ pub struct Guard {
     stiffness: f64,
     samples: Vec<(usize, Cursor, f64)>,
     /// The exact contact that takes over after the last width, once it is wanted.
-    polish: Option<f64>,
-    exact: Option<Plane>,
+    polish: bool,
+    exact: Option<Exact>,
 }
 
 impl Guard {
@@ -69,28 +70,38 @@ impl Guard {
             last_width,
             stiffness,
             samples,
-            polish: None,
+            polish: false,
             exact: None,
         })
     }
 
-    /// The same, but after the narrowest barrier the exact contact of [`Plane`](super::Plane) takes over, with this
-    /// stiffness (force by length) and the barrier's forces to begin with.
+    /// The same, but after the narrowest barrier exact contact takes over, with the barrier's forces to begin with. The
+    /// number plays no part any more.
     #[must_use]
-    pub fn polished(mut self, stiffness: f64) -> Self {
-        self.polish = Some(stiffness);
+    pub fn polished(mut self, _stiffness: f64) -> Self {
+        self.polish = true;
         self
     }
 
-    /// Hands the forces over to an exact contact.
-    fn hand_over(&self, bodies: &Bodies, a: &[f64], stiffness: f64) -> Option<Plane> {
+    /// Hands the forces over to exact contact: every sample nearer than twice the width becomes a row.
+    fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
         let which: std::collections::BTreeSet<usize> = self.samples.iter().map(|s| s.0).collect();
-        let which: Vec<usize> = which.into_iter().collect();
-        let mut plane = Plane::new(bodies, &which, self.normal, self.offset, stiffness)?;
-        for (body, cursor, _, energy) in self.near(bodies, a) {
-            plane.press(bodies, body, cursor, -energy?[1]);
-        }
-        Some(plane)
+        let between = Between::Plane {
+            depth: 2.0 * self.width,
+            which: which.into_iter().collect(),
+            normal: self.normal,
+            offset: self.offset,
+        };
+        let against = Against::Plane {
+            normal: self.normal,
+            offset: self.offset,
+        };
+        let rows = self.samples.iter().filter_map(|(body, cursor, length)| {
+            let gap = self.gap(bodies, a, *body, cursor);
+            let [_, slope, _] = barrier(gap / self.width)?;
+            (gap < 2.0 * self.width).then_some((*body, *cursor, against, -self.stiffness * length * slope))
+        });
+        Exact::new(between, bodies, a, rows)
     }
 
     fn gap(&self, bodies: &Bodies, a: &[f64], body: usize, cursor: &Cursor) -> f64 {
@@ -196,8 +207,8 @@ impl Term for Guard {
             return plane.update(bodies, a);
         }
         let mut again = self.width > self.last_width;
-        if let Some(stiffness) = self.polish.filter(|_| !again) {
-            self.exact = self.hand_over(bodies, a, stiffness);
+        if self.polish && !again {
+            self.exact = Some(self.hand_over(bodies, a));
             again = true;
         }
         self.width = (self.width * NARROWER).max(self.last_width);
@@ -205,6 +216,30 @@ impl Term for Guard {
             again,
             ..Change::default()
         }
+    }
+
+    fn active(&mut self) -> Option<&mut dyn Active> {
+        self.exact.as_mut().map(|exact| exact as &mut dyn Active)
+    }
+
+    fn provisional(&self) -> bool {
+        self.exact.is_none() && (self.polish || self.width > self.last_width)
+    }
+
+    fn narrow(&mut self, again: bool) {
+        self.polish &= again;
+        if again {
+            self.width *= NARROWER;
+        }
+        self.last_width = self.width;
+    }
+
+    fn exact(&self) -> bool {
+        self.exact.is_some()
+    }
+
+    fn copy(&self) -> Box<dyn Term> {
+        Box::new(self.clone())
     }
 
     fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {

@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use super::rows::{Rows, bend};
-use super::{Change, Force, Term};
+use super::{Active, Change, Force, Progress, Term};
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
 use crate::system::Bodies;
@@ -49,6 +49,8 @@ pub struct Link {
     stiffness: f64,
     /// The force that pulls the first end to the second, of a hard link.
     force: Option<Vector2<f64>>,
+    /// The difference that the last Newton step aimed at.
+    after: Vector2<f64>,
 }
 
 impl Link {
@@ -58,6 +60,7 @@ impl Link {
             ends,
             stiffness,
             force: None,
+            after: Vector2::zeros(),
         }
     }
 
@@ -68,6 +71,7 @@ impl Link {
             ends,
             stiffness,
             force: Some(Vector2::zeros()),
+            after: Vector2::zeros(),
         }
     }
 
@@ -129,6 +133,14 @@ impl Term for Link {
         }
     }
 
+    fn active(&mut self) -> Option<&mut dyn Active> {
+        self.force.is_some().then_some(self as &mut dyn Active)
+    }
+
+    fn copy(&self) -> Box<dyn Term> {
+        Box::new(*self)
+    }
+
     fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {
         let difference = self.difference(bodies, a);
         // After the update of a hard link the force alone holds it.
@@ -143,5 +155,30 @@ impl Term for Link {
             }),
         });
         on.collect()
+    }
+}
+
+impl Active for Link {
+    fn aim(&mut self, _work: Option<f64>) {}
+
+    fn limits(&mut self, bodies: &Bodies, a: &[f64], step: &[f64]) -> [f64; 2] {
+        self.after = self.difference(bodies, a);
+        for row in self.rows(bodies, a).0 {
+            self.after += row.by * step[row.unknown];
+        }
+        [1.0; 2]
+    }
+
+    fn take(&mut self, [_, part]: [f64; 2]) {
+        if let Some(force) = &mut self.force {
+            *force += self.after * (part * self.stiffness);
+        }
+    }
+
+    fn review(&mut self, bodies: &Bodies, a: &[f64], _closest: bool) -> Progress {
+        Progress {
+            violation: self.difference(bodies, a).norm(),
+            ..Progress::default()
+        }
     }
 }

@@ -6,14 +6,17 @@
 
 mod advance;
 mod barrier;
+mod exact;
 mod guard;
 mod link;
+mod near;
 mod nearest;
 mod overlap;
 mod pairs;
 mod plane;
 mod rows;
 mod shape;
+mod signed;
 
 pub use barrier::barrier;
 pub use guard::Guard;
@@ -64,6 +67,53 @@ pub struct Force {
     pub gap: f64,
 }
 
+/// How far the rows of an exact contact are from their solution.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Progress {
+    /// Sum of forces times gaps.
+    pub work: f64,
+    /// Rows.
+    pub rows: usize,
+    /// The largest force times gap.
+    pub complementarity: f64,
+    /// The largest depth by which a row is violated: a length.
+    pub violation: f64,
+    /// Rows were added.
+    pub changed: bool,
+    /// Some row has next to no gap and next to no force.
+    pub undecided: bool,
+}
+
+impl Progress {
+    /// Both together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            work: self.work + other.work,
+            rows: self.rows + other.rows,
+            complementarity: self.complementarity.max(other.complementarity),
+            violation: self.violation.max(other.violation),
+            changed: self.changed || other.changed,
+            undecided: self.undecided || other.undecided,
+        }
+    }
+}
+
+/// Constraints whose forces are unknowns of their own: what the last steps to exact contact work on.
+pub trait Active: std::fmt::Debug {
+    /// Forces times gaps that the next step aims at; `None`: gradients are those of the forces as they are.
+    fn aim(&mut self, work: Option<f64>);
+
+    /// The parts of the Newton step `step` from `a`, at most 1, after which gaps and forces are still above zero.
+    fn limits(&mut self, bodies: &Bodies, a: &[f64], step: &[f64]) -> [f64; 2];
+
+    /// Gaps and forces follow their parts of the step that [`Self::limits`] saw last.
+    fn take(&mut self, parts: [f64; 2]);
+
+    /// Looks at the rows in a new state; where `closest`, adds rows where solids come closer between them.
+    fn review(&mut self, bodies: &Bodies, a: &[f64], closest: bool) -> Progress;
+}
+
 /// A term of the energy of a system. Positions enter it through the boundaries of the solids only.
 pub trait Term: std::fmt::Debug {
     /// Its energy; `None` where it has none.
@@ -84,6 +134,28 @@ pub trait Term: std::fmt::Debug {
     fn update(&mut self, _bodies: &Bodies, _a: &[f64]) -> Change {
         Change::default()
     }
+
+    /// Its rows, where it is exact now.
+    fn active(&mut self) -> Option<&mut dyn Active> {
+        None
+    }
+
+    /// True where the next update changes the term whatever is found, as a barrier narrows: the search need not be exact before the next update.
+    fn provisional(&self) -> bool {
+        false
+    }
+
+    /// Stays provisional for one narrower barrier more where `again`: exact contact did not converge from this one. Else
+    /// keeps its barrier for good.
+    fn narrow(&mut self, _again: bool) {}
+
+    /// False where it stands for what it does only up to a barrier's width.
+    fn exact(&self) -> bool {
+        true
+    }
+
+    /// A copy, to come back to.
+    fn copy(&self) -> Box<dyn Term>;
 
     /// The forces at work.
     fn forces(&self, _bodies: &Bodies, _a: &[f64]) -> Vec<Force> {

@@ -20,7 +20,7 @@ pub struct Nearest {
 /// Steps of the search on either side of the best start: a quadratic arc has up to two near points.
 const STARTS: u32 = 8;
 
-fn combine(arc: &[Vector2<f64>; 3], weights: [f64; 3]) -> Vector2<f64> {
+pub(super) fn combine(arc: &[Vector2<f64>; 3], weights: [f64; 3]) -> Vector2<f64> {
     arc[0] * weights[0] + arc[1] * weights[1] + arc[2] * weights[2]
 }
 

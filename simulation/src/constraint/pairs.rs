@@ -8,10 +8,13 @@ use std::cell::Cell;
 
 use nalgebra::Vector2;
 
-use super::nearest::{Nearest, nearest};
-use super::rows::{Row, Rows, bend};
+use super::advance::Facing;
+use super::exact::{Against, Between, Exact};
+use super::near::{Near, outside_own, signed};
+use super::nearest::nearest;
+use super::rows::bend;
 use super::shape::{Shape, box_distance, boxes_near};
-use super::{Change, Force, Term, advance, barrier};
+use super::{Active, Change, Force, Term, advance, barrier};
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
@@ -31,15 +34,11 @@ pub struct Pairs {
     last_width: f64,
     /// Units of stress.
     stiffness: f64,
-}
-
-/// A sample near an arc of another solid.
-struct Near {
-    on: [usize; 2],
-    sample: Cursor,
-    foot: Cursor,
-    length: f64,
-    at: Nearest,
+    /// Solids that keep out of themselves.
+    own: Vec<usize>,
+    /// The exact contact that takes over after the last width, once it is wanted: its stiffness.
+    polish: bool,
+    exact: Option<Exact>,
 }
 
 impl Pairs {
@@ -50,7 +49,54 @@ impl Pairs {
             width: first_width,
             last_width: last_width.min(first_width),
             stiffness,
+            own: Vec::new(),
+            polish: false,
+            exact: None,
         }
+    }
+
+    /// The same, but these solids keep out of themselves too: each sample of their boundary keeps away from all arcs but
+    /// its own and the two next to it, from the outside. The width must be less than an arc is long.
+    #[must_use]
+    pub fn with_own(mut self, bodies: &[usize]) -> Self {
+        self.own = bodies.to_vec();
+        self
+    }
+
+    /// The same, but after the narrowest barrier exact contact takes over, with the barrier's forces to begin with: samples
+    /// keep out of the true arcs, and so do closest points of arcs between them.
+    #[must_use]
+    pub fn polished(mut self) -> Self {
+        self.polish = true;
+        self
+    }
+
+    /// Hands the forces over to the exact contact: every sample nearer than twice the width becomes a row.
+    fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
+        let between = Between::Solids {
+            depth: 2.0 * self.width,
+            own: self.own.clone(),
+        };
+        let mut rows: Vec<(usize, Cursor, Against, f64)> = Vec::new();
+        let reach = Cell::new(2.0 * self.width);
+        self.visit(bodies, &Self::shapes(bodies, a), &reach, &mut |near| {
+            let force = self.energy_of(&near).map_or(0.0, |e| -e[1]);
+            let [body, other] = near.on;
+            let foot = near.foot;
+            // An arc's end and the next one's start are one point.
+            let corner = foot.u.abs() >= 1.0;
+            let known = rows.iter_mut().find(|(b, s, against, _)| {
+                *b == body
+                    && *s == near.sample
+                    && corner
+                    && matches!(against, Against::Arc { other: o, foot: f } if *o == other && f.u.abs() >= 1.0)
+            });
+            match known {
+                Some(row) => row.3 += force,
+                None => rows.push((body, near.sample, Against::Arc { other, foot }, force)),
+            }
+        });
+        Exact::new(between, bodies, a, rows.into_iter())
     }
 
     /// The distance below which solids push each other now.
@@ -61,7 +107,10 @@ impl Pairs {
     /// Calls `visit` with every sample that comes as near as `within` to an arc of another solid. The visitor may narrow it.
     fn visit(&self, bodies: &Bodies, shapes: &[Shape], within: &Cell<f64>, visit: &mut dyn FnMut(Near)) {
         for (first, second) in ordered_pairs(shapes.len()) {
-            let (own, other) = (&shapes[first], &shapes[second]);
+            let (own, other, itself) = (&shapes[first], &shapes[second], first == second);
+            if itself && !self.own.contains(&first) {
+                continue;
+            }
             if !boxes_near(&own.bounds, &other.bounds, within.get()) {
                 continue;
             }
@@ -70,7 +119,8 @@ impl Pairs {
                 let near = |arc: &usize| box_distance(&other.boxes[*arc], &point) < within.get();
                 for arc in (0..other.arcs.len()).filter(near) {
                     let at = nearest(&other.arcs[arc], point);
-                    if at.distance < within.get() {
+                    let own_kind = itself && !outside_own(bodies, first, &other.arcs[arc], [sample.arc, arc], &at);
+                    if at.distance < within.get() && !own_kind {
                         let length = reference_speed(bodies, first, &sample) * part;
                         let foot = Cursor { arc, u: at.u };
                         visit(Near {
@@ -114,7 +164,7 @@ impl Pairs {
 }
 
 fn ordered_pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..count).flat_map(move |i| (0..count).filter(move |j| *j != i).map(move |j| (i, j)))
+    (0..count).flat_map(move |i| (0..count).map(move |j| (i, j)))
 }
 
 /// Samples of the arcs that come near a box, each with the part of its arc's parameter that it stands for.
@@ -146,46 +196,11 @@ fn reference_speed(bodies: &Bodies, body: usize, sample: &Cursor) -> f64 {
     speed.norm()
 }
 
-impl Near {
-    fn rows(&self, bodies: &Bodies, a: &[f64]) -> Rows {
-        let mut rows = Rows::default();
-        rows.add(bodies, self.on[0], &self.sample, a, 1.0);
-        // The sample's own slope plays no part: it does not slide along its arc.
-        rows.0.iter_mut().for_each(|row| row.slope = Vector2::zeros());
-        rows.add(bodies, self.on[1], &self.foot, a, -1.0);
-        rows
-    }
-
-    /// Unit vector from the foot to the sample.
-    fn direction(&self) -> Vector2<f64> {
-        self.at.offset / self.at.distance
-    }
-
-    /// The second derivative of the distance, as a form of two rows. With `f(a, u)` the distance to the point `u` of
-    /// the arc it is `f_aa - f_au f_ua / f_uu` where the foot slides, `f_aa` where it sits at an end.
-    fn curvature(&self, arc: &[Vector2<f64>; 3]) -> impl Fn(&Row, &Row) -> f64 + use<> {
-        let (e, d) = (self.direction(), self.at.distance);
-        let slope: Vector2<f64> = arc.iter().zip(line_slope(self.foot.u)).map(|(p, s)| p * s).sum();
-        let bend = arc[0] - arc[1] * 2.0 + arc[2];
-        let across = slope - e * e.dot(&slope);
-        let second = across.norm_squared() / d - e.dot(&bend);
-        let slides = self.at.inside && second > 0.0;
-        move |p: &Row, q: &Row| {
-            let flat = |x: &Vector2<f64>, y: &Vector2<f64>| (x.dot(y) - e.dot(x) * e.dot(y)) / d;
-            let straight = flat(&p.by, &q.by);
-            // f_u = -e . q'; its derivative by an unknown: rows hold the arc's part with its sign.
-            let mixed = |r: &Row| e.dot(&r.slope) - flat(&slope, &r.by);
-            if slides {
-                straight - mixed(p) * mixed(q) / second
-            } else {
-                straight
-            }
-        }
-    }
-}
-
 impl Term for Pairs {
     fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
+        if let Some(exact) = &self.exact {
+            return exact.energy(bodies, a);
+        }
         let mut sum = Some(0.0);
         self.visit(bodies, &Self::shapes(bodies, a), &Cell::new(self.width), &mut |near| {
             sum = sum.and_then(|sum| Some(sum + self.energy_of(&near)?[0]));
@@ -194,6 +209,9 @@ impl Term for Pairs {
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        if let Some(exact) = &self.exact {
+            return exact.gradient(bodies, a, gradient);
+        }
         let mut sum = Some(0.0);
         self.visit(bodies, &Self::shapes(bodies, a), &Cell::new(self.width), &mut |near| {
             let Some([energy, first, _]) = self.energy_of(&near) else {
@@ -210,6 +228,9 @@ impl Term for Pairs {
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
+        if let Some(exact) = &self.exact {
+            return exact.hessian(bodies, a, convex, sink);
+        }
         let shapes = Self::shapes(bodies, a);
         let mut whole = Some(());
         self.visit(bodies, &shapes, &Cell::new(self.width), &mut |near| {
@@ -232,15 +253,39 @@ impl Term for Pairs {
     }
 
     fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
-        advance::pairs(bodies, a, step, &mut |shapes, within, visit| {
-            self.visit(bodies, shapes, within, &mut |near| {
-                visit(near.on, &near.sample, near.foot.arc, &near.at)
+        let depth = self.exact.as_ref().map_or(0.0, |_| self.width);
+        advance::pairs(bodies, a, step, depth, &mut |shapes, within, visit| {
+            let reach = Cell::new(0.0);
+            reach.set(within.get() + depth);
+            self.visit(bodies, shapes, &reach, &mut |near| {
+                let (mut direction, mut distance) = (near.direction(), near.at.distance);
+                if depth > 0.0 {
+                    (direction, distance) = signed(&near, &shapes[near.on[1]].arcs[near.foot.arc]);
+                }
+                // The far side of a solid is no concern of a sample that has not come through the near one.
+                if distance > -2.0 * depth || depth == 0.0 {
+                    visit(Facing {
+                        on: near.on,
+                        sample: near.sample,
+                        arc: near.foot.arc,
+                        direction,
+                        distance,
+                    });
+                }
+                reach.set(within.get() + depth);
             });
         })
     }
 
-    fn update(&mut self, _bodies: &Bodies, _a: &[f64]) -> Change {
-        let again = self.width > self.last_width;
+    fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
+        if let Some(exact) = &mut self.exact {
+            return exact.update(bodies, a);
+        }
+        let mut again = self.width > self.last_width;
+        if self.polish && !again {
+            self.exact = Some(self.hand_over(bodies, a));
+            again = true;
+        }
         self.width = (self.width * NARROWER).max(self.last_width);
         Change {
             again,
@@ -248,7 +293,34 @@ impl Term for Pairs {
         }
     }
 
+    fn active(&mut self) -> Option<&mut dyn Active> {
+        self.exact.as_mut().map(|exact| exact as &mut dyn Active)
+    }
+
+    fn provisional(&self) -> bool {
+        self.exact.is_none() && (self.polish || self.width > self.last_width)
+    }
+
+    fn narrow(&mut self, again: bool) {
+        self.polish &= again;
+        if again {
+            self.width *= NARROWER;
+        }
+        self.last_width = self.width;
+    }
+
+    fn exact(&self) -> bool {
+        self.exact.is_some()
+    }
+
+    fn copy(&self) -> Box<dyn Term> {
+        Box::new(self.clone())
+    }
+
     fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {
+        if let Some(exact) = &self.exact {
+            return exact.forces(bodies, a);
+        }
         let mut forces = Vec::new();
         let shapes = Self::shapes(bodies, a);
         self.visit(bodies, &shapes, &Cell::new(self.width), &mut |near| {

@@ -65,20 +65,6 @@ impl Plane {
         })
     }
 
-    /// Shares a force at a cursor out among the nodes of its arc.
-    pub(super) fn press(&mut self, bodies: &Bodies, body: usize, cursor: &Cursor, force: f64) {
-        let arcs = &bodies.solid(body).boundary().arcs;
-        for (node, weight) in arcs[cursor.arc].into_iter().zip(cursor.weights()) {
-            let own = |t: &&mut Touch| {
-                let arc = arcs[t.cursor.arc];
-                t.body == body && node == if t.cursor.u < 0.0 { arc[0] } else { arc[1] }
-            };
-            if let Some(touch) = self.touches.iter_mut().find(own) {
-                touch.multiplier = (touch.multiplier + weight * force).max(0.0);
-            }
-        }
-    }
-
     fn gap(&self, bodies: &Bodies, a: &[f64], touch: &Touch) -> f64 {
         let solid = bodies.solid(touch.body);
         let arc = solid.boundary().arcs[touch.cursor.arc];
@@ -191,6 +177,10 @@ impl Term for Plane {
         }
         change.again = self.follow_dips(bodies, a);
         change
+    }
+
+    fn copy(&self) -> Box<dyn Term> {
+        Box::new(self.clone())
     }
 
     fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {

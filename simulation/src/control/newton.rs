@@ -15,6 +15,8 @@ pub struct Settings {
     pub first_radius: f64,
     /// At a saddle, go on along a direction in which the energy falls.
     pub leave_saddles: bool,
+    /// The state is only on the way to another: neither its stability is asked for, nor is a saddle left at its end.
+    pub provisional: bool,
 }
 
 impl Default for Settings {
@@ -24,12 +26,16 @@ impl Default for Settings {
             tolerance: 1e-8,
             first_radius: 1.0,
             leave_saddles: true,
+            provisional: false,
         }
     }
 }
 
 /// A shift or eigenvalue below this part of the largest diagonal entry is neutral.
 const NEUTRAL: f64 = 1e-12;
+/// Shifts of an indefinite matrix, in its scale: from, to.
+const LEAST_SHIFT: f64 = 1e-4;
+const MOST_SHIFT: f64 = 1e-1;
 /// A state this many sizes away has no equilibrium near.
 const FAR: f64 = 1e4;
 /// Leaving a saddle must lower the energy by this part of it: more than rounding.
@@ -48,6 +54,8 @@ pub struct Newton {
     matrix: Triplets,
     /// Where the true matrix of the last step was not positive definite, a direction of negative curvature.
     falling: Option<Vec<f64>>,
+    /// The last shift that made the matrix positive definite.
+    shift: f64,
 }
 
 /// Counters.
@@ -85,6 +93,9 @@ impl Newton {
             let (residual, load) = at.balance(potential);
             let wanted = self.settings.tolerance * load;
             if at.within(potential, wanted, &rounding, 1.0) {
+                if self.settings.provisional {
+                    return self.minimum(potential, a, &at, Stability::default(), work);
+                }
                 let stability = self.stability(potential, a, &mut work)?;
                 // The factorisation left is that of `stability`.
                 self.falling = self.ldl.falling_direction();
@@ -131,6 +142,20 @@ impl Newton {
         }
     }
 
+    /// Newton's step from a state, with its largest free force and load. `None` without energy, or without a step.
+    pub(crate) fn direction(&mut self, potential: &impl Potential, a: &[f64]) -> Option<(Vec<f64>, [f64; 2])> {
+        let at = Point::of(potential, a)?;
+        let (residual, load) = at.balance(potential);
+        let mut work = Work::default();
+        let step = self.step(potential, a, &at, &mut work)?;
+        Some((step, [residual, load]))
+    }
+
+    /// The largest free force of a state, and the largest load or reaction. `None` without energy.
+    pub(crate) fn balance(potential: &impl Potential, a: &[f64]) -> Option<[f64; 2]> {
+        Point::of(potential, a).map(|at| at.balance(potential).into())
+    }
+
     /// The second derivatives with fixed unknowns out of the way, and their largest diagonal entry.
     fn assemble(&mut self, potential: &impl Potential, a: &[f64], convex: bool) -> Option<f64> {
         potential.hessian(a, convex, &mut self.matrix)?;
@@ -139,34 +164,51 @@ impl Newton {
         Some(scale)
     }
 
-    /// Newton's step: with the true matrix if it is positive definite, else with the convex one, shifted as needed.
+    /// Newton's step: with the true matrix if it is positive definite, else with a shift that makes it so, else with the
+    /// convex one.
     fn step(&mut self, potential: &impl Potential, a: &[f64], at: &Point, work: &mut Work) -> Option<Vec<f64>> {
-        for convex in [false, true] {
-            let scale = self.assemble(potential, a, convex)?;
-            work.projected += usize::from(convex);
-            // Without any stiffness, as a falling rigid solid, the step follows the forces.
-            let unit = if scale > 0.0 {
-                scale
-            } else {
-                largest(&at.gradient) / potential.extent()
-            };
-            let shifts = [0.0, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
-            let few = if convex { shifts.len() } else { 2 };
-            for shift in &shifts[..few] {
-                work.factorisations += 1;
-                let factored = self.ldl.factor(&self.matrix, shift * unit);
-                if !convex {
-                    self.falling = factored.is_ok().then(|| self.ldl.falling_direction()).flatten();
+        let scale = self.assemble(potential, a, false)?;
+        // Without any stiffness, as a falling rigid solid, the step follows the forces.
+        let unit = if scale > 0.0 {
+            scale.min(potential.stiffness())
+        } else {
+            largest(&at.gradient) / potential.extent()
+        };
+        self.falling = None;
+        for neutral in [0.0, 1e-10] {
+            work.factorisations += 1;
+            let factored = self.ldl.factor(&self.matrix, neutral * unit);
+            if let Ok(inertia) = factored {
+                if inertia.negative == 0 {
+                    self.shift = 0.0;
+                    return self.finite_step(potential, at);
                 }
-                if factored.is_ok_and(|i| i.negative == 0) {
-                    let step = self.solve(potential, at);
-                    if step.iter().all(|s| s.is_finite()) {
-                        return Some(step);
-                    }
-                }
+                self.falling = self.ldl.falling_direction();
+                break;
             }
         }
-        None
+        work.projected += 1;
+        let mut shift = (self.shift / 4.0).max(LEAST_SHIFT);
+        while shift <= MOST_SHIFT {
+            if self.definite(shift * unit, work) {
+                self.shift = shift;
+                return self.finite_step(potential, at);
+            }
+            shift *= 8.0;
+        }
+        self.assemble(potential, a, true)?;
+        let shifts = [0.0, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
+        shifts.iter().find(|s| self.definite(*s * unit, work))?;
+        self.finite_step(potential, at)
+    }
+
+    fn definite(&mut self, shift: f64, work: &mut Work) -> bool {
+        work.factorisations += 1;
+        self.ldl.factor(&self.matrix, shift).is_ok_and(|i| i.negative == 0)
+    }
+
+    fn finite_step(&self, potential: &impl Potential, at: &Point) -> Option<Vec<f64>> {
+        Some(self.solve(potential, at)).filter(|step| step.iter().all(|s| s.is_finite()))
     }
 
     fn solve(&self, potential: &impl Potential, at: &Point) -> Vec<f64> {
@@ -186,7 +228,9 @@ impl Newton {
             let found = tries.iter().find_map(|t| self.ldl.factor(&self.matrix, t * shift).ok());
             found.unwrap_or(Inertia::default()).negative
         };
-        let tau = NEUTRAL * scale.max(f64::MIN_POSITIVE);
+        // Not below what the stiffest contact leaves of the digits.
+        let unit = (NEUTRAL * scale.min(potential.stiffness())).max(4.0 * f64::EPSILON * scale);
+        let tau = unit.max(f64::MIN_POSITIVE);
         let below = negative(-tau);
         let falling = negative(tau);
         Ok(Stability {

@@ -30,6 +30,11 @@ pub trait Potential {
     /// The scale of lengths.
     fn extent(&self) -> f64;
 
+    /// A scale of stiffness that constraints have no part in; infinite where none is known.
+    fn stiffness(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// The least determinant of a deformation gradient; zero or less where something is turned inside out.
     fn least_determinant(&self, a: &[f64]) -> f64;
 }

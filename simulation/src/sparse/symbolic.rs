@@ -16,8 +16,8 @@ pub(super) struct Symbolic {
     /// The upper triangle of the permuted matrix by column: rows of its entries.
     pub(super) entry_start: Vec<usize>,
     pub(super) entry_rows: Vec<u32>,
-    /// The entry that each triplet adds to.
-    pub(super) slot: Vec<u32>,
+    /// When each unknown is eliminated.
+    place_of: Vec<u32>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -34,32 +34,40 @@ impl Symbolic {
             order: order.into_iter().map(|i| i as u32).collect(),
             ..Self::default()
         };
-        symbolic.gather_entries(size, places, &place_of);
+        symbolic.place_of = place_of;
+        symbolic.gather_entries(size, places);
         let parents = symbolic.rows_of_factor(size);
         symbolic.columns_of_factor(size);
         debug_assert_eq!(parents.len(), size);
         symbolic
     }
 
+    /// Column and row of a place in the permuted upper triangle.
+    fn key(&self, (i, j): (u32, u32)) -> (u32, u32) {
+        let (a, b) = (self.place_of[i as usize], self.place_of[j as usize]);
+        (a.max(b), a.min(b))
+    }
+
     /// Columns of the permuted upper triangle, each sorted, without repetitions.
-    fn gather_entries(&mut self, size: usize, places: &[(u32, u32)], place_of: &[u32]) {
-        let key = |&(i, j): &(u32, u32)| {
-            let (a, b) = (place_of[i as usize], place_of[j as usize]);
-            (a.max(b), a.min(b))
-        };
-        let mut sorted: Vec<(u32, u32)> = places.iter().map(key).chain((0..size as u32).map(|k| (k, k))).collect();
+    fn gather_entries(&mut self, size: usize, places: &[(u32, u32)]) {
+        let keys = places.iter().map(|place| self.key(*place));
+        let mut sorted: Vec<(u32, u32)> = keys.chain((0..size as u32).map(|k| (k, k))).collect();
         sorted.sort_unstable();
         sorted.dedup();
         self.entry_start = starts(size, sorted.iter().map(|(column, _)| *column));
         self.entry_rows = sorted.iter().map(|(_, row)| *row).collect();
+    }
+
+    /// The entry that each triplet adds to. `None` where the pattern lacks one.
+    pub(super) fn slots(&self, places: &[(u32, u32)]) -> Option<Vec<u32>> {
         let find = |place: &(u32, u32)| {
-            let (column, row) = key(place);
+            let (column, row) = self.key(*place);
             let start = self.entry_start[column as usize];
             let rows = &self.entry_rows[start..self.entry_start[column as usize + 1]];
-            // Every place was sorted in above.
-            (start + rows.partition_point(|r| *r < row)) as u32
+            let k = rows.partition_point(|r| *r < row);
+            (rows.get(k) == Some(&row)).then_some((start + k) as u32)
         };
-        self.slot = places.iter().map(find).collect();
+        places.iter().map(find).collect()
     }
 
     /// The pattern of each row of `L` by walks up the elimination tree (Liu 1986), which they build.

@@ -106,3 +106,35 @@ pub(crate) fn star() -> Rigid {
     let corners: Vec<Vector2<f64>> = (0..10).map(corner).collect();
     Rigid::new(&corners, Vector2::new(0.0, -1.0)).expect("a polygon")
 }
+
+/// The same in exact contact, from a barrier of the first width by way of the second.
+pub(crate) fn five_exact(k: usize, [first, last]: [f64; 2]) -> System {
+    let mut system = five(k, Law::NeoHookean, last);
+    system.terms.clear();
+    let all: Vec<usize> = (0..5).collect();
+    for (normal, offset) in [(Vector2::y(), 0.0), (Vector2::x(), -1.6), (-Vector2::x(), -1.6)] {
+        let guard = Guard::new(&system.bodies, &all, normal, offset, [first, last], 0.1).expect("a direction");
+        system.terms.push(Box::new(guard.polished(1.0)));
+    }
+    system.terms.push(Box::new(Pairs::new(first, last, 0.1).polished()));
+    system
+}
+
+/// Figure 37 in exact contact, from a barrier of this width.
+pub(crate) fn ring_exact(elements: [usize; 2], width: f64) -> System {
+    let mut system = ring_behind_barrier(elements, 0.01);
+    system.terms.clear();
+    let guard = Guard::new(&system.bodies, &[0], Vector2::y(), 0.0, [width; 2], 0.1).expect("a direction");
+    system.terms.push(Box::new(guard.polished(1.0)));
+    system
+}
+
+/// Figure 38 in exact contact, from a barrier of this width.
+pub(crate) fn ring_in_ring_exact(elements: [usize; 2], width: f64) -> System {
+    let mut system = ring_in_ring(elements, 0.01, width);
+    system.terms.clear();
+    let guard = Guard::new(&system.bodies, &[0, 1], Vector2::y(), 0.0, [width; 2], 0.1).expect("a direction");
+    system.terms.push(Box::new(guard.polished(1.0)));
+    system.terms.push(Box::new(Pairs::new(width, width, 0.1).polished()));
+    system
+}

@@ -1,0 +1,104 @@
+//! Closest points of two arcs between their nodes.
+//!
+//! With `h(u, a)` the signed distance of the point `u` of one arc to the other, the least over `u` has the derivatives
+//! `h_a` and `h_aa - h_au h_ua / h_uu`.
+
+use nalgebra::Vector2;
+
+use crate::constraint::nearest::{combine, nearest};
+use crate::constraint::shape::Shape;
+use crate::constraint::signed::{Foot, Moves};
+use crate::q9::shape::{line, line_slope};
+use crate::solid::Cursor;
+
+/// Places tried on an arc.
+const PLACES: u32 = 8;
+/// A closest point is one where the distance bends by this part of its arc's half length.
+const SHARP: f64 = 0.2;
+
+/// How the distance changes along the arc of the sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Dip {
+    along: Vector2<f64>,
+    /// `h_uu`.
+    pub(super) second: f64,
+}
+
+impl Dip {
+    /// At a sample with its foot; also `h_u`.
+    fn at(nodes: &[Vector2<f64>; 3], u: f64, foot: &Foot) -> (Self, f64) {
+        let along = combine(nodes, line_slope(u));
+        let bend = nodes[0] - nodes[1] * 2.0 + nodes[2];
+        let unit = Moves {
+            by: along,
+            slope: Vector2::zeros(),
+        };
+        let second = foot.second(&unit, &unit) + foot.normal.dot(&bend);
+        (Self { along, second }, foot.normal.dot(&along))
+    }
+
+    /// `h_ua` of an unknown that moves the sample against the foot by `moves`, and the slope of its arc by `slope`.
+    pub(super) fn mixed(&self, foot: &Foot, moves: &Moves, slope: Vector2<f64>) -> f64 {
+        let unit = Moves {
+            by: self.along,
+            slope: Vector2::zeros(),
+        };
+        foot.second(&unit, moves) + foot.normal.dot(&slope)
+    }
+
+    /// True where the closest point is one, and not a stretch that runs along the other arc.
+    fn sharp(&self) -> bool {
+        self.second > SHARP * self.along.norm()
+    }
+
+    /// The closest point near a sample, on the same two arcs. `None` where it runs out of them, or there is none.
+    pub(super) fn follow(own: &Shape, other: &Shape, sample: Cursor, foot: Cursor) -> Option<(Cursor, Foot, Self)> {
+        let (nodes, against) = (&own.arcs[sample.arc], &other.arcs[foot.arc]);
+        let mut u = sample.u;
+        for _ in 0..30 {
+            let near = nearest(against, combine(nodes, line(u)));
+            if !near.inside {
+                return None;
+            }
+            let foot = Foot::inside(foot.arc, against, combine(nodes, line(u)), near.u)?;
+            let (dip, slope) = Self::at(nodes, u, &foot);
+            if !dip.sharp() {
+                return None;
+            }
+            let step = slope / dip.second;
+            if step.abs() <= 4.0 * f64::EPSILON {
+                return Some((Cursor { arc: sample.arc, u }, foot, dip));
+            }
+            let next = (u - step.clamp(-0.5, 0.5)).clamp(-1.0, 1.0);
+            if next == u {
+                return None;
+            }
+            u = next;
+        }
+        None
+    }
+
+    /// All closest points of two arcs that lie between nodes on both.
+    pub(super) fn all(own: &Shape, arc: usize, other: &Shape, against: usize) -> Vec<(Cursor, Foot)> {
+        let place = |k: u32| f64::from(k) * 2.0 / f64::from(PLACES) - 1.0;
+        let gap = |k: u32| {
+            let point = combine(&own.arcs[arc], line(place(k)));
+            let near = nearest(&other.arcs[against], point);
+            Foot::inside(against, &other.arcs[against], point, near.u).map_or(f64::INFINITY, |f| f.gap)
+        };
+        let gaps: Vec<f64> = (0..=PLACES).map(gap).collect();
+        let lowest = (0..gaps.len()).filter(|&k| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(gaps.len() - 1));
+            gaps[k].is_finite() && gaps[k] <= gaps[before] && gaps[k] <= gaps[after]
+        });
+        let found = lowest.filter_map(|k| {
+            let start = Cursor {
+                arc,
+                u: place(k as u32),
+            };
+            let (sample, foot, _) = Self::follow(own, other, start, Cursor { arc: against, u: 0.0 })?;
+            (sample.u.abs() < 1.0 && foot.on.u.abs() < 1.0).then_some((sample, foot))
+        });
+        found.collect()
+    }
+}

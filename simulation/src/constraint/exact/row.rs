@@ -1,0 +1,173 @@
+//! One row: a point that keeps out of something.
+
+use nalgebra::Vector2;
+
+use super::dip::Dip;
+use crate::constraint::rows::{Rows, bend};
+use crate::constraint::shape::Shape;
+use crate::constraint::signed::{Foot, Moves, walk};
+use crate::solid::Cursor;
+use crate::sparse::Triplets;
+use crate::system::Bodies;
+
+/// What a point keeps out of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::constraint) enum Against {
+    /// The inner side of another boundary, near a foot on it.
+    Arc { other: usize, foot: Cursor },
+    /// `<x, normal> <= offset`.
+    Plane { normal: Vector2<f64>, offset: f64 },
+}
+
+impl Against {
+    /// The other solid, if it is one.
+    pub(super) fn solid(&self) -> Option<usize> {
+        match self {
+            Self::Arc { other, .. } => Some(*other),
+            Self::Plane { .. } => None,
+        }
+    }
+}
+
+/// A row with what it remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Row {
+    pub(super) body: usize,
+    pub(super) sample: Cursor,
+    pub(super) against: Against,
+    pub(super) force: f64,
+    pub(super) slack: f64,
+    /// A closest point of two arcs, which slides with them.
+    pub(super) slides: bool,
+}
+
+/// A row in one state.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Touch {
+    body: usize,
+    /// Where it is now, if it slides.
+    pub(super) sample: Cursor,
+    /// With the foot where it is now.
+    pub(super) against: Against,
+    pub(super) gap: f64,
+    pub(super) normal: Vector2<f64>,
+    foot: Option<Foot>,
+    dip: Option<Dip>,
+}
+
+impl Row {
+    /// A row that stays where it is on its solid; its slack is still to be found.
+    pub(super) fn new(body: usize, sample: Cursor, against: Against, force: f64) -> Self {
+        Self {
+            body,
+            sample,
+            against,
+            force,
+            slack: 0.0,
+            slides: false,
+        }
+    }
+
+    /// Where it is now. `None` where it has lost its foot.
+    pub(super) fn touch(&self, bodies: &Bodies, shapes: &[Shape]) -> Option<Touch> {
+        let point = shapes[self.body].place(&self.sample);
+        let (body, sample) = (self.body, self.sample);
+        Some(match self.against {
+            Against::Plane { normal, offset } => Touch {
+                body,
+                sample,
+                against: self.against,
+                gap: point.dot(&normal) - offset,
+                normal,
+                foot: None,
+                dip: None,
+            },
+            Against::Arc { other, foot } => {
+                let slides = self
+                    .slides
+                    .then(|| Dip::follow(&shapes[body], &shapes[other], sample, foot))
+                    .flatten();
+                // A closest point that has flattened out, or left its arcs, stays where it was.
+                let (sample, foot, dip) = match slides {
+                    Some((sample, foot, dip)) => (sample, foot, Some(dip)),
+                    None => (
+                        sample,
+                        walk(&shapes[other], bodies.solid(other).boundary(), foot, point)?,
+                        None,
+                    ),
+                };
+                Touch {
+                    body,
+                    sample,
+                    against: Against::Arc { other, foot: foot.on },
+                    gap: foot.gap,
+                    normal: foot.normal,
+                    foot: Some(foot),
+                    dip,
+                }
+            }
+        })
+    }
+}
+
+impl Touch {
+    /// Derivatives of the point against its foot; `slope` is that of the foot's arc, with a minus.
+    pub(super) fn rows(&self, bodies: &Bodies, a: &[f64]) -> Rows {
+        self.rows_and_slopes(bodies, a).0
+    }
+
+    /// And of the slope of the sample's arc, for the unknowns of the sample.
+    fn rows_and_slopes(&self, bodies: &Bodies, a: &[f64]) -> (Rows, Vec<Vector2<f64>>) {
+        let mut rows = Rows::default();
+        rows.add(bodies, self.body, &self.sample, a, 1.0);
+        let slopes = rows.0.iter().map(|r| r.slope).collect();
+        if let Against::Arc { other, foot } = self.against {
+            rows.0.iter_mut().for_each(|r| r.slope = Vector2::zeros());
+            rows.add(bodies, other, &foot, a, -1.0);
+        }
+        (rows, slopes)
+    }
+
+    /// Adds `stiffness dg dg^T - force d2 g`, or the first alone where `convex`.
+    pub(super) fn add_second(
+        &self,
+        bodies: &Bodies,
+        a: &[f64],
+        stiffness: f64,
+        force: f64,
+        convex: bool,
+        sink: &mut Triplets,
+    ) {
+        let ((rows, slopes), normal) = (self.rows_and_slopes(bodies, a), self.normal);
+        let moves: Vec<Moves> = rows
+            .0
+            .iter()
+            .map(|r| Moves {
+                by: r.by,
+                slope: -r.slope,
+            })
+            .collect();
+        let steep: Vec<f64> = moves.iter().map(|m| normal.dot(&m.by)).collect();
+        let mixed = |k: usize| match (&self.dip, &self.foot) {
+            (Some(dip), Some(foot)) => dip.mixed(foot, &moves[k], slopes.get(k).copied().unwrap_or_default()),
+            _ => 0.0,
+        };
+        let mixed: Vec<f64> = (0..moves.len()).map(mixed).collect();
+        let curved = self.dip.map_or(0.0, |dip| 1.0 / dip.second);
+        for (i, p) in rows.0.iter().enumerate() {
+            for (j, q) in rows.0[..=i].iter().enumerate() {
+                let mut value = stiffness * steep[i] * steep[j];
+                if let Some(foot) = self.foot.as_ref().filter(|_| !convex) {
+                    value -= force * (foot.second(&moves[i], &moves[j]) - mixed[i] * mixed[j] * curved);
+                }
+                sink.add(p.unknown, q.unknown, value);
+            }
+        }
+        if !convex {
+            bend(bodies, self.body, &self.sample, a, normal * -force, sink);
+            if let Against::Arc { other, foot } = &self.against {
+                bend(bodies, *other, foot, a, normal * force, sink);
+            }
+        }
+    }
+}

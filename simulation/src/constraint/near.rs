@@ -1,0 +1,81 @@
+//! A sample near an arc: the rows of their distance and its second derivative.
+
+use nalgebra::Vector2;
+
+use super::nearest::Nearest;
+use super::rows::{Row, Rows};
+use crate::q9::shape::line_slope;
+use crate::solid::Cursor;
+use crate::system::Bodies;
+
+/// A sample near an arc of another solid.
+pub(super) struct Near {
+    pub(super) on: [usize; 2],
+    pub(super) sample: Cursor,
+    pub(super) foot: Cursor,
+    pub(super) length: f64,
+    pub(super) at: Nearest,
+}
+
+/// True where an arc is none of a sample's own or next to it, and has the sample on its outer side.
+pub(super) fn outside_own(
+    bodies: &Bodies,
+    body: usize,
+    nodes: &[Vector2<f64>; 3],
+    [arc, other]: [usize; 2],
+    at: &Nearest,
+) -> bool {
+    let boundary = bodies.solid(body).boundary();
+    let apart = arc != other && boundary.next[arc] != other && boundary.previous[arc] != other;
+    let slope: Vector2<f64> = nodes.iter().zip(line_slope(at.u)).map(|(p, s)| p * s).sum();
+    apart && slope.y * at.offset.x - slope.x * at.offset.y > 0.0
+}
+
+impl Near {
+    pub(super) fn rows(&self, bodies: &Bodies, a: &[f64]) -> Rows {
+        let mut rows = Rows::default();
+        rows.add(bodies, self.on[0], &self.sample, a, 1.0);
+        // The sample's own slope plays no part: it does not slide along its arc.
+        rows.0.iter_mut().for_each(|row| row.slope = Vector2::zeros());
+        rows.add(bodies, self.on[1], &self.foot, a, -1.0);
+        rows
+    }
+
+    /// Unit vector from the foot to the sample.
+    pub(super) fn direction(&self) -> Vector2<f64> {
+        self.at.offset / self.at.distance
+    }
+
+    /// The second derivative of the distance, as a form of two rows. With `f(a, u)` the distance to the point `u` of
+    /// the arc it is `f_aa - f_au f_ua / f_uu` where the foot slides, `f_aa` where it sits at an end.
+    pub(super) fn curvature(&self, arc: &[Vector2<f64>; 3]) -> impl Fn(&Row, &Row) -> f64 + use<> {
+        let (e, d) = (self.direction(), self.at.distance);
+        let slope: Vector2<f64> = arc.iter().zip(line_slope(self.foot.u)).map(|(p, s)| p * s).sum();
+        let bend = arc[0] - arc[1] * 2.0 + arc[2];
+        let across = slope - e * e.dot(&slope);
+        let second = across.norm_squared() / d - e.dot(&bend);
+        let slides = self.at.inside && second > 0.0;
+        move |p: &Row, q: &Row| {
+            let flat = |x: &Vector2<f64>, y: &Vector2<f64>| (x.dot(y) - e.dot(x) * e.dot(y)) / d;
+            let straight = flat(&p.by, &q.by);
+            // f_u = -e . q'; its derivative by an unknown: rows hold the arc's part with its sign.
+            let mixed = |r: &Row| e.dot(&r.slope) - flat(&slope, &r.by);
+            if slides {
+                straight - mixed(p) * mixed(q) / second
+            } else {
+                straight
+            }
+        }
+    }
+}
+
+/// A sample as exact contact sees it: with a sign, from the outer side of the arc where it has a foot inside it.
+pub(super) fn signed(near: &Near, arc: &[Vector2<f64>; 3]) -> (Vector2<f64>, f64) {
+    let slope: Vector2<f64> = arc.iter().zip(line_slope(near.foot.u)).map(|(p, s)| p * s).sum();
+    let normal = Vector2::new(slope.y, -slope.x).try_normalize(0.0).unwrap_or_default();
+    if near.at.inside {
+        (normal, normal.dot(&near.at.offset))
+    } else {
+        (near.direction(), near.at.distance)
+    }
+}

@@ -1,0 +1,154 @@
+//! The last steps to exact contact: Newton's method on the balance of forces, gaps, and forces times gaps together.
+
+use crate::constraint::{Active, Progress, Term};
+use crate::control::{Newton, Potential};
+use crate::system::System;
+
+/// The most steps.
+const MOST_STEPS: usize = 100;
+/// Of the way to the first touch.
+const BEFORE_TOUCH: f64 = 0.9;
+/// Forces times gaps at the end, in largest loads times largest solids.
+const WORK: f64 = 1e-10;
+/// Steps to less work than that.
+const MOST_REFINED: usize = 20;
+/// Each aim, in the one before.
+const FALL: f64 = 0.1;
+/// Forces off by this part of the largest load are near enough for the next aim.
+const NEAR: f64 = 0.1;
+/// Depths below this part of the largest solid are none.
+const NO_DEPTH: f64 = 1e-13;
+
+/// What the polish found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Polished {
+    pub(super) done: bool,
+    pub(super) steps: usize,
+}
+
+/// Calls each set of rows with the solids.
+fn with(system: &mut System, mut call: impl FnMut(&mut dyn Active, &System)) {
+    let mut terms: Vec<Box<dyn Term>> = std::mem::take(&mut system.terms);
+    terms
+        .iter_mut()
+        .filter_map(|t| t.active())
+        .for_each(|t| call(t, system));
+    system.terms = terms;
+}
+
+fn review(system: &mut System, a: &[f64], closest: bool) -> Progress {
+    let mut progress = Progress::default();
+    with(system, |t, system| {
+        progress = progress.and(t.review(&system.bodies, a, closest))
+    });
+    progress
+}
+
+/// The largest free force of the forces as they are, and the largest load.
+fn balance(system: &mut System, a: &[f64]) -> Option<[f64; 2]> {
+    with(system, |t, _| t.aim(None));
+    Newton::balance(system, a)
+}
+
+/// Moves `a` and the forces of all exact contacts to where forces balance, gaps are positive, and none has both.
+///
+/// Where a contact has next to no force, gaps fall with the square root of the work only: then it goes on to less work as
+/// long as that converges.
+pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Polished {
+    let extent = system.bodies.extent();
+    let mut progress = review(system, a, false);
+    let mut aim = FALL * progress.work / progress.rows.max(1) as f64;
+    for steps in 0..MOST_STEPS {
+        let Some([residual, load]) = balance(system, a) else {
+            return Polished { done: false, steps };
+        };
+        let last = WORK * load * extent;
+        // Near enough to this aim for the next; at the last one, to stay.
+        let part = if aim > last { NEAR } else { newton.settings.tolerance };
+        let room = (part * aim / load).max(NO_DEPTH * extent);
+        if residual <= part * load && progress.complementarity <= 10.0 * aim && progress.violation <= room {
+            progress = review(system, a, true);
+            if progress.violation <= room {
+                if aim <= last {
+                    let more = if progress.undecided {
+                        refine(system, newton, a, aim)
+                    } else {
+                        0
+                    };
+                    return Polished {
+                        done: true,
+                        steps: steps + more,
+                    };
+                }
+                aim = (FALL * aim).max(last);
+            }
+        }
+        if !advance(system, newton, a, aim) {
+            return Polished { done: false, steps };
+        }
+        progress = review(system, a, false);
+    }
+    Polished {
+        done: false,
+        steps: MOST_STEPS,
+    }
+}
+
+/// One step at an aim. False, and nothing changed, where there is none.
+fn advance(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, aim: f64) -> bool {
+    with(system, |t, _| t.aim(Some(aim)));
+    let Some((next, parts)) = step(system, newton, a) else {
+        return false;
+    };
+    with(system, |t, _| t.take(parts));
+    *a = next;
+    true
+}
+
+/// Steps to less and less work from a solution; the last one that is a solution too is kept. How many.
+fn refine(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, mut aim: f64) -> usize {
+    let copy = |system: &System| -> Vec<Box<dyn Term>> { system.terms.iter().map(|t| t.copy()).collect() };
+    let (mut good, mut steps) = ((a.clone(), copy(system)), 0);
+    aim *= FALL;
+    while steps < MOST_REFINED && advance(system, newton, a, aim) {
+        steps += 1;
+        let progress = review(system, a, true);
+        let near = progress.complementarity <= 10.0 * aim && progress.violation <= 0.0;
+        let tolerance = newton.settings.tolerance;
+        if near && balance(system, a).is_some_and(|[residual, load]| residual <= tolerance * load) {
+            good = (a.clone(), copy(system));
+            aim *= FALL;
+        }
+    }
+    (*a, system.terms) = good;
+    with(system, |t, _| t.aim(None));
+    steps
+}
+
+/// A Newton step, shortened for gaps, for what it may pass, and for forces.
+fn step(system: &mut System, newton: &mut Newton, a: &[f64]) -> Option<(Vec<f64>, [f64; 2])> {
+    let (mut step, _) = newton.direction(system, a)?;
+    let mut parts = [1.0_f64; 2];
+    with(system, |t, system| {
+        let own = t.limits(&system.bodies, a, &step);
+        parts = [parts[0].min(own[0]), parts[1].min(own[1])];
+    });
+    step.iter_mut().for_each(|s| *s *= parts[0]);
+    let (part, next) = shortened(system, a, &step)?;
+    parts[0] *= part;
+    Some((next, parts))
+}
+
+/// The part of a step that passes through nothing and keeps an energy.
+fn shortened(system: &System, a: &[f64], step: &[f64]) -> Option<(f64, Vec<f64>)> {
+    let reach = system.reach(a, step);
+    let mut part = if reach < 1.0 { BEFORE_TOUCH * reach } else { 1.0 };
+    for _ in 0..10 {
+        let next: Vec<f64> = a.iter().zip(step).map(|(a, s)| a + part * s).collect();
+        if system.energy(&next).is_some() {
+            return Some((part, next));
+        }
+        part *= 0.5;
+    }
+    None
+}
