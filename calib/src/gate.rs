@@ -12,6 +12,10 @@ pub struct Gates {
     pub max_rms_mm: Option<f64>,
     /// Standard deviation of the tip's place in its worst direction, mm, at most.
     pub max_tip_sigma_mm: Option<f64>,
+    /// Root mean square error of the tip by its covariance, mm, at most.
+    pub max_tip_error_mm: Option<f64>,
+    /// Error predicted at the target, 95 %, mm, at most.
+    pub max_target_mm: Option<f64>,
     /// Condition of the normal equations, without unit, at most.
     pub max_condition: Option<f64>,
     /// Residuals in units of the noise given, at most.
@@ -31,6 +35,10 @@ pub struct Reached {
     pub rms_mm: Option<f64>,
     /// Standard deviation of the tip's place in its worst direction, mm.
     pub tip_sigma_mm: Option<f64>,
+    /// Root mean square error of the tip by its covariance, mm.
+    pub tip_error_mm: Option<f64>,
+    /// Error predicted at the target, 95 %, mm.
+    pub target_mm: Option<f64>,
     /// Condition of the normal equations, without unit.
     pub condition: Option<f64>,
     /// Residuals in units of the noise given.
@@ -102,6 +110,12 @@ impl Gates {
         let reasons: Vec<Reason> = [
             most("root mean square residual, mm", reached.rms_mm, self.max_rms_mm),
             most("deviation of the tip, mm", reached.tip_sigma_mm, self.max_tip_sigma_mm),
+            most("error of the tip, mm", reached.tip_error_mm, self.max_tip_error_mm),
+            most(
+                "error predicted at the target (95 %), mm",
+                reached.target_mm,
+                self.max_target_mm,
+            ),
             most("condition", reached.condition, self.max_condition),
             most(
                 "residuals over the noise given",
@@ -156,6 +170,8 @@ mod tests {
     const GATES: Gates = Gates {
         max_rms_mm: Some(0.5),
         max_tip_sigma_mm: None,
+        max_tip_error_mm: Some(0.4),
+        max_target_mm: None,
         max_condition: Some(100.0),
         max_noise_ratio: None,
         max_rejected: Some(0.1),
@@ -165,6 +181,8 @@ mod tests {
     const GOOD: Reached = Reached {
         rms_mm: Some(0.5),
         tip_sigma_mm: None,
+        tip_error_mm: Some(0.4),
+        target_mm: Some(1e9),
         condition: Some(99.0),
         noise_ratio: Some(1e9),
         rejected: Some(0.0),

@@ -15,12 +15,14 @@ use bus::topic::TOPICS;
 use bus::{Bus, BusError};
 use clap::{Parser, Subcommand};
 
+use crate::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::duration;
 use crate::plan::plan;
 use crate::replay::control::{Steer, steer};
 use crate::replay::{PrepareError, ReplayArgs, prepare};
 use crate::resolve::{Overrides, ResolveError, resolve};
 use crate::run::{RunError, run};
+use crate::spawn::SpawnError;
 use crate::state::Options;
 use crate::status::Status;
 
@@ -39,6 +41,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
     pilot check config/demo.toml                         reads a scene and says what it would start\n  \
     pilot status                                         what the processes and views of a run do\n  \
     pilot stop                                           ends a run in an orderly way\n  \
+    pilot calibrate pivot --out tip.json                 finds the tip of the run's instrument\n  \
     pilot replay out/session.mcap                        shows a recorded session again\n\n\
     Exit codes: 0 all well; 1 refused or failed; 3 the run went to its end, but see `problems` in report.json."
 )]
@@ -99,6 +102,9 @@ enum Verb {
         #[command(subcommand)]
         steer: Steer,
     },
+    /// Calibrates in a run that is going: the tip, the shaft, touched points, the check of a registration.
+    #[command(after_help = CALIBRATE_HELP, disable_help_flag = true)]
+    Calibrate(CalibrateArgs),
     /// Prints the table of topics.
     Topics,
 }
@@ -155,6 +161,8 @@ pub(crate) enum CliError {
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]
+    Spawn(#[from] SpawnError),
+    #[error(transparent)]
     Folder(#[from] FolderError),
     #[error(transparent)]
     Bus(#[from] BusError),
@@ -173,6 +181,7 @@ pub fn main() -> ExitCode {
         Verb::Check(args) => exit("pilot", check(&args)),
         Verb::Status { run, json } => exit("pilot", status(&run, json)),
         Verb::Stop { run } => exit("pilot", stop(&run)),
+        Verb::Calibrate(args) => ended(calibrate(args)),
         Verb::Topics => {
             say(&topics());
             ExitCode::SUCCESS

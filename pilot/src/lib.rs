@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod books;
+mod calibrate;
 pub mod cli;
 mod duration;
 mod finale;

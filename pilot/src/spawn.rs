@@ -1,10 +1,10 @@
 //! The supervisor's hands: starting programs, asking them to end, killing them, noticing that they have ended.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::io;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Output, Stdio};
+use std::process::{Child, ExitStatus, Output, Stdio};
 
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -43,6 +43,17 @@ pub(crate) fn ask(binary: &str, arguments: &[&OsStr]) -> (PathBuf, io::Result<Ou
     command.args(arguments).stdin(Stdio::null()).stderr(Stdio::inherit());
     let output = command.output();
     (program, output)
+}
+
+/// Runs a sibling to its end on this program's own terminal.
+pub(crate) fn hand_over(binary: &str, arguments: &[OsString]) -> Result<ExitStatus, SpawnError> {
+    let program = sibling(binary);
+    #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
+    let mut command = std::process::Command::new(&program);
+    command
+        .args(arguments)
+        .status()
+        .map_err(|source| SpawnError { program, source })
 }
 
 /// Starts `planned` in the run at `run_dir`; `more` is appended to its arguments.

@@ -10,11 +10,13 @@ pub mod cli;
 mod errors;
 mod follow;
 mod gesture;
+mod markers;
 pub mod operating_room;
 mod run;
 mod simulated;
 
-pub use follow::{EmitterSourceError, PlayError};
+pub use follow::PlayError;
 pub use gesture::{Gesture, GestureError};
+pub use markers::{Markers, MarkersError, Seen};
 pub use run::RunError;
 pub use simulated::{Measured, Simulated};

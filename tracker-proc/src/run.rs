@@ -12,8 +12,9 @@ use bus::topic::{GROUND_TRUTH, TOOL_POSE};
 use geometry::{Ct, Point, Rigid, Tool, Tracker, VolumeGrid};
 
 use crate::chain::{Found, Smoothing};
-use crate::follow::{EmitterSourceError, PlayError, follow_emitters, follow_room, follow_sequence, holds};
+use crate::follow::{PlayError, follow_emitters, follow_room, follow_sequence, holds};
 use crate::gesture::{Gesture, GestureError, aim};
+use crate::markers::MarkersError;
 use crate::operating_room::{RoomError, ScriptError};
 use crate::simulated::{Measured, Simulated};
 
@@ -41,9 +42,9 @@ pub enum RunError {
     /// Its gesture cannot be played.
     #[error(transparent)]
     Script(#[from] ScriptError),
-    /// There is no chain for the emitters of the scene.
+    /// The scene's markers or localizer are unusable.
     #[error(transparent)]
-    Emitters(#[from] EmitterSourceError),
+    Markers(#[from] MarkersError),
     /// The sequence cannot be played.
     #[error(transparent)]
     Play(#[from] PlayError),

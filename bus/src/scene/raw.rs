@@ -10,7 +10,7 @@ use super::locate;
 use super::operating_room::RawRoom;
 use super::recording::RawRecording;
 use super::sampling::{Filter, Minify, Render, Slab};
-use super::tracking::raw::{RawEmitterSource, RawLinkFile, RawSequence, RawSmoothing};
+use super::tracking::raw::{RawCalibrationFile, RawEmitterSource, RawRegistrationFile, RawSequence, RawSmoothing};
 use super::volume::RawVolume;
 
 /// Scene files are short; a longer one is not a scene.
@@ -107,10 +107,10 @@ pub struct RawTracker {
     pub sequence: Option<RawSequence>,
     /// `[tracker.calibration]`; absent: the scene's own numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub calibration: Option<RawLinkFile>,
+    pub calibration: Option<RawCalibrationFile>,
     /// `[tracker.registration]`; absent: the scene's own numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub registration: Option<RawLinkFile>,
+    pub registration: Option<RawRegistrationFile>,
     /// `[tracker.smoothing]`; absent: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<RawSmoothing>,

@@ -18,11 +18,13 @@ mod fields;
 mod grid;
 mod input;
 mod input_error;
+mod live;
 mod pairs_csv;
 mod points_text;
 mod poses;
 mod refusal;
 mod register;
+mod register_args;
 mod registration_file;
 mod report;
 mod residual_table;
@@ -39,6 +41,7 @@ pub use calibration::{
     Gate, GroupRecord, Kind, MarkerRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, RejectedSighting,
     RejectedTouchRecord, SeatDrawing, SeatRecord, SpinRecord, ToolRecord,
 };
+pub use live::{Follow, FollowMarkers, Seen};
 pub use registration_file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,

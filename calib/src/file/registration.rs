@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::{FileError, content_id, parsed, place, quoted, same};
+use crate::gate::Reached;
 
 const FORMAT: &str = "trocar-registration";
 const VERSION: u64 = 1;
@@ -31,6 +32,9 @@ pub struct RegistrationFile {
     pub ct_hash: Option<String>,
     /// The marker that the points were seen by, where it was told.
     pub marker: Option<String>,
+    /// Root mean square residual of the points, mm, and condition of their layout, where it was told.
+    fre_rms_mm: Option<f64>,
+    condition: Option<f64>,
 }
 
 /// What is read of the file.
@@ -44,6 +48,10 @@ struct Raw {
     ct_hash: Option<String>,
     #[serde(default)]
     marker: Option<String>,
+    #[serde(default)]
+    fre_rms_mm: Option<f64>,
+    #[serde(default)]
+    condition: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -74,7 +82,25 @@ impl RegistrationFile {
             registered: raw.registered()?,
             ct_hash: raw.ct_hash,
             marker: raw.marker,
+            fre_rms_mm: raw.fre_rms_mm,
+            condition: raw.condition,
         })
+    }
+
+    /// How good it is, for a point of the patient that counts; its error is predicted from the covariance.
+    pub fn reached(&self, target: Point<Ct>) -> Reached {
+        fn radius<From: Frame>(at: Uncertain<Ct, From>, target: Point<Ct>) -> f64 {
+            (at * (at.transform().inverse() * target)).radius_95_mm()
+        }
+        Reached {
+            rms_mm: self.fre_rms_mm,
+            condition: self.condition,
+            target_mm: Some(match self.registered {
+                Registered::Fixed(ct_from_tracker) => radius(ct_from_tracker, target),
+                Registered::Referenced(ct_from_reference) => radius(ct_from_reference, target),
+            }),
+            ..Reached::default()
+        }
     }
 
     /// Refuses a registration made for another CT volume, or with another marker, than those in use. What the file does not

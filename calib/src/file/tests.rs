@@ -32,6 +32,39 @@ fn registration() -> Value {
     })
 }
 
+/// A variance of 1 mm^2 per axis at the target holds 95 % within 2.7955 mm (chi with 3 degrees of freedom).
+#[test]
+fn files_say_how_good_they_are() {
+    let mut value = tool();
+    let reached = ToolFile::parse(&sealed(value.clone())).unwrap().reached;
+    // The trace of the translation's part, and turns of 1e-6 about x and y at the tip 1, 2, 3.
+    let expected = (0.01_f64 + 0.01 + 0.02 + 1e-6 * (13.0 + 10.0)).sqrt();
+    assert!((reached.tip_error_mm.unwrap() - expected).abs() < 1e-12);
+    assert_eq!((reached.rms_mm, reached.coverage_rad), (None, None));
+    value["pivot"] = json!({"inliers": 400, "rms_mm": 0.3, "condition": 7.0, "coverage": {"principal": [
+        {"angle_deg": 40.0}, {"angle_deg": 30.0}, {"angle_deg": 1.0}]}});
+    let reached = ToolFile::parse(&sealed(value)).unwrap().reached;
+    assert_eq!(
+        (reached.rms_mm, reached.condition, reached.count),
+        (Some(0.3), Some(7.0), Some(400))
+    );
+    assert_eq!(reached.coverage_rad, Some(30.0_f64.to_radians()));
+
+    let mut value = registration();
+    let at = |value: &Value| {
+        let file = RegistrationFile::parse(&value.to_string()).unwrap();
+        file.reached(geometry::Point::new(1.0, 2.0, 3.0))
+    };
+    assert_eq!((at(&value).rms_mm, at(&value).condition), (None, None));
+    (value["fre_rms_mm"], value["condition"]) = (0.7.into(), 3.0.into());
+    let row = |i: usize| -> Vec<f64> { (0..6).map(|j| if i == j && i > 2 { 1.0 } else { 0.0 }).collect() };
+    value["covariance"] = (0..6).map(row).collect::<Vec<_>>().into();
+    let reached = at(&value);
+    assert_eq!((reached.rms_mm, reached.condition), (Some(0.7), Some(3.0)));
+    // The radius is good to 1e-3 of itself.
+    assert!((reached.target_mm.unwrap() - 2.7955).abs() < 3e-3, "{reached:?}");
+}
+
 #[test]
 fn files_are_read_and_paired() {
     let file = ToolFile::parse(&sealed(tool())).unwrap();

@@ -4,6 +4,7 @@ use geometry::{Marker, Point, Tool, Uncertain, door};
 use serde::Deserialize;
 
 use super::{FileError, content_id, parsed, place, quoted, same};
+use crate::gate::Reached;
 
 /// The value of `trocar_calibration`.
 const VERSION: u64 = 1;
@@ -24,6 +25,8 @@ pub struct ToolFile {
     pub marker: String,
     /// The tool's frame in its marker: origin at the tip, +z from the handle to the tip.
     pub marker_from_tool: Uncertain<Marker, Tool>,
+    /// How good it is: of the error of the tip by the covariance, and of the pivoting that the tip is from, where it is.
+    pub reached: Reached,
 }
 
 /// What is read of the file; its other keys are for people and for other programs.
@@ -37,6 +40,26 @@ struct Raw {
     verdict: String,
     gates: Vec<RawGate>,
     tool_frame: Option<RawFrame>,
+    #[serde(default)]
+    pivot: Option<RawPivot>,
+}
+
+#[derive(Deserialize)]
+struct RawPivot {
+    inliers: usize,
+    rms_mm: f64,
+    condition: f64,
+    coverage: RawCoverage,
+}
+
+#[derive(Deserialize)]
+struct RawCoverage {
+    principal: Vec<RawPrincipal>,
+}
+
+#[derive(Deserialize)]
+struct RawPrincipal {
+    angle_deg: f64,
 }
 
 #[derive(Deserialize)]
@@ -81,8 +104,10 @@ impl ToolFile {
         if raw.verdict != "accepted" || raw.gates.iter().any(|gate| !gate.kept) {
             return Err(FileError::NotAccepted(quoted(&raw.verdict)));
         }
+        let marker_from_tool = frame(raw.tool_frame)?;
         Ok(Self {
-            marker_from_tool: frame(raw.tool_frame)?,
+            reached: reached(&marker_from_tool, raw.pivot.as_ref()),
+            marker_from_tool,
             id: raw.id,
             date_utc: raw.date_utc,
             tool: raw.tool,
@@ -97,6 +122,20 @@ impl ToolFile {
     pub fn of(&self, tool: &str, marker: &str) -> Result<(), FileError> {
         same("tool", &self.tool, tool)?;
         same("marker", &self.marker, marker)
+    }
+}
+
+fn reached(marker_from_tool: &Uncertain<Marker, Tool>, pivot: Option<&RawPivot>) -> Reached {
+    let tip = *marker_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
+    // The second angle is the cone's: see `coverage::Coverage::cone_rad`.
+    let cone = |p: &RawPivot| p.coverage.principal.get(1).map(|axis| axis.angle_deg.to_radians());
+    Reached {
+        rms_mm: pivot.map(|p| p.rms_mm),
+        tip_error_mm: Some(tip.rms_mm()),
+        condition: pivot.map(|p| p.condition),
+        coverage_rad: pivot.and_then(cone),
+        count: pivot.map(|p| p.inliers),
+        ..Reached::default()
     }
 }
 

@@ -2,36 +2,22 @@
 
 use std::ops::ControlFlow;
 
-use bus::message::{EmitterFrame, EmitterSight, ProcessState};
+use bus::message::{EmitterFrame, ProcessState};
 use bus::port::Subscriber;
 use bus::process::Process;
 use bus::scene::tracking::EmitterSource;
 use bus::topic::EMITTERS;
 use bus::wake::Waits;
-use calib::pose::{BodyError, Localizer, LocalizerError, Sighting};
-use geometry::Point;
+use calib::pose::Sighting;
+use geometry::VolumeGrid;
 
-use super::{Follower, Source, Stamp, examination, refuse};
+use super::{Follower, Source, Stamp, examination, refuse, region};
 use crate::chain::{Chain, Registration};
-use crate::operating_room::{body, gates};
+use crate::markers::{Markers, MarkersError, taken};
 use crate::run::{LOOK_UP, Output, RunError};
 
 /// Frames that may wait while the process is held up, a quarter of a second at 1000 Hz.
 const DEPTH: usize = 256;
-
-/// Why there is no chain for the emitters of a scene.
-#[derive(Debug, thiserror::Error)]
-pub enum EmitterSourceError {
-    /// The tool's emitters are no marker.
-    #[error("the tool's marker (tracker.emitters.marker): {0}")]
-    Marker(BodyError),
-    /// The patient's are none.
-    #[error("the patient's marker (tracker.emitters.reference): {0}")]
-    Reference(BodyError),
-    /// The localizer's noise is unusable.
-    #[error("tracker.emitters.localizer: {0}")]
-    Localizer(#[from] LocalizerError),
-}
 
 /// Publishes a pose for each frame until asked to stop.
 ///
@@ -67,33 +53,21 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &EmitterSourc
 }
 
 /// The chain of a scene; its own constants count as exact, as nothing is said of their errors.
-fn chain(process: &Process, spec: &EmitterSource, grid: &geometry::VolumeGrid) -> Result<Chain, EmitterSourceError> {
+fn chain(process: &Process, spec: &EmitterSource, grid: &VolumeGrid) -> Result<Chain, MarkersError> {
     let scene = &process.scene;
-    let n = spec.noise;
-    let localizer = Localizer {
-        eye: Point::new(0.0, 0.0, 0.0),
-        across_mm: n.across_mm,
-        depth_mm: n.depth_mm,
-        at_mm: n.at_mm,
-        growth_across: n.growth_across,
-        growth_depth: n.growth_depth,
-    };
-    let reference = spec.reference.as_ref();
+    let markers = Markers::of_emitters(spec)?;
     Ok(Chain {
-        marker: body(&spec.marker).map_err(EmitterSourceError::Marker)?,
-        reference: reference
-            .map(|on| body(&on.shape))
-            .transpose()
-            .map_err(EmitterSourceError::Reference)?,
+        marker: markers.marker,
+        reference: markers.reference,
         marker_from_tool: spec.marker_from_tool.into(),
-        registration: match reference {
+        registration: match &spec.reference {
             Some(on) => Registration::Referenced(on.ct_from_reference.into()),
             None => Registration::Fixed(scene.tracker.ct_from_tracker.into()),
         },
-        localizer: localizer.checked()?,
-        gates: gates(&spec.gates),
-        reference_gates: gates(&spec.reference_gates),
-        region: scene.targets.first().map_or(grid.centre(), |target| target.centre),
+        localizer: markers.localizer,
+        gates: markers.gates,
+        reference_gates: markers.reference_gates,
+        region: region(scene, grid),
     })
 }
 
@@ -147,16 +121,4 @@ impl Listening<'_> {
         self.follower
             .frame(&stamp, process, |links| chain.solve_with(links, tool, reference))
     }
-}
-
-/// The sights as the chain takes them; it refuses what is not finite and emitters that the marker does not have.
-fn taken(sights: &[EmitterSight], into: &mut Vec<Sighting>) {
-    into.clear();
-    into.extend(sights.iter().map(|sight| {
-        let [x, y, z] = sight.place_mm;
-        Sighting {
-            emitter: sight.emitter as usize,
-            place: Point::new(x, y, z),
-        }
-    }));
 }

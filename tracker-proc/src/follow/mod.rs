@@ -5,13 +5,16 @@
 //! files ([`links`]) and publish alike.
 
 mod emitters;
+mod link_files;
 mod links;
 mod room;
 mod sequence;
+mod watch;
 
 use bus::clock;
 use bus::message::{Lost, ToolPose, Tracked};
 use bus::process::Process;
+use bus::scene::Scene;
 use calib::pose::Lost as BodyLost;
 use geometry::{Ct, Point, Rigid, Tool, VolumeGrid};
 
@@ -19,8 +22,8 @@ use crate::chain::{Event, Found, Links, Reason, Smoothing, Stamps, Status};
 use crate::run::{Output, RunError, volume};
 use links::{Constants, Expected, Looked};
 
-pub use emitters::EmitterSourceError;
 pub(crate) use emitters::follow as follow_emitters;
+pub(crate) use link_files::calibration_of;
 pub(crate) use room::follow as follow_room;
 pub use sequence::PlayError;
 pub(crate) use sequence::follow as follow_sequence;
@@ -81,6 +84,7 @@ impl<'a> Follower<'a> {
             tool: process.scene.tool.name.clone(),
             ct_hash: examination.hash,
             has_reference: source.has_reference,
+            target: region(&process.scene, &examination.grid),
         };
         let mut follower = Self {
             output,
@@ -263,6 +267,11 @@ fn lost(reason: &Reason) -> Lost {
         Reason::Tool(BodyLost::Geometry { .. }) => Lost::Geometry,
         Reason::Tool(BodyLost::Residual { .. }) => Lost::Residual,
     }
+}
+
+/// The point of the patient that counts: what the surgeon aims at, or the volume's middle.
+fn region(scene: &Scene, grid: &VolumeGrid) -> Point<Ct> {
+    scene.targets.first().map_or(grid.centre(), |target| target.centre)
 }
 
 /// Whether the volume's cells hold a point.

@@ -8,7 +8,7 @@ use bus::scene::operating_room::Room;
 use bus::topic::{EMITTERS, GROUND_TRUTH};
 use calib::pose::Sighting;
 
-use super::{Follower, Source, Stamp, examination};
+use super::{Follower, Source, Stamp, examination, region};
 use crate::chain::Chain;
 use crate::operating_room::{Arrival, Frame, OperatingRoom, Script};
 use crate::run::{CATCH_UP, LOOK_UP, Output, RunError};
@@ -31,11 +31,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
     };
     let scene = &process.scene;
     let script = Script::of_room(spec, &scene.targets, Some(&examination.grid))?;
-    // The point of the patient that counts: what the surgeon aims at.
-    let region = scene
-        .targets
-        .first()
-        .map_or(examination.grid.centre(), |target| target.centre);
+    let region = region(scene, &examination.grid);
     let tracker = &scene.tracker;
     let room = OperatingRoom::new(script, spec, &tracker.ct_from_tracker, scene.seed, tracker.rate_hz)?;
     let chain = room.chain(region)?;

@@ -1,6 +1,6 @@
 //! The chain that goes with a room: what a calibration, a registration and a data sheet would say of it.
 
-use bus::scene::operating_room::{Deviations, Gates as GateSpec, Sensor};
+use bus::scene::operating_room::{Deviations, Gates as GateSpec, Room, Sensor};
 use calib::pose::{Gates, Localizer};
 use geometry::{Ct, Marker, Point, Rigid, Tool, Uncertain, Vector};
 
@@ -27,16 +27,16 @@ impl OperatingRoom {
     /// # Errors
     /// [`RoomError::Localizer`], [`RoomError::Covariance`].
     pub fn chain(&self, region: Point<Ct>) -> Result<Chain, RoomError> {
-        let tip = self.room.marker_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
-        let off = |link| Chance::new(self.seed ^ LINKS, link);
-        let (calibration, registration) = (self.room.calibration_error, self.room.registration_error);
-        let marker_from_tool: Uncertain<Marker, Tool> =
-            disturbed(self.room.marker_from_tool, tip, calibration, off(CALIBRATION))?;
+        let marker_from_tool = calibration(&self.room, self.seed)?;
+        let (registration, off) = (
+            self.room.registration_error,
+            Chance::new(self.seed ^ LINKS, REGISTRATION),
+        );
         let registration = match &self.reference {
-            Some((_, truth)) => Registration::Referenced(disturbed(*truth, region, registration, off(REGISTRATION))?),
+            Some((_, truth)) => Registration::Referenced(disturbed(*truth, region, registration, off)?),
             None => {
                 let truth = self.tracker_from_rest.inverse();
-                Registration::Fixed(disturbed(truth, region, registration, off(REGISTRATION))?)
+                Registration::Fixed(disturbed(truth, region, registration, off)?)
             }
         };
         Ok(Chain {
@@ -50,6 +50,16 @@ impl OperatingRoom {
             region,
         })
     }
+}
+
+/// The tool's calibration in a room of this seed: off the truth by errors about the tip.
+///
+/// # Errors
+/// [`RoomError::Covariance`].
+pub(crate) fn calibration(room: &Room, seed: u64) -> Result<Uncertain<Marker, Tool>, RoomError> {
+    let tip = room.marker_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
+    let off = Chance::new(seed ^ LINKS, CALIBRATION);
+    disturbed(room.marker_from_tool, tip, room.calibration_error, off)
 }
 
 /// A transform as measured with normal errors about the point `c`: the truth is the drawn motion after it, so it is the
@@ -81,7 +91,7 @@ fn about<F>(c: Point<F>, w: Vector<F>, v: Vector<F>) -> Rigid<F, F> {
 
 /// The noise that emitters are weighted with: the scene's, the rounding of its steps (a step q deviates by q / sqrt(12)), and
 /// a floor where there is none of either.
-pub(super) fn weights(sensor: &Sensor) -> Localizer {
+pub(crate) fn weights(sensor: &Sensor) -> Localizer {
     let rounding = sensor.quantisation_mm.powi(2) / 12.0;
     let [across, depth] = [sensor.across_mm, sensor.depth_mm].map(|s| (s * s + rounding).sqrt());
     let floor = LEAST_MM.max(across.max(depth) / LARGEST_RATIO);

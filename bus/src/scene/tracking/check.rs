@@ -9,8 +9,8 @@ use geometry::{Frame, Rigid, door};
 use super::super::check::{Checked, UNIT_TOLERANCE, invalid, number};
 use super::super::operating_room::{Deviations, check as shared};
 use super::super::raw::{RawRigid, RawTracker, RawTrackerSource};
-use super::raw::{RawEmitterSource, RawLinkFile, RawNoise, RawSequence};
-use super::{EmitterSource, LinkFile, LinkFiles, Noise, SequenceSource};
+use super::raw::{RawEmitterSource, RawNoise, RawSequence};
+use super::{EmitterSource, Noise, SequenceSource};
 
 /// The longest name of a marker or transform, bytes.
 const NAME_BYTES: usize = 64;
@@ -76,31 +76,6 @@ pub(in super::super) fn sequence(raw: &RawSequence) -> Checked<SequenceSource> {
     })
 }
 
-/// The files of the chain's constants, which only a chain has.
-pub(in super::super) fn link_files(raw: &RawTracker) -> Checked<LinkFiles> {
-    let has_chain = !matches!(raw.source, RawTrackerSource::Simulated | RawTrackerSource::External);
-    let one = |table: &str, raw: &Option<RawLinkFile>| {
-        let Some(raw) = raw else { return Ok(None) };
-        let key = format!("tracker.{table}");
-        if !has_chain {
-            let allowed = "no such table unless tracker.source is \"operating-room\", \"emitters\" or \"sequence\"";
-            return Err(invalid(key, "a table", allowed));
-        }
-        Ok(Some(LinkFile {
-            path: path(&format!("{key}.file"), &raw.file)?,
-            marker: raw
-                .marker
-                .as_deref()
-                .map(|n| name(&format!("{key}.marker"), n))
-                .transpose()?,
-        }))
-    };
-    Ok(LinkFiles {
-        calibration: one("calibration", &raw.calibration)?,
-        registration: one("registration", &raw.registration)?,
-    })
-}
-
 pub(in super::super) fn smoothing(raw: &RawTracker) -> Checked<Option<Duration>> {
     let Some(smoothing) = &raw.smoothing else {
         return Ok(None);
@@ -114,7 +89,7 @@ pub(in super::super) fn smoothing(raw: &RawTracker) -> Checked<Option<Duration>>
     Ok(Some(Duration::from_secs_f64(ms / 1e3)))
 }
 
-fn path(key: &str, text: &str) -> Checked<PathBuf> {
+pub(super) fn path(key: &str, text: &str) -> Checked<PathBuf> {
     // A path that was empty in the scene is its folder.
     if text.is_empty() || text.ends_with('/') {
         return Err(invalid(key, format!("{text:?}"), "the path of a file"));
@@ -122,7 +97,7 @@ fn path(key: &str, text: &str) -> Checked<PathBuf> {
     Ok(PathBuf::from(text))
 }
 
-fn name(key: &str, text: &str) -> Checked<String> {
+pub(super) fn name(key: &str, text: &str) -> Checked<String> {
     if text.is_empty() || text.len() > NAME_BYTES {
         return Err(invalid(key, format!("{text:?}"), format!("1 to {NAME_BYTES} bytes")));
     }

@@ -3,6 +3,7 @@
 //! Lengths are in mm, angles in radians.
 
 mod check;
+mod links;
 pub mod raw;
 
 #[cfg(test)]
@@ -14,7 +15,8 @@ use geometry::{Ct, Marker, Reference, Rigid, Tool};
 
 use super::operating_room::{Deviations, Gates, ReferenceMarker, Shape};
 
-pub(super) use check::{emitters, link_files, sequence, smoothing};
+pub(super) use check::{emitters, sequence, smoothing};
+pub(super) use links::link_files;
 
 /// `source = "emitters"`: another program publishes what a localizer sees, and the tracker makes poses of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,11 +74,55 @@ pub struct LinkFile {
     pub marker: Option<String>,
 }
 
-/// The files of the chain's constants; `None`: the scene's own numbers.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct LinkFiles {
+/// `[tracker.calibration]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationLink {
     /// Of `calib tool`.
-    pub calibration: Option<LinkFile>,
-    /// Of `calib register`.
-    pub registration: Option<LinkFile>,
+    pub file: LinkFile,
+    /// When it is refused.
+    pub gates: CalibrationGates,
+}
+
+/// When a calibration is refused; `None` is not tested.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct CalibrationGates {
+    /// Largest root mean square residual, mm.
+    pub max_rms_mm: Option<f64>,
+    /// Largest root mean square error of the tip by its covariance, mm.
+    pub max_tip_error_mm: Option<f64>,
+    /// Largest condition of the equations.
+    pub max_condition: Option<f64>,
+    /// Least half opening of the cone that the motion filled, radians.
+    pub min_cone_rad: Option<f64>,
+}
+
+/// `[tracker.registration]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct RegistrationLink {
+    /// Of `calib register` or `calib match`.
+    pub file: LinkFile,
+    /// A file that names no CT is taken.
+    pub unchecked_ct: bool,
+    /// When it is refused.
+    pub gates: RegistrationGates,
+}
+
+/// When a registration is refused; `None` is not tested.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RegistrationGates {
+    /// Largest root mean square residual of the points, mm.
+    pub max_fre_mm: Option<f64>,
+    /// Largest condition of the points' layout.
+    pub max_condition: Option<f64>,
+    /// Largest error predicted at the target, 95 %, mm.
+    pub max_tre_mm: Option<f64>,
+}
+
+/// The files of the chain's constants; `None`: the scene's own numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LinkFiles {
+    /// The tool's calibration.
+    pub calibration: Option<CalibrationLink>,
+    /// The patient's registration.
+    pub registration: Option<RegistrationLink>,
 }

@@ -77,15 +77,68 @@ pub struct RawSequence {
     pub noise_deg: f64,
 }
 
-/// `[tracker.calibration]` and `[tracker.registration]`
+/// `[tracker.calibration]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RawLinkFile {
+pub struct RawCalibrationFile {
     /// A file of `calib`, relative to the scene file.
     pub file: String,
     /// The name of the marker that it must be of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marker: Option<String>,
+    /// `[tracker.calibration.gates]`
+    #[serde(default)]
+    pub gates: RawCalibrationGates,
+}
+
+/// `[tracker.calibration.gates]`: when a calibration is refused; a key that is absent is not tested.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawCalibrationGates {
+    /// Largest root mean square residual, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_rms_mm: Option<f64>,
+    /// Largest root mean square error of the tip by its covariance, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_tip_error_mm: Option<f64>,
+    /// Largest condition of the equations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_condition: Option<f64>,
+    /// Least half opening of the cone that the motion filled, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_cone_deg: Option<f64>,
+}
+
+/// `[tracker.registration]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawRegistrationFile {
+    /// A file of `calib`, relative to the scene file.
+    pub file: String,
+    /// The name of the marker that it must be of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub marker: Option<String>,
+    /// Take a file that does not say of which CT it is.
+    #[serde(default)]
+    pub unchecked_ct: bool,
+    /// `[tracker.registration.gates]`
+    #[serde(default)]
+    pub gates: RawRegistrationGates,
+}
+
+/// `[tracker.registration.gates]`: when a registration is refused; a key that is absent is not tested.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawRegistrationGates {
+    /// Largest root mean square residual of the points, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_fre_mm: Option<f64>,
+    /// Largest condition of the points' layout.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_condition: Option<f64>,
+    /// Largest error predicted at the target, 95 %, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_tre_mm: Option<f64>,
 }
 
 /// `[tracker.smoothing]`

@@ -36,10 +36,88 @@ fn files_are_relative_to_the_scene() {
     assert_eq!(source.reference.as_ref().unwrap().0, "R");
     let links = &scene.tracker.links;
     let calibration = links.calibration.as_ref().unwrap();
-    assert_eq!(calibration.path, Path::new("folder/tool.json"));
-    assert_eq!(calibration.marker.as_deref(), Some("ball"));
-    assert_eq!(links.registration.as_ref().unwrap().path, Path::new("/r.json"));
+    assert_eq!(calibration.file.path, Path::new("folder/tool.json"));
+    assert_eq!(calibration.file.marker.as_deref(), Some("ball"));
+    assert_eq!(calibration.gates, CalibrationGates::default());
+    let registration = links.registration.as_ref().unwrap();
+    assert_eq!(registration.file.path, Path::new("/r.json"));
+    assert_eq!(
+        (registration.unchecked_ct, registration.gates),
+        (false, RegistrationGates::default())
+    );
     assert_eq!(scene.tracker.smoothing.unwrap().as_millis(), 35);
+}
+
+#[test]
+fn gates_of_files_are_those_of_the_scene() {
+    let scene = parsed(
+        "[tracker]\nsource = \"emitters\"\n[tracker.calibration]\nfile = \"t.json\"\n[tracker.calibration.gates]\n\
+         max_rms_mm = 0.5\nmax_tip_error_mm = 0.3\nmax_condition = 30\nmin_cone_deg = 18\n[tracker.registration]\n\
+         file = \"r.json\"\nunchecked_ct = true\n[tracker.registration.gates]\nmax_fre_mm = 1\nmax_condition = 9\nmax_tre_mm = 2",
+    );
+    let links = scene.unwrap().tracker.links;
+    let gates = links.calibration.unwrap().gates;
+    assert_eq!((gates.max_rms_mm, gates.max_tip_error_mm), (Some(0.5), Some(0.3)));
+    assert_eq!(gates.max_condition, Some(30.0));
+    // A tenth of a right angle twice over, up to a rounding of the conversion.
+    assert!((gates.min_cone_rad.unwrap() - std::f64::consts::PI / 10.0).abs() < 1e-15);
+    let registration = links.registration.unwrap();
+    let gates = registration.gates;
+    assert!(registration.unchecked_ct);
+    assert_eq!(
+        (gates.max_fre_mm, gates.max_condition, gates.max_tre_mm),
+        (Some(1.0), Some(9.0), Some(2.0))
+    );
+}
+
+#[test]
+fn bad_gates_of_files_are_refused_with_line_and_key() {
+    for (table, line, words) in [
+        ("calibration", "max_rms_mm = 0", "calibration.gates.max_rms_mm: found 0"),
+        (
+            "calibration",
+            "max_tip_error_mm = -1",
+            "calibration.gates.max_tip_error_mm: found -1",
+        ),
+        (
+            "calibration",
+            "max_condition = 0.5",
+            "calibration.gates.max_condition: found 0.5",
+        ),
+        (
+            "calibration",
+            "min_cone_deg = 91",
+            "calibration.gates.min_cone_deg: found 91",
+        ),
+        (
+            "calibration",
+            "min_cone_deg = nan",
+            "calibration.gates.min_cone_deg: found NaN",
+        ),
+        ("calibration", "max_rms = 1", "unknown field `max_rms`"),
+        (
+            "registration",
+            "max_fre_mm = 2000",
+            "registration.gates.max_fre_mm: found 2000",
+        ),
+        (
+            "registration",
+            "max_condition = inf",
+            "registration.gates.max_condition: found inf",
+        ),
+        (
+            "registration",
+            "max_tre_mm = 0",
+            "registration.gates.max_tre_mm: found 0",
+        ),
+        ("registration", "min_cone_deg = 20", "unknown field `min_cone_deg`"),
+    ] {
+        let text = format!(
+            "[tracker]\nsource = \"emitters\"\n[tracker.{table}]\nfile = \"f.json\"\n[tracker.{table}.gates]\n{line}\n"
+        );
+        let error = parsed(&text).unwrap_err();
+        assert!(error.contains("line 6") && error.contains(words), "{error}");
+    }
 }
 
 #[test]

@@ -173,7 +173,7 @@ impl BaseArgs {
         let file = CalibrationFile {
             recorded: Some(self.recorded(&touches, record.rejected.len())),
             base: Some(record),
-            ..CalibrationFile::new(Kind::Base, self.out.tool.as_str(), self.out.marker.as_str(), gates)
+            ..CalibrationFile::new(Kind::Base, self.out.tool(), self.out.marker(), gates)
         };
         self.out.finish(file, text, &[&self.touches, &self.drawing])
     }

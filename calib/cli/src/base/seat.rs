@@ -102,7 +102,7 @@ impl SeatArgs {
     pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
         self.out.check()?;
         let file = CalibrationFile::read(&self.base, Kind::Base)?;
-        file.of_tool(&self.base, "command line", self.out.tool.as_str())?;
+        file.of_tool(&self.base, "command line", self.out.tool())?;
         let none = || NoSeat::Undrawn {
             path: self.base.clone(),
         };
@@ -222,7 +222,7 @@ impl SeatArgs {
                 noise_ratio: Some(found.ratio).filter(|r| r.is_finite()),
                 worst_deviations: found.worst,
             }),
-            ..CalibrationFile::new(Kind::Tool, self.out.tool.as_str(), self.out.marker.as_str(), gates)
+            ..CalibrationFile::new(Kind::Tool, self.out.tool(), self.out.marker(), gates)
         };
         let mut inputs = vec![self.base.as_path(), self.poses.as_path()];
         inputs.extend(self.reference.as_deref());

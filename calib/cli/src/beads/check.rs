@@ -11,7 +11,8 @@ use serde::Serialize;
 use super::error::BeadsError;
 use crate::cli::{Name, Positive, Target};
 use crate::commands::Outcome;
-use crate::registration_file::{ReadError, RegistrationFile};
+use crate::live::{self, Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, touched};
+use crate::registration_file::RegistrationFile;
 
 pub(crate) const CHECK_HELP: &str = "\
 Touch a point whose place in the CT is known, best one near the target and not one that the registration was made of. \
@@ -27,19 +28,28 @@ the known point.
 
 Examples:
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33.0,1890.4
+  calib check --live default --known 10,-20,95.5       hold the tip on the point; the registration is the run's
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33.0,1890.4 --max-mm 2 --ct-hash HASH --json";
 
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// The registration
-    #[arg(value_name = "REGISTRATION.json")]
-    registration: PathBuf,
+    /// The registration [default: with --live that of the run]
+    #[arg(value_name = "REGISTRATION.json", required_unless_present = "live")]
+    registration: Option<PathBuf>,
     /// Where the point is in the CT, mm
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
     known: Target,
     /// Where it was touched, in the frame that the registration maps from, mm
-    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
-    touched: Target,
+    #[arg(
+        long,
+        value_name = "x,y,z",
+        allow_hyphen_values = true,
+        required_unless_present = "live",
+        conflicts_with = "live"
+    )]
+    touched: Option<Target>,
+    #[command(flatten)]
+    live: LiveArgs,
     /// Standard deviation of the touched point along each axis
     #[arg(long, value_name = "MM", default_value = "0.3", allow_hyphen_values = true)]
     touch_mm: Positive,
@@ -75,41 +85,81 @@ struct CheckRecord {
 }
 
 impl CheckArgs {
-    pub(crate) fn run(&self) -> Result<Outcome, BeadsError> {
-        let file = RegistrationFile::read(&self.registration)?;
-        self.paired(&file)?;
-        let registration = uncertain(&self.registration, &file)?;
-        let touched = self.point(self.touched, self.touch_mm)?;
-        let known = self.point(self.known, self.known_mm)?;
+    pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, BeadsError> {
+        let mut run = Run::open(&self.live, follow)?;
+        let path = self.path(run.as_ref())?;
+        let file = RegistrationFile::read(&path)?;
+        self.paired(&path, &file, run.as_ref())?;
+        let registration = uncertain(&path, &file)?;
+        let touched = match &mut run {
+            Some(run) => self.touch(run, &path, &file.from)?,
+            // The command line asks for one or the other.
+            None => point(&path, self.touched.unwrap_or(self.known), self.touch_mm)?,
+        };
+        let known = point(&path, self.known, self.known_mm)?;
         let limits = Limits {
             most_mm: self.max_mm.map(|limit| limit.0),
         };
         let checked = check::<Tracker>(&registration, touched, known, limits);
         let text = match self.json {
-            true => serde_json::to_string_pretty(&self.record(&file, &checked))? + "\n",
+            true => serde_json::to_string_pretty(&self.record(&path, &file, &checked))? + "\n",
             false => self.report(&checked),
         };
         let failed = checked.verdict == Verdict::Fail;
         Ok(Outcome {
             text,
-            refused: failed.then(|| self.refusal(&checked)),
+            refused: failed.then(|| self.refusal(&path, &checked)),
         })
     }
 
-    /// Refuses a registration of another CT or marker, where the ones in use are told.
-    fn paired(&self, file: &RegistrationFile) -> Result<(), ReadError> {
-        let told = |given: &Option<Name>, own: &Option<String>| {
-            let given = given.as_ref().map(|name| name.as_str().to_owned());
-            given.or_else(|| own.clone()).unwrap_or_default()
+    /// The registration's file: the one given, or that of the run's scene.
+    fn path(&self, run: Option<&Run>) -> Result<PathBuf, BeadsError> {
+        if let Some(path) = &self.registration {
+            return Ok(path.clone());
+        }
+        let link = run.and_then(|run| run.scene.tracker.links.registration.as_ref());
+        let own = || {
+            unusable(
+                Path::new("(none)"),
+                "the run's scene names no [tracker.registration]; give the file",
+            )
         };
-        let (hash, marker) = (told(&self.ct_hash, &file.ct_hash), told(&self.marker, &file.marker));
-        file.paired(&self.registration, &hash, &marker)
+        link.map(|link| link.file.path.clone()).ok_or_else(own)
     }
 
-    fn point<F>(&self, at: Target, sigma: Positive) -> Result<UncertainPoint<F>, BeadsError> {
-        let [x, y, z] = at.0;
-        UncertainPoint::new(Point::new(x, y, z), Matrix3::identity() * (sigma.0 * sigma.0))
-            .map_err(|error| unusable(&self.registration, format!("the deviation {} mm: {error}", sigma.0)))
+    /// The tip of the run's pointer, in the frame that the registration maps from.
+    fn touch(&self, run: &mut Run, path: &Path, from: &str) -> Result<UncertainPoint<Tracker>, BeadsError> {
+        run.against = match (from, run.follow.has_reference()) {
+            ("tracker", _) => Against::Tracker,
+            ("reference", true) => Against::Reference,
+            _ => {
+                return Err(unusable(
+                    path,
+                    format!("it maps from {from:?}, which the run does not see"),
+                ));
+            }
+        };
+        let name = "the known point";
+        let none = |why| LiveError::NoTip {
+            name: name.to_owned(),
+            why,
+        };
+        let tip = run.follow.marker_from_tool().map_err(none)?;
+        let seconds = live::seconds(&self.live, TOUCH_S);
+        let heard = run.listen(seconds, |_, _| {})?;
+        Ok(touched(name, &heard, &tip, MostMotion::USUAL, seconds)?.place)
+    }
+
+    /// Refuses a registration of another CT or marker, where the ones in use are told.
+    fn paired(&self, path: &Path, file: &RegistrationFile, run: Option<&Run>) -> Result<(), BeadsError> {
+        let own = run.map(Run::volume_hash).transpose()?.flatten();
+        let told = |given: &Option<Name>, own: Option<String>| {
+            let given = given.as_ref().map(|name| name.as_str().to_owned());
+            given.or(own).unwrap_or_default()
+        };
+        let hash = told(&self.ct_hash, own.or_else(|| file.ct_hash.clone()));
+        let marker = told(&self.marker, file.marker.clone());
+        Ok(file.paired(path, &hash, &marker)?)
     }
 
     fn report(&self, checked: &Checked) -> String {
@@ -141,19 +191,19 @@ impl CheckArgs {
         }
     }
 
-    fn refusal(&self, checked: &Checked) -> String {
+    fn refusal(&self, path: &Path, checked: &Checked) -> String {
         let limit = self
             .max_mm
             .map_or(String::new(), |limit| format!(" and {} mm are allowed", limit.0));
         format!(
             "checking {}: the error is {:.3} mm, and {:.3} mm hold 95 % of errors{limit}: do not use this registration",
-            self.registration.display(),
+            path.display(),
             checked.distance_mm,
             checked.radius_95_mm
         )
     }
 
-    fn record(&self, file: &RegistrationFile, checked: &Checked) -> CheckRecord {
+    fn record(&self, path: &Path, file: &RegistrationFile, checked: &Checked) -> CheckRecord {
         CheckRecord {
             verdict: name(checked.verdict),
             error_mm: checked.error.mm(),
@@ -162,10 +212,16 @@ impl CheckArgs {
             ratio: checked.distance_mm / checked.radius_95_mm,
             max_mm: self.max_mm.map(|limit| limit.0),
             place_mm: checked.place.mm(),
-            registration: self.registration.to_string_lossy().into_owned(),
+            registration: path.to_string_lossy().into_owned(),
             ct_hash: file.ct_hash.clone(),
         }
     }
+}
+
+fn point<F>(path: &Path, at: Target, sigma: Positive) -> Result<UncertainPoint<F>, BeadsError> {
+    let [x, y, z] = at.0;
+    UncertainPoint::new(Point::new(x, y, z), Matrix3::identity() * (sigma.0 * sigma.0))
+        .map_err(|error| unusable(path, format!("the deviation {} mm: {error}", sigma.0)))
 }
 
 const fn name(verdict: Verdict) -> &'static str {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::input_error::InputError;
+use crate::live::LiveError;
 use crate::registration_file::ReadError;
 use crate::solve::SolveError;
 use crate::source::SourceError;
@@ -15,6 +16,8 @@ pub(crate) enum BeadsError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Source(#[from] SourceError),
+    #[error(transparent)]
+    Live(#[from] LiveError),
     #[error(transparent)]
     Input(#[from] InputError),
     #[error(transparent)]

@@ -15,3 +15,4 @@ pub use file::{BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, RejectedRecor
 pub(crate) use find::{BEADS_HELP, BeadsArgs};
 pub(crate) use matching::{MATCH_HELP, MatchArgs};
 pub use volume::LoadVolume;
+pub(crate) use volume::ReadArgs;

@@ -140,3 +140,18 @@ fn wrong_files_are_refused_by_name() {
     let error = refused(&format!("{}{again}{}", &text[..many], &text[many..]));
     assert!(error.contains("69 beads, at most 64"), "{error}");
 }
+
+/// A tracker uses no registration that does not say of which CT it is.
+#[test]
+fn a_registration_of_pairs_says_of_which_ct_it_is() {
+    let folder = TempDir::new().unwrap();
+    let (pairs, out) = (path(&folder, "p.csv"), path(&folder, "r.json"));
+    let text = "from_x,from_y,from_z,to_x,to_y,to_z\n0,0,0,5,0,0\n60,0,0,65,0,0\n0,80,0,5,80,0\n0,0,50,5,0,50\n";
+    fs::write(&pairs, text).unwrap();
+    let line = format!("calib register --pairs {pairs} --to ct --from tracker --noise-mm 0.1 --out {out}");
+    calib(&format!("{line} --ct ct.mha")).unwrap();
+    let file = calib::file::RegistrationFile::parse(&fs::read_to_string(&out).unwrap()).unwrap();
+    assert_eq!(file.ct_hash, Some("07".repeat(32)));
+    let both = calib(&format!("{line} --ct ct.mha --ct-hash ab")).unwrap_err();
+    assert!(both.contains("cannot be used with"), "{both}");
+}

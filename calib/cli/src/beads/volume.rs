@@ -28,6 +28,11 @@ pub(crate) struct ReadArgs {
 pub(super) struct Volume(pub(super) OwnedVolume);
 
 impl ReadArgs {
+    /// The hash of a volume, as it stands in files and on images.
+    pub(crate) fn hash(&self, path: &Path, load: LoadVolume) -> Result<String, BeadsError> {
+        Ok(self.load(path, load)?.0.hash.to_string())
+    }
+
     pub(super) fn load(&self, path: &Path, load: LoadVolume) -> Result<Volume, BeadsError> {
         let mut spec = VolumeSpec::of_path(PathBuf::from(path));
         if let VolumeSource::File(FileSpec { series, assume_lps, .. }) = &mut spec.source {

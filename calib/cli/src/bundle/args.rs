@@ -120,9 +120,7 @@ impl MarkerArgs {
 
     fn of_frames(&self, path: &Path) -> Result<Outcome, CommandError> {
         let drawing = self.drawing.as_deref();
-        let drawing = drawing
-            .map(|d| Drawing::read(d, self.out.marker.as_str()))
-            .transpose()?;
+        let drawing = drawing.map(|d| Drawing::read(d, self.out.marker())).transpose()?;
         let frames = Frames::read(path)?;
         let found = self.solve(&frames, drawing.as_ref()).map_err(|refused| NoMarker {
             frames: frames.views.len(),
@@ -195,7 +193,7 @@ impl MarkerArgs {
         (gates, computed_from): (Vec<Gate>, Vec<String>),
         inputs: &[&Path],
     ) -> Result<Outcome, CommandError> {
-        let scene = scene::table(&record, self.out.marker.as_str(), cone);
+        let scene = scene::table(&record, self.out.marker(), cone);
         match &scene {
             Ok(table) => text = text + "\nfor a scene:\n\n" + table,
             Err(missing) => text.push_str(&format!("\nno table for a scene: emitters {missing:?} have no place\n")),
@@ -204,7 +202,7 @@ impl MarkerArgs {
             recorded: Some(recorded),
             computed_from,
             marker_body: Some(record),
-            ..CalibrationFile::new(Kind::Marker, self.out.tool.as_str(), self.out.marker.as_str(), gates)
+            ..CalibrationFile::new(Kind::Marker, self.out.tool(), self.out.marker(), gates)
         };
         let outcome = self.out.finish(file, text, inputs)?;
         if !self.toml {

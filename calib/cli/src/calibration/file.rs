@@ -66,10 +66,10 @@ pub struct CalibrationFile {
     /// Ids of the calibrations it rests on.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub computed_from: Vec<String>,
-    /// Of kind `pivot`.
+    /// Of kind `pivot`, and of kind `tool` where its tip is from pivoting.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pivot: Option<PivotRecord>,
-    /// Of kind `spin`.
+    /// Of kind `spin`, and of kind `tool` where its axis is from spinning.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub spin: Option<SpinRecord>,
     /// Of kind `tool`.

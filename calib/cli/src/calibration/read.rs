@@ -168,7 +168,7 @@ impl CalibrationFile {
                 let axis = (!unit).then(|| ("axis", format!("{:?}", spin.axis), "a vector of length 1"));
                 axis.or_else(|| place("point_mm", &spin.point_mm))
             }
-            (Kind::Tool, None, None, Some(tool)) => {
+            (Kind::Tool, _, _, Some(tool)) => {
                 let unit = door::rigid::<Marker, Tool>(tool.quaternion_wxyz, tool.translation_mm, 1e-9).is_ok();
                 let q = || format!("{:?}", tool.quaternion_wxyz);
                 let pose = (!unit).then(|| ("quaternion_wxyz", q(), "a unit quaternion and a finite translation"));

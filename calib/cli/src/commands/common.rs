@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use calib::coverage::Coverage;
 use clap::Args;
+use geometry::Marker;
 
 use crate::base::{DrawingFileError, NoBase, NoSeat};
 use crate::bundle::{DrawingError, NoMarker};
@@ -10,7 +12,8 @@ use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::cli::Name;
 use crate::columns::TableError;
 use crate::f2554::F2554Error;
-use crate::poses::{PosesError, Recording};
+use crate::live::{self, FollowMarkers, LiveArgs, LiveError, Run};
+use crate::poses::{self, PosesError, Recording};
 use crate::rom::{NoTool, RomError};
 use crate::store::{self, StoreError};
 
@@ -18,25 +21,30 @@ use crate::store::{self, StoreError};
 #[derive(Debug, Args)]
 pub(crate) struct PosesArgs {
     /// Folder of 4x4 matrices, .csv file or PLUS sequence (.mha)
-    #[arg(long, value_name = "PATH")]
-    pub(crate) poses: PathBuf,
+    #[arg(long, value_name = "PATH", required_unless_present = "live", conflicts_with = "live")]
+    pub(crate) poses: Option<PathBuf>,
     /// Which transform of a sequence, for instance StylusToTracker
     #[arg(long, value_name = "NAME")]
     pub(crate) transform: Option<String>,
     /// Refuse time stamps that go backwards or stand still, and poses that repeat
     #[arg(long)]
     pub(crate) strict: bool,
+    #[command(flatten)]
+    pub(crate) live: LiveArgs,
+    /// Keep the poses of the run in this file too, which --poses reads
+    #[arg(long, value_name = "FILE.csv", requires = "live")]
+    pub(crate) keep: Option<PathBuf>,
 }
 
 /// Names and the file of the result.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct OutArgs {
-    /// Name of the instrument, to be checked when the file is used
-    #[arg(long, default_value = "tool")]
-    pub(crate) tool: Name,
-    /// Name of the marker on it, to be checked when the file is used
-    #[arg(long, default_value = "marker")]
-    pub(crate) marker: Name,
+    /// Name of the instrument, to be checked when the file is used [default: tool, or with --live the run's]
+    #[arg(long)]
+    tool: Option<Name>,
+    /// Name of the marker on it, to be checked when the file is used [default: marker, or with --live the run's]
+    #[arg(long)]
+    marker: Option<Name>,
     /// Write the result here, as JSON
     #[arg(long, value_name = "FILE.json")]
     pub(crate) out: Option<PathBuf>,
@@ -62,6 +70,10 @@ pub(crate) struct Outcome {
 pub(crate) enum CommandError {
     #[error(transparent)]
     Poses(#[from] PosesError),
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    #[error("give the name of a run with --live, or a recording with --poses")]
+    NoRun,
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error(transparent)]
@@ -90,6 +102,12 @@ pub(crate) enum CommandError {
     NoCovariance { path: PathBuf, method: String },
     #[error("--towards: the direction must not be 0,0,0")]
     NoDirection,
+    #[error(
+        "--axis: give a direction x,y,z other than 0,0,0; `scene` is for --live, where the scene says how the tool sits"
+    )]
+    NoAxis,
+    #[error("--axis: the frame of the tool from its tip and this direction: {0}")]
+    Frame(Box<calib::spin::Refused>),
     #[error(transparent)]
     Table(#[from] TableError),
     #[error(transparent)]
@@ -116,13 +134,73 @@ pub(crate) enum CommandError {
     Encode(#[from] std::io::Error),
 }
 
+/// How long a motion is listened to, s.
+const MOTION_S: f64 = 20.0;
+
 impl PosesArgs {
-    pub(crate) fn read(&self) -> Result<Recording, PosesError> {
-        Recording::read(&self.poses, self.transform.as_deref(), self.strict)
+    /// Reads the recording, or listens to the run; `advise` says of the motion so far what is still missing.
+    pub(crate) fn read(
+        &self,
+        run: Option<&mut Run>,
+        advise: impl Fn(&Coverage<Marker>) -> String,
+    ) -> Result<Recording, CommandError> {
+        if let (None, Some(path)) = (&run, &self.poses) {
+            return Ok(Recording::read(path, self.transform.as_deref(), self.strict)?);
+        }
+        let run = run.ok_or(CommandError::NoRun)?;
+        let seconds = live::seconds(&self.live, MOTION_S);
+        bus::say!(
+            "calib: listening to run {} for {seconds} s; move the instrument",
+            run.name
+        );
+        let heard = run.listen(seconds, |heard, passed_s| {
+            let turned = Coverage::of(heard.poses.iter().map(|pose| pose.transform().rotation()));
+            let advice = turned.map_or_else(|| heard.why.clone(), |coverage| advise(&coverage));
+            let (poses, frames) = (heard.poses.len(), heard.frames);
+            bus::say!("calib: {passed_s:.0} s of {seconds}, {poses} poses of {frames} frames: {advice}");
+        })?;
+        if let Some(path) = &self.keep {
+            poses::keep(path, &heard)?;
+        }
+        Ok(Recording::heard(&run.name, &heard)?)
+    }
+
+    /// The run to listen to, where the command line names one.
+    pub(crate) fn open(&self, follow: FollowMarkers) -> Result<Option<Run>, LiveError> {
+        // Before twenty seconds are spent.
+        if let Some(keep) = &self.keep {
+            store::check(keep, false)?;
+        }
+        Run::open(&self.live, follow)
+    }
+
+    /// The files that were read.
+    pub(crate) fn inputs(&self) -> Vec<&Path> {
+        self.poses.iter().chain(&self.keep).map(PathBuf::as_path).collect()
     }
 }
 
 impl OutArgs {
+    /// The instrument's name.
+    pub(crate) fn tool(&self) -> &str {
+        self.tool.as_ref().map_or("tool", Name::as_str)
+    }
+
+    /// The marker's.
+    pub(crate) fn marker(&self) -> &str {
+        self.marker.as_ref().map_or("marker", Name::as_str)
+    }
+
+    /// With the names of a run, which those given must be.
+    pub(crate) fn of(&self, run: Option<&Run>) -> Result<Self, LiveError> {
+        let Some(run) = run else { return Ok(self.clone()) };
+        Ok(Self {
+            tool: Some(run.tool(self.tool.as_ref())?),
+            marker: Some(run.marker(self.marker.as_ref())?),
+            ..self.clone()
+        })
+    }
+
     /// Refuses what cannot be written before the work is done.
     pub(crate) fn check(&self) -> Result<(), StoreError> {
         self.out

@@ -1,13 +1,21 @@
 //! `calib pivot`: poses of a pivoting instrument to its tip.
 
+use std::path::Path;
+use std::str::FromStr;
+
+use bus::scene::tracking::CalibrationGates;
+use calib::coverage::Coverage;
 use calib::pivot::{Method, Options, Pivot, PoseNoise, Refused, calibrate, calibrate_each};
 use clap::{Args, ValueEnum};
-use geometry::{Marker, Tracker, Uncertain};
+use geometry::{Direction, Marker, Point, Tracker, Uncertain, Vector};
+use nalgebra::{Matrix3, Vector3};
 
 use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, left_out, recorded};
 use super::pivot_report;
-use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord};
-use crate::cli::Positive;
+use super::tool::tool_frame;
+use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, ToolRecord};
+use crate::cli::{Positive, Target};
+use crate::live::{FollowMarkers, Run};
 use crate::poses::Recording;
 
 pub(crate) const PIVOT_HELP: &str = "\
@@ -27,6 +35,9 @@ algebraic, two-step and sphere use all poses. robust and errors-in-variables for
 errors-in-variables moreover is not drawn to the marker by noise of the rotations, which counts on small cones. Its \
 weights need the ratio of --sigma-mm and --sigma-deg; the size of the noise is measured from the residuals.
 
+--live listens to a run that is going, says every second what the motion covers, and takes the names, the gates and the \
+noise of the emitters from its scene. With --axis scene the file is one that the run's [tracker.calibration] reads.
+
 Refused: fewer than 3 poses, poses without rotation or about one axis only, cones below 2 degrees, poses of which less \
 than a half agree. With a gate (--max-rms-mm, --max-tip-error-mm, --min-cone-deg) that is not kept nothing is written \
 and the exit code is 1.
@@ -34,7 +45,9 @@ and the exit code is 1.
 Examples:
   calib pivot --poses recording.csv --out tip.json
   calib pivot --poses recording.igs.mha --transform StylusToTracker --max-rms-mm 0.5 --min-cone-deg 20
-  calib pivot --poses folder --method algebraic --json";
+  calib pivot --poses folder --method algebraic --json
+  calib pivot --live default --out tip.json
+  calib pivot --live default --axis scene --out tool.json --overwrite";
 
 /// The cone that is asked for where no gate says.
 const GOOD_CONE_DEG: f64 = 20.0;
@@ -58,11 +71,38 @@ pub(crate) struct PivotArgs {
     /// Accept at most this root mean square error of the tip by its covariance
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     max_tip_error_mm: Option<Positive>,
+    /// Accept at most this condition of the equations
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    max_condition: Option<Positive>,
+    /// Write the tool's whole frame, which a tracker reads: with this direction from the handle to the tip in the marker, or
+    /// with --live that of the `scene`
+    #[arg(long, value_name = "x,y,z|scene", allow_hyphen_values = true)]
+    axis: Option<AxisArg>,
+    /// How far that direction may be off, a standard deviation about each axis
+    #[arg(long, value_name = "DEG", default_value = "1", allow_hyphen_values = true)]
+    axis_error_deg: Positive,
     /// Accept at least this half opening of the cone of poses
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     min_cone_deg: Option<Positive>,
     #[command(flatten)]
     out: OutArgs,
+}
+
+/// Where the direction of the tool comes from.
+#[derive(Debug, Clone, Copy)]
+enum AxisArg {
+    Scene,
+    Given(Target),
+}
+
+impl FromStr for AxisArg {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "scene" => Ok(Self::Scene),
+            _ => text.parse().map(Self::Given),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -94,80 +134,143 @@ fn uncertain(recording: &Recording) -> Option<Vec<Uncertain<Tracker, Marker>>> {
 
 /// A method's result.
 pub(crate) type Solution = Result<Pivot<Tracker, Marker>, Refused>;
+/// All results, and the one that counts.
+type Solved = (Vec<(Method, Solution)>, Pivot<Tracker, Marker>);
 
 impl PivotArgs {
     /// Does what is asked.
-    pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
+    pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let recording = self.poses.read()?;
+        let mut run = self.poses.open(follow)?;
+        let axis = self.axis(run.as_ref())?;
+        let out = self.out.of(run.as_ref())?;
+        let limits = self.limits(run.as_ref());
+        let needed = limits.min_cone_rad.unwrap_or(GOOD_CONE_DEG.to_radians());
+        let recording = self.poses.read(run.as_mut(), |coverage| motion(coverage, needed))?;
         let noise = PoseNoise {
             sigma_mm: self.sigma_mm.0,
             sigma_rad: self.sigma_deg.0.to_radians(),
         };
-        let each = uncertain(&recording);
+        let (all, chosen) = self.solved(&recording, noise)?;
+        let each = !recording.covariances.is_empty() && self.method.0 == Method::ErrorsInVariables;
+        let record = record(&chosen, noise, each, needed);
+        let gates = gates(&limits, &chosen);
+        let mut text = pivot_report::text(&recording, &chosen, &all, &record, &gates);
+        let (mut kind, mut tool_frame) = (Kind::Pivot, None);
+        if let Some(axis) = axis {
+            let frame = drawn_frame(&record, axis, self.axis_error_deg.0, &recording.path)?;
+            text = pivot_report::frame(&frame) + &text;
+            (kind, tool_frame) = (Kind::Tool, Some(frame));
+        }
+        let file = CalibrationFile {
+            recorded: Some(recorded(&recording)),
+            pivot: Some(record),
+            tool_frame,
+            ..CalibrationFile::new(kind, out.tool(), out.marker(), gates)
+        };
+        out.finish(file, text, &self.poses.inputs())
+    }
+
+    /// What each method finds, and the one asked for.
+    fn solved(&self, recording: &Recording, noise: PoseNoise) -> Result<Solved, CommandError> {
+        let each = uncertain(recording);
         let solve = |method| match (&each, method) {
             (Some(each), Method::ErrorsInVariables) => calibrate_each(each),
             _ => calibrate(&recording.poses, &Options { method, noise }),
         };
-        let all: Vec<(Method, Solution)> = Method::ALL.iter().map(|m| (*m, solve(*m))).collect();
+        let all = Method::ALL.iter().map(|m| (*m, solve(*m))).collect();
         let chosen = solve(self.method.0).map_err(|refused| CommandError::Pivot {
             poses: recording.poses.len(),
             path: recording.path.clone(),
-            left_out: left_out(&recording),
+            left_out: left_out(recording),
             refused: Box::new(refused),
         })?;
-        let used = each.is_some() && self.method.0 == Method::ErrorsInVariables;
-        let record = self.record(&chosen, noise, used);
-        let gates = self.gates(&chosen);
-        let text = pivot_report::text(&recording, &chosen, &all, &record, &gates);
-        let file = CalibrationFile {
-            recorded: Some(recorded(&recording)),
-            pivot: Some(record),
-            ..CalibrationFile::new(Kind::Pivot, self.out.tool.as_str(), self.out.marker.as_str(), gates)
+        Ok((all, chosen))
+    }
+
+    /// The direction that the tool's frame gets, where one is asked for.
+    fn axis(&self, run: Option<&Run>) -> Result<Option<Direction<Marker>>, CommandError> {
+        let Some(axis) = &self.axis else { return Ok(None) };
+        let direction = match (axis, run) {
+            (AxisArg::Scene, run) => run.and_then(Run::drawn_axis),
+            (AxisArg::Given(Target([x, y, z])), _) => Vector::new(*x, *y, *z).direction(),
         };
-        self.out.finish(file, text, &[&recording.path])
+        direction.map(Some).ok_or(CommandError::NoAxis)
     }
 
-    fn gates(&self, found: &Pivot<Tracker, Marker>) -> Vec<Gate> {
-        let limit = |gate: Option<Positive>| gate.map(|limit| limit.0);
-        // A method without a covariance keeps no bound of it; JSON has no infinity.
-        let error = found.tip_error_rms_mm().unwrap_or(f64::MAX);
-        let cone = found.coverage.cone_rad().to_degrees();
-        let gates = [
-            gate("max-rms-mm", limit(self.max_rms_mm), found.rms_mm, false),
-            gate("max-tip-error-mm", limit(self.max_tip_error_mm), error, false),
-            gate("min-cone-deg", limit(self.min_cone_deg), cone, true),
-        ];
-        gates.into_iter().flatten().collect()
-    }
-
-    fn record(&self, found: &Pivot<Tracker, Marker>, noise: PoseNoise, each: bool) -> PivotRecord {
-        let needed = self.min_cone_deg.map_or(GOOD_CONE_DEG, |gate| gate.0);
-        let advice = found
-            .coverage
-            .advice(needed.to_radians())
-            .map(|advice| advice.to_string());
-        PivotRecord {
-            method: found.method.name().to_owned(),
-            tip_mm: found.tip.mm(),
-            pivot_mm: found.pivot.mm(),
-            inliers: found.inliers,
-            rms_mm: found.rms_mm,
-            rms_scalar_mm: found.rms_scalar_mm,
-            rms_all_mm: found.rms_all_mm,
-            worst_mm: found.worst_mm,
-            covariance_upper_mm2: found.covariance.map(|c| {
-                let places = (0..6).flat_map(|i| (i..6).map(move |j| (i, j)));
-                let mut upper = [0.0; 21];
-                upper.iter_mut().zip(places).for_each(|(x, place)| *x = c[place]);
-                upper
-            }),
-            pose_covariances: each,
-            noise_ratio: found.noise_ratio,
-            condition: found.condition,
-            noise_assumed: noise.into(),
-            noise_estimated: found.estimated.into(),
-            coverage: CoverageRecord::new(&found.coverage, advice),
+    /// The bounds of the command line, and those of the run's scene where it sets others.
+    fn limits(&self, run: Option<&Run>) -> CalibrationGates {
+        let scene = run.map(Run::gates).unwrap_or_default();
+        let limit = |gate: Option<Positive>, scene: Option<f64>| gate.map(|limit| limit.0).or(scene);
+        let cone = self.min_cone_deg.map(|deg| deg.0.to_radians());
+        CalibrationGates {
+            max_rms_mm: limit(self.max_rms_mm, scene.max_rms_mm),
+            max_tip_error_mm: limit(self.max_tip_error_mm, scene.max_tip_error_mm),
+            max_condition: limit(self.max_condition, scene.max_condition),
+            min_cone_rad: cone.or(scene.min_cone_rad),
         }
+    }
+}
+
+/// What the motion covers so far, and what is missing.
+fn motion(coverage: &Coverage<Marker>, needed_rad: f64) -> String {
+    let [a, b, c] = coverage.angles_deg();
+    let turned = format!("turned by {a:.1}, {b:.1} and {c:.1} degrees");
+    match coverage.advice(needed_rad) {
+        Some(advice) => format!("{turned}; {advice}"),
+        None => format!("{turned}, wide enough"),
+    }
+}
+
+/// The tool's frame from its tip and a direction that is known from its drawing.
+fn drawn_frame(
+    pivot: &PivotRecord,
+    axis: Direction<Marker>,
+    error_deg: f64,
+    path: &Path,
+) -> Result<ToolRecord, CommandError> {
+    let u = Vector3::from(axis.components());
+    let tilts = (Matrix3::identity() - u * u.transpose()) * error_deg.to_radians().powi(2);
+    let [x, y, z] = pivot.tip_mm;
+    let refused = |refused| CommandError::Frame(Box::new(refused));
+    tool_frame(pivot, path, (axis, tilts), Point::new(x, y, z), refused)
+}
+
+fn gates(limits: &CalibrationGates, found: &Pivot<Tracker, Marker>) -> Vec<Gate> {
+    // A method without a covariance keeps no bound of it; JSON has no infinity.
+    let error = found.tip_error_rms_mm().unwrap_or(f64::MAX);
+    let cone = found.coverage.cone_rad().to_degrees();
+    let gates = [
+        gate("max-rms-mm", limits.max_rms_mm, found.rms_mm, false),
+        gate("max-tip-error-mm", limits.max_tip_error_mm, error, false),
+        gate("max-condition", limits.max_condition, found.condition, false),
+        gate("min-cone-deg", limits.min_cone_rad.map(f64::to_degrees), cone, true),
+    ];
+    gates.into_iter().flatten().collect()
+}
+
+fn record(found: &Pivot<Tracker, Marker>, noise: PoseNoise, each: bool, needed_rad: f64) -> PivotRecord {
+    let advice = found.coverage.advice(needed_rad).map(|advice| advice.to_string());
+    PivotRecord {
+        method: found.method.name().to_owned(),
+        tip_mm: found.tip.mm(),
+        pivot_mm: found.pivot.mm(),
+        inliers: found.inliers,
+        rms_mm: found.rms_mm,
+        rms_scalar_mm: found.rms_scalar_mm,
+        rms_all_mm: found.rms_all_mm,
+        worst_mm: found.worst_mm,
+        covariance_upper_mm2: found.covariance.map(|c| {
+            let places = (0..6).flat_map(|i| (i..6).map(move |j| (i, j)));
+            let mut upper = [0.0; 21];
+            upper.iter_mut().zip(places).for_each(|(x, place)| *x = c[place]);
+            upper
+        }),
+        pose_covariances: each,
+        noise_ratio: found.noise_ratio,
+        condition: found.condition,
+        noise_assumed: noise.into(),
+        noise_estimated: found.estimated.into(),
+        coverage: CoverageRecord::new(&found.coverage, advice),
     }
 }

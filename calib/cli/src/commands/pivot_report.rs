@@ -7,7 +7,7 @@ use geometry::{Marker, Tracker};
 
 use super::common::{recorded_text, verdict_text};
 use super::pivot::Solution;
-use crate::calibration::{Gate, PivotRecord};
+use crate::calibration::{Gate, PivotRecord, ToolRecord};
 use crate::poses::Recording;
 
 /// Writing to a string does not fail.
@@ -31,6 +31,15 @@ pub(super) fn text(
     slipped(&mut text, found);
     text.push('\n');
     text + &verdict_text(gates)
+}
+
+/// The frame that goes with the tip.
+pub(super) fn frame(record: &ToolRecord) -> String {
+    let ([w, x, y, z], [a, b, c]) = (record.quaternion_wxyz, record.translation_mm);
+    format!(
+        "marker_from_tool quaternion {w:.9}, {x:.9}, {y:.9}, {z:.9}; translation {a:.4}, {b:.4}, {c:.4} mm, with the direction \
+         given\n\n"
+    )
 }
 
 fn table(text: &mut String, chosen: Method, all: &[(Method, Solution)]) {

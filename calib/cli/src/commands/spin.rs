@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use calib::coverage::Coverage;
 use calib::spin::{Limits, Spin, calibrate};
 use clap::Args;
 use geometry::{Direction, Marker, Tracker, Vector};
@@ -11,6 +12,7 @@ use nalgebra::Matrix3;
 use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, left_out, recorded, recorded_text, verdict_text};
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
 use crate::cli::{Positive, Target};
+use crate::live::FollowMarkers;
 use crate::poses::Recording;
 
 pub(crate) const SPIN_HELP: &str = "\
@@ -26,7 +28,11 @@ written and the exit code is 1.
 
 Examples:
   calib spin --poses spin.csv --towards 0,0,1 --out axis.json
-  calib spin --poses spin.csv --tip tip.json --max-axis-error-deg 0.1";
+  calib spin --poses spin.csv --tip tip.json --max-axis-error-deg 0.1
+  calib spin --live default --tip tip.json --out axis.json";
+
+/// Twice the root mean square turn about the shaft that is enough: half a turn, evenly.
+const GOOD_TURN_DEG: f64 = 100.0;
 
 #[derive(Debug, Args)]
 pub(crate) struct SpinArgs {
@@ -63,10 +69,12 @@ fn upper(c: &Matrix3<f64>) -> [f64; 6] {
 
 impl SpinArgs {
     /// Does what is asked.
-    pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
+    pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let (hint, from) = self.hint()?;
-        let recording = self.poses.read()?;
+        let mut run = self.poses.open(follow)?;
+        let out = self.out.of(run.as_ref())?;
+        let (hint, from) = self.hint(&out)?;
+        let recording = self.poses.read(run.as_mut(), motion)?;
         let limits = Limits {
             robust: !self.all_poses,
             ..Limits::default()
@@ -84,21 +92,21 @@ impl SpinArgs {
             recorded: Some(recorded(&recording)),
             computed_from: from.into_iter().collect(),
             spin: Some(record(&found)),
-            ..CalibrationFile::new(Kind::Spin, self.out.tool.as_str(), self.out.marker.as_str(), gates)
+            ..CalibrationFile::new(Kind::Spin, out.tool(), out.marker(), gates)
         };
-        let mut inputs = vec![recording.path.as_path()];
+        let mut inputs = self.poses.inputs();
         inputs.extend(self.tip.as_deref());
-        self.out.finish(file, text, &inputs)
+        out.finish(file, text, &inputs)
     }
 
     /// The direction of the tip, and the id of the calibration that it is from.
-    fn hint(&self) -> Result<(Direction<Marker>, Option<String>), CommandError> {
+    fn hint(&self, out: &OutArgs) -> Result<(Direction<Marker>, Option<String>), CommandError> {
         let mut from = None;
         let mut towards = self.towards.map_or([0.0; 3], |target| target.0);
         if let Some(path) = &self.tip {
             let file = CalibrationFile::read(path, Kind::Pivot)?;
-            file.of_marker(path, "command line", self.out.marker.as_str())?;
-            file.of_tool(path, "command line", self.out.tool.as_str())?;
+            file.of_marker(path, "command line", out.marker())?;
+            file.of_tool(path, "command line", out.tool())?;
             towards = file.pivot.map_or(towards, |pivot| pivot.tip_mm);
             from = Some(file.id);
         }
@@ -116,6 +124,17 @@ impl SpinArgs {
         ];
         gates.into_iter().flatten().collect()
     }
+}
+
+/// What the motion covers so far.
+fn motion(coverage: &Coverage<Marker>) -> String {
+    let [a, b, _] = coverage.angles_deg();
+    let advice = if a < GOOD_TURN_DEG {
+        "; turn it further about its shaft"
+    } else {
+        ""
+    };
+    format!("turned by {a:.1} degrees about one axis and {b:.1} across it{advice}")
 }
 
 fn record(found: &Spin<Tracker, Marker>) -> SpinRecord {

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use calib::spin::marker_from_tool;
+use calib::spin::{Refused, marker_from_tool};
 use clap::Args;
-use geometry::{Marker, Point, Vector};
+use geometry::{Direction, Marker, Point, Vector};
 use nalgebra::Matrix3;
 
 use super::common::{CommandError, OutArgs, Outcome, gate, verdict_text};
@@ -53,45 +53,60 @@ impl ToolArgs {
         let text = report(&record) + &verdict_text(&gates);
         let file = CalibrationFile {
             computed_from: vec![pivot_id, spin_id],
+            // How good both were, for whoever holds the file against gates.
+            pivot: Some(pivot),
+            spin: Some(spin),
             tool_frame: Some(record),
-            ..CalibrationFile::new(Kind::Tool, self.out.tool.as_str(), self.out.marker.as_str(), gates)
+            ..CalibrationFile::new(Kind::Tool, self.out.tool(), self.out.marker(), gates)
         };
         self.out.finish(file, text, &[&self.pivot, &self.spin])
     }
 
     fn read(&self, path: &Path, kind: Kind) -> Result<(String, CalibrationFile), CommandError> {
         let file = CalibrationFile::read(path, kind)?;
-        file.of_marker(path, "command line", self.out.marker.as_str())?;
-        file.of_tool(path, "command line", self.out.tool.as_str())?;
+        file.of_marker(path, "command line", self.out.marker())?;
+        file.of_tool(path, "command line", self.out.tool())?;
         Ok((file.id.clone(), file))
     }
 
     fn solve(&self, pivot: &PivotRecord, spin: &SpinRecord) -> Result<ToolRecord, CommandError> {
-        let c = pivot.covariance_upper_mm2.ok_or_else(|| CommandError::NoCovariance {
-            path: self.pivot.clone(),
-            method: pivot.method.clone(),
-        })?;
-        // Rows of six, five and four numbers: the first three of each row are the tip's.
-        let tips = symmetric([c[0], c[1], c[2], c[6], c[7], c[11]]);
-        let point = |[x, y, z]: [f64; 3]| Point::<Marker>::new(x, y, z);
         let [x, y, z] = spin.axis;
         let axis = Vector::new(x, y, z).direction().ok_or(CommandError::NoDirection)?;
         let tilts = symmetric(spin.axis_covariance_upper_rad2);
-        let tool = marker_from_tool((point(pivot.tip_mm), tips), (axis, tilts), point(spin.point_mm));
-        let tool = tool.map_err(|refused| CommandError::Tool {
+        let [a, b, c] = spin.point_mm;
+        let refused = |refused| CommandError::Tool {
             pivot: self.pivot.clone(),
             spin: self.spin.clone(),
             refused: Box::new(refused),
-        })?;
-        let frame = tool.marker_from_tool.transform();
-        Ok(ToolRecord {
-            quaternion_wxyz: frame.quaternion(),
-            translation_mm: frame.translation_mm(),
-            covariance_upper: tool.marker_from_tool.upper(),
-            roll_by: tool.roll_by.to_owned(),
-            tip_off_axis_mm: tool.tip_off_axis_mm,
-        })
+        };
+        tool_frame(pivot, &self.pivot, (axis, tilts), Point::new(a, b, c), refused)
     }
+}
+
+/// The frame of a tool from its tip, of the file `path`, and from its axis with the covariance of that, through `point`.
+pub(super) fn tool_frame(
+    pivot: &PivotRecord,
+    path: &Path,
+    axis: (Direction<Marker>, Matrix3<f64>),
+    point: Point<Marker>,
+    refused: impl FnOnce(Refused) -> CommandError,
+) -> Result<ToolRecord, CommandError> {
+    let c = pivot.covariance_upper_mm2.ok_or_else(|| CommandError::NoCovariance {
+        path: path.to_owned(),
+        method: pivot.method.clone(),
+    })?;
+    // Rows of six, five and four numbers: the first three of each row are the tip's.
+    let tips = symmetric([c[0], c[1], c[2], c[6], c[7], c[11]]);
+    let [x, y, z] = pivot.tip_mm;
+    let tool = marker_from_tool((Point::new(x, y, z), tips), axis, point).map_err(refused)?;
+    let frame = tool.marker_from_tool.transform();
+    Ok(ToolRecord {
+        quaternion_wxyz: frame.quaternion(),
+        translation_mm: frame.translation_mm(),
+        covariance_upper: tool.marker_from_tool.upper(),
+        roll_by: tool.roll_by.to_owned(),
+        tip_off_axis_mm: tool.tip_off_axis_mm,
+    })
 }
 
 /// A symmetric matrix from its upper triangle by rows.

@@ -9,6 +9,7 @@
 mod csv;
 mod error;
 mod folder;
+mod live;
 mod matrix;
 mod sequence;
 
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 use geometry::{Marker, Rigid, Tracker};
 
 pub(crate) use error::PosesError;
+pub(crate) use live::keep;
 
 /// The most poses of a recording.
 pub(crate) const MAX_POSES: usize = 200_000;

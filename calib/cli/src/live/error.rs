@@ -1,0 +1,84 @@
+//! Why a run gave no poses and no touch.
+
+use std::path::PathBuf;
+
+use bus::BusError;
+use bus::run::RunError;
+use bus::scene::SceneError;
+
+use crate::source::SourceError;
+use crate::store::StoreError;
+
+/// Why a run gave nothing.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum LiveError {
+    #[error(transparent)]
+    Folder(#[from] RunError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    #[error("following the markers of run {run:?}: {why}")]
+    Follow { run: String, why: String },
+    #[error(
+        "run {run:?}: --{what} {given:?}, and the run is of {what} {expected:?}; leave --{what} out, or start the scene of \
+         that {what}"
+    )]
+    Other {
+        run: String,
+        what: &'static str,
+        given: String,
+        expected: String,
+    },
+    #[error("run {0:?} has no marker on the patient: --against reference has nothing to go by")]
+    NoReference(String),
+    #[error("run {run:?} ended after {seconds:.1} s of {asked} s; nothing is written")]
+    Ended { run: String, seconds: f64, asked: f64 },
+    #[error(
+        "run {run:?}: no frame of emitters came in {seconds} s; is the localizer on? `pilot status --run {run}` says what \
+         the tracker does"
+    )]
+    Silent { run: String, seconds: f64 },
+    #[error("run {run:?}: none of {frames} frames in {seconds} s shows the marker; the last: {why}")]
+    NotSeen {
+        run: String,
+        frames: usize,
+        seconds: f64,
+        why: String,
+    },
+    #[error(
+        "touch of {name}: {poses} of {frames} frames show the marker, at least {needed} are needed; the last: {why}"
+    )]
+    Lost {
+        name: String,
+        poses: usize,
+        frames: usize,
+        needed: usize,
+        why: String,
+    },
+    #[error(
+        "touch of {name}: only {poses} poses in {seconds} s, at least {needed} are needed; hold still longer (--seconds)"
+    )]
+    TooFew {
+        name: String,
+        poses: usize,
+        seconds: f64,
+        needed: usize,
+    },
+    #[error(
+        "touch of {name}: the tip moved by {moved_mm:.2} mm, {most_mm:.2} mm are allowed (--max-motion-mm); hold it still"
+    )]
+    Moved { name: String, moved_mm: f64, most_mm: f64 },
+    #[error(
+        "touch of {name}: the tip is not known: {why}. Calibrate it first (calib pivot), or name its file with --tip"
+    )]
+    NoTip { name: String, why: String },
+    #[error("adding to {path}: {what}; give another --to")]
+    OtherTouches { path: PathBuf, what: String },
+    #[error("the covariance of a pose or of the tip: {0}")]
+    Covariance(#[from] geometry::uncertain::CovarianceError),
+}

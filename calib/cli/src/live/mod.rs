@@ -1,0 +1,82 @@
+//! A run that is going in the place of a recording: its emitters, listened to for a while, give poses and touched points.
+//!
+//! Nothing is published and nothing is asked of the run's processes: a calibration listens beside the tracker.
+
+mod error;
+mod run;
+mod still;
+mod touch;
+mod touches;
+
+use bus::message::EmitterFrame;
+use bus::scene::Scene;
+use clap::{Args, ValueEnum};
+use geometry::{Marker, Reference, Tool, Tracker, Uncertain};
+
+use crate::cli::Positive;
+
+pub(crate) use error::LiveError;
+pub(crate) use run::{Heard, Run};
+pub(crate) use still::{MostMotion, Touched, touched};
+pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs, seconds};
+
+/// Where the markers of a run are, frame by frame. Handed in by the binary, as this crate knows no chain.
+pub trait Follow {
+    /// Whether the scene has a marker on the patient.
+    fn has_reference(&self) -> bool;
+    /// The tool's calibration in use.
+    ///
+    /// # Errors
+    /// Why there is none, in words.
+    fn marker_from_tool(&self) -> Result<Uncertain<Marker, Tool>, String>;
+    /// One frame, where it is `now_ns` on the run's clock.
+    ///
+    /// # Errors
+    /// Why it shows no pose, in words.
+    fn see(&mut self, frame: &EmitterFrame, now_ns: i64) -> Result<Seen, String>;
+}
+
+/// The markers in the localizer's frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen {
+    /// The tool's.
+    pub marker: Uncertain<Tracker, Marker>,
+    /// The patient's, where the scene has one.
+    pub reference: Option<Uncertain<Tracker, Reference>>,
+}
+
+/// Makes a [`Follow`] of a scene.
+pub type FollowMarkers = fn(&Scene) -> Result<Box<dyn Follow>, Box<dyn std::error::Error + Send + Sync>>;
+
+/// Which run, and how it is listened to.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct LiveArgs {
+    /// Listen to this run, which is going, instead of reading a recording
+    #[arg(long, visible_alias = "run", value_name = "RUN")]
+    pub(crate) live: Option<String>,
+    /// For so long, s [default: 20, for a touch 1]
+    #[arg(long, value_name = "S", requires = "live", allow_hyphen_values = true)]
+    pub(crate) seconds: Option<Positive>,
+    /// The frame of the poses [default: reference, where the scene has a marker on the patient]
+    #[arg(long, value_enum, requires = "live")]
+    pub(crate) against: Option<Against>,
+}
+
+/// What stands still while the instrument moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Against {
+    /// The marker on the patient: localizer and patient may move.
+    Reference,
+    /// The localizer.
+    Tracker,
+}
+
+impl Against {
+    /// The name of the frame.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Reference => "reference",
+            Self::Tracker => "tracker",
+        }
+    }
+}

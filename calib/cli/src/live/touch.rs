@@ -1,0 +1,146 @@
+//! `calib touch`: a point touched with the pointer of a run that is going.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use geometry::{Marker, Point, Rigid, Tool, Uncertain, Vector};
+use nalgebra::Matrix6;
+
+use super::{FollowMarkers, LiveArgs, LiveError, MostMotion, Run, Touched, touched, touches};
+use crate::calibration::{CalibrationFile, Kind};
+use crate::cli::{Name, Positive};
+use crate::commands::Outcome;
+use crate::commands::common::CommandError;
+
+pub(crate) const TOUCH_HELP: &str = "\
+Hold the tip on the point and still. The mean place of the tip over --seconds is added to the file --to, with its name and \
+its covariance: that of the emitters' noise over all poses, and that of the tip's calibration.
+
+The tip is that of the run: of the file that the scene's [tracker.calibration] names, or of the scene itself. --tip names \
+another pivot or tool calibration. Places are in the frame of the marker on the patient where the scene has one, else in \
+the localizer's (--against).
+
+calib base, calib match and calib register (--from-points) read the file: for the base, call the touches plane, groove_0, \
+groove_1 and groove_2.
+
+Refused: a tip that moves by more than --max-motion-mm (and the noise), a marker that more than half of the frames do not \
+show, fewer than 9 poses.
+
+Examples:
+  calib touch bead-1 --live default --to touched.csv
+  calib touch groove_0 --live default --to touches.csv --seconds 0.5 --tip pointer-tip.json";
+
+/// How long a touch takes, s.
+pub(crate) const TOUCH_S: f64 = 1.0;
+/// The longest that is listened, s.
+pub(crate) const LONGEST_S: f64 = 600.0;
+
+#[derive(Debug, Args)]
+pub(crate) struct TouchArgs {
+    /// Name of the point
+    #[arg(value_name = "NAME")]
+    name: Name,
+    #[command(flatten)]
+    live: LiveArgs,
+    /// The file that the point is added to
+    #[arg(long, value_name = "FILE.csv")]
+    to: PathBuf,
+    /// A pivot or tool calibration, instead of the run's own tip
+    #[arg(long, value_name = "FILE.json")]
+    tip: Option<PathBuf>,
+    /// Accept at most so much motion of the tip
+    #[arg(long, value_name = "MM", default_value = "0.5", allow_hyphen_values = true)]
+    max_motion_mm: Positive,
+}
+
+impl TouchArgs {
+    /// Does what is asked.
+    pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
+        let mut run = Run::open(&self.live, follow)?.ok_or(CommandError::NoRun)?;
+        let tip = match &self.tip {
+            Some(path) => tip_of(path, &run)?,
+            None => run.follow.marker_from_tool().map_err(|why| LiveError::NoTip {
+                name: self.name.as_str().to_owned(),
+                why,
+            })?,
+        };
+        let touch = self.touch(&mut run, &tip)?;
+        let of = format!(
+            "places of the tip of {} in the {}, mm",
+            run.scene.tool.name,
+            run.against.name()
+        );
+        let count = touches::add(&self.to, self.name.as_str(), &of, &touch.place)?;
+        let text = self.report(&touch, run.against.name(), count);
+        Ok(Outcome { text, refused: None })
+    }
+
+    fn touch(&self, run: &mut Run, tip: &Uncertain<Marker, Tool>) -> Result<Touched, LiveError> {
+        let seconds = seconds(&self.live, TOUCH_S);
+        let heard = run.listen(seconds, |_, _| {})?;
+        touched(
+            self.name.as_str(),
+            &heard,
+            tip,
+            MostMotion(self.max_motion_mm.0),
+            seconds,
+        )
+    }
+
+    fn report(&self, touch: &Touched, frame: &str, count: usize) -> String {
+        let [x, y, z] = touch.place.point().mm();
+        format!(
+            "{}  {x:.3}, {y:.3}, {z:.3} mm in the {frame}\n\
+             error            {:.3} mm rms, of {} poses that scatter {:.2} times their covariances\n\
+             moved            {:.3} mm\n\nadded to {}, touch {count}\n",
+            self.name.as_str(),
+            touch.place.rms_mm(),
+            touch.poses,
+            touch.noise_ratio,
+            touch.moved_mm,
+            self.to.display()
+        )
+    }
+}
+
+/// How long to listen.
+pub(crate) fn seconds(live: &LiveArgs, usual: f64) -> f64 {
+    live.seconds.map_or(usual, |s| s.0).min(LONGEST_S)
+}
+
+/// A tip from its file: of the whole tool, or of a pivot calibration, whose frame then has the marker's axes.
+fn tip_of(path: &Path, run: &Run) -> Result<Uncertain<Marker, Tool>, CommandError> {
+    let unusable = |error: &dyn std::fmt::Display| LiveError::NoTip {
+        name: path.display().to_string(),
+        why: error.to_string(),
+    };
+    let (file, pivot) = match CalibrationFile::read(path, Kind::Tool) {
+        Ok(file) => (file, false),
+        Err(_) => (CalibrationFile::read(path, Kind::Pivot)?, true),
+    };
+    file.of_tool(path, "run", &run.scene.tool.name)?;
+    if let Some(link) = &run.scene.tracker.links.calibration {
+        let marker = link.file.marker.as_deref().unwrap_or(&file.marker);
+        file.of_marker(path, "run", marker)?;
+    }
+    if pivot {
+        let record = file.pivot.ok_or_else(|| unusable(&"no tip in it"))?;
+        let none = || unusable(&"the pivot calibration has no covariance; make it by errors-in-variables");
+        let c = record.covariance_upper_mm2.ok_or_else(none)?;
+        let [x, y, z] = record.tip_mm;
+        let rotation = Rigid::<Marker, Tool>::identity().rotation();
+        let mut covariance = Matrix6::zeros();
+        // Rows of six, five and four numbers: the first three of each row are the tip's.
+        for (i, j, k) in [(0, 0, 0), (0, 1, 1), (0, 2, 2), (1, 1, 6), (1, 2, 7), (2, 2, 11)] {
+            covariance[(3 + i, 3 + j)] = c[k];
+            covariance[(3 + j, 3 + i)] = c[k];
+        }
+        let at = Rigid::from_parts(rotation, Vector::new(x, y, z));
+        let tip = Uncertain::from_covariance_about(Point::new(x, y, z), at, covariance);
+        return Ok(tip.map_err(LiveError::from)?);
+    }
+    let frame = file.tool_frame.ok_or_else(|| unusable(&"no tool in it"))?;
+    let rigid = geometry::door::rigid(frame.quaternion_wxyz, frame.translation_mm, 1e-9);
+    let rigid = rigid.map_err(|error| unusable(&error))?;
+    Ok(Uncertain::from_upper(rigid, frame.covariance_upper).map_err(LiveError::from)?)
+}

@@ -1,0 +1,184 @@
+//! `calib register`: its options.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use calib::registration::Method;
+use clap::{Args, ValueEnum};
+
+use crate::beads::{LoadVolume, ReadArgs};
+use crate::cli::{Name, Target};
+use crate::commands::Outcome;
+use crate::input::From;
+use crate::register::{Request, register};
+use crate::solve::{Options, method_name};
+
+pub(crate) const REGISTER_HELP: &str = "\
+--pairs reads one pair a line. The first line names the columns, in any order; weight and label may be absent; a line \
+that begins with # is a comment; lengths in mm, with a point for the decimals:
+
+  from_x,from_y,from_z,to_x,to_y,to_z,weight,label
+  0,0,0,5,0,-7,1,left eye
+  60,0,0,5,60,-7,1,right eye
+  0,80,0,-75,0,-7,0.5,chin
+  0,0,50,5,0,43,1,vertex
+
+--to-points and --from-points read a file each, three numbers a line with blanks or commas between them, paired line \
+by line; a file of calib touch is read too.
+
+The transform TO_from_FROM maps a point of FROM to its place in TO: p_to = R p_from + t. `residual` is a pair's \
+distance after registration, `left out` its distance under the transform of all the others. Deviations and predicted \
+TRE are for the noise given, or for the noise that the residuals suggest.
+
+--ct reads the CT and writes its hash into the file, as a tracker uses no file that does not say of which CT it is; --ct-hash \
+writes a hash that is known (report.json has it under volume.hash).
+
+Refused with line and column: rows that are ragged or not numbers, NaN, pairs and points that occur twice, weights \
+that are negative or all zero. Refused with singular values: points that coincide, lie on a line or mirror each other.
+
+Examples:
+  calib register --pairs pairs.csv
+  calib register --pairs pairs.csv --to ct --from tracker --ct ct-folder --target 10,-20,95.5 --out registration.json
+  calib register --pairs pairs.csv --weights --noise-mm 0.2
+  calib register --pairs pairs.csv --robust 1.5
+  calib register --to-points in_ct.txt --from-points in_tracker.txt --scale";
+
+#[derive(Debug, Args)]
+pub(crate) struct RegisterArgs {
+    /// Pairs as comma-separated values, mm
+    #[arg(long, value_name = "FILE.csv", required_unless_present = "to_points")]
+    pairs: Option<PathBuf>,
+    /// Points in TO, three numbers a line, mm
+    #[arg(long, value_name = "FILE", requires = "from_points", conflicts_with_all = ["pairs", "weights"])]
+    to_points: Option<PathBuf>,
+    /// The same points in FROM
+    #[arg(long, value_name = "FILE", requires = "to_points")]
+    from_points: Option<PathBuf>,
+    /// How the rotation is found; all find the same optimum
+    #[arg(long, value_enum, default_value = "newton")]
+    method: MethodArg,
+    /// Use the column weight: proportional to the inverse of the variance of a pair
+    #[arg(long)]
+    weights: bool,
+    /// Fit a scale too, for points in different units
+    #[arg(long, conflicts_with = "robust")]
+    scale: bool,
+    /// Use the largest set of pairs that agree within this distance; the others are outliers
+    #[arg(long, value_name = "TOLERANCE_MM", allow_hyphen_values = true)]
+    robust: Option<PositiveMm>,
+    /// The fewest pairs that must agree [default: more than half]
+    #[arg(long, value_name = "COUNT", requires = "robust", value_parser = clap::value_parser!(u16).range(3..))]
+    min_inliers: Option<u16>,
+    /// Standard deviation of a pair's error along each axis [default: estimated from the residuals]
+    #[arg(long, value_name = "SIGMA_MM", allow_hyphen_values = true)]
+    noise_mm: Option<PositiveMm>,
+    /// Where to predict the error, in TO, mm; may be given several times
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    target: Vec<Target>,
+    /// Name of the frame that is mapped into
+    #[arg(long, default_value = "to")]
+    to: Name,
+    /// Name of the frame that is mapped from
+    #[arg(long, default_value = "from")]
+    from: Name,
+    /// The CT volume that the points of TO are of, to be checked when the file is used
+    #[arg(long, value_name = "VOLUME", conflicts_with = "ct_hash")]
+    ct: Option<PathBuf>,
+    #[command(flatten)]
+    read: ReadArgs,
+    /// Its hash instead
+    #[arg(long, value_name = "HASH")]
+    ct_hash: Option<Name>,
+    /// Name of the marker that the points of FROM are seen by, to be checked when the file is used
+    #[arg(long, value_name = "NAME")]
+    marker: Option<Name>,
+    /// Write the result here, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<PathBuf>,
+    /// Replace that file if it exists
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+    /// Accept pairs and points that occur twice
+    #[arg(long)]
+    allow_duplicates: bool,
+    /// List every pair, however many there are
+    #[arg(long)]
+    all: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct MethodArg(Method);
+
+impl ValueEnum for MethodArg {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [MethodArg; Method::ALL.len()] = {
+            let mut all = [MethodArg(Method::Newton); Method::ALL.len()];
+            let mut i = 0;
+            while i < all.len() {
+                all[i] = MethodArg(Method::ALL[i]);
+                i += 1;
+            }
+            all
+        };
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        Some(clap::builder::PossibleValue::new(method_name(self.0)))
+    }
+}
+
+/// A length above zero.
+#[derive(Debug, Clone, Copy)]
+struct PositiveMm(f64);
+
+impl FromStr for PositiveMm {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+        let allowed = value.is_finite() && value > 0.0;
+        allowed
+            .then_some(Self(value))
+            .ok_or_else(|| format!("{value} is not a finite number of mm above 0"))
+    }
+}
+
+impl RegisterArgs {
+    /// Does what is asked.
+    pub(crate) fn run(self, load: LoadVolume) -> Result<Outcome, String> {
+        let hash = match (&self.ct, &self.ct_hash) {
+            (Some(path), _) => Some(self.read.hash(path, load).map_err(|error| error.to_string())?),
+            (None, given) => given.as_ref().map(|hash| hash.as_str().to_owned()),
+        };
+        let text = register(&request(self, hash)).map_err(|error| error.to_string())?;
+        Ok(Outcome { text, refused: None })
+    }
+}
+
+fn request(args: RegisterArgs, ct_hash: Option<String>) -> Request {
+    let input = match (args.to_points, args.from_points) {
+        (Some(to), Some(from)) => From::Points { to, from },
+        // The command line asks for one or the other.
+        _ => From::Csv(args.pairs.unwrap_or_default()),
+    };
+    Request {
+        input,
+        allow_duplicates: args.allow_duplicates,
+        options: Options {
+            method: args.method.0,
+            weights: args.weights,
+            scale: args.scale,
+            robust: args.robust.map(|mm| mm.0),
+            min_inliers: args.min_inliers.map(usize::from),
+            noise_mm: args.noise_mm.map(|mm| mm.0),
+        },
+        targets: args.target.into_iter().map(|target| target.0).collect(),
+        to: args.to.0,
+        from: args.from.0,
+        ct_hash,
+        marker: args.marker.map(|name| name.0),
+        out: args.out,
+        overwrite: args.overwrite,
+        all: args.all,
+    }
+}
