@@ -17,6 +17,10 @@ pub(crate) struct Lever {
 }
 
 impl Term for Lever {
+    fn copy(&self) -> Box<dyn Term> {
+        Box::new(*self)
+    }
+
     fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
         let part = bodies.part(self.body, a);
         let arm = bodies.local(self.body, &self.cursor, a).position - Vector2::new(part[0], part[1]);
