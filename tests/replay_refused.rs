@@ -57,17 +57,18 @@ fn another_examination_is_refused_and_with_force_marked_on_every_image() {
     assert!(stdout(&output).contains("PROBLEM: the poses were recorded in another examination"));
     let report = support::report(&world.path("again"));
     assert_eq!(report["replay"]["same_volume"], false);
-    // The pictures say it: those of a run in that examination have no red on them.
-    let picture = image::open(world.path("again").join("axial-global.png"))
-        .unwrap()
-        .into_rgb8();
-    // Small letters are thinner than a pixel: more red than anything else.
-    let alarm = |p: &image::Rgb<u8>| p.0[0] > p.0[1].saturating_add(60) && p.0[0] > p.0[2].saturating_add(60);
-    assert!(picture.pixels().filter(|p| alarm(p)).count() > 20);
-    let plain = image::open(world.path("live").join("axial-global.png"))
-        .unwrap()
-        .into_rgb8();
-    assert_eq!(plain.pixels().filter(|p| alarm(p)).count(), 0);
+    // Every picture says it: those of a run in that examination have no red on them. The sheet holds them all.
+    for name in ["axial-global", "frontal-local", "perpendicular", "sheet"] {
+        let picture = |of: &str| {
+            image::open(world.path(of).join(format!("{name}.png")))
+                .unwrap()
+                .into_rgb8()
+        };
+        // Small letters are thinner than a pixel: more red than anything else.
+        let alarm = |p: &&image::Rgb<u8>| p.0[0] > p.0[1].saturating_add(60) && p.0[0] > p.0[2].saturating_add(60);
+        assert!(picture("again").pixels().filter(alarm).count() > 20, "{name}");
+        assert_eq!(picture("live").pixels().filter(alarm).count(), 0, "{name}");
+    }
 }
 
 #[test]

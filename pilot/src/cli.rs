@@ -17,7 +17,7 @@ use clap::{Parser, Subcommand};
 
 use crate::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::duration;
-use crate::plan::plan;
+use crate::plan::{Poses, plan};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{PrepareError, ReplayArgs, prepare};
 use crate::resolve::{Overrides, ResolveError, resolve};
@@ -59,6 +59,8 @@ Examples:
   pilot replay out/session.mcap --speed 0.25 --from 3.2s --to 9s --loop
   pilot replay out/session.mcap --speed max --headless --images every --out pictures
   pilot replay out/session.mcap --volume /data/ct-17        where the examination lies elsewhere now
+  pilot replay out/session.mcap --recompute --calibration tool.json --out again
+                                                            what the poses had been with another calibration
 
 Exit codes: as those of `pilot run`.";
 
@@ -252,7 +254,7 @@ fn check(args: &SceneArgs) -> Result<(), CliError> {
         scene.registration_id(),
         scene.seed
     ));
-    for process in plan(&scene, "session.mcap", None) {
+    for process in plan(&scene, "session.mcap", Poses::Tracked) {
         let views = process.views.iter().map(|&v| scene.views[v].name.as_str());
         lines.push(
             format!("starts {:<20} {}", process.name, views.collect::<Vec<_>>().join(" "))

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
 use std::time::Duration;
 
 use bus::clock;
@@ -13,11 +12,11 @@ use picture::{Canvas, write_png};
 
 use crate::memory;
 use crate::output;
-use crate::replay::{Replay, ReplayReport};
+use crate::replay::{Recomputed, Replay, ReplayReport};
 use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
 use crate::sheet::{self, Panel};
 use crate::spawn;
-use crate::state::Run;
+use crate::state::{Options, Run};
 
 /// How long a renderer may take to draw the pose that was asked for.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -52,7 +51,7 @@ pub(crate) fn take(run: &Run) -> Pictures {
     for (view, panel) in panels.iter().enumerate() {
         pictures.pngs[view] = write_view(run, view, panel, &mut pictures.problems);
     }
-    let replayed = run.options.replay.as_ref().map(Replay::name);
+    let replayed = run.options.replay.as_ref().map(Replay::title);
     let sheet = sheet::draw(&run.scene, &panels, pose.as_ref(), replayed.as_deref());
     let stamp = panels
         .iter()
@@ -192,7 +191,7 @@ pub(crate) fn report(run: &Run) -> Report {
         memory: pictures.memory.clone(),
         restarts: run.books.restarts.clone(),
         held: run.held.clone(),
-        recording: output::recordings(&run.options.out),
+        recording: output::recordings(&run.options.out, run.options.recording()),
         problems: problems(run, pictures),
     }
 }
@@ -244,7 +243,7 @@ fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
         .iter()
         .filter(|process| process.note.starts_with("NOT RECORDING"));
     problems.extend(unrecorded.map(|process| format!("at its end the session was {}", process.note)));
-    let unfinished = output::recordings(&run.options.out)
+    let unfinished = output::recordings(&run.options.out, run.options.recording())
         .into_iter()
         .filter(|name| name.ends_with(".recording"));
     problems.extend(unfinished.map(|name| format!("{name} was not finished: `recorder recover` brings it back")));
@@ -252,8 +251,9 @@ fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
 }
 
 /// Puts the report into the last file of the session, where it is whole. Why it could not be is on stderr.
-pub(crate) fn attach_report(out: &Path) {
-    let session = out.join(output::SESSION);
+pub(crate) fn attach_report(options: &Options) {
+    let out = &options.out;
+    let session = out.join(options.recording());
     if !session.exists() {
         return;
     }
@@ -263,8 +263,14 @@ pub(crate) fn attach_report(out: &Path) {
 }
 
 /// After a run that never navigated: an empty recording would look like a session.
-pub(crate) fn remove_recordings(out: &Path) {
-    for name in output::recordings(out) {
-        let _ = fs::remove_file(out.join(name));
+pub(crate) fn remove_recordings(options: &Options) {
+    for name in output::recordings(&options.out, options.recording()) {
+        let _ = fs::remove_file(options.out.join(name));
     }
+}
+
+/// Holds poses that were made again against those of the recording, once both files are whole.
+pub(crate) fn compare(options: &Options) -> Option<Recomputed> {
+    let (replay, recompute) = options.recompute()?;
+    Some(recompute.compare(&replay.recording, &options.out))
 }

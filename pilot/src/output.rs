@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 /// The recording's file name.
 pub(crate) const SESSION: &str = "session.mcap";
+/// That of poses that were made again in a replay.
+pub(crate) const RECOMPUTED: &str = "recomputed.mcap";
 
 /// Behind the name of a file that is being replaced.
 const REPLACED: &str = ".replaced";
@@ -75,24 +77,33 @@ fn name(path: &Path) -> String {
 }
 
 fn is_session(path: &Path) -> bool {
-    name(path).starts_with("session.") && name(path).contains("mcap")
+    is_part(path, SESSION)
+}
+
+/// Whether a file is the recording `of`, or a part of it: finished or not, set aside or not.
+fn is_part(path: &Path, of: &str) -> bool {
+    let stem = of.trim_end_matches("mcap");
+    name(path).starts_with(stem) && name(path).contains("mcap")
 }
 
 /// Also what a pilot that was killed had set aside.
 fn is_ours(path: &Path, pictures: &[String]) -> bool {
     let name = name(path);
     let name = name.strip_suffix(REPLACED).unwrap_or(&name);
-    is_session(path) || name == "report.json" || pictures.iter().any(|picture| picture == name)
+    is_session(path)
+        || is_part(path, RECOMPUTED)
+        || name == "report.json"
+        || pictures.iter().any(|picture| picture == name)
 }
 
-/// The recordings that a run left in `dir`, by name.
-pub(crate) fn recordings(dir: &Path) -> Vec<String> {
+/// The files of the recording `of` ([`SESSION`] or [`RECOMPUTED`]) that a run left in `dir`, by name.
+pub(crate) fn recordings(dir: &Path, of: &str) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(dir)
         .into_iter()
         .flatten()
         .flatten()
         .map(|entry| entry.path())
-        .filter(|path| is_session(path))
+        .filter(|path| is_part(path, of))
         .map(|path| name(&path))
         .filter(|name| !name.ends_with(REPLACED))
         .collect();

@@ -20,10 +20,21 @@ pub(crate) struct Planned {
     pub(crate) views: Vec<usize>,
 }
 
+/// Where the poses of a run come from, with the replayer's arguments.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Poses<'a> {
+    /// From where the scene says.
+    Tracked,
+    /// Out of a recording.
+    Replayed(&'a [String]),
+    /// From the scene's tracker, which makes them again of the emitters of a recording.
+    MadeAgain(&'a [String]),
+}
+
 /// The processes of `scene`: a loader, a renderer for each plane direction, a recorder where the scene records, a
-/// tracker unless poses come from elsewhere; in a replay the replayer, with these arguments, in its place. Who publishes
-/// poses starts last, so that the first one finds everybody ready.
-pub(crate) fn plan(scene: &Scene, recording: &str, replayer: Option<&[String]>) -> Vec<Planned> {
+/// tracker unless poses come from elsewhere; in a replay the replayer in its place, or behind it. Who publishes poses, or what
+/// they are made of, starts last, so that the first one finds everybody ready.
+pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Planned> {
     let plain = |name: &str, binary, arguments: &[&str], stop_rank| Planned {
         name: name.to_owned(),
         binary,
@@ -47,11 +58,13 @@ pub(crate) fn plan(scene: &Scene, recording: &str, replayer: Option<&[String]>) 
         source.role.after = (0..processes.len()).collect();
         processes.push(source);
     };
-    if let Some(arguments) = replayer {
+    let is_tracked = !matches!(scene.tracker.source, TrackerSource::External);
+    if is_tracked && !matches!(poses, Poses::Replayed(_)) {
+        last(plain("tracker", "tracker-proc", &[], 0));
+    }
+    if let Poses::Replayed(arguments) | Poses::MadeAgain(arguments) = poses {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         last(plain(REPLAYER, "recorder", &arguments, 0));
-    } else if !matches!(scene.tracker.source, TrackerSource::External) {
-        last(plain("tracker", "tracker-proc", &[], 0));
     }
     processes
 }
@@ -63,7 +76,10 @@ mod tests {
 
     fn names(text: &str) -> Vec<String> {
         let scene = Scene::parse(text, Path::new("")).unwrap();
-        plan(&scene, "x.mcap", None).into_iter().map(|p| p.name).collect()
+        plan(&scene, "x.mcap", Poses::Tracked)
+            .into_iter()
+            .map(|p| p.name)
+            .collect()
     }
 
     #[test]
@@ -87,17 +103,27 @@ mod tests {
     #[test]
     fn the_tracker_waits_for_all_others() {
         let scene = Scene::parse("[recording]", Path::new("")).unwrap();
-        let plan = plan(&scene, "x.mcap", None);
+        let plan = plan(&scene, "x.mcap", Poses::Tracked);
         assert_eq!(plan[6].role.after, [0, 1, 2, 3, 4, 5]);
     }
 
     #[test]
     fn a_replayer_takes_the_trackers_place() {
         let scene = Scene::parse("", Path::new("")).unwrap();
-        let plan = plan(&scene, "x.mcap", Some(&["replay".to_owned(), "s.mcap".to_owned()]));
+        let arguments = ["replay".to_owned(), "s.mcap".to_owned()];
+        let plan = plan(&scene, "x.mcap", Poses::Replayed(&arguments));
         let names: Vec<&str> = plan.iter().map(|p| p.name.as_str()).collect();
         assert_eq!(names[4..], ["view-perpendicular", "replay"]);
         assert_eq!((plan[5].binary, plan[5].role.after.len()), ("recorder", 5));
         assert_eq!(plan[5].arguments, ["replay", "s.mcap"]);
+    }
+
+    #[test]
+    fn where_poses_are_made_again_the_replayer_waits_for_the_tracker() {
+        let scene = Scene::parse("[recording]", Path::new("")).unwrap();
+        let plan = plan(&scene, "x.mcap", Poses::MadeAgain(&["replay".to_owned()]));
+        let names: Vec<&str> = plan.iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names[5..], ["recorder", "tracker", "replay"]);
+        assert_eq!((plan[6].role.after.len(), plan[7].role.after.len()), (6, 7));
     }
 }

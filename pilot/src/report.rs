@@ -157,6 +157,7 @@ impl Report {
                 restart.process, restart.at_s, restart.cause
             ));
         }
+        lines.extend(self.replay.iter().filter_map(ReplayReport::recomputed));
         lines.extend(self.problems.iter().map(|p| format!("PROBLEM: {p}")));
         lines.join("\n")
     }

@@ -18,7 +18,7 @@ use crate::books::Restart;
 use crate::finale;
 use crate::output::{self, OutputError};
 use crate::ports;
-use crate::replay::{REPLAYER, Replay};
+use crate::replay::{REPLAYER, RecomputeError, Replay};
 use crate::report::{Report, ReportError};
 use crate::spawn::{self, Running, SpawnError};
 use crate::state::{Options, Run};
@@ -48,6 +48,8 @@ pub(crate) enum RunError {
     Spawn(#[from] SpawnError),
     #[error(transparent)]
     Report(#[from] ReportError),
+    #[error(transparent)]
+    Recompute(#[from] RecomputeError),
     #[error("writing the scene for the processes of the run, {path}: {source}")]
     Scene { path: PathBuf, source: std::io::Error },
     #[error("{0} could not be started, for the reason given above; nothing was navigated and no picture written")]
@@ -75,6 +77,9 @@ pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Repo
 
 fn run_locked(options: Options, source: Source, scene: Scene, context: &RunContext) -> Result<Report, RunError> {
     let path = context.scene_path();
+    if let Some((_, recompute)) = options.recompute() {
+        recompute.write_files()?;
+    }
     std::fs::write(&path, source.to_toml()).map_err(|source| RunError::Scene { path, source })?;
     let stop = StopFlag::install(false)?;
     let bus = Bus::join(context)?;
@@ -90,12 +95,13 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     })??;
     drop(server);
     if let Outcome::Refused(i) = outcome {
-        finale::remove_recordings(&run.options.out);
+        finale::remove_recordings(&run.options);
         return Err(RunError::Refused(run.planned[i].name.clone()));
     }
+    run.recomputed = finale::compare(&run.options);
     let report = finale::report(&run);
     report.write(&run.options.out)?;
-    finale::attach_report(&run.options.out);
+    finale::attach_report(&run.options);
     Ok(report)
 }
 
@@ -208,7 +214,12 @@ impl Run {
             self.books.jumped();
         }
         while let Some(pose) = self.ports.poses.next()? {
-            self.books.live_again("tracker", pose.t_publish_ns);
+            // Stamps of a replay are those of another run.
+            let published_ns = match self.session.is_replay() {
+                true => self.bus.clock().now_ns(),
+                false => pose.t_publish_ns,
+            };
+            self.books.live_again("tracker", published_ns);
             // Poses that came just before a replay went back are ahead of its clock by now; who draws them judges that.
             let now_ns = match self.session.is_replay() {
                 true => i64::MAX,

@@ -14,10 +14,10 @@ use bus::session::Session;
 use bus::{Bus, BusError};
 
 use crate::books::Books;
-use crate::output::SESSION;
-use crate::plan::{Planned, plan};
+use crate::output::{RECOMPUTED, SESSION};
+use crate::plan::{Planned, Poses, plan};
 use crate::ports::Ports;
-use crate::replay::Replay;
+use crate::replay::{Recompute, Recomputed, Replay};
 use crate::report::Pictures;
 use crate::spawn::Running;
 use crate::supervise::{KillReason, Supervisor};
@@ -32,6 +32,22 @@ pub(crate) struct Options {
     pub(crate) duration: Option<Duration>,
     /// What is replayed; `None`: the run navigates.
     pub(crate) replay: Option<Replay>,
+}
+
+impl Options {
+    /// The file name of what this run records.
+    pub(crate) fn recording(&self) -> &'static str {
+        match self.recompute() {
+            Some(_) => RECOMPUTED,
+            None => SESSION,
+        }
+    }
+
+    /// The recording whose poses are made again, and with what.
+    pub(crate) fn recompute(&self) -> Option<(&Replay, &Recompute)> {
+        let replay = self.replay.as_ref()?;
+        Some((replay, replay.recompute.as_ref()?))
+    }
 }
 
 /// A run that is going.
@@ -56,6 +72,8 @@ pub(crate) struct Run {
     /// The moment of sample 0, once everybody is ready.
     pub(crate) began_ns: Option<i64>,
     pub(crate) pictures: Option<Pictures>,
+    /// What came of poses that were made again, once everybody has ended.
+    pub(crate) recomputed: Option<Recomputed>,
     pub(crate) stop: StopFlag,
     /// How many events were told.
     pub(crate) events: Cell<u64>,
@@ -72,10 +90,15 @@ impl Run {
         bus: Bus,
         stop: StopFlag,
     ) -> Result<Self, BusError> {
-        let recording = options.out.join(SESSION);
+        let recording = options.out.join(options.recording());
         let recording = std::path::absolute(&recording).unwrap_or(recording);
         let replayer = options.replay.as_ref().map(|replay| replay.arguments(&options.out));
-        let planned = plan(&scene, &recording.to_string_lossy(), replayer.as_deref());
+        let poses = match (&options.replay, &replayer) {
+            (Some(Replay { recompute: Some(_), .. }), Some(arguments)) => Poses::MadeAgain(arguments),
+            (_, Some(arguments)) => Poses::Replayed(arguments),
+            _ => Poses::Tracked,
+        };
+        let planned = plan(&scene, &recording.to_string_lossy(), poses);
         let roles = planned.iter().map(|p| p.role.clone()).collect();
         Ok(Self {
             ports: Ports::open(&bus, &scene, &planned)?,
@@ -89,6 +112,7 @@ impl Run {
             next_progress_ns: 0,
             session: Session::open(&bus, &context)?,
             pictures: None,
+            recomputed: None,
             options,
             source,
             scene,

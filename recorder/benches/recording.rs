@@ -1,9 +1,10 @@
 //! What recording costs: processor time and bytes per pose, and how long it takes to find a moment.
 //!
-//! `cargo bench -p recorder --bench recording -- [SECONDS] [MEGABYTES]`: 4000 poses a second, each with its truth and 24 raw
-//! emitters, are published for SECONDS (20) to the recorder as a process of its own, once for each compression; then a moment
-//! is looked for in a file of MEGABYTES (1000), by its index and by reading from the start. Processor time is that of the
-//! recorder's process (`/proc/PID/stat`, 10 ms ticks); poses that come late are published at once, so that none is left out.
+//! `cargo bench -p recorder --bench recording -- [SECONDS] [MEGABYTES] [COMPRESSION]`: 4000 poses a second, each with its truth
+//! and 24 raw emitters, are published for SECONDS (20; 0: not at all) to the recorder as a process of its own, once for each
+//! compression or for the one named; then moments are looked for in a file of MEGABYTES (1000; 0: none), as a replay does, by
+//! its index, and by reading from the start. Processor time is that of the recorder's process (`/proc/PID/stat`, 10 ms ticks),
+//! and that of this one for moments; poses that come late are published at once, so that none is left out.
 
 #![allow(
     missing_docs,
@@ -24,9 +25,11 @@ use bus::port::{Publisher, Subscriber};
 use bus::run::RunContext;
 use bus::topic;
 use geometry::{Ct, Rigid, Tool, Vector};
+use recorder::replay::tape::Tape;
 use recorder::schema::{EMITTERS, TOOL_POSE};
 use recorder::seek::Session;
 use recorder::{info, reader};
+use rustix::time::{ClockId, clock_gettime};
 
 const RATE_HZ: u64 = 4000;
 const TICK_S: f64 = 0.01;
@@ -50,7 +53,9 @@ fn main() {
         "", "poses", "missing", "CPU %", "bytes/pose", "ratio"
     );
     let mut plain = None;
-    for compression in ["none", "lz4", "zstd"] {
+    let wanted = arguments.get(3);
+    let chosen = |name: &&str| seconds > 0 && wanted.is_none_or(|wanted| wanted == name);
+    for compression in ["none", "lz4", "zstd"].into_iter().filter(chosen) {
         let run = Recorded::make(compression, seconds);
         let plain = *plain.get_or_insert(run.cpu_percent);
         let Recorded {
@@ -62,7 +67,9 @@ fn main() {
         let ratio = cpu_percent / plain;
         println!("{compression:<6} {poses:>10} {missing:>10} {cpu_percent:>8.1} {bytes_per_pose:>12.0} {ratio:>8.2}");
     }
-    seek(megabytes);
+    if megabytes > 0 {
+        seek(megabytes);
+    }
 }
 
 struct Recorded {
@@ -230,31 +237,63 @@ fn sample(seq: u64, now_ns: i64, noise: &mut Noise) -> (EmitterFrame, ToolPose, 
     (frame, tool, truth)
 }
 
+/// Moments that are looked for.
+const MOMENTS: u64 = 500;
+
 /// Finds moments in a large file, made here without the bus.
 fn seek(megabytes: u64) {
     let tmp = tempfile::tempdir_in("/tmp").unwrap();
     let path = large(tmp.path(), megabytes * 1_000_000);
     let length = fs::metadata(&path).unwrap().len() as f64 / 1e6;
     let (_, last) = Session::open(&path).unwrap().span_ns().unwrap();
-    let mut indexed: Vec<f64> = (0..50).map(|i| timed(|| first(&path, last / 50 * i))).collect();
-    indexed.sort_by(f64::total_cmp);
+    println!("looking for moments in a file of {length:.0} MB, ms:");
+    println!("{:<44} {:>7} {:>7} {:>7} {:>9}", "", "p50", "p95", "most", "CPU, mean");
+    let mut tape = Tape::open(&path).unwrap();
+    let going = looked("poses, in a replay that is going (seek, loop)", last, |at_ns| {
+        find(&mut tape, at_ns)
+    });
+    let mut tape = Tape::with_frames(&path).unwrap();
+    looked("the same with the emitters (--recompute)", last, |at_ns| {
+        find(&mut tape, at_ns)
+    });
+    looked("poses, the file opened for it (--from)", last, |at_ns| {
+        find(&mut Tape::open(&path).unwrap(), at_ns);
+    });
     let linear = timed(|| {
         let mut poses = reader::poses(&path, TOOL_POSE).unwrap();
         let found = poses.find(|pose| pose.as_ref().unwrap().t_capture_ns >= (last / 2).cast_signed());
         assert!(found.is_some());
     });
-    let (median, most) = (indexed[25], indexed[49]);
-    println!(
-        "opening a file of {length:.0} MB at a moment: median {median:.1} ms, most {most:.1} ms of 50; reading to its middle: \
-         {linear:.0} ms ({:.0} times as long)",
-        linear / median
-    );
+    let ratio = linear / going;
+    println!("reading it from its start to its middle: {linear:.0} ms, {ratio:.0} times the first p50");
 }
 
-fn first(path: &Path, t_ns: u64) {
-    let session = Session::open(path).unwrap();
-    let pose = session.poses_from(t_ns.cast_signed()).unwrap().next().unwrap().unwrap();
-    assert!(pose.t_capture_ns.cast_unsigned() >= t_ns);
+/// Prints how long `find` takes for moments all over the file, in no order; returns the median, ms.
+fn looked(what: &str, last: u64, mut find: impl FnMut(i64)) -> f64 {
+    let before = clock_gettime(ClockId::ProcessCPUTime);
+    let moment = |i: u64| (last / MOMENTS * (i * 211 % MOMENTS)).cast_signed();
+    let mut took: Vec<f64> = (0..MOMENTS).map(|i| timed(|| find(moment(i)))).collect();
+    let after = clock_gettime(ClockId::ProcessCPUTime);
+    let cpu_ns = (after.tv_sec - before.tv_sec) * 1_000_000_000 + after.tv_nsec - before.tv_nsec;
+    took.sort_by(f64::total_cmp);
+    let rank = |percent: usize| took[(took.len() * percent).div_ceil(100) - 1];
+    let cpu_ms = cpu_ns as f64 / 1e6 / MOMENTS as f64;
+    println!(
+        "{what:<44} {:>7.1} {:>7.1} {:>7.1} {cpu_ms:>9.1}",
+        rank(50),
+        rank(95),
+        rank(100)
+    );
+    rank(50)
+}
+
+/// Goes to the first pose that was published at `at_ns` or later, as the replayer does.
+fn find(tape: &mut Tape, at_ns: i64) {
+    tape.near(at_ns).unwrap();
+    while tape.peek().is_some_and(|next| next.due_ns() < at_ns) {
+        tape.take();
+    }
+    assert!(tape.peek().is_some());
 }
 
 fn timed(work: impl FnOnce()) -> f64 {
@@ -274,6 +313,7 @@ fn large(folder: &Path, bytes: u64) -> PathBuf {
         epoch_ns: 0,
         registration_id: None,
         volume_hash: None,
+        remade_from: None,
     };
     let mut file = SessionFile::create(&folder.join("large.mcap"), &Content::new(&scene, &facts)).unwrap();
     let mut noise = Noise(3);

@@ -65,14 +65,15 @@ Example:
 
 const FACTS_HELP: &str = "\
 Reads the file from start to end. What is said: the scene, the run, the examination and the registration, how many poses, \
-from when to when (ns on the recorded run's clock), and what cannot be read.
+from when to when (ns on the recorded run's clock), how many frames of emitters, the attached calibrations and \
+registrations, and what cannot be read.
 
 Example:
   recorder facts session.mcap";
 
 const COMPARE_HELP: &str = "\
 Poses belong together by their sequence number. Writes compare.csv (a line for each number: distance and direction between \
-the tips, angle between the orientations), compare.png (both over time) and compare.json (rms, 50 %, 95 %, maximum).
+the tips, angle between the orientations, the tips themselves), compare.png (over time) and compare.json (rms, 50 %, 95 %, maximum).
 
 Examples:
   recorder compare session.mcap recomputed.mcap --out difference

@@ -123,7 +123,7 @@ pub fn log() -> Vec<u8> {
             scalar("message", 3, Type::String),
             scalar("name", 4, Type::String),
             scalar("file", 5, Type::String),
-            scalar("line", 6, Type::Uint32),
+            scalar("line", 6, Type::Fixed32),
         ],
     );
     let levels = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];

@@ -129,6 +129,7 @@ impl Recorder {
             epoch_ns: run.epoch_ns,
             registration_id: None,
             volume_hash: None,
+            remade_from: run.replay.as_ref().map(|replay| replay.recording.display().to_string()),
         };
         let content = content(run, scene, &spec, &facts);
         let thumbnails = spec.thumbnail_every.map(|every| Thumbnails::open(bus, scene, every));

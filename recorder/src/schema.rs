@@ -172,6 +172,8 @@ pub struct RunFacts {
     pub registration_id: Option<u64>,
     /// The volume that was navigated in; known once it is loaded.
     pub volume_hash: Option<VolumeHash>,
+    /// The recording of whose emitters the poses were made again; `None` in a run that navigates.
+    pub remade_from: Option<String>,
 }
 
 impl RunFacts {
@@ -187,6 +189,9 @@ impl RunFacts {
         }
         if let Some(hash) = self.volume_hash {
             facts.insert("volume_hash".to_owned(), hash.to_string());
+        }
+        if let Some(recording) = &self.remade_from {
+            facts.insert("remade_from".to_owned(), recording.clone());
         }
         Metadata {
             name: RUN.to_owned(),

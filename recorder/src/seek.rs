@@ -122,7 +122,13 @@ impl Session {
     /// # Errors
     /// [`OpenError::Io`].
     pub fn items_from(&self, t_ns: u64) -> Result<Scan<BufReader<File>>, OpenError> {
-        self.scan_at(self.places.first_at(t_ns))
+        let first = self.places.first_at(t_ns);
+        // Without an index, a file of another program says only on the way which channels it has.
+        let knows_channels = self.summary.is_some() || self.places.is_ours;
+        self.scan_at(match first {
+            Some(_) if !knows_channels => Some(MAGIC.len() as u64),
+            first => first,
+        })
     }
 
     /// The attached file of this name; the last one of several. `None` where there is none that can be read.

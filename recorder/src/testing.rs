@@ -80,6 +80,7 @@ pub(crate) fn facts() -> RunFacts {
         epoch_ns: 123_456,
         registration_id: None,
         volume_hash: None,
+        remade_from: None,
     }
 }
 

@@ -12,7 +12,7 @@ use bus::topic::{GROUND_TRUTH, TOOL_POSE};
 use geometry::{Ct, Point, Rigid, Tool, Tracker, VolumeGrid};
 
 use crate::chain::{Found, Smoothing};
-use crate::follow::{PlayError, follow_emitters, follow_room, follow_sequence, holds};
+use crate::follow::{PlayError, follow_emitters, follow_recorded_room, follow_room, follow_sequence, holds};
 use crate::gesture::{Gesture, GestureError, aim};
 use crate::markers::MarkersError;
 use crate::operating_room::{RoomError, ScriptError};
@@ -48,6 +48,9 @@ pub enum RunError {
     /// The sequence cannot be played.
     #[error(transparent)]
     Play(#[from] PlayError),
+    /// A replay whose poses cannot be made again.
+    #[error("no pose can be made of the recorded emitters: {0}")]
+    NoLinks(String),
     /// Poses come from elsewhere.
     #[error(
         "the scene says tracker.source = \"external\": another program publishes the poses, and no tracker is to be started"
@@ -67,6 +70,10 @@ pub(crate) fn run(membership: &Membership, start_ns: i64) -> Result<(), RunError
         start_ns,
     };
     match process.scene.tracker.source.clone() {
+        // In a replay the frames of a room come out of the recording.
+        TrackerSource::OperatingRoom(room) if process.session.is_replay() => {
+            follow_recorded_room(&mut process, &output, &room)
+        }
         TrackerSource::OperatingRoom(room) => follow_room(&mut process, &output, &room),
         TrackerSource::Emitters(source) => follow_emitters(&mut process, &output, &source),
         TrackerSource::Sequence(source) => follow_sequence(&mut process, &output, &source),

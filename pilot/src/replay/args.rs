@@ -17,8 +17,8 @@ pub(crate) struct ReplayArgs {
     #[arg(value_name = "FILE.mcap")]
     pub(crate) recording: PathBuf,
     /// How fast: a number (1 is the speed of the recording), or `max`: as fast as every view draws every pose, none left
-    /// out.
-    #[arg(long, default_value = "1", value_parser = speed)]
+    /// out. With `--recompute` the default is `max`.
+    #[arg(long, default_value = "1", default_value_if("recompute", "true", "max"), value_parser = speed)]
     pub(crate) speed: String,
     /// Begin here: 3.2s behind the recording's first pose.
     #[arg(long, value_name = "TIME", value_parser = place)]
@@ -39,6 +39,16 @@ pub(crate) struct ReplayArgs {
     /// Another scene than the one in the recording: other views, limits or targets.
     #[arg(long, value_name = "SCENE.toml")]
     pub(crate) scene: Option<PathBuf>,
+    /// Makes the poses again, of the recorded emitters, and says how far they lie from the recorded ones: DIR/compare.csv,
+    /// compare.png, compare.json. The new poses are in DIR/recomputed.mcap.
+    #[arg(long, conflicts_with = "looping")]
+    pub(crate) recompute: bool,
+    /// With this calibration of the tool instead of the recorded run's.
+    #[arg(long, value_name = "FILE", requires = "recompute")]
+    pub(crate) calibration: Option<PathBuf>,
+    /// With this registration of the patient instead of the recorded run's.
+    #[arg(long, value_name = "FILE", requires = "recompute")]
+    pub(crate) registration: Option<PathBuf>,
     /// Also in another examination than the recorded one (every image says so), and what is readable of a damaged file.
     #[arg(long)]
     pub(crate) force: bool,

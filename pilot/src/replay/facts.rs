@@ -18,8 +18,20 @@ pub(crate) struct Facts {
     /// When the first pose was published, ns on the recorded run's clock.
     pub(crate) first_ns: i64,
     pub(crate) last_ns: i64,
+    pub(crate) emitters: u64,
+    /// Why no poses can be made of them, in words.
+    pub(crate) emitters_refused: Option<String>,
+    /// Calibrations and registrations that the recording holds.
+    pub(crate) files: Vec<AttachedText>,
     /// What cannot be read, in words.
     pub(crate) damage: Vec<String>,
+}
+
+/// A text file that a recording holds.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub(crate) struct AttachedText {
+    pub(crate) name: String,
+    pub(crate) text: String,
 }
 
 /// Why nothing is known of a recording.

@@ -8,6 +8,7 @@ mod args;
 pub(crate) mod control;
 mod facts;
 mod prepare;
+mod recompute;
 
 use std::path::PathBuf;
 
@@ -21,6 +22,7 @@ use crate::state::{Options, Run};
 pub(crate) use args::ReplayArgs;
 pub(crate) use facts::Facts;
 pub(crate) use prepare::{PrepareError, prepare};
+pub(crate) use recompute::{Recompute, RecomputeError, Recomputed};
 
 /// The name of the replayer's process.
 pub(crate) const REPLAYER: &str = "replay";
@@ -42,6 +44,8 @@ pub(crate) struct Replay {
     pub(crate) force: bool,
     /// Pictures of every so many poses, beside those of the last one.
     pub(crate) every: Option<u64>,
+    /// The poses are made again of the recorded emitters.
+    pub(crate) recompute: Option<Recompute>,
 }
 
 impl Replay {
@@ -56,6 +60,14 @@ impl Replay {
     /// Seconds behind the recording's first pose.
     pub(crate) fn seconds(&self, moment_ns: i64) -> f64 {
         clock::ms(moment_ns.saturating_sub(self.facts.first_ns)) / 1e3
+    }
+
+    /// What the contact sheet says of it.
+    pub(crate) fn title(&self) -> String {
+        match self.recompute {
+            Some(_) => format!("{}, poses made again", self.name()),
+            None => self.name(),
+        }
     }
 
     /// The recording's file name, for pictures and progress.
@@ -82,7 +94,11 @@ impl Replay {
                 every.to_string(),
             ]);
         }
-        let flags = [(self.looping, "--loop"), (self.force, "--force")];
+        let flags = [
+            (self.looping, "--loop"),
+            (self.force, "--force"),
+            (self.recompute.is_some(), "--emitters"),
+        ];
         arguments.extend(flags.iter().filter(|(on, _)| *on).map(|(_, flag)| (*flag).to_owned()));
         arguments
     }
@@ -104,6 +120,8 @@ pub(crate) struct ReplayReport {
     pub(crate) to_s: f64,
     /// What could not be read of the recording, and was replayed without.
     pub(crate) damage: Vec<String>,
+    /// Where poses were made again: of what, and how far they lie from the recorded ones.
+    pub(crate) recomputed: Option<Recomputed>,
 }
 
 impl ReplayReport {
@@ -121,6 +139,7 @@ impl ReplayReport {
             from_s: replay.seconds(replay.span_ns[0]),
             to_s: replay.seconds(replay.span_ns[1]),
             damage: replay.facts.damage.clone(),
+            recomputed: run.recomputed.clone(),
         })
     }
 
@@ -139,7 +158,13 @@ impl ReplayReport {
             ),
         }
         problems.extend(self.damage.iter().map(|damage| format!("the recording, {damage}")));
+        problems.extend(self.recomputed.iter().flat_map(Recomputed::problems).cloned());
         problems
+    }
+
+    /// How far poses that were made again lie from the recorded ones, for people.
+    pub(crate) fn recomputed(&self) -> Option<String> {
+        self.recomputed.as_ref().map(|found| found.words.clone())
     }
 }
 
@@ -192,9 +217,10 @@ impl Options {
         match (&self.replay, self.duration) {
             (Some(replay), _) => {
                 let [from, to] = replay.span_ns.map(|ns| replay.seconds(ns));
+                let made = replay.recompute.as_ref().map_or("", |_| ", poses made again");
                 let again = if replay.looping { ", again and again" } else { "" };
                 let (name, speed) = (replay.name(), &replay.speed);
-                format!("replaying {name} from {from:.2} s to {to:.2} s at speed {speed}{again}")
+                format!("replaying {name} from {from:.2} s to {to:.2} s at speed {speed}{again}{made}")
             }
             (None, Some(duration)) => format!("navigating for {:.1} s", duration.as_secs_f64()),
             (None, None) => format!("navigating until `pilot stop --run {}` or Ctrl-C", self.run),

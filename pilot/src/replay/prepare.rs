@@ -9,6 +9,7 @@ use bus::scene::{Scene, SceneError};
 use super::Replay;
 use super::args::{Pictured, ReplayArgs};
 use super::facts::{self, Facts, FactsError};
+use super::recompute::{Recompute, RecomputeError};
 use crate::output;
 use crate::resolve::{ResolveError, volume_path};
 use crate::state::Options;
@@ -22,6 +23,8 @@ pub(crate) enum PrepareError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Resolve(#[from] ResolveError),
+    #[error(transparent)]
+    Recompute(#[from] RecomputeError),
     #[error(
         "{recording} is not whole: {damage}. `recorder recover {recording}` makes a whole file of what is readable; with \
          `--force` that much of it ({poses} poses, {seconds:.2} s) is replayed as it is"
@@ -53,6 +56,11 @@ pub(crate) enum PrepareError {
     )]
     PicturesOnTheWay(String),
     #[error(
+        "{recording} lies in the output folder {out}, where what is left of an earlier replay is replaced. Name another \
+         folder with `--out DIR`"
+    )]
+    InTheWay { recording: PathBuf, out: PathBuf },
+    #[error(
         "output folder {0} holds a recorded session: its pictures would be replaced by those of the replay. Name another \
          folder with `--out DIR`"
     )]
@@ -62,8 +70,12 @@ pub(crate) enum PrepareError {
 /// Reads the recording, and refuses what cannot be replayed before anything is started.
 pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), PrepareError> {
     let recording = std::path::absolute(&args.recording).unwrap_or_else(|_| args.recording.clone());
-    if !output::recordings(&args.out).is_empty() {
+    if !output::recordings(&args.out, output::SESSION).is_empty() {
         return Err(PrepareError::HoldsSession(args.out.clone()));
+    }
+    let out = std::path::absolute(&args.out).unwrap_or_else(|_| args.out.clone());
+    if recording.parent() == Some(&out) {
+        return Err(PrepareError::InTheWay { recording, out });
     }
     let every = match args.images {
         Pictured::Last => None,
@@ -75,7 +87,7 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
     if !args.force {
         whole(&facts, &recording)?;
     }
-    let (source, scene) = scene(args, &facts, &recording)?;
+    let (source, scene, recompute) = scene(args, &facts, &recording)?;
     let replay = Replay {
         recording,
         speed: args.speed.clone(),
@@ -83,6 +95,7 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
         looping: args.looping,
         force: args.force,
         every,
+        recompute,
         facts,
     };
     let options = Options {
@@ -133,22 +146,33 @@ fn whole(facts: &Facts, recording: &Path) -> Result<(), PrepareError> {
     }
 }
 
-/// The scene of the recording, without a recording of its own, and with the examination where it lies now.
-fn scene(args: &ReplayArgs, facts: &Facts, recording: &Path) -> Result<(Source, Scene), PrepareError> {
+/// The scene of the recording, with the examination where it lies now; without a recording of its own, unless poses are made
+/// again.
+fn scene(
+    args: &ReplayArgs,
+    facts: &Facts,
+    recording: &Path,
+) -> Result<(Source, Scene, Option<Recompute>), PrepareError> {
     let mut source = match (&args.scene, &facts.scene) {
         (Some(path), _) => raw::load(path)?,
         // Errors name the file within the file.
         (None, Some(text)) => raw::parse(text, &recording.join("scene.toml"))?,
         (None, None) => return Err(PrepareError::NoScene(recording.to_owned())),
     };
-    source.scene.recording = None;
+    let recompute = match args.recompute {
+        true => Some(Recompute::prepare(args, facts, recording, &mut source.scene)?),
+        false => {
+            source.scene.recording = None;
+            None
+        }
+    };
     if let Some(volume) = &args.volume {
         // Region, spacing and targets stay: this is the same examination in another place, and its hash says whether it is.
         source.scene.volume.source = volume_path(volume)?;
         source.scene.volume.series = args.series;
     }
     let scene = Scene::from_raw(&source)?;
-    Ok((source, scene))
+    Ok((source, scene, recompute))
 }
 
 #[cfg(test)]
@@ -164,6 +188,9 @@ mod tests {
             poses: 100,
             first_ns: 2_000_000_000,
             last_ns: 12_000_000_000,
+            emitters: 0,
+            emitters_refused: None,
+            files: Vec::new(),
             damage: Vec::new(),
         }
     }

@@ -13,6 +13,8 @@ pub struct Difference {
     pub t_device_ns: i64,
     /// Status of both: 0 is valid.
     pub status: [u32; 2],
+    /// The tips, LPS mm; `None` where there is no pose.
+    pub tips_mm: [Option<[f64; 3]>; 2],
     /// From the tip of the first to that of the second, LPS mm, and the angle between the two orientations, radians;
     /// `None` where one of them has no pose.
     pub apart: Option<([f64; 3], f64)>,
@@ -24,6 +26,7 @@ impl Difference {
             seq,
             t_device_ns: a.t_device_ns,
             status: [a.status, b.status],
+            tips_mm: [a.pose, b.pose].map(|pose| pose.map(tip_mm)),
             apart: a.pose.zip(b.pose).map(|(a, b)| (tip_offset_mm(a, b), angle_rad(a, b))),
         }
     }
@@ -39,10 +42,13 @@ impl Difference {
     }
 }
 
+/// The tool's frame begins at the inner tip.
+fn tip_mm(pose: Rigid<Ct, Tool>) -> [f64; 3] {
+    (pose * Point::<Tool>::new(0.0, 0.0, 0.0)).mm()
+}
+
 fn tip_offset_mm(a: Rigid<Ct, Tool>, b: Rigid<Ct, Tool>) -> [f64; 3] {
-    // The tool's frame begins at the inner tip.
-    let tip = |pose: Rigid<Ct, Tool>| (pose * Point::<Tool>::new(0.0, 0.0, 0.0)).mm();
-    let (a, b) = (tip(a), tip(b));
+    let (a, b) = (tip_mm(a), tip_mm(b));
     std::array::from_fn(|i| b[i] - a[i])
 }
 

@@ -44,21 +44,29 @@ fn failed(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
     move |source| OutputError::File { path, source }
 }
 
-/// One line for each number that both have. Numbers are written so that they read back to the same bits; a line without a
-/// pose in both has empty fields.
+/// One line for each number that both have. Numbers are written so that they read back to the same bits; without a pose in
+/// both there is no difference, and without one no tip: those fields are empty.
 fn table(compared: &Compared, path: &Path) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     writeln!(
         file,
-        "seq,t_device_s,status_a,status_b,tip_mm,dx_l_mm,dy_p_mm,dz_s_mm,angle_deg"
+        "seq,t_device_s,status_a,status_b,tip_mm,dx_l_mm,dy_p_mm,dz_s_mm,angle_deg,\
+         a_l_mm,a_p_mm,a_s_mm,b_l_mm,b_p_mm,b_s_mm"
     )?;
     for d in &compared.differences {
         let t_s = bus::clock::ms(d.t_device_ns) / 1e3;
         write!(file, "{},{t_s},{},{}", d.seq, d.status[0], d.status[1])?;
         match (d.apart, d.tip_mm()) {
-            (Some(([x, y, z], angle)), Some(tip)) => writeln!(file, ",{tip},{x},{y},{z},{}", angle.to_degrees())?,
-            _ => writeln!(file, ",,,,,")?,
+            (Some(([x, y, z], angle)), Some(tip)) => write!(file, ",{tip},{x},{y},{z},{}", angle.to_degrees())?,
+            _ => write!(file, ",,,,,")?,
         }
+        for tip in d.tips_mm {
+            match tip {
+                Some([x, y, z]) => write!(file, ",{x},{y},{z}")?,
+                None => write!(file, ",,,")?,
+            }
+        }
+        writeln!(file)?;
     }
     file.flush()
 }

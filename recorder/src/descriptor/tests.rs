@@ -99,6 +99,9 @@ fn logs_and_images_are_foxgloves() {
     fields.sort_by_key(|(_, number)| *number);
     assert_eq!(fields, numbered(&["timestamp", "data", "format", "frame_id"]));
     let set = FileDescriptorSet::decode(&log()[..]).unwrap();
+    // As Foxglove has it, where the others are as one would guess.
+    let line = &set.file[1].message_type[0].field[5];
+    assert_eq!((line.name(), line.r#type()), ("line", Type::Fixed32));
     let levels = &set.file[1].message_type[0].enum_type[0];
     let levels: Vec<_> = levels
         .value

@@ -82,7 +82,7 @@ pub struct Log {
     #[prost(string, tag = "5")]
     pub file: String,
     /// Not used.
-    #[prost(uint32, tag = "6")]
+    #[prost(fixed32, tag = "6")]
     pub line: u32,
 }
 

@@ -23,6 +23,10 @@ pub struct Account {
     pub to_s: f64,
     /// Poses published.
     pub published: u64,
+    /// Poses whose frame of emitters is not in the recording, where poses are made again: they are not.
+    pub without_emitters: u64,
+    /// Frames of which the tracker made no pose in time.
+    pub unanswered: u64,
     /// How long it took, s of the machine's clock.
     pub wall_s: f64,
     /// How well time was kept by those poses that went out by the clock.

@@ -40,6 +40,9 @@ pub(crate) struct ReplayArgs {
     /// Begin anew at the end
     #[arg(long = "loop")]
     looping: bool,
+    /// Publish the recorded frames of emitters in place of the poses: the run's tracker makes those of them again
+    #[arg(long, conflicts_with = "looping")]
+    emitters: bool,
     /// Also in another examination than the recorded one: every image says so
     #[arg(long)]
     force: bool,
@@ -68,6 +71,7 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), ReplayError> {
         speed: args.speed,
         looping: args.looping,
         force: args.force,
+        emitters: args.emitters,
         images: args.images.map(|folder| (folder, args.every)),
         account: args.account,
     };

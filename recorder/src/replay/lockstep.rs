@@ -1,9 +1,10 @@
-//! At full speed: the next pose goes out when every view has drawn the one before.
+//! At full speed: the next pose goes out when every view has drawn the one before; where poses are made again, also when
+//! the tracker has made it.
 
 use bus::message::{FrameStamp, ToolPose};
 use bus::port::Subscriber;
 use bus::scene::Scene;
-use bus::topic::FRAME_STAMP;
+use bus::topic::{FRAME_STAMP, TOOL_POSE};
 use bus::{Bus, BusError};
 
 /// Which views have drawn the pose that was published last.
@@ -15,14 +16,21 @@ pub struct Lockstep {
     views: Vec<(usize, bool)>,
     /// Its number and when it was captured: an image that says that there is no pose has no time.
     waiting_for: Option<(u64, i64)>,
+    /// The tracker that makes the poses, where another process does.
+    tracker: Option<Subscriber<ToolPose>>,
+    /// What it made.
+    made: Option<ToolPose>,
 }
 
+/// The name of the tracker's process.
+pub const TRACKER: &str = "tracker";
+
 impl Lockstep {
-    /// Listens to every renderer of the scene.
+    /// Listens to every renderer of the scene, and to the tracker where that makes the poses.
     ///
     /// # Errors
     /// [`BusError::Open`].
-    pub fn open(bus: &Bus, scene: &Scene) -> Result<Self, BusError> {
+    pub fn open(bus: &Bus, scene: &Scene, tracked: bool) -> Result<Self, BusError> {
         let mut views = vec![(0, true); scene.views.len()];
         let mut renderers = Vec::new();
         for (renderer, (plane, indices)) in scene.renderers().into_iter().enumerate() {
@@ -33,10 +41,13 @@ impl Lockstep {
             ));
             indices.into_iter().for_each(|view| views[view] = (renderer, true));
         }
+        let tracker = tracked.then(|| Subscriber::open(bus, &TOOL_POSE, "", TOOL_POSE.buffer));
         Ok(Self {
             renderers,
             views,
             waiting_for: None,
+            tracker: tracker.transpose()?,
+            made: None,
         })
     }
 
@@ -48,6 +59,8 @@ impl Lockstep {
         for (_, stamps) in &self.renderers {
             while stamps.next()?.is_some() {}
         }
+        self.poses(|_| {})?;
+        self.made = None;
         self.views.iter_mut().for_each(|(_, drawn)| *drawn = false);
         self.waiting_for = Some((pose.seq, pose.t_capture_ns));
         Ok(())
@@ -73,14 +86,42 @@ impl Lockstep {
                 }
             }
         }
-        if self.views.iter().all(|(_, drawn)| *drawn) {
+        let mut made = self.made;
+        self.poses(|pose| {
+            if (pose.seq, pose.t_capture_ns) == expected {
+                made = Some(pose);
+            }
+        })?;
+        self.made = made;
+        if self.is_made() && self.views.iter().all(|(_, drawn)| *drawn) {
             self.waiting_for = None;
         }
         Ok(self.waiting_for.is_none())
     }
 
-    /// The first renderer that has not drawn the expected pose.
+    /// Gives what the tracker has published since the last time to `take`.
+    fn poses(&self, mut take: impl FnMut(ToolPose)) -> Result<(), BusError> {
+        let Some(tracker) = &self.tracker else { return Ok(()) };
+        while let Some(pose) = tracker.next()? {
+            take(pose);
+        }
+        Ok(())
+    }
+
+    fn is_made(&self) -> bool {
+        self.tracker.is_none() || self.made.is_some()
+    }
+
+    /// The expected pose as the tracker made it.
+    pub fn made(&self) -> Option<ToolPose> {
+        self.made
+    }
+
+    /// Who is waited for: the tracker, or the first renderer that has not drawn the expected pose.
     pub fn missing(&self) -> Option<&str> {
+        if self.waiting_for.is_some() && !self.is_made() {
+            return Some(TRACKER);
+        }
         let (renderer, _) = self.views.iter().find(|(_, drawn)| !drawn)?;
         self.waiting_for.map(|_| self.renderers[*renderer].0.as_str())
     }
@@ -99,7 +140,7 @@ mod tests {
         let run = RunContext::new(folder.path(), 0).unwrap();
         let bus = Bus::join(&run).unwrap();
         let scene = Scene::parse("", Path::new("")).unwrap();
-        let mut lockstep = Lockstep::open(&bus, &scene).unwrap();
+        let mut lockstep = Lockstep::open(&bus, &scene, false).unwrap();
         let renderers: Vec<_> = scene.renderers();
         let open = |plane: bus::scene::Plane| Publisher::open(&bus, &FRAME_STAMP, &plane.process()).unwrap();
         let stamps: Vec<Publisher<FrameStamp>> = renderers.iter().map(|(plane, _)| open(*plane)).collect();
@@ -133,6 +174,44 @@ mod tests {
         }
         assert!(lockstep.is_drawn().unwrap() && lockstep.missing().is_none());
         drop((lockstep, stamps, bus));
+        run.sweep();
+    }
+
+    #[test]
+    fn a_pose_that_is_made_again_is_waited_for_and_handed_on() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), 0).unwrap();
+        let bus = Bus::join(&run).unwrap();
+        let view = "[[views]]\nname = \"a\"\nplane = \"axial\"\nextent = \"local\"";
+        let scene = Scene::parse(view, Path::new("")).unwrap();
+        let poses = Publisher::open(&bus, &TOOL_POSE, "").unwrap();
+        let stamps = Publisher::open(&bus, &FRAME_STAMP, "view-axial").unwrap();
+        let mut lockstep = Lockstep::open(&bus, &scene, true).unwrap();
+        let recorded = ToolPose {
+            seq: 7,
+            t_capture_ns: 70,
+            ..ToolPose::EMPTY
+        };
+        poses.send(recorded).unwrap();
+        lockstep.expect(&recorded).unwrap();
+        let stamp = FrameStamp {
+            seq: 7,
+            t_capture_ns: 70,
+            ..FrameStamp::default()
+        };
+        stamps.send(stamp).unwrap();
+        // What was published before it was expected does not count, and another pose neither.
+        poses.send(ToolPose { seq: 8, ..recorded }).unwrap();
+        assert!(!lockstep.is_drawn().unwrap());
+        assert_eq!((lockstep.missing(), lockstep.made()), (Some(TRACKER), None));
+        let again = ToolPose {
+            fre_rms_mm: 0.25,
+            ..recorded
+        };
+        poses.send(again).unwrap();
+        assert!(lockstep.is_drawn().unwrap());
+        assert_eq!((lockstep.missing(), lockstep.made()), (None, Some(again)));
+        drop((lockstep, stamps, poses, bus));
         run.sweep();
     }
 }

@@ -1,9 +1,11 @@
-//! Replays a recording: its poses on the topics of the tracker, with the stamps and the numbers that they had.
+//! Replays a recording: its poses on the topics of the tracker, with the stamps and the numbers that they had; or, in their
+//! place, the frames of emitters that they were made of, for a tracker that makes poses of them again.
 //!
 //! * [`facts`]: what must be known of a recording before it is replayed, and whether it can be.
 //! * [`tape`]: the messages of a recording in the order in which they were published.
 //! * [`transport`]: play, pause, step, seek, speed, loop, as a state machine without a clock of its own.
-//! * [`lockstep`]: at full speed, waiting until every view has drawn a pose before the next goes out.
+//! * [`lockstep`]: at full speed, waiting until every view has drawn a pose before the next goes out; and until the tracker
+//!   has made it, where it makes poses.
 //! * [`images`]: pictures of every pose, or of every N-th, as files.
 //! * [`timing`]: how well time was kept.
 //! * [`account`]: what came of it.

@@ -1,23 +1,27 @@
 //! The replayer's process: reads the recording, drives the transport, publishes.
 
+mod answer;
+mod outlet;
+
 use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
-use bus::message::{ClockLaw, Command, CommandKind, ProcessState, ReplayState, ToolPose};
-use bus::port::{CommandServer, Publisher, Request, VolumeSubscriber};
+use bus::message::{ClockLaw, ProcessState, ReplayState, ToolPose};
+use bus::port::{CommandServer, Publisher, VolumeSubscriber};
 use bus::process::{JoinError, Process};
-use bus::topic::{GROUND_TRUTH, SESSION_CLOCK, TOOL_POSE};
+use bus::topic::{GROUND_TRUTH, SESSION_CLOCK};
 
 use super::Speed;
 use super::images::{Images, ImagesError};
-use super::lockstep::Lockstep;
+use super::lockstep::{Lockstep, TRACKER};
 use super::tape::Tape;
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
 use crate::damage::OpenError;
-use crate::replay::account::{Account, AccountError};
+use crate::replay::account::AccountError;
+use outlet::Outlet;
 
 /// The name of this process on the bus.
 pub const NAME: &str = "replay";
@@ -28,6 +32,8 @@ const LOOK_UP: Duration = Duration::from_millis(10);
 const NEXT_LOOK: Duration = Duration::from_micros(100);
 /// A sleep ends late by some tens of microseconds: the last of a wait is spent awake.
 const AWAKE: Duration = Duration::from_micros(150);
+/// How long the tracker may take for a pose, a restart of it included.
+const MAKING: Duration = Duration::from_secs(10);
 /// Poses passed over between two signs of life.
 const PASSED: usize = 4096;
 
@@ -48,6 +54,8 @@ pub struct Options {
     pub looping: bool,
     /// Also in another examination than the recorded one: every image says so.
     pub force: bool,
+    /// The frames of emitters in place of the poses: the run's tracker makes those of them again.
+    pub emitters: bool,
     /// Pictures into this folder, of every so many poses.
     pub images: Option<(PathBuf, u64)>,
     /// What came of it goes here, as JSON.
@@ -98,7 +106,7 @@ struct Replayer<'a> {
     options: &'a Options,
     transport: Transport,
     tape: Tape,
-    poses: Publisher<ToolPose>,
+    outlet: Outlet,
     truths: Publisher<ToolPose>,
     laws: Publisher<ClockLaw>,
     told: Option<ClockLaw>,
@@ -108,6 +116,10 @@ struct Replayer<'a> {
     unpictured: Option<ToolPose>,
     timing: Timing,
     published: u64,
+    without_emitters: u64,
+    unanswered: u64,
+    /// When something was published last, on the machine's clock.
+    published_ns: i64,
     last: Option<ToolPose>,
     began_ns: i64,
     next_look_ns: i64,
@@ -170,16 +182,22 @@ impl<'a> Replayer<'a> {
         Ok(Self {
             options,
             transport,
-            tape: Tape::open(&options.recording)?,
-            poses: Publisher::open(bus, &TOOL_POSE, "")?,
+            tape: match options.emitters {
+                true => Tape::with_frames(&options.recording)?,
+                false => Tape::open(&options.recording)?,
+            },
+            outlet: Outlet::open(bus, options.emitters)?,
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
             laws: Publisher::open(bus, &SESSION_CLOCK, "")?,
             told: None,
-            lockstep: Lockstep::open(bus, &process.scene)?,
+            lockstep: Lockstep::open(bus, &process.scene, options.emitters)?,
             images: images.transpose()?,
             unpictured: None,
             timing: Timing::default(),
             published: 0,
+            without_emitters: 0,
+            unanswered: 0,
+            published_ns: 0,
             last: None,
             began_ns: monotonic_ns(),
             next_look_ns: 0,
@@ -191,6 +209,7 @@ impl<'a> Replayer<'a> {
         self.look_up(process)?;
         if !self.lockstep.is_drawn()? {
             std::thread::sleep(NEXT_LOOK);
+            self.lose_patience();
             return Ok(());
         }
         self.picture(process)?;
@@ -217,7 +236,7 @@ impl<'a> Replayer<'a> {
         if now >= self.next_look_ns {
             self.next_look_ns = now + clock::ns(LOOK_UP);
             self.laws.serve_late_joiners();
-            self.poses.serve_late_joiners();
+            self.outlet.serve_late_joiners();
         }
         Ok(())
     }
@@ -234,6 +253,10 @@ impl<'a> Replayer<'a> {
 
     fn publish(&mut self) -> Result<(), ReplayError> {
         let Some(moment) = self.tape.take() else { return Ok(()) };
+        if !self.outlet.takes(&moment) {
+            self.without_emitters += 1;
+            return Ok(());
+        }
         let waits = self.transport.speed() == Speed::Max || self.transport.state() == ReplayState::Paused;
         if waits {
             self.lockstep.expect(&moment.pose)?;
@@ -241,18 +264,35 @@ impl<'a> Replayer<'a> {
         } else if let Some(when) = self.transport.law().when(moment.due_ns()) {
             self.timing.saw(monotonic_ns().saturating_sub(when));
         }
-        self.poses.send(moment.pose)?;
+        self.outlet.send(&moment)?;
         for truth in &moment.truths {
             self.truths.send(*truth)?;
         }
         self.published += 1;
+        self.published_ns = monotonic_ns();
         self.last = Some(moment.pose);
         Ok(())
     }
 
+    /// A tracker that has made no pose of a frame for long will not make one: the replay goes on without.
+    fn lose_patience(&mut self) {
+        if self.lockstep.missing() != Some(TRACKER) || monotonic_ns() - self.published_ns < clock::ns(MAKING) {
+            return;
+        }
+        if self.unanswered == 0 {
+            let seq = self.last.map_or(0, |pose| pose.seq);
+            bus::say!("replay: the tracker makes no pose of frame {seq}; this and further ones are only counted");
+        }
+        self.unanswered += 1;
+        self.unpictured = None;
+        self.lockstep.forget();
+    }
+
     /// Pictures are taken of poses that every view has drawn.
     fn picture(&mut self, process: &mut Process) -> Result<(), ReplayError> {
-        let (Some(pose), Some(images)) = (self.unpictured.take(), &mut self.images) else {
+        // Where poses are made again, it is the new one.
+        let pose = self.unpictured.take().map(|pose| self.lockstep.made().unwrap_or(pose));
+        let (Some(pose), Some(images)) = (pose, &mut self.images) else {
             return Ok(());
         };
         images.pose(&pose, &mut || process.beat(ProcessState::Ready, "taking pictures"))?;
@@ -275,9 +315,7 @@ impl<'a> Replayer<'a> {
     fn find(&mut self, at_ns: i64, process: &mut Process) -> Result<(), ReplayError> {
         self.lockstep.forget();
         self.unpictured = None;
-        if self.tape.peek().is_none_or(|next| next.due_ns() > at_ns) {
-            self.tape.rewind()?;
-        }
+        self.tape.near(at_ns)?;
         let mut passed = 0_usize;
         while self.tape.peek().is_some_and(|next| next.due_ns() < at_ns) && !process.stop.is_set() {
             self.tape.take();
@@ -290,87 +328,5 @@ impl<'a> Replayer<'a> {
         self.transport.found(at_ns, monotonic_ns());
         self.tell()?;
         Ok(())
-    }
-
-    fn answer(&mut self, request: Request) -> Result<(), ReplayError> {
-        let command: Command = *request.command();
-        match self.control(&command) {
-            Ok(control) => {
-                if matches!(control, Control::Seek(_)) {
-                    self.lockstep.forget();
-                }
-                self.transport.control(control, monotonic_ns());
-                self.tell()?;
-                request.reply(Ok(&self.note()))?;
-            }
-            Err(why) => request.reply(Err(&why))?,
-        }
-        Ok(())
-    }
-
-    fn control(&self, command: &Command) -> Result<Control, String> {
-        match command.command_kind() {
-            Some(CommandKind::Pause) => Ok(Control::Pause),
-            Some(CommandKind::Play) => Ok(Control::Play),
-            Some(CommandKind::Step) => Ok(Control::Step),
-            Some(CommandKind::Speed) => Speed::from_number(command.number).map(Control::Speed),
-            Some(CommandKind::Seek) => {
-                let last_s = self.seconds(self.options.span_ns[1]);
-                let first_s = self.seconds(self.options.span_ns[0]);
-                if !(first_s..=last_s).contains(&command.number) {
-                    return Err(format!(
-                        "there is no place {} s in this replay: it goes from {first_s:.3} s to {last_s:.3} s",
-                        command.number
-                    ));
-                }
-                Ok(Control::Seek(
-                    self.options.zero_ns.saturating_add(clock::seconds(command.number)),
-                ))
-            }
-            _ => Err("the replayer answers pause, play, step, seek and speed".to_owned()),
-        }
-    }
-
-    /// A moment as people name it.
-    fn seconds(&self, moment_ns: i64) -> f64 {
-        clock::ms(moment_ns.saturating_sub(self.options.zero_ns)) / 1e3
-    }
-
-    /// Where the replay stands, for people.
-    fn note(&self) -> String {
-        let place = self.last.map_or(self.options.span_ns[0], |pose| pose.t_publish_ns);
-        let pose = self.last.map_or("-".to_owned(), |pose| pose.seq.to_string());
-        let (place, end) = (self.seconds(place), self.seconds(self.options.span_ns[1]));
-        let state = self.transport.state().word();
-        let waits = self.lockstep.missing().map(|name| format!(", for {name}"));
-        let waits = waits.unwrap_or_default();
-        format!(
-            "pose {pose}, {place:.2} of {end:.2} s, {state}, speed {}{waits}",
-            self.transport.speed()
-        )
-    }
-
-    fn write_account(&self) -> Result<(), ReplayError> {
-        let Some(path) = &self.options.account else {
-            return Ok(());
-        };
-        let account = Account {
-            recording: self.options.recording.display().to_string(),
-            speed: self.transport.speed().to_string(),
-            state: self.transport.state().word(),
-            from_s: self.seconds(self.options.span_ns[0]),
-            to_s: self.seconds(self.options.span_ns[1]),
-            published: self.published,
-            wall_s: clock::ms(monotonic_ns() - self.began_ns) / 1e3,
-            lateness: self.timing.lateness(),
-            images: self.images.as_ref().map_or(0, |images| images.written),
-            images_missing: self.images.as_ref().map_or(0, |images| images.missing),
-            images_reason: self
-                .images
-                .as_ref()
-                .map(|images| images.reason.clone())
-                .unwrap_or_default(),
-        };
-        Ok(account.write(path)?)
     }
 }

@@ -1,23 +1,29 @@
 //! The messages of a recording in the order in which they were published.
 
 use std::iter::Peekable;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use bus::message::ToolPose;
+use bus::message::{EmitterFrame, ToolPose};
 
 use crate::damage::OpenError;
-use crate::reader::{self, Poses, ReadError};
-use crate::replay::facts::impossible_stamp;
+use crate::reader::{Messages, ReadError, Recorded};
 use crate::schema::{GROUND_TRUTH, TOOL_POSE};
+use crate::seek::Session;
 
 /// True poses that are kept behind one pose at most: a recording without poses of the tool does not fill the memory.
 const MOST_TRUTHS: usize = 4096;
+/// A place is looked for among what was captured from this long before it on, as a pose is published after its capture, ns;
+/// where that was not enough, from [`WIDER`] times as long before.
+const BEFORE_NS: i64 = 50_000_000;
+const WIDER: i64 = 8;
 
 /// What is published together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
     /// The tool's pose.
     pub pose: ToolPose,
+    /// What the localizer saw for it; `None` where that is not read, or not in the recording.
+    pub frame: Option<Box<EmitterFrame>>,
     /// The true poses that were published from then on, up to the next pose; with the first pose also those before it.
     pub truths: Vec<ToolPose>,
 }
@@ -29,29 +35,57 @@ impl Moment {
     }
 }
 
-/// A recording being replayed.
-///
-/// A place is found by reading up to it. [`Tape::rewind`] is where an index of the file is to be used once there is a
-/// reader for it.
+/// A recording being replayed. A place in it is found through its index ([`crate::seek`]): what lies before is not read.
 #[derive(Debug)]
 pub struct Tape {
-    path: PathBuf,
-    poses: Peekable<Readable>,
-    truths: Peekable<Readable>,
+    session: Session,
+    poses: Peekable<Readable<ToolPose>>,
+    truths: Peekable<Readable<ToolPose>>,
+    /// Where poses are made again.
+    frames: Option<Peekable<Readable<EmitterFrame>>>,
     next: Option<Moment>,
 }
 
-/// The poses that can be read. What cannot was told before the replay began: see [`crate::replay::facts`].
+/// The messages that can be read. What cannot was told before the replay began: see [`crate::replay::facts`].
 #[derive(Debug)]
-struct Readable(Poses);
+struct Readable<T>(Messages<T>);
 
-impl Iterator for Readable {
-    type Item = ToolPose;
+/// A message of the bus with its stamps.
+trait Stamped {
+    /// Whether a clock shows them: see [`impossible_stamp`].
+    fn is_possible(&self) -> bool;
+}
 
-    fn next(&mut self) -> Option<ToolPose> {
+impl Stamped for ToolPose {
+    fn is_possible(&self) -> bool {
+        impossible_stamp(self).is_none()
+    }
+}
+
+impl Stamped for EmitterFrame {
+    fn is_possible(&self) -> bool {
+        [self.t_capture_ns, self.t_publish_ns].into_iter().all(is_possible)
+    }
+}
+
+/// The stamp of a pose that no clock shows.
+pub(crate) fn impossible_stamp(pose: &ToolPose) -> Option<(&'static str, i64)> {
+    let stamps = [("captured", pose.t_capture_ns), ("published", pose.t_publish_ns)];
+    stamps.into_iter().find(|&(_, ns)| !is_possible(ns))
+}
+
+/// 2^61 ns are 73 years. Differences of such times never overflow.
+fn is_possible(ns: i64) -> bool {
+    ns.unsigned_abs() < 1 << 61
+}
+
+impl<T: Recorded + Stamped> Iterator for Readable<T> {
+    type Item = T;
+
+    fn next(&mut self) -> Option<T> {
         loop {
             match self.0.next()? {
-                Ok(pose) if impossible_stamp(&pose).is_none() => return Some(pose),
+                Ok(message) if message.is_possible() => return Some(message),
                 Ok(_) => {}
                 Err(ReadError::Damage(damage)) if damage.stops => return None,
                 Err(_) => {}
@@ -61,28 +95,72 @@ impl Iterator for Readable {
 }
 
 impl Tape {
-    /// Opens a recording at its start.
+    /// Opens a recording at its start, for its poses.
     ///
     /// # Errors
     /// [`OpenError`].
     pub fn open(path: &Path) -> Result<Self, OpenError> {
-        let open = |topic| reader::poses(path, topic).map(|poses| Readable(poses).peekable());
+        Self::of(path, false)
+    }
+
+    /// The same with the frames of emitters that the poses were made of.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn with_frames(path: &Path) -> Result<Self, OpenError> {
+        Self::of(path, true)
+    }
+
+    fn of(path: &Path, with_frames: bool) -> Result<Self, OpenError> {
+        let session = Session::open(path)?;
+        let open = |topic| {
+            session
+                .poses_of(topic, i64::MIN)
+                .map(|poses| Readable(poses).peekable())
+        };
+        let frames = || {
+            session
+                .emitters_from(i64::MIN)
+                .map(|frames| Readable(frames).peekable())
+        };
         let mut tape = Self {
-            path: path.to_owned(),
             poses: open(TOOL_POSE)?,
             truths: open(GROUND_TRUTH)?,
+            frames: with_frames.then(frames).transpose()?,
             next: None,
+            session,
         };
         tape.next = tape.read();
         Ok(tape)
     }
 
-    /// Back to the start.
+    /// Goes to where the first pose that was published at `at_ns` or later is near: from there on it comes, and what comes
+    /// before it is little.
     ///
     /// # Errors
     /// [`OpenError`].
-    pub fn rewind(&mut self) -> Result<(), OpenError> {
-        *self = Self::open(&self.path)?;
+    pub fn near(&mut self, at_ns: i64) -> Result<(), OpenError> {
+        let mut before_ns = BEFORE_NS;
+        loop {
+            let from_ns = at_ns.saturating_sub(before_ns);
+            self.start(from_ns)?;
+            // Of poses in the order of their publication, one that is earlier says that none is left out.
+            if from_ns <= 0 || self.peek().is_some_and(|next| next.due_ns() < at_ns) {
+                return Ok(());
+            }
+            before_ns = before_ns.saturating_mul(WIDER);
+        }
+    }
+
+    /// Reads on from what was captured at `from_ns` or later.
+    fn start(&mut self, from_ns: i64) -> Result<(), OpenError> {
+        let open = |topic| self.session.poses_of(topic, from_ns);
+        self.poses = Readable(open(TOOL_POSE)?).peekable();
+        self.truths = Readable(open(GROUND_TRUTH)?).peekable();
+        if let Some(frames) = &mut self.frames {
+            *frames = Readable(self.session.emitters_from(from_ns)?).peekable();
+        }
+        self.next = self.read();
         Ok(())
     }
 
@@ -107,67 +185,23 @@ impl Tape {
                 break;
             }
         }
-        Some(Moment { pose, truths })
+        let frame = self.frame_of(&pose).map(Box::new);
+        Some(Moment { pose, frame, truths })
+    }
+
+    /// The frame that `pose` was made of. Frames before it of which the tracker made no pose (they came twice, or too late)
+    /// are passed over, as it did.
+    fn frame_of(&mut self, pose: &ToolPose) -> Option<EmitterFrame> {
+        let frames = self.frames.as_mut()?;
+        let is_it = |frame: &EmitterFrame| (frame.seq, frame.t_capture_ns) == (pose.seq, pose.t_capture_ns);
+        loop {
+            let frame = frames.next_if(|frame| is_it(frame) || frame.t_publish_ns <= pose.t_publish_ns)?;
+            if is_it(&frame) {
+                return Some(frame);
+            }
+        }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::schema::Source;
-    use crate::testing;
-
-    fn written(bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
-        let tmp = tempfile::tempdir().unwrap();
-        let path = tmp.path().join("s.mcap");
-        std::fs::write(&path, bytes).unwrap();
-        (tmp, path)
-    }
-
-    #[test]
-    fn every_pose_comes_bit_for_bit_with_its_truth() {
-        let (_tmp, path) = written(&testing::finished(3, 10));
-        let mut tape = Tape::open(&path).unwrap();
-        for round in 0..2 {
-            for seq in 0..30 {
-                assert_eq!(tape.peek().map(|m| m.pose.seq), Some(seq), "round {round}");
-                let moment = tape.take().unwrap();
-                assert_eq!(testing::bytes(&moment.pose), testing::bytes(&testing::pose(seq)));
-                let truths: Vec<u64> = moment.truths.iter().map(|t| t.seq).collect();
-                assert_eq!(truths, [seq]);
-            }
-            assert!(tape.take().is_none() && tape.peek().is_none());
-            tape.rewind().unwrap();
-        }
-    }
-
-    #[test]
-    fn truths_come_behind_the_pose_that_was_published_before_them() {
-        let mut log = testing::log(0, 1);
-        for seq in 0..3 {
-            log.pose(Source::Tool, &testing::pose(seq)).unwrap();
-        }
-        for (seq, after_ns) in [(0, -1), (1, 1), (2, 5), (9, 1_000_000_000)] {
-            let mut truth = testing::pose(seq);
-            truth.t_publish_ns += after_ns;
-            log.pose(Source::Truth, &truth).unwrap();
-        }
-        let (_tmp, path) = written(&log.finish().unwrap().into_inner());
-        let mut tape = Tape::open(&path).unwrap();
-        let mut all = Vec::new();
-        while let Some(moment) = tape.take() {
-            all.push(moment.truths.iter().map(|t| t.seq).collect::<Vec<_>>());
-        }
-        assert_eq!(all, [vec![0], vec![1], vec![2, 9]]);
-    }
-
-    #[test]
-    fn damage_is_passed_over() {
-        // Cut off within the third chunk.
-        let cut = testing::unfinished(2, 10).len() + 100;
-        let (_tmp, path) = written(&testing::unfinished(3, 10)[..cut]);
-        let mut tape = Tape::open(&path).unwrap();
-        let seqs: Vec<u64> = std::iter::from_fn(|| tape.take()).map(|m| m.pose.seq).collect();
-        assert_eq!(seqs, (0..20).collect::<Vec<_>>());
-    }
-}
+mod tests;

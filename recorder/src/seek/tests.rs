@@ -112,3 +112,33 @@ fn a_flipped_byte_never_panics_and_gives_no_wrong_pose() {
         }
     }
 }
+
+#[test]
+fn a_file_of_another_program_that_has_no_index_is_read_from_a_moment_on_too() {
+    let options = mcap::WriteOptions::new().library("another program");
+    let mut out = options.create(std::io::Cursor::new(Vec::new())).unwrap();
+    let schema = crate::descriptor::tool_pose();
+    let schema = out.add_schema(schema::POSE_SCHEMA, "protobuf", &schema).unwrap();
+    let none = std::collections::BTreeMap::new();
+    let channel_id = out.add_channel(schema, TOOL_POSE, "protobuf", &none).unwrap();
+    for seq in 0..ALL {
+        let pose = testing::pose(seq);
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: file_time(pose.t_capture_ns),
+            publish_time: file_time(pose.t_publish_ns),
+        };
+        let bytes = prost::Message::encode_to_vec(&crate::proto::ToolPose::from(&pose));
+        out.write_to_known_channel(&header, &bytes).unwrap();
+        if (seq + 1).is_multiple_of(PER_CHUNK) {
+            out.flush().unwrap();
+        }
+    }
+    // Its channels are declared in the first chunk only, and it ends without an index.
+    let (_tmp, session) = session(&out.into_inner().into_inner());
+    assert!(!session.is_indexed());
+    for t_ns in [0, 300_000_000, 900_000_000] {
+        assert_eq!(seqs(&session, t_ns).0, expected(t_ns), "from {t_ns}");
+    }
+}

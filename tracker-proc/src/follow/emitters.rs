@@ -1,10 +1,16 @@
-//! Emitters that another program publishes: the driver of a localizer, or a recording that is played.
+//! Emitters that another program publishes: the driver of a localizer, or the replayer of a recording.
+//!
+//! In a replay poses are made again of frames that were recorded: those of another program, or of a simulated operating room,
+//! through the same chain as then. Frames are as old as the clock of the replay says. A calibration or a registration that is
+//! not to be had refuses the replay, as it would give nothing but lost poses.
 
 use std::ops::ControlFlow;
 
+use bus::BusError;
 use bus::message::{EmitterFrame, ProcessState};
 use bus::port::Subscriber;
 use bus::process::Process;
+use bus::scene::operating_room::Room;
 use bus::scene::tracking::EmitterSource;
 use bus::topic::EMITTERS;
 use bus::wake::Waits;
@@ -14,6 +20,7 @@ use geometry::VolumeGrid;
 use super::{Follower, Source, Stamp, examination, refuse, region};
 use crate::chain::{Chain, Registration};
 use crate::markers::{Markers, MarkersError, taken};
+use crate::operating_room::chain_of;
 use crate::run::{LOOK_UP, Output, RunError};
 
 /// Frames that may wait while the process is held up, a quarter of a second at 1000 Hz.
@@ -24,20 +31,46 @@ const DEPTH: usize = 256;
 /// # Errors
 /// [`RunError`].
 pub(crate) fn follow(process: &mut Process, output: &Output, spec: &EmitterSource) -> Result<(), RunError> {
+    // A scene says where markers are, and not how well that is known.
+    listen(process, output, false, |process, grid| Ok(chain(process, spec, grid)?))
+}
+
+/// The same for recorded frames of a simulated operating room.
+///
+/// # Errors
+/// [`RunError`].
+pub(crate) fn follow_recorded_room(process: &mut Process, output: &Output, spec: &Room) -> Result<(), RunError> {
+    listen(process, output, true, |process, grid| {
+        let scene = &process.scene;
+        let tracker_from_rest = scene.tracker.ct_from_tracker.inverse();
+        Ok(chain_of(spec, tracker_from_rest, scene.seed, region(scene, grid))?)
+    })
+}
+
+/// Listens to frames; the chain is made once the volume is there.
+fn listen(
+    process: &mut Process,
+    output: &Output,
+    own_errors_known: bool,
+    chain: impl FnOnce(&Process, &VolumeGrid) -> Result<Chain, RunError>,
+) -> Result<(), RunError> {
     let frames = Subscriber::<EmitterFrame>::open_waking(&process.bus, &EMITTERS, "", DEPTH)?;
     let Some(examination) = examination(process)? else {
         return Ok(());
     };
-    let chain = chain(process, spec, &examination.grid)?;
+    let chain = chain(process, &examination.grid)?;
     let source = Source {
         own: chain.links(),
-        // A scene says where markers are, and not how well that is known.
-        own_errors_known: false,
+        own_errors_known,
         errors_known: true,
         has_reference: chain.reference.is_some(),
     };
+    let follower = Follower::new(process, output, source, examination);
+    if let (true, Some(why)) = (process.session.is_replay(), follower.constants.reason()) {
+        return Err(RunError::NoLinks(why.to_owned()));
+    }
     let mut listening = Listening {
-        follower: Follower::new(process, output, source, examination),
+        follower,
         chain,
         next_seq: None,
         tool: Vec::with_capacity(EmitterFrame::MOST),
@@ -88,11 +121,22 @@ impl Listening<'_> {
             return Ok(ControlFlow::Break(()));
         }
         while let Some(frame) = frames.next()? {
+            // The clock of a replay goes out before the frames for which it holds.
+            self.follow_clock(process)?;
             self.frame(&frame, process)?;
         }
+        self.follow_clock(process)?;
         self.follower.tend(process);
         process.beat(ProcessState::Ready, &self.follower.words())?;
         Ok(ControlFlow::Continue(()))
+    }
+
+    fn follow_clock(&mut self, process: &mut Process) -> Result<(), BusError> {
+        if process.session.follow()? {
+            self.follower.went_elsewhere();
+            self.next_seq = None;
+        }
+        Ok(())
     }
 
     fn frame(&mut self, frame: &EmitterFrame, process: &mut Process) -> Result<(), RunError> {

@@ -22,13 +22,13 @@ use crate::chain::{Event, Found, Links, Reason, Smoothing, Stamps, Status};
 use crate::run::{Output, RunError, volume};
 use links::{Constants, Expected, Looked};
 
-pub(crate) use emitters::follow as follow_emitters;
+pub(crate) use emitters::{follow as follow_emitters, follow_recorded_room};
 pub(crate) use link_files::calibration_of;
 pub(crate) use room::follow as follow_room;
 pub use sequence::PlayError;
 pub(crate) use sequence::follow as follow_sequence;
 
-/// What is known of a frame beside the emitters. Times on the run's clock but for the device's.
+/// What is known of a frame beside the emitters. Times on the session's clock but for the device's.
 #[derive(Debug, Clone, Copy)]
 struct Stamp {
     seq: u64,
@@ -46,7 +46,7 @@ struct Follower<'a> {
     stamps: Stamps,
     status: Status,
     smoothing: Option<Smoothing>,
-    /// When a frame was admitted last, on the run's clock.
+    /// When a frame was admitted last, on the session's clock.
     last_frame_ns: i64,
 }
 
@@ -104,16 +104,23 @@ impl<'a> Follower<'a> {
 
     /// Looks after the files of the constants, once a second, and notes silence.
     fn tend(&mut self, process: &Process) {
-        let now = process.clock().now_ns();
-        let looked = self.constants.look(now);
+        // Files are those of this machine, now, also where a replay stands still.
+        let looked = self.constants.look(process.clock().now_ns());
         self.step_by(looked);
-        let silent_ns = now.saturating_sub(self.last_frame_ns);
-        if silent_ns > clock::ns(process.scene.limits.stale) {
+        if self.silent_ns(process) > clock::ns(process.scene.limits.stale) {
             self.status = self.status.step(Event::Silence);
         }
-        if silent_ns > clock::ns(process.scene.limits.silent) {
-            self.stamps.forget();
-        }
+    }
+
+    /// For how long no frame has come.
+    fn silent_ns(&self, process: &Process) -> i64 {
+        process.session.clock().now_ns().saturating_sub(self.last_frame_ns)
+    }
+
+    /// A replay goes on from another place: its times may be earlier, and what was before is no neighbour.
+    fn went_elsewhere(&mut self) {
+        self.stamps.forget();
+        self.smoothing.iter_mut().for_each(Smoothing::reset);
     }
 
     /// The events of what was found in the files. What was replaced by another is first taken back.
@@ -145,7 +152,11 @@ impl<'a> Follower<'a> {
 
     /// Whether a frame is to be believed; one that is not is left out and counted.
     fn admit(&mut self, stamp: &Stamp, process: &mut Process) -> bool {
-        let now_ns = process.clock().now_ns();
+        // Asked here, as the clock of a replay passes a silence at once.
+        if self.silent_ns(process) > clock::ns(process.scene.limits.silent) {
+            self.stamps.forget();
+        }
+        let now_ns = process.session.clock().now_ns();
         match self.stamps.admit(stamp.t_device_ns, stamp.t_capture_ns, now_ns) {
             Ok(()) => {
                 self.last_frame_ns = now_ns;
@@ -174,7 +185,7 @@ impl<'a> Follower<'a> {
             self.smoothing.iter_mut().for_each(Smoothing::reset);
         }
         pose.set(tracked.map_or_else(Tracked::Lost, Tracked::Valid));
-        pose.t_publish_ns = process.clock().now_ns();
+        pose.t_publish_ns = process.session.clock().now_ns();
         self.output.poses.send(pose)?;
         process.counters.published += 1;
         process.counters.lost += u64::from(tracked.is_err());

@@ -14,7 +14,7 @@ use super::link_files::name;
 /// Files are looked at this often.
 const EVERY: Duration = Duration::from_secs(1);
 /// The first look is waited for this long, so that a run begins with its constants.
-const FIRST: Duration = Duration::from_millis(500);
+const FIRST: Duration = Duration::from_secs(3);
 /// After this long without a look a person is told.
 const SILENT: Duration = Duration::from_secs(5);
 

@@ -2,9 +2,9 @@
 
 use bus::scene::operating_room::{Deviations, Gates as GateSpec, Room, Sensor};
 use calib::pose::{Gates, Localizer};
-use geometry::{Ct, Marker, Point, Rigid, Tool, Uncertain, Vector};
+use geometry::{Ct, Marker, Point, Rigid, Tool, Tracker, Uncertain, Vector};
 
-use super::{OperatingRoom, RoomError, sensing};
+use super::{OperatingRoom, RoomError, body, sensing};
 use crate::chain::{Chain, Registration};
 use crate::chance::Chance;
 use crate::errors::errors_about;
@@ -27,29 +27,33 @@ impl OperatingRoom {
     /// # Errors
     /// [`RoomError::Localizer`], [`RoomError::Covariance`].
     pub fn chain(&self, region: Point<Ct>) -> Result<Chain, RoomError> {
-        let marker_from_tool = calibration(&self.room, self.seed)?;
-        let (registration, off) = (
-            self.room.registration_error,
-            Chance::new(self.seed ^ LINKS, REGISTRATION),
-        );
-        let registration = match &self.reference {
-            Some((_, truth)) => Registration::Referenced(disturbed(*truth, region, registration, off)?),
-            None => {
-                let truth = self.tracker_from_rest.inverse();
-                Registration::Fixed(disturbed(truth, region, registration, off)?)
-            }
-        };
-        Ok(Chain {
-            marker: self.marker.clone(),
-            reference: self.reference.as_ref().map(|(body, _)| body.clone()),
-            marker_from_tool,
-            registration,
-            localizer: weights(&self.room.sensor).checked()?,
-            gates: gates(&self.room.gates),
-            reference_gates: gates(&self.room.reference_gates),
-            region,
-        })
+        chain_of(&self.room, self.tracker_from_rest, self.seed, region)
     }
+}
+
+/// The same without a gesture: for frames of the room that were recorded.
+pub(crate) fn chain_of(
+    room: &Room,
+    tracker_from_rest: Rigid<Tracker, Ct>,
+    seed: u64,
+    region: Point<Ct>,
+) -> Result<Chain, RoomError> {
+    let (error, off) = (room.registration_error, Chance::new(seed ^ LINKS, REGISTRATION));
+    let registration = match &room.reference {
+        Some(on) => Registration::Referenced(disturbed(on.ct_from_reference, region, error, off)?),
+        None => Registration::Fixed(disturbed(tracker_from_rest.inverse(), region, error, off)?),
+    };
+    let reference = room.reference.as_ref().map(|on| body(&on.shape));
+    Ok(Chain {
+        marker: body(&room.marker).map_err(RoomError::Marker)?,
+        reference: reference.transpose().map_err(RoomError::Reference)?,
+        marker_from_tool: calibration(room, seed)?,
+        registration,
+        localizer: weights(&room.sensor).checked()?,
+        gates: gates(&room.gates),
+        reference_gates: gates(&room.reference_gates),
+        region,
+    })
 }
 
 /// The tool's calibration in a room of this seed: off the truth by errors about the tip.

@@ -1,0 +1,100 @@
+//! What the replayer says: to requests, to people, and at the end.
+
+use bus::clock::{self, monotonic_ns};
+use bus::message::{Command, CommandKind};
+use bus::port::Request;
+
+use super::{ReplayError, Replayer};
+use crate::replay::Speed;
+use crate::replay::account::Account;
+use crate::replay::transport::Control;
+
+impl Replayer<'_> {
+    pub(super) fn answer(&mut self, request: Request) -> Result<(), ReplayError> {
+        let command: Command = *request.command();
+        match self.control(&command) {
+            Ok(control) => {
+                if matches!(control, Control::Seek(_)) {
+                    self.lockstep.forget();
+                }
+                self.transport.control(control, monotonic_ns());
+                self.tell()?;
+                request.reply(Ok(&self.note()))?;
+            }
+            Err(why) => request.reply(Err(&why))?,
+        }
+        Ok(())
+    }
+
+    fn control(&self, command: &Command) -> Result<Control, String> {
+        match command.command_kind() {
+            Some(CommandKind::Pause) => Ok(Control::Pause),
+            Some(CommandKind::Play) => Ok(Control::Play),
+            Some(CommandKind::Step) => Ok(Control::Step),
+            Some(CommandKind::Speed) => Speed::from_number(command.number).map(Control::Speed),
+            Some(CommandKind::Seek) if self.options.emitters => Err(
+                "poses that are made again are made in order: this replay answers pause, play, step and speed"
+                    .to_owned(),
+            ),
+            Some(CommandKind::Seek) => {
+                let last_s = self.seconds(self.options.span_ns[1]);
+                let first_s = self.seconds(self.options.span_ns[0]);
+                if !(first_s..=last_s).contains(&command.number) {
+                    return Err(format!(
+                        "there is no place {} s in this replay: it goes from {first_s:.3} s to {last_s:.3} s",
+                        command.number
+                    ));
+                }
+                Ok(Control::Seek(
+                    self.options.zero_ns.saturating_add(clock::seconds(command.number)),
+                ))
+            }
+            _ => Err("the replayer answers pause, play, step, seek and speed".to_owned()),
+        }
+    }
+
+    /// A moment as people name it.
+    fn seconds(&self, moment_ns: i64) -> f64 {
+        clock::ms(moment_ns.saturating_sub(self.options.zero_ns)) / 1e3
+    }
+
+    /// Where the replay stands, for people.
+    pub(super) fn note(&self) -> String {
+        let place = self.last.map_or(self.options.span_ns[0], |pose| pose.t_publish_ns);
+        let pose = self.last.map_or("-".to_owned(), |pose| pose.seq.to_string());
+        let (place, end) = (self.seconds(place), self.seconds(self.options.span_ns[1]));
+        let state = self.transport.state().word();
+        let waits = self.lockstep.missing().map(|name| format!(", for {name}"));
+        let waits = waits.unwrap_or_default();
+        format!(
+            "pose {pose}, {place:.2} of {end:.2} s, {state}, speed {}{waits}",
+            self.transport.speed()
+        )
+    }
+
+    pub(super) fn write_account(&self) -> Result<(), ReplayError> {
+        let Some(path) = &self.options.account else {
+            return Ok(());
+        };
+        let account = Account {
+            recording: self.options.recording.display().to_string(),
+            speed: self.transport.speed().to_string(),
+            state: self.transport.state().word(),
+            from_s: self.seconds(self.options.span_ns[0]),
+            to_s: self.seconds(self.options.span_ns[1]),
+            published: self.published,
+            without_emitters: self.without_emitters,
+            unanswered: self.unanswered,
+            wall_s: clock::ms(monotonic_ns() - self.began_ns) / 1e3,
+            lateness: self.timing.lateness(),
+            images: self.images.as_ref().map_or(0, |images| images.written),
+            images_missing: self.images.as_ref().map_or(0, |images| images.missing),
+            images_reason: self
+                .images
+                .as_ref()
+                .map(|images| images.reason.clone())
+                .unwrap_or_default(),
+        };
+        Ok(account.write(path)?)
+    }
+}
