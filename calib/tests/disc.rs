@@ -117,6 +117,7 @@ fn all_discs_of_a_frontal_grid_are_found_dark_and_bright() {
             roll_deg: 17.0,
             noise,
             seed: 1,
+            ..Scene::default()
         });
         let negative: Vec<u16> = scene.image.samples().iter().map(|s| 255 - s).collect();
         let negative = Image::new(512, 512, negative).unwrap();

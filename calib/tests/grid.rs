@@ -16,6 +16,7 @@ fn scene(tilt_deg: f64, noise: f64, seed: u64) -> Drawn {
         roll_deg: 17.0,
         noise,
         seed,
+        ..Scene::default()
     })
 }
 

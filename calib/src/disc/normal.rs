@@ -39,7 +39,20 @@ impl Normal {
         Self(&TABLE)
     }
 
-    /// Distribution and density at `x`, to 1e-9: a Taylor polynomial of degree 3 from the nearest node.
+    /// The density at `x`, to 1e-8.
+    #[inline]
+    pub(crate) fn density(self, x: f64) -> f64 {
+        if x.abs() >= REACH {
+            return 0.0;
+        }
+        let k = ((x + REACH) * DENSITY + 0.5) as usize;
+        let Some([_, f]) = self.0.get(k) else { return 0.0 };
+        let a = k as f64 / DENSITY - REACH;
+        let d = x - a;
+        f * (1.0 + d * (0.5 * d * (a * a - 1.0) - a))
+    }
+
+    /// Distribution and density at `x`, to 1e-8: Taylor polynomials of degree 2 from the nearest node.
     #[inline]
     pub(crate) fn at(self, x: f64) -> [f64; 2] {
         if x.abs() >= REACH {
@@ -52,10 +65,8 @@ impl Normal {
         };
         let a = k as f64 / DENSITY - REACH;
         let d = x - a;
-        let (second, third) = (a * a - 1.0, a * (3.0 - a * a));
-        let value = below + f * d * (1.0 + d * (-0.5 * a + d * second / 6.0));
-        let slope = f * (1.0 + d * (-a + d * (0.5 * second + d * third / 6.0)));
-        [value, slope]
+        let value = below + f * d * (1.0 - 0.5 * a * d);
+        [value, f * (1.0 + d * (0.5 * d * (a * a - 1.0) - a))]
     }
 }
 
@@ -72,8 +83,10 @@ mod tests {
             (-1.96, 0.024_997_895_148_220_43),
             (3.3, 0.999_516_575_857_616_2),
         ] {
-            assert!((normal.at(x)[0] - known).abs() < 2e-9, "{x}");
-            assert!((normal.at(x)[1] - density(x)).abs() < 2e-9, "{x}");
+            // The next terms: half a step of 1/128 to the third, by 6, and derivatives up to 0.4 and 1.4.
+            assert!((normal.at(x)[0] - known).abs() < 5e-9, "{x}");
+            assert!((normal.at(x)[1] - density(x)).abs() < 2e-8, "{x}");
+            assert_eq!(normal.at(x)[1], normal.density(x), "{x}");
         }
         assert_eq!(normal.at(40.0), [1.0, 0.0]);
     }

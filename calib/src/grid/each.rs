@@ -1,111 +1,255 @@
 //! Centres disc by disc, where a lens bends the grid.
 
-use std::collections::HashSet;
+use std::collections::BTreeMap;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 
-use super::blob::Blob;
 use super::error::GridRefused;
-use super::find::missing;
-use super::found::{Found, GridDisc, GridSpec, Refinement};
+use super::find::{Search, Sized};
+use super::found::{Found, GridDisc, Refinement, missing};
 use super::homography::{homography, jacobian, project};
 use super::lattice::Cell;
-use super::place::Placed;
+use super::lines::{SEEN, THERE};
+use super::seat::Seat;
 use super::whole::point;
 use crate::disc::{DiscFit, Ellipse, fit_disc};
-use crate::image::Image;
 
-/// What a single disc's fit says, with where it belongs.
+/// The blur that the first fits start from, pixels.
+const BLUR: f64 = 1.2;
+/// How far from where its neighbours say a disc may be that was looked for there, beside the pitch.
+const NEAR: f64 = 0.12;
+/// Neighbours up to so many columns and rows away tell how the lens bends the grid.
+const REACH: i32 = 2;
+
+/// A lattice whose discs are fitted one by one.
+pub(crate) struct Each<'a> {
+    pub(crate) search: &'a Search<'a>,
+    pub(crate) sized: &'a Sized,
+    pub(crate) seat: Seat,
+}
+
+/// What a single disc's fit says.
 struct One {
-    cell: Cell,
     fit: DiscFit,
     mark: bool,
 }
 
-/// Fits every disc of a placed lattice by itself and corrects the perspective of each.
-pub(crate) fn refine(
-    image: &Image,
-    spec: &GridSpec,
-    blobs: &[Blob],
-    placed: &Placed,
-    marks: &HashSet<Cell>,
-    candidates: usize,
-) -> Result<Found, GridRefused> {
-    let mut cells: Vec<(Cell, usize)> = placed.cells.iter().map(|(c, i)| (*c, *i)).collect();
-    cells.sort_unstable();
-    let one = |(cell, i): (Cell, usize)| {
-        let blob = &blobs[i];
-        let start = Ellipse {
-            centre: blob.at,
-            shape: blob.shape,
-        };
-        // The neighbours' edges lie a pitch less two radii away; half of that is this disc's.
-        let pitch = jacobian(&placed.h, point(cell)).singular_values().min();
-        let margin = (0.5 * (pitch - 2.0 * start.axes().semi[0])).clamp(2.0, 8.0);
-        let fit = fit_disc(image, &start, 1.2, margin).ok()?;
-        let mark = marks.contains(&cell);
-        Some(One { cell, fit, mark })
-    };
-    let ones: Vec<One> = cells.into_iter().filter_map(one).collect();
-    let discs = spec.cols * spec.rows;
-    let needed = (0.6 * discs as f64).ceil() as usize;
-    let few = GridRefused::TooFew {
-        found: ones.len(),
-        discs,
-        needed,
-    };
-    if ones.len() < needed {
-        return Err(few);
+/// Fitted discs by column and row.
+type Ones = BTreeMap<Cell, One>;
+
+/// What a disc at a place is expected to be, by the others.
+struct Expected {
+    h: Matrix3<f64>,
+    /// Beside the pitch.
+    radius: f64,
+    sigma: f64,
+    contrast: f64,
+}
+
+impl Each<'_> {
+    /// Fits every disc by itself, looks for those that are no candidates where their neighbours say, and corrects the
+    /// perspective of each.
+    pub(crate) fn found(&self) -> Result<Found, GridRefused> {
+        let mut ones = self.of_candidates();
+        let span = self.sized.placed.span.map(|[a, b]| (b - a + 1) as usize);
+        let discs = span[0] * span[1];
+        let needed = (SEEN * discs as f64).ceil() as usize;
+        let few = |found: usize| GridRefused::TooFew { found, discs, needed };
+        let first = expected(&ones).ok_or_else(|| few(ones.len()))?;
+        let alone: Vec<Cell> = ones
+            .iter()
+            .filter(|(c, o)| !first.holds(&ones, **c, o))
+            .map(|(c, _)| *c)
+            .collect();
+        for cell in alone {
+            ones.remove(&cell);
+        }
+        // Each round reaches one line further, and a disc found tells where the next one is.
+        for _ in 0..self.search.spec.cols.max(self.search.spec.rows) {
+            let expected = expected(&ones).ok_or_else(|| few(ones.len()))?;
+            let more = self.looked_for(&ones, &expected);
+            if more.is_empty() {
+                break;
+            }
+            ones.extend(more);
+        }
+        let expected = expected(&ones).ok_or_else(|| few(ones.len()))?;
+        if ones.len() < needed {
+            return Err(few(ones.len()));
+        }
+        Ok(self.result(&ones, &expected))
     }
-    let first = [placed.span[0][0], placed.span[1][0]];
-    let at = |one: &One| point([one.cell[0] - first[0], one.cell[1] - first[1]]);
-    let pairs: Vec<_> = ones.iter().map(|o| (at(o), o.fit.ellipse.centre)).collect();
-    let h = homography(&pairs).ok_or(few)?;
-    Ok(assembled(spec, &ones, h, at, candidates))
+
+    fn of_candidates(&self) -> Ones {
+        let placed = &self.sized.placed;
+        let one = |(cell, i): (&Cell, &usize)| {
+            let blob = &self.search.blobs[*i];
+            let start = Ellipse {
+                centre: blob.at,
+                shape: blob.shape,
+            };
+            let fit = self.fit(&start, &placed.h, point(*cell), BLUR)?;
+            let mark = self.sized.marks.contains(cell);
+            Some((self.seat.place(*cell), One { fit, mark }))
+        };
+        placed.cells.iter().filter_map(one).collect()
+    }
+
+    /// A fit to the pixels that are this disc's: the neighbours' edges lie a pitch less two radii away, and half of that
+    /// is its own.
+    fn fit(&self, start: &Ellipse, h: &Matrix3<f64>, at: Vector2<f64>, sigma: f64) -> Option<DiscFit> {
+        let pitch = jacobian(h, at).singular_values().min();
+        let margin = (0.5 * (pitch - 2.0 * start.axes().semi[0])).clamp(2.0, 8.0);
+        fit_disc(self.search.image, start, sigma, margin).ok()
+    }
+
+    /// Discs that are no candidates, or whose own outline was too bad a start, where their neighbours say.
+    fn looked_for(&self, ones: &Ones, expected: &Expected) -> Vec<(Cell, One)> {
+        let last = [self.search.spec.cols as i32, self.search.spec.rows as i32];
+        let all = (0..last[1]).flat_map(|r| (0..last[0]).map(move |c| [c, r]));
+        let free = all.filter(|c| !ones.contains_key(c));
+        let one = |cell: Cell| Some((cell, self.looked_at(ones, expected, cell)?));
+        free.filter_map(one).collect()
+    }
+
+    /// The fit of the size that leaves the least.
+    fn looked_at(&self, ones: &Ones, expected: &Expected, cell: Cell) -> Option<One> {
+        let bent = bent(ones, expected, cell)?;
+        let large = self.mark_radius(ones, expected);
+        let sizes = match self.is_mark(cell) {
+            Some(true) => [large, None],
+            Some(false) => [Some(expected.radius), None],
+            None => [Some(expected.radius), large],
+        };
+        let of = |size: Option<f64>| {
+            let mut start = Ellipse::of_circle(&expected.h, point(cell), size?)?;
+            start.centre += bent;
+            let fit = self.fit(&start, &expected.h, point(cell), expected.sigma)?;
+            let mark = size != Some(expected.radius);
+            let ratio = fit.ellipse.mean_radius() / start.mean_radius();
+            let one = One { fit, mark };
+            ((0.6..1.6).contains(&ratio) && expected.holds(ones, cell, &one)).then_some(one)
+        };
+        let found = sizes.into_iter().filter_map(of);
+        found.min_by(|a, b| a.fit.noise.total_cmp(&b.fit.noise))
+    }
+
+    /// Whether a large disc stands at a place, by the description; none where nothing is described.
+    fn is_mark(&self, cell: Cell) -> Option<bool> {
+        let marks = &self.search.spec.marks;
+        (!marks.is_empty()).then(|| marks.iter().any(|m| m.map(|k| k as i32) == cell))
+    }
+
+    /// The large discs' radius beside the pitch, by those that were fitted or by their candidates.
+    fn mark_radius(&self, ones: &Ones, expected: &Expected) -> Option<f64> {
+        let fitted: Vec<f64> = ones
+            .iter()
+            .filter(|(_, o)| o.mark)
+            .map(|(c, o)| radius(&expected.h, *c, o))
+            .collect();
+        if !fitted.is_empty() {
+            return Some(median(fitted));
+        }
+        let placed = &self.sized.placed;
+        let of = |c: &Cell| {
+            let area = jacobian(&placed.h, point(*c)).determinant().abs();
+            Some((self.search.blobs[*placed.cells.get(c)?].area / std::f64::consts::PI / area).sqrt())
+        };
+        let blobs: Vec<f64> = self.sized.marks.iter().filter_map(of).collect();
+        (!blobs.is_empty()).then(|| median(blobs))
+    }
+
+    fn result(&self, ones: &Ones, expected: &Expected) -> Found {
+        let h = &expected.h;
+        let mut squares = 0.0;
+        let mut discs: Vec<GridDisc> = Vec::new();
+        for (cell, one) in ones {
+            let place = project(h, point(*cell));
+            let image = Ellipse::of_circle(h, point(*cell), radius(h, *cell, one));
+            let bias = image.map_or(Vector2::zeros(), |e| e.centre - place);
+            let centre = one.fit.ellipse.centre - bias;
+            squares += (centre - place).norm_squared();
+            let [col, row] = cell.map(|k| k as usize);
+            discs.push(GridDisc {
+                col,
+                row,
+                at: centre,
+                covariance: one.fit.covariance,
+                mark: one.mark,
+            });
+        }
+        discs.sort_by_key(|d| (d.row, d.col));
+        let spec = self.search.spec;
+        Found {
+            missing: missing(&discs, spec),
+            homography: *h,
+            radius: expected.radius,
+            sigma: expected.sigma,
+            noise: median(usual(ones).map(|(_, o)| o.fit.noise).collect()),
+            homography_rms_px: (squares / discs.len() as f64).sqrt(),
+            refinement: Refinement::Each,
+            candidates: self.search.blobs.len(),
+            alike: self.seat.alike,
+            discs,
+        }
+    }
+}
+
+impl Expected {
+    /// Whether a disc is where its neighbours say and as dark as they are.
+    fn holds(&self, ones: &Ones, cell: Cell, one: &One) -> bool {
+        let Some(bent) = bent(ones, self, cell) else {
+            return false;
+        };
+        let off = one.fit.ellipse.centre - project(&self.h, point(cell)) - bent;
+        let pitch = jacobian(&self.h, point(cell)).singular_values().min();
+        off.norm() < NEAR * pitch && one.fit.contrast / self.contrast > THERE
+    }
+}
+
+/// A fitted disc's radius beside the pitch.
+fn radius(h: &Matrix3<f64>, cell: Cell, one: &One) -> f64 {
+    one.fit.ellipse.mean_radius() / jacobian(h, point(cell)).determinant().abs().sqrt()
+}
+
+fn usual(ones: &Ones) -> impl Iterator<Item = (&Cell, &One)> {
+    ones.iter().filter(|(_, o)| !o.mark)
+}
+
+fn expected(ones: &Ones) -> Option<Expected> {
+    let pairs: Vec<_> = ones.iter().map(|(c, o)| (point(*c), o.fit.ellipse.centre)).collect();
+    let h = homography(&pairs)?;
+    let of = |value: &dyn Fn(&Cell, &One) -> f64| median(usual(ones).map(|(c, o)| value(c, o)).collect());
+    Some(Expected {
+        radius: of(&|c, o| radius(&h, *c, o)),
+        sigma: of(&|_, o| o.fit.sigma),
+        contrast: of(&|_, o| o.fit.contrast),
+        h,
+    })
+}
+
+/// How far off the homography a disc at a place is expected: the plane through how far its neighbours are, which bends
+/// at a corner as it does there; none where there are fewer than 3 of them, or all on a line.
+fn bent(ones: &Ones, expected: &Expected, cell: Cell) -> Option<Vector2<f64>> {
+    let (mut matrix, mut vectors) = (Matrix3::zeros(), Matrix3x2::zeros());
+    for r in -REACH..=REACH {
+        for c in -REACH..=REACH {
+            let near = [cell[0] + c, cell[1] + r];
+            let Some(one) = ones.get(&near).filter(|_| near != cell) else {
+                continue;
+            };
+            let off = one.fit.ellipse.centre - project(&expected.h, point(near));
+            let row = Vector3::new(1.0, f64::from(c), f64::from(r));
+            matrix += row * row.transpose();
+            vectors += row * off.transpose();
+        }
+    }
+    // Counts and small whole numbers: a determinant below 1 is none.
+    let plane = (matrix.determinant() > 0.5).then(|| matrix.try_inverse()).flatten()? * vectors;
+    Some(plane.row(0).transpose())
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
-}
-
-fn assembled(
-    spec: &GridSpec,
-    ones: &[One],
-    h: nalgebra::Matrix3<f64>,
-    at: impl Fn(&One) -> Vector2<f64>,
-    candidates: usize,
-) -> Found {
-    let radius_of = |o: &One| o.fit.ellipse.mean_radius() / jacobian(&h, at(o)).determinant().abs().sqrt();
-    let small = || ones.iter().filter(|o| !o.mark);
-    let radius = median(small().map(radius_of).collect());
-    let mut squares = 0.0;
-    let mut discs: Vec<GridDisc> = Vec::new();
-    for one in ones {
-        let place = at(one);
-        let bias =
-            Ellipse::of_circle(&h, place, radius_of(one)).map_or(Vector2::zeros(), |e| e.centre - project(&h, place));
-        let centre = one.fit.ellipse.centre - bias;
-        squares += (centre - project(&h, place)).norm_squared();
-        let (col, row) = (place.x as usize, place.y as usize);
-        discs.push(GridDisc {
-            col,
-            row,
-            at: centre,
-            covariance: one.fit.covariance,
-            mark: one.mark,
-        });
-    }
-    discs.sort_by_key(|d| (d.row, d.col));
-    Found {
-        missing: missing(&discs, spec),
-        homography: h,
-        radius,
-        sigma: median(small().map(|o| o.fit.sigma).collect()),
-        noise: median(small().map(|o| o.fit.noise).collect()),
-        homography_rms_px: (squares / discs.len() as f64).sqrt(),
-        refinement: Refinement::Each,
-        candidates,
-        discs,
-    }
 }

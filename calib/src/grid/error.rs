@@ -71,6 +71,18 @@ pub enum GridRefused {
         /// Rows of the grid.
         rows: usize,
     },
+    /// The large discs seen do not tell which part of the grid is seen, or which way round.
+    #[error("no grid found: {found} discs stand in a lattice, {large} of them large, but {}", undecided(*.ways, *.marks))]
+    Undecided {
+        /// Discs of the lattice.
+        found: usize,
+        /// Large ones among them.
+        large: usize,
+        /// Large discs that the grid is said to have.
+        marks: usize,
+        /// Ways of counting columns and rows that agree with what is seen, other than by the grid's own symmetry.
+        ways: usize,
+    },
     /// Too few discs are where the lattice says.
     #[error(
         "no grid found: of the {discs} discs only {found} were seen where the lattice says; at least {needed} are needed"
@@ -93,11 +105,24 @@ fn advice(seen: [usize; 2], asked: [usize; 2]) -> &'static str {
     }
 }
 
+fn undecided(ways: usize, marks: usize) -> String {
+    if ways == 0 {
+        return format!(
+            "no way of counting columns and rows puts large discs only where the {marks} of the description are. Check \
+             the places of the large discs"
+        );
+    }
+    format!(
+        "{ways} ways of counting columns and rows agree with them. More of the grid or more of its {marks} large discs \
+         must be seen"
+    )
+}
+
 impl GridRefused {
     /// Discs that support the refusal: the best partial evidence.
     pub fn evidence(&self) -> usize {
         match self {
-            Self::WrongSize { found, .. } | Self::TooFew { found, .. } => *found,
+            Self::WrongSize { found, .. } | Self::TooFew { found, .. } | Self::Undecided { found, .. } => *found,
             _ => 0,
         }
     }

@@ -1,5 +1,7 @@
 //! What is looked for and what is found.
 
+use std::collections::HashSet;
+
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
 use super::error::GridRefused;
@@ -16,6 +18,9 @@ pub struct GridSpec {
     pub pitch_mm: f64,
     /// The discs are brighter than what surrounds them.
     pub bright: bool,
+    /// Column and row, from 0, of its large discs. Where they are known they decide the grid's quarter turn, and which
+    /// part of it a view shows that does not show all; without them a view must show every border line.
+    pub marks: Vec<[usize; 2]>,
 }
 
 impl GridSpec {
@@ -26,6 +31,7 @@ impl GridSpec {
             rows,
             pitch_mm,
             bright: false,
+            marks: Vec::new(),
         }
     }
 
@@ -33,11 +39,15 @@ impl GridSpec {
         let Self {
             cols, rows, pitch_mm, ..
         } = *self;
+        let outside = |m: &&[usize; 2]| m[0] >= cols || m[1] >= rows;
         if !(3..=200).contains(&cols) || !(3..=200).contains(&rows) {
             return Err(GridRefused::BadSize { cols, rows });
         }
         if !(pitch_mm.is_finite() && pitch_mm > 0.0) {
             return Err(GridRefused::BadPitch { pitch_mm });
+        }
+        if let Some([col, row]) = self.marks.iter().find(outside).copied() {
+            return Err(GridRefused::BadMark { col, row, cols, rows });
         }
         // Two pixels a disc are the least that is ever resolved.
         let (width, height, needed) = (image.width(), image.height(), 2 * cols.min(rows).max(4));
@@ -79,7 +89,8 @@ pub struct GridDisc {
 }
 
 /// A grid in an image. Column 0, row 0 is the corner from which columns go to the right (to within 45 degrees for a
-/// square grid) and rows down; a grid looks the same after half a turn, a square one after a quarter.
+/// square grid) and rows down, unless large discs say otherwise; a grid without them looks the same after half a turn, a
+/// square one after a quarter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// Discs that were seen, by rows.
@@ -100,4 +111,14 @@ pub struct Found {
     pub refinement: Refinement,
     /// Candidates there were.
     pub candidates: usize,
+    /// In how many turns the object looks the same, so that the image cannot tell them apart: 1 where its large discs
+    /// decide.
+    pub alike: usize,
+}
+
+/// Places of the grid without a disc.
+pub(crate) fn missing(discs: &[GridDisc], spec: &GridSpec) -> Vec<[usize; 2]> {
+    let there: HashSet<[usize; 2]> = discs.iter().map(|d| [d.col, d.row]).collect();
+    let all = (0..spec.rows).flat_map(|r| (0..spec.cols).map(move |c| [c, r]));
+    all.filter(|cell| !there.contains(cell)).collect()
 }

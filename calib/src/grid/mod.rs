@@ -3,17 +3,22 @@
 //! Section 5.2 of part III of the thesis asks for the grid in its entirety rather than disc by disc; [`find()`] does that.
 
 mod blob;
+mod direction;
 mod each;
+mod equations;
 mod error;
 mod evidence;
 mod find;
 mod found;
 mod homography;
 mod lattice;
+mod lines;
 mod place;
+mod seat;
 mod tree;
 mod whole;
 
+pub use direction::{ANGLES, Candidate, Lines, angular_correlation, principal_angles, signature};
 pub use error::GridRefused;
 pub use find::find;
 pub use found::{Found, GridDisc, GridSpec, Refinement};

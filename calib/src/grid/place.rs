@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Vector2};
 
 use super::blob::Blob;
+use super::found::GridSpec;
 use super::homography::{homography, jacobian, project};
 use super::lattice::{Cell, Lattice};
 use super::whole::point;
@@ -94,7 +95,8 @@ fn best_window(cells: &HashMap<Cell, usize>, size: [i32; 2]) -> (usize, Cell) {
 }
 
 /// Gives the lattice the basis in which most of it lies in a rectangle of the grid's size and its discs are round.
-pub(crate) fn place(blobs: &[Blob], lattice: &Lattice, size: [i32; 2]) -> Option<Placed> {
+pub(crate) fn place(blobs: &[Blob], lattice: &Lattice, spec: &GridSpec) -> Option<Placed> {
+    let size = [spec.cols as i32, spec.rows as i32];
     let (_, kept) = agreed(blobs, &lattice.cells)?;
     let mut best: Option<(f64, HashMap<Cell, usize>)> = None;
     for [a, b, c, d] in BASES {
@@ -111,12 +113,13 @@ pub(crate) fn place(blobs: &[Blob], lattice: &Lattice, size: [i32; 2]) -> Option
             best = Some((score, turned));
         }
     }
-    oriented(blobs, best?.1, size)
+    let cells = oriented(blobs, best?.1, size)?;
+    windowed(blobs, cells, spec.marks.is_empty().then_some(size))
 }
 
 /// Turns the axes: the first to the right in the image, the second a quarter turn clockwise from it; by a quarter turn
 /// more where only that fits the size.
-fn oriented(blobs: &[Blob], cells: HashMap<Cell, usize>, size: [i32; 2]) -> Option<Placed> {
+fn oriented(blobs: &[Blob], cells: HashMap<Cell, usize>, size: [i32; 2]) -> Option<HashMap<Cell, usize>> {
     let (h, _) = agreed(blobs, &cells)?;
     let n = cells.len() as f64;
     let middle = cells.keys().map(|c| point(*c)).sum::<Vector2<f64>>() / n;
@@ -143,21 +146,24 @@ fn oriented(blobs: &[Blob], cells: HashMap<Cell, usize>, size: [i32; 2]) -> Opti
             best = Some((score, turned));
         }
     }
-    windowed(blobs, best?.1, size)
+    best.map(|b| b.1)
 }
 
 /// First and last line along an axis that hold a share of what such a line has.
-fn span(cells: &HashMap<Cell, usize>, axis: usize, across: i32) -> [i32; 2] {
+fn span(cells: &HashMap<Cell, usize>, axis: usize, across: Option<i32>) -> [i32; 2] {
     let mut counts: HashMap<i32, i32> = HashMap::new();
     cells.keys().for_each(|c| *counts.entry(c[axis]).or_default() += 1);
+    // Of a part of the grid, lines have what the fullest has.
+    let across = across.unwrap_or_else(|| counts.values().copied().max().unwrap_or(0));
     let needed = (LINE * f64::from(across)).ceil() as i32;
     let seen = counts.iter().filter(|(_, n)| **n >= needed).map(|(k, _)| *k);
     let (first, last) = (seen.clone().min().unwrap_or(0), seen.max().unwrap_or(-1));
     [first, last]
 }
 
-fn windowed(blobs: &[Blob], cells: HashMap<Cell, usize>, size: [i32; 2]) -> Option<Placed> {
-    let spans = [span(&cells, 0, size[1]), span(&cells, 1, size[0])];
+/// Leaves out what lies beyond the lines that count: by the grid's `size` where all of it is to be seen.
+fn windowed(blobs: &[Blob], cells: HashMap<Cell, usize>, size: Option<[i32; 2]>) -> Option<Placed> {
+    let spans = [0, 1].map(|k| span(&cells, k, size.map(|s| s[1 - k])));
     let inside = |c: &Cell| (0..2).all(|k| (spans[k][0]..=spans[k][1]).contains(&c[k]));
     let cells: HashMap<Cell, usize> = cells.into_iter().filter(|(c, _)| inside(c)).collect();
     let (h, cells) = agreed(blobs, &cells)?;

@@ -1,25 +1,38 @@
 //! The tree of dark regions of a plane: every region below a level hangs under the one that swallows it.
+//!
+//! The plane is flooded from its darkest places as by water (Nister and Stewenius 2008): pixels are met region by region,
+//! so that time is linear in them and memory is touched where it was touched last.
 
 use crate::image::Plane;
 
 /// Grey levels that a plane is rounded to.
 const LEVELS: usize = 1024;
+/// Regions of fewer pixels are not kept.
+pub(crate) const MIN_AREA: f64 = 5.0;
+const NONE: u32 = u32::MAX;
 
-/// A tree over pixels; a node is a pixel that stands for its region.
+/// A region: everything below its level that hangs together through the sides of pixels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Node {
+    /// The region that swallows it; itself for the whole plane.
+    pub(crate) parent: u32,
+    pub(crate) level: u16,
+    /// Its darkest pixel's level.
+    pub(crate) darkest: u16,
+    /// Area, sums of x and y, and of their products.
+    pub(crate) sums: [f64; 6],
+}
+
+/// The regions of a plane, each behind those that it swallows.
 #[derive(Debug)]
 pub(crate) struct Tree {
-    /// Pixels from the darkest.
-    pub(crate) order: Vec<u32>,
-    /// The node that a pixel or node hangs under.
-    pub(crate) parent: Vec<u32>,
-    /// Level of each pixel.
-    pub(crate) level: Vec<u16>,
+    pub(crate) nodes: Vec<Node>,
     /// Grey of a level's step.
     pub(crate) step: f64,
 }
 
 impl Tree {
-    /// Of dark regions, of bright ones where `bright`; pixels are joined through their sides.
+    /// Of dark regions, of bright ones where `bright`.
     pub(crate) fn new(plane: &Plane, bright: bool) -> Self {
         let bounds = plane
             .samples
@@ -31,79 +44,291 @@ impl Tree {
             let level = if bright { bounds[1] - v } else { v - bounds[0] };
             ((level * scale) as usize).min(LEVELS - 1) as u16
         };
-        let level: Vec<u16> = plane.samples.iter().map(place).collect();
-        let order = sorted(&level);
-        let parent = joined(&order, &level, plane.width);
+        let levels: Vec<u16> = plane.samples.iter().map(place).collect();
+        let nodes = Flood::new(&levels, plane.width).run();
+        Self { nodes, step }
+    }
+}
+
+/// A region while it grows: a node without a parent, and the nodes that it has swallowed and that wait for theirs.
+#[derive(Debug, Clone, Copy)]
+struct Growing {
+    level: u16,
+    darkest: u16,
+    sums: [f64; 6],
+    /// The first and the last of a list of nodes.
+    held: [u32; 2],
+}
+
+impl Growing {
+    fn new(level: u16) -> Self {
         Self {
-            order,
-            parent,
             level,
-            step,
+            darkest: level,
+            sums: [0.0; 6],
+            held: [NONE; 2],
+        }
+    }
+}
+
+/// Pixels that were seen from a region but do not belong to one yet, lists by level.
+struct Shore {
+    first: Vec<u32>,
+    /// The pixel behind each in its list.
+    next: Vec<u32>,
+    /// A bit for each level whose list is not empty.
+    full: [u64; LEVELS / 64],
+}
+
+impl Shore {
+    fn push(&mut self, pixel: u32, level: u16) {
+        let l = usize::from(level);
+        self.next[pixel as usize] = self.first[l];
+        self.first[l] = pixel;
+        self.full[l / 64] |= 1 << (l % 64);
+    }
+
+    /// The darkest, and its level.
+    fn pop(&mut self) -> Option<(u32, u16)> {
+        let word = self.full.iter().position(|w| *w != 0)?;
+        let l = word * 64 + self.full[word].trailing_zeros() as usize;
+        let pixel = self.first[l];
+        self.first[l] = self.next[pixel as usize];
+        if self.first[l] == NONE {
+            self.full[word] &= !(1 << (l % 64));
+        }
+        Some((pixel, l as u16))
+    }
+}
+
+struct Flood<'a> {
+    levels: &'a [u16],
+    width: usize,
+    seen: Vec<bool>,
+    shore: Shore,
+    /// Regions around each other, the darkest last.
+    stack: Vec<Growing>,
+    nodes: Vec<Node>,
+    /// The node behind each in the list that waits for its parent.
+    next: Vec<u32>,
+}
+
+impl<'a> Flood<'a> {
+    fn new(levels: &'a [u16], width: usize) -> Self {
+        let shore = Shore {
+            first: vec![NONE; LEVELS],
+            next: vec![NONE; levels.len()],
+            full: [0; LEVELS / 64],
+        };
+        Self {
+            levels,
+            width,
+            seen: vec![false; levels.len()],
+            shore,
+            stack: Vec::new(),
+            nodes: Vec::new(),
+            next: Vec::new(),
         }
     }
 
-    /// Whether a pixel stands for a region.
-    pub(crate) fn is_node(&self, p: usize) -> bool {
-        let parent = self.parent[p] as usize;
-        parent == p || self.level[parent] != self.level[p]
+    fn run(mut self) -> Vec<Node> {
+        let Some(first) = self.levels.first() else {
+            return self.nodes;
+        };
+        let (mut pixel, mut level) = (0_usize, *first);
+        self.seen[0] = true;
+        self.stack.push(Growing::new(level));
+        loop {
+            // Down to where nothing around is darker.
+            while let Some((darker, below)) = self.darker(pixel, level) {
+                self.shore.push(pixel as u32, level);
+                self.stack.push(Growing::new(below));
+                (pixel, level) = (darker, below);
+            }
+            self.take(pixel);
+            let Some((next, above)) = self.shore.pop() else { break };
+            if above > level {
+                self.rise(above);
+            }
+            (pixel, level) = (next as usize, above);
+        }
+        self.rise(u16::MAX);
+        // The whole plane hangs under itself.
+        if let Some(root) = self.nodes.len().checked_sub(1) {
+            self.nodes[root].parent = root as u32;
+        }
+        self.nodes
     }
-}
 
-/// Pixels by level, by counting.
-fn sorted(level: &[u16]) -> Vec<u32> {
-    let mut starts = vec![0_u32; LEVELS + 1];
-    level.iter().for_each(|l| starts[usize::from(*l) + 1] += 1);
-    (0..LEVELS).for_each(|k| starts[k + 1] += starts[k]);
-    let mut order = vec![0; level.len()];
-    for (p, l) in level.iter().enumerate() {
-        let slot = &mut starts[usize::from(*l)];
-        order[*slot as usize] = p as u32;
-        *slot += 1;
-    }
-    order
-}
-
-fn root_of(roots: &mut [u32], p: u32) -> u32 {
-    let mut r = p;
-    while roots[r as usize] != r {
-        let up = roots[roots[r as usize] as usize];
-        roots[r as usize] = up;
-        r = up;
-    }
-    r
-}
-
-/// Union by level (Berger 2007): the pixel that comes later swallows its neighbours' regions.
-fn joined(order: &[u32], level: &[u16], width: usize) -> Vec<u32> {
-    let n = level.len();
-    let mut parent = vec![u32::MAX; n];
-    let mut roots = vec![u32::MAX; n];
-    for p in order.iter().copied() {
-        let i = p as usize;
-        (parent[i], roots[i]) = (p, p);
-        let x = i % width;
+    /// Puts the neighbours not seen yet on the shore, up to one that is darker than `level`.
+    #[inline]
+    fn darker(&mut self, pixel: usize, level: u16) -> Option<(usize, u16)> {
+        let (x, n) = (pixel % self.width, self.levels.len());
         let sides = [
-            (x > 0).then(|| i - 1),
-            (x + 1 < width).then_some(i + 1),
-            i.checked_sub(width),
-            Some(i + width).filter(|j| *j < n),
+            (x > 0).then(|| pixel - 1),
+            (x + 1 < self.width).then_some(pixel + 1),
+            pixel.checked_sub(self.width),
+            Some(pixel + self.width).filter(|j| *j < n),
         ];
-        for j in sides.into_iter().flatten() {
-            if parent[j] == u32::MAX {
+        for side in sides.into_iter().flatten() {
+            if self.seen[side] {
                 continue;
             }
-            let root = root_of(&mut roots, j as u32);
-            if root != p {
-                (roots[root as usize], parent[root as usize]) = (p, p);
+            self.seen[side] = true;
+            let other = self.levels[side];
+            if other < level {
+                return Some((side, other));
+            }
+            self.shore.push(side as u32, other);
+        }
+        None
+    }
+
+    /// Gives a pixel to the darkest region.
+    #[inline]
+    fn take(&mut self, pixel: usize) {
+        let (x, y) = ((pixel % self.width) as f64, (pixel / self.width) as f64);
+        if let Some(top) = self.stack.last_mut() {
+            let part = [1.0, x, y, x * x, x * y, y * y];
+            top.sums.iter_mut().zip(part).for_each(|(to, v)| *to += v);
+        }
+    }
+
+    /// The water rises to a level: regions below it are done, and those that meet become one.
+    fn rise(&mut self, level: u16) {
+        while let Some(mut top) = self.stack.pop() {
+            if top.level >= level {
+                self.stack.push(top);
+                return;
+            }
+            self.done(&mut top);
+            match self.stack.last_mut() {
+                Some(under) if under.level <= level => {
+                    under.sums.iter_mut().zip(top.sums).for_each(|(to, v)| *to += v);
+                    under.darkest = under.darkest.min(top.darkest);
+                    under.held = joined(&mut self.next, under.held, top.held);
+                }
+                None if level == u16::MAX => return,
+                _ => {
+                    top.level = level;
+                    self.stack.push(top);
+                    return;
+                }
             }
         }
     }
-    for p in order.iter().rev().copied() {
-        let up = parent[p as usize] as usize;
-        let above = parent[up];
-        if level[above as usize] == level[up] {
-            parent[p as usize] = above;
+
+    /// Makes a region a node, and the parent of what it holds.
+    fn done(&mut self, region: &mut Growing) {
+        if region.sums[0] < MIN_AREA {
+            return;
+        }
+        let node = self.nodes.len() as u32;
+        let mut held = region.held[0];
+        while held != NONE {
+            self.nodes[held as usize].parent = node;
+            held = self.next[held as usize];
+        }
+        self.nodes.push(Node {
+            parent: node,
+            level: region.level,
+            darkest: region.darkest,
+            sums: region.sums,
+        });
+        self.next.push(NONE);
+        region.held = [node; 2];
+    }
+}
+
+/// Two lists of nodes as one.
+fn joined(next: &mut [u32], a: [u32; 2], b: [u32; 2]) -> [u32; 2] {
+    if a[0] == NONE {
+        return b;
+    }
+    if b[0] == NONE {
+        return a;
+    }
+    next[a[1] as usize] = b[0];
+    [a[0], b[1]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Area and level of the region of a pixel at every level, by flooding from it anew.
+    fn area(levels: &[u16], width: usize, from: usize, level: u16) -> usize {
+        let (mut seen, mut open) = (vec![false; levels.len()], vec![from]);
+        seen[from] = true;
+        let mut count = 0;
+        while let Some(p) = open.pop() {
+            count += 1;
+            let x = p % width;
+            let sides = [
+                (x > 0).then(|| p - 1),
+                (x + 1 < width).then_some(p + 1),
+                p.checked_sub(width),
+                Some(p + width).filter(|j| *j < levels.len()),
+            ];
+            for q in sides.into_iter().flatten() {
+                if !seen[q] && levels[q] <= level {
+                    seen[q] = true;
+                    open.push(q);
+                }
+            }
+        }
+        count
+    }
+
+    #[test]
+    fn regions_are_those_that_flooding_from_each_pixel_finds() {
+        let (width, height) = (23, 17);
+        let mut state = 12345_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 20) as u16 % 40
+        };
+        let levels: Vec<u16> = (0..width * height).map(|_| random()).collect();
+        let nodes = Flood::new(&levels, width).run();
+        // Every node is a region by its area, and every region of a pixel at its own level is a node.
+        let mut found: Vec<(u16, usize)> = nodes.iter().map(|n| (n.level, n.sums[0] as usize)).collect();
+        let mut known: Vec<(u16, usize, usize)> = Vec::new();
+        for p in 0..levels.len() {
+            let count = area(&levels, width, p, levels[p]);
+            // The region's first pixel of that level stands for it.
+            let same = (0..p).any(|q| levels[q] == levels[p] && area_holds(&levels, width, p, q));
+            if count as f64 >= MIN_AREA && !same {
+                known.push((levels[p], count, p));
+            }
+        }
+        let mut known: Vec<(u16, usize)> = known.into_iter().map(|(l, c, _)| (l, c)).collect();
+        found.sort_unstable();
+        known.sort_unstable();
+        assert_eq!(found, known);
+        let root = nodes.last().unwrap();
+        assert_eq!(root.sums[0] as usize, levels.len());
+        for (i, node) in nodes.iter().enumerate() {
+            let parent = &nodes[node.parent as usize];
+            assert!(node.parent as usize > i || node.parent as usize == nodes.len() - 1);
+            assert!(parent.level > node.level || node.parent as usize == i, "{i}");
+            assert!(parent.sums[0] > node.sums[0] || node.parent as usize == i, "{i}");
         }
     }
-    parent
+
+    /// Whether a pixel lies in the region of another at that one's level.
+    fn area_holds(levels: &[u16], width: usize, from: usize, other: usize) -> bool {
+        let level = levels[from];
+        let without = area(levels, width, from, level);
+        let mut cut = levels.to_vec();
+        cut[other] = u16::MAX;
+        area(&cut, width, from, level) != without
+    }
+
+    #[test]
+    fn a_plane_of_one_level_is_one_region() {
+        let nodes = Flood::new(&[7; 12], 4).run();
+        assert_eq!((nodes.len(), nodes[0].sums[0], nodes[0].parent), (1, 12.0, 0));
+        assert!(Flood::new(&[7; 4], 2).run().is_empty());
+        assert!(Flood::new(&[], 1).run().is_empty());
+    }
 }

@@ -1,17 +1,23 @@
 //! One fit of the whole grid to the pixels: homography, radius, blur, and planes of grey for discs and paper.
 
+use std::collections::HashSet;
+
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
+use super::equations::{Equations, N, Params, SHAPES, Sums, inverse, step};
 use super::homography::project;
 use crate::disc::{Blurred, Ellipse};
 use crate::image::Image;
 
-/// Homography 8, radius, blur: what moves outlines.
-const SHAPES: usize = 10;
-/// With grey in discs 3 and around them 3.
-const N: usize = 16;
-type Params = SVector<f64, N>;
 const MAX_STEPS: usize = 25;
+/// A step that is to gain less of chi squared is the last: 0.3 is half a deviation of all parameters together.
+const SETTLED: f64 = 0.3;
+/// Pixels up to so many deviations of the blur and a half from a disc are fitted.
+const MARGIN: f64 = 2.5;
+/// The share of the contrast that the model may be wrong by.
+const CUT: f64 = 0.08;
+/// One of so many pixels is enough to come near.
+const THIN: usize = 5;
 /// The unit of the planes of grey, pixels.
 const UNIT: f64 = 100.0;
 
@@ -31,20 +37,26 @@ pub(crate) struct Whole {
     pub(crate) noise: f64,
     /// Covariance of the eight entries of `h`, row by row.
     pub(crate) covariance: SMatrix<f64, 8, 8>,
+    params: Params,
 }
 
 /// What is fitted, and where.
 pub(crate) struct Grid<'a> {
     pub(crate) image: &'a Image,
     pub(crate) cells: &'a [[i32; 2]],
+    /// Places of large discs: pixels nearest to them are left out.
+    pub(crate) marks: &'a HashSet<[i32; 2]>,
     pub(crate) bright: bool,
 }
 
-struct Equations {
-    matrix: SMatrix<f64, N, N>,
-    vector: Params,
-    squares: f64,
-    pixels: usize,
+/// Which pixels are looked at.
+struct Pixels {
+    /// One of so many.
+    thin: usize,
+    /// Those that are farther off than this share of the contrast, and than noise is, are left out.
+    cut: f64,
+    /// Where the planes of grey have their values.
+    origin: Vector2<f64>,
 }
 
 fn homography_of(p: &Params) -> Matrix3<f64> {
@@ -95,27 +107,68 @@ struct Seen {
 impl Grid<'_> {
     /// Fits from a homography, a radius in steps of the grid, and a blur in pixels. None where it does not settle on a
     /// grid that stands out.
+    ///
+    /// A fifth of the pixels first, all of them when that has settled.
     pub(crate) fn fit(&self, h: &Matrix3<f64>, radius: f64, sigma: f64) -> Option<Whole> {
-        let origin = self.cells.iter().map(|c| project(h, point(*c))).sum::<Vector2<f64>>() / self.cells.len() as f64;
         let mut params = Params::zeros();
         let h = h / h[(2, 2)];
         (0..8).for_each(|k| params[k] = h[(k / 3, k % 3)]);
         (params[8], params[9]) = (radius, sigma);
-        self.set_greys(&mut params, origin)?;
-        let start = params;
-        let mut now = self.equations(&params, &start, origin)?;
+        let origin = self.cells.iter().map(|c| project(&h, point(*c))).sum::<Vector2<f64>>() / self.cells.len() as f64;
+        let phase = |thin: usize, cut: f64| Pixels { thin, cut, origin };
+        let greys = self.greys(&params, &phase(THIN, 1.0))?;
+        params.fixed_rows_mut::<6>(SHAPES).copy_from(&greys);
+        // What is no part of the model counts less from phase to phase: first outlines are half a pixel off.
+        let (params, _) = self.settled(params, phase(THIN, 0.5))?;
+        let (params, _) = self.settled(params, phase(THIN, 0.15))?;
+        let (params, now) = self.settled(params, phase(1, CUT))?;
+        self.result(&params, &now, origin)
+    }
+
+    /// The planes of grey for the outlines given.
+    fn greys(&self, params: &Params, pixels: &Pixels) -> Option<SVector<f64, 6>> {
+        let seen = self.seen(params, params, pixels, &[])?;
+        self.equations(&seen, params, pixels)?.greys()
+    }
+
+    /// The fit again from one to nearly the same discs.
+    pub(crate) fn refit(&self, from: &Whole) -> Option<Whole> {
+        let pixels = Pixels {
+            thin: 1,
+            cut: CUT,
+            origin: from.origin,
+        };
+        let (params, now) = self.settled(from.params, pixels)?;
+        self.result(&params, &now, from.origin)
+    }
+
+    /// The least squares of some pixels, and the equations there.
+    ///
+    /// Pixels that are far off at the start (glare, dirt, spots that are no discs) are left out from then on.
+    fn settled(&self, start: Params, pixels: Pixels) -> Option<(Params, Equations)> {
+        let mut params = start;
+        let mut seen = self.seen(&params, &start, &pixels, &[])?;
+        let off = self.off(&seen, &params, &pixels);
+        let dropped = seen.without(&off, self.image.width() * self.image.height());
+        let mut now = self.equations(&seen, &params, &pixels)?;
         let mut damping = 1e-3;
         for _ in 0..MAX_STEPS {
-            let next = step(&now, damping).map(|s| params + s).filter(is_possible);
-            let then = next.and_then(|next| Some((next, self.equations(&next, &start, origin)?)));
+            let Some((step, expected)) = step(&now, damping) else {
+                damping *= 10.0;
+                continue;
+            };
+            let next = params + step;
+            // So small a step is as good as what it leads to: what is left goes with its square.
+            if expected < SETTLED * now.squares / now.pixels as f64 && is_possible(&next) {
+                now.squares -= expected;
+                return Some((next, now));
+            }
+            let then = is_possible(&next)
+                .then(|| self.equations(&self.seen(&next, &start, &pixels, &dropped)?, &next, &pixels))
+                .flatten();
             match then {
-                Some((next, then)) if then.squares <= now.squares => {
-                    let gained = (now.squares - then.squares) / now.squares.max(1e-12);
-                    (params, now, damping) = (next, then, (damping * 0.1_f64).max(1e-10));
-                    // A gain of 1e-7 of the squares of some 1e4 pixels is 1e-3 of chi squared: 0.03 deviations.
-                    if gained < 1e-7 {
-                        break;
-                    }
+                Some(then) if then.squares <= now.squares => {
+                    (params, now, damping) = (next, then, (damping * 0.1_f64).max(1e-10))
                 }
                 _ => damping *= 10.0,
             }
@@ -123,16 +176,7 @@ impl Grid<'_> {
                 break;
             }
         }
-        self.result(&params, &now, origin)
-    }
-
-    /// The planes of grey by least squares for the outlines given: they are linear.
-    fn set_greys(&self, params: &mut Params, origin: Vector2<f64>) -> Option<()> {
-        let now = self.equations(params, params, origin)?;
-        let linear = now.matrix.fixed_view::<6, 6>(SHAPES, SHAPES).into_owned().cholesky()?;
-        let greys = linear.solve(&now.vector.fixed_rows::<6>(SHAPES).into_owned());
-        params.fixed_rows_mut::<6>(SHAPES).copy_from(&greys);
-        Some(())
+        Some((params, now))
     }
 
     fn result(&self, params: &Params, now: &Equations, origin: Vector2<f64>) -> Option<Whole> {
@@ -153,11 +197,13 @@ impl Grid<'_> {
             origin,
             noise,
             covariance: covariance.fixed_view::<8, 8>(0, 0).into_owned(),
+            params: *params,
         })
     }
 
     /// Which pixels count is up to `start`: were it up to the parameters, smaller discs would leave out residuals.
-    fn seen(&self, params: &Params, start: &Params) -> Option<Seen> {
+    /// `dropped` pixels do not count; an empty list drops none.
+    fn seen(&self, params: &Params, start: &Params, pixels: &Pixels, dropped: &[bool]) -> Option<Seen> {
         let (width, height) = (self.image.width(), self.image.height());
         let (h, h0) = (homography_of(params), homography_of(start));
         let back = h0.try_inverse()?;
@@ -170,12 +216,21 @@ impl Grid<'_> {
             let model = Blurred::new(Ellipse::of_circle(&h, at, params[8])?, params[9]);
             let slopes = ellipse_slopes(&h, at, params[8]);
             let around = Blurred::new(Ellipse::of_circle(&h0, at, start[8])?, start[9]);
-            let [columns, rows] = around.window(3.0 * start[9] + 1.0, width, height);
+            let [columns, rows] = around.window(MARGIN * start[9] + 0.5, width, height);
             for y in rows[0]..rows[1] {
                 for x in columns[0]..columns[1] {
-                    let off = project(&back, Vector2::new(x as f64, y as f64)) - at;
+                    let left_out = dropped.get(y * width + x).copied().unwrap_or(false);
+                    if left_out || !(x + 2 * y).is_multiple_of(pixels.thin) {
+                        continue;
+                    }
+                    let place = project(&back, Vector2::new(x as f64, y as f64));
+                    let off = place - at;
                     // Beyond three quarters of a step there may be the end of the paper.
                     if off.x.abs() > 0.75 || off.y.abs() > 0.75 {
+                        continue;
+                    }
+                    if !self.marks.is_empty() && self.marks.contains(&[place.x.round() as i32, place.y.round() as i32])
+                    {
                         continue;
                     }
                     let coverage = model.at(x as f64, y as f64);
@@ -186,41 +241,76 @@ impl Grid<'_> {
         Some(seen)
     }
 
-    fn equations(&self, params: &Params, start: &Params, origin: Vector2<f64>) -> Option<Equations> {
-        let seen = self.seen(params, start)?;
+    fn equations(&self, seen: &Seen, params: &Params, pixels: &Pixels) -> Option<Equations> {
         let width = self.image.width();
-        let mut out = Equations {
-            matrix: SMatrix::zeros(),
-            vector: Params::zeros(),
-            squares: 0.0,
-            pixels: seen.list.len(),
-        };
+        let mut sums = Sums::default();
         for (pixel, values) in &seen.list {
             let (x, y) = (*pixel as usize % width, *pixel as usize / width);
-            let place = [1.0, (x as f64 - origin.x) / UNIT, (y as f64 - origin.y) / UNIT];
-            let plane = |k: usize| (0..3).map(|i| params[k + i] * place[i]).sum::<f64>();
-            let (disc, paper, f) = (plane(SHAPES), plane(SHAPES + 3), values[SHAPES]);
-            let residual = f64::from(self.image.sample(x, y)) - paper - disc * f;
-            let mut slope = [0.0; N];
-            (0..SHAPES).for_each(|k| slope[k] = values[k] * disc);
-            for (i, share) in place.iter().enumerate() {
-                slope[SHAPES + i] = share * f;
-                slope[SHAPES + 3 + i] = *share;
-            }
-            for (i, a) in slope.iter().enumerate() {
-                out.vector[i] += a * residual;
-                for (j, b) in slope.iter().enumerate().take(i + 1) {
-                    out.matrix[(i, j)] += a * b;
-                }
-            }
-            out.squares += residual * residual;
+            let place = pixels.place(x, y);
+            let (disc, residual) = self.residual(params, &place, values[SHAPES], [x, y]);
+            let f = values[SHAPES];
+            let greys = [f, f * place[1], f * place[2], 1.0, place[1], place[2]];
+            sums.add(&values[..SHAPES], disc, &greys, residual);
         }
-        out.matrix.fill_upper_triangle_with_lower_triangle();
+        let out = sums.equations(seen.list.len());
         (out.pixels > 2 * N).then_some(out)
     }
 }
 
+impl Grid<'_> {
+    /// Grey of the disc less the paper at a place, and the pixel less the model.
+    fn residual(&self, params: &Params, place: &[f64; 3], f: f64, [x, y]: [usize; 2]) -> (f64, f64) {
+        let plane = |k: usize| (0..3).map(|i| params[k + i] * place[i]).sum::<f64>();
+        let (disc, paper) = (plane(SHAPES), plane(SHAPES + 3));
+        (disc, f64::from(self.image.sample(x, y)) - paper - disc * f)
+    }
+
+    /// Which of the pixels are farther off than noise and outlines can be.
+    fn off(&self, seen: &Seen, params: &Params, pixels: &Pixels) -> Vec<bool> {
+        let width = self.image.width();
+        let one = |(pixel, values): &(u32, [f64; SHAPES + 1])| {
+            let (x, y) = (*pixel as usize % width, *pixel as usize / width);
+            self.residual(params, &pixels.place(x, y), values[SHAPES], [x, y])
+                .1
+                .abs()
+        };
+        let residuals: Vec<f64> = seen.list.iter().map(one).collect();
+        let mut sorted = residuals.clone();
+        let middle = sorted.len() / 2;
+        let median = match sorted.get(middle) {
+            Some(_) => *sorted.select_nth_unstable_by(middle, f64::total_cmp).1,
+            None => 0.0,
+        };
+        // 5 deviations, by the median of normal noise.
+        let cut = (5.0 * 1.4826 * median).max(pixels.cut * params[SHAPES].abs());
+        residuals.into_iter().map(|r| r > cut).collect()
+    }
+}
+
+impl Pixels {
+    fn place(&self, x: usize, y: usize) -> [f64; 3] {
+        [
+            1.0,
+            (x as f64 - self.origin.x) / UNIT,
+            (y as f64 - self.origin.y) / UNIT,
+        ]
+    }
+}
+
 impl Seen {
+    /// Leaves out the pixels that are `off`, and says which those of the image are.
+    fn without(&mut self, off: &[bool], size: usize) -> Vec<bool> {
+        if !off.contains(&true) {
+            return Vec::new();
+        }
+        let mut dropped = vec![false; size];
+        for ((pixel, _), _) in self.list.iter().zip(off).filter(|(_, off)| **off) {
+            dropped[*pixel as usize] = true;
+        }
+        self.list.retain(|(pixel, _)| !dropped[*pixel as usize]);
+        dropped
+    }
+
     fn add(&mut self, pixel: usize, coverage: &crate::disc::Coverage, slopes: &[[f64; 9]; 5]) {
         if self.slots[pixel] == u32::MAX {
             self.slots[pixel] = self.list.len() as u32;
@@ -236,20 +326,6 @@ impl Seen {
             }
         }
     }
-}
-
-/// The inverse through the correlation matrix: parameters differ in size by 1e5.
-fn inverse(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
-    let scale = matrix.diagonal().map(|d| 1.0 / d.max(1e-300).sqrt());
-    let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j]);
-    let inverse = scaled.cholesky()?.inverse();
-    Some(SMatrix::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
-}
-
-fn step(equations: &Equations, damping: f64) -> Option<Params> {
-    let mut damped = equations.matrix;
-    (0..N).for_each(|k| damped[(k, k)] *= 1.0 + damping);
-    Some(inverse(&damped)? * equations.vector)
 }
 
 fn is_possible(p: &Params) -> bool {

@@ -18,7 +18,7 @@ use crate::store::{self, StoreError};
 pub(crate) const DISCS_HELP: &str = "\
 Finds discs that are even inside and around, and refines each. `chi` is the contrast by the deviations inside and in \
 half the ring; `deviation_px` is that of the refined centre, by the noise found there; without it the fit was refused \
-and the place is good to a pixel.
+and the place is good to a pixel. Specks of texture are discs too: --chi-min leaves out the faint ones.
 
 Examples:
   calib discs plate.png --radius-min 3 --radius-max 12 --overlay seen.png
@@ -37,6 +37,9 @@ pub(crate) struct DiscsArgs {
     /// The greatest radius, pixels
     #[arg(long, value_name = "PX", default_value = "12", allow_hyphen_values = true)]
     radius_max: Positive,
+    /// The least contrast, in deviations of what is inside and half of those around
+    #[arg(long, value_name = "CHI", default_value = "1", allow_hyphen_values = true)]
+    chi_min: Positive,
     /// Darker or brighter than what is around
     #[arg(long, value_enum, default_value = "dark")]
     polarity: PolarityArg,
@@ -91,6 +94,7 @@ impl DiscsArgs {
         };
         let options = DetectOptions {
             polarity,
+            least: self.chi_min.0,
             ..DetectOptions::new(self.radius_min.0, self.radius_max.0)
         };
         let path = self.image.clone();

@@ -5,6 +5,7 @@ pub(crate) mod read;
 mod record;
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use calib::grid::{Found, GridSpec, Refinement, find};
 use clap::Args;
@@ -20,14 +21,16 @@ pub(crate) const GRID_HELP: &str = "\
 Finds the grid in each image, gives each disc its column and row, and refines all centres: to a few thousandths of a \
 pixel by one fit of the whole grid, disc by disc where the lens distorts. A pixel's centre is at whole coordinates, x \
 to the right, y down. Column 0, row 0 is the corner from which columns go to the right and rows down. A square grid \
-looks the same after a quarter turn, any grid after half a turn: which corner of the object that is, the image cannot \
-tell.
+looks the same after a quarter turn, any grid after half a turn: which corner of the object that is, only large discs \
+tell, whose columns and rows --mark gives. With them a view may show a part of the grid, if they tell which part; \
+without them every border line must be seen.
 
 A grid that is not of --cols and --rows is refused with what was seen, never cut to fit. Images are PNG, JPEG or PGM of \
 8 or 16 bits, at most 8192 x 8192 pixels. The exit code is 1 if in one of the images no grid was found.
 
 Examples:
   calib grid view.png --cols 16 --rows 14 --pitch-mm 5 --overlay seen
+  calib grid near.png --cols 25 --rows 18 --pitch-mm 5 --mark 7,5 --mark 17,5 --mark 7,12
   calib grid views/*.png --cols 10 --rows 10 --pitch-mm 20 --out grid.json";
 
 #[derive(Debug, Args)]
@@ -47,6 +50,9 @@ pub(crate) struct GridArgs {
     /// The discs are brighter than what is around them
     #[arg(long)]
     bright: bool,
+    /// Column and row of a large disc, from 0; once for each
+    #[arg(long = "mark", value_name = "COL,ROW")]
+    marks: Vec<Mark>,
     /// Write what was found here, as JSON
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -59,6 +65,25 @@ pub(crate) struct GridArgs {
     /// Print the result as JSON and nothing else
     #[arg(long)]
     json: bool,
+}
+
+/// Where a large disc stands.
+#[derive(Debug, Clone, Copy)]
+struct Mark([usize; 2]);
+
+impl FromStr for Mark {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Vec<&str> = text.split(',').collect();
+        let [col, row] = numbers[..] else {
+            return Err(format!(
+                "{} numbers; a column and a row are needed, as 7,5",
+                numbers.len()
+            ));
+        };
+        let parse = |part: &str| part.trim().parse::<usize>().map_err(|e| format!("{part:?}: {e}"));
+        Ok(Self([parse(col)?, parse(row)?]))
+    }
 }
 
 /// Why there is no result.
@@ -89,6 +114,7 @@ impl GridArgs {
         }
         let spec = GridSpec {
             bright: self.bright,
+            marks: self.marks.iter().map(|m| m.0).collect(),
             ..GridSpec::new(self.cols, self.rows, self.pitch_mm.0)
         };
         let (mut text, mut records, mut refused) = (String::new(), Vec::new(), Vec::new());
@@ -122,9 +148,10 @@ impl GridArgs {
                 }
                 Ok((words(&name, &found), record::found(path, &image, spec, &found), None))
             }
-            Err(why) => {
-                let why = format!("looking for the grid in {name}: {why}");
-                Ok((format!("{why}\n"), record::refused(path, &image, &why), Some(why)))
+            Err(refusal) => {
+                let why = format!("looking for the grid in {name}: {refusal}");
+                let record = record::refused(path, &image, &refusal, &why);
+                Ok((format!("{why}\n"), record, Some(why)))
             }
         }
     }
@@ -143,8 +170,12 @@ fn words(name: &str, found: &Found) -> String {
             found.homography_rms_px
         ),
     };
+    let turns = match found.alike {
+        1 => "turned as its large discs say".to_owned(),
+        n => format!("one of {n} turns that look alike"),
+    };
     format!(
-        "{name}: {} discs of {}, {how}; centres to {worst:.4} px by their covariance; blur {:.2} px, noise {:.1}\n",
+        "{name}: {} discs of {}, {turns}, {how}; centres to {worst:.4} px by their covariance; blur {:.2} px, noise {:.1}\n",
         found.discs.len(),
         found.discs.len() + found.missing.len(),
         found.sigma,

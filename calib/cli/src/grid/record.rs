@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use calib::grid::{Found, GridDisc, GridSpec, Refinement};
+use calib::grid::{Found, GridDisc, GridRefused, GridSpec, Refinement};
 use calib::image::Image;
 use serde_json::{Value, json};
 
@@ -15,6 +15,7 @@ pub(crate) fn file(spec: &GridSpec, images: &[Value]) -> Value {
         "cols": spec.cols,
         "rows": spec.rows,
         "pitch_mm": spec.pitch_mm,
+        "marks": spec.marks,
         "images": images,
     })
 }
@@ -50,18 +51,20 @@ pub(crate) fn found(path: &Path, image: &Image, spec: &GridSpec, found: &Found) 
         "noise": found.noise,
         "homography_rms_px": found.homography_rms_px,
         "candidates": found.candidates,
+        "turns_alike": found.alike,
         "missing": found.missing,
         "discs": discs,
     })
 }
 
 /// One image without.
-pub(crate) fn refused(path: &Path, image: &Image, why: &str) -> Value {
+pub(crate) fn refused(path: &Path, image: &Image, refused: &GridRefused, why: &str) -> Value {
     json!({
         "path": path.to_string_lossy(),
         "width": image.width(),
         "height": image.height(),
         "found": false,
         "refused": why,
+        "discs_in_lattice": refused.evidence(),
     })
 }

@@ -1,0 +1,90 @@
+//! Normal equations of the fit of a whole grid: outlines first, then planes of grey.
+
+use nalgebra::{SMatrix, SVector};
+
+/// Homography 8, radius, blur: what moves outlines.
+pub(crate) const SHAPES: usize = 10;
+/// With grey in discs 3 and around them 3.
+pub(crate) const N: usize = 16;
+pub(crate) type Params = SVector<f64, N>;
+
+/// Normal equations at one set of parameters.
+pub(crate) struct Equations {
+    pub(crate) matrix: SMatrix<f64, N, N>,
+    pub(crate) vector: Params,
+    pub(crate) squares: f64,
+    pub(crate) pixels: usize,
+}
+
+/// Normal equations as they are summed up; the lower triangle, row by row.
+pub(crate) struct Sums {
+    matrix: [[f64; N]; N],
+    vector: [f64; N],
+    squares: f64,
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self {
+            matrix: [[0.0; N]; N],
+            vector: [0.0; N],
+            squares: 0.0,
+        }
+    }
+}
+
+impl Sums {
+    /// A pixel. Most lie far from every edge: they say nothing of outlines.
+    pub(crate) fn add(&mut self, shapes: &[f64], disc: f64, greys: &[f64; 6], residual: f64) {
+        let mut slope = [0.0; N];
+        slope[SHAPES..].copy_from_slice(greys);
+        let mut first = SHAPES;
+        if shapes.iter().any(|s| *s != 0.0) {
+            slope.iter_mut().zip(shapes).for_each(|(to, s)| *to = s * disc);
+            first = 0;
+        }
+        for i in first..N {
+            let a = slope[i];
+            self.vector[i] += a * residual;
+            self.matrix[i].iter_mut().zip(&slope).for_each(|(to, b)| *to += a * b);
+        }
+        self.squares += residual * residual;
+    }
+
+    pub(crate) fn equations(&self, pixels: usize) -> Equations {
+        let mut matrix = SMatrix::<f64, N, N>::from_fn(|i, j| self.matrix[i][j]);
+        // Rows of outlines were left out where they vanish: the lower triangle is whole.
+        matrix.fill_upper_triangle_with_lower_triangle();
+        Equations {
+            matrix,
+            vector: Params::from(self.vector),
+            squares: self.squares,
+            pixels,
+        }
+    }
+}
+
+impl Equations {
+    /// The planes of grey by least squares for the outlines given: they are linear.
+    pub(crate) fn greys(&self) -> Option<SVector<f64, 6>> {
+        let linear = self.matrix.fixed_view::<6, 6>(SHAPES, SHAPES).into_owned().cholesky()?;
+        Some(linear.solve(&self.vector.fixed_rows::<6>(SHAPES).into_owned()))
+    }
+}
+
+/// The inverse through the correlation matrix: parameters differ in size by 1e5.
+pub(crate) fn inverse(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let scale = matrix.diagonal().map(|d| 1.0 / d.max(1e-300).sqrt());
+    let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let inverse = scaled.cholesky()?.inverse();
+    Some(SMatrix::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
+}
+
+/// A step, and by how much the squares fall with it were the model linear.
+pub(crate) fn step(equations: &Equations, damping: f64) -> Option<(Params, f64)> {
+    let held = equations.matrix.diagonal() * damping;
+    let damped = equations.matrix + SMatrix::from_diagonal(&held);
+    let step = inverse(&damped)? * equations.vector;
+    let expected = step.dot(&(equations.vector + held.component_mul(&step)));
+    Some((step, expected))
+}
