@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use bus::scene::RawRecording;
 use bus::scene::raw::{RawScene, RawTrackerSource};
-use bus::scene::tracking::raw::RawLinkFile;
+use bus::scene::tracking::raw::{RawCalibrationFile, RawRegistrationFile};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -105,12 +105,22 @@ impl Recompute {
             files: Vec::new(),
         };
         let tracker = &mut scene.tracker;
-        links.choose("calibration", args.calibration.as_deref(), &mut tracker.calibration)?;
-        links.choose("registration", args.registration.as_deref(), &mut tracker.registration)?;
-        let path = |link: &Option<RawLinkFile>| link.as_ref().map(|link| PathBuf::from(&link.file));
+        let named = tracker.calibration.as_ref().map(|link| link.file.as_str());
+        let calibration = links.choose("calibration", args.calibration.as_deref(), named)?;
+        let named = tracker.registration.as_ref().map(|link| link.file.as_str());
+        let registration = links.choose("registration", args.registration.as_deref(), named)?;
+        // Another file has to keep the gates of the scene as well, if that has any.
+        if let Some(path) = &calibration {
+            let link = tracker.calibration.get_or_insert_with(RawCalibrationFile::default);
+            link.file = path.to_string_lossy().into_owned();
+        }
+        if let Some(path) = &registration {
+            let link = tracker.registration.get_or_insert_with(RawRegistrationFile::default);
+            link.file = path.to_string_lossy().into_owned();
+        }
         Ok(Self {
-            calibration: path(&tracker.calibration),
-            registration: path(&tracker.registration),
+            calibration,
+            registration,
             files: links.files,
         })
     }
@@ -225,17 +235,13 @@ impl Links<'_> {
         &mut self,
         key: &'static str,
         given: Option<&Path>,
-        link: &mut Option<RawLinkFile>,
-    ) -> Result<(), RecomputeError> {
-        let path = match (given, &*link) {
-            (Some(path), _) => readable(key, path)?,
-            (None, Some(link)) => self.recorded(key, Path::new(&link.file))?,
-            (None, None) => return Ok(()),
-        };
-        let marker = link.take().and_then(|link| link.marker);
-        let file = path.to_string_lossy().into_owned();
-        *link = Some(RawLinkFile { file, marker });
-        Ok(())
+        named: Option<&str>,
+    ) -> Result<Option<PathBuf>, RecomputeError> {
+        match (given, named) {
+            (Some(path), _) => readable(key, path).map(Some),
+            (None, Some(file)) => self.recorded(key, Path::new(file)).map(Some),
+            (None, None) => Ok(None),
+        }
     }
 
     fn recorded(&mut self, key: &'static str, path: &Path) -> Result<PathBuf, RecomputeError> {

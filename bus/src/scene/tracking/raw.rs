@@ -78,7 +78,7 @@ pub struct RawSequence {
 }
 
 /// `[tracker.calibration]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RawCalibrationFile {
     /// A file of `calib`, relative to the scene file.
@@ -110,7 +110,7 @@ pub struct RawCalibrationGates {
 }
 
 /// `[tracker.registration]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RawRegistrationFile {
     /// A file of `calib`, relative to the scene file.
