@@ -2,7 +2,7 @@
 //!
 //! Slices cut the volume in every direction. In plain rows a plane of constant x touches one cache line per voxel; in
 //! bricks of 4 x 4 x 4 voxels (two cache lines) each line serves eight. Measured (`cargo bench -p slice-view-proc --bench
-//! layout`): sagittal and oblique slices take 0.5 to 0.7 of the time, axial and frontal ones 0.97 to 1.09. The
+//! layout`): sagittal slices take 0.3 to 0.4 of the time, oblique ones half, frontal ones the same, axial ones 1.6 (0.2 ms). The
 //! price in memory is rounding each dimension up to the brick: [`Layout::choose`] takes bricks where that adds at most
 //! 4.7 %, and rows elsewhere. Smaller bricks save less and are not chosen.
 //!

@@ -4,7 +4,7 @@
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use bus::clock;
@@ -63,14 +63,9 @@ impl<T: Send + 'static> Watched<T> {
     pub(super) fn take(&mut self, now_ns: i64) -> bool {
         let mut changed = false;
         let mut looked = false;
-        loop {
-            match self.news.try_recv() {
-                Ok(found) => {
-                    looked = true;
-                    changed |= self.put(found);
-                }
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => break,
-            }
+        while let Ok(found) = self.news.try_recv() {
+            looked = true;
+            changed |= self.put(found);
         }
         if looked || self.looked_ns.is_none() {
             self.looked_ns = Some(now_ns);
