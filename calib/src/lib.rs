@@ -8,11 +8,13 @@
 //! and [`gate`] whether a result is good enough.
 //! [`bead`] registers the patient: it finds metal beads in the CT, tells which of them was touched, and judges the check.
 //! [`file`](mod@file) reads the results back, from their text.
-//! Chapter 5 of part III, targets in images, is [`disc`] and [`grid`], which take a [`mod@image`].
+//! Chapter 5 of part III, targets in images, is [`disc`] and [`grid`], which take a [`mod@image`]; [`camera`] calibrates a
+//! camera from views of a grid.
 
 pub mod base;
 pub mod bead;
 pub mod bundle;
+pub mod camera;
 pub mod coverage;
 pub mod disc;
 pub mod f2554;

@@ -9,6 +9,7 @@ use clap::{Parser, Subcommand};
 use crate::base::{BASE_HELP, BaseArgs, SEAT_HELP, SeatArgs};
 use crate::beads::{BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadVolume, MATCH_HELP, MatchArgs};
 use crate::bundle::{MARKER_HELP, MarkerArgs};
+use crate::camera::{CAMERA_HELP, CameraArgs};
 use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
 use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
@@ -36,6 +37,7 @@ Examples:
   calib seat --base base.json --poses seated.csv --out tool.json
   calib f2554 --simulate 1 --png turns.png
   calib rom info 8700340.rom
+  calib camera grids.json --out camera.toml
   calib beads ct-folder --out beads.json --png beads.png
   calib match beads.json touched.txt --out registration.json
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33,1890.4
@@ -59,6 +61,9 @@ enum Command {
     /// Find a regular grid of discs in images
     #[command(after_help = GRID_HELP)]
     Grid(Box<GridArgs>),
+    /// Calibrate a camera from grids seen in several views
+    #[command(after_help = CAMERA_HELP)]
+    Camera(Box<CameraArgs>),
     /// Find all discs in an image
     #[command(after_help = DISCS_HELP)]
     Discs(Box<DiscsArgs>),
@@ -194,6 +199,7 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Spin(args) => told(args.run(follow)),
         Command::Tool(args) => told(args.run()),
         Command::Grid(args) => told(args.run()),
+        Command::Camera(args) => told(args.run()),
         Command::Discs(args) => told(args.run()),
         Command::Marker(args) => told(args.run()),
         Command::Base(args) => told(args.run()),

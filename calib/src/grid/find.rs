@@ -82,7 +82,8 @@ impl Search<'_> {
         }
         let placed = place(&self.blobs, &lattice, self.spec).ok_or(none)?;
         let sized = self.sized(placed);
-        if !self.distorted(&sized.placed)
+        if !self.spec.one_by_one
+            && !self.distorted(&sized.placed)
             && let Some(found) = (Lines {
                 search: self,
                 sized: &sized,

@@ -21,6 +21,9 @@ pub struct GridSpec {
     /// Column and row, from 0, of its large discs. Where they are known they decide the grid's quarter turn, and which
     /// part of it a view shows that does not show all; without them a view must show every border line.
     pub marks: Vec<[usize; 2]>,
+    /// Fit each disc by itself even where no distortion is seen: a calibration of the lens needs what a fit of the whole
+    /// grid smooths away.
+    pub one_by_one: bool,
 }
 
 impl GridSpec {
@@ -32,6 +35,7 @@ impl GridSpec {
             pitch_mm,
             bright: false,
             marks: Vec::new(),
+            one_by_one: false,
         }
     }
 

@@ -15,15 +15,23 @@ const GAP: u32 = 6;
 const TITLE: u32 = 22;
 /// Beads side by side.
 const ACROSS: u32 = 3;
-/// HU that are black and white: soft tissue is dark, bone is grey, metal white.
-const WINDOW_HU: [f64; 2] = [-500.0, 3100.0];
+/// HU and greys, straight between them: in one window wide enough for metal, tissue would be black. Fat and muscle are
+/// told from one another, bone is light, and only metal is white.
+const TONES: [[f64; 2]; 5] = [
+    [-1000.0, 0.0],
+    [-200.0, 40.0],
+    [200.0, 120.0],
+    [1500.0, 205.0],
+    [3000.0, 255.0],
+];
 const MARK: Rgb = Rgb(255, 64, 64);
 const WORDS: Rgb = Rgb(255, 230, 120);
-/// Axes to the right and downwards, and the name: axial, frontal, sagittal, seen as radiologists do.
-const PLANES: [([f64; 3], [f64; 3], &str); 3] = [
-    ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], "axial"),
-    ([1.0, 0.0, 0.0], [0.0, 0.0, -1.0], "frontal"),
-    ([0.0, 1.0, 0.0], [0.0, 0.0, -1.0], "sagittal"),
+/// Axes to the right and downwards, and the name with what is to the left and above: axial, frontal, sagittal, seen as
+/// radiologists do.
+const PLANES: [([f64; 3], [f64; 3], [&str; 3]); 3] = [
+    ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], ["axial", "R", "A"]),
+    ([1.0, 0.0, 0.0], [0.0, 0.0, -1.0], ["frontal", "R", "S"]),
+    ([0.0, 1.0, 0.0], [0.0, 0.0, -1.0], ["sagittal", "A", "S"]),
 ];
 
 /// Draws the beads of a volume.
@@ -39,7 +47,12 @@ pub(super) fn draw(volume: &Volume, beads: &[BeadRecord]) -> Canvas {
         let left = GAP + i % across * cell_width;
         let top = GAP + i / across * cell_height;
         let [x, y, z] = bead.centre_mm;
-        let words = format!("{}   {x:.2}  {y:.2}  {z:.2} mm   r {:.2}", i + 1, bead.radius_mm);
+        let words = format!(
+            "{}   L {x:.2}  P {y:.2}  S {z:.2} mm   r {:.2}  +- {:.3}",
+            i + 1,
+            bead.radius_mm,
+            bead.error_rms_mm
+        );
         let at = [f64::from(left), f64::from(top + TITLE / 2)];
         canvas.text(at, &words, 14.0, WORDS, Anchor::Left);
         for (k, (right, down, name)) in (0_u32..).zip(PLANES) {
@@ -53,7 +66,7 @@ pub(super) fn draw(volume: &Volume, beads: &[BeadRecord]) -> Canvas {
 }
 
 /// The rim of the ball, and a cross with its middle left open so that the bead is seen.
-fn mark(canvas: &mut Canvas, [left, top]: [u32; 2], radius_mm: f64, name: &str) {
+fn mark(canvas: &mut Canvas, [left, top]: [u32; 2], radius_mm: f64, [name, beside, above]: [&str; 3]) {
     let per_mm = f64::from(PANEL) / FIELD_MM;
     let half = (f64::from(PANEL) - 1.0) / 2.0;
     let centre = [f64::from(left) + half, f64::from(top) + half];
@@ -67,7 +80,9 @@ fn mark(canvas: &mut Canvas, [left, top]: [u32; 2], radius_mm: f64, name: &str) 
     // A dot of half a pixel at the very centre.
     canvas.circle(centre, 0.7, line);
     let foot = [f64::from(left) + 4.0, f64::from(top + PANEL) - 8.0];
-    canvas.text(foot, name, 11.0, WORDS, Anchor::Left);
+    canvas.text(foot, &format!("{name}, {FIELD_MM} mm"), 12.0, WORDS, Anchor::Left);
+    canvas.text([f64::from(left) + 4.0, centre[1]], beside, 12.0, WORDS, Anchor::Left);
+    canvas.text([centre[0], f64::from(top) + 8.0], above, 12.0, WORDS, Anchor::Centre);
 }
 
 /// RGBA of a plane about a centre, interpolated between voxels.
@@ -79,13 +94,21 @@ fn panel(volume: &Volume, centre: [f64; 3], right: [f64; 3], down: [f64; 3]) -> 
         for i in 0..PANEL {
             let [u, v] = [i, j].map(|k| (f64::from(k) - half) * step);
             let p = [0, 1, 2].map(|a| centre[a] + u * right[a] + v * down[a]);
-            let [black, white] = WINDOW_HU;
-            let grey = sample(volume, p).map_or(0.0, |hu| 255.0 * (hu - black) / (white - black));
-            let grey = grey.clamp(0.0, 255.0) as u8;
+            let grey = sample(volume, p).map_or(0, tone);
             rgba.extend([grey, grey, grey, 255]);
         }
     }
     rgba
+}
+
+/// The grey of a value.
+fn tone(hu: f64) -> u8 {
+    let hu = hu.clamp(TONES[0][0], TONES[TONES.len() - 1][0]);
+    let piece = TONES.windows(2).find(|ends| hu <= ends[1][0]);
+    piece.map_or(255, |ends| {
+        let [[from, dark], [to, light]] = [ends[0], ends[1]];
+        (dark + (light - dark) * (hu - from) / (to - from)).round() as u8
+    })
 }
 
 /// The HU at a place, linear between the eight voxels around; `None` outside.
@@ -110,4 +133,18 @@ fn sample(volume: &Volume, [x, y, z]: [f64; 3]) -> Option<f64> {
         sum += weight * f64::from(volume.at(voxel));
     }
     Some(sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tone;
+
+    #[test]
+    fn tissue_bone_and_metal_are_told_apart() {
+        let greys = [-2000.0, -1000.0, -100.0, 40.0, 400.0, 1200.0, 3071.0].map(tone);
+        assert_eq!([greys[0], greys[1], greys[6]], [0, 0, 255]);
+        // A step between two tissues that the eye tells apart with ease is a tenth of the range.
+        let steps = greys[1..].windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(steps.min() >= Some(25), "{greys:?}");
+    }
 }

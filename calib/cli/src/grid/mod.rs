@@ -53,6 +53,9 @@ pub(crate) struct GridArgs {
     /// Column and row of a large disc, from 0; once for each
     #[arg(long = "mark", value_name = "COL,ROW")]
     marks: Vec<Mark>,
+    /// Fit each disc by itself even where the lens does not seem to distort: for calib camera
+    #[arg(long)]
+    one_by_one: bool,
     /// Write what was found here, as JSON
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -115,6 +118,7 @@ impl GridArgs {
         let spec = GridSpec {
             bright: self.bright,
             marks: self.marks.iter().map(|m| m.0).collect(),
+            one_by_one: self.one_by_one,
             ..GridSpec::new(self.cols, self.rows, self.pitch_mm.0)
         };
         let (mut text, mut records, mut refused) = (String::new(), Vec::new(), Vec::new());

@@ -1,0 +1,169 @@
+//! `calib camera`: grids seen in several views to a camera.
+
+mod drawing;
+mod error;
+mod file;
+mod read;
+mod report;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use calib::camera::{Gates, LensModel, Options, View, calibrate};
+use clap::{Args, ValueEnum};
+
+use crate::cli::Positive;
+use crate::commands::Outcome;
+use crate::source::Source;
+use crate::store;
+use error::{CameraError, advice};
+pub use file::{CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, SourceRecord};
+use read::{Grids, Seen};
+
+pub(crate) const CAMERA_HELP: &str = "\
+Takes what `calib grid --out` wrote for several images of one camera, at least three, with the grid tilted differently \
+in each, and finds focal lengths, principal point and the lens' distortion, the grid's place in every view and the \
+covariance of all of them. Use `calib grid --one-by-one`: discs that were fitted as a whole lie on a homography by \
+construction and say nothing of the lens.
+
+A pixel's centre is at whole coordinates, x to the right, y down. The lens is Brown's in OpenCV's order and signs: with \
+x = X/Z, y = Y/Z, r2 = x^2 + y^2
+  x' = x (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 x y + p2 (r2 + 2 x^2)
+  y' = y (1 + k1 r2 + k2 r2^2 + k3 r2^3) + p1 (r2 + 2 y^2) + 2 p2 x y
+  u = fx x' + skew y' + cx,  v = fy y' + cy
+
+The picture shows each disc's residual as a line, enlarged, over the image: an even pattern is a lens that needs more \
+coefficients or a grid that is not flat.
+
+What falls short is said with what to do, and the exit code is 1; the file is written with its verdict. \
+--allow-poor takes it all the same.
+
+Examples:
+  calib grid views/*.png --cols 16 --rows 14 --pitch-mm 5 --one-by-one --out grids.json
+  calib camera grids.json --out camera.toml --png residuals.png
+  calib camera grids.json more.json --lens brown5 --max-rms-px 0.3";
+
+#[derive(Debug, Args)]
+pub(crate) struct CameraArgs {
+    /// Files that calib grid wrote
+    #[arg(required = true, value_name = "GRID.json")]
+    grids: Vec<PathBuf>,
+    /// The lens: none; k1, k2; these with p1, p2; these with k3
+    #[arg(long, value_enum, default_value = "brown")]
+    lens: LensArg,
+    /// Free the skew too; else it is 0
+    #[arg(long)]
+    skew: bool,
+    /// Leave discs out that are further off than this many deviations
+    #[arg(long, value_name = "DEVIATIONS", default_value = "6", allow_hyphen_values = true)]
+    gate: Positive,
+    /// Refuse residuals above this, root mean square
+    #[arg(long, value_name = "PX", allow_hyphen_values = true)]
+    max_rms_px: Option<Positive>,
+    /// Accept views that differ little in tilt or leave much of the image empty
+    #[arg(long)]
+    allow_poor: bool,
+    /// Write the camera here, as TOML
+    #[arg(long, value_name = "FILE.toml")]
+    out: Option<PathBuf>,
+    /// Draw the residuals over the image here
+    #[arg(long, value_name = "FILE.png")]
+    png: Option<PathBuf>,
+    /// Replace --out if it exists
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum LensArg {
+    Pinhole,
+    Radial,
+    Brown,
+    Brown5,
+}
+
+impl LensArg {
+    fn model(self) -> LensModel {
+        match self {
+            Self::Pinhole => LensModel::Pinhole,
+            Self::Radial => LensModel::Radial,
+            Self::Brown => LensModel::Brown,
+            Self::Brown5 => LensModel::Brown5,
+        }
+    }
+}
+
+impl CameraArgs {
+    /// Does what is asked.
+    pub(crate) fn run(&self) -> Result<Outcome, CameraError> {
+        if let Some(out) = &self.out {
+            store::check(out, self.overwrite)?;
+        }
+        let grids = self.grids.iter().map(|path| Source::read_whole(path));
+        let sources: Vec<Source> = grids.collect::<Result<_, _>>()?;
+        let seen = Grids::of(&sources)?.seen()?;
+        self.not_whole(&seen)?;
+        let views: Vec<View> = seen.images.iter().map(|i| i.view.clone()).collect();
+        let options = Options {
+            lens: self.lens.model(),
+            skew: self.skew,
+            gate: self.gate.0,
+            ..Options::default()
+        };
+        let names = || seen.images.iter().map(|i| i.name.clone()).collect();
+        let found = calibrate(&views, seen.size, &options).map_err(|refused| CameraError::Refused {
+            views: views.len(),
+            names: names(),
+            advice: advice(&refused),
+            refused,
+        })?;
+        let short = self.gates().judge(&found.coverage, found.rms_px);
+        let reasons: Vec<String> = short.iter().map(ToString::to_string).collect();
+        let file = CameraFile::new(&found, &seen, &options, &sources, &reasons);
+        let mut text = report::text(&found, &seen, &file);
+        if let Some(path) = &self.png {
+            drawing::write(path, &found, &seen)?;
+            text.push_str(&format!("residuals drawn in {}\n", path.display()));
+        }
+        if let Some(out) = &self.out {
+            let inputs = self.grids.iter().map(PathBuf::as_path);
+            store::write(out, file.text(), inputs)?;
+            text.push_str(&format!("written to {}, id {}\n", out.display(), file.id));
+        }
+        let refused = (!reasons.is_empty()).then(|| format!("the camera is not accepted: {}", reasons.join("; ")));
+        Ok(Outcome { text, refused })
+    }
+
+    fn gates(&self) -> Gates {
+        let max_rms_px = self.max_rms_px.map(|px| px.0);
+        match self.allow_poor {
+            true => Gates {
+                max_rms_px,
+                min_tilt_rad: None,
+                min_image: None,
+            },
+            false => Gates {
+                max_rms_px,
+                ..Gates::default()
+            },
+        }
+    }
+
+    /// Discs that lie on a homography by construction hide the lens.
+    fn not_whole(&self, seen: &Seen) -> Result<(), CameraError> {
+        let whole = seen.images.iter().find(|image| image.whole);
+        match whole {
+            Some(image) if self.lens != LensArg::Pinhole => Err(CameraError::Whole {
+                name: image.name.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A file's name for people.
+fn name_of(path: &str) -> String {
+    let name = Path::new(path).file_name().map(|n| n.to_string_lossy().into_owned());
+    crate::report::shown(&name.unwrap_or_else(|| path.to_owned()))
+}

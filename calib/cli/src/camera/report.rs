@@ -1,0 +1,134 @@
+//! The report for people: the camera, how far it can be trusted, and the discs furthest off.
+
+use std::fmt::Write;
+
+use calib::camera::{Calibrated, NAMES, PARAMETERS, WIDEST};
+
+use super::file::CameraFile;
+use super::read::Seen;
+
+/// How many of the discs furthest off are listed.
+const WORST: usize = 10;
+
+/// The report.
+pub(super) fn text(found: &Calibrated, seen: &Seen, file: &CameraFile) -> String {
+    let mut text = String::new();
+    heading(&mut text, found, seen, file);
+    numbers(&mut text, found, file);
+    views(&mut text, found, seen);
+    worst(&mut text, found, seen);
+    text
+}
+
+/// Writing to a string does not fail.
+macro_rules! line {
+    ($text:expr) => { $text.push('\n') };
+    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
+}
+
+fn heading(text: &mut String, found: &Calibrated, seen: &Seen, file: &CameraFile) {
+    let [used, out] = found.counts();
+    let [width, height] = file.image_px;
+    line!(
+        text,
+        "camera of {width} x {height} pixels from {} views, {used} discs, {out} left out",
+        seen.images.len()
+    );
+    if !seen.missing.is_empty() {
+        line!(
+            text,
+            "without the images in which no grid was found: {}",
+            seen.missing.join(", ")
+        );
+    }
+    line!(
+        text,
+        "residuals {:.3} px RMS; {:.2} times the deviations given{}",
+        found.rms_px,
+        found.noise_ratio,
+        if found.noise_ratio > 1.0 {
+            ", by which those below have grown"
+        } else {
+            ""
+        }
+    );
+    let [x, y] = file.tilt_deg;
+    line!(
+        text,
+        "tilts differ by {x:.1} deg about the image's x axis and {y:.1} about y; discs in {:.0} % of the image",
+        100.0 * file.image_covered
+    );
+}
+
+fn numbers(text: &mut String, found: &Calibrated, file: &CameraFile) {
+    let sigmas = found.sigmas();
+    line!(text);
+    for k in 0..PARAMETERS {
+        let unit = if k < 5 { "px" } else { "" };
+        if file.free.iter().any(|name| name == NAMES[k]) {
+            line!(
+                text,
+                "  {:<5} {:>12.5} +- {:<9.2e} {unit}",
+                NAMES[k],
+                file.numbers[k],
+                sigmas[k]
+            );
+        } else {
+            line!(text, "  {:<5} {:>12.5}    held      {unit}", NAMES[k], file.numbers[k]);
+        }
+    }
+    let limit = file.domain_tangent;
+    let end = limit.atan().to_degrees();
+    let whole = if limit < WIDEST { "" } else { " or more" };
+    line!(
+        text,
+        "  the lens' model is one to one up to {end:.1} deg off the axis{whole}"
+    );
+}
+
+fn views(text: &mut String, found: &Calibrated, seen: &Seen) {
+    line!(text);
+    line!(
+        text,
+        "  {:<28} {:>6} {:>8} {:>8} {:>9} {:>12}",
+        "view",
+        "discs",
+        "left out",
+        "RMS px",
+        "tilt deg",
+        "distance mm"
+    );
+    for (view, image) in found.views.iter().zip(&seen.images) {
+        let used = view.residuals.iter().filter(|r| r.used).count();
+        let out = view.residuals.len() - used;
+        let [_, _, z] = view.pose.translation_mm();
+        let name: String = image.name.chars().take(28).collect();
+        line!(
+            text,
+            "  {name:<28} {used:>6} {out:>8} {:>8.3} {:>9.1} {z:>12.1}",
+            view.rms_px,
+            view.tilt_rad.to_degrees()
+        );
+    }
+}
+
+fn worst(text: &mut String, found: &Calibrated, seen: &Seen) {
+    let each = found.views.iter().zip(&seen.images).flat_map(|(view, image)| {
+        let both = view.residuals.iter().zip(&image.cells);
+        both.map(move |(residual, cell)| (image, residual, cell))
+    });
+    let mut all: Vec<_> = each.collect();
+    all.sort_by(|a, b| b.1.off.norm().total_cmp(&a.1.off.norm()));
+    line!(text);
+    line!(text, "  the discs furthest off        col row     dx px     dy px");
+    for (image, residual, [col, row]) in all.into_iter().take(WORST) {
+        let name: String = image.name.chars().take(28).collect();
+        let out = if residual.used { "" } else { "  left out" };
+        line!(
+            text,
+            "  {name:<28} {col:>4} {row:>3} {:>9.3} {:>9.3}{out}",
+            residual.off.x,
+            residual.off.y
+        );
+    }
+}

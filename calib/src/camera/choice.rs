@@ -1,0 +1,139 @@
+//! Which sightings take part: those that are not far from where the others put them.
+
+use super::adjust::{Problem, STEP_END, Settled, State};
+use super::error::CameraRefused;
+use super::view::{Options, Ready, Station};
+
+/// Rounds of leaving out and adjusting again.
+const MAX_ROUNDS: usize = 10;
+/// Rounds of weighing anew; each takes a wrong disc's pull down by what the others have come nearer.
+const ROBUST_ROUNDS: usize = 12;
+/// The damping of an adjustment that begins near its end, and the last step of one whose weights change anyway, in
+/// standard deviations.
+const NEARLY: f64 = 1e-7;
+const ROUGH: f64 = 0.1;
+/// Deviations at which a disc counts half.
+const CAUCHY: f64 = 2.0;
+/// Median of the squared length of a plane's vector of unit variance: 2 ln 2.
+const MEDIAN: f64 = 1.386_294_361_119_890_6;
+
+/// An adjustment and the sightings that took part, by view.
+pub(super) struct Chosen {
+    pub(super) settled: Settled,
+    pub(super) kept: Vec<Vec<bool>>,
+}
+
+/// Adjusts from the first of `starts` that leads anywhere, and again without the sightings beyond the gate until they
+/// are the same.
+pub(super) fn adjusted(stations: &[Station], starts: Vec<State>, options: &Options) -> Result<Chosen, CameraRefused> {
+    let free = options.free();
+    let all = Problem { stations, free };
+    let mut settled = first(&all, starts)?;
+    let mut kept: Vec<Vec<bool>> = stations.iter().map(|s| vec![true; s.sightings.len()]).collect();
+    if beyond(&all.squares(&settled.state), options)
+        .iter()
+        .flatten()
+        .any(|out| *out)
+    {
+        settled.state = robust(&all, settled.state)?;
+    }
+    for _ in 0..MAX_ROUNDS {
+        let next = within(&all, &settled.state, options)?;
+        if next == kept {
+            break;
+        }
+        let fewer: Vec<Station> = stations.iter().zip(&next).map(|(s, k)| s.only(k)).collect();
+        settled = Problem { stations: &fewer, free }.settle_to(STEP_END, NEARLY, settled.state)?;
+        kept = next;
+    }
+    Ok(Chosen { settled, kept })
+}
+
+/// The state of least Cauchy's cost nearby: one disc in a wrong place draws all others off by least squares, until there
+/// is no telling which of them is wrong.
+fn robust(problem: &Problem<'_>, mut state: State) -> Result<State, CameraRefused> {
+    for _ in 0..ROBUST_ROUNDS {
+        let squares = problem.squares(&state);
+        let scale = scale(&squares) * CAUCHY * CAUCHY;
+        let weigh = |(station, squares): (&Station, &Vec<f64>)| {
+            let weights: Vec<f64> = squares.iter().map(|s| 1.0 / (1.0 + s / scale)).collect();
+            station.weighed(&weights)
+        };
+        let weighed: Vec<Station> = problem.stations.iter().zip(&squares).map(weigh).collect();
+        let (stations, free) = (&weighed[..], problem.free);
+        state = Problem { stations, free }.settle_to(ROUGH, NEARLY, state)?.state;
+    }
+    Ok(state)
+}
+
+/// The squared size of the residuals in units of the deviations given, by their median; at least 1.
+fn scale(squares: &[Vec<f64>]) -> f64 {
+    let mut sorted: Vec<f64> = squares.iter().flatten().copied().collect();
+    sorted.sort_by(f64::total_cmp);
+    (sorted.get(sorted.len() / 2).copied().unwrap_or(0.0) / MEDIAN).max(1.0)
+}
+
+/// Whether each sighting lies beyond the gate.
+fn beyond(squares: &[Vec<f64>], options: &Options) -> Vec<Vec<bool>> {
+    let limit = options.gate * options.gate * scale(squares);
+    // A NaN is not within.
+    let within = |square: f64| square <= limit;
+    let out = |squares: &Vec<f64>| squares.iter().map(|s| !within(*s)).collect();
+    squares.iter().map(out).collect()
+}
+
+/// The best of the first two that settle: a start on the wrong side of a valley may end in another one.
+fn first(problem: &Problem<'_>, starts: Vec<State>) -> Result<Settled, CameraRefused> {
+    let mut best: Option<Settled> = None;
+    let mut refused = CameraRefused::NoConvergence {
+        steps: 0,
+        last: f64::INFINITY,
+    };
+    let mut settled = 0;
+    for start in starts {
+        match problem.settle(start) {
+            Ok(found) => {
+                settled += 1;
+                if best.as_ref().is_none_or(|b| found.cost < b.cost) {
+                    best = Some(found);
+                }
+            }
+            Err(error) => refused = error,
+        }
+        if settled == 2 {
+            break;
+        }
+    }
+    best.ok_or(refused)
+}
+
+/// The sightings within the gate; refused where too many are not.
+fn within(problem: &Problem<'_>, state: &State, options: &Options) -> Result<Vec<Vec<bool>>, CameraRefused> {
+    let squares = problem.squares(state);
+    let kept: Vec<Vec<bool>> = beyond(&squares, options)
+        .iter()
+        .map(|v| v.iter().map(|out| !out).collect())
+        .collect();
+    let discs = kept.iter().map(Vec::len).sum::<usize>();
+    let rejected = kept.iter().flatten().filter(|k| !**k).count();
+    let allowed = (options.most_rejected * discs as f64).floor() as usize;
+    if rejected <= allowed {
+        return Ok(kept);
+    }
+    let far = |s: &Ready| -> f64 { s.information.trace().max(f64::MIN_POSITIVE).recip().sqrt() };
+    let each = squares.iter().zip(problem.stations).enumerate();
+    let lengths = each.flat_map(|(view, (squares, station))| {
+        let both = squares.iter().zip(&station.sightings);
+        both.map(move |(square, s)| (view, s.disc, square.sqrt() * far(s) * std::f64::consts::SQRT_2))
+    });
+    let (view, disc, worst_px) = lengths.max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or_default();
+    Err(CameraRefused::Outliers {
+        rejected,
+        discs,
+        gate: options.gate,
+        allowed,
+        view,
+        disc,
+        worst_px,
+    })
+}

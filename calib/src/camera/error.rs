@@ -1,0 +1,157 @@
+//! Why views of a grid give no camera.
+
+use super::model::NAMES;
+
+/// Why a calibration was refused. Views and discs count from 0.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CameraRefused {
+    /// The image has no pixels, or more than a file can say.
+    #[error("an image of {width} x {height} pixels; each side must have 1 to 100000")]
+    BadSize {
+        /// Columns of pixels.
+        width: usize,
+        /// Rows of pixels.
+        height: usize,
+    },
+    /// Fewer views than hold the camera.
+    #[error("{found} views; at least {needed} are needed, with the grid tilted differently in each")]
+    TooFewViews {
+        /// Views given.
+        found: usize,
+        /// The least number.
+        needed: usize,
+    },
+    /// A view shows too little of the grid.
+    #[error("view {view} has {found} discs; at least {needed} are needed")]
+    TooFewDiscs {
+        /// The first such view.
+        view: usize,
+        /// Its discs.
+        found: usize,
+        /// The least number.
+        needed: usize,
+    },
+    /// A number is NaN, infinite, or a radius is not above zero.
+    #[error("view {view}, disc {disc}: its place, pixel or radius is not a finite number, or the radius not above 0")]
+    NotFinite {
+        /// The view.
+        view: usize,
+        /// The disc.
+        disc: usize,
+    },
+    /// A disc lies further outside the image than the image is large.
+    #[error("view {view}, disc {disc}: pixel {pixel:?} is far outside the image of {width} x {height}")]
+    OffImage {
+        /// The view.
+        view: usize,
+        /// The disc.
+        disc: usize,
+        /// Where it is said to be.
+        pixel: [f64; 2],
+        /// Columns of pixels.
+        width: usize,
+        /// Rows of pixels.
+        height: usize,
+    },
+    /// A covariance is not symmetric positive definite.
+    #[error("view {view}, disc {disc}: the covariance is not symmetric positive definite")]
+    BadCovariance {
+        /// The view.
+        view: usize,
+        /// The disc.
+        disc: usize,
+    },
+    /// The discs of a view lie on a line, in the grid or in the image: no homography.
+    #[error("view {view}: its {discs} discs lie on a line or on one point, in the grid or in the image")]
+    Singular {
+        /// The view.
+        view: usize,
+        /// Its discs.
+        discs: usize,
+    },
+    /// Two views are one and the same: the noise of one would count twice.
+    #[error("views {first} and {second} are the same: their discs lie within {apart_px:.1e} px of one another")]
+    Identical {
+        /// The first of them.
+        first: usize,
+        /// The second.
+        second: usize,
+        /// The greatest distance of a disc.
+        apart_px: f64,
+    },
+    /// The grid has the same direction in all views: any focal length fits.
+    #[error(
+        "the grid lies parallel in all {views} views: their planes differ by {spread_deg:.2} degrees at most, \
+         {needed_deg} are needed"
+    )]
+    Parallel {
+        /// Number of views.
+        views: usize,
+        /// The largest angle of two of their planes.
+        spread_deg: f64,
+        /// The least that is taken.
+        needed_deg: f64,
+    },
+    /// Fewer numbers measured than asked for.
+    #[error("{measured} coordinates measured for {unknowns} unknowns")]
+    NoFreedom {
+        /// Two a disc.
+        measured: usize,
+        /// Those of the camera and six a view.
+        unknowns: usize,
+    },
+    /// The views leave a number of the camera free.
+    #[error("the views hardly hold {}: {value:.4e} with a deviation of {sigma:.1e}", NAMES[*.parameter])]
+    Weak {
+        /// Its place in [`NAMES`].
+        parameter: usize,
+        /// Its value.
+        value: f64,
+        /// Its deviation; infinite where it is free.
+        sigma: f64,
+    },
+    /// Too many discs far from where the camera sees them.
+    #[error(
+        "{rejected} of {discs} discs lie more than {gate} deviations from where the camera sees them; {allowed} may be \
+         left out. The worst: view {view}, disc {disc}, {worst_px:.2} px"
+    )]
+    Outliers {
+        /// Discs that would be left out.
+        rejected: usize,
+        /// All.
+        discs: usize,
+        /// The gate, standard deviations.
+        gate: f64,
+        /// How many may be left out.
+        allowed: usize,
+        /// The view of the worst.
+        view: usize,
+        /// The worst.
+        disc: usize,
+        /// Its distance.
+        worst_px: f64,
+    },
+    /// The lens' polynomial turns back among the discs seen: no camera.
+    #[error(
+        "view {view}, disc {disc} lies {tangent:.4} off the axis (tangent of its angle), where the lens' polynomial has \
+         turned back at {limit:.4}; free fewer coefficients"
+    )]
+    Folded {
+        /// The view.
+        view: usize,
+        /// The disc.
+        disc: usize,
+        /// Tangent of its angle off the axis.
+        tangent: f64,
+        /// Where the domain ends.
+        limit: f64,
+    },
+    /// The iteration did not settle.
+    #[error("no convergence after {steps} steps (last step {last:.1e} standard deviations)")]
+    NoConvergence {
+        /// The steps made.
+        steps: usize,
+        /// The last, in units of its standard deviation.
+        last: f64,
+    },
+}

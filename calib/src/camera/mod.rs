@@ -1,0 +1,68 @@
+//! Calibration of a camera from several views of a grid of discs (Zhang 2000): focal lengths, principal point and the
+//! lens' distortion, with the grid's place in every view and the covariance of it all.
+//!
+//! 1. The homography of each view; the focal lengths from all of them in closed form, the principal point in the middle.
+//!    Views that cannot hold the camera are refused by name ([`CameraRefused::Parallel`], [`CameraRefused::Identical`],
+//!    [`CameraRefused::Singular`]).
+//! 2. Levenberg and Marquardt's method on everything at once, every disc weighted by its covariance, poses eliminated.
+//! 3. Discs beyond the gate are left out, and the rest is adjusted again.
+//!
+//! A disc is seen at the image of its centre or by the centre of its image ([`Sighting::radius_mm`]): perspective and
+//! the lens move one from the other by hundredths of a pixel for a radius of ten pixels.
+//!
+//! The covariances are those of the deviations given, grown to the residuals' size where that is larger
+//! ([`Calibrated::noise_ratio`]). They do not know of a grid that is bent or of a lens that the model does not describe.
+//!
+//! Lengths of the grid in millimetres, of the image in pixels, angles in radians.
+//!
+//! ```
+//! use calib::camera::{Camera, Lens, Outside};
+//! use geometry::Point;
+//! use nalgebra::Vector2;
+//!
+//! let lens = Lens { k1: -0.3, ..Lens::default() };
+//! let camera = Camera { lens, ..Camera::pinhole(1000.0, Vector2::new(639.5, 359.5)) };
+//! let pixel = camera.project(Point::new(30.0, -12.0, 100.0))?;
+//! let ray = camera.undistort(pixel)?;
+//! assert!((ray - Vector2::new(0.3, -0.12)).norm() < 1e-12);
+//! assert!(matches!(camera.project(Point::new(200.0, 0.0, 100.0)), Err(Outside::Wide { .. })));
+//! # Ok::<(), Outside>(())
+//! ```
+
+mod adjust;
+mod choice;
+mod coverage;
+mod error;
+mod lens;
+mod model;
+mod predict;
+mod result;
+mod start;
+mod view;
+
+pub use coverage::{CELLS, Coverage, Gates, Short};
+pub use error::CameraRefused;
+pub use lens::{LEAST_SLOPE, Lens, WIDEST};
+pub use model::{Camera, CameraFrame, GridFrame, NAMES, Outside, PARAMETERS};
+pub use result::{Calibrated, Posed, Residual};
+pub use start::LEAST_SPREAD_DEG;
+pub use view::{ImageSize, LEAST_DISCS, LEAST_VIEWS, LensModel, Options, Sighting, View};
+
+use adjust::Problem;
+use view::Station;
+
+/// Calibrates a camera from views of a grid.
+///
+/// # Errors
+/// Each variant of [`CameraRefused`].
+pub fn calibrate(views: &[View], size: ImageSize, options: &Options) -> Result<Calibrated, CameraRefused> {
+    view::check(views, size, options)?;
+    let stations: Vec<Station> = views.iter().map(Station::of).collect();
+    let problem = Problem {
+        stations: &stations,
+        free: options.free(),
+    };
+    let starts = start::starts(&stations, size, |state| problem.cost(state))?;
+    let chosen = choice::adjusted(&stations, starts, options)?;
+    Calibrated::of(&chosen, &stations, views, size, options)
+}

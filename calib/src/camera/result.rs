@@ -1,0 +1,236 @@
+//! A calibrated camera with all that is known of its error.
+
+use geometry::{Rigid, Vector};
+use nalgebra::{Matrix3, Matrix6, Vector2};
+
+use super::adjust::{Pose, Reduced, Square};
+use super::choice::Chosen;
+use super::coverage::Coverage;
+use super::error::CameraRefused;
+use super::model::{Camera, CameraFrame, GridFrame, PARAMETERS};
+use super::predict::predicted;
+use super::view::{ImageSize, Options, Station, View};
+
+/// A focal length or a principal point is free where its deviation is beyond this share of the focal length.
+const WEAKEST: f64 = 0.5;
+
+/// What was left of one disc.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residual {
+    /// Seen less predicted, pixels.
+    pub off: Vector2<f64>,
+    /// Whether the disc took part.
+    pub used: bool,
+}
+
+/// One view of a calibrated camera.
+#[derive(Debug, Clone)]
+pub struct Posed {
+    /// The grid's place: `camera_from_grid`.
+    pub pose: Rigid<CameraFrame, GridFrame>,
+    /// Covariance of (rotation vector, translation) in the camera's frame, radians and mm: the true pose is
+    /// `p -> exp(w) (R p + t) + v`.
+    pub covariance: Matrix6<f64>,
+    /// Each disc's residual, in the order of the view.
+    pub residuals: Vec<Residual>,
+    /// Root mean square length of the residuals of the discs that took part, pixels: divides by the discs.
+    pub rms_px: f64,
+    /// The angle between the grid's normal and the camera's axis, radians.
+    pub tilt_rad: f64,
+}
+
+/// A calibrated camera.
+#[derive(Debug, Clone)]
+pub struct Calibrated {
+    /// The camera.
+    pub camera: Camera,
+    /// Covariance of its numbers in the order of [`super::NAMES`]; zero for those that were held.
+    pub covariance: Square,
+    /// The views.
+    pub views: Vec<Posed>,
+    /// Root mean square length of all residuals that took part, pixels: divides by the discs.
+    pub rms_px: f64,
+    /// The residuals' size in units of the deviations given: the root of chi-square over its degrees of freedom. Where it
+    /// is above 1, all covariances here are those of the deviations given times its square.
+    pub noise_ratio: f64,
+    /// Two a disc that took part, less the unknowns.
+    pub degrees_of_freedom: usize,
+    /// What the views cover.
+    pub coverage: Coverage,
+    /// Steps of the last adjustment.
+    pub steps: usize,
+}
+
+impl Calibrated {
+    /// Standard deviations of the camera's numbers, in the order of [`super::NAMES`]; 0 for those that were held.
+    pub fn sigmas(&self) -> [f64; PARAMETERS] {
+        std::array::from_fn(|k| self.covariance[(k, k)].max(0.0).sqrt())
+    }
+
+    /// Discs that took part and discs that were left out.
+    pub fn counts(&self) -> [usize; 2] {
+        let all = self.views.iter().flat_map(|v| &v.residuals);
+        all.fold([0, 0], |[used, out], r| {
+            [used + usize::from(r.used), out + usize::from(!r.used)]
+        })
+    }
+
+    pub(super) fn of(
+        chosen: &Chosen,
+        stations: &[Station],
+        views: &[View],
+        size: ImageSize,
+        options: &Options,
+    ) -> Result<Self, CameraRefused> {
+        let (settled, free) = (&chosen.settled, options.free());
+        let camera = settled.state.camera;
+        let covariance = covariance(chosen, &free)?;
+        let used = chosen.kept.iter().flatten().filter(|k| **k).count();
+        let unknowns = 6 * stations.len() + free.iter().filter(|f| **f).count();
+        let degrees_of_freedom = (2 * used).saturating_sub(unknowns);
+        let noise_ratio = (settled.cost / degrees_of_freedom.max(1) as f64).sqrt();
+        let scale = noise_ratio.max(1.0).powi(2);
+        weak(&camera, &(covariance * scale), &free)?;
+        let mut posed = Vec::with_capacity(stations.len());
+        for (i, station) in stations.iter().enumerate() {
+            let view = Reported {
+                station,
+                pose: settled.state.poses[i],
+                kept: &chosen.kept[i],
+            };
+            view.in_domain(&camera, i)?;
+            let own = pose_covariance(chosen, i, &covariance).unwrap_or_default() * scale;
+            posed.push(view.posed(&camera, own));
+        }
+        let squares = posed.iter().flat_map(|v| &v.residuals).filter(|r| r.used);
+        let sum: f64 = squares.map(|r| r.off.norm_squared()).sum();
+        let normals: Vec<_> = settled.state.poses.iter().map(|p| normal(&p.matrix())).collect();
+        let pixels: Vec<_> = views.iter().flat_map(|v| &v.sightings).map(|s| s.pixel).collect();
+        Ok(Self {
+            camera,
+            covariance: covariance * scale,
+            views: posed,
+            rms_px: (sum / used.max(1) as f64).sqrt(),
+            noise_ratio,
+            degrees_of_freedom,
+            coverage: Coverage::of(&normals, &pixels, size),
+            steps: settled.steps,
+        })
+    }
+}
+
+/// The normal of the grid's plane, away from the camera.
+fn normal(turn: &Matrix3<f64>) -> nalgebra::Vector3<f64> {
+    let n = turn.column(2).into_owned();
+    if n.z < 0.0 { -n } else { n }
+}
+
+/// `S^-1`, zero for the numbers that were held.
+fn covariance(chosen: &Chosen, free: &[bool; PARAMETERS]) -> Result<Square, CameraRefused> {
+    let numbers = chosen.settled.state.camera.numbers();
+    let free_number = |parameter: usize| CameraRefused::Weak {
+        parameter,
+        value: numbers[parameter],
+        sigma: f64::INFINITY,
+    };
+    let reduced = Reduced::of(&chosen.settled.normals, free, 0.0).ok_or_else(|| free_number(0))?;
+    // To a unit diagonal: pixels and coefficients are of different size.
+    let size = reduced
+        .matrix
+        .diagonal()
+        .map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
+    let scaled = Square::from_diagonal(&size) * reduced.matrix * Square::from_diagonal(&size);
+    let eigen = scaled.symmetric_eigen();
+    let least = eigen.eigenvalues.imin();
+    let held = eigen.eigenvalues[least] > 1e-13;
+    if !held {
+        return Err(free_number(eigen.eigenvectors.column(least).iamax()));
+    }
+    let mut covariance = reduced.matrix.cholesky().ok_or_else(|| free_number(0))?.inverse();
+    for k in (0..PARAMETERS).filter(|k| !free[*k]) {
+        covariance[(k, k)] = 0.0;
+    }
+    Ok((covariance + covariance.transpose()) * 0.5)
+}
+
+/// Refuses focal lengths and principal points whose deviation is half a focal length.
+fn weak(camera: &Camera, covariance: &Square, free: &[bool; PARAMETERS]) -> Result<(), CameraRefused> {
+    let numbers = camera.numbers();
+    for parameter in (0..4).filter(|k| free[*k]) {
+        let sigma = covariance[(parameter, parameter)].sqrt();
+        let known = sigma <= WEAKEST * camera.focal.min();
+        if !known {
+            let value = numbers[parameter];
+            return Err(CameraRefused::Weak {
+                parameter,
+                value,
+                sigma,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// `H^-1 + H^-1 E^T C E H^-1` for the pose about the view's middle, turned into that about the camera's origin.
+fn pose_covariance(chosen: &Chosen, view: usize, camera: &Square) -> Option<Matrix6<f64>> {
+    let normal = &chosen.settled.normals[view];
+    let inverse = normal.inverse(0.0)?;
+    let carried = inverse * normal.mixed.transpose();
+    let own = inverse + carried * camera * carried.transpose();
+    // R p + t moves by w x (R p) + v about the middle, by w x (R p + t) + v' about the origin: v' = v - w x t.
+    let mut to_origin = Matrix6::identity();
+    let shift = chosen.settled.state.poses[view].shift;
+    to_origin.fixed_view_mut::<3, 3>(3, 0).copy_from(&shift.cross_matrix());
+    let moved = to_origin * own * to_origin.transpose();
+    Some((moved + moved.transpose()) * 0.5)
+}
+
+/// One view being reported.
+struct Reported<'a> {
+    station: &'a Station,
+    pose: Pose,
+    kept: &'a [bool],
+}
+
+impl Reported<'_> {
+    /// Refuses where the lens folds among the discs.
+    fn in_domain(&self, camera: &Camera, view: usize) -> Result<(), CameraRefused> {
+        let (turn, limit) = (self.pose.matrix(), camera.lens.limit());
+        for s in &self.station.sightings {
+            let at = turn * s.place + self.pose.shift;
+            let tangent = at.xy().norm() / at.z;
+            let within = tangent <= limit;
+            if !within {
+                let disc = s.disc;
+                return Err(CameraRefused::Folded {
+                    view,
+                    disc,
+                    tangent,
+                    limit,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn posed(&self, camera: &Camera, covariance: Matrix6<f64>) -> Posed {
+        let turn = self.pose.matrix();
+        let both = self.station.sightings.iter().zip(self.kept);
+        let residual = |(s, used): (&super::view::Ready, &bool)| Residual {
+            off: s.pixel - predicted(s, camera, &turn, &self.pose),
+            used: *used,
+        };
+        let residuals: Vec<Residual> = both.map(residual).collect();
+        let used = || residuals.iter().filter(|r| r.used);
+        let sum: f64 = used().map(|r| r.off.norm_squared()).sum();
+        let centre = nalgebra::Vector3::new(self.station.centre.x, self.station.centre.y, 0.0);
+        let t = self.pose.shift - turn * centre;
+        Posed {
+            pose: Rigid::from_parts(self.pose.turn, Vector::new(t.x, t.y, t.z)),
+            covariance,
+            rms_px: (sum / used().count().max(1) as f64).sqrt(),
+            residuals,
+            tilt_rad: normal(&turn).z.clamp(-1.0, 1.0).acos(),
+        }
+    }
+}
