@@ -47,7 +47,7 @@ fn run(world: &World, name: &str, bytes: &[u8], more: &[&str]) -> Output {
 fn dark_and_bright_discs_are_found_where_they_are() {
     let world = World::new();
     for (bright, polarity) in [(false, "dark"), (true, "bright")] {
-        let seen = world.path(polarity);
+        let seen = world.path(&format!("{polarity}.png"));
         let more = [
             "--polarity",
             polarity,
