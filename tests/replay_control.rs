@@ -183,27 +183,36 @@ fn a_killed_replayer_is_followed_by_one_that_goes_on_where_it_was() {
     let scene = world.file("small.toml", SMALL);
     world.navigate(&scene, &world.path("live"), &["--for", "3s"]);
     let recording = world.path("live").join("session.mcap");
+    let published: Vec<_> = reader::poses(&recording, TOOL_POSE)
+        .unwrap()
+        .map(Result::unwrap)
+        .map(|pose| (pose.seq, pose.t_publish_ns))
+        .collect();
     let pilot = start(&world, &recording, &["--speed", "0.05"]);
-    let status = pilot.wait_for("the middle", |status| status["replay"]["at_s"].as_f64().unwrap() > 0.1);
-    let killed = support::pid_in(&status, "replay").unwrap();
+    // The successor begins at the last pose that was published: at most one interval before the moment that was seen.
+    let interval_s = published.windows(2).map(|pair| pair[1].1 - pair[0].1).max().unwrap() as f64 / 1e9;
+    let status = pilot.wait_for("the middle", |status| at_s(status) > interval_s + 0.1);
+    let (was_at_s, killed) = (at_s(&status), support::pid_in(&status, "replay").unwrap());
     support::kill_9(killed);
     let status = pilot.wait_for("its successor", |status| {
         let mut processes = status["processes"].as_array().unwrap().iter();
         let is_successor = |process: &Value| process["pid"] != killed && process["stage"] == "ready";
         processes.any(|process| process["name"] == "replay" && is_successor(process))
     });
-    assert!(status["replay"]["at_s"].as_f64().unwrap() >= 0.1, "{status:#}");
+    let successor_at_s = at_s(&status);
+    assert!(
+        successor_at_s >= was_at_s - interval_s,
+        "{was_at_s} s, poses at most {interval_s} s apart: {status:#}"
+    );
     steer(&world, &["speed", "max"]);
     support::wait_for("the end of the replay", || (!is_going(&world)).then_some(()));
     let report = support::report(&world.path("again"));
     assert_eq!(report["restarts"].as_array().unwrap().len(), 1, "{report:#}");
-    let last = reader::poses(&recording, TOOL_POSE)
-        .unwrap()
-        .map(Result::unwrap)
-        .last()
-        .unwrap()
-        .seq;
-    assert_eq!(report["views"][0]["seq"], last);
+    assert_eq!(report["views"][0]["seq"], published.last().unwrap().0);
+}
+
+fn at_s(status: &Value) -> f64 {
+    status["replay"]["at_s"].as_f64().unwrap()
 }
 
 fn is_going(world: &World) -> bool {
