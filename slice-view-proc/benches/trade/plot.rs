@@ -12,8 +12,10 @@ use picture::{Canvas, PngError, Rgb, write_png};
 use super::measure::{BackEnd, Row};
 
 /// One panel of the picture, pixels.
-const PANEL: [u32; 2] = [900, 640];
+const PANEL: [u32; 2] = [720, 520];
 const GREY: Rgb = Rgb(60, 60, 60);
+/// Of the lines, so that the marks stand out.
+const LIGHT: Rgb = Rgb(170, 170, 170);
 
 /// Why the results were not written.
 #[derive(Debug)]
@@ -56,24 +58,27 @@ fn table(rows: &[Row]) -> String {
     text
 }
 
-/// RMS on each field, and the 99th percentile on the last one: four panels.
+/// RMS on each field, and the 99th percentile on the last one: a row of panels each, one panel for each size of image.
 fn picture(rows: &[Row]) -> Canvas {
     let mut fields: Vec<&str> = rows.iter().map(|row| row.field).collect();
     fields.dedup();
-    let mut panels: Vec<Chart> = fields.iter().map(|field| chart(rows, field, 0, "RMS error")).collect();
-    panels.extend(
-        fields
-            .last()
-            .map(|field| chart(rows, field, 1, "99th percentile of the error")),
-    );
+    let mut sizes: Vec<u32> = rows.iter().map(|row| row.size).collect();
+    sizes.sort_unstable();
+    sizes.dedup();
+    let mut lines: Vec<_> = fields.iter().map(|field| (*field, 0, "RMS error")).collect();
+    lines.extend(fields.last().map(|field| (*field, 1, "99th percentile")));
     let [width, height] = PANEL;
-    let mut canvas = Canvas::new(2 * width, height * panels.len().div_ceil(2) as u32);
-    for (i, panel) in panels.iter().enumerate() {
-        paste(
-            &mut canvas,
-            &panel.draw(width, height).canvas,
-            [i as u32 % 2 * width, i as u32 / 2 * height],
-        );
+    let mut canvas = Canvas::new(width * sizes.len() as u32, height * lines.len() as u32);
+    for (down, (field, which, what)) in (0_u32..).zip(lines) {
+        for (across, &size) in (0_u32..).zip(&sizes) {
+            let of_panel: Vec<&Row> = rows
+                .iter()
+                .filter(|row| row.field == field && row.size == size)
+                .collect();
+            let title = format!("{field}, {size} x {size}: {what}");
+            let panel = chart(&of_panel, title, which).draw(width, height).canvas;
+            paste(&mut canvas, &panel, [across * width, down * height]);
+        }
     }
     canvas
 }
@@ -88,26 +93,35 @@ fn paste(onto: &mut Canvas, panel: &Canvas, [left, top]: [u32; 2]) {
     }
 }
 
-fn chart(rows: &[Row], field: &str, which: usize, what: &str) -> Chart {
+/// What a reader chooses by: each back end's filters joined from the coarsest to the finest.
+fn chart(rows: &[&Row], title: String, which: usize) -> Chart {
     let mut chart = Chart::new(
-        format!("{field}: {what} against time"),
+        title,
         // The same for all panels, and wide enough for the slowest machine and the fastest card.
-        Axis::log("time of an image of 256, 512, 1024 pixels a side, ms (CPU; gpu: until it is there)")
-            .within(0.1, 40_000.0),
-        Axis::log(format!("{what}, HU")),
+        Axis::log("time of an image, ms (CPU; gpu: until it is there)").within(0.1, 40_000.0),
+        Axis::log("error, HU").within(1.0, 1000.0),
     );
+    for back_end in BackEnd::ALL {
+        let mine = rows.iter().filter(|row| row.back_end == back_end);
+        chart.push(Series::joined(
+            "",
+            LIGHT,
+            Mark::None,
+            mine.map(|row| [row.ms, row.error[which]]),
+        ));
+    }
     for (filter, colour) in Filter::ALL.into_iter().zip(COLOURS) {
         chart.push(Series::joined(filter.name(), colour, Mark::None, []));
-        for back_end in BackEnd::ALL {
-            let mine = rows
-                .iter()
-                .filter(|row| row.field == field && row.filter == filter && row.back_end == back_end);
-            let points = mine.map(|row| [row.ms, row.error[which]]);
-            chart.push(Series::joined("", colour, mark(back_end), points));
+        for row in rows.iter().filter(|row| row.filter == filter) {
+            chart.push(Series::scatter(
+                "",
+                colour,
+                mark(row.back_end),
+                [[row.ms, row.error[which]]],
+            ));
         }
     }
-    // The sampler has the mark of the card, on the line of its filter.
-    for back_end in BackEnd::ALL.into_iter().filter(|b| *b != BackEnd::Sampler) {
+    for back_end in BackEnd::ALL {
         chart.push(Series::scatter(back_end.name(), GREY, mark(back_end), []));
     }
     chart
@@ -118,6 +132,7 @@ fn mark(back_end: BackEnd) -> Mark {
         BackEnd::Vector => Mark::Dot,
         BackEnd::Portable => Mark::Circle,
         BackEnd::Reference => Mark::Square,
-        BackEnd::Gpu | BackEnd::Sampler => Mark::Cross,
+        BackEnd::Gpu => Mark::Cross,
+        BackEnd::Sampler => Mark::Small,
     }
 }
