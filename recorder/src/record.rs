@@ -1,5 +1,6 @@
 //! The recorder's work: drain the topics, write, close a chunk in time.
 
+mod intake;
 mod thumbnails;
 mod watch;
 
@@ -9,12 +10,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bus::clock;
-use bus::message::{Counters, EmitterFrame, ProcessState, ToolPose};
-use bus::port::{Subscriber, VolumeSubscriber};
+use bus::message::{Counters, ProcessState};
+use bus::port::VolumeSubscriber;
 use bus::process::{JoinError, Process};
 use bus::run::RunContext;
 use bus::scene::{RecordingSpec, Scene};
-use bus::topic::{self, Topic};
+use bus::topic;
 use bus::{Bus, BusError};
 use mcap::records::Metadata;
 
@@ -27,10 +28,11 @@ use crate::schema::{RunFacts, Source};
 use crate::seq::SeqWatch;
 use crate::series::{Free, Series, free_bytes};
 use crate::session_file::{Content, Finished};
+use intake::Intake;
 use thumbnails::Thumbnails;
 use watch::Watch;
 
-/// Between two looks at the topics; their buffers hold a thousand times as much.
+/// Between two looks at the topics; the bus holds fifty times as much, and memory four hundred.
 const TICK: Duration = Duration::from_millis(20);
 
 /// Why a session is not recorded, or not any longer.
@@ -45,6 +47,9 @@ pub enum RecordError {
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// The thread that takes messages from the bus.
+    #[error("taking messages from the bus: {0}")]
+    Intake(#[source] io::Error),
 }
 
 /// What has come of a recording so far.
@@ -65,45 +70,27 @@ pub struct Progress {
 }
 
 /// One topic being recorded.
-#[derive(Debug)]
-struct Stream<T: bus::port::Message> {
-    subscriber: Subscriber<T>,
-    depth: usize,
+#[derive(Debug, Default)]
+struct Stream {
     seqs: SeqWatch,
+    /// The most messages that came at once.
     waited: usize,
 }
 
-impl<T: bus::port::Message> Stream<T> {
-    fn open(bus: &Bus, topic: &Topic) -> Result<Self, BusError> {
-        Ok(Self {
-            subscriber: Subscriber::open(bus, topic, "", topic.buffer)?,
-            depth: topic.buffer,
-            seqs: SeqWatch::default(),
-            waited: 0,
-        })
-    }
-
-    /// Gives what the topic holds to `take`; not more than its buffer, so that a flood cannot keep this process from
-    /// stopping.
-    fn drain(&mut self, mut take: impl FnMut(&mut SeqWatch, T)) -> Result<(), BusError> {
-        let mut found = 0;
-        while found < self.depth
-            && let Some(message) = self.subscriber.next()?
-        {
-            found += 1;
-            take(&mut self.seqs, message);
-        }
-        self.waited = self.waited.max(found);
-        Ok(())
+impl Stream {
+    fn saw(&mut self, seqs: impl ExactSizeIterator<Item = u64>) {
+        self.waited = self.waited.max(seqs.len());
+        seqs.for_each(|seq| self.seqs.saw(seq));
     }
 }
 
 /// A session being recorded; works only when [`Recorder::step`] is called.
 #[derive(Debug)]
 pub struct Recorder {
-    tool: Stream<ToolPose>,
-    truth: Stream<ToolPose>,
-    emitters: Stream<EmitterFrame>,
+    intake: Intake,
+    tool: Stream,
+    truth: Stream,
+    emitters: Stream,
     watch: Watch,
     thumbnails: Option<Thumbnails>,
     volume: VolumeSubscriber,
@@ -116,7 +103,7 @@ impl Recorder {
     /// Subscribes and starts the file.
     ///
     /// # Errors
-    /// [`RecordError::Bus`], [`RecordError::File`].
+    /// [`RecordError::Bus`], [`RecordError::File`], [`RecordError::Intake`].
     pub fn open(bus: &Bus, run: &RunContext, scene: &Scene, out: &Path) -> Result<Self, RecordError> {
         Self::open_on(bus, run, scene, out, free_bytes)
     }
@@ -134,9 +121,10 @@ impl Recorder {
         let content = content(run, scene, &spec, &facts);
         let thumbnails = spec.thumbnail_every.map(|every| Thumbnails::open(bus, scene, every));
         Ok(Self {
-            tool: Stream::open(bus, &topic::TOOL_POSE)?,
-            truth: Stream::open(bus, &topic::GROUND_TRUTH)?,
-            emitters: Stream::open(bus, &topic::EMITTERS)?,
+            intake: Intake::start(run, intake::ROOM)?,
+            tool: Stream::default(),
+            truth: Stream::default(),
+            emitters: Stream::default(),
             watch: Watch::open(bus, scene)?,
             thumbnails: thumbnails.transpose()?,
             volume: VolumeSubscriber::open(bus)?,
@@ -149,11 +137,10 @@ impl Recorder {
     /// Writes everything that has come, and closes the chunk if it is time. Gives what a person must be told.
     ///
     /// # Errors
-    /// [`RecordError::Bus`].
+    /// [`RecordError::Bus`], [`RecordError::Intake`].
     pub fn step(&mut self, now_ns: i64) -> Result<Vec<String>, RecordError> {
         let mut facts = self.facts.clone();
-        self.poses(now_ns, &mut facts)?;
-        self.frames(now_ns)?;
+        self.messages(now_ns, &mut facts)?;
         self.watch.step(now_ns, &mut self.series)?;
         if let Some(thumbnails) = &mut self.thumbnails {
             thumbnails.step(now_ns, &mut self.series)?;
@@ -169,31 +156,29 @@ impl Recorder {
         Ok(self.series.step(now_ns))
     }
 
-    fn poses(&mut self, now_ns: i64, facts: &mut RunFacts) -> Result<(), BusError> {
-        let (series, refused, watch) = (&mut self.series, &mut self.refused, &mut self.watch);
-        self.tool.drain(|seqs, pose| {
-            seqs.saw(pose.seq);
-            *refused += u64::from(pose.tracked().is_err());
-            series.put(now_ns, Entry::Pose(Source::Tool, &pose));
-            watch.pose(now_ns, &pose, series);
-            facts.registration_id = Some(pose.registration_id);
-        })?;
-        self.truth.drain(|seqs, pose| {
-            seqs.saw(pose.seq);
-            *refused += u64::from(pose.tracked().is_err());
-            series.put(now_ns, Entry::Pose(Source::Truth, &pose));
-        })
-    }
-
-    fn frames(&mut self, now_ns: i64) -> Result<(), BusError> {
+    fn messages(&mut self, now_ns: i64, facts: &mut RunFacts) -> Result<(), RecordError> {
+        let taken = self.intake.take()?;
         let (series, refused) = (&mut self.series, &mut self.refused);
-        self.emitters.drain(|seqs, frame| {
-            seqs.saw(frame.seq);
-            match proto::EmitterFrame::try_from(&frame) {
+        self.tool.saw(taken.tool.iter().map(|pose| pose.seq));
+        for pose in &taken.tool {
+            *refused += u64::from(pose.tracked().is_err());
+            series.put(now_ns, Entry::Pose(Source::Tool, pose));
+            self.watch.pose(now_ns, pose, series);
+            facts.registration_id = Some(pose.registration_id);
+        }
+        self.truth.saw(taken.truth.iter().map(|pose| pose.seq));
+        for pose in &taken.truth {
+            *refused += u64::from(pose.tracked().is_err());
+            series.put(now_ns, Entry::Pose(Source::Truth, pose));
+        }
+        self.emitters.saw(taken.emitters.iter().map(|frame| frame.seq));
+        for frame in &taken.emitters {
+            match proto::EmitterFrame::try_from(frame) {
                 Ok(frame) => series.put(now_ns, Entry::Emitters(&frame)),
                 Err(_) => *refused += 1,
             }
-        })
+        }
+        Ok(())
     }
 
     /// What has come of it so far.
@@ -202,11 +187,12 @@ impl Recorder {
         let missing = seqs.iter().map(|seqs| seqs.missing).fold(0, u64::saturating_add);
         let stopped = self.series.stopped();
         let unrecorded = stopped.map_or(0, |(_, unrecorded)| unrecorded);
-        let waits = [
-            (self.tool.waited, self.tool.depth),
-            (self.truth.waited, self.truth.depth),
-            (self.emitters.waited, self.emitters.depth),
+        let streams = [
+            (&self.tool, &topic::TOOL_POSE),
+            (&self.truth, &topic::GROUND_TRUTH),
+            (&self.emitters, &topic::EMITTERS),
         ];
+        let waits = streams.map(|(stream, topic)| (stream.waited, intake::ROOM + topic.buffer));
         Progress {
             counters: Counters {
                 recorded: self.series.written(),
@@ -225,7 +211,7 @@ impl Recorder {
     /// Takes what has come since the last step, and completes the file.
     ///
     /// # Errors
-    /// [`RecordError::Bus`], [`RecordError::File`].
+    /// [`RecordError::Bus`], [`RecordError::File`], [`RecordError::Intake`].
     pub fn finish(mut self, now_ns: i64) -> Result<Finished, RecordError> {
         self.step(now_ns)?;
         let facts = self.progress().metadata();

@@ -1,7 +1,7 @@
 use std::fs;
 
 use bus::clock::{Clock, monotonic_ns};
-use bus::message::{Event, Heartbeat, Level, Lost, Tracked};
+use bus::message::{Event, Heartbeat, Level, Lost, ToolPose, Tracked};
 use bus::port::Publisher;
 
 use super::*;
@@ -184,6 +184,55 @@ fn a_killed_recorder_loses_nothing_it_acknowledged() {
 }
 
 #[test]
+fn what_comes_while_the_disk_makes_the_recorder_wait_is_kept() {
+    let rig = Rig::new();
+    let tool = Publisher::open(&rig.bus, &topic::TOOL_POSE, "").unwrap();
+    let mut recorder = rig.recorder();
+    // No step, as if one took long; three times what the bus holds.
+    let most = topic::TOOL_POSE.buffer;
+    for lot in 1..=3 {
+        for i in 0..most {
+            tool.send(testing::pose(((lot - 1) * most + i) as u64)).unwrap();
+        }
+        while recorder.intake.waiting() < lot * most {
+            std::thread::sleep(TICK);
+        }
+    }
+    recorder.step(0).unwrap();
+    let progress = recorder.progress();
+    assert_eq!((progress.gaps, progress.counters.dropped), (0, 0));
+    assert_eq!(progress.waited.0, 3 * most);
+    assert_eq!(recorder.finish(1).unwrap().messages, 3 * most as u64);
+}
+
+#[test]
+fn what_has_no_room_is_counted_as_missing() {
+    let rig = Rig::new();
+    let tool = Publisher::open(&rig.bus, &topic::TOOL_POSE, "").unwrap();
+    let mut recorder = rig.recorder();
+    recorder.intake = Intake::start(&rig.run, 10).unwrap();
+    for seq in 0..5 {
+        tool.send(testing::pose(seq)).unwrap();
+    }
+    recorder.step(0).unwrap();
+    let most = topic::TOOL_POSE.buffer as u64;
+    for seq in 5..5 + 20 + most {
+        tool.send(testing::pose(seq)).unwrap();
+        while seq == 14 && recorder.intake.waiting() < 10 {
+            std::thread::sleep(TICK);
+        }
+    }
+    // Ten in memory, as many as it holds on the bus, and the ten between them lost.
+    while recorder.tool.seqs.range.unwrap().1 < 24 + most {
+        recorder.step(0).unwrap();
+    }
+    assert_eq!(
+        (recorder.progress().gaps, recorder.progress().counters.dropped),
+        (1, 10)
+    );
+}
+
+#[test]
 fn emitters_are_recorded_bit_for_bit_and_impossible_frames_counted() {
     let rig = Rig::new();
     let emitters = Publisher::open(&rig.bus, &topic::EMITTERS, "").unwrap();
@@ -199,7 +248,7 @@ fn emitters_are_recorded_bit_for_bit_and_impossible_frames_counted() {
     emitters.send(hostile).unwrap();
     recorder.step(0).unwrap();
     assert_eq!(recorder.progress().counters.refused, 1);
-    assert_eq!(recorder.progress().waited, (51, topic::EMITTERS.buffer));
+    assert_eq!(recorder.progress().waited, (51, intake::ROOM + topic::EMITTERS.buffer));
     assert_eq!(recorder.finish(1).unwrap().messages, 50);
     let found: Vec<_> = reader::emitters(&rig.out).unwrap().map(Result::unwrap).collect();
     assert_eq!(found, sent);

@@ -1,0 +1,167 @@
+//! Takes poses and frames from the bus on a thread of its own: a disk that makes the recorder wait for seconds costs memory,
+//! and no message.
+
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+
+use bus::message::{EmitterFrame, ToolPose};
+use bus::port::{Message, Subscriber};
+use bus::run::RunContext;
+use bus::topic::{self, Topic};
+use bus::{Bus, BusError};
+
+use super::{RecordError, TICK};
+
+/// Messages of one topic that wait in memory: 8 s of 4000 a second, 66 MiB of the largest. What comes beyond waits on the
+/// bus, whose oldest messages give way.
+pub(super) const ROOM: usize = 1 << 15;
+
+/// What has been taken and not yet been written, in the order of its coming.
+#[derive(Debug, Default)]
+pub(super) struct Taken {
+    pub(super) tool: Vec<ToolPose>,
+    pub(super) truth: Vec<ToolPose>,
+    pub(super) emitters: Vec<EmitterFrame>,
+}
+
+impl Taken {
+    fn clear(&mut self) {
+        self.tool.clear();
+        self.truth.clear();
+        self.emitters.clear();
+    }
+}
+
+/// The thread, and what it has taken.
+#[derive(Debug)]
+pub(super) struct Intake {
+    ask: Option<Sender<()>>,
+    answer: Receiver<Result<(), BusError>>,
+    taken: Arc<Mutex<Taken>>,
+    /// Emptied by the recorder, filled by the thread next: memory is kept.
+    spare: Taken,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Intake {
+    /// Joins the run once more (ports stay on the thread that made them), and subscribes before it returns. No topic has
+    /// more than `room` messages in memory.
+    pub(super) fn start(run: &RunContext, room: usize) -> Result<Self, RecordError> {
+        let (ask, asked) = mpsc::channel();
+        let (say, answer) = mpsc::channel();
+        let taken = Arc::<Mutex<Taken>>::default();
+        let (run, theirs) = (run.clone(), Arc::clone(&taken));
+        let thread = thread::Builder::new()
+            .name("intake".to_owned())
+            .spawn(move || match Ports::open(&run) {
+                Ok(ports) => {
+                    // Whoever started this is gone only where it has failed.
+                    let _ = say.send(Ok(()));
+                    ports.work(&asked, &say, &theirs, room);
+                }
+                Err(e) => drop(say.send(Err(e))),
+            })
+            .map_err(RecordError::Intake)?;
+        let mut intake = Self {
+            ask: Some(ask),
+            answer,
+            taken,
+            spare: Taken::default(),
+            thread: Some(thread),
+        };
+        intake.answered()?;
+        Ok(intake)
+    }
+
+    /// Everything that has come before this call and has not been given yet.
+    pub(super) fn take(&mut self) -> Result<&Taken, RecordError> {
+        let asked = self.ask.as_ref().map(|ask| ask.send(()));
+        // Where the thread has ended, waiting for its answer says so.
+        let _ = asked;
+        self.answered()?;
+        self.spare.clear();
+        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        std::mem::swap(&mut *taken, &mut self.spare);
+        drop(taken);
+        Ok(&self.spare)
+    }
+
+    fn answered(&mut self) -> Result<(), RecordError> {
+        match self.answer.recv() {
+            Ok(answer) => Ok(answer?),
+            Err(_) => Err(RecordError::Intake(std::io::Error::other(
+                "the thread that takes messages from the bus has ended",
+            ))),
+        }
+    }
+
+    /// Poses of the tool in memory.
+    #[cfg(test)]
+    pub(super) fn waiting(&self) -> usize {
+        self.taken.lock().unwrap_or_else(PoisonError::into_inner).tool.len()
+    }
+}
+
+impl Drop for Intake {
+    fn drop(&mut self) {
+        self.ask = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The thread's own ends of the topics. The bus goes last.
+struct Ports {
+    tool: Subscriber<ToolPose>,
+    truth: Subscriber<ToolPose>,
+    emitters: Subscriber<EmitterFrame>,
+    _bus: Bus,
+}
+
+impl Ports {
+    fn open(run: &RunContext) -> Result<Self, BusError> {
+        fn opened<T: Message>(bus: &Bus, topic: &Topic) -> Result<Subscriber<T>, BusError> {
+            Subscriber::open(bus, topic, "", topic.buffer)
+        }
+        let bus = Bus::join(run)?;
+        Ok(Self {
+            tool: opened(&bus, &topic::TOOL_POSE)?,
+            truth: opened(&bus, &topic::GROUND_TRUTH)?,
+            emitters: opened(&bus, &topic::EMITTERS)?,
+            _bus: bus,
+        })
+    }
+
+    /// Takes when it is asked to, and once in a while where nobody does.
+    fn work(&self, asked: &Receiver<()>, say: &Sender<Result<(), BusError>>, taken: &Mutex<Taken>, room: usize) {
+        let mut unsaid = Ok(());
+        loop {
+            let request = asked.recv_timeout(TICK);
+            if request == Err(RecvTimeoutError::Disconnected) {
+                return;
+            }
+            unsaid = unsaid.and_then(|()| self.take(taken, room));
+            if request.is_ok() && say.send(std::mem::replace(&mut unsaid, Ok(()))).is_err() {
+                return;
+            }
+        }
+    }
+
+    fn take(&self, taken: &Mutex<Taken>, room: usize) -> Result<(), BusError> {
+        let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
+        fill(&self.tool, &mut taken.tool, room)?;
+        fill(&self.truth, &mut taken.truth, room)?;
+        fill(&self.emitters, &mut taken.emitters, room)
+    }
+}
+
+fn fill<T: Message>(from: &Subscriber<T>, into: &mut Vec<T>, room: usize) -> Result<(), BusError> {
+    while into.len() < room
+        && let Some(message) = from.next()?
+    {
+        into.push(message);
+    }
+    Ok(())
+}
