@@ -24,13 +24,21 @@ const ROOM: &str = "[tracker.room.marker]\ncone_deg = 60.0\n[tracker.room.hand]\
                     dropped = 0.02\nlate = 0.05\nlate_ms = 40.0\n\
                     [tracker.calibration]\nfile = \"tool.json\"\nmarker = \"ball\"\n";
 
-/// A session of 1.5 s in that room, with a calibration from a file.
+/// One small picture: every pose that is made again waits for those of all views, and these are not looked at here.
+const ONE_VIEW: &str = "[[views]]\nname = \"a\"\nplane = \"axial\"\nextent = \"local\"\nsize = [64, 64]\n";
+
+/// The small scene with that view alone.
+fn small() -> String {
+    SMALL.split("[[views]]").next().unwrap().to_owned() + ONE_VIEW
+}
+
+/// A session of a second in that room, with a calibration from a file. The hand hides the marker every 0.6 s.
 fn recorded(world: &World, more: &str) -> PathBuf {
     let tool = tool_json("mediastinoscope", "ball", MARKER_FROM_TOOL_MM);
     world.file("tool.json", &tool);
-    let scene = SMALL.replace("[tracker]\n", "[tracker]\nsource = \"operating-room\"\n") + ROOM + more;
+    let scene = small().replace("[tracker]\n", "[tracker]\nsource = \"operating-room\"\n") + ROOM + more;
     let out = world.path("live");
-    world.navigate(&world.file("room.toml", &scene), &out, &["--for", "1500ms"]);
+    world.navigate(&world.file("room.toml", &scene), &out, &["--for", "1s"]);
     out.join("session.mcap")
 }
 
@@ -88,7 +96,7 @@ fn with_the_same_constants_the_poses_are_the_same_bits() {
     fs::remove_file(world.path("tool.json")).unwrap();
     let again = recomputed(&world, &recording, "again", &[]);
     let (old, new) = (bytes(&recording), bytes(&again));
-    assert!(old.len() > 50, "{}", old.len());
+    assert!(old.len() > 10, "{}", old.len());
     assert_eq!(old.len(), new.len());
     let differing = old.iter().zip(&new).filter(|(old, new)| old != new).count();
     assert_eq!(differing, 0, "of {}", old.len());
@@ -112,14 +120,14 @@ fn with_the_same_constants_the_poses_are_the_same_bits() {
         (&0.into(), &0.into())
     );
     assert!(out.join("compare.png").exists());
-    // Once more, over what is there, and out of the new recording.
-    let third = recomputed(&world, &recording, "again", &[]);
-    assert!(bytes(&third) == old, "another time, other poses");
-    let in_its_place = recompute(&world, &third, "again", &[]);
+    let in_its_place = recompute(&world, &again, "again", &[]);
     let said = stderr(&in_its_place);
     assert!(said.contains("recomputed.mcap lies in the output folder"), "{said}");
-    let fourth = recomputed(&world, &third, "fourth", &[]);
-    assert!(bytes(&fourth) == old, "made again of what was made again, other poses");
+    // Once more, over what is there, and out of the new recording.
+    let moved = world.path("moved.mcap");
+    fs::copy(&again, &moved).unwrap();
+    let third = recomputed(&world, &moved, "again", &[]);
+    assert!(bytes(&third) == old, "made again of what was made again, other poses");
 }
 
 #[test]
@@ -153,7 +161,7 @@ fn a_planted_shift_of_the_calibration_is_the_difference_of_the_tips() {
         assert_ne!(old.registration_id, new.registration_id);
         compared += 1;
     }
-    assert!(compared > 30, "{compared}");
+    assert!(compared > 5, "{compared}");
     let summary = json(world.path("again").join("compare.json"));
     assert_eq!(
         (&summary["compared"], &summary["valid_in_one"]),
@@ -223,7 +231,7 @@ fn another_registration_moves_every_tip_alike() {
         [b[0] - a[0] - 5.0, b[1] - a[1], b[2] - a[2]]
     };
     let apart: Vec<[f64; 3]> = pairs.map(apart).collect();
-    assert!(apart.len() > 30, "{}", apart.len());
+    assert!(apart.len() > 5, "{}", apart.len());
     // Both registrations are fitted: roundings of places of 2300 mm, thrown once more as far as they lie from the points.
     assert!(apart.iter().flatten().all(|d| d.abs() < 1e-9), "{apart:?}");
 }
@@ -273,7 +281,7 @@ fn what_cannot_be_made_again_is_refused_by_name() {
     let output = recompute(&world, &recording, "live", &[]);
     is_refused(&output, &["live holds a recorded session"]);
 
-    let scene = world.file("small.toml", SMALL);
+    let scene = world.file("small.toml", &small());
     world.navigate(&scene, &world.path("plain"), &["--for", "300ms"]);
     let output = recompute(&world, &world.path("plain").join("session.mcap"), "again", &[]);
     is_refused(&output, &["session.mcap holds no emitters (topic /emitters)"]);

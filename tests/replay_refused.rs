@@ -99,6 +99,36 @@ fn a_cut_off_recording_says_what_is_missing_and_is_replayed_with_force() {
 }
 
 #[test]
+fn a_damaged_chunk_behind_a_sound_index_is_named_with_its_messages_and_left_out() {
+    let world = World::new();
+    let recording = recorded(&world);
+    let whole = fs::read(&recording).unwrap();
+    // Each chunk says how it is compressed, then how long it is, then comes what it holds. One that holds poses, and some follow.
+    let chunks = (0..whole.len()).filter(|&at| whole[at..].starts_with(b"zstd"));
+    let flipped = world.path("flipped.mcap");
+    let holds_poses = |at: usize| {
+        let mut bytes = whole.clone();
+        bytes[at + 4 + 8 + 100] ^= 4;
+        fs::write(&flipped, bytes).unwrap();
+        let found = recorder::verify::verify(&flipped).unwrap().findings.join("\n");
+        found.contains(" of /tool_pose (number")
+    };
+    assert!(chunks.into_iter().any(holds_poses), "no chunk whose poses are named");
+    let output = replay(&world, &flipped, &[]);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    for words in ["damaged chunk", " of /tool_pose (number", "left out"] {
+        assert!(stderr(&output).contains(words), "{words:?} in {}", stderr(&output));
+    }
+    assert!(
+        !stderr(&output).contains("read from start to end"),
+        "{}",
+        stderr(&output)
+    );
+    let problem = "PROBLEM: the recording, at byte";
+    assert!(stdout(&output).contains(problem), "{}", stdout(&output));
+}
+
+#[test]
 fn what_is_no_session_is_refused_by_name() {
     let world = World::new();
     let recording = recorded(&world);

@@ -53,7 +53,7 @@ fn a_sequence_is_played_at_its_times_and_what_is_invalid_is_lost() {
     let world = World::new();
     world.file("a.mha", &sequence());
     let tables = "[tracker.sequence]\nfile = \"a.mha\"\nnoise_mm = 0.1\n[tracker.smoothing]\ntime_constant_ms = 35\n";
-    let (poses, report) = played(&world, tables, "4s");
+    let (poses, report) = played(&world, tables, "6s");
     let (&first, pose) = poses.first_key_value().unwrap();
     assert!(first < 120, "{first}");
     // Frames 130 and 140 have no time of their own.

@@ -196,6 +196,28 @@ impl RunContext {
         fs::write(&path, text).map_err(io_error("writing", &path))
     }
 
+    /// Says to the run's tracker when sample 0 is due, ns on the run's clock: once it is ready.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn begin(&self, began_ns: i64) -> Result<(), RunError> {
+        let path = self.began_path();
+        let part = path.with_extension("part");
+        // Whoever looks finds all of it, or nothing.
+        fs::write(&part, began_ns.to_string())
+            .and_then(|()| fs::rename(&part, &path))
+            .map_err(io_error("writing", &path))
+    }
+
+    /// When sample 0 is due; `None` until the pilot has said.
+    pub fn began_ns(&self) -> Option<i64> {
+        fs::read_to_string(self.began_path()).ok()?.parse().ok()
+    }
+
+    fn began_path(&self) -> PathBuf {
+        self.dir.join("began")
+    }
+
     /// Where iceoryx2 keeps this run's services and sockets.
     pub fn ipc_root(&self) -> PathBuf {
         self.dir.join("i")
@@ -216,6 +238,7 @@ impl RunContext {
     pub fn sweep(&self) {
         // Nothing can be done about a failure here, and the next start tries again.
         let _ = fs::remove_dir_all(self.ipc_root());
+        let _ = fs::remove_file(self.began_path());
         let prefix = self.prefix();
         for entry in fs::read_dir(SHM_DIR).into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(&prefix) {

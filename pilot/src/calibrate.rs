@@ -9,15 +9,21 @@ use crate::cli::CliError;
 use crate::spawn;
 
 pub(crate) const CALIBRATE_HELP: &str = "\
-Starts `calib`, which listens to the emitters of the run beside its tracker; the options are those of `calib pivot`, `calib \
-spin`, `calib touch` and `calib check` (`pilot calibrate pivot --help` lists them). A file that the scene's \
-[tracker.calibration] or [tracker.registration] names is in use within a second.
+Starts `calib`, which listens to the emitters of the run beside its tracker; the options are those of the command of \
+`calib` of the same name (`pilot calibrate pivot --help` lists them). The scene's gates hold: [tracker.calibration.gates] and \
+[tracker.registration.gates]. A file that its [tracker.calibration] or [tracker.registration] names is in use within a second.
 
 Examples:
   pilot calibrate pivot --axis scene --out tool.json      the tip, with the direction that the scene says
   pilot calibrate pivot --out tip.json                    the tip, and then
   pilot calibrate spin --tip tip.json --out axis.json     the shaft, for calib tool
-  pilot calibrate touch bead-1 --to touched.csv           a point for calib match, calib register and calib base
+  pilot calibrate tool --pivot tip.json --spin axis.json --out tool.json
+  pilot calibrate touch plane --to base.csv               the calibration base: its plane and grooves, and then
+  pilot calibrate base base.csv --drawing base.toml --out base.json
+  pilot calibrate seat --base base.json --out tool.json   the tool in its seat
+  pilot calibrate touch bead-1 --to touched.csv           a point of the patient, and then
+  pilot calibrate match beads.json touched.csv --out registration.json
+  pilot calibrate register --to-points ct.txt --from-points touched.csv --out registration.json
   pilot calibrate check --known 10,-20,95.5               a known point is touched, and the error held against its prediction
 
 Exit codes: 0 done; 1 refused, and nothing was written.";
@@ -31,6 +37,16 @@ pub(crate) enum What {
     Spin,
     /// A point: hold the tip on it.
     Touch,
+    /// The calibration base, from touches of its plane and its grooves.
+    Base,
+    /// The tool, from the tool in its seat on the base.
+    Seat,
+    /// The tool, from a tip and a shaft.
+    Tool,
+    /// The patient, from pairs of points.
+    Register,
+    /// The patient, from touched points and the beads of the CT.
+    Match,
     /// The registration: hold the tip on a known point.
     Check,
     /// Nothing: prints this. As a value, so that `--help` behind one of the others is that of `calib`.

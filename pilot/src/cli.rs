@@ -28,7 +28,7 @@ use crate::status::Status;
 
 /// Exit code of a run that went to its end with something wrong: see `problems` in its report.
 const WITH_PROBLEMS: u8 = 3;
-const PATIENCE: Duration = Duration::from_secs(5);
+const PATIENCE: Duration = Duration::from_secs(15);
 
 /// Starts, watches and stops a navigation. Trocar is research software and not a medical device.
 #[derive(Debug, Parser)]

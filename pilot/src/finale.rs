@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::time::Duration;
 
 use bus::clock;
 use bus::message::{Command, CommandKind, FrameStamp, ToolPose};
@@ -18,9 +17,6 @@ use crate::sheet::{self, Panel};
 use crate::spawn;
 use crate::state::{Options, Run};
 
-/// How long a renderer may take to draw the pose that was asked for.
-const PATIENCE: Duration = Duration::from_secs(2);
-
 const SHEET: &str = "sheet.png";
 
 /// The files that [`take`] writes for a scene.
@@ -29,11 +25,12 @@ pub(crate) fn picture_names(scene: &Scene) -> Vec<String> {
     views.chain([SHEET.to_owned()]).collect()
 }
 
-/// Asks every renderer for the run's last pose, writes the pictures, and measures memory while all are alive.
+/// Asks every renderer for the run's last pose, writes the pictures, and measures memory while all are alive. A renderer may take
+/// as long as it may be silent.
 pub(crate) fn take(run: &Run) -> Pictures {
     // Nobody else asks for images meanwhile, and no further pose comes.
     if let Some(replayer) = &run.ports.replayer {
-        let _ = replayer.ask(Command::new(CommandKind::Pause), PATIENCE);
+        let _ = replayer.ask(Command::new(CommandKind::Pause), run.scene.limits.silent);
     }
     let mut pictures = Pictures {
         at_ns: run.bus.clock().now_ns(),
@@ -73,7 +70,7 @@ fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<
             problems.push(format!("{} is not running: its views are not shown", planned.name));
             continue;
         }
-        match client.ask(Command::render(*pose), PATIENCE) {
+        match client.ask(Command::render(*pose), run.scene.limits.silent) {
             Ok(reply) if !reply.refused => {}
             Ok(reply) => {
                 problems.push(format!(

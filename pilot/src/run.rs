@@ -9,8 +9,8 @@ use bus::message::{Command, CommandKind, FrameState, Level, ProcessState};
 use bus::port::{CommandServer, Request};
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
-use bus::scene::Scene;
 use bus::scene::raw::Source;
+use bus::scene::{Scene, TrackerSource};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
 
@@ -26,10 +26,10 @@ use crate::status::Status;
 use crate::supervise::{Action, Ending, Event, KillReason, Outcome};
 
 const TICK: Duration = Duration::from_millis(10);
-/// From the tracker's first start to its first sample: time to join.
-const LEAD: Duration = Duration::from_millis(500);
-/// How long the end of a timed run waits for its last pose.
-const GRACE: Duration = Duration::from_secs(1);
+/// From when everybody is ready to the tracker's first sample: time for it to hear of that.
+const LEAD: Duration = Duration::from_millis(250);
+/// How long the end of a timed run waits for its last pose, on a machine that is held up: whoever simulates goes on beyond it.
+const GRACE: Duration = Duration::from_secs(10);
 /// Requests answered in one turn; more of them wait for the next, so that no client can keep the pilot from its watch.
 const REQUESTS: usize = 4;
 
@@ -250,7 +250,9 @@ impl Run {
         };
         let over = self.clock().now_ns() - (began + clock::ns(duration));
         let seen = self.books.newest_pose().is_some_and(|p| p.seq >= self.last_seq());
-        over > clock::ns(GRACE) || (over >= 0 && seen)
+        // Other sources may have nothing to say.
+        let numbered = matches!(self.scene.tracker.source, TrackerSource::Simulated(_));
+        over >= 0 && (seen || !numbered || over > clock::ns(GRACE))
     }
 
     /// Once, before anything is stopped.
@@ -306,7 +308,7 @@ impl Run {
                 self.tell(Level::Error, &words);
                 self.held.push(name.clone());
             }
-            Action::AllReady => self.all_ready(),
+            Action::AllReady => self.all_ready()?,
             Action::Finished(outcome) => return Ok(Some(outcome)),
         }
         Ok(None)
@@ -314,8 +316,8 @@ impl Run {
 
     fn start(&mut self, i: usize) -> Result<(), RunError> {
         let mut more = Vec::new();
-        if self.planned[i].name == "tracker" {
-            let began = *self.began_ns.get_or_insert(self.bus.clock().now_ns() + clock::ns(LEAD));
+        // The first one is told when everybody, itself included, is ready; one that follows on it goes on with its samples.
+        if let ("tracker", Some(began)) = (&*self.planned[i].name, self.began_ns) {
             more = vec!["--start-ns".to_owned(), began.to_string()];
         }
         // A replayer that died is followed by one that goes on where it was.
@@ -333,12 +335,18 @@ impl Run {
         Ok(())
     }
 
-    fn all_ready(&mut self) {
+    fn all_ready(&mut self) -> Result<(), FolderError> {
         let now = self.bus.clock().now_ns();
-        self.began_ns.get_or_insert(now);
+        let lead = match self.planned.iter().any(|planned| planned.name == "tracker") {
+            true => clock::ns(LEAD),
+            false => 0,
+        };
+        let began_ns = *self.began_ns.get_or_insert(now + lead);
+        self.context.begin(began_ns)?;
         let ending = self.options.ending();
         let words = format!("everybody ready after {:.2} s; {ending}", clock::ms(now) / 1e3);
         bus::say!("pilot: {words}");
         self.tell(Level::Info, &words);
+        Ok(())
     }
 }

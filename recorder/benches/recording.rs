@@ -3,7 +3,7 @@
 //! `cargo bench -p recorder --bench recording -- [SECONDS] [MEGABYTES] [COMPRESSION]`: 4000 poses a second, each with its truth
 //! and 24 raw emitters, are published for SECONDS (20; 0: not at all) to the recorder as a process of its own, once for each
 //! compression or for the one named; then moments are looked for in a file of MEGABYTES (1000; 0: none), as a replay does, by
-//! its index, and by reading from the start. Processor time is that of the recorder's process (`/proc/PID/stat`, 10 ms ticks),
+//! its index, and by reading from the start, and what a replay must know of it, likewise. Processor time is that of the recorder's process (`/proc/PID/stat`, 10 ms ticks),
 //! and that of this one for moments; poses that come late are published at once, so that none is left out.
 
 #![allow(
@@ -25,6 +25,7 @@ use bus::port::{Publisher, Subscriber};
 use bus::run::RunContext;
 use bus::topic;
 use geometry::{Ct, Rigid, Tool, Vector};
+use recorder::replay::facts::{Facts, facts, facts_of_all};
 use recorder::replay::tape::Tape;
 use recorder::schema::{EMITTERS, TOOL_POSE};
 use recorder::seek::Session;
@@ -266,6 +267,21 @@ fn seek(megabytes: u64) {
     });
     let ratio = linear / going;
     println!("reading it from its start to its middle: {linear:.0} ms, {ratio:.0} times the first p50");
+    known(&path);
+}
+
+/// What a replay must know before it starts: by the index, and by every message.
+fn known(path: &Path) {
+    let (mut by_index, mut by_all) = (Ok(Facts::default()), Ok(Facts::default()));
+    let mut took: Vec<f64> = (0..10).map(|_| timed(|| by_index = facts(path))).collect();
+    took.sort_by(f64::total_cmp);
+    let whole = timed(|| by_all = facts_of_all(path));
+    assert_eq!(by_index.unwrap(), by_all.unwrap());
+    let (median, most) = (took[5], took[9]);
+    println!(
+        "facts of it by its index: p50 {median:.1} ms, most {most:.1} ms; by all of it: {whole:.0} ms, {:.0} times",
+        whole / median
+    );
 }
 
 /// Prints how long `find` takes for moments all over the file, in no order; returns the median, ms.

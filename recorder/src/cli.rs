@@ -16,7 +16,7 @@ use crate::info::info;
 use crate::record::{RecordError, record};
 use crate::recover::{RecoverError, recover, target};
 use crate::replay::cli::{REPLAY_HELP, ReplayArgs};
-use crate::replay::facts::{FactsError, facts};
+use crate::replay::facts::{FactsError, facts, facts_of_all};
 use crate::replay::process::ReplayError;
 use crate::schema::{GROUND_TRUTH, TOOL_POSE};
 use tools::{Tool, ToolError};
@@ -64,12 +64,14 @@ Example:
   recorder info session.mcap";
 
 const FACTS_HELP: &str = "\
-Reads the file from start to end. What is said: the scene, the run, the examination and the registration, how many poses, \
+Goes by the file's index, where that can be relied on; else the file is read from start to end, and stderr says why. What is \
+said: the scene, the run, the examination and the registration, how many poses, \
 from when to when (ns on the recorded run's clock), how many frames of emitters, the attached calibrations and \
-registrations, and what cannot be read.
+registrations, and what cannot be read, which only who reads all knows (--whole).
 
-Example:
-  recorder facts session.mcap";
+Examples:
+  recorder facts session.mcap
+  recorder facts session.mcap --whole";
 
 const COMPARE_HELP: &str = "\
 Poses belong together by their sequence number. Writes compare.csv (a line for each number: distance and direction between \
@@ -103,6 +105,9 @@ enum Command {
     Facts {
         /// The recording
         file: PathBuf,
+        /// Read every message, whatever the index says
+        #[arg(long)]
+        whole: bool,
     },
     /// Say how far the poses of two recordings lie apart
     #[command(after_help = COMPARE_HELP)]
@@ -200,8 +205,9 @@ fn run(command: Command) -> Result<(), CliError> {
             say(&format!("{}\n{info}", file.display()));
         }
         Command::Replay(args) => crate::replay::cli::run(args)?,
-        Command::Facts { file } => {
-            let json = serde_json::to_string(&facts(&file)?).unwrap_or_default();
+        Command::Facts { file, whole } => {
+            let found = if whole { facts_of_all(&file)? } else { facts(&file)? };
+            let json = serde_json::to_string(&found).unwrap_or_default();
             say(&(json + "\n"));
         }
         Command::Compare(args) => compare_files(&args)?,

@@ -6,9 +6,11 @@ use std::path::PathBuf;
 use mcap::McapError;
 use mcap::records::op;
 
+use crate::lost::Lost;
+
 /// A place in a file that could not be read.
 #[derive(Debug, thiserror::Error)]
-#[error("at byte {at}: {fault}")]
+#[error("at byte {at}: {fault}{}", .lost.as_ref().map_or(String::new(), ToString::to_string))]
 pub struct Damage {
     /// Where the unreadable record starts, bytes from the start of the file.
     pub at: u64,
@@ -16,6 +18,8 @@ pub struct Damage {
     pub fault: Fault,
     /// Whether nothing behind it could be read.
     pub stops: bool,
+    /// The messages that it held, for a chunk.
+    pub lost: Option<Box<Lost>>,
 }
 
 /// What is wrong at a place in a file.

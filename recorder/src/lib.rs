@@ -23,6 +23,7 @@ mod file_records;
 pub mod import;
 pub mod info;
 pub mod leftovers;
+pub mod lost;
 pub mod paths;
 pub mod pose_log;
 pub mod progress;

@@ -5,7 +5,7 @@
 //! lengths in the file say.
 
 use std::borrow::Cow;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
@@ -18,6 +18,7 @@ use mcap::{Attachment, Channel, MAGIC, McapError, Message};
 use crate::chunk::{self, RawRecord};
 use crate::damage::{Damage, Fault, OpenError, record_name};
 use crate::file_records::FileRecords;
+use crate::lost::{self, Hurt};
 use crate::schema::{self, LIBRARY};
 
 /// Something readable.
@@ -40,9 +41,20 @@ pub struct Scan<R> {
     unpacked: VecDeque<RawRecord>,
     channels: ChannelAccumulator<'static>,
     built_in: Option<ChannelAccumulator<'static>>,
+    /// The last number read of each channel.
+    last: BTreeMap<u16, u32>,
+    /// Damaged chunks of which it is not known yet what comes behind them.
+    hurt: Vec<(u64, Fault, Hurt)>,
+    /// Whether only index records have come since the last of these.
+    listing: bool,
+    /// What was found wrong, to be told before what comes next.
+    told: VecDeque<Damage>,
     data_ended: bool,
     stopped: bool,
 }
+
+/// Damaged chunks that follow one another are told together up to so many.
+const MOST_HURT: usize = 1024;
 
 /// What a record comes to.
 type Taken = Result<Option<Item>, Fault>;
@@ -84,23 +96,24 @@ pub(crate) fn open_file(path: &Path) -> Result<(File, u64), OpenError> {
 impl<R: Read> Scan<R> {
     /// Reads `length` bytes of `input`, which is at its start.
     pub fn new(input: R, length: u64) -> Self {
-        Self {
-            records: FileRecords::new(input, length),
-            unpacked: VecDeque::new(),
-            channels: ChannelAccumulator::default(),
-            built_in: None,
-            data_ended: false,
-            stopped: false,
-        }
+        Self::of(FileRecords::new(input, length), ChannelAccumulator::default())
     }
 
     /// Reads on from byte `at`, where a record starts and `input` is, knowing the channels declared before.
     pub(crate) fn from_middle(input: R, length: u64, at: u64, channels: ChannelAccumulator<'static>) -> Self {
+        Self::of(FileRecords::from_middle(input, length, at), channels)
+    }
+
+    fn of(records: FileRecords<R>, channels: ChannelAccumulator<'static>) -> Self {
         Self {
-            records: FileRecords::from_middle(input, length, at),
+            records,
             unpacked: VecDeque::new(),
             channels,
             built_in: None,
+            last: BTreeMap::new(),
+            hurt: Vec::new(),
+            listing: false,
+            told: VecDeque::new(),
             data_ended: false,
             stopped: false,
         }
@@ -116,35 +129,98 @@ impl<R: Read> Scan<R> {
         let at = self.records.at();
         match self.records.next() {
             Ok(Some((opcode, body))) => {
-                let taken = self.file_record(opcode, body);
+                let taken = self.file_record(at, opcode, body);
                 damage(at, taken)
             }
             Ok(None) => {
                 self.stopped = true;
+                self.tell();
                 None
             }
             Err(fault) => {
                 self.stopped = true;
-                Some(Err(Damage { at, fault, stops: true }))
+                self.tell();
+                self.told.push_back(Damage {
+                    at,
+                    fault,
+                    stops: true,
+                    lost: None,
+                });
+                None
             }
         }
     }
 
-    fn file_record(&mut self, opcode: u8, body: Vec<u8>) -> Taken {
+    fn file_record(&mut self, at: u64, opcode: u8, body: Vec<u8>) -> Taken {
         match opcode {
             op::CHUNK => {
-                let unpacked = chunk::unpack(&body);
-                self.unpacked = unpacked.map_err(|e| fault(opcode, e))?.into();
-                Ok(None)
+                self.chunk(at, &body);
+                return Ok(None);
             }
+            // It lists what a damaged chunk held; of others nothing need be known.
+            op::MESSAGE_INDEX => {
+                if let (true, Some((.., hurt)), Ok(Record::MessageIndex(index))) =
+                    (self.listing, self.hurt.last_mut(), mcap::parse_record(opcode, &body))
+                {
+                    hurt.list(&index);
+                }
+                return Ok(None);
+            }
+            _ => self.listing = false,
+        }
+        match opcode {
             op::DATA_END => {
                 self.data_ended = true;
+                self.tell();
                 Ok(None)
             }
             // The summary repeats what came before; mcap has checked its CRC.
             _ if self.data_ended => Ok(None),
             _ => self.take(opcode, &body),
         }
+    }
+
+    /// Unpacks a chunk. One that is damaged is told of when it is known what comes behind it.
+    fn chunk(&mut self, at: u64, body: &[u8]) {
+        match chunk::unpack(body) {
+            Ok(records) => {
+                self.unpacked = records.into();
+                self.tell();
+            }
+            Err(error) => {
+                let hurt = Hurt::new(body, &self.last);
+                self.hurt.push((at, fault(op::CHUNK, error), hurt));
+                self.listing = true;
+                if self.hurt.len() == MOST_HURT {
+                    self.tell();
+                }
+            }
+        }
+    }
+
+    /// Tells of the damaged chunks before those records that are unpacked now.
+    fn tell(&mut self) {
+        if self.hurt.is_empty() {
+            return;
+        }
+        let (places, hurt): (Vec<_>, Vec<_>) = std::mem::take(&mut self.hurt)
+            .into_iter()
+            .map(|(at, fault, hurt)| ((at, fault), hurt))
+            .unzip();
+        let lost = lost::told(&hurt, &first_numbers(&self.unpacked), |channel| self.topic(channel));
+        self.told
+            .extend(places.into_iter().zip(lost).map(|((at, fault), lost)| Damage {
+                at,
+                fault,
+                stops: false,
+                lost: Some(Box::new(lost)),
+            }));
+    }
+
+    fn topic(&self, id: u16) -> String {
+        let built_in = || self.built_in.as_ref()?.get(id);
+        let channel = self.channels.get(id).or_else(built_in);
+        channel.map_or_else(|| format!("channel {id}"), |channel| channel.topic.clone())
     }
 
     /// Takes a record that is not a chunk.
@@ -190,6 +266,7 @@ impl<R: Read> Scan<R> {
             self.declare_built_in(id)?;
         }
         let channel = self.channels.get(id).ok_or(Fault::UnknownChannel { channel: id })?;
+        self.last.insert(id, header.sequence);
         Ok(Some(Item::Message(Message {
             channel,
             sequence: header.sequence,
@@ -224,6 +301,17 @@ impl<R: Read> Scan<R> {
     }
 }
 
+/// The first number of each channel among the records of a chunk.
+fn first_numbers(records: &VecDeque<RawRecord>) -> BTreeMap<u16, u32> {
+    let mut first = BTreeMap::new();
+    for (_, body) in records.iter().filter(|(opcode, _)| *opcode == op::MESSAGE) {
+        if let Ok(Record::Message { header, .. }) = mcap::parse_record(op::MESSAGE, body) {
+            first.entry(header.channel_id).or_insert(header.sequence);
+        }
+    }
+    first
+}
+
 fn fault(opcode: u8, source: McapError) -> Fault {
     Fault::Record {
         record: record_name(opcode),
@@ -232,8 +320,13 @@ fn fault(opcode: u8, source: McapError) -> Fault {
 }
 
 fn damage(at: u64, taken: Taken) -> Option<Result<Item, Damage>> {
-    let stops = false;
-    taken.map_err(|fault| Damage { at, fault, stops }).transpose()
+    let told = |fault| Damage {
+        at,
+        fault,
+        stops: false,
+        lost: None,
+    };
+    taken.map_err(told).transpose()
 }
 
 /// Refuses an attachment whose lengths ask for more than it has, where mcap's parser would panic, and one whose CRC is not
@@ -272,6 +365,9 @@ impl<R: Read> Iterator for Scan<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
+            if let Some(damage) = self.told.pop_front() {
+                return Some(Err(damage));
+            }
             let at = self.records.at();
             let found = match self.unpacked.pop_front() {
                 // A record in a chunk is named by the end of the chunk: its own place is in no file.

@@ -12,7 +12,9 @@
 //! # }
 //! ```
 
+mod absent;
 mod places;
+mod sound;
 
 use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
@@ -28,6 +30,7 @@ use crate::reader::{Emitters, Messages, Poses};
 use crate::scan::{self, Item, Scan};
 use crate::schema::{self, EMITTERS, TOOL_POSE};
 use places::Places;
+pub(crate) use sound::Indexed;
 
 /// The index of a recording; `None` where it has none that can be read.
 pub(crate) fn summary(path: &Path) -> Result<Option<Summary>, OpenError> {
@@ -42,7 +45,9 @@ pub(crate) fn differences(path: &Path, summary: &Summary) -> Result<Vec<String>,
         path: path.to_owned(),
         source,
     })?;
-    Ok(places::differences(&Places::from_summary(summary), &walked))
+    let mut found = places::differences(&Places::from_summary(summary), &walked);
+    found.extend(absent::absent(&mut file, length, summary, &walked));
+    Ok(found)
 }
 
 /// A recording with its index in memory.

@@ -171,6 +171,58 @@ mod tests {
     }
 
     #[test]
+    fn a_chunk_whose_head_is_flipped_is_named_with_its_messages() {
+        let bytes = testing::finished(3, 5);
+        // The chunk of poses 5 to 9: its opcode, and a byte of its length.
+        let chunks: Vec<usize> = bytes
+            .windows(4)
+            .enumerate()
+            .filter(|(_, w)| w == b"zstd")
+            .map(|(at, _)| at)
+            .collect();
+        // Opcode, length, two times, size, CRC, length of this word. The first chunk holds the schemas.
+        let head = chunks[2] - (1 + 8 + 16 + 8 + 4 + 4);
+        for (at, bit) in [(head, 0x40), (head + 1 + 3, 0x20)] {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= bit;
+            let found = verified(&flipped).findings.join("\n");
+            let words =
+                format!("the chunk that the index has at byte {head} is not readable; lost are 5 of /tool_pose");
+            assert!(found.contains(&words), "{found}");
+            assert!(found.contains("captured from 83333333 ns to 150000000 ns"), "{found}");
+        }
+    }
+
+    #[test]
+    fn every_flipped_bit_of_a_chunks_content_names_its_messages() {
+        let bytes = testing::finished(3, 2);
+        let chunks: Vec<usize> = bytes
+            .windows(4)
+            .enumerate()
+            .filter(|(_, w)| w == b"zstd")
+            .map(|(at, _)| at)
+            .collect();
+        // Behind the word is the length of what is compressed.
+        let from = chunks[2] + 4;
+        let length = u64::from_le_bytes(bytes[from..from + 8].try_into().unwrap()) as usize;
+        let (whole, mut harmless) = (verified(&bytes).messages, 0);
+        for at in from + 8..from + 8 + length {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 1 << (at % 8);
+            let found = verified(&flipped);
+            // A bit that the compression does not need: every message is there, and only the sum over the file is wrong.
+            if found.messages == whole {
+                harmless += 1;
+                continue;
+            }
+            let found = found.findings.join("\n");
+            let words = "2 of /tool_pose (numbers 2 to 3, captured from 33333333 ns to 50000000 ns)";
+            assert!(found.contains(words), "byte {at}: {found}");
+        }
+        assert!(harmless < length / 10, "{harmless} of {length}");
+    }
+
+    #[test]
     fn an_attachment_whose_bytes_changed_is_named() {
         let mut bytes = testing::finished(1, 1);
         let at = bytes.windows(8).position(|w| w == b"seed = 1").unwrap();

@@ -22,7 +22,7 @@ use bus::topic;
 use geometry::{Ct, Rigid, Tool, Vector};
 use rustix::process::{Pid, Signal, kill_process};
 
-pub const PATIENCE: Duration = Duration::from_secs(20);
+pub const PATIENCE: Duration = Duration::from_secs(180);
 pub const CHUNK_S: f64 = 0.1;
 
 /// A run with this test as its tracker.

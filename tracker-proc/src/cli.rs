@@ -30,9 +30,9 @@ struct Cli {
     /// The pilot's process; this one ends with it.
     #[arg(long)]
     parent: Option<u32>,
-    /// When sample 0 is due, ns on the run's clock.
-    #[arg(long, default_value_t = 0, allow_hyphen_values = true)]
-    start_ns: i64,
+    /// When sample 0 is due, ns on the run's clock [default: as the run's pilot says, once this process is ready]
+    #[arg(long, allow_hyphen_values = true)]
+    start_ns: Option<i64>,
 }
 
 /// The binary.

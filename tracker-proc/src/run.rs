@@ -1,5 +1,6 @@
 //! The tracker's process: one sample after the other, on time.
 
+use std::cell::Cell;
 use std::time::Duration;
 
 use bus::BusError;
@@ -7,7 +8,7 @@ use bus::clock;
 use bus::message::{ProcessState, ToolPose, Tracked};
 use bus::port::{Publisher, SharedVolume, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::scene::{Simulation, TrackerSource};
+use bus::scene::{Scene, Simulation, TrackerSource};
 use bus::topic::{GROUND_TRUTH, TOOL_POSE};
 use geometry::{Ct, Point, Rigid, Tool, Tracker, VolumeGrid};
 
@@ -20,9 +21,14 @@ use crate::simulated::{Measured, Simulated};
 
 /// The process looks up at least this often, to be stopped and to give signs of life.
 pub(crate) const LOOK_UP: Duration = Duration::from_millis(20);
-/// A process that was held up publishes what it missed up to this age; older samples are left out, as a gap in the
-/// sequence numbers.
-pub(crate) const CATCH_UP: Duration = Duration::from_millis(50);
+/// A process that was held up publishes what it missed up to half the age at which an image is old; older samples are left out,
+/// as a gap in the sequence numbers.
+pub(crate) fn catch_up_ns(scene: &Scene) -> i64 {
+    clock::ns(scene.limits.stale) / 2
+}
+
+/// Between two looks whether the navigation has begun.
+const BEGINNING: Duration = Duration::from_millis(5);
 
 /// Why the tracker ended.
 #[derive(Debug, thiserror::Error)]
@@ -58,16 +64,17 @@ pub enum RunError {
     External,
 }
 
-/// Publishes poses until asked to stop; `start_ns` is the moment of sample 0 on the run's clock.
+/// Publishes poses until asked to stop; `start_ns` is the moment of sample 0 on the run's clock, `None` the one that the pilot
+/// says.
 ///
 /// # Errors
 /// Each variant of [`RunError`].
-pub(crate) fn run(membership: &Membership, start_ns: i64) -> Result<(), RunError> {
+pub(crate) fn run(membership: &Membership, start_ns: Option<i64>) -> Result<(), RunError> {
     let mut process = Process::join("tracker", membership)?;
     let output = Output {
         poses: Publisher::open(&process.bus, &TOOL_POSE, "")?,
         registration_id: process.scene.registration_id(),
-        start_ns,
+        start_ns: Cell::new(start_ns),
     };
     match process.scene.tracker.source.clone() {
         // In a replay the frames of a room come out of the recording.
@@ -84,7 +91,6 @@ pub(crate) fn run(membership: &Membership, start_ns: i64) -> Result<(), RunError
 
 /// Publishes the samples of the simulated localizer until asked to stop.
 fn simulate(process: &mut Process, output: Output, simulation: Simulation) -> Result<(), RunError> {
-    let start_ns = output.start_ns;
     let Some(simulated) = simulated(process, simulation)? else {
         return Ok(());
     };
@@ -98,14 +104,22 @@ fn simulate(process: &mut Process, output: Output, simulation: Simulation) -> Re
         output,
         simulated,
     };
+    let Some(start) = samples.output.start(process)? else {
+        return Ok(());
+    };
+    let start_ns = start.at_ns;
     // A process that starts while the script is going on begins with the next sample: those before it may have been
     // published by its predecessor.
     let due = |samples: &Samples, t_ns| samples.simulated.due(t_ns);
-    let mut next = due(&samples, process.clock().now_ns() - start_ns).map_or(0, |seq| seq + 1);
+    let catch_up = catch_up_ns(&process.scene);
+    let mut next = match start.is_first {
+        true => 0,
+        false => due(&samples, process.clock().now_ns() - start_ns).map_or(0, |seq| seq + 1),
+    };
     while !process.stop.is_set() {
         process.beat(ProcessState::Ready, "")?;
         let now = process.clock().now_ns() - start_ns;
-        next = next.max(due(&samples, now - clock::ns(CATCH_UP)).map_or(0, |seq| seq + 1));
+        next = next.max(due(&samples, now - catch_up).map_or(0, |seq| seq + 1));
         if due(&samples, now).is_some_and(|due| due >= next) {
             samples.publish(next, process)?;
             next += 1;
@@ -162,7 +176,41 @@ pub(crate) struct Output {
     pub(crate) poses: Publisher<ToolPose>,
     /// Of the scene's own numbers.
     pub(crate) registration_id: u64,
-    pub(crate) start_ns: i64,
+    start_ns: Cell<Option<i64>>,
+}
+
+/// When sample 0 is due.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Start {
+    pub(crate) at_ns: i64,
+    /// Whether no tracker of the run has published before.
+    pub(crate) is_first: bool,
+}
+
+impl Output {
+    /// Waits until the pilot says when the navigation begins, unless that was said when this process was started; `None` where
+    /// it was stopped meanwhile.
+    pub(crate) fn start(&self, process: &mut Process) -> Result<Option<Start>, RunError> {
+        if let Some(at_ns) = self.start_ns.get() {
+            let is_first = false;
+            return Ok(Some(Start { at_ns, is_first }));
+        }
+        while !process.stop.is_set() {
+            process.beat(ProcessState::Ready, "")?;
+            if let Some(at_ns) = process.run.began_ns() {
+                self.start_ns.set(Some(at_ns));
+                let is_first = true;
+                return Ok(Some(Start { at_ns, is_first }));
+            }
+            std::thread::sleep(BEGINNING);
+        }
+        Ok(None)
+    }
+
+    /// When sample 0 was due, ns on the run's clock.
+    pub(crate) fn start_ns(&self) -> i64 {
+        self.start_ns.get().unwrap_or(0)
+    }
 }
 
 /// The samples of the simulated localizer.
@@ -230,7 +278,7 @@ impl Samples {
         ToolPose {
             seq,
             t_device_ns: measured.t_device_ns,
-            t_capture_ns: self.output.start_ns + measured.t_device_ns,
+            t_capture_ns: self.output.start_ns() + measured.t_device_ns,
             registration_id: self.output.registration_id,
             ..ToolPose::EMPTY
         }

@@ -42,7 +42,8 @@ Examples:
   calib match beads.json touched.txt --out registration.json
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33,1890.4
   calib pivot --live default --axis scene --out tool.json
-  calib touch bead-1 --live default --to touched.csv";
+  calib touch bead-1 --live default --to touched.csv
+  calib seat --base base.json --live default --out tool.json";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -194,7 +195,7 @@ pub(crate) fn run(cli: Cli, load: LoadVolume) -> Result<Outcome, String> {
 pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
     let Hands { load, follow } = hands;
     match cli.command {
-        Command::Register(args) => args.run(load),
+        Command::Register(args) => told(args.run(load)),
         Command::Pivot(args) => told(args.run(follow)),
         Command::Spin(args) => told(args.run(follow)),
         Command::Tool(args) => told(args.run()),
@@ -203,7 +204,7 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Discs(args) => told(args.run()),
         Command::Marker(args) => told(args.run()),
         Command::Base(args) => told(args.run()),
-        Command::Seat(args) => told(args.run()),
+        Command::Seat(args) => told(args.run(follow)),
         Command::F2554(args) => told(args.run()),
         Command::Rom(args) => told(args.run()),
         Command::Beads(args) => told(args.run(load)),

@@ -6,6 +6,7 @@
 
 mod base;
 mod beads;
+mod bounds;
 mod bundle;
 mod calibration;
 mod camera;
@@ -30,6 +31,7 @@ mod registration_file;
 mod report;
 mod residual_table;
 mod rom;
+mod scened;
 mod solve;
 mod source;
 mod store;

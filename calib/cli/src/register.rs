@@ -6,12 +6,17 @@ use calib::registration::Registration;
 use geometry::Point;
 use geometry::rotation::Rotation;
 
+use crate::bounds::{NotJudged, on_registration};
+use crate::commands::Outcome;
+use crate::commands::common::{broken, verdict_text};
 use crate::input::{From, Input};
 use crate::input_error::InputError;
+use crate::live::LiveError;
 use crate::registration_file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, RegistrationFile, Transform, Units, VERSION,
 };
 use crate::report;
+use crate::scened::Scened;
 use crate::solve::{self, Options, Solution, SolveError, method_name, solve};
 use crate::store::{self, StoreError};
 
@@ -47,26 +52,48 @@ pub(crate) enum RegisterError {
     Solve(#[from] SolveError),
     #[error(transparent)]
     Store(#[from] StoreError),
+    #[error(transparent)]
+    NotJudged(#[from] NotJudged),
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    #[error(transparent)]
+    Volume(Box<dyn std::error::Error + Send + Sync>),
 }
 
-/// Does what is asked, and returns the report for people.
-pub(crate) fn register(request: &Request) -> Result<String, RegisterError> {
+/// Does what is asked, and returns the report for people; a result that does not keep the scene's gates is not written.
+pub(crate) fn register(request: &Request, scened: Option<&Scened>) -> Result<Outcome, RegisterError> {
     if let Some(out) = &request.out {
         store::check(out, request.overwrite)?;
     }
     let input = Input::read(&request.input, request.options.weights, request.allow_duplicates)?;
     let solution = solve(&input.rows, &request.options, &input.names())?;
-    let file = describe(request, &input, &solution);
-    let mut text = report::text(&file, request.all);
+    let mut file = describe(request, &input, &solution);
+    let (judged, refused) = judge(&mut file, scened)?;
+    let mut text = report::text(&file, request.all) + &judged;
     if input.has_weights && !request.options.weights {
         text.push_str("\nThe file's weights were not used; --weights uses them.\n");
     }
-    if let Some(out) = &request.out {
+    if let (Some(out), Some(_)) = (&request.out, &refused) {
+        text.push_str(&format!("\nnot written to {}\n", out.display()));
+    } else if let Some(out) = &request.out {
         let inputs = input.sources.iter().map(|(_, source)| source.path.as_path());
         store::write(out, file.to_json(), inputs)?;
         text.push_str(&format!("\nwritten to {}\n", out.display()));
     }
-    Ok(text)
+    Ok(Outcome { text, refused })
+}
+
+/// Holds a registration against the gates of a scene, which it then names: their words, and why it is not accepted where it
+/// is not.
+pub(crate) fn judge(
+    file: &mut RegistrationFile,
+    scened: Option<&Scened>,
+) -> Result<(String, Option<String>), NotJudged> {
+    let Some(scened) = scened else {
+        return Ok((String::new(), None));
+    };
+    file.gates = on_registration(file, scened)?;
+    Ok((format!("\n{}", verdict_text(&file.gates)), broken(&file.gates)))
 }
 
 /// The file of a solution.
@@ -105,6 +132,7 @@ pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) ->
         robust_tolerance_mm: request.options.robust,
         pairs: pairs(input, solution),
         inputs: inputs(input),
+        gates: Vec::new(),
         ct_hash: request.ct_hash.clone(),
         marker: request.marker.clone(),
     }

@@ -10,7 +10,9 @@ use crate::beads::{LoadVolume, ReadArgs};
 use crate::cli::{Name, Target};
 use crate::commands::Outcome;
 use crate::input::From;
-use crate::register::{Request, register};
+use crate::live::touched_in;
+use crate::register::{RegisterError, Request, register};
+use crate::scened::{SceneArgs, Scened};
 use crate::solve::{Options, method_name};
 
 pub(crate) const REGISTER_HELP: &str = "\
@@ -33,12 +35,16 @@ TRE are for the noise given, or for the noise that the residuals suggest.
 --ct reads the CT and writes its hash into the file, as a tracker uses no file that does not say of which CT it is; --ct-hash \
 writes a hash that is known (report.json has it under volume.hash).
 
+With --scene the result must keep the [tracker.registration.gates] of that scene, else nothing is written and the exit code is \
+1; --live takes the scene of a run that is going, and the hash of its CT too.
+
 Refused with line and column: rows that are ragged or not numbers, NaN, pairs and points that occur twice, weights \
 that are negative or all zero. Refused with singular values: points that coincide, lie on a line or mirror each other.
 
 Examples:
   calib register --pairs pairs.csv
   calib register --pairs pairs.csv --to ct --from tracker --ct ct-folder --target 10,-20,95.5 --out registration.json
+  calib register --live default --to-points in_ct.txt --from-points touched.csv --out registration.json
   calib register --pairs pairs.csv --weights --noise-mm 0.2
   calib register --pairs pairs.csv --robust 1.5
   calib register --to-points in_ct.txt --from-points in_tracker.txt --scale";
@@ -75,12 +81,14 @@ pub(crate) struct RegisterArgs {
     /// Where to predict the error, in TO, mm; may be given several times
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
     target: Vec<Target>,
-    /// Name of the frame that is mapped into
-    #[arg(long, default_value = "to")]
-    to: Name,
-    /// Name of the frame that is mapped from
-    #[arg(long, default_value = "from")]
-    from: Name,
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Name of the frame that is mapped into [default: to, with a scene ct]
+    #[arg(long)]
+    to: Option<Name>,
+    /// Name of the frame that is mapped from [default: that of the touches, else from, with a scene reference or tracker]
+    #[arg(long)]
+    from: Option<Name>,
     /// The CT volume that the points of TO are of, to be checked when the file is used
     #[arg(long, value_name = "VOLUME", conflicts_with = "ct_hash")]
     ct: Option<PathBuf>,
@@ -145,17 +153,53 @@ impl FromStr for PositiveMm {
 
 impl RegisterArgs {
     /// Does what is asked.
-    pub(crate) fn run(self, load: LoadVolume) -> Result<Outcome, String> {
-        let hash = match (&self.ct, &self.ct_hash) {
-            (Some(path), _) => Some(self.read.hash(path, load).map_err(|error| error.to_string())?),
-            (None, given) => given.as_ref().map(|hash| hash.as_str().to_owned()),
+    pub(crate) fn run(self, load: LoadVolume) -> Result<Outcome, RegisterError> {
+        let scened = Scened::open(&self.scene)?;
+        let of = self.of(scened.as_ref(), load)?;
+        register(&request(self, of), scened.as_ref())
+    }
+
+    /// What the result is of: as the command line says, and as the scene does.
+    fn of(&self, scened: Option<&Scened>, load: LoadVolume) -> Result<Of, RegisterError> {
+        let hash = match &self.ct {
+            Some(path) => Some(Name::told(
+                &self
+                    .read
+                    .hash(path, load)
+                    .map_err(|error| RegisterError::Volume(Box::new(error)))?,
+            )),
+            None => self.ct_hash.clone(),
         };
-        let text = register(&request(self, hash)).map_err(|error| error.to_string())?;
-        Ok(Outcome { text, refused: None })
+        let from = match &self.from_points {
+            Some(path) => touched_in(path, self.from.as_ref())?,
+            None => self.from.clone(),
+        };
+        let Some(scened) = scened else {
+            return Ok(Of {
+                to: self.to.clone().unwrap_or_else(|| Name::told("to")),
+                from: from.unwrap_or_else(|| Name::told("from")),
+                ct_hash: hash,
+                marker: self.marker.clone(),
+            });
+        };
+        Ok(Of {
+            to: self.to.clone().unwrap_or_else(|| Name::told("ct")),
+            from: from.unwrap_or_else(|| Name::told(scened.registered_from())),
+            ct_hash: scened.ct_hash(hash.as_ref())?,
+            marker: scened.registered_marker(self.marker.as_ref())?,
+        })
     }
 }
 
-fn request(args: RegisterArgs, ct_hash: Option<String>) -> Request {
+/// The frames that a registration is between, and what it is for.
+struct Of {
+    to: Name,
+    from: Name,
+    ct_hash: Option<Name>,
+    marker: Option<Name>,
+}
+
+fn request(args: RegisterArgs, of: Of) -> Request {
     let input = match (args.to_points, args.from_points) {
         (Some(to), Some(from)) => From::Points { to, from },
         // The command line asks for one or the other.
@@ -173,10 +217,10 @@ fn request(args: RegisterArgs, ct_hash: Option<String>) -> Request {
             noise_mm: args.noise_mm.map(|mm| mm.0),
         },
         targets: args.target.into_iter().map(|target| target.0).collect(),
-        to: args.to.0,
-        from: args.from.0,
-        ct_hash,
-        marker: args.marker.map(|name| name.0),
+        to: of.to.0,
+        from: of.from.0,
+        ct_hash: of.ct_hash.map(|name| name.0),
+        marker: of.marker.map(|name| name.0),
         out: args.out,
         overwrite: args.overwrite,
         all: args.all,

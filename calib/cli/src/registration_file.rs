@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::Gate;
 use crate::source::{Source, SourceError};
 
 /// The value of `format`.
@@ -57,6 +58,9 @@ pub struct RegistrationFile {
     pub pairs: Vec<PairResult>,
     /// The files that were read.
     pub inputs: Vec<InputFile>,
+    /// The bounds of a scene that it kept.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub gates: Vec<Gate>,
     /// The hash of the CT volume that `to` is of, where it was told; checked by [`RegistrationFile::paired`].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub ct_hash: Option<String>,

@@ -25,7 +25,8 @@ pub struct ToolFile {
     pub marker: String,
     /// The tool's frame in its marker: origin at the tip, +z from the handle to the tip.
     pub marker_from_tool: Uncertain<Marker, Tool>,
-    /// How good it is: of the error of the tip by the covariance, and of the pivoting that the tip is from, where it is.
+    /// How good it is: of the error of the tip by the covariance, and of the pivoting or the seat that the tip is from, where it
+    /// is.
     pub reached: Reached,
 }
 
@@ -42,6 +43,18 @@ struct Raw {
     tool_frame: Option<RawFrame>,
     #[serde(default)]
     pivot: Option<RawPivot>,
+    #[serde(default)]
+    seat: Option<RawSeat>,
+}
+
+/// Of a tool in its seat; files of before have neither residuals nor condition.
+#[derive(Deserialize)]
+struct RawSeat {
+    frames: usize,
+    #[serde(default)]
+    rms_mm: Option<f64>,
+    #[serde(default)]
+    condition: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -106,7 +119,7 @@ impl ToolFile {
         }
         let marker_from_tool = frame(raw.tool_frame)?;
         Ok(Self {
-            reached: reached(&marker_from_tool, raw.pivot.as_ref()),
+            reached: reached(&marker_from_tool, raw.pivot.as_ref(), raw.seat.as_ref()),
             marker_from_tool,
             id: raw.id,
             date_utc: raw.date_utc,
@@ -125,16 +138,16 @@ impl ToolFile {
     }
 }
 
-fn reached(marker_from_tool: &Uncertain<Marker, Tool>, pivot: Option<&RawPivot>) -> Reached {
+fn reached(marker_from_tool: &Uncertain<Marker, Tool>, pivot: Option<&RawPivot>, seat: Option<&RawSeat>) -> Reached {
     let tip = *marker_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
     // The second angle is the cone's: see `coverage::Coverage::cone_rad`.
     let cone = |p: &RawPivot| p.coverage.principal.get(1).map(|axis| axis.angle_deg.to_radians());
     Reached {
-        rms_mm: pivot.map(|p| p.rms_mm),
+        rms_mm: pivot.map(|p| p.rms_mm).or_else(|| seat?.rms_mm),
         tip_error_mm: Some(tip.rms_mm()),
-        condition: pivot.map(|p| p.condition),
+        condition: pivot.map(|p| p.condition).or_else(|| seat?.condition),
         coverage_rad: pivot.and_then(cone),
-        count: pivot.map(|p| p.inliers),
+        count: pivot.map(|p| p.inliers).or_else(|| Some(seat?.frames)),
         ..Reached::default()
     }
 }

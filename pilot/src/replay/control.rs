@@ -12,7 +12,7 @@ use super::REPLAYER;
 use super::args::{place, speed};
 use crate::cli::CliError;
 
-const PATIENCE: Duration = Duration::from_secs(5);
+const PATIENCE: Duration = Duration::from_secs(15);
 
 #[derive(Debug, Clone, PartialEq, Subcommand)]
 pub(crate) enum Steer {

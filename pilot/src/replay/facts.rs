@@ -52,9 +52,13 @@ pub(crate) enum FactsError {
     },
 }
 
-/// Asks the recorder; its own words, if it refuses, stand on stderr.
-pub(crate) fn ask(recording: &Path) -> Result<Facts, FactsError> {
-    let output = spawn::ask("recorder", &["facts".as_ref(), recording.as_os_str()]);
+/// Asks the recorder, who goes by the file's index unless all of it is to be read; its own words, if it refuses, stand on stderr.
+pub(crate) fn ask(recording: &Path, whole: bool) -> Result<Facts, FactsError> {
+    let mut arguments = vec!["facts".as_ref(), recording.as_os_str()];
+    if whole {
+        arguments.push("--whole".as_ref());
+    }
+    let output = spawn::ask("recorder", &arguments);
     let (program, output) = output;
     let output = output.map_err(|source| FactsError::Ask {
         program,

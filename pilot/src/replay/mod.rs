@@ -124,6 +124,16 @@ pub(crate) struct ReplayReport {
     pub(crate) recomputed: Option<Recomputed>,
 }
 
+/// What the replayer could not read on its way.
+fn unread(out: &std::path::Path) -> Vec<String> {
+    let account = std::fs::read(out.join(ACCOUNT)).unwrap_or_default();
+    let account: serde_json::Value = serde_json::from_slice(&account).unwrap_or_default();
+    let list = account["unread"].as_array().cloned().unwrap_or_default();
+    list.iter()
+        .filter_map(|words| words.as_str().map(str::to_owned))
+        .collect()
+}
+
 impl ReplayReport {
     /// The report on `run`, where it is a replay.
     pub(crate) fn of(run: &Run) -> Option<Self> {
@@ -138,7 +148,10 @@ impl ReplayReport {
             speed: replay.speed.clone(),
             from_s: replay.seconds(replay.span_ns[0]),
             to_s: replay.seconds(replay.span_ns[1]),
-            damage: replay.facts.damage.clone(),
+            damage: match replay.facts.damage.is_empty() {
+                true => unread(&run.options.out),
+                false => replay.facts.damage.clone(),
+            },
             recomputed: run.recomputed.clone(),
         })
     }

@@ -82,7 +82,8 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
         Pictured::Every(_) if args.speed != "max" => return Err(PrepareError::PicturesOnTheWay(args.speed.clone())),
         Pictured::Every(n) => Some(n),
     };
-    let facts = facts::ask(&recording)?;
+    // What is left out on the way is told then; poses that are made again leave nothing out.
+    let facts = facts::ask(&recording, args.recompute)?;
     let span_ns = span(&facts, &recording, [args.from, args.to])?;
     if !args.force {
         whole(&facts, &recording)?;

@@ -27,6 +27,8 @@ pub struct Account {
     pub without_emitters: u64,
     /// Frames of which the tracker made no pose in time.
     pub unanswered: u64,
+    /// What could not be read of the recording, and was left out, in words.
+    pub unread: Vec<String>,
     /// How long it took, s of the machine's clock.
     pub wall_s: f64,
     /// How well time was kept by those poses that went out by the clock.

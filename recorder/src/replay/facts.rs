@@ -1,5 +1,7 @@
 //! What must be known of a recording before it is replayed.
 
+mod indexed;
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -129,12 +131,32 @@ pub enum FactsError {
     },
 }
 
-/// Reads a recording from start to end.
+/// What a recording says of itself, by its index where that can be relied on; else it is read from start to end, and why is
+/// said on stderr. By the index, damage within the chunks is not known.
 ///
 /// # Errors
 /// [`FactsError`].
 pub fn facts(path: &Path) -> Result<Facts, FactsError> {
-    let facts = read(path)?;
+    match indexed::facts(path) {
+        Ok(facts) => some_poses(path, facts),
+        Err(why) => {
+            if path.is_file() {
+                bus::say!("recorder: {}: {why}: it is read from start to end", path.display());
+            }
+            facts_of_all(path)
+        }
+    }
+}
+
+/// The same of every message, whatever the index says.
+///
+/// # Errors
+/// [`FactsError`].
+pub fn facts_of_all(path: &Path) -> Result<Facts, FactsError> {
+    some_poses(path, read(path)?)
+}
+
+fn some_poses(path: &Path, facts: Facts) -> Result<Facts, FactsError> {
     match facts.poses {
         0 => Err(FactsError::NoPoses { path: path.to_owned() }),
         _ => Ok(facts),
@@ -145,21 +167,9 @@ fn read(path: &Path) -> Result<Facts, FactsError> {
     let mut facts = Facts::default();
     for item in scan::open(path)? {
         match item {
-            Ok(Item::Channel(channel)) if channel.topic == EMITTERS => {
-                // Only poses that are made again need these.
-                let refused = check_schema(path, &channel, EMITTER_SCHEMA, &descriptor::emitter_frame());
-                facts.emitters_refused = refused.err().map(|error| error.to_string());
-            }
-            Ok(Item::Channel(channel)) if [TOOL_POSE, GROUND_TRUTH].contains(&channel.topic.as_str()) => {
-                check_schema(path, &channel, POSE_SCHEMA, &descriptor::tool_pose())?;
-            }
+            Ok(Item::Channel(channel)) => facts.declare(path, &channel)?,
             Ok(Item::Message(message)) => facts.count(path, &message)?,
-            Ok(Item::Attachment(file)) if file.name == SCENE => {
-                facts.scene = String::from_utf8(file.data.into_owned()).ok();
-            }
-            Ok(Item::Attachment(file)) if file.name.ends_with(".json") => facts.keep(file.name, &file.data),
-            Ok(Item::Metadata(metadata)) if metadata.name == RUN => facts.take(metadata.metadata),
-            Ok(_) => {}
+            Ok(item) => facts.beside(item),
             Err(damage) => facts.damage.push(damage.to_string()),
         }
     }
@@ -167,6 +177,32 @@ fn read(path: &Path) -> Result<Facts, FactsError> {
 }
 
 impl Facts {
+    /// Refuses channels whose messages cannot be replayed.
+    fn declare(&mut self, path: &Path, channel: &Channel<'_>) -> Result<(), FactsError> {
+        match channel.topic.as_str() {
+            TOOL_POSE | GROUND_TRUTH => check_schema(path, channel, POSE_SCHEMA, &descriptor::tool_pose())?,
+            EMITTERS => {
+                // Only poses that are made again need these.
+                let refused = check_schema(path, channel, EMITTER_SCHEMA, &descriptor::emitter_frame());
+                self.emitters_refused = refused.err().map(|error| error.to_string());
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Takes what lies beside the messages.
+    fn beside(&mut self, item: Item) {
+        match item {
+            Item::Attachment(file) if file.name == SCENE => {
+                self.scene = String::from_utf8(file.data.into_owned()).ok();
+            }
+            Item::Attachment(file) if file.name.ends_with(".json") => self.keep(file.name, &file.data),
+            Item::Metadata(metadata) if metadata.name == RUN => self.take(metadata.metadata),
+            _ => {}
+        }
+    }
+
     fn count(&mut self, path: &Path, message: &mcap::Message<'_>) -> Result<(), FactsError> {
         let topic = message.channel.topic.as_str();
         let number = match topic {

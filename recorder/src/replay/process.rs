@@ -123,6 +123,8 @@ struct Replayer<'a> {
     last: Option<ToolPose>,
     began_ns: i64,
     next_look_ns: i64,
+    /// What was told of what cannot be read.
+    said: Vec<String>,
 }
 
 /// Replays until the process is asked to stop.
@@ -201,6 +203,7 @@ impl<'a> Replayer<'a> {
             last: None,
             began_ns: monotonic_ns(),
             next_look_ns: 0,
+            said: Vec::new(),
         })
     }
 
@@ -235,10 +238,23 @@ impl<'a> Replayer<'a> {
         let now = monotonic_ns();
         if now >= self.next_look_ns {
             self.next_look_ns = now + clock::ns(LOOK_UP);
+            self.say_unread();
             self.laws.serve_late_joiners();
             self.outlet.serve_late_joiners();
         }
         Ok(())
+    }
+
+    /// Says once what cannot be read of the recording.
+    fn say_unread(&mut self) {
+        let unread = self.tape.unread();
+        if unread.len() == self.said.len() {
+            return;
+        }
+        for words in unread.iter().filter(|words| !self.said.contains(words)) {
+            bus::say!("replay: {}, {words}: left out", self.options.recording.display());
+        }
+        self.said = unread;
     }
 
     /// Everybody must know the clock before the pose that it holds for.

@@ -1,7 +1,10 @@
 //! The messages of a recording in the order in which they were published.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::iter::Peekable;
 use std::path::Path;
+use std::rc::Rc;
 
 use bus::message::{EmitterFrame, ToolPose};
 
@@ -44,11 +47,20 @@ pub struct Tape {
     /// Where poses are made again.
     frames: Option<Peekable<Readable<EmitterFrame>>>,
     next: Option<Moment>,
+    unread: Log,
 }
 
-/// The messages that can be read. What cannot was told before the replay began: see [`crate::replay::facts`].
+/// The messages that can be read; what cannot is noted.
 #[derive(Debug)]
-struct Readable<T>(Messages<T>);
+struct Readable<T> {
+    messages: Messages<T>,
+    unread: Log,
+}
+
+/// What could not be read, in words, by its place: each once, whoever came by.
+type Log = Rc<RefCell<BTreeMap<String, String>>>;
+/// More are not noted.
+const NOTED: usize = 100;
 
 /// A message of the bus with its stamps.
 trait Stamped {
@@ -84,14 +96,33 @@ impl<T: Recorded + Stamped> Iterator for Readable<T> {
 
     fn next(&mut self) -> Option<T> {
         loop {
-            match self.0.next()? {
+            match self.messages.next()? {
                 Ok(message) if message.is_possible() => return Some(message),
-                Ok(_) => {}
-                Err(ReadError::Damage(damage)) if damage.stops => return None,
-                Err(_) => {}
+                Ok(_) => self.note("stamps", "a message whose stamps show on no clock"),
+                Err(ReadError::Damage(damage)) => {
+                    self.note(&format!("{:020}", damage.at), &damage.to_string());
+                    if damage.stops {
+                        return None;
+                    }
+                }
+                Err(error) => self.note(&error.to_string(), &error.to_string()),
             }
         }
     }
+}
+
+impl<T> Readable<T> {
+    fn note(&self, place: &str, words: &str) {
+        let mut unread = self.unread.borrow_mut();
+        if unread.len() < NOTED {
+            unread.entry(place.to_owned()).or_insert_with(|| words.to_owned());
+        }
+    }
+}
+
+fn readable<T: Recorded + Stamped>(messages: Messages<T>, unread: &Log) -> Peekable<Readable<T>> {
+    let unread = Rc::clone(unread);
+    Readable { messages, unread }.peekable()
 }
 
 impl Tape {
@@ -113,22 +144,16 @@ impl Tape {
 
     fn of(path: &Path, with_frames: bool) -> Result<Self, OpenError> {
         let session = Session::open(path)?;
-        let open = |topic| {
-            session
-                .poses_of(topic, i64::MIN)
-                .map(|poses| Readable(poses).peekable())
-        };
-        let frames = || {
-            session
-                .emitters_from(i64::MIN)
-                .map(|frames| Readable(frames).peekable())
-        };
+        let unread = Log::default();
+        let open = |topic| session.poses_of(topic, i64::MIN).map(|poses| readable(poses, &unread));
+        let frames = || session.emitters_from(i64::MIN).map(|frames| readable(frames, &unread));
         let mut tape = Self {
             poses: open(TOOL_POSE)?,
             truths: open(GROUND_TRUTH)?,
             frames: with_frames.then(frames).transpose()?,
             next: None,
             session,
+            unread: Log::clone(&unread),
         };
         tape.next = tape.read();
         Ok(tape)
@@ -155,13 +180,18 @@ impl Tape {
     /// Reads on from what was captured at `from_ns` or later.
     fn start(&mut self, from_ns: i64) -> Result<(), OpenError> {
         let open = |topic| self.session.poses_of(topic, from_ns);
-        self.poses = Readable(open(TOOL_POSE)?).peekable();
-        self.truths = Readable(open(GROUND_TRUTH)?).peekable();
+        self.poses = readable(open(TOOL_POSE)?, &self.unread);
+        self.truths = readable(open(GROUND_TRUTH)?, &self.unread);
         if let Some(frames) = &mut self.frames {
-            *frames = Readable(self.session.emitters_from(from_ns)?).peekable();
+            *frames = readable(self.session.emitters_from(from_ns)?, &self.unread);
         }
         self.next = self.read();
         Ok(())
+    }
+
+    /// What could not be read so far, and is left out: in words, by its place.
+    pub fn unread(&self) -> Vec<String> {
+        self.unread.borrow().values().cloned().collect()
     }
 
     /// What comes next, without taking it.

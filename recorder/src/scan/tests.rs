@@ -56,7 +56,9 @@ fn an_unfinished_file_says_so_at_its_end() {
     let bytes = testing::unfinished(CHUNKS, PER_CHUNK);
     let (seqs, damage) = read(&bytes);
     assert_eq!(seqs, all());
-    assert!(matches!(&damage[..], [Damage { at, fault: Fault::Unfinished, stops: true }] if *at == bytes.len() as u64));
+    assert!(
+        matches!(&damage[..], [Damage { at, fault: Fault::Unfinished, stops: true, .. }] if *at == bytes.len() as u64)
+    );
 }
 
 #[test]
@@ -100,8 +102,32 @@ fn a_flipped_byte_costs_its_chunk_and_is_named() {
             texts[0].starts_with(&format!("at byte {start}: ")) && texts[0].contains(words),
             "{texts:?}"
         );
+        // Poses 6 to 11 at 60 Hz.
+        let times = "numbers 6 to 11, captured from 100000000 ns to 183333333 ns";
+        for topic in ["/tool_pose", "/ground_truth", "/emitters"] {
+            assert!(texts[0].contains(&format!("6 of {topic} ({times})")), "{texts:?}");
+        }
         assert!(texts[1].contains("Data section CRC failed"), "{texts:?}");
     }
+}
+
+#[test]
+fn neighbouring_chunks_are_named_together_and_the_last_one_by_what_is_before_it() {
+    let whole = testing::finished(CHUNKS, PER_CHUNK);
+    let ends = chunk_ends(&whole);
+    let chunk = |n: usize| ends[n] as usize - 50;
+    let texts = |at: &[usize]| -> Vec<String> {
+        let mut bytes = whole.clone();
+        at.iter().for_each(|&at| bytes[at] ^= 0x10);
+        read(&bytes).1.iter().map(ToString::to_string).collect()
+    };
+    let two = texts(&[chunk(1), chunk(2)]);
+    assert!(two[0].contains("6 of /tool_pose (numbers 6 to 11, "), "{two:?}");
+    assert!(two[1].contains("6 of /tool_pose (numbers 12 to 17, "), "{two:?}");
+    let last = texts(&[chunk(3)]);
+    assert!(last[0].contains("6 of /tool_pose (behind number 17, "), "{last:?}");
+    let first = texts(&[chunk(0)]);
+    assert!(first[0].contains("6 of /tool_pose (before number 6, "), "{first:?}");
 }
 
 #[test]

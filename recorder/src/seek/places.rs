@@ -1,5 +1,6 @@
 //! Where in a file its chunks lie, and what lies beside them.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -11,6 +12,8 @@ use crate::chunk::MAX_RECORD;
 use crate::schema::LIBRARY;
 
 const HEADER: u64 = 1 + 8;
+/// The head of an index record.
+const LIST: u64 = 2 + 4;
 /// Most records that a walk looks at: a file of nothing but empty records must not fill the memory.
 const MAX_PLACES: usize = 1 << 24;
 
@@ -35,6 +38,8 @@ pub(super) struct Places {
     pub(super) is_complete: bool,
     /// Whether this version's recorder wrote the file.
     pub(super) is_ours: bool,
+    /// Messages of each channel by the index records between the chunks, where the file was walked.
+    pub(super) listed: BTreeMap<u16, u64>,
 }
 
 impl Places {
@@ -75,6 +80,7 @@ impl Places {
                 .max()
                 .unwrap_or(MAGIC.len() as u64),
             is_ours: false,
+            listed: BTreeMap::new(),
         }
     }
 
@@ -112,6 +118,12 @@ impl Places {
                 let [from_ns, to_ns] = [0, 8].map(|i| u64::from_le_bytes(std::array::from_fn(|k| times[i + k])));
                 self.chunks.push(Chunk { at, from_ns, to_ns });
             }
+            // Its channel, the bytes of its list, and 16 of them for a message.
+            op::MESSAGE_INDEX if body >= LIST => {
+                let mut channel = [0; 2];
+                file.read_exact(&mut channel)?;
+                *self.listed.entry(u16::from_le_bytes(channel)).or_default() += (body - LIST) / 16;
+            }
             op::ATTACHMENT => self.attachments.push(at),
             op::METADATA => self.metadata.push(at),
             op::MESSAGE => self.is_complete = false,
@@ -127,7 +139,7 @@ impl Places {
 }
 
 /// The opcode and the length of the record at `at`; `None` where the file has no whole one there.
-fn record_at(file: &mut File, at: u64, length: u64) -> io::Result<Option<(u8, u64)>> {
+pub(super) fn record_at(file: &mut File, at: u64, length: u64) -> io::Result<Option<(u8, u64)>> {
     let room = length.saturating_sub(at);
     if room < HEADER {
         return Ok(None);

@@ -11,7 +11,7 @@ use calib::pose::Sighting;
 use super::{Follower, Source, Stamp, examination, region};
 use crate::chain::Chain;
 use crate::operating_room::{Arrival, Frame, OperatingRoom, Script};
-use crate::run::{CATCH_UP, LOOK_UP, Output, RunError};
+use crate::run::{LOOK_UP, Output, RunError, catch_up_ns};
 
 /// The room, and where its frames and its truth go.
 struct InRoom {
@@ -49,10 +49,17 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
         chain,
     };
     let mut arrivals: Vec<Arrival> = Vec::new();
-    let mut after = process.clock().now_ns() - output.start_ns;
+    let Some(start) = output.start(process)? else {
+        return Ok(());
+    };
+    let catch_up = catch_up_ns(&process.scene);
+    let mut after = match start.is_first {
+        true => -1,
+        false => process.clock().now_ns() - start.at_ns,
+    };
     while !process.stop.is_set() {
-        let now = process.clock().now_ns() - output.start_ns;
-        after = after.max(now - clock::ns(CATCH_UP));
+        let now = process.clock().now_ns() - start.at_ns;
+        after = after.max(now - catch_up);
         in_room.room.arrivals(after, now, &mut arrivals);
         for arrival in &arrivals {
             in_room.frame(&in_room.room.frame(arrival.seq), &mut follower, process)?;
@@ -63,7 +70,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
         let look_up = now + clock::ns(LOOK_UP);
         let next = in_room.room.next_arrival(now, look_up);
         let until = next.map_or(look_up, |arrival| arrival.t_arrival_ns);
-        process.clock().sleep_until(output.start_ns + until);
+        process.clock().sleep_until(start.at_ns + until);
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     Ok(())
@@ -72,7 +79,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
 impl InRoom {
     /// Every frame goes out as the localizer saw it; one that is believed, with its pose and the truth.
     fn frame(&self, frame: &Frame, follower: &mut Follower<'_>, process: &mut Process) -> Result<(), RunError> {
-        let t_capture_ns = follower.output.start_ns + frame.t_capture_ns;
+        let t_capture_ns = follower.output.start_ns() + frame.t_capture_ns;
         let stamp = Stamp {
             seq: frame.seq,
             t_device_ns: frame.t_device_ns,

@@ -95,9 +95,15 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSour
     };
     let mut follower = Follower::new(process, output, source, examination);
     // A process that starts while the sequence is played begins with the next frame.
-    let mut next = played.due(process.clock().now_ns() - output.start_ns);
+    let Some(start) = output.start(process)? else {
+        return Ok(());
+    };
+    let mut next = match start.is_first {
+        true => 0,
+        false => played.due(process.clock().now_ns() - start.at_ns),
+    };
     while !process.stop.is_set() {
-        let due = played.due(process.clock().now_ns() - output.start_ns);
+        let due = played.due(process.clock().now_ns() - start.at_ns);
         for seq in next..due {
             played.frame(seq, &mut follower, process)?;
         }
@@ -109,7 +115,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSour
         };
         process.beat(ProcessState::Ready, &words)?;
         let look_up = process.clock().now_ns() + clock::ns(LOOK_UP);
-        let due_ns = played.due_ns.get(next).map_or(look_up, |due| due + output.start_ns);
+        let due_ns = played.due_ns.get(next).map_or(look_up, |due| due + start.at_ns);
         process.clock().sleep_until(due_ns.min(look_up));
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
@@ -173,7 +179,7 @@ impl Played {
         let stamp = Stamp {
             seq: seq as u64,
             t_device_ns: clock::seconds(frame.t_s.unwrap_or_default()),
-            t_capture_ns: follower.output.start_ns + self.due_ns[seq],
+            t_capture_ns: follower.output.start_ns() + self.due_ns[seq],
             visible: 0,
         };
         if !follower.admit(&stamp, process) {

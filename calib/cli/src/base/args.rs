@@ -9,9 +9,12 @@ use geometry::{Frame, Reference, Tracker};
 use super::drawing::Drawn;
 use super::report::{record, text};
 use super::touches::Touches;
+use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, Gate, Kind, Recorded, SeatDrawing};
-use crate::cli::Positive;
-use crate::commands::common::{CommandError, OutArgs, Outcome, gate, verdict_text};
+use crate::cli::{Name, Positive};
+use crate::commands::common::{CommandError, OutArgs, Outcome, verdict_text};
+use crate::live::touched_in;
+use crate::scened::{SceneArgs, Scened};
 
 pub(crate) const BASE_HELP: &str = "\
 TOUCHES.csv holds where the pointer's tip was, a touch a line, in mm. Rows of one name in the column `on` are a group. The \
@@ -42,11 +45,13 @@ the seat is where the tool sits, its origin at the tip:
 
 Refused: grooves that leave the base free to slide, touches that fit no place or two, groups touched in another order than \
 said, with the order that fits. With a gate (--max-rms-mm, --max-noise-ratio, --max-rejected, --max-condition, \
---min-touches) that is not kept nothing is written and the exit code is 1.
+--min-touches) that is not kept nothing is written and the exit code is 1; with --live or --scene max_rms_mm and \
+max_condition of the scene's [tracker.calibration.gates] hold where the command line gives none.
 
 Examples:
   calib base touches.csv --drawing base.toml --out base.json
   calib base touches.csv --drawing base.toml --in reference --tip-radius-mm 1 --sigma-mm 0.2 --max-noise-ratio 1.5
+  calib base touches.csv --drawing base.toml --live default --out base.json     touches of calib touch
   calib seat --base base.json --poses seated.csv --out tool.json";
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -65,9 +70,11 @@ pub(crate) struct BaseArgs {
     /// The base as drawn
     #[arg(long, value_name = "BASE.toml")]
     drawing: PathBuf,
-    /// The frame of the touches
-    #[arg(long = "in", value_enum, default_value = "tracker")]
-    of: Of,
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The frame of the touches [default: as their file says, else tracker]
+    #[arg(long = "in", value_enum)]
+    of: Option<Of>,
     /// Radius of the ball at the pointer's tip, whose centre was calibrated; 0 for a sharp tip
     #[arg(long, value_name = "MM", default_value = "0", allow_hyphen_values = true)]
     tip_radius_mm: f64,
@@ -91,6 +98,15 @@ pub(crate) struct BaseArgs {
     min_touches: Option<u32>,
     #[command(flatten)]
     out: OutArgs,
+}
+
+impl Of {
+    fn name(self) -> Name {
+        Name::told(match self {
+            Self::Tracker => "tracker",
+            Self::Reference => "reference",
+        })
+    }
 }
 
 /// Why touches that were read well give no place of the base.
@@ -141,13 +157,16 @@ impl BaseArgs {
     pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
         self.out.check()?;
         let drawn = Drawn::read(&self.drawing)?;
-        match self.of {
-            Of::Tracker => self.located::<Tracker>(&drawn, "tracker"),
-            Of::Reference => self.located::<Reference>(&drawn, "reference"),
+        let scened = Scened::open(&self.scene)?;
+        let of = touched_in(&self.touches, self.of.map(Of::name).as_ref())?;
+        match of.as_ref().map(Name::as_str) {
+            Some("reference") => self.located::<Reference>(&drawn, "reference", scened.as_ref()),
+            _ => self.located::<Tracker>(&drawn, "tracker", scened.as_ref()),
         }
     }
 
-    fn located<F: Frame>(&self, drawn: &Drawn, frame: &str) -> Result<Outcome, CommandError> {
+    fn located<F: Frame>(&self, drawn: &Drawn, frame: &str, scened: Option<&Scened>) -> Result<Outcome, CommandError> {
+        let out = self.out.of(scened)?;
         let options = Options {
             tip_radius_mm: self.tip_radius_mm,
             ..Options::new(self.sigma_mm.0)
@@ -162,7 +181,7 @@ impl BaseArgs {
         let touches = touches.map_err(|why| refused(0, Vec::new(), why))?;
         let found = self.solve(&drawn.drawing, &touches, &options);
         let found = found.map_err(|why| refused(touches.count, touches.names.clone(), why))?;
-        let gates = self.gates(&found);
+        let gates = self.gates(&found, scened);
         let mut record = record(&touches, &found, frame, self.tip_radius_mm);
         record.base_from_tool = drawn.base_from_tool.as_ref().map(|seat| SeatDrawing {
             quaternion_wxyz: seat.transform().quaternion(),
@@ -173,9 +192,9 @@ impl BaseArgs {
         let file = CalibrationFile {
             recorded: Some(self.recorded(&touches, record.rejected.len())),
             base: Some(record),
-            ..CalibrationFile::new(Kind::Base, self.out.tool(), self.out.marker(), gates)
+            ..CalibrationFile::new(Kind::Base, out.tool(), out.marker(), gates)
         };
-        self.out.finish(file, text, &[&self.touches, &self.drawing])
+        out.finish(file, text, &[&self.touches, &self.drawing])
     }
 
     fn solve<F: Frame>(
@@ -187,19 +206,24 @@ impl BaseArgs {
         locate(drawing, &touches.groups, options)
     }
 
-    fn gates<F: Frame>(&self, found: &Located<F>) -> Vec<Gate> {
-        let limit = |gate: Option<Positive>| gate.map(|limit| limit.0);
+    /// The scene's bounds of residuals and condition hold for the base too; those of a tip and of a cone do not apply.
+    fn gates<F: Frame>(&self, found: &Located<F>, scened: Option<&Scened>) -> Vec<Gate> {
+        let scene = scened.map(Scened::calibration_gates).unwrap_or_default();
         let reached = found.reached();
         let rejected = reached.rejected.unwrap_or(1.0);
         let touches = reached.count.unwrap_or(0) as f64;
-        let gates = [
-            gate("max-rms-mm", limit(self.max_rms_mm), found.rms_mm, false),
-            gate("max-noise-ratio", limit(self.max_noise_ratio), found.noise_ratio, false),
-            gate("max-rejected", limit(self.max_rejected), rejected, false),
-            gate("max-condition", limit(self.max_condition), found.condition, false),
-            gate("min-touches", self.min_touches.map(f64::from), touches, true),
-        ];
-        gates.into_iter().flatten().collect()
+        let bounds = Bounds::calibration(scened)
+            .most("max-rms-mm", self.max_rms_mm, scene.max_rms_mm, found.rms_mm)
+            .most("max-noise-ratio", self.max_noise_ratio, None, found.noise_ratio)
+            .most("max-rejected", self.max_rejected, None, rejected)
+            .most(
+                "max-condition",
+                self.max_condition,
+                scene.max_condition,
+                found.condition,
+            )
+            .least("min-touches", self.min_touches.map(f64::from), None, touches);
+        bounds.done()
     }
 
     fn recorded<F: Frame>(&self, touches: &Touches<F>, rejected: usize) -> Recorded {

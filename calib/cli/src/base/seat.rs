@@ -8,21 +8,31 @@ use geometry::uncertain::CovarianceError;
 use geometry::{Base, Frame, Marker, Point, Reference, Rigid, Tool, Tracker, Uncertain, door};
 use nalgebra::{Matrix6, Vector6};
 
+use crate::bounds::Bounds;
 use crate::calibration::{BaseRecord, CalibrationFile, Gate, Kind, SeatDrawing, SeatRecord, ToolRecord};
 use crate::cli::Positive;
-use crate::commands::common::{CommandError, OutArgs, Outcome, gate, recorded, recorded_text, verdict_text};
+use crate::commands::common::{
+    Asked, CommandError, OutArgs, Outcome, PosesArgs, recorded, recorded_text, verdict_text,
+};
+use crate::live::{Against, FollowMarkers, Run};
 use crate::poses::Recording;
+use crate::scened::Scened;
 
 pub(crate) const SEAT_HELP: &str = "\
 The tool sits in the base as drawn; --poses holds poses of its marker there, as `calib pivot` reads them, with their \
 covariances where the file has the columns c0 to c20, else with the noise of --sigma-mm and --sigma-deg about the marker. \
 Where the base was located in its reference marker, --reference holds that marker's poses in the same frames.
 
-Frames are averaged by their covariances; a frame far from the mean is refused: the tool moved. With a gate \
-(--max-tip-error-mm, --max-noise-ratio, --min-frames) that is not kept nothing is written and the exit code is 1.
+--live listens to a run that is going for 3 s instead, in the frame that the base was touched in: the localizer's, or that of \
+the run's second marker, which must then not move against the base.
+
+Frames are averaged by their covariances; a frame far from the mean is refused: the tool moved. With a gate (--max-rms-mm, \
+--max-tip-error-mm, --max-condition, --max-noise-ratio, --min-frames) that is not kept nothing is written and the exit code is \
+1; where the command line gives none, the [tracker.calibration.gates] of --scene or of the run hold.
 
 Examples:
   calib seat --base base.json --poses seated.csv --out tool.json
+  calib seat --base base.json --live default --out tool.json
   calib seat --base base.json --poses ball.csv --reference plate.csv --tool scope --marker ball --max-tip-error-mm 0.3";
 
 #[derive(Debug, Args)]
@@ -31,14 +41,11 @@ pub(crate) struct SeatArgs {
     #[arg(long, value_name = "FILE.json")]
     base: PathBuf,
     /// Poses of the tool's marker while the tool sits in the base
-    #[arg(long, value_name = "PATH")]
-    poses: PathBuf,
+    #[command(flatten)]
+    poses: PosesArgs,
     /// Poses of the base's reference marker in the same frames
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", conflicts_with = "live")]
     reference: Option<PathBuf>,
-    /// Which transform of a sequence is the tool's marker
-    #[arg(long, value_name = "NAME")]
-    transform: Option<String>,
     /// Which transform of a sequence is the reference marker
     #[arg(long, value_name = "NAME", requires = "reference")]
     reference_transform: Option<String>,
@@ -54,6 +61,12 @@ pub(crate) struct SeatArgs {
     /// Accept at most this root mean square error of the tip by its covariance
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     max_tip_error_mm: Option<Positive>,
+    /// Accept at most this root mean square distance of the tip at single frames from the mean
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    max_rms_mm: Option<Positive>,
+    /// Accept at most this ratio of the largest deviation of the frames' mean to the least
+    #[arg(long, value_name = "RATIO", allow_hyphen_values = true)]
+    max_condition: Option<Positive>,
     /// Accept at most a scatter of so many times the frames' covariances
     #[arg(long, value_name = "RATIO", allow_hyphen_values = true)]
     max_noise_ratio: Option<Positive>,
@@ -91,6 +104,11 @@ pub(crate) enum NoSeat {
         path: PathBuf,
         refused: Box<Refused>,
     },
+    #[error(
+        "{of} ask for a cone of {deg:.0} degrees, which a tool in its seat does not turn through: no tracker of the scene would \
+         read the file. Take min_cone_deg out of the scene, or calibrate by pivoting"
+    )]
+    Cone { of: String, deg: f64 },
     #[error("the covariance of a pose or of the base: {0}")]
     Covariance(#[from] CovarianceError),
     #[error("{path}: a pose of the file is no rigid transform")]
@@ -99,17 +117,39 @@ pub(crate) enum NoSeat {
 
 impl SeatArgs {
     /// Does what is asked.
-    pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
+    pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;
+        let scened = Scened::open(&self.poses.live.of)?;
+        let out = self.out.of(scened.as_ref())?;
         let file = CalibrationFile::read(&self.base, Kind::Base)?;
-        file.of_tool(&self.base, "command line", self.out.tool())?;
+        file.of_tool(&self.base, "command line", out.tool())?;
         let none = || NoSeat::Undrawn {
             path: self.base.clone(),
         };
         let base = file.base.ok_or_else(none)?;
         let seat = base.base_from_tool.clone().ok_or_else(none)?;
-        let recording = Recording::read(&self.poses, self.transform.as_deref(), false)?;
+        let gated = scened
+            .as_ref()
+            .and_then(|scened| scened.calibration_gates().min_cone_rad);
+        if let (Some(cone), Some(scened)) = (gated, &scened) {
+            let of = scened.table("tracker.calibration.gates");
+            return Err(NoSeat::Cone {
+                of,
+                deg: cone.to_degrees(),
+            }
+            .into());
+        }
+        let mut run = self.poses.open(scened.as_ref(), follow)?;
+        if let Some(run) = &mut run {
+            run.against = self.against(run, &base.of_frame)?;
+        }
+        let recording = self.poses.read(run.as_mut(), &SEATED, |coverage| {
+            let [a, ..] = coverage.angles_deg();
+            format!("turned by {a:.2} degrees; leave the tool in its seat")
+        })?;
         let found = match (base.of_frame.as_str(), &self.reference) {
+            // What is heard of a run is in the frame of the base already.
+            _ if run.is_some() => self.still(&recording, &base, &seat)?,
             ("tracker", None) => self.still(&recording, &base, &seat)?,
             ("reference", Some(path)) => self.with_reference(&recording, path, &base, &seat)?,
             (found, reference) => {
@@ -118,14 +158,33 @@ impl SeatArgs {
                 return Err(NoSeat::Frame { path, found, advice }.into());
             }
         };
-        self.finish(&recording, &found, file.id)
+        self.finish(&recording, &found, (file.id, base.condition), (&out, scened.as_ref()))
+    }
+
+    /// What the poses of a run are to be in: what the base was located in.
+    fn against(&self, run: &Run<'_>, of_frame: &str) -> Result<Against, NoSeat> {
+        let refused = |advice| NoSeat::Frame {
+            path: self.base.clone(),
+            found: of_frame.chars().take(40).collect(),
+            advice,
+        };
+        let found = match (of_frame, run.follow.has_reference()) {
+            ("tracker", _) => Against::Tracker,
+            ("reference", true) => Against::Reference,
+            ("reference", false) => return Err(refused(UNSEEN)),
+            _ => return Err(refused(UNKNOWN)),
+        };
+        match self.poses.live.against {
+            Some(asked) if asked.name() != found.name() => Err(refused(OTHER)),
+            _ => Ok(found),
+        }
     }
 
     /// The base stood still.
     fn still(&self, recording: &Recording, base: &BaseRecord, seat: &SeatDrawing) -> Result<Seated, NoSeat> {
         let markers: Vec<Uncertain<Tracker, Marker>> = self.uncertain(recording)?;
         let frames: Vec<Uncertain<Marker, Tracker>> = markers.iter().map(Uncertain::inverse).collect();
-        self.solved(&frames, base, seat)
+        self.solved(&frames, &recording.path, base, seat)
     }
 
     /// The base may have moved; its marker tells.
@@ -139,7 +198,7 @@ impl SeatArgs {
         let reference = Recording::read(path, self.reference_transform.as_deref(), false)?;
         let (found, expected) = (recording.poses.len(), reference.poses.len());
         if found != expected {
-            let (poses, reference) = (self.poses.clone(), path.to_owned());
+            let (poses, reference) = (recording.path.clone(), path.to_owned());
             return Err(NoSeat::Unmatched {
                 poses,
                 reference,
@@ -153,12 +212,13 @@ impl SeatArgs {
         let plates: Vec<Uncertain<Tracker, Reference>> = self.uncertain(&reference)?;
         let frames = markers.iter().zip(&plates).map(|(m, r)| seen_from_marker(m, r));
         let frames: Vec<Uncertain<Marker, Reference>> = frames.collect();
-        Ok(self.solved(&frames, base, seat)?)
+        Ok(self.solved(&frames, &recording.path, base, seat)?)
     }
 
     fn solved<F: Frame>(
         &self,
         frames: &[Uncertain<Marker, F>],
+        poses: &Path,
         base: &BaseRecord,
         seat: &SeatDrawing,
     ) -> Result<Seated, NoSeat> {
@@ -172,7 +232,7 @@ impl SeatArgs {
         let drawn = Uncertain::from_upper(drawn, seat.covariance_upper)?;
         seated(frames, &place, &drawn, self.gate.0).map_err(|refused| NoSeat::Refused {
             frames: frames.len(),
-            path: self.poses.clone(),
+            path: poses.to_owned(),
             refused: Box::new(refused),
         })
     }
@@ -192,19 +252,29 @@ impl SeatArgs {
         recording.poses.iter().enumerate().map(one).collect()
     }
 
-    fn finish(&self, recording: &Recording, found: &Seated, base_id: String) -> Result<Outcome, CommandError> {
+    fn finish(
+        &self,
+        recording: &Recording,
+        found: &Seated,
+        (base_id, base_condition): (String, f64),
+        (out, scened): (&OutArgs, Option<&Scened>),
+    ) -> Result<Outcome, CommandError> {
         let tool = found.marker_from_tool;
         let tip_error = (tool * Point::<Tool>::new(0.0, 0.0, 0.0)).rms_mm();
-        let gates = self.gates(found, tip_error);
+        let gates = self.gates(found, tip_error, scened);
         let ([w, x, y, z], [a, b, c]) = (tool.transform().quaternion(), tool.transform().translation_mm());
         let text = format!(
             "{}\nmarker_from_tool quaternion {w:.9}, {x:.9}, {y:.9}, {z:.9}; translation {a:.4}, {b:.4}, {c:.4} mm\n\
              frames           {}, scatter {:.2} times their covariances, the farthest {:.1} deviations off\n\
+             residuals        {:.4} mm rms of the tip at single frames\n\
+             condition        {:.1} of the frames, {base_condition:.1} of the base\n\
              tip error        {tip_error:.4} mm rms, with the base's and the seat's\n\n{}",
             recorded_text(recording),
             found.frames,
             found.ratio,
             found.worst,
+            found.rms_mm,
+            found.condition,
             verdict_text(&gates)
         );
         let file = CalibrationFile {
@@ -221,27 +291,46 @@ impl SeatArgs {
                 frames: found.frames,
                 noise_ratio: Some(found.ratio).filter(|r| r.is_finite()),
                 worst_deviations: found.worst,
+                rms_mm: found.rms_mm,
+                condition: found.condition,
             }),
-            ..CalibrationFile::new(Kind::Tool, self.out.tool(), self.out.marker(), gates)
+            ..CalibrationFile::new(Kind::Tool, out.tool(), out.marker(), gates)
         };
-        let mut inputs = vec![self.base.as_path(), self.poses.as_path()];
+        let mut inputs = self.poses.inputs();
+        inputs.push(&self.base);
         inputs.extend(self.reference.as_deref());
-        self.out.finish(file, text, &inputs)
+        out.finish(file, text, &inputs)
     }
 
-    fn gates(&self, found: &Seated, tip_error: f64) -> Vec<Gate> {
-        let limit = |gate: Option<Positive>| gate.map(|limit| limit.0);
+    fn gates(&self, found: &Seated, tip_error: f64, scened: Option<&Scened>) -> Vec<Gate> {
+        let scene = scened.map(Scened::calibration_gates).unwrap_or_default();
         // A single frame has no scatter; JSON has no NaN.
         let ratio = Some(found.ratio).filter(|r| r.is_finite()).unwrap_or(f64::MAX);
-        let gates = [
-            gate("max-tip-error-mm", limit(self.max_tip_error_mm), tip_error, false),
-            gate("max-noise-ratio", limit(self.max_noise_ratio), ratio, false),
-            gate("min-frames", self.min_frames.map(f64::from), found.frames as f64, true),
-        ];
-        gates.into_iter().flatten().collect()
+        let (tip, least) = (scene.max_tip_error_mm, self.min_frames.map(f64::from));
+        let bounds = Bounds::calibration(scened)
+            .most("max-rms-mm", self.max_rms_mm, scene.max_rms_mm, found.rms_mm)
+            .most("max-tip-error-mm", self.max_tip_error_mm, tip, tip_error)
+            .most(
+                "max-condition",
+                self.max_condition,
+                scene.max_condition,
+                found.condition,
+            )
+            .most("max-noise-ratio", self.max_noise_ratio, None, ratio)
+            .least("min-frames", least, None, found.frames as f64);
+        bounds.done()
     }
 }
 
+/// What the person at the base is asked for.
+const SEATED: Asked = Asked {
+    seconds: 3.0,
+    what: "leave the tool in its seat",
+};
+
+const UNSEEN: &str = "the run's scene has no second marker to see it by";
+const UNKNOWN: &str = "a run sees the tracker's frame and the reference's only";
+const OTHER: &str = "leave --against out: the poses are taken in that frame";
 const NEEDED: &str = "give the poses of its reference marker with --reference";
 const NOT_NEEDED: &str =
     "leave --reference out, or locate the base in its reference marker (calib base --in reference)";

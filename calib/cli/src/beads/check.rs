@@ -9,10 +9,14 @@ use nalgebra::{Matrix3, Matrix6};
 use serde::Serialize;
 
 use super::error::BeadsError;
+use crate::bounds::on_registration;
+use crate::calibration::Gate;
 use crate::cli::{Name, Positive, Target};
 use crate::commands::Outcome;
+use crate::commands::common::{broken, gates_text};
 use crate::live::{self, Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, touched};
 use crate::registration_file::RegistrationFile;
+use crate::scened::Scened;
 
 pub(crate) const CHECK_HELP: &str = "\
 Touch a point whose place in the CT is known, best one near the target and not one that the registration was made of. \
@@ -26,6 +30,8 @@ the known point.
          touch another point
   fail   it is beyond 1.5 times the predicted radius, or beyond --max-mm: do not use the registration. Exit code 1
 
+With --live or --scene the registration must keep the scene's [tracker.registration.gates] too, as a tracker asks of it.
+
 Examples:
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33.0,1890.4
   calib check --live default --known 10,-20,95.5       hold the tip on the point; the registration is the run's
@@ -33,8 +39,8 @@ Examples:
 
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// The registration [default: with --live that of the run]
-    #[arg(value_name = "REGISTRATION.json", required_unless_present = "live")]
+    /// The registration [default: that of the scene]
+    #[arg(value_name = "REGISTRATION.json", required_unless_present_any = ["live", "scene"])]
     registration: Option<PathBuf>,
     /// Where the point is in the CT, mm
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
@@ -56,7 +62,7 @@ pub(crate) struct CheckArgs {
     /// Standard deviation of the known point along each axis
     #[arg(long, value_name = "MM", default_value = "0.1", allow_hyphen_values = true)]
     known_mm: Positive,
-    /// The greatest error that the operation allows
+    /// The greatest error that the operation allows [default: the scene's max_tre_mm]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     max_mm: Option<Positive>,
     /// Hash of the CT in use, to be checked
@@ -79,6 +85,7 @@ struct CheckRecord {
     predicted_radius_95_mm: f64,
     ratio: f64,
     max_mm: Option<f64>,
+    gates: Vec<Gate>,
     place_mm: [f64; 3],
     registration: String,
     ct_hash: Option<String>,
@@ -86,10 +93,16 @@ struct CheckRecord {
 
 impl CheckArgs {
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, BeadsError> {
-        let mut run = Run::open(&self.live, follow)?;
-        let path = self.path(run.as_ref())?;
+        let scened = Scened::open(&self.live.of)?;
+        let mut run = Run::open(scened.as_ref(), &self.live, follow)?;
+        let path = self.path(scened.as_ref())?;
         let file = RegistrationFile::read(&path)?;
-        self.paired(&path, &file, run.as_ref())?;
+        self.paired(&path, &file, scened.as_ref())?;
+        let gates = scened
+            .as_ref()
+            .map(|scened| on_registration(&file, scened))
+            .transpose()?;
+        let gates = gates.unwrap_or_default();
         let registration = uncertain(&path, &file)?;
         let touched = match &mut run {
             Some(run) => self.touch(run, &path, &file.from)?,
@@ -98,37 +111,45 @@ impl CheckArgs {
         };
         let known = point(&path, self.known, self.known_mm)?;
         let limits = Limits {
-            most_mm: self.max_mm.map(|limit| limit.0),
+            most_mm: self.most_mm(scened.as_ref()),
         };
         let checked = check::<Tracker>(&registration, touched, known, limits);
         let text = match self.json {
-            true => serde_json::to_string_pretty(&self.record(&path, &file, &checked))? + "\n",
-            false => self.report(&checked),
+            true => serde_json::to_string_pretty(&record(&path, &file, &checked, limits, &gates))? + "\n",
+            false => gates_text(&gates) + &report(&checked, limits),
         };
         let failed = checked.verdict == Verdict::Fail;
+        let refused = failed.then(|| refusal(&path, &checked, limits));
         Ok(Outcome {
             text,
-            refused: failed.then(|| self.refusal(&path, &checked)),
+            refused: refused.or_else(|| broken(&gates).map(|why| format!("checking {}: {why}", path.display()))),
         })
     }
 
+    /// The greatest error allowed: as given, else the error at the target that the scene allows.
+    fn most_mm(&self, scened: Option<&Scened>) -> Option<f64> {
+        let link = scened.and_then(Scened::registration);
+        let scene = link.and_then(|link| link.gates.max_tre_mm);
+        self.max_mm.map(|limit| limit.0).or(scene)
+    }
+
     /// The registration's file: the one given, or that of the run's scene.
-    fn path(&self, run: Option<&Run>) -> Result<PathBuf, BeadsError> {
+    fn path(&self, scened: Option<&Scened>) -> Result<PathBuf, BeadsError> {
         if let Some(path) = &self.registration {
             return Ok(path.clone());
         }
-        let link = run.and_then(|run| run.scene.tracker.links.registration.as_ref());
+        let link = scened.and_then(Scened::registration);
         let own = || {
             unusable(
                 Path::new("(none)"),
-                "the run's scene names no [tracker.registration]; give the file",
+                "the scene names no [tracker.registration]; give the file",
             )
         };
         link.map(|link| link.file.path.clone()).ok_or_else(own)
     }
 
     /// The tip of the run's pointer, in the frame that the registration maps from.
-    fn touch(&self, run: &mut Run, path: &Path, from: &str) -> Result<UncertainPoint<Tracker>, BeadsError> {
+    fn touch(&self, run: &mut Run<'_>, path: &Path, from: &str) -> Result<UncertainPoint<Tracker>, BeadsError> {
         run.against = match (from, run.follow.has_reference()) {
             ("tracker", _) => Against::Tracker,
             ("reference", true) => Against::Reference,
@@ -151,8 +172,9 @@ impl CheckArgs {
     }
 
     /// Refuses a registration of another CT or marker, where the ones in use are told.
-    fn paired(&self, path: &Path, file: &RegistrationFile, run: Option<&Run>) -> Result<(), BeadsError> {
-        let own = run.map(Run::volume_hash).transpose()?.flatten();
+    fn paired(&self, path: &Path, file: &RegistrationFile, scened: Option<&Scened>) -> Result<(), BeadsError> {
+        let examined = scened.map(Scened::examined).transpose()?.flatten();
+        let own = examined.map(|examined| examined.hash.clone());
         let told = |given: &Option<Name>, own: Option<String>| {
             let given = given.as_ref().map(|name| name.as_str().to_owned());
             given.or(own).unwrap_or_default()
@@ -161,60 +183,61 @@ impl CheckArgs {
         let marker = told(&self.marker, file.marker.clone());
         Ok(file.paired(path, &hash, &marker)?)
     }
+}
 
-    fn report(&self, checked: &Checked) -> String {
-        let ([x, y, z], [a, b, c]) = (checked.error.mm(), checked.place.mm());
-        let radius = checked.radius_95_mm;
-        let limit = self
-            .max_mm
-            .map_or(String::new(), |limit| format!(", {} mm allowed", limit.0));
-        format!(
-            "placed at        {a:.3}, {b:.3}, {c:.3} mm\nerror            {x:.3}, {y:.3}, {z:.3} mm (left, posterior, superior), \
-             length {:.3} mm{limit}\npredicted        {radius:.3} mm holds 95 % of errors; beyond {:.3} mm is a failure\nverdict          \
-             {}: {}\n",
-            checked.distance_mm,
-            FAIL_RATIO * radius,
-            name(checked.verdict),
-            self.meaning(checked)
-        )
-    }
+fn report(checked: &Checked, limits: Limits) -> String {
+    let ([x, y, z], [a, b, c]) = (checked.error.mm(), checked.place.mm());
+    let radius = checked.radius_95_mm;
+    let limit = limits
+        .most_mm
+        .map_or(String::new(), |limit| format!(", {limit} mm allowed"));
+    format!(
+        "placed at        {a:.3}, {b:.3}, {c:.3} mm\nerror            {x:.3}, {y:.3}, {z:.3} mm (left, posterior, superior), \
+         length {:.3} mm{limit}\npredicted        {radius:.3} mm holds 95 % of errors; beyond {:.3} mm is a failure\nverdict          \
+         {}: {}\n",
+        checked.distance_mm,
+        FAIL_RATIO * radius,
+        name(checked.verdict),
+        meaning(checked, limits)
+    )
+}
 
-    fn meaning(&self, checked: &Checked) -> &'static str {
-        let vouched = self.max_mm.is_none_or(|limit| checked.radius_95_mm <= limit.0);
-        match checked.verdict {
-            Verdict::Pass => "the error is what was predicted",
-            Verdict::Warn if !vouched => {
-                "the predicted error is beyond --max-mm: touch more beads, or nearer to the target"
-            }
-            Verdict::Warn => "larger than 95 % of errors would be: touch another point before you rely on it",
-            Verdict::Fail => "do not use this registration: touch the beads again, and check the pointer",
+fn meaning(checked: &Checked, limits: Limits) -> &'static str {
+    let vouched = limits.most_mm.is_none_or(|limit| checked.radius_95_mm <= limit);
+    match checked.verdict {
+        Verdict::Pass => "the error is what was predicted",
+        Verdict::Warn if !vouched => {
+            "the predicted error is beyond --max-mm, or the scene's max_tre_mm: touch more beads, or nearer to the target"
         }
+        Verdict::Warn => "larger than 95 % of errors would be: touch another point before you rely on it",
+        Verdict::Fail => "do not use this registration: touch the beads again, and check the pointer",
     }
+}
 
-    fn refusal(&self, path: &Path, checked: &Checked) -> String {
-        let limit = self
-            .max_mm
-            .map_or(String::new(), |limit| format!(" and {} mm are allowed", limit.0));
-        format!(
-            "checking {}: the error is {:.3} mm, and {:.3} mm hold 95 % of errors{limit}: do not use this registration",
-            path.display(),
-            checked.distance_mm,
-            checked.radius_95_mm
-        )
-    }
+fn refusal(path: &Path, checked: &Checked, limits: Limits) -> String {
+    let limit = limits
+        .most_mm
+        .map_or(String::new(), |limit| format!(" and {limit} mm are allowed"));
+    format!(
+        "checking {}: the error is {:.3} mm, and {:.3} mm hold 95 % of errors{limit}: do not use this registration",
+        path.display(),
+        checked.distance_mm,
+        checked.radius_95_mm
+    )
+}
 
-    fn record(&self, path: &Path, file: &RegistrationFile, checked: &Checked) -> CheckRecord {
-        CheckRecord {
-            verdict: name(checked.verdict),
-            error_mm: checked.error.mm(),
-            distance_mm: checked.distance_mm,
-            predicted_radius_95_mm: checked.radius_95_mm,
-            ratio: checked.distance_mm / checked.radius_95_mm,
-            max_mm: self.max_mm.map(|limit| limit.0),
-            place_mm: checked.place.mm(),
-            registration: path.to_string_lossy().into_owned(),
-            ct_hash: file.ct_hash.clone(),
-        }
+fn record(path: &Path, file: &RegistrationFile, checked: &Checked, limits: Limits, gates: &[Gate]) -> CheckRecord {
+    CheckRecord {
+        verdict: name(checked.verdict),
+        error_mm: checked.error.mm(),
+        distance_mm: checked.distance_mm,
+        predicted_radius_95_mm: checked.radius_95_mm,
+        ratio: checked.distance_mm / checked.radius_95_mm,
+        max_mm: limits.most_mm,
+        gates: gates.to_vec(),
+        place_mm: checked.place.mm(),
+        registration: path.to_string_lossy().into_owned(),
+        ct_hash: file.ct_hash.clone(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::bounds::NotJudged;
 use crate::input_error::InputError;
 use crate::live::LiveError;
 use crate::registration_file::ReadError;
@@ -18,6 +19,8 @@ pub(crate) enum BeadsError {
     Source(#[from] SourceError),
     #[error(transparent)]
     Live(#[from] LiveError),
+    #[error(transparent)]
+    NotJudged(#[from] NotJudged),
     #[error(transparent)]
     Input(#[from] InputError),
     #[error(transparent)]

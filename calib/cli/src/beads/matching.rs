@@ -13,9 +13,11 @@ use super::volume::{LoadVolume, ReadArgs};
 use crate::cli::{Name, Positive, Target};
 use crate::commands::Outcome;
 use crate::input::{From, Input, Row};
+use crate::live::touched_in;
 use crate::points_text;
-use crate::register::{Request, describe};
+use crate::register::{Request, describe, judge};
 use crate::report;
+use crate::scened::{SceneArgs, Scened};
 use crate::solve::{Options, solve};
 use crate::source::Source;
 use crate::store;
@@ -30,7 +32,8 @@ largest set of pairs that all agree, and whose residuals the errors explain, is 
 and places the patient elsewhere, both are named and nothing is written.
 
 --ct reads the CT again and refuses beads of another one; --ct-hash does so by the hash alone. The file carries the hash, \
-and whoever uses it with another CT is refused.
+and whoever uses it with another CT is refused. With --live or --scene the result must keep the scene's \
+[tracker.registration.gates] too, and the beads must be of the run's CT.
 
 Refused: fewer than 3 points, points on a line, two points nearer than they can be told, layouts that look alike from \
 two sides.
@@ -38,6 +41,7 @@ two sides.
 Examples:
   calib match beads.json touched.txt --out registration.json
   calib match beads.json touched.txt --ct ct-folder --from reference --marker patient --target 10,-20,95.5 --out reg.json
+  calib match beads.json touched.csv --live default --out registration.json
   calib match beads.json touched.txt --touch-mm 0.5 --bead-mm 0.2";
 
 #[derive(Debug, Args)]
@@ -62,9 +66,11 @@ pub(crate) struct MatchArgs {
     /// Standard deviation of a bead's centre along each axis: the scanner's distortion, and what the skin moved since
     #[arg(long, value_name = "MM", default_value = "0.1", allow_hyphen_values = true)]
     bead_mm: Positive,
-    /// Name of the frame that the points were touched in
-    #[arg(long, value_name = "NAME", default_value = "tracker")]
-    from: Name,
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Name of the frame that the points were touched in [default: as the touches say, as the scene has it, tracker]
+    #[arg(long, value_name = "NAME")]
+    from: Option<Name>,
     /// Name of the marker that the points were seen by, to be checked when the file is used
     #[arg(long, value_name = "NAME")]
     marker: Option<Name>,
@@ -96,7 +102,13 @@ impl MatchArgs {
             store::check(out, self.overwrite)?;
         }
         let read = self.read_files()?;
-        self.check_ct(&read.beads, load)?;
+        let scened = Scened::open(&self.scene)?;
+        self.check_ct(&read.beads, load, scened.as_ref())?;
+        let from = self.from(scened.as_ref())?;
+        let marker = match &scened {
+            Some(scened) => scened.registered_marker(self.marker.as_ref())?,
+            None => self.marker.clone(),
+        };
         // The frame's name is known at run time only; the tracker stands for it here.
         let touched: Vec<Point<Tracker>> = read.touched.iter().map(|p| point(p.mm)).collect();
         let matched = match_beads(&read.centres, &touched, &self.errors()).map_err(|refused| BeadsError::Match {
@@ -107,20 +119,30 @@ impl MatchArgs {
         let pairing = pairing_text(&matched, &read);
         let ct_hash = read.beads.ct_hash.clone();
         let input = input(&matched, read);
-        let request = self.request(ct_hash);
+        let request = self.request(ct_hash, from, marker);
         let solution = solve(&input.rows, &request.options, &input.names())?;
-        let file = describe(&request, &input, &solution);
+        let mut file = describe(&request, &input, &solution);
+        let (judged, refused) = judge(&mut file, scened.as_ref())?;
         let encoded = file.to_json().map_err(serde_json::Error::io)?;
-        let mut text = report::text(&file, true) + &pairing;
-        if let Some(out) = &self.out {
+        let mut text = report::text(&file, true) + &pairing + &judged;
+        if let (Some(out), Some(_)) = (&self.out, &refused) {
+            text += &format!("\nnot written to {}\n", out.display());
+        } else if let Some(out) = &self.out {
             let inputs = [self.beads.as_path(), self.touched.as_path()];
             store::write(out, Ok(encoded.clone()), inputs.into_iter())?;
             text += &format!("\nwritten to {}\n", out.display());
         }
         Ok(Outcome {
             text: if self.json { encoded } else { text },
-            refused: None,
+            refused,
         })
+    }
+
+    /// The frame of the touches: as they say, as the command line says, as the scene has it.
+    fn from(&self, scened: Option<&Scened>) -> Result<Name, BeadsError> {
+        let own = || scened.map_or("tracker", Scened::registered_from);
+        let told = touched_in(&self.touched, self.from.as_ref())?;
+        Ok(told.unwrap_or_else(|| Name::told(own())))
     }
 
     fn errors(&self) -> Errors {
@@ -142,7 +164,11 @@ impl MatchArgs {
     }
 
     /// Refuses beads of another CT.
-    fn check_ct(&self, beads: &BeadsFile, load: LoadVolume) -> Result<(), BeadsError> {
+    fn check_ct(&self, beads: &BeadsFile, load: LoadVolume, scened: Option<&Scened>) -> Result<(), BeadsError> {
+        let own = scened.map(Scened::examined).transpose()?.flatten();
+        if let Some(own) = own {
+            self.same_ct(beads, own.hash.clone(), "the run".to_owned())?;
+        }
         let (expected, by) = match (&self.ct, &self.ct_hash) {
             (Some(path), _) => (
                 self.read.load(path, load)?.0.hash.to_string(),
@@ -151,6 +177,10 @@ impl MatchArgs {
             (None, Some(hash)) => (hash.as_str().to_owned(), "--ct-hash".to_owned()),
             (None, None) => return Ok(()),
         };
+        self.same_ct(beads, expected, by)
+    }
+
+    fn same_ct(&self, beads: &BeadsFile, expected: String, by: String) -> Result<(), BeadsError> {
         if beads.ct_hash == expected {
             return Ok(());
         }
@@ -162,7 +192,7 @@ impl MatchArgs {
         })
     }
 
-    fn request(&self, ct_hash: String) -> Request {
+    fn request(&self, ct_hash: String, from: Name, marker: Option<Name>) -> Request {
         Request {
             input: From::Points {
                 to: self.beads.clone(),
@@ -175,11 +205,11 @@ impl MatchArgs {
             },
             targets: self.target.iter().map(|target| target.0).collect(),
             to: "ct".to_owned(),
-            from: self.from.as_str().to_owned(),
+            from: from.0,
             out: self.out.clone(),
             overwrite: self.overwrite,
             ct_hash: Some(ct_hash),
-            marker: self.marker.as_ref().map(|name| name.as_str().to_owned()),
+            marker: marker.map(|name| name.0),
             all: true,
         }
     }

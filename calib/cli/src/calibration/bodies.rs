@@ -145,4 +145,10 @@ pub struct SeatRecord {
     pub noise_ratio: Option<f64>,
     /// The frame furthest from the mean, deviations.
     pub worst_deviations: f64,
+    /// Root mean square distance of the tip at single frames from where the mean has it.
+    #[serde(default)]
+    pub rms_mm: f64,
+    /// Ratio of the largest deviation of any motion of the marker in the frames' mean to the least.
+    #[serde(default)]
+    pub condition: f64,
 }

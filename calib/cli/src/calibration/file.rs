@@ -89,11 +89,6 @@ pub struct CalibrationFile {
 impl CalibrationFile {
     /// A file of today without content.
     pub(crate) fn new(kind: Kind, tool: &str, marker: &str, gates: Vec<Gate>) -> Self {
-        let verdict = if gates.iter().all(|gate| gate.kept) {
-            "accepted"
-        } else {
-            "refused"
-        };
         Self {
             trocar_calibration: CALIBRATION_VERSION,
             kind,
@@ -102,8 +97,8 @@ impl CalibrationFile {
             program: concat!("calib ", env!("CARGO_PKG_VERSION")).to_owned(),
             tool: tool.to_owned(),
             marker: marker.to_owned(),
-            verdict: verdict.to_owned(),
-            gates,
+            verdict: String::new(),
+            gates: Vec::new(),
             recorded: None,
             computed_from: Vec::new(),
             pivot: None,
@@ -113,6 +108,15 @@ impl CalibrationFile {
             marker_body: None,
             base: None,
         }
+        .with_gates(gates)
+    }
+
+    /// With these gates and the verdict that follows.
+    pub(crate) fn with_gates(mut self, gates: Vec<Gate>) -> Self {
+        let kept = gates.iter().all(|gate| gate.kept);
+        self.verdict = if kept { "accepted" } else { "refused" }.to_owned();
+        self.gates = gates;
+        self
     }
 
     /// With the id of its content.

@@ -92,6 +92,28 @@ pub struct Gate {
     pub found: f64,
     /// Whether it was kept.
     pub kept: bool,
+    /// Where it is from, where that is not the command line: `tracker.calibration.gates of` a scene.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub of: Option<String>,
+}
+
+impl Gate {
+    /// The bound in words: as an option, or as the key of a scene.
+    pub(crate) fn words(&self) -> String {
+        let limit = self.limit;
+        match &self.of {
+            None => format!("--{} {limit}", self.name),
+            Some(of) => format!("{} {limit} ({of})", self.name.replace('-', "_")),
+        }
+    }
+
+    /// What was found, in words.
+    pub(crate) fn found_words(&self) -> String {
+        match self.found.is_finite() {
+            true => format!("found {:.4}", self.found),
+            false => "not measured".to_owned(),
+        }
+    }
 }
 
 /// A pivot calibration.

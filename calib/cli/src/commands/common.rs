@@ -7,6 +7,7 @@ use clap::Args;
 use geometry::Marker;
 
 use crate::base::{DrawingFileError, NoBase, NoSeat};
+use crate::bounds::NotJudged;
 use crate::bundle::{DrawingError, NoMarker};
 use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::cli::Name;
@@ -15,6 +16,7 @@ use crate::f2554::F2554Error;
 use crate::live::{self, FollowMarkers, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
 use crate::rom::{NoTool, RomError};
+use crate::scened::Scened;
 use crate::store::{self, StoreError};
 
 /// The recording.
@@ -39,10 +41,10 @@ pub(crate) struct PosesArgs {
 /// Names and the file of the result.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct OutArgs {
-    /// Name of the instrument, to be checked when the file is used [default: tool, or with --live the run's]
+    /// Name of the instrument, to be checked when the file is used [default: tool, or the scene's]
     #[arg(long)]
     tool: Option<Name>,
-    /// Name of the marker on it, to be checked when the file is used [default: marker, or with --live the run's]
+    /// Name of the marker on it, to be checked when the file is used [default: marker, or the scene's]
     #[arg(long)]
     marker: Option<Name>,
     /// Write the result here, as JSON
@@ -76,6 +78,8 @@ pub(crate) enum CommandError {
     NoRun,
     #[error(transparent)]
     Store(#[from] StoreError),
+    #[error(transparent)]
+    NotJudged(#[from] NotJudged),
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
     #[error("pivot calibration from the {poses} poses of {path}{left_out}: {refused}")]
@@ -134,25 +138,36 @@ pub(crate) enum CommandError {
     Encode(#[from] std::io::Error),
 }
 
-/// How long a motion is listened to, s.
-const MOTION_S: f64 = 20.0;
+/// What the person at the instrument is asked for.
+pub(crate) struct Asked {
+    /// For so long unless told otherwise.
+    pub(crate) seconds: f64,
+    /// To do what.
+    pub(crate) what: &'static str,
+}
+
+impl Asked {
+    /// A motion that calibrates.
+    pub(crate) const MOTION: Self = Self {
+        seconds: 20.0,
+        what: "move the instrument",
+    };
+}
 
 impl PosesArgs {
     /// Reads the recording, or listens to the run; `advise` says of the motion so far what is still missing.
     pub(crate) fn read(
         &self,
-        run: Option<&mut Run>,
+        run: Option<&mut Run<'_>>,
+        asked: &Asked,
         advise: impl Fn(&Coverage<Marker>) -> String,
     ) -> Result<Recording, CommandError> {
         if let (None, Some(path)) = (&run, &self.poses) {
             return Ok(Recording::read(path, self.transform.as_deref(), self.strict)?);
         }
         let run = run.ok_or(CommandError::NoRun)?;
-        let seconds = live::seconds(&self.live, MOTION_S);
-        bus::say!(
-            "calib: listening to run {} for {seconds} s; move the instrument",
-            run.name
-        );
+        let seconds = live::seconds(&self.live, asked.seconds);
+        bus::say!("calib: listening to run {} for {seconds} s; {}", run.name(), asked.what);
         let heard = run.listen(seconds, |heard, passed_s| {
             let turned = Coverage::of(heard.poses.iter().map(|pose| pose.transform().rotation()));
             let advice = turned.map_or_else(|| heard.why.clone(), |coverage| advise(&coverage));
@@ -162,16 +177,20 @@ impl PosesArgs {
         if let Some(path) = &self.keep {
             poses::keep(path, &heard)?;
         }
-        Ok(Recording::heard(&run.name, &heard)?)
+        Ok(Recording::heard(run.name(), &heard)?)
     }
 
     /// The run to listen to, where the command line names one.
-    pub(crate) fn open(&self, follow: FollowMarkers) -> Result<Option<Run>, LiveError> {
+    pub(crate) fn open<'a>(
+        &self,
+        scened: Option<&'a Scened>,
+        follow: FollowMarkers,
+    ) -> Result<Option<Run<'a>>, LiveError> {
         // Before twenty seconds are spent.
         if let Some(keep) = &self.keep {
             store::check(keep, false)?;
         }
-        Run::open(&self.live, follow)
+        Run::open(scened, &self.live, follow)
     }
 
     /// The files that were read.
@@ -191,12 +210,12 @@ impl OutArgs {
         self.marker.as_ref().map_or("marker", Name::as_str)
     }
 
-    /// With the names of a run, which those given must be.
-    pub(crate) fn of(&self, run: Option<&Run>) -> Result<Self, LiveError> {
-        let Some(run) = run else { return Ok(self.clone()) };
+    /// With the names of a scene, which those given must be.
+    pub(crate) fn of(&self, scened: Option<&Scened>) -> Result<Self, LiveError> {
+        let Some(scened) = scened else { return Ok(self.clone()) };
         Ok(Self {
-            tool: Some(run.tool(self.tool.as_ref())?),
-            marker: Some(run.marker(self.marker.as_ref())?),
+            tool: Some(scened.tool(self.tool.as_ref())?),
+            marker: Some(scened.marker(self.marker.as_ref())?),
             ..self.clone()
         })
     }
@@ -234,9 +253,7 @@ impl OutArgs {
 /// The gates that were not kept, in words.
 pub(crate) fn broken(gates: &[Gate]) -> Option<String> {
     let broken = gates.iter().filter(|gate| !gate.kept);
-    let words: Vec<String> = broken
-        .map(|g| format!("--{} {}: found {:.4}", g.name, g.limit, g.found))
-        .collect();
+    let words: Vec<String> = broken.map(|g| format!("{}: {}", g.words(), g.found_words())).collect();
     (!words.is_empty()).then(|| format!("the result is not accepted: {}", words.join("; ")))
 }
 
@@ -250,6 +267,7 @@ pub(crate) fn gate(name: &str, limit: Option<f64>, found: f64, at_least: bool) -
         limit,
         found,
         kept,
+        of: None,
     })
 }
 
@@ -327,18 +345,24 @@ pub(crate) fn recorded(recording: &Recording) -> Recorded {
 
 /// The verdict on gates, in words.
 pub(crate) fn verdict_text(gates: &[Gate]) -> String {
-    let mut text = String::new();
-    for gate in gates {
-        let word = if gate.kept { "kept" } else { "NOT KEPT" };
-        text.push_str(&format!(
-            "gate             --{} {}: found {:.4}, {word}\n",
-            gate.name, gate.limit, gate.found
-        ));
-    }
     let word = match (gates.is_empty(), gates.iter().all(|gate| gate.kept)) {
         (true, _) => "no gate was given",
         (false, true) => "accepted",
         (false, false) => "NOT ACCEPTED",
     };
-    text + "verdict          " + word + "\n"
+    gates_text(gates) + "verdict          " + word + "\n"
+}
+
+/// Gates a line.
+pub(crate) fn gates_text(gates: &[Gate]) -> String {
+    let word = |gate: &Gate| if gate.kept { "kept" } else { "NOT KEPT" };
+    let line = |gate: &Gate| {
+        format!(
+            "gate             {}: {}, {}\n",
+            gate.words(),
+            gate.found_words(),
+            word(gate)
+        )
+    };
+    gates.iter().map(line).collect()
 }

@@ -3,20 +3,21 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use bus::scene::tracking::CalibrationGates;
 use calib::coverage::Coverage;
 use calib::pivot::{Method, Options, Pivot, PoseNoise, Refused, calibrate, calibrate_each};
 use clap::{Args, ValueEnum};
 use geometry::{Direction, Marker, Point, Tracker, Uncertain, Vector};
 use nalgebra::{Matrix3, Vector3};
 
-use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, left_out, recorded};
+use super::common::{Asked, CommandError, OutArgs, Outcome, PosesArgs, left_out, recorded};
 use super::pivot_report;
 use super::tool::tool_frame;
+use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, ToolRecord};
 use crate::cli::{Positive, Target};
 use crate::live::{FollowMarkers, Run};
 use crate::poses::Recording;
+use crate::scened::Scened;
 
 pub(crate) const PIVOT_HELP: &str = "\
 Keep the tip in a divot and turn the instrument about it, to all sides. The tip x in the marker and the pivot c in the \
@@ -141,12 +142,16 @@ impl PivotArgs {
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let mut run = self.poses.open(follow)?;
+        let scened = Scened::open(&self.poses.live.of)?;
+        let mut run = self.poses.open(scened.as_ref(), follow)?;
         let axis = self.axis(run.as_ref())?;
-        let out = self.out.of(run.as_ref())?;
-        let limits = self.limits(run.as_ref());
-        let needed = limits.min_cone_rad.unwrap_or(GOOD_CONE_DEG.to_radians());
-        let recording = self.poses.read(run.as_mut(), |coverage| motion(coverage, needed))?;
+        let out = self.out.of(scened.as_ref())?;
+        let scene = scened.as_ref().map(Scened::calibration_gates).unwrap_or_default();
+        let asked = self.min_cone_deg.map(|deg| deg.0.to_radians()).or(scene.min_cone_rad);
+        let needed = asked.unwrap_or(GOOD_CONE_DEG.to_radians());
+        let recording = self
+            .poses
+            .read(run.as_mut(), &Asked::MOTION, |coverage| motion(coverage, needed))?;
         let noise = PoseNoise {
             sigma_mm: self.sigma_mm.0,
             sigma_rad: self.sigma_deg.0.to_radians(),
@@ -154,7 +159,7 @@ impl PivotArgs {
         let (all, chosen) = self.solved(&recording, noise)?;
         let each = !recording.covariances.is_empty() && self.method.0 == Method::ErrorsInVariables;
         let record = record(&chosen, noise, each, needed);
-        let gates = gates(&limits, &chosen);
+        let gates = self.gates(&chosen, scened.as_ref());
         let mut text = pivot_report::text(&recording, &chosen, &all, &record, &gates);
         let (mut kind, mut tool_frame) = (Kind::Pivot, None);
         if let Some(axis) = axis {
@@ -189,7 +194,7 @@ impl PivotArgs {
     }
 
     /// The direction that the tool's frame gets, where one is asked for.
-    fn axis(&self, run: Option<&Run>) -> Result<Option<Direction<Marker>>, CommandError> {
+    fn axis(&self, run: Option<&Run<'_>>) -> Result<Option<Direction<Marker>>, CommandError> {
         let Some(axis) = &self.axis else { return Ok(None) };
         let direction = match (axis, run) {
             (AxisArg::Scene, run) => run.and_then(Run::drawn_axis),
@@ -198,17 +203,26 @@ impl PivotArgs {
         direction.map(Some).ok_or(CommandError::NoAxis)
     }
 
-    /// The bounds of the command line, and those of the run's scene where it sets others.
-    fn limits(&self, run: Option<&Run>) -> CalibrationGates {
-        let scene = run.map(Run::gates).unwrap_or_default();
-        let limit = |gate: Option<Positive>, scene: Option<f64>| gate.map(|limit| limit.0).or(scene);
-        let cone = self.min_cone_deg.map(|deg| deg.0.to_radians());
-        CalibrationGates {
-            max_rms_mm: limit(self.max_rms_mm, scene.max_rms_mm),
-            max_tip_error_mm: limit(self.max_tip_error_mm, scene.max_tip_error_mm),
-            max_condition: limit(self.max_condition, scene.max_condition),
-            min_cone_rad: cone.or(scene.min_cone_rad),
-        }
+    fn gates(&self, found: &Pivot<Tracker, Marker>, scened: Option<&Scened>) -> Vec<Gate> {
+        let scene = scened.map(Scened::calibration_gates).unwrap_or_default();
+        // A method without a covariance keeps no bound of it; JSON has no infinity.
+        let error = found.tip_error_rms_mm().unwrap_or(f64::MAX);
+        let cone = found.coverage.cone_rad().to_degrees();
+        let (least, scene_deg) = (
+            self.min_cone_deg.map(|deg| deg.0),
+            scene.min_cone_rad.map(f64::to_degrees),
+        );
+        let bounds = Bounds::calibration(scened)
+            .most("max-rms-mm", self.max_rms_mm, scene.max_rms_mm, found.rms_mm)
+            .most("max-tip-error-mm", self.max_tip_error_mm, scene.max_tip_error_mm, error)
+            .most(
+                "max-condition",
+                self.max_condition,
+                scene.max_condition,
+                found.condition,
+            )
+            .least("min-cone-deg", least, scene_deg, cone);
+        bounds.done()
     }
 }
 
@@ -234,19 +248,6 @@ fn drawn_frame(
     let [x, y, z] = pivot.tip_mm;
     let refused = |refused| CommandError::Frame(Box::new(refused));
     tool_frame(pivot, path, (axis, tilts), Point::new(x, y, z), refused)
-}
-
-fn gates(limits: &CalibrationGates, found: &Pivot<Tracker, Marker>) -> Vec<Gate> {
-    // A method without a covariance keeps no bound of it; JSON has no infinity.
-    let error = found.tip_error_rms_mm().unwrap_or(f64::MAX);
-    let cone = found.coverage.cone_rad().to_degrees();
-    let gates = [
-        gate("max-rms-mm", limits.max_rms_mm, found.rms_mm, false),
-        gate("max-tip-error-mm", limits.max_tip_error_mm, error, false),
-        gate("max-condition", limits.max_condition, found.condition, false),
-        gate("min-cone-deg", limits.min_cone_rad.map(f64::to_degrees), cone, true),
-    ];
-    gates.into_iter().flatten().collect()
 }
 
 fn record(found: &Pivot<Tracker, Marker>, noise: PoseNoise, each: bool, needed_rad: f64) -> PivotRecord {

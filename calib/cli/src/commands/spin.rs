@@ -9,11 +9,15 @@ use clap::Args;
 use geometry::{Direction, Marker, Tracker, Vector};
 use nalgebra::Matrix3;
 
-use super::common::{CommandError, OutArgs, Outcome, PosesArgs, gate, left_out, recorded, recorded_text, verdict_text};
+use super::common::{
+    Asked, CommandError, OutArgs, Outcome, PosesArgs, left_out, recorded, recorded_text, verdict_text,
+};
+use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
 use crate::cli::{Positive, Target};
 use crate::live::FollowMarkers;
 use crate::poses::Recording;
+use crate::scened::Scened;
 
 pub(crate) const SPIN_HELP: &str = "\
 Spin the instrument about its shaft in a bearing or a divot, the shaft keeping its direction. --poses reads what `calib \
@@ -23,8 +27,9 @@ Poses at which the shaft slipped out of its bearing are left out and listed, up 
 poses at which it moved aside are left out of its place only.
 
 Refused: a turn of less than 30 degrees, or one that a few poses alone make, an axis that wobbles by more than 2 \
-degrees, a direction across the axis. With a gate (--max-axis-error-deg, --max-rms-mm) that is not kept nothing is \
-written and the exit code is 1.
+degrees, a direction across the axis. With a gate (--max-axis-error-deg, --max-rms-mm, --max-condition) that is not \
+kept nothing is written and the exit code is 1; where the command line gives none, max_rms_mm and max_condition of the \
+[tracker.calibration.gates] of --scene or of the run hold.
 
 Examples:
   calib spin --poses spin.csv --towards 0,0,1 --out axis.json
@@ -58,6 +63,9 @@ pub(crate) struct SpinArgs {
     /// Accept at most this root mean square distance of the axis from its place
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     max_rms_mm: Option<Positive>,
+    /// Accept at most this condition: the error of the axis per error of the mean direction
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    max_condition: Option<Positive>,
     #[command(flatten)]
     out: OutArgs,
 }
@@ -71,10 +79,11 @@ impl SpinArgs {
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let mut run = self.poses.open(follow)?;
-        let out = self.out.of(run.as_ref())?;
+        let scened = Scened::open(&self.poses.live.of)?;
+        let mut run = self.poses.open(scened.as_ref(), follow)?;
+        let out = self.out.of(scened.as_ref())?;
         let (hint, from) = self.hint(&out)?;
-        let recording = self.poses.read(run.as_mut(), motion)?;
+        let recording = self.poses.read(run.as_mut(), &Asked::MOTION, motion)?;
         let limits = Limits {
             robust: !self.all_poses,
             ..Limits::default()
@@ -86,7 +95,7 @@ impl SpinArgs {
             left_out: left_out(&recording),
             refused: Box::new(refused),
         })?;
-        let gates = self.gates(&found);
+        let gates = self.gates(&found, scened.as_ref());
         let text = report(&recording, &found) + &verdict_text(&gates);
         let file = CalibrationFile {
             recorded: Some(recorded(&recording)),
@@ -115,14 +124,20 @@ impl SpinArgs {
         Ok((hint, from))
     }
 
-    fn gates(&self, found: &Spin<Tracker, Marker>) -> Vec<Gate> {
-        let limit = |gate: Option<Positive>| gate.map(|limit| limit.0);
+    /// The scene's bounds of residuals and condition hold for a spinning too; those of a tip and of a cone do not apply.
+    fn gates(&self, found: &Spin<Tracker, Marker>, scened: Option<&Scened>) -> Vec<Gate> {
+        let scene = scened.map(Scened::calibration_gates).unwrap_or_default();
         let error = found.axis_error_rms_rad().to_degrees();
-        let gates = [
-            gate("max-axis-error-deg", limit(self.max_axis_error_deg), error, false),
-            gate("max-rms-mm", limit(self.max_rms_mm), found.rms_mm, false),
-        ];
-        gates.into_iter().flatten().collect()
+        let bounds = Bounds::calibration(scened)
+            .most("max-axis-error-deg", self.max_axis_error_deg, None, error)
+            .most("max-rms-mm", self.max_rms_mm, scene.max_rms_mm, found.rms_mm)
+            .most(
+                "max-condition",
+                self.max_condition,
+                scene.max_condition,
+                found.condition,
+            );
+        bounds.done()
     }
 }
 

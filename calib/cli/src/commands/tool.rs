@@ -8,13 +8,16 @@ use geometry::{Direction, Marker, Point, Vector};
 use nalgebra::Matrix3;
 
 use super::common::{CommandError, OutArgs, Outcome, gate, verdict_text};
+use crate::bounds::on_tool;
 use crate::calibration::{CalibrationFile, Kind, PivotRecord, SpinRecord, ToolRecord};
 use crate::cli::Positive;
+use crate::scened::{SceneArgs, Scened};
 
 pub(crate) const TOOL_HELP: &str = "\
 The frame of an instrument of revolution: origin at the tip, +z along the shaft from the handle to the tip. Its roll is \
 free: the x axis is as near to the marker's x axis as it can be, or to its y axis where x lies within 45 degrees of the \
-shaft. Both files must be of the marker and the tool named, and must not have been changed.
+shaft. Both files must be of the marker and the tool named, and must not have been changed. With --live or --scene the \
+result must keep the scene's [tracker.calibration.gates], as its tracker asks of it.
 
 Examples:
   calib tool --pivot tip.json --spin axis.json --out tool.json
@@ -32,6 +35,8 @@ pub(crate) struct ToolArgs {
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     max_off_axis_mm: Option<Positive>,
     #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
     out: OutArgs,
 }
 
@@ -39,34 +44,30 @@ impl ToolArgs {
     /// Does what is asked.
     pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let (pivot_id, pivot) = self.read(&self.pivot, Kind::Pivot)?;
-        let (spin_id, spin) = self.read(&self.spin, Kind::Spin)?;
+        let scened = Scened::open(&self.scene)?;
+        let out = self.out.of(scened.as_ref())?;
+        let (pivot_id, pivot) = read(&self.pivot, Kind::Pivot, &out)?;
+        let (spin_id, spin) = read(&self.spin, Kind::Spin, &out)?;
         // A file that was read has the part of its kind.
         let (Some(pivot), Some(spin)) = (pivot.pivot, spin.spin) else {
             return Err(CommandError::NoDirection);
         };
         let record = self.solve(&pivot, &spin)?;
         let limit = self.max_off_axis_mm.map(|limit| limit.0);
-        let gates: Vec<_> = gate("max-off-axis-mm", limit, record.tip_off_axis_mm, false)
-            .into_iter()
-            .collect();
-        let text = report(&record) + &verdict_text(&gates);
+        let gates = gate("max-off-axis-mm", limit, record.tip_off_axis_mm, false);
+        let text = report(&record);
         let file = CalibrationFile {
             computed_from: vec![pivot_id, spin_id],
             // How good both were, for whoever holds the file against gates.
             pivot: Some(pivot),
             spin: Some(spin),
             tool_frame: Some(record),
-            ..CalibrationFile::new(Kind::Tool, self.out.tool(), self.out.marker(), gates)
+            ..CalibrationFile::new(Kind::Tool, out.tool(), out.marker(), Vec::new())
         };
-        self.out.finish(file, text, &[&self.pivot, &self.spin])
-    }
-
-    fn read(&self, path: &Path, kind: Kind) -> Result<(String, CalibrationFile), CommandError> {
-        let file = CalibrationFile::read(path, kind)?;
-        file.of_marker(path, "command line", self.out.marker())?;
-        file.of_tool(path, "command line", self.out.tool())?;
-        Ok((file.id.clone(), file))
+        let scene = scened.map(|scened| on_tool(&file, &scened, None)).transpose()?;
+        let file = file.with_gates(gates.into_iter().chain(scene.unwrap_or_default()).collect());
+        let text = text + &verdict_text(&file.gates);
+        out.finish(file, text, &[&self.pivot, &self.spin])
     }
 
     fn solve(&self, pivot: &PivotRecord, spin: &SpinRecord) -> Result<ToolRecord, CommandError> {
@@ -81,6 +82,13 @@ impl ToolArgs {
         };
         tool_frame(pivot, &self.pivot, (axis, tilts), Point::new(a, b, c), refused)
     }
+}
+
+fn read(path: &Path, kind: Kind, out: &OutArgs) -> Result<(String, CalibrationFile), CommandError> {
+    let file = CalibrationFile::read(path, kind)?;
+    file.of_marker(path, "command line", out.marker())?;
+    file.of_tool(path, "command line", out.tool())?;
+    Ok((file.id.clone(), file))
 }
 
 /// The frame of a tool from its tip, of the file `path`, and from its axis with the covariance of that, through `point`.

@@ -25,11 +25,11 @@ pub(crate) enum LiveError {
     #[error("following the markers of run {run:?}: {why}")]
     Follow { run: String, why: String },
     #[error(
-        "run {run:?}: --{what} {given:?}, and the run is of {what} {expected:?}; leave --{what} out, or start the scene of \
-         that {what}"
+        "{of}: --{what} {given:?}, and its scene is of {what} {expected:?}; leave --{what} out, or take the scene of that \
+         {what}"
     )]
     Other {
-        run: String,
+        of: String,
         what: &'static str,
         given: String,
         expected: String,
@@ -77,6 +77,16 @@ pub(crate) enum LiveError {
         "touch of {name}: the tip is not known: {why}. Calibrate it first (calib pivot), or name its file with --tip"
     )]
     NoTip { name: String, why: String },
+    #[error(
+        "{path}: its touches are in the {found}, and {given} is said; leave that out, or give the touches made in the {given}"
+    )]
+    OtherFrame {
+        path: PathBuf,
+        found: String,
+        given: String,
+    },
+    #[error("touch of {name}: {why}; hold it still, and calibrate the tip better (or for longer) before")]
+    Gates { name: String, why: String },
     #[error("adding to {path}: {what}; give another --to")]
     OtherTouches { path: PathBuf, what: String },
     #[error("the covariance of a pose or of the tip: {0}")]

@@ -14,11 +14,13 @@ use clap::{Args, ValueEnum};
 use geometry::{Marker, Reference, Tool, Tracker, Uncertain};
 
 use crate::cli::Positive;
+use crate::scened::SceneArgs;
 
 pub(crate) use error::LiveError;
 pub(crate) use run::{Heard, Run};
 pub(crate) use still::{MostMotion, Touched, touched};
 pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs, seconds};
+pub(crate) use touches::touched_in;
 
 /// Where the markers of a run are, frame by frame. Handed in by the binary, as this crate knows no chain.
 pub trait Follow {
@@ -51,9 +53,8 @@ pub type FollowMarkers = fn(&Scene) -> Result<Box<dyn Follow>, Box<dyn std::erro
 /// Which run, and how it is listened to.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LiveArgs {
-    /// Listen to this run, which is going, instead of reading a recording
-    #[arg(long, visible_alias = "run", value_name = "RUN")]
-    pub(crate) live: Option<String>,
+    #[command(flatten)]
+    pub(crate) of: SceneArgs,
     /// For so long, s [default: 20, for a touch 1]
     #[arg(long, value_name = "S", requires = "live", allow_hyphen_values = true)]
     pub(crate) seconds: Option<Positive>,

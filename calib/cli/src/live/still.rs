@@ -29,6 +29,8 @@ pub(crate) struct Touched {
     pub(crate) moved_mm: f64,
     /// The scatter of single poses over that of their covariances.
     pub(crate) noise_ratio: f64,
+    /// Root mean square distance of the tip at single poses from their mean.
+    pub(crate) rms_mm: f64,
     pub(crate) poses: usize,
 }
 
@@ -71,6 +73,7 @@ pub(crate) fn touched(
         place: UncertainPoint::new(mean, own + calibrated.covariance())?,
         moved_mm,
         noise_ratio: ratio.sqrt(),
+        rms_mm: (scatter / count).sqrt(),
         poses: heard.poses.len(),
     })
 }
@@ -162,6 +165,8 @@ mod tests {
         // A mean of 600: 0.2 / sqrt(600) along each axis; five deviations of its length.
         assert!(off < 5.0 * 0.2 * (3.0 / 600.0_f64).sqrt(), "{off}");
         assert!((found.noise_ratio - 1.0).abs() < 0.1, "{found:?}");
+        // 600 times the square of three deviations of 0.2 mm, which is known to a factor of 1 / sqrt(1800).
+        assert!((found.rms_mm / (0.2 * 3.0_f64.sqrt()) - 1.0).abs() < 0.1, "{found:?}");
         let expected = 0.04 / 600.0 + 0.01;
         // The scatter may raise the first part by a tenth.
         assert!(

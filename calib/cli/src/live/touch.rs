@@ -7,10 +7,12 @@ use geometry::{Marker, Point, Rigid, Tool, Uncertain, Vector};
 use nalgebra::Matrix6;
 
 use super::{FollowMarkers, LiveArgs, LiveError, MostMotion, Run, Touched, touched, touches};
-use crate::calibration::{CalibrationFile, Kind};
+use crate::bounds::Bounds;
+use crate::calibration::{CalibrationFile, Gate, Kind};
 use crate::cli::{Name, Positive};
 use crate::commands::Outcome;
-use crate::commands::common::CommandError;
+use crate::commands::common::{CommandError, broken, gates_text};
+use crate::scened::Scened;
 
 pub(crate) const TOUCH_HELP: &str = "\
 Hold the tip on the point and still. The mean place of the tip over --seconds is added to the file --to, with its name and \
@@ -24,7 +26,8 @@ calib base, calib match and calib register (--from-points) read the file: for th
 groove_1 and groove_2.
 
 Refused: a tip that moves by more than --max-motion-mm (and the noise), a marker that more than half of the frames do not \
-show, fewer than 9 poses.
+show, fewer than 9 poses, and what does not keep the scene's gates: max_tip_error_mm bounds the error of the place, max_rms_mm \
+the scatter of the tip about it.
 
 Examples:
   calib touch bead-1 --live default --to touched.csv
@@ -56,7 +59,8 @@ pub(crate) struct TouchArgs {
 impl TouchArgs {
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
-        let mut run = Run::open(&self.live, follow)?.ok_or(CommandError::NoRun)?;
+        let scened = Scened::open(&self.live.of)?;
+        let mut run = Run::open(scened.as_ref(), &self.live, follow)?.ok_or(CommandError::NoRun)?;
         let tip = match &self.tip {
             Some(path) => tip_of(path, &run)?,
             None => run.follow.marker_from_tool().map_err(|why| LiveError::NoTip {
@@ -65,17 +69,21 @@ impl TouchArgs {
             })?,
         };
         let touch = self.touch(&mut run, &tip)?;
-        let of = format!(
-            "places of the tip of {} in the {}, mm",
-            run.scene.tool.name,
-            run.against.name()
-        );
-        let count = touches::add(&self.to, self.name.as_str(), &of, &touch.place)?;
-        let text = self.report(&touch, run.against.name(), count);
-        Ok(Outcome { text, refused: None })
+        let gates = gates(&touch, run.scened);
+        if let Some(why) = broken(&gates) {
+            let name = self.name.as_str().to_owned();
+            return Err(LiveError::Gates { name, why }.into());
+        }
+        let of = touches::comment(&run.scened.scene.tool.name, run.against.name());
+        let count = touches::add(&self.to, self.name.as_str(), &of, &touch.place, &gates)?;
+        let text = self.report(&touch, run.against.name()) + &gates_text(&gates);
+        Ok(Outcome {
+            text: text + &format!("\nadded to {}, touch {count}\n", self.to.display()),
+            refused: None,
+        })
     }
 
-    fn touch(&self, run: &mut Run, tip: &Uncertain<Marker, Tool>) -> Result<Touched, LiveError> {
+    fn touch(&self, run: &mut Run<'_>, tip: &Uncertain<Marker, Tool>) -> Result<Touched, LiveError> {
         let seconds = seconds(&self.live, TOUCH_S);
         let heard = run.listen(seconds, |_, _| {})?;
         touched(
@@ -87,20 +95,28 @@ impl TouchArgs {
         )
     }
 
-    fn report(&self, touch: &Touched, frame: &str, count: usize) -> String {
+    fn report(&self, touch: &Touched, frame: &str) -> String {
         let [x, y, z] = touch.place.point().mm();
         format!(
             "{}  {x:.3}, {y:.3}, {z:.3} mm in the {frame}\n\
              error            {:.3} mm rms, of {} poses that scatter {:.2} times their covariances\n\
-             moved            {:.3} mm\n\nadded to {}, touch {count}\n",
+             moved            {:.3} mm\n",
             self.name.as_str(),
             touch.place.rms_mm(),
             touch.poses,
             touch.noise_ratio,
-            touch.moved_mm,
-            self.to.display()
+            touch.moved_mm
         )
     }
+}
+
+/// The scene's gates, of the touched place: what its poses scatter, and how well it is known.
+fn gates(touch: &Touched, scened: &Scened) -> Vec<Gate> {
+    let scene = scened.calibration_gates();
+    let bounds = Bounds::calibration(Some(scened))
+        .most("max-rms-mm", None, scene.max_rms_mm, touch.rms_mm)
+        .most("max-tip-error-mm", None, scene.max_tip_error_mm, touch.place.rms_mm());
+    bounds.done()
 }
 
 /// How long to listen.
@@ -109,7 +125,7 @@ pub(crate) fn seconds(live: &LiveArgs, usual: f64) -> f64 {
 }
 
 /// A tip from its file: of the whole tool, or of a pivot calibration, whose frame then has the marker's axes.
-fn tip_of(path: &Path, run: &Run) -> Result<Uncertain<Marker, Tool>, CommandError> {
+fn tip_of(path: &Path, run: &Run<'_>) -> Result<Uncertain<Marker, Tool>, CommandError> {
     let unusable = |error: &dyn std::fmt::Display| LiveError::NoTip {
         name: path.display().to_string(),
         why: error.to_string(),
@@ -118,8 +134,8 @@ fn tip_of(path: &Path, run: &Run) -> Result<Uncertain<Marker, Tool>, CommandErro
         Ok(file) => (file, false),
         Err(_) => (CalibrationFile::read(path, Kind::Pivot)?, true),
     };
-    file.of_tool(path, "run", &run.scene.tool.name)?;
-    if let Some(link) = &run.scene.tracker.links.calibration {
+    file.of_tool(path, "run", &run.scened.scene.tool.name)?;
+    if let Some(link) = &run.scened.scene.tracker.links.calibration {
         let marker = link.file.marker.as_deref().unwrap_or(&file.marker);
         file.of_marker(path, "run", marker)?;
     }

@@ -5,17 +5,53 @@ use std::path::Path;
 use geometry::{Tracker, UncertainPoint};
 
 use super::LiveError;
+use crate::calibration::Gate;
+use crate::cli::Name;
 use crate::source::Source;
 use crate::store;
 
 const HEADER: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz";
 
-/// Adds a touch to a file, which is made where it is not there. The comment above the header says what all touches of it are
-/// of; touches of something else are refused.
-pub(super) fn add(path: &Path, name: &str, of: &str, place: &UncertainPoint<Tracker>) -> Result<usize, LiveError> {
-    let comment = format!("# {of}");
+/// What all touches of a file are of, which its first line says.
+pub(super) fn comment(tool: &str, frame: &str) -> String {
+    format!("{PLACES}{tool}{IN}{frame}{MM}")
+}
+
+const PLACES: &str = "# places of the tip of ";
+const IN: &str = " in the ";
+const MM: &str = ", mm";
+
+/// The frame that the first line of such a file says.
+fn frame_of(text: &str) -> Option<&str> {
+    let first = text.lines().next()?.strip_prefix(PLACES)?.strip_suffix(MM)?;
+    let (_, frame) = first.rsplit_once(IN)?;
+    frame.parse::<Name>().is_ok().then_some(frame)
+}
+
+/// The frame that touches are in: as their file says, which `given` must be where both are there.
+pub(crate) fn touched_in(path: &Path, given: Option<&Name>) -> Result<Option<Name>, LiveError> {
+    let source = Source::read(path)?;
+    match (frame_of(&source.text), given) {
+        (Some(found), Some(given)) if given.as_str() != found => Err(LiveError::OtherFrame {
+            path: path.to_owned(),
+            found: found.to_owned(),
+            given: given.as_str().to_owned(),
+        }),
+        (found, given) => Ok(given.cloned().or_else(|| found.map(Name::told))),
+    }
+}
+
+/// Adds a touch to a file, which is made where it is not there, below the gates that it kept. `comment`, the first line, says
+/// what all touches of it are of; touches of something else are refused.
+pub(super) fn add(
+    path: &Path,
+    name: &str,
+    comment: &str,
+    place: &UncertainPoint<Tracker>,
+    gates: &[Gate],
+) -> Result<usize, LiveError> {
     let (mut text, before) = match path.symlink_metadata() {
-        Ok(_) => existing(path, &comment)?,
+        Ok(_) => existing(path, comment)?,
         Err(_) => (format!("{comment}\n{HEADER}\n"), 0),
     };
     let ([x, y, z], c) = (place.point().mm(), place.covariance());
@@ -31,6 +67,9 @@ pub(super) fn add(path: &Path, name: &str, of: &str, place: &UncertainPoint<Trac
         c[(2, 2)],
     ];
     let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
+    for gate in gates {
+        text += &format!("# {}: {}\n", gate.words(), gate.found_words());
+    }
     text += &format!("{name},{}\n", numbers.join(","));
     store::write(path, Ok(text), std::iter::empty())?;
     Ok(before + 1)
@@ -70,19 +109,58 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
         let at = UncertainPoint::new(Point::new(1.5, -2.0, 1900.25), Matrix3::identity() * 0.25).unwrap();
-        assert_eq!(add(&path, "a", "in the tracker", &at).unwrap(), 1);
-        assert_eq!(add(&path, "b", "in the tracker", &at).unwrap(), 2);
+        let gate = Gate {
+            name: "max-rms-mm".to_owned(),
+            limit: 0.5,
+            found: 0.25,
+            kept: true,
+            of: Some("tracker.calibration.gates of run or".to_owned()),
+        };
+        assert_eq!(add(&path, "a", &comment("scope", "tracker"), &at, &[]).unwrap(), 1);
+        assert_eq!(add(&path, "b", &comment("scope", "tracker"), &at, &[gate]).unwrap(), 2);
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(
             text,
             format!(
-                "# in the tracker\n{HEADER}\na,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\nb,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n"
+                "# places of the tip of scope in the tracker, mm\n{HEADER}\na,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n\
+                 # max_rms_mm 0.5 (tracker.calibration.gates of run or): found 0.2500\n\
+                 b,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n"
             )
         );
-        let error = add(&path, "c", "in the reference", &at).unwrap_err().to_string();
-        assert!(error.contains("its touches are of \"# in the tracker\""), "{error}");
+        let error = add(&path, "c", &comment("scope", "reference"), &at, &[])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("its touches are of \"# places of the tip of scope in the tracker, mm\""),
+            "{error}"
+        );
         std::fs::write(&path, "# in the tracker\nx,y,z\n1,2,3\n").unwrap();
-        let error = add(&path, "c", "in the tracker", &at).unwrap_err().to_string();
+        let error = add(&path, "c", "# in the tracker", &at, &[]).unwrap_err().to_string();
         assert!(error.contains("its columns are not on,x"), "{error}");
+    }
+
+    #[test]
+    fn touches_say_the_frame_that_they_are_in() {
+        assert_eq!(frame_of(&comment("a scope in the box", "reference")), Some("reference"));
+        for none in [
+            "",
+            "x,y,z",
+            "# places of the tip of a in the b",
+            "# places of the tip of a in the b c, mm",
+        ] {
+            assert_eq!(frame_of(none), None, "{none}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, comment("scope", "reference") + "\nx,y,z\n1,2,3\n").unwrap();
+        let told = |given: Option<&str>| touched_in(&path, given.map(Name::told).as_ref());
+        for given in [None, Some("reference")] {
+            assert_eq!(told(given).unwrap().unwrap().as_str(), "reference");
+        }
+        let error = told(Some("tracker")).unwrap_err().to_string();
+        assert!(
+            error.contains("its touches are in the reference, and tracker is said"),
+            "{error}"
+        );
     }
 }

@@ -7,7 +7,75 @@ fn of(bytes: &[u8]) -> Result<Facts, FactsError> {
     let tmp = tempfile::tempdir().unwrap();
     let path = tmp.path().join("s.mcap");
     std::fs::write(&path, bytes).unwrap();
-    facts(&path)
+    let (found, read) = (facts(&path), facts_of_all(&path));
+    // By the index, and by every message.
+    assert_eq!(found.as_ref().ok(), read.as_ref().ok());
+    assert_eq!(
+        found.as_ref().err().map(ToString::to_string),
+        read.as_ref().err().map(ToString::to_string)
+    );
+    found
+}
+
+/// Why the index is not gone by; `None` where it is.
+fn why_read(bytes: &[u8]) -> Option<String> {
+    let tmp = tempfile::tempdir().unwrap();
+    let path = tmp.path().join("s.mcap");
+    std::fs::write(&path, bytes).unwrap();
+    indexed::facts(&path).err()
+}
+
+#[test]
+fn whole_files_are_known_by_their_index_and_others_are_read() {
+    for (chunks, per_chunk) in [(0, 1), (1, 1), (1, 30), (2, 30), (7, 5)] {
+        assert_eq!(
+            why_read(&testing::finished(chunks, per_chunk)),
+            None,
+            "{chunks} of {per_chunk}"
+        );
+    }
+    let words = |bytes: &[u8]| why_read(bytes).unwrap();
+    assert_eq!(
+        words(&testing::unfinished(2, 30)),
+        "the file has no index that can be read"
+    );
+    let whole = testing::finished(3, 5);
+    assert!(words(&whole[..whole.len() - 9]).contains("no index that can be read"));
+    // A chunk's opcode: the index has it where none is.
+    let chunk = whole
+        .windows(4)
+        .enumerate()
+        .filter(|(_, w)| w == b"zstd")
+        .nth(2)
+        .unwrap()
+        .0;
+    let mut flipped = whole.clone();
+    flipped[chunk - (1 + 8 + 16 + 8 + 4 + 4)] ^= 0x40;
+    assert!(
+        words(&flipped).starts_with("the index lists 4 chunks, and there are 3"),
+        "{}",
+        words(&flipped)
+    );
+}
+
+#[test]
+fn files_that_were_cut_recovered_or_attached_to_are_known_by_their_index_too() {
+    let tmp = tempfile::tempdir().unwrap();
+    let (path, part) = (tmp.path().join("s.mcap"), tmp.path().join("part.mcap"));
+    std::fs::write(&path, testing::finished(4, 30)).unwrap();
+    let stretch = crate::cut::Stretch {
+        from_ns: 500_000_000,
+        to_ns: 1_200_000_000,
+    };
+    crate::cut::cut(&path, stretch, &part, false).unwrap();
+    let bytes = std::fs::read(&part).unwrap();
+    let facts = of(&bytes).unwrap();
+    assert_eq!((why_read(&bytes), facts.poses, facts.emitters), (None, 43, 43));
+    let attached = tmp.path().join("report.json");
+    std::fs::write(&attached, "{}").unwrap();
+    crate::attach::attach(&path, &attached).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    assert_eq!((why_read(&bytes), of(&bytes).unwrap().files.len()), (None, 1));
 }
 
 #[test]
