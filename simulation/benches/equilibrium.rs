@@ -1,107 +1,33 @@
-//! What an equilibrium costs and how near it comes.
+//! What an equilibrium costs.
 //!
-//! `cargo bench -p simulation`. Times are of the thread's processor, the least of the rounds, so that other work on the
-//! machine counts little. Three tables: one Newton iteration by the number of unknowns, beside dense Cholesky of
-//! `nalgebra`; the thesis's scenes; the width of the barrier against time and error.
+//! `cargo bench -p simulation --bench equilibrium`. Times are of the thread's processor, the least of the rounds, so that other
+//! work on the machine counts little. The thesis's scenes, heaps with thousands of contacts, and the thesis's class of method. What one
+//! iteration costs is told by `cost`, and the trade of mesh, tolerance and barrier by `solids_trade`.
 
 #![allow(clippy::print_stdout, reason = "the tables are what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+mod shared;
 
 use common::scenes::{
-    five, five_exact, guard, ring_behind_barrier, ring_exact, ring_in_ring, ring_in_ring_exact, ring_on_plane, star,
-    tee, wall,
+    five, five_exact, guard, heap, ring_behind_barrier, ring_exact, ring_in_ring, ring_in_ring_exact, star, tee,
+    tee_on_ring, wall,
 };
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::Vector2;
+use shared::{least, now, say_load};
 use simulation::control::{Newton, Potential, Settings};
 use simulation::equilibrium::{Equilibrium, settle, settled};
 use simulation::law::Law;
-use simulation::sparse::{Ldl, Triplets};
 use simulation::system::System;
 
-/// Seconds of this thread's processor.
-fn now() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-
-/// The least time of `rounds`, in milliseconds, and the last result.
-fn least<T>(rounds: usize, mut work: impl FnMut() -> T) -> (f64, T) {
-    let mut best = f64::INFINITY;
-    let mut last = None;
-    for _ in 0..rounds {
-        let began = now();
-        last = Some(work());
-        best = best.min(1e3 * (now() - began));
-    }
-    (best, last.unwrap())
-}
-
 fn main() {
-    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    println!("load of the machine: {}", load.trim());
+    say_load();
     scenes();
-    iteration();
-    widths();
+    heaps();
     first_order();
-    println!(
-        "load of the machine: {}",
-        std::fs::read_to_string("/proc/loadavg").unwrap_or_default().trim()
-    );
-}
-
-/// Assembly, factorisation and solution of one system, by size.
-fn iteration() {
-    println!("\none Newton iteration of a ring, milliseconds");
-    println!("unknowns  assembly  symbolic  factor  solve  fill/n  Mflop  dense  residual");
-    for elements in [[5, 1], [8, 2], [15, 3], [32, 4], [64, 8], [128, 16], [256, 32]] {
-        let system = ring_on_plane(elements, 0.01);
-        let (a, mut matrix) = (system.initial(), Triplets::default());
-        let rounds = 20;
-        let (assembly, ()) = least(rounds, || system.hessian(&a, false, &mut matrix).unwrap());
-        // A free ring: a small shift stands for what holds it.
-        let (symbolic, _) = least(2, || Ldl::new().factor(&matrix, 1e-3).unwrap());
-        let mut ldl = Ldl::new();
-        ldl.factor(&matrix, 1e-3).unwrap();
-        let (factor, _) = least(rounds, || ldl.factor(&matrix, 1e-3).unwrap());
-        let n = matrix.size();
-        let mut x = vec![1.0; n];
-        let (solve, ()) = least(rounds, || {
-            x.fill(1.0);
-            ldl.solve(&mut x);
-        });
-        let residual = matrix
-            .product(&x)
-            .iter()
-            .zip(&x)
-            .map(|(y, x)| (y + 1e-3 * x - 1.0).abs())
-            .fold(0.0, f64::max);
-        let dense = if n <= 1200 {
-            format!("{:.3}", dense(&matrix))
-        } else {
-            "-".to_owned()
-        };
-        let (fill, work) = (ldl.fill() / n, ldl.work() as f64 * 2e-6);
-        println!(
-            "{n:8} {assembly:9.3} {symbolic:9.3} {factor:7.3} {solve:6.3} {fill:6} {work:7.2} {dense:>7} {residual:.0e}"
-        );
-    }
-}
-
-/// Cholesky of the whole matrix.
-fn dense(matrix: &Triplets) -> f64 {
-    let n = matrix.size();
-    let column = |k: usize| {
-        let mut unit = vec![0.0; n];
-        unit[k] = 1.0;
-        let mut column = matrix.product(&unit);
-        column[k] += 1e-3;
-        DVector::from_vec(column)
-    };
-    let whole = DMatrix::from_columns(&(0..n).map(column).collect::<Vec<_>>());
-    least(2, || whole.clone().cholesky().unwrap()).0
+    say_load();
 }
 
 fn report(name: &str, rounds: usize, build: impl Fn() -> (System, Vec<f64>)) {
@@ -167,7 +93,14 @@ fn scenes() {
             start(five(2, Law::NeoHookean, width))
         });
     }
-    for widths in [[0.05, 0.0125], [0.1, 0.025]] {
+    for (name, width, exact) in [
+        ("39: T on a ring, 1e-2", 1e-2, false),
+        ("39: exact, by way of 0.02", 0.02, true),
+        ("39: exact, by way of 0.04", 0.04, true),
+    ] {
+        report(name, 5, || tee_on_ring([width; 2], exact));
+    }
+    for widths in [[0.03, 0.03], [0.04, 0.04], [0.05, 0.0125], [0.1, 0.025]] {
         report(&format!("40: exact, by way of {}", widths[1]), 5, || {
             start(five_exact(2, widths))
         });
@@ -209,33 +142,30 @@ fn warm() {
     );
 }
 
-/// The height of a ring of 64 x 4 elements on a plane against the reference 1.5589765, by barrier width.
-fn widths() {
-    println!("\nring 64 x 4, w = 0.01: width  ms  steps  error of the crown");
-    for width in [1e-2, 1e-3, 1e-4, 1e-5, 0.0] {
-        let (milliseconds, (found, crown)) = least(1, || {
-            let mut system = ring_behind_barrier([64, 4], 0.01);
-            if width > 0.0 {
-                system.terms.clear();
-                guard(&mut system, (0.0, 1.0), 0.0, width);
-            }
-            let mut a = system.initial();
-            let found = settled(&mut system, &mut a);
-            let heights = (0..a.len() / 2).map(|n| system.bodies.point(0, n, &a).y);
-            (found, heights.fold(0.0, f64::max))
-        });
-        let name = if width > 0.0 {
-            format!("{width:.0e}")
-        } else {
-            "exact".to_owned()
-        };
+/// Round solids of one element each, in rows: up to thousands of contacts behind one barrier.
+fn heaps() {
+    println!(
+        "\nheap of round solids, barrier 0.05 to 0.01: solids, unknowns, forces on samples (two a contact), ms, steps, what is certified"
+    );
+    for side in [4, 8, 16] {
+        let mut system = heap(side, side, 0.002, [0.05, 0.01]);
+        let mut a = system.initial();
+        let began = now();
+        let found = settled(&mut system, &mut a);
+        let milliseconds = 1e3 * (now() - began);
+        // A contact of two solids is told twice, once for either.
+        let (solids, forces) = (system.bodies.len(), system.forces(&a).len());
         match found {
-            Ok(found) => println!(
-                "{name:>29} {milliseconds:9.1} {:5} {:+.2e}",
-                found.iterations,
-                crown - 1.558_976_5
+            Ok(e) => println!(
+                "{solids} {} {forces} {milliseconds:.0} ms {} steps, free force {:.1e} of the largest, imbalance {:.1e}, least gap {:.1e}, {:?}",
+                a.len(),
+                e.iterations,
+                e.minimum.residual / e.minimum.load,
+                e.imbalance,
+                e.least_gap,
+                e.minimum.stability
             ),
-            Err(refused) => println!("{name:>29} {milliseconds:9.1} {refused}"),
+            Err(refused) => println!("{solids} {} {forces} {milliseconds:.0} ms {refused}", a.len()),
         }
     }
 }

@@ -17,6 +17,9 @@ pub(crate) fn bench(arguments: &[String]) -> Result<(), Failure> {
         Some((name, rest)) if name == "trade" => {
             run(cargo(&["bench", "--package", "slice-view-proc", "--bench", "trade"]).args(rest))
         }
+        Some((name, rest)) if name == "solids" => {
+            run(cargo(&["bench", "--package", "simulation", "--bench", "*"]).args(rest))
+        }
         Some((name, rest)) if name == "peers" => peers(rest),
         Some((name, rest)) if name == "load" => load(rest),
         // Without the pattern, cargo would build every library's tests as well, to ignore them.

@@ -22,6 +22,7 @@ cargo xtask demo [-- ARGUMENTS]   builds the programs and runs the embedded demo
 cargo xtask test                  everything that must pass: formatting, lints, documentation, tests
 cargo xtask bench [-- ARGUMENTS]  the benchmarks; ARGUMENTS go to `cargo bench`
 cargo xtask bench trade           error against time of every reslice filter and back end, into out/bench/trade.{csv,png}
+cargo xtask bench solids          solids: cost, detection, and mesh, tolerance and barrier against error, into out/bench/solids-*
 cargo xtask bench peers           the reslice engine beside VTK and SimpleITK, in a Python environment in the build folder
 cargo xtask bench load            reading a DICOM series beside a plain read and SimpleITK, likewise
 cargo xtask help                  this text";

@@ -5,7 +5,9 @@
 //! barrier that begins at a small distance, and no step is longer than what a bound of the motion proves free of contact.
 
 mod advance;
+mod apart;
 mod barrier;
+mod broad;
 mod exact;
 mod guard;
 mod link;
@@ -19,6 +21,7 @@ mod shape;
 mod signed;
 
 pub use barrier::barrier;
+pub use broad::near_boxes;
 pub use guard::Guard;
 pub use link::{End, Link};
 pub use nearest::{Nearest, nearest};

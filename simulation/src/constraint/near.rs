@@ -9,6 +9,7 @@ use crate::solid::Cursor;
 use crate::system::Bodies;
 
 /// A sample near an arc of another solid.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Near {
     pub(super) on: [usize; 2],
     pub(super) sample: Cursor,
@@ -70,12 +71,12 @@ impl Near {
 }
 
 /// A sample as exact contact sees it: with a sign, from the outer side of the arc where it has a foot inside it.
-pub(super) fn signed(near: &Near, arc: &[Vector2<f64>; 3]) -> (Vector2<f64>, f64) {
-    let slope: Vector2<f64> = arc.iter().zip(line_slope(near.foot.u)).map(|(p, s)| p * s).sum();
+pub(super) fn signed(arc: &[Vector2<f64>; 3], at: &Nearest) -> (Vector2<f64>, f64) {
+    let slope: Vector2<f64> = arc.iter().zip(line_slope(at.u)).map(|(p, s)| p * s).sum();
     let normal = Vector2::new(slope.y, -slope.x).try_normalize(0.0).unwrap_or_default();
-    if near.at.inside {
-        (normal, normal.dot(&near.at.offset))
+    if at.inside {
+        (normal, normal.dot(&at.offset))
     } else {
-        (near.direction(), near.at.distance)
+        (at.offset / at.distance, at.distance)
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::q9::shape::{line, line_slope};
+use crate::q9::shape::line;
 
 /// The nearest point of an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,39 +24,89 @@ pub(super) fn combine(arc: &[Vector2<f64>; 3], weights: [f64; 3]) -> Vector2<f64
     arc[0] * weights[0] + arc[1] * weights[1] + arc[2] * weights[2]
 }
 
+/// Half the squared distance of a point to the arc's point `u`: a polynomial of degree 4, by its derivative.
+struct Polynomial {
+    /// Coefficients of the derivative, `<q - p, q'>`.
+    slope: [f64; 4],
+}
+
+impl Polynomial {
+    fn new(arc: &[Vector2<f64>; 3], point: Vector2<f64>) -> Self {
+        // q(u) - p = c0 + c1 u + c2 u^2.
+        let c0 = arc[1] - point;
+        let c1 = (arc[2] - arc[0]) * 0.5;
+        let c2 = (arc[0] - arc[1] * 2.0 + arc[2]) * 0.5;
+        Self {
+            slope: [
+                c0.dot(&c1),
+                c1.norm_squared() + 2.0 * c0.dot(&c2),
+                3.0 * c1.dot(&c2),
+                2.0 * c2.norm_squared(),
+            ],
+        }
+    }
+
+    /// Less its value at 0.
+    fn value(&self, u: f64) -> f64 {
+        let [a, b, c, d] = self.slope;
+        u * (a + u * (b / 2.0 + u * (c / 3.0 + u * (d / 4.0))))
+    }
+
+    /// First and second derivative.
+    fn derivatives(&self, u: f64) -> (f64, f64) {
+        let [a, b, c, d] = self.slope;
+        (a + u * (b + u * (c + u * d)), b + u * (2.0 * c + u * (3.0 * d)))
+    }
+
+    /// True where the second derivative is positive all along the arc: there is one near point.
+    fn convex(&self) -> bool {
+        self.slope[1] > 2.0 * self.slope[2].abs()
+    }
+
+    /// A bracket round the nearest point.
+    fn bracket(&self) -> [f64; 2] {
+        if self.convex() {
+            return [-1.0, 1.0];
+        }
+        let step = 2.0 / f64::from(STARTS);
+        let places = (0..=STARTS).map(|k| f64::from(k) * step - 1.0);
+        let best = places.min_by(|a, b| self.value(*a).total_cmp(&self.value(*b)));
+        let best = best.unwrap_or(0.0);
+        [(best - step).max(-1.0), (best + step).min(1.0)]
+    }
+}
+
 /// The point of the arc `(1, 2, 3)` of II 3.14 nearest to `point`.
 pub fn nearest(arc: &[Vector2<f64>; 3], point: Vector2<f64>) -> Nearest {
-    let offset = |u: f64| point - combine(arc, line(u));
-    let places = (0..=STARTS).map(|k| f64::from(k) * 2.0 / f64::from(STARTS) - 1.0);
-    let best = places.min_by(|a, b| offset(*a).norm_squared().total_cmp(&offset(*b).norm_squared()));
-    let step = 2.0 / f64::from(STARTS);
-    let best = best.unwrap_or(0.0);
-    let u = root(arc, point, [(best - step).max(-1.0), (best + step).min(1.0)]);
-    let to = offset(u);
+    let polynomial = Polynomial::new(arc, point);
+    let u = root(&polynomial);
+    let offset = point - combine(arc, line(u));
     Nearest {
         u,
-        offset: to,
-        distance: to.norm(),
+        offset,
+        distance: offset.norm(),
         inside: u.abs() < 1.0,
     }
 }
 
-/// The zero of `-<point - q, q'>` in a bracket, by Newton's method kept inside by bisection; an end where it has none.
-fn root(arc: &[Vector2<f64>; 3], point: Vector2<f64>, [mut low, mut high]: [f64; 2]) -> f64 {
-    let bend = arc[0] - arc[1] * 2.0 + arc[2];
-    let slope = |u: f64| {
-        let (q, dq) = (combine(arc, line(u)), combine(arc, line_slope(u)));
-        ((q - point).dot(&dq), dq.norm_squared() + (q - point).dot(&bend))
-    };
-    if slope(low).0 >= 0.0 {
+/// The zero of the slope in its bracket, by Newton's method kept inside by bisection; an end where it has none.
+fn root(polynomial: &Polynomial) -> f64 {
+    let [mut low, mut high] = polynomial.bracket();
+    if polynomial.derivatives(low).0 >= 0.0 {
         return low;
     }
-    if slope(high).0 <= 0.0 {
+    if polynomial.derivatives(high).0 <= 0.0 {
         return high;
     }
-    let mut u = 0.5 * (low + high);
+    // Without its higher terms the slope has its zero here.
+    let guess = -polynomial.slope[0] / polynomial.slope[1];
+    let mut u = if guess > low && guess < high {
+        guess
+    } else {
+        0.5 * (low + high)
+    };
     for _ in 0..60 {
-        let (value, derivative) = slope(u);
+        let (value, derivative) = polynomial.derivatives(u);
         if value > 0.0 {
             high = u
         } else {
@@ -68,7 +118,8 @@ fn root(arc: &[Vector2<f64>; 3], point: Vector2<f64>, [mut low, mut high]: [f64;
         } else {
             0.5 * (low + high)
         };
-        if (next - u).abs() <= f64::EPSILON {
+        // What the slope's own rounding leaves.
+        if (next - u).abs() <= 4.0 * f64::EPSILON {
             return next;
         }
         u = next;
@@ -79,6 +130,7 @@ fn root(arc: &[Vector2<f64>; 3], point: Vector2<f64>, [mut low, mut high]: [f64;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::q9::shape::line_slope;
 
     #[test]
     fn agrees_with_trying_many_points() {

@@ -4,13 +4,14 @@
 //! `kappa D s B(d / D) / 2`; both solids sample each other. Arcs are the true quadratic ones: the distance `d(a)` is the
 //! least over the arc's parameter, and its derivatives are those of the foot that moves with the unknowns.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 use nalgebra::Vector2;
 
-use super::advance::Facing;
+use super::apart::Apart;
+use super::broad::{Place, near_arcs};
 use super::exact::{Against, Between, Exact};
-use super::near::{Near, outside_own, signed};
+use super::near::{Near, outside_own};
 use super::nearest::nearest;
 use super::rows::bend;
 use super::shape::{Shape, box_distance, boxes_near};
@@ -39,6 +40,31 @@ pub struct Pairs {
     /// The exact contact that takes over after the last width, once it is wanted: its stiffness.
     polish: bool,
     exact: Option<Exact>,
+    seen: Memory,
+}
+
+/// What was found in the last state that was asked for: no part of what the term is.
+#[derive(Debug, Default)]
+struct Memory(RefCell<Option<Seen>>);
+
+#[derive(Debug)]
+struct Seen {
+    a: Vec<f64>,
+    width: f64,
+    shapes: Vec<Shape>,
+    near: Vec<Near>,
+}
+
+impl Clone for Memory {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Memory {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl Pairs {
@@ -52,6 +78,7 @@ impl Pairs {
             own: Vec::new(),
             polish: false,
             exact: None,
+            seen: Memory::default(),
         }
     }
 
@@ -106,33 +133,74 @@ impl Pairs {
 
     /// Calls `visit` with every sample that comes as near as `within` to an arc of another solid. The visitor may narrow it.
     fn visit(&self, bodies: &Bodies, shapes: &[Shape], within: &Cell<f64>, visit: &mut dyn FnMut(Near)) {
-        for (first, second) in ordered_pairs(shapes.len()) {
-            let (own, other, itself) = (&shapes[first], &shapes[second], first == second);
-            if itself && !self.own.contains(&first) {
+        for [one, two] in near_arcs(shapes, within.get()) {
+            if one[0] == two[0] && !self.own.contains(&(one[0] as usize)) {
                 continue;
             }
-            if !boxes_near(&own.bounds, &other.bounds, within.get()) {
+            self.visit_arcs(bodies, shapes, [one, two], within, visit);
+            self.visit_arcs(bodies, shapes, [two, one], within, visit);
+        }
+    }
+
+    /// Samples of the first arc against the second.
+    fn visit_arcs(
+        &self,
+        bodies: &Bodies,
+        shapes: &[Shape],
+        [own, other]: [Place; 2],
+        within: &Cell<f64>,
+        visit: &mut dyn FnMut(Near),
+    ) {
+        let ([first, arc], [second, against]) = (own.map(|k| k as usize), other.map(|k| k as usize));
+        let (shape, nodes, bounds) = (
+            &shapes[first],
+            &shapes[second].arcs[against],
+            &shapes[second].boxes[against],
+        );
+        if !boxes_near(&shape.boxes[arc], bounds, within.get()) {
+            return;
+        }
+        let count = self.count(bodies, first, arc);
+        let part = 2.0 / f64::from(count);
+        for k in 0..count {
+            let u = f64::from(k) * part - 1.0;
+            let sample = Cursor { arc, u };
+            let point = shape.place(&sample);
+            if box_distance(bounds, &point) >= within.get() {
                 continue;
             }
-            for (sample, part) in samples(own, &other.bounds, within.get(), &|arc| self.count(bodies, first, arc)) {
-                let point = own.place(&sample);
-                let near = |arc: &usize| box_distance(&other.boxes[*arc], &point) < within.get();
-                for arc in (0..other.arcs.len()).filter(near) {
-                    let at = nearest(&other.arcs[arc], point);
-                    let own_kind = itself && !outside_own(bodies, first, &other.arcs[arc], [sample.arc, arc], &at);
-                    if at.distance < within.get() && !own_kind {
-                        let length = reference_speed(bodies, first, &sample) * part;
-                        let foot = Cursor { arc, u: at.u };
-                        visit(Near {
-                            on: [first, second],
-                            sample,
-                            foot,
-                            length,
-                            at,
-                        });
-                    }
-                }
+            let at = nearest(nodes, point);
+            let own_kind = first == second && !outside_own(bodies, first, nodes, [arc, against], &at);
+            if at.distance < within.get() && !own_kind {
+                let length = reference_speed(bodies, first, &sample) * part;
+                visit(Near {
+                    on: [first, second],
+                    sample,
+                    foot: Cursor { arc: against, u: at.u },
+                    length,
+                    at,
+                });
             }
+        }
+    }
+
+    /// Every sample within the barrier in a state, found once: energy, gradient and second derivatives ask for the same
+    /// state one after the other.
+    fn near<T>(&self, bodies: &Bodies, a: &[f64], look: impl FnOnce(&[Shape], &[Near]) -> T) -> T {
+        let mut seen = self.seen.0.borrow_mut();
+        if !seen.as_ref().is_some_and(|s| s.width == self.width && s.a == a) {
+            let (shapes, mut near) = (Self::shapes(bodies, a), Vec::new());
+            self.visit(bodies, &shapes, &Cell::new(self.width), &mut |n| near.push(n));
+            *seen = Some(Seen {
+                a: a.to_vec(),
+                width: self.width,
+                shapes,
+                near,
+            });
+        }
+        match seen.as_ref() {
+            Some(seen) => look(&seen.shapes, &seen.near),
+            None => look(&[], &[]),
         }
     }
 
@@ -163,32 +231,6 @@ impl Pairs {
     }
 }
 
-fn ordered_pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..count).flat_map(move |i| (0..count).map(move |j| (i, j)))
-}
-
-/// Samples of the arcs that come near a box, each with the part of its arc's parameter that it stands for.
-fn samples<'a>(
-    own: &'a Shape,
-    other: &'a [Vector2<f64>; 2],
-    within: f64,
-    count: &'a dyn Fn(usize) -> u32,
-) -> impl Iterator<Item = (Cursor, f64)> + 'a {
-    let arcs = (0..own.arcs.len()).filter(move |arc| boxes_near(&own.boxes[*arc], other, within));
-    arcs.flat_map(move |arc| {
-        let part = 2.0 / f64::from(count(arc));
-        (0..count(arc)).map(move |k| {
-            (
-                Cursor {
-                    arc,
-                    u: f64::from(k) * part - 1.0,
-                },
-                part,
-            )
-        })
-    })
-}
-
 /// Reference length by parameter at a sample.
 fn reference_speed(bodies: &Bodies, body: usize, sample: &Cursor) -> f64 {
     let reference = &bodies.solid(body).boundary().reference[sample.arc];
@@ -201,80 +243,61 @@ impl Term for Pairs {
         if let Some(exact) = &self.exact {
             return exact.energy(bodies, a);
         }
-        let mut sum = Some(0.0);
-        self.visit(bodies, &Self::shapes(bodies, a), &Cell::new(self.width), &mut |near| {
-            sum = sum.and_then(|sum| Some(sum + self.energy_of(&near)?[0]));
-        });
-        sum
+        self.near(bodies, a, |_, near| {
+            near.iter().map(|near| Some(self.energy_of(near)?[0])).sum()
+        })
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
         if let Some(exact) = &self.exact {
             return exact.gradient(bodies, a, gradient);
         }
-        let mut sum = Some(0.0);
-        self.visit(bodies, &Self::shapes(bodies, a), &Cell::new(self.width), &mut |near| {
-            let Some([energy, first, _]) = self.energy_of(&near) else {
-                sum = None;
-                return;
-            };
-            let pull = near.direction() * first;
-            for row in near.rows(bodies, a).0 {
-                gradient[row.unknown] += pull.dot(&row.by);
+        self.near(bodies, a, |_, near| {
+            let mut sum = 0.0;
+            for near in near {
+                let [energy, first, _] = self.energy_of(near)?;
+                let pull = near.direction() * first;
+                for row in near.rows(bodies, a).0 {
+                    gradient[row.unknown] += pull.dot(&row.by);
+                }
+                sum += energy;
             }
-            sum = sum.map(|sum| sum + energy);
-        });
-        sum
+            Some(sum)
+        })
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
         if let Some(exact) = &self.exact {
             return exact.hessian(bodies, a, convex, sink);
         }
-        let shapes = Self::shapes(bodies, a);
-        let mut whole = Some(());
-        self.visit(bodies, &shapes, &Cell::new(self.width), &mut |near| {
-            let Some([_, first, second]) = self.energy_of(&near) else {
-                whole = None;
-                return;
-            };
-            let (e, rows) = (near.direction(), near.rows(bodies, a));
-            let curvature = near.curvature(&shapes[near.on[1]].arcs[near.foot.arc]);
-            let bent = if convex { 0.0 } else { first };
-            rows.add_form(sink, |p, q| {
-                second * e.dot(&p.by) * e.dot(&q.by) + bent * curvature(p, q)
-            });
-            if !convex {
-                bend(bodies, near.on[0], &near.sample, a, e * first, sink);
-                bend(bodies, near.on[1], &near.foot, a, e * -first, sink);
+        self.near(bodies, a, |shapes, near| {
+            for near in near {
+                let [_, first, second] = self.energy_of(near)?;
+                let (e, rows) = (near.direction(), near.rows(bodies, a));
+                let curvature = near.curvature(&shapes[near.on[1]].arcs[near.foot.arc]);
+                let bent = if convex { 0.0 } else { first };
+                rows.add_form(sink, |p, q| {
+                    second * e.dot(&p.by) * e.dot(&q.by) + bent * curvature(p, q)
+                });
+                if !convex {
+                    bend(bodies, near.on[0], &near.sample, a, e * first, sink);
+                    bend(bodies, near.on[1], &near.foot, a, e * -first, sink);
+                }
             }
-        });
-        whole
+            Some(())
+        })
     }
 
     fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
         let depth = self.exact.as_ref().map_or(0.0, |_| self.width);
-        advance::pairs(bodies, a, step, depth, &mut |shapes, within, visit| {
-            let reach = Cell::new(0.0);
-            reach.set(within.get() + depth);
-            self.visit(bodies, shapes, &reach, &mut |near| {
-                let (mut direction, mut distance) = (near.direction(), near.at.distance);
-                if depth > 0.0 {
-                    (direction, distance) = signed(&near, &shapes[near.on[1]].arcs[near.foot.arc]);
-                }
-                // The far side of a solid is no concern of a sample that has not come through the near one.
-                if distance > -2.0 * depth || depth == 0.0 {
-                    visit(Facing {
-                        on: near.on,
-                        sample: near.sample,
-                        arc: near.foot.arc,
-                        direction,
-                        distance,
-                    });
-                }
-                reach.set(within.get() + depth);
-            });
-        })
+        let count = |body, arc| self.count(bodies, body, arc);
+        let apart = Apart {
+            bodies,
+            own: &self.own,
+            count: &count,
+            depth,
+        };
+        advance::pairs(bodies, a, step, depth, &apart)
     }
 
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
@@ -321,27 +344,25 @@ impl Term for Pairs {
         if let Some(exact) = &self.exact {
             return exact.forces(bodies, a);
         }
-        let mut forces = Vec::new();
-        let shapes = Self::shapes(bodies, a);
-        self.visit(bodies, &shapes, &Cell::new(self.width), &mut |near| {
-            let Some([_, first, _]) = self.energy_of(&near) else {
-                return;
-            };
-            let force = near.direction() * -first;
-            let (point, gap) = (shapes[near.on[0]].place(&near.sample), near.at.distance);
-            forces.push(Force {
-                body: near.on[0],
-                point,
-                force,
-                gap,
+        self.near(bodies, a, |shapes, near| {
+            let each = near.iter().filter_map(|near| {
+                let force = near.direction() * -self.energy_of(near)?[1];
+                let (point, gap) = (shapes[near.on[0]].place(&near.sample), near.at.distance);
+                let own = Force {
+                    body: near.on[0],
+                    point,
+                    force,
+                    gap,
+                };
+                let other = Force {
+                    body: near.on[1],
+                    point: point - near.at.offset,
+                    force: -force,
+                    gap,
+                };
+                Some([own, other])
             });
-            forces.push(Force {
-                body: near.on[1],
-                point: point - near.at.offset,
-                force: -force,
-                gap,
-            });
-        });
-        forces
+            each.flatten().collect()
+        })
     }
 }

@@ -26,6 +26,10 @@ impl Rows {
     pub(super) fn add(&mut self, bodies: &Bodies, body: usize, cursor: &Cursor, a: &[f64], sign: f64) {
         let (solid, offset) = (bodies.solid(body), bodies.offset(body));
         let (weights, slopes) = (cursor.weights(), line_slope(cursor.u));
+        // Two points on two meshes: three nodes each.
+        if self.0.capacity() == 0 {
+            self.0.reserve(12);
+        }
         for (k, node) in solid.boundary().arcs[cursor.arc].into_iter().enumerate() {
             solid.rows(bodies.part(body, a), node, &mut |parameter, by| {
                 self.put(Row {

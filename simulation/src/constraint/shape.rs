@@ -25,7 +25,11 @@ impl Shape {
     pub(super) fn of(bodies: &Bodies, body: usize, a: &[f64]) -> Self {
         let (solid, part) = (bodies.solid(body), bodies.part(body, a));
         let place = |arc: &[usize; 3]| arc.map(|n| solid.point(part, n));
-        let arcs: Vec<_> = solid.boundary().arcs.iter().map(place).collect();
+        Self::of_arcs(solid.boundary().arcs.iter().map(place).collect())
+    }
+
+    /// Of arcs where they are.
+    pub(super) fn of_arcs(arcs: Vec<[Vector2<f64>; 3]>) -> Self {
         let boxes: Vec<_> = arcs.iter().map(bounds).collect();
         let infinity = Vector2::repeat(f64::INFINITY);
         let bounds = boxes

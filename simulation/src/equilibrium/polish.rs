@@ -10,8 +10,13 @@ const MOST_STEPS: usize = 100;
 const BEFORE_TOUCH: f64 = 0.9;
 /// Forces times gaps at the end, in largest loads times largest solids.
 const WORK: f64 = 1e-10;
-/// Steps to less work than that.
+/// Steps to less work than that, each to a hundredth, and the least work in the same unit: gaps of undecided rows are about
+/// the square root of it.
 const MOST_REFINED: usize = 20;
+const REFINED_FALL: f64 = 0.01;
+const LEAST_WORK: f64 = 1e-21;
+/// Steps to one such work before it is given up.
+const MOST_AT_ONE: usize = 4;
 /// Each aim, in the one before.
 const FALL: f64 = 0.1;
 /// Forces off by this part of the largest load are near enough for the next aim.
@@ -71,7 +76,7 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
             if progress.violation <= room {
                 if aim <= last {
                     let more = if progress.undecided {
-                        refine(system, newton, a, aim)
+                        refine(system, newton, a, aim, LEAST_WORK * load * extent)
                     } else {
                         0
                     };
@@ -106,18 +111,18 @@ fn advance(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, aim: f64)
 }
 
 /// Steps to less and less work from a solution; the last one that is a solution too is kept. How many.
-fn refine(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, mut aim: f64) -> usize {
+fn refine(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, mut aim: f64, least: f64) -> usize {
     let copy = |system: &System| -> Vec<Box<dyn Term>> { system.terms.iter().map(|t| t.copy()).collect() };
-    let (mut good, mut steps) = ((a.clone(), copy(system)), 0);
-    aim *= FALL;
-    while steps < MOST_REFINED && advance(system, newton, a, aim) {
-        steps += 1;
+    let (mut good, mut steps, mut since) = ((a.clone(), copy(system)), 0, 0);
+    aim *= REFINED_FALL;
+    while steps < MOST_REFINED && since < MOST_AT_ONE && aim >= least && advance(system, newton, a, aim) {
+        (steps, since) = (steps + 1, since + 1);
         let progress = review(system, a, true);
         let near = progress.complementarity <= 10.0 * aim && progress.violation <= 0.0;
         let tolerance = newton.settings.tolerance;
         if near && balance(system, a).is_some_and(|[residual, load]| residual <= tolerance * load) {
             good = (a.clone(), copy(system));
-            aim *= FALL;
+            (aim, since) = (aim * REFINED_FALL, 0);
         }
     }
     (*a, system.terms) = good;

@@ -1,14 +1,22 @@
 //! An order of elimination that fills little: minimum degree on the quotient graph.
 
-/// A variable's place in the quotient graph (Amestoy, Davis and Duff 1996, without their hashing of equal variables).
+use super::graph::Graph;
+
+/// A variable's place in the quotient graph (Amestoy, Davis and Duff 1996).
 struct Quotient {
-    /// Unknowns that a variable stands for; 0 once it is eliminated.
+    /// Unknowns that a variable stands for; 0 once it is eliminated or joined to another.
     weight: Vec<usize>,
+    /// Vertices that a variable stands for.
+    stands_for: Vec<Vec<u32>>,
     variables: Vec<Vec<u32>>,
     elements: Vec<Vec<u32>>,
     /// The variables of the element that an eliminated variable became; empty once absorbed.
     members: Vec<Vec<u32>>,
+    /// Unknowns of each element.
+    size: Vec<usize>,
     degree: Vec<usize>,
+    /// No degree is larger.
+    most: usize,
     mark: Vec<u32>,
     stamp: u32,
     /// `|L_e \ L_p|` of the elements met at this step.
@@ -16,67 +24,26 @@ struct Quotient {
     seen: Vec<u32>,
 }
 
-/// An order of elimination of the symmetric pattern `neighbours` (without the diagonal): the k-th unknown eliminated.
-///
-/// Unknowns with the same neighbours, as the two coordinates of a node, stay together.
-pub fn minimum_degree(neighbours: &[Vec<u32>]) -> Vec<usize> {
-    let (group_of, groups) = alike(neighbours);
-    let mut quotient = Quotient::new(neighbours, &group_of, &groups);
-    let mut order = Vec::with_capacity(neighbours.len());
-    for pivot in quotient.eliminate() {
-        order.extend(groups[pivot].iter().map(|i| *i as usize));
-    }
-    order
-}
-
-/// Groups of unknowns whose closed neighbourhoods are equal.
-fn alike(neighbours: &[Vec<u32>]) -> (Vec<u32>, Vec<Vec<u32>>) {
-    let closed = |i: usize| {
-        let mut list = neighbours[i].clone();
-        list.push(i as u32);
-        list.sort_unstable();
-        list.dedup();
-        list
-    };
-    let mut known: std::collections::HashMap<Vec<u32>, u32> = std::collections::HashMap::new();
-    let mut groups: Vec<Vec<u32>> = Vec::new();
-    let mut group_of = Vec::with_capacity(neighbours.len());
-    for i in 0..neighbours.len() {
-        let next = groups.len() as u32;
-        let group = *known.entry(closed(i)).or_insert(next);
-        if group == next {
-            groups.push(Vec::new());
-        }
-        groups[group as usize].push(i as u32);
-        group_of.push(group);
-    }
-    (group_of, groups)
+/// An order of elimination of the vertices of a graph, each of a weight: the k-th vertex eliminated. Those that become
+/// alike on the way follow one another.
+pub(super) fn minimum_degree(graph: &Graph, weights: &[usize]) -> Vec<u32> {
+    let mut quotient = Quotient::new(graph, weights);
+    quotient.eliminate()
 }
 
 impl Quotient {
-    fn new(neighbours: &[Vec<u32>], group_of: &[u32], groups: &[Vec<u32>]) -> Self {
-        let n = groups.len();
-        let variables: Vec<Vec<u32>> = groups
-            .iter()
-            .enumerate()
-            .map(|(g, members)| {
-                let first = members[0] as usize;
-                let mut list: Vec<u32> = neighbours[first].iter().map(|j| group_of[*j as usize]).collect();
-                list.sort_unstable();
-                list.dedup();
-                list.retain(|j| *j as usize != g);
-                list
-            })
-            .collect();
-        let weight: Vec<usize> = groups.iter().map(Vec::len).collect();
-        let sum = |list: &Vec<u32>| list.iter().map(|j| weight[*j as usize]).sum();
-        let degree = variables.iter().map(sum).collect();
+    fn new(graph: &Graph, weights: &[usize]) -> Self {
+        let n = graph.size();
+        let sum = |i: usize| graph.of(i).iter().map(|j| weights[*j as usize]).sum();
         Self {
-            variables,
-            degree,
-            weight,
+            weight: weights.to_vec(),
+            stands_for: (0..n as u32).map(|i| vec![i]).collect(),
+            variables: (0..n).map(|i| graph.of(i).to_vec()).collect(),
             elements: vec![Vec::new(); n],
             members: vec![Vec::new(); n],
+            size: vec![0; n],
+            degree: (0..n).map(sum).collect(),
+            most: weights.iter().sum(),
             mark: vec![0; n],
             stamp: 0,
             outside: vec![0; n],
@@ -84,10 +51,9 @@ impl Quotient {
         }
     }
 
-    /// The groups in the order of their elimination.
-    fn eliminate(&mut self) -> Vec<usize> {
+    fn eliminate(&mut self) -> Vec<u32> {
         let n = self.weight.len();
-        let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); self.weight.iter().sum::<usize>() + 1];
+        let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); self.most + 1];
         for (i, degree) in self.degree.iter().enumerate() {
             buckets[*degree].push(i as u32);
         }
@@ -103,7 +69,7 @@ impl Quotient {
             if self.weight[i] == 0 || self.degree[i] != least {
                 continue;
             }
-            order.push(i);
+            order.append(&mut self.stands_for[i]);
             for j in self.pivot(i) {
                 let degree = self.degree[j as usize];
                 buckets[degree].push(j);
@@ -116,12 +82,15 @@ impl Quotient {
     /// Eliminates `p`: it becomes an element. Returns its variables, whose degrees are new.
     fn pivot(&mut self, p: usize) -> Vec<u32> {
         self.weight[p] = 0;
-        let members = self.gather(p);
+        let mut members = self.gather(p);
         self.count_outside(&members);
         let total: usize = members.iter().map(|i| self.weight[*i as usize]).sum();
         for &i in &members {
             self.update(i as usize, p, total);
         }
+        self.join_alike(&members);
+        members.retain(|i| self.weight[*i as usize] > 0);
+        self.size[p] = total;
         self.members[p].clone_from(&members);
         members
     }
@@ -155,8 +124,7 @@ impl Quotient {
                 let e = e as usize;
                 if self.seen[e] != self.stamp {
                     self.seen[e] = self.stamp;
-                    let size = self.members[e].iter().map(|j| self.weight[*j as usize]).sum();
-                    self.outside[e] = size;
+                    self.outside[e] = self.size[e];
                 }
                 self.outside[e] = self.outside[e].saturating_sub(weight);
             }
@@ -173,6 +141,47 @@ impl Quotient {
         let near: usize = self.variables[i].iter().map(|j| weight[*j as usize]).sum();
         let far: usize = self.elements[i].iter().map(|e| outside[*e as usize]).sum();
         self.elements[i].push(p as u32);
-        self.degree[i] = (near + far + total - weight[i]).min(self.degree[i] + total);
+        let bound = (near + far + total - weight[i]).min(self.degree[i] + total);
+        // Elements overlap: their sum may exceed all there is.
+        self.degree[i] = bound.min(self.most);
+    }
+
+    /// Joins the variables of the new element that have the same neighbours now: they are eliminated together.
+    fn join_alike(&mut self, members: &[u32]) {
+        let key = |i: u32| {
+            let lists = [&self.variables[i as usize], &self.elements[i as usize]];
+            let sums = lists.map(|list| list.iter().map(|j| u64::from(*j)).sum::<u64>());
+            (sums[0], sums[1], lists[0].len(), lists[1].len())
+        };
+        let mut keyed: Vec<_> = members.iter().map(|i| (key(*i), *i)).collect();
+        keyed.sort_unstable();
+        for at in 0..keyed.len() {
+            let (key, i) = keyed[at];
+            if self.weight[i as usize] == 0 {
+                continue;
+            }
+            self.stamp += 1;
+            let lists = self.variables[i as usize].iter().chain(&self.elements[i as usize]);
+            lists.for_each(|j| self.mark[*j as usize] = self.stamp);
+            for &(_, j) in keyed[at + 1..].iter().take_while(|(other, _)| *other == key) {
+                let k = j as usize;
+                // Variables and elements have numbers of their own: an element is no variable any more.
+                let lists = self.variables[k].iter().chain(&self.elements[k]);
+                let same = lists.into_iter().all(|v| self.mark[*v as usize] == self.stamp);
+                if self.weight[k] > 0 && same {
+                    self.join(k, i as usize);
+                }
+            }
+        }
+    }
+
+    /// `k` goes with `i` from now on.
+    fn join(&mut self, k: usize, i: usize) {
+        self.degree[i] = self.degree[i].saturating_sub(self.weight[k]);
+        self.weight[i] += std::mem::take(&mut self.weight[k]);
+        let vertices = std::mem::take(&mut self.stands_for[k]);
+        self.stands_for[i].extend(vertices);
+        self.variables[k] = Vec::new();
+        self.elements[k] = Vec::new();
     }
 }

@@ -1,138 +1,142 @@
 //! Where the entries of a factor are, from where those of the matrix are.
 
+use super::graph::Graph;
 use super::order::minimum_degree;
+use super::tree::Elimination;
 
-/// The elimination of one pattern: order, columns of `L`, and where each entry of the matrix goes.
+/// Unknowns eliminated together: a dense matrix whose first columns are columns of `L`, the rest what they leave behind.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Front {
+    /// The first unknown, in the order of elimination.
+    pub(super) first: usize,
+    /// How many.
+    pub(super) width: usize,
+    /// Of the unknowns below, in [`Symbolic::rows`]: from, and how many.
+    pub(super) rows: usize,
+    pub(super) height: usize,
+    /// Where its columns begin in the factor: `width` of `width + height` entries.
+    pub(super) start: usize,
+    /// How many fronts before it leave something to it: the last ones that no other has taken.
+    pub(super) children: usize,
+}
+
+impl Front {
+    /// Rows of its dense matrix.
+    pub(super) fn size(&self) -> usize {
+        self.width + self.height
+    }
+
+    /// Where its columns lie in the factor.
+    pub(super) fn panel(&self) -> std::ops::Range<usize> {
+        self.start..self.start + self.width * self.size()
+    }
+}
+
+/// The elimination of one pattern.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Symbolic {
     /// The unknown eliminated k-th.
     pub(super) order: Vec<u32>,
-    /// Rows of `L` by row: the columns left of the diagonal that row k holds, in an order fit for elimination.
-    pub(super) row_start: Vec<usize>,
-    pub(super) row_columns: Vec<u32>,
-    /// `L` by column.
-    pub(super) column_start: Vec<usize>,
-    pub(super) column_rows: Vec<u32>,
-    /// The upper triangle of the permuted matrix by column: rows of its entries.
-    pub(super) entry_start: Vec<usize>,
-    pub(super) entry_rows: Vec<u32>,
-    /// When each unknown is eliminated.
+    /// Fronts, children before parents.
+    pub(super) fronts: Vec<Front>,
+    /// The unknowns below each front, ascending, in the order of elimination.
+    pub(super) rows: Vec<u32>,
+    /// Where each of them lies in the parent's dense matrix.
+    pub(super) in_parent: Vec<u32>,
+    /// Entries of all fronts' columns.
+    pub(super) entries: usize,
+    /// When each unknown is eliminated, and by which front.
     place_of: Vec<u32>,
+    front_of: Vec<u32>,
 }
-
-const NONE: u32 = u32::MAX;
 
 impl Symbolic {
     /// The elimination of a matrix with entries at these places of its lower triangle.
     pub(super) fn new(size: usize, places: &[(u32, u32)]) -> Self {
-        let order = minimum_degree(&neighbours(size, places));
-        let mut place_of = vec![0_u32; size];
-        for (k, i) in order.iter().enumerate() {
-            place_of[*i] = k as u32;
-        }
+        let (graph, groups) = Graph::of_places(size, places).alike();
+        let weights: Vec<usize> = groups.iter().map(Vec::len).collect();
+        let Elimination { order, columns } = Elimination::new(&graph, &weights, &minimum_degree(&graph, &weights));
         let mut symbolic = Self {
-            order: order.into_iter().map(|i| i as u32).collect(),
+            order: order.iter().flat_map(|g| groups[*g as usize].iter().copied()).collect(),
+            place_of: vec![0; size],
+            front_of: vec![0; size],
             ..Self::default()
         };
-        symbolic.place_of = place_of;
-        symbolic.gather_entries(size, places);
-        let parents = symbolic.rows_of_factor(size);
-        symbolic.columns_of_factor(size);
-        debug_assert_eq!(parents.len(), size);
+        for (k, i) in symbolic.order.iter().enumerate() {
+            symbolic.place_of[*i as usize] = k as u32;
+        }
+        let mut starts = vec![0];
+        for g in &order {
+            starts.push(starts[starts.len() - 1] + weights[*g as usize]);
+        }
+        for (k, c) in columns.iter().enumerate() {
+            symbolic.add(k, [starts[c.first], starts[c.end]], |rows| {
+                let each = c.below.iter().map(|g| *g as usize);
+                rows.extend(each.flat_map(|g| (starts[g]..starts[g + 1]).map(|u| u as u32)));
+            });
+        }
+        symbolic.link();
         symbolic
     }
 
-    /// Column and row of a place in the permuted upper triangle.
-    fn key(&self, (i, j): (u32, u32)) -> (u32, u32) {
-        let (a, b) = (self.place_of[i as usize], self.place_of[j as usize]);
-        (a.max(b), a.min(b))
-    }
-
-    /// Columns of the permuted upper triangle, each sorted, without repetitions.
-    fn gather_entries(&mut self, size: usize, places: &[(u32, u32)]) {
-        let keys = places.iter().map(|place| self.key(*place));
-        let mut sorted: Vec<(u32, u32)> = keys.chain((0..size as u32).map(|k| (k, k))).collect();
-        sorted.sort_unstable();
-        sorted.dedup();
-        self.entry_start = starts(size, sorted.iter().map(|(column, _)| *column));
-        self.entry_rows = sorted.iter().map(|(_, row)| *row).collect();
-    }
-
-    /// The entry that each triplet adds to. `None` where the pattern lacks one.
-    pub(super) fn slots(&self, places: &[(u32, u32)]) -> Option<Vec<u32>> {
-        let find = |place: &(u32, u32)| {
-            let (column, row) = self.key(*place);
-            let start = self.entry_start[column as usize];
-            let rows = &self.entry_rows[start..self.entry_start[column as usize + 1]];
-            let k = rows.partition_point(|r| *r < row);
-            (rows.get(k) == Some(&row)).then_some((start + k) as u32)
+    fn add(&mut self, number: usize, [first, end]: [usize; 2], below: impl FnOnce(&mut Vec<u32>)) {
+        let rows = self.rows.len();
+        below(&mut self.rows);
+        let front = Front {
+            first,
+            width: end - first,
+            rows,
+            height: self.rows.len() - rows,
+            start: self.entries,
+            children: 0,
         };
-        places.iter().map(find).collect()
+        self.entries += front.width * front.size();
+        self.front_of[first..end].fill(number as u32);
+        self.fronts.push(front);
     }
 
-    /// The pattern of each row of `L` by walks up the elimination tree (Liu 1986), which they build.
-    fn rows_of_factor(&mut self, size: usize) -> Vec<u32> {
-        let mut parent = vec![NONE; size];
-        let mut flag = vec![NONE; size];
-        self.row_start = vec![0];
-        for k in 0..size {
-            flag[k] = k as u32;
-            let mut row = Vec::new();
-            for &entry in &self.entry_rows[self.entry_start[k]..self.entry_start[k + 1]] {
-                let mut i = entry as usize;
-                while flag[i] != k as u32 {
-                    if parent[i] == NONE {
-                        parent[i] = k as u32;
-                    }
-                    row.push(i as u32);
-                    flag[i] = k as u32;
-                    i = parent[i] as usize;
+    /// Where each front's rows lie in its parent.
+    fn link(&mut self) {
+        self.in_parent = vec![0; self.rows.len()];
+        for front in self.fronts.clone() {
+            let rows = front.rows..front.rows + front.height;
+            let Some(&first) = self.rows[rows.clone()].first() else {
+                continue;
+            };
+            let parent = self.front_of[first as usize] as usize;
+            self.fronts[parent].children += 1;
+            let parent = self.fronts[parent];
+            let (mut at, above) = (0, &self.rows[parent.rows..parent.rows + parent.height]);
+            for k in rows {
+                let row = self.rows[k];
+                if (row as usize) < parent.first + parent.width {
+                    self.in_parent[k] = row - parent.first as u32;
+                    continue;
                 }
-            }
-            // Descendants before ancestors: ascending numbers are such an order.
-            row.sort_unstable();
-            self.row_columns.extend(row);
-            self.row_start.push(self.row_columns.len());
-        }
-        parent
-    }
-
-    fn columns_of_factor(&mut self, size: usize) {
-        let mut columns = self.row_columns.clone();
-        columns.sort_unstable();
-        self.column_start = starts(size, columns.into_iter());
-        let mut next = self.column_start.clone();
-        self.column_rows = vec![0; self.row_columns.len()];
-        for k in 0..size {
-            for &column in &self.row_columns[self.row_start[k]..self.row_start[k + 1]] {
-                self.column_rows[next[column as usize]] = k as u32;
-                next[column as usize] += 1;
+                at += above[at..].iter().take_while(|r| **r < row).count();
+                self.in_parent[k] = (parent.width + at) as u32;
             }
         }
     }
-}
 
-/// Start of each of `size` runs of sorted numbers, and the end.
-fn starts(size: usize, sorted: impl Iterator<Item = u32>) -> Vec<usize> {
-    let mut starts = vec![0; size + 1];
-    for number in sorted {
-        starts[number as usize + 1] += 1;
+    /// The entry of the factor's storage that a place adds to. `None` where the pattern lacks it.
+    pub(super) fn slot(&self, (i, j): (u32, u32)) -> Option<u32> {
+        let (a, b) = (self.place_of[i as usize], self.place_of[j as usize]);
+        let (row, column) = (a.max(b), a.min(b) as usize);
+        let front = &self.fronts[self.front_of[column] as usize];
+        let local = if (row as usize) < front.first + front.width {
+            row as usize - front.first
+        } else {
+            let rows = &self.rows[front.rows..front.rows + front.height];
+            front.width + rows.binary_search(&row).ok()?
+        };
+        Some((front.start + (column - front.first) * front.size() + local) as u32)
     }
-    for k in 0..size {
-        starts[k + 1] += starts[k];
-    }
-    starts
-}
 
-fn neighbours(size: usize, places: &[(u32, u32)]) -> Vec<Vec<u32>> {
-    let mut lists = vec![Vec::new(); size];
-    for &(i, j) in places.iter().filter(|(i, j)| i != j) {
-        lists[i as usize].push(j);
-        lists[j as usize].push(i);
+    /// Where the diagonal entry of the k-th unknown lies.
+    pub(super) fn diagonals(&self) -> impl Iterator<Item = usize> {
+        self.fronts
+            .iter()
+            .flat_map(|f| (0..f.width).map(|c| f.start + c * (f.size() + 1)))
     }
-    for list in &mut lists {
-        list.sort_unstable();
-        list.dedup();
-    }
-    lists
 }

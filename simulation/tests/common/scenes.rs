@@ -81,9 +81,9 @@ pub(crate) fn five(k: usize, law: Law, width: f64) -> System {
     system
 }
 
-/// A T, upright, its foot at the origin.
-pub(crate) fn tee() -> Rigid {
-    let corners = [
+/// The corners of a T, upright, its foot at the origin.
+fn tee_corners() -> [(f64, f64); 8] {
+    [
         (-0.2, 0.0),
         (0.2, 0.0),
         (0.2, 1.0),
@@ -92,8 +92,12 @@ pub(crate) fn tee() -> Rigid {
         (-0.7, 1.3),
         (-0.7, 1.0),
         (-0.2, 1.0),
-    ];
-    Rigid::new(&corners.map(|(x, y)| Vector2::new(x, y)), Vector2::new(0.0, -1.0)).expect("a polygon")
+    ]
+}
+
+/// That T.
+pub(crate) fn tee() -> Rigid {
+    Rigid::new(&tee_corners().map(|(x, y)| Vector2::new(x, y)), Vector2::new(0.0, -1.0)).expect("a polygon")
 }
 
 /// A star of five points about the origin.
@@ -136,5 +140,62 @@ pub(crate) fn ring_in_ring_exact(elements: [usize; 2], width: f64) -> System {
     let guard = Guard::new(&system.bodies, &[0, 1], Vector2::y(), 0.0, [width; 2], 0.1).expect("a direction");
     system.terms.push(Box::new(guard.polished(1.0)));
     system.terms.push(Box::new(Pairs::new(width, width, 0.1).polished()));
+    system
+}
+
+/// A rigid T on an elastic ring between three walls, figure 39; in exact contact where that is wanted.
+pub(crate) fn tee_on_ring(widths: [f64; 2], exact: bool) -> (System, Vec<f64>) {
+    let mesh = ring(Vector2::new(0.0, 1.005), [0.6, 1.0], [12, 2]).expect("a ring");
+    let mut system = System::new();
+    system.add(soft(mesh, Law::NeoHookean, 0.005));
+    let corners = tee_corners().map(|(x, y)| Vector2::new(x, y));
+    let body = system.add(Rigid::new(&corners, Vector2::new(0.0, -0.03)).expect("a polygon"));
+    for (normal, offset) in [(Vector2::y(), 0.0), (Vector2::x(), -1.3), (-Vector2::x(), -1.3)] {
+        let guard = Guard::new(&system.bodies, &[0, 1], normal, offset, widths, 0.1).expect("a direction");
+        system.terms.push(if exact {
+            Box::new(guard.polished(1.0))
+        } else {
+            Box::new(guard)
+        });
+    }
+    let pairs = Pairs::new(widths[0], widths[1], 0.1);
+    system
+        .terms
+        .push(Box::new(if exact { pairs.polished() } else { pairs }));
+    let mut a = system.initial();
+    system
+        .bodies
+        .solid(body)
+        .rotate(system.bodies.part_mut(body, &mut a), 0.35, Vector2::zeros());
+    system
+        .bodies
+        .solid(body)
+        .translate(system.bodies.part_mut(body, &mut a), Vector2::new(0.2, 2.1));
+    (system, a)
+}
+
+/// A heap of soft round solids of one element each, in rows shifted by half a width, between walls.
+pub(crate) fn heap(columns: usize, rows: usize, weight: f64, widths: [f64; 2]) -> System {
+    let mut system = System::new();
+    for row in 0..rows {
+        let (shift, count) = (0.5 * (row % 2) as f64, columns - row % 2);
+        for column in 0..count {
+            let centre = Vector2::new(column as f64 + shift + 0.5, 0.9 * row as f64 + 0.53);
+            let angle = 0.7 * (row * columns + column) as f64;
+            let mesh = blob(centre, [0.44, 0.44], angle, [1, 1]).expect("a blob");
+            system.add(soft(mesh, Law::NeoHookean, weight));
+        }
+    }
+    let all: Vec<usize> = (0..system.bodies.len()).collect();
+    let sides = [
+        (Vector2::y(), 0.0),
+        (Vector2::x(), 0.0),
+        (-Vector2::x(), -(columns as f64)),
+    ];
+    for (normal, offset) in sides {
+        let guard = Guard::new(&system.bodies, &all, normal, offset, widths, 0.1).expect("a direction");
+        system.terms.push(Box::new(guard));
+    }
+    system.terms.push(Box::new(Pairs::new(widths[0], widths[1], 0.1)));
     system
 }

@@ -4,7 +4,8 @@ use nalgebra::Vector2;
 
 use super::dip::Dip;
 use super::row::Against;
-use crate::constraint::shape::{Shape, boxes_near};
+use crate::constraint::broad::near_arcs;
+use crate::constraint::shape::Shape;
 use crate::constraint::signed::Foot;
 use crate::solid::Cursor;
 use crate::system::Bodies;
@@ -41,23 +42,15 @@ impl Between {
         visit: &mut dyn FnMut([usize; 2], Cursor, Foot),
     ) {
         let Self::Solids { depth, own } = self else { return };
-        let pairs = (0..shapes.len()).flat_map(|i| (i..shapes.len()).map(move |j| [i, j]));
-        for [first, second] in pairs.filter(|[i, j]| i != j || own.contains(i)) {
-            let (one, other) = (&shapes[first], &shapes[second]);
-            if !boxes_near(&one.bounds, &other.bounds, within) {
+        for mut pair in near_arcs(shapes, within) {
+            pair.sort_unstable();
+            let [[first, arc], [second, against]] = pair.map(|place| place.map(|k| k as usize));
+            if first == second && (!own.contains(&first) || neighbours(bodies, first, arc, against)) {
                 continue;
             }
-            for arc in (0..one.arcs.len()).filter(|arc| boxes_near(&one.boxes[*arc], &other.bounds, within)) {
-                for against in (0..other.arcs.len()).filter(|k| boxes_near(&one.boxes[arc], &other.boxes[*k], within)) {
-                    let same = first == second && (against <= arc || neighbours(bodies, first, arc, against));
-                    if same {
-                        continue;
-                    }
-                    let near = Dip::all(one, arc, other, against).into_iter();
-                    near.filter(|(_, foot)| foot.gap.abs() < *depth)
-                        .for_each(|(sample, foot)| visit([first, second], sample, foot));
-                }
-            }
+            let near = Dip::all(&shapes[first], arc, &shapes[second], against).into_iter();
+            near.filter(|(_, foot)| foot.gap.abs() < *depth)
+                .for_each(|(sample, foot)| visit([first, second], sample, foot));
         }
     }
 

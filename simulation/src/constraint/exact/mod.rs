@@ -11,6 +11,8 @@ mod detect;
 mod dip;
 mod row;
 
+use std::cell::{Ref, RefCell};
+
 use super::shape::Shape;
 use super::{Active, Change, Force, Progress};
 use crate::solid::Cursor;
@@ -38,6 +40,23 @@ pub(super) struct Exact {
     changes: Vec<[f64; 2]>,
     /// The slack that a new row begins with.
     least: f64,
+    known: Known,
+}
+
+/// The rows in the last state that was asked for: no part of what the term is.
+#[derive(Debug, Default)]
+struct Known(RefCell<(Vec<f64>, Vec<Option<Touch>>)>);
+
+impl Clone for Known {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Known {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl Exact {
@@ -65,6 +84,7 @@ impl Exact {
             rows,
             aim: None,
             changes: Vec::new(),
+            known: Known::default(),
         }
     }
 
@@ -93,9 +113,19 @@ impl Exact {
         (0..bodies.len()).map(|k| Shape::of(bodies, k, a)).collect()
     }
 
+    /// Every row in a state, found once: one step asks for the same state several times. `None` where one has lost its foot.
     fn touches(&self, bodies: &Bodies, a: &[f64]) -> Option<Vec<Touch>> {
-        let shapes = Self::shapes(bodies, a);
-        self.rows.iter().map(|row| row.touch(bodies, &shapes)).collect()
+        self.each(bodies, a).iter().copied().collect()
+    }
+
+    fn each(&self, bodies: &Bodies, a: &[f64]) -> Ref<'_, Vec<Option<Touch>>> {
+        let known = |known: &(Vec<f64>, Vec<Option<Touch>>)| known.0 == a && known.1.len() == self.rows.len();
+        if !known(&self.known.0.borrow()) {
+            let shapes = Self::shapes(bodies, a);
+            let touches = self.rows.iter().map(|row| row.touch(bodies, &shapes)).collect();
+            *self.known.0.borrow_mut() = (a.to_vec(), touches);
+        }
+        Ref::map(self.known.0.borrow(), |known| &known.1)
     }
 
     /// The force that the gradient holds: that of the next step's aim, or the row's own.
@@ -248,10 +278,9 @@ impl Active for Exact {
     fn review(&mut self, bodies: &Bodies, a: &[f64], closest: bool) -> Progress {
         let shapes = Self::shapes(bodies, a);
         let mut progress = Progress::default();
-        for row in &mut self.rows {
-            let Some(touch) = row.touch(bodies, &shapes) else {
-                continue;
-            };
+        let touches = self.each(bodies, a).clone();
+        for (row, touch) in self.rows.iter_mut().zip(touches) {
+            let Some(touch) = touch else { continue };
             (row.sample, row.against) = (touch.sample, touch.against);
             row.slack = row.slack.max(touch.gap);
             progress.violation = progress.violation.max(-touch.gap);

@@ -1,0 +1,61 @@
+//! Which samples and arcs a step must keep apart.
+
+use super::advance::{Facing, Pairing, Track};
+use super::broad::near_arcs;
+use super::near::{outside_own, signed};
+use super::nearest::nearest;
+use super::shape::Shape;
+use crate::solid::Cursor;
+use crate::system::Bodies;
+
+/// Which samples keep out of which arcs on the way of a step.
+pub(super) struct Apart<'a> {
+    pub(super) bodies: &'a Bodies,
+    /// Solids that keep out of themselves.
+    pub(super) own: &'a [usize],
+    /// Samples of an arc of a solid.
+    pub(super) count: &'a dyn Fn(usize, usize) -> u32,
+    /// How deep they may come.
+    pub(super) depth: f64,
+}
+
+impl Pairing for Apart<'_> {
+    fn tracks(&self, swept: &[Shape]) -> Vec<Track> {
+        let mut tracks = Vec::new();
+        for [one, two] in near_arcs(swept, 0.0) {
+            if one[0] == two[0] && !self.own.contains(&(one[0] as usize)) {
+                continue;
+            }
+            for [own, other] in [[one, two], [two, one]] {
+                let (body, arc) = (own[0] as usize, own[1] as usize);
+                let count = (self.count)(body, arc);
+                tracks.extend((0..count).map(|k| Track {
+                    on: [body, other[0] as usize],
+                    sample: Cursor {
+                        arc,
+                        u: f64::from(k) * 2.0 / f64::from(count) - 1.0,
+                    },
+                    arc: other[1] as usize,
+                }));
+            }
+        }
+        tracks
+    }
+
+    fn facing(&self, shapes: &[Shape], track: &Track) -> Option<Facing> {
+        let ([first, second], nodes) = (track.on, &shapes[track.on[1]].arcs[track.arc]);
+        let at = nearest(nodes, shapes[first].place(&track.sample));
+        if first == second && !outside_own(self.bodies, first, nodes, [track.sample.arc, track.arc], &at) {
+            return None;
+        }
+        if self.depth == 0.0 {
+            return Some(Facing {
+                direction: at.offset / at.distance,
+                distance: at.distance,
+            });
+        }
+        let (direction, distance) = signed(nodes, &at);
+        // The far side of a solid is no concern of a sample that has not come through the near one.
+        (distance > -2.0 * self.depth).then_some(Facing { direction, distance })
+    }
+}

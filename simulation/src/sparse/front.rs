@@ -1,0 +1,171 @@
+//! Dense parts of the elimination, column by column in memory.
+//!
+//! Small ones go by loops over whole columns, four at a time into two; large ones by the matrix product of `nalgebra`, which uses
+//! the widest registers that the processor has.
+
+use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
+
+/// Columns eliminated together before the rest is brought up to date.
+const BLOCK: usize = 4;
+/// Products with this many rows and columns, and this many terms, are worth the library's preparations.
+const LARGE: usize = 48;
+const DEEP: usize = 12;
+/// Columns of a triangle that are updated as one rectangle.
+const STRIP: usize = 48;
+const NARROW: usize = 12;
+/// A pivot below this part of the diagonal entry that it comes from counts as zero: what is left is rounding.
+const ZERO_PIVOT: f64 = 1e-14;
+
+/// A pivot vanished: column, pivot, diagonal entry.
+pub(super) type Vanished = (usize, f64, f64);
+
+/// Eliminates the first columns of a dense matrix of `size` rows, of which `panel` holds them: `L` below the diagonal and
+/// the pivots on it. `diagonal` holds the matrix's own diagonal entries. How many pivots are negative.
+pub(super) fn eliminate(
+    panel: &mut [f64],
+    size: usize,
+    diagonal: &[f64],
+    scratch: &mut Vec<f64>,
+) -> Result<usize, Vanished> {
+    halves(panel, size, diagonal, [0, diagonal.len()], scratch)
+}
+
+/// The columns from one to another: one half, what that takes from the other, the other half.
+fn halves(
+    panel: &mut [f64],
+    size: usize,
+    diagonal: &[f64],
+    [from, to]: [usize; 2],
+    scratch: &mut Vec<f64>,
+) -> Result<usize, Vanished> {
+    if to - from <= BLOCK {
+        let mut negative = 0;
+        for (k, own) in diagonal.iter().enumerate().take(to).skip(from) {
+            negative += usize::from(column(panel, size, [k, to], *own).map_err(|pivot| (k, pivot, *own))?);
+        }
+        return Ok(negative);
+    }
+    let middle = from + (to - from).div_ceil(2 * BLOCK) * BLOCK;
+    let before = halves(panel, size, diagonal, [from, middle], scratch)?;
+    let (done, rest) = panel.split_at_mut(middle * size);
+    let factor = Factor {
+        columns: &done[from * size..],
+        size,
+        skip: middle,
+    };
+    // The rest of the panel begins at row 0; only what lies at and below its diagonal counts.
+    subtract(&factor, &mut rest[middle..], size, to - middle, scratch);
+    Ok(before + halves(panel, size, diagonal, [middle, to], scratch)?)
+}
+
+/// One column: divided by its pivot, and taken from the columns up to `to`. True where the pivot is negative.
+fn column(panel: &mut [f64], size: usize, [k, to]: [usize; 2], diagonal: f64) -> Result<bool, f64> {
+    let (done, rest) = panel.split_at_mut((k + 1) * size);
+    let own = &mut done[k * size + k..];
+    let pivot = own[0];
+    if pivot.is_nan() || pivot.abs() <= ZERO_PIVOT * diagonal.abs() {
+        return Err(pivot);
+    }
+    let own = &mut own[1..];
+    for (c, other) in rest.chunks_exact_mut(size).take(to - k - 1).enumerate() {
+        let by = own[c] / pivot;
+        let below = &mut other[k + 1 + c..];
+        below.iter_mut().zip(&own[c..]).for_each(|(y, l)| *y -= by * l);
+    }
+    own.iter_mut().for_each(|l| *l /= pivot);
+    Ok(pivot < 0.0)
+}
+
+/// Columns of `L` with their pivots on the diagonal, seen from row `skip` on.
+pub(super) struct Factor<'a> {
+    pub(super) columns: &'a [f64],
+    pub(super) size: usize,
+    pub(super) skip: usize,
+}
+
+impl Factor<'_> {
+    fn depth(&self) -> usize {
+        self.columns.len() / self.size
+    }
+
+    /// The pivot of a column: the last columns before row `skip` in a panel, the first ones of a front.
+    fn pivot(&self, p: usize) -> f64 {
+        let row = self.skip - self.depth() + p;
+        self.columns[p * self.size + row]
+    }
+
+    fn rows(&self, p: usize, from: usize) -> &[f64] {
+        &self.columns[p * self.size + self.skip + from..(p + 1) * self.size]
+    }
+}
+
+/// `C -= L D L^T` on and below the diagonal of a matrix of `count` columns, `stride` entries apart, as tall as `L` is from
+/// `skip` on.
+pub(super) fn subtract(factor: &Factor<'_>, c: &mut [f64], stride: usize, count: usize, scratch: &mut Vec<f64>) {
+    let (height, depth) = (factor.size - factor.skip, factor.depth());
+    let mut from = 0;
+    if depth >= DEEP {
+        while height - from >= LARGE && count - from >= NARROW {
+            let width = STRIP.min(count - from);
+            strip(factor, &mut c[from * (stride + 1)..], stride, [from, width], scratch);
+            from += width;
+        }
+    }
+    let mut j = from;
+    while j + 1 < count {
+        let (one, two) = c[j * stride..].split_at_mut(stride);
+        pair(factor, &mut one[j..height], &mut two[j..height], j);
+        j += 2;
+    }
+    if j < count {
+        single(factor, &mut c[j * stride + j..j * stride + height], j, 0);
+    }
+}
+
+/// So many columns from one on by one product; entries above the diagonal are spoilt.
+fn strip(factor: &Factor<'_>, c: &mut [f64], stride: usize, [from, width]: [usize; 2], scratch: &mut Vec<f64>) {
+    let (height, depth) = (factor.size - factor.skip - from, factor.depth());
+    scratch.clear();
+    for p in 0..depth {
+        let pivot = factor.pivot(p);
+        scratch.extend(factor.rows(p, from)[..width].iter().map(|l| l * pivot));
+    }
+    let (one, size) = (Dyn(1), Dyn(factor.size));
+    let (tall, wide) = (Dyn(height), Dyn(width));
+    let lower = &factor.columns[factor.skip + from..];
+    let a = DMatrixView::from_slice_with_strides_generic(lower, tall, Dyn(depth), one, size);
+    let b = DMatrixView::from_slice_with_strides_generic(scratch, Dyn(depth), wide, wide, one);
+    let mut c = DMatrixViewMut::from_slice_with_strides_generic(c, tall, wide, one, Dyn(stride));
+    c.gemm(-1.0, &a, &b, 1.0);
+}
+
+/// Two neighbouring columns, the first from its diagonal on, the second from the row of that.
+fn pair(factor: &Factor<'_>, one: &mut [f64], two: &mut [f64], j: usize) {
+    let depth = factor.depth();
+    let mut p = 0;
+    while p + 4 <= depth {
+        let l: [&[f64]; 4] = std::array::from_fn(|q| factor.rows(p + q, j));
+        let by: [f64; 4] = std::array::from_fn(|q| l[q][0] * factor.pivot(p + q));
+        let and: [f64; 4] = std::array::from_fn(|q| l[q][1] * factor.pivot(p + q));
+        let n = one.len();
+        let (a, b, c, d) = (&l[0][..n], &l[1][..n], &l[2][..n], &l[3][..n]);
+        let two = &mut two[..n];
+        for i in 0..n {
+            let (a, b, c, d) = (a[i], b[i], c[i], d[i]);
+            one[i] -= (by[0] * a + by[1] * b) + (by[2] * c + by[3] * d);
+            two[i] -= (and[0] * a + and[1] * b) + (and[2] * c + and[3] * d);
+        }
+        p += 4;
+    }
+    single(factor, one, j, p);
+    single(factor, &mut two[1..], j + 1, p);
+}
+
+/// One column, from its diagonal on, by the columns of `L` from `p` on.
+fn single(factor: &Factor<'_>, column: &mut [f64], j: usize, p: usize) {
+    for p in p..factor.depth() {
+        let l = factor.rows(p, j);
+        let by = l[0] * factor.pivot(p);
+        column.iter_mut().zip(l).for_each(|(y, l)| *y -= by * l);
+    }
+}
