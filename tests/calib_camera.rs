@@ -138,7 +138,7 @@ fn a_known_camera_is_found_from_its_images() {
     let file = CameraFile::read(&camera).unwrap();
     let [fx, fy, cx, cy] = PINHOLE;
     let [k1, k2, p1, p2] = LENS;
-    let planted = [fx, fy, cx, cy, 0.0, k1, k2, p1, p2, 0.0];
+    let planted = [fx, fy, cx, cy, 0.0, k1, k2, p1, p2, 0.0, 0.0, 0.0, 0.0, 0.0];
     for (k, name) in file.names.iter().enumerate() {
         let (off, sigma) = ((file.numbers[k] - planted[k]).abs(), file.deviations[k]);
         assert!(off <= 4.0 * sigma, "{name}: {off} off, deviation {sigma}");

@@ -35,7 +35,7 @@ fn camera() -> Camera {
         k2: 0.1,
         p1: 0.004,
         p2: -0.007,
-        k3: 0.0,
+        ..Lens::default()
     };
     Camera {
         lens,

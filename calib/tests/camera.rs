@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod common;
+#[path = "camera/plate.rs"]
+mod plate;
 #[path = "camera/refusals.rs"]
 mod refusals;
 #[path = "camera/rig.rs"]
@@ -13,21 +15,29 @@ use common::{Random, turn};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector6};
 use rig::{Rig, SIZE};
 
-/// The lenses of the sweep: none, barrel, pincushion, with tangential terms, a laparoscope's.
-const LENSES: [(LensModel, [f64; 5]); 5] = [
-    (LensModel::Pinhole, [0.0; 5]),
-    (LensModel::Radial, [-0.3, 0.12, 0.0, 0.0, 0.0]),
-    (LensModel::Radial, [0.15, -0.05, 0.0, 0.0, 0.0]),
-    (LensModel::Brown, [-0.25, 0.1, 0.004, -0.007, 0.0]),
-    (LensModel::Brown5, [-0.29, -0.0019, 0.0072, -0.0002, 0.37]),
+/// The lenses of the sweep: none, barrel, pincushion, with tangential terms, a laparoscope's, a prism: k1, k2, p1, p2, k3,
+/// s1 to s4.
+const LENSES: [(LensModel, [f64; 9]); 6] = [
+    (LensModel::Pinhole, [0.0; 9]),
+    (LensModel::Radial, [-0.3, 0.12, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    (LensModel::Radial, [0.15, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    (LensModel::Brown, [-0.25, 0.1, 0.004, -0.007, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    (
+        LensModel::Brown5,
+        [-0.29, -0.0019, 0.0072, -0.0002, 0.37, 0.0, 0.0, 0.0, 0.0],
+    ),
+    (
+        LensModel::Prism,
+        [-0.35, 0.3, 0.0, 0.0, 0.0, -0.008, 0.02, 0.024, -0.03],
+    ),
 ];
 
-fn camera(focal: f64, [k1, k2, p1, p2, k3]: [f64; 5]) -> Camera {
+fn camera(focal: f64, [k1, k2, p1, p2, k3, s @ ..]: [f64; 9]) -> Camera {
     Camera {
         focal: Vector2::new(focal, focal * 1.01),
         centre: Vector2::new(655.0, 340.0),
         skew: 0.0,
-        lens: Lens { k1, k2, k3, p1, p2 },
+        lens: Lens { k1, k2, k3, p1, p2, s },
     }
 }
 

@@ -148,6 +148,38 @@ fn all_discs_of_a_frontal_grid_are_found_dark_and_bright() {
     }
 }
 
+/// Three discs of 140 steps and one of 10: as a share of the median, 1 and 0.07.
+#[test]
+fn a_faint_speck_beside_dots_is_left_out_where_that_is_asked() {
+    let places = [[20, 20], [20, 60], [60, 20], [60, 60]];
+    let grey = |i: usize| {
+        let near = |p: &&[usize; 2]| (i % 80).abs_diff(p[0]).pow(2) + (i / 80).abs_diff(p[1]).pow(2) <= 25;
+        match places.iter().find(near) {
+            Some([60, 60]) => 190,
+            Some(_) => 60,
+            None => 200,
+        }
+    };
+    let image = Image::new(80, 80, (0..80 * 80).map(grey).collect()).unwrap();
+    // Without noise the deviation of 5.4 is that of the discs themselves.
+    let seen = |share: f64| {
+        let options = DetectOptions {
+            share,
+            deviations: 0.0,
+            ..DetectOptions::new(4.0, 7.0)
+        };
+        let discs = detect(&image, &options).unwrap();
+        places.map(|p| {
+            discs
+                .iter()
+                .any(|d| d.at[0].abs_diff(p[0]) + d.at[1].abs_diff(p[1]) <= 2)
+        })
+    };
+    assert_eq!(seen(0.0), [true; 4]);
+    assert_eq!(seen(0.05), [true; 4]);
+    assert_eq!(seen(0.25), [true, true, true, false]);
+}
+
 #[test]
 fn what_holds_no_disc_is_refused_by_name_or_empty() {
     let constant = Image::from_bytes(40, 40, &[77; 1600]).unwrap();

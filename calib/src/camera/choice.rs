@@ -6,7 +6,7 @@ use super::view::{Options, Ready, Station};
 
 /// Rounds of leaving out and adjusting again.
 const MAX_ROUNDS: usize = 10;
-/// Rounds of weighing anew; each takes a wrong disc's pull down by what the others have come nearer.
+/// The most rounds of weighing anew; each takes a wrong disc's pull down by what the others have come nearer.
 const ROBUST_ROUNDS: usize = 12;
 /// The damping of an adjustment that begins near its end, and the last step of one whose weights change anyway, in
 /// standard deviations.
@@ -26,7 +26,7 @@ pub(super) struct Chosen {
 /// Adjusts from the first of `starts` that leads anywhere, and again without the sightings beyond the gate until they
 /// are the same.
 pub(super) fn adjusted(stations: &[Station], starts: Vec<State>, options: &Options) -> Result<Chosen, CameraRefused> {
-    let free = options.free();
+    let free = options.shared();
     let all = Problem { stations, free };
     let mut settled = first(&all, starts)?;
     let mut kept: Vec<Vec<bool>> = stations.iter().map(|s| vec![true; s.sightings.len()]).collect();
@@ -61,7 +61,12 @@ fn robust(problem: &Problem<'_>, mut state: State) -> Result<State, CameraRefuse
         };
         let weighed: Vec<Station> = problem.stations.iter().zip(&squares).map(weigh).collect();
         let (stations, free) = (&weighed[..], problem.free);
-        state = Problem { stations, free }.settle_to(ROUGH, NEARLY, state)?.state;
+        let (next, _, steps) = Problem { stations, free }.descended(ROUGH, NEARLY, state)?;
+        state = next;
+        // One step, and that of a fraction of a deviation: other weights lead to no other state.
+        if steps == 1 {
+            break;
+        }
     }
     Ok(state)
 }
@@ -82,29 +87,28 @@ fn beyond(squares: &[Vec<f64>], options: &Options) -> Vec<Vec<bool>> {
     squares.iter().map(out).collect()
 }
 
-/// The best of the first two that settle: a start on the wrong side of a valley may end in another one.
+/// The best of the first two that settle: a start on the wrong side of a valley may end in another one. The second goes no
+/// further than it takes to tell whether its valley is deeper.
 fn first(problem: &Problem<'_>, starts: Vec<State>) -> Result<Settled, CameraRefused> {
-    let mut best: Option<Settled> = None;
     let mut refused = CameraRefused::NoConvergence {
         steps: 0,
         last: f64::INFINITY,
     };
-    let mut settled = 0;
-    for start in starts {
-        match problem.settle(start) {
-            Ok(found) => {
-                settled += 1;
-                if best.as_ref().is_none_or(|b| found.cost < b.cost) {
-                    best = Some(found);
-                }
-            }
-            Err(error) => refused = error,
+    let mut starts = starts.into_iter();
+    let first = starts.by_ref().find_map(|start| match problem.settle(start) {
+        Ok(found) => Some(found),
+        Err(error) => {
+            refused = error;
+            None
         }
-        if settled == 2 {
-            break;
-        }
+    });
+    let Some(best) = first else { return Err(refused) };
+    let second = starts.find_map(|start| problem.descended(ROUGH, 1e-3, start).ok());
+    match second {
+        // So near its end a valley has some hundredths of chi square left.
+        Some((state, cost, _)) if cost < best.cost - 1.0 => problem.settle_to(STEP_END, NEARLY, state),
+        _ => Ok(best),
     }
-    best.ok_or(refused)
 }
 
 /// The sightings within the gate; refused where too many are not.

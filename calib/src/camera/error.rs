@@ -2,6 +2,11 @@
 
 use super::model::NAMES;
 
+/// What a number that all views share is called.
+fn name(parameter: usize) -> &'static str {
+    NAMES.get(parameter).copied().unwrap_or("the bend of the plate, mm")
+}
+
 /// Why a calibration was refused. Views and discs count from 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CameraRefused {
@@ -101,9 +106,9 @@ pub enum CameraRefused {
         unknowns: usize,
     },
     /// The views leave a number of the camera free.
-    #[error("the views hardly hold {}: {value:.4e} with a deviation of {sigma:.1e}", NAMES[*.parameter])]
+    #[error("the views hardly hold {}: {value:.4e} with a deviation of {sigma:.1e}", name(*.parameter))]
     Weak {
-        /// Its place in [`NAMES`].
+        /// Its place in [`NAMES`]; beyond them the plate's numbers.
         parameter: usize,
         /// Its value.
         value: f64,

@@ -4,13 +4,15 @@
 //! `q = (p2, p1)`:
 //!
 //! ```text
-//! f(x) = L x + 2 (q.x) x + r^2 q                                                                               (1)
-//! f'(x) = (L + 2 q.x) 1 + 2 L' x x^T + 2 (x q^T + q x^T),     L' = k1 + 2 k2 r^2 + 3 k3 r^4                     (2)
+//! f(x) = L x + 2 (q.x) x + r^2 q + t                                                                           (1)
+//! f'(x) = (L + 2 q.x) 1 + 2 L' x x^T + 2 (x q^T + q x^T) + 2 t' x^T,     L' = k1 + 2 k2 r^2 + 3 k3 r^4           (2)
+//! t = (s1, s3) r^2 + (s2, s4) r^4,     t' = (s1, s3) + 2 (s2, s4) r^2
 //! ```
 //!
-//! The derivative is symmetric: `f` is the gradient of a function. Its least eigenvalue is at least
-//! `min(L, L + 2 L' r^2) - 6 |q| r`. Up to the first radius at which that falls to [`LEAST_SLOPE`] the function is
-//! strictly convex on a disc, so that `f` is one to one there: this disc is the domain, [`Lens::limit`].
+//! The least eigenvalue of the derivative's symmetric part is at least
+//! `min(L, L + 2 L' r^2) - 6 |q| r - 2 |(s1, s3)| r - 4 |(s2, s4)| r^3`. Up to the first radius at which that falls to
+//! [`LEAST_SLOPE`] the function is strictly monotone on a disc, so that `f` is one to one there: this disc is the domain,
+//! [`Lens::limit`].
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
@@ -18,6 +20,8 @@ use nalgebra::{Matrix2, SMatrix, Vector2};
 pub const LEAST_SLOPE: f64 = 0.05;
 /// The largest radius considered: 85 degrees off the axis, where a plane in front of the camera ends as a model.
 pub const WIDEST: f64 = 11.43;
+/// How many coefficients there are.
+pub(super) const COEFFICIENTS: usize = 9;
 /// Steps of the inverse; five are usual, near the domain's edge ten.
 const MAX_STEPS: usize = 100;
 
@@ -34,6 +38,8 @@ pub struct Lens {
     pub p1: f64,
     /// Tangential: along x.
     pub p2: f64,
+    /// Thin prism: s1 and s2 along x, of r^2 and r^4; s3 and s4 along y.
+    pub s: [f64; 4],
 }
 
 impl Lens {
@@ -51,10 +57,17 @@ impl Lens {
         Vector2::new(self.p2, self.p1)
     }
 
+    /// What the prism adds, and its derivative by `r^2`.
+    fn prism(&self, r2: f64) -> [Vector2<f64>; 2] {
+        let [a, b, c, d] = self.s;
+        let [low, high] = [Vector2::new(a, c), Vector2::new(b, d)];
+        [(low + high * r2) * r2, low + high * (2.0 * r2)]
+    }
+
     /// (1), whether or not `x` is in the domain.
     pub fn distort(&self, x: Vector2<f64>) -> Vector2<f64> {
         let (q, r2) = (self.tangential(), x.norm_squared());
-        x * (self.factor(r2) + 2.0 * q.dot(&x)) + q * r2
+        x * (self.factor(r2) + 2.0 * q.dot(&x)) + q * r2 + self.prism(r2)[0]
     }
 
     /// (2): the derivative by the point.
@@ -64,10 +77,11 @@ impl Lens {
         Matrix2::identity() * (self.factor(r2) + 2.0 * q.dot(&x))
             + x * x.transpose() * (2.0 * self.growth(r2))
             + (cross + cross.transpose()) * 2.0
+            + self.prism(r2)[1] * x.transpose() * 2.0
     }
 
-    /// The derivative by (k1, k2, p1, p2, k3), one column each.
-    pub fn slope_by_coefficients(&self, x: Vector2<f64>) -> SMatrix<f64, 2, 5> {
+    /// The derivative by (k1, k2, p1, p2, k3, s1, s2, s3, s4), one column each.
+    pub fn slope_by_coefficients(&self, x: Vector2<f64>) -> SMatrix<f64, 2, COEFFICIENTS> {
         let r2 = x.norm_squared();
         let (radial, xy) = (x * r2, 2.0 * x.x * x.y);
         SMatrix::from_columns(&[
@@ -76,14 +90,20 @@ impl Lens {
             Vector2::new(xy, r2 + 2.0 * x.y * x.y),
             Vector2::new(r2 + 2.0 * x.x * x.x, xy),
             radial * (r2 * r2),
+            Vector2::new(r2, 0.0),
+            Vector2::new(r2 * r2, 0.0),
+            Vector2::new(0.0, r2),
+            Vector2::new(0.0, r2 * r2),
         ])
     }
 
     /// The radius of the domain, tangent of the angle off the axis: at most [`WIDEST`].
     pub fn limit(&self) -> f64 {
-        let q = 6.0 * self.tangential().norm();
+        let [a, b, c, d] = self.s;
+        let q = 6.0 * self.tangential().norm() + 2.0 * a.hypot(c);
+        let high = 4.0 * b.hypot(d);
         let fall = |a: f64, b: f64, c: f64| {
-            let polynomial = [1.0 - LEAST_SLOPE, -q, a * self.k1, 0.0, b * self.k2, 0.0, c * self.k3];
+            let polynomial = [1.0 - LEAST_SLOPE, -q, a * self.k1, -high, b * self.k2, 0.0, c * self.k3];
             first_root(&polynomial, WIDEST).unwrap_or(WIDEST)
         };
         fall(3.0, 5.0, 7.0).min(fall(1.0, 1.0, 1.0))
@@ -92,7 +112,7 @@ impl Lens {
     /// The point of the domain that [`Lens::distort`] maps to `image`, to some roundings times `1 / LEAST_SLOPE`; none
     /// where no point of the domain does.
     ///
-    /// Newton's method on a strictly convex function, its steps halved while they lead away or out of the domain.
+    /// Newton's method on a strictly monotone function, its steps halved while they lead away or out of the domain.
     pub fn undistort(&self, image: Vector2<f64>) -> Option<Vector2<f64>> {
         let limit = self.limit();
         let size = image.norm();
@@ -188,14 +208,23 @@ fn bisected(polynomial: &[f64], mut from: f64, mut to: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Barrel, pincushion, folding, and a laparoscope's.
-    const LENSES: [Lens; 5] = [
+    /// With a prism, none, a laparoscope's, pincushion, and two that fold.
+    const LENSES: [Lens; 6] = [
+        Lens {
+            k1: -0.4,
+            k2: 0.4,
+            k3: 0.0,
+            p1: 0.0,
+            p2: 0.0,
+            s: [-0.02, 0.05, 0.04, -0.03],
+        },
         Lens {
             k1: 0.0,
             k2: 0.0,
             k3: 0.0,
             p1: 0.0,
             p2: 0.0,
+            s: [0.0; 4],
         },
         Lens {
             k1: -0.29,
@@ -203,6 +232,7 @@ mod tests {
             k3: 0.3745,
             p1: 0.00716,
             p2: -0.00017,
+            s: [0.0; 4],
         },
         Lens {
             k1: 0.3,
@@ -210,6 +240,7 @@ mod tests {
             k3: 0.02,
             p1: -0.01,
             p2: 0.02,
+            s: [0.0; 4],
         },
         Lens {
             k1: -0.5,
@@ -217,6 +248,7 @@ mod tests {
             k3: 0.0,
             p1: 0.003,
             p2: 0.002,
+            s: [0.0; 4],
         },
         Lens {
             k1: 0.1,
@@ -224,6 +256,7 @@ mod tests {
             k3: 0.05,
             p1: 0.0,
             p2: -0.03,
+            s: [0.0; 4],
         },
     ];
 
@@ -249,7 +282,8 @@ mod tests {
             for i in 0..4000 {
                 let (s, c) = (f64::from(i % 40) * std::f64::consts::TAU / 40.0).sin_cos();
                 let x = Vector2::new(c, s) * (limit * f64::from(i / 40) / 100.0);
-                let least = lens.slope(x).symmetric_eigenvalues().min();
+                let slope = lens.slope(x);
+                let least = ((slope + slope.transpose()) * 0.5).symmetric_eigenvalues().min();
                 assert!(least >= LEAST_SLOPE - 1e-12, "{lens:?} {x} {least}");
             }
         }
@@ -295,10 +329,11 @@ mod tests {
                     assert!((slope.column(k) - by).norm() < 1e-8);
                 }
                 let by_coefficients = lens.slope_by_coefficients(x);
-                for k in 0..5 {
+                for k in 0..COEFFICIENTS {
                     let moved = |d: f64| {
                         let mut l = lens;
-                        *[&mut l.k1, &mut l.k2, &mut l.p1, &mut l.p2, &mut l.k3][k] += d;
+                        let [s1, s2, s3, s4] = &mut l.s;
+                        *[&mut l.k1, &mut l.k2, &mut l.p1, &mut l.p2, &mut l.k3, s1, s2, s3, s4][k] += d;
                         l.distort(x)
                     };
                     let by = (moved(h) - moved(-h)) / (2.0 * h);

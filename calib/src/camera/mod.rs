@@ -11,7 +11,8 @@
 //! the lens move one from the other by hundredths of a pixel for a radius of ten pixels.
 //!
 //! The covariances are those of the deviations given, grown to the residuals' size where that is larger
-//! ([`Calibrated::noise_ratio`]). They do not know of a grid that is bent or of a lens that the model does not describe.
+//! ([`Calibrated::noise_ratio`]). They do not know of a lens that the model does not describe, or of a grid that is bent
+//! unless [`Options::bent`] has its bend adjusted too; [`held_out()`] tells whether more numbers describe more.
 //!
 //! Lengths of the grid in millimetres, of the image in pixels, angles in radians.
 //!
@@ -33,8 +34,11 @@ mod adjust;
 mod choice;
 mod coverage;
 mod error;
+mod held_out;
 mod lens;
 mod model;
+mod normal;
+mod plate;
 mod predict;
 mod result;
 mod start;
@@ -42,13 +46,17 @@ mod view;
 
 pub use coverage::{CELLS, Coverage, Gates, Short};
 pub use error::CameraRefused;
+pub use held_out::held_out;
 pub use lens::{LEAST_SLOPE, Lens, WIDEST};
 pub use model::{Camera, CameraFrame, GridFrame, NAMES, Outside, PARAMETERS};
+pub use plate::Plate;
 pub use result::{Calibrated, Posed, Residual};
 pub use start::LEAST_SPREAD_DEG;
 pub use view::{ImageSize, LEAST_DISCS, LEAST_VIEWS, LensModel, Options, Sighting, View};
 
 use adjust::Problem;
+use choice::Chosen;
+use plate::Ruler;
 use view::Station;
 
 /// Calibrates a camera from views of a grid.
@@ -56,13 +64,20 @@ use view::Station;
 /// # Errors
 /// Each variant of [`CameraRefused`].
 pub fn calibrate(views: &[View], size: ImageSize, options: &Options) -> Result<Calibrated, CameraRefused> {
+    let (stations, chosen) = settled(views, size, options)?;
+    Calibrated::of(&chosen, &stations, views, size, options)
+}
+
+/// The views made ready, and the adjustment's end.
+fn settled(views: &[View], size: ImageSize, options: &Options) -> Result<(Vec<Station>, Chosen), CameraRefused> {
     view::check(views, size, options)?;
-    let stations: Vec<Station> = views.iter().map(Station::of).collect();
+    let ruler = Ruler::of(views);
+    let stations: Vec<Station> = views.iter().map(|v| Station::of(v, &ruler)).collect();
     let problem = Problem {
         stations: &stations,
-        free: options.free(),
+        free: options.shared(),
     };
     let starts = start::starts(&stations, size, |state| problem.cost(state))?;
     let chosen = choice::adjusted(&stations, starts, options)?;
-    Calibrated::of(&chosen, &stations, views, size, options)
+    Ok((stations, chosen))
 }

@@ -1,13 +1,15 @@
 //! A calibrated camera with all that is known of its error.
 
 use geometry::{Rigid, Vector};
-use nalgebra::{Matrix3, Matrix6, Vector2};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector2};
 
-use super::adjust::{Pose, Reduced, Square};
+use super::adjust::{Pose, State};
 use super::choice::Chosen;
 use super::coverage::Coverage;
 use super::error::CameraRefused;
 use super::model::{Camera, CameraFrame, GridFrame, PARAMETERS};
+use super::normal::{Reduced, SHARED, Square};
+use super::plate::Plate;
 use super::predict::predicted;
 use super::view::{ImageSize, Options, Station, View};
 
@@ -45,7 +47,9 @@ pub struct Calibrated {
     /// The camera.
     pub camera: Camera,
     /// Covariance of its numbers in the order of [`super::NAMES`]; zero for those that were held.
-    pub covariance: Square,
+    pub covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+    /// The plate's bend, where it was adjusted.
+    pub plate: Option<Plate>,
     /// The views.
     pub views: Vec<Posed>,
     /// Root mean square length of all residuals that took part, pixels: divides by the discs.
@@ -82,7 +86,7 @@ impl Calibrated {
         size: ImageSize,
         options: &Options,
     ) -> Result<Self, CameraRefused> {
-        let (settled, free) = (&chosen.settled, options.free());
+        let (settled, free) = (&chosen.settled, options.shared());
         let camera = settled.state.camera;
         let covariance = covariance(chosen, &free)?;
         let used = chosen.kept.iter().flatten().filter(|k| **k).count();
@@ -95,12 +99,13 @@ impl Calibrated {
         for (i, station) in stations.iter().enumerate() {
             let view = Reported {
                 station,
+                state: &settled.state,
                 pose: settled.state.poses[i],
                 kept: &chosen.kept[i],
             };
-            view.in_domain(&camera, i)?;
+            view.in_domain(i)?;
             let own = pose_covariance(chosen, i, &covariance).unwrap_or_default() * scale;
-            posed.push(view.posed(&camera, own));
+            posed.push(view.posed(own));
         }
         let squares = posed.iter().flat_map(|v| &v.residuals).filter(|r| r.used);
         let sum: f64 = squares.map(|r| r.off.norm_squared()).sum();
@@ -108,7 +113,11 @@ impl Calibrated {
         let pixels: Vec<_> = views.iter().flat_map(|v| &v.sightings).map(|s| s.pixel).collect();
         Ok(Self {
             camera,
-            covariance: covariance * scale,
+            covariance: covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0) * scale,
+            plate: options.bent.then(|| {
+                let own = covariance.fixed_view::<3, 3>(PARAMETERS, PARAMETERS) * scale;
+                Plate::new(views, settled.state.bend, own)
+            }),
             views: posed,
             rms_px: (sum / used.max(1) as f64).sqrt(),
             noise_ratio,
@@ -126,11 +135,14 @@ fn normal(turn: &Matrix3<f64>) -> nalgebra::Vector3<f64> {
 }
 
 /// `S^-1`, zero for the numbers that were held.
-fn covariance(chosen: &Chosen, free: &[bool; PARAMETERS]) -> Result<Square, CameraRefused> {
+fn covariance(chosen: &Chosen, free: &[bool; SHARED]) -> Result<Square, CameraRefused> {
     let numbers = chosen.settled.state.camera.numbers();
     let free_number = |parameter: usize| CameraRefused::Weak {
         parameter,
-        value: numbers[parameter],
+        value: numbers
+            .get(parameter)
+            .copied()
+            .unwrap_or_else(|| chosen.settled.state.bend.0[parameter - PARAMETERS]),
         sigma: f64::INFINITY,
     };
     let reduced = Reduced::of(&chosen.settled.normals, free, 0.0).ok_or_else(|| free_number(0))?;
@@ -147,14 +159,14 @@ fn covariance(chosen: &Chosen, free: &[bool; PARAMETERS]) -> Result<Square, Came
         return Err(free_number(eigen.eigenvectors.column(least).iamax()));
     }
     let mut covariance = reduced.matrix.cholesky().ok_or_else(|| free_number(0))?.inverse();
-    for k in (0..PARAMETERS).filter(|k| !free[*k]) {
+    for k in (0..SHARED).filter(|k| !free[*k]) {
         covariance[(k, k)] = 0.0;
     }
     Ok((covariance + covariance.transpose()) * 0.5)
 }
 
 /// Refuses focal lengths and principal points whose deviation is half a focal length.
-fn weak(camera: &Camera, covariance: &Square, free: &[bool; PARAMETERS]) -> Result<(), CameraRefused> {
+fn weak(camera: &Camera, covariance: &Square, free: &[bool; SHARED]) -> Result<(), CameraRefused> {
     let numbers = camera.numbers();
     for parameter in (0..4).filter(|k| free[*k]) {
         let sigma = covariance[(parameter, parameter)].sqrt();
@@ -187,6 +199,7 @@ fn pose_covariance(chosen: &Chosen, view: usize, camera: &Square) -> Option<Matr
 
 /// One view being reported.
 struct Reported<'a> {
+    state: &'a State,
     station: &'a Station,
     pose: Pose,
     kept: &'a [bool],
@@ -194,10 +207,10 @@ struct Reported<'a> {
 
 impl Reported<'_> {
     /// Refuses where the lens folds among the discs.
-    fn in_domain(&self, camera: &Camera, view: usize) -> Result<(), CameraRefused> {
-        let (turn, limit) = (self.pose.matrix(), camera.lens.limit());
+    fn in_domain(&self, view: usize) -> Result<(), CameraRefused> {
+        let (eye, limit) = (self.state.eye(&self.pose), self.state.camera.lens.limit());
         for s in &self.station.sightings {
-            let at = turn * s.place + self.pose.shift;
+            let at = eye.at(s);
             let tangent = at.xy().norm() / at.z;
             let within = tangent <= limit;
             if !within {
@@ -213,11 +226,12 @@ impl Reported<'_> {
         Ok(())
     }
 
-    fn posed(&self, camera: &Camera, covariance: Matrix6<f64>) -> Posed {
-        let turn = self.pose.matrix();
+    fn posed(&self, covariance: Matrix6<f64>) -> Posed {
+        let eye = self.state.eye(&self.pose);
+        let turn = eye.turn;
         let both = self.station.sightings.iter().zip(self.kept);
         let residual = |(s, used): (&super::view::Ready, &bool)| Residual {
-            off: s.pixel - predicted(s, camera, &turn, &self.pose),
+            off: s.pixel - predicted(s, &eye),
             used: *used,
         };
         let residuals: Vec<Residual> = both.map(residual).collect();

@@ -13,6 +13,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use super::adjust::{Pose, State};
 use super::error::CameraRefused;
 use super::model::Camera;
+use super::plate::Bend;
 use super::view::{ImageSize, Station};
 use crate::grid::homography;
 
@@ -127,7 +128,8 @@ pub(super) fn starts(
         let focal = camera.focal / size.side();
         let poses: Option<Vec<Pose>> = all.iter().map(|h| pose(h, focal)).collect();
         if let Some(poses) = poses {
-            let state = State { camera, poses };
+            let bend = Bend::default();
+            let state = State { camera, bend, poses };
             starts.push((cost(&state), state));
         }
     }

@@ -4,6 +4,8 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::error::CameraRefused;
 use super::model::PARAMETERS;
+use super::normal::SHARED;
+use super::plate::{Bend, Ruler};
 
 /// The least number of views.
 pub const LEAST_VIEWS: usize = 3;
@@ -66,6 +68,9 @@ pub enum LensModel {
     Brown,
     /// k1, k2, p1, p2 and k3.
     Brown5,
+    /// k1, k2, and a thin prism's s1 to s4 in the place of p1 and p2: what these say of `r^2`, and of `r^4`, with the
+    /// direction of either free.
+    Prism,
 }
 
 /// How a camera is calibrated.
@@ -75,6 +80,8 @@ pub struct Options {
     pub lens: LensModel,
     /// Whether the skew is free; else it is 0.
     pub skew: bool,
+    /// Whether the grid's plate may be bent, the same in every view ([`super::Plate`]); else it is flat.
+    pub bent: bool,
     /// Discs further off than this many deviations are left out; the deviation is that given, times the size of the
     /// residuals where they are larger.
     pub gate: f64,
@@ -83,11 +90,12 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// Brown's lens without k3, no skew, a gate of six deviations, a twentieth left out at most.
+    /// Brown's lens without k3, no skew, a flat plate, a gate of six deviations, a twentieth left out at most.
     fn default() -> Self {
         Self {
             lens: LensModel::Brown,
             skew: false,
+            bent: false,
             gate: 6.0,
             most_rejected: 0.05,
         }
@@ -97,15 +105,23 @@ impl Default for Options {
 impl Options {
     /// Which numbers of the camera are free, in the order of [`super::NAMES`].
     pub fn free(&self) -> [bool; PARAMETERS] {
-        let [radial, tangential, sixth] = match self.lens {
-            LensModel::Pinhole => [false; 3],
-            LensModel::Radial => [true, false, false],
-            LensModel::Brown => [true, true, false],
-            LensModel::Brown5 => [true; 3],
+        let [radial, tangential, sixth, prism] = match self.lens {
+            LensModel::Pinhole => [false; 4],
+            LensModel::Radial => [true, false, false, false],
+            LensModel::Brown => [true, true, false, false],
+            LensModel::Brown5 => [true, true, true, false],
+            LensModel::Prism => [true, false, false, true],
         };
-        let seen = true;
-        let (skew, [k, p]) = (self.skew, [radial, tangential]);
-        [seen, seen, seen, seen, skew, k, k, p, p, sixth]
+        let mut free = [prism; PARAMETERS];
+        free[..4].fill(true);
+        free[4..10].copy_from_slice(&[self.skew, radial, radial, tangential, tangential, sixth]);
+        free
+    }
+
+    /// Which of the numbers that all views share are free.
+    pub(super) fn shared(&self) -> [bool; SHARED] {
+        let camera = self.free();
+        std::array::from_fn(|k| camera.get(k).copied().unwrap_or(self.bent))
     }
 }
 
@@ -130,7 +146,7 @@ pub(super) fn check(views: &[View], size: ImageSize, options: &Options) -> Resul
         }
     }
     let measured = 2 * views.iter().map(|v| v.sightings.len()).sum::<usize>();
-    let unknowns = 6 * views.len() + options.free().iter().filter(|f| **f).count();
+    let unknowns = 6 * views.len() + options.shared().iter().filter(|f| **f).count();
     if measured <= unknowns {
         return Err(CameraRefused::NoFreedom { measured, unknowns });
     }
@@ -200,6 +216,8 @@ pub(super) struct Ready {
     pub(super) pixel: Vector2<f64>,
     pub(super) information: Matrix2<f64>,
     pub(super) radius_mm: Option<f64>,
+    /// What the plate's bend lifts it by.
+    pub(super) bow: [f64; Bend::NUMBERS],
 }
 
 /// The sightings of a view about their middle, mm.
@@ -211,7 +229,7 @@ pub(super) struct Station {
 
 impl Station {
     /// Of a view that was checked.
-    pub(super) fn of(view: &View) -> Self {
+    pub(super) fn of(view: &View, ruler: &Ruler) -> Self {
         let centre = view.sightings.iter().map(|s| s.at_mm).sum::<Vector2<f64>>() / view.sightings.len() as f64;
         let ready = |(disc, s): (usize, &Sighting)| {
             let place = s.at_mm - centre;
@@ -221,6 +239,7 @@ impl Station {
                 pixel: s.pixel,
                 information: s.covariance.try_inverse()?,
                 radius_mm: s.radius_mm,
+                bow: ruler.bow(s.at_mm),
             })
         };
         Self {

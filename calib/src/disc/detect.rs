@@ -33,16 +33,20 @@ pub struct DetectOptions {
     pub deviations: f64,
     /// And be at least so great: 1 is a contrast of one and a half deviations of the noise.
     pub least: f64,
+    /// Discs of less than this share of the median contrast of all that are found are left out: specks of texture beside
+    /// printed dots. 0 leaves none out.
+    pub share: f64,
 }
 
 impl DetectOptions {
-    /// Dark discs with the threshold of 5.4.
+    /// Dark discs with the threshold of 5.4, however faint beside the others.
     pub fn new(least: f64, greatest: f64) -> Self {
         Self {
             radii: [least, greatest],
             polarity: Polarity::Dark,
             deviations: 5.0,
             least: 1.0,
+            share: 0.0,
         }
     }
 }
@@ -62,7 +66,8 @@ pub struct Disc {
 ///
 /// Every radius of a ladder costs the same (regions of at most 9 rectangles over exact integral images). A candidate is
 /// the greatest within 0.7 radii, at least 2.5 px; of equal ones the first row by row counts. Of candidates of different
-/// radii within a radius of each other the most significant is kept. At most [`MAX_DISCS`].
+/// radii within a radius of each other the most significant is kept, and those too faint beside the others are left out
+/// ([`DetectOptions::share`]). At most [`MAX_DISCS`].
 ///
 /// # Errors
 /// [`DetectRefused`]: options that are no interval, or an image that holds not one such disc.
@@ -89,7 +94,17 @@ pub fn detect(image: &Image, options: &DetectOptions) -> Result<Vec<Disc>, Detec
         discs.extend(of_radius(&sums, radius, options)?);
     }
     discs.sort_by(|a: &Disc, b: &Disc| b.chi.significance.abs().total_cmp(&a.chi.significance.abs()));
-    Ok(strongest(discs))
+    Ok(outstanding(strongest(discs), options.share))
+}
+
+/// Those that are not faint beside the others.
+fn outstanding(mut discs: Vec<Disc>, share: f64) -> Vec<Disc> {
+    let contrast = |disc: &Disc| (disc.chi.means[1] - disc.chi.means[0]).abs();
+    let mut all: Vec<f64> = discs.iter().map(contrast).collect();
+    all.sort_by(f64::total_cmp);
+    let median = all.get(all.len() / 2).copied().unwrap_or(0.0);
+    discs.retain(|disc| contrast(disc) >= share * median);
+    discs
 }
 
 fn of_radius(sums: &Sums, radius: f64, options: &DetectOptions) -> Result<Vec<Disc>, DetectRefused> {

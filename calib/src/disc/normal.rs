@@ -52,6 +52,19 @@ impl Normal {
         f * (1.0 + d * (0.5 * d * (a * a - 1.0) - a))
     }
 
+    /// The distribution at `x`, to 1e-8.
+    #[inline]
+    pub(crate) fn below(self, x: f64) -> f64 {
+        if x.abs() >= REACH {
+            return if x > 0.0 { 1.0 } else { 0.0 };
+        }
+        let k = ((x + REACH) * DENSITY + 0.5) as usize;
+        let Some([below, f]) = self.0.get(k) else { return 1.0 };
+        let a = k as f64 / DENSITY - REACH;
+        let d = x - a;
+        below + f * d * (1.0 - 0.5 * a * d)
+    }
+
     /// Distribution and density at `x`, to 1e-8: Taylor polynomials of degree 2 from the nearest node.
     #[inline]
     pub(crate) fn at(self, x: f64) -> [f64; 2] {

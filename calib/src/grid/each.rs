@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::error::GridRefused;
 use super::find::{Search, Sized};
-use super::found::{Found, GridDisc, Refinement, missing};
+use super::found::{Found, GridDisc, Measured, Refinement, missing};
 use super::homography::{homography, jacobian, project};
 use super::lattice::Cell;
 use super::lines::{SEEN, THERE};
@@ -165,7 +165,8 @@ impl Each<'_> {
         let mut discs: Vec<GridDisc> = Vec::new();
         for (cell, one) in ones {
             let place = project(h, point(*cell));
-            let image = Ellipse::of_circle(h, point(*cell), radius(h, *cell, one));
+            let radius = radius(h, *cell, one);
+            let image = Ellipse::of_circle(h, point(*cell), radius);
             let bias = image.map_or(Vector2::zeros(), |e| e.centre - place);
             let centre = one.fit.ellipse.centre - bias;
             squares += (centre - place).norm_squared();
@@ -176,6 +177,10 @@ impl Each<'_> {
                 at: centre,
                 covariance: one.fit.covariance,
                 mark: one.mark,
+                measured: Some(Measured {
+                    ellipse: one.fit.ellipse,
+                    radius,
+                }),
             });
         }
         discs.sort_by_key(|d| (d.row, d.col));

@@ -42,10 +42,10 @@ pub(crate) fn amplitude(image: &Image, whole: &Whole, cell: [i32; 2]) -> Option<
             if at.x.abs() > 0.6 || at.y.abs() > 0.6 {
                 continue;
             }
-            let rest: f64 = others.iter().map(|o| o.at(place.x, place.y).value).sum();
+            let rest: f64 = others.iter().map(|o| o.value(place.x, place.y)).sum();
             let value = f64::from(image.sample(x, y)) + contrast * rest;
             let d = place - centre;
-            let row = Vector4::new(own.at(place.x, place.y).value, 1.0, d.x, d.y);
+            let row = Vector4::new(own.value(place.x, place.y), 1.0, d.x, d.y);
             matrix += row * row.transpose();
             vector += row * value;
             count += 1;

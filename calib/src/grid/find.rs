@@ -6,6 +6,7 @@ use super::blob::{Blob, blobs};
 use super::each::Each;
 use super::error::GridRefused;
 use super::found::{Found, GridSpec};
+use super::grazing::along_discs;
 use super::homography::{jacobian, project};
 use super::lattice::{Cell, largest};
 use super::lines::Lines;
@@ -14,7 +15,8 @@ use super::seat::View;
 use super::whole::point;
 use crate::image::{Image, noise_deviation, smoothed};
 
-/// Smoothing before candidates are looked for, pixels: as little as the noise allows is tried first.
+/// Smoothing before candidates are looked for, pixels: as little as the noise allows is tried first. The last is along the
+/// discs of a grid that is seen at a grazing angle.
 const SMOOTHING: [f64; 3] = [0.8, 1.4, 2.4];
 /// Marks are so much larger than other discs.
 const MARK: f64 = 1.6;
@@ -36,10 +38,14 @@ pub fn find(image: &Image, spec: &GridSpec) -> Result<Found, GridRefused> {
     let noise = noise_deviation(image);
     let discs = spec.cols * spec.rows;
     let mut refused = GridRefused::NoLattice { candidates: 0, discs };
-    for sigma in SMOOTHING {
-        let plane = smoothed(image, sigma);
+    let round = SMOOTHING.into_iter().map(|sigma| {
         // White noise through a Gaussian of sigma keeps 1 / (2 sqrt(pi) sigma) of its deviation.
         let left = (noise / (2.0 * std::f64::consts::PI.sqrt() * sigma)).min(noise);
+        (smoothed(image, sigma), left)
+    });
+    // Nothing is smoothed before what was smoothed less has been looked at.
+    let grazing = std::iter::once(()).filter_map(|()| along_discs(image, noise));
+    for (plane, left) in round.chain(grazing) {
         let found = Search {
             image,
             spec,
@@ -48,11 +54,20 @@ pub fn find(image: &Image, spec: &GridSpec) -> Result<Found, GridRefused> {
         .run();
         match found {
             Ok(found) => return Ok(found),
-            Err(error) if error.evidence() >= refused.evidence() => refused = error,
+            Err(error) if better(&error, &refused) => refused = error,
             Err(_) => {}
         }
     }
     Err(refused)
+}
+
+/// Whether a refusal says more of the image: discs in a lattice, then candidates.
+fn better(error: &GridRefused, than: &GridRefused) -> bool {
+    let candidates = |e: &GridRefused| match e {
+        GridRefused::NoLattice { candidates, .. } => *candidates,
+        _ => usize::MAX,
+    };
+    (error.evidence(), candidates(error)) > (than.evidence(), candidates(than))
 }
 
 /// What the steps after the candidates work on.

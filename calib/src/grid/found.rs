@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
 use super::error::GridRefused;
+use crate::disc::Ellipse;
 use crate::image::Image;
 
 /// The grid that is looked for.
@@ -77,6 +78,16 @@ pub enum Refinement {
     Each,
 }
 
+/// The image of a disc that was fitted by itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// As fitted; the disc's covariance is that of its centre, which perspective and the lens move off the image of the
+    /// disc's centre.
+    pub ellipse: Ellipse,
+    /// The disc's radius beside the pitch, by the ellipse's area.
+    pub radius: f64,
+}
+
 /// One disc of the grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GridDisc {
@@ -90,6 +101,8 @@ pub struct GridDisc {
     pub covariance: Matrix2<f64>,
     /// A large disc.
     pub mark: bool,
+    /// Its own fit; none where the grid was fitted as a whole.
+    pub measured: Option<Measured>,
 }
 
 /// A grid in an image. Column 0, row 0 is the corner from which columns go to the right (to within 45 degrees for a

@@ -134,6 +134,7 @@ impl Lines<'_> {
                 at,
                 covariance,
                 mark,
+                measured: None,
             }
         };
         let mut discs: Vec<GridDisc> = cells.iter().chain(marks).map(disc).collect();

@@ -101,9 +101,11 @@ impl Shore {
     }
 }
 
-struct Flood<'a> {
-    levels: &'a [u16],
-    width: usize,
+/// The plane with a rim of one pixel about it, which counts as seen: no pixel needs to ask where the plane ends.
+struct Flood {
+    levels: Vec<u16>,
+    /// Of the plane with its rim; whole pixels of the image have 32 bits.
+    width: u32,
     seen: Vec<bool>,
     shore: Shore,
     /// Regions around each other, the darkest last.
@@ -113,17 +115,26 @@ struct Flood<'a> {
     next: Vec<u32>,
 }
 
-impl<'a> Flood<'a> {
-    fn new(levels: &'a [u16], width: usize) -> Self {
+impl Flood {
+    fn new(levels: &[u16], width: usize) -> Self {
+        let wide = width + 2;
+        let rows = levels.chunks_exact(width.max(1));
+        let size = wide * (rows.len() + 2);
+        let (mut rimmed, mut seen) = (vec![0; size], vec![true; size]);
+        for (y, row) in rows.enumerate() {
+            let from = (y + 1) * wide + 1;
+            rimmed[from..from + width].copy_from_slice(row);
+            seen[from..from + width].fill(false);
+        }
         let shore = Shore {
             first: vec![NONE; LEVELS],
-            next: vec![NONE; levels.len()],
+            next: vec![NONE; size],
             full: [0; LEVELS / 64],
         };
         Self {
-            levels,
-            width,
-            seen: vec![false; levels.len()],
+            levels: rimmed,
+            width: wide as u32,
+            seen,
             shore,
             stack: Vec::new(),
             nodes: Vec::new(),
@@ -132,11 +143,12 @@ impl<'a> Flood<'a> {
     }
 
     fn run(mut self) -> Vec<Node> {
-        let Some(first) = self.levels.first() else {
+        let corner = self.width as usize + 1;
+        if self.seen.get(corner) != Some(&false) {
             return self.nodes;
-        };
-        let (mut pixel, mut level) = (0_usize, *first);
-        self.seen[0] = true;
+        }
+        let (mut pixel, mut level) = (corner, self.levels[corner]);
+        self.seen[corner] = true;
         self.stack.push(Growing::new(level));
         loop {
             // Down to where nothing around is darker.
@@ -163,14 +175,8 @@ impl<'a> Flood<'a> {
     /// Puts the neighbours not seen yet on the shore, up to one that is darker than `level`.
     #[inline]
     fn darker(&mut self, pixel: usize, level: u16) -> Option<(usize, u16)> {
-        let (x, n) = (pixel % self.width, self.levels.len());
-        let sides = [
-            (x > 0).then(|| pixel - 1),
-            (x + 1 < self.width).then_some(pixel + 1),
-            pixel.checked_sub(self.width),
-            Some(pixel + self.width).filter(|j| *j < n),
-        ];
-        for side in sides.into_iter().flatten() {
+        let wide = self.width as usize;
+        for side in [pixel - 1, pixel + 1, pixel - wide, pixel + wide] {
             if self.seen[side] {
                 continue;
             }
@@ -187,7 +193,8 @@ impl<'a> Flood<'a> {
     /// Gives a pixel to the darkest region.
     #[inline]
     fn take(&mut self, pixel: usize) {
-        let (x, y) = ((pixel % self.width) as f64, (pixel / self.width) as f64);
+        let row = pixel as u32 / self.width;
+        let (x, y) = (f64::from(pixel as u32 - row * self.width) - 1.0, f64::from(row) - 1.0);
         if let Some(top) = self.stack.last_mut() {
             let part = [1.0, x, y, x * x, x * y, y * y];
             top.sums.iter_mut().zip(part).for_each(|(to, v)| *to += v);

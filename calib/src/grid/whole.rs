@@ -5,13 +5,14 @@ use std::collections::HashSet;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::equations::{Equations, N, Params, SHAPES, Sums, inverse, step};
-use super::homography::project;
+use super::homography::{jacobian, project};
 use crate::disc::{Blurred, Ellipse};
 use crate::image::Image;
 
 const MAX_STEPS: usize = 25;
-/// A step that is to gain less of chi squared is the last: 0.3 is half a deviation of all parameters together.
-const SETTLED: f64 = 0.3;
+/// A step that is to leave less of chi squared to gain is the last: 0.1 is a third of a deviation of all parameters
+/// together.
+const SETTLED: f64 = 0.1;
 /// Pixels up to so many deviations of the blur and a half from a disc are fitted.
 const MARGIN: f64 = 2.5;
 /// The share of the contrast that the model may be wrong by.
@@ -158,8 +159,9 @@ impl Grid<'_> {
                 continue;
             };
             let next = params + step;
-            // So small a step is as good as what it leads to: what is left goes with its square.
-            if expected < SETTLED * now.squares / now.pixels as f64 && is_possible(&next) {
+            // So small a step is as good as what it leads to: what is left goes with its square beside the blur's.
+            let left = expected * self.motion(&params, &next).powi(2).min(1.0);
+            if left < SETTLED * now.squares / now.pixels as f64 && is_possible(&next) {
                 now.squares -= expected;
                 return Some((next, now));
             }
@@ -177,6 +179,18 @@ impl Grid<'_> {
             }
         }
         Some((params, now))
+    }
+
+    /// How far outlines go from one set of parameters to another, beside the blur: so much of a step is not linear.
+    fn motion(&self, from: &Params, to: &Params) -> f64 {
+        let (a, b) = (homography_of(from), homography_of(to));
+        let one = |cell: &[i32; 2]| {
+            let at = point(*cell);
+            let pitch = jacobian(&a, at).determinant().abs().sqrt();
+            (project(&b, at) - project(&a, at)).norm() + pitch * (to[8] - from[8]).abs()
+        };
+        let most = self.cells.iter().map(one).fold(0.0, f64::max);
+        (most + (to[9] - from[9]).abs()) / from[9]
     }
 
     fn result(&self, params: &Params, now: &Equations, origin: Vector2<f64>) -> Option<Whole> {

@@ -93,6 +93,8 @@ fn pixel(camera: &Camera, [x, y, z]: [f64; 3]) -> Vector2<f64> {
     let radial = 1.0 + l.k1 * r2 + l.k2 * r2.powi(2) + l.k3 * r2.powi(3);
     let a = x * radial + 2.0 * l.p1 * x * y + l.p2 * (r2 + 2.0 * x * x);
     let b = y * radial + l.p1 * (r2 + 2.0 * y * y) + 2.0 * l.p2 * x * y;
+    let [s1, s2, s3, s4] = l.s;
+    let (a, b) = (a + s1 * r2 + s2 * r2 * r2, b + s3 * r2 + s4 * r2 * r2);
     Vector2::new(
         camera.focal.x * a + camera.skew * b + camera.centre.x,
         camera.focal.y * b + camera.centre.y,

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use calib::camera::{Calibrated, Camera, NAMES, Options, PARAMETERS};
+use calib::camera::{Calibrated, Camera, NAMES, Options, PARAMETERS, Plate};
 use calib::file::content_id;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +15,8 @@ use crate::source::Source;
 pub const CAMERA_FORMAT: &str = "trocar-camera";
 /// The value of `version`. It rises when a key changes its meaning or goes; new keys leave it.
 pub const CAMERA_VERSION: u32 = 1;
+/// How many numbers files had before there were s1 to s4.
+const BEFORE_THE_PRISM: usize = 10;
 
 /// The file's content. Pixels have their centres at whole coordinates, x to the right, y down.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,13 +39,13 @@ pub struct CameraFile {
     pub image_px: [usize; 2],
     /// Which numbers were free: names of `names`.
     pub free: Vec<String>,
-    /// The order of `numbers`, `deviations` and `covariance`: fx, fy, cx, cy, skew in pixels, k1, k2, p1, p2, k3 without
-    /// unit.
+    /// The order of `numbers`, `deviations` and `covariance`: fx, fy, cx, cy, skew in pixels, k1, k2, p1, p2, k3, s1, s2,
+    /// s3, s4 without unit. Files of programs before the prism end with k3.
     pub names: Vec<String>,
     /// The camera.
-    pub numbers: [f64; PARAMETERS],
+    pub numbers: Vec<f64>,
     /// Their standard deviations, 0 where held.
-    pub deviations: [f64; PARAMETERS],
+    pub deviations: Vec<f64>,
     /// The lens' model holds to this tangent of the angle off the axis.
     pub domain_tangent: f64,
     /// Root mean square length of the residuals, pixels.
@@ -57,11 +59,40 @@ pub struct CameraFile {
     /// Share of the image's cells in which discs were seen.
     pub image_covered: f64,
     /// Covariance by rows.
-    pub covariance: [[f64; PARAMETERS]; PARAMETERS],
+    pub covariance: Vec<Vec<f64>>,
+    /// How far the grid is from flat, where that was adjusted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plate: Option<PlateRecord>,
     /// The files of grids.
     pub sources: Vec<SourceRecord>,
     /// The views.
     pub views: Vec<CameraView>,
+}
+
+/// A grid's height over its plane, the same in all views: `b1 u^2 + b2 u w + b3 w^2`, mm, `(u, w)` the place on the grid
+/// from `middle_mm` in units of `unit_mm`, along the grid's third axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlateRecord {
+    /// b1, b2, b3, mm.
+    pub bend_mm: [f64; 3],
+    /// Their covariance by rows, square millimetres.
+    pub covariance: [[f64; 3]; 3],
+    /// The origin of (u, w) on the grid, mm.
+    pub middle_mm: [f64; 2],
+    /// Their unit, mm.
+    pub unit_mm: f64,
+}
+
+impl PlateRecord {
+    fn of(plate: &Plate) -> Self {
+        let (middle, unit_mm) = plate.ruler_mm();
+        Self {
+            bend_mm: plate.numbers_mm(),
+            covariance: std::array::from_fn(|i| std::array::from_fn(|j| plate.covariance[(i, j)])),
+            middle_mm: middle.into(),
+            unit_mm,
+        }
+    }
 }
 
 /// A file that was read.
@@ -139,15 +170,18 @@ impl CameraFile {
             image_px: [seen.size.width, seen.size.height],
             free: free.map(|(name, _)| (*name).to_owned()).collect(),
             names: NAMES.map(str::to_owned).to_vec(),
-            numbers: found.camera.numbers(),
-            deviations: found.sigmas(),
+            numbers: found.camera.numbers().to_vec(),
+            deviations: found.sigmas().to_vec(),
             domain_tangent: found.camera.lens.limit(),
             rms_px: found.rms_px,
             noise_ratio: found.noise_ratio,
             discs: found.counts(),
             tilt_deg: found.coverage.tilt_rad.map(f64::to_degrees),
             image_covered: found.coverage.image,
-            covariance: std::array::from_fn(|i| std::array::from_fn(|j| found.covariance[(i, j)])),
+            covariance: (0..PARAMETERS)
+                .map(|i| (0..PARAMETERS).map(|j| found.covariance[(i, j)]).collect())
+                .collect(),
+            plate: found.plate.as_ref().map(PlateRecord::of),
             sources: sources.iter().map(SourceRecord::of).collect(),
             views: views(found, seen),
         };
@@ -155,7 +189,7 @@ impl CameraFile {
         file
     }
 
-    fn content_id(&self) -> String {
+    pub(super) fn content_id(&self) -> String {
         // Numbers, texts and lists of them: always a JSON value.
         content_id(serde_json::to_value(self).unwrap_or_default())
     }
@@ -186,7 +220,7 @@ impl CameraFile {
 
     /// The camera.
     pub fn camera(&self) -> Camera {
-        Camera::from_numbers(self.numbers)
+        Camera::from_numbers(std::array::from_fn(|k| self.numbers.get(k).copied().unwrap_or(0.0)))
     }
 
     fn wrong(&self) -> Option<String> {
@@ -216,12 +250,14 @@ impl CameraFile {
                 verdict.chars().take(64).collect::<String>()
             ));
         }
-        let names = self.names.iter().map(String::as_str).eq(NAMES);
-        let good = self.numbers.iter().all(|x| x.is_finite()) && self.numbers[0] > 0.0 && self.numbers[1] > 0.0;
+        let known = [NAMES.len(), BEFORE_THE_PRISM].contains(&self.names.len());
+        let names = known && self.names.iter().zip(NAMES).all(|(a, b)| a == b);
+        let whole = self.numbers.len() == self.names.len() && self.numbers.iter().all(|x| x.is_finite());
+        let good = whole && self.numbers[..2].iter().all(|f| *f > 0.0);
         (!names || !good).then(|| {
             format!(
-                "{:?} must be {NAMES:?}, finite, the focal lengths above 0",
-                self.numbers
+                "numbers {:?} must be {NAMES:?}, finite, the focal lengths above 0",
+                self.numbers.iter().take(PARAMETERS).collect::<Vec<_>>()
             )
         })
     }

@@ -10,7 +10,7 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use calib::camera::{Gates, LensModel, Options, View, calibrate};
+use calib::camera::{Gates, LensModel, Options, View, calibrate, held_out};
 use clap::{Args, ValueEnum};
 
 use crate::cli::Positive;
@@ -18,7 +18,7 @@ use crate::commands::Outcome;
 use crate::source::Source;
 use crate::store;
 use error::{CameraError, advice};
-pub use file::{CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, SourceRecord};
+pub use file::{CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, PlateRecord, SourceRecord};
 use read::{Grids, Seen};
 
 pub(crate) const CAMERA_HELP: &str = "\
@@ -32,9 +32,12 @@ x = X/Z, y = Y/Z, r2 = x^2 + y^2
   x' = x (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 x y + p2 (r2 + 2 x^2)
   y' = y (1 + k1 r2 + k2 r2^2 + k3 r2^3) + p1 (r2 + 2 y^2) + 2 p2 x y
   u = fx x' + skew y' + cx,  v = fy y' + cy
+--lens prism has in the place of p1 and p2 a thin prism: s1 r2 + s2 r2^2 added to x', s3 r2 + s4 r2^2 to y'. --plate bent \
+also finds how far the grid is from flat, a paraboloid that is the same in all views. More numbers leave smaller \
+residuals whether they are true or not; --held-out tells: each view is predicted by the camera of the others.
 
 The picture shows each disc's residual as a line, enlarged, over the image: an even pattern is a lens that needs more \
-coefficients or a grid that is not flat.
+coefficients or a grid that is not flat: try --lens prism and --plate bent.
 
 What falls short is said with what to do, and the exit code is 1; the file is written with its verdict. \
 --allow-poor takes it all the same.
@@ -42,6 +45,7 @@ What falls short is said with what to do, and the exit code is 1; the file is wr
 Examples:
   calib grid views/*.png --cols 16 --rows 14 --pitch-mm 5 --one-by-one --out grids.json
   calib camera grids.json --out camera.toml --png residuals.png
+  calib camera grids.json --lens prism --plate bent --held-out
   calib camera grids.json more.json --lens brown5 --max-rms-px 0.3";
 
 #[derive(Debug, Args)]
@@ -49,12 +53,18 @@ pub(crate) struct CameraArgs {
     /// Files that calib grid wrote
     #[arg(required = true, value_name = "GRID.json")]
     grids: Vec<PathBuf>,
-    /// The lens: none; k1, k2; these with p1, p2; these with k3
+    /// The lens: none; k1, k2; these with p1, p2; these with k3; k1, k2 with s1 to s4
     #[arg(long, value_enum, default_value = "brown")]
     lens: LensArg,
     /// Free the skew too; else it is 0
     #[arg(long)]
     skew: bool,
+    /// Whether the grid is flat, or bent by a paraboloid to be found, the same in all views
+    #[arg(long, value_enum, default_value = "flat")]
+    plate: PlateArg,
+    /// Say too how well the camera of all other views predicts each view: one calibration more for each
+    #[arg(long)]
+    held_out: bool,
     /// Leave discs out that are further off than this many deviations
     #[arg(long, value_name = "DEVIATIONS", default_value = "6", allow_hyphen_values = true)]
     gate: Positive,
@@ -81,6 +91,13 @@ enum LensArg {
     Radial,
     Brown,
     Brown5,
+    Prism,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PlateArg {
+    Flat,
+    Bent,
 }
 
 impl LensArg {
@@ -90,6 +107,7 @@ impl LensArg {
             Self::Radial => LensModel::Radial,
             Self::Brown => LensModel::Brown,
             Self::Brown5 => LensModel::Brown5,
+            Self::Prism => LensModel::Prism,
         }
     }
 }
@@ -108,20 +126,26 @@ impl CameraArgs {
         let options = Options {
             lens: self.lens.model(),
             skew: self.skew,
+            bent: self.plate == PlateArg::Bent,
             gate: self.gate.0,
             ..Options::default()
         };
         let names = || seen.images.iter().map(|i| i.name.clone()).collect();
-        let found = calibrate(&views, seen.size, &options).map_err(|refused| CameraError::Refused {
+        let refused = |refused| CameraError::Refused {
             views: views.len(),
             names: names(),
             advice: advice(&refused),
             refused,
-        })?;
+        };
+        let found = calibrate(&views, seen.size, &options).map_err(refused)?;
         let short = self.gates().judge(&found.coverage, found.rms_px);
         let reasons: Vec<String> = short.iter().map(ToString::to_string).collect();
         let file = CameraFile::new(&found, &seen, &options, &sources, &reasons);
         let mut text = report::text(&found, &seen, &file);
+        if self.held_out {
+            let all = held_out(&views, seen.size, &options).map_err(refused)?;
+            text.push_str(&report::held_out(&all, &seen));
+        }
         if let Some(path) = &self.png {
             drawing::write(path, &found, &seen)?;
             text.push_str(&format!("residuals drawn in {}\n", path.display()));

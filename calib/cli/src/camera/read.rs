@@ -1,8 +1,9 @@
 //! What `calib grid` wrote, as views.
 //!
-//! Discs that were fitted one by one are taken by the centres of their images, which the file has moved by the shift that
-//! the nearest homography gives: that shift is put back, and the camera predicts its own. Large discs (marks), whose
-//! radius the file does not say, and grids fitted as a whole are taken as they are: images of centres.
+//! Discs that were fitted one by one are taken by the centres of their images, as measured, and their own radii, and the
+//! camera predicts where these centres are. In files that do not have them, `x_px` and `y_px` are those centres moved by the
+//! shift that the nearest homography gives: that shift is put back, but for large discs, whose radius such a file does not
+//! say. Grids fitted as a whole are taken as they are: images of centres.
 
 use calib::camera::{ImageSize, Sighting, View};
 use calib::disc::Ellipse;
@@ -47,6 +48,14 @@ struct DiscRecord {
     y_px: f64,
     covariance_px2: [f64; 3],
     mark: bool,
+    measured: Option<MeasuredRecord>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+struct MeasuredRecord {
+    x_px: f64,
+    y_px: f64,
+    radius_mm: f64,
 }
 
 /// An image in which the grid was found.
@@ -191,13 +200,22 @@ impl ImageRecord {
 impl DiscRecord {
     fn sighting(&self, h: &Matrix3<f64>, radius: f64, pitch_mm: f64, shared: Option<Matrix2<f64>>) -> Sighting {
         let [a, b, c] = self.covariance_px2;
+        let own = Matrix2::new(a, b, b, c);
+        if let Some(measured) = self.measured.filter(|_| shared.is_none()) {
+            return Sighting {
+                at_mm: Vector2::new(self.x_mm, self.y_mm),
+                pixel: Vector2::new(measured.x_px, measured.y_px),
+                covariance: own,
+                radius_mm: Some(measured.radius_mm),
+            };
+        }
         let cell = Vector2::new(self.col as f64, self.row as f64);
         let shift = || Ellipse::of_circle(h, cell, radius).map(|e| e.centre - project(h, cell));
         let shift = shift().filter(|_| shared.is_none() && !self.mark);
         Sighting {
             at_mm: Vector2::new(self.x_mm, self.y_mm),
             pixel: Vector2::new(self.x_px, self.y_px) + shift.unwrap_or_default(),
-            covariance: shared.unwrap_or_else(|| Matrix2::new(a, b, b, c)),
+            covariance: shared.unwrap_or(own),
             radius_mm: shift.map(|_| radius * pitch_mm),
         }
     }

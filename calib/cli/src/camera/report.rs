@@ -77,6 +77,7 @@ fn numbers(text: &mut String, found: &Calibrated, file: &CameraFile) {
             line!(text, "  {:<5} {:>12.5}    held      {unit}", NAMES[k], file.numbers[k]);
         }
     }
+    plate(text, found);
     let limit = file.domain_tangent;
     let end = limit.atan().to_degrees();
     let whole = if limit < WIDEST { "" } else { " or more" };
@@ -84,6 +85,34 @@ fn numbers(text: &mut String, found: &Calibrated, file: &CameraFile) {
         text,
         "  the lens' model is one to one up to {end:.1} deg off the axis{whole}"
     );
+}
+
+/// How far the grid is from flat.
+fn plate(text: &mut String, found: &Calibrated) {
+    let Some(plate) = &found.plate else { return };
+    let (numbers, (middle, half)) = (plate.numbers_mm(), plate.ruler_mm());
+    for (k, name) in ["u^2", "u w", "w^2"].into_iter().enumerate() {
+        let sigma = plate.covariance[(k, k)].max(0.0).sqrt();
+        line!(text, "  bend {name} {:>11.4} +- {sigma:<9.2e} mm", numbers[k]);
+    }
+    line!(
+        text,
+        "  (u, w): places from ({:.1}, {:.1}) mm of the grid, in units of {half:.1} mm",
+        middle.x,
+        middle.y
+    );
+}
+
+/// How well the camera of all other views predicts each.
+pub(super) fn held_out(all: &[f64], seen: &Seen) -> String {
+    let mut text = String::from("\n  view                           predicted by the camera of the others, RMS px\n");
+    for (rms, image) in all.iter().zip(&seen.images) {
+        let name: String = image.name.chars().take(28).collect();
+        line!(text, "  {name:<28} {rms:>10.3}");
+    }
+    let mean = (all.iter().map(|r| r * r).sum::<f64>() / all.len().max(1) as f64).sqrt();
+    line!(text, "  {:<28} {mean:>10.3}", "all views, RMS");
+    text
 }
 
 fn views(text: &mut String, found: &Calibrated, seen: &Seen) {

@@ -183,3 +183,57 @@ fn files_that_are_none_are_refused_by_name() {
         "{error}"
     );
 }
+
+/// Discs with centres of their own: those are taken, not the ones moved to a homography, and the radius is theirs.
+#[test]
+fn centres_as_measured_are_taken_where_the_file_has_them() {
+    let bench = Bench::new();
+    let mut images = good();
+    for disc in images.iter_mut().flat_map(|i| i["discs"].as_array_mut().unwrap()) {
+        let [x, y] = ["x_px", "y_px"].map(|k| disc[k].as_f64().unwrap());
+        // So small a disc has its centre at the image of its centre, to 1e-6 px.
+        disc["measured"] = json!({"x_px": x, "y_px": y, "radius_mm": 0.001});
+        disc["x_px"] = json!(x + 20.0);
+    }
+    let options = "--lens radial --out @camera.toml --overwrite";
+    bench.run(&grids(&images), options).unwrap();
+    let file = CameraFile::read(&bench.path("camera.toml")).unwrap();
+    assert!((file.numbers[2] - 319.5).abs() < 1e-3, "{:?}", file.numbers);
+    images[0]["discs"][0]["measured"]["radius_mm"] = json!(-1.0);
+    let error = bench.run(&grids(&images), options).unwrap_err();
+    assert!(error.contains("view 0, disc 0") && error.contains("radius"), "{error}");
+}
+
+#[test]
+fn a_bent_plate_and_views_held_out_are_reported() {
+    let bench = Bench::new();
+    let options = "--lens radial --plate bent --held-out --out @camera.toml";
+    let outcome = bench.run(&grids(&good()), options).unwrap();
+    for words in ["bend u^2", "predicted by the camera of the others", "all views, RMS"] {
+        assert!(outcome.text.contains(words), "{}", outcome.text);
+    }
+    let file = CameraFile::read(&bench.path("camera.toml")).unwrap();
+    let plate = file.plate.unwrap();
+    // The discs are exact, and the plate is flat.
+    assert!(plate.bend_mm.iter().all(|b| b.abs() < 1e-6), "{plate:?}");
+    assert_eq!((plate.middle_mm, plate.unit_mm), ([35.0, 25.0], 35.0));
+    assert_eq!(file.names.len(), 14);
+}
+
+#[test]
+fn files_from_before_the_prism_are_read() {
+    let bench = Bench::new();
+    bench.run(&grids(&good()), "--lens radial --out @camera.toml").unwrap();
+    let mut file = CameraFile::read(&bench.path("camera.toml")).unwrap();
+    file.names.truncate(10);
+    file.numbers.truncate(10);
+    file.id = file.content_id();
+    fs::write(bench.path("old.toml"), file.text().unwrap()).unwrap();
+    let old = CameraFile::read(&bench.path("old.toml")).unwrap();
+    assert_eq!(old.camera().lens.s, [0.0; 4]);
+    file.numbers.truncate(9);
+    file.id = file.content_id();
+    fs::write(bench.path("old.toml"), file.text().unwrap()).unwrap();
+    let error = CameraFile::read(&bench.path("old.toml")).unwrap_err().to_string();
+    assert!(error.contains("\"s4\""), "{error}");
+}

@@ -1,6 +1,7 @@
 //! `calib discs`: all discs of an image, wherever they are.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use calib::disc::{DetectOptions, DetectRefused, Disc, DiscFit, Ellipse, Polarity, detect, fit_disc};
 use calib::image::Image;
@@ -18,7 +19,8 @@ use crate::store::{self, StoreError};
 pub(crate) const DISCS_HELP: &str = "\
 Finds discs that are even inside and around, and refines each. `chi` is the contrast by the deviations inside and in \
 half the ring; `deviation_px` is that of the refined centre, by the noise found there; without it the fit was refused \
-and the place is good to a pixel. Specks of texture are discs too: --chi-min leaves out the faint ones.
+and the place is good to a pixel. Specks of texture are discs too: those far fainter than most are left out (--contrast-min), more \
+with a greater --chi-min.
 
 Examples:
   calib discs plate.png --radius-min 3 --radius-max 12 --overlay seen.png
@@ -40,6 +42,9 @@ pub(crate) struct DiscsArgs {
     /// The least contrast, in deviations of what is inside and half of those around
     #[arg(long, value_name = "CHI", default_value = "1", allow_hyphen_values = true)]
     chi_min: Positive,
+    /// The least contrast, beside the median of all discs found; 0 keeps all
+    #[arg(long, value_name = "SHARE", default_value = "0.25", allow_hyphen_values = true)]
+    contrast_min: Share,
     /// Darker or brighter than what is around
     #[arg(long, value_enum, default_value = "dark")]
     polarity: PolarityArg,
@@ -55,6 +60,20 @@ pub(crate) struct DiscsArgs {
     /// Print the result as JSON and nothing else
     #[arg(long)]
     json: bool,
+}
+
+/// From 0 to 1.
+#[derive(Debug, Clone, Copy)]
+struct Share(f64);
+
+impl FromStr for Share {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let share = text.parse::<f64>().map_err(|e| format!("{text:?}: {e}"))?;
+        let good = (0.0..=1.0).contains(&share);
+        good.then_some(Self(share))
+            .ok_or_else(|| format!("{text} is not from 0 to 1"))
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -95,6 +114,7 @@ impl DiscsArgs {
         let options = DetectOptions {
             polarity,
             least: self.chi_min.0,
+            share: self.contrast_min.0,
             ..DetectOptions::new(self.radius_min.0, self.radius_max.0)
         };
         let path = self.image.clone();

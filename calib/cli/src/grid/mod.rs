@@ -59,7 +59,7 @@ pub(crate) struct GridArgs {
     /// Write what was found here, as JSON
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
-    /// Draw what was found into this folder: NAME.grid.png for each image
+    /// Draw what was found into this folder: NAME.grid.png for each image, NAME.2.grid.png for the second of a name
     #[arg(long, value_name = "FOLDER")]
     overlay: Option<PathBuf>,
     /// Replace --out if it exists
@@ -122,8 +122,8 @@ impl GridArgs {
             ..GridSpec::new(self.cols, self.rows, self.pitch_mm.0)
         };
         let (mut text, mut records, mut refused) = (String::new(), Vec::new(), Vec::new());
-        for path in &self.images {
-            let (words, record, why) = self.one(path, &spec)?;
+        for (path, stem) in self.images.iter().zip(overlay::stems(&self.images)) {
+            let (words, record, why) = self.one(path, &stem, &spec)?;
             text.push_str(&words);
             records.push(record);
             refused.extend(why);
@@ -141,13 +141,12 @@ impl GridArgs {
     }
 
     /// Words, record and refusal of one image.
-    fn one(&self, path: &Path, spec: &GridSpec) -> Result<(String, Value, Option<String>), GridError> {
+    fn one(&self, path: &Path, stem: &str, spec: &GridSpec) -> Result<(String, Value, Option<String>), GridError> {
         let image = read_image(path)?;
         let name = shown(&path.display().to_string());
         match find(&image, spec) {
             Ok(found) => {
                 if let Some(folder) = &self.overlay {
-                    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
                     overlay::write(&folder.join(format!("{stem}.grid.png")), &image, &found)?;
                 }
                 Ok((words(&name, &found), record::found(path, &image, spec, &found), None))

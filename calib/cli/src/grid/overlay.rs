@@ -1,6 +1,7 @@
 //! What was found, drawn on the image.
 
-use std::path::Path;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 
 use calib::grid::{Found, project};
 use calib::image::Image;
@@ -28,6 +29,23 @@ pub(crate) fn canvas(image: &Image) -> Canvas {
 /// A pixel's middle, which is at whole coordinates here, on a canvas, where it is at halves.
 pub(crate) fn on_canvas(at: Vector2<f64>) -> [f64; 2] {
     [at.x + 0.5, at.y + 0.5]
+}
+
+/// A name for each image's overlay: the file's own without folder and ending, with a number where another image, in
+/// another folder or of another format, has it already. None comes twice.
+pub(crate) fn stems(images: &[PathBuf]) -> Vec<String> {
+    let mut taken = HashSet::new();
+    let one = |path: &PathBuf| {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let numbered = (2..).map(|k| format!("{stem}.{k}"));
+        let free = std::iter::once(stem.clone())
+            .chain(numbered)
+            .find(|name| !taken.contains(name))
+            .unwrap_or_default();
+        taken.insert(free.clone());
+        free
+    };
+    images.iter().map(one).collect()
 }
 
 /// Writes the image with a cross at every disc seen, a ring where one is missing, arrows along the first row and
@@ -65,4 +83,15 @@ pub(crate) fn write(path: &Path, image: &Image, found: &Found) -> Result<(), Png
         canvas.text([x, y - 14.0], &format!("{c},{r}"), 14.0, SEEN, Anchor::Centre);
     }
     write_png(path, &canvas, &[])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_images_of_one_name_do_not_overwrite_each_other() {
+        let images = ["a/view.png", "b/view.png", "view.2.png", "view.jpg", "other.png"].map(PathBuf::from);
+        assert_eq!(stems(&images), ["view", "view.2", "view.2.2", "view.3", "other"]);
+    }
 }

@@ -22,7 +22,7 @@ pub(crate) fn file(spec: &GridSpec, images: &[Value]) -> Value {
 
 fn disc(disc: &GridDisc, pitch_mm: f64) -> Value {
     let c = disc.covariance;
-    json!({
+    let mut value = json!({
         "col": disc.col,
         "row": disc.row,
         "x_mm": disc.col as f64 * pitch_mm,
@@ -31,7 +31,18 @@ fn disc(disc: &GridDisc, pitch_mm: f64) -> Value {
         "y_px": disc.at.y,
         "covariance_px2": [c[(0, 0)], c[(0, 1)], c[(1, 1)]],
         "mark": disc.mark,
-    })
+    });
+    if let Some(own) = &disc.measured {
+        let axes = own.ellipse.axes();
+        value["measured"] = json!({
+            "x_px": own.ellipse.centre.x,
+            "y_px": own.ellipse.centre.y,
+            "semi_axes_px": axes.semi,
+            "long_axis_deg": axes.long.y.atan2(axes.long.x).to_degrees(),
+            "radius_mm": own.radius * pitch_mm,
+        });
+    }
+    value
 }
 
 /// One image with its grid.

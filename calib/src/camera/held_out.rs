@@ -1,0 +1,55 @@
+//! How well a camera of some views predicts another one: what tells a better model from one with more numbers.
+
+use super::adjust::{Problem, STEP_END, State};
+use super::error::CameraRefused;
+use super::normal::SHARED;
+use super::settled;
+use super::view::{ImageSize, Options, Station, View};
+
+/// The damping of an adjustment that begins near its end.
+const NEARLY: f64 = 1e-3;
+
+/// For each view the root mean square distance, pixels, of its discs from where the camera (and plate) of all other views
+/// sees them, its pose alone adjusted to them. Discs that the calibration of all views leaves out are left out.
+///
+/// A model that is nearer the truth has smaller ones; numbers that only follow the noise, or an error that the model has
+/// no number for, have larger ones, whatever they do to the residuals of a calibration. One calibration a view.
+///
+/// # Errors
+/// Each variant of [`CameraRefused`]; without one of three views the other two must hold the camera.
+pub fn held_out(views: &[View], size: ImageSize, options: &Options) -> Result<Vec<f64>, CameraRefused> {
+    let (stations, chosen) = settled(views, size, options)?;
+    let used: Vec<Station> = stations.iter().zip(&chosen.kept).map(|(s, k)| s.only(k)).collect();
+    let one = |view| without(view, &used, &chosen.settled.state, options);
+    (0..views.len()).map(one).collect()
+}
+
+/// That of one view.
+fn without(view: usize, stations: &[Station], state: &State, options: &Options) -> Result<f64, CameraRefused> {
+    let others = |k: &usize| *k != view;
+    let rest: Vec<Station> = (0..stations.len())
+        .filter(others)
+        .map(|k| stations[k].clone())
+        .collect();
+    let start = State {
+        poses: (0..stations.len()).filter(others).map(|k| state.poses[k]).collect(),
+        ..state.clone()
+    };
+    let free = options.shared();
+    let stations_of_rest = &rest[..];
+    let found = Problem {
+        stations: stations_of_rest,
+        free,
+    }
+    .settle_to(STEP_END, NEARLY, start)?;
+    let alone = Problem {
+        stations: &stations[view..=view],
+        free: [false; SHARED],
+    };
+    let start = State {
+        poses: vec![state.poses[view]],
+        ..found.state
+    };
+    let seen = alone.settle_to(STEP_END, NEARLY, start)?.state;
+    Ok(alone.rms_px(&seen))
+}

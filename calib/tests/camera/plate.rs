@@ -1,0 +1,92 @@
+//! Plates that are bent: their height is found, and views that are held out tell when it is there.
+
+use calib::camera::{Options, View, calibrate, held_out};
+use geometry::Point;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::common::Random;
+use super::rig::{self, Rig, SIZE};
+use super::{LENSES, camera};
+
+/// The planted bend, mm, over places from the middle in units of 40 mm, half the grid's longer side.
+const BEND: [f64; 3] = [0.4, -0.15, 0.25];
+
+fn height(at: Vector2<f64>) -> f64 {
+    let [u, w] = [(at.x - 40.0) / 40.0, (at.y - 30.0) / 40.0];
+    BEND[0] * u * u + BEND[1] * u * w + BEND[2] * w * w
+}
+
+/// Views of the rig's grid lifted by the planted bend.
+fn bent(rig: &Rig) -> Vec<View> {
+    let mut views = rig.views(None);
+    for (view, pose) in views.iter_mut().zip(&rig.poses) {
+        for s in &mut view.sightings {
+            let place = Point::new(s.at_mm.x, s.at_mm.y, height(s.at_mm));
+            s.pixel = rig.camera.project(*pose * place).unwrap();
+        }
+    }
+    views
+}
+
+fn rig() -> Rig {
+    Rig::around(camera(1200.0, LENSES[3].1), 7, 0.5)
+}
+
+/// With a gate beyond all: a flat model of a bent plate is to be compared on the same discs.
+fn options(bent: bool) -> Options {
+    Options {
+        bent,
+        gate: 1e6,
+        ..Options::default()
+    }
+}
+
+/// Pixels are rounded to 2e-13, and heights are known to 1 mm a pixel of noise: 1e-7 is more than a hundred times that.
+#[test]
+fn a_planted_bend_is_found_with_the_camera() {
+    let rig = rig();
+    let found = calibrate(&bent(&rig), SIZE, &options(true)).unwrap();
+    let plate = found.plate.unwrap();
+    for (found, planted) in plate.numbers_mm().iter().zip(BEND) {
+        assert!((found - planted).abs() < 1e-7, "{found} {planted}");
+    }
+    let at = Vector2::new(70.0, 10.0);
+    assert!((plate.height_mm(at) - height(at)).abs() < 1e-7);
+    assert!((found.camera.focal - rig.camera.focal).amax() < 1e-4 && found.rms_px < 1e-9);
+    let flat = calibrate(&bent(&rig), SIZE, &options(false)).unwrap();
+    assert!(flat.plate.is_none() && flat.rms_px > 0.1, "{}", flat.rms_px);
+}
+
+/// A mean of 100 chi-squares of 3 degrees has the deviation sqrt(6 / 100).
+#[test]
+fn the_bends_covariance_is_that_of_repeated_calibrations() {
+    const TRIALS: u32 = 100;
+    let exact = bent(&rig());
+    let reference = calibrate(&exact, SIZE, &options(true)).unwrap().plate.unwrap();
+    let information: Matrix3<f64> = reference.covariance.try_inverse().unwrap();
+    let mut chi = 0.0;
+    for trial in 0..TRIALS {
+        let noisy = rig::noisy(&exact, &mut Random::new(u64::from(trial) + 77), 1.0);
+        let found = calibrate(&noisy, SIZE, &options(true)).unwrap().plate.unwrap();
+        let off = Vector3::from(found.numbers_mm()) - Vector3::from(BEND);
+        chi += off.dot(&(information * off));
+    }
+    let n = f64::from(TRIALS);
+    assert!((chi / n - 3.0).abs() < 4.0 * (6.0 / n).sqrt(), "{}", chi / n);
+}
+
+/// Where the plate is bent, its three numbers predict views better; where it is flat, they do not by more than what three
+/// numbers beside 8 + 36 gain of noise.
+#[test]
+fn views_held_out_tell_a_bent_plate_from_a_flat_one() {
+    let rig = rig();
+    let rms = |views: &[View], bent: bool| {
+        let all = held_out(views, SIZE, &options(bent)).unwrap();
+        assert_eq!(all.len(), views.len());
+        (all.iter().map(|r| r * r).sum::<f64>() / all.len() as f64).sqrt()
+    };
+    let truly = rig::noisy(&bent(&rig), &mut Random::new(3), 1.0);
+    assert!(rms(&truly, true) < 0.5 * rms(&truly, false));
+    let flat = rig::noisy(&rig.views(None), &mut Random::new(3), 1.0);
+    assert!(rms(&flat, true) > 0.98 * rms(&flat, false));
+}
