@@ -36,11 +36,18 @@ fn texts(folder: &Path, ending: &str, headers: &[&str]) -> Result<(), Failure> {
 
 fn main() -> Result<(), Failure> {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
-    let folders = ["nifti", "nrrd", "metaimage", "scene", "dicom"].map(|name| corpus.join(name));
+    let folders = ["nifti", "nrrd", "metaimage", "scene", "solids", "dicom"].map(|name| corpus.join(name));
     for folder in &folders {
         fs::create_dir_all(folder)?;
     }
-    let [nifti_folder, nrrd_folder, meta_folder, scene_folder, dicom_folder] = &folders;
+    let [
+        nifti_folder,
+        nrrd_folder,
+        meta_folder,
+        scene_folder,
+        solids_folder,
+        dicom_folder,
+    ] = &folders;
     let patient = PhantomSource::new(1, [90.0; 3])?;
     for name in ["a.nii", "a.nii.gz"] {
         nifti::write(&nifti_folder.join(name), &mut patient.clone())?;
@@ -67,11 +74,17 @@ fn main() -> Result<(), Failure> {
         fs::copy(series.join("IM0002.dcm"), dicom_folder.join(format!("{name}.dcm")))?;
         fs::remove_dir_all(series)?;
     }
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
-    for scene in fs::read_dir(scenes)? {
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
+    scenes(&config, scene_folder)?;
+    scenes(&config.join("solids"), solids_folder)
+}
+
+/// Copies the scene files of a folder.
+fn scenes(from: &Path, to: &Path) -> Result<(), Failure> {
+    for scene in fs::read_dir(from)? {
         let scene = scene?;
         if scene.path().extension().is_some_and(|ending| ending == "toml") {
-            fs::copy(scene.path(), scene_folder.join(scene.file_name()))?;
+            fs::copy(scene.path(), to.join(scene.file_name()))?;
         }
     }
     Ok(())

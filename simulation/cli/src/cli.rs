@@ -100,9 +100,15 @@ pub fn main() -> ExitCode {
 
 fn checked(path: &Path) -> Result<(Source, Model, Plan), String> {
     let source = Source::load(path).map_err(|error| error.to_string())?;
+    let (model, plan) = modelled(&source)?;
+    Ok((source, model, plan))
+}
+
+/// What a scene models and draws, or what is wrong with it.
+pub(crate) fn modelled(source: &Source) -> Result<(Model, Plan), String> {
     let model = Model::new(&source.scene).map_err(|invalid| source.error_at(invalid).to_string())?;
     let plan = Plan::new(&source.scene.output, &model).map_err(|invalid| source.error_at(invalid).to_string())?;
-    Ok((source, model, plan))
+    Ok((model, plan))
 }
 
 fn simulate(args: &RunArgs) -> Result<String, String> {
@@ -115,17 +121,24 @@ fn simulate(args: &RunArgs) -> Result<String, String> {
     };
     let found = run::run(&mut model, &source.scene.search, &mut tell);
     let pictures = output::write(&source.scene, &model, &found, &plan, &args.out).map_err(|error| error.to_string())?;
-    match found.refused {
-        Some(why) => Err(format!(
-            "{}: {why}. What was found until then is in {}",
-            source.path.display(),
-            args.out.display()
+    let uncertified = found.uncertified();
+    let out = args.out.display();
+    match (&found.refused, uncertified.first()) {
+        (Some(why), _) => Err(format!(
+            "{}: {why}. What was found until then is in {out}",
+            source.path.display()
         )),
-        None => Ok(format!(
-            "{} states; {} and result.json in {}\n",
+        (None, Some(first)) => Err(format!(
+            "{}: {} of {} states are NOT certified, first {first}. Raise search.most_steps, change contact.widths, or set \
+             search.exact = false to end frames behind barriers. All states are in {out}",
+            source.path.display(),
+            uncertified.len(),
             found.states.len(),
+        )),
+        (None, None) => Ok(format!(
+            "{}; {} and result.json in {out}\n",
+            words::certified(&found),
             pictures.join(", "),
-            args.out.display()
         )),
     }
 }

@@ -13,3 +13,18 @@ mod report;
 mod run;
 mod scene;
 mod words;
+
+#[cfg(test)]
+mod mutated;
+
+use std::path::Path;
+
+/// What `simulate check` says of the text of a scene; `path` is for the words of errors.
+///
+/// # Errors
+/// What is wrong with it: line, column, key, what was found and what is allowed.
+pub fn check(text: String, path: &Path) -> Result<String, String> {
+    let source = scene::Source::parse(text, path).map_err(|error| error.to_string())?;
+    let (model, _) = cli::modelled(&source)?;
+    Ok(words::described(&source.scene, &model))
+}

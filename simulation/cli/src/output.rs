@@ -157,7 +157,11 @@ impl<'a> Album<'a> {
     }
 
     fn several(&mut self, states: &[State]) -> Result<(), PngError> {
-        let spec = self.spec(states, self.scene.output.film);
+        let mut spec = self.spec(states, self.scene.output.film);
+        // One range for all: calm states are seen beside the last ones.
+        if let Some(span) = &mut spec.span {
+            span.ramp = span.ramp.rooted();
+        }
         if self.scene.output.strip > 0 {
             let sheet = draw::strip(self.model, states, &spec, self.scene.output.strip);
             self.png("strip.png", &sheet, "strip")?;

@@ -5,12 +5,12 @@ use serde::Serialize;
 use simulation::equilibrium::Equilibrium;
 
 use crate::model::{Maker, Model};
-use crate::run::{Run, State};
+use crate::run::{Measures, Run, State};
 use crate::scene::raw::RawScene;
 
 /// Names the format.
 const FORMAT: &str = "trocar-simulation";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The whole file.
 #[derive(Debug, Serialize)]
@@ -25,6 +25,8 @@ pub(crate) struct Report<'a> {
     solids: Vec<SolidRecord<'a>>,
     separated: Vec<SeparatedRecord<'a>>,
     states: Vec<StateRecord<'a>>,
+    /// True where the certificate of every equilibrium holds, and the run came to its end.
+    certified: bool,
     /// Why the run ended early; absent after a whole run.
     #[serde(skip_serializing_if = "Option::is_none")]
     refused: Option<&'a str>,
@@ -55,16 +57,32 @@ struct StateRecord<'a> {
     milliseconds: f64,
     walls: Vec<WallRecord<'a>>,
     on_solids: Vec<OnSolid<'a>>,
+    instruments: Vec<Instrument<'a>>,
     contacts: Vec<ContactRecord<'a>>,
     moved: Vec<MovedRecord<'a>>,
 }
 
 #[derive(Debug, Serialize)]
 struct Certificate {
+    /// True where every criterion holds.
+    holds: bool,
+    /// The criteria that do not, with numbers.
+    fails: Vec<String>,
+    /// `minimum`, or `saddle`.
+    verdict: &'static str,
+    /// Contact is exact; else it is that of barriers.
+    exact: bool,
     energy: f64,
     /// The largest free force beside the largest load or reaction.
     free_force: f64,
-    /// The last change of a constraint's force beside the same.
+    /// The largest load or reaction.
+    load: f64,
+    /// The least signed distance of true arcs to what they keep out of, a length; absent without contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    least_gap: Option<f64>,
+    /// The largest force times gap beside the largest load times the largest solid.
+    complementarity: f64,
+    /// The last change of a constraint's force beside the largest load.
     force_change: f64,
     /// The largest violation of a constraint beside the largest solid.
     violation: f64,
@@ -95,6 +113,17 @@ struct OnSolid<'a> {
     driven: bool,
     force: [f64; 2],
     balance: f64,
+}
+
+/// What an instrument feels.
+#[derive(Debug, Serialize)]
+struct Instrument<'a> {
+    name: &'a str,
+    force: [f64; 2],
+    /// Of its contacts about `about`, counter-clockwise, force times length.
+    moment: f64,
+    /// The mean of its boundary's nodes, about which it is turned.
+    about: [f64; 2],
 }
 
 #[derive(Debug, Serialize)]
@@ -141,6 +170,7 @@ impl<'a> Report<'a> {
             solids: model.solids.iter().enumerate().map(solid).collect(),
             separated: separated.collect(),
             states: run.states.iter().map(|s| record(model, s)).collect(),
+            certified: run.refused.is_none() && run.uncertified().is_empty(),
             refused: run.refused.as_deref(),
             pictures,
         }
@@ -150,9 +180,10 @@ impl<'a> Report<'a> {
 fn record<'a>(model: &'a Model, state: &'a State) -> StateRecord<'a> {
     let walls = model.walls.iter().zip(&state.walls).enumerate();
     let on = model.solids.iter().enumerate().filter(|_| state.found.is_some());
+    let certified = state.measures.as_ref().zip(state.found.as_ref());
     StateRecord {
         label: &state.label,
-        certificate: state.found.map(|found| certificate(model, state, &found)),
+        certificate: certified.map(|(measures, found)| certificate(measures, found)),
         steps: state.iterations,
         milliseconds: state.milliseconds,
         walls: walls
@@ -170,6 +201,7 @@ fn record<'a>(model: &'a Model, state: &'a State) -> StateRecord<'a> {
                 balance: state.balance[k],
             })
             .collect(),
+        instruments: instruments(model, state),
         contacts: state.contacts.iter().map(|c| contact(model, c)).collect(),
         moved: state
             .moved
@@ -182,6 +214,24 @@ fn record<'a>(model: &'a Model, state: &'a State) -> StateRecord<'a> {
             })
             .collect(),
     }
+}
+
+fn instruments<'a>(model: &'a Model, state: &State) -> Vec<Instrument<'a>> {
+    let driven = model
+        .solids
+        .iter()
+        .enumerate()
+        .filter(|(_, s)| s.driven && state.found.is_some());
+    let one = |(k, solid): (usize, &'a crate::model::Named)| {
+        let about = model.centre(k, &state.a);
+        Instrument {
+            name: &solid.name,
+            force: pair(state.force_on(k)),
+            moment: state.moment_on(k, about),
+            about: pair(about),
+        }
+    };
+    driven.map(one).collect()
 }
 
 fn contact<'a>(model: &'a Model, contact: &crate::run::Contact) -> ContactRecord<'a> {
@@ -199,18 +249,25 @@ fn contact<'a>(model: &'a Model, contact: &crate::run::Contact) -> ContactRecord
     }
 }
 
-fn certificate(model: &Model, state: &State, found: &Equilibrium) -> Certificate {
+fn certificate(measures: &Measures, found: &Equilibrium) -> Certificate {
     let minimum = &found.minimum;
-    let load = if minimum.load > 0.0 { minimum.load } else { 1.0 };
+    let fails = measures.fails();
     Certificate {
+        holds: fails.is_empty(),
+        fails,
+        verdict: measures.verdict(),
+        exact: measures.exact,
         energy: minimum.energy,
-        free_force: minimum.residual / load,
-        force_change: found.force_change / load,
-        violation: found.violation / model.system.bodies.extent(),
-        force_balance: state.balance.iter().copied().fold(0.0, f64::max),
-        least_determinant: minimum.least_determinant,
-        falling: minimum.stability.falling,
-        neutral: minimum.stability.neutral,
+        free_force: measures.free_force,
+        load: minimum.load,
+        least_gap: measures.gap(),
+        complementarity: measures.complementarity,
+        force_change: measures.force_change,
+        violation: measures.violation,
+        force_balance: measures.force_balance,
+        least_determinant: measures.least_determinant,
+        falling: measures.falling,
+        neutral: measures.neutral,
         searches: found.searches,
         evaluations: minimum.evaluations,
         factorisations: minimum.factorisations,

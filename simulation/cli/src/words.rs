@@ -3,7 +3,39 @@
 use std::fmt::Write;
 
 use crate::model::{Model, Move};
+use crate::run::{Measures, Run};
 use crate::scene::raw::{RawOverlaps, RawScene, RawWalls};
+
+/// What the certificates of a whole run say together: the worst of each number.
+pub(crate) fn certified(run: &Run) -> String {
+    let all: Vec<&Measures> = run.states.iter().filter_map(|s| s.measures.as_ref()).collect();
+    if all.is_empty() {
+        return format!("{} states as they are placed", run.states.len());
+    }
+    let most = |number: fn(&Measures) -> f64| all.iter().map(|m| number(m)).fold(0.0, f64::max);
+    let least = |number: fn(&Measures) -> f64| all.iter().map(|m| number(m)).fold(f64::INFINITY, f64::min);
+    let gap = least(|m| m.least_gap);
+    let gaps = if gap.is_finite() {
+        format!(
+            ", gaps from {gap:.1e}, force times gap up to {:.1e}",
+            most(|m| m.complementarity)
+        )
+    } else {
+        String::new()
+    };
+    let barriers = all.iter().filter(|m| !m.exact).count();
+    let how = match barriers {
+        0 => "all certified".to_owned(),
+        n => format!("all certified, {n} of them behind barriers"),
+    };
+    format!(
+        "{} equilibria, {how}: free force up to {:.1e} of the load{gaps}, force balance to {:.1e}, least det F {:.3}",
+        all.len(),
+        most(|m| m.free_force),
+        most(|m| m.force_balance),
+        least(|m| m.least_determinant),
+    )
+}
 
 /// The model in words.
 pub(crate) fn described(scene: &RawScene, model: &Model) -> String {
@@ -95,10 +127,27 @@ fn contact(model: &Model) -> String {
                 RawOverlaps::Push => "pushed apart",
             };
             let [first, last] = touch.widths;
+            let whose = pairs(model);
             format!(
-                "contact    of all solids, over {first:.3e} at first and {last:.3e} at last; overlaps at the start {overlaps}"
+                "contact    of {whose}, over {first:.3e} at first and {last:.3e} at last; overlaps at the start {overlaps}"
             )
         }
+    }
+}
+
+/// The solids that keep apart.
+fn pairs(model: &Model) -> String {
+    let name = |k: usize| model.solids[k].name.as_str();
+    let pair = |[i, j]: &[usize; 2]| {
+        if i == j {
+            format!("{} with itself", name(*i))
+        } else {
+            format!("{} and {}", name(*i), name(*j))
+        }
+    };
+    match &model.pairs {
+        None => "all solids".to_owned(),
+        Some(named) => named.iter().map(pair).collect::<Vec<_>>().join(", "),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::advance::{Facing, Pairing, Track};
 use super::broad::near_arcs;
+use super::meeting::Meeting;
 use super::near::{outside_own, signed};
 use super::nearest::nearest;
 use super::shape::Shape;
@@ -11,8 +12,7 @@ use crate::system::Bodies;
 /// Which samples keep out of which arcs on the way of a step.
 pub(super) struct Apart<'a> {
     pub(super) bodies: &'a Bodies,
-    /// Solids that keep out of themselves.
-    pub(super) own: &'a [usize],
+    pub(super) meeting: &'a Meeting,
     /// Samples of an arc of a solid.
     pub(super) count: &'a dyn Fn(usize, usize) -> u32,
     /// How deep they may come.
@@ -23,7 +23,7 @@ impl Pairing for Apart<'_> {
     fn tracks(&self, swept: &[Shape]) -> Vec<Track> {
         let mut tracks = Vec::new();
         for [one, two] in near_arcs(swept, 0.0) {
-            if one[0] == two[0] && !self.own.contains(&(one[0] as usize)) {
+            if !self.meeting.of(one[0] as usize, two[0] as usize) {
                 continue;
             }
             for [own, other] in [[one, two], [two, one]] {

@@ -9,6 +9,7 @@ use nalgebra::Vector2;
 use super::advance::first_fall;
 use super::exact::{Against, Between, Exact};
 use super::rows::{Rows, bend};
+use super::stage::Stage;
 use super::{Active, Change, Force, Term, barrier};
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
@@ -19,8 +20,6 @@ use crate::system::Bodies;
 const SAMPLES: u32 = 4;
 /// A step leaves this part of every distance.
 const LEFT: f64 = 0.1;
-/// The barrier narrows by this factor from search to search.
-const NARROWER: f64 = 0.25;
 
 /// A half-plane that solids keep a little away from.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,13 +27,9 @@ pub struct Guard {
     normal: Vector2<f64>,
     /// Move a wall by changing it, by less than the gaps: see [`Guard::least_gap`].
     pub offset: f64,
-    width: f64,
-    last_width: f64,
+    stage: Stage,
     stiffness: f64,
     samples: Vec<(usize, Cursor, f64)>,
-    /// The exact contact that takes over after the last width, once it is wanted.
-    polish: bool,
-    exact: Option<Exact>,
 }
 
 impl Guard {
@@ -45,7 +40,7 @@ impl Guard {
         which: &[usize],
         normal: Vector2<f64>,
         offset: f64,
-        [first_width, last_width]: [f64; 2],
+        widths: [f64; 2],
         stiffness: f64,
     ) -> Option<Self> {
         let normal = normal
@@ -62,16 +57,12 @@ impl Guard {
                 }
             }
         }
-        let last_width = last_width.min(first_width);
         Some(Self {
             normal,
             offset,
-            width: first_width,
-            last_width,
+            stage: Stage::new(widths),
             stiffness,
             samples,
-            polish: false,
-            exact: None,
         })
     }
 
@@ -79,7 +70,7 @@ impl Guard {
     /// number plays no part any more.
     #[must_use]
     pub fn polished(mut self, _stiffness: f64) -> Self {
-        self.polish = true;
+        self.stage.polish();
         self
     }
 
@@ -87,7 +78,7 @@ impl Guard {
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
         let which: std::collections::BTreeSet<usize> = self.samples.iter().map(|s| s.0).collect();
         let between = Between::Plane {
-            depth: 2.0 * self.width,
+            depth: 2.0 * self.stage.width,
             which: which.into_iter().collect(),
             normal: self.normal,
             offset: self.offset,
@@ -98,8 +89,8 @@ impl Guard {
         };
         let rows = self.samples.iter().filter_map(|(body, cursor, length)| {
             let gap = self.gap(bodies, a, *body, cursor);
-            let [_, slope, _] = barrier(gap / self.width)?;
-            (gap < 2.0 * self.width).then_some((*body, *cursor, against, -self.stiffness * length * slope))
+            let [_, slope, _] = barrier(gap / self.stage.width)?;
+            (gap < 2.0 * self.stage.width).then_some((*body, *cursor, against, -self.stiffness * length * slope))
         });
         Exact::new(between, bodies, a, rows)
     }
@@ -128,29 +119,29 @@ impl Guard {
     ) -> impl Iterator<Item = (usize, &'a Cursor, f64, Option<[f64; 3]>)> {
         self.samples.iter().filter_map(move |(body, cursor, length)| {
             let gap = self.gap(bodies, a, *body, cursor);
-            let scale = self.stiffness * length * self.width;
-            let energy = barrier(gap / self.width).map(|[b, first, second]| {
+            let scale = self.stiffness * length * self.stage.width;
+            let energy = barrier(gap / self.stage.width).map(|[b, first, second]| {
                 [
                     scale * b,
-                    scale * first / self.width,
-                    scale * second / self.width.powi(2),
+                    scale * first / self.stage.width,
+                    scale * second / self.stage.width.powi(2),
                 ]
             });
-            (gap < self.width).then_some((*body, cursor, gap, energy))
+            (gap < self.stage.width).then_some((*body, cursor, gap, energy))
         })
     }
 }
 
 impl Term for Guard {
     fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
-        if let Some(plane) = &self.exact {
+        if let Some(plane) = &self.stage.exact {
             return plane.energy(bodies, a);
         }
         self.near(bodies, a).map(|(_, _, _, energy)| Some(energy?[0])).sum()
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
-        if let Some(plane) = &self.exact {
+        if let Some(plane) = &self.stage.exact {
             return plane.gradient(bodies, a, gradient);
         }
         let mut sum = 0.0;
@@ -167,7 +158,7 @@ impl Term for Guard {
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
-        if let Some(plane) = &self.exact {
+        if let Some(plane) = &self.stage.exact {
             return plane.hessian(bodies, a, convex, sink);
         }
         for (body, cursor, _, energy) in self.near(bodies, a) {
@@ -183,7 +174,7 @@ impl Term for Guard {
     }
 
     fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
-        if self.exact.is_some() {
+        if self.stage.exact.is_some() {
             return 1.0;
         }
         let way = |(body, cursor, _): &(usize, Cursor, f64)| {
@@ -203,39 +194,32 @@ impl Term for Guard {
     }
 
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
-        if let Some(plane) = &mut self.exact {
-            return plane.update(bodies, a);
-        }
-        let mut again = self.width > self.last_width;
-        if self.polish && !again {
-            self.exact = Some(self.hand_over(bodies, a));
-            again = true;
-        }
-        self.width = (self.width * NARROWER).max(self.last_width);
-        Change {
-            again,
-            ..Change::default()
-        }
+        let exact = self.stage.due().then(|| self.hand_over(bodies, a));
+        self.stage.update(bodies, a, exact)
     }
 
     fn active(&mut self) -> Option<&mut dyn Active> {
-        self.exact.as_mut().map(|exact| exact as &mut dyn Active)
+        self.stage.active()
     }
 
     fn provisional(&self) -> bool {
-        self.exact.is_none() && (self.polish || self.width > self.last_width)
+        self.stage.provisional()
     }
 
     fn narrow(&mut self, again: bool) {
-        self.polish &= again;
-        if again {
-            self.width *= NARROWER;
-        }
-        self.last_width = self.width;
+        self.stage.narrow(again);
     }
 
     fn exact(&self) -> bool {
-        self.exact.is_some()
+        self.stage.exact.is_some()
+    }
+
+    fn handed_over(&self) -> bool {
+        self.stage.exact.is_some()
+    }
+
+    fn polish(&mut self) {
+        self.stage.polish();
     }
 
     fn copy(&self) -> Box<dyn Term> {
@@ -243,7 +227,7 @@ impl Term for Guard {
     }
 
     fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {
-        if let Some(plane) = &self.exact {
+        if let Some(plane) = &self.stage.exact {
             return plane.forces(bodies, a);
         }
         let near = self.near(bodies, a).filter_map(|(body, cursor, gap, energy)| {

@@ -11,6 +11,7 @@ mod broad;
 mod exact;
 mod guard;
 mod link;
+mod meeting;
 mod near;
 mod nearest;
 mod overlap;
@@ -19,13 +20,14 @@ mod plane;
 mod rows;
 mod shape;
 mod signed;
+mod stage;
 
 pub use barrier::barrier;
 pub use broad::near_boxes;
 pub use guard::Guard;
 pub use link::{End, Link};
 pub use nearest::{Nearest, nearest};
-pub use overlap::{Overlap, overlapping};
+pub use overlap::{Overlap, deepest, overlapping};
 pub use pairs::Pairs;
 pub use plane::Plane;
 
@@ -102,6 +104,17 @@ impl Progress {
     }
 }
 
+/// Where rows are added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Closest {
+    /// Nowhere.
+    Nowhere,
+    /// Where arcs have a closest point that stands out.
+    Sharp,
+    /// Where they run along one another too.
+    All,
+}
+
 /// Constraints whose forces are unknowns of their own: what the last steps to exact contact work on.
 pub trait Active: std::fmt::Debug {
     /// Forces times gaps that the next step aims at; `None`: gradients are those of the forces as they are.
@@ -113,8 +126,14 @@ pub trait Active: std::fmt::Debug {
     /// Gaps and forces follow their parts of the step that [`Self::limits`] saw last.
     fn take(&mut self, parts: [f64; 2]);
 
-    /// Looks at the rows in a new state; where `closest`, adds rows where solids come closer between them.
-    fn review(&mut self, bodies: &Bodies, a: &[f64], closest: bool) -> Progress;
+    /// How far from its rows' solution the state `a` is, with gaps and forces at the part `part` of the step that [`Self::limits`] saw
+    /// last: `(- w sum ln s, sum |g - s|, the largest force)`. `None` where a row has lost its foot.
+    fn merit(&self, _bodies: &Bodies, _a: &[f64], _part: f64) -> Option<[f64; 3]> {
+        Some([0.0; 3])
+    }
+
+    /// Looks at the rows in a new state, and adds rows where solids come closer between them.
+    fn review(&mut self, bodies: &Bodies, a: &[f64], closest: Closest) -> Progress;
 }
 
 /// A term of the energy of a system. Positions enter it through the boundaries of the solids only.
@@ -151,6 +170,14 @@ pub trait Term: std::fmt::Debug {
     /// Stays provisional for one narrower barrier more where `again`: exact contact did not converge from this one. Else
     /// keeps its barrier for good.
     fn narrow(&mut self, _again: bool) {}
+
+    /// True once exact contact has taken over from a barrier or from multipliers.
+    fn handed_over(&self) -> bool {
+        false
+    }
+
+    /// Asks for exact contact after the narrowest barrier, or in the place of multipliers.
+    fn polish(&mut self) {}
 
     /// False where it stands for what it does only up to a barrier's width.
     fn exact(&self) -> bool {

@@ -11,10 +11,12 @@ use nalgebra::Vector2;
 use super::apart::Apart;
 use super::broad::{Place, near_arcs};
 use super::exact::{Against, Between, Exact};
+use super::meeting::Meeting;
 use super::near::{Near, outside_own};
 use super::nearest::nearest;
 use super::rows::bend;
 use super::shape::{Shape, box_distance, boxes_near};
+use super::stage::Stage;
 use super::{Active, Change, Force, Term, advance, barrier};
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
@@ -24,22 +26,13 @@ use crate::system::Bodies;
 /// Samples of each arc, at least and at most; the first lies on its first node.
 const FEWEST: u32 = 4;
 const MOST: u32 = 64;
-/// The barrier narrows by this factor from search to search.
-const NARROWER: f64 = 0.25;
-
 /// Keeps solids apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pairs {
-    /// The distance below which solids push each other.
-    width: f64,
-    last_width: f64,
+    stage: Stage,
     /// Units of stress.
     stiffness: f64,
-    /// Solids that keep out of themselves.
-    own: Vec<usize>,
-    /// The exact contact that takes over after the last width, once it is wanted: its stiffness.
-    polish: bool,
-    exact: Option<Exact>,
+    meeting: Meeting,
     seen: Memory,
 }
 
@@ -72,12 +65,9 @@ impl Pairs {
     /// over that distance, so it is about the error. `stiffness` (units of stress): 0.1 of the solids' is good.
     pub fn new(first_width: f64, last_width: f64, stiffness: f64) -> Self {
         Self {
-            width: first_width,
-            last_width: last_width.min(first_width),
+            stage: Stage::new([first_width, last_width]),
             stiffness,
-            own: Vec::new(),
-            polish: false,
-            exact: None,
+            meeting: Meeting::default(),
             seen: Memory::default(),
         }
     }
@@ -86,7 +76,15 @@ impl Pairs {
     /// its own and the two next to it, from the outside. The width must be less than an arc is long.
     #[must_use]
     pub fn with_own(mut self, bodies: &[usize]) -> Self {
-        self.own = bodies.to_vec();
+        self.meeting.own = bodies.iter().copied().collect();
+        self
+    }
+
+    /// The same, but of these pairs of solids alone: all others pass through one another. A solid paired with itself keeps
+    /// out of itself, as with [`Self::with_own`].
+    #[must_use]
+    pub fn among(mut self, pairs: &[[usize; 2]]) -> Self {
+        self.meeting = Meeting::among(pairs);
         self
     }
 
@@ -94,18 +92,18 @@ impl Pairs {
     /// keep out of the true arcs, and so do closest points of arcs between them.
     #[must_use]
     pub fn polished(mut self) -> Self {
-        self.polish = true;
+        self.stage.polish();
         self
     }
 
     /// Hands the forces over to the exact contact: every sample nearer than twice the width becomes a row.
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
         let between = Between::Solids {
-            depth: 2.0 * self.width,
-            own: self.own.clone(),
+            depth: 2.0 * self.stage.width,
+            meeting: self.meeting.clone(),
         };
         let mut rows: Vec<(usize, Cursor, Against, f64)> = Vec::new();
-        let reach = Cell::new(2.0 * self.width);
+        let reach = Cell::new(2.0 * self.stage.width);
         self.visit(bodies, &Self::shapes(bodies, a), &reach, &mut |near| {
             let force = self.energy_of(&near).map_or(0.0, |e| -e[1]);
             let [body, other] = near.on;
@@ -128,13 +126,13 @@ impl Pairs {
 
     /// The distance below which solids push each other now.
     pub fn width(&self) -> f64 {
-        self.width
+        self.stage.width
     }
 
     /// Calls `visit` with every sample that comes as near as `within` to an arc of another solid. The visitor may narrow it.
     fn visit(&self, bodies: &Bodies, shapes: &[Shape], within: &Cell<f64>, visit: &mut dyn FnMut(Near)) {
         for [one, two] in near_arcs(shapes, within.get()) {
-            if one[0] == two[0] && !self.own.contains(&(one[0] as usize)) {
+            if !self.meeting.of(one[0] as usize, two[0] as usize) {
                 continue;
             }
             self.visit_arcs(bodies, shapes, [one, two], within, visit);
@@ -188,12 +186,12 @@ impl Pairs {
     /// state one after the other.
     fn near<T>(&self, bodies: &Bodies, a: &[f64], look: impl FnOnce(&[Shape], &[Near]) -> T) -> T {
         let mut seen = self.seen.0.borrow_mut();
-        if !seen.as_ref().is_some_and(|s| s.width == self.width && s.a == a) {
+        if !seen.as_ref().is_some_and(|s| s.width == self.stage.width && s.a == a) {
             let (shapes, mut near) = (Self::shapes(bodies, a), Vec::new());
-            self.visit(bodies, &shapes, &Cell::new(self.width), &mut |n| near.push(n));
+            self.visit(bodies, &shapes, &Cell::new(self.stage.width), &mut |n| near.push(n));
             *seen = Some(Seen {
                 a: a.to_vec(),
-                width: self.width,
+                width: self.stage.width,
                 shapes,
                 near,
             });
@@ -211,18 +209,18 @@ impl Pairs {
         let boundary = bodies.solid(body).boundary();
         let [a, b, c] = boundary.reference[arc];
         let depth = (b - (a + c) * 0.5).norm();
-        let wanted = (3.0 * (depth / self.width).sqrt()).ceil();
+        let wanted = (3.0 * (depth / self.stage.width).sqrt()).ceil();
         (wanted.min(f64::from(MOST)) as u32).max(FEWEST)
     }
 
     /// Energy of a pair and its two derivatives by the distance.
     fn energy_of(&self, near: &Near) -> Option<[f64; 3]> {
-        let scale = 0.5 * self.stiffness * near.length * self.width;
-        let [b, first, second] = barrier(near.at.distance / self.width)?;
+        let scale = 0.5 * self.stiffness * near.length * self.stage.width;
+        let [b, first, second] = barrier(near.at.distance / self.stage.width)?;
         Some([
             scale * b,
-            scale * first / self.width,
-            scale * second / (self.width * self.width),
+            scale * first / self.stage.width,
+            scale * second / (self.stage.width * self.stage.width),
         ])
     }
 
@@ -240,7 +238,7 @@ fn reference_speed(bodies: &Bodies, body: usize, sample: &Cursor) -> f64 {
 
 impl Term for Pairs {
     fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
-        if let Some(exact) = &self.exact {
+        if let Some(exact) = &self.stage.exact {
             return exact.energy(bodies, a);
         }
         self.near(bodies, a, |_, near| {
@@ -249,7 +247,7 @@ impl Term for Pairs {
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
-        if let Some(exact) = &self.exact {
+        if let Some(exact) = &self.stage.exact {
             return exact.gradient(bodies, a, gradient);
         }
         self.near(bodies, a, |_, near| {
@@ -267,7 +265,7 @@ impl Term for Pairs {
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
-        if let Some(exact) = &self.exact {
+        if let Some(exact) = &self.stage.exact {
             return exact.hessian(bodies, a, convex, sink);
         }
         self.near(bodies, a, |shapes, near| {
@@ -289,11 +287,11 @@ impl Term for Pairs {
     }
 
     fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
-        let depth = self.exact.as_ref().map_or(0.0, |_| self.width);
+        let depth = self.stage.exact.as_ref().map_or(0.0, |_| self.stage.width);
         let count = |body, arc| self.count(bodies, body, arc);
         let apart = Apart {
             bodies,
-            own: &self.own,
+            meeting: &self.meeting,
             count: &count,
             depth,
         };
@@ -301,39 +299,32 @@ impl Term for Pairs {
     }
 
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
-        if let Some(exact) = &mut self.exact {
-            return exact.update(bodies, a);
-        }
-        let mut again = self.width > self.last_width;
-        if self.polish && !again {
-            self.exact = Some(self.hand_over(bodies, a));
-            again = true;
-        }
-        self.width = (self.width * NARROWER).max(self.last_width);
-        Change {
-            again,
-            ..Change::default()
-        }
+        let exact = self.stage.due().then(|| self.hand_over(bodies, a));
+        self.stage.update(bodies, a, exact)
     }
 
     fn active(&mut self) -> Option<&mut dyn Active> {
-        self.exact.as_mut().map(|exact| exact as &mut dyn Active)
+        self.stage.active()
     }
 
     fn provisional(&self) -> bool {
-        self.exact.is_none() && (self.polish || self.width > self.last_width)
+        self.stage.provisional()
     }
 
     fn narrow(&mut self, again: bool) {
-        self.polish &= again;
-        if again {
-            self.width *= NARROWER;
-        }
-        self.last_width = self.width;
+        self.stage.narrow(again);
     }
 
     fn exact(&self) -> bool {
-        self.exact.is_some()
+        self.stage.exact.is_some()
+    }
+
+    fn handed_over(&self) -> bool {
+        self.stage.exact.is_some()
+    }
+
+    fn polish(&mut self) {
+        self.stage.polish();
     }
 
     fn copy(&self) -> Box<dyn Term> {
@@ -341,7 +332,7 @@ impl Term for Pairs {
     }
 
     fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {
-        if let Some(exact) = &self.exact {
+        if let Some(exact) = &self.stage.exact {
             return exact.forces(bodies, a);
         }
         self.near(bodies, a, |shapes, near| {

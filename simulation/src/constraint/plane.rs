@@ -7,12 +7,18 @@
 
 use nalgebra::Vector2;
 
+use super::exact::{Against, Between, Exact};
 use super::rows::{Rows, bend};
-use super::{Change, Force, Term};
+use super::stage::Stage;
+use super::{Active, Change, Force, Term};
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
 use crate::system::Bodies;
 
+/// Exact contact that takes over sees this deep, in sizes of the largest solid.
+const DEPTH: f64 = 1e-3;
+/// It takes over once no multiplier changes by more than this part of the largest.
+const NEAR: f64 = 1e-2;
 /// A dip less deep than this part of the largest solid is rounding.
 const DIP: f64 = 1e-5;
 
@@ -33,6 +39,8 @@ pub struct Plane {
     pub offset: f64,
     stiffness: f64,
     touches: Vec<Touch>,
+    /// The exact contact on true arcs that takes over, once it is wanted.
+    stage: Stage,
 }
 
 impl Plane {
@@ -62,7 +70,39 @@ impl Plane {
             offset,
             stiffness,
             touches,
+            stage: Stage::new([DEPTH * bodies.extent(); 2]),
         })
+    }
+
+    /// Hands the multipliers over to exact contact: every cursor that pushes or is near becomes a row.
+    fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
+        let (depth, normal, offset) = (2.0 * self.stage.width, self.normal, self.offset);
+        let which: std::collections::BTreeSet<usize> = self.touches.iter().map(|t| t.body).collect();
+        let between = Between::Plane {
+            depth,
+            which: which.into_iter().collect(),
+            normal,
+            offset,
+        };
+        let near = |t: &&Touch| t.multiplier > 0.0 || self.gap(bodies, a, t) < depth;
+        // Dips have rows of their own.
+        let own = self.touches.iter().filter(|t| !t.added).filter(near);
+        let rows = own.map(|t| (t.body, t.cursor, Against::Plane { normal, offset }, t.multiplier));
+        Exact::new(between, bodies, a, rows)
+    }
+
+    /// Takes multipliers from the gaps of a state.
+    fn multiply(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
+        let mut change = Change::default();
+        for k in 0..self.touches.len() {
+            let touch = self.touches[k];
+            let gap = self.gap(bodies, a, &touch);
+            let next = (touch.multiplier - self.stiffness * gap).max(0.0);
+            change.force = change.force.max((next - touch.multiplier).abs());
+            change.violation = change.violation.max(-gap);
+            self.touches[k].multiplier = next;
+        }
+        change
     }
 
     fn gap(&self, bodies: &Bodies, a: &[f64], touch: &Touch) -> f64 {
@@ -135,12 +175,18 @@ impl Plane {
 
 impl Term for Plane {
     fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
+        if let Some(exact) = &self.stage.exact {
+            return exact.energy(bodies, a);
+        }
         let constant: f64 = self.touches.iter().map(|t| t.multiplier * t.multiplier).sum();
         let pushing: f64 = self.pushing(bodies, a).map(|(_, push)| push * push).sum();
         Some((pushing - constant) / (2.0 * self.stiffness))
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        if let Some(exact) = &self.stage.exact {
+            return exact.gradient(bodies, a, gradient);
+        }
         for (touch, push) in self.pushing(bodies, a) {
             let mut rows = Rows::default();
             rows.add(bodies, touch.body, &touch.cursor, a, 1.0);
@@ -152,6 +198,9 @@ impl Term for Plane {
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
+        if let Some(exact) = &self.stage.exact {
+            return exact.hessian(bodies, a, convex, sink);
+        }
         for (touch, push) in self.pushing(bodies, a) {
             let mut rows = Rows::default();
             rows.add(bodies, touch.body, &touch.cursor, a, 1.0);
@@ -166,17 +215,38 @@ impl Term for Plane {
     }
 
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
-        let mut change = Change::default();
-        for k in 0..self.touches.len() {
-            let touch = self.touches[k];
-            let gap = self.gap(bodies, a, &touch);
-            let next = (touch.multiplier - self.stiffness * gap).max(0.0);
-            change.force = change.force.max((next - touch.multiplier).abs());
-            change.violation = change.violation.max(-gap);
-            self.touches[k].multiplier = next;
+        if self.stage.exact.is_some() {
+            return self.stage.update(bodies, a, None);
         }
+        let mut change = self.multiply(bodies, a);
         change.again = self.follow_dips(bodies, a);
+        let largest = self.touches.iter().map(|t| t.multiplier).fold(0.0, f64::max);
+        let settled = !change.again && change.force <= NEAR * largest;
+        if settled && self.stage.due() {
+            let exact = self.hand_over(bodies, a);
+            return self.stage.update(bodies, a, Some(exact));
+        }
         change
+    }
+
+    fn active(&mut self) -> Option<&mut dyn Active> {
+        self.stage.active()
+    }
+
+    fn provisional(&self) -> bool {
+        self.stage.provisional()
+    }
+
+    fn narrow(&mut self, again: bool) {
+        self.stage.narrow(again);
+    }
+
+    fn handed_over(&self) -> bool {
+        self.stage.exact.is_some()
+    }
+
+    fn polish(&mut self) {
+        self.stage.polish();
     }
 
     fn copy(&self) -> Box<dyn Term> {
@@ -184,6 +254,9 @@ impl Term for Plane {
     }
 
     fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {
+        if let Some(exact) = &self.stage.exact {
+            return exact.forces(bodies, a);
+        }
         let at_work = self.touches.iter().filter(|t| t.multiplier > 0.0);
         at_work
             .map(|touch| Force {

@@ -17,6 +17,8 @@ use crate::solid::{Boundary, Cursor};
 
 /// A foot that has its point this near, in sizes of the shape's box, at a corner has no direction of its own.
 const AT_CORNER: f64 = 1e-6;
+/// The cosine of the angle that a corner turns by at most, where distances along one of its sides will do for that to it.
+const BLUNT: f64 = 0.9;
 
 /// The foot of a point on an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,8 +105,15 @@ fn settle(nodes: &[Vector2<f64>; 3], point: Vector2<f64>, mut v: f64) -> Option<
     Some(v)
 }
 
-/// The foot of a point on a boundary: walks from `start` over the ends of arcs to the next.
-pub(super) fn walk(shape: &Shape, boundary: &Boundary, start: Cursor, point: Vector2<f64>) -> Option<Foot> {
+/// The foot of a point on a boundary: walks from `start` over the ends of arcs to the next. In a corner that goes in, where a
+/// point may rest on both sides, it stays on its own arc as long as both are as near but for `margin`.
+pub(super) fn walk(
+    shape: &Shape,
+    boundary: &Boundary,
+    start: Cursor,
+    point: Vector2<f64>,
+    margin: f64,
+) -> Option<Foot> {
     let mut at = start;
     for _ in 0..4 {
         let nodes = &shape.arcs[at.arc];
@@ -112,7 +121,7 @@ pub(super) fn walk(shape: &Shape, boundary: &Boundary, start: Cursor, point: Vec
         if v.abs() < 1.0 {
             return Foot::inside(at.arc, nodes, point, v);
         }
-        if let Some(foot) = corner(shape, boundary, at.arc, v > 0.0, point) {
+        if let Some(foot) = corner(shape, boundary, [at.arc, usize::from(v > 0.0)], point, margin) {
             return Some(foot);
         }
         at = if v > 0.0 {
@@ -132,8 +141,15 @@ pub(super) fn walk(shape: &Shape, boundary: &Boundary, start: Cursor, point: Vec
 
 /// The foot in the corner at an end of an arc, where it is the nearest point of the next arc too.
 ///
-/// Of a corner that stands out, along the line to it; in a valley's cone, along the arc's own normal at its end.
-fn corner(shape: &Shape, boundary: &Boundary, arc: usize, last: bool, point: Vector2<f64>) -> Option<Foot> {
+/// Of a corner that stands out, along the line to it, where that is long enough; in a valley's cone, along the arc's own normal at its end.
+fn corner(
+    shape: &Shape,
+    boundary: &Boundary,
+    [arc, end]: [usize; 2],
+    point: Vector2<f64>,
+    margin: f64,
+) -> Option<Foot> {
+    let last = end == 1;
     let other = if last {
         boundary.next[arc]
     } else {
@@ -144,11 +160,13 @@ fn corner(shape: &Shape, boundary: &Boundary, arc: usize, last: bool, point: Vec
     let vertex = if last { own[2] } else { own[0] };
     let offset = point - vertex;
     let slopes = [combine(own, line_slope(end)), combine(next, line_slope(-end))];
+    let normals = slopes.map(outward);
+    let turns = slopes[0].x * slopes[1].y - slopes[0].y * slopes[1].x;
+    let both = turns * end < 0.0 && (normals[0] - normals[1]).dot(&offset).abs() <= margin;
     // The next arc leads on from the corner: the foot goes there.
-    if slopes[1].dot(&offset) * end > 0.0 {
+    if slopes[1].dot(&offset) * end > 0.0 && !both {
         return None;
     }
-    let normals = slopes.map(outward);
     let on = Cursor { arc, u: end };
     let flat = |normal: Vector2<f64>| Foot {
         on,
@@ -156,15 +174,20 @@ fn corner(shape: &Shape, boundary: &Boundary, arc: usize, last: bool, point: Vec
         normal,
         slides: None,
     };
-    let turns = slopes[0].x * slopes[1].y - slopes[0].y * slopes[1].x;
     if turns * end <= 0.0 {
         return Some(flat(normals[0]));
     }
-    let mean = (normals[0] + normals[1]).try_normalize(0.0)?;
     let size = (shape.bounds[1] - shape.bounds[0]).amax();
     let distance = offset.norm();
-    if distance <= AT_CORNER * size {
-        return Some(flat(mean));
+    // Next to the corner the point keeps out of the side that it is farther out of: tip on tip, it slides off. Forces on
+    // a tip itself would have no direction.
+    if distance <= AT_CORNER * size || normals[0].dot(&normals[1]) > BLUNT {
+        let farther = if normals[1].dot(&offset) > normals[0].dot(&offset) {
+            1
+        } else {
+            0
+        };
+        return Some(flat(normals[farther]));
     }
     Some(Foot {
         on,

@@ -36,6 +36,8 @@ const NEUTRAL: f64 = 1e-12;
 /// Shifts of an indefinite matrix, in its scale: from, to.
 const LEAST_SHIFT: f64 = 1e-4;
 const MOST_SHIFT: f64 = 1e-1;
+/// Each shift tried, in the one before.
+const GROWS: f64 = 8.0;
 /// A state this many sizes away has no equilibrium near.
 const FAR: f64 = 1e4;
 /// Leaving a saddle must lower the energy by this part of it: more than rounding.
@@ -194,7 +196,7 @@ impl Newton {
                 self.shift = shift;
                 return self.finite_step(potential, at);
             }
-            shift *= 8.0;
+            shift *= GROWS;
         }
         self.assemble(potential, a, true)?;
         let shifts = [0.0, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];

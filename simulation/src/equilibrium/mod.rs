@@ -12,7 +12,7 @@ const MOST_SEARCHES: usize = 60;
 /// The largest free force over the largest load in a search whose term is to be replaced.
 const PROVISIONAL: f64 = 1e-6;
 /// Tries of the exact equations.
-const MOST_POLISHES: usize = 2;
+const MOST_POLISHES: usize = 4;
 /// Violations below this part of the largest solid count as none.
 const NO_VIOLATION: f64 = 1e-9;
 
@@ -115,6 +115,8 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
     for search in 1..=MOST_SEARCHES {
         let provisional = system.terms.iter().any(|t| t.provisional());
         newton.settings = on_the_way(wanted, provisional);
+        // What leaves a saddle follows the energy, which knows nothing of rows: see [`after_a_saddle`].
+        newton.settings.leave_saddles &= !system.terms.iter().any(|t| t.handed_over());
         let found = newton.minimise(system, a);
         let minimum = found.map_err(|cause| NoEquilibrium::Search { search, cause })?;
         iterations += minimum.iterations;

@@ -1,6 +1,6 @@
 //! The last steps to exact contact: Newton's method on the balance of forces, gaps, and forces times gaps together.
 
-use crate::constraint::{Active, Progress, Term};
+use crate::constraint::{Active, Closest, Progress, Term};
 use crate::control::{Newton, Potential};
 use crate::system::System;
 
@@ -24,6 +24,15 @@ const NEAR: f64 = 0.1;
 /// Depths below this part of the largest solid are none.
 const NO_DEPTH: f64 = 1e-13;
 
+/// Halvings of a step that does not lower the merit.
+const MOST_HALVINGS: usize = 6;
+/// What a row lacks of its gap counts this many times the largest force.
+const PENALTY: f64 = 2.0;
+/// A merit that rises by this part of the energy does not rise.
+const ROUNDING: f64 = 1e-12;
+/// What rows lack of their gaps must fall to this part, where the merit does not fall.
+const CLOSER: f64 = 0.9;
+
 /// What the polish found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Polished {
@@ -41,7 +50,7 @@ fn with(system: &mut System, mut call: impl FnMut(&mut dyn Active, &System)) {
     system.terms = terms;
 }
 
-fn review(system: &mut System, a: &[f64], closest: bool) -> Progress {
+fn review(system: &mut System, a: &[f64], closest: Closest) -> Progress {
     let mut progress = Progress::default();
     with(system, |t, system| {
         progress = progress.and(t.review(&system.bodies, a, closest))
@@ -61,7 +70,7 @@ fn balance(system: &mut System, a: &[f64]) -> Option<[f64; 2]> {
 /// long as that converges.
 pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Polished {
     let extent = system.bodies.extent();
-    let mut progress = review(system, a, false);
+    let mut progress = review(system, a, Closest::Nowhere);
     let mut aim = FALL * progress.work / progress.rows.max(1) as f64;
     for steps in 0..MOST_STEPS {
         let Some([residual, load]) = balance(system, a) else {
@@ -72,7 +81,9 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
         let part = if aim > last { NEAR } else { newton.settings.tolerance };
         let room = (part * aim / load).max(NO_DEPTH * extent);
         if residual <= part * load && progress.complementarity <= 10.0 * aim && progress.violation <= room {
-            progress = review(system, a, true);
+            // Points of arcs that run along one another wait for the end: on the way they come and go.
+            let closest = if aim <= last { Closest::All } else { Closest::Sharp };
+            progress = review(system, a, closest);
             if progress.violation <= room {
                 if aim <= last {
                     let more = if progress.undecided {
@@ -91,7 +102,7 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
         if !advance(system, newton, a, aim) {
             return Polished { done: false, steps };
         }
-        progress = review(system, a, false);
+        progress = review(system, a, Closest::Nowhere);
     }
     Polished {
         done: false,
@@ -117,7 +128,7 @@ fn refine(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, mut aim: f
     aim *= REFINED_FALL;
     while steps < MOST_REFINED && since < MOST_AT_ONE && aim >= least && advance(system, newton, a, aim) {
         (steps, since) = (steps + 1, since + 1);
-        let progress = review(system, a, true);
+        let progress = review(system, a, Closest::All);
         let near = progress.complementarity <= 10.0 * aim && progress.violation <= 0.0;
         let tolerance = newton.settings.tolerance;
         if near && balance(system, a).is_some_and(|[residual, load]| residual <= tolerance * load) {
@@ -140,8 +151,39 @@ fn step(system: &mut System, newton: &mut Newton, a: &[f64]) -> Option<(Vec<f64>
     });
     step.iter_mut().for_each(|s| *s *= parts[0]);
     let (part, next) = shortened(system, a, &step)?;
+    // Where no part lowers the merit, as near the end where only rounding is left of it, the whole step is tried.
+    let (part, next) = descend(system, a, &step, [part, parts[0]]).unwrap_or((part, next));
     parts[0] *= part;
     Some((next, parts))
+}
+
+/// Energy, `- w sum ln s`, `sum |g - s|` and the largest force of all rows.
+fn merit(system: &mut System, a: &[f64], part: f64) -> Option<[f64; 3]> {
+    let mut sum = Some([system.energy(a)?, 0.0, 0.0_f64]);
+    with(system, |t, system| {
+        sum = sum
+            .zip(t.merit(&system.bodies, a, part))
+            .map(|(s, m)| [s[0] + m[0], s[1] + m[1], s[2].max(m[2])]);
+    });
+    sum
+}
+
+/// The first of the halved parts that lowers the merit, or what rows lack of their gaps.
+fn descend(system: &mut System, a: &[f64], step: &[f64], [most, of]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
+    let before = merit(system, a, 0.0)?;
+    let penalty = PENALTY * before[2];
+    let value = |m: [f64; 3]| m[0] + penalty * m[1];
+    let mut part = most;
+    for _ in 0..MOST_HALVINGS {
+        let next: Vec<f64> = a.iter().zip(step).map(|(a, s)| a + part * s).collect();
+        if let Some(after) = merit(system, &next, part * of)
+            && (value(after) <= value(before) + ROUNDING * before[0].abs() || after[1] <= CLOSER * before[1])
+        {
+            return Some((part, next));
+        }
+        part *= 0.5;
+    }
+    None
 }
 
 /// The part of a step that passes through nothing and keeps an energy.

@@ -11,6 +11,8 @@ pub(crate) struct Ramp {
     pub(crate) high: f64,
     /// Blue below zero, white at zero, red above.
     pub(crate) signed: bool,
+    /// Colours go with the square root of a number: small ones are told apart too.
+    pub(crate) root: bool,
 }
 
 /// Coefficients of degree 0 to 6 of red, green and blue: a fit of viridis, the map of van der Walt and Smith (2015).
@@ -36,6 +38,7 @@ impl Ramp {
             low: 0.0,
             high: usable(high),
             signed: false,
+            root: false,
         }
     }
 
@@ -46,11 +49,22 @@ impl Ramp {
             low: -high,
             high,
             signed: true,
+            root: false,
         }
+    }
+
+    /// The same range with colours that go with the square root.
+    pub(crate) fn rooted(self) -> Self {
+        Self { root: true, ..self }
     }
 
     /// The colour of a number; beyond an end, that end's. Grey for what is no number.
     pub(crate) fn colour(&self, x: f64) -> Rgb {
+        let x = if self.root {
+            x.signum() * (x.abs() * self.high).sqrt()
+        } else {
+            x
+        };
         let t = (x - self.low) / (self.high - self.low);
         if t.is_nan() {
             return Rgb(150, 150, 150);
@@ -147,6 +161,20 @@ mod tests {
                 assert!(*step > 0.4 * mean && *step < 1.6 * mean, "{step} of {mean}: {steps:?}");
             }
         }
+    }
+
+    #[test]
+    fn roots_keep_ends_and_spread_what_is_small() {
+        for ramp in [Ramp::from_zero(4.0), Ramp::about_zero(4.0)] {
+            for end in [0.0, 4.0, ramp.low] {
+                assert_eq!(ramp.rooted().colour(end), ramp.colour(end));
+            }
+            assert_eq!(ramp.rooted().colour(1.0), ramp.colour(2.0));
+        }
+        assert_eq!(
+            Ramp::about_zero(4.0).rooted().colour(-1.0),
+            Ramp::about_zero(4.0).colour(-2.0)
+        );
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::run::State;
 use crate::scene::raw::{RawField, RawUnits};
 use picture::Canvas;
 
-/// Of the numbers found, this part lies within the colours: corners where stress is infinite do not take them all.
+/// Of the numbers of a state, this part lies within the colours: corners where stress is infinite do not take them all.
 const WITHIN: f64 = 0.99;
 /// Points of a side of an element at which the range of a field is looked for.
 const SAMPLES: u32 = 4;
@@ -55,46 +55,67 @@ pub(super) fn value(field: RawField, point: &FieldPoint) -> f64 {
     }
 }
 
-/// A range of a field over states, and its largest number with the place of it.
+/// A range of a field over states, its largest number, and how much lies beyond the colours.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
     pub(crate) ramp: Ramp,
     pub(crate) largest: f64,
+    /// The part of the points looked at, 0 to 1, of the state that has most of them beyond the colours.
+    pub(crate) cut: f64,
 }
 
 /// The colours of a field over some states; `None` where nothing has it.
+///
+/// They end where the state that asks for most has all but a hundredth of its points: over all states together the many
+/// calm ones would outvote the few at the end.
 pub(crate) fn span<'a>(model: &Model, states: impl Iterator<Item = &'a State>, field: RawField) -> Option<Span> {
-    let mut sizes = Vec::new();
-    let mut largest = 0.0_f64;
     if field == RawField::Shape {
         return None;
     }
+    let (mut largest, mut high) = (0.0_f64, None);
+    let mut all = Vec::new();
     for state in states {
-        for body in 0..model.solids.len() {
-            let (solid, part) = (
-                model.system.bodies.solid(body),
-                model.system.bodies.part(body, &state.a),
-            );
-            for patch in 0..solid.patches() {
-                for at in grid(SAMPLES) {
-                    let number = solid.field(part, patch, at).map_or(f64::NAN, |p| value(field, &p));
-                    if number.is_finite() {
-                        sizes.push(number.abs());
-                        largest = if number.abs() > largest.abs() { number } else { largest };
-                    }
-                }
-            }
+        let numbers = numbers(model, state, field);
+        largest = numbers
+            .iter()
+            .fold(largest, |m, n| if n.abs() > m.abs() { *n } else { m });
+        let mut sizes: Vec<f64> = numbers.iter().map(|n| n.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let at = ((sizes.len() as f64 * WITHIN) as usize).min(sizes.len().saturating_sub(1));
+        if let Some(size) = sizes.get(at) {
+            high = Some(size.max(high.unwrap_or(0.0)));
         }
+        all.push(sizes);
     }
-    sizes.sort_by(f64::total_cmp);
-    let at = ((sizes.len() as f64 * WITHIN) as usize).min(sizes.len().checked_sub(1)?);
     // Rounding of an undeformed solid is no field.
-    let high = if sizes[at] > 1e-12 { sizes[at] } else { 0.0 };
+    let high = Some(high?).filter(|h| *h > 1e-12).unwrap_or(0.0);
+    let above = |sizes: &Vec<f64>| {
+        let within = sizes.partition_point(|s| *s <= 1.001 * high);
+        1.0 - within as f64 / sizes.len().max(1) as f64
+    };
     let ramp = match field {
         RawField::Principal => Ramp::about_zero(high),
         _ => Ramp::from_zero(high),
     };
-    Some(Span { ramp, largest })
+    Some(Span {
+        ramp,
+        largest,
+        cut: all.iter().map(above).fold(0.0, f64::max),
+    })
+}
+
+/// The numbers of a field on a grid of every element.
+fn numbers(model: &Model, state: &State, field: RawField) -> Vec<f64> {
+    let bodies = &model.system.bodies;
+    let mut found = Vec::new();
+    for body in 0..model.solids.len() {
+        let (solid, part) = (bodies.solid(body), bodies.part(body, &state.a));
+        for patch in 0..solid.patches() {
+            let at = grid(SAMPLES).filter_map(|at| solid.field(part, patch, at));
+            found.extend(at.map(|p| value(field, &p)).filter(|n| n.is_finite()));
+        }
+    }
+    found
 }
 
 /// Local points of a grid of `n` x `n` intervals.
@@ -164,5 +185,6 @@ fn element(canvas: &mut Canvas, of: &Drawn<'_>, patch: usize, n: u32) {
 /// A sentence about the largest number, where colours end below it.
 pub(super) fn beyond(span: &Span) -> Option<String> {
     let over = span.largest.abs() > 1.001 * span.ramp.high;
-    over.then(|| format!("largest {}", short(span.largest)))
+    let percent = short(100.0 * span.cut);
+    over.then(|| format!("{percent} % above, to {}", short(span.largest)))
 }

@@ -175,16 +175,22 @@ fn margins(canvas: &mut Canvas, view: &View) {
 }
 
 fn captions(canvas: &mut Canvas, view: &View, state: &State, spec: &Spec<'_>, largest: f64) {
-    let warned = state.label.starts_with("NOT");
+    let fails = state.measures.as_ref().is_some_and(|m| !m.fails().is_empty());
+    let warned = fails || state.label.starts_with("NOT");
+    let label = if fails {
+        format!("NOT certified, {}", state.label)
+    } else {
+        state.label.clone()
+    };
     let colour = ink(if warned { Rgb(200, 0, 0) } else { DARK });
     if spec.small {
-        canvas.text([8.0, 11.0], &state.label, 13.0, colour, Anchor::Left);
+        canvas.text([8.0, 11.0], &label, 13.0, colour, Anchor::Left);
         return;
     }
     canvas.text([10.0, 15.0], spec.title, 17.0, ink(DARK), Anchor::Left);
     let what = match spec.field {
-        RawField::Shape => state.label.clone(),
-        field => format!("{}: {}", state.label, field::words(field, spec.units)),
+        RawField::Shape => label,
+        field => format!("{label}: {}", field::words(field, spec.units)),
     };
     canvas.text([10.0, 38.0], &what, 14.0, colour, Anchor::Left);
     let bottom = f64::from(canvas.height()) - 15.0;

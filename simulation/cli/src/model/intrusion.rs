@@ -94,7 +94,7 @@ pub(super) fn intrusions(model: &Model, a: &[f64]) -> Vec<Intrusion> {
     let mut found = Vec::new();
     if model.touch.is_some() {
         for solid in 0..outlines.len() {
-            let others = (0..outlines.len()).filter(|other| *other != solid);
+            let others = (0..outlines.len()).filter(|other| *other != solid && model.meets(solid, *other));
             found.extend(others.filter_map(|other| in_solid(&outlines, solid, other)));
         }
     }

@@ -28,6 +28,7 @@ pub(crate) use terms::Maker;
 const MOST_SOLIDS: usize = 200;
 const MOST_WALLS: usize = 32;
 const MOST_ATTACHED: usize = 1000;
+const MOST_PAIRS: usize = 1000;
 
 /// The most numbers of all states of a run together: they are kept until the pictures are drawn.
 const MOST_KEPT: usize = 50_000_000;
@@ -74,6 +75,8 @@ pub(crate) struct Model {
     pub(crate) links: Vec<Link>,
     pub(crate) levers: Vec<Lever>,
     pub(crate) touch: Option<Touch>,
+    /// The pairs of solids that keep apart; `None`: every two.
+    pub(crate) pairs: Option<Vec<[usize; 2]>>,
     pub(crate) how: RawWalls,
     pub(crate) steps: Vec<Step>,
     /// The state it starts in.
@@ -116,6 +119,7 @@ impl Model {
             links: attach::links(scene, &system, stiffness)?,
             levers: attach::forces(scene, &mut system)?,
             touch: touch.transpose()?,
+            pairs: pairs(scene, &solids)?,
             steps: steps::steps(scene, &solids, &walls)?,
             how: scene.search.walls,
             solids,
@@ -129,6 +133,19 @@ impl Model {
         kept(&model)?;
         model.separate(scene.search.settle)?;
         Ok(model)
+    }
+
+    /// True where two solids keep apart.
+    pub(crate) fn meets(&self, first: usize, second: usize) -> bool {
+        let named = |pairs: &Vec<[usize; 2]>| pairs.contains(&[first, second]) || pairs.contains(&[second, first]);
+        self.touch.is_some() && self.pairs.as_ref().map_or(first != second, named)
+    }
+
+    /// The mean of the nodes of a boundary, about which an instrument is turned.
+    pub(crate) fn centre(&self, body: usize, a: &[f64]) -> Vector2<f64> {
+        let bodies = &self.system.bodies;
+        let nodes = &bodies.solid(body).boundary().nodes;
+        nodes.iter().map(|n| bodies.point(body, *n, a)).sum::<Vector2<f64>>() / nodes.len() as f64
     }
 
     /// Unknowns that may change.
@@ -215,6 +232,22 @@ fn walls(scene: &RawScene, solids: &[Named]) -> Checked<Vec<Wall>> {
         })
     };
     scene.walls.iter().enumerate().map(wall).collect()
+}
+
+/// The pairs that `[contact]` names.
+fn pairs(scene: &RawScene, solids: &[Named]) -> Checked<Option<Vec<[usize; 2]>>> {
+    let Some(all) = scene.contact.as_ref().and_then(|raw| raw.pairs.as_ref()) else {
+        return Ok(None);
+    };
+    within("contact.pairs", all.len(), 1..=MOST_PAIRS)?;
+    let solid = |key: String, name: &str| named(&key, name, solids.iter().map(|s| s.name.as_str()));
+    let pair = |(k, names): (usize, &[String; 2])| -> Checked<[usize; 2]> {
+        Ok([
+            solid(format!("contact.pairs.{k}.0"), &names[0])?,
+            solid(format!("contact.pairs.{k}.1"), &names[1])?,
+        ])
+    };
+    all.iter().enumerate().map(pair).collect::<Checked<_>>().map(Some)
 }
 
 fn touch(raw: &crate::scene::raw::RawContact, system: &System, stiffness: f64) -> Checked<Touch> {

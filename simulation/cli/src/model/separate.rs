@@ -61,8 +61,8 @@ impl Model {
             }
         }
         let left = self.hurtful(settle);
-        let held =
-            !left.is_empty() || !overlapping(&self.system.bodies, &self.start).is_empty() && self.touch.is_some();
+        let touching = overlapping(&self.system.bodies, &self.start);
+        let held = !left.is_empty() || touching.iter().any(|o| self.meets(o.first, o.second));
         if held {
             return Err(self.refusal(
                 &left,

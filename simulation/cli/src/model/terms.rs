@@ -46,10 +46,14 @@ impl Model {
             terms.push(Box::new(*lever));
             makers.push(Maker::Given);
         }
-        if let Some(touch) = self.touch.filter(|_| self.solids.len() > 1) {
+        if let Some(touch) = self.touch.filter(|_| self.solids.len() > 1 || self.pairs.is_some()) {
             let [wide, narrow] = touch.widths;
             let wide = if first { wide } else { narrow };
-            terms.push(Box::new(Pairs::new(wide, narrow, touch.stiffness)));
+            let pairs = Pairs::new(wide, narrow, touch.stiffness);
+            terms.push(Box::new(match &self.pairs {
+                Some(named) => pairs.among(named),
+                None => pairs,
+            }));
             makers.push(Maker::Touch);
         }
         self.system.terms = terms;

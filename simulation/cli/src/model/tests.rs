@@ -105,6 +105,12 @@ fn numbers_are_refused_with_line_and_name() {
         "[contact]\nwidths = [0.1, 0.2]",
         &["contact.widths", "a smaller one"],
     );
+    refused(
+        "[contact]",
+        "[contact]\npairs = [[\"left\", \"nobody\"]]",
+        &["contact.pairs.0.1", "\"nobody\"", "\"left\""],
+    );
+    refused("[contact]", "[contact]\npairs = []", &["contact.pairs", "found 0"]);
 }
 
 #[test]

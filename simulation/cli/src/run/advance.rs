@@ -4,8 +4,6 @@
 //! and after each part everything else comes to rest. So do walls behind a barrier. Exact walls are half-planes: nothing
 //! can be on their other side, and they push out what they meet.
 
-use nalgebra::Vector2;
-
 use simulation::control::Potential;
 
 use super::State;
@@ -73,7 +71,7 @@ impl Searcher {
         }
         let mut found = last.ok_or("nothing moved")?;
         (found.iterations, found.milliseconds) = sum;
-        let mut state = State::settled(model, label, a, found);
+        let mut state = self.finish(model, label, a, found);
         state.moved = moves.iter().map(|m| moved(model, m, gone, parts)).collect();
         Ok(state)
     }
@@ -134,9 +132,7 @@ fn driven(model: &Model, a: &[f64], moves: &[Move]) -> Vec<f64> {
         let body = bodies.solid(*solid);
         let mut part = bodies.part(*solid, a).to_vec();
         let before = part.clone();
-        let nodes = &body.boundary().nodes;
-        let sum: Vector2<f64> = nodes.iter().map(|n| body.point(&part, *n)).sum();
-        body.rotate(&mut part, *turned, sum / nodes.len() as f64);
+        body.rotate(&mut part, *turned, model.centre(*solid, a));
         body.translate(&mut part, *by);
         for (s, (after, before)) in bodies
             .part_mut(*solid, &mut step)

@@ -5,6 +5,7 @@ use simulation::control::Potential;
 use simulation::equilibrium::Equilibrium;
 
 use super::advance::Moved;
+use super::criteria::Measures;
 use super::settle::Found;
 use crate::model::{Maker, Model};
 
@@ -30,8 +31,10 @@ pub(crate) struct State {
     pub(crate) a: Vec<f64>,
     /// Offsets of the walls.
     pub(crate) walls: Vec<f64>,
-    /// The certificate; `None` where no equilibrium was looked for, or found.
+    /// The equilibrium; `None` where none was looked for, or found.
     pub(crate) found: Option<Equilibrium>,
+    /// What certifies it.
+    pub(crate) measures: Option<Measures>,
     /// Steps of all searches of the frame.
     pub(crate) iterations: usize,
     pub(crate) milliseconds: f64,
@@ -50,6 +53,7 @@ impl State {
             a,
             walls: model.walls.iter().map(|w| w.offset).collect(),
             found: None,
+            measures: None,
             iterations: 0,
             milliseconds: 0.0,
             contacts: Vec::new(),
@@ -61,13 +65,15 @@ impl State {
     /// An equilibrium.
     pub(super) fn settled(model: &Model, label: &str, a: &[f64], found: Found) -> Self {
         let contacts = contacts(model, a, &found.makers);
+        let balance: Vec<f64> = (0..model.solids.len())
+            .map(|k| balance(model, a, k, &contacts))
+            .collect();
         Self {
+            measures: Some(Measures::of(model, a, &found, &contacts, &balance)),
             found: Some(found.equilibrium),
             iterations: found.iterations,
             milliseconds: found.milliseconds,
-            balance: (0..model.solids.len())
-                .map(|k| balance(model, a, k, &contacts))
-                .collect(),
+            balance,
             contacts,
             ..Self::placed(model, label, a.to_vec())
         }
@@ -76,6 +82,12 @@ impl State {
     /// The force of contacts and links on a solid.
     pub(crate) fn force_on(&self, solid: usize) -> Vector2<f64> {
         self.contacts.iter().filter(|c| c.solid == solid).map(|c| c.force).sum()
+    }
+
+    /// The moment of the same about a point, counter-clockwise.
+    pub(crate) fn moment_on(&self, solid: usize, about: Vector2<f64>) -> f64 {
+        let own = self.contacts.iter().filter(|c| c.solid == solid);
+        own.map(|c| (c.point - about).perp(&c.force)).sum()
     }
 
     /// The force on a wall: against that on the solids.

@@ -2,11 +2,14 @@
 
 mod advance;
 mod certificate;
+mod criteria;
+mod exact;
 mod settle;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use certificate::{Contact, State};
+pub(crate) use criteria::Measures;
 
 use crate::model::Model;
 use crate::scene::raw::RawSearch;
@@ -41,7 +44,7 @@ fn settled(
     states: &mut Vec<State>,
     tell: &mut dyn FnMut(&str),
 ) -> Result<(), String> {
-    let mut searcher = Searcher::new(search.most_steps);
+    let mut searcher = Searcher::new(search.most_steps, search.exact);
     let mut a = model.start.clone();
     let first = searcher.first(model, &mut a, search.watch, states);
     let state = first.map_err(|why| {
@@ -68,26 +71,30 @@ fn settled(
     Ok(())
 }
 
+impl Run {
+    /// Labels of the equilibria whose certificate does not hold, each with why.
+    pub(crate) fn uncertified(&self) -> Vec<String> {
+        let fails = |state: &State| {
+            let fails = state.measures.as_ref().map(Measures::fails).unwrap_or_default();
+            (!fails.is_empty()).then(|| format!("{}: {}", state.label, fails.join("; ")))
+        };
+        self.states.iter().filter_map(fails).collect()
+    }
+}
+
 impl State {
     /// A line about it.
     fn line(&self) -> String {
-        let Some(found) = &self.found else {
+        let Some(measures) = &self.measures else {
             return self.label.clone();
         };
-        let minimum = &found.minimum;
-        let limited: Vec<String> = self.moved.iter().filter(|m| m.limited()).map(Moved::words).collect();
-        let limited = if limited.is_empty() {
-            String::new()
-        } else {
-            format!("; {}", limited.join("; "))
-        };
-        format!(
-            "{}: {} steps, free force {:.1e} of the load, least det F {:.3}, {:.1} ms{limited}",
-            self.label,
-            self.iterations,
-            minimum.residual / minimum.load.max(f64::MIN_POSITIVE),
-            minimum.least_determinant,
-            self.milliseconds
-        )
+        let mut parts = vec![format!("{} steps, {:.1} ms", self.iterations, self.milliseconds)];
+        parts.push(measures.words());
+        parts.extend(self.moved.iter().filter(|m| m.limited()).map(Moved::words));
+        let fails = measures.fails();
+        if !fails.is_empty() {
+            parts.push(format!("NOT certified: {}", fails.join(", ")));
+        }
+        format!("{}: {}", self.label, parts.join("; "))
     }
 }

@@ -14,6 +14,8 @@ const MOST_WATCHED: usize = 200;
 pub(super) struct Searcher {
     pub(super) newton: Newton,
     pub(super) most: usize,
+    /// Frames end with exact contact.
+    pub(super) exact: bool,
 }
 
 /// An equilibrium, and what it took.
@@ -21,12 +23,14 @@ pub(super) struct Searcher {
 pub(super) struct Found {
     pub(super) equilibrium: Equilibrium,
     pub(super) makers: Vec<Maker>,
+    /// Exact contact was looked for.
+    pub(super) wanted_exact: bool,
     pub(super) iterations: usize,
     pub(super) milliseconds: f64,
 }
 
 impl Searcher {
-    pub(super) fn new(most: usize) -> Self {
+    pub(super) fn new(most: usize, exact: bool) -> Self {
         let settings = Settings {
             most_iterations: most,
             ..Settings::default()
@@ -34,6 +38,7 @@ impl Searcher {
         Self {
             newton: Newton::new(settings),
             most,
+            exact,
         }
     }
 
@@ -52,17 +57,14 @@ impl Searcher {
             steps = self.watched(model, a, every.max(1), states);
         }
         let found = settle(&mut model.system, &mut self.newton, a).map_err(|why| explained(&why))?;
-        Ok(State::settled(
-            model,
-            "at rest",
-            a,
-            Found {
-                iterations: steps + found.iterations,
-                equilibrium: found,
-                makers,
-                milliseconds: ms(monotonic_ns() - began),
-            },
-        ))
+        let found = Found {
+            iterations: steps + found.iterations,
+            equilibrium: found,
+            makers,
+            wanted_exact: false,
+            milliseconds: ms(monotonic_ns() - began),
+        };
+        Ok(self.finish(model, "at rest", a, found))
     }
 
     /// Lets the search go on a few steps at a time, and keeps the states between; at most half of the steps allowed.
@@ -98,6 +100,7 @@ impl Searcher {
             iterations: equilibrium.iterations,
             equilibrium,
             makers,
+            wanted_exact: false,
             milliseconds: ms(monotonic_ns() - began),
         })
     }

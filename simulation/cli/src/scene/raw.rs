@@ -229,6 +229,8 @@ pub(crate) struct RawContact {
     pub(crate) stiffness: Option<f64>,
     /// What is done about solids that overlap at the start.
     pub(crate) overlaps: RawOverlaps,
+    /// Names of the two solids of each pair that keeps apart; one twice: it keeps out of itself. Absent: every two.
+    pub(crate) pairs: Option<Vec<[String; 2]>>,
 }
 
 /// What is done about overlaps at the start.
@@ -254,6 +256,8 @@ pub(crate) struct RawSearch {
     pub(crate) walls: RawWalls,
     /// The most Newton steps of one search.
     pub(crate) most_steps: usize,
+    /// End each frame with exact contact; else behind the barriers.
+    pub(crate) exact: bool,
     /// Keep a state every so many steps of the first search, to show the way.
     pub(crate) watch: Option<usize>,
 }
@@ -264,6 +268,7 @@ impl Default for RawSearch {
             settle: true,
             walls: RawWalls::default(),
             most_steps: 400,
+            exact: true,
             watch: None,
         }
     }

@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use super::dip::Dip;
 use super::row::Against;
 use crate::constraint::broad::near_arcs;
+use crate::constraint::meeting::Meeting;
 use crate::constraint::shape::Shape;
 use crate::constraint::signed::Foot;
 use crate::solid::Cursor;
@@ -13,8 +14,8 @@ use crate::system::Bodies;
 /// What keeps out of what.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::constraint) enum Between {
-    /// Solids out of one another, some (`own`) out of themselves, looked at as deep as `depth`.
-    Solids { depth: f64, own: Vec<usize> },
+    /// Solids out of one another, looked at as deep as `depth`.
+    Solids { depth: f64, meeting: Meeting },
     /// These solids out of a half-plane.
     Plane {
         depth: f64,
@@ -33,22 +34,23 @@ impl Between {
     }
 
     /// Calls `visit` with the closest points of every two arcs whose boxes come as near as `within`, where they lie between
-    /// nodes.
+    /// nodes; with `flat`, where they run along one another too.
     pub(super) fn dips(
         &self,
         bodies: &Bodies,
         shapes: &[Shape],
         within: f64,
+        flat: bool,
         visit: &mut dyn FnMut([usize; 2], Cursor, Foot),
     ) {
-        let Self::Solids { depth, own } = self else { return };
+        let Self::Solids { depth, meeting } = self else { return };
         for mut pair in near_arcs(shapes, within) {
             pair.sort_unstable();
             let [[first, arc], [second, against]] = pair.map(|place| place.map(|k| k as usize));
-            if first == second && (!own.contains(&first) || neighbours(bodies, first, arc, against)) {
+            if !meeting.of(first, second) || first == second && neighbours(bodies, first, arc, against) {
                 continue;
             }
-            let near = Dip::all(&shapes[first], arc, &shapes[second], against).into_iter();
+            let near = Dip::all(&shapes[first], arc, &shapes[second], against, flat).into_iter();
             near.filter(|(_, foot)| foot.gap.abs() < *depth)
                 .for_each(|(sample, foot)| visit([first, second], sample, foot));
         }

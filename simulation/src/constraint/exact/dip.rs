@@ -13,6 +13,8 @@ use crate::solid::Cursor;
 
 /// Places tried on an arc.
 const PLACES: u32 = 8;
+/// Steps of the search for one that is not sharp: each leaves two thirds.
+const THIRDS: usize = 24;
 /// A closest point is one where the distance bends by this part of its arc's half length.
 const SHARP: f64 = 0.2;
 
@@ -78,27 +80,61 @@ impl Dip {
         None
     }
 
-    /// All closest points of two arcs that lie between nodes on both.
-    pub(super) fn all(own: &Shape, arc: usize, other: &Shape, against: usize) -> Vec<(Cursor, Foot)> {
+    /// The lowest point of an arc along a direction. `None` where it lies at an end, or the arc is too flat to have one.
+    pub(super) fn lowest(own: &Shape, sample: Cursor, normal: Vector2<f64>) -> Option<(Cursor, Self)> {
+        let nodes = &own.arcs[sample.arc];
+        let heights = nodes.map(|x| x.dot(&normal));
+        let second = heights[2] + heights[0] - 2.0 * heights[1];
+        let u = -0.5 * (heights[2] - heights[0]) / second;
+        let along = combine(nodes, line_slope(u));
+        let dip = Self { along, second };
+        (u.abs() < 1.0 && dip.sharp()).then_some((Cursor { arc: sample.arc, u }, dip))
+    }
+
+    /// All closest points of two arcs between nodes. With `flat`, where arcs run along one another too, and at nodes.
+    pub(super) fn all(own: &Shape, arc: usize, other: &Shape, against: usize, flat: bool) -> Vec<(Cursor, Foot)> {
         let place = |k: u32| f64::from(k) * 2.0 / f64::from(PLACES) - 1.0;
-        let gap = |k: u32| {
-            let point = combine(&own.arcs[arc], line(place(k)));
-            let near = nearest(&other.arcs[against], point);
-            Foot::inside(against, &other.arcs[against], point, near.u).map_or(f64::INFINITY, |f| f.gap)
-        };
-        let gaps: Vec<f64> = (0..=PLACES).map(gap).collect();
+        let gaps: Vec<f64> = (0..=PLACES)
+            .map(|k| foot_at(own, arc, other, against, place(k)).map_or(f64::INFINITY, |f| f.gap))
+            .collect();
         let lowest = (0..gaps.len()).filter(|&k| {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(gaps.len() - 1));
             gaps[k].is_finite() && gaps[k] <= gaps[before] && gaps[k] <= gaps[after]
         });
         let found = lowest.filter_map(|k| {
-            let start = Cursor {
-                arc,
-                u: place(k as u32),
-            };
-            let (sample, foot, _) = Self::follow(own, other, start, Cursor { arc: against, u: 0.0 })?;
-            (sample.u.abs() < 1.0 && foot.on.u.abs() < 1.0).then_some((sample, foot))
+            let u = place(k as u32);
+            let start = Cursor { arc, u };
+            let sharp = Self::follow(own, other, start, Cursor { arc: against, u: 0.0 });
+            let between = |(sample, foot): &(Cursor, Foot)| sample.u.abs() < 1.0 && foot.on.u.abs() < 1.0;
+            let sharp = sharp.map(|(sample, foot, _)| (sample, foot)).filter(between);
+            sharp.or_else(|| flat.then(|| lowest_near(own, arc, other, against, u)).flatten())
         });
         found.collect()
     }
+}
+
+/// The foot of a point of an arc inside another.
+fn foot_at(own: &Shape, arc: usize, other: &Shape, against: usize, u: f64) -> Option<Foot> {
+    let (point, nodes) = (combine(&own.arcs[arc], line(u)), &other.arcs[against]);
+    let near = nearest(nodes, point);
+    near.inside
+        .then(|| Foot::inside(against, nodes, point, near.u))
+        .flatten()
+}
+
+/// The least distance within a place's neighbours, by thirds: where it hardly changes, any place near will do.
+fn lowest_near(own: &Shape, arc: usize, other: &Shape, against: usize, u: f64) -> Option<(Cursor, Foot)> {
+    let step = 2.0 / f64::from(PLACES);
+    let gap = |u: f64| foot_at(own, arc, other, against, u).map_or(f64::INFINITY, |f| f.gap);
+    let [mut low, mut high] = [(u - step).max(-1.0), (u + step).min(1.0)];
+    for _ in 0..THIRDS {
+        let [first, second] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
+        if gap(first) <= gap(second) {
+            high = second;
+        } else {
+            low = first;
+        }
+    }
+    let u = [low, high, u].into_iter().min_by(|a, b| gap(*a).total_cmp(&gap(*b)))?;
+    Some((Cursor { arc, u }, foot_at(own, arc, other, against, u)?))
 }

@@ -14,7 +14,7 @@ mod row;
 use std::cell::{Ref, RefCell};
 
 use super::shape::Shape;
-use super::{Active, Change, Force, Progress};
+use super::{Active, Change, Closest, Force, Progress};
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
 use crate::system::Bodies;
@@ -24,6 +24,13 @@ use row::{Row, Touch};
 
 /// A slack falls to this part of itself in one step at most; a force too.
 const TO_BOUNDARY: f64 = 0.01;
+/// Rows keep this far apart, in sizes of the largest solid: arcs may come as much nearer to one another between them without
+/// touching, and forces of 300 loads times their gaps stay below 1e-8 of load and size.
+const KEEP: f64 = 3e-11;
+/// A new row begins with this part of the largest force at most.
+const FIRST_FORCE: f64 = 0.01;
+/// A row that begins violated begins with this part of the depth looked at as its slack.
+const FIRST_ROOM: f64 = 0.01;
 /// Rows nearer than this part of their arc are one.
 const SAME: f64 = 1e-7;
 /// Dips less deep than this part of the largest solid are none.
@@ -40,6 +47,8 @@ pub(super) struct Exact {
     changes: Vec<[f64; 2]>,
     /// The slack that a new row begins with.
     least: f64,
+    /// How far rows keep apart, so that arcs between them have room: a length.
+    keep: f64,
     known: Known,
 }
 
@@ -67,23 +76,23 @@ impl Exact {
         a: &[f64],
         rows: impl Iterator<Item = (usize, Cursor, Against, f64)>,
     ) -> Self {
-        let shapes = Self::shapes(bodies, a);
+        let (shapes, keep) = (Self::shapes(bodies, a), KEEP * bodies.extent());
+        // Deeper than allowed: from some room, with the force that it has.
+        let room = |gap: f64| if gap > 0.0 { gap } else { FIRST_ROOM * between.depth() };
         let row = |(body, sample, against, force): (usize, Cursor, Against, f64)| {
             let row = Row::new(body, sample, against, force);
-            let gap = row.touch(bodies, &shapes)?.gap;
-            Some(Row {
-                slack: gap.max(0.0),
-                ..row
-            })
+            let slack = room(row.touch(bodies, &shapes)?.gap - keep);
+            Some(Row { slack, ..row })
         };
         let mut rows: Vec<Row> = rows.filter_map(row).collect();
         Self::add_closest(&between, bodies, &shapes, &mut rows);
         Self {
-            least: 0.01 * between.depth(),
+            least: FIRST_ROOM * between.depth(),
             between,
             rows,
             aim: None,
             changes: Vec::new(),
+            keep,
             known: Known::default(),
         }
     }
@@ -98,13 +107,13 @@ impl Exact {
                 ..row
             });
         };
-        between.dips(bodies, shapes, depth, &mut |[body, other], sample, foot| {
+        between.dips(bodies, shapes, depth, false, &mut |[body, other], sample, foot| {
             let against = Against::Arc { other, foot: foot.on };
             put(Row::new(body, sample, against, 0.0), foot.gap, true);
         });
         between.lowest(bodies, shapes, &mut |body, sample, against, gap| {
             if gap < depth {
-                put(Row::new(body, sample, against, 0.0), gap, false);
+                put(Row::new(body, sample, against, 0.0), gap, true);
             }
         });
     }
@@ -122,10 +131,17 @@ impl Exact {
         let known = |known: &(Vec<f64>, Vec<Option<Touch>>)| known.0 == a && known.1.len() == self.rows.len();
         if !known(&self.known.0.borrow()) {
             let shapes = Self::shapes(bodies, a);
-            let touches = self.rows.iter().map(|row| row.touch(bodies, &shapes)).collect();
+            let touches = self.rows.iter().map(|row| self.touch(row, bodies, &shapes)).collect();
             *self.known.0.borrow_mut() = (a.to_vec(), touches);
         }
         Ref::map(self.known.0.borrow(), |known| &known.1)
+    }
+
+    /// A row now; its gap is what it has beyond the distance kept.
+    fn touch(&self, row: &Row, bodies: &Bodies, shapes: &[Shape]) -> Option<Touch> {
+        let mut touch = row.touch(bodies, shapes)?;
+        touch.gap -= self.keep;
+        Some(touch)
     }
 
     /// The force that the gradient holds: that of the next step's aim, or the row's own.
@@ -158,7 +174,7 @@ impl Exact {
 
     /// Nothing to take over: forces are those found.
     pub(super) fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
-        let progress = self.review(bodies, a, true);
+        let progress = self.review(bodies, a, Closest::All);
         Change {
             violation: progress.violation,
             ..Change::default()
@@ -166,7 +182,7 @@ impl Exact {
     }
 
     /// Points where arcs are closest, and deeper in one another than the rows let them.
-    fn add_dips(&mut self, bodies: &Bodies, shapes: &[Shape], depth: f64) -> (bool, f64) {
+    fn add_dips(&mut self, bodies: &Bodies, shapes: &[Shape], depth: f64, flat: bool) -> (bool, f64) {
         let (rows, mut deepest, mut added) = (&mut self.rows, 0.0_f64, false);
         let mut dip = |body: usize, sample: Cursor, against: Against, gap: f64| {
             if gap >= 0.0 {
@@ -177,7 +193,7 @@ impl Exact {
             let size = (shapes[body].arcs[sample.arc][2] - shapes[body].arcs[sample.arc][0]).norm();
             let same = |r: &Row| {
                 let near = (shapes[r.body].place(&r.sample) - place).norm() < SAME * size;
-                near && r.body == body && r.against.solid() == against.solid()
+                near && r.body == body && r.against.arc() == against.arc()
             };
             if gap < -depth && !rows.iter().any(same) {
                 added = true;
@@ -188,7 +204,7 @@ impl Exact {
             }
         };
         self.between
-            .dips(bodies, shapes, 0.0, &mut |[body, other], sample, foot| {
+            .dips(bodies, shapes, 0.0, flat, &mut |[body, other], sample, foot| {
                 dip(body, sample, Against::Arc { other, foot: foot.on }, foot.gap);
             });
         self.between.lowest(bodies, shapes, &mut |body, sample, against, gap| {
@@ -202,21 +218,22 @@ impl Exact {
         let touches = self.touches(bodies, a).unwrap_or_default();
         let mut forces = Vec::new();
         for (row, touch) in self.rows.iter().zip(touches) {
+            let gap = touch.gap + self.keep;
             let force = touch.normal * row.force;
             let point = bodies.local(row.body, &row.sample, a).position;
             forces.push(Force {
                 body: row.body,
                 point,
                 force,
-                gap: touch.gap,
+                gap,
             });
             if let Against::Arc { other, .. } = row.against {
-                let point = point - touch.normal * touch.gap;
+                let point = point - touch.normal * gap;
                 forces.push(Force {
                     body: other,
                     point,
                     force: -force,
-                    gap: touch.gap,
+                    gap,
                 });
             }
         }
@@ -228,10 +245,16 @@ impl Active for Exact {
     fn aim(&mut self, work: Option<f64>) {
         self.aim = work;
         let Some(work) = work else { return };
+        let largest = self.rows.iter().map(|r| r.force).fold(0.0, f64::max);
         for row in &mut self.rows {
             if row.slack <= 0.0 || row.force <= 0.0 {
-                // A new row, violated or without a force: half way from both.
-                row.slack = row.slack.max(self.least);
+                // A new row, violated or without a force: with little of both, or it would throw all others off.
+                let room = if largest > 0.0 {
+                    work / (FIRST_FORCE * largest)
+                } else {
+                    0.0
+                };
+                row.slack = row.slack.max(self.least).max(room);
                 row.force = row.force.max(work / row.slack);
             }
         }
@@ -275,7 +298,19 @@ impl Active for Exact {
         }
     }
 
-    fn review(&mut self, bodies: &Bodies, a: &[f64], closest: bool) -> Progress {
+    fn merit(&self, bodies: &Bodies, a: &[f64], part: f64) -> Option<[f64; 3]> {
+        let (touches, work) = (self.touches(bodies, a)?, self.aim?);
+        let mut merit = [0.0, 0.0, 0.0_f64];
+        for ((row, touch), [slack, force]) in self.rows.iter().zip(touches).zip(&self.changes) {
+            let at = (row.slack + part * slack).max(if part > 0.0 { touch.gap } else { 0.0 });
+            merit[0] -= work * at.ln();
+            merit[1] += (touch.gap - at).abs();
+            merit[2] = merit[2].max(row.force).max(row.force + force);
+        }
+        Some(merit)
+    }
+
+    fn review(&mut self, bodies: &Bodies, a: &[f64], closest: Closest) -> Progress {
         let shapes = Self::shapes(bodies, a);
         let mut progress = Progress::default();
         let touches = self.each(bodies, a).clone();
@@ -292,12 +327,15 @@ impl Active for Exact {
         let depth = self.between.depth();
         let small = |r: &Row| r.force < 1e-2 * largest && r.slack < 1e-3 * depth;
         progress.undecided = self.rows.iter().any(small);
-        if closest {
-            let (added, deepest) = self.add_dips(bodies, &shapes, DIP * bodies.extent());
+        if closest != Closest::Nowhere {
+            let depth = DIP * bodies.extent();
+            let (added, deepest) = self.add_dips(bodies, &shapes, depth, closest == Closest::All);
             self.least = deepest.max(DIP * bodies.extent());
             progress.changed = added;
             progress.violation = progress.violation.max(deepest);
         }
+        // Where a row is on its arc is part of what it finds.
+        self.known = Known::default();
         progress
     }
 }

@@ -10,6 +10,9 @@ use crate::solid::Cursor;
 use crate::sparse::Triplets;
 use crate::system::Bodies;
 
+/// In a corner that goes in, both sides count that differ by so many slacks at most.
+const BOTH: f64 = 1.0;
+
 /// What a point keeps out of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::constraint) enum Against {
@@ -20,10 +23,10 @@ pub(in crate::constraint) enum Against {
 }
 
 impl Against {
-    /// The other solid, if it is one.
-    pub(super) fn solid(&self) -> Option<usize> {
+    /// The other solid and its arc, if it is one.
+    pub(super) fn arc(&self) -> Option<[usize; 2]> {
         match self {
-            Self::Arc { other, .. } => Some(*other),
+            Self::Arc { other, foot } => Some([*other, foot.arc]),
             Self::Plane { .. } => None,
         }
     }
@@ -73,15 +76,22 @@ impl Row {
         let point = shapes[self.body].place(&self.sample);
         let (body, sample) = (self.body, self.sample);
         Some(match self.against {
-            Against::Plane { normal, offset } => Touch {
-                body,
-                sample,
-                against: self.against,
-                gap: point.dot(&normal) - offset,
-                normal,
-                foot: None,
-                dip: None,
-            },
+            Against::Plane { normal, offset } => {
+                let lowest = self
+                    .slides
+                    .then(|| Dip::lowest(&shapes[body], sample, normal))
+                    .flatten();
+                let (sample, dip) = lowest.map_or((sample, None), |(sample, dip)| (sample, Some(dip)));
+                Touch {
+                    body,
+                    sample,
+                    against: self.against,
+                    gap: shapes[body].place(&sample).dot(&normal) - offset,
+                    normal,
+                    foot: None,
+                    dip,
+                }
+            }
             Against::Arc { other, foot } => {
                 let slides = self
                     .slides
@@ -92,7 +102,13 @@ impl Row {
                     Some((sample, foot, dip)) => (sample, foot, Some(dip)),
                     None => (
                         sample,
-                        walk(&shapes[other], bodies.solid(other).boundary(), foot, point)?,
+                        walk(
+                            &shapes[other],
+                            bodies.solid(other).boundary(),
+                            foot,
+                            point,
+                            BOTH * self.slack,
+                        )?,
                         None,
                     ),
                 };
@@ -148,17 +164,22 @@ impl Touch {
             })
             .collect();
         let steep: Vec<f64> = moves.iter().map(|m| normal.dot(&m.by)).collect();
-        let mixed = |k: usize| match (&self.dip, &self.foot) {
-            (Some(dip), Some(foot)) => dip.mixed(foot, &moves[k], slopes.get(k).copied().unwrap_or_default()),
-            _ => 0.0,
+        let mixed = |k: usize| {
+            let slope = slopes.get(k).copied().unwrap_or_default();
+            match (&self.dip, &self.foot) {
+                (Some(dip), Some(foot)) => dip.mixed(foot, &moves[k], slope),
+                (Some(_), None) => normal.dot(&slope),
+                _ => 0.0,
+            }
         };
         let mixed: Vec<f64> = (0..moves.len()).map(mixed).collect();
         let curved = self.dip.map_or(0.0, |dip| 1.0 / dip.second);
         for (i, p) in rows.0.iter().enumerate() {
             for (j, q) in rows.0[..=i].iter().enumerate() {
                 let mut value = stiffness * steep[i] * steep[j];
-                if let Some(foot) = self.foot.as_ref().filter(|_| !convex) {
-                    value -= force * (foot.second(&moves[i], &moves[j]) - mixed[i] * mixed[j] * curved);
+                if !convex {
+                    let bent = self.foot.as_ref().map_or(0.0, |foot| foot.second(&moves[i], &moves[j]));
+                    value -= force * (bent - mixed[i] * mixed[j] * curved);
                 }
                 sink.add(p.unknown, q.unknown, value);
             }
