@@ -9,7 +9,11 @@
 mod planted;
 #[path = "calib_beads/real.rs"]
 mod real;
+#[path = "calib_beads/sites.rs"]
+mod sites;
 mod support;
+#[path = "calib_beads/table.rs"]
+mod table;
 
 use std::fs;
 use std::path::Path;

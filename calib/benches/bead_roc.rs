@@ -4,8 +4,9 @@
 //! `cargo bench -p calib --bench bead_roc`. Reads `../shared/data/bead-patches-ct` (300 patches of spherical navigation
 //! markers and 300 of other structures, 36 x 36 pixels of 8 bits, windowed), beside the workspace; without it, it says so
 //! and ends. A patch's score is the greatest response within four pixels of its middle: of chi and of its significance
-//! over the ladder of radii that a whole patch has room for, and of the scale-normalised Laplacian at the best of its
-//! scales. Writes `out/bench/bead_roc.{csv,png}`: share of markers found over share of others taken for one, the area
+//! over the ladder of radii that a whole patch has room for, of the scale-normalised Laplacian at the best of its scales,
+//! and of the shell for hollow markers (`calib::bead::shell`); the last also on each half of the patches,
+//! in the order of their files. Writes `out/bench/bead_roc.{csv,png}`: share of markers found over share of others taken for one, the area
 //! under it with its standard error (Hanley and McNeil 1982), and the point of the default threshold.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
@@ -17,6 +18,7 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::Path;
 
+use calib::bead::shell;
 use calib::disc::{DetectOptions, Disc, Polarity, detect};
 use calib::image::Image;
 use picture::chart::{Axis, COLOURS, Chart, Mark, Series};
@@ -24,6 +26,8 @@ use picture::write_png;
 
 /// Radii for which inside, gap and ring find room about the middle of a patch, pixels.
 const RADII: [f64; 2] = [2.0, 9.5];
+/// Radii of markers' outlines, pixels.
+const OUTLINES: [f64; 11] = [5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
 /// A marker's centre is within this of the patch's, pixels.
 const NEAR: f64 = 4.0;
 
@@ -202,6 +206,23 @@ fn main() -> std::io::Result<()> {
     all.push(scored("Laplacian, greatest of all scales", &sets, |p| {
         laplacian::score(p, &scales, NEAR)
     }));
+    let shells = |p: &Image| {
+        shell::best(p, &OUTLINES, NEAR)
+            .ok()
+            .flatten()
+            .map_or(0.0, |fit| fit.chi)
+    };
+    let hollow = scored("chi of a shell", &sets, shells);
+    for (which, range) in [("first", 0..150), ("second", 150..300)] {
+        let half = |set: &Vec<f64>| set.get(range.clone()).unwrap_or_default().to_vec();
+        let [a, error] = area(&Scored {
+            name: String::new(),
+            markers: half(&hollow.markers),
+            others: half(&hollow.others),
+        });
+        println!("chi of a shell, {which} half of the patches: area {a:.3} +- {error:.3}");
+    }
+    all.push(hollow);
     all.extend(each.into_iter().max_by(|a, b| area(a)[0].total_cmp(&area(b)[0])));
     report(&all, at_default(&sets), &root.join("out/bench"))
 }

@@ -4,9 +4,11 @@ use geometry::{Ct, Point};
 use nalgebra::{Matrix3, Vector3};
 
 use super::fit::{Expected, Fitted, Sample, fit};
+use super::judge::judge_fit;
 use super::kernel::{Kernel, Response, moved};
 use super::optics::Optics;
 use super::profile::Blur;
+use super::refine::{Refined, refine};
 use super::seeds::seeds;
 use super::{Reason, Refused, Search, Voxels};
 
@@ -22,22 +24,18 @@ const PROBED: f64 = 0.7;
 const MOST_AROUND: f64 = 0.6;
 /// The least share of the surroundings that must lie in the volume.
 const LEAST_WITHIN: f64 = 0.5;
-/// Root mean square residual as a share of the contrast.
-const MOST_RESIDUAL: f64 = 0.12;
-/// Fitted blur over expected: kernels for bone are sharp.
-const BLUR_RANGE: [f64; 2] = [0.45, 1.8];
-/// Share of the metal's HU that a fitted ball must have.
-const METAL_SHARE: f64 = 0.6;
-/// How far beyond the range of radii a fitted one may lie.
-const RADIUS_SLACK: f64 = 1.15;
-/// Deviations of the logarithms of metal and radius by which they must miss their bounds: where a ball is clipped or small the voxels do not tell.
-const SURE: f64 = 2.0;
 /// Deviations of the logarithms of blur and metal that are expected.
 const BLUR_DEVIATION: f64 = 0.3;
 const METAL_DEVIATION: f64 = 1.0;
+/// By how much less unlikely slices must be as a mean over their thickness than as a bell, to be taken for that.
+const AVERAGED_GAIN: f64 = 10.0;
+/// The deviation along the normal where a slice is a mean over its thickness: thin slices of unknown blur were averaged.
+const AVERAGED_DEVIATION: f64 = 0.6;
 /// Error of the centre by what is not Gaussian in the blur, as a share of the step between voxels: a box-shaped slice of
 /// 3 mm draws it by 0.02 mm.
 const MODEL_CENTRE: f64 = 0.005;
+/// The most beads whose centre is refined, some tenths of a second each; no patient wears so many.
+const MAX_REFINED: usize = 512;
 /// The most rejected spots that are told.
 const MAX_REJECTED: usize = 256;
 
@@ -46,7 +44,7 @@ const MAX_REJECTED: usize = 256;
 pub struct Bead {
     /// Its centre, mm.
     pub centre: Point<Ct>,
-    /// Covariance of the centre, mm^2: by the residuals of the model, as if the noise of voxels were independent, and
+    /// Covariance of the centre, mm^2: by the ground's covariance with its likeliest deviations ([`Search::ground`]), and
     /// 0.5 % of a voxel for what the model does not know of the blur.
     pub covariance: Matrix3<f64>,
     /// Its centre as a continuous voxel index.
@@ -110,6 +108,12 @@ struct Candidate {
     response: Response,
 }
 
+/// What is expected of a candidate, and what fits it.
+struct Model {
+    expected: Expected,
+    fitted: Fitted,
+}
+
 /// Finds the metal beads of a volume. Time is bounded by the volume's size and by the number of bright spots.
 ///
 /// # Errors
@@ -123,9 +127,9 @@ pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
     let mut rejected = Vec::new();
     let candidates = finder.candidates(&seeds.voxels, &mut rejected);
     let mut beads: Vec<Bead> = Vec::new();
-    for candidate in &candidates {
-        match finder.bead(candidate, clip_hu) {
-            Ok(bead) => beads.push(bead),
+    for (candidate, model) in candidates.iter().zip(finder.models(&candidates, clip_hu)) {
+        match model {
+            Ok(model) => beads.push(finder.bead(candidate, &model, clip_hu, beads.len() < MAX_REFINED)),
             Err(reason) => rejected.push(finder.rejected(candidate, reason)),
         }
     }
@@ -250,32 +254,70 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Fits the model and judges it.
-    fn bead(&self, candidate: &Candidate, clip_hu: Option<i16>) -> Result<Bead, Reason> {
-        let axes = axes(&self.optics.normal);
+    /// The models of all candidates, with the one profile of slices that is the likeliest for those that may be beads.
+    fn models(&self, candidates: &[Candidate], clip_hu: Option<i16>) -> Vec<Result<Model, Reason>> {
+        let with = |blur: Blur| candidates.iter().map(|c| self.model(c, blur, clip_hu)).collect();
+        let profiles = self.optics.profiles(self.search.radius());
+        let all: Vec<Vec<(Result<Model, Reason>, f64)>> = profiles.into_iter().map(with).collect();
+        let may_be = |i: &usize| all.iter().any(|models| models[*i].0.is_ok());
+        let chosen: Vec<usize> = (0..candidates.len()).filter(may_be).collect();
+        let total = |models: &[(Result<Model, Reason>, f64)]| chosen.iter().map(|i| models[*i].1).sum::<f64>();
+        // The bell is the first.
+        let handicap = |i: usize| if i > 0 { AVERAGED_GAIN } else { 0.0 };
+        let totals: Vec<f64> = all
+            .iter()
+            .enumerate()
+            .map(|(i, models)| total(models) + handicap(i))
+            .collect();
+        let best = all.into_iter().zip(totals).min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(Vec::new(), |(models, _)| models.into_iter().map(|m| m.0).collect())
+    }
+
+    /// Fits the model with a slice's profile and judges it; and minus twice the logarithm of its likelihood.
+    fn model(&self, candidate: &Candidate, blur: Blur, clip_hu: Option<i16>) -> (Result<Model, Reason>, f64) {
+        let samples = self.samples(candidate, &self.optics.axes(), clip_hu);
+        let expected = self.expected(blur, &candidate.response);
+        let Some(fitted) = fit(&samples, &expected) else {
+            return (Err(Reason::NoFit), f64::INFINITY);
+        };
+        let judged = judge_fit(&fitted, self.search, &self.optics);
+        (judged.map(|()| Model { expected, fitted }), fitted.unlikelihood)
+    }
+
+    fn bead(&self, candidate: &Candidate, model: &Model, clip_hu: Option<i16>, refined: bool) -> Bead {
+        let Model { expected, fitted } = model;
+        let axes = self.optics.axes();
         let samples = self.samples(candidate, &axes, clip_hu);
-        let expected = self.expected(&candidate.response);
-        let fitted = fit(&samples, &expected).ok_or(Reason::NoFit)?;
-        self.judge_fit(&fitted)?;
-        let place = candidate.place + axes * fitted.centre;
+        let Refined { centre, covariance } = match refined {
+            true => self.refined(&samples, fitted, expected, clip_hu),
+            false => fitted.unrefined(),
+        };
+        let place = candidate.place + axes * centre;
         let voxel = self.optics.index(self.voxels.grid(), place);
         let radius = fitted.blur.radius_mm;
-        Ok(Bead {
+        Bead {
             centre: Point::new(place.x, place.y, place.z),
-            covariance: axes * (fitted.covariance + self.model_error()) * axes.transpose(),
+            covariance: axes * (covariance + self.model_error()) * axes.transpose(),
             voxel,
             radius_mm: [radius, radius * fitted.radius_deviation],
-            blur_mm: [fitted.blur.plane_mm, fitted.blur.axial_mm],
+            blur_mm: [fitted.blur.plane_mm, fitted.blur.profile_mm()],
             metal_hu: fitted.metal_hu,
             ground_hu: fitted.ground_hu,
             contrast_hu: candidate.response.contrast(),
             chi: candidate.response.chi,
             residual_hu: fitted.residual_hu,
             clipped: fitted.clipped,
-        })
+        }
     }
 
-    /// In the axes of [`axes`], mm^2.
+    /// Where no refinement settles nearby, the centre of the model stands.
+    fn refined(&self, samples: &[Sample], fitted: &Fitted, expected: &Expected, clip_hu: Option<i16>) -> Refined {
+        let refined = refine(samples, fitted, expected, clip_hu, self.search.ground);
+        let near = refined.filter(|r| (r.centre - fitted.centre).norm() <= self.optics.step_mm[0]);
+        near.unwrap_or_else(|| fitted.unrefined())
+    }
+
+    /// In the axes of [`Optics::axes`], mm^2.
     fn model_error(&self) -> Matrix3<f64> {
         let [plane, axial] = self.optics.step_mm.map(|step| (MODEL_CENTRE * step).powi(2));
         Matrix3::from_diagonal(&Vector3::new(plane, plane, axial))
@@ -295,76 +337,19 @@ impl<'a> Finder<'a> {
         self.kernel.all.iter().filter_map(sample).collect()
     }
 
-    fn expected(&self, response: &Response) -> Expected {
+    fn expected(&self, blur: Blur, response: &Response) -> Expected {
         let [low, high] = self.search.radius_mm;
         // The range is taken for two deviations to either side.
         let range = 0.25 * (high / low).ln();
+        let averaged = blur.slice_mm > 0.0;
+        let axial = if averaged { AVERAGED_DEVIATION } else { BLUR_DEVIATION };
         Expected {
-            blur: self.optics.blur(self.search.radius()),
+            blur,
             metal_hu: 2.0 * self.search.metal_hu,
-            deviations: [range.max(0.02), BLUR_DEVIATION, BLUR_DEVIATION, METAL_DEVIATION],
+            deviations: [range.max(0.02), BLUR_DEVIATION, axial, METAL_DEVIATION],
             noise_hu: response.ground_deviation_hu,
             ground_hu: response.ground_hu,
             contrast_hu: response.contrast(),
         }
     }
-
-    fn judge_fit(&self, fitted: &Fitted) -> Result<(), Reason> {
-        let Blur {
-            radius_mm,
-            plane_mm,
-            axial_mm,
-        } = fitted.blur;
-        let [low, high] = self.search.radius_mm;
-        let strayed = fitted.centre.norm() > high.max(self.optics.step_mm[1]);
-        if strayed {
-            return Err(Reason::NoFit);
-        }
-        // Radius and HU of a small ball are nearly one number, but all its metal together is well known; it
-        // must do for the smallest bead.
-        let smallest_hu = fitted.metal_hu * (radius_mm / low).powi(3);
-        // Unclipped voxels tell the HU; a blurred knob of bone in bone must not gain by what they leave open.
-        let sure = if fitted.clipped > 0 { SURE } else { 0.0 };
-        let most = |hu: f64, deviation: f64| hu * (sure * deviation).exp();
-        let surely = most(fitted.metal_hu, fitted.metal_deviation).min(most(smallest_hu, fitted.mass_deviation));
-        let needed_hu = METAL_SHARE * self.search.metal_hu;
-        if surely < needed_hu {
-            return Err(Reason::NotMetal {
-                found_hu: fitted.metal_hu.min(smallest_hu),
-                needed_hu,
-            });
-        }
-        let ratio = [plane_mm / self.optics.sigma_mm[0], axial_mm / self.optics.sigma_mm[1]];
-        if ratio.iter().any(|r| *r < BLUR_RANGE[0] || *r > BLUR_RANGE[1]) {
-            return Err(Reason::Blur {
-                ratio,
-                range: BLUR_RANGE,
-            });
-        }
-        let range_mm = [low / RADIUS_SLACK, high * RADIUS_SLACK];
-        let unsure = (SURE * fitted.radius_deviation).exp();
-        if radius_mm * unsure < range_mm[0] || radius_mm / unsure > range_mm[1] {
-            return Err(Reason::Radius {
-                found_mm: radius_mm,
-                range_mm,
-            });
-        }
-        let residual = fitted.residual_hu / fitted.signal_hu;
-        if residual > MOST_RESIDUAL {
-            return Err(Reason::Shape {
-                residual,
-                most: MOST_RESIDUAL,
-            });
-        }
-        Ok(())
-    }
-}
-
-/// Orthonormal columns of which the third is `normal`.
-fn axes(normal: &Vector3<f64>) -> Matrix3<f64> {
-    let least = normal.iamin();
-    let other = Vector3::from_fn(|i, _| f64::from(u8::from(i == least)));
-    // Never parallel: the other axis is the one that the normal leans to least.
-    let u = normal.cross(&other).try_normalize(0.0).unwrap_or(other);
-    Matrix3::from_columns(&[u, normal.cross(&u), *normal])
 }

@@ -12,7 +12,9 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
+use super::ground::MODEL_ERROR;
 use super::profile::Blur;
+use super::refine::Refined;
 
 const N: usize = 11;
 type Vector = SVector<f64, N>;
@@ -26,8 +28,6 @@ const STEP_END_MM: f64 = 1e-6;
 const COST_END: f64 = 1e-9;
 /// A last step of the centre that is accepted when the steps run out, mm.
 const LAST_STEP_MM: f64 = 5e-3;
-/// The model's own error as a share of the ball's signal: no scanner's blur is a Gaussian.
-const MODEL_ERROR: f64 = 0.005;
 /// Deviations at which a residual counts half.
 const CAUCHY: f64 = 4.0;
 /// Deviation of the values by their rounding to whole HU.
@@ -72,29 +72,73 @@ pub(super) struct Fitted {
     /// The model's greatest signal, HU, and what is seen of it below the clipping.
     pub(super) signal_hu: f64,
     pub(super) clipped: usize,
+    /// Minus twice the logarithm of the likelihood by the noise that was expected, and of the priors, but for a constant.
+    pub(super) unlikelihood: f64,
+}
+
+impl Fitted {
+    /// Its centre as it is.
+    pub(super) fn unrefined(&self) -> Refined {
+        Refined {
+            centre: self.centre,
+            covariance: self.covariance,
+        }
+    }
+}
+
+impl Expected {
+    /// Middle and inverse variances of the priors of ln A, ln r, ln p, ln a.
+    pub(super) fn prior(&self) -> ([f64; 4], [f64; 4]) {
+        let blur = self.blur;
+        let [radius, plane, axial, metal] = self.deviations;
+        (
+            [self.metal_hu, blur.radius_mm, blur.plane_mm, blur.axial_mm].map(f64::ln),
+            [metal, radius, plane, axial].map(|d| 1.0 / (d * d)),
+        )
+    }
 }
 
 /// The model at one voxel: value, signal of the ball, derivatives.
-struct Modelled {
+pub(super) struct Modelled {
     value: f64,
-    signal: f64,
-    by: Vector,
+    pub(super) signal: f64,
+    pub(super) by: Vector,
 }
 
+/// The eleven numbers, and the slice's width.
 #[derive(Clone, Copy)]
-struct State(Vector);
+pub(super) struct State {
+    x: Vector,
+    slice_mm: f64,
+}
 
 impl State {
-    fn blur(&self) -> Blur {
+    /// A ball on no ground: its centre, ln A, ln r, ln p, ln a.
+    pub(super) fn of_ball(ball: SVector<f64, 7>, slice_mm: f64) -> Self {
+        let mut x = Vector::zeros();
+        x.fixed_rows_mut::<7>(0).copy_from(&ball);
+        Self { x, slice_mm }
+    }
+
+    pub(super) fn centre(&self) -> Vector3<f64> {
+        Vector3::new(self.x[0], self.x[1], self.x[2])
+    }
+
+    pub(super) fn metal_hu(&self) -> f64 {
+        self.x[3].exp()
+    }
+
+    pub(super) fn blur(&self) -> Blur {
         Blur {
-            radius_mm: self.0[4].exp(),
-            plane_mm: self.0[5].exp(),
-            axial_mm: self.0[6].exp(),
+            radius_mm: self.x[4].exp(),
+            plane_mm: self.x[5].exp(),
+            axial_mm: self.x[6].exp(),
+            slice_mm: self.slice_mm,
         }
     }
 
-    fn model(&self, blur: &Blur, metal: f64, place: &Vector3<f64>) -> Modelled {
-        let x = &self.0;
+    pub(super) fn model(&self, blur: &Blur, metal: f64, place: &Vector3<f64>) -> Modelled {
+        let x = &self.x;
         let d = place - Vector3::new(x[0], x[1], x[2]);
         let rho = d.x.hypot(d.y);
         let f = blur.at(rho, d.z);
@@ -131,23 +175,28 @@ struct Problem<'a> {
 
 /// Fits the model; `None` where it does not settle.
 pub(super) fn fit(samples: &[Sample], expected: &Expected) -> Option<Fitted> {
-    let blur = expected.blur;
-    let [radius, plane, axial, metal] = expected.deviations;
-    let start = [expected.metal_hu, blur.radius_mm, blur.plane_mm, blur.axial_mm].map(f64::ln);
+    let (start, prior_weight) = expected.prior();
     let mut problem = Problem {
         samples,
         prior_mean: start,
-        prior_weight: [metal, radius, plane, axial].map(|d| 1.0 / (d * d)),
+        prior_weight,
         noise_hu: expected.noise_hu.max(0.01 * expected.contrast_hu),
     };
-    let mut state = State(Vector::zeros());
-    state.0.fixed_rows_mut::<4>(3).copy_from_slice(&start);
-    state.0[7] = expected.ground_hu;
+    let mut state = State {
+        x: Vector::zeros(),
+        slice_mm: expected.blur.slice_mm,
+    };
+    state.x.fixed_rows_mut::<4>(3).copy_from_slice(&start);
+    state.x[7] = expected.ground_hu;
     state = problem.settle(state)?;
     // Once more with the noise that the window has.
     problem.noise_hu = problem.spread(&state).max(LEAST_NOISE_HU);
     state = problem.settle(state)?;
-    problem.result(&state)
+    let mut fitted = problem.result(&state)?;
+    // By the same noise whatever was fitted: one that was estimated with the model cannot tell models apart.
+    problem.noise_hu = expected.noise_hu.max(LEAST_NOISE_HU);
+    fitted.unlikelihood = problem.cost(&state);
+    Some(fitted)
 }
 
 impl Problem<'_> {
@@ -164,13 +213,13 @@ impl Problem<'_> {
 
     fn prior_cost(&self, state: &State) -> f64 {
         (0..4)
-            .map(|i| self.prior_weight[i] * (state.0[3 + i] - self.prior_mean[i]).powi(2))
+            .map(|i| self.prior_weight[i] * (state.x[3 + i] - self.prior_mean[i]).powi(2))
             .sum()
     }
 
     /// Cauchy's cost of the residuals and the priors'.
     fn cost(&self, state: &State) -> f64 {
-        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let (blur, metal) = (state.blur(), state.x[3].exp());
         let term = |sample: &Sample| {
             let (residual, variance) = self.residual(sample, &state.model(&blur, metal, &sample.place));
             CAUCHY * CAUCHY * (residual * residual / (variance * CAUCHY * CAUCHY)).ln_1p()
@@ -180,7 +229,7 @@ impl Problem<'_> {
 
     /// `J^T W J` with the priors, `J^T W r`, the weighted squares and the weights' number.
     fn normal(&self, state: &State) -> (Matrix, Vector, f64, f64) {
-        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let (blur, metal) = (state.blur(), state.x[3].exp());
         let (mut matrix, mut vector, mut squares, mut count) = (Matrix::zeros(), Vector::zeros(), 0.0, 0.0);
         for sample in self.samples {
             let model = state.model(&blur, metal, &sample.place);
@@ -197,7 +246,7 @@ impl Problem<'_> {
         }
         for i in 0..4 {
             matrix[(3 + i, 3 + i)] += self.prior_weight[i];
-            vector[3 + i] += self.prior_weight[i] * (self.prior_mean[i] - state.0[3 + i]);
+            vector[3 + i] += self.prior_weight[i] * (self.prior_mean[i] - state.x[3 + i]);
         }
         (matrix, vector, squares, count)
     }
@@ -210,7 +259,10 @@ impl Problem<'_> {
                 let mut damped = matrix;
                 (0..N).for_each(|i| damped[(i, i)] *= 1.0 + damping);
                 let step = damped.cholesky()?.solve(&vector);
-                let next = State(state.0 + step);
+                let next = State {
+                    x: state.x + step,
+                    ..state
+                };
                 let next_cost = self.cost(&next);
                 if next_cost <= cost * (1.0 + 1e-12) {
                     break (next, step, next_cost);
@@ -234,7 +286,7 @@ impl Problem<'_> {
 
     /// Deviation of the residuals by their median.
     fn spread(&self, state: &State) -> f64 {
-        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let (blur, metal) = (state.blur(), state.x[3].exp());
         let residual = |s: &Sample| (s.hu - state.model(&blur, metal, &s.place).value).abs();
         let unclipped = self.samples.iter().filter(|s| !s.clipped);
         let mut all: Vec<f64> = unclipped.map(residual).collect();
@@ -250,9 +302,10 @@ impl Problem<'_> {
         let (matrix, _, squares, count) = self.normal(state);
         let inverse = matrix.cholesky()?.inverse();
         let scale = squares / (count - N as f64).max(1.0);
-        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let (blur, metal) = (state.blur(), state.x[3].exp());
         let (signal, residual) = self.quality(state);
-        let x = &state.0;
+        let clipped = self.samples.iter().filter(|s| s.clipped).count();
+        let x = &state.x;
         let fitted = Fitted {
             centre: Vector3::new(x[0], x[1], x[2]),
             covariance: inverse.fixed_view::<3, 3>(0, 0) * scale,
@@ -266,14 +319,15 @@ impl Problem<'_> {
             ground_hu: x[7] + x[8] * x[0] + x[9] * x[1] + x[10] * x[2],
             residual_hu: residual,
             signal_hu: signal,
-            clipped: self.samples.iter().filter(|s| s.clipped).count(),
+            clipped,
+            unlikelihood: self.cost(state),
         };
         x.iter().all(|v| v.is_finite()).then_some(fitted)
     }
 
     /// The greatest signal, and the root mean square residual where it is above a tenth of that.
     fn quality(&self, state: &State) -> (f64, f64) {
-        let (blur, metal) = (state.blur(), state.0[3].exp());
+        let (blur, metal) = (state.blur(), state.x[3].exp());
         let greatest = metal * blur.value(0.0, 0.0);
         let (mut sum, mut count) = (0.0, 0.0);
         for sample in self.samples {

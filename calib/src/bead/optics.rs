@@ -80,12 +80,36 @@ impl Optics {
         ((d.norm_squared() - z * z).max(0.0).sqrt(), z)
     }
 
+    /// Orthonormal columns of which the third is the normal.
+    pub(super) fn axes(&self) -> Matrix3<f64> {
+        let least = self.normal.iamin();
+        let other = Vector3::from_fn(|i, _| f64::from(u8::from(i == least)));
+        // Never parallel: the other axis is the one that the normal leans to least.
+        let u = self.normal.cross(&other).try_normalize(0.0).unwrap_or(other);
+        Matrix3::from_columns(&[u, self.normal.cross(&u), self.normal])
+    }
+
     pub(super) fn blur(&self, radius_mm: f64) -> Blur {
         Blur {
             radius_mm,
             plane_mm: self.sigma_mm[0],
             axial_mm: self.sigma_mm[1],
+            slice_mm: 0.0,
         }
+    }
+
+    /// The profiles that a slice may have: a bell, and where it is thick, a mean over its thickness behind the scanner's
+    /// own blur, as slices averaged from thin ones are.
+    pub(super) fn profiles(&self, radius_mm: f64) -> Vec<Blur> {
+        let bell = self.blur(radius_mm);
+        let step = self.step_mm[1];
+        let averaged = Blur {
+            axial_mm: LEAST_BLUR_MM,
+            slice_mm: step,
+            ..bell
+        };
+        let thick = BLUR_PER_STEP * step > LEAST_BLUR_MM;
+        if thick { vec![bell, averaged] } else { vec![bell] }
     }
 
     /// The brightest voxel's share of the metal's HU for the smallest bead in the worst place: midway between voxels.

@@ -1,6 +1,6 @@
 //! What is looked for.
 
-use super::Refused;
+use super::{Ground, Refused};
 
 /// The beads looked for, and the thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Search {
     pub clip_hu: Option<i16>,
     /// Least value of chi (5.3).
     pub least_chi: f64,
+    /// What lies around a bead, for its centre.
+    pub ground: Ground,
 }
 
 impl Search {
@@ -30,6 +32,7 @@ impl Search {
             metal_hu: 6000.0,
             clip_hu: None,
             least_chi: 2.0,
+            ground: Ground::default(),
         }
     }
 

@@ -22,7 +22,8 @@ generated patient.
 Every local maximum that is bright enough is held against the detector chi: mean and deviation within a ball, and in a \
 shell around it. A blurred ball is fitted to what remains, without the voxels that the scanner clipped. A bead must be \
 round, of the radius and the metal asked for, with nothing as bright beside it: screws, wires, clips and bone are told \
-of and not taken. Beads must lie about 3 mm apart, more in thick slices.
+of and not taken. Beads must lie about 3 mm apart, more in thick slices. The centre is fitted once more with the tissue \
+around as a random field, so that bone beside a bead does not draw it.
 
 Beads are numbered from the lowest slice on. x, y, z are left, posterior, superior in mm; `error` is the root mean \
 square error of the centre that the fit predicts, without distortion of the scanner.

@@ -1,5 +1,7 @@
 //! Tests of the whole search.
 
 mod accuracy;
+mod grounds;
 mod rivals;
+mod slices;
 mod specimen;
