@@ -180,7 +180,7 @@ fn check_tip(file: &Value) {
         .iter()
         .map(|g| g["name"].as_str().unwrap())
         .collect();
-    assert_eq!(names, ["max-rms-mm", "min-cone-deg"]);
+    assert_eq!(names, ["max_rms_mm", "min_cone_deg"]);
 }
 
 /// Each touch is at the tip's place in the patient's marker, within what its covariance says.

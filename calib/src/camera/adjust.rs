@@ -36,6 +36,9 @@ const SLOW_END: f64 = 1e-2;
 /// Damping beyond which no step leads down.
 const MOST_DAMPING: f64 = 1e16;
 
+/// Rounding of a predicted pixel, relative to its place.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
 /// Where the grid was in a view: camera's axes from the grid's about the view's middle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pose {
@@ -151,6 +154,13 @@ impl Problem<'_> {
         if sum.is_nan() { f64::INFINITY } else { sum }
     }
 
+    /// What the rounding of the predictions may make of the sum of squares.
+    fn rounding(&self) -> f64 {
+        let of = |s: &Ready| s.information.trace() * (ROUNDING * (1.0 + s.pixel.norm())).powi(2);
+        let sightings = self.stations.iter().flat_map(|station| &station.sightings);
+        sightings.map(of).sum()
+    }
+
     fn normals(&self, state: &State) -> Vec<Normal> {
         let both = self.stations.iter().zip(&state.poses);
         both.map(|(s, p)| Normal::of(s, &state.eye(p), &self.free)).collect()
@@ -188,7 +198,8 @@ impl Problem<'_> {
                 Down::Flat => last = 0.0,
                 Down::Nowhere => return Err(CameraRefused::NoConvergence { steps, last }),
             }
-            if last <= end {
+            // Of discs without an error rounding is left, among which steps find no end.
+            if last <= end || cost <= self.rounding() {
                 return Ok((state, cost, steps));
             }
         }
