@@ -180,13 +180,19 @@ fn check_tip(file: &Value) {
         .iter()
         .map(|g| g["name"].as_str().unwrap())
         .collect();
-    assert_eq!(names, ["max_rms_mm", "min_cone_deg"]);
+    assert_eq!(names, ["max-rms-mm", "min-cone-deg"]);
 }
 
 /// Each touch is at the tip's place in the patient's marker, within what its covariance says.
 fn check_touches(text: &str) {
     let expected = [0, 1, 2].map(|i| TIP_CT_MM[i] - REFERENCE_MM[i]);
-    let rows: Vec<Vec<&str>> = text.lines().skip(2).map(|line| line.split(',').collect()).collect();
+    // Comments are the frame, and the gates that each touch has kept.
+    assert!(
+        text.contains("# max_rms_mm 1 (tracker.calibration.gates of run default): found "),
+        "{text}"
+    );
+    let lines = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.iter().map(|row| row[0]).collect::<Vec<_>>(), ["a", "b"]);
     for row in rows {
         let n: Vec<f64> = row[1..].iter().map(|x| x.parse().unwrap()).collect();
