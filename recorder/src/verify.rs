@@ -170,16 +170,17 @@ mod tests {
         }
     }
 
+    /// Where each chunk has the name of its compression.
+    fn compressed(bytes: &[u8]) -> Vec<usize> {
+        let words = bytes.windows(4).enumerate();
+        words.filter(|(_, w)| w == b"zstd").map(|(at, _)| at).collect()
+    }
+
     #[test]
     fn a_chunk_whose_head_is_flipped_is_named_with_its_messages() {
         let bytes = testing::finished(3, 5);
         // The chunk of poses 5 to 9: its opcode, and a byte of its length.
-        let chunks: Vec<usize> = bytes
-            .windows(4)
-            .enumerate()
-            .filter(|(_, w)| w == b"zstd")
-            .map(|(at, _)| at)
-            .collect();
+        let chunks = compressed(&bytes);
         // Opcode, length, two times, size, CRC, length of this word. The first chunk holds the schemas.
         let head = chunks[2] - (1 + 8 + 16 + 8 + 4 + 4);
         for (at, bit) in [(head, 0x40), (head + 1 + 3, 0x20)] {
@@ -196,12 +197,7 @@ mod tests {
     #[test]
     fn every_flipped_bit_of_a_chunks_content_names_its_messages() {
         let bytes = testing::finished(3, 2);
-        let chunks: Vec<usize> = bytes
-            .windows(4)
-            .enumerate()
-            .filter(|(_, w)| w == b"zstd")
-            .map(|(at, _)| at)
-            .collect();
+        let chunks = compressed(&bytes);
         // Behind the word is the length of what is compressed.
         let from = chunks[2] + 4;
         let length = u64::from_le_bytes(bytes[from..from + 8].try_into().unwrap()) as usize;
