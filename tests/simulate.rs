@@ -138,25 +138,22 @@ fn every_state_on_the_way_is_certified() {
     }
 }
 
-/// The ring in the ring lies along a long stretch of near equal curvature: where its exact equations are not solved, the run
-/// says so, in its words, its exit code and its result, and shows the state all the same.
+/// The ring in the ring may roll, and lies along a long stretch of near equal curvature; the way of its search is shown.
 #[test]
-fn a_state_is_certified_or_said_not_to_be() {
+fn a_ring_that_rolls_in_another_is_certified_and_its_way_is_shown() {
     let world = World::new();
     let folder = world.path("rings");
     let output = world.output(
         "simulate",
         &["run", &scene("figure-38.toml"), "--out", &folder.to_string_lossy()],
     );
+    assert!(output.status.success(), "{}", stderr(&output));
     let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
     let states = result["states"].as_array().unwrap();
     let certificate = &states[states.len() - 1]["certificate"];
-    let holds = certificate["holds"].as_bool().unwrap();
-    assert_eq!(output.status.success(), holds, "{}", stderr(&output));
-    assert_eq!(result["certified"], holds);
-    assert_eq!(certificate["fails"].as_array().unwrap().is_empty(), holds);
-    assert_eq!(stderr(&output).contains("NOT certified"), !holds, "{}", stderr(&output));
-    assert!(folder.join("strip.png").exists() && folder.join("film.png").exists());
+    assert_eq!(certificate["holds"], true, "{certificate}");
+    assert_eq!(result["certified"], true);
+    assert!(states.len() > 10 && folder.join("strip.png").exists() && folder.join("film.png").exists());
 }
 
 const OVERLAPPING: &str = r#"title = "two plates"

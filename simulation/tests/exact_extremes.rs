@@ -221,3 +221,40 @@ fn walls_without_room_are_refused() {
         assert!(!refused.to_string().is_empty(), "{k}: {refused}");
     }
 }
+
+/// In exact contact, a solid that slides freely ends at the wall on its way, and not behind it: rows of the wall were once those of
+/// samples nearer than twice the barrier's width, and no others were looked at.
+#[test]
+fn what_slides_freely_in_exact_contact_ends_at_a_far_wall() {
+    let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| (x, y + 2e-3));
+    let mut system = System::new();
+    let body = system.add(rigid(&square, 1.0));
+    for (normal, offset) in [(Vector2::y(), 0.0), (-Vector2::x(), -31.0)] {
+        guard(&mut system, &[body], normal, offset, 1e-3, 0.1);
+    }
+    let mut a = system.initial();
+    let found = settled(&mut system, &mut a).expect("a place on the floor");
+    certify(&system, &a, &found);
+    // A push from the left, as strong as the weight.
+    system.load(body, &[(0, 1.0)]);
+    let found = settled(&mut system, &mut a).expect("a place at the wall");
+    certify(&system, &a, &found);
+    assert!((a[0] - 30.0).abs() < 1e-8, "{a:?}");
+}
+
+/// Frame after frame in exact contact, without the barrier between: a wall comes in, and every state is certified.
+#[test]
+fn exact_contact_follows_a_wall_that_comes_in() {
+    let mut system = System::new();
+    let mesh = ring(Vector2::new(0.0, 1.01), [0.7, 1.0], [16, 2]).expect("a ring");
+    system.add(soft(mesh, Law::NeoHookean, 0.002));
+    guard(&mut system, &[0], Vector2::y(), 0.0, 0.01, 0.1);
+    guard(&mut system, &[0], -Vector2::y(), -2.04, 0.01, 0.1);
+    let mut a = system.initial();
+    for frame in 0..8 {
+        let found = settled(&mut system, &mut a).unwrap_or_else(|why| panic!("{frame}: {why}"));
+        certify(&system, &a, &found);
+        println!("{frame}: {} steps", found.iterations);
+        system.terms[1].move_wall(0.02);
+    }
+}

@@ -25,7 +25,8 @@ const LEFT: f64 = 0.1;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guard {
     normal: Vector2<f64>,
-    /// Move a wall by changing it, by less than the gaps: see [`Guard::least_gap`].
+    /// Move a wall by changing it, by less than the gaps ([`Guard::least_gap`]) and before exact contact has begun; in exact
+    /// contact by [`Term::move_wall`], by some widths.
     pub offset: f64,
     stage: Stage,
     stiffness: f64,
@@ -74,7 +75,8 @@ impl Guard {
         self
     }
 
-    /// Hands the forces over to exact contact: every sample nearer than twice the width becomes a row.
+    /// Hands the forces over to exact contact: every sample becomes a row, so that
+    /// none passes the wall unseen, however far it slides.
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
         let which: std::collections::BTreeSet<usize> = self.samples.iter().map(|s| s.0).collect();
         let between = Between::Plane {
@@ -87,10 +89,10 @@ impl Guard {
             normal: self.normal,
             offset: self.offset,
         };
-        let rows = self.samples.iter().filter_map(|(body, cursor, length)| {
+        let rows = self.samples.iter().map(|(body, cursor, length)| {
             let gap = self.gap(bodies, a, *body, cursor);
-            let [_, slope, _] = barrier(gap / self.stage.width)?;
-            (gap < 2.0 * self.stage.width).then_some((*body, *cursor, against, -self.stiffness * length * slope))
+            let slope = barrier(gap / self.stage.width).map_or(0.0, |b| b[1]);
+            (*body, *cursor, against, -self.stiffness * length * slope)
         });
         Exact::new(between, bodies, a, rows)
     }
@@ -196,6 +198,13 @@ impl Term for Guard {
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
         let exact = self.stage.due().then(|| self.hand_over(bodies, a));
         self.stage.update(bodies, a, exact)
+    }
+
+    fn move_wall(&mut self, by: f64) {
+        self.offset += by;
+        if let Some(exact) = &mut self.stage.exact {
+            exact.move_wall(by);
+        }
     }
 
     fn active(&mut self) -> Option<&mut dyn Active> {

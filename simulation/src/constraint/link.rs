@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use super::rows::{Rows, bend};
-use super::{Active, Change, Closest, Force, Progress, Term};
+use super::{Active, Change, Force, Progress, Term};
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
 use crate::system::Bodies;
@@ -175,7 +175,7 @@ impl Active for Link {
         }
     }
 
-    fn review(&mut self, bodies: &Bodies, a: &[f64], _closest: Closest) -> Progress {
+    fn review(&mut self, bodies: &Bodies, a: &[f64], _between: bool) -> Progress {
         Progress {
             violation: self.difference(bodies, a).norm(),
             ..Progress::default()

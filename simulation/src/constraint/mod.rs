@@ -18,6 +18,7 @@ mod overlap;
 mod pairs;
 mod plane;
 mod rows;
+mod samples;
 mod shape;
 mod signed;
 mod stage;
@@ -77,14 +78,14 @@ pub struct Force {
 pub struct Progress {
     /// Sum of forces times gaps.
     pub work: f64,
-    /// Rows.
-    pub rows: usize,
+    /// The rows, each by the part of the aim that it has: 1 at a small gap, 0 where it is out of reach.
+    pub rows: f64,
     /// The largest force times gap.
     pub complementarity: f64,
+    /// The largest force.
+    pub largest: f64,
     /// The largest depth by which a row is violated: a length.
     pub violation: f64,
-    /// Rows were added.
-    pub changed: bool,
     /// Some row has next to no gap and next to no force.
     pub undecided: bool,
 }
@@ -98,21 +99,10 @@ impl Progress {
             rows: self.rows + other.rows,
             complementarity: self.complementarity.max(other.complementarity),
             violation: self.violation.max(other.violation),
-            changed: self.changed || other.changed,
+            largest: self.largest.max(other.largest),
             undecided: self.undecided || other.undecided,
         }
     }
-}
-
-/// Where rows are added.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Closest {
-    /// Nowhere.
-    Nowhere,
-    /// Where arcs have a closest point that stands out.
-    Sharp,
-    /// Where they run along one another too.
-    All,
 }
 
 /// Constraints whose forces are unknowns of their own: what the last steps to exact contact work on.
@@ -132,8 +122,9 @@ pub trait Active: std::fmt::Debug {
         Some([0.0; 3])
     }
 
-    /// Looks at the rows in a new state, and adds rows where solids come closer between them.
-    fn review(&mut self, bodies: &Bodies, a: &[f64], closest: Closest) -> Progress;
+    /// Looks at the rows in a new state, and which there are; where `between`, adds rows where solids come closer between them
+    /// too.
+    fn review(&mut self, bodies: &Bodies, a: &[f64], between: bool) -> Progress;
 }
 
 /// A term of the energy of a system. Positions enter it through the boundaries of the solids only.
@@ -156,6 +147,9 @@ pub trait Term: std::fmt::Debug {
     fn update(&mut self, _bodies: &Bodies, _a: &[f64]) -> Change {
         Change::default()
     }
+
+    /// Moves a wall along its normal, in exact contact with all that it knows; nothing for what is none.
+    fn move_wall(&mut self, _by: f64) {}
 
     /// Its rows, where it is exact now.
     fn active(&mut self) -> Option<&mut dyn Active> {

@@ -6,26 +6,19 @@
 
 use std::cell::{Cell, RefCell};
 
-use nalgebra::Vector2;
-
 use super::apart::Apart;
-use super::broad::{Place, near_arcs};
 use super::exact::{Against, Between, Exact};
 use super::meeting::Meeting;
-use super::near::{Near, outside_own};
-use super::nearest::nearest;
+use super::near::Near;
 use super::rows::bend;
-use super::shape::{Shape, box_distance, boxes_near};
+use super::samples::Samples;
+use super::shape::Shape;
 use super::stage::Stage;
 use super::{Active, Change, Force, Term, advance, barrier};
-use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
 use crate::system::Bodies;
 
-/// Samples of each arc, at least and at most; the first lies on its first node.
-const FEWEST: u32 = 4;
-const MOST: u32 = 64;
 /// Keeps solids apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pairs {
@@ -99,28 +92,18 @@ impl Pairs {
     /// Hands the forces over to the exact contact: every sample nearer than twice the width becomes a row.
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
         let between = Between::Solids {
-            depth: 2.0 * self.stage.width,
+            width: self.stage.width,
             meeting: self.meeting.clone(),
         };
         let mut rows: Vec<(usize, Cursor, Against, f64)> = Vec::new();
-        let reach = Cell::new(2.0 * self.stage.width);
-        self.visit(bodies, &Self::shapes(bodies, a), &reach, &mut |near| {
-            let force = self.energy_of(&near).map_or(0.0, |e| -e[1]);
-            let [body, other] = near.on;
-            let foot = near.foot;
-            // An arc's end and the next one's start are one point.
-            let corner = foot.u.abs() >= 1.0;
-            let known = rows.iter_mut().find(|(b, s, against, _)| {
-                *b == body
-                    && *s == near.sample
-                    && corner
-                    && matches!(against, Against::Arc { other: o, foot: f } if *o == other && f.u.abs() >= 1.0)
+        let reach = Cell::new(between.depth());
+        self.samples()
+            .visit(bodies, &Self::shapes(bodies, a), &reach, &mut |near| {
+                let force = self.energy_of(&near).map_or(0.0, |e| -e[1]);
+                let [body, other] = near.on;
+                let foot = near.foot;
+                rows.push((body, near.sample, Against::Arc { other, foot }, force));
             });
-            match known {
-                Some(row) => row.3 += force,
-                None => rows.push((body, near.sample, Against::Arc { other, foot }, force)),
-            }
-        });
         Exact::new(between, bodies, a, rows.into_iter())
     }
 
@@ -129,56 +112,10 @@ impl Pairs {
         self.stage.width
     }
 
-    /// Calls `visit` with every sample that comes as near as `within` to an arc of another solid. The visitor may narrow it.
-    fn visit(&self, bodies: &Bodies, shapes: &[Shape], within: &Cell<f64>, visit: &mut dyn FnMut(Near)) {
-        for [one, two] in near_arcs(shapes, within.get()) {
-            if !self.meeting.of(one[0] as usize, two[0] as usize) {
-                continue;
-            }
-            self.visit_arcs(bodies, shapes, [one, two], within, visit);
-            self.visit_arcs(bodies, shapes, [two, one], within, visit);
-        }
-    }
-
-    /// Samples of the first arc against the second.
-    fn visit_arcs(
-        &self,
-        bodies: &Bodies,
-        shapes: &[Shape],
-        [own, other]: [Place; 2],
-        within: &Cell<f64>,
-        visit: &mut dyn FnMut(Near),
-    ) {
-        let ([first, arc], [second, against]) = (own.map(|k| k as usize), other.map(|k| k as usize));
-        let (shape, nodes, bounds) = (
-            &shapes[first],
-            &shapes[second].arcs[against],
-            &shapes[second].boxes[against],
-        );
-        if !boxes_near(&shape.boxes[arc], bounds, within.get()) {
-            return;
-        }
-        let count = self.count(bodies, first, arc);
-        let part = 2.0 / f64::from(count);
-        for k in 0..count {
-            let u = f64::from(k) * part - 1.0;
-            let sample = Cursor { arc, u };
-            let point = shape.place(&sample);
-            if box_distance(bounds, &point) >= within.get() {
-                continue;
-            }
-            let at = nearest(nodes, point);
-            let own_kind = first == second && !outside_own(bodies, first, nodes, [arc, against], &at);
-            if at.distance < within.get() && !own_kind {
-                let length = reference_speed(bodies, first, &sample) * part;
-                visit(Near {
-                    on: [first, second],
-                    sample,
-                    foot: Cursor { arc: against, u: at.u },
-                    length,
-                    at,
-                });
-            }
+    fn samples(&self) -> Samples<'_> {
+        Samples {
+            meeting: &self.meeting,
+            width: self.stage.width,
         }
     }
 
@@ -188,7 +125,8 @@ impl Pairs {
         let mut seen = self.seen.0.borrow_mut();
         if !seen.as_ref().is_some_and(|s| s.width == self.stage.width && s.a == a) {
             let (shapes, mut near) = (Self::shapes(bodies, a), Vec::new());
-            self.visit(bodies, &shapes, &Cell::new(self.stage.width), &mut |n| near.push(n));
+            self.samples()
+                .visit(bodies, &shapes, &Cell::new(self.stage.width), &mut |n| near.push(n));
             *seen = Some(Seen {
                 a: a.to_vec(),
                 width: self.stage.width,
@@ -200,17 +138,6 @@ impl Pairs {
             Some(seen) => look(&seen.shapes, &seen.near),
             None => look(&[], &[]),
         }
-    }
-
-    /// Samples of an arc: so many that between them, on two arcs of its bend, the distance changes by less than the width.
-    ///
-    /// An arc that departs by `s` from its chord departs by `s / n^2` from the chords of `n` pieces.
-    fn count(&self, bodies: &Bodies, body: usize, arc: usize) -> u32 {
-        let boundary = bodies.solid(body).boundary();
-        let [a, b, c] = boundary.reference[arc];
-        let depth = (b - (a + c) * 0.5).norm();
-        let wanted = (3.0 * (depth / self.stage.width).sqrt()).ceil();
-        (wanted.min(f64::from(MOST)) as u32).max(FEWEST)
     }
 
     /// Energy of a pair and its two derivatives by the distance.
@@ -227,13 +154,6 @@ impl Pairs {
     fn shapes(bodies: &Bodies, a: &[f64]) -> Vec<Shape> {
         (0..bodies.len()).map(|k| Shape::of(bodies, k, a)).collect()
     }
-}
-
-/// Reference length by parameter at a sample.
-fn reference_speed(bodies: &Bodies, body: usize, sample: &Cursor) -> f64 {
-    let reference = &bodies.solid(body).boundary().reference[sample.arc];
-    let speed: Vector2<f64> = reference.iter().zip(line_slope(sample.u)).map(|(r, s)| r * s).sum();
-    speed.norm()
 }
 
 impl Term for Pairs {
@@ -288,7 +208,7 @@ impl Term for Pairs {
 
     fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
         let depth = self.stage.exact.as_ref().map_or(0.0, |_| self.stage.width);
-        let count = |body, arc| self.count(bodies, body, arc);
+        let count = |body, arc| self.samples().count(bodies, body, arc);
         let apart = Apart {
             bodies,
             meeting: &self.meeting,

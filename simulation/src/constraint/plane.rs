@@ -35,7 +35,7 @@ struct Touch {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane {
     normal: Vector2<f64>,
-    /// Move a wall by changing it.
+    /// Move a wall by changing it before exact contact has begun; by [`Term::move_wall`] at any time.
     pub offset: f64,
     stiffness: f64,
     touches: Vec<Touch>,
@@ -74,7 +74,7 @@ impl Plane {
         })
     }
 
-    /// Hands the multipliers over to exact contact: every cursor that pushes or is near becomes a row.
+    /// Hands the multipliers over to exact contact: every cursor becomes a row.
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
         let (depth, normal, offset) = (2.0 * self.stage.width, self.normal, self.offset);
         let which: std::collections::BTreeSet<usize> = self.touches.iter().map(|t| t.body).collect();
@@ -84,9 +84,8 @@ impl Plane {
             normal,
             offset,
         };
-        let near = |t: &&Touch| t.multiplier > 0.0 || self.gap(bodies, a, t) < depth;
         // Dips have rows of their own.
-        let own = self.touches.iter().filter(|t| !t.added).filter(near);
+        let own = self.touches.iter().filter(|t| !t.added);
         let rows = own.map(|t| (t.body, t.cursor, Against::Plane { normal, offset }, t.multiplier));
         Exact::new(between, bodies, a, rows)
     }
@@ -227,6 +226,13 @@ impl Term for Plane {
             return self.stage.update(bodies, a, Some(exact));
         }
         change
+    }
+
+    fn move_wall(&mut self, by: f64) {
+        self.offset += by;
+        if let Some(exact) = &mut self.stage.exact {
+            exact.move_wall(by);
+        }
     }
 
     fn active(&mut self) -> Option<&mut dyn Active> {

@@ -112,6 +112,14 @@ fn clock() -> std::time::Instant {
 fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Result<Equilibrium, NoEquilibrium> {
     let (mut iterations, mut last) = (0, (f64::INFINITY, f64::INFINITY));
     let (wanted, mut polishes, began) = (newton.settings, 0, clock());
+    if system.terms.iter().any(|t| t.handed_over()) && ready(system) {
+        // Nothing else knows how to move what is in exact contact already.
+        let polished = polish::polish(system, newton, a);
+        iterations += polished.steps;
+        if !polished.done {
+            return Err(not_converged(&polished));
+        }
+    }
     for search in 1..=MOST_SEARCHES {
         let provisional = system.terms.iter().any(|t| t.provisional());
         newton.settings = on_the_way(wanted, provisional);
@@ -151,6 +159,17 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
         force,
         violation,
     })
+}
+
+/// The refusal of exact contact that has no barrier to go back to.
+fn not_converged(polished: &polish::Polished) -> NoEquilibrium {
+    let [residual, load] = polished.balance;
+    let cause = Failed::NotConverged {
+        iterations: polished.steps,
+        residual,
+        load,
+    };
+    NoEquilibrium::Search { search: 1, cause }
 }
 
 /// The settings of a search; where its term is to be replaced, without what only an end needs.

@@ -1,11 +1,11 @@
 //! The last steps to exact contact: Newton's method on the balance of forces, gaps, and forces times gaps together.
 
-use crate::constraint::{Active, Closest, Progress, Term};
+use crate::constraint::{Active, Progress, Term};
 use crate::control::{Newton, Potential};
 use crate::system::System;
 
 /// The most steps.
-const MOST_STEPS: usize = 100;
+const MOST_STEPS: usize = 250;
 /// Of the way to the first touch.
 const BEFORE_TOUCH: f64 = 0.9;
 /// Forces times gaps at the end, in largest loads times largest solids.
@@ -19,8 +19,10 @@ const LEAST_WORK: f64 = 1e-21;
 const MOST_AT_ONE: usize = 4;
 /// Each aim, in the one before.
 const FALL: f64 = 0.1;
-/// Forces off by this part of the largest load are near enough for the next aim.
+/// Forces off by this part of the largest load are near enough for the next aim, and by this many times the aim: what is free to
+/// roll or slide has small forces and long ways, which are to be made while gaps are wide.
 const NEAR: f64 = 0.1;
+const NEARER: f64 = 1e4;
 /// Depths below this part of the largest solid are none.
 const NO_DEPTH: f64 = 1e-13;
 
@@ -38,6 +40,8 @@ const CLOSER: f64 = 0.9;
 pub(super) struct Polished {
     pub(super) done: bool,
     pub(super) steps: usize,
+    /// The largest free force and the largest load at the end.
+    pub(super) balance: [f64; 2],
 }
 
 /// Calls each set of rows with the solids.
@@ -50,10 +54,10 @@ fn with(system: &mut System, mut call: impl FnMut(&mut dyn Active, &System)) {
     system.terms = terms;
 }
 
-fn review(system: &mut System, a: &[f64], closest: Closest) -> Progress {
+fn review(system: &mut System, a: &[f64], between: bool) -> Progress {
     let mut progress = Progress::default();
     with(system, |t, system| {
-        progress = progress.and(t.review(&system.bodies, a, closest))
+        progress = progress.and(t.review(&system.bodies, a, between))
     });
     progress
 }
@@ -70,44 +74,58 @@ fn balance(system: &mut System, a: &[f64]) -> Option<[f64; 2]> {
 /// long as that converges.
 pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Polished {
     let extent = system.bodies.extent();
-    let mut progress = review(system, a, Closest::Nowhere);
-    let mut aim = FALL * progress.work / progress.rows.max(1) as f64;
+    let mut progress = review(system, a, false);
+    let (mut aim, mut last_balance) = (None, [f64::INFINITY; 2]);
     for steps in 0..MOST_STEPS {
+        let ended = |done, balance| Polished { done, steps, balance };
         let Some([residual, load]) = balance(system, a) else {
-            return Polished { done: false, steps };
+            return ended(false, last_balance);
         };
+        last_balance = [residual, load];
         let last = WORK * load * extent;
+        let work = *aim.get_or_insert_with(|| first_aim(&progress, residual, extent).max(last));
         // Near enough to this aim for the next; at the last one, to stay.
-        let part = if aim > last { NEAR } else { newton.settings.tolerance };
-        let room = (part * aim / load).max(NO_DEPTH * extent);
-        if residual <= part * load && progress.complementarity <= 10.0 * aim && progress.violation <= room {
-            // Points of arcs that run along one another wait for the end: on the way they come and go.
-            let closest = if aim <= last { Closest::All } else { Closest::Sharp };
-            progress = review(system, a, closest);
+        let tolerance = newton.settings.tolerance;
+        let [part, depth] = if work > last {
+            [(NEARER * work / (load * extent)).clamp(tolerance, NEAR), NEAR]
+        } else {
+            [tolerance; 2]
+        };
+        let room = (depth * work / load).max(NO_DEPTH * extent);
+        if residual <= part * load && progress.complementarity <= 10.0 * work && progress.violation <= room {
+            progress = review(system, a, true);
             if progress.violation <= room {
-                if aim <= last {
+                if work <= last {
                     let more = if progress.undecided {
-                        refine(system, newton, a, aim, LEAST_WORK * load * extent)
+                        refine(system, newton, a, work, LEAST_WORK * load * extent)
                     } else {
                         0
                     };
                     return Polished {
-                        done: true,
                         steps: steps + more,
+                        ..ended(true, last_balance)
                     };
                 }
-                aim = (FALL * aim).max(last);
+                aim = Some((FALL * work).max(last));
             }
         }
-        if !advance(system, newton, a, aim) {
-            return Polished { done: false, steps };
+        if !aim.is_some_and(|work| advance(system, newton, a, work)) {
+            return ended(false, last_balance);
         }
-        progress = review(system, a, Closest::Nowhere);
+        progress = review(system, a, false);
     }
     Polished {
         done: false,
         steps: MOST_STEPS,
+        balance: last_balance,
     }
+}
+
+/// Where it starts: at the work that there is, or more where forces are out of balance or walls have come closer since.
+fn first_aim(progress: &Progress, residual: f64, extent: f64) -> f64 {
+    let found = FALL * progress.work / progress.rows.max(1.0);
+    let closer = FALL * progress.largest * progress.violation;
+    found.max(closer).max(residual * extent / NEARER)
 }
 
 /// One step at an aim. False, and nothing changed, where there is none.
@@ -128,7 +146,7 @@ fn refine(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, mut aim: f
     aim *= REFINED_FALL;
     while steps < MOST_REFINED && since < MOST_AT_ONE && aim >= least && advance(system, newton, a, aim) {
         (steps, since) = (steps + 1, since + 1);
-        let progress = review(system, a, Closest::All);
+        let progress = review(system, a, true);
         let near = progress.complementarity <= 10.0 * aim && progress.violation <= 0.0;
         let tolerance = newton.settings.tolerance;
         if near && balance(system, a).is_some_and(|[residual, load]| residual <= tolerance * load) {

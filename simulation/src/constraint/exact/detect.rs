@@ -1,11 +1,14 @@
 //! Where boundaries come closest between the rows.
 
+use std::cell::Cell;
+
 use nalgebra::Vector2;
 
 use super::dip::Dip;
 use super::row::Against;
 use crate::constraint::broad::near_arcs;
 use crate::constraint::meeting::Meeting;
+use crate::constraint::samples::Samples;
 use crate::constraint::shape::Shape;
 use crate::constraint::signed::Foot;
 use crate::solid::Cursor;
@@ -14,8 +17,8 @@ use crate::system::Bodies;
 /// What keeps out of what.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::constraint) enum Between {
-    /// Solids out of one another, looked at as deep as `depth`.
-    Solids { depth: f64, meeting: Meeting },
+    /// Solids out of one another, after a barrier of this width.
+    Solids { width: f64, meeting: Meeting },
     /// These solids out of a half-plane.
     Plane {
         depth: f64,
@@ -26,11 +29,22 @@ pub(in crate::constraint) enum Between {
 }
 
 impl Between {
-    /// How deep is looked.
-    pub(super) fn depth(&self) -> f64 {
+    /// How near and how deep is looked.
+    pub(in crate::constraint) fn depth(&self) -> f64 {
         match self {
-            Self::Solids { depth, .. } | Self::Plane { depth, .. } => *depth,
+            Self::Solids { width, .. } => 2.0 * width,
+            Self::Plane { depth, .. } => *depth,
         }
+    }
+
+    /// Calls `visit` with every sample that is as near as the depth to an arc of another solid: `(solid, sample, against)`.
+    pub(super) fn samples(&self, bodies: &Bodies, shapes: &[Shape], visit: &mut dyn FnMut(usize, Cursor, Against)) {
+        let Self::Solids { width, meeting } = self else { return };
+        let samples = Samples { meeting, width: *width };
+        samples.visit(bodies, shapes, &Cell::new(self.depth()), &mut |near| {
+            let [body, other] = near.on;
+            visit(body, near.sample, Against::Arc { other, foot: near.foot });
+        });
     }
 
     /// Calls `visit` with the closest points of every two arcs whose boxes come as near as `within`, where they lie between
@@ -43,7 +57,7 @@ impl Between {
         flat: bool,
         visit: &mut dyn FnMut([usize; 2], Cursor, Foot),
     ) {
-        let Self::Solids { depth, meeting } = self else { return };
+        let Self::Solids { meeting, .. } = self else { return };
         for mut pair in near_arcs(shapes, within) {
             pair.sort_unstable();
             let [[first, arc], [second, against]] = pair.map(|place| place.map(|k| k as usize));
@@ -51,7 +65,7 @@ impl Between {
                 continue;
             }
             let near = Dip::all(&shapes[first], arc, &shapes[second], against, flat).into_iter();
-            near.filter(|(_, foot)| foot.gap.abs() < *depth)
+            near.filter(|(_, foot)| foot.gap.abs() < self.depth())
                 .for_each(|(sample, foot)| visit([first, second], sample, foot));
         }
     }

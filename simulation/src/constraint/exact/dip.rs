@@ -16,7 +16,10 @@ const PLACES: u32 = 8;
 /// Steps of the search for one that is not sharp: each leaves two thirds.
 const THIRDS: usize = 24;
 /// A closest point is one where the distance bends by this part of its arc's half length.
-const SHARP: f64 = 0.2;
+const SHARP: f64 = 0.02;
+
+/// After a step as short as this the next one is rounding, however little the distance bends.
+const SETTLED: f64 = 1e-8;
 
 /// How the distance changes along the arc of the sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +59,7 @@ impl Dip {
     /// The closest point near a sample, on the same two arcs. `None` where it runs out of them, or there is none.
     pub(super) fn follow(own: &Shape, other: &Shape, sample: Cursor, foot: Cursor) -> Option<(Cursor, Foot, Self)> {
         let (nodes, against) = (&own.arcs[sample.arc], &other.arcs[foot.arc]);
-        let mut u = sample.u;
+        let (mut u, mut settled) = (sample.u, false);
         for _ in 0..30 {
             let near = nearest(against, combine(nodes, line(u)));
             if !near.inside {
@@ -67,15 +70,15 @@ impl Dip {
             if !dip.sharp() {
                 return None;
             }
-            let step = slope / dip.second;
-            if step.abs() <= 4.0 * f64::EPSILON {
+            if settled {
                 return Some((Cursor { arc: sample.arc, u }, foot, dip));
             }
-            let next = (u - step.clamp(-0.5, 0.5)).clamp(-1.0, 1.0);
-            if next == u {
+            let step = slope / dip.second;
+            settled = step.abs() <= SETTLED;
+            u = (u - step.clamp(-0.5, 0.5)).clamp(-1.0, 1.0);
+            if u.abs() >= 1.0 {
                 return None;
             }
-            u = next;
         }
         None
     }

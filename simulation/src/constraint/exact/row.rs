@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use super::SAME;
 use super::dip::Dip;
 use crate::constraint::rows::{Rows, bend};
 use crate::constraint::shape::Shape;
@@ -42,6 +43,8 @@ pub(super) struct Row {
     pub(super) slack: f64,
     /// A closest point of two arcs, which slides with them.
     pub(super) slides: bool,
+    /// The direction in which it was last pushed.
+    pub(super) normal: Vector2<f64>,
 }
 
 /// A row in one state.
@@ -68,7 +71,28 @@ impl Row {
             force,
             slack: 0.0,
             slides: false,
+            normal: Vector2::zeros(),
         }
+    }
+
+    /// True where a touch of the same sample is that of this row: the same place on the other solid, pushed the same way.
+    pub(super) fn same(&self, touch: &Touch, shapes: &[Shape]) -> bool {
+        let (Against::Arc { other, foot }, Against::Arc { other: o, foot: f }) = (self.against, touch.against) else {
+            return self.against.arc() == touch.against.arc();
+        };
+        if other != o || self.normal.dot(&touch.normal) < 1.0 - SAME {
+            return false;
+        }
+        let (shape, nodes) = (&shapes[other], &shapes[other].arcs[foot.arc]);
+        (shape.place(&foot) - shape.place(&f)).norm() < SAME * (nodes[2] - nodes[0]).norm()
+    }
+
+    /// True for a closest point that is the same as this one.
+    pub(super) fn twin(&self, other: &Self) -> bool {
+        let same = self.body == other.body && self.sample.arc == other.sample.arc;
+        same && self.slides
+            && self.against.arc() == other.against.arc()
+            && (self.sample.u - other.sample.u).abs() < SAME
     }
 
     /// Where it is now. `None` where it has lost its foot.
