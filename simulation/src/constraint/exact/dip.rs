@@ -141,3 +141,35 @@ fn lowest_near(own: &Shape, arc: usize, other: &Shape, against: usize, u: f64) -
     let u = [low, high, u].into_iter().min_by(|a, b| gap(*a).total_cmp(&gap(*b)))?;
     Some((Cursor { arc, u }, foot_at(own, arc, other, against, u)?))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Rotation2;
+
+    use super::*;
+
+    /// A shallow arc over a straight one, turned and far from the origin: the closest point is found from every start. It was not where
+    /// the rounding of the slope, over the little that the distance bends, was more than the last bits of the place.
+    #[test]
+    fn a_shallow_dip_is_found_from_every_start() {
+        for k in 0..200 {
+            let t = f64::from(k);
+            let (turn, far) = (Rotation2::new(0.1 * t), Vector2::new(37.1 + t, 41.3 - 0.3 * t));
+            let place = |points: [(f64, f64); 3]| points.map(|(x, y)| turn * Vector2::new(x, y) + far);
+            // Lowest at 0.3; the distance bends by 0.03 of the half length. The solid below lies on the left of its arc.
+            let height = |x: f64| 1e-6 + 0.015 * (x - 0.3) * (x - 0.3);
+            let above = Shape::of_arcs(vec![place([-1.0, 0.0, 1.0].map(|x| (x, height(x))))]);
+            let below = Shape::of_arcs(vec![place([(4.0, 0.0), (0.0, 0.0), (-4.0, 0.0)])]);
+            let start = Cursor {
+                arc: 0,
+                u: 0.9 * (0.7 * t).sin(),
+            };
+            let found = Dip::follow(&above, &below, start, Cursor { arc: 0, u: 0.0 });
+            let (sample, foot, _) = found.unwrap_or_else(|| panic!("{k}: none"));
+            // Rounding of places of size 240 over the bend.
+            let rounding = 240.0 * f64::EPSILON / 0.03;
+            assert!((sample.u - 0.3).abs() <= 4.0 * rounding, "{k}: {}", sample.u);
+            assert!((foot.gap - 1e-6).abs() <= 1e-12, "{k}: {}", foot.gap);
+        }
+    }
+}
