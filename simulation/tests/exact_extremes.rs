@@ -258,3 +258,21 @@ fn exact_contact_follows_a_wall_that_comes_in() {
         system.terms[1].move_wall(0.02);
     }
 }
+
+/// A square that stands on a corner is in equilibrium, and no minimum: it falls over, in exact contact, on one of its sides.
+#[test]
+fn what_stands_on_its_corner_falls_over() {
+    let half = 0.5_f64.sqrt();
+    let corners = [(0.0, 0.0), (half, half), (0.0, 2.0 * half), (-half, half)].map(|(x, y)| (x, y + 2e-3));
+    let mut system = System::new();
+    let body = system.add(rigid(&corners, 1.0));
+    for (normal, offset) in [(Vector2::y(), 0.0), (Vector2::x(), -2.0), (-Vector2::x(), -2.0)] {
+        guard(&mut system, &[body], normal, offset, 1e-2, 0.1);
+    }
+    let mut a = system.initial();
+    let found = settled(&mut system, &mut a).expect("an equilibrium");
+    certify(&system, &a, &found);
+    // Its centre comes down from half a diagonal to half a side.
+    let fall = -a[1] - 2e-3;
+    assert!((fall - (half - 0.5)).abs() < 1e-6, "{fall} {found:?}");
+}

@@ -153,6 +153,11 @@ impl Newton {
         Some((step, [residual, load]))
     }
 
+    /// The direction of falling energy at the last saddle, once.
+    pub(crate) fn falling(&mut self) -> Option<Vec<f64>> {
+        self.falling.take()
+    }
+
     /// The largest free force of a state, and the largest load or reaction. `None` without energy.
     pub(crate) fn balance(potential: &impl Potential, a: &[f64]) -> Option<[f64; 2]> {
         Point::of(potential, a).map(|at| at.balance(potential).into())

@@ -2,6 +2,7 @@
 
 mod certify;
 mod polish;
+mod saddle;
 
 use crate::constraint::{Change, Term};
 use crate::control::{Failed, Minimum, Newton, Settings};
@@ -11,6 +12,8 @@ use crate::system::System;
 const MOST_SEARCHES: usize = 60;
 /// The largest free force over the largest load in a search whose term is to be replaced.
 const PROVISIONAL: f64 = 1e-6;
+/// Saddles left in exact contact.
+const MOST_SADDLES: usize = 4;
 /// Tries of the exact equations.
 const MOST_POLISHES: usize = 4;
 /// Violations below this part of the largest solid count as none.
@@ -111,7 +114,7 @@ fn clock() -> std::time::Instant {
 
 fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Result<Equilibrium, NoEquilibrium> {
     let (mut iterations, mut last) = (0, (f64::INFINITY, f64::INFINITY));
-    let (wanted, mut polishes, began) = (newton.settings, 0, clock());
+    let (wanted, mut polishes, mut saddles, began) = (newton.settings, 0, 0, clock());
     if system.terms.iter().any(|t| t.handed_over()) && ready(system) {
         // Nothing else knows how to move what is in exact contact already.
         let polished = polish::polish(system, newton, a);
@@ -134,6 +137,15 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
         let settled = change.force <= 10.0 * wanted.tolerance * minimum.load;
         let free = change.violation <= NO_VIOLATION * system.bodies.extent();
         if settled && free && !change.again {
+            let saddle = minimum.stability.falling > 0 && wanted.leave_saddles && saddles < MOST_SADDLES;
+            if saddle && ready(system) {
+                saddles += 1;
+                newton.settings = wanted;
+                if let Some(steps) = saddle::leave(system, newton, a) {
+                    iterations += steps;
+                    continue;
+                }
+            }
             let found = certified(system, a, minimum, change);
             return Ok(Equilibrium {
                 searches: search,
