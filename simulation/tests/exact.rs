@@ -87,8 +87,8 @@ fn flat_on_flat_is_uniform_across_edges_that_do_not_match() {
         .enumerate()
         .map(|(n, y)| (a[2 * n + 1] - (stretch - 1.0) * y).abs());
     let off = off.fold(0.0, f64::max);
-    // Gaps differ from one another by what is left of force times gap.
-    assert!(off <= 1e-8, "{off:e} {found:?}");
+    // Gaps of rows that are neither loaded nor free differ by the root of what is left of force times gap, 1e-21.
+    assert!(off <= 1e-10, "{off:e} {found:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::aim::Aim;
 use super::row::{Against, Row, Touch};
-use super::{Between, Exact, GONE, Known, SAME};
+use super::{Between, Exact, GONE, Known, ROUND, SAME};
 use crate::constraint::shape::Shape;
 use crate::constraint::{Active, Progress};
 use crate::solid::Cursor;
@@ -59,7 +59,8 @@ impl Active for Exact {
             let rows = touch.rows(bodies, a).0;
             let rate: f64 = rows.iter().map(|r| touch.normal.dot(&r.by) * step[r.unknown]).sum();
             let slack = rate + touch.gap - row.slack;
-            let force = aim.force(row.slack) - aim.stiffness(row.force, row.slack) * slack - row.force;
+            let own = aim.of(row.force, ROUND * self.keep);
+            let force = own.force(row.slack) - own.stiffness(row.force, row.slack) * slack - row.force;
             parts[0] = parts[0].min(most(row.slack, slack));
             if !aim.far(row.slack) {
                 parts[1] = parts[1].min(most(row.force, force));
@@ -114,7 +115,8 @@ impl Active for Exact {
             row.slack = row.slack.max(touch.gap);
             progress.violation = progress.violation.max(-touch.gap);
             progress.work += row.force * row.slack;
-            progress.complementarity = progress.complementarity.max(row.force * touch.gap.abs());
+            let gap = (touch.gap.abs() - 10.0 * ROUND * self.keep).max(0.0);
+            progress.complementarity = progress.complementarity.max(row.force * gap);
             progress.rows += whole.part(row.slack);
             progress.undecided |= row.force < 1e-2 * largest && row.slack < 1e-3 * depth;
             // Closest points that were two may have met.

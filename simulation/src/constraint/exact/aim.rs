@@ -17,6 +17,14 @@ pub(super) struct Aim {
 }
 
 impl Aim {
+    /// That of a row with a force: one that is loaded keeps the least gap, or rounding would be all that is left of it.
+    pub(super) fn of(&self, force: f64, least: f64) -> Self {
+        Self {
+            work: self.work.max(force * least),
+            ..*self
+        }
+    }
+
     /// The part of the whole aim that a gap has, from 1 to 0.
     pub(super) fn part(&self, gap: f64) -> f64 {
         let y = 1.0 - gap / self.depth;

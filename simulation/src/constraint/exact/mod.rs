@@ -28,6 +28,8 @@ use row::{Row, Touch};
 /// Rows keep this far apart, in sizes of the largest solid: arcs may come as much nearer to one another between them without
 /// touching, and forces of 300 loads times their gaps stay below 1e-8 of load and size.
 const KEEP: f64 = 3e-11;
+/// A loaded row keeps this part of that as its gap beyond it.
+const ROUND: f64 = 1e-3;
 /// A row that begins violated begins with this part of the depth looked at as its slack.
 const FIRST_ROOM: f64 = 0.01;
 /// Rows nearer than this part of their arc are one, where their normals differ by less too.
@@ -185,15 +187,19 @@ impl Exact {
         Some(touch)
     }
 
+    fn aim_of(&self, row: &Row) -> Option<Aim> {
+        self.aim.map(|aim| aim.of(row.force, ROUND * self.keep))
+    }
+
     /// The force that the gradient holds: that of the next step's aim, or the row's own.
     fn push(&self, row: &Row, touch: &Touch) -> f64 {
         let aimed = |aim: Aim| aim.force(row.slack) - aim.stiffness(row.force, row.slack) * (touch.gap - row.slack);
-        self.aim.map_or(row.force, aimed)
+        self.aim_of(row).map_or(row.force, aimed)
     }
 
     /// How it falls with the gap.
     fn stiffness(&self, row: &Row) -> f64 {
-        self.aim
+        self.aim_of(row)
             .map_or(row.force / row.slack, |aim| aim.stiffness(row.force, row.slack))
     }
 
