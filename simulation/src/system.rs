@@ -43,12 +43,17 @@ impl Bodies {
 
     /// The parameters of a solid among all.
     pub fn part<'a>(&self, body: usize, a: &'a [f64]) -> &'a [f64] {
-        &a[self.offsets[body]..self.offsets[body] + self.solids[body].parameters()]
+        &a[self.range(body)]
     }
 
     /// The parameters of a solid among all, to change them.
     pub fn part_mut<'a>(&self, body: usize, a: &'a mut [f64]) -> &'a mut [f64] {
-        &mut a[self.offsets[body]..self.offsets[body] + self.solids[body].parameters()]
+        &mut a[self.range(body)]
+    }
+
+    fn range(&self, body: usize) -> std::ops::Range<usize> {
+        let end = self.offsets.get(body + 1).copied().unwrap_or(self.size);
+        self.offsets[body]..end
     }
 
     /// Where a node of a boundary is.

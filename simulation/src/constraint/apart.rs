@@ -52,10 +52,15 @@ impl Pairing for Apart<'_> {
             return Some(Facing {
                 direction: at.offset / at.distance,
                 distance: at.distance,
+                u: at.u,
             });
         }
         let (direction, distance) = signed(nodes, &at);
         // The far side of a solid is no concern of a sample that has not come through the near one.
-        (distance > -2.0 * self.depth).then_some(Facing { direction, distance })
+        (distance > -2.0 * self.depth).then_some(Facing {
+            direction,
+            distance,
+            u: at.u,
+        })
     }
 }

@@ -16,6 +16,7 @@ mod near;
 mod nearest;
 mod overlap;
 mod pairs;
+mod passing;
 mod plane;
 mod rows;
 mod samples;

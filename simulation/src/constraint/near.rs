@@ -6,6 +6,7 @@ use super::nearest::Nearest;
 use super::rows::{Row, Rows};
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
+use crate::sparse::Triplets;
 use crate::system::Bodies;
 
 /// A sample near an arc of another solid.
@@ -47,26 +48,33 @@ impl Near {
         self.at.offset / self.at.distance
     }
 
-    /// The second derivative of the distance, as a form of two rows. With `f(a, u)` the distance to the point `u` of
-    /// the arc it is `f_aa - f_au f_ua / f_uu` where the foot slides, `f_aa` where it sits at an end.
-    pub(super) fn curvature(&self, arc: &[Vector2<f64>; 3]) -> impl Fn(&Row, &Row) -> f64 + use<> {
+    /// Adds `second d^2 + first d2 h`, where `d` is the derivative of the distance `h` and `d2 h` its second: with `f(a, u)` the
+    /// distance to the point `u` of the arc that is `f_aa - f_au f_ua / f_uu` where the foot slides, `f_aa` where it sits at
+    /// an end.
+    pub(super) fn add_second(
+        &self,
+        rows: &Rows,
+        arc: &[Vector2<f64>; 3],
+        [first, second]: [f64; 2],
+        sink: &mut Triplets,
+    ) {
         let (e, d) = (self.direction(), self.at.distance);
         let slope: Vector2<f64> = arc.iter().zip(line_slope(self.foot.u)).map(|(p, s)| p * s).sum();
         let bend = arc[0] - arc[1] * 2.0 + arc[2];
         let across = slope - e * e.dot(&slope);
-        let second = across.norm_squared() / d - e.dot(&bend);
-        let slides = self.at.inside && second > 0.0;
-        move |p: &Row, q: &Row| {
-            let flat = |x: &Vector2<f64>, y: &Vector2<f64>| (x.dot(y) - e.dot(x) * e.dot(y)) / d;
-            let straight = flat(&p.by, &q.by);
-            // f_u = -e . q'; its derivative by an unknown: rows hold the arc's part with its sign.
-            let mixed = |r: &Row| e.dot(&r.slope) - flat(&slope, &r.by);
-            if slides {
-                straight - mixed(p) * mixed(q) / second
-            } else {
-                straight
-            }
-        }
+        let along = across.norm_squared() / d - e.dot(&bend);
+        let slides = if self.at.inside && along > 0.0 {
+            first / along
+        } else {
+            0.0
+        };
+        let flat = first / d;
+        // f_u = -e . q'; its derivative by an unknown: rows hold the arc's part with its sign.
+        let mixed = |r: &Row| e.dot(&r.slope) - across.dot(&r.by) / d;
+        let of = |r: &Row| (e.dot(&r.by), mixed(r), r.by);
+        rows.add_form_of(sink, of, |p, q| {
+            (second - flat) * p.0 * q.0 + flat * p.2.dot(&q.2) - slides * p.1 * q.1
+        });
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Nearest {
 
 /// Steps of the search on either side of the best start: a quadratic arc has up to two near points.
 const STARTS: u32 = 8;
+/// Seven times its square is below the rounding of the parameter.
+const SMALL_CHANGE: f64 = 3e-9;
 
 pub(super) fn combine(arc: &[Vector2<f64>; 3], weights: [f64; 3]) -> Vector2<f64> {
     arc[0] * weights[0] + arc[1] * weights[1] + arc[2] * weights[2]
@@ -63,6 +65,17 @@ impl Polynomial {
         self.slope[1] > 2.0 * self.slope[2].abs()
     }
 
+    /// A change of the parameter after which Newton's method has nothing left to change. Where the second derivative is at least
+    /// half of its value in the middle and the third no more than six times that, the next change is below 7 times its square.
+    fn close(&self) -> f64 {
+        let [_, b, c, d] = self.slope;
+        if b > 4.0 * c.abs() && b > d {
+            SMALL_CHANGE
+        } else {
+            4.0 * f64::EPSILON
+        }
+    }
+
     /// A bracket round the nearest point.
     fn bracket(&self) -> [f64; 2] {
         if self.convex() {
@@ -105,6 +118,7 @@ fn root(polynomial: &Polynomial) -> f64 {
     } else {
         0.5 * (low + high)
     };
+    let close = polynomial.close();
     for _ in 0..60 {
         let (value, derivative) = polynomial.derivatives(u);
         if value > 0.0 {
@@ -113,13 +127,10 @@ fn root(polynomial: &Polynomial) -> f64 {
             low = u
         }
         let newton = u - value / derivative;
-        let next = if newton > low && newton < high {
-            newton
-        } else {
-            0.5 * (low + high)
-        };
+        let inside = newton > low && newton < high;
+        let next = if inside { newton } else { 0.5 * (low + high) };
         // What the slope's own rounding leaves.
-        if (next - u).abs() <= 4.0 * f64::EPSILON {
+        if (next - u).abs() <= if inside { close } else { 4.0 * f64::EPSILON } {
             return next;
         }
         u = next;

@@ -6,6 +6,7 @@
 
 use std::cell::{Cell, RefCell};
 
+use super::advance::Way;
 use super::apart::Apart;
 use super::exact::{Against, Between, Exact};
 use super::meeting::Meeting;
@@ -175,7 +176,7 @@ impl Term for Pairs {
             for near in near {
                 let [energy, first, _] = self.energy_of(near)?;
                 let pull = near.direction() * first;
-                for row in near.rows(bodies, a).0 {
+                for row in near.rows(bodies, a).0.iter() {
                     gradient[row.unknown] += pull.dot(&row.by);
                 }
                 sum += energy;
@@ -192,11 +193,9 @@ impl Term for Pairs {
             for near in near {
                 let [_, first, second] = self.energy_of(near)?;
                 let (e, rows) = (near.direction(), near.rows(bodies, a));
-                let curvature = near.curvature(&shapes[near.on[1]].arcs[near.foot.arc]);
+                let arc = &shapes[near.on[1]].arcs[near.foot.arc];
                 let bent = if convex { 0.0 } else { first };
-                rows.add_form(sink, |p, q| {
-                    second * e.dot(&p.by) * e.dot(&q.by) + bent * curvature(p, q)
-                });
+                near.add_second(&rows, arc, [bent, second], sink);
                 if !convex {
                     bend(bodies, near.on[0], &near.sample, a, e * first, sink);
                     bend(bodies, near.on[1], &near.foot, a, e * -first, sink);
@@ -215,7 +214,24 @@ impl Term for Pairs {
             count: &count,
             depth,
         };
-        advance::pairs(bodies, a, step, depth, &apart)
+        let reach = |start: &[Shape], least: f64| {
+            let way = Way {
+                bodies,
+                a,
+                step,
+                start,
+                least,
+            };
+            advance::pairs(&way, depth, &apart)
+        };
+        // Exact contact does not look for samples within the barrier.
+        match &self.stage.exact {
+            None => self.near(bodies, a, |shapes, near| {
+                let least = near.iter().map(|n| n.at.distance).fold(self.stage.width, f64::min);
+                reach(shapes, least)
+            }),
+            Some(_) => reach(&Self::shapes(bodies, a), 0.0),
+        }
     }
 
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {

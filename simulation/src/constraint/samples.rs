@@ -8,7 +8,7 @@ use super::broad::{Place, near_arcs};
 use super::meeting::Meeting;
 use super::near::{Near, outside_own};
 use super::nearest::nearest;
-use super::shape::{Shape, box_distance, boxes_near};
+use super::shape::{Shape, beside, box_distance, boxes_near};
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
 use crate::system::Bodies;
@@ -61,7 +61,7 @@ impl Samples<'_> {
             let u = f64::from(k) * part - 1.0;
             let sample = Cursor { arc, u };
             let point = shape.place(&sample);
-            if box_distance(bounds, &point) >= within.get() {
+            if box_distance(bounds, &point) >= within.get() || beside(nodes, &point, within.get()) {
                 continue;
             }
             let at = nearest(nodes, point);

@@ -24,8 +24,7 @@ fn bounds(arc: &[Vector2<f64>; 3]) -> [Vector2<f64>; 2] {
 impl Shape {
     pub(super) fn of(bodies: &Bodies, body: usize, a: &[f64]) -> Self {
         let (solid, part) = (bodies.solid(body), bodies.part(body, a));
-        let place = |arc: &[usize; 3]| arc.map(|n| solid.point(part, n));
-        Self::of_arcs(solid.boundary().arcs.iter().map(place).collect())
+        Self::of_arcs(solid.outline(part))
     }
 
     /// Of arcs where they are.
@@ -38,6 +37,15 @@ impl Shape {
         Self { arcs, boxes, bounds }
     }
 
+    /// After the time `t` at these velocities of the nodes.
+    pub(super) fn moved(&self, velocities: &[[Vector2<f64>; 3]], t: f64) -> Self {
+        let each = self.arcs.iter().zip(velocities);
+        Self::of_arcs(
+            each.map(|(arc, v)| std::array::from_fn(|k| arc[k] + v[k] * t))
+                .collect(),
+        )
+    }
+
     pub(super) fn place(&self, cursor: &Cursor) -> Vector2<f64> {
         let (arc, w) = (&self.arcs[cursor.arc], cursor.weights());
         arc[0] * w[0] + arc[1] * w[1] + arc[2] * w[2]
@@ -48,6 +56,17 @@ impl Shape {
 pub(super) fn box_distance([low, high]: &[Vector2<f64>; 2], point: &Vector2<f64>) -> f64 {
     let outside = (low - point).sup(&(point - high)).sup(&Vector2::zeros());
     outside.norm()
+}
+
+/// True where a point is farther than `within` from the strip along an arc's chord that holds the arc: that tells more of a slanted
+/// arc than its box does.
+pub(super) fn beside(arc: &[Vector2<f64>; 3], point: &Vector2<f64>, within: f64) -> bool {
+    let chord = arc[2] - arc[0];
+    let height = |x: Vector2<f64>| chord.x * x.y - chord.y * x.x;
+    // The control point lies twice as high over the chord as the middle node.
+    let (over, bulge) = (height(point - arc[0]), 2.0 * height(arc[1] - arc[0]));
+    let outside = (over - bulge.max(0.0)).max(bulge.min(0.0) - over);
+    outside > 0.0 && outside * outside > within * within * chord.norm_squared()
 }
 
 /// True where two boxes come closer than `within` along both axes.

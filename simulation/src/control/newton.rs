@@ -47,6 +47,12 @@ const MOST_SADDLES: usize = 8;
 /// Free forces below this part of the largest load, with a falling direction, mean a saddle near.
 const NEAR_SADDLE: f64 = 1e-3;
 
+/// A whole step that leaves this part of the free forces says that the matrix has hardly changed: the next step is made with the one
+/// before, whose factors are there.
+const HARDLY: f64 = 1.0 / 32.0;
+/// A step with an old matrix must leave no more than this part for another one.
+const ENOUGH: f64 = 1.0 / 8.0;
+
 /// The method, with the memory it keeps from one search to the next.
 #[derive(Debug, Default)]
 pub struct Newton {
@@ -58,6 +64,8 @@ pub struct Newton {
     falling: Option<Vec<f64>>,
     /// The last shift that made the matrix positive definite.
     shift: f64,
+    /// The factors are those of a true matrix, without a shift.
+    unshifted: bool,
 }
 
 /// Counters.
@@ -91,8 +99,11 @@ impl Newton {
         let mut at = Point::of(potential, a).ok_or(Failed::NoEnergy)?;
         let mut radius = self.settings.first_radius * potential.extent();
         let mut rounding = vec![0.0; a.len()];
+        // What the last whole step left of the free forces, if its matrix will do for the next.
+        let (mut left, mut before): (Option<f64>, f64) = (None, 0.0);
         loop {
             let (residual, load) = at.balance(potential);
+            let again = left.is_some_and(|most| residual <= most * before);
             let wanted = self.settings.tolerance * load;
             if at.within(potential, wanted, &rounding, 1.0) {
                 if self.settings.provisional {
@@ -114,6 +125,11 @@ impl Newton {
                 return Err(failed);
             }
             work.iterations += 1;
+            before = residual;
+            if again {
+                left = self.again(potential, a, &mut at, radius, &mut work);
+                continue;
+            }
             let step = self.step(potential, a, &at, &mut work).ok_or(failed)?;
             // Near a saddle the convex steps crawl: the force that leads away from it is small.
             if residual <= NEAR_SADDLE * load && self.leave(potential, a, &mut at, &mut work) {
@@ -130,6 +146,7 @@ impl Newton {
                 return Err(failed);
             };
             radius = line.next_radius(&next, radius);
+            left = (self.unshifted && line.whole(&next)).then_some(HARDLY);
             at = next.point;
             *a = next.a;
             let distance = largest(a);
@@ -142,6 +159,25 @@ impl Newton {
                 });
             }
         }
+    }
+
+    /// A step with the factors of the step before. What it may leave of the free forces, for another; `None` where it is none, and `a` is as
+    /// it was, or not whole.
+    fn again(
+        &mut self,
+        potential: &impl Potential,
+        a: &mut Vec<f64>,
+        at: &mut Point,
+        radius: f64,
+        work: &mut Work,
+    ) -> Option<f64> {
+        let step = self.finite_step(potential, at)?;
+        let line = Line::new(potential, a, at, step, radius);
+        let next = line.search(&mut work.evaluations)?;
+        let left = line.whole(&next).then_some(ENOUGH);
+        *at = next.point;
+        *a = next.a;
+        left
     }
 
     /// Newton's step from a state, with its largest free force and load. `None` without energy, or without a step.
@@ -168,6 +204,7 @@ impl Newton {
         potential.hessian(a, convex, &mut self.matrix)?;
         let scale = largest(&self.matrix.diagonal());
         self.matrix.fix(potential.fixed(), scale.max(f64::MIN_POSITIVE));
+        self.ldl.take(&self.matrix);
         Some(scale)
     }
 
@@ -181,17 +218,19 @@ impl Newton {
         } else {
             largest(&at.gradient) / potential.extent()
         };
-        self.falling = None;
+        (self.falling, self.unshifted) = (None, false);
         for neutral in [0.0, 1e-10] {
             work.factorisations += 1;
-            let factored = self.ldl.factor(&self.matrix, neutral * unit);
-            if let Ok(inertia) = factored {
-                if inertia.negative == 0 {
-                    self.shift = 0.0;
+            match self.ldl.definite(neutral * unit) {
+                Ok(true) => {
+                    (self.shift, self.unshifted) = (0.0, true);
                     return self.finite_step(potential, at);
                 }
-                self.falling = self.ldl.falling_direction();
-                break;
+                Ok(false) => {
+                    self.falling = self.ldl.falling_direction();
+                    break;
+                }
+                Err(_) => {}
             }
         }
         work.projected += 1;
@@ -211,7 +250,7 @@ impl Newton {
 
     fn definite(&mut self, shift: f64, work: &mut Work) -> bool {
         work.factorisations += 1;
-        self.ldl.factor(&self.matrix, shift).is_ok_and(|i| i.negative == 0)
+        self.ldl.definite(shift).is_ok_and(|definite| definite)
     }
 
     fn finite_step(&self, potential: &impl Potential, at: &Point) -> Option<Vec<f64>> {
@@ -228,18 +267,19 @@ impl Newton {
     /// Counts eigenvalues below `-tau` and within `tau` of zero by two factorisations (Sylvester).
     fn stability(&mut self, potential: &impl Potential, a: &[f64], work: &mut Work) -> Result<Stability, Failed> {
         let scale = self.assemble(potential, a, false).ok_or(Failed::NoEnergy)?;
-        work.factorisations += 2;
         let mut negative = |shift: f64| -> usize {
+            work.factorisations += 1;
             // A pivot that vanishes at one shift does not at a neighbour.
             let tries = [1.0, 1.37, 0.71, 2.03];
-            let found = tries.iter().find_map(|t| self.ldl.factor(&self.matrix, t * shift).ok());
+            let found = tries.iter().find_map(|t| self.ldl.shifted(t * shift).ok());
             found.unwrap_or(Inertia::default()).negative
         };
         // Not below what the stiffest contact leaves of the digits.
         let unit = (NEUTRAL * scale.min(potential.stiffness())).max(4.0 * f64::EPSILON * scale);
         let tau = unit.max(f64::MIN_POSITIVE);
         let below = negative(-tau);
-        let falling = negative(tau);
+        // Where none lies below `tau`, none lies below `-tau`.
+        let falling = if below == 0 { 0 } else { negative(tau) };
         Ok(Stability {
             falling,
             neutral: below.saturating_sub(falling),

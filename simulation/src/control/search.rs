@@ -106,10 +106,8 @@ impl<'a, P: Potential> Line<'a, P> {
         for _ in 0..MOST_HALVINGS {
             let a: Vec<f64> = self.a.iter().zip(&self.step).map(|(a, s)| a + t * s).collect();
             *evaluations += 1;
-            let energy = self.potential.energy(&a);
-            if let Some(energy) = energy.filter(|e| *e <= self.at.energy + self.rounding()) {
-                let enough = energy <= self.at.energy + ARMIJO * t * self.slope;
-                let point = Point::of(self.potential, &a)?;
+            if let Some(point) = self.point(&a, t) {
+                let enough = point.energy <= self.at.energy + ARMIJO * t * self.slope;
                 let slope: f64 = point.gradient.iter().zip(&self.step).map(|(g, s)| g * s).sum();
                 if enough || (slope <= (2.0 * ARMIJO - 1.0) * self.slope && slope >= 0.9 * self.slope) {
                     return Some(Next { a, point, t });
@@ -120,8 +118,23 @@ impl<'a, P: Potential> Line<'a, P> {
         None
     }
 
+    /// The state at `t`, where its energy is not above that of the start. A whole step mostly does: its gradient is asked for at
+    /// once, and its energy comes with it.
+    fn point(&self, a: &[f64], t: f64) -> Option<Point> {
+        let most = self.at.energy + self.rounding();
+        if t < 1.0 && !self.potential.energy(a).is_some_and(|energy| energy <= most) {
+            return None;
+        }
+        Point::of(self.potential, a).filter(|point| point.energy <= most)
+    }
+
     fn rounding(&self) -> f64 {
         ROUNDING * self.at.energy.abs()
+    }
+
+    /// True for a step that nothing has shortened.
+    pub(super) fn whole(&self, next: &Next) -> bool {
+        next.t >= 1.0 && !self.capped && !self.touches
     }
 
     /// Wider after a full step that the radius cut, narrower after a short one.

@@ -1,6 +1,6 @@
 //! A law with its coefficients.
 
-use nalgebra::{Matrix2, Matrix4};
+use nalgebra::{Matrix2, Matrix4, Vector4};
 
 use super::response::{Response, Volume, vector};
 use super::{Lame, Modes, Ogden, Refused, linear, neo_hookean, saint_venant};
@@ -47,6 +47,9 @@ impl Material {
     /// The energy of a unit of reference area. `None` where the law has none: `det F <= 0`, or not a number.
     #[inline]
     pub fn density(&self, g: &Matrix2<f64>) -> Option<f64> {
+        if matches!(self.law, Law::NeoHookean | Law::StVenantKirchhoff) {
+            return self.stress(g).map(|(density, _)| density);
+        }
         let theta = self.volume(g)?.theta;
         let density = self.shear_density(g)? + 0.5 * self.lame.lambda * theta * theta;
         density.is_finite().then_some(density)
@@ -58,6 +61,25 @@ impl Material {
         let volume = self.volume(g)?;
         let response = self.shear(g)?.with_volume(self.lame.lambda, &volume);
         response.density.is_finite().then_some(response)
+    }
+
+    /// Energy and stress alone. `None` as [`Self::density`].
+    pub(crate) fn stress(&self, g: &Matrix2<f64>) -> Option<(f64, Vector4<f64>)> {
+        let (lame, entries) = ([self.lame.lambda, self.lame.mu], vector(g));
+        let found = match &self.law {
+            Law::NeoHookean => neo_hookean::stress(lame, &entries)?,
+            Law::StVenantKirchhoff => saint_venant::stress(lame, &entries),
+            _ => self.response(g).map(|at| (at.density, at.stress))?,
+        };
+        found.0.is_finite().then_some(found)
+    }
+
+    /// The tangent alone. `None` where the law has no energy.
+    pub(crate) fn tangent(&self, g: &Matrix2<f64>) -> Option<Matrix4<f64>> {
+        match &self.law {
+            Law::NeoHookean => neo_hookean::tangent([self.lame.lambda, self.lame.mu], &vector(g)),
+            _ => self.response(g).map(|at| at.tangent),
+        }
     }
 
     /// The part of the energy without `lambda`.

@@ -13,9 +13,13 @@ use super::response::{COFACTOR, IDENTITY, Response, Volume, cofactor, excess, of
 
 /// `x - ln(1 + x)` to full relative precision near 0; `x > -1`.
 pub(crate) fn x_minus_ln_1p(x: f64) -> f64 {
-    if x.abs() > 0.1 {
-        return x - x.ln_1p();
-    }
+    if x.abs() > SMALL { x - x.ln_1p() } else { series(x) }
+}
+
+/// Below it the series of [`x_minus_ln_1p`] has all digits.
+const SMALL: f64 = 0.1;
+
+fn series(x: f64) -> f64 {
     // ln(1 + x) = 2 artanh s with s = x / (2 + x), and x - 2 s = x s.
     let s = x / (2.0 + x);
     let s2 = s * s;
@@ -58,6 +62,38 @@ pub(super) fn shear(mu: f64, g: &Vector4<f64>) -> Option<Response> {
     (j > 0.0).then(|| {
         let rest = of_determinant(g, mu * x_minus_ln_1p(x), mu * x / j, mu / (j * j));
         sum(&isochoric(mu, g), &rest)
+    })
+}
+
+/// The compressible law whole: density and stress. `None` where `J <= 0`.
+pub(super) fn stress([lambda, mu]: [f64; 2], g: &Vector4<f64>) -> Option<(f64, Vector4<f64>)> {
+    let x = excess(g);
+    let j = 1.0 + x;
+    (j > 0.0).then(|| {
+        let theta = x.ln_1p();
+        let rest = if x.abs() > SMALL { x - theta } else { series(x) };
+        let density = 0.5 * mu * q(g) + mu * rest + 0.5 * lambda * theta * theta;
+        let cofactor = cofactor(g);
+        let stress = (g - cofactor) * mu + (IDENTITY + cofactor) * ((mu * x + lambda * theta) / j);
+        (density, stress)
+    })
+}
+
+/// And its tangent. `None` also where a number is not finite.
+pub(super) fn tangent([lambda, mu]: [f64; 2], g: &Vector4<f64>) -> Option<Matrix4<f64>> {
+    let x = excess(g);
+    let j = 1.0 + x;
+    (j > 0.0 && x.is_finite()).then(|| {
+        let theta = x.ln_1p();
+        let (first, second) = ((mu * x + lambda * theta) / j, (mu + lambda * (1.0 - theta)) / (j * j));
+        let cofactor = IDENTITY + cofactor(g);
+        let mut tangent = cofactor * (cofactor * second).transpose();
+        // `mu` times the identity, and what is left of it in the matrix of cofactors.
+        for (k, sign) in [1.0, -1.0, -1.0, 1.0].into_iter().enumerate() {
+            tangent[(k, k)] += mu;
+            tangent[(k, 3 - k)] += sign * (first - mu);
+        }
+        tangent
     })
 }
 

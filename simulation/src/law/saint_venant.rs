@@ -51,6 +51,22 @@ pub(super) fn shear(mu: f64, g: &Vector4<f64>) -> Response {
     }
 }
 
+/// The law whole: density and stress.
+pub(super) fn stress([lambda, mu]: [f64; 2], g: &Vector4<f64>) -> (f64, Vector4<f64>) {
+    let [e11, e22, e12] = strain(g);
+    let pressure = lambda * (e11 + e22);
+    let density = mu * (e11 * e11 + e22 * e22 + 2.0 * e12 * e12) + 0.5 * pressure * (e11 + e22);
+    let [s11, s22, s12] = [2.0 * mu * e11 + pressure, 2.0 * mu * e22 + pressure, 2.0 * mu * e12];
+    let f = IDENTITY + g;
+    let stress = Vector4::new(
+        f[0] * s11 + f[2] * s12,
+        f[1] * s11 + f[3] * s12,
+        f[0] * s12 + f[2] * s22,
+        f[1] * s12 + f[3] * s22,
+    );
+    (density, stress)
+}
+
 /// `theta = tr E`.
 pub(super) fn volume(g: &Vector4<f64>) -> Volume {
     let [e11, e22, _] = strain(g);

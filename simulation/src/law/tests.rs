@@ -61,6 +61,13 @@ fn stress_and_tangent_are_the_derivatives() {
             let at = material.response(&g).unwrap();
             let scale = at.tangent.amax().max(1.0);
             assert!((at.density - material.density(&g).unwrap()).abs() <= 1e-14 * scale);
+            let (density, stress) = material.stress(&g).unwrap();
+            assert!((at.density - density).abs() <= 1e-14 * scale);
+            assert!((at.stress - stress).amax() <= 1e-14 * scale, "{law:?} {g}");
+            assert!(
+                (at.tangent - material.tangent(&g).unwrap()).amax() <= 1e-14 * scale,
+                "{law:?} {g}"
+            );
             assert!((at.tangent - at.tangent.transpose()).amax() <= 1e-13 * scale);
             for entry in 0..4 {
                 let [plus, minus] = [h, -h].map(|by| material.response(&moved(&g, entry, by)).unwrap());
@@ -200,9 +207,12 @@ fn an_inverted_gradient_has_no_energy_under_a_logarithm() {
         for g in [flat, inverted] {
             assert_eq!(material.response(&g).is_none(), material.forbids_inversion(), "{law:?}");
             assert_eq!(material.density(&g).is_none(), material.forbids_inversion(), "{law:?}");
+            assert_eq!(material.stress(&g).is_none(), material.forbids_inversion(), "{law:?}");
+            assert_eq!(material.tangent(&g).is_none(), material.forbids_inversion(), "{law:?}");
         }
         let not_a_number = Matrix2::from_element(f64::NAN);
         assert!(material.density(&not_a_number).is_none() && material.response(&not_a_number).is_none());
+        assert!(material.stress(&not_a_number).is_none() && material.tangent(&not_a_number).is_none());
     }
 }
 

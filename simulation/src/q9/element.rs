@@ -60,9 +60,9 @@ impl Element {
         }
         let mut energy = 0.0;
         for point in &self.points {
-            let at = material.response(&point.gradient(u))?;
-            energy += point.weight * at.density;
-            add_forces(point, &at.stress, forces);
+            let (density, stress) = material.stress(&point.gradient(u))?;
+            energy += point.weight * density;
+            add_forces(point, &stress, forces);
         }
         Some(energy)
     }
@@ -72,13 +72,13 @@ impl Element {
         if let Some(pressure) = &self.pressure {
             return pressure.stiffness(self, material, u, convex);
         }
-        let mut stiffness = Stiffness::zeros();
+        let mut blocks = Blocks::default();
         for point in &self.points {
             let g = point.gradient(u);
-            let tangent = material.response(&g)?.tangent;
-            add_stiffness(point, &clamped(material, tangent, &g, convex), &mut stiffness);
+            let tangent = material.tangent(&g)?;
+            blocks.add(point, &clamped(material, tangent, &g, convex));
         }
-        Some(stiffness)
+        Some(blocks.stiffness())
     }
 
     /// The least `det F` of its Gauss points, and of a 5 x 5 grid up to its corners: a sample, no bound.
@@ -111,19 +111,48 @@ pub(super) fn add_forces(point: &GaussPoint, stress: &Vector4<f64>, forces: &mut
     }
 }
 
-/// `K_(ni)(mk) += H Q_nJ A_(iJ)(kL) Q_mL`: the lower triangle of blocks only, `n >= m`.
-#[inline]
-pub(super) fn add_stiffness(point: &GaussPoint, tangent: &Matrix4<f64>, stiffness: &mut Stiffness) {
-    let a = tangent * point.weight;
-    for (m, qm) in point.slopes.iter().enumerate() {
-        // A contracted with Q_m: column k holds the stress that moving node m along k causes.
-        let column = |k: usize| -> Vector4<f64> { a.column(k) * qm.x + a.column(k + 2) * qm.y };
-        let (along_x, along_y) = (column(0), column(1));
-        for (n, qn) in point.slopes.iter().enumerate().skip(m) {
-            for (k, s) in [along_x, along_y].iter().enumerate() {
-                stiffness[(2 * n, 2 * m + k)] += s[0] * qn.x + s[2] * qn.y;
-                stiffness[(2 * n + 1, 2 * m + k)] += s[1] * qn.x + s[3] * qn.y;
+/// The blocks of two nodes `n >= m` of a stiffness, each column by column.
+pub(super) struct Blocks([[f64; 4]; NODES * (NODES + 1) / 2]);
+
+impl Default for Blocks {
+    fn default() -> Self {
+        Self([[0.0; 4]; NODES * (NODES + 1) / 2])
+    }
+}
+
+impl Blocks {
+    /// `K_(ni)(mk) += H Q_nJ A_(iJ)(kL) Q_mL`.
+    #[inline]
+    pub(super) fn add(&mut self, point: &GaussPoint, tangent: &Matrix4<f64>) {
+        let a = tangent * point.weight;
+        let mut rest = self.0.as_mut_slice();
+        for (m, qm) in point.slopes.iter().enumerate() {
+            // A contracted with Q_m: a column holds the stress that moving node m along one axis causes.
+            let x: Vector4<f64> = a.column(0) * qm.x + a.column(2) * qm.y;
+            let y: Vector4<f64> = a.column(1) * qm.x + a.column(3) * qm.y;
+            let (by_x, by_y) = ([x[0], x[1], y[0], y[1]], [x[2], x[3], y[2], y[3]]);
+            let (own, others) = rest.split_at_mut(NODES - m);
+            for (block, qn) in own.iter_mut().zip(&point.slopes[m..]) {
+                for k in 0..4 {
+                    block[k] += by_x[k] * qn.x + by_y[k] * qn.y;
+                }
+            }
+            rest = others;
+        }
+    }
+
+    /// The matrix; above the blocks of the diagonal it is zero.
+    pub(super) fn stiffness(&self) -> Stiffness {
+        let mut stiffness = Stiffness::zeros();
+        let mut blocks = self.0.iter();
+        for m in 0..NODES {
+            for (n, block) in (m..NODES).zip(&mut blocks) {
+                let start = 2 * m * DOFS + 2 * n;
+                let entries = stiffness.as_mut_slice();
+                entries[start..start + 2].copy_from_slice(&block[..2]);
+                entries[start + DOFS..start + DOFS + 2].copy_from_slice(&block[2..]);
             }
         }
+        stiffness
     }
 }

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 
-use super::element::{DOFS, Element, Forces, Stiffness, add_forces, add_stiffness, clamped};
+use super::element::{Blocks, DOFS, Element, Forces, Stiffness, add_forces, clamped};
 use super::{GaussPoint, NODES};
 use crate::law::{Material, Volume};
 
@@ -121,17 +121,17 @@ impl Pressure {
         let lambda = material.lame.lambda;
         let volumes = Self::volumes(element, material, u)?;
         let mean = self.project(&element.points, |k| volumes[k].theta);
-        let mut stiffness = Stiffness::zeros();
+        let mut blocks = Blocks::default();
         // Columns: how much the three moments of theta change with each degree of freedom.
         let mut moments = SMatrix::<f64, DOFS, 3>::zeros();
         for ((point, basis), volume) in element.points.iter().zip(&self.basis).zip(&volumes) {
             let g = point.gradient(u);
             let tangent = material.shear(&g)?.tangent + volume.hessian * (lambda * basis.dot(&mean));
-            add_stiffness(point, &clamped(material, tangent, &g, convex), &mut stiffness);
+            blocks.add(point, &clamped(material, tangent, &g, convex));
             let mut change = Forces::zeros();
             add_forces(point, &volume.gradient, &mut change);
             moments += change * basis.transpose();
         }
-        Some(stiffness + moments * (self.inverse_mass * lambda) * moments.transpose())
+        Some(blocks.stiffness() + moments * (self.inverse_mass * lambda) * moments.transpose())
     }
 }

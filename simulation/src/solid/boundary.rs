@@ -19,6 +19,7 @@ pub struct Boundary {
     pub nodes: Vec<usize>,
     /// True where every arc is and stays a segment: its ends say all of it.
     pub straight: bool,
+    extent: f64,
 }
 
 impl Boundary {
@@ -38,8 +39,9 @@ impl Boundary {
         let mut nodes: Vec<usize> = arcs.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let reference = arcs.iter().map(|arc| arc.map(&position)).collect();
+        let reference: Vec<[Vector2<f64>; 3]> = arcs.iter().map(|arc| arc.map(&position)).collect();
         Self {
+            extent: extent(&reference),
             arcs,
             next,
             previous,
@@ -51,9 +53,13 @@ impl Boundary {
 
     /// The largest side of the box round the reference positions.
     pub fn extent(&self) -> f64 {
-        let points = || self.reference.iter().flatten();
-        let low = points().fold(Vector2::repeat(f64::INFINITY), |m, p| m.inf(p));
-        let high = points().fold(Vector2::repeat(f64::NEG_INFINITY), |m, p| m.sup(p));
-        (high - low).amax()
+        self.extent
     }
+}
+
+fn extent(reference: &[[Vector2<f64>; 3]]) -> f64 {
+    let points = || reference.iter().flatten();
+    let low = points().fold(Vector2::repeat(f64::INFINITY), |m, p| m.inf(p));
+    let high = points().fold(Vector2::repeat(f64::NEG_INFINITY), |m, p| m.sup(p));
+    (high - low).amax()
 }

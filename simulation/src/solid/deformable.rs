@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use super::{Boundary, Solid};
 use crate::law::{Law, Material};
-use crate::q9::element::{DOFS, Forces};
+use crate::q9::element::{DOFS, Forces, Stiffness};
 use crate::q9::{FieldPoint, Mesh};
 use crate::sparse::Triplets;
 
@@ -24,8 +24,8 @@ pub struct NotMixed {
 pub struct Deformable {
     mesh: Mesh,
     material: Material,
-    /// Force by reference area.
-    weight: Vector2<f64>,
+    /// Forces of the weight on the parameters.
+    weights: Vec<f64>,
     boundary: Boundary,
 }
 
@@ -43,10 +43,11 @@ impl Deformable {
             return Err(NotMixed { poisson });
         }
         let boundary = Boundary::new(mesh.boundary.clone(), |n| mesh.nodes[n]);
+        let weights = weights(&mesh, weight);
         Ok(Self {
+            weights,
             mesh,
             material,
-            weight,
             boundary,
         })
     }
@@ -62,16 +63,22 @@ impl Deformable {
     }
 
     fn weight_energy(&self, a: &[f64]) -> f64 {
-        let mut energy = 0.0;
-        for element in &self.mesh.elements {
-            let u = element.displacements(a);
-            for point in &element.points {
-                let at: Vector2<f64> = u.iter().zip(point.values).map(|(u, w)| u * w).sum();
-                energy -= point.weight * self.weight.dot(&at);
+        -self.weights.iter().zip(a).map(|(w, a)| w * a).sum::<f64>()
+    }
+}
+
+/// The forces of a weight by reference area on the nodes of a mesh.
+fn weights(mesh: &Mesh, weight: Vector2<f64>) -> Vec<f64> {
+    let mut forces = vec![0.0; 2 * mesh.nodes.len()];
+    for element in &mesh.elements {
+        for point in &element.points {
+            for (node, value) in element.nodes.iter().zip(point.values) {
+                forces[2 * node] += weight.x * point.weight * value;
+                forces[2 * node + 1] += weight.y * point.weight * value;
             }
         }
-        energy
     }
+    forces
 }
 
 impl Solid for Deformable {
@@ -104,19 +111,11 @@ impl Solid for Deformable {
     }
 
     fn gradient(&self, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
-        let mut energy = 0.0;
+        let mut energy = self.weight_energy(a);
+        gradient.iter_mut().zip(&self.weights).for_each(|(g, w)| *g -= w);
         for element in &self.mesh.elements {
-            let u = element.displacements(a);
             let mut forces = Forces::zeros();
-            energy += element.gradient(&self.material, &u, &mut forces)?;
-            for point in &element.points {
-                for (n, value) in point.values.iter().enumerate() {
-                    let share = self.weight * (point.weight * value);
-                    energy -= share.dot(&u[n]);
-                    forces[2 * n] -= share.x;
-                    forces[2 * n + 1] -= share.y;
-                }
-            }
+            energy += element.gradient(&self.material, &element.displacements(a), &mut forces)?;
             for (n, node) in element.nodes.iter().enumerate() {
                 gradient[2 * node] += forces[2 * n];
                 gradient[2 * node + 1] += forces[2 * n + 1];
@@ -128,25 +127,13 @@ impl Solid for Deformable {
     fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets, offset: usize) -> Option<()> {
         for element in &self.mesh.elements {
             let stiffness = element.stiffness(&self.material, &element.displacements(a), convex)?;
-            let unknown = |p: usize| offset + 2 * element.nodes[p / 2] + p % 2;
-            for p in 0..DOFS {
-                for q in 0..=p {
-                    sink.add(unknown(p), unknown(q), stiffness[(p, q)]);
-                }
-            }
+            add_stiffness(sink, &stiffness, |p| offset + 2 * element.nodes[p / 2] + p % 2);
         }
         Some(())
     }
 
     fn weight(&self, forces: &mut [f64]) {
-        for element in &self.mesh.elements {
-            for point in &element.points {
-                for (node, value) in element.nodes.iter().zip(point.values) {
-                    forces[2 * node] += self.weight.x * point.weight * value;
-                    forces[2 * node + 1] += self.weight.y * point.weight * value;
-                }
-            }
-        }
+        forces.iter_mut().zip(&self.weights).for_each(|(f, w)| *f += w);
     }
 
     fn least_determinant(&self, a: &[f64]) -> f64 {
@@ -173,6 +160,10 @@ impl Solid for Deformable {
         visit(2 * node + 1, Vector2::y());
     }
 
+    fn own(&self, node: usize) -> Option<usize> {
+        Some(2 * node)
+    }
+
     fn patches(&self) -> usize {
         self.mesh.elements.len()
     }
@@ -180,6 +171,19 @@ impl Solid for Deformable {
     fn field(&self, a: &[f64], patch: usize, at: [f64; 2]) -> Option<FieldPoint> {
         self.mesh.field(patch, &self.material, a, at)
     }
+}
+
+/// Adds the lower triangle of an element's stiffness, its degrees of freedom being these unknowns.
+pub(super) fn add_stiffness(sink: &mut Triplets, stiffness: &Stiffness, unknown: impl Fn(usize) -> usize + Clone) {
+    let (mut values, mut count) = ([0.0; DOFS * (DOFS + 1) / 2], 0);
+    let entries = stiffness.as_slice();
+    for p in 0..DOFS {
+        for q in 0..=p {
+            values[count] = entries[q * DOFS + p];
+            count += 1;
+        }
+    }
+    sink.add_block((0..DOFS).map(unknown), &values);
 }
 
 /// How far a point at `at` from the centre moves when it turns: `(R - I) at`, exact for small angles too.

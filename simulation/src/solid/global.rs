@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::deformable::turned;
+use super::deformable::{add_stiffness, turned};
 use super::{Boundary, Solid};
 use crate::law::Material;
 use crate::q9::element::{DOFS, Element, Forces};
@@ -175,11 +175,7 @@ impl Solid for Global {
         let stiffness = self
             .block
             .stiffness(&self.material, &self.block.displacements(a), convex)?;
-        for p in 0..DOFS {
-            for q in 0..=p {
-                sink.add(offset + p, offset + q, stiffness[(p, q)]);
-            }
-        }
+        add_stiffness(sink, &stiffness, |p| offset + p);
         Some(())
     }
 

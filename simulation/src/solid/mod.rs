@@ -67,6 +67,32 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// Calls `visit` with every parameter that moves a node of the boundary, and the derivative of its position.
     fn rows(&self, a: &[f64], node: usize, visit: &mut dyn FnMut(usize, Vector2<f64>));
 
+    /// The first of the two parameters that are the displacement of a node of the boundary, and of nothing else. `None` where
+    /// parameters do more or other than that.
+    fn own(&self, _node: usize) -> Option<usize> {
+        None
+    }
+
+    /// Where the nodes of every arc of the boundary are.
+    fn outline(&self, a: &[f64]) -> Vec<[Vector2<f64>; 3]> {
+        let arcs = self.boundary().arcs.iter();
+        arcs.map(|arc| arc.map(|node| self.point(a, node))).collect()
+    }
+
+    /// How fast they move at `a` while the parameters change by `step` in a unit of time.
+    fn velocities(&self, a: &[f64], step: &[f64]) -> Vec<[Vector2<f64>; 3]> {
+        let velocity = |node: usize| match self.own(node) {
+            Some(own) => Vector2::new(step[own], step[own + 1]),
+            None => {
+                let mut sum = Vector2::zeros();
+                self.rows(a, node, &mut |parameter, by| sum += by * step[parameter]);
+                sum
+            }
+        };
+        let arcs = self.boundary().arcs.iter();
+        arcs.map(|arc| arc.map(velocity)).collect()
+    }
+
     /// A bound of the length of the second derivative of a boundary node's position by `t`, while the parameters are
     /// `a + t step`: 0 where positions are linear in the parameters.
     fn swerve(&self, _step: &[f64], _node: usize) -> f64 {

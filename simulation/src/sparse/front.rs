@@ -20,14 +20,15 @@ const ZERO_PIVOT: f64 = 1e-14;
 pub(super) type Vanished = (usize, f64, f64);
 
 /// Eliminates the first columns of a dense matrix of `size` rows, of which `panel` holds them: `L` below the diagonal and
-/// the pivots on it. `diagonal` holds the matrix's own diagonal entries. How many pivots are negative.
+/// the pivots on it. `diagonal` holds the matrix's own diagonal entries. How many pivots are negative: at `most` of them it ends.
 pub(super) fn eliminate(
     panel: &mut [f64],
     size: usize,
     diagonal: &[f64],
+    most: usize,
     scratch: &mut Vec<f64>,
 ) -> Result<usize, Vanished> {
-    halves(panel, size, diagonal, [0, diagonal.len()], scratch)
+    halves(panel, size, diagonal, [0, diagonal.len()], most, scratch)
 }
 
 /// The columns from one to another: one half, what that takes from the other, the other half.
@@ -36,17 +37,24 @@ fn halves(
     size: usize,
     diagonal: &[f64],
     [from, to]: [usize; 2],
+    most: usize,
     scratch: &mut Vec<f64>,
 ) -> Result<usize, Vanished> {
     if to - from <= BLOCK {
         let mut negative = 0;
         for (k, own) in diagonal.iter().enumerate().take(to).skip(from) {
             negative += usize::from(column(panel, size, [k, to], *own).map_err(|pivot| (k, pivot, *own))?);
+            if negative >= most {
+                break;
+            }
         }
         return Ok(negative);
     }
     let middle = from + (to - from).div_ceil(2 * BLOCK) * BLOCK;
-    let before = halves(panel, size, diagonal, [from, middle], scratch)?;
+    let before = halves(panel, size, diagonal, [from, middle], most, scratch)?;
+    if before >= most {
+        return Ok(before);
+    }
     let (done, rest) = panel.split_at_mut(middle * size);
     let factor = Factor {
         columns: &done[from * size..],
@@ -55,7 +63,7 @@ fn halves(
     };
     // The rest of the panel begins at row 0; only what lies at and below its diagonal counts.
     subtract(&factor, &mut rest[middle..], size, to - middle, scratch);
-    Ok(before + halves(panel, size, diagonal, [middle, to], scratch)?)
+    Ok(before + halves(panel, size, diagonal, [middle, to], most - before, scratch)?)
 }
 
 /// One column: divided by its pivot, and taken from the columns up to `to`. True where the pivot is negative.
@@ -141,24 +149,37 @@ fn strip(factor: &Factor<'_>, c: &mut [f64], stride: usize, [from, width]: [usiz
 
 /// Two neighbouring columns, the first from its diagonal on, the second from the row of that.
 fn pair(factor: &Factor<'_>, one: &mut [f64], two: &mut [f64], j: usize) {
-    let depth = factor.depth();
-    let mut p = 0;
+    let (depth, mut p) = (factor.depth(), 0);
     while p + 4 <= depth {
-        let l: [&[f64]; 4] = std::array::from_fn(|q| factor.rows(p + q, j));
-        let by: [f64; 4] = std::array::from_fn(|q| l[q][0] * factor.pivot(p + q));
-        let and: [f64; 4] = std::array::from_fn(|q| l[q][1] * factor.pivot(p + q));
-        let n = one.len();
-        let (a, b, c, d) = (&l[0][..n], &l[1][..n], &l[2][..n], &l[3][..n]);
-        let two = &mut two[..n];
-        for i in 0..n {
-            let (a, b, c, d) = (a[i], b[i], c[i], d[i]);
-            one[i] -= (by[0] * a + by[1] * b) + (by[2] * c + by[3] * d);
-            two[i] -= (and[0] * a + and[1] * b) + (and[2] * c + and[3] * d);
-        }
+        terms::<4>(factor, one, two, [j, p]);
         p += 4;
     }
-    single(factor, one, j, p);
-    single(factor, &mut two[1..], j + 1, p);
+    if p + 2 <= depth {
+        terms::<2>(factor, one, two, [j, p]);
+        p += 2;
+    }
+    if p < depth {
+        terms::<1>(factor, one, two, [j, p]);
+    }
+}
+
+/// So many columns of `L`, from `p` on, taken from both.
+#[inline]
+fn terms<const N: usize>(factor: &Factor<'_>, one: &mut [f64], two: &mut [f64], [j, p]: [usize; 2]) {
+    let n = one.len();
+    let l: [&[f64]; N] = std::array::from_fn(|q| &factor.rows(p + q, j)[..n]);
+    let by: [f64; N] = std::array::from_fn(|q| l[q][0] * factor.pivot(p + q));
+    let and: [f64; N] = std::array::from_fn(|q| l[q][1] * factor.pivot(p + q));
+    let two = &mut two[..n];
+    for i in 0..n {
+        let sum = |by: &[f64; N]| {
+            let each: [f64; N] = std::array::from_fn(|q| by[q] * l[q][i]);
+            // Two by two: neither waits for the other.
+            each.chunks(2).map(|c| c.iter().sum::<f64>()).sum::<f64>()
+        };
+        one[i] -= sum(&by);
+        two[i] -= sum(&and);
+    }
 }
 
 /// One column, from its diagonal on, by the columns of `L` from `p` on.

@@ -43,9 +43,11 @@ pub struct Ldl {
     pattern: Vec<(u32, u32)>,
     pub(super) joined: usize,
     symbolic: Symbolic,
+    /// The matrix taken up last, by the same places as the factor.
+    matrix: Vec<f64>,
     /// The columns of all fronts: `L`, and the pivots on the diagonal.
     factor: Vec<f64>,
-    /// The matrix's own diagonal, in the order of elimination.
+    /// The diagonal of what is factored, in the order of elimination.
     diagonal: Vec<f64>,
     /// What fronts left behind and no other has taken yet: front and beginning, and dense lower triangles.
     left: Vec<(usize, usize)>,
@@ -65,12 +67,44 @@ impl Ldl {
     /// # Errors
     /// [`NoPivot`], also where an entry is not a number.
     pub fn factor(&mut self, matrix: &Triplets, shift: f64) -> Result<Inertia, NoPivot> {
+        self.take(matrix);
+        self.shifted(shift)
+    }
+
+    /// Takes up a matrix, to be factored with several shifts.
+    pub fn take(&mut self, matrix: &Triplets) {
         let size = matrix.size();
         if self.symbolic.order.len() != size || self.places != matrix.places {
             self.learn(size, &matrix.places);
         }
-        self.gather(matrix, shift);
-        self.eliminate()
+        self.matrix.clear();
+        self.matrix.resize(self.symbolic.entries, 0.0);
+        for (slot, value) in self.slots.iter().zip(&matrix.values) {
+            self.matrix[*slot as usize] += value;
+        }
+    }
+
+    /// Factors the matrix taken up last, and `shift I`, as [`Self::factor`] does.
+    ///
+    /// # Errors
+    /// [`NoPivot`].
+    pub fn shifted(&mut self, shift: f64) -> Result<Inertia, NoPivot> {
+        self.shift(shift);
+        let negative = self.eliminate(usize::MAX)?;
+        Ok(Inertia {
+            positive: self.diagonal.len() - negative,
+            negative,
+        })
+    }
+
+    /// The same, but at the first negative pivot it ends: true where the matrix is definite. After false
+    /// [`Self::falling_direction`] has an answer, and [`Self::solve`] none.
+    ///
+    /// # Errors
+    /// [`NoPivot`].
+    pub fn definite(&mut self, shift: f64) -> Result<bool, NoPivot> {
+        self.shift(shift);
+        Ok(self.eliminate(1)? == 0)
     }
 
     /// Where the entries of a new pattern go. Contacts come and go: the elimination is kept while it has a place for each,
@@ -83,7 +117,8 @@ impl Ldl {
                 self.joined = 0;
             }
             self.joined += 1;
-            self.pattern.extend_from_slice(places);
+            let same = common(&self.pattern, places);
+            self.pattern.extend_from_slice(&places[same..]);
             self.symbolic = Symbolic::new(size, &self.pattern);
             self.places.clear();
             // Every place was put in above.
@@ -95,12 +130,7 @@ impl Ldl {
 
     /// The slots of these places; those that begin as the last ones did are known. False where the elimination lacks one.
     fn find_slots(&mut self, places: &[(u32, u32)]) -> bool {
-        let same = self
-            .places
-            .iter()
-            .zip(places)
-            .take_while(|(old, new)| old == new)
-            .count();
+        let same = common(&self.places, places);
         self.slots.truncate(same);
         self.places.truncate(same);
         for place in &places[same..] {
@@ -128,12 +158,8 @@ impl Ldl {
         columns.map(|c| c * (c + 3) / 2).sum()
     }
 
-    fn gather(&mut self, matrix: &Triplets, shift: f64) {
-        self.factor.clear();
-        self.factor.resize(self.symbolic.entries, 0.0);
-        for (slot, value) in self.slots.iter().zip(&matrix.values) {
-            self.factor[*slot as usize] += value;
-        }
+    fn shift(&mut self, shift: f64) {
+        self.factor.clone_from(&self.matrix);
         self.diagonal.clear();
         for slot in self.symbolic.diagonals() {
             self.factor[slot] += shift;
@@ -141,27 +167,28 @@ impl Ldl {
         }
     }
 
-    /// Front by front: what is left below a front waits on the stack for its parent.
-    fn eliminate(&mut self) -> Result<Inertia, NoPivot> {
+    /// Front by front: what is left below a front waits on the stack for its parent. How many pivots are negative; once they
+    /// are `most`, the rest is left as it is.
+    fn eliminate(&mut self, most: usize) -> Result<usize, NoPivot> {
         self.left.clear();
         self.stack.clear();
         let mut negative = 0;
         for k in 0..self.symbolic.fronts.len() {
             let front = self.symbolic.fronts[k];
-            let found = self.front(k, &front);
+            let found = self.front(k, &front, most - negative);
             negative += found.map_err(|(column, pivot, diagonal)| NoPivot {
                 unknown: self.symbolic.order[front.first + column] as usize,
                 pivot,
                 diagonal,
             })?;
+            if negative >= most {
+                break;
+            }
         }
-        Ok(Inertia {
-            positive: self.diagonal.len() - negative,
-            negative,
-        })
+        Ok(negative)
     }
 
-    fn front(&mut self, number: usize, front: &Front) -> Result<usize, Vanished> {
+    fn front(&mut self, number: usize, front: &Front, most: usize) -> Result<usize, Vanished> {
         let top = self.stack.len();
         self.stack.resize(top + front.height * front.height, 0.0);
         let panel = &mut self.factor[front.panel()];
@@ -171,7 +198,10 @@ impl Ldl {
             take_up(&self.symbolic, child, &waiting[start..], front, panel, own);
         }
         let diagonal = &self.diagonal[front.first..front.first + front.width];
-        let negative = eliminate(panel, front.size(), diagonal, &mut self.scratch)?;
+        let negative = eliminate(panel, front.size(), diagonal, most, &mut self.scratch)?;
+        if negative >= most {
+            return Ok(negative);
+        }
         let factor = Factor {
             columns: panel,
             size: front.size(),
@@ -188,7 +218,8 @@ impl Ldl {
         Ok(negative)
     }
 
-    /// A direction `v` with `v^T A v < 0`, from the first negative pivot of the matrix `A` factored last: `L^T v = e_k`.
+    /// A direction `v` with `v^T A v < 0`, from the first negative pivot of the matrix `A` factored last: `L^T v = e_k`, which
+    /// asks for the columns before that pivot only.
     pub fn falling_direction(&self) -> Option<Vec<f64>> {
         let s = &self.symbolic;
         let first = s.diagonals().position(|slot| self.factor[slot] < 0.0)?;
@@ -255,6 +286,11 @@ impl Ldl {
             b[*i as usize] = value;
         }
     }
+}
+
+/// How many places two lists have in common at their beginning.
+fn common(one: &[(u32, u32)], other: &[(u32, u32)]) -> usize {
+    one.iter().zip(other).take_while(|(a, b)| a == b).count()
 }
 
 /// Adds what a child left behind to its parent's columns and to the rest.

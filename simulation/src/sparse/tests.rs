@@ -53,6 +53,49 @@ fn solutions_and_signs_agree_with_dense_algebra() {
 }
 
 #[test]
+fn what_is_not_definite_ends_with_a_falling_direction() {
+    for (diagonal, side) in [(20.0, 6), (2.0, 7), (0.3, 5), (-20.0, 6)] {
+        let (triplets, dense) = grid(side, diagonal, 42);
+        let (mut ldl, mut whole) = (Ldl::new(), Ldl::new());
+        ldl.take(&triplets);
+        for shift in [0.0, 1.0, 30.0] {
+            let inertia = whole.factor(&triplets, shift).unwrap();
+            assert_eq!(ldl.definite(shift), Ok(inertia.negative == 0), "{diagonal} {shift}");
+            let Some(v) = ldl.falling_direction() else {
+                assert_eq!(inertia.negative, 0);
+                continue;
+            };
+            assert_eq!(Some(&v), whole.falling_direction().as_ref());
+            let v = DVector::from_vec(v);
+            let form = v.dot(&(&dense * &v)) + shift * v.norm_squared();
+            assert!(form < 0.0, "{diagonal} {shift}: {form}");
+        }
+    }
+}
+
+#[test]
+fn dense_parts_of_the_same_unknowns_add_up() {
+    let mut parts = Triplets::new(6);
+    let mut single = Triplets::new(6);
+    for (scale, unknowns) in [(1.0, [4, 1, 3]), (2.0, [4, 1, 3]), (4.0, [1, 4, 3]), (8.0, [4, 1, 3])] {
+        let values: Vec<f64> = (0..6).map(|k| scale * (f64::from(k) + 1.0)).collect();
+        parts.add_block(unknowns.into_iter(), &values);
+        let mut values = values.into_iter();
+        for (k, i) in unknowns.iter().enumerate() {
+            unknowns[..=k]
+                .iter()
+                .for_each(|j| single.add(*i, *j, values.next().unwrap()));
+        }
+    }
+    assert_eq!(parts.values.len(), 18);
+    let x = [1.0, -2.0, 3.0, 5.0, -7.0, 11.0];
+    assert_eq!(parts.product(&x), single.product(&x));
+    parts.reset(6);
+    parts.add_block([4, 1, 3].into_iter(), &[1.0; 6]);
+    assert_eq!((parts.places.len(), parts.values.len()), (6, 6));
+}
+
+#[test]
 fn a_shift_moves_the_eigenvalues() {
     let (triplets, dense) = grid(4, 0.0, 9);
     for shift in [-1.5, -0.4, 0.4, 1.5] {

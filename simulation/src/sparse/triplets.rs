@@ -7,6 +7,9 @@ pub struct Triplets {
     /// `(row, column)`, `row >= column`.
     pub(super) places: Vec<(u32, u32)>,
     pub(super) values: Vec<f64>,
+    /// The unknowns of the last dense part, and where its entries begin.
+    block: Vec<u32>,
+    start: usize,
 }
 
 impl Triplets {
@@ -28,6 +31,7 @@ impl Triplets {
         self.size = size;
         self.places.clear();
         self.values.clear();
+        self.block.clear();
     }
 
     /// Adds `value` at `(i, j)` and, where they differ, at `(j, i)`. Call it once for the two of them.
@@ -36,6 +40,25 @@ impl Triplets {
         let (row, column) = if i >= j { (i, j) } else { (j, i) };
         self.places.push((row as u32, column as u32));
         self.values.push(value);
+    }
+
+    /// Adds a dense matrix of some unknowns, each of them once: `values` row by row, from the diagonal down to the left. One that
+    /// follows another of the same unknowns in the same order takes its places.
+    pub fn add_block(&mut self, unknowns: impl ExactSizeIterator<Item = usize> + Clone, values: &[f64]) {
+        let same = unknowns.len() == self.block.len();
+        if same && unknowns.clone().zip(&self.block).all(|(new, old)| new as u32 == *old) {
+            let old = &mut self.values[self.start..self.start + values.len()];
+            old.iter_mut().zip(values).for_each(|(old, new)| *old += new);
+            return;
+        }
+        self.block.clear();
+        self.block.extend(unknowns.map(|u| u as u32));
+        self.start = self.values.len();
+        self.values.extend_from_slice(values);
+        for (k, &i) in self.block.iter().enumerate() {
+            let row = self.block[..=k].iter();
+            self.places.extend(row.map(|&j| (i.max(j), i.min(j))));
+        }
     }
 
     /// The product with a vector.
@@ -77,6 +100,9 @@ impl Triplets {
 
     /// Forgets the rows and columns marked in `fixed`, and puts `diagonal` on their diagonal.
     pub fn fix(&mut self, fixed: &[bool], diagonal: f64) {
+        if !fixed.contains(&true) {
+            return;
+        }
         for (&(i, j), value) in self.places.iter().zip(&mut self.values) {
             if fixed[i as usize] || fixed[j as usize] {
                 *value = 0.0;
