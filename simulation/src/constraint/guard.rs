@@ -12,7 +12,7 @@ use super::rows::{Rows, bend};
 use super::stage::Stage;
 use super::{Active, Change, Force, Term, barrier};
 use crate::q9::shape::line_slope;
-use crate::solid::Cursor;
+use crate::solid::{Cursor, Solid};
 use crate::sparse::Triplets;
 use crate::system::Bodies;
 
@@ -104,6 +104,28 @@ impl Guard {
         heights.iter().zip(cursor.weights()).map(|(h, w)| h * w).sum()
     }
 
+    /// A number of every node of every arc, by solid; none of solids without samples.
+    fn of_nodes(
+        &self,
+        bodies: &Bodies,
+        of: impl Fn(&dyn Solid, usize) -> Vec<[Vector2<f64>; 3]>,
+        less: f64,
+    ) -> Vec<Vec<[f64; 3]>> {
+        let mut found = vec![Vec::new(); bodies.len()];
+        for (body, _, _) in &self.samples {
+            if found[*body].is_empty() {
+                let arcs = of(bodies.solid(*body), *body).into_iter();
+                found[*body] = arcs.map(|arc| arc.map(|x| x.dot(&self.normal) - less)).collect();
+            }
+        }
+        found
+    }
+
+    /// Heights of all nodes over the plane: several samples share a node.
+    fn heights(&self, bodies: &Bodies, a: &[f64]) -> Vec<Vec<[f64; 3]>> {
+        self.of_nodes(bodies, |solid, body| solid.outline(bodies.part(body, a)), self.offset)
+    }
+
     /// The least distance of a sample to the plane.
     pub fn least_gap(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let gaps = self
@@ -119,8 +141,9 @@ impl Guard {
         bodies: &'a Bodies,
         a: &'a [f64],
     ) -> impl Iterator<Item = (usize, &'a Cursor, f64, Option<[f64; 3]>)> {
+        let heights = self.heights(bodies, a);
         self.samples.iter().filter_map(move |(body, cursor, length)| {
-            let gap = self.gap(bodies, a, *body, cursor);
+            let gap = at(&heights, *body, cursor);
             let scale = self.stiffness * length * self.stage.width;
             let energy = barrier(gap / self.stage.width).map(|[b, first, second]| {
                 [
@@ -132,6 +155,12 @@ impl Guard {
             (gap < self.stage.width).then_some((*body, cursor, gap, energy))
         })
     }
+}
+
+/// The value at a sample of what is quadratic along arcs.
+fn at(nodes: &[Vec<[f64; 3]>], body: usize, cursor: &Cursor) -> f64 {
+    let values = nodes[body][cursor.arc].iter().zip(cursor.weights());
+    values.map(|(v, w)| v * w).sum()
 }
 
 impl Term for Guard {
@@ -179,16 +208,15 @@ impl Term for Guard {
         if self.stage.exact.is_some() {
             return 1.0;
         }
+        let heights = self.heights(bodies, a);
+        let velocities = |solid: &dyn Solid, body| solid.velocities(bodies.part(body, a), bodies.part(body, step));
+        let rates = self.of_nodes(bodies, velocities, 0.0);
         let way = |(body, cursor, _): &(usize, Cursor, f64)| {
-            let gap = self.gap(bodies, a, *body, cursor);
-            let mut rows = Rows::default();
-            rows.add(bodies, *body, cursor, a, 1.0);
-            let rate: f64 = rows.0.iter().map(|r| r.by.dot(&self.normal) * step[r.unknown]).sum();
             let (solid, moves) = (bodies.solid(*body), bodies.part(*body, step));
             let swerves = solid.boundary().arcs[cursor.arc].map(|n| solid.swerve(moves, n));
             first_fall(
-                (1.0 - LEFT) * gap,
-                rate,
+                (1.0 - LEFT) * at(&heights, *body, cursor),
+                at(&rates, *body, cursor),
                 0.625 * swerves.into_iter().fold(0.0, f64::max),
             )
         };
