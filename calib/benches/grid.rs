@@ -4,13 +4,16 @@
 //! `cargo bench -p calib --bench grid`: the tables, of ours and the thesis's ways. With `-- opencv PYTHON` also those of
 //! OpenCV on the same images (`PYTHON` has opencv-python-headless and numpy). `-- seeds N`: find rates over N seeds.
 //! `-- wrong FIRST COUNT`: that many images at random tilt, roll and noise, with missing and false discs, and how many
-//! grids have a disc with the wrong column or row. Times are of the CPU.
+//! grids have a disc with the wrong column or row; `-- dump FIRST COUNT` prints what is found in them, to compare builds.
+//! `-- crowd`: the time for images of thousands of discs. Times are of the CPU.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "grid/crowd.rs"]
+mod crowd;
 #[path = "grid/opencv.rs"]
 mod opencv;
 #[path = "grid/series.rs"]
@@ -70,6 +73,12 @@ fn main() {
     let words: Vec<String> = std::env::args().collect();
     if let Some(first) = number(&words, "wrong", 0) {
         return wrong::run(first, number(&words, "wrong", 1).unwrap_or(1000));
+    }
+    if let Some(first) = number(&words, "dump", 0) {
+        return wrong::dump(first, number(&words, "dump", 1).unwrap_or(100));
+    }
+    if words.iter().any(|w| w == "crowd") {
+        return crowd::run();
     }
     if let Some(seeds) = number(&words, "seeds", 0) {
         return series::seeds(seeds);

@@ -88,11 +88,11 @@ pub(crate) fn tables(python: Option<&str>) {
     );
     for noise in NOISES {
         let mut totals = [0; 10];
+        let mut times = [Vec::new(), Vec::new()];
         for tilt in TILTS {
-            totals
-                .iter_mut()
-                .zip(row(noise, tilt, python))
-                .for_each(|(t, v)| *t += v);
+            let (counts, of_row) = row(noise, tilt, python);
+            totals.iter_mut().zip(counts).for_each(|(t, v)| *t += v);
+            times.iter_mut().zip(of_row).for_each(|(all, more)| all.extend(more));
         }
         println!(
             "noise {noise}: ours {} of 22, OpenCV {} of 22; single discs of 2200: ours {:?}, 5.4 {:?}; directions {:?} of 22",
@@ -102,12 +102,21 @@ pub(crate) fn tables(python: Option<&str>) {
             &totals[5..8],
             &totals[8..]
         );
+        let [ours, peer] = times.map(spread);
+        println!("noise {noise}: CPU ms, least, median, most: ours {ours:.0?}, OpenCV {peer:.0?}");
     }
     println!("load after: {}", load());
 }
 
-/// Prints the line of a noise and a tilt, and returns its counts.
-fn row(noise: f64, tilt: f64, python: Option<&str>) -> [usize; 10] {
+/// The least, the median and the most; NaN of nothing.
+fn spread(mut values: Vec<f64>) -> [f64; 3] {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    [0, values.len() / 2, last].map(|i| values.get(i).copied().unwrap_or(f64::NAN))
+}
+
+/// Prints the line of a noise and a tilt, and returns its counts, and the times of each image, ours and OpenCV's.
+fn row(noise: f64, tilt: f64, python: Option<&str>) -> ([usize; 10], [Vec<f64>; 2]) {
     let images: Vec<Drawn> = (0..2).map(|seed| drawn(tilt, noise, seed)).collect();
     let line = line(&images);
     let peer = python.map(|python| peers(python, &images)).unwrap_or_default();
@@ -120,7 +129,8 @@ fn row(noise: f64, tilt: f64, python: Option<&str>) -> [usize; 10] {
         words(&peer),
     );
     let opencv = peer.iter().filter(|p| p.rms.is_some()).count();
-    [found, opencv, a, b, c, d, e, f, g, h]
+    let times = [line.ms, peer.iter().map(|p| p.ms).collect()];
+    ([found, opencv, a, b, c, d, e, f, g, h], times)
 }
 
 fn words(peers: &[Peer]) -> String {
@@ -135,12 +145,15 @@ fn words(peers: &[Peer]) -> String {
 /// How many grids are found over so many seeds.
 pub(crate) fn seeds(seeds: u64) {
     for noise in NOISES {
-        let mut total = 0;
+        let (mut total, mut times) = (0, Vec::new());
         for tilt in TILTS {
             let found: Vec<f64> = (0..seeds)
                 .filter_map(|seed| {
                     let drawn = drawn(tilt, noise, 100 + seed);
-                    find(&drawn.image, &spec()).ok().map(|f| errors(&f, &drawn)[0])
+                    let start = cpu_ms();
+                    let found = find(&drawn.image, &spec());
+                    times.push(cpu_ms() - start);
+                    found.ok().map(|f| errors(&f, &drawn)[0])
                 })
                 .collect();
             total += found.len();
@@ -150,6 +163,7 @@ pub(crate) fn seeds(seeds: u64) {
                 mean_square(&found)
             );
         }
-        println!("noise {noise:4}: {total} of {}", seeds * TILTS.len() as u64);
+        let (of, ms) = (seeds * TILTS.len() as u64, spread(times));
+        println!("noise {noise:4}: {total} of {of}, CPU ms, least, median, most: {ms:.0?}");
     }
 }

@@ -4,7 +4,7 @@ use calib::grid::find;
 
 use crate::common::Random;
 use crate::common::grid_series::{Scene, Sheet, draw};
-use crate::{errors, spec};
+use crate::{cpu_ms, errors, spec};
 
 fn scene(seed: u64) -> Scene {
     let mut random = Random::new(seed + 77);
@@ -46,7 +46,7 @@ pub(crate) fn run(first: u64, count: u64) {
                 println!("wrong: {scene:?}");
             }
         }
-        if (seed + 1 - first).is_multiple_of(500) {
+        if (seed + 1 - first).is_multiple_of(250) {
             println!(
                 "{} images: {found} grids found, {wrong} with a wrong column or row",
                 seed + 1 - first
@@ -54,4 +54,21 @@ pub(crate) fn run(first: u64, count: u64) {
         }
     }
     println!("{count} images: {found} grids found, {wrong} with a wrong column or row");
+}
+
+/// What is found in the same images, for comparison with another build: CPU time, and each disc.
+pub(crate) fn dump(first: u64, count: u64) {
+    for seed in first..first + count {
+        let drawn = draw(&scene(seed));
+        let start = cpu_ms();
+        let found = find(&drawn.image, &spec());
+        println!("image {seed}: {:.1} ms", cpu_ms() - start);
+        match found {
+            Ok(grid) => grid
+                .discs
+                .iter()
+                .for_each(|d| println!("{} {} {:.12} {:.12}", d.col, d.row, d.at.x, d.at.y)),
+            Err(refused) => println!("{refused}"),
+        }
+    }
 }

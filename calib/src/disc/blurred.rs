@@ -31,6 +31,10 @@ pub struct Blurred {
     ellipse: Ellipse,
     sigma: f64,
     semi: [f64; 2],
+    /// So far from the centre along both axes nothing of the disc is left, pixels.
+    limits: [f64; 2],
+    /// All there is within the ellipse of so much of both semi-axes, squared; 0 for a disc too small for that.
+    core: f64,
     long: Vector2<f64>,
     /// Cosine and sine of the chords' angles, and the chords' places along the long axis and half lengths in deviations
     /// of the blur.
@@ -61,10 +65,14 @@ impl Blurred {
             let (s, c) = (std::f64::consts::PI * k as f64 / (n + 1) as f64).sin_cos();
             [c, s, semi[0] * c / sigma, semi[1] * s / sigma]
         };
+        let reach = REACH * sigma;
         Self {
             ellipse,
             sigma,
             semi,
+            limits: semi.map(|s| s + reach),
+            // The affine map from the unit disc stretches the distance to its edge at least by the short semi-axis.
+            core: (1.0 - reach / semi[1]).max(0.0).powi(2),
             long: axes.long,
             chords: (1..=n).map(chord).collect(),
             normal: Normal::new(),
@@ -111,14 +119,11 @@ impl Blurred {
     fn place(&self, x: f64, y: f64) -> Place {
         let d = Vector2::new(x, y) - self.ellipse.centre;
         let (u, v) = (d.dot(&self.long), d.y * self.long.x - d.x * self.long.y);
-        let [a, b] = self.semi;
-        let reach = REACH * self.sigma;
-        if u.abs() > a + reach || v.abs() > b + reach {
+        if u.abs() > self.limits[0] || v.abs() > self.limits[1] {
             return Place::Flat(0.0);
         }
-        // The affine map from the unit disc stretches the distance to its edge at least by the short semi-axis.
-        let (p, q) = (u / a, v / b);
-        if (1.0 - (p * p + q * q).sqrt()) * b > reach {
+        let (p, q) = (u / self.semi[0], v / self.semi[1]);
+        if p * p + q * q < self.core {
             return Place::Flat(1.0);
         }
         Place::Edge(u, v)

@@ -7,77 +7,71 @@ const DENSITY: f64 = 128.0;
 /// Beyond it the distribution is 0 or 1 to 1e-9.
 const REACH: f64 = 6.0;
 
+/// Nodes of the table, and room behind them up to a power of 2, so that no place in it needs a check.
+const NODES: usize = (2.0 * REACH * DENSITY) as usize;
+const ROOM: usize = 2048;
+/// Added to a number below 2^51 it leaves the nearest whole number in the lowest bits; with the place of 0 in the table.
+const WHOLE: f64 = (3_u64 << 51) as f64 + REACH * DENSITY;
+
 /// Distribution and density at the nodes.
-static TABLE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(table);
+static TABLE: LazyLock<Box<[[f64; 2]; ROOM]>> = LazyLock::new(table);
 
 fn density(x: f64) -> f64 {
     (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt()
 }
 
-fn table() -> Vec<[f64; 2]> {
-    let nodes = (2.0 * REACH * DENSITY) as usize;
+fn table() -> Box<[[f64; 2]; ROOM]> {
+    let mut table = Box::new([[1.0, 0.0]; ROOM]);
     let mut below = 9.865_876_450_376_98e-10;
     let h = 1.0 / DENSITY;
-    (0..=nodes)
-        .map(|k| {
-            let x = k as f64 * h - REACH;
-            let here = [below, density(x)];
-            // Boole's rule: an error of h^7 / 2e6 per step.
-            let inner = 32.0 * density(x + 0.25 * h) + 12.0 * density(x + 0.5 * h) + 32.0 * density(x + 0.75 * h);
-            below += h / 90.0 * (7.0 * density(x) + inner + 7.0 * density(x + h));
-            here
-        })
-        .collect()
+    for (k, node) in table[..NODES].iter_mut().enumerate() {
+        let x = k as f64 * h - REACH;
+        *node = [below, density(x)];
+        // Boole's rule: an error of h^7 / 2e6 per step.
+        let inner = 32.0 * density(x + 0.25 * h) + 12.0 * density(x + 0.5 * h) + 32.0 * density(x + 0.75 * h);
+        below += h / 90.0 * (7.0 * density(x) + inner + 7.0 * density(x + h));
+    }
+    // Everything beyond the ends counts as there: all or nothing.
+    table[0] = [0.0; 2];
+    table
 }
 
 /// The table, taken once by a loop.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Normal(&'static [[f64; 2]]);
+pub(crate) struct Normal(&'static [[f64; 2]; ROOM]);
 
 impl Normal {
     pub(crate) fn new() -> Self {
         Self(&TABLE)
     }
 
+    /// The nearest node, what it holds, and how far `x` is from it.
+    #[inline]
+    fn near(self, x: f64) -> (f64, [f64; 2], f64) {
+        let x = x.clamp(-REACH, REACH);
+        let whole = x * DENSITY + WHOLE;
+        let a = (whole - WHOLE) / DENSITY;
+        (a, self.0[whole.to_bits() as usize % ROOM], x - a)
+    }
+
     /// The density at `x`, to 1e-8.
     #[inline]
     pub(crate) fn density(self, x: f64) -> f64 {
-        if x.abs() >= REACH {
-            return 0.0;
-        }
-        let k = ((x + REACH) * DENSITY + 0.5) as usize;
-        let Some([_, f]) = self.0.get(k) else { return 0.0 };
-        let a = k as f64 / DENSITY - REACH;
-        let d = x - a;
+        let (a, [_, f], d) = self.near(x);
         f * (1.0 + d * (0.5 * d * (a * a - 1.0) - a))
     }
 
     /// The distribution at `x`, to 1e-8.
     #[inline]
     pub(crate) fn below(self, x: f64) -> f64 {
-        if x.abs() >= REACH {
-            return if x > 0.0 { 1.0 } else { 0.0 };
-        }
-        let k = ((x + REACH) * DENSITY + 0.5) as usize;
-        let Some([below, f]) = self.0.get(k) else { return 1.0 };
-        let a = k as f64 / DENSITY - REACH;
-        let d = x - a;
+        let (a, [below, f], d) = self.near(x);
         below + f * d * (1.0 - 0.5 * a * d)
     }
 
     /// Distribution and density at `x`, to 1e-8: Taylor polynomials of degree 2 from the nearest node.
     #[inline]
     pub(crate) fn at(self, x: f64) -> [f64; 2] {
-        if x.abs() >= REACH {
-            return [if x > 0.0 { 1.0 } else { 0.0 }, 0.0];
-        }
-        let place = (x + REACH) * DENSITY + 0.5;
-        let k = place as usize;
-        let Some([below, f]) = self.0.get(k) else {
-            return [1.0, 0.0];
-        };
-        let a = k as f64 / DENSITY - REACH;
-        let d = x - a;
+        let (a, [below, f], d) = self.near(x);
         let value = below + f * d * (1.0 - 0.5 * a * d);
         [value, f * (1.0 + d * (0.5 * d * (a * a - 1.0) - a))]
     }
@@ -101,6 +95,7 @@ mod tests {
             assert!((normal.at(x)[1] - density(x)).abs() < 2e-8, "{x}");
             assert_eq!(normal.at(x)[1], normal.density(x), "{x}");
         }
-        assert_eq!(normal.at(40.0), [1.0, 0.0]);
+        assert_eq!([normal.at(40.0), normal.at(-40.0)], [[1.0, 0.0], [0.0, 0.0]]);
+        assert!(normal.at(f64::NAN)[0].is_nan());
     }
 }

@@ -37,9 +37,9 @@ pub(crate) fn blobs(plane: &Plane, noise: f64, bright: bool) -> Vec<Blob> {
     let greatest = (plane.samples.len() as f64 / 40.0).max(MIN_AREA);
     let mut stable: Vec<(f64, u32)> = Vec::new();
     for (p, node) in tree.nodes.iter().enumerate() {
-        if (MIN_AREA..=greatest).contains(&node.sums[0]) && fill(node) > MIN_FILL {
+        if (MIN_AREA..=greatest).contains(&node.sums[0]) {
             let growth = growth(&tree, p, delta);
-            if growth < MAX_GROWTH {
+            if growth < MAX_GROWTH && fill(node) > MIN_FILL {
                 stable.push((growth, p as u32));
             }
         }
@@ -64,15 +64,16 @@ fn fill(node: &Node) -> f64 {
     node.sums[0] / (std::f64::consts::PI * shape.determinant().max(1e-12).sqrt())
 }
 
-/// How much the region gains when the level rises by `delta`, beside its area.
+/// How much the region gains when the level rises by `delta`, beside its area; not farther than to [`MAX_GROWTH`].
 fn growth(tree: &Tree, p: usize, delta: u16) -> f64 {
     let nodes = &tree.nodes;
     let (limit, area) = (nodes[p].level.saturating_add(delta), nodes[p].sums[0]);
     let mut q = p;
     loop {
+        let growth = nodes[q].sums[0] / area - 1.0;
         let up = nodes[q].parent as usize;
-        if up == q || nodes[up].level > limit {
-            return nodes[q].sums[0] / area - 1.0;
+        if up == q || nodes[up].level > limit || growth >= MAX_GROWTH {
+            return growth;
         }
         q = up;
     }

@@ -46,7 +46,12 @@ impl Sums {
         for i in first..N {
             let a = slope[i];
             self.vector[i] += a * residual;
-            self.matrix[i].iter_mut().zip(&slope).for_each(|(to, b)| *to += a * b);
+            // Up to the diagonal, in whole groups of four.
+            let end = (i / 4 + 1) * 4;
+            self.matrix[i][..end]
+                .iter_mut()
+                .zip(&slope[..end])
+                .for_each(|(to, b)| *to += a * b);
         }
         self.squares += residual * residual;
     }

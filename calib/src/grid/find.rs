@@ -54,11 +54,18 @@ pub fn find(image: &Image, spec: &GridSpec) -> Result<Found, GridRefused> {
         .run();
         match found {
             Ok(found) => return Ok(found),
+            // Smoothing takes no line of discs away.
+            Err(error) if is_larger(&error) => return Err(error),
             Err(error) if better(&error, &refused) => refused = error,
             Err(_) => {}
         }
     }
     Err(refused)
+}
+
+/// Whether what is seen has more discs than the grid asked for and a line besides.
+fn is_larger(error: &GridRefused) -> bool {
+    matches!(error, GridRefused::WrongSize { found, cols, rows, .. } if *found > cols * rows + cols.max(rows))
 }
 
 /// Whether a refusal says more of the image: discs in a lattice, then candidates.

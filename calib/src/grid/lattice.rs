@@ -39,7 +39,9 @@ pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
         .iter()
         .map(|b| b.shape.try_inverse().unwrap_or_default())
         .collect();
-    let bases: Vec<Option<Basis>> = (0..blobs.len()).map(|i| basis(blobs, &measures[i], i)).collect();
+    let order = Order::new(blobs);
+    let basis_of = |i: usize| basis(blobs, &order, &measures[i], i);
+    let bases: Vec<Option<Basis>> = (0..blobs.len()).map(basis_of).collect();
     let mut seeds: Vec<usize> = (0..blobs.len()).filter(|i| bases[*i].is_some()).collect();
     let error = |i: &usize| bases[*i].map_or(f64::MAX, |b| b.error);
     seeds.sort_by(|i, j| error(i).total_cmp(&error(j)));
@@ -51,7 +53,7 @@ pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
         }
         tried += 1;
         let Some(basis) = bases[seed] else { continue };
-        let lattice = grown(blobs, seed, basis.steps);
+        let lattice = grown(blobs, &order, seed, basis.steps);
         lattice.cells.values().for_each(|i| used[*i] = true);
         if lattice.cells.len() > best.cells.len() {
             best = lattice;
@@ -68,21 +70,61 @@ fn alike(a: &Blob, b: &Blob, factor: f64) -> bool {
     ratio < factor && ratio * factor > 1.0
 }
 
-/// The two shortest steps to pairs of opposite neighbours, in the measure that makes the disc a circle.
-fn basis(blobs: &[Blob], measure: &Matrix2<f64>, i: usize) -> Option<Basis> {
-    let length = |d: &Vector2<f64>| (d.transpose() * measure * d)[0].sqrt();
-    let mut near: Vec<(f64, Vector2<f64>)> = Vec::with_capacity(NEIGHBOURS + 1);
-    for (j, blob) in blobs.iter().enumerate() {
-        let d = blob.at - blobs[i].at;
-        let far = near.len() == NEIGHBOURS;
-        let l = length(&d);
-        if j == i || !alike(blob, &blobs[i], ALIKE) || (far && near.last().is_some_and(|n| n.0 <= l)) {
-            continue;
-        }
-        let place = near.partition_point(|n| n.0 < l);
-        near.insert(place, (l, d));
-        near.truncate(NEIGHBOURS);
+type Side<'a> = Box<dyn Iterator<Item = &'a (f64, usize)> + 'a>;
+
+/// Candidates in the order of their columns: who is near is looked for in a part of them.
+struct Order(Vec<(f64, usize)>);
+
+impl Order {
+    fn new(blobs: &[Blob]) -> Self {
+        let mut order: Vec<(f64, usize)> = blobs.iter().enumerate().map(|(i, b)| (b.at.x, i)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self(order)
     }
+
+    /// Those that are at most `reach` pixels left or right of a place.
+    fn about(&self, x: f64, reach: f64) -> &[(f64, usize)] {
+        let from = self.0.partition_point(|o| o.0 < x - reach);
+        let to = self.0.partition_point(|o| o.0 <= x + reach);
+        self.0.get(from..to).unwrap_or_default()
+    }
+
+    /// Those to the right of a place, and those to the left of it, the nearest first.
+    fn sides(&self, x: f64) -> [Side<'_>; 2] {
+        let (left, right) = self.0.split_at(self.0.partition_point(|o| o.0 < x));
+        [Box::new(right.iter()), Box::new(left.iter().rev())]
+    }
+}
+
+/// The nearest candidates of like size, in the measure that makes the disc a circle: how far, and the way to each.
+fn nearest(blobs: &[Blob], order: &Order, measure: &Matrix2<f64>, i: usize) -> Vec<(f64, Vector2<f64>)> {
+    let length = |d: &Vector2<f64>| (d.transpose() * measure * d)[0].sqrt();
+    // A way of length 1 goes at most so far along x.
+    let widest = blobs[i].shape[(0, 0)].sqrt();
+    let mut near: Vec<(f64, Vector2<f64>)> = Vec::with_capacity(NEIGHBOURS + 1);
+    for side in order.sides(blobs[i].at.x) {
+        for (_, j) in side {
+            let d = blobs[*j].at - blobs[i].at;
+            let most = near.get(NEIGHBOURS - 1).map_or(f64::MAX, |n| n.0);
+            if d.x.abs() > most * widest {
+                break;
+            }
+            let l = length(&d);
+            if *j == i || l >= most || !alike(&blobs[*j], &blobs[i], ALIKE) {
+                continue;
+            }
+            let place = near.partition_point(|n| n.0 < l);
+            near.insert(place, (l, d));
+            near.truncate(NEIGHBOURS);
+        }
+    }
+    near
+}
+
+/// The two shortest steps to pairs of opposite neighbours, in the measure that makes the disc a circle.
+fn basis(blobs: &[Blob], order: &Order, measure: &Matrix2<f64>, i: usize) -> Option<Basis> {
+    let length = |d: &Vector2<f64>| (d.transpose() * measure * d)[0].sqrt();
+    let near = nearest(blobs, order, measure, i);
     let mut steps: Vec<(f64, f64, Vector2<f64>)> = Vec::new();
     for (j, a) in near.iter().enumerate() {
         for b in &near[j + 1..] {
@@ -104,9 +146,10 @@ fn basis(blobs: &[Blob], measure: &Matrix2<f64>, i: usize) -> Option<Basis> {
     })
 }
 
-fn grown(blobs: &[Blob], seed: usize, steps: [Vector2<f64>; 2]) -> Lattice {
+fn grown(blobs: &[Blob], order: &Order, seed: usize, steps: [Vector2<f64>; 2]) -> Lattice {
     let mut growth = Growth {
         blobs,
+        order,
         cells: HashMap::from([([0, 0], seed)]),
         steps: HashMap::from([([0, 0], steps)]),
         used: vec![false; blobs.len()],
@@ -124,6 +167,7 @@ fn grown(blobs: &[Blob], seed: usize, steps: [Vector2<f64>; 2]) -> Lattice {
 
 struct Growth<'a> {
     blobs: &'a [Blob],
+    order: &'a Order,
     cells: HashMap<Cell, usize>,
     steps: HashMap<Cell, [Vector2<f64>; 2]>,
     used: Vec<bool>,
@@ -166,7 +210,10 @@ impl Growth<'_> {
         let expected = self.blobs[from].at + steps[axis] * f64::from(sign);
         let inverse = Matrix2::from_columns(&steps).try_inverse()?;
         let mut best: Option<(f64, usize)> = None;
-        for (j, blob) in self.blobs.iter().enumerate() {
+        // The ellipse of all ways shorter than NEAR steps, along x.
+        let reach = NEAR * Vector2::new(steps[0].x, steps[1].x).norm();
+        for (_, j) in self.order.about(expected.x, reach) {
+            let (j, blob) = (*j, &self.blobs[*j]);
             if self.used[j] || !alike(blob, &self.blobs[from], MARK) {
                 continue;
             }

@@ -10,6 +10,8 @@ const LEVELS: usize = 1024;
 /// Regions of fewer pixels are not kept.
 pub(crate) const MIN_AREA: f64 = 5.0;
 const NONE: u32 = u32::MAX;
+/// In place of a pixel's level: it is on the shore or belongs to a region.
+const SEEN: u16 = u16::MAX;
 
 /// A region: everything below its level that hangs together through the sides of pixels.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +44,7 @@ impl Tree {
         let scale = (1.0 / step) as f32;
         let place = |v: &f32| {
             let level = if bright { bounds[1] - v } else { v - bounds[0] };
-            ((level * scale) as usize).min(LEVELS - 1) as u16
+            ((level * scale) as i32).min(LEVELS as i32 - 1) as u16
         };
         let levels: Vec<u16> = plane.samples.iter().map(place).collect();
         let nodes = Flood::new(&levels, plane.width).run();
@@ -81,6 +83,7 @@ struct Shore {
 }
 
 impl Shore {
+    #[inline]
     fn push(&mut self, pixel: u32, level: u16) {
         let l = usize::from(level);
         self.next[pixel as usize] = self.first[l];
@@ -88,9 +91,11 @@ impl Shore {
         self.full[l / 64] |= 1 << (l % 64);
     }
 
-    /// The darkest, and its level.
-    fn pop(&mut self) -> Option<(u32, u16)> {
-        let word = self.full.iter().position(|w| *w != 0)?;
+    /// The darkest, and its level; none is below `level`.
+    #[inline]
+    fn pop(&mut self, level: u16) -> Option<(u32, u16)> {
+        let first = usize::from(level) / 64;
+        let word = first + self.full.get(first..)?.iter().position(|w| *w != 0)?;
         let l = word * 64 + self.full[word].trailing_zeros() as usize;
         let pixel = self.first[l];
         self.first[l] = self.next[pixel as usize];
@@ -103,10 +108,12 @@ impl Shore {
 
 /// The plane with a rim of one pixel about it, which counts as seen: no pixel needs to ask where the plane ends.
 struct Flood {
+    /// Levels of pixels not seen yet.
     levels: Vec<u16>,
     /// Of the plane with its rim; whole pixels of the image have 32 bits.
     width: u32,
-    seen: Vec<bool>,
+    /// 2^64 over the width, rounded up: below 2^32 pixels the upper half of the product with it is the exact quotient.
+    inverse: u64,
     shore: Shore,
     /// Regions around each other, the darkest last.
     stack: Vec<Growing>,
@@ -120,11 +127,10 @@ impl Flood {
         let wide = width + 2;
         let rows = levels.chunks_exact(width.max(1));
         let size = wide * (rows.len() + 2);
-        let (mut rimmed, mut seen) = (vec![0; size], vec![true; size]);
+        let mut rimmed = vec![SEEN; size];
         for (y, row) in rows.enumerate() {
             let from = (y + 1) * wide + 1;
             rimmed[from..from + width].copy_from_slice(row);
-            seen[from..from + width].fill(false);
         }
         let shore = Shore {
             first: vec![NONE; LEVELS],
@@ -134,7 +140,7 @@ impl Flood {
         Self {
             levels: rimmed,
             width: wide as u32,
-            seen,
+            inverse: u64::MAX / wide as u64 + 1,
             shore,
             stack: Vec::new(),
             nodes: Vec::new(),
@@ -144,11 +150,11 @@ impl Flood {
 
     fn run(mut self) -> Vec<Node> {
         let corner = self.width as usize + 1;
-        if self.seen.get(corner) != Some(&false) {
+        let Some(mut level) = self.levels.get(corner).copied().filter(|l| *l != SEEN) else {
             return self.nodes;
-        }
-        let (mut pixel, mut level) = (corner, self.levels[corner]);
-        self.seen[corner] = true;
+        };
+        let mut pixel = corner;
+        self.levels[corner] = SEEN;
         self.stack.push(Growing::new(level));
         loop {
             // Down to where nothing around is darker.
@@ -158,7 +164,9 @@ impl Flood {
                 (pixel, level) = (darker, below);
             }
             self.take(pixel);
-            let Some((next, above)) = self.shore.pop() else { break };
+            let Some((next, above)) = self.shore.pop(level) else {
+                break;
+            };
             if above > level {
                 self.rise(above);
             }
@@ -177,11 +185,11 @@ impl Flood {
     fn darker(&mut self, pixel: usize, level: u16) -> Option<(usize, u16)> {
         let wide = self.width as usize;
         for side in [pixel - 1, pixel + 1, pixel - wide, pixel + wide] {
-            if self.seen[side] {
+            let other = self.levels[side];
+            if other == SEEN {
                 continue;
             }
-            self.seen[side] = true;
-            let other = self.levels[side];
+            self.levels[side] = SEEN;
             if other < level {
                 return Some((side, other));
             }
@@ -193,8 +201,11 @@ impl Flood {
     /// Gives a pixel to the darkest region.
     #[inline]
     fn take(&mut self, pixel: usize) {
-        let row = pixel as u32 / self.width;
-        let (x, y) = (f64::from(pixel as u32 - row * self.width) - 1.0, f64::from(row) - 1.0);
+        let row = ((pixel as u128 * u128::from(self.inverse)) >> 64) as u32;
+        let (x, y) = (
+            f64::from((pixel as u32 - row * self.width) as i32 - 1),
+            f64::from(row as i32 - 1),
+        );
         if let Some(top) = self.stack.last_mut() {
             let part = [1.0, x, y, x * x, x * y, y * y];
             top.sums.iter_mut().zip(part).for_each(|(to, v)| *to += v);

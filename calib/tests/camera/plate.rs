@@ -1,6 +1,6 @@
 //! Plates that are bent: their height is found, and views that are held out tell when it is there.
 
-use calib::camera::{Options, View, calibrate, held_out};
+use calib::camera::{Calibrated, LensModel, Options, View, calibrate, held_out};
 use geometry::Point;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -89,4 +89,27 @@ fn views_held_out_tell_a_bent_plate_from_a_flat_one() {
     assert!(rms(&truly, true) < 0.5 * rms(&truly, false));
     let flat = rig::noisy(&rig.views(None), &mut Random::new(3), 1.0);
     assert!(rms(&flat, true) > 0.98 * rms(&flat, false));
+}
+
+/// Weighted squares of all residuals.
+fn squares(found: &Calibrated, views: &[View]) -> f64 {
+    let both = found.views.iter().zip(views);
+    let each = both.flat_map(|(view, seen)| view.residuals.iter().zip(&seen.sightings));
+    each.map(|(r, s)| r.off.dot(&(s.covariance.try_inverse().unwrap() * r.off)))
+        .sum()
+}
+
+/// A prism lens on a bent plate that is taken for flat: residuals that no number explains make the way along the valley
+/// slow, and from every start a hundred steps end with one of some 1e-4 deviations. It was refused as "no convergence".
+#[test]
+fn a_slow_valley_ends_where_its_steps_are_nothing_beside_the_deviations() {
+    let rig = Rig::around(camera(4000.0, LENSES[1].1), 7, 0.2);
+    let noisy = rig::noisy(&bent(&rig), &mut Random::new(1), 3.0);
+    let of = |lens| {
+        let options = Options { lens, ..options(false) };
+        calibrate(&noisy, SIZE, &options).unwrap()
+    };
+    let [prism, radial] = [LensModel::Prism, LensModel::Radial].map(|lens| squares(&of(lens), &noisy));
+    // The prism's four numbers may be 0: it fits no worse, but for the hundredth of a deviation at which it may end.
+    assert!(prism <= radial + 1e-4, "{prism} {radial}");
 }
