@@ -53,7 +53,7 @@ impl Pair<'_> {
 
     /// The same, by the direction across the arc's chord: without a search for the nearest point.
     pub(super) fn beside(&self, depth: f64, most: f64) -> f64 {
-        let Some(e) = self.across(self.nodes[0], self.nodes[2]) else {
+        let Some(e) = self.across(self.nodes[0], self.nodes[2], depth) else {
             return 0.0;
         };
         // The arc is no farther than its nodes.
@@ -79,7 +79,7 @@ impl Pair<'_> {
             if tangent >= most {
                 return most;
             }
-            let chord = self.across(places[0], places[2]);
+            let chord = self.across(places[0], places[2], depth);
             chord.map_or(tangent, |e| tangent.max(self.behind(e, places, speeds, kept)))
         };
         half(0).min(half(2)).max(any_direction).min(most)
@@ -94,11 +94,15 @@ impl Pair<'_> {
         places.iter().zip(speeds).map(one).fold(f64::INFINITY, f64::min)
     }
 
-    /// Across a chord, to the sample's side.
-    fn across(&self, first: Vector2<f64>, last: Vector2<f64>) -> Option<Vector2<f64>> {
+    /// Across a chord, to the sample's side. Where a depth is allowed, `None` from the inner side, on the left: going deeper is no way
+    /// out.
+    fn across(&self, first: Vector2<f64>, last: Vector2<f64>, depth: f64) -> Option<Vector2<f64>> {
         let chord = last - first;
         let across = Vector2::new(chord.y, -chord.x);
         let side = across.dot(&(self.point - first));
+        if side < 0.0 && depth > 0.0 {
+            return None;
+        }
         (if side < 0.0 { -across } else { across }).try_normalize(0.0)
     }
 }
@@ -191,6 +195,35 @@ mod tests {
             }
         }
         assert!(whole > 200, "{whole}");
+    }
+
+    #[test]
+    fn what_is_inside_goes_no_deeper_than_allowed() {
+        // The solid lies on the left of its arc: above it.
+        let still = [Vector2::zeros(); 3];
+        for bend in [0.0, 0.1, -0.1] {
+            let arc = [Vector2::new(-1.0, 0.0), Vector2::new(0.0, bend), Vector2::new(1.0, 0.0)];
+            let (point, depth) = (Vector2::new(0.0, bend + 0.01), 0.05);
+            let shape = Shape::of_arcs(vec![arc]);
+            let pair = Pair {
+                point,
+                velocity: Vector2::y(),
+                nodes: &arc,
+                velocities: &still,
+                bounds: &shape.boxes[0],
+                swerve: 0.0,
+                speed: 1.0,
+            };
+            let facing = Facing {
+                direction: -Vector2::y(),
+                distance: -0.01,
+                u: 0.0,
+            };
+            // It lies 0.01 deep, and 0.04 is left; a bound that leaves a tenth.
+            assert!(pair.beside(depth, 1.0) <= 0.04, "{bend}");
+            let free = pair.free(&facing, depth, 1.0);
+            assert!(free > 0.03 && free <= 0.04, "{bend}: {free}");
+        }
     }
 
     #[test]
