@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use super::advance::first_fall;
-use super::exact::{Against, Between, Exact};
+use super::exact::{Against, Between, Exact, Wall};
 use super::rows::{Rows, bend};
 use super::stage::Stage;
 use super::{Active, Change, Force, Term, barrier};
@@ -75,26 +75,25 @@ impl Guard {
         self
     }
 
-    /// Hands the forces over to exact contact: every sample becomes a row, so that
-    /// none passes the wall unseen, however far it slides.
+    /// Hands the forces over to exact contact: every sample nearer than twice the width becomes a row, the others as they come near.
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
-        let which: std::collections::BTreeSet<usize> = self.samples.iter().map(|s| s.0).collect();
-        let between = Between::Plane {
+        let wall = Wall {
             depth: 2.0 * self.stage.width,
-            which: which.into_iter().collect(),
             normal: self.normal,
             offset: self.offset,
+            samples: self.samples.iter().map(|(body, cursor, _)| (*body, *cursor)).collect(),
         };
-        let against = Against::Plane {
-            normal: self.normal,
-            offset: self.offset,
-        };
-        let rows = self.samples.iter().map(|(body, cursor, length)| {
-            let gap = self.gap(bodies, a, *body, cursor);
-            let slope = barrier(gap / self.stage.width).map_or(0.0, |b| b[1]);
-            (*body, *cursor, against, -self.stiffness * length * slope)
-        });
-        Exact::new(between, bodies, a, rows)
+        let rows: Vec<(usize, Cursor, Against, f64)> = self
+            .samples
+            .iter()
+            .filter_map(|(body, cursor, length)| {
+                let gap = self.gap(bodies, a, *body, cursor);
+                let slope = barrier(gap / self.stage.width).map_or(0.0, |b| b[1]);
+                let row = (*body, *cursor, wall.against(), -self.stiffness * length * slope);
+                (gap < wall.depth).then_some(row)
+            })
+            .collect();
+        Exact::new(Between::Plane(wall), bodies, a, rows.into_iter())
     }
 
     fn gap(&self, bodies: &Bodies, a: &[f64], body: usize, cursor: &Cursor) -> f64 {
@@ -205,8 +204,8 @@ impl Term for Guard {
     }
 
     fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
-        if self.stage.exact.is_some() {
-            return 1.0;
+        if let Some(exact) = &self.stage.exact {
+            return exact.reach(bodies, a, step);
         }
         let heights = self.heights(bodies, a);
         let velocities = |solid: &dyn Solid, body| solid.velocities(bodies.part(body, a), bodies.part(body, step));

@@ -7,7 +7,7 @@
 
 use nalgebra::Vector2;
 
-use super::exact::{Against, Between, Exact};
+use super::exact::{Between, Exact, Wall};
 use super::rows::{Rows, bend};
 use super::stage::Stage;
 use super::{Active, Change, Force, Term};
@@ -74,20 +74,22 @@ impl Plane {
         })
     }
 
-    /// Hands the multipliers over to exact contact: every cursor becomes a row.
+    /// Hands the multipliers over to exact contact: every cursor that pushes or is near becomes a row, the others as they come near.
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
-        let (depth, normal, offset) = (2.0 * self.stage.width, self.normal, self.offset);
-        let which: std::collections::BTreeSet<usize> = self.touches.iter().map(|t| t.body).collect();
-        let between = Between::Plane {
-            depth,
-            which: which.into_iter().collect(),
-            normal,
-            offset,
-        };
         // Dips have rows of their own.
-        let own = self.touches.iter().filter(|t| !t.added);
-        let rows = own.map(|t| (t.body, t.cursor, Against::Plane { normal, offset }, t.multiplier));
-        Exact::new(between, bodies, a, rows)
+        let own = || self.touches.iter().filter(|t| !t.added);
+        let wall = Wall {
+            depth: 2.0 * self.stage.width,
+            normal: self.normal,
+            offset: self.offset,
+            samples: own().map(|t| (t.body, t.cursor)).collect(),
+        };
+        let near = |t: &&Touch| t.multiplier > 0.0 || self.gap(bodies, a, t) < wall.depth;
+        let rows: Vec<_> = own()
+            .filter(near)
+            .map(|t| (t.body, t.cursor, wall.against(), t.multiplier))
+            .collect();
+        Exact::new(Between::Plane(wall), bodies, a, rows.into_iter())
     }
 
     /// Takes multipliers from the gaps of a state.
@@ -211,6 +213,11 @@ impl Term for Plane {
             }
         }
         Some(())
+    }
+
+    fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
+        let exact = self.stage.exact.as_ref();
+        exact.map_or(1.0, |exact| exact.reach(bodies, a, step))
     }
 
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {

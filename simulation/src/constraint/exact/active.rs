@@ -1,8 +1,8 @@
 //! Steps of the rows: what they aim at, how far a step may go, which rows there are.
 
 use super::aim::Aim;
-use super::row::{Against, Row, Touch};
-use super::{Between, Exact, GONE, Known, ROUND, SAME};
+use super::row::{Against, Row};
+use super::{Exact, GONE, Known, ROUND, SAME};
 use crate::constraint::shape::Shape;
 use crate::constraint::{Active, Progress};
 use crate::solid::Cursor;
@@ -105,10 +105,8 @@ impl Active for Exact {
         let touches = self.each(bodies, a).clone();
         let depth = self.between.depth();
         let whole = Aim { work: 1.0, depth };
-        let walls = matches!(self.between, Between::Plane { .. });
-        let stays = |row: &Row, touch: &Touch| touch.gap < GONE * depth || walls && !row.slides;
         for (mut row, touch) in std::mem::take(&mut self.rows).into_iter().zip(touches) {
-            let Some(touch) = touch.filter(|touch| stays(&row, touch)) else {
+            let Some(touch) = touch.filter(|touch| touch.gap < GONE * depth) else {
                 continue;
             };
             (row.sample, row.against, row.normal) = (touch.sample, touch.against, touch.normal);

@@ -2,10 +2,9 @@
 
 use std::cell::Cell;
 
-use nalgebra::Vector2;
-
 use super::dip::Dip;
 use super::row::Against;
+use super::wall::Wall;
 use crate::constraint::broad::near_arcs;
 use crate::constraint::meeting::Meeting;
 use crate::constraint::samples::Samples;
@@ -19,13 +18,8 @@ use crate::system::Bodies;
 pub(in crate::constraint) enum Between {
     /// Solids out of one another, after a barrier of this width.
     Solids { width: f64, meeting: Meeting },
-    /// These solids out of a half-plane.
-    Plane {
-        depth: f64,
-        which: Vec<usize>,
-        normal: Vector2<f64>,
-        offset: f64,
-    },
+    /// Solids out of a half-plane.
+    Plane(Wall),
 }
 
 impl Between {
@@ -33,18 +27,24 @@ impl Between {
     pub(in crate::constraint) fn depth(&self) -> f64 {
         match self {
             Self::Solids { width, .. } => 2.0 * width,
-            Self::Plane { depth, .. } => *depth,
+            Self::Plane(wall) => wall.depth,
         }
     }
 
-    /// Calls `visit` with every sample that is as near as the depth to an arc of another solid: `(solid, sample, against)`.
+    /// Calls `visit` with every sample that is as near as the depth to what it keeps out of: `(solid, sample, against)`.
     pub(super) fn samples(&self, bodies: &Bodies, shapes: &[Shape], visit: &mut dyn FnMut(usize, Cursor, Against)) {
-        let Self::Solids { width, meeting } = self else { return };
-        let samples = Samples { meeting, width: *width };
-        samples.visit(bodies, shapes, &Cell::new(self.depth()), &mut |near| {
-            let [body, other] = near.on;
-            visit(body, near.sample, Against::Arc { other, foot: near.foot });
-        });
+        match self {
+            Self::Solids { width, meeting } => {
+                let samples = Samples { meeting, width: *width };
+                samples.visit(bodies, shapes, &Cell::new(self.depth()), &mut |near| {
+                    let [body, other] = near.on;
+                    visit(body, near.sample, Against::Arc { other, foot: near.foot });
+                });
+            }
+            Self::Plane(wall) => wall
+                .near(shapes)
+                .for_each(|(body, sample)| visit(body, sample, wall.against())),
+        }
     }
 
     /// Calls `visit` with the closest points of every two arcs whose boxes come as near as `within`, where they lie between
@@ -72,23 +72,16 @@ impl Between {
 
     /// Calls `visit` with the lowest point of every arc over a half-plane, where it lies between nodes.
     pub(super) fn lowest(&self, bodies: &Bodies, shapes: &[Shape], visit: &mut dyn FnMut(usize, Cursor, Against, f64)) {
-        let Self::Plane {
-            which, normal, offset, ..
-        } = self
-        else {
-            return;
-        };
-        for &body in which.iter().filter(|b| !bodies.solid(**b).boundary().straight) {
+        let Self::Plane(wall) = self else { return };
+        let curved = |body: &usize| !bodies.solid(*body).boundary().straight;
+        for body in wall.solids().into_iter().filter(curved) {
             for (arc, nodes) in shapes[body].arcs.iter().enumerate() {
-                let [low, middle, high] = nodes.map(|x| x.dot(normal) - offset);
+                let [low, middle, high] = nodes.map(|x| x.dot(&wall.normal) - wall.offset);
                 let (slope, bend) = (0.5 * (high - low), high + low - 2.0 * middle);
                 if bend > 0.0 && slope.abs() < bend {
                     let sample = Cursor { arc, u: -slope / bend };
-                    let against = Against::Plane {
-                        normal: *normal,
-                        offset: *offset,
-                    };
-                    visit(body, sample, against, middle - 0.5 * slope * slope / bend);
+                    let lowest = middle - 0.5 * slope * slope / bend;
+                    visit(body, sample, wall.against(), lowest);
                 }
             }
         }

@@ -12,6 +12,7 @@ mod aim;
 mod detect;
 mod dip;
 mod row;
+mod wall;
 
 use std::cell::{Ref, RefCell};
 
@@ -24,6 +25,7 @@ use aim::Aim;
 pub(super) use detect::Between;
 pub(super) use row::Against;
 use row::{Row, Touch};
+pub(super) use wall::Wall;
 
 /// Rows keep this far apart, in sizes of the largest solid: arcs may come as much nearer to one another between them without
 /// touching, and forces of 300 loads times their gaps stay below 1e-8 of load and size.
@@ -146,8 +148,8 @@ impl Exact {
 
     /// Moves a wall along its normal, with the forces and slacks of its rows as they are.
     pub(super) fn move_wall(&mut self, by: f64) {
-        if let Between::Plane { offset, .. } = &mut self.between {
-            *offset += by;
+        if let Between::Plane(wall) = &mut self.between {
+            wall.offset += by;
         }
         for row in &mut self.rows {
             if let Against::Plane { offset, .. } = &mut row.against {
@@ -231,6 +233,14 @@ impl Exact {
             }
         }
         Some(())
+    }
+
+    /// The part of a step that keeps samples without a row out of a wall.
+    pub(super) fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
+        match &self.between {
+            Between::Plane(wall) => wall.reach(bodies, a, step),
+            Between::Solids { .. } => 1.0,
+        }
     }
 
     /// Nothing to take over: forces are those found.
