@@ -1,7 +1,7 @@
 //! Away from a saddle in exact contact.
 
 use super::polish::polish;
-use crate::constraint::Term;
+use super::save;
 use crate::control::{Newton, Potential};
 use crate::system::System;
 
@@ -23,7 +23,7 @@ pub(super) fn leave(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) 
     }
     let length = direction.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
     let before = Potential::energy(system, a)?;
-    let (start, terms) = (a.clone(), copied(system));
+    let (start, terms) = save(system, a);
     let mut steps = 0;
     for way in WAYS.iter().flat_map(|way| [*way, -*way]) {
         let by: Vec<f64> = direction
@@ -43,8 +43,4 @@ pub(super) fn leave(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) 
     }
     *a = start;
     None
-}
-
-fn copied(system: &System) -> Vec<Box<dyn Term>> {
-    system.terms.iter().map(|t| t.copy()).collect()
 }

@@ -3,13 +3,10 @@
 use nalgebra::Vector2;
 
 use super::row::Against;
-use crate::constraint::advance::first_fall;
+use crate::constraint::passing::{LEFT, first_fall};
 use crate::constraint::shape::Shape;
 use crate::solid::Cursor;
 use crate::system::Bodies;
-
-/// A step leaves this part of every distance.
-const LEFT: f64 = 0.1;
 
 /// Solids out of `<x, normal> <= offset`, looked at as near and as deep as `depth`.
 #[derive(Debug, Clone, PartialEq)]
