@@ -5,6 +5,8 @@
 #![allow(clippy::print_stdout, reason = "the errors reached, and why a test was skipped")]
 #![allow(clippy::disallowed_methods, reason = "the time that a search takes is told")]
 
+#[path = "calib_beads/bodies.rs"]
+mod bodies;
 #[path = "calib_beads/planted.rs"]
 mod planted;
 #[path = "calib_beads/real.rs"]

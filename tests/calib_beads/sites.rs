@@ -157,15 +157,14 @@ pub(crate) fn distance(p: &[f64; 3], q: &[f64; 3]) -> f64 {
     (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The volume with a ball of metal at each place instead of what was there, seen through the blur, and clipped.
-pub(crate) fn planted(volume: &Dense, sites: &[Site], radius_mm: f64, metal_hu: f64) -> Dense {
+/// The volume with a body of metal at each place instead of what was there, seen through the blur, and clipped.
+pub(crate) fn planted(volume: &Dense, sites: &[Site], body: &Body, metal_hu: f64) -> Dense {
     let grid = *volume.grid();
     let [nx, ny, nz] = grid.dims();
     let all = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
     let mut values: Vec<i16> = all.map(|voxel| volume.at(voxel)).collect();
     let scanner = Scanner::of(&grid);
-    let around = within(&grid, radius_mm + 4.5 * scanner.plane_mm.max(scanner.axial_mm));
-    let (parts, each) = parts(radius_mm);
+    let around = within(&grid, body.reach_mm + 4.5 * scanner.plane_mm.max(scanner.axial_mm));
     for site in sites {
         let [x, y, z] = site.centre;
         let middle = (grid.voxel_from_ct() * Point::new(x, y, z))
@@ -175,7 +174,7 @@ pub(crate) fn planted(volume: &Dense, sites: &[Site], radius_mm: f64, metal_hu: 
             let [i, j, k] = voxel.map(f64::from);
             let at = (grid.ct_from_voxel() * Point::new(i, j, k)).mm();
             let d = [0, 1, 2].map(|a| at[a] - site.centre[a]);
-            let share = each * parts.iter().map(|p| scanner.density(d, *p)).sum::<f64>();
+            let share = body.each * body.parts.iter().map(|p| scanner.density(d, *p)).sum::<f64>();
             let value = &mut values[((voxel[2] * ny + voxel[1]) * nx + voxel[0]) as usize];
             let seen = (1.0 - share) * f64::from(*value) + share * metal_hu;
             *value = seen.min(CLIP_HU).round() as i16;
@@ -184,17 +183,37 @@ pub(crate) fn planted(volume: &Dense, sites: &[Site], radius_mm: f64, metal_hu: 
     Dense::new(grid, values).unwrap()
 }
 
-/// A ball as small cubes, and the volume of each, mm^3: together the ball's.
-fn parts(radius: f64) -> (Vec<[f64; 3]>, f64) {
-    let n = 12;
-    let step = 2.0 * radius / f64::from(n);
-    let part = |i: i32| (f64::from(i) + 0.5) * step - radius;
-    let cubes = (0..n * n * n).map(|i| [i % n, i / n % n, i / n / n].map(part));
-    let cubes: Vec<[f64; 3]> = cubes
-        .filter(|c| c.iter().map(|u| u * u).sum::<f64>() <= radius * radius)
-        .collect();
-    let each = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3) / cubes.len() as f64;
-    (cubes, each)
+/// A body as small cubes.
+pub(crate) struct Body {
+    /// Their middles about the place, mm.
+    parts: Vec<[f64; 3]>,
+    /// The volume of each, mm^3.
+    each: f64,
+    /// How far it reaches, mm.
+    reach_mm: f64,
+}
+
+impl Body {
+    pub(crate) fn ball(radius: f64) -> Self {
+        let squares = |c: &[f64; 3]| c.iter().map(|u| u * u).sum::<f64>();
+        let mut ball = Self::cut([radius; 3], 2.0 * radius / 12.0, |c| squares(c) <= radius * radius);
+        // The cubes have the ball's volume.
+        ball.each = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3) / ball.parts.len() as f64;
+        ball
+    }
+
+    /// What of a box lies within, in cubes of `step`.
+    pub(crate) fn cut(half_mm: [f64; 3], step: f64, within: impl Fn(&[f64; 3]) -> bool) -> Self {
+        let counts = half_mm.map(|h| (2.0 * h / step).round().max(1.0) as i32);
+        let part = |i: i32, a: usize| (f64::from(i) + 0.5) * step - 0.5 * step * f64::from(counts[a]);
+        let [nx, ny, nz] = counts;
+        let cubes = (0..nx * ny * nz).map(|i| [part(i % nx, 0), part(i / nx % ny, 1), part(i / nx / ny, 2)]);
+        Self {
+            parts: cubes.filter(within).collect(),
+            each: step.powi(3),
+            reach_mm: half_mm.iter().map(|h| h * h).sum::<f64>().sqrt(),
+        }
+    }
 }
 
 /// A Gaussian that is round in the slices' plane.

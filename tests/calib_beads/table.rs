@@ -2,7 +2,7 @@
 
 use calib::bead::{Bead, Dense, Found, Ground, Search, find};
 
-use super::sites::{KINDS, Site, distance, planted, sites};
+use super::sites::{Body, KINDS, Site, distance, planted, sites};
 
 /// HU of the beads' metal.
 const METAL_HU: f64 = 14_000.0;
@@ -90,7 +90,7 @@ fn score(found: &Found, all: &[Site]) -> Score {
 /// Plants up to `count` beads of each kind, finds them with each ground, and prints the table.
 pub(crate) fn compared(what: &str, volume: &Dense, radius_mm: f64, count: usize, grounds: &[Ground]) -> Vec<Score> {
     let all = sites(volume, count, 5.0 * radius_mm + 8.0, 7);
-    let specimen = planted(volume, &all, radius_mm, METAL_HU);
+    let specimen = planted(volume, &all, &Body::ball(radius_mm), METAL_HU);
     println!("{what}: {} beads of {} mm", all.len(), 2.0 * radius_mm);
     let of = |ground: &Ground| {
         let search = Search {

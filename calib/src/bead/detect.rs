@@ -4,11 +4,11 @@ use geometry::{Ct, Point};
 use nalgebra::{Matrix3, Vector3};
 
 use super::fit::{Expected, Fitted, Sample, fit};
-use super::judge::judge_fit;
+use super::judge::{is_open, judge_again, judge_fit};
 use super::kernel::{Kernel, Response, moved};
 use super::optics::Optics;
 use super::profile::Blur;
-use super::refine::{Refined, refine};
+use super::refine::refine;
 use super::seeds::seeds;
 use super::{Reason, Refused, Search, Voxels};
 
@@ -108,12 +108,6 @@ struct Candidate {
     response: Response,
 }
 
-/// What is expected of a candidate, and what fits it.
-struct Model {
-    expected: Expected,
-    fitted: Fitted,
-}
-
 /// Finds the metal beads of a volume. Time is bounded by the volume's size and by the number of bright spots.
 ///
 /// # Errors
@@ -129,7 +123,7 @@ pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
     let mut beads: Vec<Bead> = Vec::new();
     for (candidate, model) in candidates.iter().zip(finder.models(&candidates, clip_hu)) {
         match model {
-            Ok(model) => beads.push(finder.bead(candidate, &model, clip_hu, beads.len() < MAX_REFINED)),
+            Ok(fitted) => beads.push(finder.bead(candidate, &fitted)),
             Err(reason) => rejected.push(finder.rejected(candidate, reason)),
         }
     }
@@ -254,50 +248,66 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The models of all candidates, with the one profile of slices that is the likeliest for those that may be beads.
-    fn models(&self, candidates: &[Candidate], clip_hu: Option<i16>) -> Vec<Result<Model, Reason>> {
-        let with = |blur: Blur| candidates.iter().map(|c| self.model(c, blur, clip_hu)).collect();
+    /// What fits the candidates, with the one profile of slices that is the likeliest for all that may be beads.
+    fn models(&self, candidates: &[Candidate], clip_hu: Option<i16>) -> Vec<Result<Fitted, Reason>> {
+        let with = |blur: Blur| self.with_profile(candidates, blur, clip_hu);
         let profiles = self.optics.profiles(self.search.radius());
-        let all: Vec<Vec<(Result<Model, Reason>, f64)>> = profiles.into_iter().map(with).collect();
-        let may_be = |i: &usize| all.iter().any(|models| models[*i].0.is_ok());
-        let chosen: Vec<usize> = (0..candidates.len()).filter(may_be).collect();
-        let total = |models: &[(Result<Model, Reason>, f64)]| chosen.iter().map(|i| models[*i].1).sum::<f64>();
+        let all: Vec<Vec<Result<Fitted, Reason>>> = profiles.into_iter().map(with).collect();
+        let vote = |models: &[Result<Fitted, Reason>], i: usize| models[i].as_ref().ok().and_then(|f| f.unlikelihood);
+        let in_all = |i: &usize| all.iter().all(|models| vote(models, *i).is_some());
+        let voters: Vec<usize> = (0..candidates.len()).filter(in_all).collect();
         // The bell is the first.
-        let handicap = |i: usize| if i > 0 { AVERAGED_GAIN } else { 0.0 };
+        let handicap = |profile: usize| if profile > 0 { AVERAGED_GAIN } else { 0.0 };
         let totals: Vec<f64> = all
             .iter()
             .enumerate()
-            .map(|(i, models)| total(models) + handicap(i))
+            .map(|(profile, models)| voters.iter().filter_map(|i| vote(models, *i)).sum::<f64>() + handicap(profile))
             .collect();
         let best = all.into_iter().zip(totals).min_by(|a, b| a.1.total_cmp(&b.1));
-        best.map_or(Vec::new(), |(models, _)| models.into_iter().map(|m| m.0).collect())
+        best.map_or(Vec::new(), |(models, _)| models)
     }
 
-    /// Fits the model with a slice's profile and judges it; and minus twice the logarithm of its likelihood.
-    fn model(&self, candidate: &Candidate, blur: Blur, clip_hu: Option<i16>) -> (Result<Model, Reason>, f64) {
-        let samples = self.samples(candidate, &self.optics.axes(), clip_hu);
-        let expected = self.expected(blur, &candidate.response);
-        let Some(fitted) = fit(&samples, &expected) else {
-            return (Err(Reason::NoFit), f64::INFINITY);
+    /// The same with a given profile. At most 512 are looked at a second time.
+    fn with_profile(&self, candidates: &[Candidate], blur: Blur, clip_hu: Option<i16>) -> Vec<Result<Fitted, Reason>> {
+        let mut left = MAX_REFINED;
+        let mut model = |candidate: &Candidate| {
+            let samples = self.samples(candidate, &self.optics.axes(), clip_hu);
+            let expected = self.expected(blur, &candidate.response);
+            let fitted = fit(&samples, &expected);
+            let judged = match &fitted {
+                Some(fitted) => judge_fit(fitted, self.search, &self.optics),
+                None => Err(Reason::NoFit),
+            };
+            let again = judged.as_ref().err().is_none_or(is_open);
+            if !again || left == 0 {
+                return judged.and(fitted.ok_or(Reason::NoFit));
+            }
+            left -= 1;
+            let refined =
+                refine(&samples, &expected, clip_hu, self.search.ground).filter(|r| self.is_near(&r.centre()));
+            match (judged, refined) {
+                (Ok(()), refined) => refined.and_then(|r| r.fitted()).or(fitted).ok_or(Reason::NoFit),
+                (Err(reason), refined) => refined
+                    .and_then(|r| judge_again(&r, self.search, &self.optics))
+                    .ok_or(reason),
+            }
         };
-        let judged = judge_fit(&fitted, self.search, &self.optics);
-        (judged.map(|()| Model { expected, fitted }), fitted.unlikelihood)
+        candidates.iter().map(&mut model).collect()
     }
 
-    fn bead(&self, candidate: &Candidate, model: &Model, clip_hu: Option<i16>, refined: bool) -> Bead {
-        let Model { expected, fitted } = model;
+    /// Whether a centre lies where its spot is, which is known to about half a voxel; a centre that has run away is none.
+    fn is_near(&self, centre: &Vector3<f64>) -> bool {
+        centre.norm() <= self.search.radius_mm[1].max(self.optics.step_mm[1])
+    }
+
+    fn bead(&self, candidate: &Candidate, fitted: &Fitted) -> Bead {
         let axes = self.optics.axes();
-        let samples = self.samples(candidate, &axes, clip_hu);
-        let Refined { centre, covariance } = match refined {
-            true => self.refined(&samples, fitted, expected, clip_hu),
-            false => fitted.unrefined(),
-        };
-        let place = candidate.place + axes * centre;
+        let place = candidate.place + axes * fitted.centre;
         let voxel = self.optics.index(self.voxels.grid(), place);
         let radius = fitted.blur.radius_mm;
         Bead {
             centre: Point::new(place.x, place.y, place.z),
-            covariance: axes * (covariance + self.model_error()) * axes.transpose(),
+            covariance: axes * (fitted.covariance + self.model_error()) * axes.transpose(),
             voxel,
             radius_mm: [radius, radius * fitted.radius_deviation],
             blur_mm: [fitted.blur.plane_mm, fitted.blur.profile_mm()],
@@ -308,13 +318,6 @@ impl<'a> Finder<'a> {
             residual_hu: fitted.residual_hu,
             clipped: fitted.clipped,
         }
-    }
-
-    /// Where no refinement settles nearby, the centre of the model stands.
-    fn refined(&self, samples: &[Sample], fitted: &Fitted, expected: &Expected, clip_hu: Option<i16>) -> Refined {
-        let refined = refine(samples, fitted, expected, clip_hu, self.search.ground);
-        let near = refined.filter(|r| (r.centre - fitted.centre).norm() <= self.optics.step_mm[0]);
-        near.unwrap_or_else(|| fitted.unrefined())
     }
 
     /// In the axes of [`Optics::axes`], mm^2.

@@ -14,7 +14,6 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::ground::MODEL_ERROR;
 use super::profile::Blur;
-use super::refine::Refined;
 
 const N: usize = 11;
 type Vector = SVector<f64, N>;
@@ -72,18 +71,9 @@ pub(super) struct Fitted {
     /// The model's greatest signal, HU, and what is seen of it below the clipping.
     pub(super) signal_hu: f64,
     pub(super) clipped: usize,
-    /// Minus twice the logarithm of the likelihood by the noise that was expected, and of the priors, but for a constant.
-    pub(super) unlikelihood: f64,
-}
-
-impl Fitted {
-    /// Its centre as it is.
-    pub(super) fn unrefined(&self) -> Refined {
-        Refined {
-            centre: self.centre,
-            covariance: self.covariance,
-        }
-    }
+    /// Minus twice the logarithm of the restricted likelihood on a random field, and of the priors, but for a constant; not
+    /// of stage 2, where bone beside a bead weighs more than what tells one slice's profile from another.
+    pub(super) unlikelihood: Option<f64>,
 }
 
 impl Expected {
@@ -192,11 +182,7 @@ pub(super) fn fit(samples: &[Sample], expected: &Expected) -> Option<Fitted> {
     // Once more with the noise that the window has.
     problem.noise_hu = problem.spread(&state).max(LEAST_NOISE_HU);
     state = problem.settle(state)?;
-    let mut fitted = problem.result(&state)?;
-    // By the same noise whatever was fitted: one that was estimated with the model cannot tell models apart.
-    problem.noise_hu = expected.noise_hu.max(LEAST_NOISE_HU);
-    fitted.unlikelihood = problem.cost(&state);
-    Some(fitted)
+    problem.result(&state)
 }
 
 impl Problem<'_> {
@@ -320,7 +306,7 @@ impl Problem<'_> {
             residual_hu: residual,
             signal_hu: signal,
             clipped,
-            unlikelihood: self.cost(state),
+            unlikelihood: None,
         };
         x.iter().all(|v| v.is_finite()).then_some(fitted)
     }

@@ -81,7 +81,7 @@ impl Spread {
     }
 
     /// Variance at a voxel of what is independent of all others, HU^2.
-    fn alone(&self, seen: &Seen) -> f64 {
+    pub(super) fn alone(&self, seen: &Seen) -> f64 {
         let own = MODEL_ERROR * seen.signal;
         self.noise_hu * self.noise_hu + ROUNDING + own * own
     }
@@ -123,8 +123,14 @@ impl Linear {
         solved.then(|| (matrix, vector, residuals.norm_squared()))
     }
 
+    /// How unlikely the prior takes the point where the problem was linearised: squares of its deviations.
+    pub(super) fn prior(&self) -> f64 {
+        let squares = self.prior_offset.component_mul(&self.prior_offset);
+        self.prior_weight.dot(&squares)
+    }
+
     /// Minus twice the logarithm of the restricted likelihood, but for a constant.
-    fn unlikelihood(&self, spread: &Spread, all: &[Seen]) -> f64 {
+    pub(super) fn unlikelihood(&self, spread: &Spread, all: &[Seen]) -> f64 {
         let value = || {
             let factor = spread.factor(all)?;
             let (matrix, vector, squares) = self.normal(&factor)?;

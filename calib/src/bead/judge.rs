@@ -3,6 +3,7 @@
 use super::fit::Fitted;
 use super::optics::Optics;
 use super::profile::Blur;
+use super::refine::Refined;
 use super::{Reason, Search};
 
 /// Root mean square residual as a share of the contrast.
@@ -16,6 +17,28 @@ const RADIUS_SLACK: f64 = 1.15;
 /// Deviations of the logarithms of metal and radius by which they must miss their bounds: where a ball is clipped or
 /// small the voxels do not tell.
 const SURE: f64 = 2.0;
+
+/// How much larger than around it the residuals of a ball may be ([`super::leftover`]) that only the second look takes for
+/// a bead: about 1 where ball and field are what is there. Of beads planted beside bone 0.5, of short rods 1.6 to 6.
+const MOST_UNEVEN: f64 = 1.5;
+/// HU over the ground that the field around such a ball may have: bone has less (1500 beside lung), metal more.
+const MOST_AROUND_HU: f64 = 1800.0;
+
+/// Whether a spot that stage 2 refused is worth a second look, with what is around as a random field: beside bone a ball on
+/// sloping ground takes the bone for its own blur. What is not bright enough is none with any ground.
+pub(super) fn is_open(reason: &Reason) -> bool {
+    matches!(reason, Reason::Blur { .. } | Reason::Shape { .. } | Reason::NoFit)
+}
+
+/// As [`judge_fit`], of a spot that stage 2 refused: there the field may have been made to explain what is no ball.
+pub(super) fn judge_again(refined: &Refined, search: &Search, optics: &Optics) -> Option<Fitted> {
+    let fitted = refined.fitted()?;
+    judge_fit(&fitted, search, optics).ok()?;
+    let left = refined.leftover()?;
+    // The second inverts a matrix.
+    let sound = left.brightest_hu() <= MOST_AROUND_HU && left.unevenness() <= MOST_UNEVEN;
+    sound.then_some(fitted)
+}
 
 /// Nothing, or why it is none.
 pub(super) fn judge_fit(fitted: &Fitted, search: &Search, optics: &Optics) -> Result<(), Reason> {

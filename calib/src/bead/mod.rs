@@ -59,6 +59,7 @@ mod fit;
 mod ground;
 mod judge;
 mod kernel;
+mod leftover;
 pub mod matching;
 mod optics;
 mod profile;

@@ -13,53 +13,97 @@
 //!
 //! Cost: at most 900 voxels in V and 300 in the likelihood, some tenths of a second.
 
-use nalgebra::{DMatrix, DVector, Dyn, Matrix3, Vector3, linalg::Cholesky};
+use nalgebra::{DMatrix, DVector, Dyn, Vector3, linalg::Cholesky};
 
 use super::fit::{Expected, Fitted, Sample, State};
 use super::ground::{Ground, Linear, Seen, Spread};
+use super::leftover::Leftover;
 
 /// The most voxels in the covariance, and in the likelihood.
 const MAX_VOXELS: usize = 900;
 const LIKELIHOOD_VOXELS: usize = 300;
 /// Numbers of the ball: centre, ln A, ln r, ln p, ln a.
 const BALL: usize = 7;
+const METAL: usize = 3;
+const RADIUS: usize = 4;
 /// Linearisations of the covariance, and steps within one.
 const ROUNDS: usize = 3;
 const MAX_STEPS: usize = 30;
 /// A step of the centre below this, mm, ends a round.
 const STEP_END_MM: f64 = 1e-5;
-/// HU over the model of stage 2: another piece of metal, which no field of tissue explains.
+/// HU over the ground: another piece of metal, which no field of tissue explains.
 const OTHER_METAL_HU: f64 = 1500.0;
+/// The ball's radius beside the expected one and the deviations of its blur, beyond which that is none of its own.
+const LARGEST: f64 = 1.25;
+const FADED: f64 = 2.0;
 /// Length by which the polynomials' variables are divided, mm.
 const SCALE_MM: f64 = 3.0;
 
-/// What the refinement gives; lengths in mm about the start of stage 2.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Refined {
-    pub(super) centre: Vector3<f64>,
-    /// mm^2.
-    pub(super) covariance: Matrix3<f64>,
-}
-
-/// The centre with the ground as a random field or a polynomial; `None` where that does not settle.
-pub(super) fn refine(
+/// The ball with the ground as a random field or a polynomial, lengths in mm about the middle of the samples; `None`
+/// where that does not settle. It starts from what is expected: beside bone the fit of stage 2 may be far off.
+pub(super) fn refine<'a>(
     samples: &[Sample],
-    first: &Fitted,
-    expected: &Expected,
+    expected: &'a Expected,
     clip_hu: Option<i16>,
     ground: Ground,
-) -> Option<Refined> {
-    let refiner = Refiner::new(samples, first, expected, clip_hu, ground);
-    let start = refiner.start(first);
-    let spread = refiner.spread(&start);
-    let mut found = (start, Matrix3::zeros());
+) -> Option<Refined<'a>> {
+    let refiner = Refiner::new(samples, expected, clip_hu, ground);
+    let mut state = refiner.start();
+    let spread = refiner.spread(&state);
+    let mut inverse = DMatrix::zeros(0, 0);
     for _ in 0..ROUNDS {
-        found = refiner.round(&found.0, &spread)?;
+        (state, inverse) = refiner.round(&state, &spread)?;
     }
-    let (state, covariance) = found;
-    let centre = Vector3::new(state[0], state[1], state[2]);
-    let sound = state.iter().chain(covariance.iter()).all(|v| v.is_finite());
-    sound.then_some(Refined { centre, covariance })
+    let sound = state.iter().chain(inverse.iter()).all(|v| v.is_finite());
+    sound.then_some(Refined {
+        refiner,
+        state,
+        inverse,
+        spread,
+    })
+}
+
+/// A ball on its field.
+pub(super) struct Refined<'a> {
+    refiner: Refiner<'a>,
+    state: DVector<f64>,
+    inverse: DMatrix<f64>,
+    spread: Spread,
+}
+
+impl Refined<'_> {
+    pub(super) fn centre(&self) -> Vector3<f64> {
+        Vector3::new(self.state[0], self.state[1], self.state[2])
+    }
+
+    /// As stage 2 gives it, by the field; `None` where the field's covariance has no factor.
+    pub(super) fn fitted(&self) -> Option<Fitted> {
+        let Self { refiner, inverse, .. } = self;
+        let ball = ball(&self.state, refiner.expected.blur.slice_mm);
+        let variance = |i: usize| inverse[(i, i)].max(0.0);
+        let mass = variance(METAL) + 6.0 * inverse[(METAL, RADIUS)] + 9.0 * variance(RADIUS);
+        Some(Fitted {
+            centre: self.centre(),
+            covariance: inverse.fixed_view::<3, 3>(0, 0).into_owned(),
+            blur: ball.blur(),
+            radius_deviation: variance(RADIUS).sqrt(),
+            metal_deviation: variance(METAL).sqrt(),
+            mass_deviation: mass.max(0.0).sqrt(),
+            metal_hu: ball.metal_hu(),
+            ground_hu: self.state[BALL],
+            residual_hu: self.leftover()?.residual_hu(),
+            signal_hu: ball.metal_hu() * ball.blur().value(0.0, 0.0),
+            clipped: refiner.clipped.len(),
+            unlikelihood: Some(refiner.unlikelihood(&self.state, &self.spread)),
+        })
+    }
+
+    /// What neither ball nor field explains.
+    pub(super) fn leftover(&self) -> Option<Leftover> {
+        let open = &self.refiner.open;
+        let residuals = self.refiner.linear(open, &self.state).residuals;
+        Leftover::of(&self.spread, self.refiner.seen(open, &self.state), &residuals)
+    }
 }
 
 struct Refiner<'a> {
@@ -72,14 +116,9 @@ struct Refiner<'a> {
 }
 
 impl<'a> Refiner<'a> {
-    fn new(samples: &[Sample], first: &Fitted, expected: &'a Expected, clip_hu: Option<i16>, ground: Ground) -> Self {
-        let tissue = |s: &&Sample| {
-            let d = s.place - first.centre;
-            let model = first.ground_hu + first.metal_hu * first.blur.value(d.x.hypot(d.y), d.z);
-            s.hu - model < OTHER_METAL_HU
-        };
+    fn new(samples: &[Sample], expected: &'a Expected, clip_hu: Option<i16>, ground: Ground) -> Self {
         let thinned = samples.iter().step_by(samples.len().div_ceil(MAX_VOXELS).max(1));
-        let (clipped, open) = thinned.filter(tissue).partition(|s| s.clipped);
+        let (clipped, open) = thinned.filter(|s| tissue(s, expected)).partition(|s| s.clipped);
         Self {
             open,
             clipped,
@@ -93,13 +132,11 @@ impl<'a> Refiner<'a> {
         BALL + self.ground.coefficients()
     }
 
-    fn start(&self, first: &Fitted) -> DVector<f64> {
+    /// What is expected, at the samples' middle.
+    fn start(&self) -> DVector<f64> {
         let mut state = DVector::zeros(self.unknowns());
-        let blur = first.blur;
-        let ball = [first.metal_hu, blur.radius_mm, blur.plane_mm, blur.axial_mm].map(f64::ln);
-        state.rows_mut(0, 3).copy_from(&first.centre);
-        state.rows_mut(3, 4).copy_from_slice(&ball);
-        state[BALL] = first.ground_hu;
+        state.rows_mut(METAL, 4).copy_from_slice(&self.expected.prior().0);
+        state[BALL] = self.expected.ground_hu;
         state
     }
 
@@ -117,6 +154,12 @@ impl<'a> Refiner<'a> {
         };
         let linear = self.linear(&few, state);
         linear.likeliest(&self.seen(&few, state), start, self.ground)
+    }
+
+    /// Minus twice the logarithm of the restricted likelihood of the voxels below the clipping value, and of the priors.
+    fn unlikelihood(&self, state: &DVector<f64>, spread: &Spread) -> f64 {
+        let linear = self.linear(&self.open, state);
+        linear.unlikelihood(spread, &self.seen(&self.open, state)) + linear.prior()
     }
 
     /// The voxels with the ball's share of each.
@@ -165,7 +208,7 @@ impl<'a> Refiner<'a> {
     }
 
     /// Settles with the covariance that the state gives.
-    fn round(&self, start: &DVector<f64>, spread: &Spread) -> Option<(DVector<f64>, Matrix3<f64>)> {
+    fn round(&self, start: &DVector<f64>, spread: &Spread) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let open = spread.factor(&self.seen(&self.open, start))?;
         let mut samples = self.open.clone();
         samples.extend(self.dimmed(start, spread, &open));
@@ -209,7 +252,7 @@ impl<'a> Refiner<'a> {
         samples: &[Sample],
         start: &DVector<f64>,
         factor: &Cholesky<f64, Dyn>,
-    ) -> Option<(DVector<f64>, Matrix3<f64>)> {
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let (mut state, mut damping) = (start.clone(), 1e-3);
         let mut here = self.evaluated(samples, &state, factor)?;
         for _ in 0..MAX_STEPS {
@@ -233,19 +276,16 @@ impl<'a> Refiner<'a> {
             }
         }
         let inverse = here.matrix.cholesky()?.inverse();
-        Some((state, inverse.fixed_view::<3, 3>(0, 0).into_owned()))
+        Some((state, inverse))
     }
 
     fn evaluated(&self, samples: &[Sample], state: &DVector<f64>, factor: &Cholesky<f64, Dyn>) -> Option<Evaluated> {
         let linear = self.linear(samples, state);
         let (matrix, vector, squares) = linear.normal(factor)?;
-        let prior: f64 = (3..BALL)
-            .map(|i| linear.prior_weight[i] * linear.prior_offset[i].powi(2))
-            .sum();
         Some(Evaluated {
             matrix,
             vector,
-            cost: squares + prior,
+            cost: squares + linear.prior(),
         })
     }
 }
@@ -254,6 +294,15 @@ struct Evaluated {
     matrix: DMatrix<f64>,
     vector: DVector<f64>,
     cost: f64,
+}
+
+/// Whether it is not another piece of metal: beyond where the ball has faded nothing is as bright.
+fn tissue(sample: &Sample, expected: &Expected) -> bool {
+    let [plane, axial] = [expected.blur.plane_mm, expected.blur.profile_mm()];
+    let end = |sigma: f64| LARGEST * expected.blur.radius_mm + FADED * sigma;
+    let d = sample.place;
+    let within = (d.xy().norm() / end(plane)).powi(2) + (d.z / end(axial)).powi(2) <= 1.0;
+    within || sample.hu - expected.ground_hu < OTHER_METAL_HU
 }
 
 /// The ball alone, on no ground.

@@ -25,13 +25,14 @@ impl Search {
     /// How far radii may lie from the nominal one where only that is given.
     pub const RADIUS_RANGE: f64 = 1.25;
 
-    /// Beads of about this radius, mm, and the defaults: 6000 HU (titanium; steel and tantalum have more), chi of 2.
+    /// Beads of about this radius, mm, and the defaults: 6000 HU (titanium; steel and tantalum have more), chi of 1.5:
+    /// with bone around, a bead's is as low as 2, and what is no bead is refused by the model.
     pub fn of_radius(radius_mm: f64) -> Self {
         Self {
             radius_mm: [radius_mm / Self::RADIUS_RANGE, radius_mm * Self::RADIUS_RANGE],
             metal_hu: 6000.0,
             clip_hu: None,
-            least_chi: 2.0,
+            least_chi: 1.5,
             ground: Ground::default(),
         }
     }
