@@ -6,6 +6,7 @@ use super::blurred::Blurred;
 use super::chi::ROUNDING;
 use super::ellipse::Ellipse;
 use super::error::FitRefused;
+use super::raster::Raster;
 use crate::image::Image;
 
 /// Centre 2, shape 3, blur, contrast, background 3.
@@ -111,27 +112,23 @@ impl Fit<'_> {
     }
 
     fn equations(&self, params: &Params) -> Equations {
-        let model = Blurred::new(ellipse_of(params), params[5]);
-        let mut sums = Equations {
-            matrix: Information::zeros(),
-            vector: Params::zeros(),
-            squares: 0.0,
-            pixels: 0,
-        };
+        let mut sums = Sums::default();
         let [columns, rows] = self.window;
+        let mut model = Raster::default();
+        model.set(ellipse_of(params), params[5], columns);
         for y in rows[0]..rows[1] {
             let row = self.image.row(y);
+            model.row(y);
             for (x, sample) in row.iter().enumerate().take(columns[1]).skip(columns[0]) {
-                let seen = model.at(x as f64, y as f64);
+                let seen = model.at(x);
                 let (dx, dy) = (x as f64 - self.origin.x, y as f64 - self.origin.y);
                 let background = params[7] + params[8] * dx + params[9] * dy;
                 let residual = f64::from(*sample) - background - params[6] * seen.value;
                 let [a, b, c, d, e, f] = seen.slope.map(|s| s * params[6]);
-                sums.add(&[a, b, c, d, e, f, seen.value, 1.0, dx, dy], residual);
+                sums.add(&[a, b, c, d, e, f, seen.value, 1.0, dx, dy, 0.0, 0.0], residual);
             }
         }
-        sums.matrix.fill_upper_triangle_with_lower_triangle();
-        sums
+        sums.equations()
     }
 
     fn solve(&self, mut params: Params) -> Result<(Params, Equations), FitRefused> {
@@ -201,16 +198,53 @@ impl Equations {
     fn variance(&self) -> f64 {
         (self.squares / (self.pixels - N) as f64).max(ROUNDING * ROUNDING)
     }
+}
 
-    fn add(&mut self, slope: &[f64; N], residual: f64) {
-        for (i, a) in slope.iter().enumerate() {
-            self.vector[i] += a * residual;
-            for (j, b) in slope.iter().enumerate().take(i + 1) {
-                self.matrix[(i, j)] += a * b;
-            }
+/// Parameters in whole groups of four.
+const ROOM: usize = 12;
+
+/// Normal equations as they are summed up; the lower triangle, row by row.
+#[derive(Default)]
+struct Sums {
+    matrix: [[f64; ROOM]; ROOM],
+    vector: [f64; ROOM],
+    squares: f64,
+    pixels: usize,
+}
+
+impl Sums {
+    /// A pixel. Far from the edge it says nothing of the outline.
+    fn add(&mut self, slope: &[f64; ROOM], residual: f64) {
+        if slope[..4].iter().any(|s| *s != 0.0) {
+            self.rows::<0, 4>(slope);
         }
+        self.rows::<4, 8>(slope);
+        self.rows::<8, 12>(slope);
+        let vector = self.vector.iter_mut().zip(slope);
+        vector.for_each(|(to, s)| *to += s * residual);
         self.squares += residual * residual;
         self.pixels += 1;
+    }
+
+    /// Four rows up to the diagonal, in whole groups of four: sizes that are known make one straight run of it.
+    #[inline]
+    fn rows<const FIRST: usize, const END: usize>(&mut self, slope: &[f64; ROOM]) {
+        for i in FIRST..END {
+            for j in 0..END {
+                self.matrix[i][j] += slope[i] * slope[j];
+            }
+        }
+    }
+
+    fn equations(&self) -> Equations {
+        let mut matrix = Information::from_fn(|i, j| self.matrix[i][j]);
+        matrix.fill_upper_triangle_with_lower_triangle();
+        Equations {
+            matrix,
+            vector: Params::from_fn(|i, _| self.vector[i]),
+            squares: self.squares,
+            pixels: self.pixels,
+        }
     }
 }
 

@@ -10,12 +10,15 @@ mod ellipse;
 mod error;
 mod fit;
 mod normal;
+mod raster;
 mod region;
 
+pub(crate) use blurred::REACH;
 pub use blurred::{Blurred, Coverage};
 pub use chi::{Chi, Probe};
 pub use detect::{DetectOptions, Disc, MAX_DISCS, Polarity, detect};
 pub use ellipse::{Axes, Ellipse};
 pub use error::{DetectRefused, FitRefused};
 pub use fit::{DiscFit, fit_disc};
+pub(crate) use raster::Raster;
 pub use region::Region;

@@ -61,13 +61,6 @@ impl Normal {
         f * (1.0 + d * (0.5 * d * (a * a - 1.0) - a))
     }
 
-    /// The distribution at `x`, to 1e-8.
-    #[inline]
-    pub(crate) fn below(self, x: f64) -> f64 {
-        let (a, [below, f], d) = self.near(x);
-        below + f * d * (1.0 - 0.5 * a * d)
-    }
-
     /// Distribution and density at `x`, to 1e-8: Taylor polynomials of degree 2 from the nearest node.
     #[inline]
     pub(crate) fn at(self, x: f64) -> [f64; 2] {

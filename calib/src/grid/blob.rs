@@ -7,6 +7,8 @@ use crate::image::Plane;
 
 /// The most candidates, the most salient first: what follows takes time in their square.
 pub(crate) const MAX_BLOBS: usize = 1200;
+/// Levels lie at least so many deviations of the noise apart: what is finer shows regions of noise.
+const FINEST: f64 = 0.25;
 /// The most that a region may grow, beside its own area.
 const MAX_GROWTH: f64 = 0.75;
 /// Area beside that of the ellipse of the same moments: 1 for an ellipse, 0.955 for a square.
@@ -29,12 +31,12 @@ pub(crate) struct Blob {
 
 /// The candidates of a plane whose noise has the deviation `noise`.
 pub(crate) fn blobs(plane: &Plane, noise: f64, bright: bool) -> Vec<Blob> {
-    let tree = Tree::new(plane, bright);
+    let greatest = (plane.samples.len() as f64 / 40.0).max(MIN_AREA);
+    let tree = Tree::new(plane, bright, FINEST * noise, SAME * greatest);
     // What noise alone does to a level does not count as growth, nor what rounding does.
     let delta = ((4.0 * noise / tree.step).ceil() as u16)
         .max((2.0 / tree.step).ceil() as u16)
         .max(4);
-    let greatest = (plane.samples.len() as f64 / 40.0).max(MIN_AREA);
     let mut stable: Vec<(f64, u32)> = Vec::new();
     for (p, node) in tree.nodes.iter().enumerate() {
         if (MIN_AREA..=greatest).contains(&node.sums[0]) {

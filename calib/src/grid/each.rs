@@ -43,7 +43,6 @@ struct Expected {
     /// Beside the pitch.
     radius: f64,
     sigma: f64,
-    contrast: f64,
 }
 
 impl Each<'_> {
@@ -65,12 +64,14 @@ impl Each<'_> {
             ones.remove(&cell);
         }
         // Each round reaches one line further, and a disc found tells where the next one is.
+        let mut new: Vec<Cell> = ones.keys().copied().collect();
         for _ in 0..self.search.spec.cols.max(self.search.spec.rows) {
             let expected = expected(&ones).ok_or_else(|| few(ones.len()))?;
-            let more = self.looked_for(&ones, &expected);
+            let more = self.looked_for(&ones, &expected, &new);
             if more.is_empty() {
                 break;
             }
+            new = more.iter().map(|m| m.0).collect();
             ones.extend(more);
         }
         let expected = expected(&ones).ok_or_else(|| few(ones.len()))?;
@@ -103,11 +104,13 @@ impl Each<'_> {
         fit_disc(self.search.image, start, sigma, margin).ok()
     }
 
-    /// Discs that are no candidates, or whose own outline was too bad a start, where their neighbours say.
-    fn looked_for(&self, ones: &Ones, expected: &Expected) -> Vec<(Cell, One)> {
+    /// Discs that are no candidates, or whose own outline was too bad a start, where their neighbours say, some of which
+    /// are `new`: the others have nothing else to say than before.
+    fn looked_for(&self, ones: &Ones, expected: &Expected, new: &[Cell]) -> Vec<(Cell, One)> {
         let last = [self.search.spec.cols as i32, self.search.spec.rows as i32];
         let all = (0..last[1]).flat_map(|r| (0..last[0]).map(move |c| [c, r]));
-        let free = all.filter(|c| !ones.contains_key(c));
+        let told = |c: &Cell| new.iter().any(|n| (0..2).all(|k| (n[k] - c[k]).abs() <= REACH));
+        let free = all.filter(|c| !ones.contains_key(c) && told(c));
         let one = |cell: Cell| Some((cell, self.looked_at(ones, expected, cell)?));
         free.filter_map(one).collect()
     }
@@ -128,6 +131,9 @@ impl Each<'_> {
             let mark = size != Some(expected.radius);
             let ratio = fit.ellipse.mean_radius() / start.mean_radius();
             let one = One { fit, mark };
+            if !self.search.image.holds(one.fit.ellipse.centre) {
+                return None;
+            }
             ((0.6..1.6).contains(&ratio) && expected.holds(ones, cell, &one)).then_some(one)
         };
         let found = sizes.into_iter().filter_map(of);
@@ -201,14 +207,15 @@ impl Each<'_> {
 }
 
 impl Expected {
-    /// Whether a disc is where its neighbours say and as dark as they are.
+    /// Whether a disc is where its neighbours say and as dark as they are: light falls off towards an image's corners.
     fn holds(&self, ones: &Ones, cell: Cell, one: &One) -> bool {
         let Some(bent) = bent(ones, self, cell) else {
             return false;
         };
         let off = one.fit.ellipse.centre - project(&self.h, point(cell)) - bent;
         let pitch = jacobian(&self.h, point(cell)).singular_values().min();
-        off.norm() < NEAR * pitch && one.fit.contrast / self.contrast > THERE
+        let beside = median(around(ones, cell).map(|(_, o)| o.fit.contrast).collect());
+        off.norm() < NEAR * pitch && one.fit.contrast / beside > THERE
     }
 }
 
@@ -228,26 +235,27 @@ fn expected(ones: &Ones) -> Option<Expected> {
     Some(Expected {
         radius: of(&|c, o| radius(&h, *c, o)),
         sigma: of(&|_, o| o.fit.sigma),
-        contrast: of(&|_, o| o.fit.contrast),
         h,
     })
+}
+
+/// The neighbours of a place up to [`REACH`] columns and rows away, with where they are.
+fn around(ones: &Ones, cell: Cell) -> impl Iterator<Item = (Cell, &One)> {
+    let lines = move |r: i32| (-REACH..=REACH).map(move |c| [cell[0] + c, cell[1] + r]);
+    let all = (-REACH..=REACH).flat_map(lines).filter(move |near| *near != cell);
+    all.filter_map(|near| Some((near, ones.get(&near)?)))
 }
 
 /// How far off the homography a disc at a place is expected: the plane through how far its neighbours are, which bends
 /// at a corner as it does there; none where there are fewer than 3 of them, or all on a line.
 fn bent(ones: &Ones, expected: &Expected, cell: Cell) -> Option<Vector2<f64>> {
     let (mut matrix, mut vectors) = (Matrix3::zeros(), Matrix3x2::zeros());
-    for r in -REACH..=REACH {
-        for c in -REACH..=REACH {
-            let near = [cell[0] + c, cell[1] + r];
-            let Some(one) = ones.get(&near).filter(|_| near != cell) else {
-                continue;
-            };
-            let off = one.fit.ellipse.centre - project(&expected.h, point(near));
-            let row = Vector3::new(1.0, f64::from(c), f64::from(r));
-            matrix += row * row.transpose();
-            vectors += row * off.transpose();
-        }
+    for (near, one) in around(ones, cell) {
+        let off = one.fit.ellipse.centre - project(&expected.h, point(near));
+        let [c, r] = [0, 1].map(|k| f64::from(near[k] - cell[k]));
+        let row = Vector3::new(1.0, c, r);
+        matrix += row * row.transpose();
+        vectors += row * off.transpose();
     }
     // Counts and small whole numbers: a determinant below 1 is none.
     let plane = (matrix.determinant() > 0.5).then(|| matrix.try_inverse()).flatten()? * vectors;

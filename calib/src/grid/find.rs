@@ -2,22 +2,19 @@
 
 use std::collections::HashSet;
 
-use super::blob::{Blob, blobs};
+use super::blob::Blob;
 use super::each::Each;
 use super::error::GridRefused;
 use super::found::{Found, GridSpec};
-use super::grazing::along_discs;
 use super::homography::{jacobian, project};
 use super::lattice::{Cell, largest};
 use super::lines::Lines;
 use super::place::{Placed, place};
 use super::seat::View;
+use super::way::{WAYS, Ways};
 use super::whole::point;
-use crate::image::{Image, noise_deviation, smoothed};
+use crate::image::{Image, noise_deviation};
 
-/// Smoothing before candidates are looked for, pixels: as little as the noise allows is tried first. The last is along the
-/// discs of a grid that is seen at a grazing angle.
-const SMOOTHING: [f64; 3] = [0.8, 1.4, 2.4];
 /// Marks are so much larger than other discs.
 const MARK: f64 = 1.6;
 /// Centroids of which half lie so far off a homography, beside the pitch, and half a pixel, speak of lens distortion.
@@ -38,20 +35,11 @@ pub fn find(image: &Image, spec: &GridSpec) -> Result<Found, GridRefused> {
     let noise = noise_deviation(image);
     let discs = spec.cols * spec.rows;
     let mut refused = GridRefused::NoLattice { candidates: 0, discs };
-    let round = SMOOTHING.into_iter().map(|sigma| {
-        // White noise through a Gaussian of sigma keeps 1 / (2 sqrt(pi) sigma) of its deviation.
-        let left = (noise / (2.0 * std::f64::consts::PI.sqrt() * sigma)).min(noise);
-        (smoothed(image, sigma), left)
-    });
-    // Nothing is smoothed before what was smoothed less has been looked at.
-    let grazing = std::iter::once(()).filter_map(|()| along_discs(image, noise));
-    for (plane, left) in round.chain(grazing) {
-        let found = Search {
-            image,
-            spec,
-            blobs: blobs(&plane, left, spec.bright),
-        }
-        .run();
+    // Nothing is smoothed before what came before has been looked at.
+    let mut ways = Ways::new(image, noise, spec.bright);
+    for way in 0..WAYS {
+        let Some(blobs) = ways.candidates(way) else { continue };
+        let found = Search { image, spec, blobs }.run();
         match found {
             Ok(found) => return Ok(found),
             // Smoothing takes no line of discs away.
@@ -104,6 +92,10 @@ impl Search<'_> {
         }
         let placed = place(&self.blobs, &lattice, self.spec).ok_or(none)?;
         let sized = self.sized(placed);
+        let view = self.view(&sized, sized.placed.span, &sized.placed.h);
+        if view.is_too_large() {
+            return Err(view.wrong_size());
+        }
         if !self.spec.one_by_one
             && !self.distorted(&sized.placed)
             && let Some(found) = (Lines {
@@ -114,7 +106,7 @@ impl Search<'_> {
         {
             return found;
         }
-        let seat = self.view(&sized, sized.placed.span, &sized.placed.h).seat()?;
+        let seat = view.seat()?;
         let each = Each {
             search: self,
             sized: &sized,

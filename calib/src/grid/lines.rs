@@ -33,14 +33,17 @@ impl Lines<'_> {
     pub(crate) fn found(&self) -> Option<Result<Found, GridRefused>> {
         let sized = self.sized;
         let mut fitted = sized.small.clone();
-        let mut fit = self.grid(&fitted).fit(&sized.placed.h, sized.radius, BLUR)?;
+        let mut fit = self.grid(&fitted).near(&sized.placed.h, sized.radius, BLUR)?;
         let mut span = sized.placed.span;
         // Lines that candidates did not reach: as long as discs are seen there, one line further on each side.
-        for _ in 0..2 * (self.search.spec.cols + self.search.spec.rows) {
-            let Some(grown) = self.grown(&fit, span) else { break };
+        for _ in 0..self.search.spec.cols.max(self.search.spec.rows) {
+            let grown = self.grown(&fit, span);
+            if grown == span || self.search.view(sized, span, &fit.h).is_too_large() {
+                break;
+            }
+            fitted.extend(self.seen(&fit, cells(grown).filter(|c| !holds(span, *c))));
             span = grown;
-            fitted = self.there(&fit, span);
-            fit = self.grid(&fitted).refit(&fit)?;
+            fit = self.grid(&fitted).refit(&fit, true)?;
         }
         let view = self.search.view(sized, span, &fit.h);
         let seat = match view.seat() {
@@ -48,9 +51,6 @@ impl Lines<'_> {
             Err(refused) => return Some(Err(refused)),
         };
         let cells = self.there(&fit, self.all(&seat));
-        if cells != fitted {
-            fit = self.grid(&cells).refit(&fit)?;
-        }
         let [columns, rows] = view.size();
         let needed = (SEEN * (columns * rows) as f64).ceil() as usize;
         let found = cells.len() + sized.marks.len();
@@ -58,6 +58,7 @@ impl Lines<'_> {
             let discs = columns * rows;
             return Some(Err(GridRefused::TooFew { found, discs, needed }));
         }
+        let fit = self.grid(&cells).refit(&fit, false)?;
         Some(self.result(&fit, &seat, &cells))
     }
 
@@ -79,31 +80,33 @@ impl Lines<'_> {
 
     /// Places of the span at which a disc is seen.
     fn there(&self, fit: &Whole, span: [[i32; 2]; 2]) -> Vec<Cell> {
-        let [columns, rows] = span.map(|[a, b]| a..=b);
-        let all = rows.flat_map(|r| columns.clone().map(move |c| [c, r]));
+        self.seen(fit, cells(span))
+    }
+
+    /// Those of some places at which a disc is seen.
+    fn seen(&self, fit: &Whole, places: impl Iterator<Item = Cell>) -> Vec<Cell> {
         let seen = |cell: &Cell| {
             !self.sized.marks.contains(cell)
                 && amplitude(self.search.image, fit, *cell)
                     .is_some_and(|[share, _]| (THERE..NOT_THERE).contains(&share))
         };
-        all.filter(seen).collect()
+        places.filter(seen).collect()
     }
 
-    /// The span with one line more, where such a line holds discs.
-    fn grown(&self, fit: &Whole, span: [[i32; 2]; 2]) -> Option<[[i32; 2]; 2]> {
+    /// The span with one line more on each side where such a line holds discs.
+    fn grown(&self, fit: &Whole, span: [[i32; 2]; 2]) -> [[i32; 2]; 2] {
+        let mut grown = span;
         for axis in 0..2 {
             for (end, by) in [(0, -1), (1, 1)] {
                 let line = span[axis][end] + by;
                 let across = span[1 - axis];
                 let cells = (across[0]..=across[1]).map(|k| if axis == 0 { [line, k] } else { [k, line] });
                 if self.is_line(fit, cells) {
-                    let mut grown = span;
                     grown[axis][end] = line;
-                    return Some(grown);
                 }
             }
         }
-        None
+        grown
     }
 
     /// Whether discs lie along a line: more than the share that counts, and by their mean beyond doubt.
@@ -153,6 +156,15 @@ impl Lines<'_> {
             alike: seat.alike,
         })
     }
+}
+
+/// All cells of a span.
+fn cells([columns, rows]: [[i32; 2]; 2]) -> impl Iterator<Item = Cell> {
+    (rows[0]..=rows[1]).flat_map(move |r| (columns[0]..=columns[1]).map(move |c| [c, r]))
+}
+
+fn holds(span: [[i32; 2]; 2], cell: Cell) -> bool {
+    (0..2).all(|k| (span[k][0]..=span[k][1]).contains(&cell[k]))
 }
 
 /// The image of a cell's centre and its covariance.

@@ -15,8 +15,10 @@ mod homography;
 mod lattice;
 mod lines;
 mod place;
+mod places;
 mod seat;
 mod tree;
+mod way;
 mod whole;
 
 pub use direction::{ANGLES, Candidate, Lines, angular_correlation, principal_angles, signature};

@@ -104,6 +104,13 @@ impl View<'_> {
         size == asked || [size[1], size[0]] == asked
     }
 
+    /// Whether more columns or rows are seen than the grid has, whichever way it is turned.
+    pub(crate) fn is_too_large(&self) -> bool {
+        let [columns, rows] = self.size();
+        let fits = |cols: usize, lines: usize| columns <= cols && rows <= lines;
+        !fits(self.spec.cols, self.spec.rows) && !fits(self.spec.rows, self.spec.cols)
+    }
+
     /// Columns and rows that are seen.
     pub(crate) fn size(&self) -> [usize; 2] {
         self.span.map(|[a, b]| (b - a + 1).max(0) as usize)

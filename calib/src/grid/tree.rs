@@ -9,6 +9,8 @@ use crate::image::Plane;
 const LEVELS: usize = 1024;
 /// Regions of fewer pixels are not kept.
 pub(crate) const MIN_AREA: f64 = 5.0;
+/// 2^23, from where on numbers are whole.
+const WHOLE: f32 = 8_388_608.0;
 const NONE: u32 = u32::MAX;
 /// In place of a pixel's level: it is on the shore or belongs to a region.
 const SEEN: u16 = u16::MAX;
@@ -21,7 +23,7 @@ pub(crate) struct Node {
     pub(crate) level: u16,
     /// Its darkest pixel's level.
     pub(crate) darkest: u16,
-    /// Area, sums of x and y, and of their products.
+    /// Area, sums of x and y, and of their products; beyond the area that was asked for no sums but the area.
     pub(crate) sums: [f64; 6],
 }
 
@@ -34,22 +36,39 @@ pub(crate) struct Tree {
 }
 
 impl Tree {
-    /// Of dark regions, of bright ones where `bright`.
-    pub(crate) fn new(plane: &Plane, bright: bool) -> Self {
-        let bounds = plane
-            .samples
-            .iter()
-            .fold([f32::MAX, f32::MIN], |[low, high], v| [low.min(*v), high.max(*v)]);
-        let step = (f64::from(bounds[1] - bounds[0]) / (LEVELS - 1) as f64).max(1e-6);
+    /// Of dark regions, of bright ones where `bright`, by levels of `finest` grey at least; sums of those of an area of up to
+    /// `greatest`.
+    pub(crate) fn new(plane: &Plane, bright: bool, finest: f64, greatest: f64) -> Self {
+        let bounds = bounds(&plane.samples);
+        let step = (f64::from(bounds[1] - bounds[0]) / (LEVELS - 1) as f64)
+            .max(finest)
+            .max(1e-6);
         let scale = (1.0 / step) as f32;
+        // Below 2^23 the sum has the number, rounded, in its lowest bits, and a half less cuts off: as a conversion it
+        // would go one by one.
         let place = |v: &f32| {
             let level = if bright { bounds[1] - v } else { v - bounds[0] };
-            ((level * scale) as i32).min(LEVELS as i32 - 1) as u16
+            (((level * scale - 0.5).max(0.0) + WHOLE).to_bits() as u16).min(LEVELS as u16 - 1)
         };
         let levels: Vec<u16> = plane.samples.iter().map(place).collect();
-        let nodes = Flood::new(&levels, plane.width).run();
+        let nodes = Flood::new(&levels, plane.width, greatest).run();
         Self { nodes, step }
     }
+}
+
+/// The least and the greatest, in eight lanes.
+fn bounds(samples: &[f32]) -> [f32; 2] {
+    let (mut low, mut high) = ([f32::MAX; 8], [f32::MIN; 8]);
+    for part in samples.chunks(8) {
+        for (k, v) in part.iter().enumerate() {
+            low[k] = if *v < low[k] { *v } else { low[k] };
+            high[k] = if *v > high[k] { *v } else { high[k] };
+        }
+    }
+    [
+        low.into_iter().fold(f32::MAX, f32::min),
+        high.into_iter().fold(f32::MIN, f32::max),
+    ]
 }
 
 /// A region while it grows: a node without a parent, and the nodes that it has swallowed and that wait for theirs.
@@ -115,15 +134,18 @@ struct Flood {
     /// 2^64 over the width, rounded up: below 2^32 pixels the upper half of the product with it is the exact quotient.
     inverse: u64,
     shore: Shore,
-    /// Regions around each other, the darkest last.
+    /// Regions around each other, the darkest last, and the one within them all that grows.
     stack: Vec<Growing>,
+    top: Growing,
+    /// Larger regions are but counted.
+    greatest: f64,
     nodes: Vec<Node>,
     /// The node behind each in the list that waits for its parent.
     next: Vec<u32>,
 }
 
 impl Flood {
-    fn new(levels: &[u16], width: usize) -> Self {
+    fn new(levels: &[u16], width: usize, greatest: f64) -> Self {
         let wide = width + 2;
         let rows = levels.chunks_exact(width.max(1));
         let size = wide * (rows.len() + 2);
@@ -143,6 +165,8 @@ impl Flood {
             inverse: u64::MAX / wide as u64 + 1,
             shore,
             stack: Vec::new(),
+            top: Growing::new(0),
+            greatest,
             nodes: Vec::new(),
             next: Vec::new(),
         }
@@ -155,12 +179,12 @@ impl Flood {
         };
         let mut pixel = corner;
         self.levels[corner] = SEEN;
-        self.stack.push(Growing::new(level));
+        self.top = Growing::new(level);
         loop {
             // Down to where nothing around is darker.
             while let Some((darker, below)) = self.darker(pixel, level) {
                 self.shore.push(pixel as u32, level);
-                self.stack.push(Growing::new(below));
+                self.stack.push(std::mem::replace(&mut self.top, Growing::new(below)));
                 (pixel, level) = (darker, below);
             }
             self.take(pixel);
@@ -198,39 +222,40 @@ impl Flood {
         None
     }
 
-    /// Gives a pixel to the darkest region.
+    /// Gives a pixel to the region that grows.
     #[inline]
     fn take(&mut self, pixel: usize) {
+        let sums = &mut self.top.sums;
+        sums[0] += 1.0;
+        if sums[0] > self.greatest {
+            return;
+        }
         let row = ((pixel as u128 * u128::from(self.inverse)) >> 64) as u32;
         let (x, y) = (
             f64::from((pixel as u32 - row * self.width) as i32 - 1),
             f64::from(row as i32 - 1),
         );
-        if let Some(top) = self.stack.last_mut() {
-            let part = [1.0, x, y, x * x, x * y, y * y];
-            top.sums.iter_mut().zip(part).for_each(|(to, v)| *to += v);
-        }
+        let part = [x, y, x * x, x * y, y * y];
+        sums[1..].iter_mut().zip(part).for_each(|(to, v)| *to += v);
     }
 
     /// The water rises to a level: regions below it are done, and those that meet become one.
     fn rise(&mut self, level: u16) {
-        while let Some(mut top) = self.stack.pop() {
-            if top.level >= level {
-                self.stack.push(top);
-                return;
-            }
-            self.done(&mut top);
-            match self.stack.last_mut() {
+        while self.top.level < level {
+            let mut done = self.top;
+            self.done(&mut done);
+            match self.stack.last().copied() {
                 Some(under) if under.level <= level => {
-                    under.sums.iter_mut().zip(top.sums).for_each(|(to, v)| *to += v);
-                    under.darkest = under.darkest.min(top.darkest);
-                    under.held = joined(&mut self.next, under.held, top.held);
+                    self.stack.pop();
+                    self.top = under;
+                    let sums = self.top.sums.iter_mut().zip(done.sums);
+                    sums.for_each(|(to, v)| *to += v);
+                    self.top.darkest = under.darkest.min(done.darkest);
+                    self.top.held = joined(&mut self.next, under.held, done.held);
                 }
-                None if level == u16::MAX => return,
                 _ => {
-                    top.level = level;
-                    self.stack.push(top);
-                    return;
+                    done.level = level;
+                    self.top = done;
                 }
             }
         }
@@ -307,7 +332,7 @@ mod tests {
             (state >> 20) as u16 % 40
         };
         let levels: Vec<u16> = (0..width * height).map(|_| random()).collect();
-        let nodes = Flood::new(&levels, width).run();
+        let nodes = Flood::new(&levels, width, f64::MAX).run();
         // Every node is a region by its area, and every region of a pixel at its own level is a node.
         let mut found: Vec<(u16, usize)> = nodes.iter().map(|n| (n.level, n.sums[0] as usize)).collect();
         let mut known: Vec<(u16, usize, usize)> = Vec::new();
@@ -344,9 +369,9 @@ mod tests {
 
     #[test]
     fn a_plane_of_one_level_is_one_region() {
-        let nodes = Flood::new(&[7; 12], 4).run();
+        let nodes = Flood::new(&[7; 12], 4, 12.0).run();
         assert_eq!((nodes.len(), nodes[0].sums[0], nodes[0].parent), (1, 12.0, 0));
-        assert!(Flood::new(&[7; 4], 2).run().is_empty());
-        assert!(Flood::new(&[], 1).run().is_empty());
+        assert!(Flood::new(&[7; 4], 2, 4.0).run().is_empty());
+        assert!(Flood::new(&[], 1, 1.0).run().is_empty());
     }
 }

@@ -6,7 +6,8 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::equations::{Equations, N, Params, SHAPES, Sums, inverse, step};
 use super::homography::{jacobian, project};
-use crate::disc::{Blurred, Ellipse};
+use super::places::{Outlines, Pixel, Places};
+use crate::disc::{Coverage, Ellipse};
 use crate::image::Image;
 
 const MAX_STEPS: usize = 25;
@@ -17,8 +18,9 @@ const SETTLED: f64 = 0.1;
 const MARGIN: f64 = 2.5;
 /// The share of the contrast that the model may be wrong by.
 const CUT: f64 = 0.08;
-/// One of so many pixels is enough to come near.
+/// One of so many discs is enough to come near, and one of so many pixels where there are fewer discs than [`MANY`].
 const THIN: usize = 5;
+const MANY: usize = 50;
 /// The unit of the planes of grey, pixels.
 const UNIT: f64 = 100.0;
 
@@ -52,8 +54,8 @@ pub(crate) struct Grid<'a> {
 
 /// Which pixels are looked at.
 struct Pixels {
-    /// One of so many.
-    thin: usize,
+    /// A fifth of them.
+    thin: bool,
     /// Those that are farther off than this share of the contrast, and than noise is, are left out.
     cut: f64,
     /// Where the planes of grey have their values.
@@ -99,43 +101,40 @@ fn ellipse_slopes(h: &Matrix3<f64>, at: Vector2<f64>, radius: f64) -> [[f64; 9];
     out
 }
 
-/// Pixels that see discs: where, how much, and the derivatives of that by the first [`SHAPES`] parameters.
-struct Seen {
-    slots: Vec<u32>,
-    list: Vec<(u32, [f64; SHAPES + 1])>,
-}
+/// How much of discs a pixel sees, behind the derivatives of that by the first [`SHAPES`] parameters.
+type Seen = [f64; SHAPES + 1];
 
 impl Grid<'_> {
-    /// Fits from a homography, a radius in steps of the grid, and a blur in pixels. None where it does not settle on a
-    /// grid that stands out.
-    ///
-    /// A fifth of the pixels first, all of them when that has settled.
-    pub(crate) fn fit(&self, h: &Matrix3<f64>, radius: f64, sigma: f64) -> Option<Whole> {
+    /// Comes near from a homography, a radius in steps of the grid, and a blur in pixels, by a fifth of what there is to be
+    /// seen. None where it does not settle on a grid that stands out.
+    pub(crate) fn near(&self, h: &Matrix3<f64>, radius: f64, sigma: f64) -> Option<Whole> {
         let mut params = Params::zeros();
         let h = h / h[(2, 2)];
         (0..8).for_each(|k| params[k] = h[(k / 3, k % 3)]);
         (params[8], params[9]) = (radius, sigma);
         let origin = self.cells.iter().map(|c| project(&h, point(*c))).sum::<Vector2<f64>>() / self.cells.len() as f64;
-        let phase = |thin: usize, cut: f64| Pixels { thin, cut, origin };
-        let greys = self.greys(&params, &phase(THIN, 1.0))?;
+        let phase = |cut: f64| Pixels {
+            thin: true,
+            cut,
+            origin,
+        };
+        let greys = self.greys(&params, &phase(1.0))?;
         params.fixed_rows_mut::<6>(SHAPES).copy_from(&greys);
         // What is no part of the model counts less from phase to phase: first outlines are half a pixel off.
-        let (params, _) = self.settled(params, phase(THIN, 0.5))?;
-        let (params, _) = self.settled(params, phase(THIN, 0.15))?;
-        let (params, now) = self.settled(params, phase(1, CUT))?;
+        let (params, _) = self.settled(params, phase(0.5))?;
+        let (params, now) = self.settled(params, phase(0.15))?;
         self.result(&params, &now, origin)
     }
 
     /// The planes of grey for the outlines given.
     fn greys(&self, params: &Params, pixels: &Pixels) -> Option<SVector<f64, 6>> {
-        let seen = self.seen(params, params, pixels, &[])?;
-        self.equations(&seen, params, pixels)?.greys()
+        self.equations(&self.places(params, pixels)?, params, pixels)?.greys()
     }
 
-    /// The fit again from one to nearly the same discs.
-    pub(crate) fn refit(&self, from: &Whole) -> Option<Whole> {
+    /// The fit again from one to nearly the same discs, to all that is to be seen or to a fifth of it.
+    pub(crate) fn refit(&self, from: &Whole, thin: bool) -> Option<Whole> {
         let pixels = Pixels {
-            thin: 1,
+            thin,
             cut: CUT,
             origin: from.origin,
         };
@@ -148,10 +147,9 @@ impl Grid<'_> {
     /// Pixels that are far off at the start (glare, dirt, spots that are no discs) are left out from then on.
     fn settled(&self, start: Params, pixels: Pixels) -> Option<(Params, Equations)> {
         let mut params = start;
-        let mut seen = self.seen(&params, &start, &pixels, &[])?;
-        let off = self.off(&seen, &params, &pixels);
-        let dropped = seen.without(&off, self.image.width() * self.image.height());
-        let mut now = self.equations(&seen, &params, &pixels)?;
+        let mut places = self.places(&start, &pixels)?;
+        self.clean(&mut places, &params, &pixels)?;
+        let mut now = self.equations(&places, &params, &pixels)?;
         let mut damping = 1e-3;
         for _ in 0..MAX_STEPS {
             let Some((step, expected)) = step(&now, damping) else {
@@ -166,7 +164,7 @@ impl Grid<'_> {
                 return Some((next, now));
             }
             let then = is_possible(&next)
-                .then(|| self.equations(&self.seen(&next, &start, &pixels, &dropped)?, &next, &pixels))
+                .then(|| self.equations(&places, &next, &pixels))
                 .flatten();
             match then {
                 Some(then) if then.squares <= now.squares => {
@@ -215,63 +213,57 @@ impl Grid<'_> {
         })
     }
 
-    /// Which pixels count is up to `start`: were it up to the parameters, smaller discs would leave out residuals.
-    /// `dropped` pixels do not count; an empty list drops none.
-    fn seen(&self, params: &Params, start: &Params, pixels: &Pixels, dropped: &[bool]) -> Option<Seen> {
-        let (width, height) = (self.image.width(), self.image.height());
-        let (h, h0) = (homography_of(params), homography_of(start));
-        let back = h0.try_inverse()?;
-        let mut seen = Seen {
-            slots: vec![u32::MAX; width * height],
-            list: Vec::new(),
+    /// Which pixels count is up to the start: were it up to the parameters, smaller discs would leave out residuals.
+    fn places(&self, start: &Params, pixels: &Pixels) -> Option<Places> {
+        let by_discs = pixels.thin && self.cells.len() >= MANY;
+        let without = |place: Vector2<f64>| {
+            !self.marks.is_empty() && self.marks.contains(&[place.x.round() as i32, place.y.round() as i32])
         };
-        for cell in self.cells {
-            let at = point(*cell);
-            let model = Blurred::new(Ellipse::of_circle(&h, at, params[8])?, params[9]);
-            let slopes = ellipse_slopes(&h, at, params[8]);
-            let around = Blurred::new(Ellipse::of_circle(&h0, at, start[8])?, start[9]);
-            let [columns, rows] = around.window(MARGIN * start[9] + 0.5, width, height);
-            for y in rows[0]..rows[1] {
-                for x in columns[0]..columns[1] {
-                    let left_out = dropped.get(y * width + x).copied().unwrap_or(false);
-                    if left_out || !(x + 2 * y).is_multiple_of(pixels.thin) {
-                        continue;
-                    }
-                    let place = project(&back, Vector2::new(x as f64, y as f64));
-                    let off = place - at;
-                    // Beyond three quarters of a step there may be the end of the paper.
-                    if off.x.abs() > 0.75 || off.y.abs() > 0.75 {
-                        continue;
-                    }
-                    if !self.marks.is_empty() && self.marks.contains(&[place.x.round() as i32, place.y.round() as i32])
-                    {
-                        continue;
-                    }
-                    let coverage = model.at(x as f64, y as f64);
-                    seen.add(y * width + x, &coverage, &slopes);
-                }
-            }
-        }
-        Some(seen)
+        let outlines = Outlines {
+            h: homography_of(start),
+            radius: start[8],
+            sigma: start[9],
+            margin: MARGIN * start[9] + 0.5,
+            thin: if pixels.thin && !by_discs { THIN } else { 1 },
+            without: &without,
+        };
+        // Steps of a knight: of any 5 in a row or a column one, so that all parts of the grid count.
+        let some = |c: &&[i32; 2]| !by_discs || (c[0] + 2 * c[1]).rem_euclid(THIN as i32) == 0;
+        let cells: Vec<[i32; 2]> = self.cells.iter().filter(some).copied().collect();
+        Places::new(&outlines, &cells, [self.image.width(), self.image.height()])
     }
 
-    fn equations(&self, seen: &Seen, params: &Params, pixels: &Pixels) -> Option<Equations> {
-        let width = self.image.width();
-        let mut sums = Sums::default();
-        for (pixel, values) in &seen.list {
-            let (x, y) = (*pixel as usize % width, *pixel as usize / width);
-            let place = pixels.place(x, y);
-            let (disc, residual) = self.residual(params, &place, values[SHAPES], [x, y]);
-            let f = values[SHAPES];
-            let greys = [f, f * place[1], f * place[2], 1.0, place[1], place[2]];
-            sums.add(&values[..SHAPES], disc, &greys, residual);
+    fn equations(&self, places: &Places, params: &Params, pixels: &Pixels) -> Option<Equations> {
+        let (h, mut sums) = (homography_of(params), Sums::default());
+        let mut shared = vec![[0.0; SHAPES + 1]; places.shared.len()];
+        let begin = |cell: [i32; 2]| {
+            let ellipse = Ellipse::of_circle(&h, point(cell), params[8])?;
+            Some((ellipse, params[9], ellipse_slopes(&h, point(cell), params[8])))
+        };
+        places.visit(begin, |raster, slopes, pixel, y| {
+            let x = pixel.x as usize;
+            let mut alone = [0.0; SHAPES + 1];
+            // Discs do not overlap, so that what a pixel sees of several is their sum.
+            let values = pixel.shared().map_or(&mut alone, |i| &mut shared[i]);
+            add(values, &raster.at(x), slopes);
+            if pixel.shared().is_none() {
+                self.sum(&mut sums, params, pixels, &alone, [x, y]);
+            }
+        })?;
+        for (values, at) in shared.iter().zip(&places.shared) {
+            self.sum(&mut sums, params, pixels, values, at.map(|k| k as usize));
         }
-        let out = sums.equations(seen.list.len());
+        let out = sums.equations(places.count());
         (out.pixels > 2 * N).then_some(out)
     }
-}
 
-impl Grid<'_> {
+    fn sum(&self, sums: &mut Sums, params: &Params, pixels: &Pixels, values: &Seen, at: [usize; 2]) {
+        let (place, f) = (pixels.place(at), values[SHAPES]);
+        let (disc, residual) = self.residual(params, &place, f, at);
+        let greys = [f, f * place[1], f * place[2], 1.0, place[1], place[2]];
+        sums.add(&values[..SHAPES], disc, &greys, residual);
+    }
+
     /// Grey of the disc less the paper at a place, and the pixel less the model.
     fn residual(&self, params: &Params, place: &[f64; 3], f: f64, [x, y]: [usize; 2]) -> (f64, f64) {
         let plane = |k: usize| (0..3).map(|i| params[k + i] * place[i]).sum::<f64>();
@@ -279,66 +271,58 @@ impl Grid<'_> {
         (disc, f64::from(self.image.sample(x, y)) - paper - disc * f)
     }
 
-    /// Which of the pixels are farther off than noise and outlines can be.
-    fn off(&self, seen: &Seen, params: &Params, pixels: &Pixels) -> Vec<bool> {
-        let width = self.image.width();
-        let one = |(pixel, values): &(u32, [f64; SHAPES + 1])| {
-            let (x, y) = (*pixel as usize % width, *pixel as usize / width);
-            self.residual(params, &pixels.place(x, y), values[SHAPES], [x, y])
-                .1
-                .abs()
-        };
-        let residuals: Vec<f64> = seen.list.iter().map(one).collect();
-        let mut sorted = residuals.clone();
-        let middle = sorted.len() / 2;
-        let median = match sorted.get(middle) {
-            Some(_) => *sorted.select_nth_unstable_by(middle, f64::total_cmp).1,
-            None => 0.0,
-        };
+    /// Leaves out pixels that are farther off than noise and outlines can be.
+    fn clean(&self, places: &mut Places, params: &Params, pixels: &Pixels) -> Option<()> {
+        let h = homography_of(params);
+        let off = |f: f64, at: [usize; 2]| self.residual(params, &pixels.place(at), f, at).1.abs();
+        let (mut shared, mut alone) = (vec![0.0; places.shared.len()], Vec::new());
+        let begin = |cell: [i32; 2]| Some((Ellipse::of_circle(&h, point(cell), params[8])?, params[9], ()));
+        places.visit(begin, |raster, (), pixel: Pixel, y| {
+            let x = pixel.x as usize;
+            match pixel.shared() {
+                Some(i) => shared[i] += raster.value(x),
+                None => alone.push(off(raster.value(x), [x, y])),
+            }
+        })?;
+        let several = shared.iter().zip(&places.shared);
+        let shared: Vec<f64> = several.map(|(f, at)| off(*f, at.map(|k| k as usize))).collect();
         // 5 deviations, by the median of normal noise.
+        let median = median(alone.iter().chain(&shared).copied().collect());
         let cut = (5.0 * 1.4826 * median).max(pixels.cut * params[SHAPES].abs());
-        residuals.into_iter().map(|r| r > cut).collect()
+        if alone.iter().chain(&shared).any(|r| *r > cut) {
+            let stays = |off: &[f64]| off.iter().map(|r| *r <= cut).collect::<Vec<bool>>();
+            places.retain(&stays(&alone), &stays(&shared));
+        }
+        Some(())
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    match values.get(middle) {
+        Some(_) => *values.select_nth_unstable_by(middle, f64::total_cmp).1,
+        None => 0.0,
+    }
+}
+
+/// Adds what a pixel sees of a disc whose outline has the slopes given.
+fn add(values: &mut Seen, coverage: &Coverage, slopes: &[[f64; 9]; 5]) {
+    values[SHAPES] += coverage.value;
+    values[9] += coverage.slope[5];
+    if coverage.slope[..5].iter().any(|s| *s != 0.0) {
+        for (slope, row) in coverage.slope.iter().zip(slopes) {
+            (0..9).for_each(|k| values[k] += slope * row[k]);
+        }
     }
 }
 
 impl Pixels {
-    fn place(&self, x: usize, y: usize) -> [f64; 3] {
+    fn place(&self, [x, y]: [usize; 2]) -> [f64; 3] {
         [
             1.0,
             (x as f64 - self.origin.x) / UNIT,
             (y as f64 - self.origin.y) / UNIT,
         ]
-    }
-}
-
-impl Seen {
-    /// Leaves out the pixels that are `off`, and says which those of the image are.
-    fn without(&mut self, off: &[bool], size: usize) -> Vec<bool> {
-        if !off.contains(&true) {
-            return Vec::new();
-        }
-        let mut dropped = vec![false; size];
-        for ((pixel, _), _) in self.list.iter().zip(off).filter(|(_, off)| **off) {
-            dropped[*pixel as usize] = true;
-        }
-        self.list.retain(|(pixel, _)| !dropped[*pixel as usize]);
-        dropped
-    }
-
-    fn add(&mut self, pixel: usize, coverage: &crate::disc::Coverage, slopes: &[[f64; 9]; 5]) {
-        if self.slots[pixel] == u32::MAX {
-            self.slots[pixel] = self.list.len() as u32;
-            self.list.push((pixel as u32, [0.0; SHAPES + 1]));
-        }
-        let values = &mut self.list[self.slots[pixel] as usize].1;
-        // Discs do not overlap, so that what a pixel sees of several is their sum.
-        values[SHAPES] += coverage.value;
-        values[9] += coverage.slope[5];
-        if coverage.slope[..5].iter().any(|s| *s != 0.0) {
-            for (slope, row) in coverage.slope.iter().zip(slopes) {
-                (0..9).for_each(|k| values[k] += slope * row[k]);
-            }
-        }
     }
 }
 

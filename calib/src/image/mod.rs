@@ -2,11 +2,13 @@
 //! the right and y down, both from 0.
 
 mod error;
+mod half;
 mod noise;
 mod smooth;
 mod sums;
 
 pub use error::ImageError;
+pub(crate) use half::halved;
 pub use noise::noise_deviation;
 pub use smooth::{Plane, smoothed};
 pub use sums::Sums;
@@ -97,6 +99,11 @@ impl Image {
     #[inline]
     pub fn sample(&self, x: usize, y: usize) -> u16 {
         self.row(y).get(x).copied().unwrap_or(0)
+    }
+
+    /// Whether a place lies between the outermost pixels' centres.
+    pub(crate) fn holds(&self, at: nalgebra::Vector2<f64>) -> bool {
+        at.x > 0.0 && at.y > 0.0 && at.x < self.width as f64 - 1.0 && at.y < self.height as f64 - 1.0
     }
 
     /// What one step of a sample is, in the units of the source.
