@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod common;
+#[path = "camera/field.rs"]
+mod field;
 #[path = "camera/plate.rs"]
 mod plate;
 #[path = "camera/refusals.rs"]

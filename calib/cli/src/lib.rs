@@ -44,7 +44,9 @@ pub use calibration::{
     Gate, GroupRecord, Kind, MarkerRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, RejectedSighting,
     RejectedTouchRecord, SeatDrawing, SeatRecord, SpinRecord, ToolRecord,
 };
-pub use camera::{CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, PlateRecord, SourceRecord};
+pub use camera::{
+    CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, FieldRecord, PlateRecord, SourceRecord,
+};
 pub use live::{Follow, FollowMarkers, Seen};
 pub use registration_file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,

@@ -15,6 +15,7 @@
 use geometry::rotation::{Rotation, RotationVector};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
+use super::curve;
 use super::error::CameraRefused;
 use super::model::{Camera, PARAMETERS};
 use super::normal::{Normal, Numbers, Reduced, SHARED};
@@ -24,6 +25,8 @@ use super::view::{Ready, Station};
 
 /// Steps; ten are usual.
 const MAX_STEPS: usize = 100;
+/// After so many the residuals are taken to be what makes the way long, and the second derivative is had in full.
+const PATIENCE: usize = 20;
 /// A step of this many standard deviations is the last.
 pub(super) const STEP_END: f64 = 1e-6;
 /// Growth of the cost that is rounding.
@@ -84,7 +87,7 @@ impl State {
     }
 
     /// With what is shared moved by `step`; none where a focal length is not above 0.
-    fn moved(&self, step: &Numbers, poses: Vec<Pose>) -> Option<Self> {
+    pub(super) fn moved(&self, step: &Numbers, poses: Vec<Pose>) -> Option<Self> {
         let numbers: [f64; PARAMETERS] = {
             let old = self.camera.numbers();
             std::array::from_fn(|k| old[k] + step[k])
@@ -166,6 +169,14 @@ impl Problem<'_> {
         both.map(|(s, p)| Normal::of(s, &state.eye(p), &self.free)).collect()
     }
 
+    /// The normal equations with the second derivative in full.
+    fn curved(&self, state: &State, normals: &[Normal]) -> Option<Vec<Normal>> {
+        let known = curve::known(normals);
+        let each = normals.iter().zip(self.stations).zip(&state.poses);
+        each.map(|((n, s), p)| curve::curved(n, s, state, p, (&self.free, &known)))
+            .collect()
+    }
+
     /// Adjusts from `state` until a step is nothing beside its standard deviation.
     pub(super) fn settle(&self, state: State) -> Result<Settled, CameraRefused> {
         self.settle_to(STEP_END, 1e-3, state)
@@ -173,14 +184,18 @@ impl Problem<'_> {
 
     /// Adjusts from a `state` near the end until a step is below `end` standard deviations.
     pub(super) fn settle_to(&self, end: f64, damping: f64, state: State) -> Result<Settled, CameraRefused> {
-        let (state, cost, steps) = self.descended(end, damping, state)?;
-        let normals = self.normals(&state);
-        Ok(Settled {
+        let (state, _, steps) = self.descended(end, damping, state)?;
+        Ok(self.ended(state, steps))
+    }
+
+    /// What is known at the end.
+    pub(super) fn ended(&self, state: State, steps: usize) -> Settled {
+        Settled {
+            normals: self.normals(&state),
+            cost: self.cost(&state),
             state,
-            normals,
-            cost,
             steps,
-        })
+        }
     }
 
     /// Where the iteration ends, the cost there, and the steps made.
@@ -192,7 +207,10 @@ impl Problem<'_> {
     ) -> Result<(State, f64, usize), CameraRefused> {
         let (mut cost, mut last) = (self.cost(&state), f64::INFINITY);
         for steps in 1..=MAX_STEPS {
-            let normals = self.normals(&state);
+            let mut normals = self.normals(&state);
+            if steps > PATIENCE {
+                normals = self.curved(&state, &normals).unwrap_or(normals);
+            }
             match self.downhill(&state, &normals, cost, &mut damping) {
                 Down::To(next, next_cost, length) => (state, cost, last) = (next, next_cost, length),
                 Down::Flat => last = 0.0,

@@ -2,6 +2,8 @@
 
 use super::adjust::{Problem, STEP_END, Settled, State};
 use super::error::CameraRefused;
+use super::field::Waves;
+use super::joint::{self, Field};
 use super::view::{Options, Ready, Station};
 
 /// Rounds of leaving out and adjusting again.
@@ -21,6 +23,8 @@ const MEDIAN: f64 = 1.386_294_361_119_890_6;
 pub(super) struct Chosen {
     pub(super) settled: Settled,
     pub(super) kept: Vec<Vec<bool>>,
+    /// The plate's field, where there is one.
+    pub(super) field: Option<Field>,
 }
 
 /// Adjusts from the first of `starts` that leads anywhere, and again without the sightings beyond the gate until they
@@ -46,7 +50,32 @@ pub(super) fn adjusted(stations: &[Station], starts: Vec<State>, options: &Optio
         settled = Problem { stations: &fewer, free }.settle_to(STEP_END, NEARLY, settled.state)?;
         kept = next;
     }
-    Ok(Chosen { settled, kept })
+    let field = None;
+    Ok(Chosen { settled, kept, field })
+}
+
+/// Adjusts on with a field, until the sightings beyond the gate are the same.
+pub(super) fn fielded(
+    stations: &[Station],
+    mut chosen: Chosen,
+    waves: &Waves,
+    options: &Options,
+) -> Result<Chosen, CameraRefused> {
+    let free = options.shared();
+    for _ in 0..MAX_ROUNDS {
+        let used: Vec<Station> = stations.iter().zip(&chosen.kept).map(|(s, k)| s.only(k)).collect();
+        let (state, field) = joint::adjusted(&used, free, waves, chosen.settled.state)?;
+        let used = waves.moved(&used, &field.numbers);
+        chosen.settled = Problem { stations: &used, free }.ended(state, chosen.settled.steps);
+        let all = waves.moved(stations, &field.numbers);
+        let next = within(&Problem { stations: &all, free }, &chosen.settled.state, options)?;
+        chosen.field = Some(field);
+        if next == chosen.kept {
+            break;
+        }
+        chosen.kept = next;
+    }
+    Ok(chosen)
 }
 
 /// The state of least Cauchy's cost nearby: one disc in a wrong place draws all others off by least squares, until there

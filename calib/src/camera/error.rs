@@ -151,6 +151,19 @@ pub enum CameraRefused {
         /// Where the domain ends.
         limit: f64,
     },
+    /// The grid is not flat, and was taken for flat.
+    #[error(
+        "the grid is not flat: its discs lie up to {sag_mm:.2} mm off a plane, and {rms_px:.2} px RMS from where a camera \
+         sees them that knows of the bend. Taken for flat: {flat}"
+    )]
+    NotFlat {
+        /// The greatest height of a disc over the plane, mm.
+        sag_mm: f64,
+        /// What residuals are left with the plate bent.
+        rms_px: f64,
+        /// Why there is no camera with a flat one.
+        flat: Box<CameraRefused>,
+    },
     /// The iteration did not settle.
     #[error("no convergence after {steps} steps (last step {last:.1e} standard deviations)")]
     NoConvergence {

@@ -2,7 +2,10 @@
 
 use super::adjust::{Problem, STEP_END, State};
 use super::error::CameraRefused;
+use super::field::Waves;
+use super::joint;
 use super::normal::SHARED;
+use super::plate::Ruler;
 use super::settled;
 use super::view::{ImageSize, Options, Station, View};
 
@@ -20,12 +23,18 @@ const NEARLY: f64 = 1e-3;
 pub fn held_out(views: &[View], size: ImageSize, options: &Options) -> Result<Vec<f64>, CameraRefused> {
     let (stations, chosen) = settled(views, size, options)?;
     let used: Vec<Station> = stations.iter().zip(&chosen.kept).map(|(s, k)| s.only(k)).collect();
-    let one = |view| without(view, &used, &chosen.settled.state, options);
+    let waves = options.field.then(|| Waves::of(&used, Ruler::of(views)));
+    let one = |view| without(view, &used, &chosen.settled.state, (options, waves.as_ref()));
     (0..views.len()).map(one).collect()
 }
 
 /// That of one view.
-fn without(view: usize, stations: &[Station], state: &State, options: &Options) -> Result<f64, CameraRefused> {
+fn without(
+    view: usize,
+    stations: &[Station],
+    state: &State,
+    (options, waves): (&Options, Option<&Waves>),
+) -> Result<f64, CameraRefused> {
     let others = |k: &usize| *k != view;
     let rest: Vec<Station> = (0..stations.len())
         .filter(others)
@@ -36,19 +45,22 @@ fn without(view: usize, stations: &[Station], state: &State, options: &Options) 
         ..state.clone()
     };
     let free = options.shared();
-    let stations_of_rest = &rest[..];
-    let found = Problem {
-        stations: stations_of_rest,
-        free,
-    }
-    .settle_to(STEP_END, NEARLY, start)?;
+    let others = Problem { stations: &rest, free };
+    let found = others.settle_to(STEP_END, NEARLY, start)?.state;
+    let (found, own) = match waves {
+        None => (found, vec![stations[view].clone()]),
+        Some(waves) => {
+            let (found, field) = joint::adjusted(&rest, free, waves, found)?;
+            (found, waves.moved(&stations[view..=view], &field.numbers))
+        }
+    };
     let alone = Problem {
-        stations: &stations[view..=view],
+        stations: &own,
         free: [false; SHARED],
     };
     let start = State {
         poses: vec![state.poses[view]],
-        ..found.state
+        ..found
     };
     let seen = alone.settle_to(STEP_END, NEARLY, start)?.state;
     Ok(alone.rms_px(&seen))

@@ -31,10 +31,14 @@
 //! ```
 
 mod adjust;
+mod bend;
 mod choice;
 mod coverage;
+mod curve;
 mod error;
+mod field;
 mod held_out;
+mod joint;
 mod lens;
 mod model;
 mod normal;
@@ -46,16 +50,18 @@ mod view;
 
 pub use coverage::{CELLS, Coverage, Gates, Short};
 pub use error::CameraRefused;
+pub use field::REACH;
 pub use held_out::held_out;
 pub use lens::{LEAST_SLOPE, Lens, WIDEST};
 pub use model::{Camera, CameraFrame, GridFrame, NAMES, Outside, PARAMETERS};
-pub use plate::Plate;
+pub use plate::{Plate, PlateField};
 pub use result::{Calibrated, Posed, Residual};
 pub use start::LEAST_SPREAD_DEG;
 pub use view::{ImageSize, LEAST_DISCS, LEAST_VIEWS, LensModel, Options, Sighting, View};
 
 use adjust::Problem;
 use choice::Chosen;
+use field::Waves;
 use plate::Ruler;
 use view::Station;
 
@@ -64,7 +70,15 @@ use view::Station;
 /// # Errors
 /// Each variant of [`CameraRefused`].
 pub fn calibrate(views: &[View], size: ImageSize, options: &Options) -> Result<Calibrated, CameraRefused> {
-    let (stations, chosen) = settled(views, size, options)?;
+    once(views, size, options).map_err(|refused| bend::told(refused, views, size, options))
+}
+
+/// [`calibrate`], without a second try.
+fn once(views: &[View], size: ImageSize, options: &Options) -> Result<Calibrated, CameraRefused> {
+    let (mut stations, chosen) = settled(views, size, options)?;
+    if let Some(field) = &chosen.field {
+        stations = field.waves.moved(&stations, &field.numbers);
+    }
     Calibrated::of(&chosen, &stations, views, size, options)
 }
 
@@ -79,5 +93,9 @@ fn settled(views: &[View], size: ImageSize, options: &Options) -> Result<(Vec<St
     };
     let starts = start::starts(&stations, size, |state| problem.cost(state))?;
     let chosen = choice::adjusted(&stations, starts, options)?;
+    if !options.field {
+        return Ok((stations, chosen));
+    }
+    let chosen = choice::fielded(&stations, chosen, &Waves::of(&stations, ruler), options)?;
     Ok((stations, chosen))
 }

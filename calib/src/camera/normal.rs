@@ -28,7 +28,7 @@ pub(super) type Mixed = SMatrix<f64, SHARED, 6>;
 #[derive(Debug, Clone)]
 pub(super) struct Normal {
     /// `sum J^T W J`.
-    own: Square,
+    pub(super) own: Square,
     /// `sum J^T W r`.
     pub(super) pull: Numbers,
     /// `E`.
@@ -37,6 +37,8 @@ pub(super) struct Normal {
     pub(super) pose: Matrix6<f64>,
     /// `h`.
     pub(super) turn: Vector6<f64>,
+    /// What damping adds its share of: the diagonals of `sum J^T W J` and of `H`.
+    pub(super) spread: (Numbers, Vector6<f64>),
 }
 
 /// The unknowns of one view: what is shared, then the pose.
@@ -73,19 +75,23 @@ impl Normal {
             mixed: Mixed::from_fn(|i, j| products[i][SHARED + j]),
             pose: Matrix6::from_fn(|i, j| products[SHARED + i][SHARED + j]),
             turn: Vector6::from_fn(|i, _| products[SHARED + i][ALL]),
+            spread: (
+                Numbers::from_fn(|i, _| products[i][i]),
+                Vector6::from_fn(|i, _| products[SHARED + i][SHARED + i]),
+            ),
         }
     }
 
     /// `H^-1`, its diagonal grown by the share `damping`; none where the discs do not hold the pose.
     pub(super) fn inverse(&self, damping: f64) -> Option<Matrix6<f64>> {
         let mut pose = self.pose;
-        pose.set_diagonal(&(self.pose.diagonal() * (1.0 + damping)));
+        pose.set_diagonal(&(self.pose.diagonal() + self.spread.1 * damping));
         pose.cholesky().map(|c| c.inverse())
     }
 }
 
 /// Rows whose outer products sum to a positive definite matrix.
-fn roots(matrix: &Matrix2<f64>) -> [[f64; 2]; 2] {
+pub(super) fn roots(matrix: &Matrix2<f64>) -> [[f64; 2]; 2] {
     let a = matrix[(0, 0)].sqrt().max(f64::MIN_POSITIVE);
     let b = matrix[(0, 1)] / a;
     [[a, b], [0.0, (matrix[(1, 1)] - b * b).max(0.0).sqrt()]]
@@ -114,7 +120,7 @@ impl Reduced {
         for n in normals {
             let inverse = n.inverse(damping)?;
             let carried = n.mixed * inverse;
-            let own = n.own + Square::from_diagonal(&(n.own.diagonal() * damping));
+            let own = n.own + Square::from_diagonal(&(n.spread.0 * damping));
             matrix += own - carried * n.mixed.transpose();
             vector += n.pull - carried * n.turn;
             inverses.push(inverse);

@@ -9,8 +9,11 @@
 //! A plane is no part of it, as the pose has one. Sheet that was rolled, pressed or is held at its ends bends so; anything
 //! finer takes more views than hold a camera.
 
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
+use super::field::Waves;
+use super::joint::Field;
+use super::model::PARAMETERS;
 use super::view::View;
 
 /// The numbers of (9), mm.
@@ -46,18 +49,39 @@ impl Ruler {
         }
     }
 
+    /// `(u, w)` of a place.
+    pub(super) fn place(&self, at_mm: Vector2<f64>) -> Vector2<f64> {
+        (at_mm - self.middle) / self.half
+    }
+
     /// `u^2`, `u w`, `w^2` of a place.
     pub(super) fn bow(&self, at_mm: Vector2<f64>) -> [f64; Bend::NUMBERS] {
-        let p = (at_mm - self.middle) / self.half;
+        let p = self.place(at_mm);
         [p.x * p.x, p.x * p.y, p.y * p.y]
     }
 }
 
+/// The field by which the discs lie off the paraboloid ([`super::Options::field`]).
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlateField {
+    waves: Waves,
+    numbers: DVector<f64>,
+    /// Of the numbers of (9), then of the field's.
+    covariance: DMatrix<f64>,
+    /// The size of the field in height and of each axis in the plane, mm: the deviation of the random field that the views
+    /// make the likeliest.
+    pub sizes_mm: [f64; 2],
+    /// How many of the field's numbers the views fix.
+    pub fixed: f64,
+}
+
 /// How far the grid's plate is from flat.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Plate {
     ruler: Ruler,
     bend: Bend,
+    /// The field, where it was adjusted.
+    pub field: Option<PlateField>,
     /// Covariance of the numbers of (9), square millimetres.
     pub covariance: Matrix3<f64>,
 }
@@ -67,8 +91,21 @@ impl Plate {
         Self {
             ruler: Ruler::of(views),
             bend,
+            field: None,
             covariance,
         }
+    }
+
+    /// With a field, whose covariance grows by `scale`.
+    pub(super) fn with(mut self, field: Option<&Field>, scale: f64) -> Self {
+        self.field = field.map(|f| PlateField {
+            waves: f.waves.clone(),
+            numbers: f.numbers.clone(),
+            covariance: f.plate(PARAMETERS) * scale,
+            sizes_mm: f.sizes_mm,
+            fixed: f.fixed,
+        });
+        self
     }
 
     /// The numbers of (9): of u^2, u w and w^2, mm.
@@ -83,6 +120,38 @@ impl Plate {
 
     /// The height over the grid's plane at a place of the grid, mm, along the grid's third axis.
     pub fn height_mm(&self, at_mm: Vector2<f64>) -> f64 {
-        self.bend.height(&self.ruler.bow(at_mm))
+        self.offset_mm(at_mm).z
+    }
+
+    /// Where the disc of a place of the grid lies from that place, mm, along the grid's axes: the field's share of the
+    /// first two is nothing without a field. Among and near the discs; far beyond them the field ends in nothing.
+    pub fn offset_mm(&self, at_mm: Vector2<f64>) -> Vector3<f64> {
+        let bend = Vector3::z() * self.bend.height(&self.ruler.bow(at_mm));
+        let field = self.field.as_ref().map(|f| f.waves.offset(at_mm, &f.numbers));
+        bend + field.unwrap_or_default()
+    }
+
+    /// The standard deviations of [`Plate::offset_mm`], mm.
+    pub fn deviation_mm(&self, at_mm: Vector2<f64>) -> Vector3<f64> {
+        let bow = Vector3::from(self.ruler.bow(at_mm));
+        match &self.field {
+            None => Vector3::z() * bow.dot(&(self.covariance * bow)).max(0.0).sqrt(),
+            Some(field) => field.deviation_mm(at_mm, &bow),
+        }
+    }
+}
+
+impl PlateField {
+    fn deviation_mm(&self, at_mm: Vector2<f64>, bow: &Vector3<f64>) -> Vector3<f64> {
+        let ([lift, slide], m) = (self.waves.at(at_mm), self.waves.count());
+        let deviation = |axis: usize, wave: &DVector<f64>| {
+            let mut row = DVector::zeros(self.covariance.nrows());
+            row.rows_mut(Bend::NUMBERS + axis * m, m).copy_from(wave);
+            if axis == 0 {
+                row.rows_mut(0, Bend::NUMBERS).copy_from(bow);
+            }
+            row.dot(&(&self.covariance * &row)).max(0.0).sqrt()
+        };
+        Vector3::new(deviation(1, &slide), deviation(2, &slide), deviation(0, &lift))
     }
 }

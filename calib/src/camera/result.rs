@@ -88,10 +88,14 @@ impl Calibrated {
     ) -> Result<Self, CameraRefused> {
         let (settled, free) = (&chosen.settled, options.shared());
         let camera = settled.state.camera;
-        let covariance = covariance(chosen, &free)?;
+        let covariance = match &chosen.field {
+            Some(field) => field.shared(&free),
+            None => covariance(chosen, &free)?,
+        };
         let used = chosen.kept.iter().flatten().filter(|k| **k).count();
         let unknowns = 6 * stations.len() + free.iter().filter(|f| **f).count();
-        let degrees_of_freedom = (2 * used).saturating_sub(unknowns);
+        let fixed = chosen.field.as_ref().map_or(0.0, |f| f.fixed.ceil());
+        let degrees_of_freedom = (2 * used).saturating_sub(unknowns + fixed as usize);
         let noise_ratio = (settled.cost / degrees_of_freedom.max(1) as f64).sqrt();
         let scale = noise_ratio.max(1.0).powi(2);
         weak(&camera, &(covariance * scale), &free)?;
@@ -105,7 +109,7 @@ impl Calibrated {
             };
             view.in_domain(i)?;
             let own = pose_covariance(chosen, i, &covariance).unwrap_or_default() * scale;
-            posed.push(view.posed(own));
+            posed.push(view.posed(about_origin(&own, &view.pose.shift)));
         }
         let squares = posed.iter().flat_map(|v| &v.residuals).filter(|r| r.used);
         let sum: f64 = squares.map(|r| r.off.norm_squared()).sum();
@@ -114,9 +118,9 @@ impl Calibrated {
         Ok(Self {
             camera,
             covariance: covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0) * scale,
-            plate: options.bent.then(|| {
+            plate: free[PARAMETERS].then(|| {
                 let own = covariance.fixed_view::<3, 3>(PARAMETERS, PARAMETERS) * scale;
-                Plate::new(views, settled.state.bend, own)
+                Plate::new(views, settled.state.bend, own).with(chosen.field.as_ref(), scale)
             }),
             views: posed,
             rms_px: (sum / used.max(1) as f64).sqrt(),
@@ -183,18 +187,24 @@ fn weak(camera: &Camera, covariance: &Square, free: &[bool; SHARED]) -> Result<(
     Ok(())
 }
 
-/// `H^-1 + H^-1 E^T C E H^-1` for the pose about the view's middle, turned into that about the camera's origin.
+/// `H^-1 + H^-1 E^T C E H^-1` for the pose about the view's middle.
 fn pose_covariance(chosen: &Chosen, view: usize, camera: &Square) -> Option<Matrix6<f64>> {
+    if let Some(field) = &chosen.field {
+        return Some(field.pose(view));
+    }
     let normal = &chosen.settled.normals[view];
     let inverse = normal.inverse(0.0)?;
     let carried = inverse * normal.mixed.transpose();
-    let own = inverse + carried * camera * carried.transpose();
+    Some(inverse + carried * camera * carried.transpose())
+}
+
+/// That about the camera's origin from that about the view's middle at `shift`.
+fn about_origin(own: &Matrix6<f64>, shift: &nalgebra::Vector3<f64>) -> Matrix6<f64> {
     // R p + t moves by w x (R p) + v about the middle, by w x (R p + t) + v' about the origin: v' = v - w x t.
     let mut to_origin = Matrix6::identity();
-    let shift = chosen.settled.state.poses[view].shift;
     to_origin.fixed_view_mut::<3, 3>(3, 0).copy_from(&shift.cross_matrix());
     let moved = to_origin * own * to_origin.transpose();
-    Some((moved + moved.transpose()) * 0.5)
+    (moved + moved.transpose()) * 0.5
 }
 
 /// One view being reported.

@@ -82,6 +82,9 @@ pub struct Options {
     pub skew: bool,
     /// Whether the grid's plate may be bent, the same in every view ([`super::Plate`]); else it is flat.
     pub bent: bool,
+    /// Whether, besides, its discs may lie off that shape by a smooth field in height and in the plane, the same in every
+    /// view, as large as the views say ([`super::Plate::offset_mm`]); the plate is then bent too.
+    pub field: bool,
     /// Discs further off than this many deviations are left out; the deviation is that given, times the size of the
     /// residuals where they are larger.
     pub gate: f64,
@@ -96,6 +99,7 @@ impl Default for Options {
             lens: LensModel::Brown,
             skew: false,
             bent: false,
+            field: false,
             gate: 6.0,
             most_rejected: 0.05,
         }
@@ -121,7 +125,7 @@ impl Options {
     /// Which of the numbers that all views share are free.
     pub(super) fn shared(&self) -> [bool; SHARED] {
         let camera = self.free();
-        std::array::from_fn(|k| camera.get(k).copied().unwrap_or(self.bent))
+        std::array::from_fn(|k| camera.get(k).copied().unwrap_or(self.bent || self.field))
     }
 }
 
@@ -250,6 +254,11 @@ impl Station {
 }
 
 impl Station {
+    /// The places of its discs on the grid, mm, as they were given.
+    pub(super) fn places(&self) -> impl Iterator<Item = Vector2<f64>> {
+        self.sightings.iter().map(|s| s.place.xy() + self.centre)
+    }
+
     /// The sightings that are kept, about the same middle.
     pub(super) fn only(&self, kept: &[bool]) -> Self {
         let both = self.sightings.iter().zip(kept);

@@ -66,6 +66,7 @@ pub(super) fn advice(refused: &CameraRefused) -> &'static str {
         CameraRefused::Outliers { .. } => {
             "Look at the overlays of calib grid: are rows and columns right, and is --pitch-mm?"
         }
+        CameraRefused::NotFlat { .. } => "Add --plate bent, or use a flat grid",
         CameraRefused::Folded { .. } | CameraRefused::NoConvergence { .. } => {
             "Free fewer numbers with --lens, and bring the grid to the image's corners"
         }

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::field::FieldRecord;
 use calib::camera::{Calibrated, Camera, NAMES, Options, PARAMETERS, Plate};
 use calib::file::content_id;
 use serde::{Deserialize, Serialize};
@@ -81,6 +82,9 @@ pub struct PlateRecord {
     pub middle_mm: [f64; 2],
     /// Their unit, mm.
     pub unit_mm: f64,
+    /// The field, where it was adjusted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub field: Option<FieldRecord>,
 }
 
 impl PlateRecord {
@@ -91,6 +95,7 @@ impl PlateRecord {
             covariance: std::array::from_fn(|i| std::array::from_fn(|j| plate.covariance[(i, j)])),
             middle_mm: middle.into(),
             unit_mm,
+            field: None,
         }
     }
 }
@@ -181,7 +186,10 @@ impl CameraFile {
             covariance: (0..PARAMETERS)
                 .map(|i| (0..PARAMETERS).map(|j| found.covariance[(i, j)]).collect())
                 .collect(),
-            plate: found.plate.as_ref().map(PlateRecord::of),
+            plate: found.plate.as_ref().map(|plate| PlateRecord {
+                field: FieldRecord::of(plate, seen),
+                ..PlateRecord::of(plate)
+            }),
             sources: sources.iter().map(SourceRecord::of).collect(),
             views: views(found, seen),
         };

@@ -2,6 +2,7 @@
 
 mod drawing;
 mod error;
+mod field;
 mod file;
 mod read;
 mod report;
@@ -18,6 +19,7 @@ use crate::commands::Outcome;
 use crate::source::Source;
 use crate::store;
 use error::{CameraError, advice};
+pub use field::FieldRecord;
 pub use file::{CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, PlateRecord, SourceRecord};
 use read::{Grids, Seen};
 
@@ -33,7 +35,8 @@ x = X/Z, y = Y/Z, r2 = x^2 + y^2
   y' = y (1 + k1 r2 + k2 r2^2 + k3 r2^3) + p1 (r2 + 2 y^2) + 2 p2 x y
   u = fx x' + skew y' + cx,  v = fy y' + cy
 --lens prism has in the place of p1 and p2 a thin prism: s1 r2 + s2 r2^2 added to x', s3 r2 + s4 r2^2 to y'. --plate bent \
-also finds how far the grid is from flat, a paraboloid that is the same in all views. More numbers leave smaller \
+also finds how far the grid is from flat, a paraboloid that is the same in all views; --plate field, besides, a smooth \
+field by which its discs lie off that and off their places, as large as the views make it likely. More numbers leave smaller \
 residuals whether they are true or not; --held-out tells: each view is predicted by the camera of the others.
 
 The picture shows each disc's residual as a line, enlarged, over the image: an even pattern is a lens that needs more \
@@ -59,7 +62,8 @@ pub(crate) struct CameraArgs {
     /// Free the skew too; else it is 0
     #[arg(long)]
     skew: bool,
-    /// Whether the grid is flat, or bent by a paraboloid to be found, the same in all views
+    /// Whether the grid is flat, or bent by a paraboloid to be found, the same in all views, or that with its discs off by
+    /// a smooth field
     #[arg(long, value_enum, default_value = "flat")]
     plate: PlateArg,
     /// Say too how well the camera of all other views predicts each view: one calibration more for each
@@ -98,6 +102,7 @@ enum LensArg {
 enum PlateArg {
     Flat,
     Bent,
+    Field,
 }
 
 impl LensArg {
@@ -126,7 +131,8 @@ impl CameraArgs {
         let options = Options {
             lens: self.lens.model(),
             skew: self.skew,
-            bent: self.plate == PlateArg::Bent,
+            bent: self.plate != PlateArg::Flat,
+            field: self.plate == PlateArg::Field,
             gate: self.gate.0,
             ..Options::default()
         };

@@ -101,6 +101,14 @@ fn plate(text: &mut String, found: &Calibrated) {
         middle.x,
         middle.y
     );
+    let Some(field) = &plate.field else { return };
+    let [height, flat] = field.sizes_mm;
+    line!(
+        text,
+        "  the discs lie off that by a smooth field of {height:.3} mm in height and {flat:.3} mm along each axis of the \
+         plane; the views fix {:.0} of its numbers",
+        field.fixed
+    );
 }
 
 /// How well the camera of all other views predicts each.

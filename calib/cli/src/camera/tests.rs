@@ -223,6 +223,23 @@ fn a_bent_plate_and_views_held_out_are_reported() {
 }
 
 #[test]
+fn a_field_is_reported_and_written_by_disc() {
+    let bench = Bench::new();
+    let outcome = bench
+        .run(&grids(&good()), "--lens radial --plate field --out @camera.toml")
+        .unwrap();
+    assert!(outcome.text.contains("smooth field of"), "{}", outcome.text);
+    let file = CameraFile::read(&bench.path("camera.toml")).unwrap();
+    let field = file.plate.unwrap().field.unwrap();
+    // The discs are exact, and lie where they are said to: every offset is nothing beside a pixel of 0.1 mm.
+    assert!(
+        field.discs.iter().all(|d| d[2..5].iter().all(|x| x.abs() < 1e-4)),
+        "{field:?}"
+    );
+    assert!((field.reach_mm - 21.0).abs() < 1e-12);
+}
+
+#[test]
 fn files_from_before_the_prism_are_read() {
     let bench = Bench::new();
     bench.run(&grids(&good()), "--lens radial --out @camera.toml").unwrap();

@@ -1,0 +1,344 @@
+//! The adjustment of camera, plate, poses and the plate's field (11) together.
+//!
+//! With `a` the numbers of the field's waves, `t` the field's size in height or in the plane and `s` the size of the
+//! residuals in units of the deviations given,
+//!
+//! ```text
+//! sum r^T W r + s^2 sum a^2 / t^2                                                                              (12)
+//! ```
+//!
+//! is made least, and `s` and both `t` are those of the greatest restricted likelihood, by MacKay's rounds: with `C` the
+//! covariance of the numbers `a` of one size, `m` their count, and `n` coordinates less the unknowns beside the field
+//!
+//! ```text
+//! g = m - tr C / t^2,     t^2 = sum a^2 / g,     s^2 = sum r^T W r / (n - sum g)                               (13)
+//! ```
+//!
+//! `g` is how many numbers the discs themselves have fixed. No size is chosen by hand: a plate without a field ends with
+//! sizes of nothing.
+
+use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
+
+use super::adjust::{Problem, State};
+use super::error::CameraRefused;
+use super::field::Waves;
+use super::normal::{Numbers, SHARED, Square, roots};
+use super::predict::slopes;
+use super::view::{Ready, Station};
+
+/// Steps of an adjustment and rounds of (13).
+const MAX_STEPS: usize = 100;
+const MAX_ROUNDS: usize = 30;
+/// The last step in standard deviations, times `s`: of an adjustment between rounds, and of the last one.
+const ROUGH: f64 = 0.1;
+const END: f64 = 1e-3;
+/// So short a last step ends a valley in which the way is slow: some hundredths of what the numbers are known to.
+const SLOW_END: f64 = 0.05;
+/// The last change of a size, as a share: a hundredth of what sizes are known to.
+const SETTLED: f64 = 0.01;
+/// Sizes to begin with, of the height and in the plane, and the least and the most, mm.
+const START_MM: [f64; 2] = [0.1, 0.05];
+const SIZES_MM: [f64; 2] = [1e-5, 10.0];
+/// A least before this share of a step is gone to.
+const SHORTER: f64 = 0.8;
+/// Growth of the cost that is rounding, and damping beyond which no step leads down.
+const FLAT: f64 = 1.0 + 1e-12;
+const MOST_DAMPING: f64 = 1e12;
+
+/// A field that was adjusted.
+#[derive(Debug, Clone)]
+pub(super) struct Field {
+    pub(super) waves: Waves,
+    /// The numbers: of the height, then of the plane's first and second axis, mm.
+    pub(super) numbers: DVector<f64>,
+    /// Sizes of the height and in the plane, mm.
+    pub(super) sizes_mm: [f64; 2],
+    /// How many numbers of the field the discs fix.
+    pub(super) fixed: f64,
+    /// The inverse of the system: shared numbers, poses, field.
+    inverse: DMatrix<f64>,
+}
+
+impl Field {
+    /// The part of what all views share.
+    pub(super) fn shared(&self, free: &[bool; SHARED]) -> Square {
+        let held = |i: usize, j: usize| if free[i] && free[j] { self.inverse[(i, j)] } else { 0.0 };
+        Square::from_fn(held)
+    }
+
+    /// The part of a view's pose.
+    pub(super) fn pose(&self, view: usize) -> Matrix6<f64> {
+        let at = SHARED + 6 * view;
+        self.inverse.fixed_view::<6, 6>(at, at).into_owned()
+    }
+
+    /// The part of the plate: from its bend on, and of the field.
+    pub(super) fn plate(&self, from: usize) -> DMatrix<f64> {
+        let field = self.inverse.nrows() - self.numbers.len();
+        let at = |k: usize| {
+            if k < SHARED - from {
+                from + k
+            } else {
+                field + k - (SHARED - from)
+            }
+        };
+        let size = SHARED - from + self.numbers.len();
+        DMatrix::from_fn(size, size, |i, j| self.inverse[(at(i), at(j))])
+    }
+}
+
+/// A state with a field.
+#[derive(Clone)]
+struct Bowed {
+    state: State,
+    numbers: DVector<f64>,
+}
+
+/// Where an adjustment ended.
+struct End {
+    at: Bowed,
+    matrix: DMatrix<f64>,
+    squares: f64,
+}
+
+/// What is adjusted.
+struct Joint<'a> {
+    stations: &'a [Station],
+    free: [bool; SHARED],
+    waves: &'a Waves,
+}
+
+/// Adjusts all from `state`, the end of an adjustment without a field.
+pub(super) fn adjusted(
+    stations: &[Station],
+    free: [bool; SHARED],
+    waves: &Waves,
+    state: State,
+) -> Result<(State, Field), CameraRefused> {
+    let joint = Joint { stations, free, waves };
+    let freedom = joint.freedom();
+    let numbers = DVector::zeros(3 * waves.count());
+    let mut at = Bowed { state, numbers };
+    let mut noise = (joint.squares(&at) / freedom).max(1.0);
+    let (mut sizes_mm, mut fixed) = (START_MM, 0.0);
+    for _ in 0..MAX_ROUNDS {
+        let end = joint.settled(ROUGH * noise.sqrt(), at, &joint.prior(sizes_mm, noise))?;
+        at = end.at;
+        let inverse = inverse(&end.matrix)?;
+        let next = joint.round(&at.numbers, &inverse, sizes_mm, noise);
+        let still = (0..2).all(|k| (next.0[k] / sizes_mm[k]).ln().abs() < SETTLED);
+        (sizes_mm, fixed) = next;
+        noise = (end.squares / (freedom - fixed).max(1.0)).max(1.0);
+        if still {
+            break;
+        }
+    }
+    let end = joint.settled(END * noise.sqrt(), at, &joint.prior(sizes_mm, noise))?;
+    let field = Field {
+        waves: waves.clone(),
+        numbers: end.at.numbers,
+        sizes_mm,
+        fixed,
+        inverse: inverse(&end.matrix)?,
+    };
+    Ok((end.at.state, field))
+}
+
+/// Of a system that its priors and the adjustment before have made definite.
+fn inverse(matrix: &DMatrix<f64>) -> Result<DMatrix<f64>, CameraRefused> {
+    let found = matrix.clone().cholesky().map(|c| c.inverse());
+    found.ok_or(CameraRefused::Weak {
+        parameter: SHARED,
+        value: 0.0,
+        sigma: f64::INFINITY,
+    })
+}
+
+impl Joint<'_> {
+    /// Coordinates less the unknowns beside the field.
+    fn freedom(&self) -> f64 {
+        let coordinates: usize = self.stations.iter().map(|s| 2 * s.sightings.len()).sum();
+        let unknowns = 6 * self.stations.len() + self.free.iter().filter(|f| **f).count();
+        coordinates.saturating_sub(unknowns).max(1) as f64
+    }
+
+    /// What stands before `a^2` in (12).
+    fn prior(&self, sizes_mm: [f64; 2], noise: f64) -> DVector<f64> {
+        let m = self.waves.count();
+        DVector::from_fn(3 * m, |k, _| noise / sizes_mm[usize::from(k >= m)].powi(2))
+    }
+
+    /// (13): the next sizes, and how many numbers are fixed.
+    fn round(&self, numbers: &DVector<f64>, inverse: &DMatrix<f64>, sizes_mm: [f64; 2], noise: f64) -> ([f64; 2], f64) {
+        let (m, first) = (self.waves.count(), inverse.nrows() - numbers.len());
+        let mut all = 0.0;
+        let next = [(0, m, sizes_mm[0]), (m, 2 * m, sizes_mm[1])].map(|(from, count, size)| {
+            let trace: f64 = (from..from + count).map(|k| inverse[(first + k, first + k)]).sum();
+            let fixed = (count as f64 - noise * trace / (size * size)).max(1e-6);
+            all += fixed;
+            let square = numbers.rows(from, count).norm_squared() / fixed;
+            square.sqrt().clamp(SIZES_MM[0], SIZES_MM[1])
+        });
+        (next, all)
+    }
+
+    fn problem<'b>(&self, stations: &'b [Station]) -> Problem<'b> {
+        let free = self.free;
+        Problem { stations, free }
+    }
+
+    /// `sum r^T W r`.
+    fn squares(&self, at: &Bowed) -> f64 {
+        let stations = self.waves.moved(self.stations, &at.numbers);
+        self.problem(&stations).cost(&at.state)
+    }
+
+    /// The least of (12), by Levenberg and Marquardt's method.
+    fn settled(&self, end: f64, mut at: Bowed, prior: &DVector<f64>) -> Result<End, CameraRefused> {
+        let (mut squares, mut damping, mut last) = (self.squares(&at), 1e-6, f64::INFINITY);
+        for steps in 1..=MAX_STEPS {
+            let (matrix, vector) = self.equations(&at, prior);
+            let cost = squares + weighed(&at, prior);
+            let mut lower = None;
+            while lower.is_none() && damping <= MOST_DAMPING {
+                let step = step(&matrix, &vector, damping);
+                lower = step.and_then(|step| self.lower(&at, &step, (&vector, prior), cost));
+                if lower.is_none() {
+                    damping *= 10.0;
+                }
+            }
+            let Some((next_squares, next, length)) = lower else {
+                return Err(CameraRefused::NoConvergence { steps, last });
+            };
+            (squares, at) = (next_squares, next);
+            // A damped step is short however far the end is.
+            last = if damping <= 1e-6 { length } else { f64::INFINITY };
+            damping = (damping * 0.05).max(1e-12);
+            let slow = steps == MAX_STEPS && last <= end * (SLOW_END / END);
+            if last <= end || slow {
+                return Ok(End { at, matrix, squares });
+            }
+        }
+        let steps = MAX_STEPS;
+        Err(CameraRefused::NoConvergence { steps, last })
+    }
+
+    /// Where a step leads that is no higher than `cost`: its sum of squares, the state and the step's length in standard
+    /// deviations. Residuals turn the derivatives, and whole steps may then lead to and fro across a valley: where the
+    /// parabola through both ends has its least well before the step's end, the step goes there.
+    fn lower(
+        &self,
+        at: &Bowed,
+        step: &DVector<f64>,
+        (vector, prior): (&DVector<f64>, &DVector<f64>),
+        cost: f64,
+    ) -> Option<(f64, Bowed, f64)> {
+        let gain = step.dot(vector).max(0.0);
+        let to = |share: f64| {
+            let next = self.stepped(at, &(step * share))?;
+            let squares = self.squares(&next);
+            Some((squares + weighed(&next, prior), squares, next))
+        };
+        let whole = to(1.0)?;
+        let share = gain / (whole.0 - cost + 2.0 * gain);
+        let shorter = if share < SHORTER && share > 0.0 {
+            to(share)
+        } else {
+            None
+        };
+        let best = match shorter {
+            Some(shorter) if shorter.0 < whole.0 => shorter,
+            _ => whole,
+        };
+        (best.0 <= cost * FLAT).then(|| (best.1, best.2, gain.sqrt()))
+    }
+
+    /// The state after a step.
+    fn stepped(&self, at: &Bowed, step: &DVector<f64>) -> Option<Bowed> {
+        let shared = Numbers::from_fn(|k, _| step[k]);
+        let turned = at.state.poses.iter().enumerate();
+        let poses: Option<Vec<_>> = turned
+            .map(|(v, pose)| pose.moved(&Vector6::from_fn(|k, _| step[SHARED + 6 * v + k])))
+            .collect();
+        let state = at.state.moved(&shared, poses?)?;
+        let numbers = &at.numbers + step.rows(step.len() - at.numbers.len(), at.numbers.len());
+        Some(Bowed { state, numbers })
+    }
+
+    /// The normal equations of (12): shared numbers, poses, field. Numbers that are held have 1 on the diagonal.
+    fn equations(&self, at: &Bowed, prior: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
+        let (views, waves) = (self.stations.len(), at.numbers.len());
+        let first = SHARED + 6 * views;
+        let size = first + waves;
+        let (mut matrix, mut vector) = (DMatrix::zeros(size, size), DVector::zeros(size));
+        let moved = self.waves.moved(self.stations, &at.numbers);
+        for (view, station) in moved.iter().enumerate() {
+            let rows = self.rows(at, view, station);
+            let products = rows.transpose() * &rows;
+            let place = |k: usize| match k {
+                k if k < SHARED => k,
+                k if k < SHARED + 6 => k + 6 * view,
+                k => k - SHARED - 6 + first,
+            };
+            let own = SHARED + 6 + waves;
+            for j in 0..own {
+                vector[place(j)] += products[(own, j)];
+                for i in 0..own {
+                    matrix[(place(i), place(j))] += products[(i, j)];
+                }
+            }
+        }
+        for k in 0..waves {
+            matrix[(first + k, first + k)] += prior[k];
+            vector[first + k] -= prior[k] * at.numbers[k];
+        }
+        for k in (0..SHARED).filter(|k| !self.free[*k]) {
+            matrix[(k, k)] = 1.0;
+        }
+        (matrix, vector)
+    }
+
+    /// Derivatives and residuals of a view in units of deviations, two rows a disc.
+    fn rows(&self, at: &Bowed, view: usize, moved: &Station) -> DMatrix<f64> {
+        let (eye, m) = (at.state.eye(&at.state.poses[view]), self.waves.count());
+        let mut rows = DMatrix::zeros(2 * moved.sightings.len(), SHARED + 6 + 3 * m + 1);
+        let both = moved.sightings.iter().zip(self.stations[view].places());
+        for (i, (s, at_mm)) in both.enumerate() {
+            let (seen, (by_numbers, by_pose)) = slopes(s, &eye);
+            // By the disc's place on the plate: the pose's translation turned into the plate's axes.
+            let by_place = by_pose.fixed_columns::<3>(3) * eye.turn;
+            let [lift, slide] = self.waves.at(at_mm);
+            let entry = |row: usize, k: usize| match k {
+                k if k < SHARED => f64::from(u8::from(self.free[k])) * by_numbers[(row, k)],
+                k if k < SHARED + 6 => by_pose[(row, k - SHARED)],
+                k if k < SHARED + 6 + m => by_place[(row, 2)] * lift[k - SHARED - 6],
+                k if k < SHARED + 6 + 2 * m => by_place[(row, 0)] * slide[k - SHARED - 6 - m],
+                k if k < SHARED + 6 + 3 * m => by_place[(row, 1)] * slide[k - SHARED - 6 - 2 * m],
+                _ => s.pixel[row] - seen[row],
+            };
+            for (r, [a, b]) in weights(s).into_iter().enumerate() {
+                for k in 0..rows.ncols() {
+                    rows[(2 * i + r, k)] = a * entry(0, k) + b * entry(1, k);
+                }
+            }
+        }
+        rows
+    }
+}
+
+/// The second sum of (12).
+fn weighed(at: &Bowed, prior: &DVector<f64>) -> f64 {
+    at.numbers.component_mul(&at.numbers).dot(prior)
+}
+
+/// The step of a system whose diagonal has grown by the share `damping`.
+fn step(matrix: &DMatrix<f64>, vector: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+    let mut damped = matrix.clone();
+    damped.set_diagonal(&(matrix.diagonal() * (1.0 + damping)));
+    Some(damped.cholesky()?.solve(vector))
+}
+
+/// Rows whose outer products sum to the information of a sighting.
+fn weights(s: &Ready) -> [[f64; 2]; 2] {
+    roots(&s.information)
+}
