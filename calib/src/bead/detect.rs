@@ -8,6 +8,7 @@ use super::judge::{is_open, judge_again, judge_fit};
 use super::kernel::{Kernel, Response, moved};
 use super::optics::Optics;
 use super::profile::Blur;
+use super::profiles::weighed;
 use super::refine::refine;
 use super::seeds::seeds;
 use super::{Reason, Refused, Search, Voxels};
@@ -27,8 +28,6 @@ const LEAST_WITHIN: f64 = 0.5;
 /// Deviations of the logarithms of blur and metal that are expected.
 const BLUR_DEVIATION: f64 = 0.3;
 const METAL_DEVIATION: f64 = 1.0;
-/// By how much less unlikely slices must be as a mean over their thickness than as a bell, to be taken for that.
-const AVERAGED_GAIN: f64 = 10.0;
 /// The deviation along the normal where a slice is a mean over its thickness: thin slices of unknown blur were averaged.
 const AVERAGED_DEVIATION: f64 = 0.6;
 /// Error of the centre by what is not Gaussian in the blur, as a share of the step between voxels: a box-shaped slice of
@@ -248,26 +247,14 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// What fits the candidates, with the one profile of slices that is the likeliest for all that may be beads.
+    /// What fits the candidates, whatever the profile of the slices.
     fn models(&self, candidates: &[Candidate], clip_hu: Option<i16>) -> Vec<Result<Fitted, Reason>> {
-        let with = |blur: Blur| self.with_profile(candidates, blur, clip_hu);
         let profiles = self.optics.profiles(self.search.radius());
-        let all: Vec<Vec<Result<Fitted, Reason>>> = profiles.into_iter().map(with).collect();
-        let vote = |models: &[Result<Fitted, Reason>], i: usize| models[i].as_ref().ok().and_then(|f| f.unlikelihood);
-        let in_all = |i: &usize| all.iter().all(|models| vote(models, *i).is_some());
-        let voters: Vec<usize> = (0..candidates.len()).filter(in_all).collect();
-        // The bell is the first.
-        let handicap = |profile: usize| if profile > 0 { AVERAGED_GAIN } else { 0.0 };
-        let totals: Vec<f64> = all
-            .iter()
-            .enumerate()
-            .map(|(profile, models)| voters.iter().filter_map(|i| vote(models, *i)).sum::<f64>() + handicap(profile))
-            .collect();
-        let best = all.into_iter().zip(totals).min_by(|a, b| a.1.total_cmp(&b.1));
-        best.map_or(Vec::new(), |(models, _)| models)
+        let with = |blur: Blur| self.with_profile(candidates, blur, clip_hu);
+        weighed(profiles.into_iter().map(with).collect())
     }
 
-    /// The same with a given profile. At most 512 are looked at a second time.
+    /// What fits them with a given profile. At most 512 are looked at a second time.
     fn with_profile(&self, candidates: &[Candidate], blur: Blur, clip_hu: Option<i16>) -> Vec<Result<Fitted, Reason>> {
         let mut left = MAX_REFINED;
         let mut model = |candidate: &Candidate| {

@@ -18,15 +18,19 @@
 //!    where slices are thick. Nothing in E may have more than 0.6 of the spot's contrast: what goes on outwards is a wire, a
 //!    screw or an implant.
 //! 3. The model: a ball, blurred by a Gaussian, on sloping ground, fitted by weighted least squares ([`Blur`]). Voxels at the
-//!    clipping value only say "at least". Slices thicker than 1.1 mm are taken for a Gaussian's and for the mean over
-//!    their thickness; the Gaussian is kept unless the other is much likelier.
-//! 4. What fits must be round, of the radius, of the metal, and blurred as the scanner blurs: else it is told of with its
-//!    [`Reason`] and not taken.
-//! 5. The centre once more, with what lies around as a random field, so that bone beside a bead does not draw it
-//!    ([`Ground`]). The covariance of the centre comes from this.
+//!    clipping value only say "at least".
+//! 4. What fits must be round, of the radius, of the metal, and blurred as the scanner blurs.
+//! 5. The ball once more, with what lies around as a random field, so that bone beside a bead does not draw it
+//!    ([`Ground`]). Centre, covariance, radius, blur and metal of what is found come from this. What step 4 refused by its blur
+//!    or its shape has here a second chance: bone beside a ball on sloping ground looks like a wider blur. It is
+//!    taken where the ball on its field passes step 4, the field is no brighter than bone, and what is left
+//!    is no larger in the ball than around it. Else it is told of with the [`Reason`] of step 4 and not taken.
+//! 6. Slices thicker than 1.1 mm are taken for a Gaussian's and for the mean over their thickness; all beads together say
+//!    which, and where they do not, both count: centres are the mean, their distance is in the covariance.
 //!
 //! Voxels may be of any shape that [`geometry::VolumeGrid`] allows, sheared too; two of the three steps must be alike. Time is
-//! one pass over the volume, some microseconds a spot and some tenths of a second a bead; there are at most 300 000 spots.
+//! one pass over the volume, some microseconds a spot and some tenths of a second a bead, twice that in thick slices; there
+//! are at most 300 000 spots.
 //!
 //! # Accuracy
 //!
@@ -63,6 +67,7 @@ mod leftover;
 pub mod matching;
 mod optics;
 mod profile;
+mod profiles;
 mod refine;
 mod search;
 mod seeds;

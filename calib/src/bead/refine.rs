@@ -1,4 +1,4 @@
-//! Stage 3: the centre once more by generalised least squares, with the ground as a random field ([`super::ground`]).
+//! Stage 3: the ball once more by generalised least squares, with the ground as a random field ([`super::ground`]).
 //!
 //! The fit of stage 2 takes the residuals of voxels for independent, and bone beside a bead draws its centre. Here they
 //! have the covariance V of the field, of which the likeliest deviations are found first:

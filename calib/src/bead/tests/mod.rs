@@ -4,4 +4,4 @@ mod accuracy;
 mod grounds;
 mod rivals;
 mod slices;
-mod specimen;
+pub(super) mod specimen;

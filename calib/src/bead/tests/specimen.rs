@@ -5,7 +5,7 @@ use geometry::{Affine, VolumeGrid};
 use crate::bead::Dense;
 
 /// Numbers in 0..1, the same in every run.
-pub(super) struct Random(pub(super) u64);
+pub(in crate::bead) struct Random(pub(in crate::bead) u64);
 
 impl Random {
     pub(super) fn next(&mut self) -> f64 {
@@ -16,7 +16,7 @@ impl Random {
     }
 
     /// Normal, by Box and Muller.
-    pub(super) fn normal(&mut self) -> f64 {
+    pub(in crate::bead) fn normal(&mut self) -> f64 {
         let length = (-2.0 * (1.0 - self.next()).ln()).sqrt();
         length * (std::f64::consts::TAU * self.next()).cos()
     }
