@@ -35,7 +35,7 @@ impl Coverage {
 ///
 /// `f(x) = integral over the ellipse of N(x - y; sigma^2) dy`: along the image's columns in closed form, across them by
 /// the trapezoid rule in the angle, where the integrand is periodic and analytic. A chord's weight is a product of what
-/// depends on the point's column ([`Along`]) and of what depends on its row ([`Across`]).
+/// depends on the point's column (`Along`) and of what depends on its row (`Across`).
 #[derive(Debug, Clone)]
 pub struct Blurred {
     ellipse: Ellipse,
