@@ -41,9 +41,9 @@
 //! |---|---|---|---|---|
 //! | 0.5 x 0.5 x 0.5 | 0.001 | 0.003 | 0.001 | 0.006 |
 //! | 0.5 x 0.5 x 1 | 0.001 | 0.004 | 0.004 | 0.010 |
-//! | 0.5 x 0.5 x 3 | 0.021 | 0.023 | 0.035 | 0.074 |
+//! | 0.5 x 0.5 x 3 | 0.021 | 0.021 | 0.048 | 0.082 |
 //!
-//! A slice of 3 mm that is the mean over its thickness with no more blur than that has 0.11 mm (`docs/beads.md`).
+//! A slice of 3 mm that is the mean over its thickness with no more blur than that has 0.10 mm (`docs/beads.md`).
 //!
 //! ```
 //! use calib::bead::{Dense, Search, find};
