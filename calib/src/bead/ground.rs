@@ -142,6 +142,19 @@ impl Linear {
         value().filter(|v| v.is_finite()).unwrap_or(f64::INFINITY)
     }
 
+    /// As [`Linear::unlikelihood`] at the point itself, with the covariance of the voxels times the likeliest factor: so that
+    /// what the deviations' search leaves does not count. `None` where the covariance has no factor.
+    pub(super) fn scaled_unlikelihood(&self, spread: &Spread, all: &[Seen]) -> Option<f64> {
+        let factor = spread.factor(all)?;
+        let (matrix, _, squares) = self.normal(&factor)?;
+        let n = all.len() as f64;
+        let scale = squares / (n - self.prior_weight.len() as f64).max(1.0);
+        let prior = DMatrix::from_diagonal(&self.prior_weight);
+        let inner = ((matrix - &prior) / scale + prior).cholesky()?;
+        let value = logarithm(&factor) + n * scale.ln() + logarithm(&inner) + squares / scale + self.prior();
+        value.is_finite().then_some(value)
+    }
+
     /// The likeliest deviations of the ground; without its smooth part for polynomials. By a search along the two
     /// logarithms, at most 60 factorizations.
     pub(super) fn likeliest(&self, all: &[Seen], start: Spread, ground: Ground) -> Spread {

@@ -49,10 +49,14 @@ pub(super) fn refine<'a>(
 ) -> Option<Refined<'a>> {
     let refiner = Refiner::new(samples, expected, clip_hu, ground);
     let mut state = refiner.start();
-    let spread = refiner.spread(&state);
+    let mut spread = refiner.spread(&state);
     let mut inverse = DMatrix::zeros(0, 0);
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
         (state, inverse) = refiner.round(&state, &spread)?;
+        if round == 0 {
+            // Far from the centre the linearised model leaves much to the ground.
+            spread = refiner.spread(&state);
+        }
     }
     let sound = state.iter().chain(inverse.iter()).all(|v| v.is_finite());
     sound.then_some(Refined {
@@ -94,7 +98,7 @@ impl Refined<'_> {
             residual_hu: self.leftover()?.residual_hu(),
             signal_hu: ball.metal_hu() * ball.blur().value(0.0, 0.0),
             clipped: refiner.clipped.len(),
-            unlikelihood: Some(refiner.unlikelihood(&self.state, &self.spread)),
+            unlikelihood: refiner.unlikelihood(&self.state, &self.spread),
         })
     }
 
@@ -157,9 +161,9 @@ impl<'a> Refiner<'a> {
     }
 
     /// Minus twice the logarithm of the restricted likelihood of the voxels below the clipping value, and of the priors.
-    fn unlikelihood(&self, state: &DVector<f64>, spread: &Spread) -> f64 {
+    fn unlikelihood(&self, state: &DVector<f64>, spread: &Spread) -> Option<f64> {
         let linear = self.linear(&self.open, state);
-        linear.unlikelihood(spread, &self.seen(&self.open, state)) + linear.prior()
+        linear.scaled_unlikelihood(spread, &self.seen(&self.open, state))
     }
 
     /// The voxels with the ball's share of each.
