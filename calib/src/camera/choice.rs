@@ -62,7 +62,7 @@ pub(super) fn fielded(
     options: &Options,
 ) -> Result<Chosen, CameraRefused> {
     let free = options.shared();
-    for _ in 0..MAX_ROUNDS {
+    for round in 1..=MAX_ROUNDS {
         let used: Vec<Station> = stations.iter().zip(&chosen.kept).map(|(s, k)| s.only(k)).collect();
         let (state, field) = joint::adjusted(&used, free, waves, chosen.settled.state)?;
         let used = waves.moved(&used, &field.numbers);
@@ -70,7 +70,8 @@ pub(super) fn fielded(
         let all = waves.moved(stations, &field.numbers);
         let next = within(&Problem { stations: &all, free }, &chosen.settled.state, options)?;
         chosen.field = Some(field);
-        if next == chosen.kept {
+        // What is kept is what was adjusted to.
+        if next == chosen.kept || round == MAX_ROUNDS {
             break;
         }
         chosen.kept = next;

@@ -26,6 +26,14 @@ pub enum CameraRefused {
         /// The least number.
         needed: usize,
     },
+    /// More views than are adjusted together with a plate's field.
+    #[error("{found} views; with a field of the plate at most {most} are adjusted")]
+    TooManyForField {
+        /// Views given.
+        found: usize,
+        /// The greatest number.
+        most: usize,
+    },
     /// A view shows too little of the grid.
     #[error("view {view} has {found} discs; at least {needed} are needed")]
     TooFewDiscs {
@@ -163,6 +171,21 @@ pub enum CameraRefused {
         rms_px: f64,
         /// Why there is no camera with a flat one.
         flat: Box<CameraRefused>,
+    },
+    /// The sizes of the plate's field change from round to round.
+    #[error(
+        "the size of the plate's field does not settle in {rounds} rounds: {height_mm:.1e} mm in height and {plane_mm:.1e} mm in \
+         the plane, the last change {change:.1e} of it"
+    )]
+    FieldUnsettled {
+        /// Rounds made.
+        rounds: usize,
+        /// The size in height, mm.
+        height_mm: f64,
+        /// The size along each axis of the plane, mm.
+        plane_mm: f64,
+        /// The last change of either as a share of it.
+        change: f64,
     },
     /// The iteration did not settle.
     #[error("no convergence after {steps} steps (last step {last:.1e} standard deviations)")]

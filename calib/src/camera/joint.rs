@@ -1,20 +1,20 @@
 //! The adjustment of camera, plate, poses and the plate's field (11) together.
 //!
-//! With `a` the numbers of the field's waves, `t` the field's size in height or in the plane and `s` the size of the
+//! With `b` the numbers of the field's waves, `t` times those of (11), `t` the field's size in height or in the plane and `s` the size of the
 //! residuals in units of the deviations given,
 //!
 //! ```text
-//! sum r^T W r + s^2 sum a^2 / t^2                                                                              (12)
+//! sum r^T W r + s^2 sum b^2 / t^2,   b = t a                                                                    (12)
 //! ```
 //!
 //! is made least, and `s` and both `t` are those of the greatest restricted likelihood, by MacKay's rounds: with `C` the
-//! covariance of the numbers `a` of one size, `m` their count, and `n` coordinates less the unknowns beside the field
+//! covariance of the numbers `b` of one size, `m` their count, and `n` coordinates less the unknowns beside the field
 //!
 //! ```text
-//! g = m - tr C / t^2,     t^2 = sum a^2 / g,     s^2 = sum r^T W r / (n - sum g)                               (13)
+//! g = m - tr C / t^2,     t^2 = sum b^2 / g,     s^2 = sum r^T W r / (n - sum g)                               (13)
 //! ```
 //!
-//! `g` is how many numbers the discs themselves have fixed. No size is chosen by hand: a plate without a field ends with
+//! but `s` at least 1. `g` is how many numbers the discs themselves have fixed. No size is chosen by hand: a plate without a field ends with
 //! sizes of nothing.
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
@@ -22,20 +22,25 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 use super::adjust::{Problem, State};
 use super::error::CameraRefused;
 use super::field::Waves;
+use super::model::PARAMETERS;
 use super::normal::{Numbers, SHARED, Square, roots};
 use super::predict::slopes;
-use super::view::{Ready, Station};
+use super::view::Station;
 
 /// Steps of an adjustment and rounds of (13).
 const MAX_STEPS: usize = 100;
-const MAX_ROUNDS: usize = 30;
+const MAX_ROUNDS: usize = 100;
 /// The last step in standard deviations, times `s`: of an adjustment between rounds, and of the last one.
 const ROUGH: f64 = 0.1;
 const END: f64 = 1e-3;
-/// So short a last step ends a valley in which the way is slow: some hundredths of what the numbers are known to.
+/// So short a last step, times `s`, ends a valley in which the way is slow: some hundredths of what the numbers are known to.
 const SLOW_END: f64 = 0.05;
+/// Least eigenvalue of the shared numbers' correlations that is no rounding.
+const HELD: f64 = 1e-13;
 /// The last change of a size, as a share: a hundredth of what sizes are known to.
 const SETTLED: f64 = 0.01;
+/// A field of a smaller size is none, and need not settle: no grid is made as well as that, mm.
+const NOTHING_MM: f64 = 1e-3;
 /// Sizes to begin with, of the height and in the plane, and the least and the most, mm.
 const START_MM: [f64; 2] = [0.1, 0.05];
 const SIZES_MM: [f64; 2] = [1e-5, 10.0];
@@ -121,40 +126,90 @@ pub(super) fn adjusted(
     let mut at = Bowed { state, numbers };
     let mut noise = (joint.squares(&at) / freedom).max(1.0);
     let (mut sizes_mm, mut fixed) = (START_MM, 0.0);
+    let mut change = f64::INFINITY;
     for _ in 0..MAX_ROUNDS {
-        let end = joint.settled(ROUGH * noise.sqrt(), at, &joint.prior(sizes_mm, noise))?;
+        let end = joint.settled(ROUGH, noise, at, &joint.prior(sizes_mm, noise))?;
         at = end.at;
-        let inverse = inverse(&end.matrix)?;
+        let inverse = joint.inverse(&end.matrix, &at)?;
         let next = joint.round(&at.numbers, &inverse, sizes_mm, noise);
-        let still = (0..2).all(|k| (next.0[k] / sizes_mm[k]).ln().abs() < SETTLED);
+        let changed = |k: usize| {
+            if next.0[k] < NOTHING_MM {
+                0.0
+            } else {
+                (next.0[k] / sizes_mm[k]).ln().abs()
+            }
+        };
+        change = changed(0).max(changed(1));
         (sizes_mm, fixed) = next;
         noise = (end.squares / (freedom - fixed).max(1.0)).max(1.0);
-        if still {
+        if change < SETTLED {
             break;
         }
     }
-    let end = joint.settled(END * noise.sqrt(), at, &joint.prior(sizes_mm, noise))?;
+    // A NaN is not settled.
+    let still = change < SETTLED;
+    if !still {
+        let [height_mm, plane_mm] = sizes_mm;
+        return Err(CameraRefused::FieldUnsettled {
+            rounds: MAX_ROUNDS,
+            height_mm,
+            plane_mm,
+            change,
+        });
+    }
+    let end = joint.settled(END, noise, at, &joint.prior(sizes_mm, noise))?;
+    let inverse = joint.inverse(&end.matrix, &end.at)?;
+    joint.held(&inverse, &end.at)?;
     let field = Field {
         waves: waves.clone(),
         numbers: end.at.numbers,
         sizes_mm,
         fixed,
-        inverse: inverse(&end.matrix)?,
+        inverse,
     };
     Ok((end.at.state, field))
 }
 
-/// Of a system that its priors and the adjustment before have made definite.
-fn inverse(matrix: &DMatrix<f64>) -> Result<DMatrix<f64>, CameraRefused> {
-    let found = matrix.clone().cholesky().map(|c| c.inverse());
-    found.ok_or(CameraRefused::Weak {
-        parameter: SHARED,
-        value: 0.0,
-        sigma: f64::INFINITY,
-    })
+/// The least eigenvalue of a symmetric matrix brought to a unit diagonal, and the shared number that has most of it.
+fn loosest(matrix: &DMatrix<f64>) -> (f64, usize) {
+    let size = matrix.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
+    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        size[i] * matrix[(i, j)] * size[j]
+    });
+    let eigen = scaled.symmetric_eigen();
+    let least = eigen.eigenvalues.imin();
+    let shared = eigen.eigenvectors.column(least).rows(0, SHARED).iamax();
+    (eigen.eigenvalues[least], shared)
 }
 
 impl Joint<'_> {
+    /// Of a system that its priors and the adjustment before have made definite.
+    fn inverse(&self, matrix: &DMatrix<f64>, at: &Bowed) -> Result<DMatrix<f64>, CameraRefused> {
+        let found = matrix.clone().cholesky().map(|c| c.inverse());
+        found.ok_or_else(|| self.weak(loosest(matrix).1, at))
+    }
+
+    /// Refuses shared numbers that only rounding tells from one another: their errors go together to the last digit.
+    fn held(&self, inverse: &DMatrix<f64>, at: &Bowed) -> Result<(), CameraRefused> {
+        let (least, shared) = loosest(&inverse.view((0, 0), (SHARED, SHARED)).into_owned());
+        let held = least > HELD;
+        if held { Ok(()) } else { Err(self.weak(shared, at)) }
+    }
+
+    /// That a shared number is free.
+    fn weak(&self, parameter: usize, at: &Bowed) -> CameraRefused {
+        let numbers = at.state.camera.numbers();
+        let value = numbers
+            .get(parameter)
+            .copied()
+            .unwrap_or_else(|| at.state.bend.0[parameter - PARAMETERS]);
+        CameraRefused::Weak {
+            parameter,
+            value,
+            sigma: f64::INFINITY,
+        }
+    }
+
     /// Coordinates less the unknowns beside the field.
     fn freedom(&self) -> f64 {
         let coordinates: usize = self.stations.iter().map(|s| 2 * s.sightings.len()).sum();
@@ -162,7 +217,7 @@ impl Joint<'_> {
         coordinates.saturating_sub(unknowns).max(1) as f64
     }
 
-    /// What stands before `a^2` in (12).
+    /// What stands before `b^2` in (12).
     fn prior(&self, sizes_mm: [f64; 2], noise: f64) -> DVector<f64> {
         let m = self.waves.count();
         DVector::from_fn(3 * m, |k, _| noise / sizes_mm[usize::from(k >= m)].powi(2))
@@ -193,8 +248,9 @@ impl Joint<'_> {
         self.problem(&stations).cost(&at.state)
     }
 
-    /// The least of (12), by Levenberg and Marquardt's method.
-    fn settled(&self, end: f64, mut at: Bowed, prior: &DVector<f64>) -> Result<End, CameraRefused> {
+    /// The least of (12), by Levenberg and Marquardt's method, to a last step of `end` deviations times `s`; `noise` is `s^2`.
+    fn settled(&self, end: f64, noise: f64, mut at: Bowed, prior: &DVector<f64>) -> Result<End, CameraRefused> {
+        let unit = noise.sqrt();
         let (mut squares, mut damping, mut last) = (self.squares(&at), 1e-6, f64::INFINITY);
         for steps in 1..=MAX_STEPS {
             let (matrix, vector) = self.equations(&at, prior);
@@ -214,8 +270,8 @@ impl Joint<'_> {
             // A damped step is short however far the end is.
             last = if damping <= 1e-6 { length } else { f64::INFINITY };
             damping = (damping * 0.05).max(1e-12);
-            let slow = steps == MAX_STEPS && last <= end * (SLOW_END / END);
-            if last <= end || slow {
+            let slow = steps == MAX_STEPS && last <= SLOW_END.max(end) * unit;
+            if last <= end * unit || slow {
                 return Ok(End { at, matrix, squares });
             }
         }
@@ -316,7 +372,7 @@ impl Joint<'_> {
                 k if k < SHARED + 6 + 3 * m => by_place[(row, 1)] * slide[k - SHARED - 6 - 2 * m],
                 _ => s.pixel[row] - seen[row],
             };
-            for (r, [a, b]) in weights(s).into_iter().enumerate() {
+            for (r, [a, b]) in roots(&s.information).into_iter().enumerate() {
                 for k in 0..rows.ncols() {
                     rows[(2 * i + r, k)] = a * entry(0, k) + b * entry(1, k);
                 }
@@ -336,9 +392,4 @@ fn step(matrix: &DMatrix<f64>, vector: &DVector<f64>, damping: f64) -> Option<DV
     let mut damped = matrix.clone();
     damped.set_diagonal(&(matrix.diagonal() * (1.0 + damping)));
     Some(damped.cholesky()?.solve(vector))
-}
-
-/// Rows whose outer products sum to the information of a sighting.
-fn weights(s: &Ready) -> [[f64; 2]; 2] {
-    roots(&s.information)
 }

@@ -6,13 +6,15 @@
 //!    [`CameraRefused::Singular`]).
 //! 2. Levenberg and Marquardt's method on everything at once, every disc weighted by its covariance, poses eliminated.
 //! 3. Discs beyond the gate are left out, and the rest is adjusted again.
+//! 4. Where the plate may have a field ([`Options::field`]), all of it together once more. Where a flat plate leads nowhere
+//!    and a bent one does, that is what the refusal says ([`CameraRefused::NotFlat`]).
 //!
 //! A disc is seen at the image of its centre or by the centre of its image ([`Sighting::radius_mm`]): perspective and
 //! the lens move one from the other by hundredths of a pixel for a radius of ten pixels.
 //!
 //! The covariances are those of the deviations given, grown to the residuals' size where that is larger
 //! ([`Calibrated::noise_ratio`]). They do not know of a lens that the model does not describe, or of a grid that is bent
-//! unless [`Options::bent`] has its bend adjusted too; [`held_out()`] tells whether more numbers describe more.
+//! unless [`Options::bent`] or [`Options::field`] has its shape adjusted too; [`held_out()`] tells whether more numbers describe more.
 //!
 //! Lengths of the grid in millimetres, of the image in pixels, angles in radians.
 //!

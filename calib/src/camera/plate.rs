@@ -6,8 +6,8 @@
 //! z = b1 u^2 + b2 u w + b3 w^2, mm                                                                              (9)
 //! ```
 //!
-//! A plane is no part of it, as the pose has one. Sheet that was rolled, pressed or is held at its ends bends so; anything
-//! finer takes more views than hold a camera.
+//! A plane is no part of it, as the pose has one. Sheet that was rolled, pressed or is held at its ends bends so; what is
+//! finer is the field's ([`super::field`]).
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
@@ -68,9 +68,11 @@ pub struct PlateField {
     numbers: DVector<f64>,
     /// Of the numbers of (9), then of the field's.
     covariance: DMatrix<f64>,
-    /// The size of the field in height and of each axis in the plane, mm: the deviation of the random field that the views
-    /// make the likeliest.
+    /// The deviation of the random field that the views make the likeliest, in height and of each axis in the plane, mm: before
+    /// what pose, bend and focal lengths say is taken out of it.
     pub sizes_mm: [f64; 2],
+    /// Root mean square of the field over the discs seen, in height and of each axis in the plane, mm.
+    pub rms_mm: [f64; 2],
     /// How many of the field's numbers the views fix.
     pub fixed: f64,
 }
@@ -97,12 +99,13 @@ impl Plate {
     }
 
     /// With a field, whose covariance grows by `scale`.
-    pub(super) fn with(mut self, field: Option<&Field>, scale: f64) -> Self {
+    pub(super) fn with(mut self, field: Option<&Field>, views: &[View], scale: f64) -> Self {
         self.field = field.map(|f| PlateField {
             waves: f.waves.clone(),
             numbers: f.numbers.clone(),
             covariance: f.plate(PARAMETERS) * scale,
             sizes_mm: f.sizes_mm,
+            rms_mm: rms(views, f),
             fixed: f.fixed,
         });
         self
@@ -124,7 +127,8 @@ impl Plate {
     }
 
     /// Where the disc of a place of the grid lies from that place, mm, along the grid's axes: the field's share of the
-    /// first two is nothing without a field. Among and near the discs; far beyond them the field ends in nothing.
+    /// first two is nothing without a field. Among the discs: beyond them a field grows with the square of the distance, and
+    /// says nothing.
     pub fn offset_mm(&self, at_mm: Vector2<f64>) -> Vector3<f64> {
         let bend = Vector3::z() * self.bend.height(&self.ruler.bow(at_mm));
         let field = self.field.as_ref().map(|f| f.waves.offset(at_mm, &f.numbers));
@@ -139,6 +143,17 @@ impl Plate {
             Some(field) => field.deviation_mm(at_mm, &bow),
         }
     }
+}
+
+/// Root mean square of a field over the discs seen.
+fn rms(views: &[View], field: &Field) -> [f64; 2] {
+    let places = views.iter().flat_map(|v| &v.sightings).map(|s| s.at_mm);
+    let squares = places
+        .map(|at| field.waves.offset(at, &field.numbers))
+        .map(|o| o.component_mul(&o));
+    let (count, sum) = squares.fold((0.0, Vector3::zeros()), |(n, sum), s| (n + 1.0, sum + s));
+    let mean = sum / f64::max(count, 1.0);
+    [mean.z, 0.5 * (mean.x + mean.y)].map(f64::sqrt)
 }
 
 impl PlateField {

@@ -48,7 +48,7 @@ pub struct Calibrated {
     pub camera: Camera,
     /// Covariance of its numbers in the order of [`super::NAMES`]; zero for those that were held.
     pub covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
-    /// The plate's bend, where it was adjusted.
+    /// The plate's bend, and its field, where they were adjusted.
     pub plate: Option<Plate>,
     /// The views.
     pub views: Vec<Posed>,
@@ -57,7 +57,7 @@ pub struct Calibrated {
     /// The residuals' size in units of the deviations given: the root of chi-square over its degrees of freedom. Where it
     /// is above 1, all covariances here are those of the deviations given times its square.
     pub noise_ratio: f64,
-    /// Two a disc that took part, less the unknowns.
+    /// Two a disc that took part, less the unknowns, and less the numbers of a field that the views fix.
     pub degrees_of_freedom: usize,
     /// What the views cover.
     pub coverage: Coverage,
@@ -120,7 +120,7 @@ impl Calibrated {
             covariance: covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0) * scale,
             plate: free[PARAMETERS].then(|| {
                 let own = covariance.fixed_view::<3, 3>(PARAMETERS, PARAMETERS) * scale;
-                Plate::new(views, settled.state.bend, own).with(chosen.field.as_ref(), scale)
+                Plate::new(views, settled.state.bend, own).with(chosen.field.as_ref(), views, scale)
             }),
             views: posed,
             rms_px: (sum / used.max(1) as f64).sqrt(),

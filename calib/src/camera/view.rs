@@ -11,6 +11,8 @@ use super::plate::{Bend, Ruler};
 pub const LEAST_VIEWS: usize = 3;
 /// The least number of discs in a view.
 pub const LEAST_DISCS: usize = 8;
+/// The most views that are adjusted together with a plate's field: poses are not eliminated there.
+pub(super) const MOST_FIELD_VIEWS: usize = 64;
 /// The largest side of an image, pixels.
 const MAX_SIDE: usize = 100_000;
 
@@ -148,6 +150,10 @@ pub(super) fn check(views: &[View], size: ImageSize, options: &Options) -> Resul
         for (disc, s) in seen.sightings.iter().enumerate() {
             sighting(s, [view, disc], size)?;
         }
+    }
+    if options.field && views.len() > MOST_FIELD_VIEWS {
+        let (found, most) = (views.len(), MOST_FIELD_VIEWS);
+        return Err(CameraRefused::TooManyForField { found, most });
     }
     let measured = 2 * views.iter().map(|v| v.sightings.len()).sum::<usize>();
     let unknowns = 6 * views.len() + options.shared().iter().filter(|f| **f).count();

@@ -49,7 +49,7 @@ impl Raster {
         }
     }
 
-    /// What a pixel of the row sees; nothing outside of the columns.
+    /// What a pixel of the row sees, where it is one of the columns.
     #[inline]
     pub(crate) fn at(&self, x: usize) -> Coverage {
         match self.seen(x) {

@@ -54,7 +54,7 @@ pub(crate) struct Grid<'a> {
 
 /// Which pixels are looked at.
 struct Pixels {
-    /// A fifth of them.
+    /// Those of a fifth of the discs, or a fifth of the pixels where there are few discs.
     thin: bool,
     /// Those that are farther off than this share of the contrast, and than noise is, are left out.
     cut: f64,

@@ -3,7 +3,7 @@
 use super::Image;
 
 /// Sums of two by two pixels, over four where samples of 16 bits need it; an odd last column or row is left out. None where
-/// nothing is left.
+/// nothing is left. With the steps of the half image that one of the image is: 4 or 1.
 ///
 /// The pixel `(x, y)` has its centre at `(2 x + 1/2, 2 y + 1/2)` of the image.
 pub(crate) fn halved(image: &Image) -> Option<(Image, f64)> {

@@ -133,6 +133,7 @@ fn a_slow_valley_ends_where_its_steps_are_nothing_beside_the_deviations() {
 /// residuals are so large that steps without their second derivative lead to and fro.
 #[test]
 fn strongly_bent_plates_taken_for_flat_settle_or_are_named() {
+    let mut named = 0;
     for (focal, lens, views, tilt) in [
         (600.0, 3, 4, 0.35),
         (600.0, 5, 5, 0.2),
@@ -151,7 +152,8 @@ fn strongly_bent_plates_taken_for_flat_settle_or_are_named() {
                 // Discs moved by a bend are further off than noise of 0.1 px has them.
                 Ok(found) => assert!(found.rms_px > 0.15, "{focal} {bend:?} {}", found.rms_px),
                 Err(CameraRefused::NotFlat { sag_mm, rms_px, .. }) => {
-                    // Over the discs' own places, and the bend is known to better than 5 %.
+                    named += 1;
+                    // The bend is known to some 5 % at most: four of those.
                     let heights = views[0].sightings.iter().map(|s| bow(bend, s.at_mm).abs());
                     let most = heights.fold(0.0, f64::max);
                     assert!(
@@ -163,6 +165,7 @@ fn strongly_bent_plates_taken_for_flat_settle_or_are_named() {
             }
         }
     }
+    assert!(named > 0);
 }
 
 /// Bends, lenses and noise of its own for each. A mean of n chi-squares of 3 degrees has the deviation sqrt(6 / n); none of

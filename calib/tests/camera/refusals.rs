@@ -31,11 +31,18 @@ fn views_that_are_all_parallel() {
 }
 
 #[test]
-fn too_few_views_and_discs() {
+fn too_few_views_and_discs_and_too_many_views() {
     let views = rig().views(None);
     let few = refused(&views[..2]);
     assert_eq!(few, CameraRefused::TooFewViews { found: 2, needed: 3 });
     assert_eq!(refused(&[]), CameraRefused::TooFewViews { found: 0, needed: 3 });
+    let crowd: Vec<View> = (0..65).map(|k| views[k % 5].clone()).collect();
+    let options = Options {
+        field: true,
+        ..Options::default()
+    };
+    let many = calibrate(&crowd, SIZE, &options).unwrap_err();
+    assert_eq!(many, CameraRefused::TooManyForField { found: 65, most: 64 });
     let mut short = views;
     short[1].sightings.truncate(7);
     assert_eq!(

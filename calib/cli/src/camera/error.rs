@@ -50,6 +50,8 @@ pub(crate) enum CameraError {
 pub(super) fn advice(refused: &CameraRefused) -> &'static str {
     match refused {
         CameraRefused::TooFewViews { .. } => "Take more pictures, tilting the grid to all sides by about 30 degrees",
+        CameraRefused::TooManyForField { .. } => "Give fewer pictures, of many tilts, or take --plate bent",
+        CameraRefused::FieldUnsettled { .. } => "Take --plate bent, or more pictures",
         CameraRefused::Parallel { .. } => "Tilt the grid more: to the left and right, up and down, by about 30 degrees",
         CameraRefused::Identical { .. } => "Give each picture once",
         CameraRefused::Singular { .. } | CameraRefused::TooFewDiscs { .. } => {

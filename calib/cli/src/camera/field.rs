@@ -9,7 +9,8 @@ use super::read::Seen;
 /// A smooth field by which the discs lie off their places, the same in all views.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FieldRecord {
-    /// The deviation of the random field, in height and of each axis in the plane, mm.
+    /// The deviation of the random field, in height and of each axis in the plane, mm, before what pose, bend and focal lengths
+    /// say is taken out of it.
     pub sizes_mm: [f64; 2],
     /// Over such a distance it changes, mm.
     pub reach_mm: f64,

@@ -102,11 +102,11 @@ fn plate(text: &mut String, found: &Calibrated) {
         middle.y
     );
     let Some(field) = &plate.field else { return };
-    let [height, flat] = field.sizes_mm;
+    let [height, flat] = field.rms_mm;
     line!(
         text,
-        "  the discs lie off that by a smooth field of {height:.3} mm in height and {flat:.3} mm along each axis of the \
-         plane; the views fix {:.0} of its numbers",
+        "  the discs lie off that by a smooth field, {height:.3} mm RMS in height and {flat:.3} mm RMS along each axis of \
+         the plane; the views fix {:.0} of its numbers",
         field.fixed
     );
 }
