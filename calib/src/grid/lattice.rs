@@ -65,72 +65,105 @@ pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
     best
 }
 
-fn alike(a: &Blob, b: &Blob, factor: f64) -> bool {
-    let ratio = a.area / b.area;
+fn alike(a: f64, b: f64, factor: f64) -> bool {
+    let ratio = a / b;
     ratio < factor && ratio * factor > 1.0
 }
 
-type Side<'a> = Box<dyn Iterator<Item = &'a (f64, usize)> + 'a>;
+/// What is looked at of a candidate, side by side in memory.
+struct Spot {
+    at: Vector2<f64>,
+    area: f64,
+    index: usize,
+}
 
 /// Candidates in the order of their columns: who is near is looked for in a part of them.
-struct Order(Vec<(f64, usize)>);
+struct Order(Vec<Spot>);
 
 impl Order {
     fn new(blobs: &[Blob]) -> Self {
-        let mut order: Vec<(f64, usize)> = blobs.iter().enumerate().map(|(i, b)| (b.at.x, i)).collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let spot = |(index, b): (usize, &Blob)| Spot {
+            at: b.at,
+            area: b.area,
+            index,
+        };
+        let mut order: Vec<Spot> = blobs.iter().enumerate().map(spot).collect();
+        order.sort_by(|a, b| a.at.x.total_cmp(&b.at.x));
         Self(order)
     }
 
     /// Those that are at most `reach` pixels left or right of a place.
-    fn about(&self, x: f64, reach: f64) -> &[(f64, usize)] {
-        let from = self.0.partition_point(|o| o.0 < x - reach);
-        let to = self.0.partition_point(|o| o.0 <= x + reach);
+    fn about(&self, x: f64, reach: f64) -> &[Spot] {
+        let from = self.0.partition_point(|o| o.at.x < x - reach);
+        let to = self.0.partition_point(|o| o.at.x <= x + reach);
         self.0.get(from..to).unwrap_or_default()
-    }
-
-    /// Those to the right of a place, and those to the left of it, the nearest first.
-    fn sides(&self, x: f64) -> [Side<'_>; 2] {
-        let (left, right) = self.0.split_at(self.0.partition_point(|o| o.0 < x));
-        [Box::new(right.iter()), Box::new(left.iter().rev())]
     }
 }
 
 /// The nearest candidates of like size, in the measure that makes the disc a circle: how far, and the way to each.
-fn nearest(blobs: &[Blob], order: &Order, measure: &Matrix2<f64>, i: usize) -> Vec<(f64, Vector2<f64>)> {
-    let length = |d: &Vector2<f64>| (d.transpose() * measure * d)[0].sqrt();
-    // A way of length 1 goes at most so far along x.
-    let widest = blobs[i].shape[(0, 0)].sqrt();
-    let mut near: Vec<(f64, Vector2<f64>)> = Vec::with_capacity(NEIGHBOURS + 1);
-    for side in order.sides(blobs[i].at.x) {
-        for (_, j) in side {
-            let d = blobs[*j].at - blobs[i].at;
-            let most = near.get(NEIGHBOURS - 1).map_or(f64::MAX, |n| n.0);
+struct Nearest<'a> {
+    blob: &'a Blob,
+    index: usize,
+    measure: &'a Matrix2<f64>,
+    near: Vec<(f64, Vector2<f64>)>,
+}
+
+impl<'a> Nearest<'a> {
+    fn of(blobs: &'a [Blob], order: &Order, measure: &'a Matrix2<f64>, index: usize) -> Vec<(f64, Vector2<f64>)> {
+        let mut all = Self {
+            blob: &blobs[index],
+            index,
+            measure,
+            near: Vec::with_capacity(NEIGHBOURS + 1),
+        };
+        let (left, right) = order
+            .0
+            .split_at(order.0.partition_point(|o| o.at.x < blobs[index].at.x));
+        all.visit(right.iter());
+        all.visit(left.iter().rev());
+        all.near
+    }
+
+    /// Those on one side, the nearest along x first.
+    fn visit<'b>(&mut self, side: impl Iterator<Item = &'b Spot>) {
+        let measure = self.measure;
+        // A way of length 1 goes at most so far along x, and along y.
+        let [widest, tallest] = [0, 1].map(|k| self.blob.shape[(k, k)].sqrt());
+        let mut most = self.most();
+        for spot in side {
+            let d = spot.at - self.blob.at;
             if d.x.abs() > most * widest {
                 break;
             }
-            let l = length(&d);
-            if *j == i || l >= most || !alike(&blobs[*j], &blobs[i], ALIKE) {
+            if d.y.abs() > most * tallest || spot.index == self.index || !alike(spot.area, self.blob.area, ALIKE) {
                 continue;
             }
-            let place = near.partition_point(|n| n.0 < l);
-            near.insert(place, (l, d));
-            near.truncate(NEIGHBOURS);
+            let l = (d.transpose() * measure * d)[0].sqrt();
+            if l < most {
+                let place = self.near.partition_point(|n| n.0 < l);
+                self.near.insert(place, (l, d));
+                self.near.truncate(NEIGHBOURS);
+                most = self.most();
+            }
         }
     }
-    near
+
+    /// Beyond this nothing is among the nearest.
+    fn most(&self) -> f64 {
+        self.near.get(NEIGHBOURS - 1).map_or(f64::MAX, |n| n.0)
+    }
 }
 
 /// The two shortest steps to pairs of opposite neighbours, in the measure that makes the disc a circle.
 fn basis(blobs: &[Blob], order: &Order, measure: &Matrix2<f64>, i: usize) -> Option<Basis> {
-    let length = |d: &Vector2<f64>| (d.transpose() * measure * d)[0].sqrt();
-    let near = nearest(blobs, order, measure, i);
+    let square = |d: &Vector2<f64>| (d.transpose() * measure * d)[0];
+    let near = Nearest::of(blobs, order, measure, i);
     let mut steps: Vec<(f64, f64, Vector2<f64>)> = Vec::new();
     for (j, a) in near.iter().enumerate() {
         for b in &near[j + 1..] {
-            let (error, mean) = (length(&(a.1 + b.1)), 0.5 * (a.0 + b.0));
-            if error < SKEW * mean {
-                steps.push((mean, error / mean, (a.1 - b.1) * 0.5));
+            let (error, mean) = (square(&(a.1 + b.1)), 0.5 * (a.0 + b.0));
+            if error < (SKEW * mean).powi(2) {
+                steps.push((mean, error.sqrt() / mean, (a.1 - b.1) * 0.5));
             }
         }
     }
@@ -212,20 +245,16 @@ impl Growth<'_> {
         let mut best: Option<(f64, usize)> = None;
         // The ellipse of all ways shorter than NEAR steps, along x.
         let reach = NEAR * Vector2::new(steps[0].x, steps[1].x).norm();
-        for (_, j) in self.order.about(expected.x, reach) {
-            let (j, blob) = (*j, &self.blobs[*j]);
-            if self.used[j] || !alike(blob, &self.blobs[from], MARK) {
+        let area = self.blobs[from].area;
+        for spot in self.order.about(expected.x, reach) {
+            if self.used[spot.index] || !alike(spot.area, area, MARK) {
                 continue;
             }
-            let off = (inverse * (blob.at - expected)).norm();
+            let off = (inverse * (spot.at - expected)).norm();
             // Of two that lie there the one of the right size.
-            let unlike = if alike(blob, &self.blobs[from], ALIKE) {
-                0.0
-            } else {
-                0.1
-            };
+            let unlike = if alike(spot.area, area, ALIKE) { 0.0 } else { 0.1 };
             if off < NEAR && best.is_none_or(|b| off + unlike < b.0) {
-                best = Some((off + unlike, j));
+                best = Some((off + unlike, spot.index));
             }
         }
         let (_, found) = best?;
