@@ -39,11 +39,11 @@
 //!
 //! | voxel, mm | 2 mm, 10 HU | 2 mm, 50 HU | 1 mm, 10 HU | 1 mm, 50 HU |
 //! |---|---|---|---|---|
-//! | 0.5 x 0.5 x 0.5 | 0.001 | 0.003 | 0.001 | 0.006 |
+//! | 0.5 x 0.5 x 0.5 | 0.001 | 0.002 | 0.001 | 0.005 |
 //! | 0.5 x 0.5 x 1 | 0.001 | 0.004 | 0.004 | 0.010 |
-//! | 0.5 x 0.5 x 3 | 0.021 | 0.021 | 0.048 | 0.082 |
+//! | 0.5 x 0.5 x 3 | 0.028 | 0.037 | 0.053 | 0.102 |
 //!
-//! A slice of 3 mm that is the mean over its thickness with no more blur than that has 0.10 mm (`docs/beads.md`).
+//! Each bead is alone in its volume there; `docs/beads.md` has the errors by profile and by how many beads tell it.
 //!
 //! ```
 //! use calib::bead::{Dense, Search, find};

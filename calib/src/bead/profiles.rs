@@ -1,7 +1,7 @@
 //! Which profile the slices of a volume have: all its beads together say, and where they do not, both count.
 //!
 //! A slice of 3 mm sees a bead of 2 mm in three voxels along its normal: as many numbers as height, width and metal have, so
-//! that a bell and a mean over the thickness fit alike, with centres 0.1 mm apart. With w the share of a profile by its
+//! that a bell and a mean over the thickness fit nearly alike, with centres 0.1 to 0.3 mm apart. With w the share of a profile by its
 //! likelihood, the centre is the mean of both by w, and their distance is in its covariance.
 
 use nalgebra::Vector3;
