@@ -9,8 +9,9 @@ use super::kernel::{Kernel, Response, moved};
 use super::optics::Optics;
 use super::profile::Blur;
 use super::profiles::weighed;
-use super::refine::refine;
+use super::refine::{Refined, refine};
 use super::seeds::seeds;
+use super::start::height;
 use super::{Reason, Refused, Search, Voxels};
 
 /// HU of air: on the skin a bead's surroundings may be that dark.
@@ -259,7 +260,10 @@ impl<'a> Finder<'a> {
         let mut left = MAX_REFINED;
         let mut model = |candidate: &Candidate| {
             let samples = self.samples(candidate, &self.optics.axes(), clip_hu);
-            let expected = self.expected(blur, &candidate.response);
+            let mut expected = self.expected(blur, &candidate.response);
+            if self.optics.is_thick() {
+                expected.height_mm = height(&samples, &blur, self.optics.step_mm[1]);
+            }
             let fitted = fit(&samples, &expected);
             let judged = match &fitted {
                 Some(fitted) => judge_fit(fitted, self.search, &self.optics),
@@ -270,8 +274,7 @@ impl<'a> Finder<'a> {
                 return judged.and(fitted.ok_or(Reason::NoFit));
             }
             left -= 1;
-            let refined =
-                refine(&samples, &expected, clip_hu, self.search.ground).filter(|r| self.is_near(&r.centre()));
+            let refined = refine(&samples, &expected, clip_hu, self.search.ground).filter(|r| self.is_near(r));
             match (judged, refined) {
                 (Ok(()), refined) => refined.and_then(|r| r.fitted()).or(fitted).ok_or(Reason::NoFit),
                 (Err(reason), refined) => refined
@@ -282,9 +285,11 @@ impl<'a> Finder<'a> {
         candidates.iter().map(&mut model).collect()
     }
 
-    /// Whether a centre lies where its spot is, which is known to about half a voxel; a centre that has run away is none.
-    fn is_near(&self, centre: &Vector3<f64>) -> bool {
-        centre.norm() <= self.search.radius_mm[1].max(self.optics.step_mm[1])
+    /// Whether a centre lies where its spot is, which is known to about half a voxel, and is known to that; a centre that
+    /// has run away is none.
+    fn is_near(&self, refined: &Refined) -> bool {
+        let most = self.search.radius_mm[1].max(self.optics.step_mm[1]);
+        refined.centre().norm() <= most && refined.deviation_mm() <= most
     }
 
     fn bead(&self, candidate: &Candidate, fitted: &Fitted) -> Bead {
@@ -336,6 +341,7 @@ impl<'a> Finder<'a> {
         Expected {
             blur,
             metal_hu: 2.0 * self.search.metal_hu,
+            height_mm: 0.0,
             deviations: [range.max(0.02), BLUR_DEVIATION, axial, METAL_DEVIATION],
             noise_hu: response.ground_deviation_hu,
             ground_hu: response.ground_hu,

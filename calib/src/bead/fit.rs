@@ -47,6 +47,8 @@ pub(super) struct Expected {
     pub(super) metal_hu: f64,
     /// Of radius, blur in the plane, blur along the normal, and metal.
     pub(super) deviations: [f64; 4],
+    /// Height over the samples' middle to start from, mm.
+    pub(super) height_mm: f64,
     /// Of the ground's values, HU.
     pub(super) noise_hu: f64,
     pub(super) ground_hu: f64,
@@ -176,6 +178,7 @@ pub(super) fn fit(samples: &[Sample], expected: &Expected) -> Option<Fitted> {
         x: Vector::zeros(),
         slice_mm: expected.blur.slice_mm,
     };
+    state.x[2] = expected.height_mm;
     state.x.fixed_rows_mut::<4>(3).copy_from_slice(&start);
     state.x[7] = expected.ground_hu;
     state = problem.settle(state)?;

@@ -73,6 +73,7 @@ mod search;
 mod seeds;
 pub mod shell;
 mod special;
+mod start;
 mod voxels;
 
 pub use detect::{Bead, Found, Rejected, find};

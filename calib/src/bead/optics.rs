@@ -98,6 +98,11 @@ impl Optics {
         }
     }
 
+    /// Whether slices are thicker than their blur: how they are blurred then counts, and a spot's middle says little of its height.
+    pub(super) fn is_thick(&self) -> bool {
+        BLUR_PER_STEP * self.step_mm[1] > LEAST_BLUR_MM
+    }
+
     /// The profiles that a slice may have: a bell, and where it is thick, a mean over its thickness behind the scanner's
     /// own blur, as slices averaged from thin ones are.
     pub(super) fn profiles(&self, radius_mm: f64) -> Vec<Blur> {
@@ -108,8 +113,11 @@ impl Optics {
             slice_mm: step,
             ..bell
         };
-        let thick = BLUR_PER_STEP * step > LEAST_BLUR_MM;
-        if thick { vec![bell, averaged] } else { vec![bell] }
+        if self.is_thick() {
+            vec![bell, averaged]
+        } else {
+            vec![bell]
+        }
     }
 
     /// The brightest voxel's share of the metal's HU for the smallest bead in the worst place: midway between voxels.

@@ -80,6 +80,11 @@ impl Refined<'_> {
         Vector3::new(self.state[0], self.state[1], self.state[2])
     }
 
+    /// The greatest standard deviation of the centre's coordinates, mm.
+    pub(super) fn deviation_mm(&self) -> f64 {
+        self.inverse.fixed_view::<3, 3>(0, 0).diagonal().max().max(0.0).sqrt()
+    }
+
     /// As stage 2 gives it, by the field; `None` where the field's covariance has no factor.
     pub(super) fn fitted(&self) -> Option<Fitted> {
         let Self { refiner, inverse, .. } = self;
@@ -136,9 +141,10 @@ impl<'a> Refiner<'a> {
         BALL + self.ground.coefficients()
     }
 
-    /// What is expected, at the samples' middle.
+    /// What is expected, at the height that is expected.
     fn start(&self) -> DVector<f64> {
         let mut state = DVector::zeros(self.unknowns());
+        state[2] = self.expected.height_mm;
         state.rows_mut(METAL, 4).copy_from_slice(&self.expected.prior().0);
         state[BALL] = self.expected.ground_hu;
         state
