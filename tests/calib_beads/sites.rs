@@ -162,7 +162,8 @@ pub(crate) fn planted(volume: &Dense, sites: &[Site], body: &Body, metal_hu: f64
     let grid = *volume.grid();
     let [nx, ny, nz] = grid.dims();
     let all = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-    let mut values: Vec<i16> = all.map(|voxel| volume.at(voxel)).collect();
+    // A scanner that clips does so everywhere.
+    let mut values: Vec<i16> = all.map(|voxel| volume.at(voxel).min(CLIP_HU as i16)).collect();
     let scanner = Scanner::of(&grid);
     let around = within(&grid, body.reach_mm + 4.5 * scanner.plane_mm.max(scanner.axial_mm));
     for site in sites {
