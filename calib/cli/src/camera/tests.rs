@@ -228,7 +228,8 @@ fn a_field_is_reported_and_written_by_disc() {
     let outcome = bench
         .run(&grids(&good()), "--lens radial --plate field --out @camera.toml")
         .unwrap();
-    assert!(outcome.text.contains("smooth field of"), "{}", outcome.text);
+    let said = "by a smooth field, 0.000 mm RMS in height and 0.000 mm RMS along";
+    assert!(outcome.text.contains(said), "{}", outcome.text);
     let file = CameraFile::read(&bench.path("camera.toml")).unwrap();
     let field = file.plate.unwrap().field.unwrap();
     // The discs are exact, and lie where they are said to: every offset is nothing beside a pixel of 0.1 mm.
