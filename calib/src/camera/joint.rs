@@ -172,6 +172,10 @@ pub(super) fn adjusted(
 
 /// The least eigenvalue of a symmetric matrix brought to a unit diagonal, and the shared number that has most of it.
 fn loosest(matrix: &DMatrix<f64>) -> (f64, usize) {
+    // Of what is no number eigenvalues are looked for without end.
+    if !matrix.iter().all(|v| v.is_finite()) {
+        return (f64::NAN, 0);
+    }
     let size = matrix.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
         size[i] * matrix[(i, j)] * size[j]
