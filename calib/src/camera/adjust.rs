@@ -86,6 +86,17 @@ impl State {
         }
     }
 
+    /// The refusal of a shared number that the views leave free.
+    pub(super) fn free_number(&self, parameter: usize) -> CameraRefused {
+        let numbers = self.camera.numbers();
+        let of_plate = || self.bend.0[parameter - PARAMETERS];
+        CameraRefused::Weak {
+            parameter,
+            value: numbers.get(parameter).copied().unwrap_or_else(of_plate),
+            sigma: f64::INFINITY,
+        }
+    }
+
     /// With what is shared moved by `step`; none where a focal length is not above 0.
     pub(super) fn moved(&self, step: &Numbers, poses: Vec<Pose>) -> Option<Self> {
         let numbers: [f64; PARAMETERS] = {

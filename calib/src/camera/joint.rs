@@ -1,7 +1,7 @@
 //! The adjustment of camera, plate, poses and the plate's field (11) together.
 //!
-//! With `b` the numbers of the field's waves, `t` times those of (11), `t` the field's size in height or in the plane and `s` the size of the
-//! residuals in units of the deviations given,
+//! With `b` the numbers of the field's waves, `t` times those of (11), `t` the field's size in height or in the plane and
+//! `s` the size of the residuals in units of the deviations given,
 //!
 //! ```text
 //! sum r^T W r + s^2 sum b^2 / t^2,   b = t a                                                                    (12)
@@ -14,16 +14,15 @@
 //! g = m - tr C / t^2,     t^2 = sum b^2 / g,     s^2 = sum r^T W r / (n - sum g)                               (13)
 //! ```
 //!
-//! but `s` at least 1. `g` is how many numbers the discs themselves have fixed. No size is chosen by hand: a plate without a field ends with
-//! sizes of nothing.
+//! but `s` at least 1. `g` is how many numbers the discs themselves have fixed. No size is chosen by hand: a plate without
+//! a field ends with sizes of nothing.
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 use super::adjust::{Problem, State};
 use super::error::CameraRefused;
 use super::field::Waves;
-use super::model::PARAMETERS;
-use super::normal::{Numbers, SHARED, Square, roots};
+use super::normal::{HELD, Numbers, SHARED, Square, loosest, roots};
 use super::predict::slopes;
 use super::view::Station;
 
@@ -35,8 +34,6 @@ const ROUGH: f64 = 0.1;
 const END: f64 = 1e-3;
 /// So short a last step, times `s`, ends a valley in which the way is slow: some hundredths of what the numbers are known to.
 const SLOW_END: f64 = 0.05;
-/// Least eigenvalue of the shared numbers' correlations that is no rounding.
-const HELD: f64 = 1e-13;
 /// The last change of a size, as a share: a hundredth of what sizes are known to.
 const SETTLED: f64 = 0.01;
 /// A field of a smaller size is none, and need not settle: no grid is made as well as that, mm.
@@ -170,47 +167,21 @@ pub(super) fn adjusted(
     Ok((end.at.state, field))
 }
 
-/// The least eigenvalue of a symmetric matrix brought to a unit diagonal, and the shared number that has most of it.
-fn loosest(matrix: &DMatrix<f64>) -> (f64, usize) {
-    // Of what is no number eigenvalues are looked for without end.
-    if !matrix.iter().all(|v| v.is_finite()) {
-        return (f64::NAN, 0);
-    }
-    let size = matrix.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
-    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        size[i] * matrix[(i, j)] * size[j]
-    });
-    let eigen = scaled.symmetric_eigen();
-    let least = eigen.eigenvalues.imin();
-    let shared = eigen.eigenvectors.column(least).rows(0, SHARED).iamax();
-    (eigen.eigenvalues[least], shared)
-}
-
 impl Joint<'_> {
     /// Of a system that its priors and the adjustment before have made definite.
     fn inverse(&self, matrix: &DMatrix<f64>, at: &Bowed) -> Result<DMatrix<f64>, CameraRefused> {
         let found = matrix.clone().cholesky().map(|c| c.inverse());
-        found.ok_or_else(|| self.weak(loosest(matrix).1, at))
+        found.ok_or_else(|| at.state.free_number(loosest(matrix).1))
     }
 
     /// Refuses shared numbers that only rounding tells from one another: their errors go together to the last digit.
     fn held(&self, inverse: &DMatrix<f64>, at: &Bowed) -> Result<(), CameraRefused> {
         let (least, shared) = loosest(&inverse.view((0, 0), (SHARED, SHARED)).into_owned());
         let held = least > HELD;
-        if held { Ok(()) } else { Err(self.weak(shared, at)) }
-    }
-
-    /// That a shared number is free.
-    fn weak(&self, parameter: usize, at: &Bowed) -> CameraRefused {
-        let numbers = at.state.camera.numbers();
-        let value = numbers
-            .get(parameter)
-            .copied()
-            .unwrap_or_else(|| at.state.bend.0[parameter - PARAMETERS]);
-        CameraRefused::Weak {
-            parameter,
-            value,
-            sigma: f64::INFINITY,
+        if held {
+            Ok(())
+        } else {
+            Err(at.state.free_number(shared))
         }
     }
 

@@ -8,7 +8,7 @@
 //!                                 pose  turn                                                                    (8)
 //! ```
 
-use nalgebra::{Matrix2, Matrix6, SMatrix, SVector, Vector6};
+use nalgebra::{DMatrix, Matrix2, Matrix6, SMatrix, SVector, Vector6};
 
 use super::model::PARAMETERS;
 use super::plate::Bend;
@@ -133,5 +133,49 @@ impl Reduced {
             vector,
             inverses,
         })
+    }
+}
+
+/// The least eigenvalue of shared numbers, brought to a unit diagonal, that is no rounding.
+pub(super) const HELD: f64 = 1e-13;
+
+/// The least eigenvalue of a symmetric matrix brought to a unit diagonal (pixels and coefficients are of different size),
+/// and the shared number, one of its first, that has most of it.
+pub(super) fn loosest(matrix: &DMatrix<f64>) -> (f64, usize) {
+    // Of what is no number eigenvalues are looked for without end.
+    if !matrix.iter().all(|v| v.is_finite()) {
+        return (f64::NAN, 0);
+    }
+    let size = matrix.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
+    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        size[i] * matrix[(i, j)] * size[j]
+    });
+    let eigen = scaled.symmetric_eigen();
+    let least = eigen.eigenvalues.imin();
+    let shared = eigen.eigenvectors.column(least).rows(0, SHARED).iamax();
+    (eigen.eigenvalues[least], shared)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_loosest_number_is_told_whatever_the_units_and_what_is_no_number_is_not_looked_at() {
+        let units = |k: usize| [1e3, 1e-2, 1.0][k % 3];
+        // All alone but 2 and 5, which all but go together: the least eigenvalue is 1 - 0.9999.
+        let of = |i: usize, j: usize| match (i.min(j), i.max(j)) {
+            (i, j) if i == j => 1.0,
+            (2, 5) => 0.9999,
+            _ => 0.0,
+        };
+        let mut matrix = DMatrix::from_fn(SHARED + 4, SHARED + 4, |i, j| units(i) * of(i, j) * units(j));
+        let (least, shared) = loosest(&matrix);
+        assert!(
+            (least - 1e-4).abs() < 1e-12 && [2, 5].contains(&shared),
+            "{least} {shared}"
+        );
+        matrix[(0, 0)] = f64::NAN;
+        assert!(loosest(&matrix).0.is_nan());
     }
 }

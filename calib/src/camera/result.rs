@@ -1,14 +1,14 @@
 //! A calibrated camera with all that is known of its error.
 
 use geometry::{Rigid, Vector};
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector2};
+use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector2};
 
 use super::adjust::{Pose, State};
 use super::choice::Chosen;
 use super::coverage::Coverage;
 use super::error::CameraRefused;
 use super::model::{Camera, CameraFrame, GridFrame, PARAMETERS};
-use super::normal::{Reduced, SHARED, Square};
+use super::normal::{HELD, Reduced, SHARED, Square, loosest};
 use super::plate::Plate;
 use super::predict::predicted;
 use super::view::{ImageSize, Options, Station, View};
@@ -140,27 +140,13 @@ fn normal(turn: &Matrix3<f64>) -> nalgebra::Vector3<f64> {
 
 /// `S^-1`, zero for the numbers that were held.
 fn covariance(chosen: &Chosen, free: &[bool; SHARED]) -> Result<Square, CameraRefused> {
-    let numbers = chosen.settled.state.camera.numbers();
-    let free_number = |parameter: usize| CameraRefused::Weak {
-        parameter,
-        value: numbers
-            .get(parameter)
-            .copied()
-            .unwrap_or_else(|| chosen.settled.state.bend.0[parameter - PARAMETERS]),
-        sigma: f64::INFINITY,
-    };
+    let free_number = |parameter| chosen.settled.state.free_number(parameter);
     let reduced = Reduced::of(&chosen.settled.normals, free, 0.0).ok_or_else(|| free_number(0))?;
-    // To a unit diagonal: pixels and coefficients are of different size.
-    let size = reduced
-        .matrix
-        .diagonal()
-        .map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
-    let scaled = Square::from_diagonal(&size) * reduced.matrix * Square::from_diagonal(&size);
-    let eigen = scaled.symmetric_eigen();
-    let least = eigen.eigenvalues.imin();
-    let held = eigen.eigenvalues[least] > 1e-13;
+    let all: Vec<f64> = reduced.matrix.iter().copied().collect();
+    let (least, parameter) = loosest(&DMatrix::from_vec(SHARED, SHARED, all));
+    let held = least > HELD;
     if !held {
-        return Err(free_number(eigen.eigenvectors.column(least).iamax()));
+        return Err(free_number(parameter));
     }
     let mut covariance = reduced.matrix.cholesky().ok_or_else(|| free_number(0))?.inverse();
     for k in (0..SHARED).filter(|k| !free[*k]) {
