@@ -5,7 +5,8 @@
 //! OpenCV on the same images (`PYTHON` has opencv-python-headless and numpy). `-- seeds N`: find rates over N seeds.
 //! `-- wrong FIRST COUNT`: that many images at random tilt, roll and noise, with missing and false discs, and how many
 //! grids have a disc with the wrong column or row; `-- dump FIRST COUNT` prints what is found in them, to compare builds.
-//! `-- crowd`: the time for images of thousands of discs. Times are of the CPU.
+//! `-- crowd`: the time for images of thousands of discs. `-- pieces FOLDER`: that for pieces of the photographs there.
+//! Times are of the CPU.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
@@ -16,6 +17,8 @@ mod common;
 mod crowd;
 #[path = "grid/opencv.rs"]
 mod opencv;
+#[path = "grid/pieces.rs"]
+mod pieces;
 #[path = "grid/series.rs"]
 mod series;
 #[path = "grid/thesis.rs"]
@@ -79,6 +82,9 @@ fn main() {
     }
     if words.iter().any(|w| w == "crowd") {
         return crowd::run();
+    }
+    if let Some(i) = words.iter().position(|w| w == "pieces") {
+        return pieces::run(words.get(i + 1).unwrap());
     }
     if let Some(seeds) = number(&words, "seeds", 0) {
         return series::seeds(seeds);

@@ -157,3 +157,41 @@ fn a_fit_does_not_shrink_discs_to_leave_residuals_out() {
     // Drawn with 3.8 mm of 20 mm; 1e-3 of the pitch is 0.03 px.
     assert!((found.radius - 0.19).abs() < 1e-3, "{}", found.radius);
 }
+
+/// Five columns of six discs of 20 px, 100 px apart, the last row's centres at `last`; edges a pixel wide.
+fn large_discs(last: f64) -> Image {
+    let mut grey = vec![200_u8; 512 * 512];
+    for (i, value) in grey.iter_mut().enumerate() {
+        let (x, y) = ((i % 512) as f64 - 47.3, (i / 512) as f64 - last);
+        let near = |v: f64, first: f64, end: f64| v - 100.0 * (v / 100.0).round().clamp(first, end);
+        let off = near(x, 0.0, 4.0).hypot(near(y, -5.0, 0.0));
+        *value -= (160.0 * (20.5 - off).clamp(0.0, 1.0)).round() as u8;
+    }
+    Image::from_bytes(512, 512, &grey).unwrap()
+}
+
+#[test]
+fn discs_that_the_border_cuts_do_not_bend_the_grid() {
+    // 9, 14 and 27 of 40 px of the last row are seen; its centres are in the image in the last case alone.
+    for (last, found) in [(522.0, 25), (517.4, 25), (504.6, 30)] {
+        for one_by_one in [false, true] {
+            let spec = GridSpec {
+                one_by_one,
+                ..GridSpec::new(5, 6, 5.0)
+            };
+            let grid = find(&large_discs(last), &spec).unwrap();
+            assert_eq!(grid.discs.len(), found, "{last} {one_by_one}");
+            assert_eq!(grid.missing.len(), 30 - found);
+            for disc in &grid.discs {
+                let truth =
+                    nalgebra::Vector2::new(47.3 + 100.0 * disc.col as f64, last - 500.0 + 100.0 * disc.row as f64);
+                // Rounding to whole steps of 160 over an edge of 125 pixels: thousandths; the drawn edge is no Gaussian.
+                assert!(
+                    (disc.at - truth).norm() < 0.02,
+                    "{last} {one_by_one}: {} {truth}",
+                    disc.at
+                );
+            }
+        }
+    }
+}

@@ -43,6 +43,10 @@ pub struct Blurred {
     /// `[[x, 0], [shear, y]]`, pixels: with its transpose it makes the shape; a chord of angle `t` lies at `x cos t`, its
     /// middle at `shear cos t`, and half of it is `y sin t` long.
     root: [f64; 3],
+    /// One over the root's x and y and the blur: divisions take longer than all else that a pixel asks for.
+    over: [f64; 3],
+    /// The weight of a chord.
+    scale: f64,
     /// The short semi-axis, pixels.
     short: f64,
     chords: Vec<Chord>,
@@ -59,13 +63,12 @@ struct Chord {
     half: f64,
 }
 
-/// Two chords as a column sees them: weight, and that times the distance `t`, `t cos`, and `t^2`.
-pub(super) type Along = [[f64; 2]; 4];
-/// Two chords as a row sees them: the share inside, its slope along y, its slopes by half length and by shear, and the
-/// share less its second derivative.
-pub(super) type Across = [[f64; 2]; 5];
-/// Sums over chords: value, and derivatives along x and y, by the root's x, y and shear, and twice along both axes.
-type Sums = [f64; 7];
+/// Two chords as a column sees them: weight, and that times the distance `t`, and `t cos`.
+pub(super) type Along = [[f64; 2]; 3];
+/// Two chords as a row sees them: the share inside, its slope along y, and its slopes by half length and by shear.
+pub(super) type Across = [[f64; 2]; 4];
+/// Sums over chords: value, and derivatives along x and y, and by the root's x, y and shear.
+type Sums = [f64; 6];
 
 impl Blurred {
     /// Prepares an ellipse. `sigma` above 0.
@@ -91,6 +94,8 @@ impl Blurred {
             ellipse,
             sigma,
             root: [x, shear, y],
+            over: [x, y, sigma].map(f64::recip),
+            scale: std::f64::consts::PI / (n + 1) as f64 * x / sigma,
             short: short.max(1e-3),
             chords: (1..=n).map(chord).collect(),
             normal: Normal::new(),
@@ -122,7 +127,7 @@ impl Blurred {
         let (mut along, mut across) = (Vec::new(), Vec::new());
         let first = self.column(x, &mut along);
         self.row(y, &mut across);
-        self.coverage(&along, across.get(first..).unwrap_or_default())
+        self.coverage(&along, across.get(first..).unwrap_or_default(), off.into())
     }
 
     /// Outside of the first ellipse nothing of the disc is left; inside the second all of it.
@@ -154,7 +159,7 @@ impl Blurred {
                 let t = u - chord.at;
                 let weight = chord.sin * self.normal.density(t);
                 (out[0][l], out[1][l]) = (weight, weight * t);
-                (out[2][l], out[3][l]) = (weight * t * chord.cos, weight * t * t);
+                out[2][l] = weight * t * chord.cos;
             }
             to.push(out);
         }
@@ -171,12 +176,15 @@ impl Blurred {
                 if above < -FAR || below > FAR {
                     continue;
                 }
+                if above > FAR && below < -FAR {
+                    out[0][l] = 1.0;
+                    continue;
+                }
                 let [high, at_high] = self.normal.at(above);
                 let [low, at_low] = self.normal.at(below);
                 let (inside, rise) = (high - low, at_high - at_low);
                 (out[0][l], out[1][l]) = (inside, rise);
                 (out[2][l], out[3][l]) = (chord.sin * (at_high + at_low), chord.cos * rise);
-                out[4][l] = inside + above * at_high - below * at_low;
             }
             to.push(out);
         }
@@ -188,30 +196,29 @@ impl Blurred {
         for (a, b) in along.iter().zip(across) {
             (0..2).for_each(|l| sum[l] += a[0][l] * b[0][l]);
         }
-        self.scale() * (sum[0] + sum[1])
+        self.scale * (sum[0] + sum[1])
     }
 
-    fn scale(&self) -> f64 {
-        std::f64::consts::PI / (self.chords.len() + 1) as f64 * self.root[0] / self.sigma
-    }
-
-    /// What is seen by a column and a row, whose pairs of chords begin with the same one.
-    pub(super) fn coverage(&self, along: &[Along], across: &[Across]) -> Coverage {
+    /// What is seen by a column and a row, whose pairs of chords begin with the same one, and which meet at a place off the
+    /// centre.
+    #[inline]
+    pub(super) fn coverage(&self, along: &[Along], across: &[Across], off: [f64; 2]) -> Coverage {
         let sums = sums(along, across);
-        let ([x, shear, y], r, scale) = (self.root, 1.0 / self.sigma, self.scale());
+        let ([x, shear, y], [over_x, over_y, r], scale) = (self.root, self.over, self.scale);
         let value = scale * sums[0];
         let [du, dv, by_y, by_shear] = [1, 2, 4, 5].map(|k| scale * r * sums[k]);
-        let by_x = value / x + scale * r * sums[3];
+        let by_x = value * over_x + scale * r * sums[3];
         // d shape = d root root^T + root d root^T, solved for x, then shear, then y.
-        let (s, t) = (shear / x, by_shear - by_y * shear / y);
+        let (s, t) = (shear * over_x, by_shear - by_y * shear * over_y);
         let slope = [
             -du,
             -dv,
-            (by_x - s * t) / (2.0 * x),
-            t / x,
-            by_y / (2.0 * y),
-            // Blurring is diffusion: d/dsigma = sigma (d^2/dx^2 + d^2/dy^2).
-            scale * r * sums[6],
+            (by_x - s * t) * 0.5 * over_x,
+            t * over_x,
+            by_y * 0.5 * over_y,
+            // Twice as large at twice the distance with twice the blur, a disc looks the same (Euler): the derivatives by
+            // all lengths, times those, have the sum 0.
+            -r * (off[0] * du + off[1] * dv + x * by_x + shear * by_shear + y * by_y),
         ];
         Coverage { value, slope }
     }
@@ -220,7 +227,7 @@ impl Blurred {
 /// The sums over chords that a column and a row see.
 #[inline]
 fn sums(along: &[Along], across: &[Across]) -> Sums {
-    let mut sums = [[0.0; 2]; 7];
+    let mut sums = [[0.0; 2]; 6];
     for (a, b) in along.iter().zip(across) {
         for l in 0..2 {
             sums[0][l] += a[0][l] * b[0][l];
@@ -229,7 +236,6 @@ fn sums(along: &[Along], across: &[Across]) -> Sums {
             sums[3][l] += a[2][l] * b[0][l];
             sums[4][l] += a[0][l] * b[2][l];
             sums[5][l] -= a[0][l] * b[3][l];
-            sums[6][l] += a[3][l] * b[0][l] - a[0][l] * b[4][l];
         }
     }
     sums.map(|[a, b]| a + b)

@@ -14,9 +14,22 @@ const N: usize = 10;
 type Params = SVector<f64, N>;
 type Information = SMatrix<f64, N, N>;
 
+/// Discs that are there take 5 to 26.
 const MAX_STEPS: usize = 60;
-/// The iteration ends where a step gains less of chi squared: 1e-4 is a hundredth of any parameter's deviation.
-const SETTLED: f64 = 1e-4;
+/// Discs that are where they are expected take fewer.
+const FEW_STEPS: usize = 20;
+/// A step that is to gain less of chi squared is the last, and one that has gained a tenth of it: 1e-2 is a tenth of any
+/// parameter's deviation, of which the step leaves the square.
+const SETTLED: f64 = 1e-2;
+/// Windows of so many pixels are looked at by one of so many rows first (an odd number, so that both fields of an interlaced
+/// image count), until a step is to gain less of chi squared.
+const MANY: usize = 600;
+const THIN: usize = 3;
+const ROUGH: f64 = 3.0;
+/// How much of a step is held back far from the end, near it, and at least.
+const FAR: f64 = 1e-3;
+const NEAR: f64 = 1e-6;
+const LEAST: f64 = 1e-9;
 /// The largest semi-axis that is fitted, pixels.
 const MAX_SEMI: f64 = 400.0;
 
@@ -39,14 +52,6 @@ pub struct DiscFit {
     pub pixels: usize,
 }
 
-/// Normal equations at one set of parameters.
-struct Equations {
-    matrix: Information,
-    vector: Params,
-    squares: f64,
-    pixels: usize,
-}
-
 /// Fits a disc that lies about where `start` says, blurred by about `sigma` pixels.
 ///
 /// All pixels within `margin` pixels of the outline are used, so that nothing else should lie there. The covariance
@@ -55,22 +60,25 @@ struct Equations {
 /// # Errors
 /// [`FitRefused`]: too few pixels, no contrast, no convergence, or a disc that runs away from where it was looked for.
 pub fn fit_disc(image: &Image, start: &Ellipse, sigma: f64, margin: f64) -> Result<DiscFit, FitRefused> {
-    let [major, minor] = start.axes().semi;
-    if !(minor > 0.0 && major <= MAX_SEMI && sigma > 0.0) {
-        return Err(FitRefused::BadStart {
-            semi: [major, minor],
-            sigma,
-        });
-    }
-    let window = Blurred::new(*start, sigma).window(margin, image.width(), image.height());
+    let fit = Fit::new(image, start, sigma, margin, start.axes().semi[0] + 2.0)?;
+    fit.from(fit.start(start, sigma)?)
+}
+
+/// Fits a disc that is expected where `start` says, up to `reach` pixels from there: none where its outline does not show
+/// `contrast` from the beginning, of that sign.
+pub(crate) fn fit_expected(
+    image: &Image,
+    start: &Ellipse,
+    [sigma, margin]: [f64; 2],
+    reach: f64,
+    contrast: f64,
+) -> Option<DiscFit> {
     let fit = Fit {
-        image,
-        window,
-        origin: start.centre,
+        steps: FEW_STEPS,
+        ..Fit::new(image, start, sigma, margin, reach).ok()?
     };
-    let params = fit.start(start, sigma)?;
-    let (params, equations) = fit.solve(params)?;
-    fit.result(params, &equations, start)
+    let params = fit.start(start, sigma).ok()?;
+    (params[6] / contrast >= 1.0).then(|| fit.from(params).ok()).flatten()
 }
 
 struct Fit<'a> {
@@ -79,6 +87,10 @@ struct Fit<'a> {
     window: [[usize; 2]; 2],
     /// Where the background's plane has its value.
     origin: Vector2<f64>,
+    /// How far from there the centre may go, pixels.
+    reach: f64,
+    /// The most steps, to what is near and from there.
+    steps: usize,
 }
 
 fn ellipse_of(p: &Params) -> Ellipse {
@@ -88,14 +100,34 @@ fn ellipse_of(p: &Params) -> Ellipse {
     }
 }
 
-impl Fit<'_> {
+impl<'a> Fit<'a> {
+    fn new(image: &'a Image, start: &Ellipse, sigma: f64, margin: f64, reach: f64) -> Result<Self, FitRefused> {
+        let semi = start.axes().semi;
+        if !(semi[1] > 0.0 && semi[0] <= MAX_SEMI && sigma > 0.0) {
+            return Err(FitRefused::BadStart { semi, sigma });
+        }
+        let window = Blurred::new(*start, sigma).window(margin, image.width(), image.height());
+        Ok(Self {
+            image,
+            window,
+            origin: start.centre,
+            reach,
+            steps: MAX_STEPS,
+        })
+    }
+
+    fn from(&self, params: Params) -> Result<DiscFit, FitRefused> {
+        let (params, equations) = self.solve(params)?;
+        self.result(params, &equations)
+    }
+
     /// Contrast and background by least squares for the starting outline: they are linear.
     fn start(&self, start: &Ellipse, sigma: f64) -> Result<Params, FitRefused> {
         let s = start.shape;
         let mut params = Params::zeros();
         let geometry = [start.centre.x, start.centre.y, s[(0, 0)], s[(0, 1)], s[(1, 1)], sigma];
         params.as_mut_slice()[..6].copy_from_slice(&geometry);
-        let equations = self.equations(&params);
+        let equations = self.equations(&params, self.thin());
         if equations.pixels < 2 * N {
             return Err(FitRefused::TooFewPixels {
                 found: equations.pixels,
@@ -111,12 +143,13 @@ impl Fit<'_> {
         Ok(params)
     }
 
-    fn equations(&self, params: &Params) -> Equations {
+    /// Of one of so many rows.
+    fn equations(&self, params: &Params, every: usize) -> Equations {
         let mut sums = Sums::default();
         let [columns, rows] = self.window;
         let mut model = Raster::default();
         model.set(ellipse_of(params), params[5], columns);
-        for y in rows[0]..rows[1] {
+        for y in (rows[0] + every / 2..rows[1]).step_by(every) {
             let row = self.image.row(y);
             model.row(y);
             for (x, sample) in row.iter().enumerate().take(columns[1]).skip(columns[0]) {
@@ -131,22 +164,49 @@ impl Fit<'_> {
         sums.equations()
     }
 
-    fn solve(&self, mut params: Params) -> Result<(Params, Equations), FitRefused> {
-        let mut damping = Damping::new();
-        let mut now = self.equations(&params);
-        for _ in 0..MAX_STEPS {
+    /// The least squares nearest to the start. A third of the rows are enough to come near.
+    fn solve(&self, start: Params) -> Result<(Params, Equations), FitRefused> {
+        let every = self.thin();
+        if every == 1 {
+            return self.settled(start, Damping::new(FAR), 1, SETTLED);
+        }
+        let (near, _) = self.settled(start, Damping::new(FAR), every, ROUGH)?;
+        self.settled(near, Damping::new(NEAR), 1, SETTLED)
+    }
+
+    /// One of so many rows is enough to come near.
+    fn thin(&self) -> usize {
+        let [columns, rows] = self.window.map(|[first, end]| end - first);
+        if columns * rows >= MANY { THIN } else { 1 }
+    }
+
+    /// The least squares of one of so many rows, to where a step is to gain less of chi squared than `least`.
+    fn settled(
+        &self,
+        mut params: Params,
+        mut damping: Damping,
+        every: usize,
+        least: f64,
+    ) -> Result<(Params, Equations), FitRefused> {
+        let mut now = self.equations(&params, every);
+        for _ in 0..self.steps {
             let Some((step, expected)) = damping.step(&now) else {
                 damping.raise();
                 continue;
             };
             let next = params + step;
-            let then = is_possible(&next).then(|| self.equations(&next));
+            // Held back by next to nothing, a step that is to gain so little is right without a look at where it leads.
+            if expected <= least * now.variance() && damping.factor <= FAR && is_possible(&next) {
+                return Ok((next, now));
+            }
+            let then = is_possible(&next).then(|| self.equations(&next, every));
             match then {
                 Some(then) if then.squares <= now.squares => {
                     let gained = now.squares - then.squares;
                     (params, now) = (next, then);
+                    self.stayed(&params)?;
                     damping.lower(gained / expected.max(f64::MIN_POSITIVE));
-                    if gained <= SETTLED * now.variance() {
+                    if gained <= 0.1 * least * now.variance() {
                         return Ok((params, now));
                     }
                 }
@@ -157,16 +217,20 @@ impl Fit<'_> {
                 return Ok((params, now));
             }
         }
-        Err(FitRefused::NoConvergence { steps: MAX_STEPS })
+        Err(FitRefused::NoConvergence { steps: self.steps })
     }
 
-    fn result(&self, params: Params, equations: &Equations, start: &Ellipse) -> Result<DiscFit, FitRefused> {
-        let ellipse = ellipse_of(&params);
-        let moved = (ellipse.centre - start.centre).norm();
-        let reach = start.axes().semi[0] + 2.0;
+    /// What leaves its place does not come back to it.
+    fn stayed(&self, params: &Params) -> Result<(), FitRefused> {
+        let (moved, reach) = ((ellipse_of(params).centre - self.origin).norm(), self.reach);
         if moved > reach {
             return Err(FitRefused::RanAway { moved, reach });
         }
+        Ok(())
+    }
+
+    fn result(&self, params: Params, equations: &Equations) -> Result<DiscFit, FitRefused> {
+        let ellipse = ellipse_of(&params);
         let noise = (equations.squares / (equations.pixels - N) as f64).sqrt();
         let inverse = equations.matrix.cholesky().map(|c| c.inverse() * equations.variance());
         let inverse = inverse.ok_or(FitRefused::NoContrast {
@@ -191,6 +255,14 @@ impl Fit<'_> {
             pixels: equations.pixels,
         })
     }
+}
+
+/// Normal equations at one set of parameters.
+struct Equations {
+    matrix: Information,
+    vector: Params,
+    squares: f64,
+    pixels: usize,
 }
 
 impl Equations {
@@ -256,11 +328,8 @@ struct Damping {
 }
 
 impl Damping {
-    fn new() -> Self {
-        Self {
-            factor: 1e-3,
-            rise: 2.0,
-        }
+    fn new(factor: f64) -> Self {
+        Self { factor, rise: 2.0 }
     }
 
     /// The step, and what it would gain were the model linear; none where the equations are singular.
@@ -274,7 +343,7 @@ impl Damping {
 
     fn lower(&mut self, ratio: f64) {
         let factor = 1.0 - (2.0 * ratio - 1.0).powi(3);
-        self.factor = (self.factor * factor.clamp(0.1, 2.0)).max(1e-9);
+        self.factor = (self.factor * factor.clamp(0.1, 2.0)).max(LEAST);
         self.rise = 2.0;
     }
 

@@ -19,6 +19,7 @@ pub use chi::{Chi, Probe};
 pub use detect::{DetectOptions, Disc, MAX_DISCS, Polarity, detect};
 pub use ellipse::{Axes, Ellipse};
 pub use error::{DetectRefused, FitRefused};
+pub(crate) use fit::fit_expected;
 pub use fit::{DiscFit, fit_disc};
 pub(crate) use raster::Raster;
 pub use region::Region;

@@ -20,6 +20,8 @@ pub(crate) struct Raster {
     /// From where to where, along x, the row sees the disc, and all of it.
     outer: [f64; 2],
     core: [f64; 2],
+    /// The row's distance from the centre.
+    y: f64,
 }
 
 impl Raster {
@@ -42,7 +44,8 @@ impl Raster {
     pub(crate) fn row(&mut self, y: usize) {
         let Some(model) = &self.model else { return };
         let (centre, y) = (model.centre(), y as f64);
-        [self.outer, self.core] = self.rims.map(|rim| rim.at(y - centre.y).map(|x| x + centre.x));
+        self.y = y - centre.y;
+        [self.outer, self.core] = self.rims.map(|rim| rim.at(self.y).map(|x| x + centre.x));
         self.across.clear();
         if self.outer[0] < self.outer[1] {
             model.row(y, &mut self.across);
@@ -54,7 +57,10 @@ impl Raster {
     pub(crate) fn at(&self, x: usize) -> Coverage {
         match self.seen(x) {
             Seen::Flat(value) => Coverage::flat(value),
-            Seen::Edge(model, along, across) => model.coverage(along, across),
+            Seen::Edge(model, along, across) => {
+                let off = [x as f64 - model.centre().x, self.y];
+                model.coverage(along, across, off)
+            }
         }
     }
 

@@ -27,6 +27,15 @@ pub(crate) struct Blob {
     pub(crate) area: f64,
     /// How far below what swallows it its darkest pixel is, steps of a sample.
     pub(crate) depth: f64,
+    /// Its ellipse reaches the plane's border: what lies beyond is not seen, and centroid, shape and area are not those of
+    /// the disc.
+    pub(crate) cut: bool,
+}
+
+/// Whether an ellipse reaches the middles of a plane's outermost pixels.
+fn is_cut(at: Vector2<f64>, shape: &Matrix2<f64>, plane: &Plane) -> bool {
+    let last = [plane.width, plane.height].map(|n| n as f64 - 1.0);
+    (0..2).any(|k| at[k].min(last[k] - at[k]) < shape[(k, k)].sqrt())
 }
 
 /// The candidates of a plane whose noise has the deviation `noise`.
@@ -48,6 +57,7 @@ pub(crate) fn blobs(plane: &Plane, noise: f64, bright: bool) -> Vec<Blob> {
     }
     stable.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut found: Vec<Blob> = distinct(&tree, &stable);
+    found.iter_mut().for_each(|b| b.cut = is_cut(b.at, &b.shape, plane));
     found.sort_by(|a, b| (b.depth * b.area.sqrt()).total_cmp(&(a.depth * a.area.sqrt())));
     found.truncate(MAX_BLOBS);
     found
@@ -114,6 +124,7 @@ fn distinct(tree: &Tree, stable: &[(f64, u32)]) -> Vec<Blob> {
             shape,
             area: outline.sums[0],
             depth: rise * tree.step,
+            cut: false,
         });
     }
     found

@@ -12,12 +12,16 @@ use super::lattice::Cell;
 use super::lines::{SEEN, THERE};
 use super::seat::Seat;
 use super::whole::point;
-use crate::disc::{DiscFit, Ellipse, fit_disc};
+use crate::disc::{DiscFit, Ellipse, fit_disc, fit_expected};
 
-/// The blur that the first fits start from, pixels.
+/// The blur that the first fits start from, pixels, and how many they are.
 const BLUR: f64 = 1.2;
+const FIRST: usize = 9;
 /// How far from where its neighbours say a disc may be that was looked for there, beside the pitch.
 const NEAR: f64 = 0.12;
+/// The share of the neighbours' contrast that must be seen where a disc is looked for, before its place, size and blur are
+/// fitted: half a radius off, half of the contrast is.
+const GLIMPSE: f64 = 0.25;
 /// Neighbours up to so many columns and rows away tell how the lens bends the grid.
 const REACH: i32 = 2;
 
@@ -81,27 +85,35 @@ impl Each<'_> {
         Ok(self.result(&ones, &expected))
     }
 
+    /// What the border cuts is no start: it is looked for with the size of the others. The first fits tell the blur that
+    /// the others start from.
     fn of_candidates(&self) -> Ones {
         let placed = &self.sized.placed;
-        let one = |(cell, i): (&Cell, &usize)| {
-            let blob = &self.search.blobs[*i];
+        let uncut = placed.cells.iter().filter(|(_, i)| !self.search.blobs[**i].cut);
+        let mut cells: Vec<(&Cell, &usize)> = uncut.collect();
+        cells.sort_unstable();
+        let (first, others) = cells.split_at(cells.len().min(FIRST));
+        let mut ones = self.ones(first, BLUR);
+        let told = median(ones.values().map(|o| o.fit.sigma).collect());
+        ones.extend(self.ones(others, if ones.is_empty() { BLUR } else { told }));
+        ones
+    }
+
+    fn ones(&self, cells: &[(&Cell, &usize)], sigma: f64) -> Ones {
+        let image = self.search.image;
+        let one = |(cell, i): &(&Cell, &usize)| {
+            let blob = &self.search.blobs[**i];
             let start = Ellipse {
                 centre: blob.at,
                 shape: blob.shape,
             };
-            let fit = self.fit(&start, &placed.h, point(*cell), BLUR)?;
-            let mark = self.sized.marks.contains(cell);
-            Some((self.seat.place(*cell), One { fit, mark }))
+            let margin = margin(&start, &self.sized.placed.h, **cell);
+            let fit = fit_disc(image, &start, sigma, margin).ok();
+            let fit = fit.filter(|f| image.holds(f.ellipse.centre))?;
+            let mark = self.sized.marks.contains(*cell);
+            Some((self.seat.place(**cell), One { fit, mark }))
         };
-        placed.cells.iter().filter_map(one).collect()
-    }
-
-    /// A fit to the pixels that are this disc's: the neighbours' edges lie a pitch less two radii away, and half of that
-    /// is its own.
-    fn fit(&self, start: &Ellipse, h: &Matrix3<f64>, at: Vector2<f64>, sigma: f64) -> Option<DiscFit> {
-        let pitch = jacobian(h, at).singular_values().min();
-        let margin = (0.5 * (pitch - 2.0 * start.axes().semi[0])).clamp(2.0, 8.0);
-        fit_disc(self.search.image, start, sigma, margin).ok()
+        cells.iter().filter_map(one).collect()
     }
 
     /// Discs that are no candidates, or whose own outline was too bad a start, where their neighbours say, some of which
@@ -118,23 +130,29 @@ impl Each<'_> {
     /// The fit of the size that leaves the least.
     fn looked_at(&self, ones: &Ones, expected: &Expected, cell: Cell) -> Option<One> {
         let bent = bent(ones, expected, cell)?;
+        let (image, at) = (self.search.image, project(&expected.h, point(cell)) + bent);
+        let reach = NEAR * jacobian(&expected.h, point(cell)).singular_values().min();
+        let last = Vector2::new(image.width() as f64, image.height() as f64).add_scalar(-1.0);
+        let in_image = (at - at.sup(&Vector2::zeros()).inf(&last)).norm() < reach;
         let large = self.mark_radius(ones, expected);
         let sizes = match self.is_mark(cell) {
+            _ if !in_image => return None,
             Some(true) => [large, None],
             Some(false) => [Some(expected.radius), None],
             None => [Some(expected.radius), large],
         };
+        let contrast = GLIMPSE * beside(ones, cell);
         let of = |size: Option<f64>| {
             let mut start = Ellipse::of_circle(&expected.h, point(cell), size?)?;
             start.centre += bent;
-            let fit = self.fit(&start, &expected.h, point(cell), expected.sigma)?;
+            let margin = margin(&start, &expected.h, cell);
+            // To half of the way to where another disc is looked for, and back to where this one may be.
+            let fit = fit_expected(image, &start, [expected.sigma, margin], 4.0 * reach, contrast)?;
             let mark = size != Some(expected.radius);
             let ratio = fit.ellipse.mean_radius() / start.mean_radius();
+            let held = image.holds(fit.ellipse.centre) && (0.6..1.6).contains(&ratio);
             let one = One { fit, mark };
-            if !self.search.image.holds(one.fit.ellipse.centre) {
-                return None;
-            }
-            ((0.6..1.6).contains(&ratio) && expected.holds(ones, cell, &one)).then_some(one)
+            (held && expected.holds(ones, cell, &one)).then_some(one)
         };
         let found = sizes.into_iter().filter_map(of);
         found.min_by(|a, b| a.fit.noise.total_cmp(&b.fit.noise))
@@ -214,9 +232,19 @@ impl Expected {
         };
         let off = one.fit.ellipse.centre - project(&self.h, point(cell)) - bent;
         let pitch = jacobian(&self.h, point(cell)).singular_values().min();
-        let beside = median(around(ones, cell).map(|(_, o)| o.fit.contrast).collect());
-        off.norm() < NEAR * pitch && one.fit.contrast / beside > THERE
+        off.norm() < NEAR * pitch && one.fit.contrast / beside(ones, cell) > THERE
     }
+}
+
+/// The neighbours' contrast.
+fn beside(ones: &Ones, cell: Cell) -> f64 {
+    median(around(ones, cell).map(|(_, o)| o.fit.contrast).collect())
+}
+
+/// How far from a disc pixels are its own: its neighbours' edges lie a pitch less two radii away.
+fn margin(start: &Ellipse, h: &Matrix3<f64>, cell: Cell) -> f64 {
+    let pitch = jacobian(h, point(cell)).singular_values().min();
+    (0.5 * (pitch - 2.0 * start.axes().semi[0])).clamp(2.0, 8.0)
 }
 
 /// A fitted disc's radius beside the pitch.

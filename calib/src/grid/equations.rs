@@ -4,6 +4,8 @@ use nalgebra::{SMatrix, SVector};
 
 /// Homography 8, radius, blur: what moves outlines.
 pub(crate) const SHAPES: usize = 10;
+/// The place of the blur.
+pub(crate) const BLUR: usize = 9;
 /// With grey in discs 3 and around them 3.
 pub(crate) const N: usize = 16;
 pub(crate) type Params = SVector<f64, N>;
@@ -94,11 +96,17 @@ pub(crate) fn inverse(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>>
     Some(SMatrix::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
 }
 
-/// A step, and by how much the squares fall with it were the model linear.
-pub(crate) fn step(equations: &Equations, damping: f64) -> Option<(Params, f64)> {
+/// A step, which leaves the blur as it is where that is held, and by how much the squares fall with it were the model linear.
+pub(crate) fn step(equations: &Equations, damping: f64, blur_held: bool) -> Option<(Params, f64)> {
     let held = equations.matrix.diagonal() * damping;
-    let damped = equations.matrix + SMatrix::from_diagonal(&held);
-    let step = inverse(&damped)? * equations.vector;
-    let expected = step.dot(&(equations.vector + held.component_mul(&step)));
+    let mut damped = equations.matrix + SMatrix::from_diagonal(&held);
+    let mut vector = equations.vector;
+    if blur_held {
+        damped.row_mut(BLUR).fill(0.0);
+        damped.column_mut(BLUR).fill(0.0);
+        (damped[(BLUR, BLUR)], vector[BLUR]) = (1.0, 0.0);
+    }
+    let step = inverse(&damped)? * vector;
+    let expected = step.dot(&(vector + held.component_mul(&step)));
     Some((step, expected))
 }

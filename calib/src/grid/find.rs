@@ -11,6 +11,7 @@ use super::lattice::{Cell, largest};
 use super::lines::Lines;
 use super::place::{Placed, place};
 use super::seat::View;
+use super::tried::Tried;
 use super::way::{WAYS, Ways};
 use super::whole::point;
 use crate::image::{Image, noise_deviation};
@@ -36,10 +37,11 @@ pub fn find(image: &Image, spec: &GridSpec) -> Result<Found, GridRefused> {
     let discs = spec.cols * spec.rows;
     let mut refused = GridRefused::NoLattice { candidates: 0, discs };
     // Nothing is smoothed before what came before has been looked at.
+    let mut tried: Vec<Tried> = Vec::new();
     let mut ways = Ways::new(image, noise, spec.bright);
     for way in 0..WAYS {
         let Some(blobs) = ways.candidates(way) else { continue };
-        let found = Search { image, spec, blobs }.run();
+        let found = Search { image, spec, blobs }.run(&mut tried);
         match found {
             Ok(found) => return Ok(found),
             // Smoothing takes no line of discs away.
@@ -75,7 +77,7 @@ pub(crate) struct Search<'a> {
 /// A lattice with what its candidates say of its discs.
 pub(crate) struct Sized {
     pub(crate) placed: Placed,
-    /// Cells of discs of the usual size, by rows, and of large ones.
+    /// Cells of discs of the usual size, by rows, and of large ones; none that the border cuts, whose size is not known.
     pub(crate) small: Vec<Cell>,
     pub(crate) marks: HashSet<Cell>,
     /// The usual radius beside the pitch.
@@ -83,7 +85,8 @@ pub(crate) struct Sized {
 }
 
 impl Search<'_> {
-    fn run(&self) -> Result<Found, GridRefused> {
+    /// The grid, unless what is seen is a lattice that was tried.
+    fn run(&self, tried: &mut Vec<Tried>) -> Result<Found, GridRefused> {
         let (candidates, discs) = (self.blobs.len(), self.spec.cols * self.spec.rows);
         let none = GridRefused::NoLattice { candidates, discs };
         let lattice = largest(&self.blobs, discs * 9 / 10);
@@ -93,23 +96,28 @@ impl Search<'_> {
         let placed = place(&self.blobs, &lattice, self.spec).ok_or(none)?;
         let sized = self.sized(placed);
         let view = self.view(&sized, sized.placed.span, &sized.placed.h);
-        if view.is_too_large() {
+        if view.is_too_large() || self.is_beyond(&sized) || tried.iter().any(|t| t.is(&sized)) {
             return Err(view.wrong_size());
         }
+        let found = self.fitted(&sized, &view);
+        if found.is_err() {
+            tried.push(Tried::new(&sized));
+        }
+        found
+    }
+
+    /// The fit of the whole grid, or of each disc where the lens bends it.
+    fn fitted(&self, sized: &Sized, view: &View) -> Result<Found, GridRefused> {
         if !self.spec.one_by_one
             && !self.distorted(&sized.placed)
-            && let Some(found) = (Lines {
-                search: self,
-                sized: &sized,
-            })
-            .found()
+            && let Some(found) = (Lines { search: self, sized }).found()
         {
             return found;
         }
         let seat = view.seat()?;
         let each = Each {
             search: self,
-            sized: &sized,
+            sized,
             seat,
         };
         each.found()
@@ -122,11 +130,8 @@ impl Search<'_> {
     }
 
     fn sized(&self, placed: Placed) -> Sized {
-        let mut radii: Vec<(f64, Cell)> = placed
-            .cells
-            .iter()
-            .map(|(c, i)| (self.radius(&placed, c, *i), *c))
-            .collect();
+        let uncut = placed.cells.iter().filter(|(_, i)| !self.blobs[**i].cut);
+        let mut radii: Vec<(f64, Cell)> = uncut.map(|(c, i)| (self.radius(&placed, c, *i), *c)).collect();
         radii.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let middle = radii.get(radii.len() / 2).map_or(0.2, |r| r.0);
         let large = radii.partition_point(|r| r.0 <= MARK * middle);

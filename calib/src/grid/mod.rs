@@ -18,6 +18,7 @@ mod place;
 mod places;
 mod seat;
 mod tree;
+mod tried;
 mod way;
 mod whole;
 

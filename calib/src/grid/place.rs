@@ -13,6 +13,9 @@ use super::whole::point;
 /// A line of the grid counts as seen with this share of its discs.
 pub(crate) const LINE: f64 = 0.35;
 
+/// The fewest discs that make a homography.
+const FEW: usize = 8;
+
 /// Discs with coordinates whose first axis goes to the right, or up to a quarter turn from it.
 #[derive(Debug, Clone)]
 pub(crate) struct Placed {
@@ -35,13 +38,17 @@ const BASES: [[i32; 4]; 9] = [
     [1, 0, -2, 1],
 ];
 
-/// A homography of all but what lies off it by more than 0.3 steps, and what was left.
+/// A homography of all but what lies off it by more than 0.3 steps, and what was left. What the border cuts has a say only
+/// where there is hardly anything else.
 pub(crate) fn agreed(blobs: &[Blob], cells: &HashMap<Cell, usize>) -> Option<(Matrix3<f64>, HashMap<Cell, usize>)> {
     let mut kept: Vec<(Cell, usize)> = cells.iter().map(|(c, i)| (*c, *i)).collect();
     kept.sort_unstable();
     let fit = |kept: &[(Cell, usize)]| {
-        let pairs: Vec<_> = kept.iter().map(|(c, i)| (point(*c), blobs[*i].at)).collect();
-        homography(&pairs)
+        let pair = |(c, i): &(Cell, usize)| (point(*c), blobs[*i].at);
+        let seen: Vec<_> = kept.iter().filter(|k| !blobs[k.1].cut).map(pair).collect();
+        let enough = seen.len() >= FEW;
+        let of_seen = enough.then(|| homography(&seen)).flatten();
+        of_seen.or_else(|| homography(&kept.iter().map(pair).collect::<Vec<_>>()))
     };
     let mut h = fit(&kept)?;
     for _ in 0..4 {
@@ -53,7 +60,7 @@ pub(crate) fn agreed(blobs: &[Blob], cells: &HashMap<Cell, usize>) -> Option<(Ma
         }
         h = fit(&kept)?;
     }
-    (kept.len() >= 8).then(|| (h, kept.into_iter().collect()))
+    (kept.len() >= FEW).then(|| (h, kept.into_iter().collect()))
 }
 
 /// How far from round the discs are under a homography: the mean of `trace / (2 sqrt det)` less 1.

@@ -85,5 +85,6 @@ fn doubled(blob: Blob, gain: f64) -> Blob {
         shape: blob.shape * 4.0,
         area: blob.area * 4.0,
         depth: blob.depth / gain,
+        cut: blob.cut,
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use super::equations::{Equations, N, Params, SHAPES, Sums, inverse, step};
+use super::equations::{BLUR, Equations, N, Params, SHAPES, Sums, inverse, step};
 use super::homography::{jacobian, project};
 use super::places::{Outlines, Pixel, Places};
 use crate::disc::{Coverage, Ellipse};
@@ -21,6 +21,11 @@ const CUT: f64 = 0.08;
 /// One of so many discs is enough to come near, and one of so many pixels where there are fewer discs than [`MANY`].
 const THIN: usize = 5;
 const MANY: usize = 50;
+/// The least blur, pixels: that of a pixel's own area.
+const LEAST_BLUR: f64 = 0.29;
+/// At the least blur edges are sharper than pixels, which the model cannot follow: a step that gains less of what is left,
+/// which is no noise, is the last.
+const SHARP: f64 = 0.01;
 /// The unit of the planes of grey, pixels.
 const UNIT: f64 = 100.0;
 
@@ -152,11 +157,10 @@ impl Grid<'_> {
         let mut now = self.equations(&places, &params, &pixels)?;
         let mut damping = 1e-3;
         for _ in 0..MAX_STEPS {
-            let Some((step, expected)) = step(&now, damping) else {
+            let Some((next, expected)) = next(&params, &now, damping) else {
                 damping *= 10.0;
                 continue;
             };
-            let next = params + step;
             // So small a step is as good as what it leads to: what is left goes with its square beside the blur's.
             let left = expected * self.motion(&params, &next).powi(2).min(1.0);
             if left < SETTLED * now.squares / now.pixels as f64 && is_possible(&next) {
@@ -168,7 +172,11 @@ impl Grid<'_> {
                 .flatten();
             match then {
                 Some(then) if then.squares <= now.squares => {
-                    (params, now, damping) = (next, then, (damping * 0.1_f64).max(1e-10))
+                    let gained = 1.0 - then.squares / now.squares;
+                    (params, now, damping) = (next, then, (damping * 0.1_f64).max(1e-10));
+                    if params[BLUR] <= LEAST_BLUR && gained < SHARP {
+                        break;
+                    }
                 }
                 _ => damping *= 10.0,
             }
@@ -326,8 +334,21 @@ impl Pixels {
     }
 }
 
+/// Where a step leads, and by how much the squares fall with it were the model linear. A blur that would fall below the least
+/// is held there: it creeps there otherwise, by less from step to step.
+fn next(params: &Params, now: &Equations, damping: f64) -> Option<(Params, f64)> {
+    let (change, expected) = step(now, damping, false)?;
+    if params[BLUR] + change[BLUR] >= LEAST_BLUR {
+        return Some((params + change, expected));
+    }
+    let (change, expected) = step(now, damping, true)?;
+    let mut next = params + change;
+    next[BLUR] = LEAST_BLUR;
+    Some((next, expected))
+}
+
 fn is_possible(p: &Params) -> bool {
-    (0.02..0.5).contains(&p[8]) && (0.25..50.0).contains(&p[9]) && p.iter().all(|v| v.is_finite())
+    (0.02..0.5).contains(&p[8]) && (LEAST_BLUR..50.0).contains(&p[BLUR]) && p.iter().all(|v| v.is_finite())
 }
 
 #[cfg(test)]
