@@ -55,7 +55,7 @@ pub(crate) fn blobs(plane: &Plane, noise: f64, bright: bool) -> Vec<Blob> {
             }
         }
     }
-    stable.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    stable.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut found: Vec<Blob> = distinct(&tree, &stable);
     found.iter_mut().for_each(|b| b.cut = is_cut(b.at, &b.shape, plane));
     found.sort_by(|a, b| (b.depth * b.area.sqrt()).total_cmp(&(a.depth * a.area.sqrt())));

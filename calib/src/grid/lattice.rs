@@ -5,15 +5,13 @@ use std::collections::{HashMap, VecDeque};
 use nalgebra::{Matrix2, Vector2};
 
 use super::blob::Blob;
+use super::near::{ALIKE, Nearest, Order, alike};
 
-/// Neighbours that are looked at.
-const NEIGHBOURS: usize = 14;
 /// How far two opposite neighbours may be from opposite, beside their distance.
 const SKEW: f64 = 0.3;
 /// How far a disc may lie from where it is expected, beside a step of the lattice.
 const NEAR: f64 = 0.3;
-/// Areas of neighbours differ by at most this factor; marks are larger.
-const ALIKE: f64 = 3.0;
+/// Marks are larger than their neighbours by at most this factor in area.
 const MARK: f64 = 20.0;
 const MAX_SEEDS: usize = 24;
 
@@ -63,95 +61,6 @@ pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
         }
     }
     best
-}
-
-fn alike(a: f64, b: f64, factor: f64) -> bool {
-    let ratio = a / b;
-    ratio < factor && ratio * factor > 1.0
-}
-
-/// What is looked at of a candidate, side by side in memory.
-struct Spot {
-    at: Vector2<f64>,
-    area: f64,
-    index: usize,
-}
-
-/// Candidates in the order of their columns: who is near is looked for in a part of them.
-struct Order(Vec<Spot>);
-
-impl Order {
-    fn new(blobs: &[Blob]) -> Self {
-        let spot = |(index, b): (usize, &Blob)| Spot {
-            at: b.at,
-            area: b.area,
-            index,
-        };
-        let mut order: Vec<Spot> = blobs.iter().enumerate().map(spot).collect();
-        order.sort_by(|a, b| a.at.x.total_cmp(&b.at.x));
-        Self(order)
-    }
-
-    /// Those that are at most `reach` pixels left or right of a place.
-    fn about(&self, x: f64, reach: f64) -> &[Spot] {
-        let from = self.0.partition_point(|o| o.at.x < x - reach);
-        let to = self.0.partition_point(|o| o.at.x <= x + reach);
-        self.0.get(from..to).unwrap_or_default()
-    }
-}
-
-/// The nearest candidates of like size, in the measure that makes the disc a circle: how far, and the way to each.
-struct Nearest<'a> {
-    blob: &'a Blob,
-    index: usize,
-    measure: &'a Matrix2<f64>,
-    near: Vec<(f64, Vector2<f64>)>,
-}
-
-impl<'a> Nearest<'a> {
-    fn of(blobs: &'a [Blob], order: &Order, measure: &'a Matrix2<f64>, index: usize) -> Vec<(f64, Vector2<f64>)> {
-        let mut all = Self {
-            blob: &blobs[index],
-            index,
-            measure,
-            near: Vec::with_capacity(NEIGHBOURS + 1),
-        };
-        let (left, right) = order
-            .0
-            .split_at(order.0.partition_point(|o| o.at.x < blobs[index].at.x));
-        all.visit(right.iter());
-        all.visit(left.iter().rev());
-        all.near
-    }
-
-    /// Those on one side, the nearest along x first.
-    fn visit<'b>(&mut self, side: impl Iterator<Item = &'b Spot>) {
-        let measure = self.measure;
-        // A way of length 1 goes at most so far along x, and along y.
-        let [widest, tallest] = [0, 1].map(|k| self.blob.shape[(k, k)].sqrt());
-        let mut most = self.most();
-        for spot in side {
-            let d = spot.at - self.blob.at;
-            if d.x.abs() > most * widest {
-                break;
-            }
-            if d.y.abs() > most * tallest || spot.index == self.index || !alike(spot.area, self.blob.area, ALIKE) {
-                continue;
-            }
-            let l = (d.transpose() * measure * d)[0].sqrt();
-            if l < most {
-                let place = self.near.partition_point(|n| n.0 < l);
-                self.near.insert(place, (l, d));
-                self.near.truncate(NEIGHBOURS);
-                most = self.most();
-            }
-        }
-    }
-
-    /// Beyond this nothing is among the nearest.
-    fn most(&self) -> f64 {
-        self.near.get(NEIGHBOURS - 1).map_or(f64::MAX, |n| n.0)
-    }
 }
 
 /// The two shortest steps to pairs of opposite neighbours, in the measure that makes the disc a circle.
@@ -243,10 +152,10 @@ impl Growth<'_> {
         let expected = self.blobs[from].at + steps[axis] * f64::from(sign);
         let inverse = Matrix2::from_columns(&steps).try_inverse()?;
         let mut best: Option<(f64, usize)> = None;
-        // The ellipse of all ways shorter than NEAR steps, along x.
-        let reach = NEAR * Vector2::new(steps[0].x, steps[1].x).norm();
+        // The ellipse of all ways shorter than NEAR steps, along x and along y.
+        let reach = [0, 1].map(|k| NEAR * steps[0][k].hypot(steps[1][k]));
         let area = self.blobs[from].area;
-        for spot in self.order.about(expected.x, reach) {
+        for spot in self.order.about(expected, reach) {
             if self.used[spot.index] || !alike(spot.area, area, MARK) {
                 continue;
             }

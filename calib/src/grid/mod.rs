@@ -14,6 +14,7 @@ mod grazing;
 mod homography;
 mod lattice;
 mod lines;
+mod near;
 mod place;
 mod places;
 mod seat;
