@@ -15,7 +15,7 @@ type Params = SVector<f64, N>;
 type Information = SMatrix<f64, N, N>;
 
 /// Discs that are there take 5 to 26.
-const MAX_STEPS: usize = 60;
+const MAX_STEPS: usize = 40;
 /// Discs that are where they are expected take fewer.
 const FEW_STEPS: usize = 20;
 /// A step that is to gain less of chi squared is the last, and one that has gained a tenth of it: 1e-2 is a tenth of any
