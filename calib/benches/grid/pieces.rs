@@ -14,7 +14,7 @@ const SIZES: [[usize; 2]; 4] = [[10, 10], [5, 5], [6, 5], [16, 14]];
 /// From piece to piece, pixels.
 const STEP: [usize; 2] = [176, 142];
 
-/// Prints the time of each search that takes more than 50 ms, and the shares of all of them. The PNG files below a folder
+/// Prints the time of each search and what it found, and the shares of all of them. The PNG files below a folder
 /// are cut into pieces of 512 x 512 pixels.
 pub(crate) fn run(folder: &str) {
     let mut files = below(Path::new(folder));

@@ -61,7 +61,7 @@ pub struct DiscFit {
 /// [`FitRefused`]: too few pixels, no contrast, no convergence, or a disc that runs away from where it was looked for.
 pub fn fit_disc(image: &Image, start: &Ellipse, sigma: f64, margin: f64) -> Result<DiscFit, FitRefused> {
     let fit = Fit::new(image, start, sigma, margin, start.axes().semi[0] + 2.0)?;
-    fit.from(fit.start(start, sigma)?)
+    fit.found(fit.start(start, sigma)?)
 }
 
 /// Fits a disc that is expected where `start` says, up to `reach` pixels from there: none where its outline does not show
@@ -78,7 +78,7 @@ pub(crate) fn fit_expected(
         ..Fit::new(image, start, sigma, margin, reach).ok()?
     };
     let params = fit.start(start, sigma).ok()?;
-    (params[6] / contrast >= 1.0).then(|| fit.from(params).ok()).flatten()
+    (params[6] / contrast >= 1.0).then(|| fit.found(params).ok()).flatten()
 }
 
 struct Fit<'a> {
@@ -116,7 +116,7 @@ impl<'a> Fit<'a> {
         })
     }
 
-    fn from(&self, params: Params) -> Result<DiscFit, FitRefused> {
+    fn found(&self, params: Params) -> Result<DiscFit, FitRefused> {
         let (params, equations) = self.solve(params)?;
         self.result(params, &equations)
     }
@@ -177,7 +177,8 @@ impl<'a> Fit<'a> {
     /// One of so many rows is enough to come near.
     fn thin(&self) -> usize {
         let [columns, rows] = self.window.map(|[first, end]| end - first);
-        if columns * rows >= MANY { THIN } else { 1 }
+        let enough = columns * rows >= MANY && rows >= 3 * THIN;
+        if enough { THIN } else { 1 }
     }
 
     /// The least squares of one of so many rows, to where a step is to gain less of chi squared than `least`.

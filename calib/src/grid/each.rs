@@ -20,7 +20,7 @@ const FIRST: usize = 9;
 /// How far from where its neighbours say a disc may be that was looked for there, beside the pitch.
 const NEAR: f64 = 0.12;
 /// The share of the neighbours' contrast that must be seen where a disc is looked for, before its place, size and blur are
-/// fitted: half a radius off, half of the contrast is.
+/// fitted: half a radius off, half of the contrast is still seen.
 const GLIMPSE: f64 = 0.25;
 /// Neighbours up to so many columns and rows away tell how the lens bends the grid.
 const REACH: i32 = 2;
