@@ -7,10 +7,11 @@
 mod animation;
 mod canvas;
 pub mod chart;
+pub mod palette;
 mod png_file;
 mod text;
 
 pub use animation::{encode_animation, write_animation};
 pub use canvas::{Canvas, Line, Rgb};
 pub use png_file::{PngError, encode_png, write_png};
-pub use text::Anchor;
+pub use text::{Anchor, PixelBox, text_box, text_width};

@@ -82,30 +82,87 @@ fn rasterise(character: char, size: f32) -> Glyph {
     }
 }
 
-/// Draws `text` on an opaque RGBA image of `size` (width, height).
-pub(crate) fn draw(rgba: &mut [u8], image: [u32; 2], at: [f64; 2], text: &str, size: f32, colour: Rgb, anchor: Anchor) {
-    let glyphs: Vec<Rc<Glyph>> = text.chars().map(|c| glyph(c, size)).collect();
-    let length: f32 = glyphs.iter().map(|g| g.advance).sum();
+/// The pixels that a text covers: columns `left` to `right` and rows `top` to `bottom`, the ends not included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PixelBox {
+    /// First column.
+    pub left: i32,
+    /// First row.
+    pub top: i32,
+    /// The column behind the last.
+    pub right: i32,
+    /// The row behind the last.
+    pub bottom: i32,
+}
+
+impl PixelBox {
+    /// Whether the two have a pixel in common.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.left < other.right && other.left < self.right && self.top < other.bottom && other.top < self.bottom
+    }
+
+    /// Whether `other` lies wholly within.
+    pub fn holds(&self, other: &Self) -> bool {
+        self.left <= other.left && self.top <= other.top && other.right <= self.right && other.bottom <= self.bottom
+    }
+
+    fn joined(self, other: Self) -> Self {
+        Self {
+            left: self.left.min(other.left),
+            top: self.top.min(other.top),
+            right: self.right.max(other.right),
+            bottom: self.bottom.max(other.bottom),
+        }
+    }
+}
+
+/// A text's glyphs, each with the pixel of its upper left corner.
+fn placed(at: [f64; 2], text: &str, size: f32, anchor: Anchor) -> Vec<(Rc<Glyph>, [i32; 2])> {
     let shift = match anchor {
         Anchor::Left => 0.0,
-        Anchor::Centre => length / 2.0,
-        Anchor::Right => length,
+        Anchor::Centre => text_width(text, size) / 2.0,
+        Anchor::Right => text_width(text, size),
     };
     // Capitals of this typeface are 0.73 of the size high.
     let baseline = at[1].clamp(-1e5, 1e5) as f32 + 0.365 * size * 0.82;
-    let start = at[0].clamp(-1e5, 1e5) as f32 - shift;
+    let mut x = at[0].clamp(-1e5, 1e5) as f32 - shift;
+    let place = |character| {
+        let glyph = glyph(character, size);
+        let origin = [x.round() as i32 + glyph.left, baseline.round() as i32 + glyph.top];
+        x += glyph.advance;
+        (glyph, origin)
+    };
+    text.chars().map(place).collect()
+}
+
+/// How wide `text` is, pixels, without its rim.
+pub fn text_width(text: &str, size: f32) -> f32 {
+    text.chars().map(|c| glyph(c, size).advance).sum()
+}
+
+/// The pixels that [`Canvas::text`](crate::Canvas::text) changes with the same arguments on an image without borders, rim
+/// included; `None` for a text without ink.
+pub fn text_box(at: [f64; 2], text: &str, size: f32, anchor: Anchor) -> Option<PixelBox> {
+    let glyphs = placed(at, text, size, anchor);
+    let inked = glyphs.iter().filter(|(glyph, _)| !glyph.coverage.is_empty());
+    let boxes = inked.map(|(glyph, [x, y])| PixelBox {
+        left: x - 1,
+        top: y - 1,
+        right: x + glyph.width + 1,
+        bottom: y + glyph.height + 1,
+    });
+    boxes.reduce(PixelBox::joined)
+}
+
+/// Draws `text` on an opaque RGBA image of `size` (width, height).
+pub(crate) fn draw(rgba: &mut [u8], image: [u32; 2], at: [f64; 2], text: &str, size: f32, colour: Rgb, anchor: Anchor) {
+    let glyphs = placed(at, text, size, anchor);
     const RIM: [(i32, i32); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
     let mut pass = |offsets: &[(i32, i32)], colour: Rgb| {
-        let mut x = start;
-        for glyph in &glyphs {
+        for (glyph, [x, y]) in &glyphs {
             for (dx, dy) in offsets {
-                let origin = [
-                    x.round() as i32 + glyph.left + dx,
-                    baseline.round() as i32 + glyph.top + dy,
-                ];
-                blend(rgba, image, origin, glyph, colour);
+                blend(rgba, image, [x + dx, y + dy], glyph, colour);
             }
-            x += glyph.advance;
         }
     };
     pass(&RIM, Rgb(0, 0, 0));
@@ -126,5 +183,38 @@ fn blend(rgba: &mut [u8], [width, height]: [u32; 2], [x0, y0]: [i32; 2], glyph: 
                 *channel = ((mixed + 127) / 255) as u8;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Canvas;
+
+    #[test]
+    fn the_box_of_a_text_is_what_it_changes() {
+        let texts = [("para-aortic-left +10.4 mm", 12.3), ("jgÅ|_", 31.0), ("±", 9.0), ("W 400 C -40", 7.7)];
+        for (text, size) in texts {
+            for anchor in [Anchor::Left, Anchor::Centre, Anchor::Right] {
+                let mut canvas = Canvas::new(800, 100);
+                canvas.fill([0.0, 0.0], [800.0, 100.0], Rgb(90, 90, 90), 255);
+                let at = [400.3, 50.6];
+                canvas.text(at, text, size, Rgb(250, 250, 0), anchor);
+                let inked = |i: usize| canvas.rgba()[4 * i..4 * i + 3] != [90; 3];
+                let found = (0..800 * 100).filter(|&i| inked(i)).map(|i| (i as i32 % 800, i as i32 / 800));
+                let found = found.map(|(x, y)| PixelBox {
+                    left: x,
+                    top: y,
+                    right: x + 1,
+                    bottom: y + 1,
+                });
+                let (found, said) = (found.reduce(PixelBox::joined).unwrap(), text_box(at, text, size, anchor).unwrap());
+                // A glyph's outermost pixels may be covered by less than half a grey level.
+                assert!(said.holds(&found), "{text}: {found:?} {said:?}");
+                let slack = (found.left - said.left) + (said.right - found.right);
+                assert!(slack <= 2, "{text}: {found:?} {said:?}");
+            }
+        }
+        assert_eq!(text_box([5.0, 5.0], " ", 12.0, Anchor::Left), None);
     }
 }
