@@ -18,7 +18,7 @@ use support::room::Room;
 use support::{Pilot, SMALL, report, wait_for};
 
 /// What a localizer may publish, by number; only the first is a pose.
-const KINDS: [fn(&mut ToolPose); 7] = [
+const KINDS: [fn(&mut ToolPose); 10] = [
     |_| {},
     |pose| pose.t_mm[1] = f64::NAN,
     |pose| pose.q[3] = f64::INFINITY,
@@ -27,6 +27,10 @@ const KINDS: [fn(&mut ToolPose); 7] = [
     |pose| pose.status = 77,
     // It would never grow old.
     |pose| pose.t_capture_ns += 10_000_000_000,
+    // Older than the one before.
+    |pose| pose.t_capture_ns -= 200_000_000,
+    |pose| pose.t_mm[0] = 1e300,
+    |pose| (pose.flags, pose.tip_mm) = (ToolPose::TIP_KNOWN, -1.0),
 ];
 
 fn sample(seq: u64, now: i64) -> ToolPose {

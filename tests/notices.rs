@@ -4,17 +4,19 @@
 
 mod support;
 
+use std::collections::BTreeSet;
+
 use bus::Bus;
-use bus::message::{FrameState, Lost};
-use bus::port::{Frame, FrameSubscriber};
+use bus::message::{Ages, FrameStamp, FrameState, Lost};
+use bus::port::{Frame, FrameSubscriber, Subscriber};
 use bus::run::RunContext;
-use bus::topic::VIEW_FRAME;
+use bus::topic::{FRAME_STAMP, VIEW_FRAME};
 use rustix::process::{Pid, Signal, kill_process};
-use support::{SMALL, World, wait_for};
+use support::{SMALL, World, pid_in, wait_for};
 
 const VIEW: &str = "axial-global";
-const AMBER: [u8; 3] = [255, 180, 0];
-const RED: [u8; 3] = [255, 60, 60];
+const AMBER: [u8; 3] = [0xf9, 0xa4, 0x0a];
+const RED: [u8; 3] = [0xff, 0x54, 0x6c];
 
 /// The next image of the view for which `wanted` holds.
 fn frame(world: &World, wanted: impl Fn(FrameState) -> bool) -> Frame {
@@ -29,7 +31,12 @@ fn frame(world: &World, wanted: impl Fn(FrameState) -> bool) -> Frame {
 
 fn pixel(frame: &Frame, x: u32, y: u32) -> [u8; 3] {
     let at = ((y * frame.header().width + x) * 4) as usize;
-    frame.rgba()[at..at + 3].try_into().unwrap()
+    // As it was drawn: what it may claim by now is not asked.
+    let ages = Ages {
+        stale_ns: i64::MAX,
+        lost_ns: i64::MAX,
+    };
+    frame.shown(0, ages).rgba[at..at + 3].try_into().unwrap()
 }
 
 /// The colour of the image's frame, where all its four sides have one.
@@ -54,7 +61,8 @@ fn brightness(frame: &Frame) -> f64 {
 #[test]
 fn a_silent_tracker_turns_the_border_amber() {
     let world = World::new();
-    let pilot = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
+    let text = SMALL.replace("stale_ms = 1000.0", "stale_ms = 1000.0\nlost_ms = 60000.0");
+    let pilot = world.start(&world.file("s.toml", &text), &world.path("out"), "default");
     pilot.wait_live();
     let live = frame(&world, |state| state == FrameState::Live);
     assert!(!matches!(border(&live), Some(AMBER | RED)));
@@ -97,7 +105,12 @@ fn before_the_first_valid_pose_there_is_no_picture_at_all() {
     let pilot = world.start(&world.file("s.toml", &text), &world.path("out"), "default");
     let lost = frame(&world, |state| state == FrameState::Lost(Lost::NotSeen));
     assert_eq!(border(&lost), Some(RED));
-    assert!(brightness(&lost) < 1.0, "{}", brightness(&lost));
+    // Hatched all over, and dimmed: two greys, none of them of a slice.
+    let (w, h) = (lost.header().width, lost.header().height);
+    let greys: BTreeSet<_> = (10..w - 10)
+        .flat_map(|x| [h / 3, 2 * h / 3].map(|y| pixel(&lost, x, y)))
+        .collect();
+    assert_eq!(greys.len(), 2, "{greys:?}");
     assert_eq!(pilot.stop().code(), Some(3));
     let report = support::report(&world.path("out"));
     assert!(
@@ -105,4 +118,86 @@ fn before_the_first_valid_pose_there_is_no_picture_at_all() {
         "{report}"
     );
     assert!(report["views"][0]["png"].is_null());
+}
+
+/// After 26 s the tube stood at full brightness beneath `POSE 26.1 s OLD`, and `pilot status` said `valid`.
+#[test]
+fn a_dead_tracker_becomes_no_pose() {
+    let world = World::new();
+    let text = SMALL.replace("stale_ms = 1000.0", "stale_ms = 500.0\nlost_ms = 1500.0");
+    let pilot = world.start(&world.file("s.toml", &text), &world.path("out"), "default");
+    pilot.wait_live();
+    let live = frame(&world, |state| state == FrameState::Live);
+    let tracker = Pid::from_raw(pilot.pid("tracker").unwrap() as i32).unwrap();
+    kill_process(tracker, Signal::STOP).unwrap();
+    let lost = frame(&world, |state| matches!(state, FrameState::Lost(_)));
+    assert_eq!(lost.header().stamp.frame_state(), Some(FrameState::Lost(Lost::Silent)));
+    assert_eq!(border(&lost), Some(RED));
+    assert!(brightness(&lost) < 0.6 * brightness(&live));
+    let status = pilot.wait_for("no pose", |status| status["pose"]["state"] == "tracker silent");
+    assert!(status["pose"]["tip_95_mm"].is_null(), "{status}");
+    assert_eq!(status["set"]["state"], "one pose");
+    kill_process(tracker, Signal::CONT).unwrap();
+    pilot.wait_live();
+    assert!(pilot.stop().success());
+}
+
+/// Here an old pose would never be none: it is the pilot that says that nobody publishes any more.
+#[test]
+fn a_tracker_that_is_given_up_is_no_pose_at_once() {
+    let world = World::new();
+    let limits = "stale_ms = 10000.0\nlost_ms = 60000.0\nrestarts = 1";
+    let text = SMALL.replace("stale_ms = 1000.0", limits);
+    let pilot = world.start(&world.file("s.toml", &text), &world.path("out"), "default");
+    pilot.wait_live();
+    for _ in 0..2 {
+        let status = pilot.wait_for("a tracker", |status| pid_in(status, "tracker").is_some());
+        support::kill_9(pid_in(&status, "tracker").unwrap());
+        pilot.wait_for("its end", |now| pid_in(now, "tracker") != pid_in(&status, "tracker"));
+    }
+    let status = pilot.wait_for("views without a pose", |status| {
+        status["views"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|view| view["state"] == "lost")
+    });
+    assert_eq!(status["pose"]["state"], "tracker silent", "{status}");
+    assert_eq!(pilot.stop().code(), Some(3));
+}
+
+/// The first image that said so was drawn 209 ms after its pose with a limit of 100 ms: 200 ms after the image before it.
+#[test]
+fn an_image_says_that_it_is_old_when_its_pose_becomes_old() {
+    let world = World::new();
+    let text = SMALL.replace("stale_ms = 1000.0", "stale_ms = 100.0\nlost_ms = 60000.0");
+    let pilot = world.start(&world.file("s.toml", &text), &world.path("out"), "default");
+    let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+    let bus = Bus::join(&context).unwrap();
+    let stamps: Subscriber<FrameStamp> = Subscriber::open(&bus, &FRAME_STAMP, "view-axial", 1024).unwrap();
+    let status = pilot.wait_for("a tracker", |status| pid_in(status, "tracker").is_some());
+    let tracker = Pid::from_raw(pid_in(&status, "tracker").unwrap() as i32).unwrap();
+    let next = |wanted: FrameState| {
+        wait_for("such an image", || {
+            let drawn = std::iter::from_fn(|| stamps.next().unwrap());
+            drawn.filter(|stamp| stamp.frame_state() == Some(wanted)).last()
+        })
+    };
+    // A busy machine may be late now and then; the old way was late always.
+    wait_for("an image that says so in time", || {
+        next(FrameState::Live);
+        kill_process(tracker, Signal::STOP).unwrap();
+        while stamps.next().unwrap().is_some() {}
+        let first = wait_for("an old image", || {
+            let drawn = std::iter::from_fn(|| stamps.next().unwrap());
+            drawn
+                .into_iter()
+                .find(|stamp| stamp.frame_state() == Some(FrameState::Stale))
+        });
+        kill_process(tracker, Signal::CONT).unwrap();
+        let age_ns = first.t_framed_ns - first.t_capture_ns;
+        assert!(age_ns > 100_000_000, "{age_ns}");
+        (age_ns < 180_000_000).then_some(())
+    });
+    pilot.stop();
 }

@@ -12,6 +12,7 @@
 //! * [`scene`]: the scene file, raw and checked.
 
 pub mod clock;
+pub mod continuity;
 pub mod message;
 mod node;
 pub mod port;

@@ -133,6 +133,14 @@ impl VolumeGrid {
         std::array::from_fn(|axis| self.ct_from_voxel.step(axis).norm())
     }
 
+    /// Whether `p` lies in a voxel: its continuous index is in [-1/2, n - 1/2] along each axis of n voxels. Not so where a
+    /// coordinate is not a number.
+    pub fn holds(&self, p: Point<Ct>) -> bool {
+        let voxel = (self.voxel_from_ct * p).mm();
+        let inside = |(v, n): (f64, u32)| (-0.5..=f64::from(n) - 0.5).contains(&v);
+        voxel.into_iter().zip(self.dims).all(inside)
+    }
+
     /// The middle of the volume.
     pub fn centre(&self) -> Point<Ct> {
         let [x, y, z] = self.dims.map(|d| (f64::from(d) - 1.0) / 2.0);
@@ -227,5 +235,15 @@ mod tests {
         assert_eq!(low.mm(), [-11.0, 4.0, 99.0]);
         assert_eq!(high.mm(), [9.0, 44.0, 159.0]);
         assert_eq!(grid.centre().mm(), [-1.0, 24.0, 129.0]);
+    }
+
+    #[test]
+    fn a_grid_holds_whole_cells_and_nothing_that_is_not_a_place() {
+        let grid = VolumeGrid::checked([10, 20, 30], boxed(2.0)).unwrap();
+        let (low, high) = grid.bounds();
+        assert!(grid.holds(low) && grid.holds(high) && grid.holds(grid.centre()));
+        for bad in [-11.001, 9.001, 1e300, -1e300, f64::NAN, f64::INFINITY] {
+            assert!(!grid.holds(Point::new(bad, 24.0, 129.0)), "{bad}");
+        }
     }
 }

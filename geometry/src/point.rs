@@ -6,7 +6,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use nalgebra::Vector3;
 
-use crate::Frame;
+use crate::{Ct, Frame};
 
 /// A position in frame `F`; mm in every frame but `Voxel` and `Image`.
 pub struct Point<F>(pub(crate) Vector3<f64>, PhantomData<fn() -> F>);
@@ -193,10 +193,28 @@ impl<F> Neg for Direction<F> {
     }
 }
 
+impl Point<Ct> {
+    /// The place as people read it: `L 12.0  A 158.9  S 3.1 mm`, each coordinate by the side it is on, without a sign and with so
+    /// many decimals.
+    pub fn in_words(self, decimals: usize) -> String {
+        let sides = [["L", "R"], ["P", "A"], ["S", "I"]];
+        let words: Vec<String> = sides
+            .iter()
+            .zip(self.mm())
+            .map(|(side, mm)| {
+                let digits = format!("{:.decimals$}", mm.abs());
+                // What is shown as 0 is on no side: the first letter then.
+                let is_other = mm < 0.0 && digits.bytes().any(|c| (b'1'..=b'9').contains(&c));
+                format!("{} {digits}", side[usize::from(is_other)])
+            })
+            .collect();
+        format!("{} mm", words.join("  "))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Ct;
 
     #[test]
     fn direction_survives_extreme_lengths() {
@@ -213,5 +231,22 @@ mod tests {
         assert!(Vector::<Ct>::new(0.0, 0.0, 0.0).direction().is_none());
         assert!(Vector::<Ct>::new(f64::NAN, 0.0, 1.0).direction().is_none());
         assert!(Vector::<Ct>::new(f64::INFINITY, 0.0, 1.0).direction().is_none());
+    }
+
+    /// `P -158.9` was read as posterior.
+    #[test]
+    fn a_place_in_words_has_sides_and_no_signs() {
+        assert_eq!(
+            Point::<Ct>::new(12.0, -158.94, 3.06).in_words(1),
+            "L 12.0  A 158.9  S 3.1 mm"
+        );
+        assert_eq!(
+            Point::<Ct>::new(-0.04, -0.06, -1e-9).in_words(1),
+            "L 0.0  A 0.1  S 0.0 mm"
+        );
+        assert_eq!(
+            Point::<Ct>::new(-7.25, 0.0, -2.0).in_words(2),
+            "R 7.25  P 0.00  I 2.00 mm"
+        );
     }
 }

@@ -233,10 +233,17 @@ mod tests {
                 let mut canvas = Canvas::new(20, 20);
                 canvas.fill([0.0, 0.0], [20.0, 20.0], Rgb(grey, grey, grey), 255);
                 canvas.line([2.0, 10.0], [17.0, 10.0], Line::solid(colour, 1.5).with_rim(1.5));
-                let column: Vec<Rgb> = (0..20).map(|y| pixel(&canvas, 9, y)).map(|[r, g, b, _]| Rgb(r, g, b)).collect();
+                let column: Vec<Rgb> = (0..20)
+                    .map(|y| pixel(&canvas, 9, y))
+                    .map(|[r, g, b, _]| Rgb(r, g, b))
+                    .collect();
                 let most = |from: Rgb| column.iter().map(|c| palette::contrast(*c, from)).fold(1.0, f64::max);
                 // Between the line and its rim, whatever the ground is.
-                let line = column.iter().copied().find(|c| *c == colour).expect("a pixel of the line's colour");
+                let line = column
+                    .iter()
+                    .copied()
+                    .find(|c| *c == colour)
+                    .expect("a pixel of the line's colour");
                 assert!(most(line) >= 3.0, "{colour:?} on {grey}: {}", most(line));
             }
         }

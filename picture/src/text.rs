@@ -193,7 +193,12 @@ mod tests {
 
     #[test]
     fn the_box_of_a_text_is_what_it_changes() {
-        let texts = [("para-aortic-left +10.4 mm", 12.3), ("jgÅ|_", 31.0), ("±", 9.0), ("W 400 C -40", 7.7)];
+        let texts = [
+            ("para-aortic-left +10.4 mm", 12.3),
+            ("jgÅ|_", 31.0),
+            ("±", 9.0),
+            ("W 400 C -40", 7.7),
+        ];
         for (text, size) in texts {
             for anchor in [Anchor::Left, Anchor::Centre, Anchor::Right] {
                 let mut canvas = Canvas::new(800, 100);
@@ -201,14 +206,19 @@ mod tests {
                 let at = [400.3, 50.6];
                 canvas.text(at, text, size, Rgb(250, 250, 0), anchor);
                 let inked = |i: usize| canvas.rgba()[4 * i..4 * i + 3] != [90; 3];
-                let found = (0..800 * 100).filter(|&i| inked(i)).map(|i| (i as i32 % 800, i as i32 / 800));
+                let found = (0..800 * 100)
+                    .filter(|&i| inked(i))
+                    .map(|i| (i as i32 % 800, i as i32 / 800));
                 let found = found.map(|(x, y)| PixelBox {
                     left: x,
                     top: y,
                     right: x + 1,
                     bottom: y + 1,
                 });
-                let (found, said) = (found.reduce(PixelBox::joined).unwrap(), text_box(at, text, size, anchor).unwrap());
+                let (found, said) = (
+                    found.reduce(PixelBox::joined).unwrap(),
+                    text_box(at, text, size, anchor).unwrap(),
+                );
                 // A glyph's outermost pixels may be covered by less than half a grey level.
                 assert!(said.holds(&found), "{text}: {found:?} {said:?}");
                 let slack = (found.left - said.left) + (said.right - found.right);

@@ -69,10 +69,10 @@ pub(crate) struct TipReport {
 }
 
 impl AccuracyBook {
-    /// A sample with a pose.
-    pub(crate) fn valid(&mut self, pose: &ToolPose) {
+    /// A sample with a pose, whose tip is `outside` the examination or not.
+    pub(crate) fn valid(&mut self, pose: &ToolPose, outside: bool) {
         self.valid += 1;
-        self.outside += u64::from(pose.outside());
+        self.outside += u64::from(outside);
         let outliers = u64::from(pose.visible.saturating_sub(pose.used));
         // A source of poses without emitters uses none.
         if pose.used > 0 && outliers > 0 {
@@ -89,6 +89,11 @@ impl AccuracyBook {
     /// A sample without one.
     pub(crate) fn lost(&mut self, reason: Lost) {
         *self.lost.entry(reason.words()).or_default() += 1;
+    }
+
+    /// How many samples had no pose for this reason.
+    pub(crate) fn lost_by(&self, reason: Lost) -> u64 {
+        self.lost.get(reason.words()).copied().unwrap_or(0)
     }
 
     pub(crate) fn report(&self) -> AccuracyReport {
@@ -174,15 +179,15 @@ mod tests {
     fn quantiles_are_those_of_the_samples_to_one_percent() {
         let mut book = AccuracyBook::default();
         for i in 1..=1000 {
-            book.valid(&pose(f64::from(i) / 500.0));
+            book.valid(&pose(f64::from(i) / 500.0), false);
         }
         let tip = book.report().tip_95_mm.unwrap();
         for (found, truth) in [(tip.median, 1.0), (tip.p95, 1.9), (tip.max, 2.0)] {
             assert!((found / truth - 1.0).abs() < 0.01, "{found} {truth}");
         }
-        for odd in [0.0, 1e-9, 1e12] {
+        for odd in [0.0, 1e-9, 1e3] {
             let mut book = AccuracyBook::default();
-            book.valid(&pose(odd));
+            book.valid(&pose(odd), false);
             let tip = book.report().tip_95_mm.unwrap();
             assert!(tip.median <= odd && tip.max == odd, "{tip:?}");
         }
@@ -192,13 +197,13 @@ mod tests {
     fn what_is_not_known_is_null_and_shares_are_of_the_valid() {
         let mut book = AccuracyBook::default();
         assert_eq!(book.report().tip_95_mm, None);
-        book.valid(&ToolPose {
-            flags: ToolPose::OUTSIDE,
+        let outlying = ToolPose {
             visible: 9,
             used: 7,
             ..ToolPose::EMPTY
-        });
-        book.valid(&ToolPose::EMPTY);
+        };
+        book.valid(&outlying, true);
+        book.valid(&ToolPose::EMPTY, false);
         book.lost(Lost::NotSeen);
         book.lost(Lost::NotSeen);
         let report = book.report();

@@ -1,7 +1,9 @@
 //! What happened: poses, images, latencies, restarts. Fed by the run, read by the report and the status.
 
 use bus::clock::ms;
-use bus::message::{FrameStamp, FrameState, ToolPose, Tracked, VolumeHash, VolumeHeader};
+use bus::continuity::Continuity;
+use bus::message::{FrameStamp, FrameState, Lost, ToolPose, Tracked, VolumeHash, VolumeHeader};
+use geometry::{Point, Tool, VolumeGrid};
 use serde::Serialize;
 
 use crate::accuracy::AccuracyBook;
@@ -27,10 +29,13 @@ pub(crate) struct Books {
     latencies: [Vec<i64>; 5],
     pub(crate) restarts: Vec<Restart>,
     pub(crate) volume: Option<VolumeHeader>,
+    /// Where its voxels lie.
+    grid: Option<VolumeGrid>,
     /// A view has shown another volume than the loader's: that must never be.
     pub(crate) foreign_volume: bool,
-    /// The newest samples, oldest first.
-    recent: std::collections::VecDeque<ToolPose>,
+    continuity: Continuity,
+    /// The newest samples with what they came to, oldest first.
+    recent: std::collections::VecDeque<(ToolPose, Tracked)>,
     /// They are of another place of a replay than the next one.
     jumped: bool,
 }
@@ -46,6 +51,42 @@ pub(crate) struct PoseCounts {
     pub(crate) refused: u64,
     /// Sequence numbers that never came.
     pub(crate) missing: u64,
+    /// How often the numbers began anew, backwards or far ahead.
+    pub(crate) counted_anew: u64,
+    /// How often a pose rested on another registration than the one before.
+    pub(crate) registration_changes: u64,
+}
+
+impl PoseCounts {
+    /// What was wrong with the stream, in words.
+    pub(crate) fn problems(&self) -> impl Iterator<Item = String> {
+        let found = [
+            (
+                self.refused,
+                "samples on the pose topic were not poses (not a rotation, out of this world, captured before the one before, \
+                 or with its number) and were not shown",
+            ),
+            (
+                self.registration_changes,
+                "times a pose rested on another registration than the one before: REGISTRATION CHANGED",
+            ),
+            (
+                self.counted_anew,
+                "times the numbers of poses began anew: the source was started again, or there were two",
+            ),
+        ];
+        let found = found.into_iter().filter(|(count, _)| *count > 0);
+        found.map(|(count, words)| format!("{count} {words}"))
+    }
+}
+
+/// What a sample is judged by beside those before it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Judging {
+    /// When it was taken, on the session's clock.
+    pub(crate) now_ns: i64,
+    /// See [`Continuity::judge`].
+    pub(crate) frozen_ns: Option<i64>,
 }
 
 /// One view.
@@ -93,30 +134,42 @@ impl Books {
         }
     }
 
-    /// A sample came over the bus and was taken at `now_ns`.
-    pub(crate) fn pose(&mut self, pose: ToolPose, now_ns: i64) {
+    /// A sample came over the bus.
+    pub(crate) fn pose(&mut self, pose: ToolPose, by: Judging) {
         if std::mem::take(&mut self.jumped) {
             self.recent.clear();
-        }
-        if let Some(last) = self.recent.back() {
-            self.poses.missing += pose.seq.saturating_sub(last.seq + 1);
+            self.continuity = Continuity::default();
         }
         self.poses.published += 1;
-        match pose.tracked_at(now_ns) {
-            Ok(Tracked::Valid(_)) => {
-                self.accuracy.valid(&pose);
+        let tracked = self.judged(&pose, by);
+        match tracked {
+            Tracked::Valid(at) => {
+                let outside = self.is_outside(&Tracked::Valid(at));
+                self.accuracy.valid(&pose, outside);
                 self.registration_id = Some(pose.registration_id);
             }
-            Ok(Tracked::Lost(reason)) => {
+            Tracked::Lost(Lost::Refused) => self.poses.refused += 1,
+            Tracked::Lost(reason) => {
                 self.poses.lost += 1;
                 self.accuracy.lost(reason);
             }
-            Err(_) => self.poses.refused += 1,
         }
         if self.recent.len() == RECENT {
             self.recent.pop_front();
         }
-        self.recent.push_back(pose);
+        self.recent.push_back((pose, tracked));
+    }
+
+    /// What a sample is, by itself and after those before it, as the renderers judge it.
+    fn judged(&mut self, pose: &ToolPose, by: Judging) -> Tracked {
+        let Ok(tracked) = pose.tracked_at(by.now_ns) else {
+            return Tracked::Lost(Lost::Refused);
+        };
+        let judged = self.continuity.judge(pose, tracked, by.frozen_ns);
+        self.poses.missing += judged.missing;
+        self.poses.counted_anew += u64::from(judged.broken.is_some_and(|broken| !broken.refuses()));
+        self.poses.registration_changes += u64::from(judged.registration_before.is_some());
+        judged.tracked
     }
 
     /// A replay went elsewhere: what comes is neither behind nor missing, and is shown anew.
@@ -129,13 +182,26 @@ impl Books {
 
     /// The newest sample.
     pub(crate) fn newest_pose(&self) -> Option<&ToolPose> {
+        self.recent.back().map(|(pose, _)| pose)
+    }
+
+    /// The newest sample with what it came to.
+    pub(crate) fn newest(&self) -> Option<&(ToolPose, Tracked)> {
         self.recent.back()
+    }
+
+    /// Whether the tip of a pose is outside the examination, as far as that is known.
+    pub(crate) fn is_outside(&self, tracked: &Tracked) -> bool {
+        match (tracked, &self.grid) {
+            (Tracked::Valid(at), Some(grid)) => !grid.holds(*at * Point::<Tool>::new(0.0, 0.0, 0.0)),
+            _ => false,
+        }
     }
 
     /// The newest valid pose up to sample `seq`.
     pub(crate) fn valid_pose_until(&self, seq: u64) -> Option<ToolPose> {
-        let valid = |p: &&ToolPose| p.seq <= seq && matches!(p.tracked(), Ok(Tracked::Valid(_)));
-        self.recent.iter().rev().find(valid).copied()
+        let valid = |(p, tracked): &&(ToolPose, Tracked)| p.seq <= seq && matches!(tracked, Tracked::Valid(_));
+        self.recent.iter().rev().find(valid).map(|(pose, _)| *pose)
     }
 
     /// A renderer has handed over an image. `stale_ns` is the scene's limit.
@@ -152,7 +218,7 @@ impl Books {
         if let Some(volume) = &self.volume {
             self.foreign_volume |= volume.volume_hash() != stamp.volume();
         }
-        let shows_pose = matches!(state, Some(FrameState::Live | FrameState::Stale));
+        let shows_pose = matches!(state, Some(FrameState::Live | FrameState::Stale | FrameState::Held));
         let is_new = view.last_seq.is_none_or(|last| stamp.seq > last);
         if shows_pose && is_new && stamp.on_request == 0 {
             view.last_seq = Some(stamp.seq);
@@ -175,6 +241,7 @@ impl Books {
         if let Some(old) = &self.volume {
             self.foreign_volume |= old.volume_hash() != header.volume_hash();
         }
+        self.grid = header.grid().ok();
         self.volume = Some(header);
     }
 
@@ -190,6 +257,11 @@ impl Books {
                 restart.live_again_s = Some(ms(now_ns - restart.at_ns) / 1e3);
             }
         }
+    }
+
+    /// How many samples were the same measurement again and again.
+    pub(crate) fn frozen(&self) -> u64 {
+        self.accuracy.lost_by(Lost::Frozen)
     }
 
     /// The percentiles of each stage.
@@ -224,8 +296,17 @@ mod tests {
     use bus::message::Lost;
     use geometry::Rigid;
 
+    const BY: Judging = Judging {
+        now_ns: i64::MAX,
+        frozen_ns: None,
+    };
+
     fn pose(seq: u64, tracked: Tracked) -> ToolPose {
-        let mut pose = ToolPose { seq, ..ToolPose::EMPTY };
+        let mut pose = ToolPose {
+            seq,
+            t_capture_ns: seq as i64,
+            ..ToolPose::EMPTY
+        };
         pose.set(tracked);
         pose
     }
@@ -242,19 +323,44 @@ mod tests {
     #[test]
     fn poses_are_counted_by_kind_and_gaps_too() {
         let mut books = Books::new(1);
-        books.pose(pose(0, Tracked::Valid(Rigid::identity())), 0);
-        books.pose(pose(3, Tracked::Lost(Lost::NotSeen)), 0);
+        books.pose(pose(0, Tracked::Valid(Rigid::identity())), BY);
+        books.pose(pose(3, Tracked::Lost(Lost::NotSeen)), BY);
         let mut bad = pose(4, Tracked::Valid(Rigid::identity()));
         bad.q[0] = f64::NAN;
-        books.pose(bad, 0);
+        books.pose(bad, BY);
         let expected = PoseCounts {
             published: 3,
             lost: 1,
             refused: 1,
             missing: 2,
+            ..PoseCounts::default()
         };
         assert_eq!(books.poses, expected);
         assert_eq!(books.valid_pose_until(9).map(|p| p.seq), Some(0));
+    }
+
+    /// Each went by without a word.
+    #[test]
+    fn what_breaks_the_stream_is_counted() {
+        let mut books = Books::new(1);
+        let valid = Tracked::Valid(Rigid::identity());
+        let frozen = Judging {
+            frozen_ns: Some(5),
+            ..BY
+        };
+        for seq in [3, 4, 10, 10, 9] {
+            books.pose(pose(seq, valid), frozen);
+        }
+        let mut other = pose(20, valid);
+        other.registration_id = 1;
+        other.flags = ToolPose::NOISELESS;
+        books.pose(other, frozen);
+        books.pose(pose(1 << 50, valid), frozen);
+        let found = books.poses;
+        // The first pose with 10 is 7 ns after the first with the same numbers; the second 10 and the 9 are refused.
+        assert_eq!((found.published, found.lost, found.refused), (7, 1, 2));
+        assert_eq!((found.counted_anew, found.registration_changes), (1, 2));
+        assert_eq!(books.valid_pose_until(19).map(|p| p.seq), Some(4));
     }
 
     #[test]
@@ -283,7 +389,7 @@ mod tests {
             ..FrameStamp::default()
         };
         for seq in [7, 100, 3] {
-            books.pose(pose(seq, Tracked::Valid(Rigid::identity())), 0);
+            books.pose(pose(seq, Tracked::Valid(Rigid::identity())), BY);
             books.frame(&stamp(seq), 100);
             books.jumped();
             // Until the next one comes, it is the newest there is.

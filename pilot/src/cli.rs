@@ -263,8 +263,7 @@ fn check(args: &SceneArgs) -> Result<(), CliError> {
         );
     }
     for target in &scene.targets {
-        let [x, y, z] = target.centre.mm();
-        lines.push(format!("target {:<20} L {x:.1}  P {y:.1}  S {z:.1} mm", target.name));
+        lines.push(format!("target {:<20} {}", target.name, target.centre.in_words(1)));
     }
     say(&lines.join("\n"));
     Ok(())

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use bus::clock;
-use bus::message::{Command, CommandKind, FrameStamp, ToolPose};
+use bus::message::{Ages, Command, CommandKind, FrameStamp, Lost, ToolPose};
 use bus::port::FrameSubscriber;
 use bus::scene::Scene;
 use picture::{Canvas, write_png};
@@ -85,7 +85,7 @@ fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<
             }
         }
         for &view in &planned.views {
-            panels[view].image = held_frame(&run.ports.held[view], pose.seq);
+            panels[view].image = held_frame(&run.ports.held[view], pose.seq, Ages::of(&run.scene.limits));
             if let Some((_, stamp)) = &panels[view].image
                 && Some(stamp.volume()) != run.books.volume_hash()
             {
@@ -99,14 +99,15 @@ fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<
     }
 }
 
-fn held_frame(frames: &FrameSubscriber, seq: u64) -> Option<(Canvas, FrameStamp)> {
+fn held_frame(frames: &FrameSubscriber, seq: u64, ages: Ages) -> Option<(Canvas, FrameStamp)> {
     let frame = frames.newest().ok()??;
     let header = *frame.header();
     if header.stamp.seq != seq || header.stamp.on_request != 1 {
         return None;
     }
     let mut canvas = Canvas::new(header.width, header.height);
-    canvas.paste(frame.rgba(), header.width, 0, 0);
+    // Asked for: it claims nothing of the present, whatever the time is.
+    canvas.paste(frame.shown(header.stamp.t_framed_ns, ages).rgba, header.width, 0, 0);
     Some((canvas, header.stamp))
 }
 
@@ -213,10 +214,12 @@ fn view_report(run: &Run, view: usize, pictures: &Pictures) -> ViewReport {
 fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     let mut problems = pictures.problems.clone();
     problems.extend(ReplayReport::of(run).iter().flat_map(ReplayReport::problems));
-    if run.books.poses.refused > 0 {
+    problems.extend(run.books.poses.problems());
+    if run.books.frozen() > 0 {
+        let (count, ms) = (run.books.frozen(), run.scene.limits.frozen.as_millis());
         problems.push(format!(
-            "{} samples on the pose topic were not poses (NaN, or a quaternion that is not a rotation) and were not shown",
-            run.books.poses.refused
+            "{count} samples were the same measurement under fresh stamps for more than {ms} ms: {}",
+            Lost::Frozen.words()
         ));
     }
     if run.books.foreign_volume {

@@ -14,7 +14,7 @@ use bus::scene::{Scene, TrackerSource};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
 
-use crate::books::Restart;
+use crate::books::{Judging, Restart};
 use crate::finale;
 use crate::output::{self, OutputError};
 use crate::ports;
@@ -30,6 +30,8 @@ const TICK: Duration = Duration::from_millis(10);
 const LEAD: Duration = Duration::from_millis(250);
 /// How long the end of a timed run waits for its last pose, on a machine that is held up: whoever simulates goes on beyond it.
 const GRACE: Duration = Duration::from_secs(10);
+/// How long a renderer may take to show that there is no pose.
+const SHOWING: Duration = Duration::from_millis(250);
 /// Requests answered in one turn; more of them wait for the next, so that no client can keep the pilot from its watch.
 const REQUESTS: usize = 4;
 
@@ -225,13 +227,15 @@ impl Run {
                 true => i64::MAX,
                 false => self.session.clock().now_ns(),
             };
-            self.books.pose(pose, now_ns);
+            // Those of a recording were judged when they were made.
+            let frozen_ns = (!self.session.is_replay()).then(|| clock::ns(self.scene.limits.frozen));
+            self.books.pose(pose, Judging { now_ns, frozen_ns });
         }
         let stale_ns = clock::ns(self.scene.limits.stale);
         for (process, stamps) in &self.ports.stamps {
             while let Some(stamp) = stamps.next()? {
                 self.books.frame(&stamp, stale_ns);
-                if stamp.frame_state() == Some(FrameState::Live) && stamp.on_request == 0 {
+                if stamp.frame_state() == Some(FrameState::Live) {
                     let at_ns = match self.session.is_replay() {
                         true => self.bus.clock().now_ns(),
                         false => stamp.t_framed_ns,
@@ -307,11 +311,21 @@ impl Run {
                 bus::say!("pilot: {words}");
                 self.tell(Level::Error, &words);
                 self.held.push(name.clone());
+                if name == "tracker" {
+                    self.show_no_pose();
+                }
             }
             Action::AllReady => self.all_ready()?,
             Action::Finished(outcome) => return Ok(Some(outcome)),
         }
         Ok(None)
+    }
+
+    /// Nobody publishes poses any more: the images are not left to grow old. Who does not answer shows none in a moment anyway.
+    fn show_no_pose(&self) {
+        for (_, renderer) in &self.ports.renderers {
+            let _ = renderer.ask(Command::new(CommandKind::NoPoses), SHOWING);
+        }
     }
 
     fn start(&mut self, i: usize) -> Result<(), RunError> {

@@ -3,17 +3,11 @@
 use bus::message::{FrameStamp, ToolPose, Tracked};
 use bus::scene::{Extent, Scene};
 use geometry::{Point, Tool};
+use picture::palette::{self, ALARM, QUIET, REPLAY, WORDS};
 use picture::{Anchor, Canvas, Rgb};
 
 const GAP: u32 = 6;
 const COLUMNS: usize = 4;
-const ALARM: Rgb = Rgb(255, 60, 60);
-const WORDS: Rgb = Rgb(225, 225, 225);
-const QUIET: Rgb = Rgb(150, 160, 175);
-
-/// The colour of replays, on the images too.
-const REPLAY: Rgb = Rgb(220, 120, 255);
-
 /// A line of the legend: text, colour, size.
 type Words = (String, Rgb, f32);
 
@@ -75,12 +69,32 @@ fn draw_panel(canvas: &mut Canvas, scene: &Scene, view: usize, panel: &Panel, [x
 /// Only what is the same whenever the same pose is drawn again.
 fn legend_lines(lines: &mut Vec<Words>, scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>) {
     match pose {
-        Some(pose) => lines.extend(pose_lines(scene, pose)),
+        Some(pose) => {
+            lines.extend(pose_lines(scene, pose));
+            lines.push(set_line(panels));
+        }
         None => lines.push(("NO POSE".to_owned(), ALARM, 20.0)),
     }
     if let Some((_, stamp)) = panels.iter().find_map(|p| p.image.as_ref()) {
         lines.push((format!("volume {}", &stamp.volume().to_string()[..16]), QUIET, 15.0));
         lines.push((format!("registration {:016x}", stamp.registration_id), QUIET, 15.0));
+    }
+}
+
+/// Whether all images are there and show one pose: otherwise they must not be read side by side.
+fn set_line(panels: &[Panel]) -> Words {
+    let mut poses: Vec<u64> = panels
+        .iter()
+        .flat_map(|p| &p.image)
+        .map(|(_, stamp)| stamp.seq)
+        .collect();
+    let (there, all) = (poses.len(), panels.len());
+    poses.sort_unstable();
+    match (poses.first(), poses.last()) {
+        (Some(first), Some(last)) if first < last => (format!("IMAGES DIFFER: poses {first} to {last}"), ALARM, 18.0),
+        (Some(pose), _) if there == all => (format!("all {all} images show pose {pose}"), QUIET, 15.0),
+        (Some(pose), _) => (format!("{there} OF {all} IMAGES, all of pose {pose}"), ALARM, 18.0),
+        (None, _) => ("NO IMAGE".to_owned(), ALARM, 18.0),
     }
 }
 
@@ -112,8 +126,7 @@ fn pose_lines(scene: &Scene, pose: &ToolPose) -> Vec<Words> {
         return lines;
     };
     let tip = ct_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
-    let [x, y, z] = tip.mm();
-    lines.push((format!("tip L {x:.1}  P {y:.1}  S {z:.1} mm"), WORDS, 18.0));
+    lines.push((format!("tip {}", tip.in_words(1)), WORDS, 18.0));
     let mut targets: Vec<_> = scene
         .targets
         .iter()
@@ -121,7 +134,7 @@ fn pose_lines(scene: &Scene, pose: &ToolPose) -> Vec<Words> {
         .collect();
     targets.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (mm, name) in targets.into_iter().take(5) {
-        lines.push((format!("{name}  {mm:.1} mm"), Rgb(90, 255, 120), 16.0));
+        lines.push((format!("{name}  {mm:.1} mm"), palette::TARGET, 16.0));
     }
     lines
 }
@@ -138,5 +151,26 @@ mod tests {
         let panels: Vec<Panel> = (0..7).map(|_| Panel { image: None }).collect();
         let sheet = draw(&scene, &panels, None, Some("session.mcap"));
         assert_eq!((sheet.width(), sheet.height()), (4 * 518 + 6, 2 * 518 + 6));
+    }
+
+    #[test]
+    fn the_sheet_says_whether_its_images_show_one_pose() {
+        let panel = |seq| Panel {
+            image: Some((
+                Canvas::new(1, 1),
+                FrameStamp {
+                    seq,
+                    ..FrameStamp::default()
+                },
+            )),
+        };
+        let none = Panel { image: None };
+        assert_eq!(set_line(&[panel(7), panel(7)]).0, "all 2 images show pose 7");
+        assert_eq!(set_line(&[panel(7), panel(9), none]).0, "IMAGES DIFFER: poses 7 to 9");
+        assert_eq!(
+            set_line(&[panel(7), Panel { image: None }]).0,
+            "1 OF 2 IMAGES, all of pose 7"
+        );
+        assert_eq!(set_line(&[]).0, "NO IMAGE");
     }
 }

@@ -1,7 +1,7 @@
 //! `pilot status`: the state of a run, as JSON for scripts and as a table for people.
 
 use bus::clock;
-use bus::message::{FrameState, ToolPose, Tracked};
+use bus::message::{Ages, FrameState, Lost, ToolPose, Tracked};
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Planned;
@@ -20,7 +20,20 @@ pub(crate) struct Status {
     pub(crate) navigating_s: f64,
     pub(crate) processes: Vec<ProcessStatus>,
     pub(crate) views: Vec<ViewStatus>,
+    /// Whether the images show one pose.
+    pub(crate) set: SetStatus,
     pub(crate) pose: Option<PoseStatus>,
+}
+
+/// The live images taken together: those of different poses must not be read side by side.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SetStatus {
+    /// one pose, different poses, incomplete (a view has no image, or its process is not there)
+    pub(crate) state: String,
+    /// The lowest number of a pose shown.
+    pub(crate) oldest_seq: Option<u64>,
+    /// And the highest.
+    pub(crate) newest_seq: Option<u64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,7 +48,7 @@ pub(crate) struct ProcessStatus {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ViewStatus {
     pub(crate) name: String,
-    /// live (in a replay: replay), stale, lost, down, waiting
+    /// live (in a replay: replay), stale, lost, held (asked for), down, waiting
     pub(crate) state: String,
     pub(crate) seq: Option<u64>,
     /// Age of the pose it shows, ms.
@@ -45,10 +58,10 @@ pub(crate) struct ViewStatus {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PoseStatus {
     pub(crate) seq: u64,
-    /// valid, or why there is none
+    /// valid; stale (older than `limits.stale_ms`); or why there is none
     pub(crate) state: String,
     pub(crate) age_ms: f64,
-    /// Predicted error at the tip, 95 %, mm; `null`: not known.
+    /// Predicted error at the tip, 95 %, mm; `null`: not known, or there is no pose.
     pub(crate) tip_95_mm: Option<f64>,
     /// The tip is outside the examination.
     pub(crate) outside: bool,
@@ -66,6 +79,9 @@ impl Status {
             stage: run.supervisor.stage_word(i).to_owned(),
             note: run.notes[i].clone(),
         };
+        let views: Vec<ViewStatus> = (0..run.scene.views.len())
+            .map(|view| view_status(run, view, now))
+            .collect();
         Self {
             run: run.options.run.clone(),
             scene: run.source.path.display().to_string(),
@@ -74,10 +90,9 @@ impl Status {
                 .began_ns
                 .map_or(0.0, |began| clock::ms(run.clock().now_ns() - began) / 1e3),
             processes: run.planned.iter().enumerate().map(process).collect(),
-            views: (0..run.scene.views.len())
-                .map(|view| view_status(run, view, now))
-                .collect(),
-            pose: run.books.newest_pose().map(|pose| pose_status(pose, now)),
+            set: SetStatus::of(&views),
+            views,
+            pose: run.books.newest().map(|newest| pose_status(run, newest, now)),
         }
     }
 
@@ -102,6 +117,7 @@ impl Status {
             let age = v.age_ms.map_or("-".to_owned(), |ms| format!("{ms:.0} ms"));
             lines.push(format!("{:<22}{seq:>8}  {:<11}{age}", v.name, v.state));
         }
+        lines.push(self.set.line());
         lines.join("\n")
     }
 }
@@ -109,10 +125,10 @@ impl Status {
 fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
     let process = run.planned.iter().position(|p| p.views.contains(&view)).unwrap_or(0);
     let last = run.books.views[view].last;
-    let stale_ns = clock::ns(run.scene.limits.stale);
-    let state = match last.and_then(|stamp| stamp.state_at(now, stale_ns)) {
+    let state = match last.and_then(|stamp| stamp.state_at(now, Ages::of(&run.scene.limits))) {
         _ if !run.supervisor.is_ready(process) => "down",
         None => "waiting",
+        Some(FrameState::Held) => "held",
         Some(FrameState::Lost(_)) => "lost",
         Some(FrameState::Live) if run.session.is_replay() => "replay",
         Some(FrameState::Live) => "live",
@@ -126,17 +142,54 @@ fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
     }
 }
 
-fn pose_status(pose: &ToolPose, now: i64) -> PoseStatus {
+impl SetStatus {
+    fn of(views: &[ViewStatus]) -> Self {
+        let is_there = |view: &&ViewStatus| !matches!(view.state.as_str(), "down" | "waiting");
+        let seqs = || views.iter().filter(is_there).filter_map(|view| view.seq);
+        let (oldest_seq, newest_seq) = (seqs().min(), seqs().max());
+        let state = match seqs().count() == views.len() {
+            false => "incomplete",
+            true if oldest_seq == newest_seq => "one pose",
+            true => "different poses",
+        };
+        Self {
+            state: state.to_owned(),
+            oldest_seq,
+            newest_seq,
+        }
+    }
+
+    fn line(&self) -> String {
+        match (self.state.as_str(), self.oldest_seq, self.newest_seq) {
+            ("one pose", Some(pose), _) => format!("all images show pose {pose}"),
+            (state, Some(oldest), Some(newest)) => format!("the images are a set of {state}: {oldest} to {newest}"),
+            _ => "no image".to_owned(),
+        }
+    }
+}
+
+/// The newest sample as the images show it: an old pose is none, and then nothing is said of how good it was.
+fn pose_status(run: &Run, (pose, tracked): &(ToolPose, Tracked), now: i64) -> PoseStatus {
+    let age_ns = now.saturating_sub(pose.t_capture_ns);
+    let silent = run.held.iter().any(|name| name == "tracker");
+    let state = match (tracked, Ages::of(&run.scene.limits).state(age_ns)) {
+        _ if silent => FrameState::Lost(Lost::Silent),
+        (Tracked::Lost(reason), FrameState::Live) => FrameState::Lost(*reason),
+        (Tracked::Lost(_), _) => FrameState::Lost(Lost::Silent),
+        (Tracked::Valid(_), state) => state,
+    };
+    let words = match state {
+        FrameState::Lost(reason) => reason.words(),
+        FrameState::Stale => "stale",
+        FrameState::Live | FrameState::Held => "valid",
+    };
+    let is_pose = !matches!(state, FrameState::Lost(_));
     PoseStatus {
         seq: pose.seq,
-        state: match pose.tracked() {
-            Ok(Tracked::Valid(_)) => "valid".to_owned(),
-            Ok(Tracked::Lost(reason)) => reason.words().to_owned(),
-            Err(error) => error.to_string(),
-        },
-        age_ms: clock::ms(now - pose.t_capture_ns),
-        tip_95_mm: pose.tip_95_mm(),
-        outside: pose.outside(),
+        state: words.to_owned(),
+        age_ms: clock::ms(age_ns),
+        tip_95_mm: pose.tip_95_mm().filter(|_| is_pose),
+        outside: is_pose && run.books.is_outside(tracked),
         smoothing_delay_ms: clock::ms(pose.delay_ns),
     }
 }
@@ -144,7 +197,7 @@ fn pose_status(pose: &ToolPose, now: i64) -> PoseStatus {
 impl PoseStatus {
     fn line(&self) -> String {
         let mut line = format!("pose {}: {}, {:.0} ms old", self.seq, self.state, self.age_ms);
-        if self.state != "valid" {
+        if !matches!(self.state.as_str(), "valid" | "stale") {
             return line;
         }
         line += &match self.tip_95_mm {
@@ -158,5 +211,33 @@ impl PoseStatus {
             line += &format!(", smoothed: {:.0} ms late", self.smoothing_delay_ms);
         }
         line
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(state: &str, seq: Option<u64>) -> ViewStatus {
+        ViewStatus {
+            name: "a".to_owned(),
+            state: state.to_owned(),
+            seq,
+            age_ms: None,
+        }
+    }
+
+    #[test]
+    fn images_of_different_poses_are_no_set() {
+        let of = |views: &[ViewStatus]| SetStatus::of(views).line();
+        assert_eq!(
+            of(&[view("live", Some(7)), view("stale", Some(7))]),
+            "all images show pose 7"
+        );
+        let different = [view("live", Some(7)), view("live", Some(9))];
+        assert_eq!(of(&different), "the images are a set of different poses: 7 to 9");
+        let incomplete = [view("live", Some(7)), view("down", Some(9))];
+        assert_eq!(SetStatus::of(&incomplete).state, "incomplete");
+        assert_eq!(of(&[view("waiting", None)]), "no image");
     }
 }

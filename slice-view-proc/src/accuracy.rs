@@ -18,7 +18,6 @@ pub struct Accuracy {
     tip_95_mm: Option<f64>,
     /// Covariance of the tip's place in the CT, mm^2, where the error is known.
     covariance_mm2: [[f64; 3]; 3],
-    outside: bool,
     delay_ns: i64,
 }
 
@@ -31,22 +30,17 @@ impl Accuracy {
             std::array::from_fn(|i| std::array::from_fn(|j| c[(i, j)]))
         });
         Self {
-            // A negative radius is none.
-            tip_95_mm: message.tip_95_mm().filter(|mm| *mm >= 0.0),
+            tip_95_mm: message.tip_95_mm(),
             covariance_mm2,
-            outside: message.outside(),
             delay_ns: message.delay_ns,
         }
-    }
-
-    /// Whether the tip is outside the examination.
-    pub(crate) fn outside(&self) -> bool {
-        self.outside
     }
 
     /// The error at the tip in words.
     pub(crate) fn words(&self) -> String {
         match self.tip_95_mm {
+            // `±0.0 mm` would say that there is none.
+            Some(mm) if mm < 0.05 => "tip < 0.1 mm (95 %)".to_owned(),
             Some(mm) if mm >= 9.95 => format!("tip ±{mm:.0} mm (95 %)"),
             Some(mm) => format!("tip ±{mm:.1} mm (95 %)"),
             None => "tip error not known".to_owned(),
@@ -157,6 +151,11 @@ mod tests {
         let accuracy = Accuracy::of(&message([0.1; 3]), Rigid::identity());
         assert_eq!(accuracy.words(), "tip ±0.9 mm (95 %)");
         assert_eq!(accuracy.delay_words().unwrap(), "SMOOTHED, 35 ms late");
+        let small = ToolPose {
+            tip_mm: 0.04,
+            ..message([0.1; 3])
+        };
+        assert_eq!(Accuracy::of(&small, Rigid::identity()).words(), "tip < 0.1 mm (95 %)");
         let unknown = Accuracy::of(&ToolPose::EMPTY, Rigid::identity());
         assert_eq!(
             (unknown.words().as_str(), unknown.delay_words()),

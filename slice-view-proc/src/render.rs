@@ -3,11 +3,12 @@
 use bus::message::{FrameState, Marks};
 use bus::scene::{Scene, View};
 use bus::volume::VolumeView;
-use geometry::{Ct, PlaneError, Rigid, SlicePlane, Tool};
+use geometry::{Ct, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
 
 use crate::accuracy::Accuracy;
 use crate::grey::to_grey;
+use crate::outside::{hatch, hatch_all};
 use crate::overlay::{Notice, Origin, Overlay};
 use crate::reslice::{Resampler, ResliceError};
 use crate::view;
@@ -32,7 +33,7 @@ pub struct Rendered<'a> {
     pub volume_name: &'a str,
     /// What every image of it must say.
     pub marks: Marks,
-    /// The pose that places the plane: the present one, or the last one when there is none now; `None` draws black.
+    /// The pose that places the plane: the present one, or the last one when there is none now; `None` draws no slice.
     pub pose: Option<Rigid<Ct, Tool>>,
     /// How good it is; `None` says nothing of it.
     pub accuracy: Option<Accuracy>,
@@ -40,6 +41,8 @@ pub struct Rendered<'a> {
     pub notice: Notice,
     /// Where its pose comes from.
     pub origin: Origin,
+    /// What a person must be told besides.
+    pub remarks: &'a [&'a str],
     /// Sequence number of the pose, or of the sample that had none.
     pub seq: u64,
     /// The registration.
@@ -61,7 +64,8 @@ impl Notice {
     /// What the frame's header says of it.
     pub fn state(self) -> FrameState {
         match self {
-            Self::Live | Self::Held => FrameState::Live,
+            Self::Live => FrameState::Live,
+            Self::Held => FrameState::Held,
             Self::Stale(_) => FrameState::Stale,
             Self::Lost(reason, _) => FrameState::Lost(reason),
         }
@@ -112,6 +116,13 @@ impl Renderer {
             self.hu.fill(f32::from(what.volume.padding_hu));
         }
         to_grey(self.view.window, &self.hu, self.canvas.rgba_mut());
+        match what.pose {
+            Some(_) => {
+                let thickness_mm = self.view.sampling.slab.map_or(0.0, |slab| slab.thickness_mm);
+                hatch(&mut self.canvas, &plane, what.volume.grid, thickness_mm);
+            }
+            None => hatch_all(&mut self.canvas),
+        }
         let lost = matches!(what.notice, Notice::Lost(..));
         if lost {
             self.canvas.dim(DIMMED);
@@ -120,6 +131,9 @@ impl Renderer {
             view: &self.view,
             plane: &plane,
             pose: what.pose.filter(|_| !lost),
+            // Asked of the grid itself, whatever the message says.
+            outside: !lost && what.pose.is_some_and(|pose| !what.volume.grid.holds(tip(pose))),
+            remarks: what.remarks,
             tool: &scene.tool,
             targets: &scene.targets,
             accuracy: what.accuracy.filter(|_| !lost),
@@ -134,4 +148,8 @@ impl Renderer {
         overlay.draw(&mut self.canvas);
         Ok(plane)
     }
+}
+
+fn tip(pose: Rigid<Ct, Tool>) -> Point<Ct> {
+    pose * Point::<Tool>::new(0.0, 0.0, 0.0)
 }

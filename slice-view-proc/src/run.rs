@@ -5,7 +5,10 @@ use std::time::Duration;
 
 use bus::BusError;
 use bus::clock::{self, Clock};
-use bus::message::{Command, CommandKind, FrameHeader, FrameStamp, Lost, PoseError, ProcessState, ToolPose, Tracked};
+use bus::continuity::Continuity;
+use bus::message::{
+    Ages, Command, CommandKind, FrameHeader, FrameStamp, FrameState, Lost, ProcessState, ToolPose, Tracked,
+};
 use bus::port::{CommandServer, FramePublisher, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
 use bus::run::ReplayOf;
@@ -15,7 +18,8 @@ use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
 
 use crate::accuracy::Accuracy;
-use crate::overlay::{Notice, Origin};
+use crate::overlay::{Notice, Origin, SMALLEST_WITH_WORDS};
+use crate::remarks::Remarks;
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::{Chosen, Resampler};
 
@@ -61,12 +65,20 @@ struct SliceView {
     /// What the images must say of where their poses come from.
     origin: Origin,
     resampler: Chosen,
-    /// The sample handled last.
-    last: Option<ToolPose>,
+    continuity: Continuity,
+    /// The sample handled last, and what it came to.
+    last: Option<(ToolPose, Tracked)>,
     /// The last valid pose and when it was captured.
     last_valid: Option<(Rigid<Ct, Tool>, i64)>,
-    /// On the process's clock, as the session's may stand still.
-    next_ageing_ns: i64,
+    /// Nobody publishes poses any more.
+    no_poses: bool,
+    remarks: Remarks,
+    /// What the images say, and when they were drawn, on the session's clock.
+    drawn: Option<(FrameState, i64)>,
+    /// Until then no image grows old, on the process's clock, as the session's may stand still.
+    quiet_until_ns: i64,
+    /// What the views cannot show, for the pilot's status and the report.
+    wordless: String,
 }
 
 /// Renders the views of one direction until asked to stop.
@@ -109,6 +121,7 @@ impl SliceView {
             return Err(RunError::NoView(plane.name()));
         }
         Ok(Self {
+            wordless: wordless(&outputs),
             stamps: Publisher::open(&process.bus, &FRAME_STAMP, &plane.process())?,
             volumes: VolumeSubscriber::open(&process.bus)?,
             resampler: Chosen::new(process.scene.render),
@@ -117,9 +130,13 @@ impl SliceView {
             volume: None,
             volume_name: String::new(),
             origin: Origin::Tracker,
+            continuity: Continuity::default(),
             last: None,
             last_valid: None,
-            next_ageing_ns: 0,
+            no_poses: false,
+            remarks: Remarks::default(),
+            drawn: None,
+            quiet_until_ns: 0,
         })
     }
 
@@ -147,7 +164,8 @@ impl SliceView {
             Some(pose) => self.show(pose)?,
             None => self.age()?,
         }
-        self.process.beat(ProcessState::Ready, &self.resampler.note())?;
+        let note = self.resampler.note() + &self.wordless;
+        self.process.beat(ProcessState::Ready, &note)?;
         Ok(ControlFlow::Continue(()))
     }
 
@@ -182,8 +200,18 @@ impl SliceView {
 
     fn answer(&mut self, request: Request) -> Result<(), RunError> {
         let command: Command = *request.command();
+        if command.command_kind() == Some(CommandKind::NoPoses) {
+            self.no_poses = true;
+            request.reply(Ok("no pose is shown"))?;
+            return match self.volume {
+                Some(_) => self.age(),
+                None => Ok(()),
+            };
+        }
         if command.command_kind() != Some(CommandKind::Render) {
-            request.reply(Err("a renderer answers only requests to render a pose"))?;
+            request.reply(Err(
+                "a renderer answers only requests to render a pose and to show none",
+            ))?;
             return Ok(());
         }
         if self.volume.is_none() {
@@ -203,64 +231,110 @@ impl SliceView {
 
     /// A replay went elsewhere: what was shown last is neither old nor the one before what comes.
     fn forget(&mut self) {
+        self.continuity = Continuity::default();
+        self.remarks = Remarks::default();
         self.last = None;
         self.last_valid = None;
-        self.next_ageing_ns = self.process.clock().now_ns() + clock::ns(AGEING);
+        self.quiet_until_ns = self.process.clock().now_ns() + clock::ns(AGEING);
     }
 
     /// Draws a sample that came over the bus.
     fn show(&mut self, sample: ToolPose) -> Result<(), RunError> {
-        if let Some(last) = self.last {
-            self.process.counters.dropped += sample.seq.saturating_sub(last.seq + 1);
-        }
-        self.last = Some(sample);
-        let now = self.process.session.clock().now_ns();
-        let tracked = sample.tracked_at(now).unwrap_or_else(|error| self.refuse(&error));
+        self.no_poses = false;
+        let tracked = self.judged(&sample);
+        self.last = Some((sample, tracked));
         match tracked {
             Tracked::Valid(pose) => {
                 self.last_valid = Some((pose, sample.t_capture_ns));
-                self.draw(&sample, Some(pose), self.notice_for_age(now - sample.t_capture_ns))
+                let age_ns = self.age_ns(&sample);
+                self.draw_aged(&sample, tracked, self.ages().state(age_ns))
             }
-            Tracked::Lost(reason) => self.draw_lost(&sample, reason),
+            Tracked::Lost(reason) => {
+                self.process.counters.lost += 1;
+                self.draw_aged(&sample, tracked, FrameState::Lost(reason))
+            }
         }
     }
 
-    fn refuse(&mut self, error: &PoseError) -> Tracked {
+    /// What may be shown of a sample: by itself, and after those before it.
+    fn judged(&mut self, sample: &ToolPose) -> Tracked {
+        let session = &self.process.session;
+        let now = session.clock().now_ns();
+        let tracked = match sample.tracked_at(now) {
+            Ok(tracked) => tracked,
+            Err(error) => {
+                self.refuse(&error.to_string());
+                return Tracked::Lost(Lost::Refused);
+            }
+        };
+        let frozen_ns = (!session.is_replay()).then(|| clock::ns(self.process.scene.limits.frozen));
+        let judged = self.continuity.judge(sample, tracked, frozen_ns);
+        self.process.counters.dropped += judged.missing;
+        self.remarks.take(&judged, sample.t_capture_ns);
+        if let Some(broken) = judged.broken.filter(|broken| broken.refuses()) {
+            self.refuse(&format!("pose {}: {broken}", sample.seq));
+        }
+        judged.tracked
+    }
+
+    fn refuse(&mut self, why: &str) {
         if self.process.counters.refused == 0 {
-            bus::say!("slice-view-proc: error: {error}. It is not shown; further ones are only counted");
+            bus::say!("slice-view-proc: error: {why}. It is not shown; further ones are only counted");
         }
         self.process.counters.refused += 1;
-        Tracked::Lost(Lost::Refused)
     }
 
-    fn notice_for_age(&self, age_ns: i64) -> Notice {
-        if age_ns > clock::ns(self.process.scene.limits.stale) {
-            Notice::Stale(age_ns)
-        } else {
-            Notice::Live
-        }
+    fn ages(&self) -> Ages {
+        Ages::of(&self.process.scene.limits)
     }
 
-    fn draw_lost(&mut self, sample: &ToolPose, reason: Lost) -> Result<(), RunError> {
-        self.process.counters.lost += 1;
+    fn age_ns(&self, sample: &ToolPose) -> i64 {
         let now = self.process.session.clock().now_ns();
-        let shown = self.last_valid;
-        let notice = Notice::Lost(reason, shown.map(|(_, captured)| now - captured));
-        self.draw(sample, shown.map(|(pose, _)| pose), notice)
+        now.saturating_sub(sample.t_capture_ns)
     }
 
-    /// While no sample comes: what is on the screen grows old, and says so.
+    /// While no sample comes, what is on the screen grows old, and says so: at once where it becomes stale or lost, and then as
+    /// often as its age changes.
     fn age(&mut self) -> Result<(), RunError> {
-        let now = self.process.session.clock().now_ns();
-        let limit = clock::ns(self.process.scene.limits.stale);
-        let last = self.last.unwrap_or(ToolPose::EMPTY);
-        let age = now - last.t_capture_ns;
-        if self.process.clock().now_ns() < self.next_ageing_ns || (self.last.is_some() && age <= limit) {
+        if self.process.clock().now_ns() < self.quiet_until_ns {
             return Ok(());
         }
-        match last.tracked() {
-            Ok(Tracked::Valid(pose)) => self.draw(&last, Some(pose), Notice::Stale(age)),
-            _ => self.draw_lost(&last, Lost::Silent),
+        let silent = FrameState::Lost(Lost::Silent);
+        let (sample, tracked) = self.last.unwrap_or((ToolPose::EMPTY, Tracked::Lost(Lost::Silent)));
+        let aged = self.ages().state(self.age_ns(&sample));
+        let state = match tracked {
+            _ if self.no_poses || self.last.is_none() => silent,
+            Tracked::Valid(_) => aged,
+            Tracked::Lost(reason) if aged == FrameState::Live => FrameState::Lost(reason),
+            Tracked::Lost(_) => silent,
+        };
+        let now = self.process.session.clock().now_ns();
+        let is_due = match self.drawn {
+            Some((drawn, _)) if drawn != state => true,
+            Some((_, at_ns)) => state != FrameState::Live && now - at_ns >= clock::ns(AGEING),
+            None => true,
+        };
+        match is_due {
+            true => self.draw_aged(&sample, tracked, state),
+            false => Ok(()),
+        }
+    }
+
+    /// Draws `sample`, which came to `tracked`, in this state: without a pose the last slice, dimmed.
+    fn draw_aged(&mut self, sample: &ToolPose, tracked: Tracked, state: FrameState) -> Result<(), RunError> {
+        match (state, tracked) {
+            (FrameState::Live, Tracked::Valid(pose)) => self.draw(sample, Some(pose), Notice::Live),
+            (FrameState::Stale, Tracked::Valid(pose)) => {
+                self.draw(sample, Some(pose), Notice::Stale(self.age_ns(sample)))
+            }
+            (FrameState::Lost(reason), _) | (_, Tracked::Lost(reason)) => {
+                let now = self.process.session.clock().now_ns();
+                let age = self.last_valid.map(|(_, captured)| now.saturating_sub(captured));
+                let placed = self.last_valid.map(|(pose, _)| pose);
+                self.draw(sample, placed, Notice::Lost(reason, age))
+            }
+            // Only what was asked for is held.
+            (FrameState::Held, Tracked::Valid(pose)) => self.draw(sample, Some(pose), Notice::Held),
         }
     }
 
@@ -269,7 +343,11 @@ impl SliceView {
         let Some(volume) = &self.volume else { return Ok(()) };
         let clock = self.process.session.clock();
         let t_seen_ns = clock.now_ns();
-        self.next_ageing_ns = self.process.clock().now_ns() + clock::ns(AGEING);
+        // What was asked for says nothing of the present.
+        let remarks = match notice {
+            Notice::Held => Vec::new(),
+            _ => self.remarks.words(t_seen_ns),
+        };
         let mut what = Rendered {
             volume: volume.view(),
             volume_name: &self.volume_name,
@@ -278,6 +356,7 @@ impl SliceView {
             accuracy: pose.map(|pose| Accuracy::of(sample, pose)),
             notice,
             origin: self.origin,
+            remarks: &remarks,
             seq: sample.seq,
             registration_id: sample.registration_id,
         };
@@ -306,8 +385,22 @@ impl SliceView {
                 what.notice = Notice::Stale(clock.now_ns() - sample.t_capture_ns);
             }
         }
+        if notice != Notice::Held {
+            self.drawn = Some((what.notice.state(), t_seen_ns));
+        }
         self.process.counters.published += 1;
         Ok(())
+    }
+}
+
+/// Which views are too small for words.
+fn wordless(outputs: &[Output]) -> String {
+    let views = outputs.iter().map(|output| output.renderer.view());
+    let small = views.filter(|view| view.size.iter().any(|side| *side < SMALLEST_WITH_WORDS));
+    let names: Vec<&str> = small.map(|view| view.name.as_str()).collect();
+    match names.is_empty() {
+        true => String::new(),
+        false => format!("; no words below {SMALLEST_WITH_WORDS} pixels: {}", names.join(", ")),
     }
 }
 

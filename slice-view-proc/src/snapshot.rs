@@ -95,6 +95,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         accuracy: None,
         notice: Notice::Held,
         origin: Origin::Tracker,
+        remarks: &[],
         seq: 0,
         registration_id: 0,
     };

@@ -13,7 +13,7 @@ use bus::topic::{GROUND_TRUTH, TOOL_POSE};
 use geometry::{Ct, Point, Rigid, Tool, Tracker, VolumeGrid};
 
 use crate::chain::{Found, Smoothing};
-use crate::follow::{PlayError, follow_emitters, follow_recorded_room, follow_room, follow_sequence, holds};
+use crate::follow::{PlayError, follow_emitters, follow_recorded_room, follow_room, follow_sequence};
 use crate::gesture::{Gesture, GestureError, aim};
 use crate::markers::MarkersError;
 use crate::operating_room::{RoomError, ScriptError};
@@ -262,7 +262,7 @@ impl Samples {
         };
         pose.set(Tracked::Valid(shown));
         let tip = shown * Point::<Tool>::new(0.0, 0.0, 0.0);
-        if self.grid.is_some_and(|grid| !holds(&grid, tip)) {
+        if self.grid.is_some_and(|grid| !grid.holds(tip)) {
             pose.flags |= ToolPose::OUTSIDE;
         }
         // Without, where the scene's noise is beyond what a covariance can hold.
@@ -280,6 +280,11 @@ impl Samples {
             t_device_ns: measured.t_device_ns,
             t_capture_ns: self.output.start_ns() + measured.t_device_ns,
             registration_id: self.output.registration_id,
+            flags: if self.simulated.is_noiseless() {
+                ToolPose::NOISELESS
+            } else {
+                0
+            },
             ..ToolPose::EMPTY
         }
     }

@@ -53,6 +53,11 @@ impl Simulated {
         }
     }
 
+    /// Whether a tool at rest gives the same numbers again and again.
+    pub fn is_noiseless(&self) -> bool {
+        self.simulation.noise_mm == 0.0 && self.simulation.noise_rad == 0.0
+    }
+
     /// Script time of sample `seq`, ns.
     pub fn t_device_ns(&self, seq: u64) -> i64 {
         (seq as f64 * 1e9 / self.rate_hz).round() as i64

@@ -31,6 +31,8 @@ pub enum CommandKind {
     Stop,
     /// Renderer: draw this very pose in each view and publish the images, so that all views show one pose.
     Render,
+    /// Renderer: nobody publishes poses any more; what is shown is lost at once.
+    NoPoses,
     /// Replayer: stand still.
     Pause,
     /// Replayer: go on.
@@ -44,7 +46,7 @@ pub enum CommandKind {
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 8] = [
+const CODES: [(CommandKind, u32); 9] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -53,6 +55,7 @@ const CODES: [(CommandKind, u32); 8] = [
     (CommandKind::Step, 6),
     (CommandKind::Seek, 7),
     (CommandKind::Speed, 8),
+    (CommandKind::NoPoses, 9),
 ];
 
 impl Command {

@@ -3,6 +3,8 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{Lost, VolumeHash};
+use crate::clock;
+use crate::scene::Limits;
 
 /// Which pose, which registration and which volume an image shows, and when each stage was passed.
 ///
@@ -48,8 +50,38 @@ pub enum FrameState {
     Live,
     /// Shows a valid pose, older than the scene's limit when it was drawn; its age stands on it.
     Stale,
+    /// Shows a valid pose that was asked for: it claims nothing of the present.
+    Held,
     /// There is no pose, and the image says so.
     Lost(Lost),
+}
+
+/// When a pose grows old, and when it is none any more, ns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ages {
+    /// Older than this it is stale.
+    pub stale_ns: i64,
+    /// Older than this its source is silent, and there is no pose. At least as large.
+    pub lost_ns: i64,
+}
+
+impl Ages {
+    /// Of a scene.
+    pub fn of(limits: &Limits) -> Self {
+        Self {
+            stale_ns: clock::ns(limits.stale),
+            lost_ns: clock::ns(limits.lost),
+        }
+    }
+
+    /// What a valid pose of this age is.
+    pub fn state(self, age_ns: i64) -> FrameState {
+        match age_ns {
+            age if age > self.lost_ns => FrameState::Lost(Lost::Silent),
+            age if age > self.stale_ns => FrameState::Stale,
+            _ => FrameState::Live,
+        }
+    }
 }
 
 impl FrameState {
@@ -58,6 +90,7 @@ impl FrameState {
         match self {
             Self::Live => 0,
             Self::Stale => 100,
+            Self::Held => 101,
             Self::Lost(reason) => reason.code(),
         }
     }
@@ -67,6 +100,7 @@ impl FrameState {
         match code {
             0 => Some(Self::Live),
             100 => Some(Self::Stale),
+            101 => Some(Self::Held),
             code => match Lost::from_code(code) {
                 Some(reason) => Some(Self::Lost(reason)),
                 None => None,
@@ -81,11 +115,13 @@ impl FrameStamp {
         FrameState::from_code(self.state)
     }
 
-    /// What the image may claim at `now_ns`: one that was live when it was drawn is stale once its pose is older than
-    /// `stale_ns`, whatever stands on it. Whoever shows an image asks this first.
-    pub fn state_at(&self, now_ns: i64, stale_ns: i64) -> Option<FrameState> {
+    /// What the image may claim at `now_ns`: one that was live when it was drawn grows stale and then lost with its pose,
+    /// whatever stands on it.
+    pub fn state_at(&self, now_ns: i64, ages: Ages) -> Option<FrameState> {
+        let aged = ages.state(now_ns.saturating_sub(self.t_capture_ns));
         match self.frame_state() {
-            Some(FrameState::Live) if now_ns - self.t_capture_ns > stale_ns => Some(FrameState::Stale),
+            Some(FrameState::Live) => Some(aged),
+            Some(FrameState::Stale) if aged != FrameState::Live => Some(aged),
             state => state,
         }
     }
@@ -94,7 +130,7 @@ impl FrameStamp {
     /// times of this run's clock.
     pub fn texts(&self) -> Vec<(&'static str, String)> {
         let state = match self.frame_state() {
-            Some(FrameState::Live) => "valid",
+            Some(FrameState::Live | FrameState::Held) => "valid",
             Some(FrameState::Stale) => "stale",
             Some(FrameState::Lost(reason)) => reason.words(),
             None => "unknown",
@@ -139,13 +175,32 @@ mod tests {
             t_capture_ns: 1000,
             ..FrameStamp::default()
         };
-        assert_eq!(stamp.state_at(1100, 100), Some(FrameState::Live));
-        assert_eq!(stamp.state_at(1101, 100), Some(FrameState::Stale));
+        let ages = Ages {
+            stale_ns: 100,
+            lost_ns: 500,
+        };
+        let expected = [
+            (1100, FrameState::Live),
+            (1101, FrameState::Stale),
+            (1500, FrameState::Stale),
+            (1501, FrameState::Lost(Lost::Silent)),
+            (i64::MAX, FrameState::Lost(Lost::Silent)),
+        ];
+        for (now, state) in expected {
+            assert_eq!(stamp.state_at(now, ages), Some(state), "{now}");
+        }
+        // What was drawn as old does not become young where a clock goes back, and what was asked for has no age.
+        let drawn = |state: FrameState| FrameStamp {
+            state: state.code(),
+            ..stamp
+        };
+        assert_eq!(drawn(FrameState::Stale).state_at(1000, ages), Some(FrameState::Stale));
+        assert_eq!(drawn(FrameState::Held).state_at(9999, ages), Some(FrameState::Held));
         let lost = FrameStamp {
             state: Lost::NotSeen.code(),
             ..stamp
         };
-        assert_eq!(lost.state_at(9999, 100), Some(FrameState::Lost(Lost::NotSeen)));
+        assert_eq!(lost.state_at(9999, ages), Some(FrameState::Lost(Lost::NotSeen)));
     }
 
     #[test]
@@ -153,6 +208,7 @@ mod tests {
         for state in [
             FrameState::Live,
             FrameState::Stale,
+            FrameState::Held,
             FrameState::Lost(Lost::NotSeen),
             FrameState::Lost(Lost::Silent),
             FrameState::Lost(Lost::Refused),

@@ -17,7 +17,7 @@ pub use clock_law::{ClockLaw, ReplayState};
 pub use command::{Command, CommandKind, ReplyHeader};
 pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use event::{Event, Level};
-pub use frame::{FrameHeader, FrameStamp, FrameState};
+pub use frame::{Ages, FrameHeader, FrameStamp, FrameState};
 pub use heartbeat::{Counters, Heartbeat, ProcessState};
 pub use pose::{Lost, PoseError, ToolPose, Tracked};
 pub use volume_header::{HeaderError, Marks, VolumeHash, VolumeHeader};

@@ -40,7 +40,7 @@ pub struct ToolPose {
     pub delay_ns: i64,
     /// How many of the emitters seen the pose rests on.
     pub used: u32,
-    /// Bits of [`ToolPose::OUTSIDE`], [`ToolPose::TIP_KNOWN`].
+    /// Bits of [`ToolPose::OUTSIDE`], [`ToolPose::TIP_KNOWN`], [`ToolPose::NOISELESS`].
     pub flags: u32,
 }
 
@@ -67,6 +67,8 @@ pub enum Lost {
     NotCalibrated,
     /// The patient has no registration that may be used.
     NotRegistered,
+    /// The same numbers come again and again under fresh stamps: nothing is measured.
+    Frozen,
 }
 
 impl Lost {
@@ -82,6 +84,7 @@ impl Lost {
             Self::Reference => 7,
             Self::NotCalibrated => 8,
             Self::NotRegistered => 9,
+            Self::Frozen => 10,
         }
     }
 
@@ -97,6 +100,7 @@ impl Lost {
             7 => Some(Self::Reference),
             8 => Some(Self::NotCalibrated),
             9 => Some(Self::NotRegistered),
+            10 => Some(Self::Frozen),
             _ => None,
         }
     }
@@ -113,6 +117,7 @@ impl Lost {
             Self::Reference => "reference lost",
             Self::NotCalibrated => "tool not calibrated",
             Self::NotRegistered => "patient not registered",
+            Self::Frozen => "FROZEN MEASUREMENT",
         }
     }
 }
@@ -149,8 +154,30 @@ pub enum PoseError {
         /// The most that is taken for jitter between two readings of the clock.
         allowed_ms: f64,
     },
+    /// The tool is further from the origin of the examination's frame than any localizer sees.
+    #[error("pose {seq}: the tip is {found_mm:e} mm from the origin; at most {allowed_mm:e} mm are allowed")]
+    Far {
+        /// Which sample.
+        seq: u64,
+        /// The distance found.
+        found_mm: f64,
+        /// The largest allowed.
+        allowed_mm: f64,
+    },
+    /// The error predicted at the tip is no radius, or so large that the pose says nothing.
+    #[error(
+        "pose {seq}: the error predicted at the tip is {found_mm} mm; allowed are 0 to {allowed_mm} mm, with variances of at least 0"
+    )]
+    Accuracy {
+        /// Which sample.
+        seq: u64,
+        /// The error found, mm, or the variance below zero.
+        found_mm: f64,
+        /// The largest allowed.
+        allowed_mm: f64,
+    },
     /// The status is neither valid nor a known reason.
-    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to 9")]
+    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to 10")]
     UnknownStatus {
         /// Which sample.
         seq: u64,
@@ -163,6 +190,12 @@ pub enum PoseError {
 const FUTURE_NS: i64 = 5_000_000;
 /// Both sides normalise in f64, so a quaternion further from unit than this was not made by a tracker process.
 const UNIT_TOLERANCE: f64 = 1e-9;
+/// A localizer sees a few metres, and scanners put their origin within a few metres of the patient.
+const FARTHEST_MM: f64 = 1e5;
+/// A tip that is not known to a metre is not known.
+const WORST_TIP_MM: f64 = 1e3;
+/// Where the variances stand among the 21 numbers of a covariance.
+const VARIANCES: [usize; 6] = [0, 6, 11, 15, 18, 20];
 
 impl ToolPose {
     /// A sample without a pose, to be filled in; every number is zero.
@@ -184,18 +217,21 @@ impl ToolPose {
         flags: 0,
     };
 
-    /// Flag: the pose is valid, and the tip lies outside the examination.
+    /// Flag: the source found the tip outside the examination. For recordings: who shows a pose compares tip and grid itself.
     pub const OUTSIDE: u32 = 1;
     /// Flag: the error at the tip is predicted.
     pub const TIP_KNOWN: u32 = 2;
+    /// Flag: the source has no noise, so that a tool at rest gives the same numbers again and again. Without it such numbers
+    /// are taken for a measurement that stands still ([`Lost::Frozen`]).
+    pub const NOISELESS: u32 = 4;
 
     /// Predicted error at the tip, 95 %, mm, where there is a prediction.
     pub fn tip_95_mm(&self) -> Option<f64> {
-        (self.flags & Self::TIP_KNOWN != 0 && self.tip_mm.is_finite()).then_some(self.tip_mm)
+        (self.flags & Self::TIP_KNOWN != 0 && (0.0..=WORST_TIP_MM).contains(&self.tip_mm)).then_some(self.tip_mm)
     }
 
-    /// Whether the tip is known to lie outside the examination.
-    pub fn outside(&self) -> bool {
+    /// Whether the source found the tip outside the examination.
+    pub fn said_outside(&self) -> bool {
         self.flags & Self::OUTSIDE != 0
     }
 
@@ -235,12 +271,15 @@ impl ToolPose {
     /// The typed pose: the door from the bus to geometry.
     ///
     /// # Errors
-    /// [`PoseError`]: a NaN, a quaternion that is not unit to 1e-9, an unknown status.
+    /// [`PoseError`]: a NaN, a quaternion that is not unit to 1e-9, a tip 100 m away, an error at the tip that is no radius, an
+    /// unknown status.
     pub fn tracked(&self) -> Result<Tracked, PoseError> {
         if self.status == 0 {
-            return door::rigid(self.q, self.t_mm, UNIT_TOLERANCE)
-                .map(Tracked::Valid)
-                .map_err(|source| PoseError::NotRigid { seq: self.seq, source });
+            let pose = door::rigid(self.q, self.t_mm, UNIT_TOLERANCE)
+                .map_err(|source| PoseError::NotRigid { seq: self.seq, source })?;
+            self.check_tip(&pose)?;
+            self.check_accuracy()?;
+            return Ok(Tracked::Valid(pose));
         }
         Lost::from_code(self.status)
             .map(Tracked::Lost)
@@ -251,10 +290,88 @@ impl ToolPose {
     }
 }
 
+impl ToolPose {
+    fn check_tip(&self, pose: &Rigid<Ct, Tool>) -> Result<(), PoseError> {
+        let [x, y, z] = pose.translation_mm();
+        let found_mm = x.hypot(y).hypot(z);
+        match found_mm <= FARTHEST_MM {
+            true => Ok(()),
+            false => Err(PoseError::Far {
+                seq: self.seq,
+                found_mm,
+                allowed_mm: FARTHEST_MM,
+            }),
+        }
+    }
+
+    /// What is said to be known must be usable.
+    fn check_accuracy(&self) -> Result<(), PoseError> {
+        if self.flags & Self::TIP_KNOWN == 0 {
+            return Ok(());
+        }
+        let variance = VARIANCES
+            .map(|at| self.covariance[at])
+            .into_iter()
+            .find(|v| v.is_nan() || *v < 0.0);
+        let wrong = match (0.0..=WORST_TIP_MM).contains(&self.tip_mm) {
+            true => variance.or_else(|| self.covariance.into_iter().find(|c| !c.is_finite())),
+            false => Some(self.tip_mm),
+        };
+        wrong.map_or(Ok(()), |found_mm| {
+            Err(PoseError::Accuracy {
+                seq: self.seq,
+                found_mm,
+                allowed_mm: WORST_TIP_MM,
+            })
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use geometry::Vector;
+
+    fn known(tip_mm: f64) -> ToolPose {
+        let mut message = ToolPose {
+            tip_mm,
+            flags: ToolPose::TIP_KNOWN,
+            ..ToolPose::EMPTY
+        };
+        message.set(Tracked::Valid(Rigid::identity()));
+        message
+    }
+
+    /// It was taken for a pose, and the slice through it for an empty one.
+    #[test]
+    fn a_tip_out_of_this_world_is_refused() {
+        for far in [1e300, -1.1e5, f64::MAX] {
+            let message = ToolPose {
+                t_mm: [0.0, far, 0.0],
+                ..known(1.0)
+            };
+            assert!(matches!(message.tracked(), Err(PoseError::Far { .. })), "{far}");
+        }
+    }
+
+    #[test]
+    fn an_error_at_the_tip_that_is_no_radius_is_refused() {
+        for good in [0.0, 0.3, 1e3] {
+            assert!(known(good).tracked().is_ok() && known(good).tip_95_mm() == Some(good));
+        }
+        for bad in [-1e-9, -1.0, 1.1e3, f64::INFINITY, f64::NAN] {
+            assert!(matches!(known(bad).tracked(), Err(PoseError::Accuracy { .. })), "{bad}");
+            assert_eq!(known(bad).tip_95_mm(), None);
+            let unknown = ToolPose { flags: 0, ..known(bad) };
+            assert!(
+                unknown.tracked().is_ok(),
+                "what is not said to be known is not looked at"
+            );
+            let mut message = known(1.0);
+            message.covariance[18] = if bad > 0.0 { f64::INFINITY } else { bad };
+            assert!(message.tracked().is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn poses_come_back_bit_for_bit() {
@@ -277,7 +394,7 @@ mod tests {
     #[test]
     fn every_reason_comes_back_by_its_code() {
         let known: Vec<Lost> = (0..100).filter_map(Lost::from_code).collect();
-        assert_eq!(known.len(), 9);
+        assert_eq!(known.len(), 10);
         for reason in known {
             assert_eq!(Lost::from_code(reason.code()), Some(reason));
         }

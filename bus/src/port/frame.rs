@@ -9,7 +9,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::{limited, open_error, service_name, transfer_error};
 use crate::clock::Clock;
-use crate::message::{FrameHeader, FrameStamp};
+use crate::message::{Ages, FrameHeader, FrameStamp, FrameState};
 use crate::node::{Ipc, patiently};
 use crate::topic::Topic;
 use crate::{Bus, BusError};
@@ -94,6 +94,16 @@ pub struct Frame {
     _port: Rc<IoxSubscriber<Ipc, [u8], FrameHeader>>,
 }
 
+/// The pixels of an image together with what they may claim at the moment they were asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Shown<'a> {
+    /// What the image may claim; `None` for a code that is not known. Where it differs from the stamp's own state, the words
+    /// on the image are no longer true, and whoever shows it must cover them.
+    pub state: Option<FrameState>,
+    /// RGBA, row by row from the top.
+    pub rgba: &'a [u8],
+}
+
 impl FrameSubscriber {
     /// Subscribes to the view named `view` on `topic` (live or held).
     ///
@@ -134,7 +144,7 @@ impl FrameSubscriber {
 impl Frame {
     fn is_whole(&self) -> bool {
         let header = self.header();
-        self.rgba().len() as u64 == u64::from(header.width) * u64::from(header.height) * 4
+        self.sample.payload().len() as u64 == u64::from(header.width) * u64::from(header.height) * 4
     }
 
     /// Size and stamp.
@@ -142,8 +152,12 @@ impl Frame {
         self.sample.user_header()
     }
 
-    /// The pixels, RGBA, row by row from the top.
-    pub fn rgba(&self) -> &[u8] {
-        self.sample.payload()
+    /// The pixels, with what they may claim at `now_ns` on the session's clock: an image grows old on the screen too, and for
+    /// ever where its renderer has died.
+    pub fn shown(&self, now_ns: i64, ages: Ages) -> Shown<'_> {
+        Shown {
+            state: self.header().stamp.state_at(now_ns, ages),
+            rgba: self.sample.payload(),
+        }
     }
 }

@@ -6,7 +6,7 @@ mod stream;
 mod volume;
 
 pub use command::{CommandClient, CommandServer, Reply, Request};
-pub use frame::{Frame, FramePublisher, FrameSubscriber};
+pub use frame::{Frame, FramePublisher, FrameSubscriber, Shown};
 pub use stream::{Publisher, Subscriber};
 pub use volume::{LoanedVolume, SharedVolume, VolumePublisher, VolumeSubscriber};
 

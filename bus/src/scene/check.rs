@@ -6,12 +6,11 @@ use std::time::Duration;
 use geometry::{Frame, Point, door};
 
 use super::error::Invalid;
-use super::raw::{
-    Plane, RawApproach, RawLimits, RawScene, RawTarget, RawTracker, RawTrackerSource, RawView, RawWindow,
-};
+use super::limits::limits;
+use super::raw::{Plane, RawApproach, RawScene, RawTarget, RawTracker, RawTrackerSource, RawView, RawWindow};
 use super::view::WINDOWS;
 use super::{
-    Approach, Limits, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View, WindowLevel,
+    Approach, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View, WindowLevel,
     operating_room, tracking,
 };
 
@@ -280,21 +279,6 @@ fn window(key: &str, raw: &RawWindow) -> Checked<WindowLevel> {
             width_hu: number(&format!("{key}.width_hu"), levels.width_hu, 1.0..=65_536.0, "HU")?,
         }),
     }
-}
-
-fn limits(raw: &RawLimits) -> Checked<Limits> {
-    let stale_ms = number("limits.stale_ms", raw.stale_ms, 1.0..=10_000.0, "ms")?;
-    if !(1..=100).contains(&raw.restarts) {
-        return Err(invalid("limits.restarts", raw.restarts, "1 to 100"));
-    }
-    Ok(Limits {
-        stale: Duration::from_secs_f64(stale_ms / 1e3),
-        silent: seconds("limits.silent_s", raw.silent_s, 0.5..=60.0)?,
-        start: seconds("limits.start_s", raw.start_s, 1.0..=3600.0)?,
-        restarts: raw.restarts,
-        restart_window: seconds("limits.restart_window_s", raw.restart_window_s, 1.0..=3600.0)?,
-        stop: seconds("limits.stop_s", raw.stop_s, 0.1..=60.0)?,
-    })
 }
 
 #[cfg(test)]

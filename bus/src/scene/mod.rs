@@ -5,6 +5,7 @@
 
 mod check;
 mod error;
+mod limits;
 pub mod locate;
 pub mod operating_room;
 pub mod raw;
@@ -20,6 +21,7 @@ use std::time::Duration;
 use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::{Invalid, SceneError};
+pub use limits::Limits;
 pub use raw::{Extent, Plane, Up};
 pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
@@ -133,23 +135,6 @@ pub struct Target {
     pub centre: Point<Ct>,
     /// Its diameter, mm.
     pub diameter_mm: f64,
-}
-
-/// When to warn, restart and give up.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Limits {
-    /// An image whose pose is older than this says so.
-    pub stale: Duration,
-    /// A process without a sign of life for this long is restarted.
-    pub silent: Duration,
-    /// A process that is not ready after this long is restarted.
-    pub start: Duration,
-    /// Restarts of one process within [`Limits::restart_window`] before it is held.
-    pub restarts: u32,
-    /// See [`Limits::restarts`].
-    pub restart_window: Duration,
-    /// How long processes may take to end when asked.
-    pub stop: Duration,
 }
 
 impl Scene {

@@ -355,6 +355,12 @@ pub struct RawLevels {
 pub struct RawLimits {
     /// An image whose pose is older than this says so.
     pub stale_ms: f64,
+    /// A pose that is older than this is none: nothing is shown of it but the dimmed slice. Absent: 1000, or twice
+    /// `stale_ms` where that is more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lost_ms: Option<f64>,
+    /// The same numbers under fresh stamps for longer than this are no measurement.
+    pub frozen_ms: f64,
     /// A process without a sign of life for this long is restarted.
     pub silent_s: f64,
     /// A process that is not ready after this long is restarted.
@@ -371,6 +377,8 @@ impl Default for RawLimits {
     fn default() -> Self {
         Self {
             stale_ms: 100.0,
+            lost_ms: None,
+            frozen_ms: 500.0,
             silent_s: 2.0,
             start_s: 120.0,
             restarts: 5,

@@ -77,7 +77,7 @@ fn pose(pose: &ToolPose) -> Row {
     row.extend(["tx_mm", "ty_mm", "tz_mm"].into_iter().zip(pose.t_mm.map(number)));
     row.push(("fre_rms_mm", number(pose.fre_rms_mm)));
     row.push(("tip_95_mm", pose.tip_95_mm().map_or(Cell::None, Cell::Number)));
-    row.push(("outside", whole(i32::from(pose.outside()))));
+    row.push(("outside", whole(i32::from(pose.said_outside()))));
     row.push(("delay_ns", whole(pose.delay_ns)));
     row.extend(COVARIANCE.into_iter().zip(pose.covariance.map(number)));
     row

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use bus::clock;
+use bus::message::Ages;
 use bus::port::{Frame, FrameSubscriber};
 use bus::scene::Scene;
 use bus::topic::VIEW_FRAME;
@@ -20,6 +21,7 @@ const SIDE: u32 = 256;
 #[derive(Debug)]
 pub(crate) struct Thumbnails {
     views: Vec<(String, FrameSubscriber)>,
+    ages: Ages,
     every_ns: i64,
     next_ns: i64,
 }
@@ -33,6 +35,7 @@ impl Thumbnails {
         });
         Ok(Self {
             views: views.collect::<Result<_, BusError>>()?,
+            ages: Ages::of(&scene.limits),
             every_ns: clock::ns(every),
             next_ns: i64::MIN,
         })
@@ -46,7 +49,9 @@ impl Thumbnails {
         self.next_ns = now_ns.saturating_add(self.every_ns);
         for ((name, frames), view) in self.views.iter().zip(0..) {
             let Some(frame) = frames.newest()? else { continue };
-            let Some(png) = small_png(&frame) else { continue };
+            let Some(png) = small_png(&frame, self.ages) else {
+                continue;
+            };
             let stamp = &frame.header().stamp;
             let (seq, t_ns) = (stamp.seq, stamp.t_framed_ns);
             let image = &CompressedImage::png(t_ns, name, png);
@@ -56,9 +61,11 @@ impl Thumbnails {
     }
 }
 
-fn small_png(frame: &Frame) -> Option<Vec<u8>> {
+fn small_png(frame: &Frame, ages: Ages) -> Option<Vec<u8>> {
     let header = frame.header();
-    let (width, height, rgba) = shrunk(header.width, header.height, frame.rgba());
+    // The record says when the image was handed over: it is what it was then.
+    let shown = frame.shown(header.stamp.t_framed_ns, ages);
+    let (width, height, rgba) = shrunk(header.width, header.height, shown.rgba);
     if width == 0 || height == 0 {
         return None;
     }

@@ -8,7 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bus::message::{Command, ToolPose};
+use bus::message::{Ages, Command, ToolPose};
 use bus::port::{CommandClient, FrameSubscriber};
 use bus::scene::Scene;
 use bus::topic::HELD_FRAME;
@@ -52,6 +52,7 @@ pub struct Images {
     folder: PathBuf,
     every: u64,
     renderers: Vec<Renderer>,
+    ages: Ages,
     poses: u64,
     /// Files written.
     pub written: u64,
@@ -86,6 +87,7 @@ impl Images {
         Ok(Self {
             folder: folder.to_owned(),
             every: every.max(1),
+            ages: Ages::of(&scene.limits),
             renderers: renderers.collect::<Result<_, BusError>>()?,
             poses: 0,
             written: 0,
@@ -113,9 +115,9 @@ impl Images {
                 self.reason = why;
                 continue;
             }
-            for (view, frames) in &renderer.views {
+            for view in &renderer.views {
                 alive()?;
-                self.written += u64::from(write(&self.folder, view, frames, pose.seq)?);
+                self.written += u64::from(write(&self.folder, view, pose.seq, self.ages)?);
             }
         }
         Ok(())
@@ -144,7 +146,7 @@ impl Renderer {
 }
 
 /// Writes the image of a view, if it is that of the pose.
-fn write(folder: &Path, view: &str, frames: &FrameSubscriber, seq: u64) -> Result<bool, ImagesError> {
+fn write(folder: &Path, (view, frames): &(String, FrameSubscriber), seq: u64, ages: Ages) -> Result<bool, ImagesError> {
     let Some(frame) = frames.newest()? else {
         return Ok(false);
     };
@@ -153,9 +155,10 @@ fn write(folder: &Path, view: &str, frames: &FrameSubscriber, seq: u64) -> Resul
         return Ok(false);
     }
     let mut canvas = Canvas::new(header.width, header.height);
-    canvas.paste(frame.rgba(), header.width, 0, 0);
+    // Asked for: it claims nothing of the present.
+    canvas.paste(frame.shown(header.stamp.t_framed_ns, ages).rgba, header.width, 0, 0);
     let mut texts = header.stamp.texts();
-    texts.push(("view", view.to_owned()));
+    texts.push(("view", view.clone()));
     write_png(&folder.join(file_name(view, seq)), &canvas, &texts)?;
     Ok(true)
 }

@@ -1,4 +1,7 @@
+use super::shapes::round_length;
+use super::words::{age_words, unusual};
 use super::*;
+use bus::scene::SlabMode;
 use geometry::{Affine, VolumeGrid};
 
 use crate::view;
@@ -17,6 +20,8 @@ fn drawn(notice: Notice, origin: Origin) -> Canvas {
         tool: &scene.tool,
         targets: &scene.targets,
         accuracy: None,
+        outside: false,
+        remarks: &[],
         notice,
         origin,
         seq: 7,
@@ -32,7 +37,7 @@ fn drawn(notice: Notice, origin: Origin) -> Canvas {
 
 /// How many pixels have the colour of replays.
 fn replay_pixels(canvas: &Canvas) -> usize {
-    let Rgb(r, g, b) = REPLAY;
+    let Rgb(r, g, b) = palette::REPLAY;
     canvas
         .rgba()
         .chunks_exact(4)

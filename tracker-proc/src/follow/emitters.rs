@@ -17,10 +17,10 @@ use bus::wake::Waits;
 use calib::pose::Sighting;
 use geometry::VolumeGrid;
 
-use super::{Follower, Source, Stamp, examination, refuse, region};
+use super::{Follower, Source, Stamp, examination, numbers, refuse, region};
 use crate::chain::{Chain, Registration};
 use crate::markers::{Markers, MarkersError, taken};
-use crate::operating_room::chain_of;
+use crate::operating_room::{chain_of, is_noiseless};
 use crate::run::{LOOK_UP, Output, RunError};
 
 /// Frames that may wait while the process is held up, a quarter of a second at 1000 Hz.
@@ -32,7 +32,9 @@ const DEPTH: usize = 256;
 /// [`RunError`].
 pub(crate) fn follow(process: &mut Process, output: &Output, spec: &EmitterSource) -> Result<(), RunError> {
     // A scene says where markers are, and not how well that is known.
-    listen(process, output, false, |process, grid| Ok(chain(process, spec, grid)?))
+    listen(process, output, Stated::default(), |process, grid| {
+        Ok(chain(process, spec, grid)?)
+    })
 }
 
 /// The same for recorded frames of a simulated operating room.
@@ -40,18 +42,31 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &EmitterSourc
 /// # Errors
 /// [`RunError`].
 pub(crate) fn follow_recorded_room(process: &mut Process, output: &Output, spec: &Room) -> Result<(), RunError> {
-    listen(process, output, true, |process, grid| {
+    let stated = Stated {
+        own_errors: true,
+        noiseless: is_noiseless(&spec.sensor),
+    };
+    listen(process, output, stated, |process, grid| {
         let scene = &process.scene;
         let tracker_from_rest = scene.tracker.ct_from_tracker.inverse();
         Ok(chain_of(spec, tracker_from_rest, scene.seed, region(scene, grid))?)
     })
 }
 
+/// What a scene states of the source of its frames.
+#[derive(Debug, Clone, Copy, Default)]
+struct Stated {
+    /// How well its own constants are known.
+    own_errors: bool,
+    /// That a marker at rest may give the same numbers again and again.
+    noiseless: bool,
+}
+
 /// Listens to frames; the chain is made once the volume is there.
 fn listen(
     process: &mut Process,
     output: &Output,
-    own_errors_known: bool,
+    stated: Stated,
     chain: impl FnOnce(&Process, &VolumeGrid) -> Result<Chain, RunError>,
 ) -> Result<(), RunError> {
     let frames = Subscriber::<EmitterFrame>::open_waking(&process.bus, &EMITTERS, "", DEPTH)?;
@@ -61,9 +76,10 @@ fn listen(
     let chain = chain(process, &examination.grid)?;
     let source = Source {
         own: chain.links(),
-        own_errors_known,
+        own_errors_known: stated.own_errors,
         errors_known: true,
         has_reference: chain.reference.is_some(),
+        noiseless: stated.noiseless,
     };
     let follower = Follower::new(process, output, source, examination);
     if let (true, Some(why)) = (process.session.is_replay(), follower.constants.reason()) {
@@ -162,7 +178,9 @@ impl Listening<'_> {
         taken(tool, &mut self.tool);
         taken(reference, &mut self.reference);
         let (chain, tool, reference) = (&self.chain, &self.tool, &self.reference);
-        self.follower
-            .frame(&stamp, process, |links| chain.solve_with(links, tool, reference))
+        let places = [numbers(tool), numbers(reference)];
+        self.follower.frame(&stamp, places, process, |links| {
+            chain.solve_with(links, tool, reference)
+        })
     }
 }

@@ -9,18 +9,20 @@ mod link_files;
 mod links;
 mod room;
 mod sequence;
+mod standing;
 mod watch;
 
 use bus::clock;
 use bus::message::{Lost, ToolPose, Tracked};
 use bus::process::Process;
 use bus::scene::Scene;
-use calib::pose::Lost as BodyLost;
+use calib::pose::{Lost as BodyLost, Sighting};
 use geometry::{Ct, Point, Rigid, Tool, VolumeGrid};
 
 use crate::chain::{Event, Found, Links, Reason, Smoothing, Stamps, Status};
 use crate::run::{Output, RunError, volume};
 use links::{Constants, Expected, Looked};
+use standing::Standing;
 
 pub(crate) use emitters::{follow as follow_emitters, follow_recorded_room};
 pub(crate) use link_files::calibration_of;
@@ -48,6 +50,9 @@ struct Follower<'a> {
     smoothing: Option<Smoothing>,
     /// When a frame was admitted last, on the session's clock.
     last_frame_ns: i64,
+    /// Of the tool and of the reference.
+    standing: [Standing; 2],
+    noiseless: bool,
 }
 
 /// How a source describes itself to the follower.
@@ -60,6 +65,8 @@ struct Source {
     errors_known: bool,
     /// Whether a marker on the patient is described.
     has_reference: bool,
+    /// Whether a marker at rest may give the same numbers again and again.
+    noiseless: bool,
 }
 
 /// What a source needs of the volume.
@@ -87,6 +94,8 @@ impl<'a> Follower<'a> {
             target: region(&process.scene, &examination.grid),
         };
         let mut follower = Self {
+            standing: Default::default(),
+            noiseless: source.noiseless,
             output,
             grid: examination.grid,
             constants: Constants::new(&tracker.links, source, expected, output.registration_id),
@@ -120,7 +129,22 @@ impl<'a> Follower<'a> {
     /// A replay goes on from another place: its times may be earlier, and what was before is no neighbour.
     fn went_elsewhere(&mut self) {
         self.stamps.forget();
+        self.standing.iter_mut().for_each(Standing::forget);
         self.smoothing.iter_mut().for_each(Smoothing::reset);
+    }
+
+    /// Whether a marker has stood still for longer than a measurement can: `places` are the numbers measured of the tool and of
+    /// the reference.
+    fn is_frozen<I>(&mut self, places: [I; 2], stamp: &Stamp, process: &Process) -> bool
+    where
+        I: Iterator<Item = f64> + Clone,
+    {
+        let limit_ns = clock::ns(process.scene.limits.frozen);
+        let mut longest_ns = 0;
+        for (standing, numbers) in self.standing.iter_mut().zip(places) {
+            longest_ns = longest_ns.max(standing.stands_ns(numbers, stamp.t_capture_ns));
+        }
+        longest_ns > limit_ns && !self.noiseless
     }
 
     /// The events of what was found in the files. What was replaced by another is first taken back.
@@ -169,16 +193,19 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// One frame that was admitted: publishes its pose, or the reason why there is none.
-    fn frame(
+    /// One frame that was admitted: publishes its pose, or the reason why there is none. `places` as for
+    /// [`Follower::is_frozen`].
+    fn frame<I: Iterator<Item = f64> + Clone>(
         &mut self,
         stamp: &Stamp,
+        places: [I; 2],
         process: &mut Process,
         solve: impl FnOnce(&Links) -> Result<Found, Reason>,
     ) -> Result<(), RunError> {
         let mut pose = self.message(stamp);
         let tracked = match self.constants.lost() {
             Some(lost) => Err(lost),
+            None if self.is_frozen(places, stamp, process) => Err(Lost::Frozen),
             None => self.solved(&mut pose, process, solve),
         };
         if tracked.is_err() {
@@ -203,7 +230,7 @@ impl<'a> Follower<'a> {
         let shown = found
             .as_ref()
             .map(|found| self.smoothed(pose, found.ct_from_tool.transform()));
-        let outside = shown.is_ok_and(|shown| !holds(&self.grid, shown * Point::<Tool>::new(0.0, 0.0, 0.0)));
+        let outside = shown.is_ok_and(|shown| !self.grid.holds(shown * Point::<Tool>::new(0.0, 0.0, 0.0)));
         self.status = self.status.step(Event::Frame(outcome(&found, outside)));
         let found = found.map_err(|reason| {
             if let Reason::Tool(error @ BodyLost::Malformed { .. })
@@ -242,9 +269,19 @@ impl<'a> Follower<'a> {
             t_capture_ns: stamp.t_capture_ns,
             registration_id: self.constants.registration_id(),
             visible: stamp.visible,
+            flags: if self.noiseless { ToolPose::NOISELESS } else { 0 },
             ..ToolPose::EMPTY
         }
     }
+}
+
+/// The numbers measured of a marker's emitters.
+fn numbers(sightings: &[Sighting]) -> impl Iterator<Item = f64> + Clone + '_ {
+    let of = |sighting: &Sighting| {
+        let [x, y, z] = sighting.place.mm();
+        [sighting.emitter as f64, x, y, z]
+    };
+    sightings.iter().flat_map(of)
 }
 
 /// Counts a frame that cannot be believed; the first is told.
@@ -283,11 +320,4 @@ fn lost(reason: &Reason) -> Lost {
 /// The point of the patient that counts: what the surgeon aims at, or the volume's middle.
 fn region(scene: &Scene, grid: &VolumeGrid) -> Point<Ct> {
     scene.targets.first().map_or(grid.centre(), |target| target.centre)
-}
-
-/// Whether the volume's cells hold a point.
-pub(crate) fn holds(grid: &VolumeGrid, p: Point<Ct>) -> bool {
-    let voxel = (grid.voxel_from_ct() * p).mm();
-    let inside = |(v, n): (f64, u32)| (-0.5..=f64::from(n) - 0.5).contains(&v);
-    voxel.into_iter().zip(grid.dims()).all(inside)
 }

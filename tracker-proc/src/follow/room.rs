@@ -8,9 +8,9 @@ use bus::scene::operating_room::Room;
 use bus::topic::{EMITTERS, GROUND_TRUTH};
 use calib::pose::Sighting;
 
-use super::{Follower, Source, Stamp, examination, region};
+use super::{Follower, Source, Stamp, examination, numbers, region};
 use crate::chain::Chain;
-use crate::operating_room::{Arrival, Frame, OperatingRoom, Script};
+use crate::operating_room::{Arrival, Frame, OperatingRoom, Script, is_noiseless};
 use crate::run::{LOOK_UP, Output, RunError, catch_up_ns};
 
 /// The room, and where its frames and its truth go.
@@ -40,6 +40,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
         own_errors_known: true,
         errors_known: true,
         has_reference: spec.reference.is_some(),
+        noiseless: is_noiseless(&spec.sensor),
     };
     let mut follower = Follower::new(process, output, source, examination);
     let in_room = InRoom {
@@ -91,7 +92,8 @@ impl InRoom {
         if !follower.admit(&stamp, process) {
             return Ok(());
         }
-        follower.frame(&stamp, process, |links| {
+        let places = [numbers(&frame.tool), numbers(&frame.reference)];
+        follower.frame(&stamp, places, process, |links| {
             self.chain.solve_with(links, &frame.tool, &frame.reference)
         })?;
         let mut truth = follower.message(&stamp);

@@ -92,6 +92,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSour
         own_errors_known: false,
         errors_known: spec.noise.is_some(),
         has_reference: spec.reference.is_some(),
+        noiseless: false,
     };
     let mut follower = Follower::new(process, output, source, examination);
     // A process that starts while the sequence is played begins with the next frame.
@@ -185,7 +186,8 @@ impl Played {
         if !follower.admit(&stamp, process) {
             return Ok(());
         }
-        follower.frame(&stamp, process, |links| self.solve(frame, links))
+        let places = [0, 1].map(|i| frame.poses.get(i).copied().flatten().into_iter().flat_map(numbers));
+        follower.frame(&stamp, places, process, |links| self.solve(frame, links))
     }
 
     fn solve(&self, frame: &Frame, links: &Links) -> Result<Found, Reason> {
@@ -234,6 +236,11 @@ fn header(path: &Path) -> Result<String, PlayError> {
     let no_header = || PlayError::NoHeader { path: path.to_owned() };
     bytes.truncate(header_end(&bytes).ok_or_else(no_header)?);
     String::from_utf8(bytes).map_err(|_| no_header())
+}
+
+/// The numbers of a marker's pose.
+fn numbers(pose: Pose) -> impl Iterator<Item = f64> + Clone {
+    pose.quaternion.into_iter().chain(pose.translation_mm)
 }
 
 #[cfg(test)]

@@ -106,6 +106,13 @@ pub(crate) fn weights(sensor: &Sensor) -> Localizer {
     }
 }
 
+/// Whether an emitter at rest may have the same coordinates again and again: without noise, or rounded so coarsely that the
+/// noise drowns in it.
+pub(crate) fn is_noiseless(sensor: &Sensor) -> bool {
+    let noise_mm = sensor.across_mm.max(sensor.depth_mm);
+    noise_mm == 0.0 || sensor.quantisation_mm > 3.0 * noise_mm
+}
+
 pub(crate) fn gates(spec: &GateSpec) -> Gates {
     Gates {
         min_emitters: spec.min_emitters,

@@ -36,7 +36,7 @@ use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Tracker};
 pub(crate) use bodies::body;
 pub use delivery::Arrival;
 use delivery::Delivery;
-pub(crate) use links::{calibration, chain_of, gates, weights};
+pub(crate) use links::{calibration, chain_of, gates, is_noiseless, weights};
 pub use played::{Played, PlayedError};
 pub use script::{Script, ScriptError};
 use sensing::{Named, Sensing};

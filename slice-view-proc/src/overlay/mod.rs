@@ -1,0 +1,143 @@
+//! What is drawn over the slice: tube, tip, targets, letters, scale, words.
+
+mod layout;
+mod shapes;
+mod words;
+
+use bus::message::{Lost, Marks};
+use bus::scene::{Target, ToolSpec, View};
+use geometry::{Ct, Rigid, SlicePlane, Tool};
+use picture::{Canvas, Rgb, palette};
+
+use crate::accuracy::Accuracy;
+
+pub(crate) use words::SMALLEST_WITH_WORDS;
+
+/// What the image claims about the present.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Notice {
+    /// The pose is young.
+    Live,
+    /// The pose was asked for and not just measured.
+    Held,
+    /// The pose is this old, ns.
+    Stale(i64),
+    /// There is no pose; the slice shown, if any, is of a pose this old, ns.
+    Lost(Lost, Option<i64>),
+}
+
+/// Where poses come from, as far as images must say it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// The tracker, now.
+    Tracker,
+    /// A recording, made in the examination that is shown.
+    Recording,
+    /// A recording made in another examination: tube and anatomy do not belong together.
+    RecordingOfAnother,
+    /// A recording that does not say in which examination it was made.
+    RecordingOfUnknown,
+}
+
+impl Origin {
+    /// What every image says, also a held one.
+    fn warning(self) -> &'static str {
+        match self {
+            Self::Tracker | Self::Recording => "",
+            Self::RecordingOfAnother => "NOT THE EXAMINATION OF THE RECORDING",
+            Self::RecordingOfUnknown => "EXAMINATION NOT VERIFIED",
+        }
+    }
+}
+
+/// Everything that is drawn over one slice.
+#[derive(Debug, Clone, Copy)]
+pub struct Overlay<'a> {
+    /// The image.
+    pub view: &'a View,
+    /// Its plane.
+    pub plane: &'a SlicePlane,
+    /// The tool, drawn where there is a valid pose.
+    pub pose: Option<Rigid<Ct, Tool>>,
+    /// How good that pose is; `None` says nothing of it.
+    pub accuracy: Option<Accuracy>,
+    /// Whether its tip is outside the examination.
+    pub outside: bool,
+    /// What a person must be told besides, each an alarm.
+    pub remarks: &'a [&'a str],
+    /// Its shape.
+    pub tool: &'a ToolSpec,
+    /// The targets.
+    pub targets: &'a [Target],
+    /// What the image claims.
+    pub notice: Notice,
+    /// Where the pose comes from.
+    pub origin: Origin,
+    /// Sequence number of the pose.
+    pub seq: u64,
+    /// The registration.
+    pub registration_id: u64,
+    /// First bytes of the volume's hash, as hex.
+    pub volume: &'a str,
+    /// What every image of it must say.
+    pub marks: Marks,
+    /// What the back end that sampled it has to say, see [`Resampler::caution`](crate::reslice::Resampler::caution).
+    pub caution: &'a str,
+}
+
+impl Overlay<'_> {
+    /// Draws it all: frames first, so that no word is covered. An image below [`SMALLEST_WITH_WORDS`] has frames and lines only.
+    pub fn draw(&self, canvas: &mut Canvas) {
+        self.draw_outlines(canvas);
+        if let Some(pose) = self.pose {
+            self.tube(canvas, pose);
+        }
+        if let Some((colour, width)) = self.frame() {
+            canvas.border(colour, width);
+        }
+        if !self.has_words() {
+            return;
+        }
+        let words = self.words();
+        if words.scale {
+            self.draw_scale(canvas);
+        }
+        let inset = 5.0 * self.unit();
+        let width = f64::from(canvas.width());
+        for band in &words.bands {
+            canvas.fill([inset, band.top], [width - 2.0 * inset, band.height], palette::RIM, 200);
+        }
+        for word in &words.layout.placed {
+            canvas.text(word.at, &word.text, word.size, word.colour, word.anchor);
+        }
+    }
+
+    /// Lines are meant for 512 pixels and follow the image.
+    fn unit(&self) -> f64 {
+        let shorter = self.view.size[0].min(self.view.size[1]);
+        (f64::from(shorter) / 512.0).clamp(0.4, 3.0)
+    }
+
+    /// Whatever moves in a replay says so, so that nobody takes it for the present: a frame and a word in a colour that
+    /// nothing else has. A held image claims nothing of the present, and is the same bytes as in the run that was recorded.
+    fn is_moving_replay(&self) -> bool {
+        self.origin != Origin::Tracker && self.notice != Notice::Held
+    }
+
+    /// The frame around the image: colour and width, pixels.
+    fn frame(&self) -> Option<(Rgb, f64)> {
+        let colour = match self.notice {
+            Notice::Lost(..) => palette::ALARM,
+            Notice::Stale(_) => palette::WARN,
+            _ if self.is_moving_replay() => palette::REPLAY,
+            _ if !self.remarks.is_empty() => palette::WARN,
+            _ => return None,
+        };
+        Some((colour, 5.0 * self.unit()))
+    }
+}
+
+#[cfg(test)]
+mod placement_tests;
+#[cfg(test)]
+mod tests;

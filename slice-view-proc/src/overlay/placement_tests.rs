@@ -1,0 +1,231 @@
+//! Words over random scenes, judged by the pixels that they ink and by nothing that placed them.
+
+use super::words::Words;
+use super::*;
+use bus::message::ToolPose;
+use bus::scene::{Extent, Scene};
+use geometry::{Affine, Point, Vector, VolumeGrid};
+use proptest::prelude::*;
+
+use crate::view;
+
+/// Around the image, so that what leaves it is seen.
+const MARGIN: u32 = 120;
+
+#[derive(Debug, Clone)]
+struct Drawn {
+    view: usize,
+    size: [u32; 2],
+    turn: [f64; 3],
+    tip: [f64; 3],
+    targets: Vec<(String, [f64; 3], f64)>,
+    notice: Notice,
+    origin: Origin,
+    outside: bool,
+    tip_mm: f64,
+    marks: bool,
+    remarks: usize,
+}
+
+fn notice() -> impl Strategy<Value = Notice> {
+    let age = 0..4_000_000_000_000_i64;
+    prop_oneof![
+        Just(Notice::Live),
+        Just(Notice::Held),
+        age.clone().prop_map(Notice::Stale),
+        (1_u32..=10, prop::option::of(age)).prop_map(|(code, age)| Notice::Lost(Lost::from_code(code).unwrap(), age)),
+    ]
+}
+
+fn drawn() -> impl Strategy<Value = Drawn> {
+    let target = ("[a-zA-Z\u{e9} -]{1,38}", prop::array::uniform3(-60.0..60.0), 0.2..30.0);
+    let origin = prop_oneof![
+        Just(Origin::Tracker),
+        Just(Origin::Recording),
+        Just(Origin::RecordingOfAnother),
+        Just(Origin::RecordingOfUnknown)
+    ];
+    let scene = (
+        0..7_usize,
+        prop::array::uniform2(192_u32..640),
+        prop::array::uniform3(-3.0..3.0),
+    );
+    let told = (notice(), origin, any::<bool>(), 0.0..900.0, any::<bool>(), 0..3_usize);
+    (
+        scene,
+        prop::array::uniform3(-50.0..50.0),
+        prop::collection::vec(target, 0..20),
+        told,
+    )
+        .prop_map(
+            |((view, size, turn), tip, targets, (notice, origin, outside, tip_mm, marks, remarks))| Drawn {
+                view,
+                size,
+                turn,
+                tip,
+                targets,
+                notice,
+                origin,
+                outside,
+                tip_mm,
+                marks,
+                remarks,
+            },
+        )
+}
+
+fn with_overlay<T>(drawn: &Drawn, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
+    let mut scene = Scene::parse("", std::path::Path::new("")).unwrap();
+    let affine = Affine::from_rows([[1.0, 0.0, 0.0, -60.0], [0.0, 1.0, 0.0, -60.0], [0.0, 0.0, 1.0, -60.0]]);
+    let grid = VolumeGrid::checked([120; 3], affine).unwrap();
+    scene.views[drawn.view].size = drawn.size;
+    let vector = |[x, y, z]: [f64; 3]| Vector::new(x, y, z);
+    let pose = Rigid::from_rotation_vector(vector(drawn.turn), vector(drawn.tip)).unwrap();
+    let target = |(name, at, diameter_mm): &(String, [f64; 3], f64)| Target {
+        name: name.clone(),
+        centre: Point::new(at[0], at[1], at[2]),
+        diameter_mm: *diameter_mm,
+    };
+    let targets: Vec<Target> = drawn.targets.iter().map(target).collect();
+    let message = ToolPose {
+        tip_mm: drawn.tip_mm,
+        flags: ToolPose::TIP_KNOWN,
+        delay_ns: 35_000_000,
+        ..ToolPose::EMPTY
+    };
+    let lost = matches!(drawn.notice, Notice::Lost(..));
+    let all = Marks::REGRIDDED.and(Marks::DOWNSAMPLED).and(Marks::PART);
+    look(&Overlay {
+        view: &scene.views[drawn.view],
+        plane: &view::plane(&scene.views[drawn.view], &grid, &pose).unwrap(),
+        pose: (!lost).then_some(pose),
+        tool: &scene.tool,
+        targets: &targets,
+        accuracy: (!lost).then(|| Accuracy::of(&message, pose)),
+        outside: drawn.outside && !lost,
+        remarks: &["REGISTRATION CHANGED", "POSES ARE COUNTED ANEW"][..drawn.remarks],
+        notice: drawn.notice,
+        origin: drawn.origin,
+        seq: u64::from(u32::MAX),
+        registration_id: u64::MAX,
+        volume: "01234567",
+        marks: if drawn.marks { all } else { Marks::NONE },
+        caution: "GPU LOST, CPU DRAWS",
+    })
+}
+
+/// Draws each text by itself on the image with a margin; an error names one that leaves the image, or two that ink one pixel.
+fn inked(words: &Words, [width, height]: [u32; 2]) -> Result<(), String> {
+    let (w, h) = (width + 2 * MARGIN, height + 2 * MARGIN);
+    let mut owner: Vec<Option<usize>> = vec![None; (w * h) as usize];
+    for (i, word) in words.layout.placed.iter().enumerate() {
+        let mut canvas = Canvas::new(w, h);
+        canvas.fill([0.0, 0.0], [f64::from(w), f64::from(h)], Rgb(1, 2, 3), 255);
+        let at = word.at.map(|x| x + f64::from(MARGIN));
+        canvas.text(at, &word.text, word.size, word.colour, word.anchor);
+        for (at, pixel) in canvas.rgba().chunks_exact(4).enumerate() {
+            if pixel[..3] == [1, 2, 3] {
+                continue;
+            }
+            let (x, y) = (at as u32 % w, at as u32 / w);
+            let inside = (MARGIN..MARGIN + width).contains(&x) && (MARGIN..MARGIN + height).contains(&y);
+            if !inside {
+                return Err(format!("{:?} leaves the image at {x}, {y}", word.text));
+            }
+            if let Some(other) = owner[at].replace(i).filter(|other| *other != i) {
+                return Err(format!(
+                    "{:?} runs into {:?}",
+                    word.text, words.layout.placed[other].text
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    /// `+10 mm` read `+1`, and `ght -6 mm` stood on the image of the demonstration.
+    #[test]
+    fn every_word_lies_whole_in_the_image_and_over_no_other(drawn in drawn()) {
+        with_overlay(&drawn, |overlay| {
+            let words = overlay.words();
+            prop_assert_eq!(inked(&words, drawn.size), Ok(()));
+            let texts: Vec<&str> = words.layout.placed.iter().map(|word| word.text.as_str()).collect();
+            // Whatever has no room is counted on the image.
+            let counted = texts.iter().find_map(|text| text.split_once(" LABEL")).map(|(n, _)| n.parse::<usize>().unwrap());
+            prop_assert_eq!(counted.unwrap_or(0), words.layout.left_out);
+            // What a person must not miss is always there.
+            let all = texts.join(" ");
+            match drawn.notice {
+                Notice::Lost(reason, _) => prop_assert!(all.contains(&format!("NO POSE: {}", reason.words())), "{}", all),
+                Notice::Stale(_) => prop_assert!(all.contains(" OLD"), "{}", all),
+                Notice::Live | Notice::Held => {}
+            }
+            let expected = drawn.outside && !matches!(drawn.notice, Notice::Lost(..));
+            prop_assert_eq!(all.contains("TIP OUTSIDE THE CT"), expected, "{}", all);
+            prop_assert!(all.contains("seq 4294967295"), "{}", all);
+            let (right, down) = (overlay.plane.right(), overlay.plane.down());
+            for direction in [right, -right, down, -down] {
+                prop_assert!(texts.contains(&crate::letters(direction).as_str()), "{}", all);
+            }
+            // A target near the plane whose label is not there is among those left out.
+            let labels = overlay.outlines().filter(|_| overlay.view.extent == Extent::Local);
+            let missing = labels.filter(|o| !texts.iter().any(|text| text.starts_with(o.target.name.trim_end()))).count();
+            prop_assert!(missing <= words.layout.left_out, "{missing}: {}", all);
+            Ok(())
+        })?;
+    }
+}
+
+#[test]
+fn an_image_too_small_for_words_has_none_and_keeps_its_frame() {
+    let mut drawn = Drawn {
+        view: 1,
+        size: [191, 400],
+        turn: [0.1; 3],
+        tip: [0.0; 3],
+        targets: Vec::new(),
+        notice: Notice::Lost(Lost::Silent, None),
+        origin: Origin::Tracker,
+        outside: false,
+        tip_mm: 1.0,
+        marks: false,
+        remarks: 0,
+    };
+    let pixels = |drawn: &Drawn, colour: Rgb| {
+        let mut canvas = Canvas::new(drawn.size[0], drawn.size[1]);
+        with_overlay(drawn, |overlay| overlay.draw(&mut canvas));
+        let Rgb(r, g, b) = colour;
+        canvas.rgba().chunks_exact(4).filter(|p| p[..3] == [r, g, b]).count()
+    };
+    assert_eq!(pixels(&drawn, palette::WORDS), 0);
+    assert!(pixels(&drawn, palette::ALARM) > 191 * 2);
+    drawn.size = [192, 400];
+    assert!(pixels(&drawn, palette::WORDS) > 0);
+}
+
+#[test]
+fn nothing_is_left_out_of_the_images_as_shipped() {
+    for view in 0..7 {
+        let drawn = Drawn {
+            view,
+            size: [512; 2],
+            turn: [0.4, -0.2, 0.9],
+            tip: [3.0, 4.0, 5.0],
+            targets: vec![
+                ("para-aortic-left".to_owned(), [10.0, 0.0, 5.0], 5.0),
+                ("para-aortic-right".to_owned(), [49.0, 9.0, 0.0], 5.0),
+            ],
+            notice: Notice::Stale(320_000_000),
+            origin: Origin::RecordingOfUnknown,
+            outside: true,
+            tip_mm: 0.9,
+            marks: true,
+            remarks: 1,
+        };
+        let left_out = with_overlay(&drawn, |overlay| overlay.words().layout.left_out);
+        assert_eq!(left_out, 0, "view {view}");
+    }
+}

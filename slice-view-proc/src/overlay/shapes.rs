@@ -1,0 +1,158 @@
+//! Lines over the slice: the tube, its tip with the error, targets, the scale bar. All with a dark rim, so that they are seen on
+//! bone and on air.
+
+use bus::scene::{Extent, Target};
+use geometry::{Ct, Point, Rigid, Tool};
+use picture::{Canvas, Line, Rgb, palette};
+
+use super::Overlay;
+
+/// Targets further than this from the plane are not drawn, mm: an outline over other anatomy would mislead.
+const NEAR_PLANE_MM: f64 = 10.0;
+/// The rim of a line, pixels of 512.
+const RIM: f64 = 1.25;
+
+/// A target on the image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Outline<'a> {
+    pub(super) target: &'a Target,
+    /// Its middle, pixels.
+    pub(super) at: [f64; 2],
+    pub(super) radius_px: f64,
+    /// How far behind the plane its centre is, mm.
+    pub(super) depth_mm: f64,
+    /// Whether the plane meets it.
+    pub(super) cut: bool,
+}
+
+impl Overlay<'_> {
+    pub(super) fn line(&self, colour: Rgb, width: f64, dashed: bool) -> Line {
+        let line = match dashed {
+            true => Line::dashed(colour, (width * self.unit()) as f32),
+            false => Line::solid(colour, (width * self.unit()) as f32),
+        };
+        line.with_rim((RIM * self.unit()).max(1.0) as f32)
+    }
+
+    /// The tube's axis from the tip to the handle: dashed where the handle lies behind the plane by more than the tube's
+    /// radius, else solid (in front, or cut by the plane). The tip; and where the tube is seen along its axis, its outline.
+    pub(super) fn tube(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>) {
+        let tip = self.tip(pose);
+        let handle = self
+            .plane
+            .project(pose * Point::<Tool>::new(0.0, 0.0, -self.tool.length_mm));
+        let behind = handle.depth_mm > self.tool.diameter_mm / 2.0;
+        let projected = (tip[0] - handle.x).hypot(tip[1] - handle.y);
+        let radius_px = self.tool.diameter_mm / 2.0 / self.plane.pixel_mm();
+        // Along the axis the line is a point: the outline says more.
+        if projected > radius_px {
+            canvas.line([handle.x, handle.y], tip, self.line(palette::TUBE, 2.0, behind));
+        } else {
+            canvas.circle(tip, radius_px, self.line(palette::TUBE, 1.5, false));
+        }
+        let error = self.error_at_tip(tip);
+        if let Some(error) = &error {
+            canvas.polyline(error, self.line(palette::TIP, 1.2, false));
+        }
+        let [gap, arm] = self.cross(tip, error.as_deref());
+        for [dx, dy] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
+            let [from, to] = [gap, arm].map(|reach| [tip[0] + dx * reach, tip[1] + dy * reach]);
+            canvas.line(from, to, self.line(palette::TIP, 1.5, false));
+        }
+    }
+
+    /// The tip's pixel.
+    fn tip(&self, pose: Rigid<Ct, Tool>) -> [f64; 2] {
+        let tip = self.plane.project(pose * Point::<Tool>::new(0.0, 0.0, 0.0));
+        [tip.x, tip.y]
+    }
+
+    /// Where the arms of the cross at the tip begin and end, pixels from it: outside the ellipse, which they would fill.
+    fn cross(&self, tip: [f64; 2], error: Option<&[[f64; 2]]>) -> [f64; 2] {
+        let reach = |p: &[f64; 2]| (p[0] - tip[0]).hypot(p[1] - tip[1]);
+        let widest = error.unwrap_or_default().iter().map(reach).fold(0.0, f64::max);
+        let gap = (3.0 * self.unit()).max(widest + 1.5 * self.unit());
+        [gap, gap + 6.0 * self.unit()]
+    }
+
+    /// What words keep off about the tip: the cross, or the image's middle ninth where the ellipse is larger.
+    pub(super) fn about_the_tip(&self, pose: Rigid<Ct, Tool>) -> [[f64; 2]; 2] {
+        let tip = self.tip(pose);
+        let [_, arm] = self.cross(tip, self.error_at_tip(tip).as_deref());
+        let arm = arm.min(512.0 / 6.0 * self.unit());
+        [[tip[0] - arm, tip[1] - arm], [tip[0] + arm, tip[1] + arm]]
+    }
+
+    /// The 95 % ellipse about the tip, on images that show the tip enlarged.
+    fn error_at_tip(&self, tip: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+        match self.view.extent {
+            Extent::Local => self.accuracy?.ellipse(self.plane, tip),
+            Extent::Global => None,
+        }
+    }
+
+    /// The targets near the plane that the image shows: the cut where the plane meets one, else its outline.
+    pub(super) fn outlines(&self) -> impl Iterator<Item = Outline<'_>> {
+        let [width, height] = self.plane.size().map(f64::from);
+        let seen = move |o: &Outline<'_>| {
+            let [x, y] = o.at;
+            let r = o.radius_px;
+            o.depth_mm.abs() <= NEAR_PLANE_MM && x + r >= 0.0 && x - r <= width && y + r >= 0.0 && y - r <= height
+        };
+        self.targets.iter().map(|target| self.outline(target)).filter(seen)
+    }
+
+    fn outline<'b>(&self, target: &'b Target) -> Outline<'b> {
+        let at = self.plane.project(target.centre);
+        let radius = target.diameter_mm / 2.0;
+        let cut_sq = radius * radius - at.depth_mm * at.depth_mm;
+        let cut = cut_sq > 0.0;
+        let radius_px = if cut { cut_sq.sqrt() } else { radius } / self.plane.pixel_mm();
+        Outline {
+            target,
+            at: [at.x, at.y],
+            radius_px: radius_px.max(3.0 * self.unit()),
+            depth_mm: at.depth_mm,
+            cut,
+        }
+    }
+
+    pub(super) fn draw_outlines(&self, canvas: &mut Canvas) {
+        for outline in self.outlines() {
+            let line = self.line(palette::TARGET, 1.5, !outline.cut);
+            canvas.circle(outline.at, outline.radius_px, line);
+        }
+    }
+
+    /// The scale bar: its ends, and its length in mm; a round length, about a quarter of the width.
+    pub(super) fn scale(&self) -> ([[f64; 2]; 2], f64) {
+        let [width, height] = self.plane.size().map(f64::from);
+        let mm = round_length(width * self.plane.pixel_mm() / 4.0);
+        let (x0, y) = (14.0 * self.unit(), height - 16.0 * self.unit());
+        ([[x0, y], [x0 + mm / self.plane.pixel_mm(), y]], mm)
+    }
+
+    pub(super) fn draw_scale(&self, canvas: &mut Canvas) {
+        let ([from, to], _) = self.scale();
+        let tick = 4.0 * self.unit();
+        let line = self.line(palette::WORDS, 1.8, false);
+        canvas.line(from, to, line);
+        for [x, y] in [from, to] {
+            canvas.line([x, y - tick], [x, y + tick], line);
+        }
+    }
+}
+
+/// The largest of 1, 2, 5 x 10^n mm up to `mm`.
+pub(super) fn round_length(mm: f64) -> f64 {
+    let power = 10_f64.powf(mm.log10().floor());
+    let digit = mm / power;
+    power
+        * if digit >= 5.0 {
+            5.0
+        } else if digit >= 2.0 {
+            2.0
+        } else {
+            1.0
+        }
+}

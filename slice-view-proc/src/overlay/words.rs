@@ -1,0 +1,310 @@
+//! What stands on an image in words, in the order of its importance, and where each may stand.
+
+use bus::clock;
+use bus::scene::{Extent, SlabMode, View};
+use geometry::{Point, Tool};
+use picture::{Anchor, Rgb, palette};
+
+use super::layout::{Caption, Layout, wrapped};
+use super::shapes::Outline;
+use super::{Notice, Origin, Overlay};
+use crate::letters::letters;
+
+/// The sides of the smallest image that gets words, pixels: below, letters large enough to be read have no room.
+pub(crate) const SMALLEST_WITH_WORDS: u32 = 192;
+/// The smallest scale of words: type of 12 then has 9 pixels.
+const SMALLEST_UNIT: f64 = 0.75;
+/// The first line of a corner, and from one line to the next.
+const FIRST: f64 = 15.0;
+const STEP: f64 = 17.0;
+/// How many lines of a corner are tried.
+const LINES: usize = 9;
+
+/// A dark band over the whole width, with words that cannot be missed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Band {
+    pub(super) top: f64,
+    pub(super) height: f64,
+}
+
+/// A corner of the image, from which lines of words grow inwards.
+#[derive(Debug, Clone, Copy)]
+enum Corner {
+    TopLeft,
+    TopRight,
+    BottomLeft,
+    BottomRight,
+}
+
+/// All words of an image.
+#[derive(Debug, Clone)]
+pub(super) struct Words {
+    pub(super) layout: Layout,
+    pub(super) bands: Vec<Band>,
+    /// Whether the scale bar has its number.
+    pub(super) scale: bool,
+}
+
+impl Overlay<'_> {
+    /// The scale of words: sizes are meant for 512 pixels.
+    fn word_unit(&self) -> f64 {
+        self.unit().max(SMALLEST_UNIT)
+    }
+
+    /// Whether the image has room for words at all.
+    pub(super) fn has_words(&self) -> bool {
+        self.view.size.iter().all(|side| *side >= SMALLEST_WITH_WORDS)
+    }
+
+    /// The words in their places. Where some are left out, that itself stands on the image.
+    pub(super) fn words(&self) -> Words {
+        let words = self.arranged(0);
+        match words.layout.left_out {
+            0 => words,
+            // The remark takes room too, and so may others leave out; their number has no more digits than all have.
+            left_out => {
+                let again = self.arranged(left_out);
+                match again.layout.left_out {
+                    same if same == left_out => again,
+                    more => self.arranged(more),
+                }
+            }
+        }
+    }
+
+    fn arranged(&self, left_out: usize) -> Words {
+        let [width, height] = self.view.size;
+        let mut layout = Layout::new(width, height);
+        layout.place(self.replay_word());
+        let (state, colour) = self.state_words();
+        layout.place(self.caption(state, 13.0, colour, self.spots(Corner::TopRight)));
+        let bands = self.bands(&mut layout);
+        self.letters(&mut layout);
+        let scale = self.scale_words(&mut layout);
+        for caption in self.corners(left_out) {
+            layout.place(caption);
+        }
+        if let Some(pose) = self.pose {
+            let [low, high] = self.about_the_tip(pose);
+            layout.keep_free(low, high);
+        }
+        if self.view.extent == Extent::Local {
+            for outline in self.outlines() {
+                layout.place(self.label(&outline));
+            }
+        }
+        Words { layout, bands, scale }
+    }
+
+    fn caption(&self, text: impl Into<String>, size: f64, colour: Rgb, spots: Vec<([f64; 2], Anchor)>) -> Caption {
+        Caption {
+            text: text.into(),
+            size: (size * self.word_unit()) as f32,
+            colour,
+            spots,
+        }
+    }
+
+    /// Whatever moves in a replay says so.
+    fn replay_word(&self) -> Caption {
+        let word = if self.is_moving_replay() { "REPLAY" } else { "" };
+        let at = [f64::from(self.view.size[0]) / 2.0, 44.0 * self.word_unit()];
+        self.caption(word, 24.0, palette::REPLAY, vec![(at, Anchor::Centre)])
+    }
+
+    /// Alarms, each in a band of its own, below one another.
+    fn bands(&self, layout: &mut Layout) -> Vec<Band> {
+        let (u, width) = (self.word_unit(), f64::from(self.view.size[0]));
+        let mut top = 62.0 * u;
+        let mut bands = Vec::new();
+        for (text, colour) in self.alarms() {
+            let lines = wrapped(&text, (18.0 * u) as f32, width - 30.0 * u);
+            let height = (12.0 + 22.0 * lines.len() as f64) * u;
+            for (k, line) in lines.into_iter().enumerate() {
+                let at = [width / 2.0, top + (17.0 + 22.0 * k as f64) * u];
+                layout.place(self.caption(line, 18.0, colour, vec![(at, Anchor::Centre)]));
+            }
+            layout.keep_free([0.0, top], [width, top + height]);
+            bands.push(Band { top, height });
+            top += height + 2.0 * u;
+        }
+        bands
+    }
+
+    fn alarms(&self) -> Vec<(String, Rgb)> {
+        let mut alarms = Vec::new();
+        match self.notice {
+            Notice::Stale(age) => alarms.push((format!("POSE {} OLD", age_words(age)), palette::WARN)),
+            Notice::Lost(reason, age) => {
+                let age = age.map(|age| format!(", image {} old", age_words(age)));
+                let text = format!("NO POSE: {}{}", reason.words(), age.unwrap_or_default());
+                alarms.push((text, palette::ALARM));
+            }
+            Notice::Live | Notice::Held => {}
+        }
+        if self.outside {
+            alarms.push(("TIP OUTSIDE THE CT".to_owned(), palette::WARN));
+        }
+        alarms.extend(self.remarks.iter().map(|remark| ((*remark).to_owned(), palette::WARN)));
+        alarms
+    }
+
+    /// Orientation letters in the middle of each side, or beside where an alarm stands there.
+    fn letters(&self, layout: &mut Layout) {
+        let [w, h] = self.view.size.map(f64::from);
+        let inset = 14.0 * self.word_unit();
+        let (right, down) = (self.plane.right(), self.plane.down());
+        let along = [0.5, 0.6, 0.7, 0.8, 0.4, 0.3, 0.2];
+        let column = |x: f64, anchor| along.map(|part| ([x, part * h], anchor)).to_vec();
+        let row = |y: f64| along.map(|part| ([part * w, y], Anchor::Centre)).to_vec();
+        let sides = [
+            (-right, column(inset, Anchor::Left)),
+            (right, column(w - inset, Anchor::Right)),
+            (-down, row(inset)),
+            (down, row(h - inset)),
+        ];
+        for (direction, spots) in sides {
+            layout.place(self.caption(letters(direction), 20.0, palette::WORDS, spots));
+        }
+    }
+
+    /// The number of the scale bar, above it; returns whether there was room.
+    fn scale_words(&self, layout: &mut Layout) -> bool {
+        let u = self.word_unit();
+        let ([from, to], mm) = self.scale();
+        let tick = 4.0 * self.unit() + 3.0;
+        layout.keep_free([from[0] - 3.0, from[1] - tick], [to[0] + 3.0, to[1] + tick]);
+        let at = [from[0], from[1] - tick - 7.0 * u];
+        layout.place(self.caption(format!("{mm} mm"), 13.0, palette::WORDS, vec![(at, Anchor::Left)]))
+    }
+
+    /// The lines of the four corners, what matters most first.
+    fn corners(&self, left_out: usize) -> Vec<Caption> {
+        let nearest = self.nearest_target().map(|(name, mm)| format!("{name} {mm:.1} mm"));
+        let accuracy = self.accuracy.as_ref();
+        let left_out = match left_out {
+            0 => String::new(),
+            1 => "1 LABEL LEFT OUT".to_owned(),
+            n => format!("{n} LABELS LEFT OUT"),
+        };
+        let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
+        let window = format!("W {} C {}", self.view.window.width_hu, self.view.window.centre_hu);
+        use Corner::{BottomLeft, BottomRight, TopLeft, TopRight};
+        let lines = [
+            (TopLeft, self.title(), 15.0, palette::WORDS),
+            (BottomRight, self.origin.warning().to_owned(), 13.0, palette::ALARM),
+            (BottomRight, left_out, 12.0, palette::WORDS),
+            (
+                TopRight,
+                accuracy.map(|a| a.words()).unwrap_or_default(),
+                13.0,
+                palette::TIP,
+            ),
+            (BottomRight, nearest.unwrap_or_default(), 13.0, palette::TARGET),
+            (BottomRight, self.caution.to_owned(), 13.0, palette::WARN),
+            (BottomRight, self.marks.words(), 13.0, palette::WORDS),
+            (
+                BottomLeft,
+                accuracy.and_then(|a| a.delay_words()).unwrap_or_default(),
+                13.0,
+                palette::WORDS,
+            ),
+            (TopLeft, unusual(self.view).unwrap_or_default(), 12.0, palette::WORDS),
+            (TopLeft, window, 12.0, palette::QUIET),
+            (TopRight, ids, 12.0, palette::QUIET),
+        ];
+        let caption = |(corner, text, size, colour): (Corner, String, f64, Rgb)| {
+            self.caption(text, size, colour, self.spots(corner))
+        };
+        lines.map(caption).into()
+    }
+
+    fn spots(&self, corner: Corner) -> Vec<([f64; 2], Anchor)> {
+        let (u, [w, h]) = (self.word_unit(), self.view.size.map(f64::from));
+        let line = |k: usize| {
+            let step = STEP * u * k as f64;
+            let (left, right) = (12.0 * u, w - 12.0 * u);
+            match corner {
+                Corner::TopLeft => ([left, FIRST * u + step], Anchor::Left),
+                Corner::TopRight => ([right, FIRST * u + step], Anchor::Right),
+                Corner::BottomLeft => ([left, h - FIRST * u - step], Anchor::Left),
+                Corner::BottomRight => ([right, h - FIRST * u - step], Anchor::Right),
+            }
+        };
+        (0..LINES).map(line).collect()
+    }
+
+    fn title(&self) -> String {
+        let extent = match self.view.extent {
+            Extent::Global => "global",
+            Extent::Local => "local",
+        };
+        format!("{} {extent}", self.view.plane.name().to_uppercase())
+    }
+
+    fn state_words(&self) -> (String, Rgb) {
+        let seq = self.seq;
+        match self.notice {
+            Notice::Live if self.origin != Origin::Tracker => (format!("REPLAY seq {seq}"), palette::REPLAY),
+            Notice::Live => (format!("LIVE seq {seq}"), palette::WORDS),
+            Notice::Held => (format!("HELD seq {seq}"), palette::WORDS),
+            Notice::Stale(_) => (format!("seq {seq}"), palette::WARN),
+            Notice::Lost(..) => (format!("seq {seq}"), palette::ALARM),
+        }
+    }
+
+    /// A target's name beside it, with its distance where the plane misses it. Above its right first: the tube comes from the
+    /// side or from below more often than from there.
+    fn label(&self, outline: &Outline<'_>) -> Caption {
+        let name = &outline.target.name;
+        let text = match outline.cut {
+            true => name.clone(),
+            false => format!("{name} {:+.1} mm", outline.depth_mm),
+        };
+        let ([x, y], u) = (outline.at, self.word_unit());
+        let (reach, lift) = (outline.radius_px, outline.radius_px + 6.0 * u);
+        let beside = reach + 4.0 * u;
+        let spots = vec![
+            ([x + reach, y - lift], Anchor::Left),
+            ([x + reach, y + lift], Anchor::Left),
+            ([x - reach, y - lift], Anchor::Right),
+            ([x - reach, y + lift], Anchor::Right),
+            ([x + beside, y], Anchor::Left),
+            ([x - beside, y], Anchor::Right),
+            ([x, y - lift - 4.0 * u], Anchor::Centre),
+            ([x, y + lift + 4.0 * u], Anchor::Centre),
+        ];
+        self.caption(text, 12.0, palette::TARGET, spots)
+    }
+
+    /// The target nearest to the tip and the distance from the tip to its centre, mm.
+    fn nearest_target(&self) -> Option<(&str, f64)> {
+        let tip = self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0);
+        self.targets
+            .iter()
+            .map(|t| (t.name.as_str(), t.centre.distance(tip)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+pub(super) fn age_words(age_ns: i64) -> String {
+    match clock::ms(age_ns) {
+        ms if ms < 1000.0 => format!("{ms:.0} ms"),
+        ms => format!("{:.1} s", ms / 1000.0),
+    }
+}
+
+/// What makes the image other than the thin plane through the tip: it must be said, or it would be taken for that.
+pub(super) fn unusual(view: &View) -> Option<String> {
+    let slab = view.sampling.slab.map(|slab| {
+        let mode = match slab.mode {
+            SlabMode::Mean => "MEAN",
+            SlabMode::Maximum => "MAX",
+            SlabMode::Minimum => "MIN",
+        };
+        format!("{mode} {} mm", slab.thickness_mm)
+    });
+    let ahead = (view.ahead_mm != 0.0).then(|| format!("{:+} mm AHEAD", view.ahead_mm));
+    let words: Vec<String> = slab.into_iter().chain(ahead).collect();
+    (!words.is_empty()).then(|| words.join(", "))
+}
