@@ -25,7 +25,7 @@ pub enum Break {
         /// By how much, ns.
         by_ns: i64,
     },
-    /// It bears the number of the sample judged last. Not shown.
+    /// It bears the number of the sample judged last, and was captured later. Not shown.
     SameNumber,
     /// Its number is lower: the source counts anew. Shown, and told.
     NumberBack {
@@ -142,6 +142,8 @@ impl Continuity {
         let possible = SLACK + (later_ns as f64 / 1e9 * MOST_PER_S) as u64;
         match pose.seq.checked_sub(last) {
             None => (Some(Break::NumberBack { from: last }), 0),
+            // The very same sample once more, as from a replayer that was started again: it is as old as it was.
+            Some(0) if later_ns == 0 => (None, 0),
             Some(0) => (Some(Break::SameNumber), 0),
             Some(ahead) if ahead > possible => (Some(Break::NumberAhead { from: last }), 0),
             Some(ahead) => (None, ahead - 1),
@@ -259,6 +261,8 @@ mod tests {
         assert_eq!(again.broken, Some(Break::SameNumber));
         assert!(!is_valid(&older) && !is_valid(&again));
         assert_eq!(judge(&mut continuity, 11, 120, 4.0).broken, None);
+        let same = judge(&mut continuity, 11, 120, 4.0);
+        assert!(is_valid(&same) && same.broken.is_none() && same.missing == 0);
     }
 
     #[test]

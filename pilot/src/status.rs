@@ -201,6 +201,7 @@ impl PoseStatus {
             return line;
         }
         line += &match self.tip_95_mm {
+            Some(mm) if mm < 0.005 => ", tip < 0.01 mm (95 %)".to_owned(),
             Some(mm) => format!(", tip ±{mm:.2} mm (95 %)"),
             None => ", tip error not known".to_owned(),
         };
