@@ -50,15 +50,21 @@ impl Line {
         self
     }
 
-    fn stroke(&self, width: f32) -> Stroke {
+    fn stroke(&self, width: f32, dash: f32) -> Stroke {
         Stroke {
             width,
-            line_cap: LineCap::Round,
-            dash: self.dashed.then(|| StrokeDash::new(vec![6.0, 6.0], 0.0)).flatten(),
+            // Round ends would close the gaps of short dashes.
+            line_cap: if dash < DASH { LineCap::Butt } else { LineCap::Round },
+            dash: self.dashed.then(|| StrokeDash::new(vec![dash, dash], 0.0)).flatten(),
             ..Stroke::default()
         }
     }
 }
+
+/// Length of a dash and of the gap behind it, pixels.
+const DASH: f32 = 6.0;
+/// A small circle has at least so many dashes.
+const DASHES: f32 = 6.0;
 
 fn paint(Rgb(r, g, b): Rgb, alpha: u8) -> Paint<'static> {
     let mut paint = Paint::default();
@@ -139,7 +145,7 @@ impl Canvas {
             let [x, y] = corner(*point);
             if i == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
         }
-        self.stroke(path, line);
+        self.stroke(path, line, DASH);
     }
 
     /// A circle.
@@ -147,7 +153,8 @@ impl Canvas {
         let [x, y] = corner(centre);
         let mut path = PathBuilder::new();
         path.push_circle(x, y, radius as f32);
-        self.stroke(path, line);
+        let around = std::f32::consts::TAU * radius as f32;
+        self.stroke(path, line, DASH.min(around / (2.0 * DASHES)));
     }
 
     /// Filled closed contours, one in another a hole (even-odd rule); `alpha` of 255 is opaque.
@@ -191,11 +198,11 @@ impl Canvas {
         text::draw(self.pixmap.data_mut(), [w, h], at, text, size, colour, anchor);
     }
 
-    fn stroke(&mut self, path: PathBuilder, line: Line) {
+    fn stroke(&mut self, path: PathBuilder, line: Line, dash: f32) {
         let Some(path) = path.finish() else { return };
         let rim = (line.rim > 0.0).then_some((palette::RIM, line.width + 2.0 * line.rim));
         for (colour, width) in rim.into_iter().chain([(line.colour, line.width)]) {
-            let stroke = line.stroke(width);
+            let stroke = line.stroke(width, dash);
             self.pixmap
                 .stroke_path(&path, &paint(colour, 255), &stroke, Transform::identity(), None);
         }
