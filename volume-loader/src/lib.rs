@@ -19,6 +19,9 @@ pub mod phantom_source;
 mod progress;
 pub mod raster;
 mod run;
+mod scale;
+#[cfg(test)]
+mod sides;
 pub mod source;
 mod stream;
 mod voxels;
