@@ -9,6 +9,8 @@ pub mod dicom_out;
 mod error;
 mod fill;
 pub mod inspect;
+#[cfg(test)]
+mod irregular;
 mod load;
 pub mod metaimage;
 pub mod nifti;
