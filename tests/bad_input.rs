@@ -123,6 +123,29 @@ fn bad_scenes_are_refused() {
 }
 
 #[test]
+fn what_is_no_file_is_refused_at_once_wherever_a_path_is_read() {
+    use rustix::fs::{CWD, FileType, Mode, mknodat};
+    let room = Room::new();
+    let pipe = room.path("pipe");
+    mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+    for (path, words) in [
+        (pipe.as_path(), "this is a pipe, expected a file"),
+        (Path::new("/dev/zero"), "this is a device, expected a file"),
+    ] {
+        let named = path.to_str().unwrap();
+        let all = format!("reading scene {named} | {words}");
+        room.run_is_refused(path, &[], &all);
+        room.is_refused(&room.output("pilot", &["check", named]), &all);
+        room.is_refused(&room.output("volume-loader", &["inspect", named]), words);
+        room.run_is_refused(&room.good, &["--volume", named], words);
+        room.is_refused(&room.output("recorder", &["verify", named]), words);
+        room.is_refused(&room.output("recorder", &["info", named]), words);
+        room.is_refused(&room.output("simulate", &["check", named]), words);
+    }
+    room.good_run(&[]);
+}
+
+#[test]
 fn paths_that_are_no_file_are_refused() {
     let room = Room::new();
     let absent = room.scene_on("absent.nii");
@@ -135,7 +158,7 @@ fn paths_that_are_no_file_are_refused() {
             empty.to_str().unwrap(),
             "/empty: no DICOM image in this folder (0 other files)",
         ),
-        ("/dev/null", "/dev/null: this is a pipe or a device, expected a file"),
+        ("/dev/null", "/dev/null: this is a device, expected a file"),
     ] {
         room.run_is_refused(&room.good, &["--volume", volume], words);
     }

@@ -8,11 +8,13 @@
 //! * [`volume`]: how voxels lie in shared memory, and reading them in place.
 //! * [`clock`]: one monotonic clock per run, in nanoseconds, fakeable.
 //! * [`session`]: the clock by which poses and images are old: the run's, or that of a replay.
+//! * [`file`](mod@file): opening files whose names come from outside.
 //! * [`run`]: the folder, the lock and the left-overs of a run.
 //! * [`scene`]: the scene file, raw and checked.
 
 pub mod clock;
 pub mod continuity;
+pub mod file;
 pub mod message;
 mod node;
 pub mod port;

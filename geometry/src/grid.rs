@@ -10,6 +10,8 @@ pub const MAX_DIM: u64 = 16_384;
 pub const MAX_VOXELS: u64 = u32::MAX as u64;
 /// Voxel spacings outside this range (mm) are refused: no scanner makes them, and a metre read as a millimetre does.
 const SPACING_MM: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
+/// The first voxel's coordinates (mm) lie within this: there an f64 has steps of 1.2e-7 mm, and at 1e16 of 2 mm.
+const FAR_MM: f64 = 1e9;
 /// Smallest volume of the unit cell relative to the product of its steps: 0.17 is a tilt of 80 degrees.
 const MIN_CELL: f64 = 0.17;
 
@@ -45,6 +47,11 @@ pub enum GridError {
         /// The length of the step, mm.
         found_mm: f64,
     },
+    /// The first voxel lies so far away that places are no longer told apart.
+    Far {
+        /// Its largest coordinate, mm.
+        found_mm: f64,
+    },
     /// The three steps lie in or near one plane.
     Flat {
         /// Volume of the unit cell divided by the product of its steps; 1 for a box.
@@ -68,6 +75,10 @@ impl fmt::Display for GridError {
                 SPACING_MM.start(),
                 SPACING_MM.end()
             ),
+            Self::Far { found_mm } => write!(
+                f,
+                "the first voxel lies at {found_mm} mm; at most {FAR_MM} mm are allowed, as numbers beyond tell no places apart"
+            ),
             Self::Flat { relative_cell } => write!(
                 f,
                 "the voxel axes lie nearly in one plane (cell volume {relative_cell:.4} of a box's; at least {MIN_CELL} is allowed)"
@@ -87,6 +98,10 @@ impl VolumeGrid {
         let dims = check_dims(dims)?;
         if !ct_from_voxel.rows().iter().flatten().all(|x| x.is_finite()) {
             return Err(GridError::NotFinite);
+        }
+        let first = (ct_from_voxel * Point::<Voxel>::new(0.0, 0.0, 0.0)).mm();
+        if let Some(found_mm) = first.into_iter().find(|mm| mm.abs() > FAR_MM) {
+            return Err(GridError::Far { found_mm });
         }
         let mut product = 1.0;
         for axis in 0..3 {
@@ -224,6 +239,8 @@ mod tests {
         assert_eq!(bad([2, 2, 2], boxed(f64::NAN)), GridError::NotFinite);
         assert!(matches!(bad([2, 2, 2], boxed(0.0)), GridError::Spacing { axis: 0, .. }));
         assert!(matches!(bad([2, 2, 2], boxed(1e6)), GridError::Spacing { .. }));
+        let far = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, -1e17], [0.0, 0.0, 1.0, 0.0]]);
+        assert_eq!(bad([2, 2, 2], far), GridError::Far { found_mm: -1e17 });
         let flat = Affine::from_rows([[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 1.0, 0.0], [0.0, 0.0, 0.01, 0.0]]);
         assert!(matches!(bad([2, 2, 2], flat), GridError::Flat { .. }));
     }

@@ -1,6 +1,5 @@
 //! Files that the scene names and that a recording keeps a copy of: calibrations, registrations.
 
-use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -53,13 +52,9 @@ fn collect(value: &toml::Value, names: &mut Vec<String>) {
 /// # Errors
 /// Those of reading it; [`io::ErrorKind::FileTooLarge`] beyond [`MAX_BYTES`].
 pub fn read(path: &Path) -> io::Result<Beside> {
-    // Asked for before opening: opening a pipe would wait for its writer.
-    let facts = fs::metadata(path)?;
-    if !facts.is_file() {
-        return Err(io::Error::other("it is not a file"));
-    }
+    let (file, facts) = bus::file::open(path)?;
     let mut bytes = Vec::new();
-    File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > MAX_BYTES {
         let why = format!("it has more than {MAX_BYTES} bytes");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, why));
@@ -86,6 +81,7 @@ fn media_type(path: &Path) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::{self, File};
 
     #[test]
     fn json_files_are_found_under_every_key() {

@@ -8,7 +8,6 @@
 mod header;
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -108,7 +107,7 @@ pub fn import(input: &Path, transform: Option<&str>, out: &Path, force: bool) ->
         path: input.to_owned(),
         source,
     };
-    let file = BufReader::new(File::open(input).map_err(read)?);
+    let file = BufReader::new(bus::file::open(input).map_err(|error| read(error.into()))?.0);
     let (name, frames) = header::frames(input, file, transform)?;
     let poses = poses(input, &frames)?;
     let partial = paths::partial(out);
@@ -171,7 +170,7 @@ fn rigid(path: &Path, line: usize, m: &[f64; 16]) -> Result<Rigid<Ct, Tool>, Imp
 }
 
 fn write_poses(partial: &Path, input: &Path, transform: &str, poses: &[ToolPose]) -> mcap::McapResult<()> {
-    let file = std::sync::Arc::new(File::create(partial)?);
+    let file = std::sync::Arc::new(std::fs::File::create(partial)?);
     let mut log = PoseLog::new(Sink::new(std::sync::Arc::clone(&file)), Compression::Zstd, &[])?;
     let facts = [
         (

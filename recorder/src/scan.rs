@@ -4,6 +4,8 @@
 //! because nothing says where the next one starts. Memory is bounded by [`crate::chunk::MAX_RECORD`], whatever the
 //! lengths in the file say.
 
+mod attachment;
+
 use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
@@ -41,6 +43,8 @@ pub struct Scan<R> {
     unpacked: VecDeque<RawRecord>,
     channels: ChannelAccumulator<'static>,
     built_in: Option<ChannelAccumulator<'static>>,
+    /// What the file's header says of who wrote it.
+    library: Option<String>,
     /// The last number read of each channel.
     last: BTreeMap<u16, u32>,
     /// Damaged chunks of which it is not known yet what comes behind them.
@@ -79,8 +83,8 @@ pub(crate) fn open_file(path: &Path) -> Result<(File, u64), OpenError> {
         path: path.to_owned(),
         source,
     };
-    let mut file = File::open(path).map_err(fail)?;
-    let length = file.metadata().map_err(fail)?.len();
+    let (mut file, about) = bus::file::open(path).map_err(|error| fail(error.into()))?;
+    let length = about.len();
     let mut found = Vec::new();
     (&mut file)
         .take(MAGIC.len() as u64)
@@ -110,6 +114,7 @@ impl<R: Read> Scan<R> {
             unpacked: VecDeque::new(),
             channels,
             built_in: None,
+            library: None,
             last: BTreeMap::new(),
             hurt: Vec::new(),
             listing: false,
@@ -117,6 +122,11 @@ impl<R: Read> Scan<R> {
             data_ended: false,
             stopped: false,
         }
+    }
+
+    /// The program that wrote the file, by its header; `None` before that was read, and where it is damaged.
+    pub fn library(&self) -> Option<&str> {
+        self.library.as_deref()
     }
 
     /// Bytes read so far, and bytes of the whole file.
@@ -226,12 +236,13 @@ impl<R: Read> Scan<R> {
     /// Takes a record that is not a chunk.
     fn take(&mut self, opcode: u8, body: &[u8]) -> Taken {
         if opcode == op::ATTACHMENT {
-            check_attachment(body)?;
+            attachment::check(body)?;
         }
         let record = mcap::parse_record(opcode, body).map_err(|e| fault(opcode, e))?;
         match record {
             Record::Header(header) => {
                 self.built_in = (header.library == LIBRARY).then(schema::built_in);
+                self.library = Some(header.library);
                 Ok(None)
             }
             Record::Schema { header, data } => {
@@ -327,37 +338,6 @@ fn damage(at: u64, taken: Taken) -> Option<Result<Item, Damage>> {
         lost: None,
     };
     taken.map_err(told).transpose()
-}
-
-/// Refuses an attachment whose lengths ask for more than it has, where mcap's parser would panic, and one whose CRC is not
-/// that of its bytes, which mcap's parser does not look at.
-fn check_attachment(body: &[u8]) -> Result<(), Fault> {
-    let fits = || {
-        // Two times, name and media type with lengths of 4 bytes, data with one of 8, CRC.
-        let mut rest = body.get(16..)?;
-        for width in [4, 4, 8] {
-            let (length, behind) = rest.split_at_checked(width)?;
-            let length = length
-                .iter()
-                .rev()
-                .try_fold(0_usize, |n, &byte| n.checked_mul(256)?.checked_add(byte.into()));
-            rest = behind.get(length?..)?;
-        }
-        let crc = rest.get(..4)?;
-        let before = body.get(..body.len() - rest.len())?;
-        Some((before, u32::from_le_bytes(crc.try_into().ok()?)))
-    };
-    let (before, saved) = fits().ok_or(Fault::Length {
-        record: record_name(op::ATTACHMENT),
-        found: body.len() as u64,
-    })?;
-    let calculated = crc32fast::hash(before);
-    match saved {
-        // Not everybody writes one.
-        0 => Ok(()),
-        _ if saved == calculated => Ok(()),
-        _ => Err(fault(op::ATTACHMENT, McapError::BadAttachmentCrc { saved, calculated })),
-    }
 }
 
 impl<R: Read> Iterator for Scan<R> {

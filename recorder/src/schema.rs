@@ -37,6 +37,8 @@ pub const TF_SCHEMA: &str = "foxglove.FrameTransform";
 pub const SCENE: &str = "scene.toml";
 /// The name of the metadata records with the run's facts. Written again when more is known: the last one counts.
 pub const RUN: &str = "run";
+/// How the header's `library` of every recording begins that any version of this recorder wrote.
+pub const LIBRARIES: &str = "trocar recorder ";
 /// Who wrote the file.
 pub const LIBRARY: &str = concat!("trocar recorder ", env!("CARGO_PKG_VERSION"));
 

@@ -15,6 +15,7 @@
 mod absent;
 mod places;
 mod sound;
+mod unnamed;
 
 use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
@@ -22,7 +23,7 @@ use std::path::{Path, PathBuf};
 
 use mcap::read::ChannelAccumulator;
 use mcap::records::Metadata;
-use mcap::{MAGIC, Summary};
+use mcap::{MAGIC, McapError, Summary};
 
 use crate::damage::OpenError;
 use crate::proto::file_time;
@@ -32,22 +33,57 @@ use crate::schema::{self, EMITTERS, TOOL_POSE};
 use places::Places;
 pub(crate) use sound::Indexed;
 
-/// The index of a recording; `None` where it has none that can be read.
-pub(crate) fn summary(path: &Path) -> Result<Option<Summary>, OpenError> {
-    let (mut file, length) = scan::open_file(path)?;
-    Ok(places::summary(&mut file, length))
+/// A recording's index.
+pub(crate) enum Stated {
+    /// It can be read.
+    Index(Box<Summary>),
+    /// It can be read, and its channels are without their schemas: without them.
+    Unnamed(Box<Summary>),
+    /// The file states that it has none.
+    Nothing,
+    /// There is one, or there is no telling, and it cannot be read: why, in words.
+    Unreadable(String),
 }
 
-/// Where the index of a recording says something else than its records do, in words.
-pub(crate) fn differences(path: &Path, summary: &Summary) -> Result<Vec<String>, OpenError> {
+/// What a recording states of its index.
+pub(crate) fn stated(path: &Path) -> Result<Stated, OpenError> {
     let (mut file, length) = scan::open_file(path)?;
-    let walked = Places::walk(&mut file, length).map_err(|source| OpenError::Io {
+    Ok(match places::read_summary(&mut file, length) {
+        Ok(Some(summary)) if places::fits(&summary, length) => Stated::Index(Box::new(summary)),
+        Ok(Some(_)) => Stated::Unreadable("it names places that are not in the file".to_owned()),
+        Ok(None) => Stated::Nothing,
+        Err(error @ McapError::UnknownSchema(..)) => match unnamed::summary(&mut file, length).ok().flatten() {
+            Some(summary) if places::fits(&summary, length) => Stated::Unnamed(Box::new(summary)),
+            _ => Stated::Unreadable(error.to_string()),
+        },
+        Err(error) => Stated::Unreadable(error.to_string()),
+    })
+}
+
+/// Where an index says something else than the records of its file do.
+pub(crate) struct Differences {
+    /// What is wrong, in words.
+    pub(crate) found: Vec<String>,
+    /// Which parts of the index are not there at all, in words.
+    pub(crate) left_out: Vec<String>,
+}
+
+/// Where the index of a recording says something else than its records do. Parts that are left out are wrong where `is_whole`:
+/// whoever wrote the file always writes them.
+pub(crate) fn differences(path: &Path, summary: &Summary, is_whole: bool) -> Result<Differences, OpenError> {
+    let (mut file, length) = scan::open_file(path)?;
+    let mut walked = Places::walk(&mut file, length).map_err(|source| OpenError::Io {
         path: path.to_owned(),
         source,
     })?;
-    let mut found = places::differences(&Places::from_summary(summary), &walked);
+    let index = Places::from_summary(summary);
+    let left_out = match is_whole {
+        true => Vec::new(),
+        false => places::leave_out(&index, &mut walked),
+    };
+    let mut found = places::differences(&index, &walked);
     found.extend(absent::absent(&mut file, length, summary, &walked));
-    Ok(found)
+    Ok(Differences { found, left_out })
 }
 
 /// A recording with its index in memory.
@@ -172,7 +208,7 @@ impl Session {
             path: self.path.clone(),
             source,
         };
-        let mut file = File::open(&self.path).map_err(fail)?;
+        let (mut file, _) = bus::file::open(&self.path).map_err(|error| fail(error.into()))?;
         let at = match at {
             Some(at) => at,
             None if self.places.is_complete => self.places.end,

@@ -1,4 +1,9 @@
 //! Whether a recording is what it claims to be: every CRC, every message, every count.
+//!
+//! An index, and each of its parts, is optional in MCAP (specification, "Summary Section": "the section may be absent", and so may
+//! each record in it): a file of another program that has none is whole, and that is said beside it. Trocar's recorder always
+//! writes one, with all its parts, so that a file of its own without is not what it wrote. Who wrote a file is told by the
+//! `library` of its header, which the sum over the file's data covers.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +15,7 @@ use crate::damage::OpenError;
 use crate::progress::Progress;
 use crate::reader::{self, ReadError, Recorded};
 use crate::scan::{self, Item};
-use crate::schema::{EMITTER_SCHEMA, POSE_SCHEMA};
+use crate::schema::{EMITTER_SCHEMA, LIBRARIES, POSE_SCHEMA};
 use crate::seek;
 
 /// More are counted, not named.
@@ -27,6 +32,8 @@ pub struct Verified {
     pub findings: Vec<String>,
     /// How many findings there are.
     pub found: u64,
+    /// What the file leaves out and may, in words.
+    pub left_out: Vec<String>,
     counts: BTreeMap<u16, (String, u64)>,
     last: BTreeMap<u16, (u64, u64)>,
 }
@@ -49,15 +56,8 @@ pub fn verify(path: &Path) -> Result<Verified, OpenError> {
             Err(damage) => verified.find(damage.to_string()),
         }
     }
-    match seek::summary(path)? {
-        Some(summary) => {
-            verified.index(&summary);
-            seek::differences(path, &summary)?
-                .into_iter()
-                .for_each(|words| verified.find(words));
-        }
-        None => verified.find("the file has no index that can be read".to_owned()),
-    }
+    let is_ours = scan.library().is_some_and(|library| library.starts_with(LIBRARIES));
+    verified.hold_index(path, is_ours)?;
     Ok(verified)
 }
 
@@ -119,8 +119,49 @@ impl Verified {
         }
     }
 
-    fn index(&mut self, summary: &Summary) {
-        let Some(stats) = &summary.stats else { return };
+    /// Holds the index against what was read.
+    fn hold_index(&mut self, path: &Path, is_ours: bool) -> Result<(), OpenError> {
+        let summary = match seek::stated(path)? {
+            seek::Stated::Index(summary) => summary,
+            seek::Stated::Unnamed(summary) if !is_ours => {
+                self.left_out
+                    .push("its index repeats channels without their schemas".to_owned());
+                summary
+            }
+            seek::Stated::Unnamed(_) => {
+                self.find(
+                    "the index has channels without their schemas, and Trocar's recorder repeats these".to_owned(),
+                );
+                return Ok(());
+            }
+            seek::Stated::Nothing if is_ours => {
+                self.find("the file has no index, and Trocar's recorder writes one".to_owned());
+                return Ok(());
+            }
+            seek::Stated::Nothing => {
+                self.left_out.push("it has no index".to_owned());
+                return Ok(());
+            }
+            seek::Stated::Unreadable(why) => {
+                self.find(format!("the file has no index that can be read: {why}"));
+                return Ok(());
+            }
+        };
+        self.index(&summary, is_ours);
+        let seek::Differences { found, left_out } = seek::differences(path, &summary, is_ours)?;
+        found.into_iter().for_each(|words| self.find(words));
+        self.left_out.extend(left_out);
+        Ok(())
+    }
+
+    fn index(&mut self, summary: &Summary, is_ours: bool) {
+        let Some(stats) = &summary.stats else {
+            match is_ours {
+                true => self.find("the index counts nothing, and Trocar's recorder counts".to_owned()),
+                false => self.left_out.push("its index counts nothing".to_owned()),
+            }
+            return;
+        };
         self.hold("messages", stats.message_count, self.messages);
         self.hold("attachments", stats.attachment_count.into(), self.attachments);
         for (channel, (topic, found)) in std::mem::take(&mut self.counts) {
@@ -244,6 +285,57 @@ mod tests {
             "{found:?}"
         );
         assert!(found[1].contains("the number of the one before it"), "{found:?}");
+    }
+
+    /// The file without its index, as a program would write it that writes none; the sum over its data stays right.
+    fn without_index(bytes: &[u8]) -> Vec<u8> {
+        let footer = bytes.len() - 8 - 20;
+        let start = u64::from_le_bytes(bytes[footer..footer + 8].try_into().unwrap()) as usize;
+        let head = [&[2][..], &20_u64.to_le_bytes(), &[0; 16]].concat();
+        let sum = crc32fast::hash(&head);
+        [&bytes[..start], &head, &sum.to_le_bytes(), mcap::MAGIC].concat()
+    }
+
+    #[test]
+    fn only_what_trocar_wrote_must_have_an_index() {
+        let bytes = without_index(&testing::finished(2, 4));
+        let found = verified(&bytes).findings;
+        assert_eq!(found, ["the file has no index, and Trocar's recorder writes one"]);
+        // The same of another program: its name is in the header, and the sum over the data at their end.
+        let mut other = bytes;
+        let name = other
+            .windows(LIBRARIES.len())
+            .position(|w| w == LIBRARIES.as_bytes())
+            .unwrap();
+        other[name..name + 6].copy_from_slice(b"tricar");
+        let end = other.len() - 8 - 29 - 4;
+        let sum = crc32fast::hash(&other[..end - 9]);
+        other[end..end + 4].copy_from_slice(&sum.to_le_bytes());
+        let found = verified(&other);
+        assert_eq!(
+            (found.found, found.left_out),
+            (0, vec!["it has no index".to_owned()]),
+            "{:?}",
+            found.findings
+        );
+    }
+
+    #[test]
+    fn what_is_no_file_is_refused_at_once() {
+        let tmp = tempfile::tempdir().unwrap();
+        let pipe = tmp.path().join("pipe.mcap");
+        let (kind, mode) = (rustix::fs::FileType::Fifo, rustix::fs::Mode::RUSR);
+        rustix::fs::mknodat(rustix::fs::CWD, &pipe, kind, mode, 0).unwrap();
+        for (path, words) in [
+            (pipe.as_path(), "this is a pipe"),
+            (Path::new("/dev/zero"), "this is a device"),
+        ] {
+            let said = verify(path).unwrap_err().to_string();
+            assert!(said.contains(words), "{said}");
+            assert!(crate::seek::Session::open(path).is_err() && crate::info::info(path).is_err());
+            assert!(crate::import::import(path, None, &tmp.path().join("out.mcap"), false).is_err());
+            assert!(crate::beside::read(path).is_err());
+        }
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! series and gives its voxels. Element headers are read by dicom-rs; lengths are judged here, before anything is
 //! allocated. DICOM's patient axes are LPS and mm already.
 
+mod alike;
 mod codec;
 mod element;
 mod error;

@@ -9,6 +9,8 @@ pub mod dicom_out;
 mod error;
 mod fill;
 pub mod inspect;
+#[cfg(test)]
+mod irregular;
 mod load;
 pub mod metaimage;
 pub mod nifti;
@@ -19,6 +21,9 @@ pub mod phantom_source;
 mod progress;
 pub mod raster;
 mod run;
+mod scale;
+#[cfg(test)]
+mod sides;
 pub mod source;
 mod stream;
 mod voxels;

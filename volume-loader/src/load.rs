@@ -1,5 +1,7 @@
 //! From a scene's volume to a source of voxels.
 
+use std::path::Path;
+
 use bus::run::free_memory_bytes;
 use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
 use bus::volume::{Layout, OwnedVolume, Voxels};
@@ -7,11 +9,11 @@ use bus::volume::{Layout, OwnedVolume, Voxels};
 use crate::dicom;
 use crate::error::LoadError;
 use crate::fill::fill;
-use crate::nifti::NiftiSource;
+use crate::nifti::{HeaderError, NiftiSource};
 use crate::part::part;
 use crate::phantom_source::PhantomSource;
-use crate::raster::OpenOptions;
-use crate::source::{ReadError, VoxelSource};
+use crate::raster::{Head, OpenOptions};
+use crate::source::{Place, ReadError, VoxelSource};
 use crate::{metaimage, nrrd};
 
 /// Opens the source of a scene's volume, or of its part; `seed` is the generated patient's.
@@ -27,7 +29,7 @@ pub fn open(spec: &VolumeSpec, seed: u64) -> Result<Box<dyn VoxelSource>, LoadEr
 }
 
 /// A folder is a DICOM series; a file is told by the ending of its name: NRRD (`.nrrd`, `.nhdr`), MetaImage (`.mha`, `.mhd`),
-/// and NIfTI with any other.
+/// and NIfTI with any other, by its first bytes.
 fn open_file(file: &FileSpec) -> Result<Box<dyn VoxelSource>, ReadError> {
     let (path, assume_lps) = (&file.path, file.assume_lps);
     let options = dicom::Options { regrid: file.regrid };
@@ -39,7 +41,37 @@ fn open_file(file: &FileSpec) -> Result<Box<dyn VoxelSource>, ReadError> {
     Ok(match ending.map(str::to_ascii_lowercase).as_deref() {
         Some("nrrd" | "nhdr") => Box::new(nrrd::open(path, OpenOptions { assume_lps })?),
         Some("mha" | "mhd") => Box::new(metaimage::open(path, OpenOptions { assume_lps })?),
-        _ => Box::new(NiftiSource::open(path)?),
+        Some("nii" | "gz") => Box::new(NiftiSource::open(path)?),
+        _ => Box::new(NiftiSource::open(path).map_err(|error| unknown(path, error).unwrap_or_else(|error| error))?),
+    })
+}
+
+/// What is told of a file whose name says nothing, where it is no NIfTI file either.
+fn unknown(path: &Path, error: ReadError) -> Result<ReadError, ReadError> {
+    let stranger = match &error {
+        ReadError::Header { source, .. } => matches!(source, HeaderError::NotNifti { .. }),
+        // Not even as long as the shortest header.
+        ReadError::Truncated { place, .. } | ReadError::BrokenOff { place, .. } | ReadError::Corrupt { place, .. } => {
+            *place == Place::Header
+        }
+        _ => false,
+    };
+    if !stranger {
+        return Ok(error);
+    }
+    let head = Head::read_some(path, 16)?;
+    let found = head.first(16);
+    let hint = match found {
+        [b'N', b'R', b'R', b'D', ..] => ", as of an NRRD file: name it .nrrd or .nhdr",
+        [b'O', b'b', b'j', b'e', b'c', b't', ..] | [b'N', b'D', b'i', b'm', b's', ..] => {
+            ", as of a MetaImage file: name it .mha or .mhd"
+        }
+        _ => "",
+    };
+    Ok(ReadError::Unknown {
+        path: path.to_owned(),
+        found: found.to_vec(),
+        hint,
     })
 }
 

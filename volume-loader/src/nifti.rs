@@ -13,6 +13,7 @@ mod writer;
 mod tests;
 
 pub use header::HeaderError;
+pub use orientation::is_sheared;
 pub use reader::NiftiSource;
 pub use writer::write;
 

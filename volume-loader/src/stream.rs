@@ -1,9 +1,10 @@
 //! The unpacked bytes of a file, in order, with the position and the reason of every failure.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom, Take};
 use std::path::{Path, PathBuf};
 
+use bus::file::OpenError;
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 
 use crate::source::{Place, ReadError};
@@ -56,9 +57,9 @@ impl Stream {
     /// # Errors
     /// [`ReadError::Missing`], [`ReadError::NotAFile`], [`ReadError::Empty`], [`ReadError::Unreadable`].
     pub(crate) fn open(path: &Path) -> Result<Self, ReadError> {
-        let length = file_length(path)?;
+        let (mut file, about) = open_file(path)?;
+        let length = about.len();
         let unreadable = |source| opening(path, source);
-        let mut file = File::open(path).map_err(unreadable)?;
         let gzip = length >= 2 && starts_as_gzip(&mut file).map_err(unreadable)?;
         file.rewind().map_err(unreadable)?;
         let packing = if gzip { Packing::Gzip } else { Packing::Plain };
@@ -72,9 +73,9 @@ impl Stream {
     /// # Errors
     /// As [`Stream::open`].
     pub(crate) fn open_at(path: &Path, offset: u64, limit: u64, packing: Packing) -> Result<Self, ReadError> {
-        let length = file_length(path)?;
+        let (mut file, about) = open_file(path)?;
+        let length = about.len();
         let unreadable = |source| opening(path, source);
-        let mut file = File::open(path).map_err(unreadable)?;
         file.seek(SeekFrom::Start(offset)).map_err(unreadable)?;
         let mut packing = packing;
         if packing == Packing::Zlib && length.saturating_sub(offset) >= 2 {
@@ -221,36 +222,32 @@ fn starts_as_gzip(file: &mut File) -> std::io::Result<bool> {
     Ok(first == GZIP)
 }
 
-/// The length of a file that is one: opening a pipe would wait for its writer.
+/// Opens a regular file that has bytes; with what is known of it.
 ///
 /// # Errors
 /// [`ReadError::Missing`], [`ReadError::NotAFile`], [`ReadError::Empty`], [`ReadError::Unreadable`].
-pub(crate) fn file_length(path: &Path) -> Result<u64, ReadError> {
-    let about = std::fs::metadata(path).map_err(|source| opening(path, source))?;
-    let path = path.to_owned();
-    if about.is_dir() {
-        return Err(ReadError::NotAFile {
-            path,
-            found: "a folder",
-        });
+pub(crate) fn open_file(path: &Path) -> Result<(File, Metadata), ReadError> {
+    let (file, about) = bus::file::open(path).map_err(|error| match error {
+        OpenError::NotAFile { found } => ReadError::NotAFile {
+            path: path.to_owned(),
+            found,
+        },
+        error => opening(path, error.into()),
+    })?;
+    match about.len() {
+        0 => Err(ReadError::Empty { path: path.to_owned() }),
+        _ => Ok((file, about)),
     }
-    if !about.is_file() {
-        return Err(ReadError::NotAFile {
-            path,
-            found: "a pipe or a device",
-        });
-    }
-    if about.len() == 0 {
-        return Err(ReadError::Empty { path });
-    }
-    Ok(about.len())
 }
 
 /// The reason why `path` could not be opened.
 pub(crate) fn opening(path: &Path, source: std::io::Error) -> ReadError {
     let path = path.to_owned();
     if source.kind() == ErrorKind::NotFound {
-        return ReadError::Missing { path };
+        return match path.is_symlink() {
+            true => ReadError::Dangling { path },
+            false => ReadError::Missing { path },
+        };
     }
     ReadError::Unreadable {
         path,

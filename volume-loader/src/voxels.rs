@@ -35,6 +35,22 @@ impl Sample {
         })
     }
 
+    /// The smallest and the largest number.
+    pub(crate) fn range(self) -> [f64; 2] {
+        match self {
+            Self::U8 => [0.0, f64::from(u8::MAX)],
+            Self::I8 => [i8::MIN, i8::MAX].map(f64::from),
+            Self::U16 => [0.0, f64::from(u16::MAX)],
+            Self::I16 => [i16::MIN, i16::MAX].map(f64::from),
+            Self::U32 => [0.0, f64::from(u32::MAX)],
+            Self::I32 => [i32::MIN, i32::MAX].map(f64::from),
+            Self::U64 => [0.0, u64::MAX as f64],
+            Self::I64 => [i64::MIN as f64, i64::MAX as f64],
+            Self::F32 => [f32::MIN, f32::MAX].map(f64::from),
+            Self::F64 => [f64::MIN, f64::MAX],
+        }
+    }
+
     /// Bytes per voxel.
     pub(crate) fn bytes(self) -> usize {
         match self {

@@ -1,6 +1,5 @@
 //! The scene file as it is written: every key known, every type right, nothing else checked.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -12,6 +11,7 @@ use super::recording::RawRecording;
 use super::sampling::{Filter, Minify, Render, Slab};
 use super::tracking::raw::{RawCalibrationFile, RawEmitterSource, RawRegistrationFile, RawSequence, RawSmoothing};
 use super::volume::RawVolume;
+use crate::file::{self, OpenError};
 
 /// Scene files are short; a longer one is not a scene.
 const MAX_BYTES: u64 = 1 << 20;
@@ -391,21 +391,20 @@ impl Default for RawLimits {
 /// Reads a scene file.
 ///
 /// # Errors
-/// [`SceneError::Io`], [`SceneError::Syntax`].
+/// [`SceneError::Io`], also where it is a pipe or a device; [`SceneError::TooLong`], [`SceneError::Syntax`].
 pub fn load(path: &Path) -> Result<Source, SceneError> {
-    let io = |source| SceneError::Io {
-        path: path.to_owned(),
-        source,
-    };
-    let bytes = fs::metadata(path).map_err(io)?.len();
-    if bytes > MAX_BYTES {
-        return Err(SceneError::TooLong {
+    let text = file::read_text(path, MAX_BYTES).map_err(|error| match error {
+        OpenError::TooLong { found, most } => SceneError::TooLong {
             path: path.to_owned(),
-            bytes,
-            allowed: MAX_BYTES,
-        });
-    }
-    parse(&fs::read_to_string(path).map_err(io)?, path)
+            bytes: found,
+            allowed: most,
+        },
+        error => SceneError::Io {
+            path: path.to_owned(),
+            source: error.into(),
+        },
+    })?;
+    parse(&text, path)
 }
 
 /// Reads the text of a scene.

@@ -38,7 +38,8 @@ Examples:
 
 const VERIFY_HELP: &str = "\
 Reads everything: the CRC of every chunk and attachment and of the whole file, every message against its schema and its \
-header, the order of captures, and the index against what is there. Exit code 1 where anything is wrong.
+header, the order of captures, and the index against what is there. Exit code 1 where anything is wrong. A file of another \
+program is whole without an index too, as MCAP does not ask for one: that is said. A file of Trocar's must have it.
 
 Example:
   recorder verify session.mcap";
@@ -191,8 +192,9 @@ fn verified(path: PathBuf) -> Result<String, ToolError> {
     let (found, mut findings) = (verified.found, verified.findings);
     if found == 0 {
         let (messages, attachments) = (verified.messages, verified.attachments);
+        let left_out: String = verified.left_out.iter().map(|words| format!("; {words}")).collect();
         return Ok(format!(
-            "{}: whole; {messages} messages, {attachments} attached files\n",
+            "{}: whole; {messages} messages, {attachments} attached files{left_out}\n",
             path.display()
         ));
     }

@@ -154,16 +154,21 @@ pub(super) fn record_at(file: &mut File, at: u64, length: u64) -> io::Result<Opt
 /// The file's index; `None` where it has none, or a damaged one.
 pub(super) fn summary(file: &mut File, length: u64) -> Option<Summary> {
     let summary = read_summary(file, length).ok().flatten()?;
+    fits(&summary, length).then_some(summary)
+}
+
+/// Whether every place that an index names lies in a file of this length.
+pub(super) fn fits(summary: &Summary, length: u64) -> bool {
     let fits = |at: u64| at >= MAGIC.len() as u64 && at < length;
     let offsets = summary.chunk_indexes.iter().map(|index| index.chunk_start_offset);
     let offsets = offsets.chain(summary.attachment_indexes.iter().map(|index| index.offset));
     offsets
         .chain(summary.metadata_indexes.iter().map(|index| index.offset))
         .all(fits)
-        .then_some(summary)
 }
 
-fn read_summary(file: &mut File, length: u64) -> McapResult<Option<Summary>> {
+/// The file's index; `None` where it states that it has none.
+pub(super) fn read_summary(file: &mut File, length: u64) -> McapResult<Option<Summary>> {
     let options = SummaryReaderOptions::default()
         .with_file_size(length)
         .with_record_length_limit(MAX_RECORD);
@@ -180,6 +185,25 @@ fn read_summary(file: &mut File, length: u64) -> McapResult<Option<Summary>> {
         }
     }
     Ok(reader.finish())
+}
+
+/// Takes out of what is there the kinds of which an index names none at all, as the format allows; which, in words.
+pub(super) fn leave_out(index: &Places, walked: &mut Places) -> Vec<String> {
+    let mut left_out = Vec::new();
+    let mut say = |count: usize, what: &str| left_out.push(format!("its index lists none of its {count} {what}"));
+    if index.chunks.is_empty() && !walked.chunks.is_empty() {
+        say(walked.chunks.len(), "chunks");
+        walked.chunks.clear();
+    }
+    if index.attachments.is_empty() && !walked.attachments.is_empty() {
+        say(walked.attachments.len(), "attachments");
+        walked.attachments.clear();
+    }
+    if index.metadata.is_empty() && !walked.metadata.is_empty() {
+        say(walked.metadata.len(), "metadata records");
+        walked.metadata.clear();
+    }
+    left_out
 }
 
 /// What an index says otherwise than the records do, in words: a line for each kind.

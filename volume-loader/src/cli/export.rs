@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use geometry::VolumeGrid;
 
 use super::input;
 use crate::dicom_out::{self, ExportError, Options, Syntax};
@@ -156,6 +157,15 @@ impl Writer {
         }
     }
 
+    /// What other programs will not do with the file.
+    fn warning(&self, grid: &VolumeGrid) -> Option<&'static str> {
+        let sheared = matches!(self, Self::Nifti(_)) && nifti::is_sheared(grid);
+        sheared.then_some(
+            "the axes are not at right angles (a tilted gantry?), and programs built on ITK (SimpleITK, 3D Slicer, ITK-SNAP) refuse \
+             such NIfTI files: write NRRD (.nrrd) for them",
+        )
+    }
+
     fn path(&self) -> &Path {
         match self {
             Self::Nifti(path) | Self::Nrrd(path, _) | Self::MetaImage(path, _) | Self::Dicom(path, _) => path,
@@ -212,6 +222,9 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
     let conversion = writer.write(&mut source)?;
     let (path, what) = (writer.path().display(), source.describe());
     bus::say!("volume-loader: wrote {path}: {what}");
+    if let Some(warning) = writer.warning(source.grid()) {
+        bus::say!("volume-loader: warning: {path}: {warning}");
+    }
     if conversion != Conversion::default() {
         let Conversion {
             clamped_low,
@@ -271,6 +284,19 @@ mod tests {
             writer("x a dicom:b.2 --syntax rle --shuffle-names 3"),
             Ok(Writer::Dicom(folder, rle))
         );
+    }
+
+    #[test]
+    fn a_sheared_volume_as_nifti_is_warned_of() {
+        use crate::raster::test_files::{SHEARED, TURNED, given};
+        for (name, sheared) in [("b.nii", true), ("b.nii.gz", true), ("b.nrrd", false), ("b/", false)] {
+            let writer = writer(&format!("x a {name}")).unwrap();
+            let warning = writer.warning(&given(SHEARED).grid);
+            assert_eq!(warning.is_some_and(|words| words.contains("ITK")), sheared, "{name}");
+            assert!(TURNED.iter().all(|rows| writer.warning(&given(*rows).grid).is_none()));
+            let hardly = given([[0.7, 0.0, 0.0, 0.0], [0.0, 0.7, 9e-5, 0.0], [0.0, 0.0, 1.0, 0.0]]);
+            assert!(writer.warning(&hardly.grid).is_none());
+        }
     }
 
     #[test]

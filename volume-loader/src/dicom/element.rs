@@ -1,5 +1,5 @@
 //! The data elements that are read, by tag and name (DICOM PS3.6 table 6-1). Everything else in a file is passed over, so
-//! that nothing of a patient is even held.
+//! that nothing of a patient is even held; of PatientID a digest stays ([`Header::patient`](super::header::Header::patient)).
 
 use std::io::{BufRead, Seek};
 
@@ -20,12 +20,14 @@ elements! {
     IMAGE_TYPE = (0x0008, 0x0008, "ImageType");
     SOP_CLASS = (0x0008, 0x0016, "SOPClassUID");
     MODALITY = (0x0008, 0x0060, "Modality");
+    PATIENT_ID = (0x0010, 0x0020, "PatientID");
     SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
     SPACING_BETWEEN_SLICES = (0x0018, 0x0088, "SpacingBetweenSlices");
     GANTRY_TILT = (0x0018, 0x1120, "GantryDetectorTilt");
     KERNEL = (0x0018, 0x1210, "ConvolutionKernel");
     STUDY = (0x0020, 0x000D, "StudyInstanceUID");
     SERIES = (0x0020, 0x000E, "SeriesInstanceUID");
+    SERIES_NUMBER = (0x0020, 0x0011, "SeriesNumber");
     POSITION = (0x0020, 0x0032, "ImagePositionPatient");
     ORIENTATION = (0x0020, 0x0037, "ImageOrientationPatient");
     FRAME_OF_REFERENCE = (0x0020, 0x0052, "FrameOfReferenceUID");
@@ -51,7 +53,7 @@ elements! {
 /// Elements that name a patient, a visit or a place: read only where a person asks for them.
 pub(crate) const IDENTITY: [(Tag, &str); 11] = [
     (tag(0x0010, 0x0010), "PatientName"),
-    (tag(0x0010, 0x0020), "PatientID"),
+    (PATIENT_ID, "PatientID"),
     (tag(0x0010, 0x0030), "PatientBirthDate"),
     (tag(0x0010, 0x0040), "PatientSex"),
     (tag(0x0008, 0x0020), "StudyDate"),

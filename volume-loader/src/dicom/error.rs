@@ -39,12 +39,18 @@ pub enum DicomError {
         source: FileError,
     },
     /// The operating system refused to list or read.
-    #[error("{}: cannot be read: {source}", path.display())]
+    #[error("{}: cannot be read: {source}; make it readable or take it out of the folder, as it may be a slice", path.display())]
     Unreadable {
         /// The file or folder.
         path: PathBuf,
         /// The system's reason.
         source: std::io::Error,
+    },
+    /// A link to a file that is not there.
+    #[error("{}: this is a link to a file that is not there, and it may be a slice; check that the disk it leads to is mounted, or take the link out of the folder", path.display())]
+    Dangling {
+        /// The link.
+        path: PathBuf,
     },
     /// The folder holds too much to be one examination.
     #[error("{}: more than {limit} {what} below this folder; name the folder of the examination itself", path.display())]
@@ -57,12 +63,14 @@ pub enum DicomError {
         what: &'static str,
     },
     /// No DICOM image at all.
-    #[error("{}: no DICOM image in this folder ({ignored} other files); name the folder that holds the slices", path.display())]
+    #[error("{}: no DICOM image in this folder ({ignored} other files{left_out}); name the folder that holds the slices", path.display())]
     None {
         /// The folder.
         path: PathBuf,
         /// Files that are not DICOM images.
         ignored: usize,
+        /// What is no file, in words behind a semicolon; empty where there is nothing.
+        left_out: String,
     },
     /// One file of a series is no volume.
     #[error("{}: this is one slice, not a volume; name the folder that holds all of them: {}", path.display(), folder.display())]
@@ -95,6 +103,24 @@ pub enum DicomError {
         count: usize,
         /// One line each.
         list: String,
+    },
+    /// A slice of another patient, study or frame of reference in a series. Values are not told.
+    #[error("{}: {tag}: found {found} in {slices} slices, expected {expected} in {usual} slices such as {}: slices of several patients, studies or frames of reference are no volume; take them apart (values are not shown, as they name a patient)", path.display(), other.display())]
+    Mixed {
+        /// The first odd slice.
+        path: PathBuf,
+        /// What differs.
+        tag: Tag,
+        /// Another value, or none.
+        found: &'static str,
+        /// How many slices have that.
+        slices: usize,
+        /// What most have.
+        expected: &'static str,
+        /// How many those are.
+        usual: usize,
+        /// The first of them.
+        other: PathBuf,
     },
     /// The slices make no volume.
     #[error("{}: series {number}: {source}", path.display())]
@@ -209,6 +235,20 @@ pub enum FileError {
         found: String,
         /// What it must be.
         expected: &'static str,
+    },
+    /// A slope and an intercept that lead most pixels out of the HU that are held.
+    #[error(
+        "{held} of {pixels} pixels are beyond -32768 to 32767 HU with RescaleSlope {slope} and RescaleIntercept {intercept}, expected at most half of them: these are no HU"
+    )]
+    Beyond {
+        /// Pixels beyond.
+        held: u64,
+        /// Pixels of the slice.
+        pixels: u64,
+        /// RescaleSlope.
+        slope: f64,
+        /// RescaleIntercept.
+        intercept: f64,
     },
     /// A transfer syntax that is not read.
     #[error(

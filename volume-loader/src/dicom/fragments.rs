@@ -1,6 +1,7 @@
 //! The fragments of a compressed image, joined (DICOM PS3.5 section A.4).
 
 use std::fs::File;
+use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
 use super::element as el;
@@ -11,11 +12,16 @@ use super::walk::tag;
 const ITEM: Tag = tag(0xFFFE, 0xE000);
 const END: Tag = tag(0xFFFE, 0xE0DD);
 
-/// Joins the fragments that begin at `at` into `joined`. The first item is the table of offsets, of no use for one frame.
+/// Joins the fragments in this stretch of the file, `most` bytes at most, into `joined`. The first item is the table of offsets,
+/// of no use for one frame.
 ///
 /// # Errors
-/// [`ReadFailure`]. No more is allocated than the file is long.
-pub(crate) fn join(file: &File, mut at: u64, length: u64, joined: &mut Vec<u8>) -> Result<(), ReadFailure> {
+/// [`ReadFailure`]. No more than `most` is allocated: a file may claim any length with holes in it.
+pub(crate) fn join(file: &File, stretch: Range<u64>, most: u64, joined: &mut Vec<u8>) -> Result<(), ReadFailure> {
+    let Range {
+        start: mut at,
+        end: length,
+    } = stretch;
     joined.clear();
     let mut items = 0_u32;
     loop {
@@ -35,6 +41,16 @@ pub(crate) fn join(file: &File, mut at: u64, length: u64, joined: &mut Vec<u8>) 
             return Err(truncated(at, end, length).into());
         }
         if items > 0 {
+            let found = joined.len() as u64 + u64::from(bytes);
+            if found > most {
+                return Err(FileError::TooLong {
+                    tag: el::PIXELS,
+                    byte: at,
+                    found,
+                    limit: most,
+                }
+                .into());
+            }
             let start = joined.len();
             joined.resize(start + bytes as usize, 0);
             let room = joined.get_mut(start..).unwrap_or_default();

@@ -50,7 +50,7 @@ impl Stack {
     /// Puts slices in order and checks that they lie on a line; their steps are judged by [`Stack::even`].
     ///
     /// # Errors
-    /// [`GeometryError`] but `Uneven` and `Corner`.
+    /// [`GeometryError`] but `Uneven`, `Corner` and `Askew`.
     pub(crate) fn of(slices: &[Placed]) -> Result<Self, GeometryError> {
         if slices.len() < MIN_SLICES {
             return Err(GeometryError::TooFew { found: slices.len() });
@@ -71,10 +71,16 @@ impl Stack {
         let (line, along_mm) = along_line(&slices)?;
         check_places(&along_mm)?;
         let [down, right] = slices[slices.len() / 2].spacing;
+        let pixel = [row * right, column * down];
+        let determinant = pixel[0].cross(pixel[1]).dot(line);
+        // Not a number is refused too.
+        if determinant.is_nan() || determinant <= 0.0 {
+            return Err(GeometryError::Mirrored { determinant });
+        }
         Ok(Self {
             order,
             slices,
-            pixel: [row * right, column * down],
+            pixel,
             normal,
             line,
             steps: Steps::of(&along_mm),
@@ -138,6 +144,19 @@ impl Stack {
             return Err(GeometryError::Corner { slice, found_mm });
         }
         Ok(found_mm)
+    }
+
+    /// Judges slices that are put on an even grid, each at its own place along the line; gives the worst corner error, mm.
+    ///
+    /// # Errors
+    /// [`GeometryError::Askew`].
+    pub(crate) fn askew(&self, size: [u16; 2]) -> Result<f64, GeometryError> {
+        let along = |k: usize| self.along_mm.get(k).copied().unwrap_or(0.0);
+        let (slice, found_mm) = self.worst_corner(size, along);
+        match found_mm > CORNER_MAX_MM {
+            true => Err(GeometryError::Askew { slice, found_mm }),
+            false => Ok(found_mm),
+        }
     }
 
     fn gaps(&self) -> Vec<Gap> {

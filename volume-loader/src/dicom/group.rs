@@ -1,7 +1,7 @@
 //! Which slices belong together.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::header::{Header, Placed};
 
@@ -18,6 +18,7 @@ pub(crate) fn group(headers: Vec<Header>) -> Option<Vec<(Vec<Header>, bool)>> {
     for header in headers {
         let key = (
             header.series.clone(),
+            header.series.is_none().then(|| unnamed(&header)),
             header.localizer,
             [header.columns, header.rows],
             header.modality.clone(),
@@ -28,7 +29,7 @@ pub(crate) fn group(headers: Vec<Header>) -> Option<Vec<(Vec<Header>, bool)>> {
     let mut groups = Vec::new();
     for headers in exact.into_values() {
         for headers in by_orientation(headers)? {
-            groups.extend(by_frame_of_reference(headers));
+            groups.push(merged(headers));
         }
         if groups.len() > MAX_SERIES {
             return None;
@@ -74,21 +75,25 @@ fn same_plane(a: &Header, b: &Header) -> bool {
     near(&a.orientation, &b.orientation, SAME_ORIENTATION) && near(&a.spacing, &b.spacing, SAME_SPACING_MM)
 }
 
-/// A series has one frame of reference (PS3.3, A.1.2.5). Where each of three or more slices names another one, they were
-/// replaced image by image when names were taken out, and tell nothing; the flag says so.
-fn by_frame_of_reference(headers: Vec<Header>) -> Vec<(Vec<Header>, bool)> {
-    let slices = headers.len();
-    let mut frames: BTreeMap<String, Vec<Header>> = BTreeMap::new();
-    for header in headers {
-        frames
-            .entry(header.frame_of_reference.clone())
-            .or_default()
-            .push(header);
-    }
-    if frames.len() == slices && slices > 2 {
-        let mut all: Vec<Header> = frames.into_values().flatten().collect();
-        all.sort_by(compare);
-        return vec![(all, true)];
-    }
-    frames.into_values().map(|headers| (headers, false)).collect()
+/// What keeps slices apart that name no series: two of one study, of one frame of reference and orientation, would else be
+/// laid into one another where their slices alternate.
+fn unnamed(header: &Header) -> [Option<String>; 4] {
+    [
+        Some(header.study.clone()),
+        Some(header.frame_of_reference.clone()),
+        header.series_number.clone(),
+        header.kernel.clone(),
+    ]
+}
+
+/// A series has one frame of reference (PS3.3, A.1.2.5), which [`alike::check`](super::alike::check) asks for. Where each of
+/// three or more slices names another one, they were replaced image by image when names were taken out, and tell nothing; the
+/// flag says so.
+fn merged(headers: Vec<Header>) -> (Vec<Header>, bool) {
+    let frames: BTreeSet<&str> = headers
+        .iter()
+        .map(|header| header.frame_of_reference.as_str())
+        .collect();
+    let merged = frames.len() == headers.len() && headers.len() > 2;
+    (headers, merged)
 }

@@ -1,6 +1,7 @@
 //! What one file says of itself, as far as it is needed.
 
 use std::fs::File;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
@@ -31,8 +32,14 @@ pub(crate) struct Header {
     pub path: PathBuf,
     pub syntax: Syntax,
     pub modality: String,
-    /// Study and series; never shown.
-    pub series: (String, String),
+    /// StudyInstanceUID; never shown.
+    pub study: String,
+    /// SeriesInstanceUID; `None` where names were taken out and it with them. Never shown.
+    pub series: Option<String>,
+    /// SeriesNumber, as text.
+    pub series_number: Option<String>,
+    /// A digest of PatientID, which tells one from another and is held no longer than the scan: never shown.
+    pub patient: Option<u64>,
     /// Never shown.
     pub frame_of_reference: String,
     pub localizer: bool,
@@ -95,9 +102,8 @@ fn walk<T>(
         path: path.to_owned(),
         source,
     };
-    let file = File::open(path).map_err(unreadable)?;
-    let length = file.metadata().map_err(unreadable)?.len();
-    let mut walker = Walker::new(BufReader::with_capacity(BUFFER_BYTES, file), length);
+    let (file, about) = bus::file::open(path).map_err(|error| unreadable(error.into()))?;
+    let mut walker = Walker::new(BufReader::with_capacity(BUFFER_BYTES, file), about.len());
     parse(&mut walker).map_err(|error| match error {
         WalkError::Io(source) => unreadable(source),
         WalkError::File(source) => DicomError::File {
@@ -119,8 +125,8 @@ impl Header {
     /// Whether the file begins like DICOM; one that cannot be read does not.
     pub(crate) fn has_preamble(path: &Path) -> bool {
         let mut first = [0; 132];
-        let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
-        read.is_ok() && first.ends_with(b"DICM")
+        let read = bus::file::open(path).map(|(mut file, _)| file.read_exact(&mut first));
+        matches!(read, Ok(Ok(()))) && first.ends_with(b"DICM")
     }
 
     /// The header in `walker`'s bytes.
@@ -146,15 +152,18 @@ impl Header {
     }
 
     fn of(path: &Path, e: &Elements, pixels: Element, length: u64) -> Result<Self, FileError> {
-        let needed = |tag| e.text(tag).ok_or(FileError::Missing { tag });
+        let localizer = e.text(el::IMAGE_TYPE).is_some_and(|kind| is_localizer(&kind));
         let one = |tag| Ok(e.numbers::<1>(tag)?.map(|[number]| number));
         Ok(Self {
             path: path.to_owned(),
             syntax: e.syntax,
             modality: e.code(el::MODALITY).ok_or(FileError::Missing { tag: el::MODALITY })?,
-            series: (e.text(el::STUDY).unwrap_or_default(), needed(el::SERIES)?),
+            study: e.text(el::STUDY).unwrap_or_default(),
+            series: e.text(el::SERIES),
+            series_number: e.text(el::SERIES_NUMBER),
+            patient: e.get(el::PATIENT_ID).and_then(digest),
             frame_of_reference: e.text(el::FRAME_OF_REFERENCE).unwrap_or_default(),
-            localizer: e.text(el::IMAGE_TYPE).is_some_and(|kind| is_localizer(&kind)),
+            localizer,
             columns: e.u16(el::COLUMNS)?,
             rows: e.u16(el::ROWS)?,
             frames: one(el::FRAMES)?.map_or(1, |frames| frames as i64),
@@ -166,7 +175,7 @@ impl Header {
             bits_stored: e.u16(el::BITS_STORED)?,
             high_bit: e.u16(el::HIGH_BIT)?,
             representation: e.u16(el::REPRESENTATION)?,
-            placed: placed(e)?,
+            placed: placed(e, localizer)?,
             slope: one(el::SLOPE)?,
             intercept: one(el::INTERCEPT)?,
             rescale_type: e.code(el::RESCALE_TYPE),
@@ -192,14 +201,32 @@ fn is_localizer(image_type: &str) -> bool {
     image_type.split('\\').any(|value| value.trim() == "LOCALIZER")
 }
 
-fn placed(e: &Elements) -> Result<Result<Placed, Tag>, FileError> {
+/// Of the bytes themselves, whatever their character set; `None` where there is nothing but padding.
+fn digest(bytes: &[u8]) -> Option<u64> {
+    let solid = |byte: &u8| *byte != 0 && !byte.is_ascii_whitespace();
+    let (first, last) = (bytes.iter().position(solid)?, bytes.iter().rposition(solid)?);
+    let mut hasher = DefaultHasher::new();
+    bytes.get(first..=last)?.hash(&mut hasher);
+    Some(hasher.finish())
+}
+
+/// Where a slice lies. The standard has both spacings above 0 (PS3.3, 10.7.1.1): one that is negative mirrors the patient, and two
+/// turn them.
+fn placed(e: &Elements, localizer: bool) -> Result<Result<Placed, Tag>, FileError> {
     let position = e.numbers(el::POSITION)?;
     let orientation = e.numbers(el::ORIENTATION)?;
-    let spacing = e.numbers(el::PIXEL_SPACING)?;
+    let spacing: Option<[f64; 2]> = e.numbers(el::PIXEL_SPACING)?;
     Ok(match (position, orientation, spacing) {
         (None, _, _) => Err(el::POSITION),
         (_, None, _) => Err(el::ORIENTATION),
         (_, _, None) => Err(el::PIXEL_SPACING),
+        (Some(_), Some(_), Some([down, right])) if !localizer && (down <= 0.0 || right <= 0.0) => {
+            return Err(FileError::Value {
+                tag: el::PIXEL_SPACING,
+                found: format!("\"{down}\\{right}\""),
+                expected: "two numbers above 0: a negative one would mirror or turn the patient",
+            });
+        }
         (Some(position), Some(orientation), Some(spacing)) => Ok(Placed {
             position,
             orientation,

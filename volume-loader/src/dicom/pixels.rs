@@ -8,11 +8,16 @@ use super::codec::{self, Image};
 use super::error::{DicomError, FileError};
 use super::fragments;
 use super::slice::Slice;
+use super::stored::ToHu;
 use super::syntax::PixelCoding;
 use crate::source::Conversion;
 
 /// Bytes read at once: a whole number of pixels of any kind, and small enough to stay in the processor's cache.
 const CHUNK_BYTES: usize = 1 << 16;
+
+/// A compressed image is at most twice as long as its pixels (codes of noise are longer than what they stand for, and none
+/// twice as long) and this much, bytes: tables and remarks.
+const SPARE_BYTES: u64 = 1 << 20;
 
 /// Why reading pixels stopped; the file's name comes later.
 #[derive(Debug)]
@@ -53,6 +58,24 @@ impl Slice {
         })
     }
 
+    /// Whether what `conversion` tells of the slice's pixels leaves a picture of them.
+    ///
+    /// # Errors
+    /// [`DicomError::File`] where more than half of them are beyond 16 bits.
+    pub(crate) fn check_hu(&self, conversion: Conversion) -> Result<(), DicomError> {
+        let (held, pixels) = (conversion.clamped_low + conversion.clamped_high, self.pixels() as u64);
+        if 2 * held <= pixels {
+            return Ok(());
+        }
+        let ToHu { slope, intercept, .. } = self.to_hu;
+        Err(self.refused(FileError::Beyond {
+            held,
+            pixels,
+            slope,
+            intercept,
+        }))
+    }
+
     fn refused(&self, source: FileError) -> DicomError {
         DicomError::File {
             path: self.path.clone(),
@@ -61,13 +84,13 @@ impl Slice {
     }
 
     fn try_read(&self, out: &mut [i16], bytes: &mut Vec<u8>) -> Result<Conversion, ReadFailure> {
-        let file = File::open(&self.path)?;
+        let (file, _) = bus::file::open(&self.path).map_err(std::io::Error::from)?;
         let mut conversion = Conversion::default();
         if self.coding == PixelCoding::Native {
             self.read_native(&file, out, bytes, &mut conversion)?;
             return Ok(conversion);
         }
-        fragments::join(&file, self.pixels_at, self.length, bytes)?;
+        self.join(&file, bytes)?;
         let samples = codec::decode(self.coding, bytes, &self.image())?;
         if samples.len() != out.len() {
             return Err(FileError::PixelLength {
@@ -81,6 +104,11 @@ impl Slice {
         }
         self.to_hu.convert16(samples.into_iter(), out, &mut conversion);
         Ok(conversion)
+    }
+
+    fn join(&self, file: &File, bytes: &mut Vec<u8>) -> Result<(), ReadFailure> {
+        let most = 2 * self.to_hu.cell.bytes() as u64 * self.pixels() as u64 + SPARE_BYTES;
+        fragments::join(file, self.pixels_at..self.length, most, bytes)
     }
 
     fn read_native(
@@ -127,8 +155,8 @@ impl Slice {
             path: self.path.clone(),
             source,
         };
-        let file = File::open(&self.path).map_err(unreadable)?;
-        match fragments::join(&file, self.pixels_at, self.length, bytes) {
+        let (file, _) = bus::file::open(&self.path).map_err(|error| unreadable(error.into()))?;
+        match self.join(&file, bytes) {
             Ok(()) => codec::is_lossy(self.coding, bytes).map_err(|source| self.refused(source)),
             Err(ReadFailure::File(source)) => Err(self.refused(source)),
             Err(ReadFailure::Io(source)) => Err(unreadable(source)),

@@ -72,15 +72,14 @@ fn codec(headers: &[&Header]) -> &'static str {
 }
 
 fn padding(headers: &[&Header], slices: &[Slice], warnings: &mut Vec<String>) -> Result<Padding, DicomError> {
-    if let Some(padding) = Padding::declared(headers, slices, warnings) {
-        return Ok(padding);
-    }
+    let declared = Padding::declared(headers, slices, warnings);
     let Some(middle) = slices.get(slices.len() / 2) else {
-        return Ok(Padding::of_corners(&[], 0));
+        return Ok(declared.unwrap_or_else(|| Padding::of_corners(&[], 0)));
     };
     let mut voxels = vec![0; middle.pixels()];
-    middle.read(&mut voxels, &mut Vec::new())?;
-    Ok(Padding::of_corners(&voxels, usize::from(middle.columns)))
+    let conversion = middle.read(&mut voxels, &mut Vec::new())?;
+    middle.check_hu(conversion)?;
+    Ok(declared.unwrap_or_else(|| Padding::of_corners(&voxels, usize::from(middle.columns))))
 }
 
 fn is_lossy(headers: &[&Header], slices: &[Slice]) -> Result<bool, DicomError> {
@@ -96,11 +95,17 @@ fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> 
     let Some(first) = headers.first() else {
         return Vec::new();
     };
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = series.left_out.told().into_iter().collect();
     if first.modality != "CT" {
         warnings.push(format!("not a CT ({}): its numbers are not HU", first.modality));
     } else if let Some(kind) = first.rescale_type.as_ref().filter(|kind| *kind != "HU") {
         warnings.push(format!("RescaleType is {kind}, not HU"));
+    }
+    if series.is_unnamed() {
+        warnings.push(
+            "the slices have no SeriesInstanceUID: they were put together by study, frame of reference, orientation and size"
+                .to_owned(),
+        );
     }
     if series.frames_merged {
         warnings.push(format!(

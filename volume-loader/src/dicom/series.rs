@@ -9,7 +9,8 @@ use super::error::DicomError;
 use super::geometry::Stack;
 use super::group::{MAX_SERIES, group};
 use super::header::{Header, Placed, identity};
-use super::{scan, words};
+use super::scan::{self, LeftOut};
+use super::words;
 
 /// What a folder holds.
 #[derive(Debug)]
@@ -21,13 +22,15 @@ pub struct Found {
     folder: PathBuf,
 }
 
-/// Slices of one series, one orientation, one frame of reference and one size.
+/// Slices of one series, one orientation and one size; where they name no series, of one study, frame of reference, series number
+/// and kernel.
 #[derive(Debug, Clone)]
 pub struct Series {
     pub(crate) folder: PathBuf,
     /// From 1, and how many there are.
     pub(crate) number: [usize; 2],
     pub(crate) ignored: usize,
+    pub(crate) left_out: LeftOut,
     pub(crate) headers: Vec<Header>,
     /// Each slice names a frame of reference of its own.
     pub(crate) frames_merged: bool,
@@ -85,9 +88,14 @@ impl Series {
     /// [`DicomError`]: nothing there, too much there, or a broken file.
     pub fn scan(folder: &Path) -> Result<Found, DicomError> {
         let scanned = scan::scan(folder)?;
-        let (path, ignored) = (folder.to_owned(), scanned.ignored);
+        let (path, ignored, left_out) = (folder.to_owned(), scanned.ignored, scanned.left_out);
         if scanned.headers.is_empty() {
-            return Err(DicomError::None { path, ignored });
+            let left_out = left_out.told().map_or_else(String::new, |told| format!("; {told}"));
+            return Err(DicomError::None {
+                path,
+                ignored,
+                left_out,
+            });
         }
         let groups = group(scanned.headers).ok_or(DicomError::TooMuch {
             path: folder.to_owned(),
@@ -99,6 +107,7 @@ impl Series {
             folder: path.clone(),
             number: [number, count],
             ignored,
+            left_out: left_out.clone(),
             headers,
             frames_merged,
         });
@@ -138,6 +147,11 @@ impl Series {
         self.headers
             .first()
             .map_or(Ok(Vec::new()), |header| identity(&header.path))
+    }
+
+    /// Whether the slices name no series.
+    pub(crate) fn is_unnamed(&self) -> bool {
+        self.headers.first().is_some_and(|header| header.series.is_none())
     }
 
     /// Whether these are overview images.

@@ -7,6 +7,7 @@ use super::error::FileError;
 use super::header::Header;
 use super::stored::{Cell, ToHu};
 use super::syntax::PixelCoding;
+use crate::scale::{self, Unusable};
 
 /// More pixels than any scanner's slice has (4096 x 4096); holds what decoders allocate to 64 MB a thread and buffer.
 const MAX_PIXELS: u64 = 1 << 24;
@@ -33,7 +34,7 @@ impl Slice {
     pub(crate) fn of(header: &Header) -> Result<Self, FileError> {
         check_kind(header)?;
         let cell = Cell::of(header)?;
-        let [slope, intercept] = rescale(header)?;
+        let [slope, intercept] = rescale(header, cell)?;
         let (columns, rows) = (header.columns, header.rows);
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 || pixels > MAX_PIXELS {
@@ -83,14 +84,18 @@ fn check_kind(header: &Header) -> Result<(), FileError> {
 }
 
 /// CT images have a slope and an intercept (PS3.3, C.8.2.1); others may go without both.
-fn rescale(header: &Header) -> Result<[f64; 2], FileError> {
+fn rescale(header: &Header, cell: Cell) -> Result<[f64; 2], FileError> {
     match (header.slope, header.intercept) {
-        (Some(slope), Some(intercept)) if slope != 0.0 => Ok([slope, intercept]),
-        (Some(slope), Some(_)) => Err(FileError::Value {
-            tag: el::SLOPE,
-            found: slope.to_string(),
-            expected: "a number other than 0",
-        }),
+        (Some(slope), Some(intercept)) => {
+            let range = cell.range().map(|number| number as f64);
+            let (tag, found, expected) = match scale::check([slope, intercept], range) {
+                Ok(()) => return Ok([slope, intercept]),
+                Err(Unusable::Slope(expected)) => (el::SLOPE, slope, expected),
+                Err(Unusable::Intercept(expected)) => (el::INTERCEPT, intercept, expected),
+            };
+            let found = found.to_string();
+            Err(FileError::Value { tag, found, expected })
+        }
         (None, None) if header.modality != "CT" => Ok([1.0, 0.0]),
         (None, _) => Err(FileError::Missing { tag: el::SLOPE }),
         (_, None) => Err(FileError::Missing { tag: el::INTERCEPT }),

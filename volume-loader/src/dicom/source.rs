@@ -5,6 +5,7 @@ use std::path::Path;
 use bus::message::Marks;
 use geometry::VolumeGrid;
 
+use super::alike;
 use super::error::{DicomError, FileError};
 use super::facts::SeriesFacts;
 use super::geometry::{GeometryError, Stack};
@@ -57,6 +58,8 @@ pub(crate) fn open_path(
     if !path.is_file() || !(scan::has_dicom_name(path) || Header::has_preamble(path)) {
         return Ok(None);
     }
+    // A name alone makes no slice.
+    scan::read(path)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     Err(DicomError::OneFile {
         path: path.to_owned(),
@@ -79,6 +82,7 @@ impl DicomSource {
         if series.is_localizer() {
             return Err(refused(GeometryError::Localizer));
         }
+        alike::check(series)?;
         let slices = each(&series.headers, Slice::of)?;
         let placed: Vec<Placed> = each(&series.headers, |header| {
             header.placed.map_err(|tag| FileError::Missing { tag })
@@ -179,13 +183,8 @@ impl Laid {
             Ok(worst) => (stack.even_step_mm(), count as i64, worst, false),
             Err(GeometryError::Uneven { .. } | GeometryError::Corner { .. }) if options.regrid => {
                 let step = stack.steps.median_mm;
-                let along = |k: usize| stack.along_mm.get(k).copied().unwrap_or(0.0);
-                (
-                    step,
-                    plan::even_count(&stack.along_mm, step),
-                    stack.worst_corner(size, along).1,
-                    true,
-                )
+                let worst = stack.askew(size).map_err(LayError::Geometry)?;
+                (step, plan::even_count(&stack.along_mm, step), worst, true)
             }
             Err(error) => return Err(LayError::Geometry(error)),
         };

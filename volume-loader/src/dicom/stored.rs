@@ -62,7 +62,7 @@ impl Cell {
     }
 
     /// The smallest and the largest number.
-    fn range(self) -> [i64; 2] {
+    pub(crate) fn range(self) -> [i64; 2] {
         match self.signed {
             true => [-(1 << (self.stored - 1)), (1 << (self.stored - 1)) - 1],
             false => [0, (1 << self.stored) - 1],

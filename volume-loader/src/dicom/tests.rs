@@ -1,8 +1,10 @@
 //! Files made by hand, element by element: what must be read, and what must be refused by which name.
 
+mod entries;
 mod fragments;
 mod headers;
 mod hostile;
+mod patient;
 mod pixels;
 mod places;
 mod real_sets;

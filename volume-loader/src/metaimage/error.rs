@@ -3,13 +3,16 @@
 use geometry::GridError;
 
 use crate::raster::NamesError;
+use crate::source::KNOWN;
 
 /// Why a MetaImage header was refused. Lines count from 1; text from the file is cut to 80 characters, and text that could
 /// name a patient (comments, names, fields of other programs, lines that are nothing) is not repeated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MetaImageError {
     /// No field of a MetaImage comes first.
-    #[error("not a MetaImage file: line 1 is no \"name = value\", expected \"ObjectType = Image\" or another field")]
+    #[error(
+        "not a MetaImage file: line 1 is no \"name = value\", expected \"ObjectType = Image\" or another field; {KNOWN}"
+    )]
     NotMetaImage,
     /// A line that is not a field.
     #[error("line {line} ({bytes} bytes) is no field: expected \"name = value\"")]

@@ -4,6 +4,8 @@ use geometry::{GridError, VolumeGrid};
 
 use super::fields::{Fields, Layout};
 use super::orientation;
+use crate::scale::{self, Unusable};
+use crate::source::KNOWN;
 use crate::voxels::Sample;
 
 /// Voxels later than this are refused: extensions hold text, not volumes.
@@ -27,7 +29,7 @@ pub(crate) struct Header {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HeaderError {
     /// The first four bytes are not a NIfTI header's length.
-    #[error("not a NIfTI file: its first four bytes are {found:02x?}, expected a header length of 348 or 540")]
+    #[error("not a NIfTI file: its first four bytes are {found:02x?}, expected a header length of 348 or 540; {KNOWN}")]
     NotNifti {
         /// The bytes.
         found: [u8; 4],
@@ -77,9 +79,13 @@ pub enum HeaderError {
         /// The largest accepted.
         most: f64,
     },
-    /// The scale to HU is not finite.
-    #[error("scl_slope is {slope} and scl_inter {inter}, expected finite numbers")]
+    /// The scale to HU is not finite, or makes one number of all voxels, or none that is HU.
+    #[error("scl_slope is {slope} and scl_inter {inter}, expected {which} {expected}")]
     Scale {
+        /// Which of the two.
+        which: &'static str,
+        /// What it must be.
+        expected: &'static str,
         /// The header's `scl_slope`.
         slope: f64,
         /// The header's `scl_inter`.
@@ -92,6 +98,14 @@ pub enum HeaderError {
         found: i64,
         /// Its lowest three bits.
         length: i64,
+    },
+    /// A code of an orientation that the format does not have.
+    #[error("sform_code is {sform} and qform_code {qform}, expected 0 to 5 each; the header is damaged")]
+    Code {
+        /// The header's `sform_code`.
+        sform: i64,
+        /// The header's `qform_code`.
+        qform: i64,
     },
     /// Neither an sform nor a qform.
     #[error(
@@ -126,7 +140,7 @@ impl Header {
         let dims = one_volume(fields.dim)?;
         let sample = sample(&fields)?;
         let offset = offset(&fields)?;
-        let scale = scale(&fields)?;
+        let scale = scale(&fields, sample)?;
         let (ct_from_voxel, notes) = orientation::ct_from_voxel(&fields)?;
         let grid = VolumeGrid::checked(dims, ct_from_voxel)?;
         Ok(Self {
@@ -187,13 +201,20 @@ fn offset(fields: &Fields) -> Result<u64, HeaderError> {
 }
 
 /// A slope of 0 says that there is no scale, whatever the intercept.
-fn scale(fields: &Fields) -> Result<Option<[f64; 2]>, HeaderError> {
+fn scale(fields: &Fields, sample: Sample) -> Result<Option<[f64; 2]>, HeaderError> {
     let (slope, inter) = (fields.slope, fields.inter);
     if slope == 0.0 || (slope == 1.0 && inter == 0.0) {
         return Ok(None);
     }
-    if !slope.is_finite() || !inter.is_finite() {
-        return Err(HeaderError::Scale { slope, inter });
-    }
-    Ok(Some([slope, inter]))
+    let (which, expected) = match scale::check([slope, inter], sample.range()) {
+        Ok(()) => return Ok(Some([slope, inter])),
+        Err(Unusable::Slope(expected)) => ("scl_slope", expected),
+        Err(Unusable::Intercept(expected)) => ("scl_inter", expected),
+    };
+    Err(HeaderError::Scale {
+        which,
+        expected,
+        slope,
+        inter,
+    })
 }

@@ -1,6 +1,6 @@
 //! From NIfTI's sform and qform, in RAS and some unit, to `ct_from_voxel`, in LPS and mm; and back.
 
-use geometry::{Affine, Ct, GridError, Point, Voxel};
+use geometry::{Affine, Ct, GridError, Point, VolumeGrid, Voxel};
 
 use super::fields::Fields;
 use super::header::HeaderError;
@@ -9,17 +9,27 @@ use super::header::HeaderError;
 const DISAGREEMENT_MM: f64 = 1.0;
 /// How far from a right angle (cosine) axes may be for a qform, which knows only rotations.
 const SKEW: f64 = 1e-5;
+/// And for ITK, which reads 9e-5 and refuses 1.1e-4 (SimpleITK 2.5.7): "no orthonormal definition found".
+const ITK_SKEW: f64 = 1e-4;
+/// From unknown to another template (nifti1.h, `NIFTI_XFORM`).
+const CODES: std::ops::RangeInclusive<i64> = 0..=5;
+/// A quaternion's a is zero where its square is below this.
+const HALF_TURN: f64 = 1e-7;
 
 type Rows = [[f64; 4]; 3];
 
 /// The map to the patient, and remarks for a person.
 ///
 /// # Errors
-/// [`HeaderError::Units`], [`HeaderError::NoOrientation`], [`HeaderError::Quaternion`].
+/// [`HeaderError::Units`], [`HeaderError::Code`], [`HeaderError::NoOrientation`], [`HeaderError::Quaternion`].
 pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<(Affine<Ct, Voxel>, Vec<String>), HeaderError> {
     let (mm, mut notes) = mm_per_unit(fields.units)?;
     let lps_mm = |ras: Rows| Affine::from_rows(lps_from_ras(ras).map(|row| row.map(|v| v * mm)));
     let (sform, qform) = (fields.sform_code, fields.qform_code);
+    // A code that nobody defined is a damaged header, of which no form can be relied on.
+    if [sform, qform].iter().any(|code| !CODES.contains(code)) {
+        return Err(HeaderError::Code { sform, qform });
+    }
     if sform <= 0 && qform <= 0 {
         return Err(HeaderError::NoOrientation { sform, qform });
     }
@@ -62,9 +72,12 @@ fn ras_from_qform(fields: &Fields) -> Result<Rows, HeaderError> {
             norm: square.sqrt(),
         });
     }
-    let shrink = square.max(1.0).sqrt();
+    // As nifti1_io.c's nifti_quatern_to_mat44 does it: what f32 leaves of a half turn is one, and no turn by 0.6 mrad more.
+    let (shrink, a) = match 1.0 - square < HALF_TURN {
+        true => (square.sqrt(), 0.0),
+        false => (1.0, (1.0 - square).sqrt()),
+    };
     let (b, c, d) = (b / shrink, c / shrink, d / shrink);
-    let a = (1.0 - square.min(1.0)).sqrt();
     let rotation = [
         [
             a * a + b * b - c * c - d * d,
@@ -125,15 +138,30 @@ pub(crate) struct RasForms {
     pub quaternion_bcd_qfac: Option<([f64; 3], f64)>,
 }
 
+/// Whether the axes of a grid are so far from right angles that programs built on ITK refuse a NIfTI file of it.
+pub fn is_sheared(grid: &VolumeGrid) -> bool {
+    let axes = axes(&lps_from_ras(grid.ct_from_voxel().rows()), grid.spacing_mm());
+    worst_cosine(&axes) > ITK_SKEW
+}
+
+/// The columns of the first three, made of unit length.
+fn axes(rows: &Rows, spacing_mm: [f64; 3]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|r| std::array::from_fn(|c| rows[r][c] / spacing_mm[c]))
+}
+
+/// The largest cosine between two columns.
+fn worst_cosine(axes: &[[f64; 3]; 3]) -> f64 {
+    let dot = |a: usize, b: usize| axes.iter().map(|row| row[a] * row[b]).sum::<f64>();
+    [dot(0, 1), dot(0, 2), dot(1, 2)]
+        .into_iter()
+        .fold(0.0, |worst: f64, cosine| worst.max(cosine.abs()))
+}
+
 /// Both forms of `ct_from_voxel`, whose steps are `spacing_mm` long.
 pub(crate) fn ras_forms(ct_from_voxel: &Affine<Ct, Voxel>, spacing_mm: [f64; 3]) -> RasForms {
     let srow = lps_from_ras(ct_from_voxel.rows());
-    let mut axes: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| srow[r][c] / spacing_mm[c]));
-    let dot = |a: usize, b: usize| axes.iter().map(|row| row[a] * row[b]).sum::<f64>();
-    if [dot(0, 1), dot(0, 2), dot(1, 2)]
-        .iter()
-        .any(|cosine| cosine.abs() > SKEW)
-    {
+    let mut axes = axes(&srow, spacing_mm);
+    if worst_cosine(&axes) > SKEW {
         return RasForms {
             srow,
             quaternion_bcd_qfac: None,

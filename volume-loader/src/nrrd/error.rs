@@ -3,13 +3,14 @@
 use geometry::GridError;
 
 use crate::raster::NamesError;
+use crate::source::KNOWN;
 
 /// Why an NRRD header was refused. Lines count from 1; text from the file is cut to 80 characters, and text that could
 /// name a patient (contents, labels, keys and values, lines that are nothing) is not repeated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NrrdError {
     /// The first line is not NRRD's.
-    #[error("not an NRRD file: its first bytes are {found:02x?}, expected \"NRRD0001\" to \"NRRD0005\"")]
+    #[error("not an NRRD file: its first bytes are {found:02x?}, expected \"NRRD0001\" to \"NRRD0005\"; {KNOWN}")]
     Magic {
         /// The bytes.
         found: Vec<u8>,

@@ -1,14 +1,16 @@
 //! Where the voxels lie, checked against the files' lengths before anything is allocated for them.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use geometry::VolumeGrid;
 
 use super::MAX_TRAIL;
 use crate::source::{Place, ReadError};
-use crate::stream::{Packing, file_length, opening};
+use crate::stream::{Packing, open_file, opening};
 use crate::voxels::Sample;
 
 /// The most that lines before the voxels may hold, bytes.
@@ -96,8 +98,15 @@ impl Data {
     /// # Errors
     /// Each variant of [`ReadError`] that tells of a file, its length or its beginning.
     pub(crate) fn locate(&self) -> Result<Vec<Part>, ReadError> {
+        let mut known = self.known()?;
         let part = |path: &PathBuf| {
-            let offset = self.locate_in(path)?;
+            let (file, about) = open_file(path)?;
+            // A name says little: links and ways through other folders lead to one file too.
+            if let Some(other) = known.insert((about.dev(), about.ino()), path.clone()) {
+                let path = path.clone();
+                return Err(ReadError::Twice { path, other });
+            }
+            let offset = self.locate_in(path, file, about.len())?;
             Ok(Part {
                 path: path.clone(),
                 offset,
@@ -106,8 +115,17 @@ impl Data {
         self.files.iter().map(part).collect()
     }
 
-    fn locate_in(&self, path: &Path) -> Result<u64, ReadError> {
-        let length = file_length(path)?;
+    /// The files that hold no voxels, by what the system knows them by: a header whose voxels are elsewhere.
+    fn known(&self) -> Result<HashMap<(u64, u64), PathBuf>, ReadError> {
+        // Voxels that follow the header begin behind it.
+        if self.skip.head > 0 {
+            return Ok(HashMap::new());
+        }
+        let (_, about) = open_file(&self.header)?;
+        Ok(HashMap::from([((about.dev(), about.ino()), self.header.clone())]))
+    }
+
+    fn locate_in(&self, path: &Path, file: File, length: u64) -> Result<u64, ReadError> {
         let needed = self.part_bytes();
         let Some(skip) = self.skip.bytes else {
             let found = length.saturating_sub(self.skip.head);
@@ -116,7 +134,7 @@ impl Data {
                 _ => Err(truncated(path, Place::Header, needed, found)),
             };
         };
-        let start = self.skip.head + skip_lines(path, self.skip.head, self.skip.lines)?;
+        let start = self.skip.head + skip_lines(path, file, self.skip.head, self.skip.lines)?;
         let offset = start.saturating_add(skip);
         match self.encoding {
             Encoding::Bytes(Packing::Plain) => self.check_plain(path, length, offset).map(|()| offset),
@@ -168,12 +186,11 @@ fn truncated(path: &Path, place: Place, expected: u64, found: u64) -> ReadError 
 }
 
 /// How many bytes `lines` lines have, from byte `start` of `path` on.
-fn skip_lines(path: &Path, start: u64, lines: u64) -> Result<u64, ReadError> {
+fn skip_lines(path: &Path, mut file: File, start: u64, lines: u64) -> Result<u64, ReadError> {
     if lines == 0 {
         return Ok(0);
     }
     let unreadable = |source| opening(path, source);
-    let mut file = File::open(path).map_err(unreadable)?;
     std::io::Seek::seek(&mut file, std::io::SeekFrom::Start(start)).map_err(unreadable)?;
     let mut reader = BufReader::new(file.take(MAX_LINES));
     let mut skipped = 0;

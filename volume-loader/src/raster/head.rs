@@ -1,11 +1,10 @@
 //! The text at the beginning of a file, line by line, with numbers for lines and bounds for lengths.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use crate::source::{Place, ReadError};
-use crate::stream::{file_length, opening};
+use crate::stream::open_file;
 
 /// The longest header, bytes: names of 16384 slices fit.
 pub(crate) const MAX_HEAD: usize = 1 << 20;
@@ -34,10 +33,17 @@ impl Head {
     /// # Errors
     /// [`ReadError::Missing`], [`ReadError::NotAFile`], [`ReadError::Empty`], [`ReadError::Unreadable`].
     pub(crate) fn read(path: &Path) -> Result<Self, ReadError> {
-        file_length(path)?;
+        Self::read_some(path, MAX_HEAD as u64)
+    }
+
+    /// The same of its first `most` bytes.
+    ///
+    /// # Errors
+    /// As [`Head::read`].
+    pub(crate) fn read_some(path: &Path, most: u64) -> Result<Self, ReadError> {
+        let (file, _) = open_file(path)?;
         let mut bytes = Vec::new();
-        let file = File::open(path).map_err(|source| opening(path, source))?;
-        let read = file.take(MAX_HEAD as u64).read_to_end(&mut bytes);
+        let read = file.take(most).read_to_end(&mut bytes);
         read.map_err(|source| ReadError::Unreadable {
             path: path.to_owned(),
             place: Place::Header,

@@ -8,7 +8,7 @@ use geometry::VolumeGrid;
 
 use super::data::Part;
 use crate::source::{Conversion, Place, ReadError, Scratch, SliceReader};
-use crate::stream::opening;
+use crate::stream::open_file;
 use crate::voxels::Decoder;
 
 /// Bytes read at once: a whole number of voxels of any type, and small enough to stay in the cache until decoded.
@@ -96,7 +96,7 @@ impl SliceReader for PlainSlices {
 }
 
 fn open(part: &Part) -> Result<File, ReadError> {
-    File::open(&part.path).map_err(|source| opening(&part.path, source))
+    open_file(&part.path).map(|(file, _)| file)
 }
 
 /// The length was enough at the start: a short read means that somebody cut the file meanwhile.

@@ -6,7 +6,6 @@
 mod numbers;
 pub(crate) mod raw;
 
-use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -41,12 +40,12 @@ impl Source {
         };
         // One byte more than is allowed tells that there is more, whatever the file's own length says.
         let mut bytes = Vec::new();
-        let file = fs::File::open(path).map_err(io)?;
+        let (file, about) = bus::file::open(path).map_err(|error| io(error.into()))?;
         file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 > MAX_BYTES {
             return Err(SceneError::TooLong {
                 path: path.to_owned(),
-                bytes: fs::metadata(path).map_or(MAX_BYTES + 1, |m| m.len()),
+                bytes: about.len().max(MAX_BYTES + 1),
                 allowed: MAX_BYTES,
             });
         }

@@ -64,6 +64,24 @@ pub enum GeometryError {
         /// Distance from the line, mm.
         found_mm: f64,
     },
+    /// Rows, columns and the slices' order are not right-handed: the patient would be seen in a mirror.
+    #[error(
+        "rows, columns and slices make a mirrored patient: the determinant of their steps is {determinant} mm3, expected above 0"
+    )]
+    Mirrored {
+        /// Of one pixel to the right, one down, and the direction from slice to slice.
+        determinant: f64,
+    },
+    /// Slices that are not alike.
+    #[error(
+        "slice {slice}, put at its own place, has a corner {found_mm:.3} mm from where its header puts it, expected at most {CORNER_MAX_MM} mm: the slices' axes differ"
+    )]
+    Askew {
+        /// The slice, counted from 0 along the stack.
+        slice: usize,
+        /// How far, mm.
+        found_mm: f64,
+    },
     /// Steps differ.
     #[error("the slices are uneven, {} of {steps} steps differ from {step_mm:.4} mm:\n{}--regrid puts them on an even grid and marks every image", gaps.len(), listed(gaps))]
     Uneven {

@@ -73,7 +73,6 @@ fn what_is_unknown_and_of_undefined_length_is_implicit_inside() {
 fn each_missing_element_is_named() {
     let needed = [
         ((0x0008, 0x0060), "Modality"),
-        ((0x0020, 0x000E), "SeriesInstanceUID"),
         ((0x0020, 0x0032), "ImagePositionPatient"),
         ((0x0020, 0x0037), "ImageOrientationPatient"),
         ((0x0028, 0x0002), "SamplesPerPixel"),
@@ -102,7 +101,7 @@ fn each_missing_element_is_named() {
 
 #[test]
 fn bad_values_are_refused_by_name() {
-    let cases: [((u16, u16), Value, &str); 15] = [
+    let cases: [((u16, u16), Value, &str); 21] = [
         ((0x0020, 0x0032), Value::Text("DS", "1\\2".into()), "\"1\\2\""),
         (
             (0x0020, 0x0032),
@@ -125,6 +124,33 @@ fn bad_values_are_refused_by_name() {
         ((0x0028, 0x0102), Value::Us(3), "HighBit is 3"),
         ((0x0028, 0x0103), Value::Us(2), "PixelRepresentation is 2"),
         ((0x0028, 0x1053), Value::Text("DS", "0".into()), "RescaleSlope is 0"),
+        (
+            (0x0028, 0x1053),
+            Value::Text("DS", "1e38".into()),
+            "RescaleSlope is 1000",
+        ),
+        (
+            (0x0028, 0x1053),
+            Value::Text("DS", "1e-310".into()),
+            "RescaleSlope is 0.000",
+        ),
+        ((0x0028, 0x1053), Value::Text("DS", "1e-5".into()), "span at least 1 HU"),
+        (
+            (0x0028, 0x1053),
+            Value::Text("DS", "inf".into()),
+            "RescaleSlope is 3 bytes",
+        ),
+        (
+            (0x0028, 0x1052),
+            Value::Text("DS", "1e38".into()),
+            "RescaleIntercept is 1000",
+        ),
+        // Eleven of twelve pixels are beyond 32767 HU.
+        (
+            (0x0028, 0x1053),
+            Value::Text("DS", "40000".into()),
+            "pixels are beyond -32768 to 32767 HU",
+        ),
         (
             (0x0028, 0x1053),
             Value::Text("DS", "SECRET".into()),

@@ -6,7 +6,7 @@ use bus::message::Marks;
 use geometry::{Point, Voxel};
 use proptest::prelude::*;
 
-fn place(file: &mut File, [x, y, z]: [f64; 3]) {
+pub(super) fn place(file: &mut File, [x, y, z]: [f64; 3]) {
     file.text((0x0020, 0x0032), "DS", &format!("{x}\\{y}\\{z}"));
 }
 
@@ -226,7 +226,7 @@ fn regridding_interpolates_by_position_and_leaves_holes() {
 }
 
 /// Rows of the rotation by these angles about z, y and x.
-fn rotation([a, b, c]: [f64; 3]) -> [[f64; 3]; 3] {
+pub(super) fn rotation([a, b, c]: [f64; 3]) -> [[f64; 3]; 3] {
     let ([sa, sb, sc], [ca, cb, cc]) = ([a.sin(), b.sin(), c.sin()], [a.cos(), b.cos(), c.cos()]);
     [
         [ca * cb, sa * cb, -sb],

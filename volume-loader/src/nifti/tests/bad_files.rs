@@ -41,6 +41,21 @@ fn headers_are_refused_by_name() {
         assert!(matches!(refused(|h| h.f32(108, offset)), E::Offset { .. }), "{offset}");
     }
     assert!(matches!(refused(|h| h.f32(112, f32::NAN)), E::Scale { .. }));
+    for slope in [1e38, -1e38, 1e-40, f32::INFINITY, 1e-6] {
+        assert!(matches!(
+            refused(|h| h.f32(112, slope)),
+            E::Scale { which: "scl_slope", .. }
+        ));
+    }
+    for inter in [1e38, -1e9, f32::NAN] {
+        assert!(matches!(
+            refused(|h| h.f32(112, 2.0).f32(116, inter)),
+            E::Scale { which: "scl_inter", .. }
+        ));
+    }
+    for (sform, qform) in [(6, 0), (-1, 1), (1, 256), (1, -2)] {
+        assert!(matches!(refused(|h| h.i16(254, sform).i16(252, qform)), E::Code { .. }));
+    }
     assert!(matches!(
         refused(|h| h.f32(112, 2.0).f32(116, f32::INFINITY)),
         E::Scale { .. }

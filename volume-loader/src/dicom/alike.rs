@@ -1,0 +1,73 @@
+//! One series is of one patient, one study and one frame of reference.
+
+use std::collections::BTreeMap;
+
+use super::element as el;
+use super::error::{DicomError, Tag};
+use super::header::Header;
+use super::series::Series;
+
+/// What must be the same in every slice, as text that is never shown; `None` where a file does not say.
+type Of = fn(&Header) -> Option<String>;
+
+/// Refuses a series with a slice of another patient, study or frame of reference than most. Frames of reference that were
+/// replaced slice by slice tell nothing ([`Series::frames_merged`]).
+///
+/// # Errors
+/// [`DicomError::Mixed`], by the odd slice's file.
+pub(crate) fn check(series: &Series) -> Result<(), DicomError> {
+    let patient: Of = |header| header.patient.map(|digest| format!("{digest:x}"));
+    let study: Of = |header| given(&header.study);
+    let frame: Of = |header| given(&header.frame_of_reference);
+    one(series, el::PATIENT_ID, patient)?;
+    one(series, el::STUDY, study)?;
+    match series.frames_merged {
+        true => Ok(()),
+        false => one(series, el::FRAME_OF_REFERENCE, frame),
+    }
+}
+
+fn given(text: &str) -> Option<String> {
+    (!text.is_empty()).then(|| text.to_owned())
+}
+
+fn one(series: &Series, tag: Tag, of: Of) -> Result<(), DicomError> {
+    let mut slices: BTreeMap<Option<String>, Vec<&Header>> = BTreeMap::new();
+    for header in &series.headers {
+        slices.entry(of(header)).or_default().push(header);
+    }
+    if slices.len() < 2 {
+        return Ok(());
+    }
+    // By its file's name where several are as many, so that the words are always the same.
+    let first = |headers: &[&Header]| {
+        headers
+            .iter()
+            .map(|header| header.path.clone())
+            .min()
+            .unwrap_or_default()
+    };
+    let usual = slices
+        .iter()
+        .max_by_key(|(_, headers)| (headers.len(), std::cmp::Reverse(first(headers))));
+    let Some((usual, expected)) = usual else { return Ok(()) };
+    let mut others = slices.iter().filter(|(value, _)| *value != usual);
+    let Some((value, found)) = others.by_ref().min_by_key(|(_, headers)| first(headers)) else {
+        return Ok(());
+    };
+    Err(DicomError::Mixed {
+        path: first(found),
+        tag,
+        found: match value {
+            Some(_) => "another",
+            None => "none",
+        },
+        slices: found.len(),
+        expected: match usual {
+            Some(_) => "the one",
+            None => "none, as",
+        },
+        usual: expected.len(),
+        other: first(expected),
+    })
+}
