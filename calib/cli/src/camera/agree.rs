@@ -13,11 +13,16 @@ pub(super) fn beside(short: &Short, views: &[View], seen: &Seen, options: &Optio
         return String::new();
     };
     let said = said(views, seen, options, *limit);
-    ". ".to_owned() + &said.unwrap_or_else(|| "No three views agree better: look at --lens and --plate first".to_owned())
+    ". ".to_owned()
+        + &said.unwrap_or_else(|| "No three views agree better: look at --lens and --plate first".to_owned())
 }
 
 /// The advice on a refusal, with what is said of the views where those of another camera may be the cause.
-pub(super) fn after(advice: &str, refused: &CameraRefused, (views, seen, options): (&[View], &Seen, &Options)) -> String {
+pub(super) fn after(
+    advice: &str,
+    refused: &CameraRefused,
+    (views, seen, options): (&[View], &Seen, &Options),
+) -> String {
     use CameraRefused::{Folded, NoConvergence, NotFlat, Outliers};
     let may_be = matches!(
         refused,

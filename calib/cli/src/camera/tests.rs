@@ -149,7 +149,7 @@ fn pictures_of_two_cameras_are_refused_with_those_that_agree() {
         if i.is_multiple_of(2) {
             [1000.0, 319.5]
         } else {
-            [1003.0, 322.5]
+            [1000.6, 320.2]
         }
     };
     let images: Vec<Value> = (0..8).map(|i| image_by(by(i), tilts[i], "each")).collect();
@@ -176,7 +176,7 @@ fn pictures_of_two_cameras_are_refused_with_those_that_agree() {
     assert!(asked.refused.is_none(), "{:?}", asked.refused);
     // One picture of the other camera is named.
     let mut one: Vec<Value> = (0..6).map(|i| image(tilts[i], "each")).collect();
-    one[4] = image_by([1003.0, 322.5], tilts[4], "each");
+    one[4] = image_by([1012.0, 331.0], tilts[4], "each");
     let refused = match bench.run(&grids(&one), options) {
         Ok(outcome) => outcome.refused.unwrap(),
         Err(refused) => refused,

@@ -13,7 +13,7 @@ use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::cli::Name;
 use crate::columns::TableError;
 use crate::f2554::F2554Error;
-use crate::live::{self, FollowMarkers, LiveArgs, LiveError, Run};
+use crate::live::{self, DwellError, FollowMarkers, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
 use crate::rom::{NoTool, RomError};
 use crate::scened::Scened;
@@ -74,6 +74,8 @@ pub(crate) enum CommandError {
     Poses(#[from] PosesError),
     #[error(transparent)]
     Live(#[from] LiveError),
+    #[error(transparent)]
+    Dwell(#[from] DwellError),
     #[error("give the name of a run with --live, or a recording with --poses")]
     NoRun,
     #[error(transparent)]
