@@ -249,7 +249,7 @@ fn way(edges: &Edges<'_>, from: &str, to: &str, without: Option<&str>) -> Option
             if came.contains_key(next) || without == Some(&link.name) {
                 continue;
             }
-            let way = [&came[at][..], &[link.clone()]].concat();
+            let way = [&came[at][..], std::slice::from_ref(link)].concat();
             if *next == to {
                 return Some(way);
             }

@@ -25,7 +25,7 @@ pub(crate) struct PosesArgs {
     /// Folder of 4x4 matrices, .csv file or PLUS sequence (.mha)
     #[arg(long, value_name = "PATH", required_unless_present = "live", conflicts_with = "live")]
     pub(crate) poses: Option<PathBuf>,
-    /// Which transform of a sequence, for instance StylusToTracker
+    /// Which transform of a sequence, for instance StylusToTracker, or which to compose of those that lead there
     #[arg(long, value_name = "NAME")]
     pub(crate) transform: Option<String>,
     /// Refuse time stamps that go backwards or stand still, and poses that repeat
