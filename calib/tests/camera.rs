@@ -5,6 +5,8 @@
 mod common;
 #[path = "camera/field.rs"]
 mod field;
+#[path = "camera/mixed.rs"]
+mod mixed;
 #[path = "camera/plate.rs"]
 mod plate;
 #[path = "camera/refusals.rs"]

@@ -9,6 +9,7 @@
 //! | [`Tool`] | M | inner tip of the tube | +z along the tube, from the handle to the tip | mm |
 //! | [`Base`] | socle | the calibration base | its drawing | mm |
 //! | [`Pointer`] | palpeur | the pointer's calibration | the pointer's calibration | mm |
+//! | [`Named`] | | of a file that names its frames | of that file | mm |
 //! | [`Voxel`] | | centre of the first voxel | column, row, slice | voxel index |
 //! | [`Image`] | | centre of the first pixel | right, down, into the screen | pixel |
 
@@ -44,6 +45,8 @@ frames! {
     Base
     /// The pointer, mm (thesis: palpeur).
     Pointer
+    /// A frame whose name is known at run time only, mm: [`crate::named`].
+    Named
     /// Continuous voxel index; whole numbers are voxel centres.
     Voxel
     /// Continuous pixel index of a slice image; whole numbers are pixel centres; x right, y down.

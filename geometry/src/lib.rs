@@ -31,6 +31,7 @@ mod affine;
 pub mod door;
 mod frame;
 mod grid;
+pub mod named;
 mod plane;
 mod point;
 mod rigid;
@@ -39,7 +40,7 @@ pub mod uncertain;
 
 pub use affine::Affine;
 pub use door::DoorError;
-pub use frame::{Base, Ct, Frame, Image, Marker, Pointer, Reference, Tool, Tracker, Voxel};
+pub use frame::{Base, Ct, Frame, Image, Marker, Named, Pointer, Reference, Tool, Tracker, Voxel};
 pub use grid::{GridError, MAX_DIM, MAX_VOXELS, VolumeGrid};
 pub use plane::{PlaneError, Projected, SlicePlane};
 pub use point::{Direction, Point, Vector};

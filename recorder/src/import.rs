@@ -1,8 +1,8 @@
 //! A sequence of the PLUS toolkit (MHA) as a recording.
 //!
-//! Of each frame one transform is taken, as the pose it is said to be: `/tool_pose` says `ct_from_tool`, and what the
+//! Of each frame one transform is taken, or composed of those that lead there ([`geometry::named`]), as the pose it is said to be: `/tool_pose` says `ct_from_tool`, and what the
 //! sequence calls it is in the metadata `imported`. Times are those of the sequence from its first frame on, rounded to ns.
-//! Where a frame has no such transform, or its status is not OK, the pose is lost. Error of a rotation: that of its digits,
+//! Where a frame has no such transform, or the status of any that it is composed of is not OK, the pose is lost. Error of a rotation: that of its digits,
 //! at most [`MOST_OFF`] from the nearest rotation, which is taken.
 
 mod header;
@@ -14,8 +14,9 @@ use std::path::{Path, PathBuf};
 use bus::clock;
 use bus::message::{Lost, ToolPose, Tracked};
 use bus::scene::Compression;
+use geometry::named::{Chain, Disagree, NamedRigid};
 use geometry::rotation::{RotationError, RotationMatrix};
-use geometry::{Ct, Rigid, Tool, Vector};
+use geometry::{Rigid, Vector};
 use mcap::records::Metadata;
 
 use crate::file_error::words;
@@ -71,6 +72,16 @@ pub enum ImportError {
         /// What there is.
         found: String,
     },
+    /// Two chains of transforms end apart.
+    #[error("{path}, frame {frame}: {source}. Name one of the transforms that are in the file with --transform NAME")]
+    Disagree {
+        /// The sequence.
+        path: PathBuf,
+        /// Its number in the file.
+        frame: u32,
+        /// How far.
+        source: Disagree,
+    },
     /// There is such a file.
     #[error("{0} exists already. Give another name with --out FILE.mcap, or --force to replace it")]
     Exists(PathBuf),
@@ -107,9 +118,15 @@ pub fn import(input: &Path, transform: Option<&str>, out: &Path, force: bool) ->
         path: input.to_owned(),
         source,
     };
-    let file = BufReader::new(bus::file::open(input).map_err(|error| read(error.into()))?.0);
-    let (name, frames) = header::frames(input, file, transform)?;
-    let poses = poses(input, &frames)?;
+    let open = || Ok(BufReader::new(bus::file::open(input).map_err(|error| read(error.into()))?.0));
+    // Which transforms lead to the one that is asked for is known at the header's end only.
+    let chain = header::chosen(input, transform, &header::names(input, open()?)?)?;
+    let names: Vec<&str> = chain.names().into_iter().collect();
+    let poses = poses(input, &header::frames(input, open()?, &names)?, &chain, &names)?;
+    let name = match (chain.links(), transform) {
+        ([link], _) if !link.inverse => link.name.clone(),
+        (_, asked) => format!("{} ({chain})", asked.unwrap_or_default()),
+    };
     let partial = paths::partial(out);
     let write = |why: String| ImportError::Write {
         path: partial.clone(),
@@ -130,9 +147,14 @@ pub fn import(input: &Path, transform: Option<&str>, out: &Path, force: bool) ->
 }
 
 /// The frames in the order of their numbers.
-fn poses(path: &Path, frames: &BTreeMap<u32, Frame>) -> Result<Vec<ToolPose>, ImportError> {
+fn poses(
+    path: &Path,
+    frames: &BTreeMap<u32, Frame>,
+    chain: &Chain,
+    names: &[&str],
+) -> Result<Vec<ToolPose>, ImportError> {
     let began = frames.values().find_map(|frame| frame.time_s).unwrap_or(0.0);
-    let pose = |(seq, frame): (u64, &Frame)| {
+    let pose = |(seq, (number, frame)): (u64, (&u32, &Frame))| {
         let t_ns = clock::seconds(frame.time_s.unwrap_or(began) - began);
         let mut pose = ToolPose {
             seq,
@@ -141,16 +163,33 @@ fn poses(path: &Path, frames: &BTreeMap<u32, Frame>) -> Result<Vec<ToolPose>, Im
             t_publish_ns: t_ns,
             ..ToolPose::EMPTY
         };
-        pose.set(match &frame.matrix {
-            Some((line, matrix)) if frame.is_ok => Tracked::Valid(rigid(path, *line, matrix)?),
-            _ => Tracked::Lost(Lost::NotSeen),
+        // What is not valid is not looked at.
+        let valid = frame
+            .matrices
+            .iter()
+            .zip(&frame.bad)
+            .map(|(m, bad)| m.as_ref().filter(|_| !bad));
+        let links = valid.map(|m| m.map(|(line, matrix)| rigid(path, *line, matrix)).transpose());
+        let links: Vec<Option<NamedRigid>> = links.collect::<Result<_, _>>()?;
+        let of = |name: &str| links[names.iter().position(|n| *n == name)?];
+        let composed = chain.pose(of).map_err(|source| ImportError::Disagree {
+            path: path.to_owned(),
+            frame: *number,
+            source,
+        })?;
+        pose.set(match composed {
+            Some(p) => {
+                let [x, y, z] = p.translation_mm();
+                Tracked::Valid(Rigid::from_parts(p.rotation(), Vector::new(x, y, z)))
+            }
+            None => Tracked::Lost(Lost::NotSeen),
         });
         Ok(pose)
     };
-    (0..).zip(frames.values()).map(pose).collect()
+    (0..).zip(frames).map(pose).collect()
 }
 
-fn rigid(path: &Path, line: usize, m: &[f64; 16]) -> Result<Rigid<Ct, Tool>, ImportError> {
+fn rigid(path: &Path, line: usize, m: &[f64; 16]) -> Result<NamedRigid, ImportError> {
     let bottom = [m[12], m[13], m[14], m[15] - 1.0];
     if bottom.iter().any(|x| x.abs() > 1e-6) {
         let found = &m[12..];

@@ -5,9 +5,8 @@ use std::time::Instant;
 
 use bus::scene::VolumeSpec;
 use bus::volume::OwnedVolume;
-use geometry::Point;
-
-use calib::bead::{Dense, Ground};
+use calib::bead::{Dense, Ground, Reason, Rejected, Search, Voxels, find};
+use geometry::{Affine, Point, VolumeGrid};
 
 use super::bodies::taken;
 use super::planted::{Bead, Planted};
@@ -215,6 +214,46 @@ fn bone_does_not_draw_the_centres_of_beads_in_a_real_chest() {
     assert!(rms <= 0.02, "{rms}");
     // Eight errors of 3 components are good to 1 / sqrt(48) = 14 %.
     assert!(score.rows.iter().all(|r| r.rms() <= 0.02 * 1.3), "{score:?}");
+}
+
+/// The mean of `take` voxels to a voxel along each axis: coarser slices of the same patient.
+fn coarser(volume: &Dense, take: [usize; 3]) -> Dense {
+    let (grid, dims) = (volume.grid(), volume.grid().dims().map(|d| d as usize));
+    let coarse = [0, 1, 2].map(|a| dims[a] / take[a]);
+    let mean = |i: usize| {
+        let first = [i % coarse[0], i / coarse[0] % coarse[1], i / coarse[0] / coarse[1]];
+        let voxels = (0..take.iter().product()).map(|j| {
+            let offset = [j % take[0], j / take[0] % take[1], j / take[0] / take[1]];
+            f64::from(volume.at([0, 1, 2].map(|a| (first[a] * take[a] + offset[a]) as u32)))
+        });
+        (voxels.sum::<f64>() / take.iter().product::<usize>() as f64).round() as i16
+    };
+    let mut rows = grid.ct_from_voxel().rows();
+    for row in &mut rows {
+        let middle: f64 = (0..3).map(|a| row[a] * 0.5 * (take[a] as f64 - 1.0)).sum();
+        row[3] += middle;
+        (0..3).for_each(|a| row[a] *= take[a] as f64);
+    }
+    let grid = VolumeGrid::checked(coarse.map(|d| d as i64), Affine::from_rows(rows)).unwrap();
+    Dense::new(grid, (0..coarse.iter().product()).map(mean).collect()).unwrap()
+}
+
+/// In coarser voxels knobs of bone and calcium passed for beads: nine and two in these two.
+#[test]
+fn knobs_of_bone_in_coarse_voxels_of_a_real_chest_are_no_beads() {
+    let Some(volume) = dense(CHEST) else {
+        return;
+    };
+    for (take, radius_mm, metal_hu) in [([1, 1, 3], 0.75, 14_000.0), ([2, 2, 2], 1.0, 14_000.0)] {
+        let search = Search {
+            metal_hu,
+            ..Search::of_radius(radius_mm)
+        };
+        let found = find(&coarser(&volume, take), &search).unwrap();
+        assert!(found.beads.is_empty(), "{take:?}: {:?}", found.beads);
+        let unheld = |r: &&Rejected| matches!(r.reason, Reason::Unsure { .. });
+        assert!(found.rejected.iter().any(|r| unheld(&r)), "{take:?}");
+    }
 }
 
 const HEAD: &str = "data/ct-head-phantom-tilt-dicom/S21610";

@@ -4,7 +4,7 @@ use geometry::{Ct, Point};
 use nalgebra::{Matrix3, Vector3};
 
 use super::fit::{Expected, Fitted, Sample, fit};
-use super::judge::{is_open, judge_again, judge_fit};
+use super::judge::{is_open, judge_again, judge_fit, judge_held};
 use super::kernel::{Kernel, Response, moved};
 use super::optics::Optics;
 use super::profile::Blur;
@@ -122,7 +122,7 @@ pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
     let candidates = finder.candidates(&seeds.voxels, &mut rejected);
     let mut beads: Vec<Bead> = Vec::new();
     for (candidate, model) in candidates.iter().zip(finder.models(&candidates, clip_hu)) {
-        match model {
+        match model.and_then(|fitted| judge_held(&fitted, search, &finder.optics).map(|()| fitted)) {
             Ok(fitted) => beads.push(finder.bead(candidate, &fitted)),
             Err(reason) => rejected.push(finder.rejected(candidate, reason)),
         }

@@ -119,6 +119,13 @@ pub enum Reason {
         /// Least and most accepted, mm.
         range_mm: [f64; 2],
     },
+    /// Its centre is not held as that of metal is: bone or calcium, hardly brighter than what is around it.
+    Unsure {
+        /// Deviation of the centre over the step between voxels, in the slices' plane and along their normal.
+        share: [f64; 2],
+        /// The most accepted.
+        most: [f64; 2],
+    },
     /// The fit did not settle, or strayed from where it began.
     NoFit,
 }
@@ -162,6 +169,14 @@ impl fmt::Display for Reason {
                 found_mm,
                 range_mm: [low, high],
             } => write!(f, "radius {found_mm:.2} mm, {low:.2} to {high:.2} is accepted"),
+            Self::Unsure { share, most } => write!(
+                f,
+                "its centre is held to {:.1} and {:.1} % of a voxel, metal's to {:.1} and {:.1} %: bone or calcium",
+                100.0 * share[0],
+                100.0 * share[1],
+                100.0 * most[0],
+                100.0 * most[1]
+            ),
             Self::NoFit => write!(f, "the model does not settle on it"),
         }
     }

@@ -25,6 +25,8 @@
 //!    or its shape has here a second chance: bone beside a ball on sloping ground looks like a wider blur. It is
 //!    taken where the ball on its field passes step 4, the field is no brighter than bone, and what is left
 //!    is no larger in the ball than around it. Else it is told of with the [`Reason`] of step 4 and not taken.
+//!    Its centre must be held as that of metal is ([`Reason::Unsure`]): knobs of bone and calcium that look like a ball are hardly brighter
+//!    than what is around them, so that the field may have moved them.
 //! 6. Slices thicker than 1.1 mm are taken for a Gaussian's and for the mean over their thickness; all beads together say
 //!    which, and where they do not, both count: centres are the mean, their distance is in the covariance.
 //!

@@ -54,6 +54,9 @@ impl Coverage {
 pub struct Gates {
     /// Root mean square residual, pixels, at most.
     pub max_rms_px: Option<f64>,
+    /// Residuals, and what views say of the camera, in units of the deviations given ([`super::Calibrated::noise_ratio`],
+    /// [`super::Calibrated::view_ratio`]), at most.
+    pub max_noise_ratio: Option<f64>,
     /// Difference of tilt between two views about each axis of the image, radians, at least.
     pub min_tilt_rad: Option<f64>,
     /// Share of the image's cells with discs, at least.
@@ -61,10 +64,11 @@ pub struct Gates {
 }
 
 impl Default for Gates {
-    /// 20 degrees about either axis, and half of the image.
+    /// A noise ratio of 3, 20 degrees about either axis, and half of the image.
     fn default() -> Self {
         Self {
             max_rms_px: None,
+            max_noise_ratio: Some(3.0),
             min_tilt_rad: Some(20.0_f64.to_radians()),
             min_image: Some(0.5),
         }
@@ -80,6 +84,21 @@ pub enum Short {
         rms_px: f64,
         /// The most accepted.
         limit_px: f64,
+    },
+    /// The discs are further from where the camera sees them than their deviations allow: something is not as it was taken
+    /// to be, and the camera's deviations, which grow with the residuals, know nothing of that.
+    Noise {
+        /// Residuals in units of the deviations given.
+        ratio: f64,
+        /// The most accepted.
+        limit: f64,
+    },
+    /// The views say different things of the camera, however small the residuals are.
+    Views {
+        /// How different, in units of the deviations given.
+        ratio: f64,
+        /// The most accepted.
+        limit: f64,
     },
     /// The grid was not tilted enough.
     Tilt {
@@ -108,6 +127,18 @@ impl fmt::Display for Short {
                 f,
                 "the residuals are {rms_px:.3} px RMS, at most {limit_px} are accepted: look for discs found wrong, a \
                  grid that is not flat, or a lens that needs more coefficients"
+            ),
+            Self::Noise { ratio, limit } => write!(
+                f,
+                "the residuals are {ratio:.1} times the discs' stated deviations, at most {limit} is accepted: pictures of two \
+                 cameras mixed, a focus or zoom moved between pictures, a lens that needs other coefficients, or a grid that \
+                 is not flat"
+            ),
+            Self::Views { ratio, limit } => write!(
+                f,
+                "what the views say of focal lengths and principal point differs by {ratio:.1} times its stated deviations, at \
+                 most {limit} is accepted: pictures of two cameras mixed, a focus or zoom moved between pictures, or a lens \
+                 or grid that is not as was taken"
             ),
             Self::Tilt {
                 axis,
@@ -141,11 +172,19 @@ impl fmt::Display for Short {
 
 impl Gates {
     /// Everything that falls short; a value equal to its limit is accepted, a NaN is not.
-    pub fn judge(&self, coverage: &Coverage, rms_px: f64) -> Vec<Short> {
+    /// The last are [`super::Calibrated::noise_ratio`] and [`super::Calibrated::view_ratio`].
+    pub fn judge(&self, coverage: &Coverage, rms_px: f64, [noise_ratio, view_ratio]: [f64; 2]) -> Vec<Short> {
         let mut short = Vec::new();
         let kept = |found: f64, limit: f64| found <= limit;
         if let Some(limit_px) = self.max_rms_px.filter(|limit| !kept(rms_px, *limit)) {
             short.push(Short::Residuals { rms_px, limit_px });
+        }
+        if let Some(limit) = self.max_noise_ratio.filter(|limit| !kept(noise_ratio, *limit)) {
+            let ratio = noise_ratio;
+            short.push(Short::Noise { ratio, limit });
+        } else if let Some(limit) = self.max_noise_ratio.filter(|limit| !kept(view_ratio, *limit)) {
+            let ratio = view_ratio;
+            short.push(Short::Views { ratio, limit });
         }
         for (axis, found_rad) in coverage.tilt_rad.into_iter().enumerate() {
             if let Some(needed_rad) = self.min_tilt_rad.filter(|needed| !kept(*needed, found_rad)) {
@@ -190,7 +229,7 @@ mod tests {
             max_rms_px: Some(0.3),
             ..Gates::default()
         }
-        .judge(&coverage, 0.31);
+        .judge(&coverage, 0.31, [3.0; 2]);
         let texts: Vec<String> = short.iter().map(Short::to_string).collect();
         assert!(texts[0].contains("0.310 px RMS"), "{texts:?}");
         assert!(
@@ -204,14 +243,31 @@ mod tests {
         assert_eq!(texts.len(), 3);
         let none = Gates {
             max_rms_px: None,
+            max_noise_ratio: None,
             min_tilt_rad: None,
             min_image: None,
         };
-        assert!(none.judge(&coverage, f64::NAN).is_empty());
+        assert!(none.judge(&coverage, f64::NAN, [f64::NAN; 2]).is_empty());
         let nan = Gates {
             max_rms_px: Some(1.0),
+            max_noise_ratio: Some(3.0),
             ..none
         };
-        assert_eq!(nan.judge(&coverage, f64::NAN).len(), 1);
+        assert_eq!(nan.judge(&coverage, f64::NAN, [f64::NAN; 2]).len(), 2);
+        let noise = nan.judge(&coverage, 0.5, [19.7; 2]);
+        assert_eq!(
+            noise,
+            [Short::Noise {
+                ratio: 19.7,
+                limit: 3.0
+            }]
+        );
+        let views = nan.judge(&coverage, 0.5, [1.1, 3.1]);
+        assert_eq!(views, [Short::Views { ratio: 3.1, limit: 3.0 }]);
+        assert!(
+            noise[0]
+                .to_string()
+                .contains("19.7 times the discs' stated deviations, at most 3 is")
+        );
     }
 }

@@ -15,6 +15,8 @@
 //! The covariances are those of the deviations given, grown to the residuals' size where that is larger
 //! ([`Calibrated::noise_ratio`]). They do not know of a lens that the model does not describe, or of a grid that is bent
 //! unless [`Options::bent`] or [`Options::field`] has its shape adjusted too; [`held_out()`] tells whether more numbers describe more.
+//! Nor do they know of pictures by two cameras: so [`Gates`] refuse residuals above 3 deviations, and views that say as different things
+//! of the camera ([`Calibrated::view_ratio`]), and [`agreeing`] says which views agree.
 //!
 //! Lengths of the grid in millimetres, of the image in pixels, angles in radians.
 //!
@@ -33,6 +35,8 @@
 //! ```
 
 mod adjust;
+mod agree;
+mod apart;
 mod bend;
 mod choice;
 mod coverage;
@@ -50,6 +54,7 @@ mod result;
 mod start;
 mod view;
 
+pub use agree::{Agreeing, agreeing};
 pub use coverage::{CELLS, Coverage, Gates, Short};
 pub use error::CameraRefused;
 pub use field::REACH;

@@ -4,6 +4,7 @@ use geometry::{Rigid, Vector};
 use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector2};
 
 use super::adjust::{Pose, State};
+use super::apart::view_ratio;
 use super::choice::Chosen;
 use super::coverage::Coverage;
 use super::error::CameraRefused;
@@ -57,6 +58,10 @@ pub struct Calibrated {
     /// The residuals' size in units of the deviations given: the root of chi-square over its degrees of freedom. Where it
     /// is above 1, all covariances here are those of the deviations given times its square.
     pub noise_ratio: f64,
+    /// How different what each view says of focal lengths and principal point is, in units of the deviations given: the root of
+    /// what chi-square would fall by if each view had its own, over how many more numbers these are. About the noise ratio
+    /// where the views are of one camera and the lens is as modelled; above it, not.
+    pub view_ratio: f64,
     /// Two a disc that took part, less the unknowns, and less the numbers of a field that the views fix.
     pub degrees_of_freedom: usize,
     /// What the views cover.
@@ -125,6 +130,7 @@ impl Calibrated {
             views: posed,
             rms_px: (sum / used.max(1) as f64).sqrt(),
             noise_ratio,
+            view_ratio: view_ratio(&settled.normals),
             degrees_of_freedom,
             coverage: Coverage::of(&normals, &pixels, size),
             steps: settled.steps,

@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use geometry::door;
+use geometry::named::{Chain, Disagree, NoChain};
 use geometry::rotation::{RotationError, RotationMatrix};
 use geometry::{Frame as GeometryFrame, Rigid};
 
@@ -63,6 +64,22 @@ pub enum SequenceError {
         asked: String,
         /// The names that are there.
         found: String,
+    },
+    /// The transform asked for is not there, and no chain leads to it.
+    #[error("{source}; found {found}")]
+    NoChain {
+        /// Why.
+        source: NoChain,
+        /// The names that are there.
+        found: String,
+    },
+    /// Two chains that lead to it end apart.
+    #[error("frame {number}: {source}; name one of the transforms that are in it")]
+    Disagree {
+        /// Its number in the file.
+        number: u32,
+        /// How far.
+        source: Disagree,
     },
     /// More frames than are read.
     #[error("more than {MAX_FRAMES} frames; cut the sequence")]
@@ -157,6 +174,50 @@ pub fn frames(text: &str, names: &[&str]) -> Result<Vec<Frame>, SequenceError> {
     frames.iter().map(|(number, lines)| lines.frame(*number)).collect()
 }
 
+/// The frames in the order of their numbers, each with the one pose of the transform `asked` (with or without `Transform`), or of
+/// the chain of transforms that leads there where the text has none of that name; and the chain. A frame of which any link is not
+/// valid has no pose; [`Pose::off`] is the largest of its links.
+///
+/// # Errors
+/// Each variant of [`SequenceError`].
+pub fn chained(text: &str, asked: &str) -> Result<(Vec<Frame>, Chain), SequenceError> {
+    let there = transforms(text);
+    if there.is_empty() {
+        return Err(SequenceError::NoPoses);
+    }
+    let asked = asked.strip_suffix("Transform").unwrap_or(asked);
+    let chain = Chain::find(&there, asked).map_err(|source| SequenceError::NoChain {
+        source,
+        found: listed(&there),
+    })?;
+    let names: Vec<&str> = chain.names().into_iter().collect();
+    let mut frames = frames(text, &names)?;
+    if let [link] = chain.links()
+        && !link.inverse
+    {
+        return Ok((frames, chain));
+    }
+    for frame in &mut frames {
+        let of = |name: &str| frame.poses[names.iter().position(|n| *n == name)?]?.rigid();
+        let pose = chain.pose(of).map_err(|source| SequenceError::Disagree {
+            number: frame.number,
+            source,
+        })?;
+        let off = frame.poses.iter().flatten().fold(0.0, |most, p| f64::max(most, p.off));
+        frame.poses = vec![pose.map(|pose| Pose {
+            quaternion: pose.quaternion(),
+            translation_mm: pose.translation_mm(),
+            off,
+        })];
+    }
+    Ok((frames, chain))
+}
+
+/// The first names, for an error.
+fn listed(names: &BTreeSet<&str>) -> String {
+    names.iter().take(10).map(|n| quoted(n)).collect::<Vec<_>>().join(", ")
+}
+
 /// The names asked for as they are in the file.
 fn known(text: &str, names: &[&str]) -> Result<Vec<String>, SequenceError> {
     let there = transforms(text);
@@ -167,7 +228,7 @@ fn known(text: &str, names: &[&str]) -> Result<Vec<String>, SequenceError> {
         let name = name.strip_suffix("Transform").unwrap_or(name);
         let missing = || SequenceError::NoTransform {
             asked: quoted(name),
-            found: there.iter().take(10).map(|n| quoted(n)).collect::<Vec<_>>().join(", "),
+            found: listed(&there),
         };
         there.contains(name).then(|| name.to_owned()).ok_or_else(missing)
     };

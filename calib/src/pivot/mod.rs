@@ -17,9 +17,13 @@
 //! [`calibrate_each`] is errors-in-variables for poses that bring a covariance each, as those of a marker that is seen
 //! farther away and from other sides while it moves.
 //!
+//! [`apart`] says whether the methods agree to within their errors: poses that slipped, a divot that gives way or a noise of the rotations
+//! that is not what was assumed draws each another way.
+//!
 //! Refused by name: fewer than three poses, poses without rotation or turned about one axis only, cones below
 //! [`LEAST_CONE_DEG`], poses of which less than a half agree: [`Refused`].
 
+mod agree;
 mod each;
 mod error;
 mod linear;
@@ -30,6 +34,7 @@ mod robust;
 mod statistics;
 mod step;
 
+pub use agree::{Apart, apart};
 pub use error::Refused;
 pub use method::{Method, Options, calibrate, calibrate_each};
 pub use noise::PoseNoise;

@@ -24,7 +24,9 @@ Examples:
 
 const IMPORT_HELP: &str = "\
 The transform is taken as the tool's pose in the examination; what the sequence calls it is kept in the recording. \
-Times count from the sequence's first frame.
+One that the sequence does not hold is composed of those that lead there by the shortest way, each forwards or backwards: \
+StylusTipToReference of StylusTipToStylus, StylusToTracker and ReferenceToTracker. A pose is lost where any of them is; where another \
+way ends elsewhere nothing is imported. Names are case sensitive. Times count from the sequence's first frame.
 
 Example:
   recorder import tracked.mha --transform StylusToReference --out tracked.mcap";
@@ -98,7 +100,7 @@ pub(super) struct ExportArgs {
 pub(super) struct ImportArgs {
     /// The sequence
     input: PathBuf,
-    /// Which of its transforms is the tool's pose [default: the only one]
+    /// Which of its transforms, or of what they compose, is the tool's pose [default: the only one]
     #[arg(long, value_name = "NAME")]
     transform: Option<String>,
     /// The recording

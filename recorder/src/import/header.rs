@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, Read};
 use std::path::Path;
 
+use geometry::named::{Chain, MAX_NAMES};
+
 use super::ImportError;
 
 /// Longest line.
@@ -13,67 +15,81 @@ const MAX_FRAMES: usize = 4_000_000;
 /// The line that ends a header.
 const END: &str = "ElementDataFile";
 
-/// What is said of one frame.
+/// What is said of one frame: of each transform that is read, by their order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Frame {
     /// The line, and the matrix by rows, mm.
-    pub(super) matrix: Option<(usize, [f64; 16])>,
-    /// Whether the transform's status is OK, or not said.
-    pub(super) is_ok: bool,
+    pub(super) matrices: Vec<Option<(usize, [f64; 16])>>,
+    /// Whether the transform's status is not OK; where it is not said it is.
+    pub(super) bad: Vec<bool>,
     /// s
     pub(super) time_s: Option<f64>,
 }
 
-/// The frames of the transform asked for, or of the only one, by their numbers; and its name, without `Transform`.
-pub(super) fn frames(
+/// The names of the transforms, without `Transform`.
+pub(super) fn names(path: &Path, input: impl BufRead) -> Result<BTreeSet<String>, ImportError> {
+    let mut names = BTreeSet::new();
+    each_field(path, input, |_, _, field, _| {
+        if let Some(name) = field.strip_suffix("Transform")
+            && names.len() <= MAX_NAMES
+        {
+            names.insert(name.to_owned());
+        }
+        Ok(())
+    })?;
+    Ok(names)
+}
+
+/// The frames by their numbers, with the transforms asked for in that order.
+pub(super) fn frames(path: &Path, input: impl BufRead, asked: &[&str]) -> Result<BTreeMap<u32, Frame>, ImportError> {
+    let mut frames: BTreeMap<u32, Frame> = BTreeMap::new();
+    let at = |name: Option<&str>| asked.iter().position(|a| Some(*a) == name);
+    let empty = || Frame {
+        matrices: vec![None; asked.len()],
+        bad: vec![false; asked.len()],
+        time_s: None,
+    };
+    each_field(path, input, |line, number, field, value| {
+        let (status, matrix) = (
+            at(field.strip_suffix("TransformStatus")),
+            at(field.strip_suffix("Transform")),
+        );
+        if field != "Timestamp" && status.is_none() && matrix.is_none() {
+            return Ok(());
+        }
+        if frames.len() > MAX_FRAMES {
+            return Err(format!("more than {MAX_FRAMES} frames"));
+        }
+        let frame = frames.entry(number).or_insert_with(empty);
+        match (status, matrix) {
+            (Some(i), _) => frame.bad[i] = value != "OK",
+            (_, Some(i)) => frame.matrices[i] = Some((line, sixteen(value)?)),
+            _ => frame.time_s = Some(one_number(value)?),
+        }
+        Ok(())
+    })?;
+    Ok(frames)
+}
+
+/// Calls `take` with each field of a frame: its line, the frame, its name and its value.
+fn each_field(
     path: &Path,
     mut input: impl BufRead,
-    asked: Option<&str>,
-) -> Result<(String, BTreeMap<u32, Frame>), ImportError> {
-    let mut all: BTreeMap<String, BTreeMap<u32, Frame>> = BTreeMap::new();
-    let mut times = BTreeMap::new();
-    let asked = asked.map(|name| name.strip_suffix("Transform").unwrap_or(name));
-    let mut names = BTreeSet::new();
+    mut take: impl FnMut(usize, u32, &str, &str) -> Result<(), String>,
+) -> Result<(), ImportError> {
     for line in 1.. {
         let Some(text) = next_line(path, &mut input, line)? else {
             break;
         };
-        let Some((number, field, value)) = field(&text) else {
-            continue;
-        };
-        let fail = |what| ImportError::Line {
-            path: path.to_owned(),
-            line,
-            what,
-        };
-        if times.len() > MAX_FRAMES {
-            return Err(fail(format!("more than {MAX_FRAMES} frames")));
-        }
-        if field == "Timestamp" {
-            times.insert(number, one_number(value).map_err(fail)?);
-        } else if let Some(name) = field.strip_suffix("TransformStatus") {
-            frame(&mut all, name, number).is_ok = value == "OK";
-        } else if let Some(name) = field.strip_suffix("Transform") {
-            names.insert(name.to_owned());
-            if asked.is_none_or(|asked| asked == name) && names.len() < 64 {
-                frame(&mut all, name, number).matrix = Some((line, sixteen(value).map_err(fail)?));
-            }
+        if let Some((number, field, value)) = field(&text) {
+            take(line, number, field, value).map_err(|what| ImportError::Line {
+                path: path.to_owned(),
+                line,
+                what,
+            })?;
         }
     }
-    let name = chosen(path, asked, &names)?;
-    let mut frames = all.remove(&name).unwrap_or_default();
-    for (number, time_s) in times {
-        frames.entry(number).or_default().time_s = Some(time_s);
-    }
-    Ok((name, frames))
-}
-
-fn frame<'a>(all: &'a mut BTreeMap<String, BTreeMap<u32, Frame>>, name: &str, number: u32) -> &'a mut Frame {
-    let frames = all.entry(name.to_owned()).or_default();
-    frames.entry(number).or_insert(Frame {
-        is_ok: true,
-        ..Frame::default()
-    })
+    Ok(())
 }
 
 /// The next line of the header; `None` behind its last.
@@ -127,7 +143,8 @@ fn sixteen(text: &str) -> Result<[f64; 16], String> {
     })
 }
 
-fn chosen(path: &Path, asked: Option<&str>, names: &BTreeSet<String>) -> Result<String, ImportError> {
+/// The chain to the transform asked for; without one, to the only transform there is.
+pub(super) fn chosen(path: &Path, asked: Option<&str>, names: &BTreeSet<String>) -> Result<Chain, ImportError> {
     let fail = |asked: String| {
         let found: Vec<_> = names.iter().take(10).map(|name| format!("{name:.60}")).collect();
         let found = if found.is_empty() {
@@ -138,10 +155,11 @@ fn chosen(path: &Path, asked: Option<&str>, names: &BTreeSet<String>) -> Result<
         let path = path.to_owned();
         ImportError::Transform { path, asked, found }
     };
-    match (asked, names.first()) {
-        (Some(asked), _) if names.contains(asked) => Ok(asked.to_owned()),
-        (Some(asked), _) => Err(fail(format!("it has no transform {asked:?}"))),
-        (None, Some(only)) if names.len() == 1 => Ok(only.clone()),
-        (None, _) => Err(fail("which transform is the tool's pose is not said".to_owned())),
-    }
+    let asked = match (asked, names.first()) {
+        (Some(asked), _) => asked.strip_suffix("Transform").unwrap_or(asked),
+        (None, Some(only)) if names.len() == 1 => only,
+        (None, _) => return Err(fail("which transform is the tool's pose is not said".to_owned())),
+    };
+    let there: BTreeSet<&str> = names.iter().map(String::as_str).collect();
+    Chain::find(&there, asked).map_err(|none| fail(none.to_string()))
 }

@@ -81,7 +81,7 @@ fn impossible_sequences_are_refused_with_their_line() {
             "more than the 16 numbers",
         ),
         (
-            "A = B\nSeq_Frame0000_Timestamp = nan",
+            &format!("Seq_Frame0000_AToBTransform = {ONE}\nSeq_Frame0000_Timestamp = nan"),
             "s.mha, line 2: found \"nan\" where a number of at most 1e9 belongs",
         ),
         (
@@ -111,5 +111,46 @@ fn impossible_sequences_are_refused_with_their_line() {
             .contains("line 2: the file ends before the line ElementDataFile")
     );
     let text = imported(&format!("Seq_Frame0000_ATransform = {ONE}{end}"), Some("X")).unwrap_err();
-    assert!(text.contains("it has no transform \"X\". It has: A"), "{text}");
+    assert!(
+        text.contains("there is no transform X, and none can be composed of what there is. It has: A"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_chain_is_composed_and_a_frame_without_a_link_is_lost() {
+    let at = |frame: u32, name: &str, x: f64, status: &str| {
+        format!(
+            "Seq_Frame000{frame}_{name}Transform = 0 -1 0 {x} 1 0 0 0 0 0 1 0 0 0 0 1\nSeq_Frame000{frame}_{name}TransformStatus = \
+             {status}\nSeq_Frame000{frame}_Timestamp = {frame}\n"
+        )
+    };
+    let lines: String = (0..4)
+        .map(|i| {
+            let status = |bad: u32| if i == bad { "MISSING" } else { "OK" };
+            at(i, "StylusTipToStylus", 7.0, status(3))
+                + &at(i, "StylusToTracker", f64::from(i), status(1))
+                + &at(i, "ReferenceToTracker", 2.0, status(2))
+        })
+        .collect();
+    let end = "ElementDataFile = LOCAL\n";
+    let (imported_, poses) = imported(&(lines.clone() + end), Some("StylusTipToReferenceTransform")).unwrap();
+    assert_eq!((imported_.frames, imported_.lost), (4, 3));
+    assert!(
+        imported_
+            .transform
+            .contains("StylusTipToStylus, then StylusToTracker, then inverse ReferenceToTracker"),
+        "{imported_:?}"
+    );
+    // Tip to stylus: (7, 0); a quarter turn of that: (0, 7); back from the reference: (-2, 7) turned by -90.
+    let [x, y, z] = poses[0].t_mm;
+    assert!(
+        (x - 7.0).abs() + (y - 2.0).abs() + z.abs() < 1e-12,
+        "{:?}",
+        poses[0].t_mm
+    );
+    assert_eq!(poses.iter().map(|pose| pose.status).collect::<Vec<_>>(), [0, 1, 1, 1]);
+    let two = lines + &at(0, "StylusToReference", 5.0, "OK") + end;
+    let error = imported(&two, Some("StylusTipToReference")).unwrap_err();
+    assert!(error.contains("s.mha, frame 0:") && error.contains("apart"), "{error}");
 }

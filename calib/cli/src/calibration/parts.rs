@@ -152,6 +152,9 @@ pub struct PivotRecord {
     pub noise_estimated: PoseNoiseRecord,
     /// The motion of the inliers.
     pub coverage: CoverageRecord,
+    /// Where the methods disagree by more than their errors: how, in words.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub disagreement: Option<String>,
 }
 
 /// A spin calibration.

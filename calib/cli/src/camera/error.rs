@@ -42,7 +42,7 @@ pub(crate) enum CameraError {
         views: usize,
         names: Vec<String>,
         refused: CameraRefused,
-        advice: &'static str,
+        advice: String,
     },
 }
 

@@ -1,5 +1,6 @@
 //! `calib camera`: grids seen in several views to a camera.
 
+mod agree;
 mod drawing;
 mod error;
 mod field;
@@ -11,7 +12,7 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use calib::camera::{Gates, LensModel, Options, View, calibrate, held_out};
+use calib::camera::{Gates, LensModel, Options, Short, View, calibrate, held_out};
 use clap::{Args, ValueEnum};
 
 use crate::cli::Positive;
@@ -43,13 +44,16 @@ The picture shows each disc's residual as a line, enlarged, over the image: an e
 coefficients or a grid that is not flat: try --lens prism and --plate bent.
 
 What falls short is said with what to do, and the exit code is 1; the file is written with its verdict. \
---allow-poor takes it all the same.
+--allow-poor takes views that say little all the same. Residuals above 3 times the stated deviations of the discs are refused, \
+and views whose focal lengths and principal points differ by as much, with the views that agree on one camera, where there are such: another camera's pictures, a focus or zoom that was moved, another \
+lens than --lens, or a bent grid gives such residuals. --max-noise-ratio takes more of them.
 
 Examples:
   calib grid views/*.png --cols 16 --rows 14 --pitch-mm 5 --one-by-one --out grids.json
   calib camera grids.json --out camera.toml --png residuals.png
   calib camera grids.json --lens prism --plate bent --held-out
-  calib camera grids.json more.json --lens brown5 --max-rms-px 0.3";
+  calib camera grids.json more.json --lens brown5 --max-rms-px 0.3
+  calib camera grids.json --lens prism --plate field --max-noise-ratio 4 --out camera.toml";
 
 #[derive(Debug, Args)]
 pub(crate) struct CameraArgs {
@@ -75,6 +79,10 @@ pub(crate) struct CameraArgs {
     /// Refuse residuals above this, root mean square
     #[arg(long, value_name = "PX", allow_hyphen_values = true)]
     max_rms_px: Option<Positive>,
+    /// Refuse residuals above this many times the stated deviations of the discs, and views that differ by as much in what
+    /// they say of the camera
+    #[arg(long, value_name = "RATIO", default_value = "3", allow_hyphen_values = true)]
+    max_noise_ratio: Positive,
     /// Accept views that differ little in tilt or leave much of the image empty
     #[arg(long)]
     allow_poor: bool,
@@ -140,12 +148,15 @@ impl CameraArgs {
         let refused = |refused| CameraError::Refused {
             views: views.len(),
             names: names(),
-            advice: advice(&refused),
+            advice: agree::after(advice(&refused), &refused, (&views, &seen, &options)),
             refused,
         };
         let found = calibrate(&views, seen.size, &options).map_err(refused)?;
-        let short = self.gates().judge(&found.coverage, found.rms_px);
-        let reasons: Vec<String> = short.iter().map(ToString::to_string).collect();
+        let short = self
+            .gates()
+            .judge(&found.coverage, found.rms_px, [found.noise_ratio, found.view_ratio]);
+        let told = |short: &Short| short.to_string() + &agree::beside(short, &views, &seen, &options);
+        let reasons: Vec<String> = short.iter().map(told).collect();
         let file = CameraFile::new(&found, &seen, &options, &sources, &reasons);
         let mut text = report::text(&found, &seen, &file);
         if self.held_out {
@@ -166,17 +177,18 @@ impl CameraArgs {
     }
 
     fn gates(&self) -> Gates {
-        let max_rms_px = self.max_rms_px.map(|px| px.0);
+        let asked = Gates {
+            max_rms_px: self.max_rms_px.map(|px| px.0),
+            max_noise_ratio: Some(self.max_noise_ratio.0),
+            ..Gates::default()
+        };
         match self.allow_poor {
             true => Gates {
-                max_rms_px,
                 min_tilt_rad: None,
                 min_image: None,
+                ..asked
             },
-            false => Gates {
-                max_rms_px,
-                ..Gates::default()
-            },
+            false => asked,
         }
     }
 

@@ -52,6 +52,11 @@ fn heading(text: &mut String, found: &Calibrated, seen: &Seen, file: &CameraFile
             ""
         }
     );
+    line!(
+        text,
+        "what the views say of focal lengths and principal point differs by {:.2} times its stated deviations",
+        found.view_ratio
+    );
     let [x, y] = file.tilt_deg;
     line!(
         text,

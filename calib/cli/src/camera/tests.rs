@@ -12,6 +12,11 @@ use crate::commands::Outcome;
 
 /// Discs of a pinhole of 1000 px that sees a grid of 8 x 6 discs, 10 mm apart, turned about x and y.
 fn image(tilts: [f64; 2], refinement: &str) -> Value {
+    image_by([1000.0, 319.5], tilts, refinement)
+}
+
+/// The same by a pinhole of a given focal length and column of the principal point.
+fn image_by([focal, column]: [f64; 2], tilts: [f64; 2], refinement: &str) -> Value {
     let [(sa, ca), (sb, cb)] = tilts.map(f64::sin_cos);
     let discs: Vec<Value> = (0..48)
         .map(|i| {
@@ -19,7 +24,7 @@ fn image(tilts: [f64; 2], refinement: &str) -> Value {
             let (x, y) = (f64::from(col) * 10.0, f64::from(row) * 10.0);
             let [u, v] = [x - 35.0, y - 25.0];
             let [a, b, c] = [cb * u + sb * sa * v, ca * v, -sb * u + cb * sa * v + 140.0];
-            let pixel = [1000.0 * a / c + 319.5, 1000.0 * b / c + 239.5];
+            let pixel = [focal * a / c + column, focal * b / c + 239.5];
             json!({"col": col, "row": row, "x_mm": x, "y_mm": y, "x_px": pixel[0], "y_px": pixel[1],
                 "covariance_px2": [1e-4, 0.0, 1e-4], "mark": true})
         })
@@ -124,6 +129,62 @@ fn what_falls_short_is_said_with_what_to_do() {
     assert!(error.contains("its verdict is \"refused\""), "{error}");
     let outcome = bench.run(&grids(&flat), "--lens pinhole --allow-poor").unwrap();
     assert!(outcome.refused.is_none());
+}
+
+/// The left and the right camera of a head, taken for one: each gives pictures of its own.
+#[test]
+fn pictures_of_two_cameras_are_refused_with_those_that_agree() {
+    let bench = Bench::new();
+    let tilts = [
+        [0.4, 0.1],
+        [-0.3, 0.3],
+        [0.1, -0.4],
+        [0.0, 0.5],
+        [0.3, -0.2],
+        [-0.4, -0.1],
+        [0.2, 0.3],
+        [-0.1, -0.5],
+    ];
+    let by = |i: usize| {
+        if i.is_multiple_of(2) {
+            [1000.0, 319.5]
+        } else {
+            [1000.6, 320.2]
+        }
+    };
+    let images: Vec<Value> = (0..8).map(|i| image_by(by(i), tilts[i], "each")).collect();
+    let options = "--lens radial --out @camera.toml --overwrite";
+    let refused = bench.run(&grids(&images), options).unwrap().refused.unwrap();
+    assert!(
+        refused.contains("two cameras mixed") && refused.contains("at most 3 is accepted"),
+        "{refused}"
+    );
+    let names = |first: usize| {
+        let some: Vec<String> = (first..8).step_by(2).map(|i| format!("{:?}.png", tilts[i])).collect();
+        some.join(", ")
+    };
+    let [left, right] = [0, 1].map(names);
+    let said = format!("{left} agree on one camera (");
+    assert!(
+        refused.contains(&said) && refused.contains(&format!("but not with {right}, which agree")),
+        "{refused}"
+    );
+    assert!(CameraFile::read(&bench.path("camera.toml")).is_err());
+    let asked = bench
+        .run(&grids(&images), &format!("{options} --max-noise-ratio 1e3"))
+        .unwrap();
+    assert!(asked.refused.is_none(), "{:?}", asked.refused);
+    // One picture of the other camera is named.
+    let mut one: Vec<Value> = (0..6).map(|i| image(tilts[i], "each")).collect();
+    one[4] = image_by([1012.0, 331.0], tilts[4], "each");
+    let refused = match bench.run(&grids(&one), options) {
+        Ok(outcome) => outcome.refused.unwrap(),
+        Err(refused) => refused,
+    };
+    assert!(
+        refused.contains(&format!("but not with {:?}.png", tilts[4])),
+        "{refused}"
+    );
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::cli::Name;
 use crate::columns::TableError;
 use crate::f2554::F2554Error;
-use crate::live::{self, FollowMarkers, LiveArgs, LiveError, Run};
+use crate::live::{self, DwellError, FollowMarkers, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
 use crate::rom::{NoTool, RomError};
 use crate::scened::Scened;
@@ -25,7 +25,7 @@ pub(crate) struct PosesArgs {
     /// Folder of 4x4 matrices, .csv file or PLUS sequence (.mha)
     #[arg(long, value_name = "PATH", required_unless_present = "live", conflicts_with = "live")]
     pub(crate) poses: Option<PathBuf>,
-    /// Which transform of a sequence, for instance StylusToTracker
+    /// Which transform of a sequence, for instance StylusToTracker, or which to compose of those that lead there
     #[arg(long, value_name = "NAME")]
     pub(crate) transform: Option<String>,
     /// Refuse time stamps that go backwards or stand still, and poses that repeat
@@ -74,6 +74,8 @@ pub(crate) enum CommandError {
     Poses(#[from] PosesError),
     #[error(transparent)]
     Live(#[from] LiveError),
+    #[error(transparent)]
+    Dwell(#[from] DwellError),
     #[error("give the name of a run with --live, or a recording with --poses")]
     NoRun,
     #[error(transparent)]

@@ -36,6 +36,9 @@ algebraic, two-step and sphere use all poses. robust and errors-in-variables for
 errors-in-variables moreover is not drawn to the marker by noise of the rotations, which counts on small cones. Its \
 weights need the ratio of --sigma-mm and --sigma-deg; the size of the noise is measured from the residuals.
 
+Where two methods lie further apart than their errors allow, a warning says so: the tip slipped or its divot gives way, or the \
+noise is not as was assumed; the errors then say too little. That all agree does not say that the tip stayed in place.
+
 --live listens to a run that is going, says every second what the motion covers, and takes the names, the gates and the \
 noise of the emitters from its scene. With --axis scene the file is one that the run's [tracker.calibration] reads.
 
@@ -158,7 +161,8 @@ impl PivotArgs {
         };
         let (all, chosen) = self.solved(&recording, noise)?;
         let each = !recording.covariances.is_empty() && self.method.0 == Method::ErrorsInVariables;
-        let record = record(&chosen, noise, each, needed);
+        let mut record = record(&chosen, noise, each, needed);
+        record.disagreement = pivot_report::disagreement(&all);
         let gates = self.gates(&chosen, scened.as_ref());
         let mut text = pivot_report::text(&recording, &chosen, &all, &record, &gates);
         let (mut kind, mut tool_frame) = (Kind::Pivot, None);
@@ -273,5 +277,6 @@ fn record(found: &Pivot<Tracker, Marker>, noise: PoseNoise, each: bool, needed_r
         noise_assumed: noise.into(),
         noise_estimated: found.estimated.into(),
         coverage: CoverageRecord::new(&found.coverage, advice),
+        disagreement: None,
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use calib::pivot::{Method, Pivot};
+use calib::pivot::{Method, Pivot, apart};
 use geometry::{Marker, Tracker};
 
 use super::common::{recorded_text, verdict_text};
@@ -27,10 +27,25 @@ pub(super) fn text(
     text.push('\n');
     table(&mut text, found.method, all);
     text.push('\n');
+    if let Some(disagreement) = &record.disagreement {
+        line!(text, "warning          {disagreement}\n");
+    }
     quality(&mut text, found, record);
     slipped(&mut text, found);
     text.push('\n');
     text + &verdict_text(gates)
+}
+
+/// Which methods disagree by more than their errors, and what to do.
+pub(super) fn disagreement(all: &[(Method, Solution)]) -> Option<String> {
+    let found: Vec<_> = all.iter().filter_map(|(_, s)| s.as_ref().ok().cloned()).collect();
+    let apart = apart(&found)?;
+    let [a, b] = apart.methods.map(Method::name);
+    Some(format!(
+        "{a} and {b} put the tip {:.2} mm apart, and their errors allow {:.2}: it slipped or its divot gives way, or --sigma-mm and \
+         --sigma-deg are not the noise; the error below says too little. Pivot again in a firm divot, on a wider cone",
+        apart.mm, apart.most_mm
+    ))
 }
 
 /// The frame that goes with the tip.

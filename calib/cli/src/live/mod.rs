@@ -2,8 +2,10 @@
 //!
 //! Nothing is published and nothing is asked of the run's processes: a calibration listens beside the tracker.
 
+mod dwell;
 mod error;
 mod run;
+mod sequence;
 mod still;
 mod touch;
 mod touches;
@@ -18,6 +20,7 @@ use crate::scened::SceneArgs;
 
 pub(crate) use error::LiveError;
 pub(crate) use run::{Heard, Run};
+pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};
 pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs, seconds};
 pub(crate) use touches::touched_in;

@@ -19,6 +19,7 @@ use geometry::{Marker, Rigid, Tracker};
 
 pub(crate) use error::PosesError;
 pub(crate) use live::keep;
+pub(crate) use sequence::{Timed, timed};
 
 /// The most poses of a recording.
 pub(crate) const MAX_POSES: usize = 200_000;

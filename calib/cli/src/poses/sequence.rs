@@ -1,4 +1,5 @@
-//! Sequences of the PLUS toolkit: MetaImage headers with a transform, a status and a time for each frame.
+//! Sequences of the PLUS toolkit: MetaImage headers with a transform, a status and a time for each frame; or with the links
+//! of a chain to it.
 //!
 //! Lines are `Seq_FrameNNNN_NameTransform = 16 numbers by rows`, `..._NameTransformStatus = OK`, `..._Timestamp = seconds`,
 //! with lengths in mm. Pixels may follow the line `ElementDataFile = LOCAL` and are not read, only hashed.
@@ -8,11 +9,13 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use calib::file::sequence;
+use geometry::{Marker, Rigid, Tracker};
 
 use super::{PosesError, Recording, Seen, quoted};
 use crate::source::{MAX_BYTES, Source, SourceError};
 
-/// Reads the poses `transform` of a sequence, such as `StylusToTracker`; of its only one where none is named.
+/// Reads the poses `transform` of a sequence, such as `StylusToTracker`, or composes them of others; of its only one where
+/// none is named.
 pub(super) fn read(path: &Path, transform: Option<&str>) -> Result<Recording, PosesError> {
     let (source, blake3) = header(path)?;
     let mut recording = from_source(&source, transform)?;
@@ -43,13 +46,38 @@ fn header(path: &Path) -> Result<(Source, String), PosesError> {
     Ok((source, hash.finalize().to_hex().to_string()))
 }
 
+/// One frame of a sequence.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Timed {
+    /// Its number in the file.
+    pub(crate) number: u32,
+    pub(crate) t_s: Option<f64>,
+    pub(crate) pose: Option<Rigid<Tracker, Marker>>,
+}
+
+/// All frames of a sequence with a transform's poses, or with those that are composed for it.
+pub(crate) fn timed(path: &Path, transform: &str) -> Result<Vec<Timed>, PosesError> {
+    let (source, _) = header(path)?;
+    let failed = |source| PosesError::Sequence {
+        path: path.to_owned(),
+        source,
+    };
+    let (frames, _) = sequence::chained(&source.text, transform).map_err(failed)?;
+    let one = |frame: &sequence::Frame| Timed {
+        number: frame.number,
+        t_s: frame.t_s,
+        pose: frame.poses.first().copied().flatten().and_then(|pose| pose.rigid()),
+    };
+    Ok(frames.iter().map(one).collect())
+}
+
 fn from_source(source: &Source, transform: Option<&str>) -> Result<Recording, PosesError> {
     let failed = |error| PosesError::Sequence {
         path: source.path.clone(),
         source: error,
     };
     let name = chosen(source, transform)?;
-    let frames = sequence::frames(&source.text, &[&name]).map_err(failed)?;
+    let (frames, chain) = sequence::chained(&source.text, &name).map_err(failed)?;
     let mut recording = Recording::new(&source.path);
     recording.bytes = source.bytes;
     for frame in frames {
@@ -63,7 +91,10 @@ fn from_source(source: &Source, transform: Option<&str>) -> Result<Recording, Po
         });
         recording.add(frame.t_s, seen)?;
     }
-    recording.transform = Some(name);
+    recording.transform = Some(match chain.links() {
+        [link] if !link.inverse => name,
+        _ => format!("{name} ({chain})"),
+    });
     Ok(recording)
 }
 
@@ -122,7 +153,12 @@ mod tests {
         for (text, transform, words) in [
             ("ObjectType = Image\n", None, "no pose in it"),
             (two.as_str(), None, "several transforms: AToB, CToB"),
-            (two.as_str(), Some("DToB"), "no transform DToB; found AToB, CToB"),
+            (
+                two.as_str(),
+                Some("DToB"),
+                "no transform DToB, and none can be composed of what there is; found AToB, CToB",
+            ),
+            (two.as_str(), Some("atoB"), "no transform atoB"),
             (&frame("1 0 0"), None, "line 2: 3 numbers of a matrix, expected 16"),
             (
                 &frame("1 0 0 5 0 1 0 6 0 0 x 7 0 0 0 1"),
@@ -136,6 +172,46 @@ mod tests {
             let error = parse(text, transform).unwrap_err();
             assert!(error.contains(words), "{text}: {error}");
         }
+    }
+
+    #[test]
+    fn a_chain_is_composed_and_a_frame_without_a_link_has_no_pose() {
+        let at = |frame: u32, name: &str, x: f64, status: &str| {
+            format!(
+                "Seq_Frame000{frame}_{name}Transform = 0 -1 0 {x} 1 0 0 0 0 0 1 0 0 0 0 1\nSeq_Frame000{frame}_{name}TransformStatus = \
+                 {status}\n"
+            )
+        };
+        let lines: String = (0..4)
+            .map(|i| {
+                let status = |bad: u32| if i == bad { "INVALID" } else { "OK" };
+                at(i, "StylusTipToStylus", 7.0, status(3))
+                    + &at(i, "StylusToTracker", f64::from(i), status(1))
+                    + &at(i, "ReferenceToTracker", 2.0, status(2))
+            })
+            .collect();
+        let found = parse(&lines, Some("StylusTipToReference")).unwrap();
+        assert_eq!((found.frames, found.invalid), (4, 3));
+        // Tip to stylus: (7, 0); a quarter turn of that and (0, 0): (0, 7); back from the reference: (x - 2, 7) turned by -90.
+        let [x, y, z] = found.poses[0].translation_mm();
+        assert!((x - 7.0).abs() + (y - 2.0).abs() + z.abs() < 1e-12, "{x} {y} {z}");
+        let name = found.transform.unwrap();
+        assert_eq!(
+            name,
+            "StylusTipToReference (StylusTipToStylus, then StylusToTracker, then inverse ReferenceToTracker)"
+        );
+        let error = parse(&lines, Some("ProbeToReference")).unwrap_err();
+        assert!(
+            error.contains("found ReferenceToTracker, StylusTipToStylus, StylusToTracker"),
+            "{error}"
+        );
+        // A second way to the reference that is a millimetre off.
+        let two = lines.clone() + &at(0, "StylusToReference", 5.0, "OK");
+        let error = parse(&two, Some("StylusTipToReference")).unwrap_err();
+        assert!(
+            error.contains("frame 0:") && error.contains("mm and") && error.contains("apart"),
+            "{error}"
+        );
     }
 
     proptest! {
