@@ -46,13 +46,33 @@ pub enum Origin {
     RecordingOfAnother,
     /// A recording that does not say in which examination it was made.
     RecordingOfUnknown,
+    /// The tracker, in simulated time: not the present.
+    SimulatedTime,
 }
 
 impl Origin {
+    /// As stamps say it.
+    pub const fn code(self) -> u32 {
+        match self {
+            Self::Tracker => 0,
+            Self::Recording | Self::RecordingOfAnother | Self::RecordingOfUnknown => 1,
+            Self::SimulatedTime => 2,
+        }
+    }
+
+    /// What whatever moves says in the place of LIVE.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Tracker => "LIVE",
+            Self::Recording | Self::RecordingOfAnother | Self::RecordingOfUnknown => "REPLAY",
+            Self::SimulatedTime => "SIMULATED TIME",
+        }
+    }
+
     /// What every image says, also a held one.
     fn warning(self) -> &'static str {
         match self {
-            Self::Tracker | Self::Recording => "",
+            Self::Tracker | Self::Recording | Self::SimulatedTime => "",
             Self::RecordingOfAnother => "NOT THE EXAMINATION OF THE RECORDING",
             Self::RecordingOfUnknown => "EXAMINATION NOT VERIFIED",
         }
@@ -284,7 +304,8 @@ impl Overlay<'_> {
         }
         let (w, u) = (f64::from(canvas.width()), self.unit());
         canvas.border(REPLAY, 5.0 * u);
-        self.text(canvas, [w / 2.0, 44.0 * u], "REPLAY", 24.0, REPLAY, Anchor::Centre);
+        let word = self.origin.word();
+        self.text(canvas, [w / 2.0, 44.0 * u], word, 24.0, REPLAY, Anchor::Centre);
     }
 
     fn notice(&self, canvas: &mut Canvas) {
@@ -300,7 +321,7 @@ impl Overlay<'_> {
                 self.text(
                     canvas,
                     corner,
-                    &format!("REPLAY seq {seq}"),
+                    &format!("{} seq {seq}", self.origin.word()),
                     13.0,
                     REPLAY,
                     Anchor::Right,

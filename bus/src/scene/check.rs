@@ -287,6 +287,8 @@ fn limits(raw: &RawLimits) -> Checked<Limits> {
     if !(1..=100).contains(&raw.restarts) {
         return Err(invalid("limits.restarts", raw.restarts, "1 to 100"));
     }
+    let latency_ms = raw.latency_p99_ms.unwrap_or(stale_ms);
+    let latency_ms = number("limits.latency_p99_ms", latency_ms, 0.0..=60_000.0, "ms")?;
     Ok(Limits {
         stale: Duration::from_secs_f64(stale_ms / 1e3),
         silent: seconds("limits.silent_s", raw.silent_s, 0.5..=60.0)?,
@@ -294,6 +296,8 @@ fn limits(raw: &RawLimits) -> Checked<Limits> {
         restarts: raw.restarts,
         restart_window: seconds("limits.restart_window_s", raw.restart_window_s, 1.0..=3600.0)?,
         stop: seconds("limits.stop_s", raw.stop_s, 0.1..=60.0)?,
+        max_missing_share: number("limits.max_missing_share", raw.max_missing_share, 0.0..=1.0, "of 1")?,
+        latency_p99: (latency_ms > 0.0).then(|| Duration::from_secs_f64(latency_ms / 1e3)),
     })
 }
 

@@ -150,6 +150,10 @@ pub struct Limits {
     pub restart_window: Duration,
     /// How long processes may take to end when asked.
     pub stop: Duration,
+    /// More of a run's samples missing than this share is a problem.
+    pub max_missing_share: f64,
+    /// Images later than this behind the capture of their pose, at the 99th percentile, are a problem; `None`: they are not.
+    pub latency_p99: Option<Duration>,
 }
 
 impl Scene {
