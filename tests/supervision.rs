@@ -209,6 +209,32 @@ fn without_a_tracker_the_views_say_that_they_are_old() {
     assert!(pilot.stop().success());
 }
 
+/// They were counted, and the run ended as one that went as it should.
+#[test]
+fn samples_that_a_tracker_left_out_are_a_problem() {
+    let world = World::new();
+    let pilot = start_of(
+        &world,
+        &SMALL.replace("max_missing_share = 1.0", "max_missing_share = 0.01"),
+    );
+    let tracker = wait_for("the tracker", || pilot.pid("tracker"));
+    let pid = rustix::process::Pid::from_raw(i32::try_from(tracker).unwrap()).unwrap();
+    rustix::process::kill_process(pid, rustix::process::Signal::STOP).unwrap();
+    // Older than a second, of which it makes up half when it goes on.
+    pilot.wait_for("an old view", |status| view_state(status, "axial-global") == "stale");
+    rustix::process::kill_process(pid, rustix::process::Signal::CONT).unwrap();
+    pilot.wait_live();
+    assert_eq!(pilot.stop().code(), Some(3));
+    let report = support::report(&world.path("out"));
+    let problems = report["problems"].to_string();
+    let missing = report["poses"]["missing"].as_u64().unwrap();
+    assert!(
+        missing > 10 && problems.contains(&format!("{missing} of ")),
+        "{problems}"
+    );
+    assert!(problems.contains("samples are missing"), "{problems}");
+}
+
 #[test]
 fn no_orphan_outlives_a_killed_pilot_and_the_next_run_starts_cleanly() {
     let world = World::new();
