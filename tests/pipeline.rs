@@ -107,7 +107,11 @@ fn the_same_seed_gives_the_same_pictures() {
     let scene = world.file("s.toml", SMALL);
     let pictures = |name: &str, seed: &str| {
         let out = world.path(name);
-        let report = world.navigate(&scene, &out, &["--for", "1s", "--seed", seed, "--run", name]);
+        let report = world.navigate(
+            &scene,
+            &out,
+            &["--for", "1s", "--speed", "max", "--seed", seed, "--run", name],
+        );
         let mut files: Vec<String> = names(&report).iter().map(|v| format!("{v}.png")).collect();
         files.push("sheet.png".to_owned());
         files

@@ -49,13 +49,37 @@ fn kill_and_return_in(world: &World, process: &str) -> Value {
     }
     let ended = pilot.stop();
     let report = support::report(&world.path("out"));
-    assert!(
-        ended.success(),
-        "{ended}: {} {}",
+    // What a killed recorder had not written yet is a problem of the run, and no other process's death is one.
+    let lacks = lacking(world, &report);
+    let words = || {
+        format!(
+            "the recording lacks {lacks} of the {} samples that went out",
+            report["poses"]["published"]
+        )
+    };
+    let problems: Vec<String> = (lacks > 0).then(words).into_iter().collect();
+    assert_eq!(
         report["problems"],
+        serde_json::json!(problems),
+        "{}",
         report["restarts"]
     );
+    assert_eq!(ended.code(), Some(if lacks > 0 { 3 } else { 0 }));
+    assert!(lacks == 0 || process == "recorder", "{lacks}");
     report
+}
+
+/// How many of the samples that went out are in no file of the session.
+fn lacking(world: &World, report: &Value) -> u64 {
+    let files = report["recording"].as_array().unwrap().iter();
+    let count = |name: &Value| {
+        let file = world.path("out").join(name.as_str().unwrap());
+        recorder::reader::poses(&file, recorder::schema::TOOL_POSE)
+            .unwrap()
+            .filter(Result::is_ok)
+            .count() as u64
+    };
+    report["poses"]["published"].as_u64().unwrap() - files.map(count).sum::<u64>()
 }
 
 fn check_restart(report: &Value, process: &str) {
@@ -183,6 +207,32 @@ fn without_a_tracker_the_views_say_that_they_are_old() {
     rustix::process::kill_process(pid, rustix::process::Signal::CONT).unwrap();
     pilot.wait_live();
     assert!(pilot.stop().success());
+}
+
+/// They were counted, and the run ended as one that went as it should.
+#[test]
+fn samples_that_a_tracker_left_out_are_a_problem() {
+    let world = World::new();
+    let pilot = start_of(
+        &world,
+        &SMALL.replace("max_missing_share = 1.0", "max_missing_share = 0.01"),
+    );
+    let tracker = wait_for("the tracker", || pilot.pid("tracker"));
+    let pid = rustix::process::Pid::from_raw(i32::try_from(tracker).unwrap()).unwrap();
+    rustix::process::kill_process(pid, rustix::process::Signal::STOP).unwrap();
+    // Older than a second, of which it makes up half when it goes on.
+    pilot.wait_for("an old view", |status| view_state(status, "axial-global") == "stale");
+    rustix::process::kill_process(pid, rustix::process::Signal::CONT).unwrap();
+    pilot.wait_live();
+    assert_eq!(pilot.stop().code(), Some(3));
+    let report = support::report(&world.path("out"));
+    let problems = report["problems"].to_string();
+    let missing = report["poses"]["missing"].as_u64().unwrap();
+    assert!(
+        missing > 10 && problems.contains(&format!("{missing} of ")),
+        "{problems}"
+    );
+    assert!(problems.contains("samples are missing"), "{problems}");
 }
 
 #[test]

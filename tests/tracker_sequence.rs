@@ -86,6 +86,20 @@ fn a_sequence_is_played_at_its_times_and_what_is_invalid_is_lost() {
 }
 
 #[test]
+fn in_simulated_time_every_frame_is_played_up_to_the_end_of_the_run() {
+    let world = World::new();
+    world.file("a.mha", &sequence());
+    let scene = world.file("s.toml", &scene("[tracker.sequence]\nfile = \"a.mha\"\n"));
+    let out = world.path("out");
+    world.navigate(&scene, &out, &["--for", "3s", "--speed", "max"]);
+    let poses = reader::poses(&out.join("session.mcap"), TOOL_POSE).unwrap();
+    let numbers: Vec<u64> = poses.map(|pose| pose.unwrap().seq).collect();
+    // Frame 150 is 3 s behind the first; frames 130 and 140 have no time of their own.
+    let expected: Vec<u64> = (0..150).filter(|seq| *seq != 130 && *seq != 140).collect();
+    assert_eq!(numbers, expected);
+}
+
+#[test]
 fn a_recording_of_plus_is_played_with_its_reference() {
     let Some(file) = support::shared("data/tracker-plus/TransformInterpolationTest.igs.mha") else {
         return;

@@ -7,14 +7,16 @@
 //! * [`Bus`], [`port`]: publishers, subscribers, the shared volume, requests and replies.
 //! * [`volume`]: how voxels lie in shared memory, and reading them in place.
 //! * [`clock`]: one monotonic clock per run, in nanoseconds, fakeable.
-//! * [`session`]: the clock by which poses and images are old: the run's, or that of a replay.
+//! * [`session`]: the clock by which poses and images are old: the run's, that of a replay, or simulated time.
 //! * [`file`](mod@file): opening files whose names come from outside.
+//! * [`lockstep`]: at full speed, waiting until every view has drawn a pose before the next goes out.
 //! * [`run`]: the folder, the lock and the left-overs of a run.
 //! * [`scene`]: the scene file, raw and checked.
 
 pub mod clock;
 pub mod continuity;
 pub mod file;
+pub mod lockstep;
 pub mod message;
 mod node;
 pub mod port;

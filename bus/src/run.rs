@@ -34,6 +34,13 @@ pub struct RunContext {
     /// What is replayed; `None`: the run navigates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replay: Option<ReplayOf>,
+    /// How long the run navigates from sample 0 on, ns: what is captured later belongs to no sample of it. `None`: until it is
+    /// stopped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_ns: Option<i64>,
+    /// Whether time is made up: each sample waits until every view has drawn the one before ([`crate::session`]).
+    #[serde(default)]
+    pub simulated_time: bool,
 }
 
 /// What a replay replays.
@@ -168,6 +175,8 @@ impl RunContext {
             epoch_ns,
             pilot_pid: std::process::id(),
             replay: None,
+            duration_ns: None,
+            simulated_time: false,
         })
     }
 
@@ -212,6 +221,12 @@ impl RunContext {
     /// When sample 0 is due; `None` until the pilot has said.
     pub fn began_ns(&self) -> Option<i64> {
         fs::read_to_string(self.began_path()).ok()?.parse().ok()
+    }
+
+    /// Whether what is captured this long after sample 0, ns, is beyond the time that the run navigates for.
+    pub fn is_beyond(&self, since_start_ns: i64) -> bool {
+        self.duration_ns
+            .is_some_and(|duration_ns| since_start_ns >= duration_ns)
     }
 
     fn began_path(&self) -> PathBuf {
@@ -343,6 +358,14 @@ mod tests {
         assert!(matches!(RunContext::load(tmp.path()), Err(RunError::NotRunning { .. })));
         context.store().unwrap();
         assert_eq!(RunContext::load(tmp.path()).unwrap(), context);
+    }
+
+    #[test]
+    fn the_end_of_a_duration_belongs_to_it_no_more() {
+        let mut context = RunContext::new(Path::new("/tmp/r"), 0).unwrap();
+        assert!(!context.is_beyond(i64::MAX));
+        context.duration_ns = Some(1_500);
+        assert_eq!([1_499, 1_500].map(|ns| context.is_beyond(ns)), [false, true]);
     }
 
     #[test]

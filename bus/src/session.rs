@@ -5,6 +5,10 @@
 //! is paused, and follows the [`Law`] that the replayer publishes *before* the poses it holds for: whoever has taken a
 //! pose from the bus calls [`Session::follow`] and then knows the time at which that pose was published.
 //!
+//! In a run in simulated time it is a clock that the tracker sets by the same messages: it shows when the newest sample was
+//! published, from [`SIMULATED_START_NS`] on, and stands still until every view has drawn that sample. Nothing then depends on
+//! how busy the machine is.
+//!
 //! Signs of life, patience and restarts go by [`crate::process::Process::clock`], which never stands still.
 
 use crate::clock::{Clock, Law};
@@ -14,26 +18,31 @@ use crate::run::RunContext;
 use crate::topic::SESSION_CLOCK;
 use crate::{Bus, BusError};
 
+/// When sample 0 is due in simulated time, ns. Not 0, which is the time of what has none.
+pub const SIMULATED_START_NS: i64 = 1_000_000_000;
+
 /// A process's view of the session's clock.
 #[derive(Debug)]
 pub struct Session {
     clock: Clock,
     laws: Option<Subscriber<ClockLaw>>,
     last: Option<ClockLaw>,
+    is_replay: bool,
 }
 
 impl Session {
-    /// The clock of `run`. That of a replay stands at 0 until the replayer has spoken.
+    /// The clock of `run`. That of a replay, and simulated time, stand at 0 until the replayer or the tracker has spoken.
     ///
     /// # Errors
     /// [`BusError::Open`].
     pub fn open(bus: &Bus, run: &RunContext) -> Result<Self, BusError> {
-        Ok(match run.replay {
-            None => Self::live(bus.clock().clone()),
-            Some(_) => Self {
+        Ok(match run.replay.is_some() || run.simulated_time {
+            false => Self::live(bus.clock().clone()),
+            true => Self {
                 clock: Clock::ruled(Law::still(0)),
                 laws: Some(Subscriber::open(bus, &SESSION_CLOCK, "", 1)?),
                 last: None,
+                is_replay: run.replay.is_some(),
             },
         })
     }
@@ -44,11 +53,17 @@ impl Session {
             clock,
             laws: None,
             last: None,
+            is_replay: false,
         }
     }
 
     /// Whether poses come out of a recording.
     pub fn is_replay(&self) -> bool {
+        self.is_replay
+    }
+
+    /// Whether this clock is not the machine's: in a replay, and in simulated time. Nothing is then live.
+    pub fn is_ruled(&self) -> bool {
         self.laws.is_some()
     }
 
@@ -77,7 +92,7 @@ impl Session {
         self.is_replay() && t_publish_ns > self.clock.now_ns()
     }
 
-    /// Where the replay stands; `None` in a run that navigates, and before the replayer has spoken.
+    /// Where the replay, or the run in simulated time, stands; `None` in a run that navigates, and before anybody has spoken.
     pub fn replay(&self) -> Option<&ClockLaw> {
         self.last.as_ref()
     }
@@ -93,6 +108,27 @@ mod tests {
     #[test]
     fn nothing_is_yet_to_come_in_a_run_that_navigates() {
         assert!(!Session::live(Clock::fake(5)).is_yet_to_come(i64::MAX));
+    }
+
+    #[test]
+    fn simulated_time_is_ruled_and_no_replay() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let mut run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+        run.simulated_time = true;
+        let bus = Bus::join(&run).unwrap();
+        let laws = Publisher::open(&bus, &SESSION_CLOCK, "").unwrap();
+        let mut session = Session::open(&bus, &run).unwrap();
+        assert!(session.is_ruled() && !session.is_replay());
+        laws.send(ClockLaw {
+            anchor_ns: SIMULATED_START_NS,
+            ..ClockLaw::default()
+        })
+        .unwrap();
+        session.follow().unwrap();
+        assert_eq!(session.clock().now_ns(), SIMULATED_START_NS);
+        assert!(!session.is_yet_to_come(i64::MAX));
+        drop((laws, session, bus));
+        run.sweep();
     }
 
     #[test]

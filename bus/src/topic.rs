@@ -92,11 +92,11 @@ pub const GROUND_TRUTH: Topic = Topic {
     ..BASE
 };
 
-/// The clock of a replay. There is none in a run that navigates.
+/// The clock of a replay, or simulated time. There is none in a run that navigates.
 pub const SESSION_CLOCK: Topic = Topic {
     name: "session-clock",
     payload: "trocar/ClockLaw/1",
-    purpose: "how the clock of a replay runs (replays only)",
+    purpose: "the clock of a replay, or simulated time (these only)",
     ..BASE
 };
 

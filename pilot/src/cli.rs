@@ -9,15 +9,15 @@ use bus::message::{Command, CommandKind};
 use bus::port::CommandClient;
 use bus::process::exit;
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
-use bus::scene::Scene;
 use bus::scene::raw::Source;
+use bus::scene::{Scene, TrackerSource};
 use bus::topic::TOPICS;
 use bus::{Bus, BusError};
 use clap::{Parser, Subcommand};
 
 use crate::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
+use crate::check;
 use crate::duration;
-use crate::plan::{Poses, plan};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{PrepareError, ReplayArgs, prepare};
 use crate::resolve::{Overrides, ResolveError, resolve};
@@ -52,7 +52,7 @@ struct Cli {
 
 const REPLAY_HELP: &str = "\
 Every moving image says REPLAY. Pictures written as files are those of the recorded run, byte for byte, on the CPU back \
-end; sheet.png and report.json say that they come from a replay.
+end, sheet.png too; report.json says that they come from a replay.
 
 Examples:
   pilot replay out/session.mcap                             at the speed of the recording
@@ -75,7 +75,7 @@ Examples:
 enum Verb {
     /// Runs a scene: starts its processes, navigates, writes pictures, recording and report.
     Run(RunArgs),
-    /// Reads a scene and says what it would start, or what is wrong with it.
+    /// Reads a scene and everything that it names, and says what it would start, or all that is wrong with it.
     Check(SceneArgs),
     /// Prints the state of a run.
     Status {
@@ -137,6 +137,10 @@ struct RunArgs {
     /// How long to navigate (500ms, 10s, 2m); without it, until stopped.
     #[arg(long = "for", value_name = "TIME", value_parser = duration::parse)]
     duration: Option<Duration>,
+    /// In simulated time, as fast as every view draws every pose: on any machine, however busy, the same scene and seed give the
+    /// same pictures and recorded poses. For simulated sources, with --for.
+    #[arg(long, value_name = "max", value_parser = ["max"], requires = "duration")]
+    speed: Option<String>,
     /// Where pictures, recording and report go.
     #[arg(long, default_value = "out")]
     out: PathBuf,
@@ -168,6 +172,13 @@ pub(crate) enum CliError {
     Folder(#[from] FolderError),
     #[error(transparent)]
     Bus(#[from] BusError),
+    #[error(
+        "--speed max runs in simulated time, and the scene says tracker.source = {0:?}: another program publishes at its own \
+         pace. Needed is \"simulated\", \"operating-room\" or \"sequence\""
+    )]
+    NotSimulated(&'static str),
+    #[error("{0}")]
+    Faults(String),
     #[error("run {run:?} refused: {why}")]
     Refused { run: String, why: String },
     #[error("run {0:?} answered with something that is not a status")]
@@ -212,14 +223,28 @@ fn load(args: &SceneArgs) -> Result<(Source, Scene), ResolveError> {
 
 fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
     let (source, scene) = load(&args.scene)?;
+    no_faults(check::cheap_faults(&source, &scene))?;
+    if args.speed.is_some() {
+        simulated_time_for(&scene)?;
+    }
     let options = Options {
         run: args.run,
         out: args.out,
         overwrite: args.overwrite,
         duration: args.duration,
+        simulated_time: args.speed.is_some(),
         replay: None,
     };
     carry_out(options, source, scene, "pictures, recording and report")
+}
+
+/// Another program publishes at its own pace, which nobody here can make up.
+fn simulated_time_for(scene: &Scene) -> Result<(), CliError> {
+    match scene.tracker.source {
+        TrackerSource::External => Err(CliError::NotSimulated("external")),
+        TrackerSource::Emitters(_) => Err(CliError::NotSimulated("emitters")),
+        TrackerSource::Simulated(_) | TrackerSource::OperatingRoom(_) | TrackerSource::Sequence(_) => Ok(()),
+    }
 }
 
 fn show_again(args: &ReplayArgs) -> Result<ExitCode, CliError> {
@@ -247,26 +272,22 @@ fn display(path: &Path) -> String {
 
 fn check(args: &SceneArgs) -> Result<(), CliError> {
     let (source, scene) = load(args)?;
-    let mut lines = vec![format!("scene {}: good", source.path.display())];
-    lines.push(format!("volume: {}", source.scene.volume.source));
-    lines.push(format!(
-        "registration {:016x}, seed {}",
-        scene.registration_id(),
-        scene.seed
-    ));
-    for process in plan(&scene, "session.mcap", Poses::Tracked) {
-        let views = process.views.iter().map(|&v| scene.views[v].name.as_str());
-        lines.push(
-            format!("starts {:<20} {}", process.name, views.collect::<Vec<_>>().join(" "))
-                .trim_end()
-                .to_owned(),
-        );
+    let found = check::check(&source, &scene);
+    let path = source.path.display();
+    match found.faults.len() {
+        0 => say(&format!("scene {path}: good")),
+        faults => say(&format!("scene {path}: {faults} wrong")),
     }
-    for target in &scene.targets {
-        lines.push(format!("target {:<20} {}", target.name, target.centre.in_words(1)));
+    say(&found.lines.join("\n"));
+    no_faults(found.faults)
+}
+
+/// All of them at once, so that they are put right at once.
+fn no_faults(faults: Vec<String>) -> Result<(), CliError> {
+    match faults.is_empty() {
+        true => Ok(()),
+        false => Err(CliError::Faults(faults.join("; "))),
     }
-    say(&lines.join("\n"));
-    Ok(())
 }
 
 fn ask(run: &str, kind: CommandKind) -> Result<String, CliError> {

@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use bus::clock;
-use bus::message::{Ages, Command, CommandKind, FrameStamp, Lost, ToolPose};
+use bus::message::{Ages, Command, CommandKind, FrameStamp, ToolPose};
 use bus::port::FrameSubscriber;
 use bus::scene::Scene;
+use bus::session::SIMULATED_START_NS;
 use picture::{Canvas, write_png};
 
 use crate::memory;
 use crate::output;
-use crate::replay::{Recomputed, Replay, ReplayReport};
+use crate::problems::problems;
+use crate::replay::{Recomputed, ReplayReport};
 use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
 use crate::sheet::{self, Panel};
 use crate::spawn;
@@ -33,7 +35,10 @@ pub(crate) fn take(run: &Run) -> Pictures {
         let _ = replayer.ask(Command::new(CommandKind::Pause), run.scene.limits.silent);
     }
     let mut pictures = Pictures {
-        at_ns: run.bus.clock().now_ns(),
+        at_ns: match run.options.simulated_time {
+            true => run.session.clock().now_ns(),
+            false => run.bus.clock().now_ns(),
+        },
         pngs: vec![None; run.scene.views.len()],
         ..Pictures::default()
     };
@@ -48,7 +53,9 @@ pub(crate) fn take(run: &Run) -> Pictures {
     for (view, panel) in panels.iter().enumerate() {
         pictures.pngs[view] = write_view(run, view, panel, &mut pictures.problems);
     }
-    let replayed = run.options.replay.as_ref().map(Replay::title);
+    let shown = run.books.volume_hash().map(|hash| hash.to_string());
+    let replay = run.options.replay.as_ref();
+    let replayed = replay.and_then(|replay| replay.title(shown.as_deref()));
     let sheet = sheet::draw(&run.scene, &panels, pose.as_ref(), replayed.as_deref());
     let stamp = panels
         .iter()
@@ -173,9 +180,8 @@ pub(crate) fn report(run: &Run) -> Report {
         run: run.options.run.clone(),
         scene: run.source.path.display().to_string(),
         seed: run.scene.seed,
-        duration_s: run
-            .began_ns
-            .map_or(0.0, |began| clock::ms(pictures.at_ns - began) / 1e3),
+        duration_s: duration_s(run, pictures),
+        simulated_time: run.options.simulated_time,
         registration_id: format!("{registration_id:016x}"),
         volume,
         replay: ReplayReport::of(run),
@@ -194,6 +200,15 @@ pub(crate) fn report(run: &Run) -> Report {
     }
 }
 
+/// From sample 0 to the pictures, s.
+fn duration_s(run: &Run, pictures: &Pictures) -> f64 {
+    let began_ns = match run.options.simulated_time {
+        true => run.began_ns.map(|_| SIMULATED_START_NS),
+        false => run.began_ns,
+    };
+    began_ns.map_or(0.0, |began_ns| clock::ms(pictures.at_ns - began_ns) / 1e3)
+}
+
 fn view_report(run: &Run, view: usize, pictures: &Pictures) -> ViewReport {
     let spec = &run.scene.views[view];
     let book = &run.books.views[view];
@@ -209,45 +224,6 @@ fn view_report(run: &Run, view: usize, pictures: &Pictures) -> ViewReport {
         png: png.map(|(name, _)| name.clone()),
         seq: png.map(|(_, seq)| *seq),
     }
-}
-
-fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
-    let mut problems = pictures.problems.clone();
-    problems.extend(ReplayReport::of(run).iter().flat_map(ReplayReport::problems));
-    problems.extend(run.books.poses.problems());
-    if run.books.frozen() > 0 {
-        let (count, ms) = (run.books.frozen(), run.scene.limits.frozen.as_millis());
-        problems.push(format!(
-            "{count} samples were the same measurement under fresh stamps for more than {ms} ms: {}",
-            Lost::Frozen.words()
-        ));
-    }
-    if run.books.foreign_volume {
-        problems.push("two different examinations were published during this run".to_owned());
-    }
-    for view in &run.books.views {
-        if view.unflagged_old > 0 {
-            problems.push(format!(
-                "{} images older than the limit did not say so",
-                view.unflagged_old
-            ));
-        }
-    }
-    problems.extend(
-        run.held
-            .iter()
-            .map(|name| format!("{name} died too often and was left alone")),
-    );
-    let unrecorded = pictures
-        .processes
-        .iter()
-        .filter(|process| process.note.starts_with("NOT RECORDING"));
-    problems.extend(unrecorded.map(|process| format!("at its end the session was {}", process.note)));
-    let unfinished = output::recordings(&run.options.out, run.options.recording())
-        .into_iter()
-        .filter(|name| name.ends_with(".recording"));
-    problems.extend(unfinished.map(|name| format!("{name} was not finished: `recorder recover` brings it back")));
-    problems
 }
 
 /// Puts the report into the last file of the session, where it is whole. Why it could not be is on stderr.

@@ -6,13 +6,16 @@
 mod accuracy;
 mod books;
 mod calibrate;
+mod check;
 pub mod cli;
 mod duration;
+mod ends;
 mod finale;
 mod memory;
 mod output;
 mod plan;
 mod ports;
+mod problems;
 mod replay;
 mod report;
 mod resolve;

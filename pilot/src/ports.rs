@@ -2,6 +2,7 @@
 
 use bus::message::{Event, FrameStamp, Heartbeat, ToolPose};
 use bus::port::{CommandClient, CommandServer, FrameSubscriber, Publisher, Subscriber, VolumeSubscriber};
+use bus::run::RunContext;
 use bus::scene::Scene;
 use bus::topic::{EVENT, FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
 use bus::{Bus, BusError};
@@ -24,13 +25,15 @@ pub(crate) struct Ports {
     pub(crate) replayer: Option<CommandClient>,
     /// One for each view.
     pub(crate) held: Vec<FrameSubscriber>,
+    /// How far it has come, for a tracker in simulated time, which waits for it.
+    pub(crate) taken: Option<Publisher<Heartbeat>>,
     /// What the pilot does and is asked to do, for the recording.
     pub(crate) events: Publisher<Event>,
 }
 
 impl Ports {
     /// Opens them all; the pilot comes first and so creates the services that its children join.
-    pub(crate) fn open(bus: &Bus, scene: &Scene, planned: &[Planned]) -> Result<Self, BusError> {
+    pub(crate) fn open(bus: &Bus, run: &RunContext, scene: &Scene, planned: &[Planned]) -> Result<Self, BusError> {
         let beats = planned.iter().map(|p| Subscriber::open(bus, &HEARTBEAT, &p.name, 1));
         let renderers = || planned.iter().enumerate().filter(|(_, p)| !p.views.is_empty());
         let stamps =
@@ -50,6 +53,10 @@ impl Ports {
             renderers: clients.collect::<Result<_, BusError>>()?,
             replayer: replayer.transpose()?,
             held: held.collect::<Result<_, _>>()?,
+            taken: run
+                .simulated_time
+                .then(|| Publisher::open(bus, &HEARTBEAT, "pilot"))
+                .transpose()?,
             events: Publisher::open(bus, &EVENT, "pilot")?,
         })
     }

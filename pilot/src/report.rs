@@ -19,6 +19,8 @@ pub(crate) struct Report {
     pub(crate) scene: String,
     pub(crate) seed: u64,
     pub(crate) duration_s: f64,
+    /// Whether time was simulated: nothing in this report then says how fast the machine was.
+    pub(crate) simulated_time: bool,
     pub(crate) registration_id: String,
     pub(crate) volume: Option<VolumeReport>,
     /// What was replayed; `null` for a run that navigated. Latencies are then on the clock of the replay.

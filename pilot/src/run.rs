@@ -9,8 +9,9 @@ use bus::message::{Command, CommandKind, FrameState, Level, ProcessState};
 use bus::port::{CommandServer, Request};
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
+use bus::scene::Scene;
 use bus::scene::raw::Source;
-use bus::scene::{Scene, TrackerSource};
+use bus::session::SIMULATED_START_NS;
 use bus::wake::Waits;
 use bus::{Bus, BusError};
 
@@ -28,8 +29,6 @@ use crate::supervise::{Action, Ending, Event, KillReason, Outcome};
 const TICK: Duration = Duration::from_millis(10);
 /// From when everybody is ready to the tracker's first sample: time for it to hear of that.
 const LEAD: Duration = Duration::from_millis(250);
-/// How long the end of a timed run waits for its last pose, on a machine that is held up: whoever simulates goes on beyond it.
-const GRACE: Duration = Duration::from_secs(10);
 /// How long a renderer may take to show that there is no pose.
 const SHOWING: Duration = Duration::from_millis(250);
 /// Requests answered in one turn; more of them wait for the next, so that no client can keep the pilot from its watch.
@@ -64,6 +63,8 @@ pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Repo
     let _lock = RunLock::acquire(&dir)?;
     let mut context = RunContext::new(&dir, monotonic_ns())?;
     context.replay = options.replay.as_ref().map(Replay::of);
+    context.duration_ns = options.duration.map(clock::ns);
+    context.simulated_time = options.simulated_time;
     let replaced = output::prepare(&options.out, &finale::picture_names(&scene), options.overwrite)?;
     // With the lock held, whatever bears this run's prefix is left over from a pilot that was killed.
     context.sweep();
@@ -122,12 +123,14 @@ impl Run {
             }
         }
         // Answered after the events are taken in, so that a status never shows a dead process as ready.
+        self.tell_taken()?;
         let mut stop = self.stop.is_set() || self.time_is_up() || self.replay_has_ended() || self.replay_is_stuck();
         self.tell_progress();
         for _ in 0..REQUESTS {
             let Some(request) = server.next()? else { break };
-            stop |= self.answer(request)?;
+            self.asked_to_stop |= self.answer(request)?;
         }
+        stop |= self.asked_to_stop;
         if stop {
             // What has gone out by now counts.
             self.listen()?;
@@ -159,6 +162,10 @@ impl Run {
                 continue;
             }
             self.notes[i] = beat.note_text();
+            if self.planned[i].name == "tracker" {
+                // Its poses have gone out before, and are taken in before this is looked at.
+                self.tracker_is_done = beat.process_state() == ProcessState::Stopping;
+            }
             let state = beat.process_state();
             if state == ProcessState::Ready && self.planned[i].views.is_empty() && self.planned[i].name != "tracker" {
                 self.books.live_again(&self.planned[i].name, beat.t_ns);
@@ -216,14 +223,17 @@ impl Run {
             self.books.jumped();
         }
         while let Some(pose) = self.ports.poses.next()? {
-            // Stamps of a replay are those of another run.
-            let published_ns = match self.session.is_replay() {
+            if self.is_beyond(&pose) {
+                continue;
+            }
+            // Stamps of a replay are those of another run, and those of simulated time no clock's.
+            let published_ns = match self.session.is_ruled() {
                 true => self.bus.clock().now_ns(),
                 false => pose.t_publish_ns,
             };
             self.books.live_again("tracker", published_ns);
             // Poses that came just before a replay went back are ahead of its clock by now; who draws them judges that.
-            let now_ns = match self.session.is_replay() {
+            let now_ns = match self.session.is_ruled() {
                 true => i64::MAX,
                 false => self.session.clock().now_ns(),
             };
@@ -235,8 +245,10 @@ impl Run {
         for (process, stamps) in &self.ports.stamps {
             while let Some(stamp) = stamps.next()? {
                 self.books.frame(&stamp, stale_ns);
-                if stamp.frame_state() == Some(FrameState::Live) {
-                    let at_ns = match self.session.is_replay() {
+                // What a process that died had drawn says nothing of the one that follows on it.
+                let runs = self.running[*process].is_some();
+                if runs && stamp.frame_state() == Some(FrameState::Live) {
+                    let at_ns = match self.session.is_ruled() {
                         true => self.bus.clock().now_ns(),
                         false => stamp.t_framed_ns,
                     };
@@ -245,18 +257,6 @@ impl Run {
             }
         }
         Ok(())
-    }
-
-    /// A timed run ends when its last pose has come, or a moment after it should have.
-    fn time_is_up(&self) -> bool {
-        let (Some(began), Some(duration)) = (self.began_ns, self.options.duration) else {
-            return false;
-        };
-        let over = self.clock().now_ns() - (began + clock::ns(duration));
-        let seen = self.books.newest_pose().is_some_and(|p| p.seq >= self.last_seq());
-        // Other sources may have nothing to say.
-        let numbered = matches!(self.scene.tracker.source, TrackerSource::Simulated(_));
-        over >= 0 && (seen || !numbered || over > clock::ns(GRACE))
     }
 
     /// Once, before anything is stopped.
@@ -332,7 +332,13 @@ impl Run {
         let mut more = Vec::new();
         // The first one is told when everybody, itself included, is ready; one that follows on it goes on with its samples.
         if let ("tracker", Some(began)) = (&*self.planned[i].name, self.began_ns) {
-            more = vec!["--start-ns".to_owned(), began.to_string()];
+            more = match self.options.simulated_time {
+                true => vec!["--start-ns".to_owned(), SIMULATED_START_NS.to_string()],
+                false => vec!["--start-ns".to_owned(), began.to_string()],
+            };
+            if let (true, Some(pose)) = (self.options.simulated_time, self.books.newest_pose()) {
+                more.extend(["--after-ns".to_owned(), pose.t_publish_ns.to_string()]);
+            }
         }
         // A replayer that died is followed by one that goes on where it was.
         if self.planned[i].name == REPLAYER
@@ -356,7 +362,10 @@ impl Run {
             false => 0,
         };
         let began_ns = *self.began_ns.get_or_insert(now + lead);
-        self.context.begin(began_ns)?;
+        self.context.begin(match self.options.simulated_time {
+            true => SIMULATED_START_NS,
+            false => began_ns,
+        })?;
         let ending = self.options.ending();
         let words = format!("everybody ready after {:.2} s; {ending}", clock::ms(now) / 1e3);
         bus::say!("pilot: {words}");

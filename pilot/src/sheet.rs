@@ -27,8 +27,8 @@ fn rows(scene: &Scene) -> Vec<Vec<usize>> {
     [of(Extent::Global), of(Extent::Local)].concat()
 }
 
-/// Draws the sheet; `panels` in the order of the scene's views, `pose` the one that all of them show, `replayed` the
-/// recording that it comes from if it does.
+/// Draws the sheet; `panels` in the order of the scene's views, `pose` the one that all of them show, `replayed` what
+/// must be said of a replay whose sheet is not that of the recorded run.
 pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, replayed: Option<&str>) -> Canvas {
     let rows = rows(scene);
     let cell = |axis: usize| scene.views.iter().map(|v| v.size[axis]).max().unwrap_or(1) + GAP;
@@ -47,7 +47,7 @@ pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, rep
     let at = [GAP + cell(0) * column as u32, GAP + cell(1) * row as u32];
     let mut lines = vec![("TROCAR".to_owned(), WORDS, 26.0)];
     lines.push(("not a medical device".to_owned(), QUIET, 15.0));
-    lines.extend(replayed.map(|name| (format!("REPLAY of {name}"), REPLAY, 18.0)));
+    lines.extend(replayed.map(|words| (words.to_owned(), REPLAY, 18.0)));
     legend_lines(&mut lines, scene, panels, pose);
     legend(&mut canvas, scene, lines, at);
     canvas

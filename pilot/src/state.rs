@@ -8,8 +8,8 @@ use bus::clock::Clock;
 use bus::message::{Event, Level};
 use bus::process::StopFlag;
 use bus::run::RunContext;
+use bus::scene::Scene;
 use bus::scene::raw::Source;
-use bus::scene::{Scene, TrackerSource};
 use bus::session::Session;
 use bus::{Bus, BusError};
 
@@ -30,6 +30,8 @@ pub(crate) struct Options {
     pub(crate) overwrite: bool,
     /// `None`: until stopped.
     pub(crate) duration: Option<Duration>,
+    /// As fast as every view draws every pose, in simulated time.
+    pub(crate) simulated_time: bool,
     /// What is replayed; `None`: the run navigates.
     pub(crate) replay: Option<Replay>,
 }
@@ -78,6 +80,12 @@ pub(crate) struct Run {
     /// How many events were told.
     pub(crate) events: Cell<u64>,
     pub(crate) next_progress_ns: i64,
+    /// The tracker has said that the time is over, and all its poses have come.
+    pub(crate) tracker_is_done: bool,
+    /// `pilot stop` came.
+    pub(crate) asked_to_stop: bool,
+    /// In simulated time: the newest sample, and when it was first seen.
+    pub(crate) newest_came: (Option<u64>, i64),
 }
 
 impl Run {
@@ -101,7 +109,7 @@ impl Run {
         let planned = plan(&scene, &recording.to_string_lossy(), poses);
         let roles = planned.iter().map(|p| p.role.clone()).collect();
         Ok(Self {
-            ports: Ports::open(&bus, &scene, &planned)?,
+            ports: Ports::open(&bus, &context, &scene, &planned)?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             running: planned.iter().map(|_| None).collect(),
             notes: vec![String::new(); planned.len()],
@@ -110,6 +118,9 @@ impl Run {
             held: Vec::new(),
             began_ns: None,
             next_progress_ns: 0,
+            tracker_is_done: false,
+            asked_to_stop: false,
+            newest_came: (None, 0),
             session: Session::open(&bus, &context)?,
             pictures: None,
             recomputed: None,
@@ -136,13 +147,8 @@ impl Run {
         self.bus.clock()
     }
 
-    /// The sample that the pictures of a timed run show: the last one of its duration.
+    /// The sample that the pictures show, if it is valid: the newest. In a timed run the tracker publishes none beyond its time.
     pub(crate) fn last_seq(&self) -> u64 {
-        match (self.options.duration, &self.scene.tracker.source) {
-            (Some(duration), TrackerSource::Simulated(_)) => {
-                ((duration.as_secs_f64() * self.scene.tracker.rate_hz).round() as u64).saturating_sub(1)
-            }
-            _ => self.books.newest_pose().map_or(0, |p| p.seq),
-        }
+        self.books.newest_pose().map_or(0, |p| p.seq)
     }
 }

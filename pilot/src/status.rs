@@ -48,7 +48,7 @@ pub(crate) struct ProcessStatus {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ViewStatus {
     pub(crate) name: String,
-    /// live (in a replay: replay), stale, lost, held (asked for), down, waiting
+    /// live (in a replay: replay; in simulated time: simulated), stale, lost, held (asked for), down, waiting
     pub(crate) state: String,
     pub(crate) seq: Option<u64>,
     /// Age of the pose it shows, ms.
@@ -131,6 +131,7 @@ fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
         Some(FrameState::Held) => "held",
         Some(FrameState::Lost(_)) => "lost",
         Some(FrameState::Live) if run.session.is_replay() => "replay",
+        Some(FrameState::Live) if run.session.is_ruled() => "simulated",
         Some(FrameState::Live) => "live",
         Some(FrameState::Stale) => "stale",
     };

@@ -118,7 +118,11 @@ pub fn import(input: &Path, transform: Option<&str>, out: &Path, force: bool) ->
         path: input.to_owned(),
         source,
     };
-    let open = || Ok(BufReader::new(bus::file::open(input).map_err(|error| read(error.into()))?.0));
+    let open = || {
+        Ok(BufReader::new(
+            bus::file::open(input).map_err(|error| read(error.into()))?.0,
+        ))
+    };
     // Which transforms lead to the one that is asked for is known at the header's end only.
     let chain = header::chosen(input, transform, &header::names(input, open()?)?)?;
     let names: Vec<&str> = chain.names().into_iter().collect();

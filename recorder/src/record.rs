@@ -1,5 +1,6 @@
 //! The recorder's work: drain the topics, write, close a chunk in time.
 
+mod bound;
 mod intake;
 mod thumbnails;
 mod watch;
@@ -28,6 +29,7 @@ use crate::schema::{RunFacts, Source};
 use crate::seq::SeqWatch;
 use crate::series::{Free, Series, free_bytes};
 use crate::session_file::{Content, Finished};
+use bound::Bound;
 use intake::Intake;
 use thumbnails::Thumbnails;
 use watch::Watch;
@@ -97,6 +99,7 @@ pub struct Recorder {
     facts: RunFacts,
     series: Series,
     refused: u64,
+    bound: Bound,
 }
 
 impl Recorder {
@@ -129,6 +132,7 @@ impl Recorder {
             thumbnails: thumbnails.transpose()?,
             volume: VolumeSubscriber::open(bus)?,
             series: Series::start(out, content, &spec, free)?,
+            bound: Bound::new(run, scene),
             facts,
             refused: 0,
         })
@@ -160,7 +164,7 @@ impl Recorder {
         let taken = self.intake.take()?;
         let (series, refused) = (&mut self.series, &mut self.refused);
         self.tool.saw(taken.tool.iter().map(|pose| pose.seq));
-        for pose in &taken.tool {
+        for pose in taken.tool.iter().filter(|pose| self.bound.holds(pose)) {
             *refused += u64::from(pose.tracked().is_err());
             series.put(now_ns, Entry::Pose(Source::Tool, pose));
             self.watch.pose(now_ns, pose, series);
@@ -195,6 +199,7 @@ impl Recorder {
         let waits = streams.map(|(stream, topic)| (stream.waited, intake::ROOM + topic.buffer));
         Progress {
             counters: Counters {
+                published: self.tool.seqs.range.map_or(0, |(_, last)| last.saturating_add(1)),
                 recorded: self.series.written(),
                 dropped: missing.saturating_add(unrecorded),
                 refused: self.refused,

@@ -193,7 +193,10 @@ impl SliceView {
         let prepared = self.resampler.prepare(&new.view(), &samplings, &mut alive);
         prepared.map_err(RenderError::from)?;
         failed?;
-        self.origin = origin(self.process.run.replay.as_ref(), &new.hash().to_string());
+        self.origin = match self.process.run.simulated_time {
+            true => Origin::SimulatedTime,
+            false => origin(self.process.run.replay.as_ref(), &new.hash().to_string()),
+        };
         self.volume = Some(new);
         Ok(())
     }
@@ -438,7 +441,7 @@ fn stamp_of(sample: &ToolPose, what: &Rendered<'_>) -> FrameStamp {
         registration_id: sample.registration_id,
         state: what.notice.state().code(),
         on_request: u32::from(what.notice == Notice::Held),
-        replay: u32::from(what.origin != Origin::Tracker),
+        replay: what.origin.code(),
         ..FrameStamp::default()
     }
 }

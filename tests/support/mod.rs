@@ -44,6 +44,8 @@ stale_ms = 1000.0
 silent_s = 30.0
 stop_s = 30.0
 restart_window_s = 3600.0
+max_missing_share = 1.0
+latency_p99_ms = 0.0
 [[views]]
 name = "axial-global"
 plane = "axial"

@@ -33,6 +33,9 @@ struct Cli {
     /// When sample 0 is due, ns on the run's clock [default: as the run's pilot says, once this process is ready]
     #[arg(long, allow_hyphen_values = true)]
     start_ns: Option<i64>,
+    /// In simulated time: goes on behind this moment, ns, for a tracker that died [default: from sample 0 on]
+    #[arg(long, allow_hyphen_values = true)]
+    after_ns: Option<i64>,
 }
 
 /// The binary.
@@ -47,5 +50,5 @@ pub fn main() -> ExitCode {
         run_dir: cli.run_dir.unwrap_or_default(),
         parent: cli.parent,
     };
-    exit("tracker-proc", run::run(&membership, cli.start_ns))
+    exit("tracker-proc", run::run(&membership, cli.start_ns, cli.after_ns))
 }

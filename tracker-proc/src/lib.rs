@@ -14,6 +14,7 @@ mod markers;
 pub mod operating_room;
 mod run;
 mod simulated;
+mod simulated_time;
 
 pub use follow::PlayError;
 pub use gesture::{Gesture, GestureError};

@@ -18,6 +18,7 @@ use crate::gesture::{Gesture, GestureError, aim};
 use crate::markers::MarkersError;
 use crate::operating_room::{RoomError, ScriptError};
 use crate::simulated::{Measured, Simulated};
+use crate::simulated_time::SimulatedTime;
 
 /// The process looks up at least this often, to be stopped and to give signs of life.
 pub(crate) const LOOK_UP: Duration = Duration::from_millis(20);
@@ -26,6 +27,9 @@ pub(crate) const LOOK_UP: Duration = Duration::from_millis(20);
 pub(crate) fn catch_up_ns(scene: &Scene) -> i64 {
     clock::ns(scene.limits.stale) / 2
 }
+
+/// The last sample of the time that the run navigates for has gone out.
+pub(crate) const OVER: &str = "the time is over";
 
 /// Between two looks whether the navigation has begun.
 const BEGINNING: Duration = Duration::from_millis(5);
@@ -64,17 +68,18 @@ pub enum RunError {
     External,
 }
 
-/// Publishes poses until asked to stop; `start_ns` is the moment of sample 0 on the run's clock, `None` the one that the pilot
-/// says.
+/// Publishes poses until asked to stop, or until the time is over that the run navigates for; `start_ns` is the moment of sample 0
+/// on the run's clock, `None` the one that the pilot says. In simulated time a tracker goes on behind `after_ns`.
 ///
 /// # Errors
 /// Each variant of [`RunError`].
-pub(crate) fn run(membership: &Membership, start_ns: Option<i64>) -> Result<(), RunError> {
+pub(crate) fn run(membership: &Membership, start_ns: Option<i64>, after_ns: Option<i64>) -> Result<(), RunError> {
     let mut process = Process::join("tracker", membership)?;
     let output = Output {
         poses: Publisher::open(&process.bus, &TOOL_POSE, "")?,
         registration_id: process.scene.registration_id(),
         start_ns: Cell::new(start_ns),
+        after_ns,
     };
     match process.scene.tracker.source.clone() {
         // In a replay the frames of a room come out of the recording.
@@ -107,6 +112,9 @@ fn simulate(process: &mut Process, output: Output, simulation: Simulation) -> Re
     let Some(start) = samples.output.start(process)? else {
         return Ok(());
     };
+    if process.run.simulated_time {
+        return simulate_in_simulated_time(process, samples, start.at_ns);
+    }
     let start_ns = start.at_ns;
     // A process that starts while the script is going on begins with the next sample: those before it may have been
     // published by its predecessor.
@@ -117,9 +125,20 @@ fn simulate(process: &mut Process, output: Output, simulation: Simulation) -> Re
         false => due(&samples, process.clock().now_ns() - start_ns).map_or(0, |seq| seq + 1),
     };
     while !process.stop.is_set() {
-        process.beat(ProcessState::Ready, "")?;
+        let is_over = process.run.is_beyond(samples.simulated.t_device_ns(next));
+        match is_over {
+            true => process.beat(ProcessState::Stopping, OVER)?,
+            false => process.beat(ProcessState::Ready, "")?,
+        }
+        if is_over {
+            std::thread::sleep(LOOK_UP);
+            continue;
+        }
         let now = process.clock().now_ns() - start_ns;
         next = next.max(due(&samples, now - catch_up).map_or(0, |seq| seq + 1));
+        if process.run.is_beyond(samples.simulated.t_device_ns(next)) {
+            continue;
+        }
         if due(&samples, now).is_some_and(|due| due >= next) {
             samples.publish(next, process)?;
             next += 1;
@@ -131,6 +150,24 @@ fn simulate(process: &mut Process, output: Output, simulation: Simulation) -> Re
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     Ok(())
+}
+
+/// The same in simulated time.
+fn simulate_in_simulated_time(process: &mut Process, mut samples: Samples, start_ns: i64) -> Result<(), RunError> {
+    let mut time = SimulatedTime::open(process, &samples.output)?;
+    let mut seq = 0;
+    while !process.run.is_beyond(samples.simulated.t_device_ns(seq)) {
+        let at_ns = start_ns + samples.simulated.t_device_ns(seq);
+        if !SimulatedTime::is_past(&samples.output, at_ns) {
+            time.expect(process, seq, at_ns, at_ns)?;
+            samples.publish(seq, process)?;
+            if !time.wait(process, &samples.output, seq)? {
+                break;
+            }
+        }
+        seq += 1;
+    }
+    Ok(time.end(process, &samples.output)?)
 }
 
 /// The simulated localizer; `None` where the process was stopped while it waited for the volume.
@@ -177,6 +214,8 @@ pub(crate) struct Output {
     /// Of the scene's own numbers.
     pub(crate) registration_id: u64,
     start_ns: Cell<Option<i64>>,
+    /// In simulated time: what was due until then has been published by a tracker before this one.
+    pub(crate) after_ns: Option<i64>,
 }
 
 /// When sample 0 is due.
@@ -205,6 +244,18 @@ impl Output {
             std::thread::sleep(BEGINNING);
         }
         Ok(None)
+    }
+
+    /// Whether a frame captured at `t_capture_ns` is beyond the time that the run navigates for.
+    pub(crate) fn is_beyond(&self, process: &Process, t_capture_ns: i64) -> bool {
+        if process.run.duration_ns.is_none() {
+            return false;
+        }
+        if self.start_ns.get().is_none() {
+            self.start_ns.set(process.run.began_ns());
+        }
+        let start_ns = self.start_ns.get();
+        start_ns.is_some_and(|start_ns| process.run.is_beyond(t_capture_ns.saturating_sub(start_ns)))
     }
 
     /// When sample 0 was due, ns on the run's clock.
@@ -242,7 +293,7 @@ impl Samples {
         }
         let mut truth = self.message(seq, &measured);
         truth.set(Tracked::Valid(measured.truth));
-        pose.t_publish_ns = process.clock().now_ns();
+        pose.t_publish_ns = process.session.clock().now_ns();
         truth.t_publish_ns = pose.t_publish_ns;
         self.output.poses.send(pose)?;
         self.truths.send(truth)?;

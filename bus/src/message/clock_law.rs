@@ -1,4 +1,4 @@
-//! The clock of a replay, as its replayer publishes it.
+//! The clock of a replay as its replayer publishes it, or simulated time as the tracker does.
 
 use iceoryx2::prelude::ZeroCopySend;
 

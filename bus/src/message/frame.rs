@@ -37,7 +37,8 @@ pub struct FrameStamp {
     pub view: u32,
     /// 1 where the image was asked for by a command and not drawn because a pose came.
     pub on_request: u32,
-    /// 1 where the pose comes out of a recording. Whoever shows such an image says so, whatever its state.
+    /// 1 where the pose comes out of a recording, 2 where time is simulated; 0 is the present. Whoever shows such an image says
+    /// so, whatever its state.
     pub replay: u32,
 }
 

@@ -28,7 +28,8 @@ const _: () = assert!(size_of::<Heartbeat>() == 152 && size_of::<Counters>() == 
 #[repr(C)]
 #[type_name("trocar/Counters/1")]
 pub struct Counters {
-    /// Messages published: poses, frames or volumes.
+    /// Messages published: poses, frames or volumes. Of the pilot and the recorder, who take poses: the number of the newest
+    /// pose that each has taken, and one.
     pub published: u64,
     /// Poses published as lost, or frames drawn without a pose.
     pub lost: u64,

@@ -24,6 +24,10 @@ pub struct Limits {
     pub restart_window: Duration,
     /// How long processes may take to end when asked.
     pub stop: Duration,
+    /// More of a run's samples missing than this share is a problem.
+    pub max_missing_share: f64,
+    /// Images later than this behind the capture of their pose, at the 99th percentile, are a problem; `None`: they are not.
+    pub latency_p99: Option<Duration>,
 }
 
 /// After so long without a pose there is none, or after twice the time that makes it stale, unless the scene says otherwise.
@@ -45,6 +49,8 @@ pub(super) fn limits(raw: &RawLimits) -> Checked<Limits> {
     if !(1..=100).contains(&raw.restarts) {
         return Err(invalid("limits.restarts", raw.restarts, "1 to 100"));
     }
+    let latency_ms = raw.latency_p99_ms.unwrap_or(stale_ms);
+    let latency_ms = number("limits.latency_p99_ms", latency_ms, 0.0..=60_000.0, "ms")?;
     Ok(Limits {
         stale: Duration::from_secs_f64(stale_ms / 1e3),
         lost: Duration::from_secs_f64(lost_ms / 1e3),
@@ -54,5 +60,7 @@ pub(super) fn limits(raw: &RawLimits) -> Checked<Limits> {
         restarts: raw.restarts,
         restart_window: seconds("limits.restart_window_s", raw.restart_window_s, 1.0..=3600.0)?,
         stop: seconds("limits.stop_s", raw.stop_s, 0.1..=60.0)?,
+        max_missing_share: number("limits.max_missing_share", raw.max_missing_share, 0.0..=1.0, "of 1")?,
+        latency_p99: (latency_ms > 0.0).then(|| Duration::from_secs_f64(latency_ms / 1e3)),
     })
 }

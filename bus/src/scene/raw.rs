@@ -371,6 +371,12 @@ pub struct RawLimits {
     pub restart_window_s: f64,
     /// How long processes may take to end when asked.
     pub stop_s: f64,
+    /// More of a run's samples missing than this share is a problem.
+    pub max_missing_share: f64,
+    /// Images later than this behind the capture of their pose, at the 99th percentile, are a problem; 0: they are not. Absent:
+    /// as `stale_ms`, as one image in a hundred was then old before it was ever seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latency_p99_ms: Option<f64>,
 }
 
 impl Default for RawLimits {
@@ -384,6 +390,8 @@ impl Default for RawLimits {
             restarts: 5,
             restart_window_s: 30.0,
             stop_s: 3.0,
+            max_missing_share: 0.01,
+            latency_p99_ms: None,
         }
     }
 }

@@ -52,6 +52,15 @@ pub(crate) enum FactsError {
     },
 }
 
+/// How many poses a recording holds by its index; 0 for one that holds none, or cannot be read.
+pub(crate) fn recorded_poses(recording: &Path) -> u64 {
+    let answer = spawn::ask("recorder", &["facts".as_ref(), recording.as_os_str()]);
+    let Some(output) = answer.1.ok().filter(|output| output.status.success()) else {
+        return 0;
+    };
+    serde_json::from_slice::<Facts>(&output.stdout).map_or(0, |facts| facts.poses)
+}
+
 /// Asks the recorder, who goes by the file's index unless all of it is to be read; its own words, if it refuses, stand on stderr.
 pub(crate) fn ask(recording: &Path, whole: bool) -> Result<Facts, FactsError> {
     let mut arguments = vec!["facts".as_ref(), recording.as_os_str()];

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use crate::state::{Options, Run};
 
 pub(crate) use args::ReplayArgs;
-pub(crate) use facts::Facts;
+pub(crate) use facts::{Facts, recorded_poses};
 pub(crate) use prepare::{PrepareError, prepare};
 pub(crate) use recompute::{Recompute, RecomputeError, Recomputed};
 
@@ -62,12 +62,17 @@ impl Replay {
         clock::ms(moment_ns.saturating_sub(self.facts.first_ns)) / 1e3
     }
 
-    /// What the contact sheet says of it.
-    pub(crate) fn title(&self) -> String {
-        match self.recompute {
-            Some(_) => format!("{}, poses made again", self.name()),
-            None => self.name(),
-        }
+    /// What the contact sheet must say of it, where it is not the sheet of the run that was recorded: `shown` is the examination
+    /// that is.
+    pub(crate) fn title(&self, shown: Option<&str>) -> Option<String> {
+        let name = self.name();
+        let why = match (&self.recompute, &self.facts.volume_hash) {
+            (_, Some(recorded)) if shown != Some(recorded) => "recorded in ANOTHER EXAMINATION",
+            (_, None) => "EXAMINATION NOT VERIFIED",
+            (Some(_), _) => "poses made again",
+            (None, _) => return None,
+        };
+        Some(format!("REPLAY of {name}, {why}"))
     }
 
     /// The recording's file name, for pictures and progress.
@@ -235,6 +240,10 @@ impl Options {
                 let (name, speed) = (replay.name(), &replay.speed);
                 format!("replaying {name} from {from:.2} s to {to:.2} s at speed {speed}{again}{made}")
             }
+            (None, Some(duration)) if self.simulated_time => {
+                let s = duration.as_secs_f64();
+                format!("navigating for {s:.1} s of simulated time, as fast as every view draws every pose")
+            }
             (None, Some(duration)) => format!("navigating for {:.1} s", duration.as_secs_f64()),
             (None, None) => format!("navigating until `pilot stop --run {}` or Ctrl-C", self.run),
         }
@@ -242,16 +251,16 @@ impl Options {
 }
 
 impl Run {
-    /// Whether the last pose of a replay has gone out.
+    /// Whether the last pose of a replay, or of a run in simulated time, has gone out.
     pub(crate) fn replay_has_ended(&self) -> bool {
         self.session
             .replay()
             .is_some_and(|law| law.replay_state() == ReplayState::Ended)
     }
 
-    /// Whether a replay waits for a process that will not come back.
+    /// Whether a replay, or a run in simulated time, waits for a process that will not come back.
     pub(crate) fn replay_is_stuck(&self) -> bool {
-        self.options.replay.is_some() && !self.held.is_empty()
+        self.session.is_ruled() && !self.held.is_empty() || self.simulated_time_stands_still()
     }
 
     /// Says now and then how far a replay has come.

@@ -104,6 +104,7 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
         out: args.out.clone(),
         overwrite: false,
         duration: None,
+        simulated_time: false,
         replay: Some(replay),
     };
     Ok((options, source, scene))

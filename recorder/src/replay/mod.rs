@@ -4,7 +4,7 @@
 //! * [`facts`]: what must be known of a recording before it is replayed, and whether it can be.
 //! * [`tape`]: the messages of a recording in the order in which they were published.
 //! * [`transport`]: play, pause, step, seek, speed, loop, as a state machine without a clock of its own.
-//! * [`lockstep`]: at full speed, waiting until every view has drawn a pose before the next goes out; and until the tracker
+//! * [`bus::lockstep`]: at full speed, waiting until every view has drawn a pose before the next goes out; and until the tracker
 //!   has made it, where it makes poses.
 //! * [`images`]: pictures of every pose, or of every N-th, as files.
 //! * [`timing`]: how well time was kept.
@@ -18,7 +18,6 @@ pub mod account;
 pub(crate) mod cli;
 pub mod facts;
 pub mod images;
-pub mod lockstep;
 pub mod process;
 pub mod tape;
 pub mod timing;

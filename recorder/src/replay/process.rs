@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
+use bus::lockstep::{Lockstep, TRACKER};
 use bus::message::{ClockLaw, ProcessState, ReplayState, ToolPose};
 use bus::port::{CommandServer, Publisher, VolumeSubscriber};
 use bus::process::{JoinError, Process};
@@ -15,7 +16,6 @@ use bus::topic::{GROUND_TRUTH, SESSION_CLOCK};
 
 use super::Speed;
 use super::images::{Images, ImagesError};
-use super::lockstep::{Lockstep, TRACKER};
 use super::tape::Tape;
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
@@ -275,7 +275,7 @@ impl<'a> Replayer<'a> {
         }
         let waits = self.transport.speed() == Speed::Max || self.transport.state() == ReplayState::Paused;
         if waits {
-            self.lockstep.expect(&moment.pose)?;
+            self.lockstep.expect(moment.pose.seq, moment.pose.t_capture_ns)?;
             self.unpictured = Some(moment.pose);
         } else if let Some(when) = self.transport.law().when(moment.due_ns()) {
             self.timing.saw(monotonic_ns().saturating_sub(when));

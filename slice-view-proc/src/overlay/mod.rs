@@ -37,13 +37,33 @@ pub enum Origin {
     RecordingOfAnother,
     /// A recording that does not say in which examination it was made.
     RecordingOfUnknown,
+    /// The tracker, in simulated time: not the present.
+    SimulatedTime,
 }
 
 impl Origin {
+    /// As stamps say it.
+    pub const fn code(self) -> u32 {
+        match self {
+            Self::Tracker => 0,
+            Self::Recording | Self::RecordingOfAnother | Self::RecordingOfUnknown => 1,
+            Self::SimulatedTime => 2,
+        }
+    }
+
+    /// What whatever moves says in the place of LIVE.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Tracker => "LIVE",
+            Self::Recording | Self::RecordingOfAnother | Self::RecordingOfUnknown => "REPLAY",
+            Self::SimulatedTime => "SIMULATED TIME",
+        }
+    }
+
     /// What every image says, also a held one.
     fn warning(self) -> &'static str {
         match self {
-            Self::Tracker | Self::Recording => "",
+            Self::Tracker | Self::Recording | Self::SimulatedTime => "",
             Self::RecordingOfAnother => "NOT THE EXAMINATION OF THE RECORDING",
             Self::RecordingOfUnknown => "EXAMINATION NOT VERIFIED",
         }

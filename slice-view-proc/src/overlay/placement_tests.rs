@@ -43,7 +43,8 @@ fn drawn() -> impl Strategy<Value = Drawn> {
         Just(Origin::Tracker),
         Just(Origin::Recording),
         Just(Origin::RecordingOfAnother),
-        Just(Origin::RecordingOfUnknown)
+        Just(Origin::RecordingOfUnknown),
+        Just(Origin::SimulatedTime)
     ];
     let scene = (
         0..7_usize,

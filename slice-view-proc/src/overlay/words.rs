@@ -107,7 +107,11 @@ impl Overlay<'_> {
 
     /// Whatever moves in a replay says so.
     fn replay_word(&self) -> Caption {
-        let word = if self.is_moving_replay() { "REPLAY" } else { "" };
+        let word = if self.is_moving_replay() {
+            self.origin.word()
+        } else {
+            ""
+        };
         let at = [f64::from(self.view.size[0]) / 2.0, 44.0 * self.word_unit()];
         self.caption(word, 24.0, palette::REPLAY, vec![(at, Anchor::Centre)])
     }
@@ -245,7 +249,9 @@ impl Overlay<'_> {
     fn state_words(&self) -> (String, Rgb) {
         let seq = self.seq;
         match self.notice {
-            Notice::Live if self.origin != Origin::Tracker => (format!("REPLAY seq {seq}"), palette::REPLAY),
+            Notice::Live if self.origin != Origin::Tracker => {
+                (format!("{} seq {seq}", self.origin.word()), palette::REPLAY)
+            }
             Notice::Live => (format!("LIVE seq {seq}"), palette::WORDS),
             Notice::Held => (format!("HELD seq {seq}"), palette::WORDS),
             Notice::Stale(_) => (format!("seq {seq}"), palette::WARN),

@@ -21,7 +21,7 @@ use super::{Follower, Source, Stamp, examination, numbers, refuse, region};
 use crate::chain::{Chain, Registration};
 use crate::markers::{Markers, MarkersError, taken};
 use crate::operating_room::{chain_of, is_noiseless};
-use crate::run::{LOOK_UP, Output, RunError};
+use crate::run::{LOOK_UP, OVER, Output, RunError};
 
 /// Frames that may wait while the process is held up, a quarter of a second at 1000 Hz.
 const DEPTH: usize = 256;
@@ -143,7 +143,10 @@ impl Listening<'_> {
         }
         self.follow_clock(process)?;
         self.follower.tend(process);
-        process.beat(ProcessState::Ready, &self.follower.words())?;
+        match self.follower.output.is_beyond(process, process.clock().now_ns()) {
+            true => process.beat(ProcessState::Stopping, OVER)?,
+            false => process.beat(ProcessState::Ready, &self.follower.words())?,
+        }
         Ok(ControlFlow::Continue(()))
     }
 
@@ -169,7 +172,7 @@ impl Listening<'_> {
             t_capture_ns: frame.t_capture_ns,
             visible: frame.tool_seen,
         };
-        if !self.follower.admit(&stamp, process) {
+        if self.follower.output.is_beyond(process, frame.t_capture_ns) || !self.follower.admit(&stamp, process) {
             return Ok(());
         }
         let missed = self.next_seq.map_or(0, |next| frame.seq.saturating_sub(next));

@@ -11,7 +11,11 @@ use calib::pose::Sighting;
 use super::{Follower, Source, Stamp, examination, numbers, region};
 use crate::chain::Chain;
 use crate::operating_room::{Arrival, Frame, OperatingRoom, Script, is_noiseless};
-use crate::run::{LOOK_UP, Output, RunError, catch_up_ns};
+use crate::run::{LOOK_UP, OVER, Output, RunError, catch_up_ns};
+use crate::simulated_time::SimulatedTime;
+
+/// In simulated time frames are looked for so far ahead at a time.
+const STRETCH_NS: i64 = 1_000_000_000;
 
 /// The room, and where its frames and its truth go.
 struct InRoom {
@@ -53,6 +57,9 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
     let Some(start) = output.start(process)? else {
         return Ok(());
     };
+    if process.run.simulated_time {
+        return in_room.follow_in_simulated_time(process, &mut follower);
+    }
     let catch_up = catch_up_ns(&process.scene);
     let mut after = match start.is_first {
         true => -1,
@@ -66,7 +73,13 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
             in_room.frame(&in_room.room.frame(arrival.seq), &mut follower, process)?;
         }
         follower.tend(process);
-        process.beat(ProcessState::Ready, &follower.words())?;
+        match process
+            .run
+            .is_beyond(now.saturating_sub(in_room.room.longest_delay_ns()))
+        {
+            true => process.beat(ProcessState::Stopping, OVER)?,
+            false => process.beat(ProcessState::Ready, &follower.words())?,
+        }
         after = now;
         let look_up = now + clock::ns(LOOK_UP);
         let next = in_room.room.next_arrival(now, look_up);
@@ -78,8 +91,44 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
 }
 
 impl InRoom {
-    /// Every frame goes out as the localizer saw it; one that is believed, with its pose and the truth.
-    fn frame(&self, frame: &Frame, follower: &mut Follower<'_>, process: &mut Process) -> Result<(), RunError> {
+    /// The same in simulated time: one frame after the other, each at the time of its arrival.
+    fn follow_in_simulated_time(&self, process: &mut Process, follower: &mut Follower<'_>) -> Result<(), RunError> {
+        let (output, start_ns) = (follower.output, follower.output.start_ns());
+        let mut time = SimulatedTime::open(process, output)?;
+        let mut arrivals: Vec<Arrival> = Vec::new();
+        let mut after: i64 = -1;
+        // Frames are under way for so long at most.
+        while !process
+            .run
+            .is_beyond(after.saturating_sub(self.room.longest_delay_ns()))
+        {
+            let until = after + STRETCH_NS;
+            self.room.arrivals(after, until, &mut arrivals);
+            for arrival in &arrivals {
+                let (frame, at_ns) = (self.room.frame(arrival.seq), start_ns + arrival.t_arrival_ns);
+                if process.run.is_beyond(frame.t_capture_ns) || SimulatedTime::is_past(output, at_ns) {
+                    continue;
+                }
+                time.expect(process, frame.seq, start_ns + frame.t_capture_ns, at_ns)?;
+                follower.tend(process);
+                if !self.frame(&frame, follower, process)? {
+                    time.forget();
+                }
+                if !time.wait(process, output, frame.seq)? {
+                    return Ok(time.end(process, output)?);
+                }
+            }
+            after = until;
+        }
+        Ok(time.end(process, output)?)
+    }
+
+    /// Every frame of the run's time goes out as the localizer saw it; one that is believed, with its pose and the truth. Returns
+    /// whether there was a pose.
+    fn frame(&self, frame: &Frame, follower: &mut Follower<'_>, process: &mut Process) -> Result<bool, RunError> {
+        if process.run.is_beyond(frame.t_capture_ns) {
+            return Ok(false);
+        }
         let t_capture_ns = follower.output.start_ns() + frame.t_capture_ns;
         let stamp = Stamp {
             seq: frame.seq,
@@ -88,18 +137,20 @@ impl InRoom {
             // At most 32 emitters.
             visible: frame.tool.len() as u32,
         };
-        self.frames.send(seen(frame, t_capture_ns, process.clock().now_ns()))?;
+        self.frames
+            .send(seen(frame, t_capture_ns, process.session.clock().now_ns()))?;
         if !follower.admit(&stamp, process) {
-            return Ok(());
+            return Ok(false);
         }
         let places = [numbers(&frame.tool), numbers(&frame.reference)];
         follower.frame(&stamp, places, process, |links| {
             self.chain.solve_with(links, &frame.tool, &frame.reference)
         })?;
         let mut truth = follower.message(&stamp);
-        truth.t_publish_ns = process.clock().now_ns();
+        truth.t_publish_ns = process.session.clock().now_ns();
         truth.set(Tracked::Valid(frame.ct_from_tool));
-        Ok(self.truths.send(truth)?)
+        self.truths.send(truth)?;
+        Ok(true)
     }
 }
 

@@ -17,7 +17,8 @@ use geometry::{Frame as GeometryFrame, Point, Rigid, Tracker, Uncertain};
 use super::{Follower, Source, Stamp, examination};
 use crate::chain::{Found, Links, Reason, Registration};
 use crate::errors::errors_about;
-use crate::run::{LOOK_UP, Output, RunError};
+use crate::run::{LOOK_UP, OVER, Output, RunError};
+use crate::simulated_time::SimulatedTime;
 
 /// The longest header, bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -77,7 +78,8 @@ pub enum PlayError {
 /// # Errors
 /// [`RunError`].
 pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSource) -> Result<(), RunError> {
-    let played = Played::load(spec)?;
+    let mut played = Played::load(spec)?;
+    played.keep(|due_ns| !process.run.is_beyond(due_ns));
     let Some(examination) = examination(process)? else {
         return Ok(());
     };
@@ -99,6 +101,9 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSour
     let Some(start) = output.start(process)? else {
         return Ok(());
     };
+    if process.run.simulated_time {
+        return played.follow_in_simulated_time(process, &mut follower);
+    }
     let mut next = match start.is_first {
         true => 0,
         false => played.due(process.clock().now_ns() - start.at_ns),
@@ -114,7 +119,11 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSour
             true => format!("the sequence has ended; {}", follower.words()),
             false => follower.words(),
         };
-        process.beat(ProcessState::Ready, &words)?;
+        let is_over = process.run.duration_ns.is_some() && next == played.frames.len();
+        match is_over {
+            true => process.beat(ProcessState::Stopping, OVER)?,
+            false => process.beat(ProcessState::Ready, &words)?,
+        }
         let look_up = process.clock().now_ns() + clock::ns(LOOK_UP);
         let due_ns = played.due_ns.get(next).map_or(look_up, |due| due + start.at_ns);
         process.clock().sleep_until(due_ns.min(look_up));
@@ -175,7 +184,36 @@ impl Played {
         self.due_ns.partition_point(|due| *due <= t_ns)
     }
 
-    fn frame(&self, seq: usize, follower: &mut Follower<'_>, process: &mut Process) -> Result<(), RunError> {
+    /// Leaves out what comes later than is wanted.
+    fn keep(&mut self, wanted: impl Fn(i64) -> bool) {
+        self.frames
+            .truncate(self.due_ns.partition_point(|due_ns| wanted(*due_ns)));
+        self.due_ns.truncate(self.frames.len());
+    }
+
+    /// Plays it in simulated time.
+    fn follow_in_simulated_time(&self, process: &mut Process, follower: &mut Follower<'_>) -> Result<(), RunError> {
+        let output = follower.output;
+        let mut time = SimulatedTime::open(process, output)?;
+        for (seq, due_ns) in self.due_ns.iter().enumerate() {
+            let at_ns = output.start_ns() + due_ns;
+            if SimulatedTime::is_past(output, at_ns) {
+                continue;
+            }
+            time.expect(process, seq as u64, at_ns, at_ns)?;
+            follower.tend(process);
+            if !self.frame(seq, follower, process)? {
+                time.forget();
+            }
+            if !time.wait(process, output, seq as u64)? {
+                break;
+            }
+        }
+        Ok(time.end(process, output)?)
+    }
+
+    /// Returns whether there was a pose.
+    fn frame(&self, seq: usize, follower: &mut Follower<'_>, process: &mut Process) -> Result<bool, RunError> {
         let frame = &self.frames[seq];
         let stamp = Stamp {
             seq: seq as u64,
@@ -184,10 +222,11 @@ impl Played {
             visible: 0,
         };
         if !follower.admit(&stamp, process) {
-            return Ok(());
+            return Ok(false);
         }
         let places = [0, 1].map(|i| frame.poses.get(i).copied().flatten().into_iter().flat_map(numbers));
-        follower.frame(&stamp, places, process, |links| self.solve(frame, links))
+        follower.frame(&stamp, places, process, |links| self.solve(frame, links))?;
+        Ok(true)
     }
 
     fn solve(&self, frame: &Frame, links: &Links) -> Result<Found, Reason> {

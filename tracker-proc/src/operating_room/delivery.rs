@@ -98,9 +98,14 @@ impl Delivery {
 
     /// A frame such that all before it have arrived by `t_ns`, however late they were.
     fn captured(&self, t_ns: i64) -> u64 {
+        self.last_before(t_ns.saturating_sub(self.longest_ns()))
+            .saturating_sub(2)
+    }
+
+    /// See [`super::OperatingRoom::longest_delay_ns`].
+    pub(super) fn longest_ns(&self) -> i64 {
         let t = &self.timing;
-        let longest_ns = ns(t.latency_s + t.jitter_s + t.late_s);
-        self.last_before(t_ns.saturating_sub(longest_ns)).saturating_sub(2)
+        ns(t.latency_s + t.jitter_s + t.late_s)
     }
 
     /// A frame that is captured at `t_ns` or later, or the last one; at most two too far.

@@ -160,6 +160,11 @@ impl OperatingRoom {
         self.delivery.next_arrival(after_ns, until_ns)
     }
 
+    /// How long a frame may be under way, ns.
+    pub fn longest_delay_ns(&self) -> i64 {
+        self.delivery.longest_ns()
+    }
+
     /// Frame `seq`. The same for the same seed, always.
     pub fn frame(&self, seq: u64) -> Frame {
         let t_capture_ns = self.delivery.capture_ns(seq);

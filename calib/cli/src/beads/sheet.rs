@@ -48,8 +48,9 @@ pub(super) fn draw(volume: &Volume, beads: &[BeadRecord]) -> Canvas {
         let top = GAP + i / across * cell_height;
         let [x, y, z] = bead.centre_mm;
         let words = format!(
-            "{}   L {x:.2}  P {y:.2}  S {z:.2} mm   r {:.2}  +- {:.3}",
+            "{}   {}   r {:.2}  +- {:.3}",
             i + 1,
+            Point::<Ct>::new(x, y, z).in_words(2),
             bead.radius_mm,
             bead.error_rms_mm
         );

@@ -1,11 +1,11 @@
-//! At full speed: the next pose goes out when every view has drawn the one before; where poses are made again, also when
-//! the tracker has made it.
+//! At full speed, in a replay and in a run in simulated time: the next pose goes out when every view has drawn the one before;
+//! where poses are made again, also when the tracker has made it.
 
-use bus::message::{FrameStamp, ToolPose};
-use bus::port::Subscriber;
-use bus::scene::Scene;
-use bus::topic::{FRAME_STAMP, TOOL_POSE};
-use bus::{Bus, BusError};
+use crate::message::{FrameStamp, ToolPose};
+use crate::port::Subscriber;
+use crate::scene::Scene;
+use crate::topic::{FRAME_STAMP, TOOL_POSE};
+use crate::{Bus, BusError};
 
 /// Which views have drawn the pose that was published last.
 #[derive(Debug)]
@@ -51,18 +51,18 @@ impl Lockstep {
         })
     }
 
-    /// Before a pose goes out: what was drawn before does not count for it.
+    /// Before pose `seq`, captured at `t_capture_ns`, goes out: what was drawn before does not count for it.
     ///
     /// # Errors
     /// [`BusError::Transfer`].
-    pub fn expect(&mut self, pose: &ToolPose) -> Result<(), BusError> {
+    pub fn expect(&mut self, seq: u64, t_capture_ns: i64) -> Result<(), BusError> {
         for (_, stamps) in &self.renderers {
             while stamps.next()?.is_some() {}
         }
         self.poses(|_| {})?;
         self.made = None;
         self.views.iter_mut().for_each(|(_, drawn)| *drawn = false);
-        self.waiting_for = Some((pose.seq, pose.t_capture_ns));
+        self.waiting_for = Some((seq, t_capture_ns));
         Ok(())
     }
 
@@ -130,8 +130,8 @@ impl Lockstep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::port::Publisher;
-    use bus::run::RunContext;
+    use crate::port::Publisher;
+    use crate::run::RunContext;
     use std::path::Path;
 
     #[test]
@@ -142,7 +142,7 @@ mod tests {
         let scene = Scene::parse("", Path::new("")).unwrap();
         let mut lockstep = Lockstep::open(&bus, &scene, false).unwrap();
         let renderers: Vec<_> = scene.renderers();
-        let open = |plane: bus::scene::Plane| Publisher::open(&bus, &FRAME_STAMP, &plane.process()).unwrap();
+        let open = |plane: crate::scene::Plane| Publisher::open(&bus, &FRAME_STAMP, &plane.process()).unwrap();
         let stamps: Vec<Publisher<FrameStamp>> = renderers.iter().map(|(plane, _)| open(*plane)).collect();
         let stamp = |view: usize, seq, t_capture_ns| FrameStamp {
             view: view as u32,
@@ -153,12 +153,7 @@ mod tests {
         assert!(lockstep.is_drawn().unwrap(), "nothing is expected yet");
         // Drawn before it was expected: of an earlier round.
         stamps[0].send(stamp(0, 7, 70)).unwrap();
-        let pose = ToolPose {
-            seq: 7,
-            t_capture_ns: 70,
-            ..ToolPose::EMPTY
-        };
-        lockstep.expect(&pose).unwrap();
+        lockstep.expect(7, 70).unwrap();
         for ((plane, views), port) in renderers.iter().zip(&stamps) {
             for &view in views {
                 assert!(!lockstep.is_drawn().unwrap(), "view {view}");
@@ -193,7 +188,7 @@ mod tests {
             ..ToolPose::EMPTY
         };
         poses.send(recorded).unwrap();
-        lockstep.expect(&recorded).unwrap();
+        lockstep.expect(recorded.seq, recorded.t_capture_ns).unwrap();
         let stamp = FrameStamp {
             seq: 7,
             t_capture_ns: 70,

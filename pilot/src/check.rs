@@ -1,0 +1,101 @@
+//! `pilot check`: what a scene would start, and everything that would keep it from working, before anything is started.
+
+mod files;
+mod place;
+
+use bus::run::{RunContext, run_dir, shm_free_bytes};
+use bus::scene::Scene;
+use bus::scene::raw::Source;
+
+use crate::plan::{Poses, plan};
+use place::Examination;
+
+/// Below this side an image is too small for its words: they are drawn over one another, px.
+const WORDS_PX: u32 = 192;
+/// What must be free in shared memory beside the voxels, bytes: see the README.
+const SPARE_BYTES: u64 = 64 << 20;
+
+/// What was found.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Checked {
+    /// What would be started and shown.
+    pub(crate) lines: Vec<String>,
+    /// What keeps the scene from working, each with what to do.
+    pub(crate) faults: Vec<String>,
+}
+
+/// Looks at everything that a scene names.
+pub(crate) fn check(source: &Source, scene: &Scene) -> Checked {
+    let mut faults = files::faults(source, scene);
+    let examination = Examination::of(source, scene);
+    match &examination {
+        Ok(examination) => {
+            faults.extend(place::faults(scene, examination));
+            faults.extend(memory(examination));
+        }
+        Err(why) => faults.push(why.clone()),
+    }
+    let folder = run_dir("default").and_then(|dir| RunContext::new(&dir, 0));
+    faults.extend(folder.err().map(|error| error.to_string()));
+    Checked {
+        lines: lines(source, scene),
+        faults,
+    }
+}
+
+/// What keeps a scene from working and is known without reading an examination.
+pub(crate) fn cheap_faults(source: &Source, scene: &Scene) -> Vec<String> {
+    let generated = Examination::generated(source, scene).and_then(Result::ok);
+    generated.iter().flat_map(|it| place::faults(scene, it)).collect()
+}
+
+/// Voxels take 2 bytes each. Where the system does not say how much is free, the loader finds out.
+fn memory(examination: &Examination) -> Option<String> {
+    let needed = examination
+        .loaded_voxels()?
+        .saturating_mul(2)
+        .saturating_add(SPARE_BYTES);
+    let free = shm_free_bytes().ok()?;
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    (free < needed).then(|| {
+        format!(
+            "shared memory: the examination needs {} MiB of /dev/shm and {} MiB are free. Free some, load a part of it \
+             ([volume.region]) or fewer voxels (volume.downsample)",
+            mib(needed),
+            free >> 20
+        )
+    })
+}
+
+fn lines(source: &Source, scene: &Scene) -> Vec<String> {
+    let mut lines = vec![format!("volume: {}", source.scene.volume.source)];
+    lines.push(format!(
+        "registration {:016x}, seed {}",
+        scene.registration_id(),
+        scene.seed
+    ));
+    for process in plan(scene, "session.mcap", Poses::Tracked) {
+        let views = process.views.iter().map(|&v| scene.views[v].name.as_str());
+        lines.push(
+            format!("starts {:<20} {}", process.name, views.collect::<Vec<_>>().join(" "))
+                .trim_end()
+                .to_owned(),
+        );
+    }
+    for target in &scene.targets {
+        lines.push(format!("target {:<20} {}", target.name, target.centre.in_words(1)));
+    }
+    for view in &scene.views {
+        let shorter = view.size[0].min(view.size[1]);
+        if shorter < WORDS_PX {
+            lines.push(format!(
+                "note: view {}: {shorter} pixels are too few for the words on an image; from {WORDS_PX} a side on they can be read",
+                view.name
+            ));
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests;

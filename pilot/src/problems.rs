@@ -1,0 +1,169 @@
+//! What was wrong with a run, in words: whoever reads only the exit code is told by it that there is something to read.
+
+use bus::clock::ms;
+use bus::message::Lost;
+use bus::scene::{Limits, TrackerSource};
+
+use crate::books::{Latency, PoseCounts};
+use crate::output;
+use crate::replay::{self, ReplayReport};
+use crate::report::Pictures;
+use crate::state::Run;
+
+/// What was wrong with `run`, in words; empty for one that went as it should.
+pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
+    let mut problems = pictures.problems.clone();
+    problems.extend(ReplayReport::of(run).iter().flat_map(ReplayReport::problems));
+    problems.extend(run.books.poses.problems());
+    if run.books.frozen() > 0 {
+        let (count, frozen_ms) = (run.books.frozen(), run.scene.limits.frozen.as_millis());
+        problems.push(format!(
+            "{count} samples were the same measurement under fresh stamps for more than {frozen_ms} ms: {}",
+            Lost::Frozen.words()
+        ));
+    }
+    problems.extend(judgements(run));
+    if run.books.foreign_volume {
+        problems.push("two different examinations were published during this run".to_owned());
+    }
+    for view in &run.books.views {
+        if view.unflagged_old > 0 {
+            problems.push(format!(
+                "{} images older than the limit did not say so",
+                view.unflagged_old
+            ));
+        }
+    }
+    problems.extend(
+        run.held
+            .iter()
+            .map(|name| format!("{name} died too often and was left alone")),
+    );
+    let unrecorded = pictures
+        .processes
+        .iter()
+        .filter(|process| process.note.starts_with("NOT RECORDING"));
+    problems.extend(unrecorded.map(|process| format!("at its end the session was {}", process.note)));
+    let unfinished = output::recordings(&run.options.out, run.options.recording())
+        .into_iter()
+        .filter(|name| name.ends_with(".recording"));
+    problems.extend(unfinished.map(|name| format!("{name} was not finished: `recorder recover` brings it back")));
+    problems
+}
+
+/// Of a run that navigated: what it missed, how late it was, and what its recording lacks. A replay shows what is recorded.
+fn judgements(run: &Run) -> Vec<String> {
+    if run.options.replay.is_some() {
+        return Vec::new();
+    }
+    let limits = &run.scene.limits;
+    let mut problems: Vec<String> = missing(&run.books.poses, limits).into_iter().collect();
+    // Simulated time passes at no machine's pace.
+    if !run.options.simulated_time {
+        let whole = run.books.latencies().last();
+        problems.extend(whole.and_then(|(_, latency)| late(&latency, limits)));
+    }
+    if run.simulated_time_stands_still() {
+        problems.push("simulated time stood still: somebody never drew, or never took, the last pose".to_owned());
+    }
+    problems.extend(cut_short(run));
+    problems.extend(unrecorded(run));
+    problems
+}
+
+/// Samples that never came.
+fn missing(poses: &PoseCounts, limits: &Limits) -> Option<String> {
+    let all = poses.published + poses.missing;
+    let share = poses.missing as f64 / all.max(1) as f64;
+    (share > limits.max_missing_share).then(|| {
+        format!(
+            "{} of {all} samples are missing, {:.1} %; limits.max_missing_share allows {:.1} %",
+            poses.missing,
+            100.0 * share,
+            100.0 * limits.max_missing_share
+        )
+    })
+}
+
+/// Images that were old when they were first seen.
+fn late(whole: &Latency, limits: &Limits) -> Option<String> {
+    let most_ms = ms(bus::clock::ns(limits.latency_p99?));
+    (whole.p99 > most_ms).then(|| {
+        format!(
+            "overload: one image in a hundred came more than {:.0} ms after its pose was captured; limits.latency_p99_ms \
+             allows {most_ms:.0} ms",
+            whole.p99
+        )
+    })
+}
+
+/// A timed run whose tracker never said that its last sample had gone out.
+fn cut_short(run: &Run) -> Option<String> {
+    let timed = run.options.duration.is_some() && !run.stop.is_set() && !run.asked_to_stop;
+    let tracked = !matches!(run.scene.tracker.source, TrackerSource::External);
+    let done = run.tracker_is_done || run.replay_has_ended();
+    (timed && tracked && !done)
+        .then(|| "the tracker did not come to the end of the run's time: the last samples are not there".to_owned())
+}
+
+/// Poses that went out and are in none of the session's files.
+fn unrecorded(run: &Run) -> Option<String> {
+    run.scene.recording.as_ref()?;
+    let published = run.books.poses.published;
+    let files = output::recordings(&run.options.out, run.options.recording());
+    let whole = files.iter().filter(|name| name.ends_with(".mcap"));
+    let recorded = whole.map(|name| replay::recorded_poses(&run.options.out.join(name)));
+    let recorded = recorded.fold(0, u64::saturating_add);
+    (recorded < published).then(|| {
+        format!(
+            "the recording lacks {} of the {published} samples that went out",
+            published - recorded
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bus::scene::Scene;
+    use std::path::Path;
+
+    fn limits(text: &str) -> Limits {
+        Scene::parse(&format!("[limits]\n{text}"), Path::new(""))
+            .unwrap()
+            .limits
+    }
+
+    #[test]
+    fn more_samples_missing_than_the_share_allows_are_a_problem() {
+        let poses = |published, missing| PoseCounts {
+            published,
+            missing,
+            ..PoseCounts::default()
+        };
+        // One in a hundred is allowed unless the scene says otherwise.
+        assert_eq!(missing(&poses(99, 1), &limits("")), None);
+        let words = missing(&poses(98, 2), &limits("")).unwrap();
+        assert!(
+            words.contains("2 of 100 samples are missing, 2.0 %") && words.contains("allows 1.0 %"),
+            "{words}"
+        );
+        assert_eq!(missing(&poses(1, 99), &limits("max_missing_share = 1.0")), None);
+        assert!(missing(&poses(999, 1), &limits("max_missing_share = 0.0")).is_some());
+        assert_eq!(missing(&poses(0, 0), &limits("max_missing_share = 0.0")), None);
+    }
+
+    #[test]
+    fn images_later_than_the_limit_are_an_overload() {
+        let latency = |p99| Latency {
+            p99,
+            ..Latency::default()
+        };
+        // Unless the scene says otherwise, later than an image may be before it is old.
+        assert_eq!(late(&latency(100.0), &limits("")), None);
+        assert!(late(&latency(101.0), &limits("")).unwrap().contains("101 ms"));
+        assert_eq!(late(&latency(101.0), &limits("stale_ms = 200")), None);
+        assert!(late(&latency(101.0), &limits("stale_ms = 200\nlatency_p99_ms = 50")).is_some());
+        assert_eq!(late(&latency(1e6), &limits("latency_p99_ms = 0")), None);
+    }
+}
