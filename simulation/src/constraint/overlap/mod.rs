@@ -257,8 +257,8 @@ impl Search<'_> {
     fn deepest_of(&self, [first, second]: [usize; 2], run: &Run) -> Overlap {
         let mut deepest: Option<Overlap> = None;
         for (arc, [from, to]) in run {
-            for k in 1..=PLACES {
-                let s = from + (to - from) * (f64::from(k) - 0.5) / f64::from(PLACES);
+            for k in 0..=PLACES {
+                let s = from + (to - from) * f64::from(k) / f64::from(PLACES);
                 let at = Cursor {
                     arc: *arc,
                     u: 2.0 * s - 1.0,
@@ -311,7 +311,8 @@ impl Search<'_> {
             let foot = feet.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance));
             foot.map_or(0.0, |(nodes, foot)| {
                 let other: Vector2<f64> = nodes.iter().zip(line_slope(foot.u)).map(|(p, s)| p * s).sum();
-                slope.normalize().dot(&other.normalize())
+                let unit = |v: Vector2<f64>| v.try_normalize(0.0).unwrap_or_default();
+                unit(slope).dot(&unit(other))
             })
         };
         let cosines: Vec<f64> = arcs.iter().map(aligned).collect();
