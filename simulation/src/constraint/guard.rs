@@ -89,7 +89,12 @@ impl Guard {
             .filter_map(|(body, cursor, length)| {
                 let gap = self.gap(bodies, a, *body, cursor);
                 let slope = barrier(gap / self.stage.width).map_or(0.0, |b| b[1]);
-                let row = (*body, *cursor, wall.against(), -self.stiffness * length * slope);
+                let row = (
+                    *body,
+                    *cursor,
+                    wall.against(),
+                    -self.stiffness * bodies.relative_stiffness(*body) * length * slope,
+                );
                 (gap < wall.depth).then_some(row)
             })
             .collect();
@@ -143,7 +148,7 @@ impl Guard {
         let heights = self.heights(bodies, a);
         self.samples.iter().filter_map(move |(body, cursor, length)| {
             let gap = at(&heights, *body, cursor);
-            let scale = self.stiffness * length * self.stage.width;
+            let scale = self.stiffness * bodies.relative_stiffness(*body) * length * self.stage.width;
             let energy = barrier(gap / self.stage.width).map(|[b, first, second]| {
                 [
                     scale * b,

@@ -32,7 +32,9 @@ impl Point {
     }
 
     /// The largest free force, and the largest outer force or reaction of what is fixed.
-    pub(super) fn balance(&self, potential: &impl Potential) -> (f64, f64) {
+    ///
+    /// Where there is neither, the largest force of a constraint.
+    pub(super) fn balance(&self, potential: &impl Potential, a: &[f64]) -> (f64, f64) {
         let (mut residual, mut load) = (0.0_f64, 0.0_f64);
         for (i, (g, fixed)) in self.gradient.iter().zip(potential.fixed()).enumerate() {
             if *fixed {
@@ -42,6 +44,7 @@ impl Point {
                 load = load.max(potential.load(i).abs());
             }
         }
+        let load = if load > 0.0 { load } else { potential.reaction(a) };
         (residual, load)
     }
 }
@@ -104,7 +107,7 @@ impl<'a, P: Potential> Line<'a, P> {
     pub(super) fn search(&self, evaluations: &mut usize) -> Option<Next> {
         let mut t = 1.0;
         for _ in 0..MOST_HALVINGS {
-            let a: Vec<f64> = self.a.iter().zip(&self.step).map(|(a, s)| a + t * s).collect();
+            let a = self.moved(t);
             *evaluations += 1;
             if let Some(point) = self.point(&a, t) {
                 let enough = point.energy <= self.at.energy + ARMIJO * t * self.slope;
@@ -116,6 +119,15 @@ impl<'a, P: Potential> Line<'a, P> {
             t *= 0.5;
         }
         None
+    }
+
+    /// Where the part `t` of the step leads: with its turns made whole where that way is free.
+    fn moved(&self, t: f64) -> Vec<f64> {
+        let part: Vec<f64> = self.step.iter().map(|s| t * s).collect();
+        let turned = self.potential.turned(self.a, &part);
+        let free = turned.filter(|step| self.potential.reach(self.a, step) >= 1.0);
+        let step = free.unwrap_or(part);
+        self.a.iter().zip(step).map(|(a, s)| a + s).collect()
     }
 
     /// The state at `t`, where its energy is not above that of the start. A whole step mostly does: its gradient is asked for at

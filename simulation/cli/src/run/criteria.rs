@@ -49,7 +49,8 @@ pub(crate) struct Measures {
 impl Measures {
     pub(super) fn of(model: &Model, a: &[f64], found: &Found, contacts: &[Contact], balance: &[f64]) -> Self {
         let (equilibrium, minimum) = (&found.equilibrium, &found.equilibrium.minimum);
-        let load = if minimum.load > 0.0 { minimum.load } else { 1.0 };
+        let forces = scale(minimum.load, minimum.rounding);
+        let load = if minimum.load > 0.0 { minimum.load } else { forces };
         let extent = model.system.bodies.extent();
         let touching = contacts
             .iter()
@@ -67,8 +68,8 @@ impl Measures {
         Self {
             wanted_exact: found.wanted_exact,
             exact: equilibrium.exact,
-            free_force: minimum.residual / load,
-            force_change: equilibrium.force_change / load,
+            free_force: minimum.residual / forces,
+            force_change: equilibrium.force_change / forces,
             violation: equilibrium.violation / extent,
             complementarity: work / (load * extent),
             least_gap: least,
@@ -152,6 +153,12 @@ impl Measures {
             self.verdict()
         )
     }
+}
+
+/// What forces are measured by: the largest load or reaction, or where rounding leaves more than its part of that, so much that this is the part.
+fn scale(load: f64, rounding: f64) -> f64 {
+    let scale = load.max(rounding / FREE_FORCE);
+    if scale > 0.0 { scale } else { 1.0 }
 }
 
 /// The least height of an arc over a wall that keeps it out.
