@@ -8,7 +8,9 @@ use crate::solid::{Cursor, Local, Solid};
 use crate::sparse::Triplets;
 use crate::turn;
 
-/// A solid of so many times the stiffness of the softest counts as stiff beside it.
+/// Places this many sizes of the largest solid away from zero are measured from a nearer one.
+const FAR: f64 = 8.0;
+/// Below the largest stiffness by this factor a solid counts as softer, and above the softest as stiff beside it.
 const UNLIKE: f64 = 10.0;
 
 /// Solids, and where the parameters of each lie in the vector of all.
@@ -19,6 +21,7 @@ pub struct Bodies {
     size: usize,
     /// Of each solid, beside the largest.
     stiffness: Vec<f64>,
+    origin: Vector2<f64>,
 }
 
 impl Bodies {
@@ -83,17 +86,32 @@ impl Bodies {
         extents.fold(0.0, f64::max)
     }
 
-    /// The stiffness of a solid beside the largest of all, at most 1. A rigid one counts as the softest that is not: its contacts give it
+    /// The stiffness of a solid beside a tenth of the largest of all, at most 1: solids within a decade of one another count as alike. A rigid one counts as the softest that is not: its contacts give it
     /// what it has.
     pub fn relative_stiffness(&self, body: usize) -> f64 {
         self.stiffness[body]
+    }
+
+    /// The point that constraints measure places from: zero, or where solids lie farther from it than [`FAR`] times the largest, a point among
+    /// them. A gap is a difference of places: about zero it would have the rounding of their distance from it.
+    pub fn origin(&self) -> Vector2<f64> {
+        self.origin
+    }
+
+    fn find_origin(&mut self) {
+        let boxes = self.solids.iter().flat_map(|s| s.boundary().reference.iter().flatten());
+        let infinity = Vector2::repeat(f64::INFINITY);
+        let [low, high] = boxes.fold([infinity, -infinity], |b, x| [b[0].inf(x), b[1].sup(x)]);
+        let centre = low * 0.5 + high * 0.5;
+        let far = centre.amax() > FAR * self.extent() && centre.iter().all(|x| x.is_finite());
+        self.origin = if far { centre } else { Vector2::zeros() };
     }
 
     fn compare_stiffness(&mut self) {
         let own = self.solids.iter().map(|s| s.stiffness_scale());
         let soft = own.clone().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
         let largest = self.stiffness_scale();
-        let relative = |s: f64| (if s > 0.0 { s } else { soft }) / largest;
+        let relative = |s: f64| (UNLIKE * if s > 0.0 { s } else { soft } / largest).min(1.0);
         self.stiffness = own.map(|s| if largest > 0.0 { relative(s) } else { 1.0 }).collect();
     }
 
@@ -138,6 +156,7 @@ impl System {
         bodies.solids.push(Box::new(solid));
         bodies.size += count;
         bodies.compare_stiffness();
+        bodies.find_origin();
         self.weights.extend(weights);
         self.fixed.resize(bodies.size, false);
         self.loads.resize(bodies.size, 0.0);
@@ -276,7 +295,8 @@ impl Potential for System {
                 0.0
             };
             lengths.extend(part.iter().map(|u| u.abs() + size));
-            let far = solid.outline(part).into_iter().flatten().map(|x| x.amax());
+            let outline = solid.outline_about(part, self.bodies.origin);
+            let far = outline.into_iter().flatten().map(|x| x.amax());
             places.resize(offset + part.len(), far.fold(0.0, f64::max));
         }
         for term in self.terms.iter().filter(|t| !t.handed_over()) {

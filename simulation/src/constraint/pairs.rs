@@ -276,7 +276,8 @@ impl Term for Pairs {
         self.near(bodies, a, |shapes, near| {
             let each = near.iter().filter_map(|near| {
                 let force = near.direction() * -self.energy_of(bodies, near)?[1];
-                let (point, gap) = (shapes[near.on[0]].place(&near.sample), near.at.distance);
+                let (place, gap) = (shapes[near.on[0]].place(&near.sample), near.at.distance);
+                let point = place + bodies.origin();
                 let own = Force {
                     body: near.on[0],
                     point,

@@ -81,7 +81,7 @@ impl Plane {
         let wall = Wall {
             depth: 2.0 * self.stage.width,
             normal: self.normal,
-            offset: self.offset,
+            offset: self.height(bodies),
             samples: own().map(|t| (t.body, t.cursor)).collect(),
         };
         let near = |t: &&Touch| t.multiplier > 0.0 || self.gap(bodies, a, t) < wall.depth;
@@ -106,11 +106,16 @@ impl Plane {
         change
     }
 
+    /// The offset about the origin that places are measured from.
+    fn height(&self, bodies: &Bodies) -> f64 {
+        self.offset - bodies.origin().dot(&self.normal)
+    }
+
     fn gap(&self, bodies: &Bodies, a: &[f64], touch: &Touch) -> f64 {
         let solid = bodies.solid(touch.body);
         let arc = solid.boundary().arcs[touch.cursor.arc];
         let part = bodies.part(touch.body, a);
-        let heights = arc.map(|n| solid.point(part, n).dot(&self.normal) - self.offset);
+        let heights = arc.map(|n| solid.point_about(part, n, bodies.origin()).dot(&self.normal) - self.height(bodies));
         heights.iter().zip(touch.cursor.weights()).map(|(h, w)| h * w).sum()
     }
 

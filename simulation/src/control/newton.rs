@@ -108,8 +108,7 @@ impl Newton {
             let (residual, load) = at.balance(potential, a);
             let again = left.is_some_and(|most| residual <= most * before);
             let wanted = self.settings.tolerance * load;
-            let nothing = wanted == 0.0 && at.rounded(potential, a, wanted);
-            if nothing || at.within(potential, wanted, &rounding, 1.0) {
+            if at.within(potential, wanted, &rounding, 1.0) {
                 if self.settings.provisional {
                     return self.minimum(potential, a, &at, Stability::default(), work);
                 }

@@ -65,7 +65,7 @@ pub enum Failed {
     },
     /// The state found is no state of a solid.
     #[error(
-        "the forces balance in a state that is turned inside out (least determinant {least_determinant}): the law allows it, the solid does not; use a neo-Hookean law or a smaller load"
+        "the forces balance in a state that is turned inside out (least determinant {least_determinant}): the law allows it, the solid does not"
     )]
     Inverted {
         /// The least determinant.

@@ -1,6 +1,7 @@
 //! A line search that lets no energy rise.
 
 use super::Potential;
+use super::rounding::Rounding;
 
 /// The part of the first-order decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
@@ -8,6 +9,8 @@ const ARMIJO: f64 = 1e-4;
 const MOST_HALVINGS: usize = 40;
 /// Energies are compared to this relative rounding.
 const ROUNDING: f64 = 1e-13;
+/// Without any load forces are measured by so many times what rounding leaves of them.
+const ROUNDED: f64 = 1e8;
 /// Of the way to the first touch.
 const BEFORE_TOUCH: f64 = 0.9;
 
@@ -33,7 +36,7 @@ impl Point {
 
     /// The largest free force, and the largest outer force or reaction of what is fixed.
     ///
-    /// Where there is neither, the largest force of a constraint.
+    /// Where there is neither, the largest force of a constraint, or where there is none either so much that 1e-8 of it is rounding.
     pub(super) fn balance(&self, potential: &impl Potential, a: &[f64]) -> (f64, f64) {
         let (mut residual, mut load) = (0.0_f64, 0.0_f64);
         for (i, (g, fixed)) in self.gradient.iter().zip(potential.fixed()).enumerate() {
@@ -44,7 +47,12 @@ impl Point {
                 load = load.max(potential.load(i).abs());
             }
         }
-        let load = if load > 0.0 { load } else { potential.reaction(a) };
+        let load = if load > 0.0 {
+            load
+        } else {
+            let rounding = Rounding::of(potential, a).largest(potential.fixed());
+            potential.reaction(a).max(ROUNDED * rounding)
+        };
         (residual, load)
     }
 }

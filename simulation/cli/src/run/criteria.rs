@@ -16,7 +16,7 @@ const VIOLATION: f64 = 1e-9;
 /// The largest force times gap, in largest loads times sizes of the largest solid.
 const COMPLEMENTARITY: f64 = 1e-8;
 /// What weight, loads and contacts leave over on a solid, in its largest force.
-const BALANCE: f64 = 1e-6;
+pub(super) const BALANCE: f64 = 1e-6;
 /// Below zero by this part of the largest solid, a gap is rounding: exact contact leaves arcs 1e-13 deep between its rows.
 const DEPTH: f64 = 1e-12;
 /// Boundaries count as touching within this part of it, and may up to twice that: what is found deeper is an overlap.

@@ -266,7 +266,7 @@ impl Search<'_> {
                 let point = self.shapes[first].place(&at);
                 let depth = self.distance([first, second], *arc, point);
                 if deepest.is_none_or(|d| d.depth < depth) {
-                    let [x, y] = [point.x, point.y];
+                    let [x, y] = (point + self.bodies.origin()).into();
                     deepest = Some(Overlap {
                         first,
                         second,
@@ -323,7 +323,8 @@ impl Search<'_> {
             self.found.undecided.push(key);
             return;
         }
-        let (point, bounds) = (middle(arcs[0]).at(0.5), self.shapes[first].bounds);
+        let bounds = self.shapes[first].bounds;
+        let point = middle(arcs[0]).at(0.5) + self.bodies.origin();
         self.found.overlaps.push(Overlap {
             first,
             second,
