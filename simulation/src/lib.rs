@@ -19,3 +19,4 @@ pub mod q9;
 pub mod solid;
 pub mod sparse;
 pub mod system;
+mod turn;

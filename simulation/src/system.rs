@@ -6,6 +6,12 @@ use crate::constraint::{Change, Force, Term};
 use crate::control::Potential;
 use crate::solid::{Cursor, Local, Solid};
 use crate::sparse::Triplets;
+use crate::turn;
+
+/// Places this many sizes of the largest solid away from zero are measured from a nearer one.
+const FAR: f64 = 8.0;
+/// Below the largest stiffness by this factor a solid counts as softer, and above the softest as stiff beside it.
+const UNLIKE: f64 = 10.0;
 
 /// Solids, and where the parameters of each lie in the vector of all.
 #[derive(Debug, Default)]
@@ -13,6 +19,9 @@ pub struct Bodies {
     solids: Vec<Box<dyn Solid>>,
     offsets: Vec<usize>,
     size: usize,
+    /// Of each solid, beside the largest.
+    stiffness: Vec<f64>,
+    origin: Vector2<f64>,
 }
 
 impl Bodies {
@@ -77,6 +86,35 @@ impl Bodies {
         extents.fold(0.0, f64::max)
     }
 
+    /// The stiffness of a solid beside a tenth of the largest of all, at most 1: solids within a decade of one another count as alike. A rigid one counts as the softest that is not: its contacts give it
+    /// what it has.
+    pub fn relative_stiffness(&self, body: usize) -> f64 {
+        self.stiffness[body]
+    }
+
+    /// The point that constraints measure places from: zero, or where solids lie farther from it than [`FAR`] times the largest, a point among
+    /// them. A gap is a difference of places: about zero it would have the rounding of their distance from it.
+    pub fn origin(&self) -> Vector2<f64> {
+        self.origin
+    }
+
+    fn find_origin(&mut self) {
+        let boxes = self.solids.iter().flat_map(|s| s.boundary().reference.iter().flatten());
+        let infinity = Vector2::repeat(f64::INFINITY);
+        let [low, high] = boxes.fold([infinity, -infinity], |b, x| [b[0].inf(x), b[1].sup(x)]);
+        let centre = low * 0.5 + high * 0.5;
+        let far = centre.amax() > FAR * self.extent() && centre.iter().all(|x| x.is_finite());
+        self.origin = if far { centre } else { Vector2::zeros() };
+    }
+
+    fn compare_stiffness(&mut self) {
+        let own = self.solids.iter().map(|s| s.stiffness_scale());
+        let soft = own.clone().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
+        let largest = self.stiffness_scale();
+        let relative = |s: f64| (UNLIKE * if s > 0.0 { s } else { soft } / largest).min(1.0);
+        self.stiffness = own.map(|s| if largest > 0.0 { relative(s) } else { 1.0 }).collect();
+    }
+
     /// The largest stiffness, units of stress.
     pub fn stiffness_scale(&self) -> f64 {
         self.solids.iter().map(|s| s.stiffness_scale()).fold(0.0, f64::max)
@@ -117,6 +155,8 @@ impl System {
         bodies.offsets.push(bodies.size);
         bodies.solids.push(Box::new(solid));
         bodies.size += count;
+        bodies.compare_stiffness();
+        bodies.find_origin();
         self.weights.extend(weights);
         self.fixed.resize(bodies.size, false);
         self.loads.resize(bodies.size, 0.0);
@@ -236,6 +276,38 @@ impl Potential for System {
         self.load_factor * (self.weights[i] + self.loads[i])
     }
 
+    fn reaction(&self, a: &[f64]) -> f64 {
+        let forces = self.forces(a).into_iter();
+        forces.map(|f| f.force.norm()).fold(0.0, f64::max)
+    }
+
+    /// Of solids with their displacements, and where nothing is loaded with their sizes; of barriers and links with the places that they
+    /// take differences of. Rows of exact contact have forces of their own, which gaps do not enter.
+    fn rounding(&self, a: &[f64], sizes: &mut Vec<f64>) {
+        let (mut elastic, mut held) = (Triplets::new(self.size()), Triplets::new(self.size()));
+        let unloaded = (0..self.size()).all(|i| Potential::load(self, i) == 0.0);
+        let (mut lengths, mut places) = (Vec::new(), Vec::new());
+        for (offset, solid, part) in self.bodies.each(a) {
+            let known = solid.hessian(part, false, &mut elastic, offset).is_some();
+            let size = if unloaded && known {
+                solid.boundary().extent()
+            } else {
+                0.0
+            };
+            lengths.extend(part.iter().map(|u| u.abs() + size));
+            let outline = solid.outline_about(part, self.bodies.origin);
+            let far = outline.into_iter().flatten().map(|x| x.amax());
+            places.resize(offset + part.len(), far.fold(0.0, f64::max));
+        }
+        for term in self.terms.iter().filter(|t| !t.handed_over()) {
+            // Without second derivatives nothing is taken for rounding.
+            let _ = term.hessian(&self.bodies, a, false, &mut held);
+        }
+        let held = held.absolute_product(&places);
+        sizes.clear();
+        sizes.extend(elastic.absolute_product(&lengths).iter().zip(held).map(|(e, h)| e + h));
+    }
+
     fn extent(&self) -> f64 {
         self.bodies.extent()
     }
@@ -243,6 +315,33 @@ impl Potential for System {
     fn stiffness(&self) -> f64 {
         let scale = self.bodies.stiffness_scale();
         if scale > 0.0 { scale } else { f64::INFINITY }
+    }
+
+    fn turned(&self, a: &[f64], step: &[f64]) -> Option<Vec<f64>> {
+        let bodies = &self.bodies;
+        let softest = bodies.stiffness.iter().copied().fold(1.0, f64::min);
+        let mut turned: Option<Vec<f64>> = None;
+        for body in (0..bodies.len()).filter(|k| bodies.stiffness[*k] > UNLIKE * softest) {
+            if self.fixed[bodies.range(body)].contains(&true) {
+                continue;
+            }
+            let more = turn::bent(bodies.solid(body), bodies.part(body, a), bodies.part(body, step));
+            let all = turned.get_or_insert_with(|| step.to_vec());
+            bodies
+                .part_mut(body, all)
+                .iter_mut()
+                .zip(more)
+                .for_each(|(s, m)| *s += m);
+        }
+        turned
+    }
+
+    fn relative_stiffness(&self, parts: &mut Vec<f64>) {
+        parts.clear();
+        for (body, solid) in self.bodies.solids.iter().enumerate() {
+            let own = self.bodies.relative_stiffness(body);
+            parts.extend(std::iter::repeat_n(own, solid.parameters()));
+        }
     }
 
     fn least_determinant(&self, a: &[f64]) -> f64 {

@@ -15,6 +15,8 @@ mod scene;
 mod words;
 
 #[cfg(test)]
+mod apart;
+#[cfg(test)]
 mod mutated;
 
 use std::path::Path;

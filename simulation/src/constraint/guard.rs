@@ -80,7 +80,7 @@ impl Guard {
         let wall = Wall {
             depth: 2.0 * self.stage.width,
             normal: self.normal,
-            offset: self.offset,
+            offset: self.height(bodies),
             samples: self.samples.iter().map(|(body, cursor, _)| (*body, *cursor)).collect(),
         };
         let rows: Vec<(usize, Cursor, Against, f64)> = self
@@ -89,17 +89,27 @@ impl Guard {
             .filter_map(|(body, cursor, length)| {
                 let gap = self.gap(bodies, a, *body, cursor);
                 let slope = barrier(gap / self.stage.width).map_or(0.0, |b| b[1]);
-                let row = (*body, *cursor, wall.against(), -self.stiffness * length * slope);
+                let row = (
+                    *body,
+                    *cursor,
+                    wall.against(),
+                    -self.stiffness * bodies.relative_stiffness(*body) * length * slope,
+                );
                 (gap < wall.depth).then_some(row)
             })
             .collect();
         Exact::new(Between::Plane(wall), bodies, a, rows.into_iter())
     }
 
+    /// The offset about the origin that places are measured from.
+    fn height(&self, bodies: &Bodies) -> f64 {
+        self.offset - bodies.origin().dot(&self.normal)
+    }
+
     fn gap(&self, bodies: &Bodies, a: &[f64], body: usize, cursor: &Cursor) -> f64 {
         let solid = bodies.solid(body);
         let (arc, part) = (solid.boundary().arcs[cursor.arc], bodies.part(body, a));
-        let heights = arc.map(|n| solid.point(part, n).dot(&self.normal) - self.offset);
+        let heights = arc.map(|n| solid.point_about(part, n, bodies.origin()).dot(&self.normal) - self.height(bodies));
         heights.iter().zip(cursor.weights()).map(|(h, w)| h * w).sum()
     }
 
@@ -122,7 +132,8 @@ impl Guard {
 
     /// Heights of all nodes over the plane: several samples share a node.
     fn heights(&self, bodies: &Bodies, a: &[f64]) -> Vec<Vec<[f64; 3]>> {
-        self.of_nodes(bodies, |solid, body| solid.outline(bodies.part(body, a)), self.offset)
+        let outline = |solid: &dyn Solid, body| solid.outline_about(bodies.part(body, a), bodies.origin());
+        self.of_nodes(bodies, outline, self.height(bodies))
     }
 
     /// The least distance of a sample to the plane.
@@ -143,7 +154,7 @@ impl Guard {
         let heights = self.heights(bodies, a);
         self.samples.iter().filter_map(move |(body, cursor, length)| {
             let gap = at(&heights, *body, cursor);
-            let scale = self.stiffness * length * self.stage.width;
+            let scale = self.stiffness * bodies.relative_stiffness(*body) * length * self.stage.width;
             let energy = barrier(gap / self.stage.width).map(|[b, first, second]| {
                 [
                     scale * b,

@@ -27,10 +27,15 @@ pub enum End {
 }
 
 impl End {
+    /// Where it is, about the origin that places are measured from.
     fn place(&self, bodies: &Bodies, a: &[f64]) -> Vector2<f64> {
         match self {
-            Self::Fixed(point) => *point,
-            Self::On { body, cursor } => bodies.local(*body, cursor, a).position,
+            Self::Fixed(point) => point - bodies.origin(),
+            Self::On { body, cursor } => {
+                let (solid, part) = (bodies.solid(*body), bodies.part(*body, a));
+                let nodes = solid.boundary().arcs[cursor.arc].map(|n| solid.point_about(part, n, bodies.origin()));
+                nodes.iter().zip(cursor.weights()).map(|(x, w)| x * w).sum()
+            }
         }
     }
 
@@ -149,7 +154,7 @@ impl Term for Link {
             End::Fixed(_) => None,
             End::On { body, .. } => Some(Force {
                 body: *body,
-                point: end.place(bodies, a),
+                point: end.place(bodies, a) + bodies.origin(),
                 force: pull * sign,
                 gap: difference.norm(),
             }),

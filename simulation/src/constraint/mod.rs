@@ -29,7 +29,7 @@ pub use broad::near_boxes;
 pub use guard::Guard;
 pub use link::{End, Link};
 pub use nearest::{Nearest, nearest};
-pub use overlap::{Overlap, deepest, overlapping};
+pub use overlap::{Intersections, Overlap, Touching, deepest, intersections, overlapping};
 pub use pairs::Pairs;
 pub use plane::Plane;
 

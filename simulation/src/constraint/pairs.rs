@@ -56,7 +56,8 @@ impl PartialEq for Memory {
 
 impl Pairs {
     /// A barrier that begins at the distance `first_width`, and narrows to `last_width` as searches succeed; forces act
-    /// over that distance, so it is about the error. `stiffness` (units of stress): 0.1 of the solids' is good.
+    /// over that distance, so it is about the error. `stiffness` (units of stress): 0.1 of the stiffest solid's is good; two of which one is softer push
+    /// one another by as much less as that one is.
     pub fn new(first_width: f64, last_width: f64, stiffness: f64) -> Self {
         Self {
             stage: Stage::new([first_width, last_width]),
@@ -100,7 +101,7 @@ impl Pairs {
         let reach = Cell::new(between.depth());
         self.samples()
             .visit(bodies, &Self::shapes(bodies, a), &reach, &mut |near| {
-                let force = self.energy_of(&near).map_or(0.0, |e| -e[1]);
+                let force = self.energy_of(bodies, &near).map_or(0.0, |e| -e[1]);
                 let [body, other] = near.on;
                 let foot = near.foot;
                 rows.push((body, near.sample, Against::Arc { other, foot }, force));
@@ -142,8 +143,9 @@ impl Pairs {
     }
 
     /// Energy of a pair and its two derivatives by the distance.
-    fn energy_of(&self, near: &Near) -> Option<[f64; 3]> {
-        let scale = 0.5 * self.stiffness * near.length * self.stage.width;
+    fn energy_of(&self, bodies: &Bodies, near: &Near) -> Option<[f64; 3]> {
+        let [own, other] = near.on.map(|body| bodies.relative_stiffness(body));
+        let scale = 0.5 * self.stiffness * own.min(other) * near.length * self.stage.width;
         let [b, first, second] = barrier(near.at.distance / self.stage.width)?;
         Some([
             scale * b,
@@ -163,7 +165,7 @@ impl Term for Pairs {
             return exact.energy(bodies, a);
         }
         self.near(bodies, a, |_, near| {
-            near.iter().map(|near| Some(self.energy_of(near)?[0])).sum()
+            near.iter().map(|near| Some(self.energy_of(bodies, near)?[0])).sum()
         })
     }
 
@@ -174,7 +176,7 @@ impl Term for Pairs {
         self.near(bodies, a, |_, near| {
             let mut sum = 0.0;
             for near in near {
-                let [energy, first, _] = self.energy_of(near)?;
+                let [energy, first, _] = self.energy_of(bodies, near)?;
                 let pull = near.direction() * first;
                 for row in near.rows(bodies, a).0.iter() {
                     gradient[row.unknown] += pull.dot(&row.by);
@@ -191,7 +193,7 @@ impl Term for Pairs {
         }
         self.near(bodies, a, |shapes, near| {
             for near in near {
-                let [_, first, second] = self.energy_of(near)?;
+                let [_, first, second] = self.energy_of(bodies, near)?;
                 let (e, rows) = (near.direction(), near.rows(bodies, a));
                 let arc = &shapes[near.on[1]].arcs[near.foot.arc];
                 let bent = if convex { 0.0 } else { first };
@@ -273,8 +275,9 @@ impl Term for Pairs {
         }
         self.near(bodies, a, |shapes, near| {
             let each = near.iter().filter_map(|near| {
-                let force = near.direction() * -self.energy_of(near)?[1];
-                let (point, gap) = (shapes[near.on[0]].place(&near.sample), near.at.distance);
+                let force = near.direction() * -self.energy_of(bodies, near)?[1];
+                let (place, gap) = (shapes[near.on[0]].place(&near.sample), near.at.distance);
+                let point = place + bodies.origin();
                 let own = Force {
                     body: near.on[0],
                     point,

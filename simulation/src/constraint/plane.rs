@@ -81,7 +81,7 @@ impl Plane {
         let wall = Wall {
             depth: 2.0 * self.stage.width,
             normal: self.normal,
-            offset: self.offset,
+            offset: self.height(bodies),
             samples: own().map(|t| (t.body, t.cursor)).collect(),
         };
         let near = |t: &&Touch| t.multiplier > 0.0 || self.gap(bodies, a, t) < wall.depth;
@@ -98,7 +98,7 @@ impl Plane {
         for k in 0..self.touches.len() {
             let touch = self.touches[k];
             let gap = self.gap(bodies, a, &touch);
-            let next = (touch.multiplier - self.stiffness * gap).max(0.0);
+            let next = (touch.multiplier - self.hold(bodies, &touch) * gap).max(0.0);
             change.force = change.force.max((next - touch.multiplier).abs());
             change.violation = change.violation.max(-gap);
             self.touches[k].multiplier = next;
@@ -106,18 +106,28 @@ impl Plane {
         change
     }
 
+    /// The offset about the origin that places are measured from.
+    fn height(&self, bodies: &Bodies) -> f64 {
+        self.offset - bodies.origin().dot(&self.normal)
+    }
+
     fn gap(&self, bodies: &Bodies, a: &[f64], touch: &Touch) -> f64 {
         let solid = bodies.solid(touch.body);
         let arc = solid.boundary().arcs[touch.cursor.arc];
         let part = bodies.part(touch.body, a);
-        let heights = arc.map(|n| solid.point(part, n).dot(&self.normal) - self.offset);
+        let heights = arc.map(|n| solid.point_about(part, n, bodies.origin()).dot(&self.normal) - self.height(bodies));
         heights.iter().zip(touch.cursor.weights()).map(|(h, w)| h * w).sum()
+    }
+
+    /// How fast a force settles: by the stiffness of its solid.
+    fn hold(&self, bodies: &Bodies, touch: &Touch) -> f64 {
+        self.stiffness * bodies.relative_stiffness(touch.body)
     }
 
     /// Cursors that push, with the force.
     fn pushing<'a>(&'a self, bodies: &'a Bodies, a: &'a [f64]) -> impl Iterator<Item = (&'a Touch, f64)> {
         self.touches.iter().filter_map(move |touch| {
-            let push = touch.multiplier - self.stiffness * self.gap(bodies, a, touch);
+            let push = touch.multiplier - self.hold(bodies, touch) * self.gap(bodies, a, touch);
             (push > 0.0).then_some((touch, push))
         })
     }
@@ -179,9 +189,10 @@ impl Term for Plane {
         if let Some(exact) = &self.stage.exact {
             return exact.energy(bodies, a);
         }
-        let constant: f64 = self.touches.iter().map(|t| t.multiplier * t.multiplier).sum();
-        let pushing: f64 = self.pushing(bodies, a).map(|(_, push)| push * push).sum();
-        Some((pushing - constant) / (2.0 * self.stiffness))
+        let of = |touch: &Touch, force: f64| force * force / (2.0 * self.hold(bodies, touch));
+        let constant: f64 = self.touches.iter().map(|t| of(t, t.multiplier)).sum();
+        let pushing: f64 = self.pushing(bodies, a).map(|(touch, push)| of(touch, push)).sum();
+        Some(pushing - constant)
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
@@ -205,9 +216,8 @@ impl Term for Plane {
         for (touch, push) in self.pushing(bodies, a) {
             let mut rows = Rows::default();
             rows.add(bodies, touch.body, &touch.cursor, a, 1.0);
-            rows.add_form(sink, |p, q| {
-                self.stiffness * p.by.dot(&self.normal) * q.by.dot(&self.normal)
-            });
+            let hold = self.hold(bodies, touch);
+            rows.add_form(sink, |p, q| hold * p.by.dot(&self.normal) * q.by.dot(&self.normal));
             if !convex {
                 bend(bodies, touch.body, &touch.cursor, a, self.normal * -push, sink);
             }

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::solid::Cursor;
 use crate::system::Bodies;
 
-/// Positions of the nodes of one boundary, by arc.
+/// Positions of the nodes of one boundary, by arc, about [`Bodies::origin`].
 #[derive(Debug, Clone)]
 pub(super) struct Shape {
     pub(super) arcs: Vec<[Vector2<f64>; 3]>,
@@ -24,7 +24,7 @@ fn bounds(arc: &[Vector2<f64>; 3]) -> [Vector2<f64>; 2] {
 impl Shape {
     pub(super) fn of(bodies: &Bodies, body: usize, a: &[f64]) -> Self {
         let (solid, part) = (bodies.solid(body), bodies.part(body, a));
-        Self::of_arcs(solid.outline(part))
+        Self::of_arcs(solid.outline_about(part, bodies.origin()))
     }
 
     /// Of arcs where they are.

@@ -3,6 +3,7 @@
 mod newton;
 mod potential;
 mod report;
+mod rounding;
 mod search;
 
 pub use newton::{Newton, Settings};

@@ -1,5 +1,6 @@
 //! Newton's method with a line search, on the true second derivatives where they are positive definite.
 
+use super::rounding::Rounding;
 use super::search::{Line, Point, largest};
 use super::{Failed, Minimum, Potential, Stability};
 use crate::sparse::{Inertia, Ldl, Triplets};
@@ -66,6 +67,8 @@ pub struct Newton {
     shift: f64,
     /// The factors are those of a true matrix, without a shift.
     unshifted: bool,
+    /// Of each unknown, beside the largest.
+    stiffness: Vec<f64>,
 }
 
 /// Counters.
@@ -102,7 +105,7 @@ impl Newton {
         // What the last whole step left of the free forces, if its matrix will do for the next.
         let (mut left, mut before): (Option<f64>, f64) = (None, 0.0);
         loop {
-            let (residual, load) = at.balance(potential);
+            let (residual, load) = at.balance(potential, a);
             let again = left.is_some_and(|most| residual <= most * before);
             let wanted = self.settings.tolerance * load;
             if at.within(potential, wanted, &rounding, 1.0) {
@@ -122,7 +125,7 @@ impl Newton {
                 load,
             };
             if work.iterations >= self.settings.most_iterations {
-                return Err(failed);
+                return self.ended(potential, a, &at, wanted, &mut work).unwrap_or(Err(failed));
             }
             work.iterations += 1;
             before = residual;
@@ -143,7 +146,7 @@ impl Newton {
                     let stability = self.stability(potential, a, &mut work)?;
                     return self.minimum(potential, a, &at, stability, work);
                 }
-                return Err(failed);
+                return self.ended(potential, a, &at, wanted, &mut work).unwrap_or(Err(failed));
             };
             radius = line.next_radius(&next, radius);
             left = (self.unshifted && line.whole(&next)).then_some(HARDLY);
@@ -159,6 +162,21 @@ impl Newton {
                 });
             }
         }
+    }
+
+    /// The state where no step goes on: the end, where all that is left of the forces is rounding.
+    fn ended(
+        &mut self,
+        potential: &impl Potential,
+        a: &[f64],
+        at: &Point,
+        wanted: f64,
+        work: &mut Work,
+    ) -> Option<Result<Minimum, Failed>> {
+        at.rounded(potential, a, wanted).then(|| {
+            let stability = self.stability(potential, a, work)?;
+            self.minimum(potential, a, at, stability, *work)
+        })
     }
 
     /// A step with the factors of the step before. What it may leave of the free forces, for another; `None` where it is none, and `a` is as
@@ -183,7 +201,7 @@ impl Newton {
     /// Newton's step from a state, with its largest free force and load. `None` without energy, or without a step.
     pub(crate) fn direction(&mut self, potential: &impl Potential, a: &[f64]) -> Option<(Vec<f64>, [f64; 2])> {
         let at = Point::of(potential, a)?;
-        let (residual, load) = at.balance(potential);
+        let (residual, load) = at.balance(potential, a);
         let mut work = Work::default();
         let step = self.step(potential, a, &at, &mut work)?;
         Some((step, [residual, load]))
@@ -196,7 +214,12 @@ impl Newton {
 
     /// The largest free force of a state, and the largest load or reaction. `None` without energy.
     pub(crate) fn balance(potential: &impl Potential, a: &[f64]) -> Option<[f64; 2]> {
-        Point::of(potential, a).map(|at| at.balance(potential).into())
+        Point::of(potential, a).map(|at| at.balance(potential, a).into())
+    }
+
+    /// True where every free force of a state is below `wanted` or what rounding leaves of it.
+    pub(crate) fn rounded(potential: &impl Potential, a: &[f64], wanted: f64) -> bool {
+        Point::of(potential, a).is_some_and(|at| at.rounded(potential, a, wanted))
     }
 
     /// The second derivatives with fixed unknowns out of the way, and their largest diagonal entry.
@@ -205,6 +228,8 @@ impl Newton {
         let scale = largest(&self.matrix.diagonal());
         self.matrix.fix(potential.fixed(), scale.max(f64::MIN_POSITIVE));
         self.ldl.take(&self.matrix);
+        potential.relative_stiffness(&mut self.stiffness);
+        self.ldl.weigh(&self.stiffness);
         Some(scale)
     }
 
@@ -234,18 +259,42 @@ impl Newton {
             }
         }
         work.projected += 1;
-        let mut shift = (self.shift / 4.0).max(LEAST_SHIFT);
-        while shift <= MOST_SHIFT {
-            if self.definite(shift * unit, work) {
-                self.shift = shift;
-                return self.finite_step(potential, at);
-            }
-            shift *= GROWS;
+        if self.shifted(unit, work) {
+            return self.finite_step(potential, at);
         }
         self.assemble(potential, a, true)?;
         let shifts = [0.0, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
         shifts.iter().find(|s| self.definite(*s * unit, work))?;
         self.finite_step(potential, at)
+    }
+
+    /// Shifts the matrix by as little as makes it definite; false where no shift does.
+    ///
+    /// First all unknowns alike, by parts of the softest stiffness: what is stiff rolls and slides on what is soft as that lets it, and a part of
+    /// its own stiffness would hold it. Then each by parts of its own.
+    fn shifted(&mut self, unit: f64, work: &mut Work) -> bool {
+        let softest = self.stiffness.iter().copied().fold(1.0, f64::min);
+        let alike = vec![softest; self.stiffness.len()];
+        if self.shifted_by(&alike, unit, work) {
+            return true;
+        }
+        let own = std::mem::take(&mut self.stiffness);
+        let found = softest < 1.0 && self.shifted_by(&own, unit, work);
+        self.stiffness = own;
+        found
+    }
+
+    fn shifted_by(&mut self, weights: &[f64], unit: f64, work: &mut Work) -> bool {
+        self.ldl.weigh(weights);
+        let mut shift = (self.shift / 4.0).max(LEAST_SHIFT);
+        while shift <= MOST_SHIFT {
+            if self.definite(shift * unit, work) {
+                self.shift = shift;
+                return true;
+            }
+            shift *= GROWS;
+        }
+        false
     }
 
     fn definite(&mut self, shift: f64, work: &mut Work) -> bool {
@@ -267,6 +316,11 @@ impl Newton {
     /// Counts eigenvalues below `-tau` and within `tau` of zero by two factorisations (Sylvester).
     fn stability(&mut self, potential: &impl Potential, a: &[f64], work: &mut Work) -> Result<Stability, Failed> {
         let scale = self.assemble(potential, a, false).ok_or(Failed::NoEnergy)?;
+        // Not below what the stiffest contact leaves of the digits.
+        let (least, own) = (4.0 * f64::EPSILON * scale, NEUTRAL * scale.min(potential.stiffness()));
+        let tau = own.max(least).max(f64::MIN_POSITIVE);
+        self.stiffness.iter_mut().for_each(|s| *s = (*s * own).max(least) / tau);
+        self.ldl.weigh(&self.stiffness);
         let mut negative = |shift: f64| -> usize {
             work.factorisations += 1;
             // A pivot that vanishes at one shift does not at a neighbour.
@@ -274,9 +328,6 @@ impl Newton {
             let found = tries.iter().find_map(|t| self.ldl.shifted(t * shift).ok());
             found.unwrap_or(Inertia::default()).negative
         };
-        // Not below what the stiffest contact leaves of the digits.
-        let unit = (NEUTRAL * scale.min(potential.stiffness())).max(4.0 * f64::EPSILON * scale);
-        let tau = unit.max(f64::MIN_POSITIVE);
         let below = negative(-tau);
         // Where none lies below `tau`, none lies below `-tau`.
         let falling = if below == 0 { 0 } else { negative(tau) };
@@ -327,11 +378,12 @@ impl Newton {
         if least_determinant.is_nan() || least_determinant <= 0.0 {
             return Err(Failed::Inverted { least_determinant });
         }
-        let (residual, load) = at.balance(potential);
+        let (residual, load) = at.balance(potential, a);
         Ok(Minimum {
             energy: at.energy,
             residual,
             load,
+            rounding: Rounding::of(potential, a).largest(potential.fixed()),
             stability,
             least_determinant,
             iterations: work.iterations,

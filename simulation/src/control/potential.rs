@@ -21,11 +21,27 @@ pub trait Potential {
         1.0
     }
 
+    /// The same step with its turns made whole: along a straight line what is stiff stretches by half the square of the angle that it turns by.
+    /// `None` where that is nothing beside what it meets.
+    fn turned(&self, _a: &[f64], _step: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+
     /// The unknowns that keep their value.
     fn fixed(&self) -> &[bool];
 
     /// The outer force on an unknown.
     fn load(&self, unknown: usize) -> f64;
+
+    /// The largest force of a constraint at `a`: the scale of forces where there is no load.
+    fn reaction(&self, _a: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Stiffness times length, by unknown, for `sizes`: times 2^-52 the rounding of the gradient at `a`. None of them: not known.
+    fn rounding(&self, _a: &[f64], sizes: &mut Vec<f64>) {
+        sizes.clear();
+    }
 
     /// The scale of lengths.
     fn extent(&self) -> f64;
@@ -33,6 +49,12 @@ pub trait Potential {
     /// A scale of stiffness that constraints have no part in; infinite where none is known.
     fn stiffness(&self) -> f64 {
         f64::INFINITY
+    }
+
+    /// The stiffness of each unknown beside [`Self::stiffness`], for `parts`: what matrices are shifted by, so that what is soft is not held by a
+    /// small part of what is stiff. None of them: all alike.
+    fn relative_stiffness(&self, parts: &mut Vec<f64>) {
+        parts.clear();
     }
 
     /// The least determinant of a deformation gradient; zero or less where something is turned inside out.

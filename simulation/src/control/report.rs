@@ -18,6 +18,9 @@ pub struct Minimum {
     pub residual: f64,
     /// The largest outer force or reaction, which the residual is measured by.
     pub load: f64,
+    /// What rounding may leave of a free force: 8 times 2^-52 of stiffness times length, the largest of all. Solids of 1e7 and more times the
+    /// stiffness that their loads ask for have no smaller forces.
+    pub rounding: f64,
     /// Minimum or saddle.
     pub stability: Stability,
     /// The least determinant of a deformation gradient: above 0.
@@ -62,7 +65,7 @@ pub enum Failed {
     },
     /// The state found is no state of a solid.
     #[error(
-        "the forces balance in a state that is turned inside out (least determinant {least_determinant}): the law allows it, the solid does not; use a neo-Hookean law or a smaller load"
+        "the forces balance in a state that is turned inside out (least determinant {least_determinant}): the law allows it, the solid does not"
     )]
     Inverted {
         /// The least determinant.

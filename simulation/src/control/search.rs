@@ -1,6 +1,7 @@
 //! A line search that lets no energy rise.
 
 use super::Potential;
+use super::rounding::Rounding;
 
 /// The part of the first-order decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
@@ -8,6 +9,8 @@ const ARMIJO: f64 = 1e-4;
 const MOST_HALVINGS: usize = 40;
 /// Energies are compared to this relative rounding.
 const ROUNDING: f64 = 1e-13;
+/// Without any load forces are measured by so many times what rounding leaves of them.
+const ROUNDED: f64 = 1e8;
 /// Of the way to the first touch.
 const BEFORE_TOUCH: f64 = 0.9;
 
@@ -32,7 +35,9 @@ impl Point {
     }
 
     /// The largest free force, and the largest outer force or reaction of what is fixed.
-    pub(super) fn balance(&self, potential: &impl Potential) -> (f64, f64) {
+    ///
+    /// Where there is neither, the largest force of a constraint, or where there is none either so much that 1e-8 of it is rounding.
+    pub(super) fn balance(&self, potential: &impl Potential, a: &[f64]) -> (f64, f64) {
         let (mut residual, mut load) = (0.0_f64, 0.0_f64);
         for (i, (g, fixed)) in self.gradient.iter().zip(potential.fixed()).enumerate() {
             if *fixed {
@@ -42,6 +47,12 @@ impl Point {
                 load = load.max(potential.load(i).abs());
             }
         }
+        let load = if load > 0.0 {
+            load
+        } else {
+            let rounding = Rounding::of(potential, a).largest(potential.fixed());
+            potential.reaction(a).max(ROUNDED * rounding)
+        };
         (residual, load)
     }
 }
@@ -104,7 +115,7 @@ impl<'a, P: Potential> Line<'a, P> {
     pub(super) fn search(&self, evaluations: &mut usize) -> Option<Next> {
         let mut t = 1.0;
         for _ in 0..MOST_HALVINGS {
-            let a: Vec<f64> = self.a.iter().zip(&self.step).map(|(a, s)| a + t * s).collect();
+            let a = self.moved(t);
             *evaluations += 1;
             if let Some(point) = self.point(&a, t) {
                 let enough = point.energy <= self.at.energy + ARMIJO * t * self.slope;
@@ -116,6 +127,15 @@ impl<'a, P: Potential> Line<'a, P> {
             t *= 0.5;
         }
         None
+    }
+
+    /// Where the part `t` of the step leads: with its turns made whole where that way is free.
+    fn moved(&self, t: f64) -> Vec<f64> {
+        let part: Vec<f64> = self.step.iter().map(|s| t * s).collect();
+        let turned = self.potential.turned(self.a, &part);
+        let free = turned.filter(|step| self.potential.reach(self.a, step) >= 1.0);
+        let step = free.unwrap_or(part);
+        self.a.iter().zip(step).map(|(a, s)| a + s).collect()
     }
 
     /// The state at `t`, where its energy is not above that of the start. A whole step mostly does: its gradient is asked for at

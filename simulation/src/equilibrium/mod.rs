@@ -134,7 +134,7 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
         let saved: Option<Saved> = provisional.then(|| save(system, a));
         let change = system.update(a);
         last = (change.force, change.violation);
-        let settled = change.force <= 10.0 * wanted.tolerance * minimum.load;
+        let settled = change.force <= (10.0 * wanted.tolerance * minimum.load).max(minimum.rounding);
         let free = change.violation <= NO_VIOLATION * system.bodies.extent();
         if settled && free && !change.again {
             let saddle = minimum.stability.falling > 0 && wanted.leave_saddles && saddles < MOST_SADDLES;

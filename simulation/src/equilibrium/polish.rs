@@ -92,7 +92,9 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
             [tolerance; 2]
         };
         let room = (depth * work / load).max(NO_DEPTH * extent);
-        if residual <= part * load && progress.complementarity <= 10.0 * work && progress.violation <= room {
+        // More than rounding leaves of forces is asked for nowhere.
+        let balanced = residual <= part * load || Newton::rounded(system, a, part * load);
+        if balanced && progress.complementarity <= 10.0 * work && progress.violation <= room {
             progress = review(system, a, true);
             if progress.violation <= room {
                 if work <= last {

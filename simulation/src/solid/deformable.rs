@@ -155,6 +155,10 @@ impl Solid for Deformable {
         self.mesh.nodes[node] + Vector2::new(a[2 * node], a[2 * node + 1])
     }
 
+    fn point_about(&self, a: &[f64], node: usize, origin: Vector2<f64>) -> Vector2<f64> {
+        (self.mesh.nodes[node] - origin) + Vector2::new(a[2 * node], a[2 * node + 1])
+    }
+
     fn rows(&self, _a: &[f64], node: usize, visit: &mut dyn FnMut(usize, Vector2<f64>)) {
         visit(2 * node, Vector2::x());
         visit(2 * node + 1, Vector2::y());

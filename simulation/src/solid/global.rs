@@ -206,6 +206,10 @@ impl Solid for Global {
         self.mesh.nodes[node] + self.displacement(a, node)
     }
 
+    fn point_about(&self, a: &[f64], node: usize, origin: Vector2<f64>) -> Vector2<f64> {
+        (self.mesh.nodes[node] - origin) + self.displacement(a, node)
+    }
+
     fn rows(&self, _a: &[f64], node: usize, visit: &mut dyn FnMut(usize, Vector2<f64>)) {
         for (n, w) in self.shares[node].iter().enumerate() {
             visit(2 * n, Vector2::new(*w, 0.0));

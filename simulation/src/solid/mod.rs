@@ -64,6 +64,12 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// Where a node of the boundary is.
     fn point(&self, a: &[f64], node: usize) -> Vector2<f64>;
 
+    /// The same about an origin, which is taken off before displacements are added: far from zero no digits are lost that differences of places
+    /// near one another have.
+    fn point_about(&self, a: &[f64], node: usize, origin: Vector2<f64>) -> Vector2<f64> {
+        self.point(a, node) - origin
+    }
+
     /// Calls `visit` with every parameter that moves a node of the boundary, and the derivative of its position.
     fn rows(&self, a: &[f64], node: usize, visit: &mut dyn FnMut(usize, Vector2<f64>));
 
@@ -77,6 +83,13 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     fn outline(&self, a: &[f64]) -> Vec<[Vector2<f64>; 3]> {
         let arcs = self.boundary().arcs.iter();
         arcs.map(|arc| arc.map(|node| self.point(a, node))).collect()
+    }
+
+    /// The same about an origin.
+    fn outline_about(&self, a: &[f64], origin: Vector2<f64>) -> Vec<[Vector2<f64>; 3]> {
+        let arcs = self.boundary().arcs.iter();
+        arcs.map(|arc| arc.map(|node| self.point_about(a, node, origin)))
+            .collect()
     }
 
     /// How fast they move at `a` while the parameters change by `step` in a unit of time.

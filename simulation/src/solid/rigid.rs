@@ -214,6 +214,10 @@ impl Solid for Rigid {
         self.centre + self.arm(a, node) + Vector2::new(a[0], a[1])
     }
 
+    fn point_about(&self, a: &[f64], node: usize, origin: Vector2<f64>) -> Vector2<f64> {
+        (self.centre - origin) + self.arm(a, node) + Vector2::new(a[0], a[1])
+    }
+
     fn rows(&self, a: &[f64], node: usize, visit: &mut dyn FnMut(usize, Vector2<f64>)) {
         let arm = self.arm(a, node);
         visit(0, Vector2::x());

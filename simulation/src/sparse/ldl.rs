@@ -47,6 +47,8 @@ pub struct Ldl {
     matrix: Vec<f64>,
     /// The columns of all fronts: `L`, and the pivots on the diagonal.
     factor: Vec<f64>,
+    /// What a shift is multiplied by, unknown by unknown; none: 1.
+    weights: Vec<f64>,
     /// The diagonal of what is factored, in the order of elimination.
     diagonal: Vec<f64>,
     /// What fronts left behind and no other has taken yet: front and beginning, and dense lower triangles.
@@ -69,6 +71,12 @@ impl Ldl {
     pub fn factor(&mut self, matrix: &Triplets, shift: f64) -> Result<Inertia, NoPivot> {
         self.take(matrix);
         self.shifted(shift)
+    }
+
+    /// Shifts from here on are `shift` times these on the diagonal, by unknown; of none of them times 1.
+    pub fn weigh(&mut self, weights: &[f64]) {
+        self.weights.clear();
+        self.weights.extend_from_slice(weights);
     }
 
     /// Takes up a matrix, to be factored with several shifts.
@@ -161,8 +169,9 @@ impl Ldl {
     fn shift(&mut self, shift: f64) {
         self.factor.clone_from(&self.matrix);
         self.diagonal.clear();
-        for slot in self.symbolic.diagonals() {
-            self.factor[slot] += shift;
+        for (slot, unknown) in self.symbolic.diagonals().zip(&self.symbolic.order) {
+            let weight = self.weights.get(*unknown as usize).copied().unwrap_or(1.0);
+            self.factor[slot] += shift * weight;
             self.diagonal.push(self.factor[slot]);
         }
     }

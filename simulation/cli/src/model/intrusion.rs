@@ -1,13 +1,19 @@
 //! Where solids are inside one another, or inside walls: the deepest point of each pair, and the way out.
+//!
+//! Which pairs overlap or touch is proved for true arcs (`simulation::constraint::intersections`); points of each arc only tell how
+//! deep and which way, and where none of them lies inside, the point that the proof found.
 
 use nalgebra::Vector2;
-use simulation::constraint::nearest;
-use simulation::solid::Cursor;
+use simulation::constraint::{Intersections, intersections, nearest};
+use simulation::solid::{Cursor, Local};
 
 use super::{Model, Partner};
 
 /// Points of each arc that are looked at.
 const PIECES: u32 = 8;
+/// Boundaries this near touch, in sizes of the smaller solid: barriers have no room to begin, and to find it would take more digits than
+/// the parameters have.
+const TOUCH: f64 = 1e-12;
 
 /// The deepest point of a solid in another, or in a wall.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +28,7 @@ pub(super) struct Intrusion {
     pub(super) foot: Option<Cursor>,
     /// The unit vector along which it must move.
     pub(super) way: Vector2<f64>,
-    /// How far, 0 where both touch.
+    /// How far, 0 where both touch; infinite where the pair can be proved neither apart nor together.
     pub(super) depth: f64,
     /// Where its deepest point is.
     pub(super) at: Vector2<f64>,
@@ -93,10 +99,16 @@ pub(super) fn intrusions(model: &Model, a: &[f64]) -> Vec<Intrusion> {
     let outlines: Vec<Outline> = (0..model.solids.len()).map(|k| Outline::of(model, k, a)).collect();
     let mut found = Vec::new();
     if model.touch.is_some() {
-        for solid in 0..outlines.len() {
-            let others = (0..outlines.len()).filter(|other| *other != solid && model.meets(solid, *other));
-            found.extend(others.filter_map(|other| in_solid(&outlines, solid, other)));
+        let proved = proved(model, a);
+        let pairs = pairs(&proved);
+        for &[i, j] in &pairs {
+            found.extend(in_solid(&outlines, i, j));
+            found.extend((i != j).then(|| in_solid(&outlines, j, i)).flatten());
         }
+        found.sort_by_key(|i| (i.solid, i.into.number()));
+        let unseen = pairs.into_iter().filter(|pair| !found.iter().any(|i| i.among(*pair)));
+        let unseen: Vec<Intrusion> = unseen.map(|pair| unseen_at(model, a, &proved, pair)).collect();
+        found.extend(unseen);
     }
     for (k, wall) in model.walls.iter().enumerate() {
         let each = wall.keeps.iter();
@@ -105,7 +117,76 @@ pub(super) fn intrusions(model: &Model, a: &[f64]) -> Vec<Intrusion> {
     found
 }
 
+/// What is proved of all pairs that keep apart.
+fn proved(model: &Model, a: &[f64]) -> Intersections {
+    let bodies = &model.system.bodies;
+    let size = |k: usize| bodies.solid(k).boundary().extent();
+    let tolerance = |i: usize, j: usize| TOUCH * size(i).min(size(j));
+    intersections(bodies, a, &|i, j| model.meets(i, j), &tolerance)
+}
+
+/// The pairs that overlap, touch, or can be proved neither apart nor together, the lower number first, each once.
+fn pairs(proved: &Intersections) -> Vec<[usize; 2]> {
+    let overlapping = proved.overlaps.iter().map(|o| [o.first, o.second]);
+    let touching = proved.touching.iter().map(|t| [t.first, t.second]);
+    let all = overlapping.chain(touching).chain(proved.undecided.iter().copied());
+    let mut all: Vec<[usize; 2]> = all.map(|[i, j]| [i.min(j), i.max(j)]).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The intrusion of a pair of which no point that stands for an arc lies inside: as the proof found it.
+fn unseen_at(model: &Model, a: &[f64], proved: &Intersections, pair: [usize; 2]) -> Intrusion {
+    let own = |i: usize, j: usize| [i.min(j), i.max(j)] == pair;
+    let overlaps = proved.overlaps.iter().filter(|o| own(o.first, o.second));
+    let deepest = overlaps.max_by(|a, b| a.depth.total_cmp(&b.depth));
+    let touching = || proved.touching.iter().find(|t| own(t.first, t.second));
+    let undecided = proved.undecided.contains(&pair);
+    let ([solid, other], cursor, depth) = match (deepest, touching()) {
+        (Some(o), _) => ([o.first, o.second], o.at, o.depth),
+        (None, Some(t)) => ([t.first, t.second], t.at, 0.0),
+        (None, None) => (pair, Cursor { arc: 0, u: -1.0 }, 0.0),
+    };
+    let local = |body: usize, cursor: &Cursor| -> Local { model.system.bodies.local(body, cursor, a) };
+    let at = local(solid, &cursor).position;
+    let foot = foot_on(model, a, [solid, other], &cursor, at);
+    Intrusion {
+        solid,
+        cursor,
+        into: Partner::Solid(other),
+        way: foot.map_or(Vector2::zeros(), |foot| local(other, &foot).normal()),
+        foot,
+        depth: if undecided { f64::INFINITY } else { depth },
+        at,
+    }
+}
+
+/// The nearest point of the other boundary; of the same one, not on the arc itself or next to it.
+fn foot_on(model: &Model, a: &[f64], [solid, other]: [usize; 2], at: &Cursor, point: Vector2<f64>) -> Option<Cursor> {
+    let (body, part) = (model.system.bodies.solid(other), model.system.bodies.part(other, a));
+    let boundary = body.boundary();
+    let beside = |k: usize| k == at.arc || boundary.next[k] == at.arc || boundary.previous[k] == at.arc;
+    let outline = body.outline(part).into_iter().enumerate();
+    let feet = outline
+        .filter(|(k, _)| solid != other || !beside(*k))
+        .map(|(arc, nodes)| (arc, nearest(&nodes, point)));
+    let best = feet.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance));
+    best.map(|(arc, foot)| Cursor { arc, u: foot.u })
+}
+
+impl Intrusion {
+    /// True where it is one of these two in the other.
+    fn among(&self, [i, j]: [usize; 2]) -> bool {
+        let Partner::Solid(other) = self.into else { return false };
+        (self.solid, other) == (i, j) || (self.solid, other) == (j, i)
+    }
+}
+
 fn in_solid(outlines: &[Outline], solid: usize, other: usize) -> Option<Intrusion> {
+    if solid == other {
+        return None;
+    }
     let (own, into) = (&outlines[solid], &outlines[other]);
     let apart = (own.low - into.high).max() > 0.0 || (into.low - own.high).max() > 0.0;
     if apart {

@@ -17,7 +17,7 @@ use nalgebra::Vector2;
 use simulation::constraint::Link;
 use simulation::system::System;
 
-use crate::scene::raw::{RawOverlaps, RawScene, RawWalls};
+use crate::scene::raw::{RawLaw, RawOverlaps, RawScene, RawWalls};
 use crate::scene::{Checked, finite, invalid, named, pair, positive, short_name, within};
 use force::Lever;
 pub(crate) use separate::{Partner, Separated};
@@ -79,6 +79,8 @@ pub(crate) struct Model {
     pub(crate) pairs: Option<Vec<[usize; 2]>>,
     pub(crate) how: RawWalls,
     pub(crate) steps: Vec<Step>,
+    /// The law of some solid lets it be turned inside out.
+    pub(crate) inverts: bool,
     /// The state it starts in.
     pub(crate) start: Vec<f64>,
     /// Force by length: the scale of what holds solids.
@@ -122,6 +124,7 @@ impl Model {
             pairs: pairs(scene, &solids)?,
             steps: steps::steps(scene, &solids, &walls)?,
             how: scene.search.walls,
+            inverts: inverts(scene),
             solids,
             walls,
             system,
@@ -152,6 +155,13 @@ impl Model {
     pub(crate) fn free(&self) -> usize {
         self.system.fixed.iter().filter(|fixed| !**fixed).count()
     }
+}
+
+/// True where a law in use has an energy for what is turned inside out.
+fn inverts(scene: &RawScene) -> bool {
+    let used = |name: &str| scene.solids.iter().any(|s| s.material.as_deref() == Some(name));
+    let forbids = |law: RawLaw| matches!(law, RawLaw::NeoHookean | RawLaw::Ogden);
+    scene.materials.iter().any(|m| used(&m.name) && !forbids(m.law))
 }
 
 /// The states of all frames fit into memory.

@@ -2,7 +2,6 @@
 
 use bus::scene::Invalid;
 use nalgebra::Vector2;
-use simulation::constraint::overlapping;
 
 use super::Model;
 use super::intrusion::{Intrusion, intrusions};
@@ -19,6 +18,15 @@ const MOST_NAMED: usize = 8;
 pub(crate) enum Partner {
     Solid(usize),
     Wall(usize),
+}
+
+impl Partner {
+    /// Among those of its kind.
+    pub(super) fn number(self) -> usize {
+        match self {
+            Self::Solid(k) | Self::Wall(k) => k,
+        }
+    }
 }
 
 /// A pair that was moved apart.
@@ -53,7 +61,7 @@ impl Model {
             if left.is_empty() {
                 break;
             }
-            for intrusion in &left {
+            for intrusion in left.iter().filter(|i| i.depth.is_finite()) {
                 match overlaps {
                     RawOverlaps::Push => self.push(intrusion),
                     _ => self.shift(intrusion),
@@ -61,9 +69,7 @@ impl Model {
             }
         }
         let left = self.hurtful(settle);
-        let touching = overlapping(&self.system.bodies, &self.start);
-        let held = !left.is_empty() || touching.iter().any(|o| self.meets(o.first, o.second));
-        if held {
+        if !left.is_empty() {
             return Err(self.refusal(
                 &left,
                 &format!("still overlap after {MOST_ROUNDS} rounds of moving them apart"),
@@ -98,10 +104,16 @@ impl Model {
     fn refusal(&self, found: &[Intrusion], what: &str) -> Invalid {
         let pair = |i: &Intrusion| {
             let (solid, into) = (&self.solids[i.solid].name, self.partner(i.into));
-            format!(
-                "{solid:?} in {into:?} by {:.3e} at ({:.6}, {:.6})",
-                i.depth, i.at.x, i.at.y
-            )
+            if i.depth.is_infinite() {
+                return format!(
+                    "{solid:?} and {into:?}, which lie in one another too closely, or too far away, to tell"
+                );
+            }
+            let (x, y) = (i.at.x, i.at.y);
+            if i.into == Partner::Solid(i.solid) {
+                return format!("{solid:?} in itself by {:.3e} at ({x:.6}, {y:.6})", i.depth);
+            }
+            format!("{solid:?} in {into:?} by {:.3e} at ({x:.6}, {y:.6})", i.depth)
         };
         let pairs: Vec<String> = found.iter().take(MOST_NAMED).map(pair).collect();
         let more = if found.len() > MOST_NAMED { ", and more" } else { "" };

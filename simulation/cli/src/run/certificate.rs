@@ -5,7 +5,7 @@ use simulation::control::Potential;
 use simulation::equilibrium::Equilibrium;
 
 use super::advance::Moved;
-use super::criteria::Measures;
+use super::criteria::{BALANCE, Measures};
 use super::settle::Found;
 use crate::model::{Maker, Model};
 
@@ -66,7 +66,7 @@ impl State {
     pub(super) fn settled(model: &Model, label: &str, a: &[f64], found: Found) -> Self {
         let contacts = contacts(model, a, &found.makers);
         let balance: Vec<f64> = (0..model.solids.len())
-            .map(|k| balance(model, a, k, &contacts))
+            .map(|k| balance(model, a, k, &contacts, found.equilibrium.minimum.rounding))
             .collect();
         Self {
             measures: Some(Measures::of(model, a, &found, &contacts, &balance)),
@@ -113,7 +113,9 @@ fn contacts(model: &Model, a: &[f64], makers: &[Maker]) -> Vec<Contact> {
 
 /// What is left of the forces on a solid in a translation, beside the largest of them: weight, loads and contacts as
 /// they are reported, and what holds its nodes. Elastic forces sum to nothing, so that this is independent of them.
-fn balance(model: &Model, a: &[f64], solid: usize, contacts: &[Contact]) -> f64 {
+///
+/// Forces below what rounding leaves of them over the part allowed are measured by that: without any load there are no others.
+fn balance(model: &Model, a: &[f64], solid: usize, contacts: &[Contact], rounding: f64) -> f64 {
     let system = &model.system;
     let (first, body) = (system.bodies.offset(solid), system.bodies.solid(solid));
     let count = body.parameters();
@@ -143,5 +145,7 @@ fn balance(model: &Model, a: &[f64], solid: usize, contacts: &[Contact]) -> f64 
         }
     }));
     contacts.iter().filter(|c| c.solid == solid).for_each(|c| add(c.force));
-    if largest > 0.0 { left.norm() / largest } else { 0.0 }
+    // A sum over all unknowns of the solid.
+    let measure = largest.max(count as f64 * rounding / BALANCE);
+    if measure > 0.0 { left.norm() / measure } else { 0.0 }
 }

@@ -1,7 +1,7 @@
 //! What certifies a state: one set of criteria for every scene and unit.
 
 use nalgebra::Vector2;
-use simulation::constraint::deepest;
+use simulation::constraint::intersections;
 
 use super::certificate::Contact;
 use super::settle::Found;
@@ -16,9 +16,11 @@ const VIOLATION: f64 = 1e-9;
 /// The largest force times gap, in largest loads times sizes of the largest solid.
 const COMPLEMENTARITY: f64 = 1e-8;
 /// What weight, loads and contacts leave over on a solid, in its largest force.
-const BALANCE: f64 = 1e-6;
-/// Below zero by this part of the largest solid, a gap is rounding.
+pub(super) const BALANCE: f64 = 1e-6;
+/// Below zero by this part of the largest solid, a gap is rounding: exact contact leaves arcs 1e-13 deep between its rows.
 const DEPTH: f64 = 1e-12;
+/// Boundaries count as touching within this part of it, and may up to twice that: what is found deeper is an overlap.
+const CONTACT: f64 = 0.5 * DEPTH;
 
 /// The numbers of a certificate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,8 +36,10 @@ pub(crate) struct Measures {
     pub(crate) least_gap: f64,
     /// The same in sizes of the largest solid.
     pub(crate) relative_gap: f64,
-    /// Where a solid lies deepest in another.
+    /// Where a solid lies deepest in another; `None` where all are proved apart.
     pub(crate) deepest: Option<[f64; 2]>,
+    /// Pairs of solids that could not be proved apart.
+    pub(crate) undecided: usize,
     pub(crate) force_balance: f64,
     pub(crate) least_determinant: f64,
     pub(crate) falling: usize,
@@ -45,7 +49,8 @@ pub(crate) struct Measures {
 impl Measures {
     pub(super) fn of(model: &Model, a: &[f64], found: &Found, contacts: &[Contact], balance: &[f64]) -> Self {
         let (equilibrium, minimum) = (&found.equilibrium, &found.equilibrium.minimum);
-        let load = if minimum.load > 0.0 { minimum.load } else { 1.0 };
+        let forces = scale(minimum.load, minimum.rounding);
+        let load = if minimum.load > 0.0 { minimum.load } else { forces };
         let extent = model.system.bodies.extent();
         let touching = contacts
             .iter()
@@ -55,20 +60,22 @@ impl Measures {
             work = work.max(contact.force.norm() * contact.gap.abs());
             least = least.min(contact.gap);
         }
-        let deep = deepest(&model.system.bodies, a, &|i, j| model.meets(i, j));
-        if let Some(deep) = deep {
-            least = least.min(-deep.depth);
-        }
+        // Behind barriers no depth is allowed but rounding.
+        let contact = if found.wanted_exact { CONTACT * extent } else { 0.0 };
+        let lie = intersections(&model.system.bodies, a, &|i, j| model.meets(i, j), &|_, _| contact);
+        let deep = lie.overlaps.iter().max_by(|a, b| a.depth.total_cmp(&b.depth));
+        least = deep.map_or(least, |deep| least.min(-deep.depth));
         Self {
             wanted_exact: found.wanted_exact,
             exact: equilibrium.exact,
-            free_force: minimum.residual / load,
-            force_change: equilibrium.force_change / load,
+            free_force: minimum.residual / forces,
+            force_change: equilibrium.force_change / forces,
             violation: equilibrium.violation / extent,
             complementarity: work / (load * extent),
             least_gap: least,
             relative_gap: least / extent,
             deepest: deep.map(|deep| [deep.x, deep.y]),
+            undecided: lie.undecided.len(),
             force_balance: balance.iter().copied().fold(0.0, f64::max),
             least_determinant: minimum.least_determinant,
             falling: minimum.stability.falling,
@@ -95,14 +102,17 @@ impl Measures {
                 -self.relative_gap,
                 DEPTH,
             );
-            if let (Some([x, y]), true) = (self.deepest, -self.relative_gap > DEPTH) {
-                fails.push(format!("deepest at ({x:.6}, {y:.6})"));
-            }
             if !self.exact {
                 fails.push("contact is that of barriers: the exact equations were not solved".to_owned());
             }
         } else if self.least_gap < 0.0 {
             fails.push(format!("solids lie {:.1e} deep in one another", -self.least_gap));
+        }
+        if let Some([x, y]) = self.deepest {
+            fails.push(format!("solids lie in one another, deepest at ({x:.6}, {y:.6})"));
+        }
+        if self.undecided > 0 {
+            fails.push(format!("{} pairs of solids could not be proved apart", self.undecided));
         }
         if self.least_determinant.is_nan() || self.least_determinant <= 0.0 {
             fails.push(format!("turned inside out: det F {:.1e}", self.least_determinant));
@@ -145,6 +155,12 @@ impl Measures {
     }
 }
 
+/// What forces are measured by: the largest load or reaction, or where rounding leaves more than its part of that, so much that this is the part.
+fn scale(load: f64, rounding: f64) -> f64 {
+    let scale = load.max(rounding / FREE_FORCE);
+    if scale > 0.0 { scale } else { 1.0 }
+}
+
 /// The least height of an arc over a wall that keeps it out.
 fn walls(model: &Model, a: &[f64]) -> f64 {
     let bodies = &model.system.bodies;
@@ -181,6 +197,7 @@ mod tests {
         least_gap: 1e-11,
         relative_gap: 1e-11,
         deepest: None,
+        undecided: 0,
         force_balance: 1e-8,
         least_determinant: 0.5,
         falling: 0,
@@ -229,6 +246,14 @@ mod tests {
             },
             "left over",
         );
+        one(
+            Measures {
+                deepest: Some([0.5, 0.25]),
+                ..GOOD
+            },
+            "in one another, deepest at (0.500000, 0.250000)",
+        );
+        one(Measures { undecided: 2, ..GOOD }, "2 pairs");
         one(Measures { exact: false, ..GOOD }, "barriers");
         one(Measures { falling: 1, ..GOOD }, "saddle");
         one(

@@ -4,6 +4,8 @@ mod advance;
 mod certificate;
 mod criteria;
 mod exact;
+#[cfg(test)]
+mod scaled;
 mod settle;
 #[cfg(test)]
 mod tests;

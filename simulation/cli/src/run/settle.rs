@@ -56,7 +56,8 @@ impl Searcher {
         if let Some(every) = watch {
             steps = self.watched(model, a, every.max(1), states);
         }
-        let found = settle(&mut model.system, &mut self.newton, a).map_err(|why| explained(&why))?;
+        let inverts = model.inverts;
+        let found = settle(&mut model.system, &mut self.newton, a).map_err(|why| explained(&why, inverts))?;
         let found = Found {
             iterations: steps + found.iterations,
             equilibrium: found,
@@ -95,7 +96,8 @@ impl Searcher {
     pub(super) fn next(&mut self, model: &mut Model, a: &mut Vec<f64>) -> Result<Found, String> {
         let makers = model.constrain(false);
         let began = monotonic_ns();
-        let equilibrium = settle(&mut model.system, &mut self.newton, a).map_err(|why| explained(&why))?;
+        let inverts = model.inverts;
+        let equilibrium = settle(&mut model.system, &mut self.newton, a).map_err(|why| explained(&why, inverts))?;
         Ok(Found {
             iterations: equilibrium.iterations,
             equilibrium,
@@ -106,8 +108,8 @@ impl Searcher {
     }
 }
 
-/// The reason, with what a person can do about it.
-fn explained(why: &NoEquilibrium) -> String {
+/// The reason, with what a person can do about it; another law where a solid has one that `inverts`.
+fn explained(why: &NoEquilibrium, inverts: bool) -> String {
     let advice = match why {
         NoEquilibrium::Search {
             cause: Failed::NoEnergy,
@@ -120,11 +122,19 @@ fn explained(why: &NoEquilibrium) -> String {
         NoEquilibrium::Search {
             cause: Failed::NotConverged { .. },
             ..
-        } => "Raise search.most_steps, use a neo-Hookean law, smaller weights or smaller moves",
+        } if inverts => "Raise search.most_steps, use law = \"neo-hookean\", smaller weights or smaller moves",
+        NoEquilibrium::Search {
+            cause: Failed::NotConverged { .. },
+            ..
+        } => "Raise search.most_steps, use smaller weights or smaller moves, or a finer mesh where it is crushed",
         NoEquilibrium::Search {
             cause: Failed::Inverted { .. },
             ..
-        } => "Use a law that forbids inversion",
+        } if inverts => "Use law = \"neo-hookean\", which forbids it, or smaller weights or moves",
+        NoEquilibrium::Search {
+            cause: Failed::Inverted { .. },
+            ..
+        } => "Use smaller weights or smaller moves, or a finer mesh where it is crushed",
         NoEquilibrium::Unsettled { .. } => "Leave the solids more room, or use search.walls = \"barrier\"",
         #[allow(unreachable_patterns, reason = "refusals may be added")]
         _ => "Use smaller moves",

@@ -8,7 +8,7 @@ use crate::constraint::shape::Shape;
 use crate::solid::Cursor;
 use crate::system::Bodies;
 
-/// Solids out of `<x, normal> <= offset`, looked at as near and as deep as `depth`.
+/// Solids out of `<x, normal> <= offset`, `x` about [`Bodies::origin`], looked at as near and as deep as `depth`.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::constraint) struct Wall {
     pub(in crate::constraint) depth: f64,
@@ -51,7 +51,10 @@ impl Wall {
         let mut known: Vec<Option<[Vec<[f64; 3]>; 2]>> = vec![None; bodies.len()];
         for body in self.solids() {
             let (solid, part, moves) = (bodies.solid(body), bodies.part(body, a), bodies.part(body, step));
-            known[body] = Some([along(solid.outline(part)), along(solid.velocities(part, moves))]);
+            known[body] = Some([
+                along(solid.outline_about(part, bodies.origin())),
+                along(solid.velocities(part, moves)),
+            ]);
         }
         let mut most = 1.0_f64;
         for (body, cursor) in &self.samples {
