@@ -6,15 +6,20 @@
 //! `-- wrong FIRST COUNT`: that many images at random tilt, roll and noise, with missing and false discs, and how many
 //! grids have a disc with the wrong column or row; `-- dump FIRST COUNT` prints what is found in them, to compare builds.
 //! `-- crowd`: the time for images of thousands of discs. `-- pieces FOLDER`: that for pieces of the photographs there.
-//! Times are of the CPU.
+//! `-- lens FIRST COUNT [opencv PYTHON]`: errors beside those stated, and beside OpenCV's, by lens, blur and tilt, COUNT images
+//! each; `-- attacks FIRST COUNT [only WORD]`: under what no model has. Times are of the CPU.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 
+#[path = "grid/attacks.rs"]
+mod attacks;
 #[path = "../tests/common/mod.rs"]
 mod common;
 #[path = "grid/crowd.rs"]
 mod crowd;
+#[path = "grid/lens.rs"]
+mod lens;
 #[path = "grid/opencv.rs"]
 mod opencv;
 #[path = "grid/pieces.rs"]
@@ -36,15 +41,19 @@ pub(crate) fn spec() -> GridSpec {
     GridSpec::new(10, 10, 20.0)
 }
 
-/// Root mean square distance to the truth, the smallest over the quarter turns that such a grid cannot tell, and the
-/// largest of those distances.
-pub(crate) fn errors(found: &Found, drawn: &Drawn) -> [f64; 2] {
-    let turned = |k: usize, [c, r]: [usize; 2]| match k {
+/// The place of a disc of 10 x 10 after some quarter turns.
+pub(crate) fn turned(quarters: usize, [c, r]: [usize; 2]) -> [usize; 2] {
+    match quarters {
         0 => [c, r],
         1 => [9 - r, c],
         2 => [9 - c, 9 - r],
         _ => [r, 9 - c],
-    };
+    }
+}
+
+/// Root mean square distance to the truth, the smallest over the quarter turns that such a grid cannot tell, and the
+/// largest of those distances.
+pub(crate) fn errors(found: &Found, drawn: &Drawn) -> [f64; 2] {
     let of = |k: usize| {
         let offs = found.discs.iter().map(|d| {
             let [c, r] = turned(k, [d.col, d.row]);
@@ -90,5 +99,14 @@ fn main() {
         return series::seeds(seeds);
     }
     let python = words.iter().position(|w| w == "opencv").and_then(|i| words.get(i + 1));
-    series::tables(python.map(String::as_str));
+    let python = python.map(String::as_str);
+    if let Some(first) = number(&words, "lens", 0) {
+        return lens::run(python, first, number(&words, "lens", 1).unwrap_or(100));
+    }
+    if let Some(first) = number(&words, "attacks", 0) {
+        let only = words.iter().position(|w| w == "only").and_then(|i| words.get(i + 1));
+        let count = number(&words, "attacks", 1).unwrap_or(20);
+        return attacks::attacked(python, first, count, only.map(String::as_str));
+    }
+    series::tables(python);
 }

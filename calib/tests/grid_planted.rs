@@ -215,7 +215,7 @@ fn discs_drowned_by_light_are_missing_and_move_no_other() {
     assert!(error < 0.15, "{error}");
 }
 
-/// A lens that moves corners of the grid by up to 8 px: each disc by itself, and its perspective by the nearest plane.
+/// A lens that moves corners of the grid by up to 8 px. What it does is no polynomial, but the inverse of one.
 #[test]
 fn a_lens_that_bends_the_grid_leaves_every_disc_its_place() {
     for (k, bend) in [-0.06, 0.06, 0.1].into_iter().enumerate() {
@@ -236,10 +236,11 @@ fn a_lens_that_bends_the_grid_leaves_every_disc_its_place() {
                 found.refinement,
                 expected(&found)
             );
-            assert_eq!((found.refinement, found.discs.len()), (Refinement::Each, 100));
-            // The lens's own curvature over a disc of 6 px: 3 k r^2 d / 256^2 is below 0.04 px at 200 px.
+            assert_eq!(found.discs.len(), 100);
+            assert_ne!(found.refinement, Refinement::Whole);
+            // Twice the deviation of all centres together: they go with the same numbers. And the drawing's slivers.
             assert!(
-                error < 1.5 * expected(&found) + 0.04,
+                error < 2.0 * expected(&found) + 2e-3,
                 "{bend} {tilt_deg}: {error} {}",
                 expected(&found)
             );
@@ -267,12 +268,16 @@ fn blurred_discs_of_a_bent_grid_are_all_fitted() {
         .iter()
         .map(|v| (f64::from(*v) + 4.0 * random.normal()).clamp(0.0, 255.0) as u8);
     let image = Image::from_bytes(512, 512, &bytes.collect::<Vec<u8>>()).unwrap();
-    let found = find(&image, &spec(&MARKS)).unwrap();
+    let each = GridSpec {
+        one_by_one: true,
+        ..spec(&MARKS)
+    };
+    let found = find(&image, &each).unwrap();
     assert_eq!(
         (found.refinement, found.discs.len()),
         (Refinement::Each, 100),
         "{:?}",
         found.missing
     );
-    assert!(error(&found, &drawn) < 1.5 * expected(&found) + 0.05);
+    assert!(error(&found, &drawn) < 1.5 * expected(&found) + 0.01);
 }

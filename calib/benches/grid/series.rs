@@ -119,7 +119,8 @@ fn spread(mut values: Vec<f64>) -> [f64; 3] {
 fn row(noise: f64, tilt: f64, python: Option<&str>) -> ([usize; 10], [Vec<f64>; 2]) {
     let images: Vec<Drawn> = (0..2).map(|seed| drawn(tilt, noise, seed)).collect();
     let line = line(&images);
-    let peer = python.map(|python| peers(python, &images)).unwrap_or_default();
+    let known: Vec<_> = images.iter().map(|d| (&d.image, &*d.centres)).collect();
+    let peer = python.map(|python| peers(python, &known)).unwrap_or_default();
     let ([a, b, c], [d, e, f], [g, h]) = (line.single, line.chi, line.directions);
     let least = line.ms.iter().copied().fold(f64::MAX, f64::min);
     let (found, rms) = (line.rms.len(), mean_square(&line.rms));

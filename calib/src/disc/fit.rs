@@ -1,18 +1,13 @@
 //! One disc's centre by fitting the model of a blurred ellipse on a plane background to its pixels.
 
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, Vector2};
 
 use super::blurred::Blurred;
-use super::chi::ROUNDING;
 use super::ellipse::Ellipse;
+use super::equations::{Equations, Information, N, Params, Sums};
 use super::error::FitRefused;
 use super::raster::Raster;
 use crate::image::Image;
-
-/// Centre 2, shape 3, blur, contrast, background 3.
-const N: usize = 10;
-type Params = SVector<f64, N>;
-type Information = SMatrix<f64, N, N>;
 
 /// Discs that are there take 5 to 26.
 const MAX_STEPS: usize = 40;
@@ -255,69 +250,6 @@ impl<'a> Fit<'a> {
             covariance: inverse.fixed_view::<2, 2>(0, 0).into_owned(),
             pixels: equations.pixels,
         })
-    }
-}
-
-/// Normal equations at one set of parameters.
-struct Equations {
-    matrix: Information,
-    vector: Params,
-    squares: f64,
-    pixels: usize,
-}
-
-impl Equations {
-    /// The residuals' variance. Samples are whole: below the variance of rounding, residuals say nothing.
-    fn variance(&self) -> f64 {
-        (self.squares / (self.pixels - N) as f64).max(ROUNDING * ROUNDING)
-    }
-}
-
-/// Parameters in whole groups of four.
-const ROOM: usize = 12;
-
-/// Normal equations as they are summed up; the lower triangle, row by row.
-#[derive(Default)]
-struct Sums {
-    matrix: [[f64; ROOM]; ROOM],
-    vector: [f64; ROOM],
-    squares: f64,
-    pixels: usize,
-}
-
-impl Sums {
-    /// A pixel. Far from the edge it says nothing of the outline.
-    fn add(&mut self, slope: &[f64; ROOM], residual: f64) {
-        if slope[..4].iter().any(|s| *s != 0.0) {
-            self.rows::<0, 4>(slope);
-        }
-        self.rows::<4, 8>(slope);
-        self.rows::<8, 12>(slope);
-        let vector = self.vector.iter_mut().zip(slope);
-        vector.for_each(|(to, s)| *to += s * residual);
-        self.squares += residual * residual;
-        self.pixels += 1;
-    }
-
-    /// Four rows up to the diagonal, in whole groups of four: sizes that are known make one straight run of it.
-    #[inline]
-    fn rows<const FIRST: usize, const END: usize>(&mut self, slope: &[f64; ROOM]) {
-        for i in FIRST..END {
-            for j in 0..END {
-                self.matrix[i][j] += slope[i] * slope[j];
-            }
-        }
-    }
-
-    fn equations(&self) -> Equations {
-        let mut matrix = Information::from_fn(|i, j| self.matrix[i][j]);
-        matrix.fill_upper_triangle_with_lower_triangle();
-        Equations {
-            matrix,
-            vector: Params::from_fn(|i, _| self.vector[i]),
-            squares: self.squares,
-            pixels: self.pixels,
-        }
     }
 }
 

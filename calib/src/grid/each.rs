@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::error::GridRefused;
 use super::find::{Search, Sized};
@@ -10,7 +10,9 @@ use super::found::{Found, GridDisc, Measured, Refinement, missing};
 use super::homography::{homography, jacobian, project};
 use super::lattice::Cell;
 use super::lines::{SEEN, THERE};
+use super::outline::outline;
 use super::seat::Seat;
+use super::warp::Warp;
 use super::whole::point;
 use crate::disc::{DiscFit, Ellipse, fit_disc, fit_expected};
 
@@ -24,6 +26,10 @@ const NEAR: f64 = 0.12;
 const GLIMPSE: f64 = 0.25;
 /// Neighbours up to so many columns and rows away tell how the lens bends the grid.
 const REACH: i32 = 2;
+
+/// So many discs tell how the lens bends the grid by polynomials of the fifth and of the third degree.
+const MANY: usize = 60;
+const SOME: usize = 25;
 
 /// A lattice whose discs are fitted one by one.
 pub(crate) struct Each<'a> {
@@ -183,17 +189,39 @@ impl Each<'_> {
         (!blobs.is_empty()).then(|| median(blobs))
     }
 
+    /// How the lens, or the sheet, moves discs off the homography: smooth polynomials through their centres.
+    fn warp(&self, ones: &Ones, expected: &Expected) -> Warp {
+        let (image, h) = (self.search.image, &expected.h);
+        let size = Vector2::new(image.width() as f64, image.height() as f64);
+        let none = Warp::none(size.add_scalar(-1.0) * 0.5, 0.5 * size.norm());
+        let degree = match ones.len() {
+            MANY.. => 5,
+            SOME.. => 3,
+            _ => return none,
+        };
+        let mut warp = none;
+        // Centres of images are shifted by what the polynomials themselves say: some hundredths of a pixel, so that twice is
+        // enough.
+        for _ in 0..2 {
+            let pair = |(c, o): (&Cell, &One)| {
+                let radius = if o.mark { radius(h, *c, o) } else { expected.radius };
+                let centre = o.fit.ellipse.centre - shift(h, &warp, *c, radius);
+                (project(h, point(*c)), centre)
+            };
+            let pairs: Vec<_> = ones.iter().map(pair).collect();
+            warp = none.through(&pairs, degree).unwrap_or(none);
+        }
+        warp
+    }
+
     fn result(&self, ones: &Ones, expected: &Expected) -> Found {
-        let h = &expected.h;
+        let (h, warp) = (&expected.h, self.warp(ones, expected));
         let mut squares = 0.0;
         let mut discs: Vec<GridDisc> = Vec::new();
         for (cell, one) in ones {
-            let place = project(h, point(*cell));
-            let radius = radius(h, *cell, one);
-            let image = Ellipse::of_circle(h, point(*cell), radius);
-            let bias = image.map_or(Vector2::zeros(), |e| e.centre - place);
-            let centre = one.fit.ellipse.centre - bias;
-            squares += (centre - place).norm_squared();
+            let radius = one.fit.ellipse.mean_radius() / pitch(h, &warp, *cell).determinant().abs().sqrt();
+            let centre = one.fit.ellipse.centre - shift(h, &warp, *cell, radius);
+            squares += (centre - project(h, point(*cell))).norm_squared();
             let [col, row] = cell.map(|k| k as usize);
             discs.push(GridDisc {
                 col,
@@ -216,6 +244,7 @@ impl Each<'_> {
             sigma: expected.sigma,
             noise: median(usual(ones).map(|(_, o)| o.fit.noise).collect()),
             homography_rms_px: (squares / discs.len() as f64).sqrt(),
+            misfit_px: 0.0,
             refinement: Refinement::Each,
             candidates: self.search.blobs.len(),
             alike: self.seat.alike,
@@ -245,6 +274,17 @@ fn beside(ones: &Ones, cell: Cell) -> f64 {
 fn margin(start: &Ellipse, h: &Matrix3<f64>, cell: Cell) -> f64 {
     let pitch = jacobian(h, point(cell)).singular_values().min();
     (0.5 * (pitch - 2.0 * start.axes().semi[0])).clamp(2.0, 8.0)
+}
+
+/// Pixels for a step of the grid.
+fn pitch(h: &Matrix3<f64>, warp: &Warp, cell: Cell) -> Matrix2<f64> {
+    warp.jet(project(h, point(cell))).slope * jacobian(h, point(cell))
+}
+
+/// How far perspective and lens move the centre of a disc's image off the image of its centre.
+fn shift(h: &Matrix3<f64>, warp: &Warp, cell: Cell, radius: f64) -> Vector2<f64> {
+    let seen = outline(h, warp, cell, radius);
+    seen.map_or(Vector2::zeros(), |e| e.centre - warp.at(project(h, point(cell))))
 }
 
 /// A fitted disc's radius beside the pitch.

@@ -108,10 +108,13 @@ impl Search<'_> {
 
     /// The fit of the whole grid, or of each disc where the lens bends it.
     fn fitted(&self, sized: &Sized, view: &View) -> Result<Found, GridRefused> {
-        if !self.spec.one_by_one
-            && !self.distorted(&sized.placed)
-            && let Some(found) = (Lines { search: self, sized }).found()
-        {
+        let lines = Lines { search: self, sized };
+        let whole = match (self.spec.one_by_one, self.distorted(&sized.placed)) {
+            (true, _) => None,
+            (false, false) => lines.found(),
+            (false, true) => lines.bent(),
+        };
+        if let Some(found) = whole {
             return found;
         }
         let seat = view.seat()?;

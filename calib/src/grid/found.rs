@@ -72,8 +72,10 @@ impl GridSpec {
 /// How centres were refined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refinement {
-    /// One fit of the whole grid: no lens distortion to be seen.
+    /// One fit of the whole grid as a plane: no lens distortion to be seen.
     Whole,
+    /// One fit of the whole grid behind a lens of its own.
+    Lens,
     /// Each disc by itself.
     Each,
 }
@@ -122,8 +124,11 @@ pub struct Found {
     pub sigma: f64,
     /// The residuals' deviation, steps of a sample.
     pub noise: f64,
-    /// Root mean square distance of the discs from the homography, pixels: lens distortion, where each was refined.
+    /// Root mean square distance of the discs from the homography, pixels: lens distortion. 0 for a plane.
     pub homography_rms_px: f64,
+    /// What goes smoothly over the grid that the model of a fit of the whole leaves, beyond noise, root mean square over the
+    /// discs, pixels: it is in the covariances. 0 where each disc was fitted by itself.
+    pub misfit_px: f64,
     /// How the centres were refined.
     pub refinement: Refinement,
     /// Candidates there were.

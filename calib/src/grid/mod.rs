@@ -2,6 +2,7 @@
 //!
 //! Section 5.2 of part III of the thesis asks for the grid in its entirety rather than disc by disc; [`find()`] does that.
 
+mod bent;
 mod blob;
 mod direction;
 mod each;
@@ -13,13 +14,21 @@ mod found;
 mod grazing;
 mod homography;
 mod lattice;
+mod light;
 mod lines;
+mod local;
+mod misfit;
+mod model;
 mod near;
+mod outline;
 mod place;
 mod places;
 mod seat;
+mod sheet;
+mod told;
 mod tree;
 mod tried;
+mod warp;
 mod way;
 mod whole;
 

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
+use super::bent::Bent;
 use super::equations::{BLUR, Equations, N, Params, SHAPES, Sums, inverse, step};
 use super::homography::{jacobian, project};
 use super::places::{Outlines, Pixel, Places};
@@ -15,9 +16,9 @@ const MAX_STEPS: usize = 25;
 /// together.
 const SETTLED: f64 = 0.1;
 /// Pixels up to so many deviations of the blur and a half from a disc are fitted.
-const MARGIN: f64 = 2.5;
+pub(crate) const MARGIN: f64 = 2.5;
 /// The share of the contrast that the model may be wrong by.
-const CUT: f64 = 0.08;
+pub(crate) const CUT: f64 = 0.08;
 /// One of so many discs is enough to come near, and one of so many pixels where there are fewer discs than [`MANY`].
 const THIN: usize = 5;
 const MANY: usize = 50;
@@ -27,7 +28,7 @@ const LEAST_BLUR: f64 = 0.29;
 /// which is no noise, is the last.
 const SHARP: f64 = 0.01;
 /// The unit of the planes of grey, pixels.
-const UNIT: f64 = 100.0;
+pub(crate) const UNIT: f64 = 100.0;
 
 /// A grid as its pixels show it.
 #[derive(Debug, Clone)]
@@ -45,7 +46,9 @@ pub(crate) struct Whole {
     pub(crate) noise: f64,
     /// Covariance of the eight entries of `h`, row by row.
     pub(crate) covariance: SMatrix<f64, 8, 8>,
-    params: Params,
+    pub(crate) params: Params,
+    /// The lens that the discs are seen through, where there is one.
+    pub(crate) bent: Option<Bent>,
 }
 
 /// What is fitted, and where.
@@ -77,7 +80,7 @@ pub(crate) fn point(cell: [i32; 2]) -> Vector2<f64> {
 }
 
 /// Derivatives of an ellipse's centre and shape (xx, xy, yy) by the entries of the homography and the radius.
-fn ellipse_slopes(h: &Matrix3<f64>, at: Vector2<f64>, radius: f64) -> [[f64; 9]; 5] {
+pub(crate) fn ellipse_slopes(h: &Matrix3<f64>, at: Vector2<f64>, radius: f64) -> [[f64; 9]; 5] {
     let a = Vector3::new(at.x, at.y, 1.0);
     let mut dual = a * a.transpose();
     dual[(0, 0)] -= radius * radius;
@@ -218,6 +221,7 @@ impl Grid<'_> {
             noise,
             covariance: covariance.fixed_view::<8, 8>(0, 0).into_owned(),
             params: *params,
+            bent: None,
         })
     }
 

@@ -4,6 +4,7 @@
 
 pub(crate) mod ball;
 pub(crate) mod grid_series;
+pub(crate) mod lens_scene;
 pub(crate) mod plate;
 
 use geometry::{Ct, Point, Rigid, Tracker, Vector};

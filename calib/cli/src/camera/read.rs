@@ -165,7 +165,20 @@ impl ImageRecord {
         let whole = match self.refinement.as_deref() {
             Some("whole") => true,
             Some("each") => false,
-            other => return Err(format!("refinement is {other:?}, expected \"whole\" or \"each\"")),
+            // Fifteen numbers that all discs share, eight of a plane and seven of a lens that is none of the camera's models:
+            // no camera is to be had from them, with or without a lens.
+            Some("lens") => {
+                return Err(
+                    "the grid was fitted behind a lens of its own, so that its discs lie where that has them and \
+                            say nothing of their own. Run calib grid with --one-by-one"
+                        .to_owned(),
+                );
+            }
+            other => {
+                return Err(format!(
+                    "refinement is {other:?}, expected \"whole\", \"lens\" or \"each\""
+                ));
+            }
         };
         let rows = self.px_from_col_row.ok_or("px_from_col_row is missing")?;
         let radius = self.radius_pitch.ok_or("radius_pitch is missing")?;

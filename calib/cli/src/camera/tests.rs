@@ -209,6 +209,15 @@ fn what_cannot_be_used_is_refused_by_name() {
         "{text}"
     );
     assert!(bench.run(&grids(&whole), "--lens pinhole").is_ok());
+    let mut lens = good();
+    lens[1]["refinement"] = json!("lens");
+    for options in ["", "--lens pinhole"] {
+        let text = refused(&lens, options);
+        assert!(
+            text.contains("a lens of its own") && text.contains("--one-by-one"),
+            "{text}"
+        );
+    }
     let mut other = good();
     other[3]["width"] = json!(800);
     let text = refused(&other, "");

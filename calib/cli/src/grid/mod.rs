@@ -19,7 +19,8 @@ use read::{ReadImageError, read_image};
 
 pub(crate) const GRID_HELP: &str = "\
 Finds the grid in each image, gives each disc its column and row, and refines all centres: to a few thousandths of a \
-pixel by one fit of the whole grid, disc by disc where the lens distorts. A pixel's centre is at whole coordinates, x \
+pixel by one fit of the whole grid: on a plane, behind a lens where single discs show one, disc by disc where that is wrong \
+too (a bent sheet). A pixel's centre is at whole coordinates, x \
 to the right, y down. Column 0, row 0 is the corner from which columns go to the right and rows down. A square grid \
 looks the same after a quarter turn, any grid after half a turn: which corner of the object that is, only large discs \
 tell, whose columns and rows --mark gives. With them a view may show a part of the grid, if they tell which part; \
@@ -167,11 +168,19 @@ fn words(name: &str, found: &Found) -> String {
         .map(|d| d.covariance.trace().max(0.0).sqrt())
         .fold(0.0, f64::max);
     let how = match found.refinement {
-        Refinement::Whole => "fitted as a whole".to_owned(),
+        Refinement::Whole => "fitted as a whole on a plane".to_owned(),
+        Refinement::Lens => format!(
+            "fitted as a whole behind a lens, {:.2} px RMS off a homography",
+            found.homography_rms_px
+        ),
         Refinement::Each => format!(
             "fitted one by one, {:.2} px RMS off a homography",
             found.homography_rms_px
         ),
+    };
+    let how = match found.misfit_px {
+        0.0 => how,
+        left => format!("{how}, which leaves {left:.4} px RMS (in the covariance)"),
     };
     let turns = match found.alike {
         1 => "turned as its large discs say".to_owned(),

@@ -45,6 +45,15 @@ fn disc(disc: &GridDisc, pitch_mm: f64) -> Value {
     value
 }
 
+/// The model that was taken: a plane, a lens, or none but each disc's own.
+fn model(refinement: Refinement) -> &'static str {
+    match refinement {
+        Refinement::Whole => "whole",
+        Refinement::Lens => "lens",
+        Refinement::Each => "each",
+    }
+}
+
 /// One image with its grid.
 pub(crate) fn found(path: &Path, image: &Image, spec: &GridSpec, found: &Found) -> Value {
     let h = found.homography;
@@ -55,12 +64,13 @@ pub(crate) fn found(path: &Path, image: &Image, spec: &GridSpec, found: &Found) 
         "width": image.width(),
         "height": image.height(),
         "found": true,
-        "refinement": match found.refinement { Refinement::Whole => "whole", Refinement::Each => "each" },
+        "refinement": model(found.refinement),
         "px_from_col_row": rows,
         "radius_pitch": found.radius,
         "blur_px": found.sigma,
         "noise": found.noise,
         "homography_rms_px": found.homography_rms_px,
+        "misfit_px": found.misfit_px,
         "candidates": found.candidates,
         "turns_alike": found.alike,
         "missing": found.missing,
