@@ -88,6 +88,7 @@ fn main() {
         at_mm: 2300.0,
         growth_across: 1.0,
         growth_depth: 2.0,
+        step_mm: 0.0,
     };
     let gates = Gates {
         max_tip_mm: 100.0,

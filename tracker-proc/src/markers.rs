@@ -90,6 +90,7 @@ impl Markers {
             at_mm: n.at_mm,
             growth_across: n.growth_across,
             growth_depth: n.growth_depth,
+            step_mm: n.quantisation_mm,
         };
         Ok(Self {
             marker: body(&spec.marker).map_err(MarkersError::Marker)?,

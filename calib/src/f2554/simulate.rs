@@ -125,6 +125,7 @@ impl Simulation {
             at_mm: 2000.0,
             growth_across: 1.0,
             growth_depth: 2.0,
+            step_mm: 0.0,
         }
     }
 

@@ -4,7 +4,7 @@ use geometry::{Point, Tracker};
 use nalgebra::{Matrix3, Vector3};
 
 /// How a localizer errs: normal noise, with one deviation across the line of sight and another along it, both of which
-/// grow with the distance.
+/// grow with the distance; and the rounding of what it tells, which does not.
 ///
 /// At `d` mm from `eye`: `sigma = sigma(at_mm) (d / at_mm)^growth`; cameras that triangulate have growth 1 across and
 /// up to 2 along.
@@ -22,7 +22,14 @@ pub struct Localizer {
     pub growth_across: f64,
     /// How the one along grows.
     pub growth_depth: f64,
+    /// Coordinates are rounded to multiples of this, mm; 0: they are not. A step q deviates by q / sqrt(12), alike in every
+    /// direction and at every distance, and as if drawn anew for each emitter and frame: for a marker at rest whose noise is far
+    /// below a step the errors of following frames are the same, and their mean is no better than one of them.
+    pub step_mm: f64,
 }
+
+/// The largest step, mm: no emitter is told from its neighbours with coarser ones.
+const MOST_STEP_MM: f64 = 100.0;
 
 /// Why numbers are not a localizer's.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -49,6 +56,7 @@ impl Localizer {
             at_mm: 1000.0,
             growth_across: 0.0,
             growth_depth: 0.0,
+            step_mm: 0.0,
         }
     }
 
@@ -68,6 +76,9 @@ impl Localizer {
                 return number(what, found, "above zero");
             }
         }
+        if !(0.0..=MOST_STEP_MM).contains(&self.step_mm) {
+            return number("step_mm", self.step_mm, "from 0 to 100");
+        }
         for (what, found) in [
             ("growth_across", self.growth_across),
             ("growth_depth", self.growth_depth),
@@ -79,7 +90,7 @@ impl Localizer {
         Ok(self)
     }
 
-    /// Standard deviations at `p`: across the line of sight and along it, mm.
+    /// Standard deviations of the noise at `p`, without the rounding: across the line of sight and along it, mm.
     pub fn deviations_mm(&self, p: Point<Tracker>) -> [f64; 2] {
         let share = self.eye.distance(p) / self.at_mm;
         let grown = |growth: f64| match growth {
@@ -94,11 +105,11 @@ impl Localizer {
         ]
     }
 
-    /// Covariance of a point seen at `p`, mm^2: `a^2 I + (d^2 - a^2) u u^T` with the line of sight `u`.
+    /// Covariance of a point seen at `p`, mm^2: `(a^2 + q^2 / 12) I + (d^2 - a^2) u u^T` with the line of sight `u` and the step q.
     pub fn covariance_mm2(&self, p: Point<Tracker>) -> Matrix3<f64> {
         let [across, depth] = self.deviations_mm(p).map(|s| s * s);
         let way = Vector3::from(p.mm()) - Vector3::from(self.eye.mm());
-        let even = Matrix3::identity() * across;
+        let even = Matrix3::identity() * (across + self.step_mm * self.step_mm / 12.0);
         match way.try_normalize(0.0) {
             Some(u) if across != depth => even + u * u.transpose() * (depth - across),
             _ => even,

@@ -22,6 +22,7 @@ fn optotrak() -> Localizer {
         at_mm: 2300.0,
         growth_across: 1.0,
         growth_depth: 2.0,
+        step_mm: 0.0,
     }
 }
 

@@ -93,11 +93,9 @@ fn about<F>(c: Point<F>, w: Vector<F>, v: Vector<F>) -> Rigid<F, F> {
     Rigid::from_parts(turn.rotation(), lever - turn * lever + v)
 }
 
-/// The noise that emitters are weighted with: the scene's, the rounding of its steps (a step q deviates by q / sqrt(12)), and
-/// a floor where there is none of either.
+/// The noise that emitters are weighted with: the scene's with the rounding of its steps, and a floor where there is none.
 pub(crate) fn weights(sensor: &Sensor) -> Localizer {
-    let rounding = sensor.quantisation_mm.powi(2) / 12.0;
-    let [across, depth] = [sensor.across_mm, sensor.depth_mm].map(|s| (s * s + rounding).sqrt());
+    let [across, depth] = [sensor.across_mm, sensor.depth_mm];
     let floor = LEAST_MM.max(across.max(depth) / LARGEST_RATIO);
     Localizer {
         across_mm: across.max(floor),

@@ -59,6 +59,7 @@ pub(super) fn noise(sensor: &Sensor) -> Localizer {
         at_mm: sensor.at_mm,
         growth_across: sensor.growth_across,
         growth_depth: sensor.growth_depth,
+        step_mm: sensor.quantisation_mm,
     }
 }
 

@@ -46,6 +46,7 @@ fn noise(raw: &RawNoise) -> Checked<Noise> {
         at_mm: within("at_mm", raw.at_mm, 1.0..=1e5, "mm")?,
         growth_across: within("growth_across", raw.growth_across, 0.0..=4.0, "")?,
         growth_depth: within("growth_depth", raw.growth_depth, 0.0..=4.0, "")?,
+        quantisation_mm: within("quantisation_mm", raw.quantisation_mm, 0.0..=10.0, "mm")?,
     })
 }
 

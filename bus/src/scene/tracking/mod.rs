@@ -48,6 +48,8 @@ pub struct Noise {
     pub growth_across: f64,
     /// The power of the one along.
     pub growth_depth: f64,
+    /// Coordinates are rounded to multiples of this, mm; 0: they are not.
+    pub quantisation_mm: f64,
 }
 
 /// `source = "sequence"`: poses of markers from a file.

@@ -37,6 +37,8 @@ pub struct RawNoise {
     pub growth_across: f64,
     /// How the one along grows.
     pub growth_depth: f64,
+    /// Coordinates are rounded to multiples of this, mm; 0: they are not.
+    pub quantisation_mm: f64,
 }
 
 impl Default for RawNoise {
@@ -47,6 +49,7 @@ impl Default for RawNoise {
             at_mm: 2300.0,
             growth_across: 1.0,
             growth_depth: 2.0,
+            quantisation_mm: 0.0,
         }
     }
 }
