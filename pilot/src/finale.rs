@@ -8,7 +8,7 @@ use bus::message::{Ages, Command, CommandKind, FrameStamp, ToolPose};
 use bus::port::FrameSubscriber;
 use bus::scene::Scene;
 use bus::session::SIMULATED_START_NS;
-use picture::{Canvas, write_png};
+use picture::{Canvas, Rgb, palette, write_png};
 
 use crate::memory;
 use crate::output;
@@ -53,10 +53,7 @@ pub(crate) fn take(run: &Run) -> Pictures {
     for (view, panel) in panels.iter().enumerate() {
         pictures.pngs[view] = write_view(run, view, panel, &mut pictures.problems);
     }
-    let shown = run.books.volume_hash().map(|hash| hash.to_string());
-    let replay = run.options.replay.as_ref();
-    let replayed = replay.and_then(|replay| replay.title(shown.as_deref()));
-    let sheet = sheet::draw(&run.scene, &panels, pose.as_ref(), replayed.as_deref());
+    let sheet = sheet::draw(&run.scene, &panels, pose.as_ref(), remark(run, pose.as_ref()));
     let stamp = panels
         .iter()
         .find_map(|p| p.image.as_ref())
@@ -67,6 +64,22 @@ pub(crate) fn take(run: &Run) -> Pictures {
     pictures.processes = notes(run);
     pictures.memory = measure_memory(run);
     pictures
+}
+
+/// What the sheet says besides: of a replay in another examination, or that its pose was old when the run ended.
+fn remark(run: &Run, pose: Option<&ToolPose>) -> Option<(String, Rgb)> {
+    if let Some(replay) = &run.options.replay {
+        let shown = run.books.volume_hash().map(|hash| hash.to_string());
+        return Some((replay.title(shown.as_deref())?, palette::REPLAY));
+    }
+    let age_ns = run.session.clock().now_ns().saturating_sub(pose?.t_capture_ns);
+    let is_old = age_ns > Ages::of(&run.scene.limits).lost_ns;
+    is_old.then(|| {
+        (
+            format!("the pose was {:.1} s OLD", clock::ms(age_ns) / 1e3),
+            palette::WARN,
+        )
+    })
 }
 
 /// Draws `pose` in every view that is alive.

@@ -3,7 +3,7 @@
 use bus::message::{FrameStamp, ToolPose, Tracked};
 use bus::scene::{Extent, Scene};
 use geometry::{Point, Tool};
-use picture::palette::{self, ALARM, QUIET, REPLAY, WORDS};
+use picture::palette::{self, ALARM, QUIET, WORDS};
 use picture::{Anchor, Canvas, Rgb};
 
 const GAP: u32 = 6;
@@ -27,9 +27,9 @@ fn rows(scene: &Scene) -> Vec<Vec<usize>> {
     [of(Extent::Global), of(Extent::Local)].concat()
 }
 
-/// Draws the sheet; `panels` in the order of the scene's views, `pose` the one that all of them show, `replayed` what
-/// must be said of a replay whose sheet is not that of the recorded run.
-pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, replayed: Option<&str>) -> Canvas {
+/// Draws the sheet; `panels` in the order of the scene's views, `pose` the one that all of them show, `remark` what must be said
+/// besides, in a colour of [`palette`].
+pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, remark: Option<(String, Rgb)>) -> Canvas {
     let rows = rows(scene);
     let cell = |axis: usize| scene.views.iter().map(|v| v.size[axis]).max().unwrap_or(1) + GAP;
     let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
@@ -47,7 +47,7 @@ pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, rep
     let at = [GAP + cell(0) * column as u32, GAP + cell(1) * row as u32];
     let mut lines = vec![("TROCAR".to_owned(), WORDS, 26.0)];
     lines.push(("not a medical device".to_owned(), QUIET, 15.0));
-    lines.extend(replayed.map(|words| (words.to_owned(), REPLAY, 18.0)));
+    lines.extend(remark.map(|(words, colour)| (words, colour, 18.0)));
     legend_lines(&mut lines, scene, panels, pose);
     legend(&mut canvas, scene, lines, at);
     canvas
@@ -149,7 +149,7 @@ mod tests {
         let scene = Scene::parse("", Path::new("")).unwrap();
         assert_eq!(rows(&scene), [vec![0, 2, 4], vec![1, 3, 5, 6]]);
         let panels: Vec<Panel> = (0..7).map(|_| Panel { image: None }).collect();
-        let sheet = draw(&scene, &panels, None, Some("session.mcap"));
+        let sheet = draw(&scene, &panels, None, Some(("REPLAY".to_owned(), palette::REPLAY)));
         assert_eq!((sheet.width(), sheet.height()), (4 * 518 + 6, 2 * 518 + 6));
     }
 

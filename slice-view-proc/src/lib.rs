@@ -9,6 +9,7 @@ pub mod cli;
 mod grey;
 mod letters;
 mod mha;
+mod output;
 mod outside;
 mod overlay;
 mod remarks;

@@ -4,23 +4,21 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use bus::BusError;
-use bus::clock::{self, Clock};
+use bus::clock;
 use bus::continuity::Continuity;
-use bus::message::{
-    Ages, Command, CommandKind, FrameHeader, FrameStamp, FrameState, Lost, ProcessState, ToolPose, Tracked,
-};
-use bus::port::{CommandServer, FramePublisher, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
+use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Lost, ProcessState, ToolPose, Tracked};
+use bus::port::{CommandServer, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::run::ReplayOf;
 use bus::scene::Plane;
-use bus::topic::{FRAME_STAMP, HELD_FRAME, TOOL_POSE, VIEW_FRAME};
+use bus::topic::{FRAME_STAMP, TOOL_POSE};
 use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
 
 use crate::accuracy::Accuracy;
-use crate::overlay::{Notice, Origin, SMALLEST_WITH_WORDS};
+use crate::output::{Output, wordless};
+use crate::overlay::{Notice, Origin};
 use crate::remarks::Remarks;
-use crate::render::{RenderError, Rendered, Renderer};
+use crate::render::{RenderError, Rendered};
 use crate::reslice::{Chosen, Resampler};
 
 /// The loop comes round at least this often: for signs of life and for volumes, which do not wake anybody.
@@ -43,14 +41,6 @@ pub enum RunError {
     /// The scene has no image of this direction.
     #[error("the scene has no {0} view: nothing to render")]
     NoView(&'static str),
-}
-
-/// One view and the places its images go to.
-struct Output {
-    index: u32,
-    renderer: Renderer,
-    live: FramePublisher,
-    held: FramePublisher,
 }
 
 /// The state of the process between two wake-ups.
@@ -109,13 +99,7 @@ impl SliceView {
             if view.plane != plane {
                 continue;
             }
-            let bytes = view.size[0] as usize * view.size[1] as usize * 4;
-            outputs.push(Output {
-                index: index as u32,
-                live: FramePublisher::open(&process.bus, &VIEW_FRAME, &view.name, bytes)?,
-                held: FramePublisher::open(&process.bus, &HELD_FRAME, &view.name, bytes)?,
-                renderer: Renderer::new(view.clone()),
-            });
+            outputs.push(Output::open(&process.bus, index, view)?);
         }
         if outputs.is_empty() {
             return Err(RunError::NoView(plane.name()));
@@ -195,7 +179,7 @@ impl SliceView {
         failed?;
         self.origin = match self.process.run.simulated_time {
             true => Origin::SimulatedTime,
-            false => origin(self.process.run.replay.as_ref(), &new.hash().to_string()),
+            false => Origin::of(self.process.run.replay.as_ref(), &new.hash().to_string()),
         };
         self.volume = Some(new);
         Ok(())
@@ -393,41 +377,6 @@ impl SliceView {
         }
         self.process.counters.published += 1;
         Ok(())
-    }
-}
-
-/// Which views are too small for words.
-fn wordless(outputs: &[Output]) -> String {
-    let views = outputs.iter().map(|output| output.renderer.view());
-    let small = views.filter(|view| view.size.iter().any(|side| *side < SMALLEST_WITH_WORDS));
-    let names: Vec<&str> = small.map(|view| view.name.as_str()).collect();
-    match names.is_empty() {
-        true => String::new(),
-        false => format!("; no words below {SMALLEST_WITH_WORDS} pixels: {}", names.join(", ")),
-    }
-}
-
-impl Output {
-    /// Hands over the image drawn last, to the topic that fits its stamp.
-    fn send(&self, stamp: FrameStamp, clock: &Clock, latest_ns: i64) -> Result<Option<FrameStamp>, BusError> {
-        let canvas = self.renderer.canvas();
-        let header = FrameHeader {
-            stamp,
-            width: canvas.width(),
-            height: canvas.height(),
-        };
-        let port = if stamp.on_request == 1 { &self.held } else { &self.live };
-        port.send(header, canvas.rgba(), clock, latest_ns)
-    }
-}
-
-/// Where poses come from that are shown in the examination with the hash `shown`.
-fn origin(replay: Option<&ReplayOf>, shown: &str) -> Origin {
-    match replay.map(|replay| replay.volume_hash.as_deref()) {
-        None => Origin::Tracker,
-        Some(None) => Origin::RecordingOfUnknown,
-        Some(Some(recorded)) if recorded == shown => Origin::Recording,
-        Some(Some(_)) => Origin::RecordingOfAnother,
     }
 }
 

@@ -10,6 +10,7 @@ mod emitters;
 mod event;
 mod frame;
 mod heartbeat;
+mod lost;
 mod pose;
 mod volume_header;
 
@@ -19,7 +20,8 @@ pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use event::{Event, Level};
 pub use frame::{Ages, FrameHeader, FrameStamp, FrameState};
 pub use heartbeat::{Counters, Heartbeat, ProcessState};
-pub use pose::{Lost, PoseError, ToolPose, Tracked};
+pub use lost::Lost;
+pub use pose::{PoseError, ToolPose, Tracked};
 pub use volume_header::{HeaderError, Marks, VolumeHash, VolumeHeader};
 
 /// A fixed-size text field: UTF-8, cut at a character's boundary, zero-padded.

@@ -5,6 +5,7 @@ mod shapes;
 mod words;
 
 use bus::message::{Lost, Marks};
+use bus::run::ReplayOf;
 use bus::scene::{Target, ToolSpec, View};
 use geometry::{Ct, Rigid, SlicePlane, Tool};
 use picture::{Canvas, Rgb, palette};
@@ -42,6 +43,16 @@ pub enum Origin {
 }
 
 impl Origin {
+    /// Of a run that shows the examination with the hash `shown`: of its tracker, or of the recording that it replays.
+    pub(crate) fn of(replay: Option<&ReplayOf>, shown: &str) -> Self {
+        match replay.map(|replay| replay.volume_hash.as_deref()) {
+            None => Self::Tracker,
+            Some(None) => Self::RecordingOfUnknown,
+            Some(Some(recorded)) if recorded == shown => Self::Recording,
+            Some(Some(_)) => Self::RecordingOfAnother,
+        }
+    }
+
     /// As stamps say it.
     pub const fn code(self) -> u32 {
         match self {

@@ -1,0 +1,117 @@
+//! The books, fed by hand.
+
+use super::*;
+use bus::message::Lost;
+use geometry::Rigid;
+
+const BY: Judging = Judging {
+    now_ns: i64::MAX,
+    frozen_ns: None,
+};
+
+fn pose(seq: u64, tracked: Tracked) -> ToolPose {
+    let mut pose = ToolPose {
+        seq,
+        t_capture_ns: seq as i64,
+        ..ToolPose::EMPTY
+    };
+    pose.set(tracked);
+    pose
+}
+
+#[test]
+fn percentiles_are_nearest_rank() {
+    let list: Vec<i64> = (1..=100).map(|i| i * 1_000_000).collect();
+    let l = percentiles(&list);
+    assert_eq!((l.p50, l.p95, l.p99, l.max, l.count), (50.0, 95.0, 99.0, 100.0, 100));
+    assert_eq!(percentiles(&[]), Latency::default());
+    assert_eq!(percentiles(&[7_000_000]).p99, 7.0);
+}
+
+#[test]
+fn poses_are_counted_by_kind_and_gaps_too() {
+    let mut books = Books::new(1);
+    books.pose(pose(0, Tracked::Valid(Rigid::identity())), BY);
+    books.pose(pose(3, Tracked::Lost(Lost::NotSeen)), BY);
+    let mut bad = pose(4, Tracked::Valid(Rigid::identity()));
+    bad.q[0] = f64::NAN;
+    books.pose(bad, BY);
+    let expected = PoseCounts {
+        published: 3,
+        lost: 1,
+        refused: 1,
+        missing: 2,
+        ..PoseCounts::default()
+    };
+    assert_eq!(books.poses, expected);
+    assert_eq!(books.valid_pose_until(9).map(|p| p.seq), Some(0));
+}
+
+/// Each went by without a word.
+#[test]
+fn what_breaks_the_stream_is_counted() {
+    let mut books = Books::new(1);
+    let valid = Tracked::Valid(Rigid::identity());
+    let frozen = Judging {
+        frozen_ns: Some(5),
+        ..BY
+    };
+    for seq in [3, 4, 10, 10, 9] {
+        books.pose(pose(seq, valid), frozen);
+    }
+    let mut other = pose(20, valid);
+    other.registration_id = 1;
+    other.flags = ToolPose::NOISELESS;
+    books.pose(other, frozen);
+    books.pose(pose(1 << 50, valid), frozen);
+    let found = books.poses;
+    // The first pose with 10 is 7 ns after the first with the same numbers; the second 10 and the 9 are refused.
+    assert_eq!((found.published, found.lost, found.refused), (7, 1, 2));
+    assert_eq!((found.counted_anew, found.registration_changes), (1, 2));
+    assert_eq!(books.valid_pose_until(19).map(|p| p.seq), Some(4));
+}
+
+#[test]
+fn old_images_that_claim_to_be_live_are_found() {
+    let mut books = Books::new(1);
+    let stamp = FrameStamp {
+        t_framed_ns: 101,
+        ..FrameStamp::default()
+    };
+    books.frame(&stamp, 100);
+    assert_eq!(books.views[0].unflagged_old, 1);
+    let said = FrameStamp {
+        state: FrameState::Stale.code(),
+        seq: 1,
+        ..stamp
+    };
+    books.frame(&said, 100);
+    assert_eq!((books.views[0].unflagged_old, books.views[0].rendered), (1, 2));
+}
+
+#[test]
+fn what_a_replay_passes_over_is_not_missing_and_what_comes_again_is_shown_again() {
+    let mut books = Books::new(1);
+    let stamp = |seq| FrameStamp {
+        seq,
+        ..FrameStamp::default()
+    };
+    for seq in [7, 100, 3] {
+        books.pose(pose(seq, Tracked::Valid(Rigid::identity())), BY);
+        books.frame(&stamp(seq), 100);
+        books.jumped();
+        // Until the next one comes, it is the newest there is.
+        assert_eq!(books.newest_pose().map(|p| p.seq), Some(seq));
+    }
+    assert_eq!((books.poses.missing, books.views[0].rendered), (0, 3));
+}
+
+#[test]
+fn the_same_pose_drawn_again_is_not_a_latency() {
+    let mut books = Books::new(1);
+    for _ in 0..3 {
+        books.frame(&FrameStamp::default(), 100);
+    }
+    assert_eq!(books.views[0].rendered, 1);
+    assert_eq!(books.latencies().last().map(|(_, l)| l.count), Some(1));
+}

@@ -1,0 +1,61 @@
+//! One view of a renderer and the places its images go to.
+
+use bus::clock::Clock;
+use bus::message::{FrameHeader, FrameStamp};
+use bus::port::FramePublisher;
+use bus::scene::View;
+use bus::topic::{HELD_FRAME, VIEW_FRAME};
+use bus::{Bus, BusError};
+
+use crate::overlay::SMALLEST_WITH_WORDS;
+use crate::render::Renderer;
+
+/// One view and the places its images go to.
+pub(crate) struct Output {
+    /// In the scene's list of views.
+    pub(crate) index: u32,
+    pub(crate) renderer: Renderer,
+    live: FramePublisher,
+    held: FramePublisher,
+}
+
+impl Output {
+    /// Becomes the publisher of `view`, which is number `index` of the scene.
+    pub(crate) fn open(bus: &Bus, index: usize, view: &View) -> Result<Self, BusError> {
+        let bytes = view.size[0] as usize * view.size[1] as usize * 4;
+        Ok(Self {
+            index: index as u32,
+            live: FramePublisher::open(bus, &VIEW_FRAME, &view.name, bytes)?,
+            held: FramePublisher::open(bus, &HELD_FRAME, &view.name, bytes)?,
+            renderer: Renderer::new(view.clone()),
+        })
+    }
+
+    /// Hands over the image drawn last, to the topic that fits its stamp; `None` where that would be later than `latest_ns`.
+    pub(crate) fn send(
+        &self,
+        stamp: FrameStamp,
+        clock: &Clock,
+        latest_ns: i64,
+    ) -> Result<Option<FrameStamp>, BusError> {
+        let canvas = self.renderer.canvas();
+        let header = FrameHeader {
+            stamp,
+            width: canvas.width(),
+            height: canvas.height(),
+        };
+        let port = if stamp.on_request == 1 { &self.held } else { &self.live };
+        port.send(header, canvas.rgba(), clock, latest_ns)
+    }
+}
+
+/// Which views are too small for words.
+pub(crate) fn wordless(outputs: &[Output]) -> String {
+    let views = outputs.iter().map(|output| output.renderer.view());
+    let small = views.filter(|view| view.size.iter().any(|side| *side < SMALLEST_WITH_WORDS));
+    let names: Vec<&str> = small.map(|view| view.name.as_str()).collect();
+    match names.is_empty() {
+        true => String::new(),
+        false => format!("; no words below {SMALLEST_WITH_WORDS} pixels: {}", names.join(", ")),
+    }
+}
