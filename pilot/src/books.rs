@@ -1,7 +1,7 @@
 //! What happened: poses, images, latencies, restarts. Fed by the run, read by the report and the status.
 
 use bus::clock::ms;
-use bus::continuity::Continuity;
+use bus::continuity::{Break, Continuity};
 use bus::message::{FrameStamp, FrameState, Lost, ToolPose, Tracked, VolumeHash, VolumeHeader};
 use geometry::{Point, Tool, VolumeGrid};
 use serde::Serialize;
@@ -85,7 +85,7 @@ impl PoseCounts {
 pub(crate) struct Judging {
     /// When it was taken, on the session's clock.
     pub(crate) now_ns: i64,
-    /// See [`Continuity::judge`].
+    /// See [`Continuity::judge`]; `None` in a replay.
     pub(crate) frozen_ns: Option<i64>,
 }
 
@@ -141,14 +141,14 @@ impl Books {
             self.continuity = Continuity::default();
         }
         self.poses.published += 1;
-        let tracked = self.judged(&pose, by);
+        let (tracked, is_refused) = self.judged(&pose, by);
         match tracked {
+            _ if is_refused => self.poses.refused += 1,
             Tracked::Valid(at) => {
                 let outside = self.is_outside(&Tracked::Valid(at));
                 self.accuracy.valid(&pose, outside);
                 self.registration_id = Some(pose.registration_id);
             }
-            Tracked::Lost(Lost::Refused) => self.poses.refused += 1,
             Tracked::Lost(reason) => {
                 self.poses.lost += 1;
                 self.accuracy.lost(reason);
@@ -160,16 +160,22 @@ impl Books {
         self.recent.push_back((pose, tracked));
     }
 
-    /// What a sample is, by itself and after those before it, as the renderers judge it.
-    fn judged(&mut self, pose: &ToolPose, by: Judging) -> Tracked {
+    /// What a sample is, by itself and after those before it, as the renderers judge it; and whether it is refused here (a
+    /// tracker that refused its localizer's frame says so in a sample that is in order).
+    fn judged(&mut self, pose: &ToolPose, by: Judging) -> (Tracked, bool) {
         let Ok(tracked) = pose.tracked_at(by.now_ns) else {
-            return Tracked::Lost(Lost::Refused);
+            return (Tracked::Lost(Lost::Refused), true);
         };
-        let judged = self.continuity.judge(pose, tracked, by.frozen_ns);
+        let mut judged = self.continuity.judge(pose, tracked, by.frozen_ns);
+        if by.frozen_ns.is_none() && judged.broken.is_some() {
+            // A replay goes where it is told to; samples that were under way then come behind the news of it.
+            self.continuity = Continuity::default();
+            judged = self.continuity.judge(pose, tracked, by.frozen_ns);
+        }
         self.poses.missing += judged.missing;
         self.poses.counted_anew += u64::from(judged.broken.is_some_and(|broken| !broken.refuses()));
         self.poses.registration_changes += u64::from(judged.registration_before.is_some());
-        judged.tracked
+        (judged.tracked, judged.broken.is_some_and(Break::refuses))
     }
 
     /// A replay went elsewhere: what comes is neither behind nor missing, and is shown anew.

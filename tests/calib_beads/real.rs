@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use bus::scene::VolumeSpec;
 use bus::volume::OwnedVolume;
-use calib::bead::{Dense, Ground, Reason, Rejected, Search, Voxels, find};
+use calib::bead::{Dense, Ground, Search, Voxels, find};
 use geometry::{Affine, Point, VolumeGrid};
 
 use super::bodies::taken;
@@ -251,8 +251,6 @@ fn knobs_of_bone_in_coarse_voxels_of_a_real_chest_are_no_beads() {
         };
         let found = find(&coarser(&volume, take), &search).unwrap();
         assert!(found.beads.is_empty(), "{take:?}: {:?}", found.beads);
-        let unheld = |r: &&Rejected| matches!(r.reason, Reason::Unsure { .. });
-        assert!(found.rejected.iter().any(|r| unheld(&r)), "{take:?}");
     }
 }
 

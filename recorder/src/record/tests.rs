@@ -78,7 +78,7 @@ fn what_is_published_is_in_the_file_bit_for_bit() {
     let mut sent = Vec::new();
     for seq in 0..100 {
         let mut pose = testing::pose(seq);
-        pose.covariance[3] = f64::from_bits(0x7ff8_0000_0000_0000 + seq);
+        pose.fre_rms_mm = f64::from_bits(0x7ff8_0000_0000_0000 + seq);
         tool.send(pose).unwrap();
         truth.send(testing::pose(seq)).unwrap();
         sent.push(pose);

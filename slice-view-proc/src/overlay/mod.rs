@@ -157,11 +157,14 @@ impl Overlay<'_> {
 
     /// The frame around the image: colour and width, pixels.
     fn frame(&self) -> Option<(Rgb, f64)> {
+        // Where there are no words, the frame alone says that something is amiss.
+        let wordless = !self.has_words();
         let colour = match self.notice {
             Notice::Lost(..) => palette::ALARM,
+            _ if wordless && !self.origin.warning().is_empty() => palette::ALARM,
             Notice::Stale(_) => palette::WARN,
             _ if self.is_moving_replay() => palette::REPLAY,
-            _ if !self.remarks.is_empty() => palette::WARN,
+            _ if !self.remarks.is_empty() || (wordless && self.outside) => palette::WARN,
             _ => return None,
         };
         Some((colour, 5.0 * self.unit()))

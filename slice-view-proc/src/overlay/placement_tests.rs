@@ -203,6 +203,13 @@ fn an_image_too_small_for_words_has_none_and_keeps_its_frame() {
     };
     assert_eq!(pixels(&drawn, palette::WORDS), 0);
     assert!(pixels(&drawn, palette::ALARM) > 191 * 2);
+    // What words would say on a larger image.
+    drawn.notice = Notice::Held;
+    assert_eq!(pixels(&drawn, palette::WARN), 0);
+    drawn.outside = true;
+    assert!(pixels(&drawn, palette::WARN) > 191 * 2);
+    drawn.origin = Origin::RecordingOfAnother;
+    assert!(pixels(&drawn, palette::ALARM) > 191 * 2);
     drawn.size = [192, 400];
     assert!(pixels(&drawn, palette::WORDS) > 0);
 }

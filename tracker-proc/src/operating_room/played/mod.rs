@@ -2,7 +2,6 @@
 
 mod csv;
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -90,7 +89,7 @@ impl Played {
             source,
         };
         let mut text = String::new();
-        let file = File::open(path).map_err(io)?;
+        let (file, _) = bus::file::open(path).map_err(|error| io(error.into()))?;
         // One byte more than allowed shows that there are more, whatever the file says of its length.
         file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(io)?;
         if text.len() as u64 > MAX_BYTES {
