@@ -92,7 +92,7 @@ impl Bodies {
         self.stiffness[body]
     }
 
-    /// The point that constraints measure places from: zero, or where solids lie farther from it than [`FAR`] times the largest, a point among
+    /// The point that constraints measure places from: zero, or where solids lie farther from it than `FAR` times the largest, a point among
     /// them. A gap is a difference of places: about zero it would have the rounding of their distance from it.
     pub fn origin(&self) -> Vector2<f64> {
         self.origin

@@ -117,7 +117,8 @@ pub struct Overlay<'a> {
 }
 
 impl Overlay<'_> {
-    /// Draws it all: frames first, so that no word is covered. An image below [`SMALLEST_WITH_WORDS`] has frames and lines only.
+    /// Draws it all: frames first, so that no word is covered. An image with a side below 192 pixels has frames and
+    /// lines only.
     pub fn draw(&self, canvas: &mut Canvas) {
         self.draw_outlines(canvas);
         if let Some(pose) = self.pose {
