@@ -216,7 +216,8 @@ impl Books {
             return;
         };
         let state = stamp.frame_state();
-        let age = stamp.t_framed_ns - stamp.t_capture_ns;
+        // Stamps are other processes' numbers: the difference of two may not fit.
+        let age = stamp.t_framed_ns.saturating_sub(stamp.t_capture_ns);
         if state == Some(FrameState::Live) && stamp.on_request == 0 && age > stale_ns {
             view.unflagged_old += 1;
         }
@@ -230,10 +231,10 @@ impl Books {
             view.last_seq = Some(stamp.seq);
             view.rendered += 1;
             let stages = [
-                stamp.t_publish_ns - stamp.t_capture_ns,
-                stamp.t_seen_ns - stamp.t_publish_ns,
-                stamp.t_rendered_ns - stamp.t_seen_ns,
-                stamp.t_framed_ns - stamp.t_rendered_ns,
+                stamp.t_publish_ns.saturating_sub(stamp.t_capture_ns),
+                stamp.t_seen_ns.saturating_sub(stamp.t_publish_ns),
+                stamp.t_rendered_ns.saturating_sub(stamp.t_seen_ns),
+                stamp.t_framed_ns.saturating_sub(stamp.t_rendered_ns),
                 age,
             ];
             for (list, duration) in self.latencies.iter_mut().zip(stages) {

@@ -139,7 +139,7 @@ fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
         name: run.scene.views[view].name.clone(),
         state: state.to_owned(),
         seq: last.map(|stamp| stamp.seq),
-        age_ms: last.map(|stamp| clock::ms(now - stamp.t_capture_ns)),
+        age_ms: last.map(|stamp| clock::ms(now.saturating_sub(stamp.t_capture_ns))),
     }
 }
 

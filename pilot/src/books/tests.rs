@@ -122,6 +122,25 @@ fn what_a_replay_passes_over_is_not_missing_and_what_comes_again_is_shown_again(
     assert_eq!((books.poses.missing, books.views[0].rendered), (0, 3));
 }
 
+/// Subtracting such stamps ended the pilot.
+#[test]
+fn stamps_at_the_ends_of_time_break_nothing() {
+    let mut books = Books::new(1);
+    for ns in [i64::MIN, i64::MAX, 0] {
+        let stamp = FrameStamp {
+            t_capture_ns: ns,
+            t_publish_ns: ns.saturating_neg(),
+            t_framed_ns: ns.saturating_neg(),
+            ..FrameStamp::default()
+        };
+        books.frame(&stamp, 100);
+        let mut bad = pose(7, Tracked::Valid(Rigid::identity()));
+        bad.t_capture_ns = ns;
+        books.pose(bad, BY);
+    }
+    assert_eq!(books.poses.published, 3);
+}
+
 #[test]
 fn the_same_pose_drawn_again_is_not_a_latency() {
     let mut books = Books::new(1);
