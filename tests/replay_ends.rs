@@ -4,30 +4,16 @@
 
 mod support;
 
-use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use bus::message::ToolPose;
 use recorder::reader;
 use recorder::schema::TOOL_POSE;
-use support::{SMALL, World, stderr, stdout};
+use support::{SMALL, World, pictures, stderr, stdout};
 
 fn poses(out: &Path) -> Vec<ToolPose> {
     let poses = reader::poses(&out.join("session.mcap"), TOOL_POSE).unwrap();
     poses.map(Result::unwrap).collect()
-}
-
-fn pictures(out: &Path) -> BTreeMap<String, Vec<u8>> {
-    let files = fs::read_dir(out).unwrap().map(|entry| entry.unwrap().path());
-    let pngs = files.filter(|path| path.extension().is_some_and(|end| end == "png"));
-    pngs.map(|path| {
-        (
-            path.file_name().unwrap().to_string_lossy().into_owned(),
-            fs::read(&path).unwrap(),
-        )
-    })
-    .collect()
 }
 
 /// Replays the run in `out`, and compares every picture at its end.

@@ -5,8 +5,6 @@
 
 mod support;
 
-use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,23 +17,11 @@ use bus::topic::{FRAME_STAMP, TOOL_POSE as POSES};
 use recorder::reader;
 use recorder::schema::{GROUND_TRUTH, TOOL_POSE};
 use serde_json::Value;
-use support::{SMALL, World, kill_9, wait_for};
+use support::{SMALL, World, kill_9, pictures, wait_for};
 
 fn poses(out: &Path, topic: &str) -> Vec<ToolPose> {
     let poses = reader::poses(&out.join("session.mcap"), topic).unwrap();
     poses.map(Result::unwrap).collect()
-}
-
-fn pictures(out: &Path) -> BTreeMap<String, Vec<u8>> {
-    let files = fs::read_dir(out).unwrap().map(|entry| entry.unwrap().path());
-    let pngs = files.filter(|path| path.extension().is_some_and(|end| end == "png"));
-    pngs.map(|path| {
-        (
-            path.file_name().unwrap().to_string_lossy().into_owned(),
-            fs::read(&path).unwrap(),
-        )
-    })
-    .collect()
 }
 
 /// More work than the machine has processors, until it is dropped.

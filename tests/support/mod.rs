@@ -285,6 +285,19 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// The PNG files of a run by name.
+pub fn pictures(out: &Path) -> std::collections::BTreeMap<String, Vec<u8>> {
+    let files = std::fs::read_dir(out).unwrap().map(|entry| entry.unwrap().path());
+    let pngs = files.filter(|path| path.extension().is_some_and(|end| end == "png"));
+    pngs.map(|path| {
+        (
+            path.file_name().unwrap().to_string_lossy().into_owned(),
+            std::fs::read(&path).unwrap(),
+        )
+    })
+    .collect()
+}
+
 /// The text chunks of a PNG.
 pub fn png_texts(path: &Path) -> std::collections::BTreeMap<String, String> {
     let reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap()));

@@ -6,7 +6,7 @@ use super::homography::{jacobian, project};
 use super::lattice::Cell;
 use super::outline::outline;
 use super::warp::{FIELDS, NUMBERS as LENS, RADIAL, Warp};
-use super::whole::{ellipse_slopes, point};
+use super::whole::{LEAST_BLUR, ellipse_slopes, point};
 use crate::disc::Ellipse;
 use crate::image::Image;
 
@@ -22,7 +22,6 @@ pub(crate) type Slopes = SMatrix<f64, 6, NUMBERS>;
 pub(crate) type Tangent = SMatrix<f64, 2, NUMBERS>;
 
 pub(crate) const MAX_STEPS: usize = 25;
-pub(crate) const LEAST_BLUR: f64 = 0.29;
 /// What a lens's coefficients are expected to be at the most, at the image's corner: beyond what any lens does that shows a
 /// picture, and so a hold only where the discs say nothing.
 const LARGE: f64 = 0.5;

@@ -5,10 +5,11 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::bent::{BLUR, Bent, LEAST_BLUR, MAX_STEPS, NUMBERS, Numbers, Slopes, Square, inverse, prior, step};
+use super::bent::{BLUR, Bent, MAX_STEPS, NUMBERS, Numbers, Slopes, Square, inverse, prior, step};
 use super::lattice::Cell;
 use super::light::light;
 use super::local::{Block, Chosen, Greys, Guess, Local, Part, Room};
+use super::whole::LEAST_BLUR;
 use crate::disc::Ellipse;
 use crate::image::Image;
 

@@ -23,7 +23,7 @@ pub(crate) const CUT: f64 = 0.08;
 const THIN: usize = 5;
 const MANY: usize = 50;
 /// The least blur, pixels: that of a pixel's own area.
-const LEAST_BLUR: f64 = 0.29;
+pub(crate) const LEAST_BLUR: f64 = 0.29;
 /// At the least blur edges are sharper than pixels, which the model cannot follow: a step that gains less of what is left,
 /// which is no noise, is the last.
 const SHARP: f64 = 0.01;
