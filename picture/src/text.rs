@@ -225,6 +225,10 @@ mod tests {
                 assert!(slack <= 2, "{text}: {found:?} {said:?}");
             }
         }
-        assert_eq!(text_box([5.0, 5.0], " ", 12.0, Anchor::Left), None);
+        // The space that does not break is in the typeface, and as wide: what is not would be drawn as a box.
+        for space in [" ", "\u{a0}"] {
+            assert_eq!(text_box([5.0, 5.0], space, 12.0, Anchor::Left), None);
+            assert!((text_width(space, 12.0) - text_width("m", 12.0)).abs() < 1e-3);
+        }
     }
 }

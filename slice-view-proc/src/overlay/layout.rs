@@ -89,10 +89,11 @@ impl Layout {
     }
 }
 
-/// `text` in lines of at most `width` pixels, broken between words; a word that is longer stands alone.
+/// `text` in lines of at most `width` pixels, broken at spaces (and not at those that do not break, U+00A0, which keep a number
+/// with its unit); what is longer between two spaces stands alone.
 pub(super) fn wrapped(text: &str, size: f32, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
         let longer = lines.last().map(|line| format!("{line} {word}"));
         match (longer, lines.last_mut()) {
             (Some(longer), Some(line)) if f64::from(text_width(&longer, size)) <= width => *line = longer,
@@ -139,5 +140,8 @@ mod tests {
             "{lines:?}"
         );
         assert_eq!(wrapped("", 18.0, 300.0), Vec::<String>::new());
+        // `3.2` on one line and `s old` on the next was read as neither.
+        let kept = wrapped("lost, image\u{a0}3.2\u{a0}s\u{a0}old", 18.0, 170.0);
+        assert_eq!(kept, ["lost,", "image\u{a0}3.2\u{a0}s\u{a0}old"]);
     }
 }

@@ -161,7 +161,7 @@ proptest! {
             let all = texts.join(" ");
             match drawn.notice {
                 Notice::Lost(reason, _) => prop_assert!(all.contains(&format!("NO POSE: {}", reason.words())), "{}", all),
-                Notice::Stale(_) => prop_assert!(all.contains(" OLD"), "{}", all),
+                Notice::Stale(_) => prop_assert!(all.contains("\u{a0}OLD"), "{}", all),
                 Notice::Live | Notice::Held => {}
             }
             let expected = drawn.outside && !matches!(drawn.notice, Notice::Lost(..));

@@ -92,6 +92,6 @@ fn scale_bars_are_round() {
 
 #[test]
 fn ages_are_words() {
-    assert_eq!(age_words(320_000_000), "320 ms");
-    assert_eq!(age_words(2_340_000_000), "2.3 s");
+    assert_eq!(age_words(320_000_000), "320\u{a0}ms");
+    assert_eq!(age_words(2_340_000_000), "2.3\u{a0}s");
 }

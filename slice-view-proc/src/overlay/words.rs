@@ -138,9 +138,9 @@ impl Overlay<'_> {
     fn alarms(&self) -> Vec<(String, Rgb)> {
         let mut alarms = Vec::new();
         match self.notice {
-            Notice::Stale(age) => alarms.push((format!("POSE {} OLD", age_words(age)), palette::WARN)),
+            Notice::Stale(age) => alarms.push((format!("POSE {}\u{a0}OLD", age_words(age)), palette::WARN)),
             Notice::Lost(reason, age) => {
-                let age = age.map(|age| format!(", image {} old", age_words(age)));
+                let age = age.map(|age| format!(", image\u{a0}{}\u{a0}old", age_words(age)));
                 let text = format!("NO POSE: {}{}", reason.words(), age.unwrap_or_default());
                 alarms.push((text, palette::ALARM));
             }
@@ -293,10 +293,11 @@ impl Overlay<'_> {
     }
 }
 
+/// An age, in one piece: the space does not break.
 pub(super) fn age_words(age_ns: i64) -> String {
     match clock::ms(age_ns) {
-        ms if ms < 1000.0 => format!("{ms:.0} ms"),
-        ms => format!("{:.1} s", ms / 1000.0),
+        ms if ms < 1000.0 => format!("{ms:.0}\u{a0}ms"),
+        ms => format!("{:.1}\u{a0}s", ms / 1000.0),
     }
 }
 
