@@ -207,7 +207,7 @@ impl PoseStatus {
             None => ", tip error not known".to_owned(),
         };
         if self.outside {
-            line += ", TIP OUTSIDE THE CT";
+            line += ", TIP OUTSIDE THE LOADED CT";
         }
         if self.smoothing_delay_ms > 0.0 {
             line += &format!(", smoothed: {:.0} ms late", self.smoothing_delay_ms);

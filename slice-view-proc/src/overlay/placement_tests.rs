@@ -165,7 +165,9 @@ proptest! {
                 Notice::Live | Notice::Held => {}
             }
             let expected = drawn.outside && !matches!(drawn.notice, Notice::Lost(..));
-            prop_assert_eq!(all.contains("TIP OUTSIDE THE CT"), expected, "{}", all);
+            let said = ["TIP OUTSIDE THE CT", "TIP OUTSIDE THE LOADED PART"][usize::from(drawn.marks)];
+            prop_assert_eq!(all.contains("TIP OUTSIDE"), expected, "{}", all);
+            prop_assert_eq!(all.contains(said), expected, "{}", all);
             prop_assert!(all.contains("seq 4294967295"), "{}", all);
             let (right, down) = (overlay.plane.right(), overlay.plane.down());
             for direction in [right, -right, down, -down] {

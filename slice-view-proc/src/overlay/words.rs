@@ -1,6 +1,7 @@
 //! What stands on an image in words, in the order of its importance, and where each may stand.
 
 use bus::clock;
+use bus::message::Marks;
 use bus::scene::{Extent, SlabMode, View};
 use geometry::{Point, Tool};
 use picture::{Anchor, Rgb, palette};
@@ -147,7 +148,12 @@ impl Overlay<'_> {
             Notice::Live | Notice::Held => {}
         }
         if self.outside {
-            alarms.push(("TIP OUTSIDE THE CT".to_owned(), palette::WARN));
+            // Of a part nobody here knows where the examination ends.
+            let text = match self.marks.has(Marks::PART) {
+                true => "TIP OUTSIDE THE LOADED PART",
+                false => "TIP OUTSIDE THE CT",
+            };
+            alarms.push((text.to_owned(), palette::WARN));
         }
         alarms.extend(self.remarks.iter().map(|remark| ((*remark).to_owned(), palette::WARN)));
         alarms
