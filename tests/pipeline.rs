@@ -86,7 +86,7 @@ fn nothing_is_left_behind() {
     world.navigate(&scene, &out, &["--for", "500ms"]);
     let prefix = bus::run::RunContext::new(&world.run_dir("default"), 0)
         .unwrap()
-        .prefix();
+        .folder_prefix();
     let left: Vec<_> = std::fs::read_dir(bus::run::SHM_DIR)
         .unwrap()
         .flatten()

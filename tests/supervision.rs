@@ -49,22 +49,27 @@ fn kill_and_return_in(world: &World, process: &str) -> Value {
     }
     let ended = pilot.stop();
     let report = support::report(&world.path("out"));
-    // What a killed recorder had not written yet is a problem of the run, and no other process's death is one.
+    // A death is a problem of the run, and so is what a killed recorder had not written yet.
     let lacks = lacking(world, &report);
-    let words = || {
-        format!(
-            "the recording lacks {lacks} of the {} samples that went out",
-            report["poses"]["published"]
-        )
-    };
-    let problems: Vec<String> = (lacks > 0).then(words).into_iter().collect();
-    assert_eq!(
-        report["problems"],
-        serde_json::json!(problems),
-        "{}",
-        report["restarts"]
+    let problems: Vec<&str> = report["problems"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(Value::as_str)
+        .collect();
+    let died = format!("{process} ended once before the run did, last at ");
+    let lacking = format!(
+        "the recording lacks {lacks} of the {} samples that went out",
+        report["poses"]["published"]
     );
-    assert_eq!(ended.code(), Some(if lacks > 0 { 3 } else { 0 }));
+    assert_eq!(
+        problems.iter().filter(|p| p.starts_with(&died)).count(),
+        1,
+        "{problems:?}"
+    );
+    assert_eq!(problems.len(), 1 + usize::from(lacks > 0), "{problems:?}");
+    assert_eq!(problems.contains(&lacking.as_str()), lacks > 0, "{problems:?}");
+    assert_eq!(ended.code(), Some(3));
     assert!(lacks == 0 || process == "recorder", "{lacks}");
     report
 }
@@ -185,7 +190,7 @@ fn while_a_renderer_is_away_its_views_are_marked() {
     });
     pilot.wait_live();
     assert_ne!(back, renderer);
-    assert!(pilot.stop().success());
+    assert_eq!(pilot.stop().code(), Some(3));
     let report = support::report(&world.path("out"));
     assert_eq!(report["restarts"][0]["cause"], "gave no sign of life");
 }
@@ -279,10 +284,103 @@ fn a_crash_loop_is_held_and_the_rest_goes_on() {
             && view_state(s, "frontal-local") == "live"
     });
     assert_eq!(view_state(&status, "axial-global"), "down");
+    let held = status["processes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|p| p["name"] == "view-axial");
+    assert_eq!(held.unwrap()["endings"], 3);
+    assert!(
+        held.unwrap()["last_ending"]
+            .as_str()
+            .unwrap()
+            .ends_with("killed by signal 9")
+    );
     assert_eq!(pilot.stop().code(), Some(3));
     let report = support::report(&world.path("out"));
     assert_eq!(report["held"], serde_json::json!(["view-axial"]));
     assert!(report["views"][0]["png"].is_null());
     assert!(report["views"][1]["png"].is_string());
     assert!(!world.path("out/axial-global.png").exists());
+}
+
+#[test]
+fn a_held_process_is_brought_back_by_name() {
+    let world = World::new();
+    let scene = world.file("s.toml", &SMALL.replace("[limits]", "[limits]\nrestarts = 1"));
+    let pilot = world.start(&scene, &world.path("out"), "default");
+    let status = pilot.wait_live();
+    let restart = |name: &str| world.output("pilot", &["restart", name]);
+    let words = |output: &std::process::Output| String::from_utf8_lossy(&output.stderr).into_owned();
+    let refused = restart("view-axial");
+    assert!(
+        words(&refused).contains("view-axial is ready: only a process"),
+        "{}",
+        words(&refused)
+    );
+    let unknown = restart("axial");
+    assert!(
+        words(&unknown).contains("it has volume-loader, view-axial"),
+        "{}",
+        words(&unknown)
+    );
+    let mut victim = pid_in(&status, "view-axial");
+    for _ in 0..2 {
+        kill_9(victim.unwrap());
+        wait_for("its end to be noticed", || {
+            (pilot.pid("view-axial") != victim).then_some(())
+        });
+        victim = pilot.pid("view-axial");
+    }
+    pilot.wait_for("the renderer to be held", |s| {
+        view_state(s, "axial-global") == "down" && pid_in(s, "view-axial").is_none()
+    });
+    assert!(restart("view-axial").status.success());
+    pilot.wait_live();
+    assert_eq!(pilot.stop().code(), Some(3));
+    assert_eq!(support::report(&world.path("out"))["held"], serde_json::json!([]));
+}
+
+/// Once in 700 such groups four of them never came back: a cleaner had been killed at its work, and nobody could ever remove the
+/// dead process that it was cleaning, with the places it held. A thousand groups are a chore (`cargo xtask faults`).
+#[test]
+fn groups_killed_at_once_and_again_while_they_join_come_back() {
+    let world = World::new();
+    let scene = SMALL.replace("[limits]", "[limits]\nrestarts = 100");
+    let pilot = start_of(&world, &scene);
+    let mut random = 12_345_u64;
+    let mut next = |below: u64| {
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (random >> 33) % below
+    };
+    // One that has ended by itself meanwhile is killed as well.
+    let kill = |pid: u64| {
+        let pid = rustix::process::Pid::from_raw(i32::try_from(pid).unwrap()).unwrap();
+        let _ = rustix::process::kill_process(pid, rustix::process::Signal::KILL);
+    };
+    for _ in 0..8 {
+        let status = pilot.wait_live();
+        let names: Vec<&str> = status["processes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(|p| p["name"].as_str())
+            .collect();
+        let mut any = || names[next(names.len() as u64) as usize];
+        for _ in 0..4 {
+            pid_in(&status, any()).into_iter().for_each(kill);
+        }
+        // At whichever point of joining it is by now.
+        let again = any();
+        std::thread::sleep(std::time::Duration::from_millis(next(60)));
+        pilot.pid(again).into_iter().for_each(kill);
+    }
+    let status = pilot.wait_live();
+    assert_eq!(status["dead_processes_left"], 0);
+    assert_eq!(pilot.stop().code(), Some(3));
+    for view in support::report(&world.path("out"))["views"].as_array().unwrap() {
+        assert_eq!(view["unflagged_old"], 0);
+    }
 }

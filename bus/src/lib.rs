@@ -9,6 +9,7 @@
 //! * [`clock`]: one monotonic clock per run, in nanoseconds, fakeable.
 //! * [`session`]: the clock by which poses and images are old: the run's, that of a replay, or simulated time.
 //! * [`file`](mod@file): opening files whose names come from outside.
+//! * [`life`]: signs of life of a process that is not on the bus yet.
 //! * [`lockstep`]: at full speed, waiting until every view has drawn a pose before the next goes out.
 //! * [`run`]: the folder, the lock and the left-overs of a run.
 //! * [`scene`]: the scene file, raw and checked.
@@ -16,6 +17,7 @@
 pub mod clock;
 pub mod continuity;
 pub mod file;
+pub mod life;
 pub mod lockstep;
 pub mod message;
 mod node;

@@ -5,6 +5,7 @@ use std::time::Duration;
 use iceoryx2::prelude::*;
 
 use crate::clock::Clock;
+use crate::life::LifeLine;
 use crate::run::RunContext;
 
 pub(crate) type Ipc = ipc::Service;
@@ -64,14 +65,36 @@ pub enum BusError {
 pub struct Bus {
     pub(crate) node: Node<Ipc>,
     clock: Clock,
+    life: LifeLine,
+    /// Whether this process, the pilot, frees the places of dead ones.
+    keeps: bool,
 }
 
 impl Bus {
-    /// Joins a run. Left-overs of dead processes of this run are removed on the way.
+    /// Joins a run. The places of dead processes are freed by the run's pilot ([`Bus::keep`]), and by nobody else.
     ///
     /// # Errors
     /// [`BusError::Join`].
     pub fn join(run: &RunContext) -> Result<Self, BusError> {
+        Self::open(run, LifeLine::none(), false)
+    }
+
+    /// The same, with a sign of life to the pilot at each try of whatever has to be tried more than once.
+    pub(crate) fn join_with(run: &RunContext, life: LifeLine) -> Result<Self, BusError> {
+        Self::open(run, life, false)
+    }
+
+    /// Joins a run as its keeper: the one process that frees the places of those that died. A cleaner that is killed at its
+    /// work leaves a dead process that nobody can ever remove, with the places it held; so none of those that are killed and
+    /// started again may clean, and the pilot, with which all others die, does.
+    ///
+    /// # Errors
+    /// [`BusError::Join`].
+    pub fn keep(run: &RunContext) -> Result<Self, BusError> {
+        Self::open(run, LifeLine::none(), true)
+    }
+
+    fn open(run: &RunContext, life: LifeLine, keeps: bool) -> Result<Self, BusError> {
         let fail = |why: String| BusError::Join {
             run: run.name.clone(),
             why,
@@ -79,19 +102,23 @@ impl Bus {
         // iceoryx2 explains itself on stderr; its errors reach the user through ours, once.
         set_log_level(LogLevel::Fatal);
         let config = config_of(run).map_err(|e| fail(format!("{e:?}")))?;
-        let node = again_and_again(
-            || {
-                NodeBuilder::new()
-                    .config(&config)
-                    .signal_handling_mode(SignalHandlingMode::Disabled)
-                    .create::<Ipc>()
-                    .map_err(|e| fail(format!("{e:?}")))
-            },
-            || {},
-        )?;
+        let create = || {
+            NodeBuilder::new()
+                .config(&config)
+                .signal_handling_mode(SignalHandlingMode::Disabled)
+                .create::<Ipc>()
+                .map_err(|e| fail(format!("{e:?}")))
+        };
+        let node = again_and_again(create, || life.beat())?;
+        if keeps {
+            run.close_shared_memory();
+        }
+        let clock = Clock::monotonic(run.epoch_ns);
         Ok(Self {
             node,
-            clock: Clock::monotonic(run.epoch_ns),
+            clock,
+            life,
+            keeps,
         })
     }
 
@@ -100,9 +127,13 @@ impl Bus {
         &self.clock
     }
 
-    /// Frees the places of processes that died, so that their topics can be joined anew.
-    pub fn remove_dead_processes(&self) {
-        self.node.blocking_cleanup_dead_nodes(Duration::from_millis(200));
+    /// Frees the places of processes that died, so that their topics can be joined anew. Does nothing but for the run's
+    /// keeper ([`Bus::keep`]). Returns how many could not be freed.
+    pub fn remove_dead_processes(&self) -> u64 {
+        match self.keeps {
+            true => self.node.try_cleanup_dead_nodes().failed_cleanups,
+            false => 0,
+        }
     }
 }
 
@@ -112,23 +143,31 @@ fn config_of(run: &RunContext) -> Result<Config, SemanticStringError> {
     let root = Path::new(run.ipc_root().as_os_str().as_encoded_bytes())?;
     config.global.set_root_path(&root);
     config.global.prefix = FileName::new(run.prefix().as_bytes())?;
+    // Only the run's keeper cleans, and when it says so.
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    config.global.service.cleanup_dead_nodes_on_open = false;
     Ok(config)
 }
 
 /// Opening can fail for a moment while a dead process's place is being freed: tried again for up to two seconds.
 pub(crate) fn patiently<T>(bus: &Bus, open: impl FnMut() -> Result<T, BusError>) -> Result<T, BusError> {
-    again_and_again(open, || bus.remove_dead_processes())
+    let between = || {
+        bus.life.beat();
+        bus.remove_dead_processes();
+    };
+    again_and_again(open, between)
 }
 
 /// Tries for up to two seconds, with `between` after each failure.
 fn again_and_again<T>(mut act: impl FnMut() -> Result<T, BusError>, between: impl Fn()) -> Result<T, BusError> {
-    const TRIES: usize = 40;
+    const TRIES: usize = 100;
     for _ in 1..TRIES {
         match act() {
             Ok(done) => return Ok(done),
             Err(_) => {
                 between();
-                std::thread::sleep(Duration::from_millis(50));
+                std::thread::sleep(Duration::from_millis(20));
             }
         }
     }

@@ -7,10 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use rustix::fs::Mode;
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::clock::{self, Clock};
+use crate::life::LifeLine;
 use crate::message::{Counters, Heartbeat, ProcessState};
 use crate::port::Publisher;
 use crate::run::{RunContext, RunError};
@@ -19,6 +21,8 @@ use crate::session::Session;
 use crate::topic::HEARTBEAT;
 use crate::{Bus, BusError};
 
+/// In it the pilot hands the hash of the run's files to the processes that it starts.
+pub const FACTS_VARIABLE: &str = "TROCAR_FACTS";
 /// Between two signs of life.
 const BEAT: Duration = Duration::from_millis(100);
 
@@ -56,7 +60,8 @@ pub enum JoinError {
 pub struct StopFlag(Arc<AtomicBool>);
 
 impl StopFlag {
-    /// Catches SIGTERM, and SIGINT too unless `supervised`: then Ctrl-C is the pilot's to handle.
+    /// Catches SIGTERM, and SIGINT and SIGHUP too unless `supervised`: then Ctrl-C and a terminal that is closed are the
+    /// pilot's to handle.
     ///
     /// # Errors
     /// [`JoinError::Signals`].
@@ -65,7 +70,9 @@ impl StopFlag {
         let ignored = Arc::new(AtomicBool::new(false));
         let interrupt = if supervised { ignored } else { stop.0.clone() };
         signal_hook::flag::register(SIGTERM, stop.0.clone()).map_err(JoinError::Signals)?;
-        signal_hook::flag::register(SIGINT, interrupt).map_err(JoinError::Signals)?;
+        for signal in [SIGINT, SIGHUP] {
+            signal_hook::flag::register(signal, interrupt.clone()).map_err(JoinError::Signals)?;
+        }
         Ok(stop)
     }
 
@@ -104,10 +111,19 @@ impl Process {
         if let Some(parent) = membership.parent {
             die_with(parent)?;
         }
+        // The pilot hears of this process from here on, however long it takes to join.
+        let life = match membership.parent {
+            Some(_) => LifeLine::to_pilot(),
+            None => LifeLine::none(),
+        };
+        life.beat();
         let stop = StopFlag::install(membership.parent.is_some())?;
         let run = RunContext::load(&membership.run_dir)?;
+        if let Some(hash) = std::env::var_os(FACTS_VARIABLE).filter(|_| membership.parent.is_some()) {
+            RunContext::check_facts(&membership.run_dir, &hash.to_string_lossy())?;
+        }
         let scene = Scene::load(&run.scene_path())?;
-        let bus = Bus::join(&run)?;
+        let bus = Bus::join_with(&run, life)?;
         let heartbeat = Publisher::open(&bus, &HEARTBEAT, name)?;
         let mut process = Self {
             session: Session::open(&bus, &run)?,
@@ -142,6 +158,11 @@ impl Process {
         self.next_beat_ns = now + clock::ns(BEAT);
         self.heartbeat.send(Heartbeat::new(state, now, self.counters, note))
     }
+}
+
+/// From here on the files and folders that this process and its children make are open to their user only.
+pub fn keep_to_oneself() {
+    rustix::process::umask(Mode::RWXG | Mode::RWXO);
 }
 
 /// Asks the kernel to kill this process when the pilot dies, in whatever way.

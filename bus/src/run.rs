@@ -1,14 +1,18 @@
 //! A run's folder: where its lock, its facts and its sockets lie, and how left-overs of killed processes are removed.
 //!
 //! Runs of one user are told apart by name. The folder and everything in shared memory carry the run's own prefix, so
-//! two runs, two users or two tests never see each other.
+//! two runs, two users or two tests never see each other. Part of the prefix is drawn anew for each run and stands in its folder
+//! only, so that no other user can make a file of that name first.
 
-use std::fs::{self, DirBuilder, File, OpenOptions};
+pub(crate) mod own;
+
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, Write};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{FlockOperation, flock};
+use rustix::fs::{FlockOperation, OFlags, flock};
+use rustix::rand::{GetRandomFlags, getrandom};
 use serde::{Deserialize, Serialize};
 
 /// Names the folder that holds all runs of a user; tests set it to have a world of their own.
@@ -16,7 +20,7 @@ pub const RUNTIME_DIR_VARIABLE: &str = "TROCAR_RUNTIME_DIR";
 /// Where iceoryx2 keeps payloads.
 pub const SHM_DIR: &str = "/dev/shm";
 /// Socket paths end at 107 bytes; iceoryx2 needs up to 60 of them behind the run's folder.
-const MAX_DIR_BYTES: usize = 107 - 60;
+const MAX_DIR_BYTES: usize = 107 - 61;
 const MAX_NAME: usize = 24;
 
 /// What every process of a run knows.
@@ -41,6 +45,8 @@ pub struct RunContext {
     /// Whether time is made up: each sample waits until every view has drawn the one before ([`crate::session`]).
     #[serde(default)]
     pub simulated_time: bool,
+    /// What its files in shared memory are called beside those of other runs in the same folder: nobody can guess it.
+    key: String,
 }
 
 /// What a replay replays.
@@ -76,6 +82,29 @@ pub enum RunError {
         owner: u32,
         /// This process's user number.
         me: u32,
+    },
+    /// Others may change what lies in it.
+    #[error(
+        "folder {level}: {found}; who can write there could put another scene under a run. Close it to others (chmod), or set \
+         {RUNTIME_DIR_VARIABLE} to a folder of your own"
+    )]
+    Open {
+        /// The level of the run's folder.
+        level: PathBuf,
+        /// What it is.
+        found: String,
+    },
+    /// No random numbers.
+    #[error("drawing the name of the run's shared memory: {0}")]
+    Random(io::Error),
+    /// The run's files are not those that the pilot wrote.
+    #[error(
+        "{dir}: run.json or scene.toml is not what the pilot wrote when the run began: somebody has changed it. Nothing is \
+         navigated by it"
+    )]
+    Changed {
+        /// The run's folder.
+        dir: PathBuf,
     },
     /// Another pilot holds the run.
     #[error(
@@ -140,30 +169,29 @@ fn base_dir() -> PathBuf {
     }
 }
 
-/// Creates `dir` for this user only, and refuses one that belongs to somebody else.
-fn own_dir(dir: &Path) -> Result<(), RunError> {
-    DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(dir)
-        .map_err(io_error("creating", dir))?;
-    let owner = fs::metadata(dir).map_err(io_error("reading", dir))?.uid();
-    let me = rustix::process::getuid().as_raw();
-    if owner != me {
-        return Err(RunError::Foreign {
-            dir: dir.to_owned(),
-            owner,
-            me,
-        });
-    }
-    Ok(())
+/// Letters and digits that name `number`, as many as `length`.
+fn named(mut number: u64, length: usize) -> String {
+    const DIGITS: &[u8; 62] = b"0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+    let digit = |_| {
+        let digit = DIGITS[(number % 62) as usize];
+        number /= 62;
+        char::from(digit)
+    };
+    (0..length).map(digit).collect()
+}
+
+/// Five letters or digits that nobody can guess.
+fn key() -> Result<String, RunError> {
+    let mut bytes = [0; 8];
+    getrandom(&mut bytes, GetRandomFlags::empty()).map_err(|e| RunError::Random(e.into()))?;
+    Ok(named(u64::from_ne_bytes(bytes), 5))
 }
 
 impl RunContext {
     /// The facts of a new run in `dir`, with this process as its pilot.
     ///
     /// # Errors
-    /// [`RunError::TooLong`].
+    /// [`RunError::TooLong`], [`RunError::Random`].
     pub fn new(dir: &Path, epoch_ns: i64) -> Result<Self, RunError> {
         if dir.as_os_str().len() > MAX_DIR_BYTES {
             return Err(RunError::TooLong(dir.to_owned()));
@@ -177,22 +205,55 @@ impl RunContext {
             replay: None,
             duration_ns: None,
             simulated_time: false,
+            key: key()?,
         })
     }
 
     /// Reads the facts of a run from its folder.
     ///
     /// # Errors
-    /// [`RunError::Io`], [`RunError::Facts`], [`RunError::NotRunning`] where there is no such run.
+    /// [`RunError::Io`], [`RunError::Facts`], [`RunError::NotRunning`] where there is no such run; [`RunError::Foreign`] and
+    /// [`RunError::Open`] where somebody else may have written them.
     pub fn load(dir: &Path) -> Result<Self, RunError> {
         let path = dir.join("run.json");
-        let text = fs::read_to_string(&path).map_err(|source| match source.kind() {
-            io::ErrorKind::NotFound => RunError::NotRunning {
-                name: dir.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            },
+        let not_running = || RunError::NotRunning {
+            name: dir.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        };
+        if !dir.exists() {
+            return Err(not_running());
+        }
+        own::check(dir)?;
+        let bytes = own::read(&path).map_err(|source| match source.kind() {
+            io::ErrorKind::NotFound => not_running(),
             _ => io_error("reading", &path)(source),
         })?;
-        serde_json::from_str(&text).map_err(|source| RunError::Facts { path, source })
+        serde_json::from_slice(&bytes).map_err(|source| RunError::Facts { path, source })
+    }
+
+    /// The hash of what the processes of a run in `dir` read of it: its facts and its scene. The pilot hands it to each process
+    /// that it starts, so that none goes by files that were exchanged.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn facts_hash(dir: &Path) -> Result<String, RunError> {
+        let mut hasher = blake3::Hasher::new();
+        for name in ["run.json", "scene.toml"] {
+            let path = dir.join(name);
+            let bytes = own::read(&path).map_err(io_error("reading", &path))?;
+            hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
+        }
+        Ok(hasher.finalize().to_hex().to_string())
+    }
+
+    /// Refuses a run in `dir` whose files are not those of `hash` ([`RunContext::facts_hash`]).
+    ///
+    /// # Errors
+    /// [`RunError::Changed`], [`RunError::Io`].
+    pub fn check_facts(dir: &Path, hash: &str) -> Result<(), RunError> {
+        match Self::facts_hash(dir)? == hash {
+            true => Ok(()),
+            false => Err(RunError::Changed { dir: dir.to_owned() }),
+        }
     }
 
     /// Writes the facts into the run's folder, for the processes that join.
@@ -202,7 +263,16 @@ impl RunContext {
     pub fn store(&self) -> Result<(), RunError> {
         let path = self.dir.join("run.json");
         let text = serde_json::to_string_pretty(self).unwrap_or_default();
-        fs::write(&path, text).map_err(io_error("writing", &path))
+        own::write(&path, text.as_bytes()).map_err(io_error("writing", &path))
+    }
+
+    /// Writes the scene into the run's folder, for the processes that join.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn store_scene(&self, text: &str) -> Result<(), RunError> {
+        let path = self.scene_path();
+        own::write(&path, text.as_bytes()).map_err(io_error("writing", &path))
     }
 
     /// Says to the run's tracker when sample 0 is due, ns on the run's clock: once it is ready.
@@ -211,16 +281,16 @@ impl RunContext {
     /// [`RunError::Io`].
     pub fn begin(&self, began_ns: i64) -> Result<(), RunError> {
         let path = self.began_path();
-        let part = path.with_extension("part");
         // Whoever looks finds all of it, or nothing.
-        fs::write(&part, began_ns.to_string())
-            .and_then(|()| fs::rename(&part, &path))
-            .map_err(io_error("writing", &path))
+        own::write(&path, began_ns.to_string().as_bytes()).map_err(io_error("writing", &path))
     }
 
     /// When sample 0 is due; `None` until the pilot has said.
     pub fn began_ns(&self) -> Option<i64> {
-        fs::read_to_string(self.began_path()).ok()?.parse().ok()
+        std::str::from_utf8(&own::read(&self.began_path()).ok()?)
+            .ok()?
+            .parse()
+            .ok()
     }
 
     /// Whether what is captured this long after sample 0, ns, is beyond the time that the run navigates for.
@@ -240,8 +310,20 @@ impl RunContext {
 
     /// What every shared-memory file of this run begins with.
     pub fn prefix(&self) -> String {
+        format!("{}{}", self.folder_prefix(), self.key)
+    }
+
+    /// What the shared-memory files of every run in this folder begin with, those before this one included.
+    pub fn folder_prefix(&self) -> String {
         let hash = blake3::hash(self.dir.as_os_str().as_encoded_bytes());
-        format!("tr{}_", &hash.to_hex()[..8])
+        let mut first = [0; 8];
+        first.copy_from_slice(&hash.as_bytes()[..8]);
+        format!("tr{}", named(u64::from_le_bytes(first), 5))
+    }
+
+    /// Closes what this run has in shared memory to every other user: one segment of iceoryx2's is made for everybody.
+    pub(crate) fn close_shared_memory(&self) {
+        own::close_files(Path::new(SHM_DIR), &self.prefix());
     }
 
     /// The scene of this run, with every override applied.
@@ -254,7 +336,7 @@ impl RunContext {
         // Nothing can be done about a failure here, and the next start tries again.
         let _ = fs::remove_dir_all(self.ipc_root());
         let _ = fs::remove_file(self.began_path());
-        let prefix = self.prefix();
+        let prefix = self.folder_prefix();
         for entry in fs::read_dir(SHM_DIR).into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(&prefix) {
                 let _ = fs::remove_file(entry.path());
@@ -275,13 +357,15 @@ impl RunLock {
     /// # Errors
     /// [`RunError::AlreadyRunning`] with the holder's process, [`RunError::Foreign`], [`RunError::Io`].
     pub fn acquire(dir: &Path) -> Result<Self, RunError> {
-        own_dir(dir)?;
+        own::make(dir)?;
         let path = dir.join("lock");
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
             .create(true)
             .truncate(false)
+            .mode(0o600)
+            .custom_flags(OFlags::NOFOLLOW.bits() as i32)
             .open(&path)
             .map_err(io_error("opening", &path))?;
         if flock(&file, FlockOperation::NonBlockingLockExclusive).is_err() {
@@ -354,10 +438,41 @@ mod tests {
     #[test]
     fn facts_come_back_and_a_missing_run_is_named() {
         let tmp = tempfile::tempdir().unwrap();
-        let context = RunContext::new(tmp.path(), 42).unwrap();
-        assert!(matches!(RunContext::load(tmp.path()), Err(RunError::NotRunning { .. })));
+        let nowhere = RunContext::load(&tmp.path().join("nowhere"));
+        assert!(matches!(nowhere, Err(RunError::NotRunning { .. })));
+        let dir = tmp.path().join("demo");
+        own::make(&dir).unwrap();
+        let context = RunContext::new(&dir, 42).unwrap();
+        assert!(matches!(RunContext::load(&dir), Err(RunError::NotRunning { .. })));
         context.store().unwrap();
-        assert_eq!(RunContext::load(tmp.path()).unwrap(), context);
+        assert_eq!(RunContext::load(&dir).unwrap(), context);
+    }
+
+    /// Another user who makes a file of that name first would keep a run from starting.
+    #[test]
+    fn the_names_in_shared_memory_cannot_be_guessed_and_are_swept_all_the_same() {
+        let tmp = tempfile::tempdir().unwrap();
+        let [one, other] = [0, 0].map(|_| RunContext::new(tmp.path(), 0).unwrap());
+        assert_ne!(one.prefix(), other.prefix());
+        assert_eq!(one.folder_prefix(), other.folder_prefix());
+        assert!(one.prefix().starts_with(&other.folder_prefix()) && one.prefix().len() == 12);
+        let left = Path::new(SHM_DIR).join(format!("{}_left", one.prefix()));
+        fs::write(&left, b"x").unwrap();
+        other.sweep();
+        assert!(!left.exists());
+    }
+
+    #[test]
+    fn files_that_were_exchanged_are_refused() {
+        let tmp = tempfile::tempdir().unwrap();
+        let context = RunContext::new(tmp.path(), 0).unwrap();
+        context.store().unwrap();
+        context.store_scene("seed = 1").unwrap();
+        let hash = RunContext::facts_hash(tmp.path()).unwrap();
+        RunContext::check_facts(tmp.path(), &hash).unwrap();
+        context.store_scene("seed = 2").unwrap();
+        let changed = RunContext::check_facts(tmp.path(), &hash);
+        assert!(matches!(changed, Err(RunError::Changed { .. })));
     }
 
     #[test]

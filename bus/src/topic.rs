@@ -153,7 +153,7 @@ pub const COMMAND: Topic = Topic {
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
-    purpose: "status and stop (pilot), render one pose or none (renderers), steer a replay (replayer)",
+    purpose: "status, stop and restart (pilot), render one pose or none (renderers), steer a replay (replayer)",
     ..BASE
 };
 

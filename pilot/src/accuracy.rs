@@ -7,17 +7,17 @@ use bus::clock;
 use bus::message::{Lost, ToolPose};
 use serde::Serialize;
 
-/// Logarithmic bins from `LEAST_MM` on, each 1 % wide.
-const BINS: usize = 1400;
+use crate::histogram::Histogram;
+
+/// Predicted errors from `LEAST_MM` to `MOST_MM` are told apart.
 const LEAST_MM: f64 = 1e-3;
-const WIDTH: f64 = 0.01;
+const MOST_MM: f64 = 1e3;
 
 /// Fed with each sample.
 #[derive(Debug, Clone)]
 pub(crate) struct AccuracyBook {
     /// Poses by their predicted error at the tip.
-    tips: Vec<u64>,
-    worst_mm: f64,
+    tips: Histogram,
     valid: u64,
     outside: u64,
     with_outliers: u64,
@@ -29,8 +29,7 @@ pub(crate) struct AccuracyBook {
 impl Default for AccuracyBook {
     fn default() -> Self {
         Self {
-            tips: vec![0; BINS],
-            worst_mm: 0.0,
+            tips: Histogram::new(LEAST_MM, MOST_MM),
             valid: 0,
             outside: 0,
             with_outliers: 0,
@@ -81,8 +80,7 @@ impl AccuracyBook {
         }
         self.longest_delay_ns = self.longest_delay_ns.max(pose.delay_ns);
         if let Some(mm) = pose.tip_95_mm() {
-            self.tips[bin(mm)] += 1;
-            self.worst_mm = self.worst_mm.max(mm);
+            self.tips.add(mm);
         }
     }
 
@@ -97,14 +95,13 @@ impl AccuracyBook {
     }
 
     pub(crate) fn report(&self) -> AccuracyReport {
-        let tip_known: u64 = self.tips.iter().sum();
-        let at = |share: f64| self.quantile((share * tip_known as f64).ceil() as u64);
+        let tip_known = self.tips.count();
         AccuracyReport {
             tip_known,
             tip_95_mm: (tip_known > 0).then(|| TipReport {
-                median: at(0.5),
-                p95: at(0.95),
-                max: self.worst_mm,
+                median: self.tips.quantile(0.5),
+                p95: self.tips.quantile(0.95),
+                max: self.tips.most(),
             }),
             outside_share: self.outside as f64 / self.valid.max(1) as f64,
             poses_with_outliers: self.with_outliers,
@@ -113,30 +110,6 @@ impl AccuracyBook {
             smoothing_delay_ms: clock::ms(self.longest_delay_ns),
         }
     }
-
-    /// The value of this rank, from 1: the middle of its bin.
-    fn quantile(&self, rank: u64) -> f64 {
-        let mut seen = 0;
-        let within = |&(_, count): &(usize, &u64)| {
-            seen += *count;
-            seen >= rank
-        };
-        let bin = self.tips.iter().enumerate().find(within).map_or(0, |(bin, _)| bin);
-        // The first holds 0 too.
-        let middle = if bin == 0 {
-            0.0
-        } else {
-            LEAST_MM * (WIDTH * (bin as f64 - 0.5)).exp()
-        };
-        middle.min(self.worst_mm)
-    }
-}
-
-/// The bin of an error; the first holds all below `LEAST_MM`, the last all beyond 1 m.
-fn bin(mm: f64) -> usize {
-    // Negative and NaN become 0.
-    let place = ((mm / LEAST_MM).ln() / WIDTH + 1.0).floor() as usize;
-    place.min(BINS - 1)
 }
 
 impl AccuracyReport {

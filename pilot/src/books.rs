@@ -7,6 +7,7 @@ use geometry::{Point, Tool, VolumeGrid};
 use serde::Serialize;
 
 use crate::accuracy::AccuracyBook;
+use crate::histogram::Histogram;
 
 /// The way of a pose to its pixels, stage by stage.
 pub(crate) const STAGES: [&str; 5] = [
@@ -25,8 +26,7 @@ pub(crate) struct Books {
     /// What the newest valid pose rests on.
     pub(crate) registration_id: Option<u64>,
     pub(crate) views: Vec<ViewBook>,
-    /// One list of durations (ns) for each of [`STAGES`].
-    latencies: [Vec<i64>; 5],
+    latencies: Latencies,
     pub(crate) restarts: Vec<Restart>,
     pub(crate) volume: Option<VolumeHeader>,
     /// Where its voxels lie.
@@ -114,6 +114,13 @@ pub(crate) struct Restart {
     pub(crate) at_ns: i64,
 }
 
+impl Restart {
+    /// When and why, for people.
+    pub(crate) fn words(&self) -> String {
+        format!("at {:.2} s: {}", self.at_s, self.cause)
+    }
+}
+
 /// Percentiles of one stage, ms.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Latency {
@@ -121,7 +128,7 @@ pub(crate) struct Latency {
     pub(crate) p95: f64,
     pub(crate) p99: f64,
     pub(crate) max: f64,
-    pub(crate) count: usize,
+    pub(crate) count: u64,
 }
 
 const RECENT: usize = 1024;
@@ -237,9 +244,7 @@ impl Books {
                 stamp.t_framed_ns.saturating_sub(stamp.t_rendered_ns),
                 age,
             ];
-            for (list, duration) in self.latencies.iter_mut().zip(stages) {
-                list.push(duration);
-            }
+            self.latencies.add(stages);
         }
     }
 
@@ -255,6 +260,11 @@ impl Books {
     /// The volume's identity, as soon as it is known.
     pub(crate) fn volume_hash(&self) -> Option<VolumeHash> {
         self.volume.as_ref().map(VolumeHeader::volume_hash)
+    }
+
+    /// The endings of `process` before that of the run, in their order.
+    pub(crate) fn endings_of(&self, process: &str) -> impl DoubleEndedIterator<Item = &Restart> {
+        self.restarts.iter().filter(move |restart| restart.process == process)
     }
 
     /// The work of `process` is there again.
@@ -273,27 +283,36 @@ impl Books {
 
     /// The percentiles of each stage.
     pub(crate) fn latencies(&self) -> impl Iterator<Item = (&'static str, Latency)> {
-        STAGES
-            .into_iter()
-            .zip(&self.latencies)
-            .map(|(stage, list)| (stage, percentiles(list)))
+        STAGES.into_iter().zip(self.latencies.0.iter().map(percentiles))
     }
 }
 
-/// Percentiles by nearest rank; all zero for an empty list.
-fn percentiles(durations_ns: &[i64]) -> Latency {
-    let mut sorted = durations_ns.to_vec();
-    sorted.sort_unstable();
-    let rank = |p: f64| {
-        let i = (p * sorted.len() as f64).ceil() as usize;
-        sorted.get(i.saturating_sub(1)).map_or(0.0, |&ns| ms(ns))
-    };
+/// Durations, ms: one histogram for each of [`STAGES`], from a microsecond to a quarter of an hour.
+#[derive(Debug)]
+struct Latencies([Histogram; STAGES.len()]);
+
+impl Default for Latencies {
+    fn default() -> Self {
+        Self(std::array::from_fn(|_| Histogram::new(1e-3, 1e6)))
+    }
+}
+
+impl Latencies {
+    fn add(&mut self, durations_ns: [i64; STAGES.len()]) {
+        for (histogram, ns) in self.0.iter_mut().zip(durations_ns) {
+            histogram.add(ms(ns));
+        }
+    }
+}
+
+/// Percentiles by nearest rank, to 1 %; the largest exactly.
+fn percentiles(durations_ms: &Histogram) -> Latency {
     Latency {
-        p50: rank(0.50),
-        p95: rank(0.95),
-        p99: rank(0.99),
-        max: rank(1.0),
-        count: sorted.len(),
+        p50: durations_ms.quantile(0.50),
+        p95: durations_ms.quantile(0.95),
+        p99: durations_ms.quantile(0.99),
+        max: durations_ms.most(),
+        count: durations_ms.count(),
     }
 }
 

@@ -41,6 +41,7 @@ const PATIENCE: Duration = Duration::from_secs(15);
     pilot check config/demo.toml                         reads a scene and says what it would start\n  \
     pilot status                                         what the processes and views of a run do\n  \
     pilot stop                                           ends a run in an orderly way\n  \
+    pilot restart recorder                               brings a process back that ended too often\n  \
     pilot calibrate pivot --out tip.json                 finds the tip of the run's instrument\n  \
     pilot replay out/session.mcap                        shows a recorded session again\n\n\
     Exit codes: 0 all well; 1 refused or failed; 3 the run went to its end, but see `problems` in report.json."
@@ -88,6 +89,14 @@ enum Verb {
     },
     /// Ends a run in an orderly way.
     Stop {
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+    },
+    /// Starts a process again that ended too often and was left alone.
+    Restart {
+        /// Its name, as `pilot status` lists it.
+        process: String,
         /// The run.
         #[arg(long, default_value = "default")]
         run: String,
@@ -181,12 +190,20 @@ pub(crate) enum CliError {
     Faults(String),
     #[error("run {run:?} refused: {why}")]
     Refused { run: String, why: String },
+    #[error("run {run:?} has no process {process:?}; it has {names}")]
+    NoProcess {
+        run: String,
+        process: String,
+        names: String,
+    },
     #[error("run {0:?} answered with something that is not a status")]
     NoStatus(String),
 }
 
 /// The binary.
 pub fn main() -> ExitCode {
+    // Recordings, pictures and reports are a patient's: nobody else reads them. What the pilot starts inherits this.
+    bus::process::keep_to_oneself();
     match Cli::parse().command {
         Verb::Run(args) => ended(navigate(args)),
         Verb::Replay(args) => ended(show_again(&args)),
@@ -194,6 +211,7 @@ pub fn main() -> ExitCode {
         Verb::Check(args) => exit("pilot", check(&args)),
         Verb::Status { run, json } => exit("pilot", status(&run, json)),
         Verb::Stop { run } => exit("pilot", stop(&run)),
+        Verb::Restart { process, run } => exit("pilot", restart(&run, &process)),
         Verb::Calibrate(args) => ended(calibrate(args)),
         Verb::Topics => {
             say(&topics());
@@ -290,7 +308,7 @@ fn no_faults(faults: Vec<String>) -> Result<(), CliError> {
     }
 }
 
-fn ask(run: &str, kind: CommandKind) -> Result<String, CliError> {
+fn ask(run: &str, command: Command) -> Result<String, CliError> {
     let dir = run_dir(run)?;
     let not_running = || FolderError::NotRunning { name: run.to_owned() };
     if !RunLock::is_held(&dir) {
@@ -298,7 +316,7 @@ fn ask(run: &str, kind: CommandKind) -> Result<String, CliError> {
     }
     let bus = Bus::join(&RunContext::load(&dir)?)?;
     let client = CommandClient::open(&bus, "pilot")?;
-    let reply = client.ask(Command::new(kind), PATIENCE)?;
+    let reply = client.ask(command, PATIENCE)?;
     match reply.refused {
         true => Err(CliError::Refused {
             run: run.to_owned(),
@@ -308,15 +326,34 @@ fn ask(run: &str, kind: CommandKind) -> Result<String, CliError> {
     }
 }
 
+fn status_of(run: &str) -> Result<(String, Status), CliError> {
+    let text = ask(run, Command::new(CommandKind::Status))?;
+    let status = serde_json::from_str(&text).map_err(|_| CliError::NoStatus(run.to_owned()))?;
+    Ok((text, status))
+}
+
 fn status(run: &str, json: bool) -> Result<(), CliError> {
-    let text = ask(run, CommandKind::Status)?;
-    let status: Status = serde_json::from_str(&text).map_err(|_| CliError::NoStatus(run.to_owned()))?;
+    let (text, status) = status_of(run)?;
     say(&if json { text } else { status.table() });
     Ok(())
 }
 
 fn stop(run: &str) -> Result<(), CliError> {
-    say(&ask(run, CommandKind::Stop)?);
+    say(&ask(run, Command::new(CommandKind::Stop))?);
+    Ok(())
+}
+
+fn restart(run: &str, process: &str) -> Result<(), CliError> {
+    let (_, status) = status_of(run)?;
+    let names: Vec<&str> = status.processes.iter().map(|p| p.name.as_str()).collect();
+    let Some(place) = names.iter().position(|name| *name == process) else {
+        return Err(CliError::NoProcess {
+            run: run.to_owned(),
+            process: process.to_owned(),
+            names: names.join(", "),
+        });
+    };
+    say(&ask(run, Command::with_number(CommandKind::Restart, place as f64))?);
     Ok(())
 }
 

@@ -11,6 +11,7 @@ pub mod cli;
 mod duration;
 mod ends;
 mod finale;
+mod histogram;
 mod memory;
 mod output;
 mod plan;

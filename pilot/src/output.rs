@@ -50,9 +50,16 @@ pub(crate) struct Replaced(Vec<(PathBuf, PathBuf)>);
 
 impl Replaced {
     fn set_aside(files: Vec<PathBuf>) -> io::Result<Self> {
-        let aside = |path: &PathBuf| PathBuf::from(format!("{}{REPLACED}", path.display()));
-        let pairs: Vec<_> = files.into_iter().map(|path| (aside(&path), path)).collect();
-        pairs.iter().try_for_each(|(aside, path)| fs::rename(path, aside))?;
+        let mut pairs = Vec::new();
+        for path in files {
+            let aside = match is_aside(&path) {
+                // A pilot that was killed had set it aside: it stays where it is until a run comes to its end.
+                true => path.clone(),
+                false => free_name(&path),
+            };
+            fs::rename(&path, &aside)?;
+            pairs.push((aside, path));
+        }
         Ok(Self(pairs))
     }
 
@@ -72,6 +79,21 @@ impl Replaced {
     }
 }
 
+/// Whether a file was set aside, by this pilot or by one that was killed.
+fn is_aside(path: &Path) -> bool {
+    name(path).contains(REPLACED)
+}
+
+/// A name beside `path` that nobody has: `.replaced`, or with a number behind it where killed pilots left theirs.
+fn free_name(path: &Path) -> PathBuf {
+    let numbered = |n: u64| match n {
+        1 => PathBuf::from(format!("{}{REPLACED}", path.display())),
+        n => PathBuf::from(format!("{}{REPLACED}-{n}", path.display())),
+    };
+    let mut names = (1..).map(numbered);
+    names.find(|name| !name.exists()).unwrap_or_else(|| numbered(1))
+}
+
 fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -89,7 +111,7 @@ fn is_part(path: &Path, of: &str) -> bool {
 /// Also what a pilot that was killed had set aside.
 fn is_ours(path: &Path, pictures: &[String]) -> bool {
     let name = name(path);
-    let name = name.strip_suffix(REPLACED).unwrap_or(&name);
+    let name = name.split(REPLACED).next().unwrap_or_default();
     is_session(path)
         || is_part(path, RECOMPUTED)
         || name == "report.json"
@@ -103,9 +125,8 @@ pub(crate) fn recordings(dir: &Path, of: &str) -> Vec<String> {
         .flatten()
         .flatten()
         .map(|entry| entry.path())
-        .filter(|path| is_part(path, of))
+        .filter(|path| is_part(path, of) && !is_aside(path))
         .map(|path| name(&path))
-        .filter(|name| !name.ends_with(REPLACED))
         .collect();
     names.sort();
     names
@@ -139,6 +160,35 @@ mod tests {
             .map(|e| e.file_name())
             .collect();
         assert_eq!(left, ["holiday.png"]);
+    }
+
+    /// Names once grew by `.replaced` with each killed pilot, until the file system took them no more.
+    #[test]
+    fn killed_pilots_leave_names_of_one_length_and_the_next_whole_run_removes_them() {
+        let tmp = tempfile::tempdir().unwrap();
+        let names = || {
+            let entries = fs::read_dir(tmp.path()).unwrap().flatten();
+            let mut names: Vec<String> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+            names.sort();
+            names
+        };
+        for round in 0..300 {
+            fs::write(tmp.path().join("session.mcap"), round.to_string()).unwrap();
+            // Its pilot is killed: what it set aside is neither restored nor discarded.
+            let _ = prepare(tmp.path(), &[], true).unwrap();
+        }
+        assert_eq!(names().len(), 300);
+        assert!(
+            names()
+                .iter()
+                .all(|name| name.len() <= "session.mcap.replaced-300".len())
+        );
+        assert!(recordings(tmp.path(), SESSION).is_empty());
+        fs::write(tmp.path().join("session.mcap"), "last").unwrap();
+        prepare(tmp.path(), &[], true).unwrap().restore();
+        assert_eq!(fs::read_to_string(tmp.path().join("session.mcap")).unwrap(), "last");
+        prepare(tmp.path(), &[], true).unwrap().discard();
+        assert!(names().is_empty(), "{:?}", names());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The pilot's ends of the topics.
 
 use bus::message::{Event, FrameStamp, Heartbeat, ToolPose};
-use bus::port::{CommandClient, CommandServer, FrameSubscriber, Publisher, Subscriber, VolumeSubscriber};
+use bus::port::{CommandClient, CommandServer, FrameSubscriber, Publisher, Services, Subscriber, VolumeSubscriber};
 use bus::run::RunContext;
 use bus::scene::Scene;
 use bus::topic::{EVENT, FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
@@ -29,11 +29,15 @@ pub(crate) struct Ports {
     pub(crate) taken: Option<Publisher<Heartbeat>>,
     /// What the pilot does and is asked to do, for the recording.
     pub(crate) events: Publisher<Event>,
+    _services: Services,
 }
 
 impl Ports {
-    /// Opens them all; the pilot comes first and so creates the services that its children join.
+    /// Opens them all; the pilot comes first and so creates every service that its children join.
     pub(crate) fn open(bus: &Bus, run: &RunContext, scene: &Scene, planned: &[Planned]) -> Result<Self, BusError> {
+        let names: Vec<&str> = planned.iter().map(|p| p.name.as_str()).collect();
+        let views: Vec<&str> = scene.views.iter().map(|v| v.name.as_str()).collect();
+        let services = Services::create(bus, &names, &views)?;
         let beats = planned.iter().map(|p| Subscriber::open(bus, &HEARTBEAT, &p.name, 1));
         let renderers = || planned.iter().enumerate().filter(|(_, p)| !p.views.is_empty());
         let stamps =
@@ -58,6 +62,7 @@ impl Ports {
                 .then(|| Publisher::open(bus, &HEARTBEAT, "pilot"))
                 .transpose()?,
             events: Publisher::open(bus, &EVENT, "pilot")?,
+            _services: services,
         })
     }
 }

@@ -4,7 +4,7 @@ use bus::clock::ms;
 use bus::message::Lost;
 use bus::scene::{Limits, TrackerSource};
 
-use crate::books::{Latency, PoseCounts};
+use crate::books::{Latency, PoseCounts, Restart};
 use crate::output;
 use crate::replay::{self, ReplayReport};
 use crate::report::Pictures;
@@ -34,6 +34,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
             ));
         }
     }
+    problems.extend(restarted(&run.books.restarts));
     problems.extend(
         run.held
             .iter()
@@ -49,6 +50,31 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
         .filter(|name| name.ends_with(".recording"));
     problems.extend(unfinished.map(|name| format!("{name} was not finished: `recorder recover` brings it back")));
     problems
+}
+
+/// Processes that ended before the run did, one line each.
+fn restarted(restarts: &[Restart]) -> Vec<String> {
+    let mut names: Vec<&str> = restarts.iter().map(|restart| restart.process.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let of = |name: &str| {
+        let its = || restarts.iter().filter(|restart| restart.process == name);
+        let last = its().next_back()?;
+        let count = times(its().count());
+        Some(format!(
+            "{name} ended {count} before the run did, last {}",
+            last.words()
+        ))
+    };
+    names.into_iter().filter_map(of).collect()
+}
+
+/// A count in words.
+pub(crate) fn times(count: usize) -> String {
+    match count {
+        1 => "once".to_owned(),
+        _ => format!("{count} times"),
+    }
 }
 
 /// Of a run that navigated: what it missed, how late it was, and what its recording lacks. A replay shows what is recorded.
@@ -151,6 +177,30 @@ mod tests {
         assert_eq!(missing(&poses(1, 99), &limits("max_missing_share = 1.0")), None);
         assert!(missing(&poses(999, 1), &limits("max_missing_share = 0.0")).is_some());
         assert_eq!(missing(&poses(0, 0), &limits("max_missing_share = 0.0")), None);
+    }
+
+    #[test]
+    fn every_restart_is_a_problem() {
+        let restart = |process: &str, at_s| Restart {
+            process: process.to_owned(),
+            cause: "killed by signal 9".to_owned(),
+            at_s,
+            live_again_s: Some(0.2),
+            at_ns: 0,
+        };
+        assert!(restarted(&[]).is_empty());
+        let found = restarted(&[
+            restart("tracker", 1.0),
+            restart("recorder", 2.0),
+            restart("tracker", 3.0),
+        ]);
+        assert_eq!(
+            found,
+            [
+                "recorder ended once before the run did, last at 2.00 s: killed by signal 9",
+                "tracker ended 2 times before the run did, last at 3.00 s: killed by signal 9"
+            ]
+        );
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! One run, from the first process to the last.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::{self, monotonic_ns};
@@ -31,6 +30,8 @@ const TICK: Duration = Duration::from_millis(10);
 const LEAD: Duration = Duration::from_millis(250);
 /// How long a renderer may take to show that there is no pose.
 const SHOWING: Duration = Duration::from_millis(250);
+/// How often the places of clients that died are freed; those of the run's own processes are as soon as they end.
+const CLEANING: Duration = Duration::from_secs(1);
 /// Requests answered in one turn; more of them wait for the next, so that no client can keep the pilot from its watch.
 const REQUESTS: usize = 4;
 
@@ -51,8 +52,6 @@ pub(crate) enum RunError {
     Report(#[from] ReportError),
     #[error(transparent)]
     Recompute(#[from] RecomputeError),
-    #[error("writing the scene for the processes of the run, {path}: {source}")]
-    Scene { path: PathBuf, source: std::io::Error },
     #[error("{0} could not be started, for the reason given above; nothing was navigated and no picture written")]
     Refused(String),
 }
@@ -79,17 +78,17 @@ pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Repo
 }
 
 fn run_locked(options: Options, source: Source, scene: Scene, context: &RunContext) -> Result<Report, RunError> {
-    let path = context.scene_path();
     if let Some((_, recompute)) = options.recompute() {
         recompute.write_files()?;
     }
-    std::fs::write(&path, source.to_toml()).map_err(|source| RunError::Scene { path, source })?;
+    context.store_scene(&source.to_toml())?;
     let stop = StopFlag::install(false)?;
-    let bus = Bus::join(context)?;
+    let bus = Bus::keep(context)?;
     let server = ports::server(&bus)?;
     let mut run = Run::new(options, source, scene, context.clone(), bus, stop)?;
     // Last, so that whoever finds this file finds the run on the bus.
     context.store()?;
+    run.facts = RunContext::facts_hash(&context.dir)?;
     let waits = Waits::every(TICK).request(&server);
     let outcome = waits.run(|| match run.turn(&server) {
         Ok(None) => ControlFlow::Continue(()),
@@ -114,6 +113,10 @@ impl Run {
         // The tick comes last: whoever gave a sign of life meanwhile is not silent.
         let mut events = self.beats()?;
         events.extend(self.endings());
+        let now = self.clock().now_ns();
+        if now >= self.next_cleaning_ns {
+            self.clean(now);
+        }
         events.push(Event::Tick);
         self.listen()?;
         self.ports.events.serve_late_joiners();
@@ -128,7 +131,9 @@ impl Run {
         self.tell_progress();
         for _ in 0..REQUESTS {
             let Some(request) = server.next()? else { break };
-            self.asked_to_stop |= self.answer(request)?;
+            if let Some(event) = self.answer(request)? {
+                self.step(event)?;
+            }
         }
         stop |= self.asked_to_stop;
         if stop {
@@ -155,6 +160,9 @@ impl Run {
     fn beats(&mut self) -> Result<Vec<Event>, RunError> {
         let mut events = Vec::new();
         for i in 0..self.planned.len() {
+            if self.running[i].as_mut().is_some_and(Running::gave_sign) {
+                events.push(Event::Beat(i, ProcessState::Starting));
+            }
             let Some(beat) = self.ports.beats[i].newest()? else {
                 continue;
             };
@@ -175,6 +183,12 @@ impl Run {
         Ok(events)
     }
 
+    /// Frees the places of processes that died: the run's own, and clients.
+    fn clean(&mut self, now: i64) {
+        self.next_cleaning_ns = now + clock::ns(CLEANING);
+        self.dead_processes_left = self.bus.remove_dead_processes();
+    }
+
     fn endings(&mut self) -> Vec<Event> {
         let now = self.clock().now_ns();
         let mut events = Vec::new();
@@ -183,6 +197,8 @@ impl Run {
                 continue;
             };
             self.running[i] = None;
+            // Before it is started again, so that its places are free at once.
+            self.clean(now);
             self.note_ending(i, ending, now);
             events.push(Event::Ended(i, ending));
         }
@@ -270,24 +286,54 @@ impl Run {
         }
     }
 
-    /// Answers a request; returns whether it asks to stop.
-    fn answer(&self, request: Request) -> Result<bool, RunError> {
+    /// Answers a request; returns what it means for the supervisor.
+    fn answer(&mut self, request: Request) -> Result<Option<Event>, RunError> {
         let command: Command = *request.command();
         match command.command_kind() {
             Some(CommandKind::Status) => {
                 let json = serde_json::to_string(&Status::of(self)).unwrap_or_default();
                 request.reply(Ok(&json))?;
-                Ok(false)
+                Ok(None)
             }
             Some(CommandKind::Stop) => {
                 self.tell(Level::Info, "command: stop");
                 request.reply(Ok("stopping"))?;
-                Ok(true)
+                self.asked_to_stop = true;
+                Ok(None)
             }
+            Some(CommandKind::Restart) => match self.bring_back(command.number) {
+                Ok((i, words)) => {
+                    self.tell(Level::Info, &format!("command: restart; {words}"));
+                    request.reply(Ok(&words))?;
+                    Ok(Some(Event::Restart(i)))
+                }
+                Err(why) => {
+                    request.reply(Err(&why))?;
+                    Ok(None)
+                }
+            },
             _ => {
-                request.reply(Err("the pilot answers status and stop"))?;
-                Ok(false)
+                request.reply(Err("the pilot answers status, stop and restart"))?;
+                Ok(None)
             }
+        }
+    }
+
+    /// The held process with this place in the status, no longer held; or why there is nothing to bring back.
+    fn bring_back(&mut self, place: f64) -> Result<(usize, String), String> {
+        let found = (0..self.planned.len()).find(|&i| i as f64 == place);
+        let Some(i) = found else {
+            return Err(format!("there is no process number {place}"));
+        };
+        let name = self.planned[i].name.clone();
+        match self.supervisor.stage_word(i) {
+            "held" => {
+                self.held.retain(|held| *held != name);
+                Ok((i, format!("starting {name} again")))
+            }
+            stage => Err(format!(
+                "{name} is {stage}: only a process that ended too often and is held can be brought back"
+            )),
         }
     }
 
@@ -346,7 +392,7 @@ impl Run {
         {
             more = vec!["--begin-ns".to_owned(), pose.t_publish_ns.to_string()];
         }
-        let running = spawn::start(&self.planned[i], &self.context.dir, &more)?;
+        let running = spawn::start(&self.planned[i], &self.context.dir, &self.facts, &more)?;
         self.tell(
             Level::Info,
             &format!("started {} (process {})", self.planned[i].name, running.pid()),

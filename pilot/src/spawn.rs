@@ -6,6 +6,8 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus, Output, Stdio};
 
+use bus::life::LifeSigns;
+use bus::process::FACTS_VARIABLE;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::plan::Planned;
@@ -25,6 +27,7 @@ pub(crate) struct SpawnError {
 #[derive(Debug)]
 pub(crate) struct Running {
     child: Child,
+    life: LifeSigns,
 }
 
 /// The folder of this very program: its siblings were built with it.
@@ -56,8 +59,8 @@ pub(crate) fn hand_over(binary: &str, arguments: &[OsString]) -> Result<ExitStat
         .map_err(|source| SpawnError { program, source })
 }
 
-/// Starts `planned` in the run at `run_dir`; `more` is appended to its arguments.
-pub(crate) fn start(planned: &Planned, run_dir: &Path, more: &[String]) -> Result<Running, SpawnError> {
+/// Starts `planned` in the run at `run_dir`, whose files have the hash `facts`; `more` is appended to its arguments.
+pub(crate) fn start(planned: &Planned, run_dir: &Path, facts: &str, more: &[String]) -> Result<Running, SpawnError> {
     let program = sibling(planned.binary);
     #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
     let mut command = std::process::Command::new(&program);
@@ -65,17 +68,23 @@ pub(crate) fn start(planned: &Planned, run_dir: &Path, more: &[String]) -> Resul
         // Graphics drivers look for a display there, and complain on stderr where there is no such folder.
         command.env("XDG_RUNTIME_DIR", run_dir);
     }
+    let fail = |source| SpawnError {
+        program: program.clone(),
+        source,
+    };
+    let (life, stdout) = LifeSigns::new().map_err(fail)?;
     let child = command
+        .env(FACTS_VARIABLE, facts)
         .args(&planned.arguments)
         .args(more)
         .arg("--run-dir")
         .arg(run_dir)
         .args(["--parent", &std::process::id().to_string()])
         .stdin(Stdio::null())
-        .stdout(Stdio::null())
+        .stdout(Stdio::from(stdout))
         .spawn()
-        .map_err(|source| SpawnError { program, source })?;
-    Ok(Running { child })
+        .map_err(fail)?;
+    Ok(Running { child, life })
 }
 
 /// Attaches `file` to a whole recording with a program of its own, as only the recorder knows such files, and waits for it.
@@ -98,6 +107,11 @@ impl Running {
     /// The process's number.
     pub(crate) fn pid(&self) -> u32 {
         self.child.id()
+    }
+
+    /// Whether it gave a sign of life before it was on the bus, since the last call.
+    pub(crate) fn gave_sign(&mut self) -> bool {
+        self.life.came()
     }
 
     /// Asks the process to end.

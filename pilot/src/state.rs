@@ -58,6 +58,8 @@ pub(crate) struct Run {
     pub(crate) source: Source,
     pub(crate) scene: Scene,
     pub(crate) context: RunContext,
+    /// The hash of its files, once they are written.
+    pub(crate) facts: String,
     pub(crate) bus: Bus,
     /// Poses and images are as old as its clock says.
     pub(crate) session: Session,
@@ -80,6 +82,9 @@ pub(crate) struct Run {
     /// How many events were told.
     pub(crate) events: Cell<u64>,
     pub(crate) next_progress_ns: i64,
+    pub(crate) next_cleaning_ns: i64,
+    /// Dead processes whose places could not be freed at the last cleaning.
+    pub(crate) dead_processes_left: u64,
     /// The tracker has said that the time is over, and all its poses have come.
     pub(crate) tracker_is_done: bool,
     /// `pilot stop` came.
@@ -118,6 +123,9 @@ impl Run {
             held: Vec::new(),
             began_ns: None,
             next_progress_ns: 0,
+            next_cleaning_ns: 0,
+            facts: String::new(),
+            dead_processes_left: 0,
             tracker_is_done: false,
             asked_to_stop: false,
             newest_came: (None, 0),

@@ -4,7 +4,9 @@ use bus::clock;
 use bus::message::{Ages, FrameState, Lost, ToolPose, Tracked};
 use serde::{Deserialize, Serialize};
 
+use crate::books::Restart;
 use crate::plan::Planned;
+use crate::problems::times;
 use crate::replay::ReplayStatus;
 use crate::spawn::Running;
 use crate::state::Run;
@@ -23,6 +25,9 @@ pub(crate) struct Status {
     /// Whether the images show one pose.
     pub(crate) set: SetStatus,
     pub(crate) pose: Option<PoseStatus>,
+    /// Processes that died and whose places on the bus could not be freed.
+    #[serde(default)]
+    pub(crate) dead_processes_left: u64,
 }
 
 /// The live images taken together: those of different poses must not be read side by side.
@@ -43,6 +48,11 @@ pub(crate) struct ProcessStatus {
     /// waiting, starting, ready, restarting, held, ending, ended
     pub(crate) stage: String,
     pub(crate) note: String,
+    /// How often it ended before the run did, and why the last time.
+    #[serde(default)]
+    pub(crate) endings: usize,
+    #[serde(default)]
+    pub(crate) last_ending: Option<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,6 +88,8 @@ impl Status {
             pid: run.running[i].as_ref().map(Running::pid),
             stage: run.supervisor.stage_word(i).to_owned(),
             note: run.notes[i].clone(),
+            endings: run.books.endings_of(&planned.name).count(),
+            last_ending: run.books.endings_of(&planned.name).last().map(Restart::words),
         };
         let views: Vec<ViewStatus> = (0..run.scene.views.len())
             .map(|view| view_status(run, view, now))
@@ -93,6 +105,7 @@ impl Status {
             set: SetStatus::of(&views),
             views,
             pose: run.books.newest().map(|newest| pose_status(run, newest, now)),
+            dead_processes_left: run.dead_processes_left,
         }
     }
 
@@ -109,7 +122,10 @@ impl Status {
         lines.push(format!("{:<22}{:>8}  {:<11}{}", "process", "pid", "stage", "note"));
         for p in &self.processes {
             let pid = p.pid.map_or("-".to_owned(), |pid| pid.to_string());
-            lines.push(format!("{:<22}{pid:>8}  {:<11}{}", p.name, p.stage, p.note));
+            let ended = p.last_ending.as_ref().map_or(String::new(), |last| {
+                format!("; ended {}, last {last}", times(p.endings))
+            });
+            lines.push(format!("{:<22}{pid:>8}  {:<11}{}{ended}", p.name, p.stage, p.note));
         }
         lines.push(format!("{:<22}{:>8}  {:<11}{}", "view", "pose", "state", "age"));
         for v in &self.views {
@@ -118,6 +134,10 @@ impl Status {
             lines.push(format!("{:<22}{seq:>8}  {:<11}{age}", v.name, v.state));
         }
         lines.push(self.set.line());
+        if self.dead_processes_left > 0 {
+            let left = self.dead_processes_left;
+            lines.push(format!("the places of {left} dead processes could not be freed"));
+        }
         lines.join("\n")
     }
 }

@@ -10,7 +10,8 @@
 //! * More than `restarts` of them within `restart_window`, and it is held: the others go on without it. If it was never
 //!   ready there is nothing to go on with: the run fails.
 //! * Time in which the supervisor itself was not called (a machine that stood still) counts against nobody.
-//! * One that gives no sign of life for `silent`, or is not ready after `start`, is killed, and then the above applies.
+//! * One that gives no sign of life for `silent` after its first, or is not ready after `start`, is killed, and then the above
+//!   applies. A machine that is slow to load a program says nothing of the program.
 //! * Stopping goes by rank; who does not end within `stop` is killed.
 
 use std::time::Duration;
@@ -47,6 +48,8 @@ pub enum Event {
     Beat(usize, ProcessState),
     /// A process ended.
     Ended(usize, Ending),
+    /// Somebody wants a process back that is held.
+    Restart(usize),
     /// Somebody wants the run to stop.
     Stop,
     /// Time went by.
@@ -114,7 +117,8 @@ struct Member {
     stage: Stage,
     was_ready: bool,
     killed: bool,
-    last_beat: i64,
+    /// `None`: it has given no sign of life since it was started.
+    last_beat: Option<i64>,
     restarts: Vec<i64>,
 }
 
@@ -137,7 +141,7 @@ impl Supervisor {
             stage: Stage::Waiting,
             was_ready: false,
             killed: false,
-            last_beat: 0,
+            last_beat: None,
             restarts: Vec::new(),
         };
         Self {
@@ -157,6 +161,7 @@ impl Supervisor {
         match event {
             Event::Beat(i, state) => self.beat(i, state, now),
             Event::Ended(i, ending) => self.ended(i, ending, now, &mut actions),
+            Event::Restart(i) => self.restart(i, now),
             Event::Stop => self.stop(Outcome::Stopped),
             Event::Tick => {}
         }
@@ -175,7 +180,7 @@ impl Supervisor {
             return;
         }
         for member in &mut self.members {
-            member.last_beat += absent;
+            member.last_beat = member.last_beat.map(|at| at + absent);
             if let Stage::Starting { since } | Stage::Ending { since } = &mut member.stage {
                 *since += absent;
             }
@@ -202,7 +207,7 @@ impl Supervisor {
 
     fn beat(&mut self, i: usize, state: ProcessState, now: i64) {
         let member = &mut self.members[i];
-        member.last_beat = now;
+        member.last_beat = Some(now);
         if state == ProcessState::Ready && matches!(member.stage, Stage::Starting { .. }) {
             member.stage = Stage::Ready;
             member.was_ready = true;
@@ -236,6 +241,15 @@ impl Supervisor {
             member.stage = Stage::BackOff {
                 until: now + back_off(member.restarts.len()),
             };
+        }
+    }
+
+    /// One that is held begins anew, with as many restarts as at first; of any other this is no business.
+    fn restart(&mut self, i: usize, now: i64) {
+        let member = &mut self.members[i];
+        if member.stage == Stage::Held {
+            member.restarts.clear();
+            member.stage = Stage::BackOff { until: now };
         }
     }
 
@@ -280,13 +294,15 @@ impl Supervisor {
     }
 
     fn is_silent(&self, i: usize, now: i64) -> bool {
-        now - self.members[i].last_beat > ns(self.limits.silent)
+        self.members[i]
+            .last_beat
+            .is_some_and(|at| now - at > ns(self.limits.silent))
     }
 
     fn start(&mut self, i: usize, now: i64, actions: &mut Vec<Action>) {
         let member = &mut self.members[i];
         member.stage = Stage::Starting { since: now };
-        member.last_beat = now;
+        member.last_beat = None;
         actions.push(Action::Start(i));
     }
 
@@ -294,7 +310,7 @@ impl Supervisor {
     fn kill(&mut self, i: usize, reason: KillReason, now: i64, actions: &mut Vec<Action>) {
         let member = &mut self.members[i];
         member.killed = true;
-        member.last_beat = now;
+        member.last_beat = Some(now);
         if let Stage::Starting { since } = &mut member.stage {
             *since = now;
         }

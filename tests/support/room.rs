@@ -76,7 +76,7 @@ impl Room {
         let commands = commands.filter_map(|entry| fs::read(entry.path().join("cmdline")).ok());
         let commands = commands.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
         let commands = commands.filter(|command| command.contains(&mark));
-        let prefix = RunContext::new(&self.run_dir("default"), 0).unwrap().prefix();
+        let prefix = RunContext::new(&self.run_dir("default"), 0).unwrap().folder_prefix();
         let shared = fs::read_dir(SHM_DIR).unwrap().flatten();
         let shared = shared.map(|entry| entry.file_name().to_string_lossy().into_owned());
         let shared = shared.filter(|name| name.starts_with(&prefix));

@@ -14,7 +14,8 @@ pub struct Command {
     /// Room for alignment; zero.
     pub reserved: u32,
     /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
-    /// recording's own speed, infinite for as fast as images can be drawn. Else 0.
+    /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Restart`]: which process, by its
+    /// place in the status. Else 0.
     pub number: f64,
     /// For [`CommandKind::Render`]: the pose to draw.
     pub pose: ToolPose,
@@ -33,6 +34,8 @@ pub enum CommandKind {
     Render,
     /// Renderer: nobody publishes poses any more; what is shown is lost at once.
     NoPoses,
+    /// Pilot: start a process again that ended too often and was left alone.
+    Restart,
     /// Replayer: stand still.
     Pause,
     /// Replayer: go on.
@@ -46,7 +49,7 @@ pub enum CommandKind {
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 9] = [
+const CODES: [(CommandKind, u32); 10] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -56,6 +59,7 @@ const CODES: [(CommandKind, u32); 9] = [
     (CommandKind::Seek, 7),
     (CommandKind::Speed, 8),
     (CommandKind::NoPoses, 9),
+    (CommandKind::Restart, 10),
 ];
 
 impl Command {
@@ -80,7 +84,7 @@ impl Command {
         }
     }
 
-    /// A request with a number: [`CommandKind::Seek`], [`CommandKind::Speed`].
+    /// A request with a number: [`CommandKind::Seek`], [`CommandKind::Speed`], [`CommandKind::Restart`].
     pub fn with_number(kind: CommandKind, number: f64) -> Self {
         Self {
             number,

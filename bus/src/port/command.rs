@@ -22,7 +22,7 @@ const REPLY_BYTES: usize = 64 * 1024;
 /// How often a waiting client looks.
 const LOOK: Duration = Duration::from_micros(500);
 
-fn service(bus: &Bus, name: &str) -> Result<PortFactory<Ipc, Command, (), [u8], ReplyHeader>, BusError> {
+pub(super) fn service(bus: &Bus, name: &str) -> Result<PortFactory<Ipc, Command, (), [u8], ReplyHeader>, BusError> {
     bus.node
         .service_builder(&service_name(name)?)
         .request_response::<Command, [u8]>()

@@ -14,7 +14,7 @@ use crate::node::{Ipc, patiently};
 use crate::topic::Topic;
 use crate::{Bus, BusError};
 
-fn service(bus: &Bus, topic: &Topic, name: &str) -> Result<PortFactory<Ipc, [u8], FrameHeader>, BusError> {
+pub(super) fn service(bus: &Bus, topic: &Topic, name: &str) -> Result<PortFactory<Ipc, [u8], FrameHeader>, BusError> {
     let builder = bus
         .node
         .service_builder(&service_name(name)?)

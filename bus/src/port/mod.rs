@@ -2,11 +2,13 @@
 
 mod command;
 mod frame;
+mod services;
 mod stream;
 mod volume;
 
 pub use command::{CommandClient, CommandServer, Reply, Request};
 pub use frame::{Frame, FramePublisher, FrameSubscriber, Shown};
+pub use services::Services;
 pub use stream::{Publisher, Subscriber};
 pub use volume::{LoanedVolume, SharedVolume, VolumePublisher, VolumeSubscriber};
 

@@ -28,7 +28,7 @@ pub struct Subscriber<T: Message> {
     name: String,
 }
 
-fn service<T: Message>(bus: &Bus, topic: &Topic, name: &str) -> Result<PortFactory<Ipc, T, ()>, BusError> {
+pub(super) fn service<T: Message>(bus: &Bus, topic: &Topic, name: &str) -> Result<PortFactory<Ipc, T, ()>, BusError> {
     let builder = bus.node.service_builder(&service_name(name)?).publish_subscribe::<T>();
     limited(builder, topic)
         .open_or_create()

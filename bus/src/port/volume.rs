@@ -22,7 +22,7 @@ use crate::{Bus, BusError};
 const BEGINNING: Alignment = Alignment::ALIGN_128;
 const _: () = assert!(BEGINNING.value() == ALIGNMENT);
 
-fn service(bus: &Bus) -> Result<PortFactory<Ipc, [i16], VolumeHeader>, BusError> {
+pub(super) fn service(bus: &Bus) -> Result<PortFactory<Ipc, [i16], VolumeHeader>, BusError> {
     let builder = bus
         .node
         .service_builder(&service_name(VOLUME.name)?)

@@ -154,6 +154,44 @@ fn silence_is_killed_once_and_restarted() {
     assert_eq!(s.step(Event::Ended(1, Ending::Signal(9)), now + 2), [Action::Start(1)]);
 }
 
+/// A machine that was slow to load programs once had all six shot before they had begun, and shot again.
+#[test]
+fn silence_counts_from_the_first_sign_of_life() {
+    let mut s = supervisor();
+    s.step(Event::Tick, 0);
+    let slow = 100_000 * MS;
+    assert_eq!(watch(&mut s, 0, slow), [], "not loaded yet");
+    s.step(Event::Beat(0, ProcessState::Starting), slow);
+    assert_eq!(watch(&mut s, slow, slow + 2000 * MS), []);
+    assert_eq!(
+        s.step(Event::Tick, slow + 2001 * MS),
+        [Action::Kill(0, KillReason::Silent)]
+    );
+    // The next one is as slow to load as this one was.
+    assert_eq!(
+        s.step(Event::Ended(0, Ending::Signal(9)), slow + 2002 * MS),
+        [Action::Start(0)]
+    );
+    assert!(!watch(&mut s, slow + 2002 * MS, slow + 9000 * MS).contains(&Action::Kill(0, KillReason::Silent)));
+}
+
+#[test]
+fn a_held_process_is_brought_back_and_no_other() {
+    let mut s = supervisor();
+    all_ready(&mut s, 0);
+    assert_eq!(s.step(Event::Restart(1), 1), [], "it is ready");
+    for n in 0..4 {
+        s.step(Event::Ended(1, Ending::Signal(9)), n);
+        s.step(Event::Tick, n);
+    }
+    assert_eq!(s.stage_word(1), "held");
+    assert_eq!(s.step(Event::Restart(1), 10), [Action::Start(1)]);
+    // With as many restarts as at first.
+    assert_eq!(s.step(Event::Ended(1, Ending::Signal(9)), 11), [Action::Start(1)]);
+    s.step(Event::Stop, 12);
+    assert_eq!(s.step(Event::Restart(1), 13), [], "the run is ending");
+}
+
 #[test]
 fn an_absence_of_the_supervisor_counts_against_nobody() {
     let mut s = supervisor();

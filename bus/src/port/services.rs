@@ -1,0 +1,72 @@
+//! The services of a run, made before anybody joins.
+
+use std::fmt::Debug;
+
+use super::{command, event_service, frame, stream, volume};
+use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Heartbeat, ToolPose};
+use crate::node::patiently;
+use crate::topic::{
+    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, HEARTBEAT, HELD_FRAME, SESSION_CLOCK, TOOL_POSE, Topic,
+    VIEW_FRAME,
+};
+use crate::{Bus, BusError};
+
+/// Every service of a run, held open by its pilot for as long as the run lasts. Whoever is killed while it makes a service
+/// leaves one that hangs in its making, and that nobody can open; so those that are killed and started again only ever open.
+#[derive(Debug)]
+pub struct Services {
+    _kept: Vec<Box<dyn Debug>>,
+}
+
+impl Services {
+    /// Makes the services of a run with these processes and views.
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn create(bus: &Bus, processes: &[&str], views: &[&str]) -> Result<Self, BusError> {
+        let mut kept = Vec::new();
+        keep(&mut kept, bus, || volume::service(bus))?;
+        keep_stream::<ToolPose>(&mut kept, bus, &TOOL_POSE, "")?;
+        keep_stream::<EmitterFrame>(&mut kept, bus, &EMITTERS, "")?;
+        keep_stream::<ToolPose>(&mut kept, bus, &GROUND_TRUTH, "")?;
+        keep_stream::<ClockLaw>(&mut kept, bus, &SESSION_CLOCK, "")?;
+        for view in views {
+            for topic in [&VIEW_FRAME, &HELD_FRAME] {
+                keep(&mut kept, bus, || frame::service(bus, topic, &topic.of(view)))?;
+            }
+        }
+        for process in processes.iter().chain(&["pilot"]) {
+            keep_stream::<Heartbeat>(&mut kept, bus, &HEARTBEAT, process)?;
+            keep_stream::<FrameStamp>(&mut kept, bus, &FRAME_STAMP, process)?;
+            keep_stream::<Event>(&mut kept, bus, &EVENT, process)?;
+            let name = COMMAND.of(process);
+            keep(&mut kept, bus, || command::service(bus, &name))?;
+            keep(&mut kept, bus, || event_service(bus, &COMMAND, &name))?;
+        }
+        Ok(Self { _kept: kept })
+    }
+}
+
+fn keep<S: Debug + 'static>(
+    kept: &mut Vec<Box<dyn Debug>>,
+    bus: &Bus,
+    open: impl FnMut() -> Result<S, BusError>,
+) -> Result<(), BusError> {
+    kept.push(Box::new(patiently(bus, open)?));
+    Ok(())
+}
+
+/// The service of a topic of plain structs, with the event that wakes its receivers.
+fn keep_stream<T: super::Message>(
+    kept: &mut Vec<Box<dyn Debug>>,
+    bus: &Bus,
+    topic: &Topic,
+    part: &str,
+) -> Result<(), BusError> {
+    let name = topic.of(part);
+    keep(kept, bus, || stream::service::<T>(bus, topic, &name))?;
+    if topic.wakes {
+        keep(kept, bus, || event_service(bus, topic, &name))?;
+    }
+    Ok(())
+}
