@@ -11,9 +11,9 @@ use rustix::fd::AsFd;
 use rustix::io::write;
 use rustix::pipe::{PipeFlags, pipe_with};
 
-/// A child's end.
+/// A child's end. Of any thread: one that never waits may answer for a process whose work has to wait, as for a disk.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LifeLine {
+pub struct LifeLine {
     is_supervised: bool,
 }
 
@@ -24,12 +24,12 @@ impl LifeLine {
     }
 
     /// To nobody: nobody waits for this process.
-    pub(crate) fn none() -> Self {
+    pub fn none() -> Self {
         Self { is_supervised: false }
     }
 
     /// Gives a sign. The pipe never makes its writer wait; one that is full, or whose reader has gone, is no matter.
-    pub(crate) fn beat(self) {
+    pub fn beat(self) {
         if self.is_supervised {
             let _ = write(std::io::stdout().as_fd(), b".");
         }

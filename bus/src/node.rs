@@ -122,6 +122,11 @@ impl Bus {
         })
     }
 
+    /// The line on which this process gives signs of life beside the bus.
+    pub fn life_line(&self) -> LifeLine {
+        self.life
+    }
+
     /// The run's clock.
     pub fn clock(&self) -> &Clock {
         &self.clock

@@ -34,6 +34,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
             ));
         }
     }
+    problems.extend(recorder_troubles(run));
     problems.extend(restarted(&run.books.restarts));
     problems.extend(
         run.held
@@ -50,6 +51,25 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
         .filter(|name| name.ends_with(".recording"));
     problems.extend(unfinished.map(|name| format!("{name} was not finished: `recorder recover` brings it back")));
     problems
+}
+
+/// What came while the recorder could not write, of every topic, and how long a disk made it wait.
+fn recorder_troubles(run: &Run) -> Vec<String> {
+    let Some(i) = run.planned.iter().position(|planned| planned.name == "recorder") else {
+        return Vec::new();
+    };
+    let lost = run.unrecorded.before + run.unrecorded.now;
+    let (_, longest_ns) = run.standstills[i];
+    let lost = (lost > 0).then(|| {
+        format!(
+            "the recorder counts {lost} messages (poses, true poses, frames of emitters) that are in none of its files"
+        )
+    });
+    let waited = (longest_ns > bus::clock::ns(run.scene.limits.silent)).then(|| {
+        let waited_s = ms(longest_ns) / 1e3;
+        format!("the recorder's work stood still for {waited_s:.1} s, as for a disk that does not answer")
+    });
+    lost.into_iter().chain(waited).collect()
 }
 
 /// Processes that ended before the run did, one line each.

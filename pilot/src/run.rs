@@ -170,6 +170,12 @@ impl Run {
                 continue;
             }
             self.notes[i] = beat.note_text();
+            if self.planned[i].name == "recorder" {
+                self.unrecorded.now = beat.counters.lost;
+            }
+            let (last, longest) = &mut self.standstills[i];
+            *longest = (*longest).max(last.map_or(0, |last| beat.t_ns.saturating_sub(last)));
+            *last = Some(beat.t_ns);
             if self.planned[i].name == "tracker" {
                 // Its poses have gone out before, and are taken in before this is looked at.
                 self.tracker_is_done = beat.process_state() == ProcessState::Stopping;
@@ -398,6 +404,10 @@ impl Run {
             &format!("started {} (process {})", self.planned[i].name, running.pid()),
         );
         self.running[i] = Some(running);
+        self.standstills[i].0 = None;
+        if self.planned[i].name == "recorder" {
+            self.unrecorded.before += std::mem::take(&mut self.unrecorded.now);
+        }
         Ok(())
     }
 

@@ -52,6 +52,13 @@ impl Options {
     }
 }
 
+/// What the recorder, and those that it followed on, counted as not recorded.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Unrecorded {
+    pub(crate) before: u64,
+    pub(crate) now: u64,
+}
+
 /// A run that is going.
 pub(crate) struct Run {
     pub(crate) options: Options,
@@ -68,6 +75,10 @@ pub(crate) struct Run {
     pub(crate) running: Vec<Option<Running>>,
     /// What each process said of itself last.
     pub(crate) notes: Vec<String>,
+    /// When its work last said so, and for how long it was longest without a word, ns: a disk may make a recorder wait.
+    pub(crate) standstills: Vec<(Option<i64>, i64)>,
+    /// Messages that came while the recorder could not write.
+    pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
     pub(crate) books: Books,
     /// Causes of kills, so that a restart can say why.
@@ -118,6 +129,8 @@ impl Run {
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             running: planned.iter().map(|_| None).collect(),
             notes: vec![String::new(); planned.len()],
+            standstills: vec![(None, 0); planned.len()],
+            unrecorded: Unrecorded::default(),
             kill_causes: vec![None; planned.len()],
             books: Books::new(scene.views.len()),
             held: Vec::new(),

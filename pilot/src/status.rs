@@ -11,6 +11,9 @@ use crate::replay::ReplayStatus;
 use crate::spawn::Running;
 use crate::state::Run;
 
+/// A process whose work has said nothing for so long is said to stand still: ten signs of life are missing.
+const STANDSTILL_NS: i64 = 1_000_000_000;
+
 /// The state of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Status {
@@ -87,7 +90,7 @@ impl Status {
             name: planned.name.clone(),
             pid: run.running[i].as_ref().map(Running::pid),
             stage: run.supervisor.stage_word(i).to_owned(),
-            note: run.notes[i].clone(),
+            note: note(run, i),
             endings: run.books.endings_of(&planned.name).count(),
             last_ending: run.books.endings_of(&planned.name).last().map(Restart::words),
         };
@@ -139,6 +142,20 @@ impl Status {
             lines.push(format!("the places of {left} dead processes could not be freed"));
         }
         lines.join("\n")
+    }
+}
+
+/// What a process said last, and for how long its work has said nothing since.
+fn note(run: &Run, i: usize) -> String {
+    let now = run.clock().now_ns();
+    let silent_ns = run.standstills[i].0.map_or(0, |last| now.saturating_sub(last));
+    match silent_ns > STANDSTILL_NS && run.running[i].is_some() {
+        true => format!(
+            "NO WORD FROM ITS WORK for {:.1} s; {}",
+            clock::ms(silent_ns) / 1e3,
+            run.notes[i]
+        ),
+        false => run.notes[i].clone(),
     }
 }
 

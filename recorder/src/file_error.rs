@@ -10,6 +10,12 @@ use crate::pose_log::Unwritten;
 /// Why a session cannot be recorded, or not any longer.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
+    /// Somebody removed the file, or its folder, while it was written.
+    #[error("{path} was removed while it was written: what it held is lost")]
+    Removed {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file cannot be made.
     #[error(
         "creating {path}: {source}. The recording needs an existing folder that you may write to: \

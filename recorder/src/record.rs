@@ -124,7 +124,7 @@ impl Recorder {
         let content = content(run, scene, &spec, &facts);
         let thumbnails = spec.thumbnail_every.map(|every| Thumbnails::open(bus, scene, every));
         Ok(Self {
-            intake: Intake::start(run, intake::ROOM)?,
+            intake: Intake::start(run, intake::ROOM, bus.life_line())?,
             tool: Stream::default(),
             truth: Stream::default(),
             emitters: Stream::default(),
@@ -190,7 +190,7 @@ impl Recorder {
         let seqs = [self.tool.seqs, self.truth.seqs, self.emitters.seqs];
         let missing = seqs.iter().map(|seqs| seqs.missing).fold(0, u64::saturating_add);
         let stopped = self.series.stopped();
-        let unrecorded = stopped.map_or(0, |(_, unrecorded)| unrecorded);
+        let unrecorded = self.series.unrecorded();
         let streams = [
             (&self.tool, &topic::TOOL_POSE),
             (&self.truth, &topic::GROUND_TRUTH),
@@ -202,14 +202,14 @@ impl Recorder {
                 published: self.tool.seqs.range.map_or(0, |(_, last)| last.saturating_add(1)),
                 recorded: self.series.written(),
                 dropped: missing.saturating_add(unrecorded),
+                lost: unrecorded,
                 refused: self.refused,
-                ..Counters::default()
             },
             gaps: seqs.iter().map(|seqs| seqs.gaps).sum(),
             durable: self.series.durable(),
             waited: waits.into_iter().max().unwrap_or_default(),
             parts: self.series.parts(),
-            stopped: stopped.map(|(why, _)| why.to_owned()),
+            stopped: stopped.map(str::to_owned),
         }
     }
 

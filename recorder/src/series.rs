@@ -4,7 +4,9 @@
 //! it stays as it is, as a part that grows no more; what comes is counted and not recorded until there is room again.
 //! Nobody but the recorder is held up by any of this.
 
+use std::fs::File;
 use std::io;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use bus::clock;
@@ -62,6 +64,8 @@ pub(crate) struct Series {
     look_ns: i64,
     /// What earlier files of this process hold.
     earlier: u64,
+    /// Messages that came while nothing could be recorded, before the last time that recording went on.
+    unrecorded: u64,
     /// How many files came before.
     parts: u32,
     /// What must be said, and goes into the log as soon as there is a file.
@@ -86,6 +90,7 @@ impl Series {
             free,
             look_ns: i64::MIN,
             earlier: 0,
+            unrecorded: 0,
             parts: 0,
             notices: Vec::new(),
             said: 0,
@@ -203,6 +208,7 @@ impl Series {
         let aside = leftovers::set_aside(&self.out);
         match aside.and_then(|_| SessionFile::create(&self.out, &self.content)) {
             Ok(file) => {
+                self.unrecorded += unrecorded;
                 if !why.is_empty() {
                     let words = format!("recording goes on; {unrecorded} messages were not recorded meanwhile");
                     self.notices.push((now_ns, Level::Warning, words));
@@ -222,6 +228,12 @@ impl Series {
         if let Some(why) = self.syncer.take_problem() {
             let path = self.out.clone();
             self.stop_on(now_ns, Err(FileError::Sync { path, why }));
+        }
+        if let State::Writing { file, .. } = &self.state
+            && is_removed(file.file())
+        {
+            let path = self.out.clone();
+            self.stop_on(now_ns, Err(FileError::Removed { path }));
         }
         match &self.state {
             State::Writing { .. } => {
@@ -247,9 +259,11 @@ impl Series {
             again_ns: now_ns,
         };
         if let State::Writing { file, .. } = std::mem::replace(&mut self.state, state) {
-            self.earlier += file.written();
+            // What is in a file that has been removed is nowhere.
+            let removed = is_removed(file.file());
+            self.earlier += if removed { 0 } else { file.written() };
             if let State::Stopped { unrecorded, .. } = &mut self.state {
-                *unrecorded = file.unwritten().messages;
+                *unrecorded = file.unwritten().messages + if removed { file.written() } else { 0 };
             }
             // Where it cannot be given another name, the next file cannot be made, and that is told.
             if let (Ok(left), FileError::Write { path, .. }) = (file.abandon(), &mut error) {
@@ -307,12 +321,21 @@ impl Series {
         self.parts
     }
 
-    /// Why nothing is recorded at the moment, and how many messages were not so far.
-    pub(crate) fn stopped(&self) -> Option<(&str, u64)> {
+    /// Why nothing is recorded at the moment.
+    pub(crate) fn stopped(&self) -> Option<&str> {
         match &self.state {
             State::Writing { .. } => None,
-            State::Stopped { why, unrecorded, .. } => Some((why, *unrecorded)),
+            State::Stopped { why, .. } => Some(why),
         }
+    }
+
+    /// Messages that came and are in no file, because none could be written.
+    pub(crate) fn unrecorded(&self) -> u64 {
+        let now = match &self.state {
+            State::Writing { .. } => 0,
+            State::Stopped { unrecorded, .. } => *unrecorded,
+        };
+        self.unrecorded + now
     }
 
     /// Completes the last file, with `facts` about it, and waits for the disk. The number of messages is that of all files.
@@ -335,6 +358,12 @@ impl Series {
             ..messages
         })
     }
+}
+
+/// Whether a file has no name any more: what is written into it is lost when it is closed. One that cannot be asked is taken to
+/// have its name.
+fn is_removed(file: &File) -> bool {
+    file.metadata().is_ok_and(|about| about.nlink() == 0)
 }
 
 fn writing(file: SessionFile, since_ns: i64) -> State {

@@ -31,7 +31,7 @@ pub struct Counters {
     /// Messages published: poses, frames or volumes. Of the pilot and the recorder, who take poses: the number of the newest
     /// pose that each has taken, and one.
     pub published: u64,
-    /// Poses published as lost, or frames drawn without a pose.
+    /// Poses published as lost, or frames drawn without a pose. Of the recorder: messages that came while it could not write.
     pub lost: u64,
     /// Poses or messages that never were handled because newer ones had come.
     pub dropped: u64,

@@ -1,10 +1,11 @@
 //! Takes poses and frames from the bus on a thread of its own: a disk that makes the recorder wait for seconds costs memory,
-//! and no message.
+//! and no message. It also gives the recorder's signs of life, as this thread never waits for a disk.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
+use bus::life::LifeLine;
 use bus::message::{EmitterFrame, ToolPose};
 use bus::port::{Message, Subscriber};
 use bus::run::RunContext;
@@ -47,7 +48,7 @@ pub(super) struct Intake {
 impl Intake {
     /// Joins the run once more (ports stay on the thread that made them), and subscribes before it returns. No topic has
     /// more than `room` messages in memory.
-    pub(super) fn start(run: &RunContext, room: usize) -> Result<Self, RecordError> {
+    pub(super) fn start(run: &RunContext, room: usize, life: LifeLine) -> Result<Self, RecordError> {
         let (ask, asked) = mpsc::channel();
         let (say, answer) = mpsc::channel();
         let taken = Arc::<Mutex<Taken>>::default();
@@ -58,7 +59,7 @@ impl Intake {
                 Ok(ports) => {
                     // Whoever started this is gone only where it has failed.
                     let _ = say.send(Ok(()));
-                    ports.work(&asked, &say, &theirs, room);
+                    ports.work(&asked, &say, (&theirs, room), life);
                 }
                 Err(e) => drop(say.send(Err(e))),
             })
@@ -135,9 +136,16 @@ impl Ports {
     }
 
     /// Takes when it is asked to, and once in a while where nobody does.
-    fn work(&self, asked: &Receiver<()>, say: &Sender<Result<(), BusError>>, taken: &Mutex<Taken>, room: usize) {
+    fn work(
+        &self,
+        asked: &Receiver<()>,
+        say: &Sender<Result<(), BusError>>,
+        (taken, room): (&Mutex<Taken>, usize),
+        life: LifeLine,
+    ) {
         let mut unsaid = Ok(());
         loop {
+            life.beat();
             let request = asked.recv_timeout(TICK);
             if request == Err(RecvTimeoutError::Disconnected) {
                 return;

@@ -130,7 +130,7 @@ fn a_disk_that_fills_stops_recording_with_words_and_room_lets_it_go_on() {
         said[0].contains("NOT RECORDING") && said[0].contains("150 MB are free") && said[0].contains("200 MB must be"),
         "{said:?}"
     );
-    let (_, unrecorded) = rig.series.stopped().unwrap();
+    let unrecorded = rig.series.unrecorded();
     let written = rig.series.written();
     assert_eq!(written + unrecorded, 500);
     // More than what it stopped at, less than it wants: it must not start and stop all the time.
@@ -196,7 +196,7 @@ fn a_folder_that_goes_away_is_told_once_and_what_was_acknowledged_stays() {
     let said = rig.record(20);
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(said[0].contains("NOT RECORDING: renaming"), "{said:?}");
-    let unrecorded = rig.series.stopped().unwrap().1;
+    let unrecorded = rig.series.unrecorded();
     let written = rig.series.written();
     assert!(unrecorded > 1800, "{unrecorded}");
     // Back again: the file that kept the name of the growing one is moved aside and not replaced.
@@ -224,7 +224,7 @@ fn a_session_that_ends_while_nothing_is_recorded_is_an_error() {
     rig.record(2);
     NONE_LEFT.store(0, Ordering::Relaxed);
     rig.record(3);
-    let (_, unrecorded) = rig.series.stopped().unwrap();
+    let unrecorded = rig.series.unrecorded();
     let Rig { series, now_ns, .. } = rig;
     let text = series.finish(now_ns, &no_facts()).unwrap_err().to_string();
     assert!(
@@ -233,4 +233,28 @@ fn a_session_that_ends_while_nothing_is_recorded_is_an_error() {
         )),
         "{text}"
     );
+}
+
+/// `90532 on disk` once stood in the status for a file that was nowhere.
+#[test]
+fn a_file_that_is_removed_while_it_is_written_is_no_recording() {
+    let mut rig = Rig::new(&RecordingSpec::default(), plenty);
+    rig.record(3);
+    assert!(rig.series.written() > 200);
+    fs::remove_file(paths::recording(&rig.path("s.mcap"))).unwrap();
+    // It is looked for once a second, and another one is begun five later.
+    let said = rig.record(2);
+    assert!(
+        said.len() == 1 && said[0].contains("was removed while it was written"),
+        "{said:?}"
+    );
+    assert_eq!(rig.series.written(), 0);
+    let said = rig.record(10);
+    assert!(said.len() == 1 && said[0].contains("recording goes on"), "{said:?}");
+    let (written, unrecorded) = (rig.series.written(), rig.series.unrecorded());
+    assert!(
+        written > 500 && written + unrecorded <= 1500 && written + unrecorded > 1400,
+        "{written} {unrecorded}"
+    );
+    rig.series.syncer.finish();
 }
