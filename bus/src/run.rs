@@ -4,6 +4,7 @@
 //! two runs, two users or two tests never see each other. Part of the prefix is drawn anew for each run and stands in its folder
 //! only, so that no other user can make a file of that name first.
 
+mod error;
 pub(crate) mod own;
 
 use std::fs::{self, File, OpenOptions};
@@ -14,6 +15,8 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::rand::{GetRandomFlags, getrandom};
 use serde::{Deserialize, Serialize};
+
+pub use error::RunError;
 
 /// Names the folder that holds all runs of a user; tests set it to have a world of their own.
 pub const RUNTIME_DIR_VARIABLE: &str = "TROCAR_RUNTIME_DIR";
@@ -57,89 +60,6 @@ pub struct ReplayOf {
     pub recording: PathBuf,
     /// The examination that was navigated in, as its hash is written; `None` where the recording does not say.
     pub volume_hash: Option<String>,
-}
-
-/// Why a run's folder cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The name cannot be part of a path.
-    #[error("run name {0:?}: allowed are 1 to {MAX_NAME} of the characters a-z, 0-9 and '-'")]
-    Name(String),
-    /// The path is too long for a socket.
-    #[error(
-        "run folder {0}: its path has more than {MAX_DIR_BYTES} bytes, and socket paths end at 107. \
-         Set {RUNTIME_DIR_VARIABLE} to a shorter folder"
-    )]
-    TooLong(PathBuf),
-    /// Another user owns the folder.
-    #[error(
-        "run folder {dir}: belongs to user {owner}, not to you ({me}). Set {RUNTIME_DIR_VARIABLE} to a folder of your own"
-    )]
-    Foreign {
-        /// The folder.
-        dir: PathBuf,
-        /// Its owner's number.
-        owner: u32,
-        /// This process's user number.
-        me: u32,
-    },
-    /// Others may change what lies in it.
-    #[error(
-        "folder {level}: {found}; who can write there could put another scene under a run. Close it to others (chmod), or set \
-         {RUNTIME_DIR_VARIABLE} to a folder of your own"
-    )]
-    Open {
-        /// The level of the run's folder.
-        level: PathBuf,
-        /// What it is.
-        found: String,
-    },
-    /// No random numbers.
-    #[error("drawing the name of the run's shared memory: {0}")]
-    Random(io::Error),
-    /// The run's files are not those that the pilot wrote.
-    #[error(
-        "{dir}: run.json or scene.toml is not what the pilot wrote when the run began: somebody has changed it. Nothing is \
-         navigated by it"
-    )]
-    Changed {
-        /// The run's folder.
-        dir: PathBuf,
-    },
-    /// Another pilot holds the run.
-    #[error(
-        "run {name:?} is already going (pilot process {pid}). Stop it with `pilot stop --run {name}`, or start this one under another name with `--run NAME`"
-    )]
-    AlreadyRunning {
-        /// The run.
-        name: String,
-        /// What the lock file says of its holder.
-        pid: String,
-    },
-    /// Nobody holds the run.
-    #[error("run {name:?} is not going. Start it with `pilot run SCENE --run {name}`")]
-    NotRunning {
-        /// The run.
-        name: String,
-    },
-    /// A file operation failed.
-    #[error("{doing} {path}: {source}")]
-    Io {
-        /// What was being done.
-        doing: &'static str,
-        /// With which file.
-        path: PathBuf,
-        /// Why it failed.
-        source: io::Error,
-    },
-    /// The facts of the run cannot be read.
-    #[error("reading {path}: {source}")]
-    Facts {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: serde_json::Error,
-    },
 }
 
 fn io_error(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunError {
@@ -410,82 +330,4 @@ pub fn shm_free_bytes() -> Result<u64, RunError> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_cannot_leave_their_folder() {
-        for bad in ["", "..", "a/b", "A", "a b", "a.b", &"x".repeat(25)] {
-            assert!(matches!(run_dir(bad), Err(RunError::Name(_))), "{bad}");
-        }
-        assert!(run_dir("theatre-2").unwrap().ends_with("theatre-2"));
-    }
-
-    #[test]
-    fn one_pilot_a_run() {
-        let tmp = tempfile::tempdir().unwrap();
-        let dir = tmp.path().join("demo");
-        let lock = RunLock::acquire(&dir).unwrap();
-        assert!(RunLock::is_held(&dir));
-        let text = RunLock::acquire(&dir).unwrap_err().to_string();
-        assert!(text.contains("\"demo\" is already going"), "{text}");
-        assert!(text.contains(&std::process::id().to_string()), "{text}");
-        drop(lock);
-        assert!(!RunLock::is_held(&dir));
-        assert!(RunLock::acquire(&dir).is_ok());
-    }
-
-    #[test]
-    fn facts_come_back_and_a_missing_run_is_named() {
-        let tmp = tempfile::tempdir().unwrap();
-        let nowhere = RunContext::load(&tmp.path().join("nowhere"));
-        assert!(matches!(nowhere, Err(RunError::NotRunning { .. })));
-        let dir = tmp.path().join("demo");
-        own::make(&dir).unwrap();
-        let context = RunContext::new(&dir, 42).unwrap();
-        assert!(matches!(RunContext::load(&dir), Err(RunError::NotRunning { .. })));
-        context.store().unwrap();
-        assert_eq!(RunContext::load(&dir).unwrap(), context);
-    }
-
-    /// Another user who makes a file of that name first would keep a run from starting.
-    #[test]
-    fn the_names_in_shared_memory_cannot_be_guessed_and_are_swept_all_the_same() {
-        let tmp = tempfile::tempdir().unwrap();
-        let [one, other] = [0, 0].map(|_| RunContext::new(tmp.path(), 0).unwrap());
-        assert_ne!(one.prefix(), other.prefix());
-        assert_eq!(one.folder_prefix(), other.folder_prefix());
-        assert!(one.prefix().starts_with(&other.folder_prefix()) && one.prefix().len() == 12);
-        let left = Path::new(SHM_DIR).join(format!("{}_left", one.prefix()));
-        fs::write(&left, b"x").unwrap();
-        other.sweep();
-        assert!(!left.exists());
-    }
-
-    #[test]
-    fn files_that_were_exchanged_are_refused() {
-        let tmp = tempfile::tempdir().unwrap();
-        let context = RunContext::new(tmp.path(), 0).unwrap();
-        context.store().unwrap();
-        context.store_scene("seed = 1").unwrap();
-        let hash = RunContext::facts_hash(tmp.path()).unwrap();
-        RunContext::check_facts(tmp.path(), &hash).unwrap();
-        context.store_scene("seed = 2").unwrap();
-        let changed = RunContext::check_facts(tmp.path(), &hash);
-        assert!(matches!(changed, Err(RunError::Changed { .. })));
-    }
-
-    #[test]
-    fn the_end_of_a_duration_belongs_to_it_no_more() {
-        let mut context = RunContext::new(Path::new("/tmp/r"), 0).unwrap();
-        assert!(!context.is_beyond(i64::MAX));
-        context.duration_ns = Some(1_500);
-        assert_eq!([1_499, 1_500].map(|ns| context.is_beyond(ns)), [false, true]);
-    }
-
-    #[test]
-    fn long_paths_are_refused_before_a_socket_fails() {
-        let long = PathBuf::from(format!("/tmp/{}", "x".repeat(60)));
-        assert!(matches!(RunContext::new(&long, 0), Err(RunError::TooLong(_))));
-    }
-}
+mod tests;

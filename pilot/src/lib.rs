@@ -4,6 +4,7 @@
 //! books: stamps, poses, frames, memory. The pilot never renders a slice and never touches a localizer.
 
 mod accuracy;
+mod answer;
 mod books;
 mod calibrate;
 mod check;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use bus::clock::{self, monotonic_ns};
 use bus::message::{Command, CommandKind, FrameState, Level, ProcessState};
-use bus::port::{CommandServer, Request};
+use bus::port::CommandServer;
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
 use bus::scene::Scene;
@@ -22,7 +22,6 @@ use crate::replay::{REPLAYER, RecomputeError, Replay};
 use crate::report::{Report, ReportError};
 use crate::spawn::{self, Running, SpawnError};
 use crate::state::{Options, Run};
-use crate::status::Status;
 use crate::supervise::{Action, Ending, Event, KillReason, Outcome};
 
 const TICK: Duration = Duration::from_millis(10);
@@ -289,57 +288,6 @@ impl Run {
                 &format!("ending: the pictures show pose {}", self.last_seq()),
             );
             self.pictures = Some(finale::take(self));
-        }
-    }
-
-    /// Answers a request; returns what it means for the supervisor.
-    fn answer(&mut self, request: Request) -> Result<Option<Event>, RunError> {
-        let command: Command = *request.command();
-        match command.command_kind() {
-            Some(CommandKind::Status) => {
-                let json = serde_json::to_string(&Status::of(self)).unwrap_or_default();
-                request.reply(Ok(&json))?;
-                Ok(None)
-            }
-            Some(CommandKind::Stop) => {
-                self.tell(Level::Info, "command: stop");
-                request.reply(Ok("stopping"))?;
-                self.asked_to_stop = true;
-                Ok(None)
-            }
-            Some(CommandKind::Restart) => match self.bring_back(command.number) {
-                Ok((i, words)) => {
-                    self.tell(Level::Info, &format!("command: restart; {words}"));
-                    request.reply(Ok(&words))?;
-                    Ok(Some(Event::Restart(i)))
-                }
-                Err(why) => {
-                    request.reply(Err(&why))?;
-                    Ok(None)
-                }
-            },
-            _ => {
-                request.reply(Err("the pilot answers status, stop and restart"))?;
-                Ok(None)
-            }
-        }
-    }
-
-    /// The held process with this place in the status, no longer held; or why there is nothing to bring back.
-    fn bring_back(&mut self, place: f64) -> Result<(usize, String), String> {
-        let found = (0..self.planned.len()).find(|&i| i as f64 == place);
-        let Some(i) = found else {
-            return Err(format!("there is no process number {place}"));
-        };
-        let name = self.planned[i].name.clone();
-        match self.supervisor.stage_word(i) {
-            "held" => {
-                self.held.retain(|held| *held != name);
-                Ok((i, format!("starting {name} again")))
-            }
-            stage => Err(format!(
-                "{name} is {stage}: only a process that ended too often and is held can be brought back"
-            )),
         }
     }
 

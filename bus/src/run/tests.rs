@@ -1,0 +1,79 @@
+//! The run folder, its facts and its lock.
+
+use super::*;
+
+#[test]
+fn names_cannot_leave_their_folder() {
+    for bad in ["", "..", "a/b", "A", "a b", "a.b", &"x".repeat(25)] {
+        assert!(matches!(run_dir(bad), Err(RunError::Name(_))), "{bad}");
+    }
+    assert!(run_dir("theatre-2").unwrap().ends_with("theatre-2"));
+}
+
+#[test]
+fn one_pilot_a_run() {
+    let tmp = tempfile::tempdir().unwrap();
+    let dir = tmp.path().join("demo");
+    let lock = RunLock::acquire(&dir).unwrap();
+    assert!(RunLock::is_held(&dir));
+    let text = RunLock::acquire(&dir).unwrap_err().to_string();
+    assert!(text.contains("\"demo\" is already going"), "{text}");
+    assert!(text.contains(&std::process::id().to_string()), "{text}");
+    drop(lock);
+    assert!(!RunLock::is_held(&dir));
+    assert!(RunLock::acquire(&dir).is_ok());
+}
+
+#[test]
+fn facts_come_back_and_a_missing_run_is_named() {
+    let tmp = tempfile::tempdir().unwrap();
+    let nowhere = RunContext::load(&tmp.path().join("nowhere"));
+    assert!(matches!(nowhere, Err(RunError::NotRunning { .. })));
+    let dir = tmp.path().join("demo");
+    own::make(&dir).unwrap();
+    let context = RunContext::new(&dir, 42).unwrap();
+    assert!(matches!(RunContext::load(&dir), Err(RunError::NotRunning { .. })));
+    context.store().unwrap();
+    assert_eq!(RunContext::load(&dir).unwrap(), context);
+}
+
+/// Another user who makes a file of that name first would keep a run from starting.
+#[test]
+fn the_names_in_shared_memory_cannot_be_guessed_and_are_swept_all_the_same() {
+    let tmp = tempfile::tempdir().unwrap();
+    let [one, other] = [0, 0].map(|_| RunContext::new(tmp.path(), 0).unwrap());
+    assert_ne!(one.prefix(), other.prefix());
+    assert_eq!(one.folder_prefix(), other.folder_prefix());
+    assert!(one.prefix().starts_with(&other.folder_prefix()) && one.prefix().len() == 12);
+    let left = Path::new(SHM_DIR).join(format!("{}_left", one.prefix()));
+    fs::write(&left, b"x").unwrap();
+    other.sweep();
+    assert!(!left.exists());
+}
+
+#[test]
+fn files_that_were_exchanged_are_refused() {
+    let tmp = tempfile::tempdir().unwrap();
+    let context = RunContext::new(tmp.path(), 0).unwrap();
+    context.store().unwrap();
+    context.store_scene("seed = 1").unwrap();
+    let hash = RunContext::facts_hash(tmp.path()).unwrap();
+    RunContext::check_facts(tmp.path(), &hash).unwrap();
+    context.store_scene("seed = 2").unwrap();
+    let changed = RunContext::check_facts(tmp.path(), &hash);
+    assert!(matches!(changed, Err(RunError::Changed { .. })));
+}
+
+#[test]
+fn the_end_of_a_duration_belongs_to_it_no_more() {
+    let mut context = RunContext::new(Path::new("/tmp/r"), 0).unwrap();
+    assert!(!context.is_beyond(i64::MAX));
+    context.duration_ns = Some(1_500);
+    assert_eq!([1_499, 1_500].map(|ns| context.is_beyond(ns)), [false, true]);
+}
+
+#[test]
+fn long_paths_are_refused_before_a_socket_fails() {
+    let long = PathBuf::from(format!("/tmp/{}", "x".repeat(60)));
+    assert!(matches!(RunContext::new(&long, 0), Err(RunError::TooLong(_))));
+}

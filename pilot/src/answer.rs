@@ -1,0 +1,62 @@
+//! What the pilot answers to `pilot status`, `stop` and `restart`.
+
+use bus::BusError;
+use bus::message::{Command, CommandKind, Level};
+use bus::port::Request;
+
+use crate::state::Run;
+use crate::status::Status;
+use crate::supervise::Event;
+
+impl Run {
+    /// Answers a request; returns what it means for the supervisor.
+    pub(crate) fn answer(&mut self, request: Request) -> Result<Option<Event>, BusError> {
+        let command: Command = *request.command();
+        match command.command_kind() {
+            Some(CommandKind::Status) => {
+                let json = serde_json::to_string(&Status::of(self)).unwrap_or_default();
+                request.reply(Ok(&json))?;
+                Ok(None)
+            }
+            Some(CommandKind::Stop) => {
+                self.tell(Level::Info, "command: stop");
+                request.reply(Ok("stopping"))?;
+                self.asked_to_stop = true;
+                Ok(None)
+            }
+            Some(CommandKind::Restart) => match self.bring_back(command.number) {
+                Ok((i, words)) => {
+                    self.tell(Level::Info, &format!("command: restart; {words}"));
+                    request.reply(Ok(&words))?;
+                    Ok(Some(Event::Restart(i)))
+                }
+                Err(why) => {
+                    request.reply(Err(&why))?;
+                    Ok(None)
+                }
+            },
+            _ => {
+                request.reply(Err("the pilot answers status, stop and restart"))?;
+                Ok(None)
+            }
+        }
+    }
+
+    /// The held process with this place in the status, no longer held; or why there is nothing to bring back.
+    fn bring_back(&mut self, place: f64) -> Result<(usize, String), String> {
+        let found = (0..self.planned.len()).find(|&i| i as f64 == place);
+        let Some(i) = found else {
+            return Err(format!("there is no process number {place}"));
+        };
+        let name = self.planned[i].name.clone();
+        match self.supervisor.stage_word(i) {
+            "held" => {
+                self.held.retain(|held| *held != name);
+                Ok((i, format!("starting {name} again")))
+            }
+            stage => Err(format!(
+                "{name} is {stage}: only a process that ended too often and is held can be brought back"
+            )),
+        }
+    }
+}
