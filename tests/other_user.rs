@@ -166,9 +166,13 @@ fn a_run_folder_that_others_could_exchange_is_refused() {
     refused("others may write into it");
     fs::set_permissions(&runs, fs::Permissions::from_mode(0o700)).unwrap();
     fs::remove_dir_all(runs.join("default")).unwrap();
-    // A link to a folder of one's own.
-    std::os::unix::fs::symlink("/tmp", runs.join("default")).unwrap();
+    // A link to a folder of one's own, which stays as it is.
+    let elsewhere = world.path("elsewhere");
+    fs::create_dir(&elsewhere).unwrap();
+    fs::set_permissions(&elsewhere, fs::Permissions::from_mode(0o755)).unwrap();
+    std::os::unix::fs::symlink(&elsewhere, runs.join("default")).unwrap();
     refused("no folder");
+    assert_eq!(fs::metadata(&elsewhere).unwrap().mode() & 0o777, 0o755);
     // And `status` believes no `run.json` in such a folder.
     let output = world.output("pilot", &["status"]);
     assert!(!output.status.success());

@@ -82,7 +82,9 @@ struct Recorded {
 
 impl Recorded {
     fn make(compression: &str, seconds: u64) -> Self {
-        let tmp = tempfile::tempdir_in("/tmp").unwrap();
+        // Closed to others, as every run's folder is.
+        let closed = std::os::unix::fs::PermissionsExt::from_mode(0o700);
+        let tmp = tempfile::Builder::new().permissions(closed).tempdir_in("/tmp").unwrap();
         let run = RunContext::new(tmp.path(), monotonic_ns()).unwrap();
         run.store().unwrap();
         fs::write(

@@ -8,6 +8,7 @@
 )]
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
@@ -33,7 +34,7 @@ pub struct Rig {
     pub truth: Publisher<ToolPose>,
     pub emitters: Publisher<EmitterFrame>,
     pub beats: Subscriber<Heartbeat>,
-    _bus: Bus,
+    bus: Bus,
 }
 
 impl Rig {
@@ -43,17 +44,19 @@ impl Rig {
 
     /// A run of this scene.
     pub fn of(scene: &str) -> Self {
-        let tmp = tempfile::tempdir_in("/tmp").unwrap();
+        // Closed to others, as every run's folder is.
+        let closed = fs::Permissions::from_mode(0o700);
+        let tmp = tempfile::Builder::new().permissions(closed).tempdir_in("/tmp").unwrap();
         let run = RunContext::new(tmp.path(), monotonic_ns()).unwrap();
         run.store().unwrap();
         fs::write(run.scene_path(), scene).unwrap();
-        let bus = Bus::join(&run).unwrap();
+        let bus = Bus::keep(&run).unwrap();
         Self {
             tool: Publisher::open(&bus, &topic::TOOL_POSE, "").unwrap(),
             truth: Publisher::open(&bus, &topic::GROUND_TRUTH, "").unwrap(),
             emitters: Publisher::open(&bus, &topic::EMITTERS, "").unwrap(),
             beats: Subscriber::open(&bus, &topic::HEARTBEAT, "recorder", 1).unwrap(),
-            _bus: bus,
+            bus,
             tmp,
             run,
         }
@@ -70,6 +73,8 @@ impl Rig {
 
     /// A recorder that is ready, with its stderr there.
     pub fn start_logging_to(&self, log: Stdio) -> Recorder {
+        // As the pilot does: the places of one that was killed are free again.
+        self.bus.remove_dead_processes();
         // What a dead one said last.
         let _ = self.beats.newest().unwrap();
         let run_dir = self.tmp.path().to_str().unwrap();

@@ -21,17 +21,14 @@ const STICKY: u32 = 0o1000;
 /// A run's own files are small.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Creates `dir` with what is missing above it, for this user only, and refuses one that others own or may change.
+/// Creates `dir` with what is missing above it, for this user only, and refuses one that others own or may change. The mode of a
+/// folder that is there already is left alone: it may be one that others need.
 pub(super) fn make(dir: &Path) -> Result<(), RunError> {
     DirBuilder::new()
         .recursive(true)
         .mode(0o700)
         .create(dir)
         .map_err(io_error("creating", dir))?;
-    // One that was there already may be open to others, and whoever owns it may close it.
-    if is_owned(dir, &about(dir)?)? {
-        fs::set_permissions(dir, Permissions::from_mode(0o700)).map_err(io_error("closing to others", dir))?;
-    }
     check(dir)
 }
 
@@ -172,10 +169,11 @@ mod tests {
         let dir = tmp.path().join("trocar/demo");
         make(&dir).unwrap();
         assert_eq!(fs::metadata(&dir).unwrap().mode() & 0o777, 0o700);
-        // One's own that was open is closed.
+        // One's own that is open is not closed: it may be the system's, and named by mistake.
         mode(&dir, 0o755);
-        assert!(check(&dir).unwrap_err().to_string().contains("mode 755, needed is 700"));
-        make(&dir).unwrap();
+        assert!(make(&dir).unwrap_err().to_string().contains("mode 755, needed is 700"));
+        assert_eq!(fs::metadata(&dir).unwrap().mode() & 0o777, 0o755);
+        mode(&dir, 0o700);
         // A level above into which others may write.
         mode(tmp.path(), 0o777);
         let text = make(&dir).unwrap_err().to_string();
@@ -193,6 +191,11 @@ mod tests {
         symlink(tmp.path().join("open/demo"), tmp.path().join("demo")).unwrap();
         let text = check(&tmp.path().join("demo")).unwrap_err().to_string();
         assert!(text.contains("no folder"), "{text}");
+        // Where it leads nothing is changed.
+        mode(&tmp.path().join("open"), 0o755);
+        symlink(tmp.path().join("open"), tmp.path().join("other")).unwrap();
+        assert!(make(&tmp.path().join("other")).is_err());
+        assert_eq!(fs::metadata(tmp.path().join("open")).unwrap().mode() & 0o777, 0o755);
         symlink(tmp.path().join("open"), tmp.path().join("trocar")).unwrap();
         check(&tmp.path().join("trocar/demo")).unwrap();
         mode(&tmp.path().join("open"), 0o777);
