@@ -117,7 +117,9 @@ pub(crate) struct Restart {
 impl Restart {
     /// When and why, for people.
     pub(crate) fn words(&self) -> String {
-        format!("at {:.2} s: {}", self.at_s, self.cause)
+        // Negative before the navigation began; never a zero with a sign.
+        let at_s = (100.0 * self.at_s).round() / 100.0 + 0.0;
+        format!("at {at_s:.2} s: {}", self.cause)
     }
 }
 
