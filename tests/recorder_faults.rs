@@ -245,6 +245,29 @@ fn a_file_that_may_not_grow_stops_recording_and_what_was_acknowledged_is_intact(
     assert_eq!(poses, (0..poses.len() as u64).collect::<Vec<_>>());
 }
 
+/// A file that is rotated is completed, and what is in memory by then goes to the disk first. Where that failed, nobody counted it.
+#[test]
+fn what_the_completion_of_a_file_loses_is_counted() {
+    // 0.01 min are 0.6 s: each chunk is closed by a rotation.
+    let rig = Rig::of("[recording]\nchunk_s = 1.0\nrotate_min = 0.01\n");
+    let recorder = rig.start();
+    rig.publish(0..50);
+    // Not one byte more, in this file or in another.
+    let limit = Rlimit {
+        current: Some(1),
+        maximum: Some(1),
+    };
+    let pid = Pid::from_raw(recorder.0.id().cast_signed()).unwrap();
+    prlimit(Some(pid), Resource::Fsize, limit).unwrap();
+    rig.publish(50..100);
+    let beat = rig.wait_for_beat(|beat| {
+        let counters = beat.counters;
+        beat.note_text().starts_with("NOT RECORDING") && counters.recorded + counters.lost >= 200
+    });
+    assert_eq!(beat.counters.recorded + beat.counters.lost, 200, "{beat:?}");
+    assert!(beat.counters.lost >= 100, "{beat:?}");
+}
+
 #[test]
 fn a_disk_without_room_is_refused_before_anything_is_recorded() {
     let rig = Rig::of("[recording]\nmin_free_mb = 1e6\n");

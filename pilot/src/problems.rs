@@ -8,7 +8,7 @@ use crate::books::{Latency, PoseCounts, Restart};
 use crate::output;
 use crate::replay::{self, ReplayReport};
 use crate::report::Pictures;
-use crate::state::Run;
+use crate::state::{NOT_RECORDING, Run};
 
 /// What was wrong with `run`, in words; empty for one that went as it should.
 pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
@@ -44,7 +44,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     let unrecorded = pictures
         .processes
         .iter()
-        .filter(|process| process.note.starts_with("NOT RECORDING"));
+        .filter(|process| process.note.starts_with(NOT_RECORDING));
     problems.extend(unrecorded.map(|process| format!("at its end the session was {}", process.note)));
     let unfinished = output::recordings(&run.options.out, run.options.recording())
         .into_iter()
@@ -58,18 +58,12 @@ fn recorder_troubles(run: &Run) -> Vec<String> {
     let Some(i) = run.planned.iter().position(|planned| planned.name == "recorder") else {
         return Vec::new();
     };
-    let lost = run.unrecorded.before + run.unrecorded.now;
     let (_, longest_ns) = run.standstills[i];
-    let lost = (lost > 0).then(|| {
-        format!(
-            "the recorder counts {lost} messages (poses, true poses, frames of emitters) that are in none of its files"
-        )
-    });
     let waited = (longest_ns > bus::clock::ns(run.scene.limits.silent)).then(|| {
         let waited_s = ms(longest_ns) / 1e3;
         format!("the recorder's work stood still for {waited_s:.1} s, as for a disk that does not answer")
     });
-    lost.into_iter().chain(waited).collect()
+    run.unrecorded.words().into_iter().chain(waited).collect()
 }
 
 /// Processes that ended before the run did, one line each.
@@ -171,6 +165,8 @@ fn unrecorded(run: &Run) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::state::Unrecorded;
+    use bus::message::{Counters, Heartbeat, ProcessState};
     use bus::scene::Scene;
     use std::path::Path;
 
@@ -197,6 +193,30 @@ mod tests {
         assert_eq!(missing(&poses(1, 99), &limits("max_missing_share = 1.0")), None);
         assert!(missing(&poses(999, 1), &limits("max_missing_share = 0.0")).is_some());
         assert_eq!(missing(&poses(0, 0), &limits("max_missing_share = 0.0")), None);
+    }
+
+    /// A disk that was full and had room again once left nothing in the report but a count.
+    #[test]
+    fn a_time_without_a_recording_is_a_problem_with_its_cause_also_when_it_is_over() {
+        let beat = |lost, words| {
+            let counters = Counters {
+                lost,
+                ..Counters::default()
+            };
+            Heartbeat::new(ProcessState::Ready, 0, counters, words)
+        };
+        let mut unrecorded = Unrecorded::default();
+        unrecorded.heard(&beat(0, "500 on disk, 400 synced"));
+        assert_eq!(unrecorded.words(), None);
+        unrecorded.heard(&beat(3, "NOT RECORDING, 3 lost: writing session.mcap: no space"));
+        unrecorded.heard(&beat(7, "NOT RECORDING, 7 lost: creating session.mcap: no space"));
+        unrecorded.heard(&beat(7, "900 on disk, 800 synced"));
+        let words = unrecorded.words().unwrap();
+        assert!(
+            words.contains("counts 7 messages")
+                && words.contains("first said: NOT RECORDING, 3 lost: writing session.mcap: no space"),
+            "{words}"
+        );
     }
 
     #[test]

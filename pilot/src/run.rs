@@ -170,7 +170,7 @@ impl Run {
             }
             self.notes[i] = beat.note_text();
             if self.planned[i].name == "recorder" {
-                self.unrecorded.now = beat.counters.lost;
+                self.unrecorded.heard(&beat);
             }
             let (last, longest) = &mut self.standstills[i];
             *longest = (*longest).max(last.map_or(0, |last| beat.t_ns.saturating_sub(last)));

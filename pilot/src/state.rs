@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::Clock;
-use bus::message::{Event, Level};
+use bus::message::{Event, Heartbeat, Level};
 use bus::process::StopFlag;
 use bus::run::RunContext;
 use bus::scene::Scene;
@@ -52,11 +52,41 @@ impl Options {
     }
 }
 
+/// How a recorder's words begin while it cannot write.
+pub(crate) const NOT_RECORDING: &str = "NOT RECORDING";
+
 /// What the recorder, and those that it followed on, counted as not recorded.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Unrecorded {
     pub(crate) before: u64,
     pub(crate) now: u64,
+    /// What the first of them said when it first could not write.
+    pub(crate) why: Option<String>,
+}
+
+impl Unrecorded {
+    /// Takes in what the recorder says.
+    pub(crate) fn heard(&mut self, beat: &Heartbeat) {
+        self.now = beat.counters.lost;
+        let words = beat.note_text();
+        if self.why.is_none() && words.starts_with(NOT_RECORDING) {
+            self.why = Some(words);
+        }
+    }
+
+    /// What that is as a problem.
+    pub(crate) fn words(&self) -> Option<String> {
+        let lost = self.before + self.now;
+        let first = self
+            .why
+            .as_ref()
+            .map_or(String::new(), |why| format!("; it first said: {why}"));
+        (lost > 0 || self.why.is_some()).then(|| {
+            format!(
+                "the recorder counts {lost} messages (poses, true poses, frames of emitters) that are in none of its files{first}"
+            )
+        })
+    }
 }
 
 /// A run that is going.
@@ -77,7 +107,7 @@ pub(crate) struct Run {
     pub(crate) notes: Vec<String>,
     /// When its work last said so, and for how long it was longest without a word, ns: a disk may make a recorder wait.
     pub(crate) standstills: Vec<(Option<i64>, i64)>,
-    /// Messages that came while the recorder could not write.
+    /// Messages that came while the recorder could not write, or that were in files that somebody removed.
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
     pub(crate) books: Books,

@@ -16,6 +16,12 @@ pub enum FileError {
         /// The file.
         path: PathBuf,
     },
+    /// Somebody moved the file, or put another one in its place.
+    #[error("{path} was moved or replaced while it was written: what it held is in no file of the session")]
+    Moved {
+        /// Where it was.
+        path: PathBuf,
+    },
     /// The file cannot be made.
     #[error(
         "creating {path}: {source}. The recording needs an existing folder that you may write to: \
@@ -67,7 +73,7 @@ pub enum FileError {
     NotRecording {
         /// Why.
         why: String,
-        /// Messages that were not recorded since.
+        /// Messages of the whole session.
         unrecorded: u64,
     },
     /// The disk did not keep what it was given.

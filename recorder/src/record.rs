@@ -189,7 +189,6 @@ impl Recorder {
     pub fn progress(&self) -> Progress {
         let seqs = [self.tool.seqs, self.truth.seqs, self.emitters.seqs];
         let missing = seqs.iter().map(|seqs| seqs.missing).fold(0, u64::saturating_add);
-        let stopped = self.series.stopped();
         let unrecorded = self.series.unrecorded();
         let streams = [
             (&self.tool, &topic::TOOL_POSE),
@@ -209,7 +208,7 @@ impl Recorder {
             durable: self.series.durable(),
             waited: waits.into_iter().max().unwrap_or_default(),
             parts: self.series.parts(),
-            stopped: stopped.map(str::to_owned),
+            stopped: self.series.stopped(),
         }
     }
 
@@ -307,7 +306,17 @@ pub fn record(process: &mut Process, out: &Path) -> Result<Finished, RecordError
         process.beat(ProcessState::Ready, &progress.to_string())?;
         process.clock().sleep_until(now_ns + clock::ns(TICK));
     }
-    process.beat(ProcessState::Stopping, "completing the recording")?;
+    // What came last counts too, and what is in no file is said before the words that there is an end.
+    let now_ns = process.clock().now_ns();
+    for words in recorder.step(now_ns)? {
+        bus::say!("recorder: {words}");
+    }
+    let progress = recorder.progress();
+    process.counters = progress.counters;
+    match &progress.stopped {
+        Some(_) => process.beat(ProcessState::Stopping, &progress.to_string())?,
+        None => process.beat(ProcessState::Stopping, "completing the recording")?,
+    }
     let finished = recorder.finish(process.clock().now_ns())?;
     // Second in order: if this takes too long, this session's file is whole, and the other one is found next time.
     let _ = recovery.join();

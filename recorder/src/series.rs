@@ -4,10 +4,12 @@
 //! it stays as it is, as a part that grows no more; what comes is counted and not recorded until there is room again.
 //! Nobody but the recorder is held up by any of this.
 
-use std::fs::File;
-use std::io;
-use std::os::unix::fs::MetadataExt;
+mod place;
+mod room;
+mod state;
+
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bus::clock;
 use bus::message::Level;
@@ -16,11 +18,16 @@ use mcap::records::Metadata;
 
 use crate::file_error::FileError;
 use crate::leftovers;
+use crate::paths;
 use crate::pose_log::Entry;
 use crate::proto::Log;
 use crate::schema::RunFacts;
 use crate::session_file::{Content, Finished, SessionFile};
 use crate::syncer::Syncer;
+use place::{Part, Parts, Place};
+use room::check_room;
+pub(crate) use room::{Free, free_bytes};
+use state::{State, stopped, writing};
 
 /// Between two looks at the disk's free space.
 const LOOK_NS: i64 = 1_000_000_000;
@@ -28,29 +35,6 @@ const LOOK_NS: i64 = 1_000_000_000;
 const AGAIN_NS: i64 = 5_000_000_000;
 /// More must be free for recording to go on than for it to stop: it must not start and stop all the time.
 const ROOM_AGAIN: f64 = 1.25;
-
-/// How much is free on the disk of a folder, bytes.
-pub(crate) type Free = fn(&Path) -> io::Result<u64>;
-
-/// What is free for this user.
-pub(crate) fn free_bytes(folder: &Path) -> io::Result<u64> {
-    let facts = rustix::fs::statvfs(folder)?;
-    Ok(facts.f_bavail.saturating_mul(facts.f_frsize))
-}
-
-#[derive(Debug)]
-enum State {
-    Writing {
-        file: Box<SessionFile>,
-        since_ns: i64,
-        flush_at_ns: Option<i64>,
-    },
-    Stopped {
-        why: String,
-        unrecorded: u64,
-        again_ns: i64,
-    },
-}
 
 /// A session's files.
 #[derive(Debug)]
@@ -62,8 +46,12 @@ pub(crate) struct Series {
     syncer: Syncer,
     free: Free,
     look_ns: i64,
-    /// What earlier files of this process hold.
+    /// What earlier files of this process held when they were left.
     earlier: u64,
+    /// Those files.
+    left: Parts,
+    /// How much of it is not where it was put, as somebody removed it.
+    gone: u64,
     /// Messages that came while nothing could be recorded, before the last time that recording went on.
     unrecorded: u64,
     /// How many files came before.
@@ -82,7 +70,7 @@ impl Series {
     pub(crate) fn start(out: &Path, content: Content, spec: &RecordingSpec, free: Free) -> Result<Self, FileError> {
         check_room(out, spec.min_free_bytes, free)?;
         Ok(Self {
-            state: writing(SessionFile::create(out, &content)?, i64::MIN),
+            state: writing(SessionFile::create(out, &content)?, out, i64::MIN),
             out: out.to_owned(),
             content,
             spec: spec.clone(),
@@ -90,6 +78,8 @@ impl Series {
             free,
             look_ns: i64::MIN,
             earlier: 0,
+            left: Parts::default(),
+            gone: 0,
             unrecorded: 0,
             parts: 0,
             notices: Vec::new(),
@@ -138,6 +128,7 @@ impl Series {
             file,
             since_ns,
             flush_at_ns,
+            ..
         } = &mut self.state
         else {
             return;
@@ -176,25 +167,26 @@ impl Series {
 
     /// Completes the file as a part, and is stopped; [`Series::resume`] goes on.
     fn close(&mut self, now_ns: i64) {
-        let stopped = State::Stopped {
-            why: String::new(),
-            unrecorded: 0,
-            again_ns: now_ns,
-        };
-        let State::Writing { file, .. } = std::mem::replace(&mut self.state, stopped) else {
+        let State::Writing { file, place, .. } = &mut self.state else {
             return;
         };
-        self.earlier += file.written() + file.unwritten().messages;
-        let unwritten = file.unwritten().messages;
+        // What is in memory fails here, where it is counted, and not behind the index.
+        let flushed = place.check(file.file()).and_then(|()| file.flush());
+        if flushed.is_err() {
+            return self.stop_on(now_ns, flushed);
+        }
+        let State::Writing { file, .. } = std::mem::replace(&mut self.state, stopped(now_ns, 0)) else {
+            return;
+        };
+        let messages = file.written();
+        self.earlier += messages;
         match file.complete() {
             Ok(whole) => {
                 self.parts += 1;
+                self.left.push(Part::at(whole.to.clone(), messages));
                 self.syncer.whole(whole.file, whole.from, whole.to);
             }
-            Err(error) => {
-                self.earlier -= unwritten;
-                self.stopped_by(now_ns, &error);
-            }
+            Err(error) => self.stopped_by(now_ns, &error),
         }
     }
 
@@ -206,6 +198,9 @@ impl Series {
         let (why, unrecorded) = (why.clone(), *unrecorded);
         // A file that could not be given another name when it ended still has this one.
         let aside = leftovers::set_aside(&self.out);
+        if let Ok(unfinished) = &aside {
+            self.left.look_among(unfinished);
+        }
         match aside.and_then(|_| SessionFile::create(&self.out, &self.content)) {
             Ok(file) => {
                 self.unrecorded += unrecorded;
@@ -213,7 +208,7 @@ impl Series {
                     let words = format!("recording goes on; {unrecorded} messages were not recorded meanwhile");
                     self.notices.push((now_ns, Level::Warning, words));
                 }
-                self.state = writing(file, now_ns);
+                self.state = writing(file, &self.out, now_ns);
             }
             Err(error) => self.stopped_by(now_ns, &error),
         }
@@ -229,12 +224,11 @@ impl Series {
             let path = self.out.clone();
             self.stop_on(now_ns, Err(FileError::Sync { path, why }));
         }
-        if let State::Writing { file, .. } = &self.state
-            && is_removed(file.file())
-        {
-            let path = self.out.clone();
-            self.stop_on(now_ns, Err(FileError::Removed { path }));
+        if let State::Writing { file, place, .. } = &self.state {
+            let checked = place.check(file.file());
+            self.stop_on(now_ns, checked);
         }
+        self.look_for_parts(now_ns);
         match &self.state {
             State::Writing { .. } => {
                 if let Err(error) = check_room(&self.out, self.spec.min_free_bytes, self.free) {
@@ -251,27 +245,49 @@ impl Series {
         }
     }
 
+    /// Earlier files that somebody removed or took away: what they held is not in the session.
+    fn look_for_parts(&mut self, now_ns: i64) {
+        let gone = self.left.gone();
+        if let Some(more) = gone.checked_sub(self.gone).filter(|&more| more > 0) {
+            let words =
+                format!("earlier files of this session are not where they were put: {more} messages were in them");
+            self.notices.push((now_ns, Level::Error, words));
+        }
+        self.gone = gone;
+    }
+
     fn stop_on(&mut self, now_ns: i64, done: Result<(), FileError>) {
         let Err(mut error) = done else { return };
-        let state = State::Stopped {
-            why: String::new(),
-            unrecorded: 0,
-            again_ns: now_ns,
-        };
-        if let State::Writing { file, .. } = std::mem::replace(&mut self.state, state) {
-            // What is in a file that has been removed is nowhere.
-            let removed = is_removed(file.file());
-            self.earlier += if removed { 0 } else { file.written() };
-            if let State::Stopped { unrecorded, .. } = &mut self.state {
-                *unrecorded = file.unwritten().messages + if removed { file.written() } else { 0 };
-            }
-            // Where it cannot be given another name, the next file cannot be made, and that is told.
-            if let (Ok(left), FileError::Write { path, .. }) = (file.abandon(), &mut error) {
-                *path = left;
-            }
-            self.parts += 1;
+        // A disk may say late what it did not keep: by then recording has stopped, and what is counted since stays.
+        if matches!(self.state, State::Writing { .. })
+            && let State::Writing { file, place, .. } = std::mem::replace(&mut self.state, stopped(now_ns, 0))
+        {
+            self.state = stopped(now_ns, file.unwritten().messages);
+            self.leave(*file, &place, &mut error);
         }
         self.stopped_by(now_ns, &error);
+    }
+
+    /// Leaves a file that cannot be written any longer as it is, under the name of a part.
+    fn leave(&mut self, file: SessionFile, place: &Place, error: &mut FileError) {
+        let messages = file.written();
+        self.earlier += messages;
+        self.parts += 1;
+        let handle = Arc::clone(file.file());
+        if place.check(&handle).is_err() {
+            // Whatever has its name is another's.
+            file.forget();
+            self.gone += messages;
+            return self.left.push(Part::lost(&handle, messages));
+        }
+        // Where it cannot be given another name, the next file cannot be made, and that is told.
+        let Ok(left) = file.abandon() else { return };
+        if let Some(out) = paths::without_recording(&left) {
+            self.left.push(Part::at(out, messages));
+        }
+        if let FileError::Write { path, .. } = error {
+            *path = left;
+        }
     }
 
     /// Notes why nothing is recorded; said once for each cause.
@@ -305,15 +321,17 @@ impl Series {
 
     /// Poses and frames of emitters that no kill can lose any more.
     pub(crate) fn written(&self) -> u64 {
-        match &self.state {
-            State::Writing { file, .. } => self.earlier + file.written(),
-            State::Stopped { .. } => self.earlier,
-        }
+        let growing = match &self.state {
+            State::Writing { file, .. } => file.written(),
+            State::Stopped { .. } => 0,
+        };
+        self.earlier - self.gone + growing
     }
 
     /// Those that no power cut can lose any more.
     pub(crate) fn durable(&self) -> u64 {
-        self.syncer.durable()
+        // Not known is how much of what is gone was synced: all of it, until the next sync says more.
+        self.syncer.durable().saturating_sub(self.gone)
     }
 
     /// How many files came before this one.
@@ -321,21 +339,26 @@ impl Series {
         self.parts
     }
 
-    /// Why nothing is recorded at the moment.
-    pub(crate) fn stopped(&self) -> Option<&str> {
+    /// Why nothing is recorded at the moment. Files are named without their folder: a sign of life has little room for words.
+    pub(crate) fn stopped(&self) -> Option<String> {
+        let folder = self
+            .out
+            .parent()
+            .map_or(String::new(), |folder| format!("{}/", folder.display()));
         match &self.state {
             State::Writing { .. } => None,
-            State::Stopped { why, .. } => Some(why),
+            State::Stopped { why, .. } if folder.len() > 1 => Some(why.replace(&folder, "")),
+            State::Stopped { why, .. } => Some(why.clone()),
         }
     }
 
-    /// Messages that came and are in no file, because none could be written.
+    /// Messages that came and are in no file: none could be written, or it was removed.
     pub(crate) fn unrecorded(&self) -> u64 {
         let now = match &self.state {
             State::Writing { .. } => 0,
             State::Stopped { unrecorded, .. } => *unrecorded,
         };
-        self.unrecorded + now
+        self.unrecorded + self.gone + now
     }
 
     /// Completes the last file, with `facts` about it, and waits for the disk. The number of messages is that of all files.
@@ -343,47 +366,21 @@ impl Series {
     /// # Errors
     /// What completing it meets; [`FileError::NotRecording`] where nothing is recorded at the moment.
     pub(crate) fn finish(mut self, now_ns: i64, facts: &Metadata) -> Result<Finished, FileError> {
-        if let State::Writing { file, .. } = &mut self.state {
-            let written = file.metadata(facts);
+        if let State::Writing { file, place, .. } = &mut self.state {
+            let written = place.check(file.file()).and_then(|()| file.metadata(facts));
             self.stop_on(now_ns, written);
         }
+        let unrecorded = self.unrecorded();
         let finished = match self.state {
             State::Writing { file, .. } => file.finish(),
-            State::Stopped { why, unrecorded, .. } => Err(FileError::NotRecording { why, unrecorded }),
+            State::Stopped { why, .. } => Err(FileError::NotRecording { why, unrecorded }),
         };
         self.syncer.finish();
         let messages = finished?;
         Ok(Finished {
-            messages: messages.messages + self.earlier,
+            messages: messages.messages + self.earlier - self.gone,
             ..messages
         })
-    }
-}
-
-/// Whether a file has no name any more: what is written into it is lost when it is closed. One that cannot be asked is taken to
-/// have its name.
-fn is_removed(file: &File) -> bool {
-    file.metadata().is_ok_and(|about| about.nlink() == 0)
-}
-
-fn writing(file: SessionFile, since_ns: i64) -> State {
-    State::Writing {
-        file: Box::new(file),
-        since_ns,
-        flush_at_ns: None,
-    }
-}
-
-/// Refuses a disk with less than `wanted` bytes free. One that cannot tell is taken to have room.
-fn check_room(out: &Path, wanted: u64, free: Free) -> Result<(), FileError> {
-    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
-    match free(folder.unwrap_or(Path::new("."))) {
-        Ok(free) if free < wanted => Err(FileError::NoRoom {
-            path: out.to_owned(),
-            free_mb: free as f64 / 1e6,
-            wanted_mb: wanted as f64 / 1e6,
-        }),
-        _ => Ok(()),
     }
 }
 

@@ -230,6 +230,11 @@ impl SessionFile {
         renamed(&self.recording, &to)?;
         Ok(to)
     }
+
+    /// Leaves a file that has its name no longer, and touches nothing that has it now.
+    pub fn forget(self) {
+        drop(self.log.abandon());
+    }
 }
 
 fn renamed(from: &Path, to: &Path) -> Result<(), FileError> {
