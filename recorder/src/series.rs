@@ -325,7 +325,7 @@ impl Series {
             State::Writing { file, .. } => file.written(),
             State::Stopped { .. } => 0,
         };
-        self.earlier - self.gone + growing
+        self.earlier.saturating_sub(self.gone) + growing
     }
 
     /// Those that no power cut can lose any more.
@@ -378,7 +378,7 @@ impl Series {
         self.syncer.finish();
         let messages = finished?;
         Ok(Finished {
-            messages: messages.messages + self.earlier - self.gone,
+            messages: messages.messages + self.earlier.saturating_sub(self.gone),
             ..messages
         })
     }
