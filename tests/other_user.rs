@@ -178,6 +178,26 @@ fn a_run_folder_that_others_could_exchange_is_refused() {
     assert!(!output.status.success());
 }
 
+/// `pilot status` opened whatever bore the lock's name, and waited for whoever would write into a pipe.
+#[test]
+fn a_pipe_in_a_folder_that_another_user_made_holds_up_no_status() {
+    if !is_root() {
+        return;
+    }
+    let world = World::new();
+    let dir = world.run_dir("default");
+    fs::create_dir_all(&dir).unwrap();
+    chown(&dir, Some(OTHER), Some(OTHER)).unwrap();
+    let lock = dir.join("lock");
+    fs::set_permissions(world.path("."), fs::Permissions::from_mode(0o755)).unwrap();
+    assert!(as_another(&format!("mkfifo {}", lock.display())));
+    let said = world.output("pilot", &["status"]);
+    assert!(
+        String::from_utf8_lossy(&said.stderr).contains("is not going"),
+        "{said:?}"
+    );
+}
+
 /// Whoever exchanged scene or registration and killed a renderer was shown the new ones as LIVE.
 #[test]
 fn an_exchanged_scene_is_no_run_of_this_pilot() {
@@ -189,10 +209,7 @@ fn an_exchanged_scene_is_no_run_of_this_pilot() {
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, text.replace("seed = 1", "seed = 2")).unwrap();
     kill_9(wait_for("the tracker", || pilot.pid("tracker")));
-    let status = pilot.wait_for("the tracker to be held", |status| {
-        let is_held = |p: &serde_json::Value| p["name"] == "tracker" && p["stage"] == "held";
-        status["processes"].as_array().unwrap().iter().any(is_held)
-    });
+    let status = pilot.wait_held("tracker", |_| true);
     assert_eq!(status["pose"]["state"], "tracker silent");
     assert_eq!(pilot.stop().code(), Some(3));
 }

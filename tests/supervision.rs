@@ -275,14 +275,7 @@ fn a_crash_loop_is_held_and_the_rest_goes_on() {
             (pilot.pid("view-axial") != Some(pid)).then_some(())
         });
     }
-    let status = pilot.wait_for("the renderer to be held", |s| {
-        s["processes"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .any(|p| p["name"] == "view-axial" && p["stage"] == "held")
-            && view_state(s, "frontal-local") == "live"
-    });
+    let status = pilot.wait_held("view-axial", |s| view_state(s, "frontal-local") == "live");
     assert_eq!(view_state(&status, "axial-global"), "down");
     let held = status["processes"]
         .as_array()
@@ -309,7 +302,7 @@ fn a_held_process_is_brought_back_by_name() {
     let world = World::new();
     let scene = world.file("s.toml", &SMALL.replace("[limits]", "[limits]\nrestarts = 1"));
     let pilot = world.start(&scene, &world.path("out"), "default");
-    let status = pilot.wait_live();
+    pilot.wait_live();
     let restart = |name: &str| world.output("pilot", &["restart", name]);
     let words = |output: &std::process::Output| String::from_utf8_lossy(&output.stderr).into_owned();
     let refused = restart("view-axial");
@@ -324,74 +317,19 @@ fn a_held_process_is_brought_back_by_name() {
         "{}",
         words(&unknown)
     );
-    let mut victim = pid_in(&status, "view-axial");
-    for _ in 0..2 {
-        kill_9(victim.unwrap());
-        wait_for("its end to be noticed", || {
-            (pilot.pid("view-axial") != victim).then_some(())
-        });
-        victim = pilot.pid("view-axial");
+    // The tracker too: that it was given up is told to the views, and its poses are shown again when it is back.
+    for name in ["view-axial", "tracker"] {
+        for _ in 0..2 {
+            let victim = wait_for("it to run", || pilot.pid(name));
+            kill_9(victim);
+            wait_for("its end to be noticed", || {
+                (pilot.pid(name) != Some(victim)).then_some(())
+            });
+        }
+        pilot.wait_held(name, |_| true);
+        assert!(restart(name).status.success());
+        pilot.wait_live();
     }
-    pilot.wait_for("the renderer to be held", |s| {
-        view_state(s, "axial-global") == "down" && pid_in(s, "view-axial").is_none()
-    });
-    assert!(restart("view-axial").status.success());
-    pilot.wait_live();
     assert_eq!(pilot.stop().code(), Some(3));
     assert_eq!(support::report(&world.path("out"))["held"], serde_json::json!([]));
-}
-
-/// Once in some forty such groups processes never came back: a cleaner had been killed at its work, and nobody could ever remove
-/// the dead process that it was cleaning, with the places it held.
-#[test]
-fn groups_killed_at_once_and_again_while_they_join_come_back() {
-    kill_groups(8);
-}
-
-#[test]
-#[ignore = "takes minutes: cargo test --release --test supervision -- --ignored"]
-fn a_thousand_groups_come_back() {
-    kill_groups(1000);
-}
-
-fn kill_groups(count: usize) {
-    let world = World::new();
-    let scene = SMALL.replace("[limits]", "[limits]\nrestarts = 100");
-    let scene = scene.replace("restart_window_s = 3600.0", "restart_window_s = 1.0");
-    let pilot = start_of(&world, &scene);
-    let mut random = 12_345_u64;
-    let mut next = |below: u64| {
-        random = random
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (random >> 33) % below
-    };
-    // One that has ended by itself meanwhile is killed as well.
-    let kill = |pid: u64| {
-        let pid = rustix::process::Pid::from_raw(i32::try_from(pid).unwrap()).unwrap();
-        let _ = rustix::process::kill_process(pid, rustix::process::Signal::KILL);
-    };
-    for _ in 0..count {
-        let status = pilot.wait_live();
-        let names: Vec<&str> = status["processes"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .filter_map(|p| p["name"].as_str())
-            .collect();
-        let mut any = || names[next(names.len() as u64) as usize];
-        for _ in 0..4 {
-            pid_in(&status, any()).into_iter().for_each(kill);
-        }
-        // At whichever point of joining it is by now.
-        let again = any();
-        std::thread::sleep(std::time::Duration::from_millis(next(60)));
-        pilot.pid(again).into_iter().for_each(kill);
-    }
-    let status = pilot.wait_live();
-    assert_eq!(status["dead_processes_left"], 0);
-    assert_eq!(pilot.stop().code(), Some(3));
-    for view in support::report(&world.path("out"))["views"].as_array().unwrap() {
-        assert_eq!(view["unflagged_old"], 0);
-    }
 }

@@ -118,11 +118,11 @@ impl Process {
         };
         life.beat();
         let stop = StopFlag::install(membership.parent.is_some())?;
-        let run = RunContext::load(&membership.run_dir)?;
-        if let Some(hash) = std::env::var_os(FACTS_VARIABLE).filter(|_| membership.parent.is_some()) {
-            RunContext::check_facts(&membership.run_dir, &hash.to_string_lossy())?;
-        }
-        let scene = Scene::load(&run.scene_path())?;
+        let hash = std::env::var(FACTS_VARIABLE)
+            .ok()
+            .filter(|_| membership.parent.is_some());
+        let (run, scene) = RunContext::load_with_scene(&membership.run_dir, hash.as_deref())?;
+        let scene = Scene::parse(&scene, &run.scene_path())?;
         let bus = Bus::join_with(&run, life)?;
         let heartbeat = Publisher::open(&bus, &HEARTBEAT, name)?;
         let mut process = Self {

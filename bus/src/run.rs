@@ -18,6 +18,8 @@ use serde::{Deserialize, Serialize};
 
 pub use error::RunError;
 
+use crate::file;
+
 /// Names the folder that holds all runs of a user; tests set it to have a world of their own.
 pub const RUNTIME_DIR_VARIABLE: &str = "TROCAR_RUNTIME_DIR";
 /// Where iceoryx2 keeps payloads.
@@ -25,6 +27,9 @@ pub const SHM_DIR: &str = "/dev/shm";
 /// Socket paths end at 107 bytes; iceoryx2 needs up to 60 of them behind the run's folder.
 const MAX_DIR_BYTES: usize = 107 - 61;
 const MAX_NAME: usize = 24;
+/// The files of a run's folder that its processes read.
+const FACTS: &str = "run.json";
+const SCENE: &str = "scene.toml";
 
 /// What every process of a run knows.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -107,6 +112,15 @@ fn key() -> Result<String, RunError> {
     Ok(named(u64::from_ne_bytes(bytes), 5))
 }
 
+/// With their lengths, so that nothing moves from one to the other.
+fn hash_of(facts: &[u8], scene: &[u8]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for bytes in [facts, scene] {
+        hasher.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
 impl RunContext {
     /// The facts of a new run in `dir`, with this process as its pilot.
     ///
@@ -135,7 +149,27 @@ impl RunContext {
     /// [`RunError::Io`], [`RunError::Facts`], [`RunError::NotRunning`] where there is no such run; [`RunError::Foreign`] and
     /// [`RunError::Open`] where somebody else may have written them.
     pub fn load(dir: &Path) -> Result<Self, RunError> {
-        let path = dir.join("run.json");
+        Self::parse(dir, &Self::read_facts(dir)?)
+    }
+
+    /// The same with the text of the run's scene. What is parsed is what was hashed: with `hash`, which the pilot hands to each
+    /// process that it starts ([`RunContext::facts_hash`]), none goes by files that were exchanged.
+    ///
+    /// # Errors
+    /// As [`RunContext::load`], and [`RunError::Changed`] where the files are not those of `hash`.
+    pub fn load_with_scene(dir: &Path, hash: Option<&str>) -> Result<(Self, String), RunError> {
+        let facts = Self::read_facts(dir)?;
+        let path = dir.join(SCENE);
+        let scene = own::read(&path).map_err(io_error("reading", &path))?;
+        if hash.is_some_and(|hash| hash_of(&facts, &scene) != hash) {
+            return Err(RunError::Changed { dir: dir.to_owned() });
+        }
+        let not_text = |e| io_error("reading", &path)(io::Error::new(io::ErrorKind::InvalidData, e));
+        Ok((Self::parse(dir, &facts)?, String::from_utf8(scene).map_err(not_text)?))
+    }
+
+    fn read_facts(dir: &Path) -> Result<Vec<u8>, RunError> {
+        let path = dir.join(FACTS);
         let not_running = || RunError::NotRunning {
             name: dir.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         };
@@ -143,37 +177,24 @@ impl RunContext {
             return Err(not_running());
         }
         own::check(dir)?;
-        let bytes = own::read(&path).map_err(|source| match source.kind() {
+        own::read(&path).map_err(|source| match source.kind() {
             io::ErrorKind::NotFound => not_running(),
             _ => io_error("reading", &path)(source),
-        })?;
-        serde_json::from_slice(&bytes).map_err(|source| RunError::Facts { path, source })
+        })
     }
 
-    /// The hash of what the processes of a run in `dir` read of it: its facts and its scene. The pilot hands it to each process
-    /// that it starts, so that none goes by files that were exchanged.
-    ///
-    /// # Errors
-    /// [`RunError::Io`].
-    pub fn facts_hash(dir: &Path) -> Result<String, RunError> {
-        let mut hasher = blake3::Hasher::new();
-        for name in ["run.json", "scene.toml"] {
-            let path = dir.join(name);
-            let bytes = own::read(&path).map_err(io_error("reading", &path))?;
-            hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
-        }
-        Ok(hasher.finalize().to_hex().to_string())
+    fn parse(dir: &Path, facts: &[u8]) -> Result<Self, RunError> {
+        let path = dir.join(FACTS);
+        serde_json::from_slice(facts).map_err(|source| RunError::Facts { path, source })
     }
 
-    /// Refuses a run in `dir` whose files are not those of `hash` ([`RunContext::facts_hash`]).
-    ///
-    /// # Errors
-    /// [`RunError::Changed`], [`RunError::Io`].
-    pub fn check_facts(dir: &Path, hash: &str) -> Result<(), RunError> {
-        match Self::facts_hash(dir)? == hash {
-            true => Ok(()),
-            false => Err(RunError::Changed { dir: dir.to_owned() }),
-        }
+    fn text(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// The hash of what the processes of this run read: these facts, and the text of its scene.
+    pub fn facts_hash(&self, scene: &str) -> String {
+        hash_of(self.text().as_bytes(), scene.as_bytes())
     }
 
     /// Writes the facts into the run's folder, for the processes that join.
@@ -181,9 +202,8 @@ impl RunContext {
     /// # Errors
     /// [`RunError::Io`].
     pub fn store(&self) -> Result<(), RunError> {
-        let path = self.dir.join("run.json");
-        let text = serde_json::to_string_pretty(self).unwrap_or_default();
-        own::write(&path, text.as_bytes()).map_err(io_error("writing", &path))
+        let path = self.dir.join(FACTS);
+        own::write(&path, self.text().as_bytes()).map_err(io_error("writing", &path))
     }
 
     /// Writes the scene into the run's folder, for the processes that join.
@@ -248,7 +268,7 @@ impl RunContext {
 
     /// The scene of this run, with every override applied.
     pub fn scene_path(&self) -> PathBuf {
-        self.dir.join("scene.toml")
+        self.dir.join(SCENE)
     }
 
     /// Removes what killed processes of this run left behind. Only for the holder of the run's lock.
@@ -305,9 +325,10 @@ impl RunLock {
         Ok(Self { _file: file })
     }
 
-    /// Whether somebody holds the run in `dir`.
+    /// Whether somebody holds the run in `dir`. A pipe of that name, which another user may have put there, holds nobody up.
     pub fn is_held(dir: &Path) -> bool {
-        File::open(dir.join("lock")).is_ok_and(|file| flock(&file, FlockOperation::NonBlockingLockShared).is_err())
+        file::open(&dir.join("lock"))
+            .is_ok_and(|(file, _)| flock(&file, FlockOperation::NonBlockingLockShared).is_err())
     }
 }
 

@@ -1,7 +1,9 @@
 //! The pilot's ends of the topics.
 
 use bus::message::{Event, FrameStamp, Heartbeat, ToolPose};
-use bus::port::{CommandClient, CommandServer, FrameSubscriber, Publisher, Services, Subscriber, VolumeSubscriber};
+use bus::port::{
+    CommandClient, CommandServer, FrameSubscriber, Members, Publisher, Services, Subscriber, VolumeSubscriber,
+};
 use bus::run::RunContext;
 use bus::scene::Scene;
 use bus::topic::{EVENT, FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
@@ -35,9 +37,7 @@ pub(crate) struct Ports {
 impl Ports {
     /// Opens them all; the pilot comes first and so creates every service that its children join.
     pub(crate) fn open(bus: &Bus, run: &RunContext, scene: &Scene, planned: &[Planned]) -> Result<Self, BusError> {
-        let names: Vec<&str> = planned.iter().map(|p| p.name.as_str()).collect();
-        let views: Vec<&str> = scene.views.iter().map(|v| v.name.as_str()).collect();
-        let services = Services::create(bus, &names, &views)?;
+        let services = Services::create(bus, &members(run, scene, planned))?;
         let beats = planned.iter().map(|p| Subscriber::open(bus, &HEARTBEAT, &p.name, 1));
         let renderers = || planned.iter().enumerate().filter(|(_, p)| !p.views.is_empty());
         let stamps =
@@ -64,6 +64,19 @@ impl Ports {
             events: Publisher::open(bus, &EVENT, "pilot")?,
             _services: services,
         })
+    }
+}
+
+fn members<'a>(run: &RunContext, scene: &'a Scene, planned: &'a [Planned]) -> Members<'a> {
+    let name = |p: &'a Planned| p.name.as_str();
+    let renderers: Vec<&str> = planned.iter().filter(|p| !p.views.is_empty()).map(name).collect();
+    let replayer = planned.iter().map(name).filter(|name| *name == REPLAYER);
+    Members {
+        processes: planned.iter().map(name).collect(),
+        servers: renderers.iter().copied().chain(replayer).chain(["pilot"]).collect(),
+        renderers,
+        views: scene.views.iter().map(|v| v.name.as_str()).collect(),
+        is_ruled: run.replay.is_some() || run.simulated_time,
     }
 }
 

@@ -58,7 +58,7 @@ fn recorder_troubles(run: &Run) -> Vec<String> {
     let Some(i) = run.planned.iter().position(|planned| planned.name == "recorder") else {
         return Vec::new();
     };
-    let (_, longest_ns) = run.standstills[i];
+    let longest_ns = run.standstills[i].longest_ns;
     let waited = (longest_ns > bus::clock::ns(run.scene.limits.silent)).then(|| {
         let waited_s = ms(longest_ns) / 1e3;
         format!("the recorder's work stood still for {waited_s:.1} s, as for a disk that does not answer")

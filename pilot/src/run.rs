@@ -80,14 +80,15 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     if let Some((_, recompute)) = options.recompute() {
         recompute.write_files()?;
     }
-    context.store_scene(&source.to_toml())?;
+    let scene_text = source.to_toml();
+    context.store_scene(&scene_text)?;
     let stop = StopFlag::install(false)?;
     let bus = Bus::keep(context)?;
     let server = ports::server(&bus)?;
     let mut run = Run::new(options, source, scene, context.clone(), bus, stop)?;
     // Last, so that whoever finds this file finds the run on the bus.
     context.store()?;
-    run.facts = RunContext::facts_hash(&context.dir)?;
+    run.facts = context.facts_hash(&scene_text);
     let waits = Waits::every(TICK).request(&server);
     let outcome = waits.run(|| match run.turn(&server) {
         Ok(None) => ControlFlow::Continue(()),
@@ -172,9 +173,7 @@ impl Run {
             if self.planned[i].name == "recorder" {
                 self.unrecorded.heard(&beat);
             }
-            let (last, longest) = &mut self.standstills[i];
-            *longest = (*longest).max(last.map_or(0, |last| beat.t_ns.saturating_sub(last)));
-            *last = Some(beat.t_ns);
+            self.standstills[i].heard(&beat);
             if self.planned[i].name == "tracker" {
                 // Its poses have gone out before, and are taken in before this is looked at.
                 self.tracker_is_done = beat.process_state() == ProcessState::Stopping;
@@ -202,6 +201,7 @@ impl Run {
                 continue;
             };
             self.running[i] = None;
+            self.standstills[i].ended(now);
             // Before it is started again, so that its places are free at once.
             self.clean(now);
             self.note_ending(i, ending, now);
@@ -352,7 +352,6 @@ impl Run {
             &format!("started {} (process {})", self.planned[i].name, running.pid()),
         );
         self.running[i] = Some(running);
-        self.standstills[i].0 = None;
         if self.planned[i].name == "recorder" {
             self.unrecorded.before += std::mem::take(&mut self.unrecorded.now);
         }

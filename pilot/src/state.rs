@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::Clock;
-use bus::message::{Event, Heartbeat, Level};
+use bus::message::{Event, Heartbeat, Level, ProcessState};
 use bus::process::StopFlag;
 use bus::run::RunContext;
 use bus::scene::Scene;
@@ -89,6 +89,33 @@ impl Unrecorded {
     }
 }
 
+/// For how long the work of a process has said nothing, while another thread of it may have given signs of life.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Standstill {
+    /// When it spoke last; `None`: it has not yet, or is ending.
+    last_ns: Option<i64>,
+    pub(crate) longest_ns: i64,
+}
+
+impl Standstill {
+    /// Its work has spoken. One that is ending may take its time.
+    pub(crate) fn heard(&mut self, beat: &Heartbeat) {
+        self.ended(beat.t_ns);
+        self.last_ns = (beat.process_state() != ProcessState::Stopping).then_some(beat.t_ns);
+    }
+
+    /// It says nothing more: a standstill that nobody saw the end of counts too.
+    pub(crate) fn ended(&mut self, now_ns: i64) {
+        self.longest_ns = self.longest_ns.max(self.so_far_ns(now_ns));
+        self.last_ns = None;
+    }
+
+    /// For how long it has said nothing by now.
+    pub(crate) fn so_far_ns(&self, now_ns: i64) -> i64 {
+        self.last_ns.map_or(0, |last_ns| now_ns.saturating_sub(last_ns))
+    }
+}
+
 /// A run that is going.
 pub(crate) struct Run {
     pub(crate) options: Options,
@@ -105,8 +132,8 @@ pub(crate) struct Run {
     pub(crate) running: Vec<Option<Running>>,
     /// What each process said of itself last.
     pub(crate) notes: Vec<String>,
-    /// When its work last said so, and for how long it was longest without a word, ns: a disk may make a recorder wait.
-    pub(crate) standstills: Vec<(Option<i64>, i64)>,
+    /// For how long the work of each has said nothing: a disk may make a recorder wait.
+    pub(crate) standstills: Vec<Standstill>,
     /// Messages that came while the recorder could not write, or that were in files that somebody removed.
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
@@ -159,7 +186,7 @@ impl Run {
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             running: planned.iter().map(|_| None).collect(),
             notes: vec![String::new(); planned.len()],
-            standstills: vec![(None, 0); planned.len()],
+            standstills: vec![Standstill::default(); planned.len()],
             unrecorded: Unrecorded::default(),
             kill_causes: vec![None; planned.len()],
             books: Books::new(scene.views.len()),
@@ -201,5 +228,26 @@ impl Run {
     /// The sample that the pictures show, if it is valid: the newest. In a timed run the tracker publishes none beyond its time.
     pub(crate) fn last_seq(&self) -> u64 {
         self.books.newest_pose().map_or(0, |p| p.seq)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bus::message::Counters;
+
+    #[test]
+    fn a_standstill_that_nobody_saw_the_end_of_counts_and_an_ending_is_none() {
+        let beat = |state, t_ns| Heartbeat::new(state, t_ns, Counters::default(), "");
+        let mut work = Standstill::default();
+        assert_eq!(work.so_far_ns(1_000), 0, "it has not spoken yet");
+        work.heard(&beat(ProcessState::Ready, 100));
+        work.heard(&beat(ProcessState::Ready, 350));
+        assert_eq!((work.longest_ns, work.so_far_ns(400)), (250, 50));
+        work.ended(5_350);
+        assert_eq!((work.longest_ns, work.so_far_ns(9_000)), (5_000, 0));
+        work.heard(&beat(ProcessState::Stopping, 10_000));
+        work.ended(90_000);
+        assert_eq!(work.longest_ns, 5_000);
     }
 }

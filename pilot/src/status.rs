@@ -148,7 +148,7 @@ impl Status {
 /// What a process said last, and for how long its work has said nothing since.
 fn note(run: &Run, i: usize) -> String {
     let now = run.clock().now_ns();
-    let silent_ns = run.standstills[i].0.map_or(0, |last| now.saturating_sub(last));
+    let silent_ns = run.standstills[i].so_far_ns(now);
     match silent_ns > STANDSTILL_NS && run.running[i].is_some() {
         true => format!(
             "NO WORD FROM ITS WORK for {:.1} s; {}",

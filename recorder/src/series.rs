@@ -295,7 +295,12 @@ impl Series {
         let State::Stopped { why, again_ns, .. } = &mut self.state else {
             return;
         };
-        *again_ns = now_ns.saturating_add(AGAIN_NS);
+        // In place of a file that somebody took away there may be another with the next look: signs of life have said why by then.
+        let wait_ns = match error {
+            FileError::Removed { .. } | FileError::Moved { .. } => LOOK_NS,
+            _ => AGAIN_NS,
+        };
+        *again_ns = now_ns.saturating_add(wait_ns);
         let first = why.is_empty();
         *why = error.to_string();
         if first {

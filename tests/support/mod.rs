@@ -195,6 +195,14 @@ impl Pilot<'_> {
         self.wait_for("every view live", all_live)
     }
 
+    /// Waits until a process has ended too often and is left alone, and `also` holds.
+    pub fn wait_held(&self, process: &str, also: impl Fn(&Value) -> bool) -> Value {
+        self.wait_for(&format!("{process} to be held"), |status| {
+            let is_held = |p: &Value| p["name"] == process && p["stage"] == "held";
+            status["processes"].as_array().unwrap().iter().any(is_held) && also(status)
+        })
+    }
+
     /// The process number of a child.
     pub fn pid(&self, process: &str) -> Option<u64> {
         pid_in(&self.status()?, process)

@@ -8,7 +8,7 @@ mod volume;
 
 pub use command::{CommandClient, CommandServer, Reply, Request};
 pub use frame::{Frame, FramePublisher, FrameSubscriber, Shown};
-pub use services::Services;
+pub use services::{Members, Services};
 pub use stream::{Publisher, Subscriber};
 pub use volume::{LoanedVolume, SharedVolume, VolumePublisher, VolumeSubscriber};
 

@@ -11,6 +11,21 @@ use crate::topic::{
 };
 use crate::{Bus, BusError};
 
+/// Who takes part in a run, by name.
+#[derive(Debug, Clone, Default)]
+pub struct Members<'a> {
+    /// All processes but the pilot: each gives signs of life.
+    pub processes: Vec<&'a str>,
+    /// Those that draw: each gives the stamps of its images.
+    pub renderers: Vec<&'a str>,
+    /// Those that answer requests, the pilot included.
+    pub servers: Vec<&'a str>,
+    /// The views.
+    pub views: Vec<&'a str>,
+    /// Whether somebody rules the clock: in a replay, and in simulated time. The pilot then gives signs of life too.
+    pub is_ruled: bool,
+}
+
 /// Every service of a run, held open by its pilot for as long as the run lasts. Whoever is killed while it makes a service
 /// leaves one that hangs in its making, and that nobody can open; so those that are killed and started again only ever open.
 #[derive(Debug)]
@@ -19,27 +34,34 @@ pub struct Services {
 }
 
 impl Services {
-    /// Makes the services of a run with these processes and views.
+    /// Makes the services of a run.
     ///
     /// # Errors
     /// [`BusError::Open`].
-    pub fn create(bus: &Bus, processes: &[&str], views: &[&str]) -> Result<Self, BusError> {
+    pub fn create(bus: &Bus, members: &Members<'_>) -> Result<Self, BusError> {
         let mut kept = Vec::new();
         keep(&mut kept, bus, || volume::service(bus))?;
         keep_stream::<ToolPose>(&mut kept, bus, &TOOL_POSE, "")?;
         keep_stream::<EmitterFrame>(&mut kept, bus, &EMITTERS, "")?;
         keep_stream::<ToolPose>(&mut kept, bus, &GROUND_TRUTH, "")?;
-        keep_stream::<ClockLaw>(&mut kept, bus, &SESSION_CLOCK, "")?;
-        for view in views {
+        keep_stream::<Event>(&mut kept, bus, &EVENT, "pilot")?;
+        if members.is_ruled {
+            keep_stream::<ClockLaw>(&mut kept, bus, &SESSION_CLOCK, "")?;
+            keep_stream::<Heartbeat>(&mut kept, bus, &HEARTBEAT, "pilot")?;
+        }
+        for view in &members.views {
             for topic in [&VIEW_FRAME, &HELD_FRAME] {
                 keep(&mut kept, bus, || frame::service(bus, topic, &topic.of(view)))?;
             }
         }
-        for process in processes.iter().chain(&["pilot"]) {
+        for process in &members.processes {
             keep_stream::<Heartbeat>(&mut kept, bus, &HEARTBEAT, process)?;
-            keep_stream::<FrameStamp>(&mut kept, bus, &FRAME_STAMP, process)?;
-            keep_stream::<Event>(&mut kept, bus, &EVENT, process)?;
-            let name = COMMAND.of(process);
+        }
+        for renderer in &members.renderers {
+            keep_stream::<FrameStamp>(&mut kept, bus, &FRAME_STAMP, renderer)?;
+        }
+        for server in &members.servers {
+            let name = COMMAND.of(server);
             keep(&mut kept, bus, || command::service(bus, &name))?;
             keep(&mut kept, bus, || event_service(bus, &COMMAND, &name))?;
         }

@@ -9,17 +9,16 @@ use std::io::{self, Read};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
-use rustix::fs::OFlags;
-
 use super::{RunError, io_error};
+use crate::file;
 
 /// Group and others may write.
 const WRITE_BY_GROUP: u32 = 0o020;
 const WRITE_BY_OTHERS: u32 = 0o002;
 /// Only a file's owner may rename or remove it in such a folder.
 const STICKY: u32 = 0o1000;
-/// A run's own files are small.
-const MOST_BYTES: u64 = 1 << 20;
+/// A scene has at most 1 MiB before its defaults are written out.
+const MOST_BYTES: u64 = 4 << 20;
 
 /// Creates `dir` with what is missing above it, for this user only, and refuses one that others own or may change. The mode of a
 /// folder that is there already is left alone: it may be one that others need.
@@ -82,9 +81,8 @@ fn check_above(level: &Path, found: &Metadata) -> Result<(), RunError> {
     if found.file_type().is_symlink() || mode & STICKY != 0 {
         return Ok(());
     }
-    // The group of a user's own is nobody else's.
-    let groups = [0, rustix::process::getgid().as_raw()];
-    let by_group = mode & WRITE_BY_GROUP != 0 && !groups.contains(&found.gid());
+    // Of root's group is root; any other may have members that nobody here knows.
+    let by_group = mode & WRITE_BY_GROUP != 0 && found.gid() != 0;
     match mode & WRITE_BY_OTHERS != 0 || by_group {
         true => Err(open_to_others(
             level,
@@ -103,15 +101,12 @@ fn open_to_others(level: &Path, found: String) -> RunError {
 
 /// The bytes of a run's own file: a regular one of this user's, no link, that nobody else may write.
 pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let file = OpenOptions::new()
-        .read(true)
-        .custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32)
-        .open(path)?;
-    let found = file.metadata()?;
     let refuse = |why: String| Err(io::Error::new(io::ErrorKind::PermissionDenied, why));
-    if !found.is_file() {
-        return refuse("it is no regular file".to_owned());
+    // In a folder that is closed to others nobody exchanges it between this and the next line.
+    if fs::symlink_metadata(path)?.is_symlink() {
+        return refuse("it is a link".to_owned());
     }
+    let (file, found) = file::open(path)?;
     if found.uid() != me() {
         return refuse(format!("it belongs to user {}, not to you ({})", found.uid(), me()));
     }
@@ -174,6 +169,14 @@ mod tests {
         assert!(make(&dir).unwrap_err().to_string().contains("mode 755, needed is 700"));
         assert_eq!(fs::metadata(&dir).unwrap().mode() & 0o777, 0o755);
         mode(&dir, 0o700);
+        // A level above into which a group may write.
+        let group = |gid| std::os::unix::fs::chown(tmp.path(), None, Some(gid));
+        mode(tmp.path(), 0o770);
+        if rustix::process::getuid().is_root() && group(100).is_ok() {
+            assert!(check(&dir).unwrap_err().to_string().contains("others may write"));
+            group(0).unwrap();
+            check(&dir).unwrap();
+        }
         // A level above into which others may write.
         mode(tmp.path(), 0o777);
         let text = make(&dir).unwrap_err().to_string();
@@ -219,7 +222,7 @@ mod tests {
         symlink(tmp.path().join("victim"), tmp.path().join("f.part")).unwrap();
         write(&file, b"2").unwrap();
         assert_eq!(fs::read(tmp.path().join("victim")).unwrap(), b"v");
-        fs::write(&file, vec![b'x'; (1 << 20) + 1]).unwrap();
+        fs::write(&file, vec![b'x'; (4 << 20) + 1]).unwrap();
         mode(&file, 0o600);
         assert!(read(&file).unwrap_err().to_string().contains("more than"));
     }

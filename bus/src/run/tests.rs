@@ -54,14 +54,32 @@ fn the_names_in_shared_memory_cannot_be_guessed_and_are_swept_all_the_same() {
 #[test]
 fn files_that_were_exchanged_are_refused() {
     let tmp = tempfile::tempdir().unwrap();
-    let context = RunContext::new(tmp.path(), 0).unwrap();
+    let dir = tmp.path().join("demo");
+    own::make(&dir).unwrap();
+    let mut context = RunContext::new(&dir, 0).unwrap();
     context.store().unwrap();
     context.store_scene("seed = 1").unwrap();
-    let hash = RunContext::facts_hash(tmp.path()).unwrap();
-    RunContext::check_facts(tmp.path(), &hash).unwrap();
+    let hash = context.facts_hash("seed = 1");
+    let load = || RunContext::load_with_scene(&dir, Some(&hash));
+    assert_eq!(load().unwrap(), (context.clone(), "seed = 1".to_owned()));
     context.store_scene("seed = 2").unwrap();
-    let changed = RunContext::check_facts(tmp.path(), &hash);
-    assert!(matches!(changed, Err(RunError::Changed { .. })));
+    assert!(matches!(load(), Err(RunError::Changed { .. })));
+    context.store_scene("seed = 1").unwrap();
+    load().unwrap();
+    context.epoch_ns = 1;
+    context.store().unwrap();
+    assert!(matches!(load(), Err(RunError::Changed { .. })));
+    // Somebody who starts a process by hand takes the run as it is.
+    assert!(RunContext::load_with_scene(&dir, None).is_ok());
+}
+
+/// `pilot status` waited for ever for whoever would write into it.
+#[test]
+fn a_pipe_in_place_of_the_lock_holds_nobody_up() {
+    let tmp = tempfile::tempdir().unwrap();
+    let pipe = tmp.path().join("lock");
+    rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR).unwrap();
+    assert!(!RunLock::is_held(tmp.path()));
 }
 
 #[test]

@@ -25,18 +25,14 @@ fn what_was_synced_into_a_removed_file_is_not_called_synced() {
         std::thread::sleep(Duration::from_millis(1));
     }
     fs::remove_file(paths::recording(&rig.path("s.mcap"))).unwrap();
-    rig.record(2);
+    rig.record(1);
     assert_eq!((rig.series.written(), rig.series.durable()), (0, 0));
 }
 
 /// 401 messages were called on disk in a folder that was not there.
 #[test]
 fn parts_that_were_removed_with_their_folder_are_not_called_on_disk() {
-    let spec = RecordingSpec {
-        rotate_after: Some(Duration::from_secs(2)),
-        ..RecordingSpec::default()
-    };
-    let mut rig = Rig::new(&spec, plenty);
+    let mut rig = Rig::new(&rotating(Duration::from_secs(2)), plenty);
     rig.record(5);
     fs::remove_dir_all(rig.tmp.path()).unwrap();
     let said = rig.record(3);
@@ -51,11 +47,7 @@ fn parts_that_were_removed_with_their_folder_are_not_called_on_disk() {
 /// The file was looked for once a second, and rotated between: 230 messages were called on disk.
 #[test]
 fn a_file_removed_just_before_it_is_rotated_is_not_called_on_disk() {
-    let spec = RecordingSpec {
-        rotate_after: Some(Duration::from_millis(2500)),
-        ..RecordingSpec::default()
-    };
-    let mut rig = Rig::new(&spec, plenty);
+    let mut rig = Rig::new(&rotating(Duration::from_millis(2500)), plenty);
     rig.record_poses(230);
     fs::remove_file(paths::recording(&rig.path("s.mcap"))).unwrap();
     let said = rig.record_poses(25);

@@ -1,0 +1,107 @@
+//! Processes that are killed while they join, several at once: nothing on the bus is left in their way.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+
+mod support;
+
+use serde_json::Value;
+use support::{Pilot, SMALL, World, pid_in};
+
+/// Who is killed while it makes a service leaves one that nobody can open. That the pilot makes them all is seen by their files:
+/// each is older than `run.json`, which it writes before it starts anybody.
+#[test]
+fn every_service_is_there_before_any_process() {
+    let world = World::new();
+    let scene = SMALL.replace("[recording]", "[recording]\nthumbnails_per_s = 5.0");
+    let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "default");
+    pilot.wait_live();
+    made_before_anybody(&world, "default");
+    // A replay, with a clock and a server of its own.
+    assert!(pilot.stop().success());
+    let session = world.path("out/session.mcap");
+    let out = world.path("again");
+    let arguments = [
+        "replay",
+        session.to_str().unwrap(),
+        "--headless",
+        "--loop",
+        "--run",
+        "replay",
+        "--out",
+    ];
+    let mut command = world.command("pilot");
+    let child = command.args(arguments).arg(out).spawn().unwrap();
+    let again = Pilot::of(&world, "replay", child);
+    again.wait_for("a replayed view", |status| {
+        let is_shown = |view: &Value| view["state"] == "replay";
+        status["views"].as_array().unwrap().iter().any(is_shown)
+    });
+    made_before_anybody(&world, "replay");
+    again.stop();
+}
+
+fn made_before_anybody(world: &World, run: &str) {
+    let dir = world.run_dir(run);
+    let made = |path: std::path::PathBuf| path.metadata().unwrap().modified().unwrap();
+    let told = made(dir.join("run.json"));
+    let services: Vec<_> = std::fs::read_dir(dir.join("i/services")).unwrap().flatten().collect();
+    assert!(services.len() > 15, "{}", services.len());
+    let late = services.iter().filter(|entry| made(entry.path()) > told).count();
+    assert_eq!(late, 0, "of {}", services.len());
+}
+
+/// Once in some forty such groups processes never came back: a cleaner had been killed at its work, and nobody could ever remove
+/// the dead process that it was cleaning, with the places it held.
+#[test]
+fn groups_killed_at_once_and_again_while_they_join_come_back() {
+    kill_groups(8);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --test rejoin -- --ignored"]
+fn a_thousand_groups_come_back() {
+    kill_groups(1000);
+}
+
+fn kill_groups(count: usize) {
+    let world = World::new();
+    let scene = SMALL.replace("[limits]", "[limits]\nrestarts = 100");
+    let scene = scene.replace("restart_window_s = 3600.0", "restart_window_s = 1.0");
+    let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "default");
+    pilot.wait_live();
+    let mut random = 12_345_u64;
+    let mut next = |below: u64| {
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (random >> 33) % below
+    };
+    // One that has ended by itself meanwhile is killed as well.
+    let kill = |pid: u64| {
+        let pid = rustix::process::Pid::from_raw(i32::try_from(pid).unwrap()).unwrap();
+        let _ = rustix::process::kill_process(pid, rustix::process::Signal::KILL);
+    };
+    for _ in 0..count {
+        let status = pilot.wait_live();
+        let names: Vec<&str> = status["processes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(|p| p["name"].as_str())
+            .collect();
+        let mut any = || names[next(names.len() as u64) as usize];
+        for _ in 0..4 {
+            pid_in(&status, any()).into_iter().for_each(kill);
+        }
+        // At whichever point of joining it is by now.
+        let again = any();
+        std::thread::sleep(std::time::Duration::from_millis(next(60)));
+        pilot.pid(again).into_iter().for_each(kill);
+    }
+    let status = pilot.wait_live();
+    assert_eq!(status["dead_processes_left"], 0);
+    assert_eq!(pilot.stop().code(), Some(3));
+    for view in support::report(&world.path("out"))["views"].as_array().unwrap() {
+        assert_eq!(view["unflagged_old"], 0);
+    }
+}
