@@ -88,6 +88,16 @@ impl Syncer {
         problem.take()
     }
 
+    /// Waits until everything asked for is done, and goes on.
+    #[cfg(test)]
+    pub(crate) fn settle(&mut self) {
+        self.finish();
+        let (jobs, waiting) = mpsc::channel();
+        let theirs = Arc::clone(&self.shared);
+        self.thread = Some(thread::spawn(move || work(&waiting, &theirs)));
+        self.jobs = Some(jobs);
+    }
+
     /// Waits until everything asked for is done.
     pub(crate) fn finish(&mut self) {
         self.jobs = None;

@@ -90,12 +90,11 @@ impl Rig {
     }
 
     /// The disk says that it did not keep what it was given.
-    fn fail_to_sync(&self) {
+    fn fail_to_sync(&mut self) {
         let file = Arc::new(File::open(self.tmp.path()).unwrap());
         let (from, to) = (self.path("nowhere"), self.path("never"));
         self.series.syncer.whole(file, from, to);
-        // The thread has taken it in when what it is asked for next is done.
-        std::thread::sleep(Duration::from_millis(20));
+        self.series.syncer.settle();
     }
 
     /// The poses that can be read from whatever lies in the folder.
