@@ -73,7 +73,7 @@ pub struct Newton {
 
 /// Counters.
 #[derive(Debug, Clone, Copy, Default)]
-struct Work {
+pub(super) struct Work {
     iterations: usize,
     evaluations: usize,
     factorisations: usize,
@@ -162,21 +162,6 @@ impl Newton {
                 });
             }
         }
-    }
-
-    /// The state where no step goes on: the end, where all that is left of the forces is rounding.
-    fn ended(
-        &mut self,
-        potential: &impl Potential,
-        a: &[f64],
-        at: &Point,
-        wanted: f64,
-        work: &mut Work,
-    ) -> Option<Result<Minimum, Failed>> {
-        at.rounded(potential, a, wanted).then(|| {
-            let stability = self.stability(potential, a, work)?;
-            self.minimum(potential, a, at, stability, *work)
-        })
     }
 
     /// A step with the factors of the step before. What it may leave of the free forces, for another; `None` where it is none, and `a` is as
@@ -314,7 +299,12 @@ impl Newton {
     }
 
     /// Counts eigenvalues below `-tau` and within `tau` of zero by two factorisations (Sylvester).
-    fn stability(&mut self, potential: &impl Potential, a: &[f64], work: &mut Work) -> Result<Stability, Failed> {
+    pub(super) fn stability(
+        &mut self,
+        potential: &impl Potential,
+        a: &[f64],
+        work: &mut Work,
+    ) -> Result<Stability, Failed> {
         let scale = self.assemble(potential, a, false).ok_or(Failed::NoEnergy)?;
         // Not below what the stiffest contact leaves of the digits.
         let (least, own) = (4.0 * f64::EPSILON * scale, NEUTRAL * scale.min(potential.stiffness()));
@@ -366,7 +356,7 @@ impl Newton {
         false
     }
 
-    fn minimum(
+    pub(super) fn minimum(
         &self,
         potential: &impl Potential,
         a: &[f64],

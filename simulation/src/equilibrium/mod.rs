@@ -34,7 +34,8 @@ pub struct Equilibrium {
     pub iterations: usize,
     /// Contacts are exact: none stands off by a barrier's width.
     pub exact: bool,
-    /// The largest force times gap of a contact or link, in largest loads times the largest solid.
+    /// The largest force times gap of a contact or link, beside the largest load, or the largest force on that solid where it is more,
+    /// times the largest solid.
     pub complementarity: f64,
     /// The least gap of a contact: above zero where contacts are exact.
     pub least_gap: f64,
@@ -128,8 +129,7 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
         newton.settings = on_the_way(wanted, provisional);
         // What leaves a saddle follows the energy, which knows nothing of rows: see [`after_a_saddle`].
         newton.settings.leave_saddles &= !system.terms.iter().any(|t| t.handed_over());
-        let found = newton.minimise(system, a);
-        let minimum = found.map_err(|cause| NoEquilibrium::Search { search, cause })?;
+        let minimum = minimum(system, newton, a).map_err(|cause| NoEquilibrium::Search { search, cause })?;
         iterations += minimum.iterations;
         let saved: Option<Saved> = provisional.then(|| save(system, a));
         let change = system.update(a);
@@ -171,6 +171,14 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
         force,
         violation,
     })
+}
+
+/// The state that the energy is least in. What is in exact contact at rest already stays: its rows have no energy that a step could be
+/// measured by, and the step after the last digit loses them.
+fn minimum(system: &System, newton: &mut Newton, a: &mut Vec<f64>) -> Result<Minimum, Failed> {
+    let touching = system.terms.iter().any(|t| t.handed_over());
+    let at_rest = touching.then(|| newton.at_rest(system, a)).flatten();
+    at_rest.map_or_else(|| newton.minimise(system, a), Ok)
 }
 
 /// The refusal of exact contact that has no barrier to go back to.

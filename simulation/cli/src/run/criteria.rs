@@ -13,7 +13,7 @@ const FREE_FORCE: f64 = 1e-8;
 const FORCE_CHANGE: f64 = 1e-7;
 /// The largest violation of a link, in sizes of the largest solid.
 const VIOLATION: f64 = 1e-9;
-/// The largest force times gap, in largest loads times sizes of the largest solid.
+/// The largest force times gap, see [`work`], in sizes of the largest solid.
 const COMPLEMENTARITY: f64 = 1e-8;
 /// What weight, loads and contacts leave over on a solid, in its largest force.
 pub(super) const BALANCE: f64 = 1e-6;
@@ -52,14 +52,9 @@ impl Measures {
         let forces = scale(minimum.load, minimum.rounding);
         let load = if minimum.load > 0.0 { minimum.load } else { forces };
         let extent = model.system.bodies.extent();
-        let touching = contacts
-            .iter()
-            .filter(|c| matches!(c.maker, Maker::Wall(_) | Maker::Touch));
-        let (mut work, mut least) = (0.0_f64, walls(model, a));
-        for contact in touching {
-            work = work.max(contact.force.norm() * contact.gap.abs());
-            least = least.min(contact.gap);
-        }
+        let is_touch = |c: &&Contact| matches!(c.maker, Maker::Wall(_) | Maker::Touch);
+        let touching: Vec<&Contact> = contacts.iter().filter(is_touch).collect();
+        let mut least = touching.iter().map(|c| c.gap).fold(walls(model, a), f64::min);
         // Behind barriers no depth is allowed but rounding.
         let contact = if found.wanted_exact { CONTACT * extent } else { 0.0 };
         let lie = intersections(&model.system.bodies, a, &|i, j| model.meets(i, j), &|_, _| contact);
@@ -71,7 +66,7 @@ impl Measures {
             free_force: minimum.residual / forces,
             force_change: equilibrium.force_change / forces,
             violation: equilibrium.violation / extent,
-            complementarity: work / (load * extent),
+            complementarity: work(&touching, load, model.system.bodies.len()) / extent,
             least_gap: least,
             relative_gap: least / extent,
             deepest: deep.map(|deep| [deep.x, deep.y]),
@@ -153,6 +148,17 @@ impl Measures {
             self.verdict()
         )
     }
+}
+
+/// The largest force times gap beside the largest load, or beside the largest contact force on that solid where it is more: walls that
+/// move press by any multiple of the loads.
+fn work(touching: &[&Contact], load: f64, solids: usize) -> f64 {
+    let mut largest = vec![load; solids];
+    for contact in touching {
+        largest[contact.solid] = largest[contact.solid].max(contact.force.norm());
+    }
+    let each = touching.iter().map(|c| c.force.norm() * c.gap.abs() / largest[c.solid]);
+    each.fold(0.0, f64::max)
 }
 
 /// What forces are measured by: the largest load or reaction, or where rounding leaves more than its part of that, so much that this is the part.

@@ -86,8 +86,9 @@ fn soft_and_stiff_solids_rest_on_one_another_at_ratios_up_to_1e9() {
 
 #[test]
 fn tissue_lies_flat_on_bone() {
-    for ratio in [1e2, 1e3, 1e4, 1e5] {
-        for elements in [[2, 2], [3, 2], [4, 4]] {
+    // From 1e6 on what rounding leaves of the stiff solid's forces is more than 1e-8 of the weight.
+    for ratio in [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9] {
+        for elements in [[2, 2], [3, 2], [2, 3], [4, 3], [4, 4], [3, 5], [7, 3]] {
             certified(
                 &format!("{ratio} {elements:?}"),
                 &flat(ratio, Vector2::zeros(), elements),
@@ -151,6 +152,27 @@ fn walls_without_a_load_converge() {
         (0.003, "barrier-then-exact"),
     ] {
         certified(&format!("{y} {how}"), &block(y, "", how));
+    }
+}
+
+/// Forces times gaps were measured by the weight alone: pressed a thousand times harder nothing was certified.
+#[test]
+fn walls_may_press_by_any_multiple_of_the_weight() {
+    for weight in [1e-2, 1e-4, 1e-6, 1e-8, 1e-12] {
+        for how in ["exact", "barrier"] {
+            let text = HEAD.to_owned()
+                + &materials(1.0)
+                + &format!(
+                    "[[solids]]\nname = \"block\"\nmaterial = \"soft\"\nweight = [0, {:?}]\n\
+                     rectangle = {{ corner = [0, 4e-3], size = [1, 1], elements = [2, 2] }}\n",
+                    -weight
+                )
+                + &wall("floor", [0, 1], 0.0)
+                + &wall("top", [0, -1], -1.008)
+                + &format!("[search]\nwalls = \"{how}\"\n")
+                + "[[steps]]\nframes = 2\nmoves = [{ wall = \"top\", advance = 0.027 }]\n";
+            certified(&format!("{how} {weight:e}"), &text);
+        }
     }
 }
 
