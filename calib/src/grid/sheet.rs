@@ -122,7 +122,10 @@ impl Sheet<'_> {
             let possible = then.is_possible(&cells);
             if possible && expected < SETTLED * variance {
                 if damping <= HARDLY {
-                    return self.result(&then, &cells, &now, &change, &prior);
+                    // Derivatives of where it ends: what the lens's middle and the homography do alike is another mixture at each place, and
+                    // one of the place before says nothing of that.
+                    let now = self.total(&local, &then, &cells, &greys)?;
+                    return self.result(&then, &cells, &now, &prior);
                 }
                 // Held back, a step says little of where numbers that go together would go.
                 damping = HARDLY;
@@ -150,7 +153,7 @@ impl Sheet<'_> {
                 break;
             }
         }
-        self.result(&bent, &cells, &now, &Numbers::zeros(), &prior)
+        self.result(&bent, &cells, &now, &prior)
     }
 
     /// The pixels of discs that are seen where they are expected, and those discs with their greys.
@@ -259,13 +262,12 @@ impl Sheet<'_> {
         Some(total)
     }
 
-    fn result(&self, bent: &Bent, cells: &[Cell], now: &Total, change: &Numbers, prior: &Numbers) -> Option<Fitted> {
+    fn result(&self, bent: &Bent, cells: &[Cell], now: &Total, prior: &Numbers) -> Option<Fitted> {
         let variance = now.variance();
         let covariance = inverse(&(now.matrix + Square::from_diagonal(&(prior * variance))))? * variance;
         let own = |(i, cell): (usize, &Cell)| {
             let block = &now.blocks[i];
-            let left = block.vector - block.matrix * (now.slopes[i] * change);
-            own(*cell, &left.fixed_rows::<2>(0).into_owned(), block, variance)
+            own(*cell, &block.vector.fixed_rows::<2>(0).into_owned(), block, variance)
         };
         let own: Option<Vec<Own>> = cells.iter().enumerate().map(own).collect();
         let greys = cells.iter().zip(&now.blocks).map(|(c, b)| (bent.at(*c), b.greys));
