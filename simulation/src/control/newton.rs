@@ -59,10 +59,10 @@ const ENOUGH: f64 = 1.0 / 8.0;
 pub struct Newton {
     /// When to stop.
     pub settings: Settings,
-    ldl: Ldl,
+    pub(super) ldl: Ldl,
     matrix: Triplets,
     /// Where the true matrix of the last step was not positive definite, a direction of negative curvature.
-    falling: Option<Vec<f64>>,
+    pub(super) falling: Option<Vec<f64>>,
     /// The last shift that made the matrix positive definite.
     shift: f64,
     /// The factors are those of a true matrix, without a shift.

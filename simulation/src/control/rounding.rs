@@ -51,7 +51,10 @@ impl Newton {
         let at = Point::of(potential, a)?;
         let (_, load) = at.balance(potential, a);
         let wanted = self.settings.tolerance * load;
-        self.ended(potential, a, &at, wanted, &mut Work::default())?.ok()
+        let found = self.ended(potential, a, &at, wanted, &mut Work::default())?.ok();
+        // Of this state, for whoever leaves it: else that of a step before.
+        self.falling = self.ldl.falling_direction();
+        found
     }
 
     /// The state where no step goes on: the end, where all that is left of the forces is rounding.

@@ -9,16 +9,12 @@ use crate::system::System;
 pub(super) fn certify(system: &System, a: &[f64], load: f64) -> [f64; 3] {
     let (bodies, load) = (&system.bodies, load.max(f64::MIN_POSITIVE));
     let mut sums = vec![Vector2::zeros(); bodies.len()];
-    let forces = system.forces(a);
-    // What is pressed hard has its own measure: walls that move may press by any multiple of the loads.
-    let mut largest = vec![load; bodies.len()];
-    for force in &forces {
-        sums[force.body] += force.force;
-        largest[force.body] = largest[force.body].max(force.force.norm());
-    }
     let (mut work, mut least) = (0.0_f64, f64::INFINITY);
-    for force in &forces {
-        work = work.max(force.force.norm() * force.gap.abs() / largest[force.body]);
+    for force in system.forces(a) {
+        sums[force.body] += force.force;
+        // What is pressed harder than by the loads, as walls that move may do, is measured by its own force.
+        let size = force.force.norm();
+        work = work.max(size * force.gap.abs() / size.max(load));
         least = least.min(force.gap);
     }
     let mut worst = 0.0_f64;

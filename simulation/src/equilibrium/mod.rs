@@ -34,8 +34,8 @@ pub struct Equilibrium {
     pub iterations: usize,
     /// Contacts are exact: none stands off by a barrier's width.
     pub exact: bool,
-    /// The largest force times gap of a contact or link, beside the largest load, or the largest force on that solid where it is more,
-    /// times the largest solid.
+    /// The largest force times gap of a contact or link, beside the largest load, or that force itself where it is more, times the
+    /// largest solid.
     pub complementarity: f64,
     /// The least gap of a contact: above zero where contacts are exact.
     pub least_gap: f64,

@@ -66,7 +66,7 @@ impl Measures {
             free_force: minimum.residual / forces,
             force_change: equilibrium.force_change / forces,
             violation: equilibrium.violation / extent,
-            complementarity: work(&touching, load, model.system.bodies.len()) / extent,
+            complementarity: work(&touching, load) / extent,
             least_gap: least,
             relative_gap: least / extent,
             deepest: deep.map(|deep| [deep.x, deep.y]),
@@ -150,14 +150,13 @@ impl Measures {
     }
 }
 
-/// The largest force times gap beside the largest load, or beside the largest contact force on that solid where it is more: walls that
-/// move press by any multiple of the loads.
-fn work(touching: &[&Contact], load: f64, solids: usize) -> f64 {
-    let mut largest = vec![load; solids];
-    for contact in touching {
-        largest[contact.solid] = largest[contact.solid].max(contact.force.norm());
-    }
-    let each = touching.iter().map(|c| c.force.norm() * c.gap.abs() / largest[c.solid]);
+/// The largest force times gap beside the largest load, or beside that force where it is more: what walls press harder than the loads may
+/// be off by so much of a size, and what bears less by no more than before.
+fn work(touching: &[&Contact], load: f64) -> f64 {
+    let each = touching.iter().map(|c| {
+        let force = c.force.norm();
+        force * c.gap.abs() / force.max(load)
+    });
     each.fold(0.0, f64::max)
 }
 
@@ -209,6 +208,21 @@ mod tests {
         falling: 0,
         neutral: 1,
     };
+
+    /// A block squeezed by walls at its sides with 1e5 times its weight, which hangs above the floor that is to bear it.
+    #[test]
+    fn a_hard_press_does_not_hide_a_contact_that_stands_off() {
+        let contact = |force: f64, gap: f64| Contact {
+            maker: Maker::Touch,
+            solid: 0,
+            point: Vector2::zeros(),
+            force: Vector2::new(0.0, force),
+            gap,
+        };
+        let (side, floor, near) = (contact(0.1, 1e-11), contact(1e-6, 1e-4), contact(1e-6, 1e-9));
+        assert!(work(&[&side, &near], 1e-6) <= COMPLEMENTARITY);
+        assert!(work(&[&side, &floor], 1e-6) > COMPLEMENTARITY);
+    }
 
     #[test]
     fn each_criterion_fails_alone_and_by_name() {
