@@ -6,8 +6,8 @@
 //! `-- wrong FIRST COUNT`: that many images at random tilt, roll and noise, with missing and false discs, and how many
 //! grids have a disc with the wrong column or row; `-- dump FIRST COUNT` prints what is found in them, to compare builds.
 //! `-- crowd`: the time for images of thousands of discs. `-- pieces FOLDER`: that for pieces of the photographs there.
-//! `-- lens FIRST COUNT [opencv PYTHON]`: errors beside those stated, and beside OpenCV's, by lens, blur and tilt, COUNT images
-//! each; `-- attacks FIRST COUNT [only WORD]`: under what no model has. Times are of the CPU.
+//! `-- lens FIRST COUNT [opencv PYTHON] [only K1[,BLUR[,TILT]]]`: errors beside those stated, and beside OpenCV's, by lens, blur
+//! and tilt, COUNT images each; `-- attacks FIRST COUNT [only WORD]`: under what no model has. Times are of the CPU.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
@@ -100,13 +100,14 @@ fn main() {
     }
     let python = words.iter().position(|w| w == "opencv").and_then(|i| words.get(i + 1));
     let python = python.map(String::as_str);
+    let only = words.iter().position(|w| w == "only").and_then(|i| words.get(i + 1));
+    let only = only.map(String::as_str);
     if let Some(first) = number(&words, "lens", 0) {
-        return lens::run(python, first, number(&words, "lens", 1).unwrap_or(100));
+        return lens::run(python, first, number(&words, "lens", 1).unwrap_or(100), only);
     }
     if let Some(first) = number(&words, "attacks", 0) {
-        let only = words.iter().position(|w| w == "only").and_then(|i| words.get(i + 1));
         let count = number(&words, "attacks", 1).unwrap_or(20);
-        return attacks::attacked(python, first, count, only.map(String::as_str));
+        return attacks::attacked(python, first, count, only);
     }
     series::tables(python);
 }

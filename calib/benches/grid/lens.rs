@@ -125,12 +125,15 @@ fn scene(k1: f64, blur: f64, tilt_deg: f64, seed: u64) -> LensScene {
     }
 }
 
-/// All classes, `count` images each.
-pub(crate) fn run(python: Option<&str>, first: u64, count: u64) {
+/// All classes, `count` images each, or those whose k1, blur and tilt begin with `only`.
+pub(crate) fn run(python: Option<&str>, first: u64, count: u64, only: Option<&str>) {
     println!("k1, blur, tilt: {HEAD}");
     for k1 in BENDS {
         for blur in BLURS {
             for tilt in TILTS {
+                if only.is_some_and(|only| !format!("{k1},{blur},{tilt},").starts_with(&format!("{only},"))) {
+                    continue;
+                }
                 let seen: Vec<Seen> = (first..first + count)
                     .map(|s| scene(k1, blur, tilt, s).draw())
                     .collect();

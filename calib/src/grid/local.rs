@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix2, Matrix4, Matrix4x6, Matrix6, Vector2, Vector4, Vector6};
 
+use super::border::Border;
 use super::lattice::Cell;
 use crate::disc::{Blurred, Ellipse, Equations, REACH, Raster, Sums};
 use crate::image::Image;
@@ -15,6 +16,8 @@ use crate::image::Image;
 const FEW: usize = 20;
 /// Windows are thinned where so many pixels are left.
 const MANY: usize = 60;
+/// Discs up to so many steps away may be seen by a disc's pixels.
+const AROUND: i32 = 3;
 
 /// A disc as it is when its pixels are chosen.
 pub(crate) struct Chosen {
@@ -93,6 +96,7 @@ impl<'a> Local<'a> {
         let box_of = |c: &Chosen, margin: f64| Blurred::new(c.outline, sigma).window(margin, width, height);
         let reached: Vec<_> = chosen.iter().map(|c| box_of(c, REACH * sigma)).collect();
         let places: HashMap<Cell, usize> = chosen.iter().enumerate().map(|(i, c)| (c.cell, i)).collect();
+        let border = Border::of(chosen.iter().map(|c| c.cell));
         let one = |c: &Chosen| {
             let [columns, rows] = box_of(c, margin);
             let back = c.pitch.try_inverse()?;
@@ -102,13 +106,14 @@ impl<'a> Local<'a> {
                 Part::Rows(n) if area >= MANY * n => [1, n],
                 _ => [1, 1],
             };
+            let range = border.range(c.cell, &c.pitch, sigma, 0.5);
             let own = |x: usize, y: usize| {
                 let off = back * (Vector2::new(x as f64, y as f64) - c.outline.centre);
-                (x + 2 * y).is_multiple_of(thin) && off.amax() <= 0.5
+                (x + 2 * y).is_multiple_of(thin) && range.holds(&off)
             };
             let row = |y: usize| (y, (columns[0]..columns[1]).filter(|x| own(*x, y)).collect::<Vec<_>>());
-            let around = (-1..=1)
-                .flat_map(|dy| (-1..=1).map(move |dx| [dx, dy]))
+            let around = (-AROUND..=AROUND)
+                .flat_map(|dy| (-AROUND..=AROUND).map(move |dx| [dx, dy]))
                 .filter(|d| *d != [0, 0]);
             let near = around.filter_map(|[dx, dy]| places.get(&[c.cell[0] + dx, c.cell[1] + dy]).copied());
             let meets = |j: &usize| meet(reached[*j][0], columns) && meet(reached[*j][1], rows);

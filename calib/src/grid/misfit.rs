@@ -31,6 +31,8 @@ pub(crate) struct Misfit {
     /// The smooth part by the numbers of what it is made of, and by the model's numbers what the model would follow of it.
     field: DVector<f64>,
     follows: DVector<f64>,
+    /// How far the smooth part is taken to move a disc at most, pixels: twice its root mean square over those whose pixels tell.
+    most: f64,
     /// The root mean square of the smooth part over the discs, pixels, beyond noise.
     pub(crate) px: f64,
 }
@@ -129,12 +131,12 @@ impl Misfit {
             own: [own_squares, held as f64],
             follows: taken * &field,
             field,
+            most: 0.0,
             px: 0.0,
         };
-        let squares: f64 = own
-            .iter()
-            .map(|o| misfit.at(o.cell, smooth, tangent).norm_squared())
-            .sum();
+        let offs = own.iter().map(|o| misfit.at(o.cell, smooth, tangent).norm_squared());
+        let squares: f64 = offs.sum();
+        misfit.most = 2.0 * (squares / own.len() as f64).sqrt();
         // What is rough is noise of single discs, be it more than the pixels' own: so much counts as noise of what is smooth.
         let growth = misfit.growth();
         misfit.smooth[0] /= growth;
@@ -178,9 +180,9 @@ impl Misfit {
         if dims > 0.0 { (squares / dims).max(1.0) } else { 1.0 }
     }
 
-    /// What the model may leave at a cell.
+    /// What the model may leave at a cell. Beyond the discs that tell, polynomials grow without anything that holds them.
     pub(crate) fn left(&self, cell: Cell, smooth: Columns, tangent: Columns) -> Matrix2<f64> {
-        let off = self.at(cell, smooth, tangent);
+        let off = self.at(cell, smooth, tangent).cap_magnitude(self.most);
         off * off.transpose() * self.beyond_noise()
     }
 }

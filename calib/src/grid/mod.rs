@@ -4,6 +4,7 @@
 
 mod bent;
 mod blob;
+mod border;
 mod direction;
 mod each;
 mod equations;

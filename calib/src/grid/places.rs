@@ -4,12 +4,15 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector2};
 
-use super::homography::project;
+use super::border::Border;
+use super::homography::{jacobian, project};
 use super::whole::point;
-use crate::disc::{Blurred, Ellipse, Raster};
+use crate::disc::{Blurred, Ellipse, REACH, Raster};
 
 /// In place of a place among shared pixels: one disc alone sees it.
 const ALONE: u32 = u32::MAX;
+/// Pixels count up to so many steps from a disc.
+const NEAR: f64 = 0.75;
 
 /// A pixel of a disc's window.
 #[derive(Debug, Clone, Copy)]
@@ -64,37 +67,55 @@ pub(crate) struct Outlines<'a> {
     pub(crate) without: &'a dyn Fn(Vector2<f64>) -> bool,
 }
 
-impl Outlines<'_> {
-    /// Whether a pixel counts for a cell. Beyond three quarters of a step there may be the end of the paper.
-    fn takes(&self, back: &Matrix3<f64>, cell: [i32; 2], [x, y]: [usize; 2]) -> bool {
-        let place = project(back, Vector2::new(x as f64, y as f64));
-        let off = place - point(cell);
-        off.amax() <= 0.75 && !(self.without)(place)
-    }
-}
-
 /// The list while it grows.
 struct Growing<'a> {
     outlines: &'a Outlines<'a>,
     back: Matrix3<f64>,
+    border: Border,
     size: [usize; 2],
-    /// By pixels of the image: by how many discs it is seen.
+    /// By pixels of the image: whether it counts.
+    chosen: Vec<bool>,
+    /// By how many discs it is seen.
     seen: Vec<u32>,
     places: Places,
 }
 
 impl Growing<'_> {
-    fn add(&mut self, cell: [i32; 2]) -> Option<()> {
+    fn window(&self, cell: [i32; 2], margin: f64) -> Option<[[usize; 2]; 2]> {
+        let ellipse = Ellipse::of_circle(&self.outlines.h, point(cell), self.outlines.radius)?;
+        Some(Blurred::new(ellipse, self.outlines.sigma).window(margin, self.size[0], self.size[1]))
+    }
+
+    /// Chooses the pixels about a cell.
+    fn choose(&mut self, cell: [i32; 2]) -> Option<()> {
         let outlines = self.outlines;
-        let ellipse = Ellipse::of_circle(&outlines.h, point(cell), outlines.radius)?;
-        let window = Blurred::new(ellipse, outlines.sigma).window(outlines.margin, self.size[0], self.size[1]);
-        let [columns, rows] = window;
-        let first = self.places.rows.len();
+        let [columns, rows] = self.window(cell, outlines.margin)?;
+        let range = self
+            .border
+            .range(cell, &jacobian(&outlines.h, point(cell)), outlines.sigma, NEAR);
+        let takes = |x: usize, y: usize| {
+            let place = project(&self.back, Vector2::new(x as f64, y as f64));
+            range.holds(&(place - point(cell))) && !(outlines.without)(place)
+        };
+        for y in rows[0]..rows[1] {
+            for x in columns[0]..columns[1] {
+                self.chosen[y * self.size[0] + x] |= (x + 2 * y).is_multiple_of(outlines.thin) && takes(x, y);
+            }
+        }
+        Some(())
+    }
+
+    /// Lists the chosen pixels that see anything of a cell's disc: where blur is wide beside steps, those of others too.
+    fn list(&mut self, cell: [i32; 2]) -> Option<()> {
+        let reach = self.outlines.margin.max(REACH * self.outlines.sigma);
+        let [columns, rows] = self.window(cell, reach)?;
+        let (first, begin) = (self.places.rows.len(), self.places.pixels.len());
         for y in rows[0]..rows[1] {
             let from = self.places.pixels.len();
             for x in columns[0]..columns[1] {
-                if (x + 2 * y).is_multiple_of(outlines.thin) && outlines.takes(&self.back, cell, [x, y]) {
-                    self.seen[y * self.size[0] + x] += 1;
+                let at = y * self.size[0] + x;
+                if self.chosen[at] {
+                    self.seen[at] += 1;
                     let pixel = Pixel {
                         x: x as u32,
                         shared: ALONE,
@@ -104,6 +125,10 @@ impl Growing<'_> {
             }
             let pixels = from..self.places.pixels.len();
             self.places.rows.push(Row { y: y as u32, pixels });
+        }
+        if self.places.pixels.len() == begin {
+            self.places.rows.truncate(first);
+            return Some(());
         }
         let rows = first..self.places.rows.len();
         self.places.parts.push(Part { cell, columns, rows });
@@ -132,16 +157,19 @@ impl Growing<'_> {
 }
 
 impl Places {
-    /// The pixels about some cells in an image of a size; none where an outline is no ellipse.
-    pub(crate) fn new(outlines: &Outlines, cells: &[[i32; 2]], size: [usize; 2]) -> Option<Self> {
+    /// The pixels about some cells in an image of a size, with all discs that they see; none where an outline is no ellipse.
+    pub(crate) fn new(outlines: &Outlines, some: &[[i32; 2]], all: &[[i32; 2]], size: [usize; 2]) -> Option<Self> {
         let mut growing = Growing {
             outlines,
             back: outlines.h.try_inverse()?,
+            border: Border::of(all.iter().copied()),
             size,
+            chosen: vec![false; size[0] * size[1]],
             seen: vec![0; size[0] * size[1]],
             places: Self::default(),
         };
-        cells.iter().try_for_each(|cell| growing.add(*cell))?;
+        some.iter().try_for_each(|cell| growing.choose(*cell))?;
+        all.iter().try_for_each(|cell| growing.list(*cell))?;
         Some(growing.shared())
     }
 
@@ -209,7 +237,8 @@ mod tests {
             thin: 1,
             without: &|_| false,
         };
-        let mut places = Places::new(&outlines, &[[0, 0], [1, 0]], [40, 30]).unwrap();
+        let cells = [[0, 0], [1, 0]];
+        let mut places = Places::new(&outlines, &cells, &cells, [40, 30]).unwrap();
         // Windows reach 6 px to each side: columns 6 to 18 and 15 to 27, rows 6 to 18. Three quarters of a step are 6.75 px.
         assert_eq!((places.count(), places.shared.len()), (22 * 13, 4 * 13));
         let mut alone = 0;

@@ -242,7 +242,7 @@ impl Grid<'_> {
         // Steps of a knight: of any 5 in a row or a column one, so that all parts of the grid count.
         let some = |c: &&[i32; 2]| !by_discs || (c[0] + 2 * c[1]).rem_euclid(THIN as i32) == 0;
         let cells: Vec<[i32; 2]> = self.cells.iter().filter(some).copied().collect();
-        Places::new(&outlines, &cells, [self.image.width(), self.image.height()])
+        Places::new(&outlines, &cells, self.cells, [self.image.width(), self.image.height()])
     }
 
     fn equations(&self, places: &Places, params: &Params, pixels: &Pixels) -> Option<Equations> {
