@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Vector2};
 /// Paper is taken for granted up to so many steps beyond the outer discs' centres.
 const PAPER: f64 = 1.0;
 /// From so many deviations of the blur an edge leaves 0.13 % of its contrast.
-const CLEAR: f64 = 3.0;
+pub(crate) const CLEAR: f64 = 3.0;
 
 /// The outer lines of some discs.
 pub(crate) struct Border {
@@ -29,14 +29,14 @@ impl Border {
         })
     }
 
-    /// How far from a cell pixels may be: `most` steps, and not so near to the paper's end that its blur reaches them. `pitch`
+    /// How far from a cell pixels may be: `most` steps, and not nearer than `clear` px to the paper's end. `pitch`
     /// are the pixels for a step there.
-    pub(crate) fn range(&self, cell: [i32; 2], pitch: &Matrix2<f64>, sigma: f64, most: f64) -> Range {
+    pub(crate) fn range(&self, cell: [i32; 2], pitch: &Matrix2<f64>, clear: f64, most: f64) -> Range {
         let mut range = Matrix2::zeros();
         for i in 0..2 {
             // Across a line of the grid a step is as long as the cell's area is beside a step along the line.
             let across = pitch.determinant().abs() / pitch.column(1 - i).norm();
-            let edge = PAPER - CLEAR * sigma / across;
+            let edge = PAPER - clear / across;
             range[(i, 0)] = (f64::from(self.low[i] - cell[i]) - edge).max(-most);
             range[(i, 1)] = (f64::from(self.high[i] - cell[i]) + edge).min(most);
         }
@@ -59,7 +59,7 @@ mod tests {
     fn pixels_that_the_end_of_the_paper_reaches_are_left_out() {
         let border = Border::of([[0, 0], [9, 7]].into_iter());
         let pitch = Matrix2::new(20.0, 0.0, 0.0, 5.0);
-        let range = |cell| border.range(cell, &pitch, 2.0, 0.5);
+        let range = |cell| border.range(cell, &pitch, 6.0, 0.5);
         let last = range([9, 7]);
         assert!(last.holds(&Vector2::new(0.5, -0.21)));
         assert!(!last.holds(&Vector2::new(0.5, -0.19)));
@@ -67,7 +67,7 @@ mod tests {
         assert!(!range([4, 4]).holds(&Vector2::new(0.51, 0.0)));
         // Turned by a quarter the columns are 5 px apart across, however far along.
         let skew = Matrix2::new(5.0, 100.0, 0.0, 20.0);
-        let first = border.range([0, 3], &skew, 2.0, 0.5);
+        let first = border.range([0, 3], &skew, 6.0, 0.5);
         let across = 100.0 / 100.0_f64.hypot(20.0);
         let edge = 1.0 - 6.0 / across;
         assert!(first.holds(&Vector2::new(-edge + 0.01, 0.0)) == (-edge + 0.01 <= 0.5));

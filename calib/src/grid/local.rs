@@ -90,8 +90,15 @@ pub(crate) struct Room {
 }
 
 impl<'a> Local<'a> {
-    /// Pixels up to `margin` from the outlines.
-    pub(crate) fn new(image: &'a Image, chosen: &[Chosen], sigma: f64, margin: f64, part: Part) -> Option<Self> {
+    /// Pixels up to `margin` from the outlines, and not nearer than `clear` to where paper is not taken for granted, pixels.
+    pub(crate) fn new(
+        image: &'a Image,
+        chosen: &[Chosen],
+        sigma: f64,
+        margin: f64,
+        clear: f64,
+        part: Part,
+    ) -> Option<Self> {
         let (width, height) = (image.width(), image.height());
         let box_of = |c: &Chosen, margin: f64| Blurred::new(c.outline, sigma).window(margin, width, height);
         let reached: Vec<_> = chosen.iter().map(|c| box_of(c, REACH * sigma)).collect();
@@ -106,7 +113,7 @@ impl<'a> Local<'a> {
                 Part::Rows(n) if area >= MANY * n => [1, n],
                 _ => [1, 1],
             };
-            let range = border.range(c.cell, &c.pitch, sigma, 0.5);
+            let range = border.range(c.cell, &c.pitch, clear, 0.5);
             let own = |x: usize, y: usize| {
                 let off = back * (Vector2::new(x as f64, y as f64) - c.outline.centre);
                 (x + 2 * y).is_multiple_of(thin) && range.holds(&off)

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector2};
 
-use super::border::Border;
+use super::border::{Border, CLEAR};
 use super::homography::{jacobian, project};
 use super::whole::point;
 use crate::disc::{Blurred, Ellipse, REACH, Raster};
@@ -92,7 +92,7 @@ impl Growing<'_> {
         let [columns, rows] = self.window(cell, outlines.margin)?;
         let range = self
             .border
-            .range(cell, &jacobian(&outlines.h, point(cell)), outlines.sigma, NEAR);
+            .range(cell, &jacobian(&outlines.h, point(cell)), CLEAR * outlines.sigma, NEAR);
         let takes = |x: usize, y: usize| {
             let place = project(&self.back, Vector2::new(x as f64, y as f64));
             range.holds(&(place - point(cell))) && !(outlines.without)(place)

@@ -176,7 +176,7 @@ impl Sheet<'_> {
                 })
                 .collect();
             let margin = MARGIN * start.sigma() + 0.5;
-            let local = Local::new(self.image, &chosen, start.sigma(), margin, part)?;
+            let local = Local::new(self.image, &chosen, start.sigma(), margin, 0.0, part)?;
             let outlines: Vec<Ellipse> = all.iter().map(|a| a.1).collect();
             let none = vec![Greys::default(); all.len()];
             let flat = Guess {

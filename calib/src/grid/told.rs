@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use super::border::CLEAR;
 use super::equations::{Params, SHAPES};
 use super::homography::{jacobian, project};
 use super::light::light;
@@ -53,7 +54,14 @@ impl Whole {
             pitch: jacobian(&self.h, point(*cell)),
         };
         let chosen: Vec<Chosen> = cells.iter().zip(&outlines).map(chosen).collect();
-        let local = Local::new(image, &chosen, self.sigma, MARGIN * self.sigma + 0.5, TOLD)?;
+        let local = Local::new(
+            image,
+            &chosen,
+            self.sigma,
+            MARGIN * self.sigma + 0.5,
+            CLEAR * self.sigma,
+            TOLD,
+        )?;
         let greys: Vec<Greys> = cells.iter().map(|c| self.greys(*c)).collect();
         let all = Guess {
             outlines: &outlines,
