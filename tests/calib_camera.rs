@@ -155,6 +155,9 @@ fn a_known_camera_is_found_from_its_images() {
         file.rms_px,
         file.noise_ratio
     );
+    // One camera: what its views say of it differs by their noise.
+    let view_ratio = file.view_ratio.unwrap();
+    assert!((0.3..4.0).contains(&view_ratio), "{view_ratio}");
     let drawn = image::open(&png).unwrap();
     assert!(drawn.width() > 1000 && drawn.height() > 800);
     if let Ok(keep) = std::env::var("TROCAR_KEEP_PICTURES") {

@@ -64,9 +64,10 @@ impl Log4 {
 
     /// The exponential (2.65): exp H = Qg(exp g) Qd(exp h).
     ///
-    /// Domain: numbers up to half the largest; no singular set. Error: 3 ulp at every discriminant, and the skew part
-    /// relative to its own norm; and as many ulp more as the first angle ([`Self::angles`]) has radians, since the factors are
-    /// rounded before they are taken round the circle: of 1e4 rad some thousands, beyond 1e15 rad every digit.
+    /// Domain: numbers up to half the largest; no singular set. Error: 3 ulp of 1 at every discriminant, and as many more as
+    /// the first angle ([`Self::angles`]) has radians, since the factors are rounded before they are taken round the circle: of
+    /// 1e4 rad some thousands, beyond 1e15 rad every digit. Up to a first angle of pi / 2 the skew part has 3 ulp of its own norm;
+    /// beyond, it goes through 0 at every half-turn and has the error above.
     pub fn exp(self) -> Rotation4 {
         Rotation4::exp(self)
     }

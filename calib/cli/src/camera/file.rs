@@ -53,6 +53,9 @@ pub struct CameraFile {
     pub rms_px: f64,
     /// The residuals in units of the deviations given; where above 1, the covariance has grown with its square.
     pub noise_ratio: f64,
+    /// By how much more than their noise single views have the camera elsewhere; files of programs before this have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view_ratio: Option<f64>,
     /// Discs that took part and that were left out.
     pub discs: [usize; 2],
     /// Largest difference of tilt between two views about the image's x and y axes, degrees.
@@ -180,6 +183,7 @@ impl CameraFile {
             domain_tangent: found.camera.lens.limit(),
             rms_px: found.rms_px,
             noise_ratio: found.noise_ratio,
+            view_ratio: Some(found.view_ratio).filter(|r| r.is_finite()),
             discs: found.counts(),
             tilt_deg: found.coverage.tilt_rad.map(f64::to_degrees),
             image_covered: found.coverage.image,
