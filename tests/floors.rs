@@ -25,6 +25,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("tracker-proc", 2),
     ("volume-loader", 2),
     ("trocar", 3),
+    ("trocar-fuzz", 3),
     ("xtask", 3),
 ];
 

@@ -19,6 +19,8 @@ const BRICK: [u32; 3] = [4, 4, 4];
 const ROWS: [u32; 3] = [1, 1, 1];
 /// Most memory that bricks may add, relative to the voxels themselves.
 const MAX_PADDING: f64 = 0.047;
+/// The most voxels along an axis: a forged header makes no tables larger than 4 MiB.
+const MAX_SIDE: u32 = 1 << 20;
 
 /// Where voxel (x, y, z) lies: `table[0][x] + table[1][y] + table[2][z]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,6 +50,9 @@ pub enum LayoutError {
     /// The volume has more voxels than 32-bit offsets reach.
     #[error("{0} stored voxels; at most 4294967295 can be addressed")]
     TooLarge(u64),
+    /// An axis has no voxels, or more than any examination.
+    #[error("{0:?} voxels; each axis must have 1 to {MAX_SIDE}")]
+    Side([u32; 3]),
 }
 
 impl Layout {
@@ -58,6 +63,9 @@ impl Layout {
     pub fn new(dims: [u32; 3], brick: [u32; 3]) -> Result<Self, LayoutError> {
         if brick.iter().any(|&b| !b.is_power_of_two() || b > 16) {
             return Err(LayoutError::Brick(brick));
+        }
+        if dims.iter().any(|&n| !(1..=MAX_SIDE).contains(&n)) {
+            return Err(LayoutError::Side(dims));
         }
         let stored = stored_voxels(dims, brick);
         if stored > u64::from(u32::MAX) {
@@ -375,5 +383,9 @@ mod tests {
         assert!(Layout::new([4, 4, 4], [3, 1, 1]).is_err());
         assert!(Layout::new([4, 4, 4], [1 << 31, 1, 1]).is_err());
         assert!(Layout::new([16_384, 16_384, 16_384], [4, 4, 4]).is_err());
+        // Random bytes in the place of a header: tables of 16 GiB for a volume without a voxel, and a product beyond 64 bits.
+        for dims in [[0, u32::MAX, 1], [u32::MAX, 1, 0], [u32::MAX; 3], [1, 1, MAX_SIDE + 1]] {
+            assert_eq!(Layout::new(dims, [1; 3]), Err(LayoutError::Side(dims)));
+        }
     }
 }

@@ -1,95 +1,69 @@
-//! What the targets share: bytes as a file, and reading all of it.
+//! Random bytes for every parser of what comes from outside: files that a person chooses, and messages of the bus.
+//!
+//! A target takes any bytes and may refuse them, but neither panics nor takes more memory or time than what is good for a
+//! file of that length. `cargo test -p trocar-fuzz` gives each its seeds and some thousands of mutations; `cargo xtask fuzz`
+//! looks further, guided by what the code covers.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+mod calibrations;
+mod folder;
+mod messages;
+mod mutate;
+mod recordings;
+mod seeds;
+mod volumes;
 
-use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
-use volume_loader::phantom_source::PhantomSource;
-use volume_loader::source::Scratch;
-use volume_loader::{dicom_out, open};
+pub use folder::Folder;
+pub use mutate::Mutator;
 
-/// More voxels than this are not read: a target is to be fast.
-const MAX_VOXELS: u64 = 1 << 16;
+use std::path::Path;
 
-/// A folder of this process's own, in memory where there is room for it.
-fn folder() -> PathBuf {
-    let shared = Path::new("/dev/shm");
-    let base = if shared.is_dir() {
-        shared.to_owned()
-    } else {
-        std::env::temp_dir()
-    };
-    base.join(format!("trocar-fuzz-{}", std::process::id()))
+/// A parser, or several that read the same kind of bytes.
+pub struct Target {
+    /// Its name, and that of the folder of its seeds.
+    pub name: &'static str,
+    /// Takes any bytes.
+    pub take: fn(&[u8]),
+    /// Good bytes to begin with.
+    pub seeds: fn() -> Result<Vec<Vec<u8>>, Failure>,
 }
 
-/// Puts `bytes` into a file whose name has this ending and reads it, in order and where it lies.
-pub fn read_as(ending: &str, bytes: &[u8]) {
-    let folder = folder();
-    let path = folder.join(format!("bytes.{ending}"));
-    if fs::create_dir_all(&folder).and_then(|()| fs::write(&path, bytes)).is_ok() {
-        for assume_lps in [false, true] {
-            read(FileSpec {
-                path: path.clone(),
-                assume_lps,
-                ..FileSpec::default()
-            });
-        }
-    }
-    // The next input writes it again.
-    let _ = fs::remove_file(&path);
+/// Why there are no seeds.
+pub type Failure = Box<dyn std::error::Error>;
+
+/// All of them.
+pub const TARGETS: [Target; 14] = [
+    target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
+    target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
+    target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
+    target("dicom", volumes::read_as_slice, seeds::dicom),
+    target("scene", scene, seeds::scene),
+    target("solids", solids, seeds::solids),
+    target("mcap", recordings::mcap, recordings::seeds),
+    target("sequence", recordings::sequence, recordings::sequences),
+    target("table", calibrations::table, calibrations::tables),
+    target("result", calibrations::result, calibrations::results),
+    target("rom", calibrations::rom, calibrations::roms),
+    target("image", calibrations::image, calibrations::images),
+    target("run", messages::run, messages::runs),
+    target("message", messages::message, messages::seeds),
+];
+
+const fn target(name: &'static str, take: fn(&[u8]), seeds: fn() -> Result<Vec<Vec<u8>>, Failure>) -> Target {
+    Target { name, take, seeds }
 }
 
-/// Puts `bytes` in the place of one slice of a good series and reads it all.
-pub fn read_as_slice(bytes: &[u8]) {
-    static SERIES: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let Some(series) = SERIES.get_or_init(series) else { return };
-    if fs::write(series.join("IM0002.dcm"), bytes).is_ok() {
-        for regrid in [false, true] {
-            read(FileSpec {
-                path: series.clone(),
-                regrid,
-                ..FileSpec::default()
-            });
-        }
+/// A scene file.
+fn scene(bytes: &[u8]) {
+    if let Ok(text) = std::str::from_utf8(bytes)
+        && let Err(error) = bus::scene::Scene::parse(text, Path::new("fuzz.toml"))
+    {
+        drop(error.to_string());
     }
 }
 
-/// A series of the generated patient, with few and small slices.
-fn series() -> Option<PathBuf> {
-    let series = folder().join("series");
-    fs::create_dir_all(folder()).ok()?;
-    let mut patient = PhantomSource::new(1, [90.0; 3]).ok()?;
-    dicom_out::write(&series, &mut patient, &dicom_out::Options::default()).ok()?;
-    Some(series)
-}
-
-fn read(file: FileSpec) {
-    let spec = VolumeSpec {
-        source: VolumeSource::File(file),
-        region: None,
-        downsample: [1; 3],
-    };
-    let mut source = match open(&spec, 1) {
-        Ok(source) => source,
-        Err(error) => return drop(error.to_string()),
-    };
-    let _ = (source.describe(), source.facts());
-    if source.grid().voxels() > MAX_VOXELS {
-        return;
+/// A scene of solids, as `simulate check` reads it.
+fn solids(bytes: &[u8]) {
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        let _ = simulation_cli::check(text.to_owned(), Path::new("fuzz.toml"));
     }
-    let [columns, rows, count] = source.grid().dims();
-    let mut slice = vec![0; columns as usize * rows as usize];
-    if let Some(slices) = source.slices() {
-        let mut scratch = Scratch::default();
-        for k in 0..count {
-            let _ = slices.read(k, &mut slice, &mut scratch);
-        }
-    }
-    for k in 0..count {
-        if source.read_slice(k, &mut slice).is_err() {
-            return;
-        }
-    }
-    let _ = source.finish();
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io;
+use std::path::PathBuf;
 use std::process::{ExitCode, ExitStatus};
 
 /// Why a chore ended early.
@@ -13,6 +14,10 @@ pub(crate) enum Failure {
     Start { program: String, source: io::Error },
     /// A program ended with an error; what was wrong it has said itself.
     Ended { command: String, status: ExitStatus },
+    /// A file or a folder of a chore.
+    File { path: PathBuf, source: io::Error },
+    /// Inputs that a parser does not survive lie in these folders.
+    Fuzz(Vec<PathBuf>),
     /// A step of a chore failed.
     Step { name: &'static str, source: Box<Failure> },
 }
@@ -34,6 +39,8 @@ impl fmt::Display for Failure {
             Self::Usage(why) => f.write_str(why),
             Self::Start { program, source } => write!(f, "starting {program}: {source}; is it installed?"),
             Self::Ended { command, status } => write!(f, "`{command}` ended with {status}"),
+            Self::File { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::Fuzz(folders) => write!(f, "inputs that are not survived lie in {folders:?}"),
             Self::Step { name, source } => write!(f, "step {name:?} failed: {source}"),
         }
     }

@@ -3,6 +3,7 @@
 mod bench;
 mod demo;
 mod failure;
+mod fuzz;
 mod python;
 mod shell;
 mod steps;
@@ -25,6 +26,8 @@ cargo xtask bench trade           error against time of every reslice filter and
 cargo xtask bench solids          solids: cost, detection, and mesh, tolerance and barrier against error, into out/bench/solids-*
 cargo xtask bench peers           the reslice engine beside VTK and SimpleITK, in a Python environment in the build folder
 cargo xtask bench load            reading a DICOM series beside a plain read and SimpleITK, likewise
+cargo xtask fuzz [SECONDS] [TARGET ...]   libFuzzer on every parser of files and messages, 60 s each (needs a C++ compiler);
+                                  inputs that are not survived go to fuzz/artifacts
 cargo xtask help                  this text";
 
 fn main() -> ExitCode {
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         Some("demo") => demo::demo(&rest),
         Some("test") => test::test(&rest),
         Some("bench") => bench::bench(&rest),
+        Some("fuzz") => fuzz::fuzz(&rest),
         None | Some("help" | "--help" | "-h") => {
             say(HELP);
             Ok(())

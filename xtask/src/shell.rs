@@ -80,6 +80,21 @@ pub(crate) fn quietly(command: &mut Command) -> Result<(), String> {
     }
 }
 
+/// What a program says on stdout.
+///
+/// # Errors
+/// [`Failure::Start`], [`Failure::Ended`].
+pub(crate) fn said(command: &mut Command) -> Result<String, Failure> {
+    let output = command.output().map_err(|source| not_started(command, source))?;
+    match output.status.success() {
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
+        false => Err(Failure::Ended {
+            command: words(command),
+            status: output.status,
+        }),
+    }
+}
+
 fn not_started(command: &Command, source: std::io::Error) -> Failure {
     let program = command.get_program().to_string_lossy().into_owned();
     Failure::Start { program, source }

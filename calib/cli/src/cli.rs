@@ -184,6 +184,19 @@ pub fn main(hands: Hands) -> ExitCode {
     }
 }
 
+/// What the `calib` command line answers to some words, the first of which is its name: its report, or why there is none.
+///
+/// # Errors
+/// The words for stderr, also where a result was written but is refused.
+pub fn answer<W>(words: impl IntoIterator<Item = W>, hands: Hands) -> Result<String, String>
+where
+    W: Into<std::ffi::OsString> + Clone,
+{
+    let cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
+    let Outcome { text, refused } = carry_out(cli, hands)?;
+    refused.map_or(Ok(text), Err)
+}
+
 /// [`carry_out`] without a run.
 #[cfg(test)]
 pub(crate) fn run(cli: Cli, load: LoadVolume) -> Result<Outcome, String> {

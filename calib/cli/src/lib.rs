@@ -47,6 +47,7 @@ pub use calibration::{
 pub use camera::{
     CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, FieldRecord, PlateRecord, SourceRecord,
 };
+pub use grid::{ReadImageError, read_image};
 pub use live::{Follow, FollowMarkers, Seen};
 pub use registration_file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::cli::Positive;
 use crate::commands::Outcome;
 use crate::grid::overlay::{canvas, on_canvas};
-use crate::grid::read::{ReadImageError, read_image};
+use crate::grid::{ReadImageError, read_image};
 use crate::store::{self, StoreError};
 
 pub(crate) const DISCS_HELP: &str = "\

@@ -15,7 +15,7 @@ use crate::cli::Positive;
 use crate::commands::Outcome;
 use crate::report::shown;
 use crate::store::{self, StoreError};
-use read::{ReadImageError, read_image};
+pub use read::{ReadImageError, read_image};
 
 pub(crate) const GRID_HELP: &str = "\
 Finds the grid in each image, gives each disc its column and row, and refines all centres: to a few thousandths of a \

@@ -12,25 +12,64 @@ const MAX_FILE: u64 = 1 << 30;
 
 /// Why a file is no image.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum ReadImageError {
+pub enum ReadImageError {
+    /// The file cannot be opened.
     #[error("reading {path}: {source}. Check the name and the permissions")]
-    Read { path: PathBuf, source: io::Error },
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A folder, a pipe or a device.
     #[error("reading {path}: this is not a file; give the path of a PNG, JPEG or PGM image")]
-    NotAFile { path: PathBuf },
+    NotAFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// More bytes than any image that is taken has.
     #[error("reading {path}: the file has {bytes} bytes, at most {MAX_FILE} are read")]
-    LargeFile { path: PathBuf, bytes: u64 },
+    LargeFile {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        bytes: u64,
+    },
+    /// Not of a known format, or damaged.
     #[error("reading {path}: this is no PNG, JPEG or PGM image, or a damaged one ({source}); save it again as PNG")]
-    Decode { path: PathBuf, source: image::ImageError },
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: image::ImageError,
+    },
+    /// More pixels than are taken.
     #[error(
         "reading {path}: the image has {width} x {height} pixels, at most {MAX_PIXELS} (8192 x 8192) are taken; crop it or make it smaller"
     )]
-    TooLarge { path: PathBuf, width: u32, height: u32 },
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// Its pixels are none that are taken.
     #[error("reading {path}: {source}")]
-    Pixels { path: PathBuf, source: ImageError },
+    Pixels {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: ImageError,
+    },
 }
 
 /// Reads a PNG, JPEG or PGM of 8 or 16 bits as grey; colours by their luminance.
-pub(crate) fn read_image(path: &Path) -> Result<Image, ReadImageError> {
+///
+/// # Errors
+/// Each variant of [`ReadImageError`].
+pub fn read_image(path: &Path) -> Result<Image, ReadImageError> {
     let owned = || path.to_owned();
     let failed = |source| ReadImageError::Read { path: owned(), source };
     // Asked for before opening: opening a pipe would wait for its writer.

@@ -1,5 +1,0 @@
-//! A file that ends in .nii.
-
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| trocar_fuzz::read_as("nii", bytes));
