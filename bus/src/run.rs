@@ -11,6 +11,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::rand::{GetRandomFlags, getrandom};
@@ -30,6 +31,9 @@ const MAX_NAME: usize = 24;
 /// The files of a run's folder that its processes read.
 const FACTS: &str = "run.json";
 const SCENE: &str = "scene.toml";
+/// How often a pilot tries to take its run, and how long it waits in between: who asks whether it is held has it for less.
+const LOOKS: u32 = 40;
+const BETWEEN_LOOKS: Duration = Duration::from_millis(5);
 
 /// What every process of a run knows.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -206,6 +210,16 @@ impl RunContext {
         own::write(&path, self.text().as_bytes()).map_err(io_error("writing", &path))
     }
 
+    /// Removes the facts, so that nobody joins: at a run's end, and where a pilot that was killed left them.
+    pub fn remove_facts(&self) {
+        let _ = std::fs::remove_file(self.dir.join(FACTS));
+    }
+
+    /// Whether this run still has its pilot; another run of the name is another run.
+    pub fn is_running(&self) -> bool {
+        RunLock::is_held(&self.dir) && Self::load(&self.dir).is_ok_and(|now| now.key == self.key)
+    }
+
     /// Writes the scene into the run's folder, for the processes that join.
     ///
     /// # Errors
@@ -308,7 +322,7 @@ impl RunLock {
             .custom_flags(OFlags::NOFOLLOW.bits() as i32)
             .open(&path)
             .map_err(io_error("opening", &path))?;
-        if flock(&file, FlockOperation::NonBlockingLockExclusive).is_err() {
+        if !locked(&file) {
             let mut pid = String::new();
             let _ = file.read_to_string(&mut pid);
             return Err(RunError::AlreadyRunning {
@@ -330,6 +344,16 @@ impl RunLock {
         file::open(&dir.join("lock"))
             .is_ok_and(|(file, _)| flock(&file, FlockOperation::NonBlockingLockShared).is_err())
     }
+}
+
+/// Takes the lock, and does not take for a pilot whoever only looks whether there is one.
+fn locked(file: &File) -> bool {
+    (0..LOOKS).any(|look| {
+        if look > 0 {
+            std::thread::sleep(BETWEEN_LOOKS);
+        }
+        flock(file, FlockOperation::NonBlockingLockExclusive).is_ok()
+    })
 }
 
 /// Bytes of memory that can be taken without swapping; `None` where the system does not say.

@@ -309,20 +309,34 @@ fn no_faults(faults: Vec<String>) -> Result<(), CliError> {
 }
 
 fn ask(run: &str, command: Command) -> Result<String, CliError> {
+    ask_process(run, "pilot", command, |_| Ok(()))
+}
+
+/// Asks a process of a run. Where the run's pilot dies before the answer, the run that follows it under the same name is asked.
+pub(crate) fn ask_process(
+    run: &str,
+    process: &str,
+    command: Command,
+    accepted: impl Fn(&RunContext) -> Result<(), CliError>,
+) -> Result<String, CliError> {
     let dir = run_dir(run)?;
-    let not_running = || FolderError::NotRunning { name: run.to_owned() };
-    if !RunLock::is_held(&dir) {
-        return Err(not_running().into());
-    }
-    let bus = Bus::join(&RunContext::load(&dir)?)?;
-    let client = CommandClient::open(&bus, "pilot")?;
-    let reply = client.ask(command, PATIENCE)?;
-    match reply.refused {
-        true => Err(CliError::Refused {
-            run: run.to_owned(),
-            why: reply.text,
-        }),
-        false => Ok(reply.text),
+    loop {
+        if !RunLock::is_held(&dir) {
+            return Err(FolderError::NotRunning { name: run.to_owned() }.into());
+        }
+        let context = RunContext::load(&dir)?;
+        accepted(&context)?;
+        let bus = Bus::join(&context)?;
+        let client = CommandClient::open(&bus, process)?;
+        return match client.ask_while(command, PATIENCE, || context.is_running()) {
+            Ok(reply) if reply.refused => Err(CliError::Refused {
+                run: run.to_owned(),
+                why: reply.text,
+            }),
+            Ok(reply) => Ok(reply.text),
+            Err(_) if !context.is_running() => continue,
+            Err(error) => Err(error.into()),
+        };
     }
 }
 

@@ -64,11 +64,12 @@ pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Repo
     context.duration_ns = options.duration.map(clock::ns);
     context.simulated_time = options.simulated_time;
     let replaced = output::prepare(&options.out, &finale::picture_names(&scene), options.overwrite)?;
-    // With the lock held, whatever bears this run's prefix is left over from a pilot that was killed.
+    // With the lock held, facts and whatever bears this run's prefix are left over from a pilot that was killed.
+    context.remove_facts();
     context.sweep();
     let result = run_locked(options, source, scene, &context);
     context.sweep();
-    let _ = std::fs::remove_file(dir.join("run.json"));
+    context.remove_facts();
     match &result {
         Ok(_) => replaced.discard(),
         Err(_) => replaced.restore(),

@@ -21,6 +21,8 @@ use crate::{Bus, BusError};
 const REPLY_BYTES: usize = 64 * 1024;
 /// How often a waiting client looks.
 const LOOK: Duration = Duration::from_micros(500);
+/// How long a client waits between two looks whether there is still somebody to answer.
+const LOOK_FOR_SERVER: Duration = Duration::from_millis(100);
 
 pub(super) fn service(bus: &Bus, name: &str) -> Result<PortFactory<Ipc, Command, (), [u8], ReplyHeader>, BusError> {
     bus.node
@@ -177,12 +179,26 @@ impl CommandClient {
     /// # Errors
     /// [`BusError::NoAnswer`] after `patience`, [`BusError::Transfer`].
     pub fn ask(&self, command: Command, patience: Duration) -> Result<Reply, BusError> {
+        self.ask_while(command, patience, || true)
+    }
+
+    /// The same as long as there is somebody to answer, by `is_there`, asked ten times a second.
+    ///
+    /// # Errors
+    /// [`BusError::NoAnswer`] after `patience` and where nobody is there, [`BusError::Transfer`].
+    pub fn ask_while(
+        &self,
+        command: Command,
+        patience: Duration,
+        is_there: impl Fn() -> bool,
+    ) -> Result<Reply, BusError> {
         let pending = self
             .port
             .send_copy(command)
             .map_err(transfer_error(&self.name, "asking"))?;
         let _ = self.notifier.notify();
-        let deadline = self.clock.now_ns() + clock::ns(patience);
+        let asked = self.clock.now_ns();
+        let mut next_look = asked + clock::ns(LOOK_FOR_SERVER);
         loop {
             let response = pending
                 .receive()
@@ -193,11 +209,16 @@ impl CommandClient {
                     text: String::from_utf8_lossy(response.payload()).into_owned(),
                 });
             }
-            if self.clock.now_ns() > deadline {
+            let now = self.clock.now_ns();
+            let is_late = now > asked + clock::ns(patience);
+            if is_late || now > next_look && !is_there() {
                 return Err(BusError::NoAnswer {
                     service: self.name.clone(),
-                    waited: patience,
+                    waited: Duration::from_nanos((now - asked).max(0) as u64),
                 });
+            }
+            if now > next_look {
+                next_look = now + clock::ns(LOOK_FOR_SERVER);
             }
             std::thread::sleep(LOOK);
         }
@@ -209,6 +230,22 @@ mod tests {
     use super::*;
     use crate::message::CommandKind;
     use crate::run::{RunContext, SHM_DIR};
+
+    #[test]
+    fn where_nobody_is_left_to_answer_nobody_is_waited_for() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), 0).unwrap();
+        let bus = Bus::join(&run).unwrap();
+        let (server, client) = (
+            CommandServer::open(&bus, "pilot").unwrap(),
+            CommandClient::open(&bus, "pilot").unwrap(),
+        );
+        let hour = Duration::from_secs(3600);
+        let answer = client.ask_while(Command::new(CommandKind::Status), hour, || false);
+        assert!(matches!(answer, Err(BusError::NoAnswer { waited, .. }) if waited < hour));
+        drop((server, client, bus));
+        run.sweep();
+    }
 
     /// A client's connection lies in shared memory at each side; the server goes through all of it when the client
     /// leaves. With segments that may grow it had 3 MB, and a burst of clients held the pilot up for seconds.

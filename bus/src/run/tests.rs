@@ -24,6 +24,40 @@ fn one_pilot_a_run() {
     assert!(RunLock::acquire(&dir).is_ok());
 }
 
+/// `pilot status` in a loop could have a start refused as "already going".
+#[test]
+fn who_only_looks_does_not_keep_a_pilot_out() {
+    let tmp = tempfile::tempdir().unwrap();
+    let dir = tmp.path().join("demo");
+    drop(RunLock::acquire(&dir).unwrap());
+    let (looker, _) = file::open(&dir.join("lock")).unwrap();
+    flock(&looker, FlockOperation::NonBlockingLockShared).unwrap();
+    let looking = std::thread::spawn(move || {
+        std::thread::sleep(3 * BETWEEN_LOOKS);
+        drop(looker);
+    });
+    assert!(RunLock::acquire(&dir).is_ok());
+    looking.join().unwrap();
+}
+
+/// `pilot status` asked the bus of a pilot that had been killed, and waited 15 s for its answer, while the next one was there.
+#[test]
+fn a_run_without_its_pilot_and_its_successor_are_told_apart() {
+    let tmp = tempfile::tempdir().unwrap();
+    let dir = tmp.path().join("demo");
+    let lock = RunLock::acquire(&dir).unwrap();
+    let [first, next] = [1, 2].map(|epoch_ns| RunContext::new(&dir, epoch_ns).unwrap());
+    assert!(!first.is_running());
+    first.store().unwrap();
+    assert!(first.is_running() && !next.is_running());
+    next.remove_facts();
+    assert!(!first.is_running());
+    next.store().unwrap();
+    assert!(next.is_running() && !first.is_running());
+    drop(lock);
+    assert!(!next.is_running());
+}
+
 #[test]
 fn facts_come_back_and_a_missing_run_is_named() {
     let tmp = tempfile::tempdir().unwrap();

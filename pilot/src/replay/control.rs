@@ -1,18 +1,11 @@
 //! `pilot replay-control`: steering a replay that is going.
 
-use std::time::Duration;
-
-use bus::Bus;
 use bus::message::{Command, CommandKind};
-use bus::port::CommandClient;
-use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
 use clap::Subcommand;
 
 use super::REPLAYER;
 use super::args::{place, speed};
-use crate::cli::CliError;
-
-const PATIENCE: Duration = Duration::from_secs(15);
+use crate::cli::{CliError, ask_process};
 
 #[derive(Debug, Clone, PartialEq, Subcommand)]
 pub(crate) enum Steer {
@@ -51,24 +44,10 @@ impl Steer {
 
 /// Asks the replayer of `run`; returns where it stands.
 pub(crate) fn steer(run: &str, steer: &Steer) -> Result<String, CliError> {
-    let dir = run_dir(run)?;
-    if !RunLock::is_held(&dir) {
-        return Err(FolderError::NotRunning { name: run.to_owned() }.into());
-    }
-    let context = RunContext::load(&dir)?;
-    if context.replay.is_none() {
-        return Err(CliError::NoReplay(run.to_owned()));
-    }
-    let bus = Bus::join(&context)?;
-    let client = CommandClient::open(&bus, REPLAYER)?;
-    let reply = client.ask(steer.command(), PATIENCE)?;
-    match reply.refused {
-        true => Err(CliError::Refused {
-            run: run.to_owned(),
-            why: reply.text,
-        }),
-        false => Ok(reply.text),
-    }
+    ask_process(run, REPLAYER, steer.command(), |context| match context.replay {
+        None => Err(CliError::NoReplay(run.to_owned())),
+        Some(_) => Ok(()),
+    })
 }
 
 #[cfg(test)]

@@ -1,0 +1,270 @@
+//! What happens when parts of a run break: each hazard provoked on real processes, timed until every view is live again.
+//!
+//! `cargo bench --bench faults -- [COUNT] [load N] [only WORD]`: COUNT times each (20) beside N busy loops (0), as the rows of a
+//! table. A time is that from the signal until `pilot status`, asked every 20 ms, says that every view is live and every process ready.
+
+#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
+#![allow(clippy::disallowed_methods, reason = "durations for people, which never reach a bus")]
+
+#[path = "../tests/support/mod.rs"]
+#[allow(dead_code, reason = "the tests use the rest")]
+mod support;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use support::{Pilot, SMALL, World, all_live, is_alive, pid_in};
+
+/// Who is hit, by the names of processes; views by their kind.
+enum Hit {
+    /// Each with its signal.
+    Named(&'static [&'static str], Signal),
+    /// So many at random, from the first number to the second.
+    Any(usize, usize),
+    /// Every child of the pilot.
+    All,
+    /// The pilot; another one is started.
+    Pilot,
+}
+
+/// A hazard, and what a person sees of it.
+struct Hazard {
+    name: &'static str,
+    hit: Hit,
+    seen: &'static str,
+}
+
+const VIEW: &str = "view-perpendicular";
+
+const HAZARDS: [Hazard; 9] = [
+    Hazard {
+        name: "a renderer dies",
+        hit: Hit::Named(&[VIEW], Signal::KILL),
+        seen: "its image ages, then has no pose; the other views go on",
+    },
+    Hazard {
+        name: "a renderer stands still (SIGSTOP)",
+        hit: Hit::Named(&[VIEW], Signal::STOP),
+        seen: "the same; it is shot after `silent_s` (2 s here)",
+    },
+    Hazard {
+        name: "the tracker dies",
+        hit: Hit::Named(&["tracker"], Signal::KILL),
+        seen: "every image ages; NO POSE: tracker silent after `lost_ms`",
+    },
+    Hazard {
+        name: "the loader dies",
+        hit: Hit::Named(&["volume-loader"], Signal::KILL),
+        seen: "nothing: voxels stay mapped",
+    },
+    Hazard {
+        name: "the recorder dies",
+        hit: Hit::Named(&["recorder"], Signal::KILL),
+        seen: "nothing on images; the file goes on as another part, what is lost is in `problems`",
+    },
+    Hazard {
+        name: "loader and renderer die",
+        hit: Hit::Named(&["volume-loader", VIEW], Signal::KILL),
+        seen: "its image ages until the volume is loaded again",
+    },
+    Hazard {
+        name: "two to five processes die at once",
+        hit: Hit::Any(2, 5),
+        seen: "as for each of them",
+    },
+    Hazard {
+        name: "all processes but the pilot die at once",
+        hit: Hit::All,
+        seen: "every image ages, then has no pose",
+    },
+    Hazard {
+        name: "the pilot dies, and the run is started again",
+        hit: Hit::Pilot,
+        seen: "images stand and name their age; every process ends by itself; the next start cleans up",
+    },
+];
+
+/// The small scene with the limits of a real one.
+fn scene() -> String {
+    let changed = [
+        ("silent_s = 30.0", "silent_s = 2.0"),
+        ("stale_ms = 1000.0", "stale_ms = 200.0"),
+        ("restart_window_s = 3600.0", "restart_window_s = 1.0\nrestarts = 100"),
+    ];
+    changed.iter().fold(SMALL.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    })
+}
+
+/// Busy loops beside the run, as long as it lives.
+struct Load(Arc<AtomicBool>);
+
+impl Load {
+    fn new(count: usize) -> Self {
+        let ended = Arc::new(AtomicBool::new(false));
+        for _ in 0..count {
+            let ended = Arc::clone(&ended);
+            std::thread::spawn(move || {
+                while !ended.load(Ordering::Relaxed) {
+                    std::hint::spin_loop();
+                }
+            });
+        }
+        Self(ended)
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A generator of its own, so that a table can be made again.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % most
+    }
+}
+
+fn signal(pid: u64, signal: Signal) {
+    // One that has ended by itself meanwhile is no failure.
+    let _ = kill_process(Pid::from_raw(i32::try_from(pid).unwrap()).unwrap(), signal);
+}
+
+fn names(status: &Value) -> Vec<String> {
+    let processes = status["processes"].as_array().unwrap();
+    processes
+        .iter()
+        .filter_map(|p| Some(p["name"].as_str()?.to_owned()))
+        .collect()
+}
+
+fn victims(hit: &Hit, status: &Value, random: &mut Random) -> Vec<(u64, Signal)> {
+    let mut names = names(status);
+    let with = match hit {
+        Hit::Named(asked, with) => {
+            names.retain(|name| asked.contains(&name.as_str()));
+            assert_eq!(names.len(), asked.len(), "{asked:?}");
+            *with
+        }
+        Hit::Any(least, most) => {
+            let count = (least + random.below(most - least + 1)).min(names.len());
+            while names.len() > count {
+                names.swap_remove(random.below(names.len()));
+            }
+            Signal::KILL
+        }
+        Hit::All => Signal::KILL,
+        Hit::Pilot => return Vec::new(),
+    };
+    names
+        .iter()
+        .filter_map(|name| Some((pid_in(status, name)?, with)))
+        .collect()
+}
+
+fn is_back(status: &Value, before: &[u64]) -> bool {
+    let ready = |p: &Value| p["stage"] == "ready" && p["pid"].as_u64().is_some_and(|pid| !before.contains(&pid));
+    all_live(status) && status["processes"].as_array().unwrap().iter().all(ready)
+}
+
+/// Hits once; seconds until the run is back.
+fn hit(pilot: &Pilot<'_>, hit: &Hit, random: &mut Random) -> f64 {
+    let status = pilot.wait_for("every process ready", |status| is_back(status, &[]));
+    let victims = victims(hit, &status, random);
+    let began = Instant::now();
+    for (pid, with) in &victims {
+        signal(*pid, *with);
+    }
+    let pids: Vec<u64> = victims.iter().map(|v| v.0).collect();
+    pilot.wait_for("the run to be back", |status| is_back(status, &pids));
+    began.elapsed().as_secs_f64()
+}
+
+/// Kills the pilot; seconds until every child has ended and a new pilot has every view live.
+fn pilot_killed(world: &World, name: &str) -> f64 {
+    let (scene, out) = (world.file("s.toml", &scene()), world.path(name));
+    let pilot = world.start(&scene, &out, "faults");
+    let status = pilot.wait_live();
+    let children: Vec<u64> = names(&status).iter().filter_map(|name| pid_in(&status, name)).collect();
+    let began = Instant::now();
+    drop(pilot);
+    while children.iter().any(|pid| is_alive(*pid)) {
+        assert!(
+            began.elapsed() < Duration::from_secs(60),
+            "a process outlives its pilot"
+        );
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let next = world.start(&scene, &world.path(&format!("{name}-next")), "faults");
+    next.wait_live();
+    let took = began.elapsed().as_secs_f64();
+    next.stop();
+    took
+}
+
+/// Provokes a hazard some times; the times, and what the report says of it.
+fn provoked(hazard: &Hazard, count: usize) -> (Vec<f64>, String) {
+    let (world, mut random) = (World::new(), Random(12_345));
+    if matches!(hazard.hit, Hit::Pilot) {
+        let took = (0..count).map(|i| pilot_killed(&world, &format!("out{i}"))).collect();
+        return (took, "no process outlives it".to_owned());
+    }
+    let pilot = world.start(&world.file("s.toml", &scene()), &world.path("out"), "faults");
+    pilot.wait_live();
+    let took = (0..count).map(|_| hit(&pilot, &hazard.hit, &mut random)).collect();
+    let code = pilot.stop().code();
+    let report = support::report(&world.path("out"));
+    let unmarked: u64 = report["views"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|v| v["unflagged_old"].as_u64())
+        .sum();
+    let told = report["problems"].as_array().map_or(0, Vec::len);
+    let code = code.map_or("none".to_owned(), |code| code.to_string());
+    (
+        took,
+        format!("{unmarked} unmarked old images, exit code {code}, {told} problems"),
+    )
+}
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    let after = |name: &str| words.iter().position(|w| w == name).and_then(|i| words.get(i + 1));
+    let load: usize = after("load").map_or(0, |n| n.parse().unwrap());
+    let count: usize = words.first().and_then(|n| n.parse().ok()).unwrap_or(20);
+    let _load = Load::new(load);
+    println!(
+        "| hazard, {count} times, beside {load} busy loops | median | 95 of 100 | most | report | what a person sees |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for hazard in HAZARDS
+        .iter()
+        .filter(|h| after("only").is_none_or(|word| h.name.contains(word)))
+    {
+        let (mut took, report) = provoked(hazard, count);
+        took.sort_by(f64::total_cmp);
+        let at = |share: f64| took[((took.len() as f64 * share).ceil() as usize).clamp(1, took.len()) - 1];
+        println!(
+            "| {} | {:.2} s | {:.2} s | {:.2} s | {report} | {} |",
+            hazard.name,
+            at(0.5),
+            at(0.95),
+            took[took.len() - 1],
+            hazard.seen
+        );
+    }
+}
