@@ -8,7 +8,6 @@
 #![allow(clippy::disallowed_methods, reason = "durations for people, which never reach a bus")]
 
 #[path = "../tests/support/mod.rs"]
-#[allow(dead_code, reason = "the tests use the rest")]
 mod support;
 
 use std::sync::Arc;

@@ -28,6 +28,8 @@ cargo xtask bench peers           the reslice engine beside VTK and SimpleITK, i
 cargo xtask bench load            reading a DICOM series beside a plain read and SimpleITK, likewise
 cargo xtask faults [COUNT] [load N] [only WORD]   kills and stops parts of a run COUNT times each (20) beside N busy loops (0), and
                                   prints how long it takes until every view is live again, as a table (docs/faults.md)
+cargo xtask soak [MINUTES] [kill SECONDS]         navigates for MINUTES (120) and prints the slopes of memory, files and latencies;
+                                  with `kill`, a process dies every so many seconds
 cargo xtask fuzz [SECONDS] [TARGET ...]   libFuzzer on every parser of files and messages, 60 s each (needs a C++ compiler);
                                   inputs that are not survived go to fuzz/artifacts
 cargo xtask help                  this text";
@@ -46,8 +48,8 @@ fn main() -> ExitCode {
         Some("test") => test::test(&rest),
         Some("bench") => bench::bench(&rest),
         // Built in release, as a person's run is; the table goes to stdout.
-        Some("faults") => {
-            shell::run(shell::cargo(&["bench", "--package", "trocar", "--bench", "faults", "--"]).args(&rest))
+        Some(name @ ("faults" | "soak")) => {
+            shell::run(shell::cargo(&["bench", "--package", "trocar", "--bench", name, "--"]).args(&rest))
         }
         Some("fuzz") => fuzz::fuzz(&rest),
         None | Some("help" | "--help" | "-h") => {

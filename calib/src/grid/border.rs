@@ -65,11 +65,10 @@ mod tests {
         assert!(!last.holds(&Vector2::new(0.5, -0.19)));
         assert!(range([9, 6]).holds(&Vector2::new(-0.5, 0.5)));
         assert!(!range([4, 4]).holds(&Vector2::new(0.51, 0.0)));
-        // Turned by a quarter the columns are 5 px apart across, however far along.
-        let skew = Matrix2::new(5.0, 100.0, 0.0, 20.0);
-        let first = border.range([0, 3], &skew, 6.0, 0.5);
-        let across = 100.0 / 100.0_f64.hypot(20.0);
-        let edge = 1.0 - 6.0 / across;
-        assert!(first.holds(&Vector2::new(-edge + 0.01, 0.0)) == (-edge + 0.01 <= 0.5));
+        // Columns that run slantwise lie 0.98 px from one another, however long a step along a row is: 0.5 px are 0.51 steps.
+        let slant = Matrix2::new(5.0, 100.0, 0.0, 20.0);
+        let first = border.range([0, 3], &slant, 0.5, 0.75);
+        assert!(first.holds(&Vector2::new(-0.48, 0.0)));
+        assert!(!first.holds(&Vector2::new(-0.50, 0.0)));
     }
 }

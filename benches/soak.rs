@@ -1,0 +1,190 @@
+//! A long run: whether memory, files and latencies stay as they are.
+//!
+//! `cargo bench --bench soak -- [MINUTES] [kill SECONDS]` (120 minutes): navigates in config/demo.toml with a recording, looks every ten
+//! seconds, and fits a line to what is seen after the first tenth of the time. With `kill`, one process dies every so many seconds, each in
+//! its turn. Ends with 1 where something grows: by more than three errors of its slope, and by more than it may in a day.
+
+#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
+#![allow(clippy::disallowed_methods, reason = "durations for people, which never reach a bus")]
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use support::{Pilot, World, kill_9, pid_in};
+
+const EVERY: Duration = Duration::from_secs(10);
+
+/// What is seen, by name: hours since the start, and the value.
+type Seen = BTreeMap<String, Vec<[f64; 2]>>;
+
+/// A line through what is seen.
+struct Line {
+    first: f64,
+    last: f64,
+    per_hour: f64,
+    /// The slope's standard error, from what the line leaves.
+    error: f64,
+}
+
+impl Line {
+    /// Least squares; none through fewer than ten values.
+    fn through(values: &[[f64; 2]]) -> Option<Self> {
+        let n = values.len() as f64;
+        let mean = |k: usize| values.iter().map(|v| v[k]).sum::<f64>() / n;
+        let (x, y) = (mean(0), mean(1));
+        let sxx: f64 = values.iter().map(|v| (v[0] - x).powi(2)).sum();
+        let per_hour = values.iter().map(|v| (v[0] - x) * (v[1] - y)).sum::<f64>() / sxx;
+        let left = values
+            .iter()
+            .map(|v| (v[1] - y - per_hour * (v[0] - x)).powi(2))
+            .sum::<f64>();
+        (values.len() >= 10).then(|| Self {
+            first: values[0][1],
+            last: values[values.len() - 1][1],
+            per_hour,
+            error: (left / (n - 2.0) / sxx).sqrt(),
+        })
+    }
+
+    /// Whether it goes up beyond doubt, by more than `per_day`.
+    fn grows(&self, per_day: f64) -> bool {
+        self.per_hour > 3.0 * self.error && 24.0 * self.per_hour > per_day
+    }
+}
+
+/// The memory of a process, its share of what several map included, MiB.
+fn memory_mib(pid: u64) -> Option<f64> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/smaps_rollup")).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("Pss:"))?;
+    Some(line.split_whitespace().next()?.parse::<f64>().ok()? / 1024.0)
+}
+
+fn entries(folder: &Path) -> usize {
+    let Ok(read) = std::fs::read_dir(folder) else { return 0 };
+    read.flatten()
+        .map(|entry| {
+            if entry.path().is_dir() {
+                1 + entries(&entry.path())
+            } else {
+                1
+            }
+        })
+        .sum()
+}
+
+fn shared_files() -> usize {
+    let read = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    read.filter(|entry| entry.file_name().to_string_lossy().starts_with("tr"))
+        .count()
+}
+
+/// Looks once.
+fn look(pilot: &Pilot<'_>, world: &World, hours: f64, seen: &mut Seen) {
+    let mut put = |name: String, value: f64| seen.entry(name).or_default().push([hours, value]);
+    let Some(status) = pilot.status() else { return };
+    let processes = status["processes"].as_array().unwrap();
+    let named = processes
+        .iter()
+        .filter_map(|p| Some((p["name"].as_str()?, p["pid"].as_u64()?)));
+    for (name, pid) in named.chain([("pilot", u64::from(pilot.child.id()))]) {
+        if let Some(mib) = memory_mib(pid) {
+            put(format!("{name}: memory, MiB"), mib);
+            put(
+                format!("{name}: open files"),
+                entries(Path::new(&format!("/proc/{pid}/fd"))) as f64,
+            );
+        }
+    }
+    put("files of the run".to_owned(), entries(&world.run_dir("soak")) as f64);
+    put("files in /dev/shm".to_owned(), shared_files() as f64);
+    put(
+        "dead processes left".to_owned(),
+        status["dead_processes_left"].as_f64().unwrap(),
+    );
+    let ages: Vec<f64> = status["views"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|v| v["age_ms"].as_f64())
+        .collect();
+    if !ages.is_empty() {
+        put(
+            "age of the images, ms".to_owned(),
+            ages.iter().sum::<f64>() / ages.len() as f64,
+        );
+    }
+}
+
+/// What a quantity may grow by in a day: less than that is no danger to an operation.
+fn may_grow(name: &str) -> f64 {
+    match name {
+        name if name.ends_with("MiB") => 20.0,
+        name if name.ends_with("ms") => 5.0,
+        _ => 5.0,
+    }
+}
+
+fn kill(status: &Value, turn: usize) {
+    let names: Vec<&str> = status["processes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|p| p["name"].as_str())
+        .collect();
+    if let Some(pid) = pid_in(status, names[turn % names.len()]) {
+        kill_9(pid);
+    }
+}
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    let minutes: f64 = words.first().and_then(|n| n.parse().ok()).unwrap_or(120.0);
+    let kills = words.iter().position(|w| w == "kill").and_then(|i| words.get(i + 1));
+    let kills: Option<f64> = kills.map(|seconds| seconds.parse().unwrap());
+    let world = World::new();
+    let demo = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.toml")).unwrap();
+    let scene = match kills {
+        // As many deaths as this are a loop, and held, by the usual limits.
+        Some(_) => demo.replace("[limits]", "[limits]\nrestarts = 100\nrestart_window_s = 1.0"),
+        None => demo,
+    };
+    let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "soak");
+    pilot.wait_live();
+    let (began, mut seen, mut turn) = (Instant::now(), Seen::new(), 0);
+    while began.elapsed().as_secs_f64() < 60.0 * minutes {
+        std::thread::sleep(EVERY);
+        look(&pilot, &world, began.elapsed().as_secs_f64() / 3600.0, &mut seen);
+        if kills.is_some_and(|seconds| began.elapsed().as_secs_f64() > seconds * (turn + 1) as f64) {
+            kill(&pilot.wait_live(), turn);
+            turn += 1;
+            pilot.wait_live();
+        }
+    }
+    let code = pilot.stop().code();
+    let problems = support::report(&world.path("out"))["problems"].clone();
+    println!("{minutes} min, {turn} processes killed, exit code {code:?}, problems {problems}");
+    println!("| | first | last | per hour |\n|---|---|---|---|");
+    let mut all_flat = true;
+    for (name, values) in &seen {
+        let settled = values[values.len() / 10..].to_vec();
+        let Some(line) = Line::through(&settled) else { continue };
+        let grows = line.grows(may_grow(name));
+        all_flat &= !grows;
+        println!(
+            "| {name} | {:.2} | {:.2} | {:.3} ± {:.3}{} |",
+            line.first,
+            line.last,
+            line.per_hour,
+            line.error,
+            if grows { " GROWS" } else { "" }
+        );
+    }
+    if all_flat { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
