@@ -84,8 +84,10 @@ pub enum FileError {
         /// Why.
         why: String,
     },
-    /// The whole file cannot be given its name.
-    #[error("renaming {from} to {to}: {source}. The recording is whole, under its first name")]
+    /// A file, whole or not, cannot be given its name.
+    #[error(
+        "renaming {from} to {to}: {source}. The recording keeps its first name; `recorder verify` says whether it is whole"
+    )]
     Rename {
         /// The file.
         from: PathBuf,
