@@ -26,6 +26,8 @@ enum Hit {
     Any(usize, usize),
     /// Every child of the pilot.
     All,
+    /// The loader of a CT of 250 MB, and this one while the next loader reads it.
+    WhileLoading(&'static str),
     /// The pilot; another one is started.
     Pilot,
 }
@@ -39,7 +41,7 @@ struct Hazard {
 
 const VIEW: &str = "view-perpendicular";
 
-const HAZARDS: [Hazard; 9] = [
+const HAZARDS: [Hazard; 11] = [
     Hazard {
         name: "a renderer dies",
         hit: Hit::Named(&[VIEW], Signal::KILL),
@@ -68,7 +70,17 @@ const HAZARDS: [Hazard; 9] = [
     Hazard {
         name: "loader and renderer die",
         hit: Hit::Named(&["volume-loader", VIEW], Signal::KILL),
-        seen: "its image ages until the volume is loaded again",
+        seen: "its image ages, then has no pose; the other views go on",
+    },
+    Hazard {
+        name: "a renderer dies while a killed loader reads 250 MB again (until its view is live)",
+        hit: Hit::WhileLoading(VIEW),
+        seen: "its image ages, then has no pose; it goes on with the voxels that others hold",
+    },
+    Hazard {
+        name: "the tracker dies while a killed loader reads 250 MB again (until every view is live)",
+        hit: Hit::WhileLoading("tracker"),
+        seen: "every image ages",
     },
     Hazard {
         name: "two to five processes die at once",
@@ -166,7 +178,7 @@ fn victims(hit: &Hit, status: &Value, random: &mut Random) -> Vec<(u64, Signal)>
             Signal::KILL
         }
         Hit::All => Signal::KILL,
-        Hit::Pilot => return Vec::new(),
+        Hit::WhileLoading(_) | Hit::Pilot => return Vec::new(),
     };
     names
         .iter()
@@ -189,6 +201,29 @@ fn hit(pilot: &Pilot<'_>, hit: &Hit, random: &mut Random) -> f64 {
     }
     let pids: Vec<u64> = victims.iter().map(|v| v.0).collect();
     pilot.wait_for("the run to be back", |status| is_back(status, &pids));
+    began.elapsed().as_secs_f64()
+}
+
+/// Kills the loader, and `process` as soon as another loader reads; seconds until that is back and every view live.
+fn hit_while_loading(pilot: &Pilot<'_>, process: &str) -> f64 {
+    const LOADER: &str = "volume-loader";
+    let status = pilot.wait_for("every process ready", |status| is_back(status, &[]));
+    let victims = [LOADER, process].map(|name| pid_in(&status, name).unwrap());
+    let reads = |status: &Value| {
+        let is_it =
+            |p: &Value| p["name"] == LOADER && p["note"].as_str().is_some_and(|note| note.starts_with("reading"));
+        status["processes"].as_array().unwrap().iter().any(is_it)
+    };
+    signal(victims[0], Signal::KILL);
+    pilot.wait_for("another loader to read", reads);
+    let began = Instant::now();
+    signal(victims[1], Signal::KILL);
+    // What the dead one drew may still be young.
+    let status = pilot.wait_for("the views", |status| {
+        let is_another = |p: &Value| p["name"] == process && p["stage"] == "ready" && p["pid"] != victims[1];
+        status["processes"].as_array().unwrap().iter().any(is_another) && all_live(status)
+    });
+    assert!(reads(&status), "the loader was done before the views were back");
     began.elapsed().as_secs_f64()
 }
 
@@ -221,9 +256,18 @@ fn provoked(hazard: &Hazard, count: usize) -> (Vec<f64>, String) {
         let took = (0..count).map(|i| pilot_killed(&world, &format!("out{i}"))).collect();
         return (took, "no process outlives it".to_owned());
     }
-    let pilot = world.start(&world.file("s.toml", &scene()), &world.path("out"), "faults");
+    let scene = match hazard.hit {
+        // 125 million voxels.
+        Hit::WhileLoading(_) => scene().replace("spacing_mm = 6.0", "spacing_mm = 0.63"),
+        _ => scene(),
+    };
+    let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "faults");
     pilot.wait_live();
-    let took = (0..count).map(|_| hit(&pilot, &hazard.hit, &mut random)).collect();
+    let once = |_| match hazard.hit {
+        Hit::WhileLoading(process) => hit_while_loading(&pilot, process),
+        _ => hit(&pilot, &hazard.hit, &mut random),
+    };
+    let took = (0..count).map(once).collect();
     let code = pilot.stop().code();
     let report = support::report(&world.path("out"));
     let unmarked: u64 = report["views"]

@@ -4,8 +4,10 @@
 
 mod support;
 
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
-use support::{Pilot, SMALL, World, pid_in};
+use support::nifti::{self, Nifti};
+use support::{Pilot, SMALL, World, kill_9, pid_in, wait_for};
 
 /// Who is killed while it makes a service leaves one that nobody can open. That the pilot makes them all is seen by their files:
 /// each is older than `run.json`, which it writes before it starts anybody.
@@ -77,10 +79,7 @@ fn kill_groups(count: usize) {
         (random >> 33) % below
     };
     // One that has ended by itself meanwhile is killed as well.
-    let kill = |pid: u64| {
-        let pid = rustix::process::Pid::from_raw(i32::try_from(pid).unwrap()).unwrap();
-        let _ = rustix::process::kill_process(pid, rustix::process::Signal::KILL);
-    };
+    let kill = |pid: u64| send(pid, Signal::KILL);
     for _ in 0..count {
         let status = pilot.wait_live();
         let names: Vec<&str> = status["processes"]
@@ -104,4 +103,92 @@ fn kill_groups(count: usize) {
     for view in support::report(&world.path("out"))["views"].as_array().unwrap() {
         assert_eq!(view["unflagged_old"], 0);
     }
+}
+
+fn send(pid: u64, signal: Signal) {
+    let _ = kill_process(Pid::from_raw(i32::try_from(pid).unwrap()).unwrap(), signal);
+}
+
+/// Kills `process` and waits for the one that follows on it.
+fn kill_for_another(pilot: &Pilot<'_>, process: &str) -> u64 {
+    let victim = wait_for(process, || pilot.pid(process));
+    kill_9(victim);
+    wait_for(process, || pilot.pid(process).filter(|pid| *pid != victim))
+}
+
+/// They once waited for the loader, which reads a large examination for as long as a minute.
+#[test]
+fn renderers_and_trackers_that_die_while_a_loader_loads_go_on_with_the_voxels_that_others_hold() {
+    let world = World::new();
+    let pilot = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
+    pilot.wait_live();
+    let loader = kill_for_another(&pilot, "volume-loader");
+    // Held up for longer than the test takes, and for less than it is given.
+    send(loader, Signal::STOP);
+    for process in ["view-axial", "tracker", "view-axial"] {
+        kill_for_another(&pilot, process);
+        let status = pilot.wait_live();
+        assert_eq!(pid_in(&status, "volume-loader"), Some(loader));
+    }
+    send(loader, Signal::CONT);
+    pilot.wait_for("the loader", |status| {
+        let is_ready = |p: &Value| p["name"] == "volume-loader" && p["stage"] == "ready";
+        status["processes"].as_array().unwrap().iter().any(is_ready) && support::all_live(status)
+    });
+    assert_eq!(pilot.stop().code(), Some(3));
+    let report = support::report(&world.path("out"));
+    assert_eq!(
+        report["restarts"].as_array().unwrap().len(),
+        4,
+        "{}",
+        report["restarts"]
+    );
+    // What was handed on has been let go again.
+    let ratio = report["memory"]["volume_ratio"].as_f64().unwrap();
+    assert!((0.9..=1.06).contains(&ratio), "{ratio}");
+    for view in report["views"].as_array().unwrap() {
+        assert!(view["png"].is_string(), "{view}");
+    }
+}
+
+/// A renderer that was started after the loader once showed the new patient beside views of the first one.
+#[test]
+fn another_examination_that_a_restarted_loader_publishes_is_shown_by_nobody() {
+    let world = World::new();
+    let file = world.path("patient.nii");
+    let patient = |hu: u8| Vec::from(Nifti::header().with((0..nifti::VOXELS).flat_map(|_| [hu, 0])));
+    std::fs::write(&file, patient(40)).unwrap();
+    let scene = SMALL.replace("source = \"phantom\"\nspacing_mm = 6.0", "source = \"patient.nii\"");
+    let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "default");
+    pilot.wait_live();
+    std::fs::write(&file, patient(90)).unwrap();
+    kill_for_another(&pilot, "volume-loader");
+    pilot.wait_for("the loader", |status| {
+        let is_ready = |p: &Value| p["name"] == "volume-loader" && p["stage"] == "ready";
+        status["processes"].as_array().unwrap().iter().any(is_ready)
+    });
+    for process in ["view-axial", "recorder"] {
+        kill_for_another(&pilot, process);
+        pilot.wait_live();
+    }
+    assert_eq!(pilot.stop().code(), Some(3));
+    let report = support::report(&world.path("out"));
+    let session = world.path("out/session.mcap");
+    let facts = world.output("recorder", &["facts", session.to_str().unwrap()]);
+    let facts: Value = serde_json::from_slice(&facts.stdout).unwrap();
+    assert_eq!(facts["volume_hash"], report["volume"]["hash"]);
+    let problems = report["problems"].to_string();
+    assert!(problems.contains("two different examinations"), "{problems}");
+    let hashes: Vec<String> = report["views"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|view| {
+            let png = world.path("out").join(view["png"].as_str().unwrap());
+            support::png_texts(&png)["volume_hash"].clone()
+        })
+        .collect();
+    assert_eq!(hashes.len(), 3, "{hashes:?}");
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+    assert_eq!(report["volume"]["hash"], hashes[0].as_str());
 }

@@ -14,7 +14,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use crate::clock::{self, Clock};
 use crate::life::LifeLine;
 use crate::message::{Counters, Heartbeat, ProcessState};
-use crate::port::Publisher;
+use crate::port::{HandedVolume, Publisher, VolumeSubscriber};
 use crate::run::{RunContext, RunError};
 use crate::scene::{Scene, SceneError};
 use crate::session::Session;
@@ -98,6 +98,7 @@ pub struct Process {
     /// What the process has done so far; goes out with each sign of life.
     pub counters: Counters,
     heartbeat: Publisher<Heartbeat>,
+    handed: Option<HandedVolume>,
     next_beat_ns: i64,
     state: ProcessState,
 }
@@ -118,9 +119,8 @@ impl Process {
         };
         life.beat();
         let stop = StopFlag::install(membership.parent.is_some())?;
-        let hash = std::env::var(FACTS_VARIABLE)
-            .ok()
-            .filter(|_| membership.parent.is_some());
+        let is_supervised = membership.parent.is_some();
+        let hash = std::env::var(FACTS_VARIABLE).ok().filter(|_| is_supervised);
         let (run, scene) = RunContext::load_with_scene(&membership.run_dir, hash.as_deref())?;
         let scene = Scene::parse(&scene, &run.scene_path())?;
         let bus = Bus::join_with(&run, life)?;
@@ -133,6 +133,7 @@ impl Process {
             stop,
             counters: Counters::default(),
             heartbeat,
+            handed: is_supervised.then(HandedVolume::received).flatten(),
             next_beat_ns: i64::MIN,
             state: ProcessState::Starting,
         };
@@ -143,6 +144,16 @@ impl Process {
     /// The run's clock, that of signs of life and of everything else that does not stand still with a replay.
     pub fn clock(&self) -> &Clock {
         self.bus.clock()
+    }
+
+    /// Subscribes to the volume. Where the run has one, the first that asks has it at once, whatever its loader does; this process
+    /// does not keep its memory any longer.
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn volumes(&mut self) -> Result<VolumeSubscriber, BusError> {
+        let handed = self.handed.take();
+        VolumeSubscriber::open_with(&self.bus, handed.as_ref())
     }
 
     /// Gives a sign of life if one is due or the state has changed.

@@ -252,8 +252,11 @@ impl Books {
 
     /// The loader has published: for the first time, or the same examination again after a restart.
     pub(crate) fn volume(&mut self, header: VolumeHeader) {
-        if let Some(old) = &self.volume {
-            self.foreign_volume |= old.volume_hash() != header.volume_hash();
+        // Renderers stay with the first examination, and so do the pictures and the report.
+        let is_other = |first: &VolumeHeader| first.volume_hash() != header.volume_hash();
+        if self.volume.as_ref().is_some_and(is_other) {
+            self.foreign_volume = true;
+            return;
         }
         self.grid = header.grid().ok();
         self.volume = Some(header);

@@ -13,6 +13,7 @@ mod duration;
 mod ends;
 mod finale;
 mod histogram;
+mod kept;
 mod memory;
 mod output;
 mod plan;

@@ -20,7 +20,7 @@ use crate::output::{self, OutputError};
 use crate::ports;
 use crate::replay::{REPLAYER, RecomputeError, Replay};
 use crate::report::{Report, ReportError};
-use crate::spawn::{self, Running, SpawnError};
+use crate::spawn::{self, Running, SpawnError, Told};
 use crate::state::{Options, Run};
 use crate::supervise::{Action, Ending, Event, KillReason, Outcome};
 
@@ -239,6 +239,7 @@ impl Run {
     fn listen(&mut self) -> Result<(), RunError> {
         if let Some(volume) = self.ports.volume.poll()? {
             self.books.volume(*volume.header());
+            self.kept.published(&volume);
         }
         // Before the poses: one that goes out behind a jump comes after it here too, and that of an end has come.
         if self.session.follow()? {
@@ -347,7 +348,12 @@ impl Run {
         {
             more = vec!["--begin-ns".to_owned(), pose.t_publish_ns.to_string()];
         }
-        let running = spawn::start(&self.planned[i], &self.context.dir, &self.facts, &more)?;
+        let told = Told {
+            run_dir: &self.context.dir,
+            facts: &self.facts,
+            volume: self.kept.for_process(&self.planned[i]),
+        };
+        let running = spawn::start(&self.planned[i], told, &more)?;
         self.tell(
             Level::Info,
             &format!("started {} (process {})", self.planned[i].name, running.pid()),

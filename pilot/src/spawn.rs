@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus, Output, Stdio};
 
 use bus::life::LifeSigns;
+use bus::port::HandedVolume;
 use bus::process::FACTS_VARIABLE;
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -59,28 +60,41 @@ pub(crate) fn hand_over(binary: &str, arguments: &[OsString]) -> Result<ExitStat
         .map_err(|source| SpawnError { program, source })
 }
 
-/// Starts `planned` in the run at `run_dir`, whose files have the hash `facts`; `more` is appended to its arguments.
-pub(crate) fn start(planned: &Planned, run_dir: &Path, facts: &str, more: &[String]) -> Result<Running, SpawnError> {
+/// What a process is told of the run that it is started in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Told<'a> {
+    pub(crate) run_dir: &'a Path,
+    /// The hash of the run's files.
+    pub(crate) facts: &'a str,
+    /// The run's volume, where it has one and the process reads it.
+    pub(crate) volume: Option<&'a HandedVolume>,
+}
+
+/// Starts `planned` in a run; `more` is appended to its arguments.
+pub(crate) fn start(planned: &Planned, told: Told<'_>, more: &[String]) -> Result<Running, SpawnError> {
     let program = sibling(planned.binary);
     #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
     let mut command = std::process::Command::new(&program);
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // Graphics drivers look for a display there, and complain on stderr where there is no such folder.
-        command.env("XDG_RUNTIME_DIR", run_dir);
+        command.env("XDG_RUNTIME_DIR", told.run_dir);
     }
     let fail = |source| SpawnError {
         program: program.clone(),
         source,
     };
     let (life, stdout) = LifeSigns::new().map_err(fail)?;
+    command.stdin(Stdio::null());
+    if let Some(volume) = told.volume {
+        volume.give_to(&mut command).map_err(fail)?;
+    }
     let child = command
-        .env(FACTS_VARIABLE, facts)
+        .env(FACTS_VARIABLE, told.facts)
         .args(&planned.arguments)
         .args(more)
         .arg("--run-dir")
-        .arg(run_dir)
+        .arg(told.run_dir)
         .args(["--parent", &std::process::id().to_string()])
-        .stdin(Stdio::null())
         .stdout(Stdio::from(stdout))
         .spawn()
         .map_err(fail)?;

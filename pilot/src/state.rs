@@ -14,6 +14,7 @@ use bus::session::Session;
 use bus::{Bus, BusError};
 
 use crate::books::Books;
+use crate::kept::KeptVolume;
 use crate::output::{RECOMPUTED, SESSION};
 use crate::plan::{Planned, Poses, plan};
 use crate::ports::Ports;
@@ -138,6 +139,8 @@ pub(crate) struct Run {
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
     pub(crate) books: Books,
+    /// For renderers and trackers that start while no loader serves the run.
+    pub(crate) kept: KeptVolume,
     /// Causes of kills, so that a restart can say why.
     pub(crate) kill_causes: Vec<Option<KillReason>>,
     pub(crate) held: Vec<String>,
@@ -190,6 +193,7 @@ impl Run {
             unrecorded: Unrecorded::default(),
             kill_causes: vec![None; planned.len()],
             books: Books::new(scene.views.len()),
+            kept: KeptVolume::default(),
             held: Vec::new(),
             began_ns: None,
             next_progress_ns: 0,

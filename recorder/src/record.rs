@@ -111,6 +111,11 @@ impl Recorder {
         Self::open_on(bus, run, scene, out, free_bytes)
     }
 
+    /// Takes the volume from here: that of the run, where the pilot handed it on.
+    fn with_volumes(self, volume: VolumeSubscriber) -> Self {
+        Self { volume, ..self }
+    }
+
     /// The same with another opinion of the disk's free space.
     fn open_on(bus: &Bus, run: &RunContext, scene: &Scene, out: &Path, free: Free) -> Result<Self, RecordError> {
         let spec = scene.recording.clone().unwrap_or_default();
@@ -150,8 +155,9 @@ impl Recorder {
             thumbnails.step(now_ns, &mut self.series)?;
         }
         // A volume that is refused here is the renderers' business; poses are recorded all the same.
+        // The first examination is the run's: renderers show no other.
         if let Ok(Some(volume)) = self.volume.poll() {
-            facts.volume_hash = Some(volume.hash());
+            facts.volume_hash.get_or_insert(volume.hash());
         }
         if facts != self.facts {
             self.series.facts(now_ns, &facts);
@@ -294,7 +300,8 @@ pub fn record(process: &mut Process, out: &Path) -> Result<Finished, RecordError
     let out = absolute(out)?;
     refuse_file_size_signal();
     let unfinished = leftovers::set_aside(&out)?;
-    let mut recorder = Recorder::open(&process.bus, &process.run, &process.scene, &out)?;
+    let volumes = process.volumes()?;
+    let mut recorder = Recorder::open(&process.bus, &process.run, &process.scene, &out)?.with_volumes(volumes);
     let recovery = leftovers::recover_in_background(unfinished);
     while !process.stop.is_set() {
         let now_ns = process.clock().now_ns();

@@ -93,7 +93,7 @@ pub(crate) fn run(plane: Plane, membership: &Membership) -> Result<(), RunError>
 }
 
 impl SliceView {
-    fn new(process: Process, plane: Plane) -> Result<Self, RunError> {
+    fn new(mut process: Process, plane: Plane) -> Result<Self, RunError> {
         let mut outputs = Vec::new();
         for (index, view) in process.scene.views.iter().enumerate() {
             if view.plane != plane {
@@ -107,7 +107,7 @@ impl SliceView {
         Ok(Self {
             wordless: wordless(&outputs),
             stamps: Publisher::open(&process.bus, &FRAME_STAMP, &plane.process())?,
-            volumes: VolumeSubscriber::open(&process.bus)?,
+            volumes: process.volumes()?,
             resampler: Chosen::new(process.scene.render),
             process,
             outputs,

@@ -96,14 +96,15 @@ pub(crate) fn run(membership: &Membership, start_ns: Option<i64>, after_ns: Opti
 
 /// Publishes the samples of the simulated localizer until asked to stop.
 fn simulate(process: &mut Process, output: Output, simulation: Simulation) -> Result<(), RunError> {
-    let Some(simulated) = simulated(process, simulation)? else {
+    let volumes = process.volumes()?;
+    let Some((simulated, grid)) = simulated(process, &volumes, simulation)? else {
         return Ok(());
     };
     let tracker = &process.scene.tracker;
     let mut samples = Samples {
         truths: Publisher::open(&process.bus, &GROUND_TRUTH, "")?,
-        volumes: VolumeSubscriber::open(&process.bus)?,
-        grid: None,
+        volumes,
+        grid,
         smoothing: tracker.smoothing.map(|tau| Smoothing::new(tau.as_secs_f64())),
         ct_from_tracker: tracker.ct_from_tracker,
         output,
@@ -170,32 +171,37 @@ fn simulate_in_simulated_time(process: &mut Process, mut samples: Samples, start
     Ok(time.end(process, &samples.output)?)
 }
 
-/// The simulated localizer; `None` where the process was stopped while it waited for the volume.
-fn simulated(process: &mut Process, simulation: Simulation) -> Result<Option<Simulated>, RunError> {
+/// The simulated localizer, and the volume's grid where it had to be waited for; `None` where the process was stopped meanwhile.
+fn simulated(
+    process: &mut Process,
+    volumes: &VolumeSubscriber,
+    simulation: Simulation,
+) -> Result<Option<(Simulated, Option<VolumeGrid>)>, RunError> {
     let scene = process.scene.clone();
     let approach = &simulation.approach;
     let target = aim(approach, &scene.targets).map(|t| t.centre);
-    let gesture = if let (Some(target), Some(_)) = (target, approach.entry) {
-        Gesture::new(approach, target, None)?
+    let (gesture, grid) = if let (Some(target), Some(_)) = (target, approach.entry) {
+        (Gesture::new(approach, target, None)?, None)
     } else {
-        let Some(volume) = volume(process)? else {
+        let Some(volume) = volume(process, volumes)? else {
             return Ok(None);
         };
-        let target = target.unwrap_or_else(|| volume.grid().centre());
-        Gesture::new(approach, target, Some(volume.grid()))?
+        let grid = *volume.grid();
+        let target = target.unwrap_or_else(|| grid.centre());
+        (Gesture::new(approach, target, Some(&grid))?, Some(grid))
     };
-    Ok(Some(Simulated::new(
+    let simulated = Simulated::new(
         gesture,
         simulation,
         &scene.tracker.ct_from_tracker,
         scene.seed,
         scene.tracker.rate_hz,
-    )))
+    );
+    Ok(Some((simulated, grid)))
 }
 
 /// The volume, waited for; `None` where the process was stopped in the meantime.
-pub(crate) fn volume(process: &mut Process) -> Result<Option<SharedVolume>, RunError> {
-    let volumes = VolumeSubscriber::open(&process.bus)?;
+pub(crate) fn volume(process: &mut Process, volumes: &VolumeSubscriber) -> Result<Option<SharedVolume>, RunError> {
     loop {
         if process.stop.is_set() {
             return Ok(None);

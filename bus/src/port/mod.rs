@@ -2,12 +2,14 @@
 
 mod command;
 mod frame;
+mod handed;
 mod services;
 mod stream;
 mod volume;
 
 pub use command::{CommandClient, CommandServer, Reply, Request};
 pub use frame::{Frame, FramePublisher, FrameSubscriber, Shown};
+pub use handed::HandedVolume;
 pub use services::{Members, Services};
 pub use stream::{Publisher, Subscriber};
 pub use volume::{LoanedVolume, SharedVolume, VolumePublisher, VolumeSubscriber};

@@ -1,5 +1,6 @@
 //! The volume: one sample of voxels behind a header, mapped by everybody, copied by nobody.
 
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use geometry::VolumeGrid;
@@ -11,6 +12,7 @@ use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
+use super::handed::{HandedVolume, MappedFile, MappedVoxels};
 use super::{limited, open_error, service_name, transfer_error};
 use crate::message::{HeaderError, VolumeHash, VolumeHeader};
 use crate::node::{Ipc, patiently};
@@ -107,9 +109,9 @@ impl LoanedVolume {
     /// # Errors
     /// [`BusError::Transfer`].
     pub fn publish(mut self, header: VolumeHeader) -> Result<(), BusError> {
-        let shm_inode = inode_mapped_at(self.sample.payload().as_ptr() as usize);
+        let mapped = MappedFile::at(self.sample.payload().as_ptr().addr());
         *self.sample.user_header_mut() = VolumeHeader {
-            shm_inode: shm_inode.unwrap_or(0),
+            shm_inode: mapped.map_or(0, |file| file.inode),
             ..header
         };
         self.sample.send().map_err(transfer_error(VOLUME.name, "publishing"))?;
@@ -117,33 +119,33 @@ impl LoanedVolume {
     }
 }
 
-/// The inode of the file mapped at `address` in this process, from `/proc/self/maps`.
-fn inode_mapped_at(address: usize) -> Option<u64> {
-    let maps = std::fs::read_to_string("/proc/self/maps").ok()?;
-    maps.lines().find_map(|line| {
-        let mut fields = line.split_whitespace();
-        let (from, to) = fields.next()?.split_once('-')?;
-        let from = usize::from_str_radix(from, 16).ok()?;
-        let to = usize::from_str_radix(to, 16).ok()?;
-        let inode = fields.nth(3)?.parse().ok()?;
-        (from..to).contains(&address).then_some(inode)
-    })
-}
-
 /// A reader's end.
 #[derive(Debug)]
 pub struct VolumeSubscriber {
     port: Rc<IoxSubscriber<Ipc, [i16], VolumeHeader>>,
+    /// What the pilot handed to this process, until it is asked for.
+    handed: RefCell<Option<SharedVolume>>,
+    /// Another examination than the one handed on, to be given after it.
+    other: RefCell<Option<SharedVolume>>,
 }
 
 /// The volume, mapped read-only. The memory stays for as long as this is held, whatever becomes of the loader.
 #[derive(Debug)]
 pub struct SharedVolume {
-    sample: Sample<Ipc, [i16], VolumeHeader>,
+    header: VolumeHeader,
     grid: VolumeGrid,
     layout: Layout,
-    /// A publisher takes back what it lent to a subscriber that has gone, though the mapping stays.
-    _port: Rc<IoxSubscriber<Ipc, [i16], VolumeHeader>>,
+    voxels: Voxels,
+}
+
+#[derive(Debug)]
+enum Voxels {
+    Published {
+        sample: Sample<Ipc, [i16], VolumeHeader>,
+        /// A publisher takes back what it lent to a subscriber that has gone, though the mapping stays.
+        _port: Rc<IoxSubscriber<Ipc, [i16], VolumeHeader>>,
+    },
+    Handed(MappedVoxels),
 }
 
 impl VolumeSubscriber {
@@ -152,36 +154,72 @@ impl VolumeSubscriber {
     /// # Errors
     /// [`BusError::Open`].
     pub fn open(bus: &Bus) -> Result<Self, BusError> {
-        patiently(bus, || {
-            let port = service(bus)?
+        Self::open_with(bus, None)
+    }
+
+    /// The same, with what the pilot handed to this process: while no loader serves the run, that is the volume. One that cannot be
+    /// the volume is as none.
+    pub(crate) fn open_with(bus: &Bus, handed: Option<&HandedVolume>) -> Result<Self, BusError> {
+        let port = patiently(bus, || {
+            service(bus)?
                 .subscriber_builder()
                 .buffer_size(1)
                 .history_request(1)
                 .create()
-                .map_err(open_error(VOLUME.name, "subscribe"))?;
-            Ok(Self { port: Rc::new(port) })
+                .map_err(open_error(VOLUME.name, "subscribe"))
+        })?;
+        let handed = handed.and_then(HandedVolume::map);
+        let handed = handed.and_then(|(header, voxels)| SharedVolume::new(header, Voxels::Handed(voxels)).ok());
+        Ok(Self {
+            port: Rc::new(port),
+            handed: RefCell::new(handed),
+            other: RefCell::new(None),
         })
     }
 
-    /// A volume that was published since the last call.
+    /// A volume that was published since the last call. The first is that of the run, where the pilot handed it on: what a loader
+    /// published then is taken in its stead where it is the same examination, and given with the next call where it is not.
     ///
     /// # Errors
     /// [`BusError::Header`] for an impossible header, [`BusError::Transfer`].
     pub fn poll(&self) -> Result<Option<SharedVolume>, BusError> {
+        let published = self.receive()?;
+        let Some(handed) = self.handed.take() else {
+            return Ok(published.or_else(|| self.other.take()));
+        };
+        match published {
+            Some(published) if published.hash() == handed.hash() => Ok(Some(published)),
+            published => {
+                self.other.replace(published);
+                Ok(Some(handed))
+            }
+        }
+    }
+
+    fn receive(&self) -> Result<Option<SharedVolume>, BusError> {
         let sample = self.port.receive().map_err(transfer_error(VOLUME.name, "receiving"))?;
-        let volume = sample.map(|sample| SharedVolume::new(sample, Rc::clone(&self.port)));
+        let volume = sample.map(|sample| {
+            let header = *sample.user_header();
+            let _port = Rc::clone(&self.port);
+            SharedVolume::new(header, Voxels::Published { sample, _port })
+        });
         volume.transpose()
     }
 }
 
+impl Voxels {
+    fn as_slice(&self) -> &[i16] {
+        match self {
+            Self::Published { sample, .. } => sample.payload(),
+            Self::Handed(mapped) => mapped.as_slice(),
+        }
+    }
+}
+
 impl SharedVolume {
-    fn new(
-        sample: Sample<Ipc, [i16], VolumeHeader>,
-        port: Rc<IoxSubscriber<Ipc, [i16], VolumeHeader>>,
-    ) -> Result<Self, BusError> {
-        let header = sample.user_header();
+    fn new(header: VolumeHeader, voxels: Voxels) -> Result<Self, BusError> {
         let (grid, layout) = (header.grid()?, header.layout()?);
-        let found = sample.payload().len() as u64;
+        let found = voxels.as_slice().len() as u64;
         if found != layout.stored() {
             return Err(HeaderError::Length {
                 expected: layout.stored(),
@@ -190,21 +228,30 @@ impl SharedVolume {
             .into());
         }
         Ok(Self {
+            header,
             grid,
             layout,
-            sample,
-            _port: port,
+            voxels,
         })
+    }
+
+    /// Opens the memory of a volume that a loader published, to be given to processes that start when the loader has died. `None`
+    /// where it has died already.
+    pub fn hand_on(&self) -> Option<HandedVolume> {
+        match &self.voxels {
+            Voxels::Published { sample, .. } => HandedVolume::of(sample.user_header(), sample.payload().as_ptr()),
+            Voxels::Handed(_) => None,
+        }
     }
 
     /// The header as it was published.
     pub fn header(&self) -> &VolumeHeader {
-        self.sample.user_header()
+        &self.header
     }
 
     /// The volume's identity.
     pub fn hash(&self) -> VolumeHash {
-        self.header().volume_hash()
+        self.header.volume_hash()
     }
 
     /// Where the voxels lie in the patient.
@@ -217,9 +264,9 @@ impl SharedVolume {
         VolumeView {
             grid: &self.grid,
             layout: &self.layout,
-            voxels: self.sample.payload(),
+            voxels: self.voxels.as_slice(),
             // Published from an i16; a hostile value is clamped.
-            padding_hu: self.header().padding_hu.clamp(-32_768, 32_767) as i16,
+            padding_hu: self.header.padding_hu.clamp(-32_768, 32_767) as i16,
         }
     }
 }

@@ -10,7 +10,7 @@ use bus::BusError;
 use bus::clock::{self, monotonic_ns};
 use bus::lockstep::{Lockstep, TRACKER};
 use bus::message::{ClockLaw, ProcessState, ReplayState, ToolPose};
-use bus::port::{CommandServer, Publisher, VolumeSubscriber};
+use bus::port::{CommandServer, Publisher};
 use bus::process::{JoinError, Process};
 use bus::topic::{GROUND_TRUTH, SESSION_CLOCK};
 
@@ -152,7 +152,7 @@ fn examined(process: &mut Process, options: &Options) -> Result<bool, ReplayErro
     let Some(replay) = process.run.replay.clone() else {
         return Err(ReplayError::NotAReplay(process.run.name.clone()));
     };
-    let volumes = VolumeSubscriber::open(&process.bus)?;
+    let volumes = process.volumes()?;
     while !process.stop.is_set() {
         process.beat(ProcessState::Starting, "waiting for the volume")?;
         let Some(volume) = volumes.poll()? else {

@@ -77,7 +77,8 @@ struct Examination {
 
 /// The volume, waited for; `None` where the process was stopped in the meantime.
 fn examination(process: &mut Process) -> Result<Option<Examination>, RunError> {
-    let volume = volume(process)?;
+    let volumes = process.volumes()?;
+    let volume = volume(process, &volumes)?;
     Ok(volume.map(|volume| Examination {
         grid: *volume.grid(),
         hash: volume.hash().to_string(),
