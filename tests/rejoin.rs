@@ -4,6 +4,14 @@
 
 mod support;
 
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use bus::Bus;
+use bus::message::{Command, ToolPose};
+use bus::port::{CommandClient, Subscriber};
+use bus::run::RunContext;
+use bus::topic::TOOL_POSE;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use support::nifti::{self, Nifti};
@@ -191,4 +199,72 @@ fn another_examination_that_a_restarted_loader_publishes_is_shown_by_nobody() {
     assert_eq!(hashes.len(), 3, "{hashes:?}");
     assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
     assert_eq!(report["volume"]["hash"], hashes[0].as_str());
+}
+
+fn context(world: &World) -> RunContext {
+    RunContext::load(&world.run_dir("default")).unwrap()
+}
+
+/// Two dozen clients that asked nothing once kept `pilot status` and `pilot stop` out, and nobody said who they were.
+#[test]
+fn clients_that_hold_every_place_are_named_and_the_run_can_be_stopped() {
+    let world = World::new();
+    let pilot = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
+    pilot.wait_live();
+    let bus = Bus::join(&context(&world)).unwrap();
+    let mut clients = Vec::new();
+    let refused = loop {
+        match CommandClient::open(&bus, "pilot") {
+            Ok(client) => clients.push(client),
+            Err(error) => break error.to_string(),
+        }
+    };
+    let holder = format!("{} by process {} (", clients.len(), std::process::id());
+    let crowd = |text: &str| text.contains("24 of 24 places of \"command/pilot\" are taken") && text.contains(&holder);
+    assert!(crowd(&refused), "{refused}");
+    let status = world.output("pilot", &["status"]);
+    assert!(
+        !status.status.success() && crowd(&support::stderr(&status)),
+        "{status:?}"
+    );
+    // `pilot stop` says so too, and stops.
+    assert_eq!(pilot.stop().code(), Some(3));
+    let problems = support::report(&world.path("out"))["problems"].to_string();
+    assert!(crowd(&problems.replace("\\\"", "\"")), "{problems}");
+}
+
+/// Each request for an image was answered before the poses that had come meanwhile.
+#[test]
+fn clients_that_ask_for_images_again_and_again_leave_the_views_live() {
+    const CLIENTS: usize = 8;
+    const LOOKS: usize = 20;
+    let world = World::new();
+    // Images that take longer than a client to ask for the next.
+    let scene = SMALL.replace("size = [128, 128]", "size = [1024, 1024]");
+    let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "default");
+    pilot.wait_live();
+    let (ended, answers) = (AtomicBool::new(false), AtomicU64::new(0));
+    std::thread::scope(|scope| {
+        for _ in 0..CLIENTS {
+            scope.spawn(|| {
+                let bus = Bus::join(&context(&world)).unwrap();
+                let client = CommandClient::open(&bus, "view-axial").unwrap();
+                let newest = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", 1).unwrap();
+                let pose = wait_for("a pose", || newest.newest().unwrap());
+                while !ended.load(Ordering::Relaxed) {
+                    let answered = client.ask(Command::render(pose), Duration::from_secs(1)).is_ok();
+                    answers.fetch_add(u64::from(answered), Ordering::Relaxed);
+                }
+            });
+        }
+        wait_for("answers", || (answers.load(Ordering::Relaxed) > 20).then_some(()));
+        let live = (0..LOOKS).filter(|_| pilot.status().is_some_and(|status| support::all_live(&status)));
+        let live = live.count();
+        ended.store(true, Ordering::Relaxed);
+        assert_eq!(live, LOOKS, "{answers:?} images");
+    });
+    pilot.stop();
+    for view in support::report(&world.path("out"))["views"].as_array().unwrap() {
+        assert_eq!(view["unflagged_old"], 0);
+    }
 }

@@ -230,7 +230,10 @@ impl Books {
         if state == Some(FrameState::Live) && stamp.on_request == 0 && age > stale_ns {
             view.unflagged_old += 1;
         }
-        view.last = Some(*stamp);
+        // What was asked for is not what the view shows.
+        if stamp.on_request == 0 {
+            view.last = Some(*stamp);
+        }
         if let Some(volume) = &self.volume {
             self.foreign_volume |= volume.volume_hash() != stamp.volume();
         }

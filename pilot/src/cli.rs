@@ -353,7 +353,7 @@ fn status(run: &str, json: bool) -> Result<(), CliError> {
 }
 
 fn stop(run: &str) -> Result<(), CliError> {
-    say(&ask(run, Command::new(CommandKind::Stop))?);
+    say(&crate::stop::stop(run)?);
     Ok(())
 }
 

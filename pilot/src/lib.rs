@@ -27,4 +27,5 @@ mod sheet;
 mod spawn;
 mod state;
 mod status;
+mod stop;
 pub mod supervise;

@@ -31,7 +31,7 @@ pub(crate) struct Ports {
     pub(crate) taken: Option<Publisher<Heartbeat>>,
     /// What the pilot does and is asked to do, for the recording.
     pub(crate) events: Publisher<Event>,
-    _services: Services,
+    pub(crate) services: Services,
 }
 
 impl Ports {
@@ -62,7 +62,7 @@ impl Ports {
                 .then(|| Publisher::open(bus, &HEARTBEAT, "pilot"))
                 .transpose()?,
             events: Publisher::open(bus, &EVENT, "pilot")?,
-            _services: services,
+            services,
         })
     }
 }

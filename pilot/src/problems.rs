@@ -35,6 +35,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
         }
     }
     problems.extend(recorder_troubles(run));
+    problems.extend(run.crowds.iter().map(ToString::to_string));
     problems.extend(restarted(&run.books.restarts));
     problems.extend(
         run.held

@@ -192,6 +192,7 @@ impl Run {
     fn clean(&mut self, now: i64) {
         self.next_cleaning_ns = now + clock::ns(CLEANING);
         self.dead_processes_left = self.bus.remove_dead_processes();
+        self.look_for_crowds();
     }
 
     fn endings(&mut self) -> Vec<Event> {

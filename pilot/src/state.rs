@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use bus::clock::Clock;
 use bus::message::{Event, Heartbeat, Level, ProcessState};
+use bus::port::Crowded;
 use bus::process::StopFlag;
 use bus::run::RunContext;
 use bus::scene::Scene;
@@ -156,6 +157,9 @@ pub(crate) struct Run {
     pub(crate) next_cleaning_ns: i64,
     /// Dead processes whose places could not be freed at the last cleaning.
     pub(crate) dead_processes_left: u64,
+    /// Services with hardly a place left at the last look, and the first crowd that each service has seen.
+    pub(crate) crowded: Vec<Crowded>,
+    pub(crate) crowds: Vec<Crowded>,
     /// The tracker has said that the time is over, and all its poses have come.
     pub(crate) tracker_is_done: bool,
     /// `pilot stop` came.
@@ -200,6 +204,8 @@ impl Run {
             next_cleaning_ns: 0,
             facts: String::new(),
             dead_processes_left: 0,
+            crowded: Vec::new(),
+            crowds: Vec::new(),
             tracker_is_done: false,
             asked_to_stop: false,
             newest_came: (None, 0),
@@ -222,6 +228,18 @@ impl Run {
         let seq = self.events.replace(self.events.get() + 1);
         let event = Event::new(seq, self.clock().now_ns(), level, words);
         let _ = self.ports.events.send(event);
+    }
+
+    /// Asks who takes the places of the run's topics, and tells of each topic once.
+    pub(crate) fn look_for_crowds(&mut self) {
+        self.crowded = self.ports.services.crowded();
+        for crowded in self.crowded.clone() {
+            if self.crowds.iter().all(|known| known.service != crowded.service) {
+                bus::say!("pilot: warning: {crowded}: a process that is started again may find none");
+                self.tell(Level::Warning, &crowded.to_string());
+                self.crowds.push(crowded);
+            }
+        }
     }
 
     /// The run's clock.

@@ -31,6 +31,9 @@ pub(crate) struct Status {
     /// Processes that died and whose places on the bus could not be freed.
     #[serde(default)]
     pub(crate) dead_processes_left: u64,
+    /// Topics with hardly a place left for another reader, with those who hold them.
+    #[serde(default)]
+    pub(crate) crowded: Vec<String>,
 }
 
 /// The live images taken together: those of different poses must not be read side by side.
@@ -109,6 +112,7 @@ impl Status {
             views,
             pose: run.books.newest().map(|newest| pose_status(run, newest, now)),
             dead_processes_left: run.dead_processes_left,
+            crowded: run.crowded.iter().map(ToString::to_string).collect(),
         }
     }
 
@@ -141,6 +145,7 @@ impl Status {
             let left = self.dead_processes_left;
             lines.push(format!("the places of {left} dead processes could not be freed"));
         }
+        lines.extend(self.crowded.iter().cloned());
         lines.join("\n")
     }
 }

@@ -130,7 +130,8 @@ impl SliceView {
             return Ok(ControlFlow::Break(()));
         }
         self.take_volume()?;
-        while let Some(request) = server.next()? {
+        // One a turn: who asks again and again does not keep the poses from being drawn.
+        if let Some(request) = server.next()? {
             self.answer(request)?;
         }
         if self.volume.is_none() {

@@ -9,6 +9,7 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::server::Server;
 use iceoryx2::service::port_factory::request_response::PortFactory;
 
+use super::places::Places;
 use super::{event_service, open_error, service_name, transfer_error};
 use crate::clock;
 use crate::message::{Command, ReplyHeader};
@@ -157,10 +158,15 @@ impl CommandClient {
     pub fn open(bus: &Bus, process: &str) -> Result<Self, BusError> {
         let name = COMMAND.of(process);
         patiently(bus, || {
-            let port = service(bus, &name)?
-                .client_builder()
-                .create()
-                .map_err(open_error(&name, "ask"))?;
+            let service = service(bus, &name)?;
+            let port = service.client_builder().create().map_err(|e| BusError::Open {
+                topic: name.clone(),
+                what: "ask",
+                why: match service.crowded() {
+                    Some(crowded) => crowded.to_string(),
+                    None => format!("{e:?}"),
+                },
+            })?;
             let notifier = event_service(bus, &COMMAND, &name)?
                 .notifier_builder()
                 .create()

@@ -3,6 +3,7 @@
 mod command;
 mod frame;
 mod handed;
+mod places;
 mod services;
 mod stream;
 mod volume;
@@ -10,6 +11,7 @@ mod volume;
 pub use command::{CommandClient, CommandServer, Reply, Request};
 pub use frame::{Frame, FramePublisher, FrameSubscriber, Shown};
 pub use handed::HandedVolume;
+pub use places::Crowded;
 pub use services::{Members, Services};
 pub use stream::{Publisher, Subscriber};
 pub use volume::{LoanedVolume, SharedVolume, VolumePublisher, VolumeSubscriber};

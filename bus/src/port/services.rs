@@ -1,7 +1,6 @@
 //! The services of a run, made before anybody joins.
 
-use std::fmt::Debug;
-
+use super::places::{Crowded, Places};
 use super::{command, event_service, frame, stream, volume};
 use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Heartbeat, ToolPose};
 use crate::node::patiently;
@@ -30,7 +29,7 @@ pub struct Members<'a> {
 /// leaves one that hangs in its making, and that nobody can open; so those that are killed and started again only ever open.
 #[derive(Debug)]
 pub struct Services {
-    _kept: Vec<Box<dyn Debug>>,
+    kept: Vec<Box<dyn Places>>,
 }
 
 impl Services {
@@ -65,12 +64,17 @@ impl Services {
             keep(&mut kept, bus, || command::service(bus, &name))?;
             keep(&mut kept, bus, || event_service(bus, &COMMAND, &name))?;
         }
-        Ok(Self { _kept: kept })
+        Ok(Self { kept })
+    }
+
+    /// The services that have hardly a place left for another reader: a process of the run that is started again may find none.
+    pub fn crowded(&self) -> Vec<Crowded> {
+        self.kept.iter().filter_map(|service| service.crowded()).collect()
     }
 }
 
-fn keep<S: Debug + 'static>(
-    kept: &mut Vec<Box<dyn Debug>>,
+fn keep<S: Places + 'static>(
+    kept: &mut Vec<Box<dyn Places>>,
     bus: &Bus,
     open: impl FnMut() -> Result<S, BusError>,
 ) -> Result<(), BusError> {
@@ -80,7 +84,7 @@ fn keep<S: Debug + 'static>(
 
 /// The service of a topic of plain structs, with the event that wakes its receivers.
 fn keep_stream<T: super::Message>(
-    kept: &mut Vec<Box<dyn Debug>>,
+    kept: &mut Vec<Box<dyn Places>>,
     bus: &Bus,
     topic: &Topic,
     part: &str,

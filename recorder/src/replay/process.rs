@@ -138,7 +138,8 @@ pub fn replay(process: &mut Process, options: &Options) -> Result<(), ReplayErro
     let server = CommandServer::open(&process.bus, NAME)?;
     let mut replayer = Replayer::open(process, options)?;
     while !process.stop.is_set() {
-        while let Some(request) = server.next()? {
+        // One a turn: who asks again and again does not keep the poses from going out.
+        if let Some(request) = server.next()? {
             replayer.answer(request)?;
         }
         replayer.turn(process)?;
