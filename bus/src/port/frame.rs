@@ -144,7 +144,9 @@ impl FrameSubscriber {
 impl Frame {
     fn is_whole(&self) -> bool {
         let header = self.header();
-        self.sample.payload().len() as u64 == u64::from(header.width) * u64::from(header.height) * 4
+        // Sides of 2^31 pixels would make 2^64 bytes.
+        let bytes = (u64::from(header.width) * u64::from(header.height)).checked_mul(4);
+        bytes == Some(self.sample.payload().len() as u64)
     }
 
     /// Size and stamp.
@@ -158,6 +160,73 @@ impl Frame {
         Shown {
             state: self.header().stamp.state_at(now_ns, ages),
             rgba: self.sample.payload(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::monotonic_ns;
+    use crate::run::RunContext;
+    use crate::topic::VIEW_FRAME;
+
+    /// One image on the bus of a run of its own: its stamp as sent and as it came, and when it was sent at the earliest and at the latest.
+    fn sent(
+        header: FrameHeader,
+        rgba: &[u8],
+        latest_ns: impl Fn(i64) -> i64,
+    ) -> (Option<FrameStamp>, Option<FrameStamp>, [i64; 2]) {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+        let bus = Bus::join(&run).unwrap();
+        let publisher = FramePublisher::open(&bus, &VIEW_FRAME, "v", 8).unwrap();
+        let subscriber = FrameSubscriber::open(&bus, &VIEW_FRAME, "v").unwrap();
+        let before = bus.clock().now_ns();
+        let stamp = publisher.send(header, rgba, bus.clock(), latest_ns(before)).unwrap();
+        let after = bus.clock().now_ns();
+        let came = subscriber.newest().unwrap().map(|frame| frame.header().stamp);
+        drop((publisher, subscriber, bus));
+        run.sweep();
+        (stamp, came, [before, after])
+    }
+
+    const WHOLE: [u32; 2] = [2, 1];
+
+    fn header([width, height]: [u32; 2]) -> FrameHeader {
+        FrameHeader {
+            width,
+            height,
+            ..FrameHeader::default()
+        }
+    }
+
+    #[test]
+    fn an_image_that_is_handed_over_too_late_is_not_sent() {
+        let (stamp, came, _) = sent(header(WHOLE), &[7; 8], |now| now - 1);
+        assert_eq!((stamp, came), (None, None));
+    }
+
+    #[test]
+    fn an_image_bears_the_moment_at_which_it_was_handed_over() {
+        let (stamp, came, [before, after]) = sent(header(WHOLE), &[7; 8], |_| i64::MAX);
+        assert_eq!(stamp, came);
+        assert!((before..=after).contains(&came.unwrap().t_framed_ns));
+    }
+
+    #[test]
+    fn an_image_whose_pixels_are_not_those_of_its_header_does_not_come() {
+        let eight = &[7; 8][..];
+        let cases = [
+            ([2, 2], eight),
+            ([1, 1], eight),
+            ([0, 0], eight),
+            ([u32::MAX; 2], eight),
+            ([1 << 31; 2], &[]),
+        ];
+        for (size, rgba) in cases {
+            let (stamp, came, _) = sent(header(size), rgba, |_| i64::MAX);
+            assert!(stamp.is_some() && came.is_none(), "{size:?}");
         }
     }
 }
