@@ -215,3 +215,34 @@ fn a_real_ct_runs_and_is_held_once() {
     assert_eq!(rows[1][1], -3.0);
     assert_eq!(rows[2][2], 3.0);
 }
+
+/// The nice value of every thread of a process: the nineteenth field of its line, two of which stand before the name in brackets.
+fn nice_values(pid: u64) -> Vec<i64> {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap().flatten();
+    let lines = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("stat")).ok());
+    lines
+        .filter_map(|line| line.rsplit_once(')')?.1.split_whitespace().nth(16)?.parse().ok())
+        .collect()
+}
+
+#[test]
+fn processes_have_the_priorities_of_the_scene() {
+    let world = World::new();
+    let scene = format!("{SMALL}[priorities]\ntracker = 1\nrenderers = 2\nrecorder = 3\nvolume_loader = 4\n");
+    let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "default");
+    let status = pilot.wait_live();
+    for process in status["processes"].as_array().unwrap() {
+        let expected = match process["name"].as_str().unwrap() {
+            "tracker" => 1,
+            "recorder" => 3,
+            "volume-loader" => 4,
+            _ => 2,
+        };
+        let found = nice_values(process["pid"].as_u64().unwrap());
+        assert!(
+            !found.is_empty() && found.iter().all(|nice| *nice == expected),
+            "{process}: {found:?}"
+        );
+    }
+    assert!(pilot.stop().success());
+}

@@ -123,6 +123,7 @@ impl Process {
         let hash = std::env::var(FACTS_VARIABLE).ok().filter(|_| is_supervised);
         let (run, scene) = RunContext::load_with_scene(&membership.run_dir, hash.as_deref())?;
         let scene = Scene::parse(&scene, &run.scene_path())?;
+        take_priority(name, scene.priorities.of(name));
         let bus = Bus::join_with(&run, life)?;
         let heartbeat = Publisher::open(&bus, &HEARTBEAT, name)?;
         let mut process = Self {
@@ -168,6 +169,18 @@ impl Process {
         self.state = state;
         self.next_beat_ns = now + clock::ns(BEAT);
         self.heartbeat.send(Heartbeat::new(state, now, self.counters, note))
+    }
+}
+
+/// Asks for the nice value `nice`, for this thread and those that it starts. A navigation goes on where the system refuses one.
+fn take_priority(name: &str, nice: i32) {
+    if nice != 0
+        && let Err(error) = rustix::process::setpriority_process(None, nice)
+    {
+        crate::say!(
+            "{name}: warning: the system refuses the priority {nice} that the scene asks for ({error}); below 0 it takes CAP_SYS_NICE, or \
+             a limit (`ulimit -e`) that allows it"
+        );
     }
 }
 

@@ -28,6 +28,8 @@ cargo xtask bench peers           the reslice engine beside VTK and SimpleITK, i
 cargo xtask bench load            reading a DICOM series beside a plain read and SimpleITK, likewise
 cargo xtask faults [COUNT] [load N] [only WORD]   kills and stops parts of a run COUNT times each (20) beside N busy loops (0), and
                                   prints how long it takes until every view is live again, as a table (docs/faults.md)
+cargo xtask overload [SECONDS] [load N]           navigates for SECONDS (20) beside N busy loops (8) with different priorities, and prints
+                                  how late the images were (docs/faults.md)
 cargo xtask soak [MINUTES] [kill SECONDS]         navigates for MINUTES (120) and prints the slopes of memory, files and latencies;
                                   with `kill`, a process dies every so many seconds
 cargo xtask fuzz [SECONDS] [TARGET ...]   libFuzzer on every parser of files and messages, 60 s each (needs a C++ compiler);
@@ -48,7 +50,7 @@ fn main() -> ExitCode {
         Some("test") => test::test(&rest),
         Some("bench") => bench::bench(&rest),
         // Built in release, as a person's run is; the table goes to stdout.
-        Some(name @ ("faults" | "soak")) => {
+        Some(name @ ("faults" | "overload" | "soak")) => {
             shell::run(shell::cargo(&["bench", "--package", "trocar", "--bench", name, "--"]).args(&rest))
         }
         Some("fuzz") => fuzz::fuzz(&rest),

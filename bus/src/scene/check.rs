@@ -33,6 +33,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         render: raw.render,
         recording: super::recording::checked(raw.recording.as_ref())?,
         limits: limits(&raw.limits)?,
+        priorities: super::priorities::checked(&raw.priorities)?,
     })
 }
 

@@ -8,6 +8,7 @@ mod error;
 mod limits;
 pub mod locate;
 pub mod operating_room;
+mod priorities;
 pub mod raw;
 mod recording;
 mod sampling;
@@ -22,6 +23,7 @@ use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::{Invalid, SceneError};
 pub use limits::Limits;
+pub use priorities::Priorities;
 pub use raw::{Extent, Plane, Up};
 pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
@@ -49,6 +51,8 @@ pub struct Scene {
     pub recording: Option<RecordingSpec>,
     /// When to warn, restart and give up.
     pub limits: Limits,
+    /// Who gives way where the machine has too much to do.
+    pub priorities: Priorities,
 }
 
 /// The rigid tube. Its frame: origin at the inner tip, +z from the handle to the tip.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{Invalid, SceneError};
 use super::locate;
 use super::operating_room::RawRoom;
+use super::priorities::Priorities;
 use super::recording::RawRecording;
 use super::sampling::{Filter, Minify, Render, Slab};
 use super::tracking::raw::{RawCalibrationFile, RawEmitterSource, RawRegistrationFile, RawSequence, RawSmoothing};
@@ -46,6 +47,8 @@ pub struct RawScene {
     pub recording: Option<RawRecording>,
     /// `[limits]`
     pub limits: RawLimits,
+    /// `[priorities]`
+    pub priorities: Priorities,
     /// `[[targets]]`; absent: those of the generated patient, or none for a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub targets: Option<Vec<RawTarget>>,
