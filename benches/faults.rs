@@ -7,13 +7,14 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 #![allow(clippy::disallowed_methods, reason = "durations for people, which never reach a bus")]
 
+#[path = "../tests/support/load.rs"]
+mod load;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use load::Load;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use support::{Pilot, SMALL, World, all_live, is_alive, pid_in};
@@ -110,30 +111,6 @@ fn scene() -> String {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     })
-}
-
-/// Busy loops beside the run, as long as it lives.
-struct Load(Arc<AtomicBool>);
-
-impl Load {
-    fn new(count: usize) -> Self {
-        let ended = Arc::new(AtomicBool::new(false));
-        for _ in 0..count {
-            let ended = Arc::clone(&ended);
-            std::thread::spawn(move || {
-                while !ended.load(Ordering::Relaxed) {
-                    std::hint::spin_loop();
-                }
-            });
-        }
-        Self(ended)
-    }
-}
-
-impl Drop for Load {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
 }
 
 /// A generator of its own, so that a table can be made again.
@@ -285,10 +262,9 @@ fn provoked(hazard: &Hazard, count: usize) -> (Vec<f64>, String) {
 }
 
 fn main() {
-    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    let (words, count, load) = load::asked();
     let after = |name: &str| words.iter().position(|w| w == name).and_then(|i| words.get(i + 1));
-    let load: usize = after("load").map_or(0, |n| n.parse().unwrap());
-    let count: usize = words.first().and_then(|n| n.parse().ok()).unwrap_or(20);
+    let (count, load) = (count.unwrap_or(20.0) as usize, load.unwrap_or(0));
     let _load = Load::new(load);
     println!(
         "| hazard, {count} times, beside {load} busy loops | median | 95 of 100 | most | report | what a person sees |"

@@ -6,13 +6,14 @@
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 
+#[path = "../tests/support/load.rs"]
+mod load;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
+use load::Load;
 use support::World;
 
 const SETTINGS: [(&str, &str); 4] = [
@@ -26,19 +27,9 @@ const SETTINGS: [(&str, &str); 4] = [
 ];
 
 fn main() {
-    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
-    let seconds = words.first().and_then(|n| n.parse::<f64>().ok()).unwrap_or(20.0);
-    let load = words.iter().position(|w| w == "load").and_then(|i| words.get(i + 1));
-    let load: usize = load.map_or(8, |n| n.parse().unwrap());
-    let ended = Arc::new(AtomicBool::new(false));
-    for _ in 0..load {
-        let ended = Arc::clone(&ended);
-        std::thread::spawn(move || {
-            while !ended.load(Ordering::Relaxed) {
-                std::hint::spin_loop();
-            }
-        });
-    }
+    let (_, seconds, load) = load::asked();
+    let (seconds, load) = (seconds.unwrap_or(20.0), load.unwrap_or(8));
+    let _load = Load::new(load);
     let demo = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.toml")).unwrap();
     println!(
         "| beside {load} busy loops | image p50, p95, p99, most, ms | poses dropped by views | missing | problems |"
@@ -70,5 +61,4 @@ fn main() {
             report["poses"]["missing"]
         );
     }
-    ended.store(true, Ordering::Relaxed);
 }
