@@ -240,6 +240,31 @@ fn samples_that_a_tracker_left_out_are_a_problem() {
     assert!(problems.contains("samples are missing"), "{problems}");
 }
 
+/// The report cannot be written; who looks at the terminal is told how the run went all the same.
+#[test]
+fn a_run_whose_output_folder_has_gone_says_how_it_went() {
+    let world = World::new();
+    let (scene, out) = (world.file("s.toml", SMALL), world.path("out"));
+    let mut command = world.command("pilot");
+    let child = command
+        .args(["run", "--headless", "--run", "default", "--out"])
+        .args([&out, &scene])
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut pilot = Pilot::of(&world, "default", child);
+    pilot.wait_live();
+    let mut terminal = pilot.child.stdout.take().unwrap();
+    std::fs::remove_dir_all(&out).unwrap();
+    assert_eq!(pilot.stop().code(), Some(3));
+    let mut said = String::new();
+    std::io::Read::read_to_string(&mut terminal, &mut said).unwrap();
+    assert!(
+        said.contains("poses published") && said.contains("report.json: No such file"),
+        "{said}"
+    );
+}
+
 #[test]
 fn no_orphan_outlives_a_killed_pilot_and_the_next_run_starts_cleanly() {
     let world = World::new();

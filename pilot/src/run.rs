@@ -19,7 +19,7 @@ use crate::finale;
 use crate::output::{self, OutputError};
 use crate::ports;
 use crate::replay::{REPLAYER, RecomputeError, Replay};
-use crate::report::{Report, ReportError};
+use crate::report::Report;
 use crate::spawn::{self, Running, SpawnError, Told};
 use crate::state::{Options, Run};
 use crate::supervise::{Action, Ending, Event, KillReason, Outcome};
@@ -47,8 +47,6 @@ pub(crate) enum RunError {
     Bus(#[from] BusError),
     #[error(transparent)]
     Spawn(#[from] SpawnError),
-    #[error(transparent)]
-    Report(#[from] ReportError),
     #[error(transparent)]
     Recompute(#[from] RecomputeError),
     #[error("{0} could not be started, for the reason given above; nothing was navigated and no picture written")]
@@ -102,9 +100,12 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
         return Err(RunError::Refused(run.planned[i].name.clone()));
     }
     run.recomputed = finale::compare(&run.options);
-    let report = finale::report(&run);
-    report.write(&run.options.out)?;
-    finale::attach_report(&run.options);
+    let mut report = finale::report(&run);
+    match report.write(&run.options.out) {
+        Ok(()) => finale::attach_report(&run.options),
+        // The terminal still says how the run went.
+        Err(error) => report.problems.push(error.to_string()),
+    }
     Ok(report)
 }
 
