@@ -233,6 +233,30 @@ fn clients_that_hold_every_place_are_named_and_the_run_can_be_stopped() {
     assert!(crowd(&problems.replace("\\\"", "\"")), "{problems}");
 }
 
+/// The same of a topic that every renderer reads: who is killed then cannot come back, and says who is in its way.
+#[test]
+fn readers_that_hold_every_place_are_named() {
+    let world = World::new();
+    let pilot = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
+    pilot.wait_live();
+    let bus = Bus::join(&context(&world)).unwrap();
+    let mut readers = Vec::new();
+    let refused = loop {
+        match Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", 1) {
+            Ok(reader) => readers.push(reader),
+            Err(error) => break error.to_string(),
+        }
+    };
+    let holder = format!(
+        "24 of 24 places of \"tool-pose\" are taken, {} by process {} (",
+        readers.len(),
+        std::process::id()
+    );
+    assert!(refused.contains(&holder), "{refused}");
+    drop(readers);
+    assert_eq!(pilot.stop().code(), Some(3));
+}
+
 /// Each request for an image was answered before the poses that had come meanwhile.
 #[test]
 fn clients_that_ask_for_images_again_and_again_leave_the_views_live() {

@@ -7,23 +7,25 @@ use crate::plan::Planned;
 
 /// The newest volume of the examination that the run began with.
 #[derive(Debug, Default)]
-pub(crate) struct KeptVolume(Option<(VolumeHash, HandedVolume)>);
+pub(crate) struct KeptVolume {
+    /// The examination, also where its memory could not be opened.
+    first: Option<VolumeHash>,
+    handed: Option<HandedVolume>,
+}
 
 impl KeptVolume {
     /// A loader published this one. Another examination is not shown in the middle of a run, by no process that starts later either.
     pub(crate) fn published(&mut self, volume: &SharedVolume) {
-        if self.0.as_ref().is_some_and(|(hash, _)| *hash != volume.hash()) {
+        if *self.first.get_or_insert(volume.hash()) != volume.hash() {
             return;
         }
         // A loader that has died already leaves nothing to open: what is kept stays.
-        if let Some(handed) = volume.hand_on() {
-            self.0 = Some((volume.hash(), handed));
-        }
+        self.handed = volume.hand_on().or(self.handed.take());
     }
 
     /// What `planned` is given when it starts. A loader reads no voxels and would only keep their memory.
     pub(crate) fn for_process(&self, planned: &Planned) -> Option<&HandedVolume> {
         let reads = planned.name != "volume-loader";
-        self.0.as_ref().filter(|_| reads).map(|(_, handed)| handed)
+        self.handed.as_ref().filter(|_| reads)
     }
 }

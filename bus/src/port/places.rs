@@ -10,6 +10,7 @@ use iceoryx2::service::port_factory::event::PortFactory as EventFactory;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as StreamFactory;
 use iceoryx2::service::port_factory::request_response::PortFactory as RequestFactory;
 
+use crate::BusError;
 use crate::message::{Command, ReplyHeader};
 use crate::node::Ipc;
 
@@ -82,6 +83,17 @@ pub(super) trait Places: Debug {
         let (taken, places) = self.count();
         let is_crowded = places.saturating_sub(taken) * FREE_OF <= places;
         is_crowded.then(|| self.held())
+    }
+}
+
+/// Why a reader was not made: who holds the places, where they are taken, else iceoryx2's words.
+pub(super) fn no_place<E: Debug>(service: &impl Places, topic: &str, what: &'static str) -> impl FnOnce(E) -> BusError {
+    move |e| BusError::Open {
+        topic: topic.to_owned(),
+        what,
+        why: service
+            .crowded()
+            .map_or_else(|| format!("{e:?}"), |crowded| crowded.to_string()),
     }
 }
 

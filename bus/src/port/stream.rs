@@ -7,6 +7,7 @@ use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
+use super::places::no_place;
 use super::{Message, event_service, limited, open_error, service_name, transfer_error};
 use crate::node::{Ipc, patiently};
 use crate::topic::Topic;
@@ -93,12 +94,13 @@ impl<T: Message> Subscriber<T> {
     pub fn open(bus: &Bus, topic: &Topic, part: &str, depth: usize) -> Result<Self, BusError> {
         let name = topic.of(part);
         patiently(bus, || {
-            let port = service(bus, topic, &name)?
+            let service = service(bus, topic, &name)?;
+            let port = service
                 .subscriber_builder()
                 .buffer_size(depth)
                 .history_request(topic.history.min(depth))
                 .create()
-                .map_err(open_error(&name, "subscribe"))?;
+                .map_err(no_place(&service, &name, "subscribe"))?;
             Ok(Self {
                 port,
                 listener: None,

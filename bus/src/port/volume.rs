@@ -13,6 +13,7 @@ use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::handed::{HandedVolume, MappedFile, MappedVoxels};
+use super::places::no_place;
 use super::{limited, open_error, service_name, transfer_error};
 use crate::message::{HeaderError, VolumeHash, VolumeHeader};
 use crate::node::{Ipc, patiently};
@@ -161,12 +162,9 @@ impl VolumeSubscriber {
     /// the volume is as none.
     pub(crate) fn open_with(bus: &Bus, handed: Option<&HandedVolume>) -> Result<Self, BusError> {
         let port = patiently(bus, || {
-            service(bus)?
-                .subscriber_builder()
-                .buffer_size(1)
-                .history_request(1)
-                .create()
-                .map_err(open_error(VOLUME.name, "subscribe"))
+            let service = service(bus)?;
+            let builder = service.subscriber_builder().buffer_size(1).history_request(1);
+            builder.create().map_err(no_place(&service, VOLUME.name, "subscribe"))
         })?;
         let handed = handed.and_then(HandedVolume::map);
         let handed = handed.and_then(|(header, voxels)| SharedVolume::new(header, Voxels::Handed(voxels)).ok());
