@@ -77,6 +77,16 @@ impl Layout {
         false
     }
 
+    /// Writes `text` where `room` was placed, or removes that where `text` is empty.
+    pub(super) fn fill(&mut self, room: &str, text: &str) {
+        if text.is_empty() {
+            self.placed.retain(|placed| placed.text != room);
+        }
+        for placed in self.placed.iter_mut().filter(|placed| placed.text == room) {
+            text.clone_into(&mut placed.text);
+        }
+    }
+
     fn stand(&mut self, caption: Caption, at: [f64; 2], anchor: Anchor, covered: PixelBox) {
         self.taken.push(covered);
         self.placed.push(Placed {

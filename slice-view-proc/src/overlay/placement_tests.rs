@@ -145,7 +145,7 @@ fn inked(words: &Words, [width, height]: [u32; 2]) -> Result<(), String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(256))]
 
     /// `+10 mm` read `+1`, and `ght -6 mm` stood on the image of the demonstration.
     #[test]
@@ -180,6 +180,35 @@ proptest! {
             Ok(())
         })?;
     }
+}
+
+/// The line that said how many labels are left out took the corner's line at which the label then found room, so nothing was
+/// left out, so the line went, so the label was left out and nobody said so.
+#[test]
+fn how_many_labels_are_left_out_does_not_move_the_labels() {
+    let drawn = Drawn {
+        view: 3,
+        size: [392, 599],
+        turn: [0.0; 3],
+        tip: [-29.983_081_152_806_886, 20.183_240_701_058_06, 39.040_558_742_269_03],
+        targets: vec![(
+            "aAAaAaA--AaAA-a-A\u{e9}\u{e9}".to_owned(),
+            [0.0, 11.470_985_199_315_031, -30.442_588_833_438_52],
+            9.445_599_163_224_616,
+        )],
+        notice: Notice::Live,
+        origin: Origin::RecordingOfUnknown,
+        outside: false,
+        tip_mm: 0.0,
+        marks: true,
+        remarks: 0,
+    };
+    with_overlay(&drawn, |overlay| {
+        let layout = overlay.words().layout;
+        let said = layout.placed.iter().any(|word| word.text == "1 LABEL LEFT OUT");
+        assert_eq!(said, layout.left_out == 1, "{:?}", layout.placed);
+        assert_eq!(inked(&overlay.words(), drawn.size), Ok(()));
+    });
 }
 
 #[test]

@@ -21,6 +21,9 @@ const STEP: f64 = 17.0;
 /// How many lines of a corner are tried.
 const LINES: usize = 9;
 
+/// As wide as what it is replaced by: a scene has at most 64 targets, and an image fewer than 36 other words.
+const REMARK_ROOM: &str = "88 LABELS LEFT OUT";
+
 /// A dark band over the whole width, with words that cannot be missed.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Band {
@@ -57,32 +60,34 @@ impl Overlay<'_> {
         self.view.size.iter().all(|side| *side >= SMALLEST_WITH_WORDS)
     }
 
-    /// The words in their places. Where some are left out, that itself stands on the image.
+    /// The words in their places. Where some are left out, that itself stands on the image, in room kept for it: it must not
+    /// push about what it counts.
     pub(super) fn words(&self) -> Words {
-        let words = self.arranged(0);
-        match words.layout.left_out {
-            0 => words,
-            // The remark takes room too, and so may others leave out; their number has no more digits than all have.
-            left_out => {
-                let again = self.arranged(left_out);
-                match again.layout.left_out {
-                    same if same == left_out => again,
-                    more => self.arranged(more),
-                }
-            }
+        let mut words = self.arranged(false);
+        if words.layout.left_out > 0 {
+            words = self.arranged(true);
+            words.layout.fill(REMARK_ROOM, &left_out_words(words.layout.left_out));
         }
+        words
     }
 
-    fn arranged(&self, left_out: usize) -> Words {
+    /// All words but how many are left out, with room for that where `counted`.
+    fn arranged(&self, counted: bool) -> Words {
         let [width, height] = self.view.size;
         let mut layout = Layout::new(width, height);
         layout.place(self.replay_word());
-        let (state, colour) = self.state_words();
-        layout.place(self.caption(state, 13.0, colour, self.spots(Corner::TopRight)));
         let bands = self.bands(&mut layout);
-        self.letters(&mut layout);
+        for letter in self.letters() {
+            layout.place(letter);
+        }
+        // The state may stand on many lines; what comes before may not.
+        let (state, colour) = self.state_words();
+        let spots = [Corner::TopRight, Corner::BottomRight]
+            .map(|corner| self.spots(corner))
+            .concat();
+        layout.place(self.caption(state, 13.0, colour, spots));
         let scale = self.scale_words(&mut layout);
-        for caption in self.corners(left_out) {
+        for caption in self.corners(counted) {
             layout.place(caption);
         }
         if let Some(pose) = self.pose {
@@ -160,22 +165,20 @@ impl Overlay<'_> {
     }
 
     /// Orientation letters in the middle of each side, or beside where an alarm stands there.
-    fn letters(&self, layout: &mut Layout) {
+    fn letters(&self) -> [Caption; 4] {
         let [w, h] = self.view.size.map(f64::from);
         let inset = 14.0 * self.word_unit();
         let (right, down) = (self.plane.right(), self.plane.down());
         let along = [0.5, 0.6, 0.7, 0.8, 0.4, 0.3, 0.2];
         let column = |x: f64, anchor| along.map(|part| ([x, part * h], anchor)).to_vec();
         let row = |y: f64| along.map(|part| ([part * w, y], Anchor::Centre)).to_vec();
-        let sides = [
+        [
+            (-down, row(inset)),
             (-right, column(inset, Anchor::Left)),
             (right, column(w - inset, Anchor::Right)),
-            (-down, row(inset)),
             (down, row(h - inset)),
-        ];
-        for (direction, spots) in sides {
-            layout.place(self.caption(letters(direction), 20.0, palette::WORDS, spots));
-        }
+        ]
+        .map(|(direction, spots)| self.caption(letters(direction), 20.0, palette::WORDS, spots))
     }
 
     /// The number of the scale bar, above it; returns whether there was room.
@@ -189,21 +192,17 @@ impl Overlay<'_> {
     }
 
     /// The lines of the four corners, what matters most first.
-    fn corners(&self, left_out: usize) -> Vec<Caption> {
+    fn corners(&self, counted: bool) -> Vec<Caption> {
         let nearest = self.nearest_target().map(|(name, mm)| format!("{name} {mm:.1} mm"));
         let accuracy = self.accuracy.as_ref();
-        let left_out = match left_out {
-            0 => String::new(),
-            1 => "1 LABEL LEFT OUT".to_owned(),
-            n => format!("{n} LABELS LEFT OUT"),
-        };
+        let room = if counted { REMARK_ROOM } else { "" };
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         let window = format!("W {} C {}", self.view.window.width_hu, self.view.window.centre_hu);
         use Corner::{BottomLeft, BottomRight, TopLeft, TopRight};
         let lines = [
             (TopLeft, self.title(), 15.0, palette::WORDS),
             (BottomRight, self.origin.warning().to_owned(), 13.0, palette::ALARM),
-            (BottomRight, left_out, 12.0, palette::WORDS),
+            (BottomRight, room.to_owned(), 12.0, palette::WORDS),
             (
                 TopRight,
                 accuracy.map(|a| a.words()).unwrap_or_default(),
@@ -296,6 +295,15 @@ impl Overlay<'_> {
             .iter()
             .map(|t| (t.name.as_str(), t.centre.distance(tip)))
             .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+/// How many captions found no spot; none says nothing.
+fn left_out_words(left_out: usize) -> String {
+    match left_out {
+        0 => String::new(),
+        1 => "1 LABEL LEFT OUT".to_owned(),
+        n => format!("{n} LABELS LEFT OUT"),
     }
 }
 
