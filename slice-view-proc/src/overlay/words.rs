@@ -18,6 +18,10 @@ const SMALLEST_UNIT: f64 = 0.75;
 /// The first line of a corner, and from one line to the next.
 const FIRST: f64 = 15.0;
 const STEP: f64 = 17.0;
+/// Of the words of alarms, usual and where there are many on a small image.
+const ALARM_TYPES: [f64; 2] = [18.0, 13.0];
+/// Down to this part of the image's height, alarms have the larger type.
+const MOST_BANDS: f64 = 0.7;
 /// How many lines of a corner are tried.
 const LINES: usize = 9;
 
@@ -122,23 +126,41 @@ impl Overlay<'_> {
         self.caption(word, 24.0, palette::REPLAY, vec![(at, Anchor::Centre)])
     }
 
-    /// Alarms, each in a band of its own, below one another.
+    /// Alarms, each in a band of its own, below one another; in smaller type where they would leave the letters no room.
     fn bands(&self, layout: &mut Layout) -> Vec<Band> {
-        let (u, width) = (self.word_unit(), f64::from(self.view.size[0]));
-        let mut top = 62.0 * u;
+        let [width, height] = self.view.size.map(f64::from);
+        let leaves_room = |size| {
+            let end = self.alarm_bands(size).last().map(|(band, ..)| band.top + band.height);
+            end.is_none_or(|end| end <= MOST_BANDS * height)
+        };
+        let [large, small] = ALARM_TYPES;
+        let size = if leaves_room(large) { large } else { small };
+        let u = self.word_unit() * size / large;
         let mut bands = Vec::new();
-        for (text, colour) in self.alarms() {
-            let lines = wrapped(&text, (18.0 * u) as f32, width - 30.0 * u);
-            let height = (12.0 + 22.0 * lines.len() as f64) * u;
+        for (band, lines, colour) in self.alarm_bands(size) {
             for (k, line) in lines.into_iter().enumerate() {
-                let at = [width / 2.0, top + (17.0 + 22.0 * k as f64) * u];
-                layout.place(self.caption(line, 18.0, colour, vec![(at, Anchor::Centre)]));
+                let at = [width / 2.0, band.top + (17.0 + 22.0 * k as f64) * u];
+                layout.place(self.caption(line, size, colour, vec![(at, Anchor::Centre)]));
             }
-            layout.keep_free([0.0, top], [width, top + height]);
-            bands.push(Band { top, height });
-            top += height + 2.0 * u;
+            layout.keep_free([0.0, band.top], [width, band.top + band.height]);
+            bands.push(band);
         }
         bands
+    }
+
+    /// The bands of the alarms in type of this size, with the lines and their colour.
+    fn alarm_bands(&self, size: f64) -> Vec<(Band, Vec<String>, Rgb)> {
+        let width = f64::from(self.view.size[0]) - 30.0 * self.word_unit();
+        let u = self.word_unit() * size / ALARM_TYPES[0];
+        let mut top = 62.0 * self.word_unit();
+        let band = |(text, colour): (String, Rgb)| {
+            let lines = wrapped(&text, (size * self.word_unit()) as f32, width);
+            let height = (12.0 + 22.0 * lines.len() as f64) * u;
+            let band = Band { top, height };
+            top += height + 2.0 * u;
+            (band, lines, colour)
+        };
+        self.alarms().into_iter().map(band).collect()
     }
 
     fn alarms(&self) -> Vec<(String, Rgb)> {
@@ -169,7 +191,7 @@ impl Overlay<'_> {
         let [w, h] = self.view.size.map(f64::from);
         let inset = 14.0 * self.word_unit();
         let (right, down) = (self.plane.right(), self.plane.down());
-        let along = [0.5, 0.6, 0.7, 0.8, 0.4, 0.3, 0.2];
+        let along = [0.5, 0.6, 0.7, 0.8, 0.4, 0.3, 0.2, 0.9, 0.1];
         let column = |x: f64, anchor| along.map(|part| ([x, part * h], anchor)).to_vec();
         let row = |y: f64| along.map(|part| ([part * w, y], Anchor::Centre)).to_vec();
         [
