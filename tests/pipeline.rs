@@ -4,10 +4,11 @@
 
 mod support;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use support::{SMALL, World, png_texts, shared};
+use support::nifti::Nifti;
+use support::{Pilot, SMALL, World, png_texts, shared};
 
 const STAGES: [&str; 5] = [
     "capture_to_publish",
@@ -160,24 +161,64 @@ fn a_scene_starts_only_what_it_names() {
     assert!(!world.path("out/session.mcap").exists());
 }
 
-/// With a card, also a software one, its name; without any, the CPU's with the reason.
+/// What the renderer of the axial views says of itself, in a status or a report.
+fn note(of_run: &Value) -> &str {
+    let processes = of_run["processes"].as_array().unwrap();
+    let view = processes.iter().find(|p| p["name"] == "view-axial").unwrap();
+    view["note"].as_str().unwrap()
+}
+
+/// A run, its output folder and its status when it is settled who draws.
+fn settled<'a>(world: &'a World, back_end: &str, scene: &str) -> (Pilot<'a>, PathBuf, Value) {
+    let scene = world.file("s.toml", &format!("{scene}[render]\nback_end = \"{back_end}\"\n"));
+    let out = world.path(back_end);
+    let pilot = world.start(&scene, &out, "default");
+    pilot.wait_live();
+    let status = pilot.wait_for("somebody who draws", |status| !note(status).contains("being tried"));
+    (pilot, out, status)
+}
+
+/// With a card, also a software one, its name once it has proved itself; without any, the CPU's with the reason.
 #[test]
 fn the_report_says_who_drew() {
     let world = World::new();
-    for (render, word) in [("cpu", "cpu"), ("auto", ""), ("gpu", "")] {
-        let scene = format!(
-            "[render]\nback_end = \"{render}\"\n{}",
-            SMALL.replacen("seed = 1", "", 1)
-        );
-        let scene = world.file("who.toml", &scene);
-        let report = world.navigate(&scene, &world.path(render), &["--for", "300ms"]);
-        let processes = report["processes"].as_array().unwrap();
-        let view = processes.iter().find(|p| p["name"] == "view-axial").unwrap();
-        let note = view["note"].as_str().unwrap();
-        println!("{render}: {note}");
-        assert!(note.starts_with("cpu") || note.starts_with("gpu"), "{render}: {note:?}");
-        assert!(note.starts_with(word), "{render}: {note:?}");
+    for (back_end, word) in [("cpu", "cpu"), ("auto", ""), ("gpu", "")] {
+        let (pilot, out, status) = settled(&world, back_end, SMALL);
+        assert!(pilot.stop().success());
+        let report = support::report(&out);
+        let drew = note(&report);
+        println!("{back_end}: {drew}");
+        // With the memory that it takes by then.
+        assert_eq!(drew.split(" MiB").next(), note(&status).split(" MiB").next());
+        assert!(drew.starts_with("cpu") || drew.starts_with("gpu"), "{drew}");
+        assert!(drew.starts_with(word), "{back_end}: {drew}");
     }
+}
+
+/// A volume longer than the textures of a card: the CPU draws it, and the run says that the card is not used.
+#[test]
+fn a_card_that_cannot_be_used_is_a_problem_of_the_run() {
+    let world = World::new();
+    let voxels = (0..2 * 2 * 16_000_u32).flat_map(|i| ((i % 700) as i16).to_le_bytes());
+    let long = Nifti::header()
+        .dims([2, 2, 16_000])
+        .f32(88, 0.02)
+        .f32(320, 0.02)
+        .with(voxels);
+    std::fs::write(world.path("long.nii"), Vec::from(long)).unwrap();
+    let scene = SMALL.replace("source = \"phantom\"\nspacing_mm = 6.0", "source = \"long.nii\"");
+    let (pilot, out, status) = settled(&world, "gpu", &scene);
+    if !note(&status).contains("GPU given up") {
+        println!("skipped: no GPU, or one with longer textures: {}", note(&status));
+        return;
+    }
+    assert!(note(&status).contains("(GPU given up, unusable: "), "{status}");
+    assert_eq!(pilot.stop().code(), Some(3));
+    let problems = support::report(&out)["problems"].to_string();
+    assert!(
+        problems.contains("view-axial: cpu") && problems.contains("a volume of 2 x 2 x 16000 v"),
+        "{problems}"
+    );
 }
 
 #[test]

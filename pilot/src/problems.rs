@@ -36,6 +36,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     }
     problems.extend(recorder_troubles(run));
     problems.extend(run.crowds.iter().map(ToString::to_string));
+    problems.extend(run.cards_given_up.iter().cloned());
     problems.extend(restarted(&run.books.restarts));
     problems.extend(
         run.held

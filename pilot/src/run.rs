@@ -171,7 +171,7 @@ impl Run {
             if self.running[i].as_ref().map(Running::pid) != Some(beat.pid) {
                 continue;
             }
-            self.notes[i] = beat.note_text();
+            self.noted(i, beat.note_text());
             if self.planned[i].name == "recorder" {
                 self.unrecorded.heard(&beat);
             }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::Clock;
-use bus::message::{Event, Heartbeat, Level, ProcessState};
+use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level, ProcessState};
 use bus::port::Crowded;
 use bus::process::StopFlag;
 use bus::run::RunContext;
@@ -160,6 +160,8 @@ pub(crate) struct Run {
     /// Services with hardly a place left at the last look, and the first crowd that each service has seen.
     pub(crate) crowded: Vec<Crowded>,
     pub(crate) crowds: Vec<Crowded>,
+    /// Graphics cards that are used no more, with the renderer and why.
+    pub(crate) cards_given_up: Vec<String>,
     /// The tracker has said that the time is over, and all its poses have come.
     pub(crate) tracker_is_done: bool,
     /// `pilot stop` came.
@@ -206,6 +208,7 @@ impl Run {
             dead_processes_left: 0,
             crowded: Vec::new(),
             crowds: Vec::new(),
+            cards_given_up: Vec::new(),
             tracker_is_done: false,
             asked_to_stop: false,
             newest_came: (None, 0),
@@ -228,6 +231,16 @@ impl Run {
         let seq = self.events.replace(self.events.get() + 1);
         let event = Event::new(seq, self.clock().now_ns(), level, words);
         let _ = self.ports.events.send(event);
+    }
+
+    /// Process `i` says this of itself.
+    pub(crate) fn noted(&mut self, i: usize, note: String) {
+        if note.contains(GPU_GIVEN_UP) && !self.notes[i].contains(GPU_GIVEN_UP) {
+            let words = format!("{}: {note}", self.planned[i].name);
+            self.tell(Level::Warning, &words);
+            self.cards_given_up.push(words);
+        }
+        self.notes[i] = note;
     }
 
     /// Asks who takes the places of the run's topics, and tells of each topic once.

@@ -3,7 +3,7 @@
 use bus::clock::Clock;
 use bus::message::{FrameHeader, FrameStamp};
 use bus::port::FramePublisher;
-use bus::scene::View;
+use bus::scene::{Extent, View};
 use bus::topic::{HELD_FRAME, VIEW_FRAME};
 use bus::{Bus, BusError};
 
@@ -17,6 +17,12 @@ pub(crate) struct Output {
     pub(crate) renderer: Renderer,
     live: FramePublisher,
     held: FramePublisher,
+    /// A pose has come of which this view is not drawn yet.
+    pub(crate) waits: bool,
+    /// How long its last drawing took, on the session's clock.
+    pub(crate) took_ns: i64,
+    /// When the pose of its last image was captured, where that image was live.
+    pub(crate) live_from_ns: Option<i64>,
 }
 
 impl Output {
@@ -28,7 +34,15 @@ impl Output {
             live: FramePublisher::open(bus, &VIEW_FRAME, &view.name, bytes)?,
             held: FramePublisher::open(bus, &HELD_FRAME, &view.name, bytes)?,
             renderer: Renderer::new(view.clone()),
+            waits: false,
+            took_ns: 0,
+            live_from_ns: None,
         })
+    }
+
+    /// Whether it gives way to other views where there is not time for all.
+    pub(crate) fn may_wait(&self) -> bool {
+        self.renderer.view().extent == Extent::Global
     }
 
     /// Hands over the image drawn last, to the topic that fits its stamp; `None` where that would be later than `latest_ns`.

@@ -1,5 +1,7 @@
 //! The renderer's process: poses in, images out.
 
+mod draw;
+
 use std::ops::ControlFlow;
 use std::time::Duration;
 
@@ -9,16 +11,15 @@ use bus::continuity::Continuity;
 use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Lost, ProcessState, ToolPose, Tracked};
 use bus::port::{CommandServer, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::scene::Plane;
+use bus::scene::{Plane, Render};
 use bus::topic::{FRAME_STAMP, TOOL_POSE};
 use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
 
-use crate::accuracy::Accuracy;
 use crate::output::{Output, wordless};
 use crate::overlay::{Notice, Origin};
 use crate::remarks::Remarks;
-use crate::render::{RenderError, Rendered};
+use crate::render::RenderError;
 use crate::reslice::{Chosen, Resampler};
 
 /// The loop comes round at least this often: for signs of life and for volumes, which do not wake anybody.
@@ -58,6 +59,8 @@ struct SliceView {
     continuity: Continuity,
     /// The sample handled last, and what it came to.
     last: Option<(ToolPose, Tracked)>,
+    /// From one sample to the next; 0 where there was but one.
+    interval_ns: i64,
     /// The last valid pose and when it was captured.
     last_valid: Option<(Rigid<Ct, Tool>, i64)>,
     /// Nobody publishes poses any more.
@@ -101,14 +104,21 @@ impl SliceView {
             }
             outputs.push(Output::open(&process.bus, index, view)?);
         }
+        // In the order in which they are drawn.
+        outputs.sort_by_key(Output::may_wait);
         if outputs.is_empty() {
             return Err(RunError::NoView(plane.name()));
         }
+        // What is replayed or simulated comes out the same on every machine.
+        let render = match process.session.is_ruled() {
+            true => Render::cpu(),
+            false => process.scene.render,
+        };
         Ok(Self {
             wordless: wordless(&outputs),
             stamps: Publisher::open(&process.bus, &FRAME_STAMP, &plane.process())?,
             volumes: process.volumes()?,
-            resampler: Chosen::new(process.scene.render),
+            resampler: Chosen::new(render),
             process,
             outputs,
             volume: None,
@@ -116,6 +126,7 @@ impl SliceView {
             origin: Origin::Tracker,
             continuity: Continuity::default(),
             last: None,
+            interval_ns: 0,
             last_valid: None,
             no_poses: false,
             remarks: Remarks::default(),
@@ -148,6 +159,13 @@ impl SliceView {
         match newest.filter(|pose| !jumped || !session.is_yet_to_come(pose.t_publish_ns)) {
             Some(pose) => self.show(pose)?,
             None => self.age()?,
+        }
+        // Whatever has waited is drawn before the loop sleeps, and not before a pose that is here already.
+        if self.outputs.iter().any(|output| output.waits) && !poses.has_unread()? {
+            self.catch_up()?;
+        }
+        if let Some(volume) = &self.volume {
+            self.resampler.advance(&volume.view());
         }
         let note = self.resampler.note() + &self.wordless;
         self.process.beat(ProcessState::Ready, &note)?;
@@ -230,6 +248,10 @@ impl SliceView {
     fn show(&mut self, sample: ToolPose) -> Result<(), RunError> {
         self.no_poses = false;
         let tracked = self.judged(&sample);
+        if let Some((before, _)) = self.last.filter(|(before, _)| before.seq < sample.seq) {
+            let passed = i64::try_from(sample.seq - before.seq).unwrap_or(i64::MAX);
+            self.interval_ns = sample.t_capture_ns.saturating_sub(before.t_capture_ns) / passed;
+        }
         self.last = Some((sample, tracked));
         match tracked {
             Tracked::Valid(pose) => {
@@ -311,7 +333,7 @@ impl SliceView {
     /// Draws `sample`, which came to `tracked`, in this state: without a pose the last slice, dimmed.
     fn draw_aged(&mut self, sample: &ToolPose, tracked: Tracked, state: FrameState) -> Result<(), RunError> {
         match (state, tracked) {
-            (FrameState::Live, Tracked::Valid(pose)) => self.draw(sample, Some(pose), Notice::Live),
+            (FrameState::Live, Tracked::Valid(pose)) => self.draw_live(sample, pose),
             (FrameState::Stale, Tracked::Valid(pose)) => {
                 self.draw(sample, Some(pose), Notice::Stale(self.age_ns(sample)))
             }
@@ -324,74 +346,5 @@ impl SliceView {
             // Only what was asked for is held.
             (FrameState::Held, Tracked::Valid(pose)) => self.draw(sample, Some(pose), Notice::Held),
         }
-    }
-
-    /// Draws and publishes every view of this process.
-    fn draw(&mut self, sample: &ToolPose, pose: Option<Rigid<Ct, Tool>>, notice: Notice) -> Result<(), RunError> {
-        let Some(volume) = &self.volume else { return Ok(()) };
-        let clock = self.process.session.clock();
-        let t_seen_ns = clock.now_ns();
-        // What was asked for says nothing of the present.
-        let remarks = match notice {
-            Notice::Held => Vec::new(),
-            _ => self.remarks.words(t_seen_ns),
-        };
-        let mut what = Rendered {
-            volume: volume.view(),
-            volume_name: &self.volume_name,
-            marks: volume.header().marks(),
-            pose,
-            accuracy: pose.map(|pose| Accuracy::of(sample, pose)),
-            notice,
-            origin: self.origin,
-            remarks: &remarks,
-            seq: sample.seq,
-            registration_id: sample.registration_id,
-        };
-        let scene = &self.process.scene;
-        let stale_ns = clock::ns(scene.limits.stale);
-        for output in &mut self.outputs {
-            // An image that claims to be live must be handed over while its pose is young. A machine that was held up
-            // in between draws it again, with its age.
-            loop {
-                output.renderer.render(&what, scene, &mut self.resampler)?;
-                let stamp = FrameStamp {
-                    volume_hash: volume.hash().0,
-                    view: output.index,
-                    t_seen_ns,
-                    t_rendered_ns: clock.now_ns(),
-                    ..stamp_of(sample, &what)
-                };
-                let latest_ns = match what.notice {
-                    Notice::Live => sample.t_capture_ns.saturating_add(stale_ns),
-                    _ => i64::MAX,
-                };
-                if let Some(sent) = output.send(stamp, clock, latest_ns)? {
-                    self.stamps.send(sent)?;
-                    break;
-                }
-                what.notice = Notice::Stale(clock.now_ns() - sample.t_capture_ns);
-            }
-        }
-        if notice != Notice::Held {
-            self.drawn = Some((what.notice.state(), t_seen_ns));
-        }
-        self.process.counters.published += 1;
-        Ok(())
-    }
-}
-
-/// What the stamp of an image takes from its pose; volume, view and times are the caller's to add.
-fn stamp_of(sample: &ToolPose, what: &Rendered<'_>) -> FrameStamp {
-    FrameStamp {
-        seq: sample.seq,
-        t_device_ns: sample.t_device_ns,
-        t_capture_ns: sample.t_capture_ns,
-        t_publish_ns: sample.t_publish_ns,
-        registration_id: sample.registration_id,
-        state: what.notice.state().code(),
-        on_request: u32::from(what.notice == Notice::Held),
-        replay: what.origin.code(),
-        ..FrameStamp::default()
     }
 }

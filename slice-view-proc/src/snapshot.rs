@@ -99,17 +99,17 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         seq: 0,
         registration_id: 0,
     };
-    let mut resampler: Box<dyn Resampler> = match what.reference {
-        true => Box::new(Reference::default()),
-        false => Box::new(Chosen::new(what.render)),
-    };
+    let (mut reference, mut chosen) = (Reference::default(), Chosen::new(what.render));
+    let resampler: &mut dyn Resampler = if what.reference { &mut reference } else { &mut chosen };
     let prepared = resampler.prepare(&rendered.volume, &[what.sampling], &mut || {});
     let failed = |why| SnapshotError::Reslice {
         filter: what.sampling.filter,
         why,
     };
     prepared.map_err(failed)?;
-    let plane = renderer.render(&rendered, &scene, resampler.as_mut());
+    chosen.settle(&rendered.volume);
+    let resampler: &mut dyn Resampler = if what.reference { &mut reference } else { &mut chosen };
+    let plane = renderer.render(&rendered, &scene, resampler);
     let plane = plane.map_err(|error| match error {
         RenderError::Plane(why) => SnapshotError::Plane(why),
         RenderError::Reslice(why) => failed(why),

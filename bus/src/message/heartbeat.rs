@@ -4,6 +4,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::{field_text, text_field};
 
+/// In the note of a renderer whose graphics card is used no more; why follows.
+pub const GPU_GIVEN_UP: &str = "GPU given up,";
+
 /// Published by each process a few times a second.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]

@@ -138,6 +138,14 @@ impl<T: Message> Subscriber<T> {
         Ok(sample.map(|sample| *sample.payload()))
     }
 
+    /// Whether a message is there that was not read.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn has_unread(&self) -> Result<bool, BusError> {
+        self.port.has_samples().map_err(transfer_error(&self.name, "receiving"))
+    }
+
     /// The newest unread message; the others are passed over.
     ///
     /// # Errors

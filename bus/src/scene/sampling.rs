@@ -145,12 +145,12 @@ pub const THICKNESS_MM: std::ops::RangeInclusive<f64> = 0.01..=500.0;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BackEnd {
-    /// A hardware GPU where there is one, else the CPU; never a software rasteriser.
+    /// A hardware GPU where there is one that proves itself, else the CPU; never a software rasteriser.
+    #[default]
     Auto,
     /// A GPU, also a software one; without any the CPU, with a message.
     Gpu,
     /// The CPU: the same bits on every machine.
-    #[default]
     Cpu,
 }
 
@@ -173,4 +173,14 @@ pub struct Render {
     pub back_end: BackEnd,
     /// How a GPU weighs neighbours.
     pub gpu_weights: GpuWeights,
+}
+
+impl Render {
+    /// The CPU alone.
+    pub fn cpu() -> Self {
+        Self {
+            back_end: BackEnd::Cpu,
+            gpu_weights: GpuWeights::Exact,
+        }
+    }
 }

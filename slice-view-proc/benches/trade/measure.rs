@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use bus::clock::monotonic_ns;
-use bus::scene::{self, Filter, GpuWeights, Render, Sampling};
+use bus::scene::{Filter, GpuWeights, Sampling};
 use geometry::SlicePlane;
-use slice_view_proc::reslice::{Chosen, Cpu, Reference, Resampler};
+use slice_view_proc::reslice::{Cpu, Gpu, Reference, Resampler};
 
 use crate::fields::Field;
 use crate::shared::figures::{Errors, Times, cpu_ms};
@@ -53,8 +53,8 @@ impl BackEnd {
             Self::Vector => Box::new(Cpu::default()),
             Self::Portable => Box::new(Cpu::portable()),
             Self::Reference => Box::new(Reference::default()),
-            Self::Gpu => Box::new(card(GpuWeights::Exact)?),
-            Self::Sampler => Box::new(card(GpuWeights::Sampler)?),
+            Self::Gpu => Box::new(Gpu::of_any_kind(GpuWeights::Exact).ok()?),
+            Self::Sampler => Box::new(Gpu::of_any_kind(GpuWeights::Sampler).ok()?),
         })
     }
 
@@ -79,14 +79,6 @@ impl BackEnd {
     fn planes(self) -> usize {
         if self == Self::Reference { 1 } else { PLANES }
     }
-}
-
-fn card(gpu_weights: GpuWeights) -> Option<Chosen> {
-    let chosen = Chosen::new(Render {
-        back_end: scene::BackEnd::Gpu,
-        gpu_weights,
-    });
-    chosen.gpu_timings().is_some().then_some(chosen)
 }
 
 /// One point of the curve.

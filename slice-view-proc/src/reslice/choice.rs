@@ -1,95 +1,267 @@
-//! Which back end draws: as the scene asks, as the machine allows, and as long as the card lives.
+//! Which back end draws: as the scene asks, as the machine allows, and as long as the card draws what the CPU draws.
 //!
-//! The CPU is always made ready beside a card, so that an image that the card fails at is still drawn, by the CPU and in
-//! the same call. A card that failed once is not asked again.
+//! The CPU is made ready first and draws while a card is looked for, loaded and proved ([`Proving`]). From then on the card draws,
+//! and of each image some pixels are computed again by the CPU. An image that the card fails at, is late with or has wrong is drawn
+//! by the CPU in the same call, and the card is not asked again.
 
+use std::time::Duration;
+
+use bus::clock::{monotonic_ns, ns};
+use bus::message::GPU_GIVEN_UP;
 use bus::scene::{BackEnd, Render, Sampling};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
 
 use super::gpu::{Accepted, Timings};
+use super::opening::Opening;
+use super::pace::Pace;
+use super::proving::Proving;
+use super::watch::Drawn;
 use super::{Cpu, Gpu, Resampler, ResliceError};
 
 /// The back end of a scene, with the CPU behind it.
 #[derive(Debug)]
 pub struct Chosen {
     cpu: Cpu,
-    gpu: Option<Gpu>,
+    card: Card,
+    render: Render,
+    samplings: Vec<Sampling>,
     name: String,
-    /// A card drew once and failed.
-    lost: bool,
+    /// What every image says once a card that drew draws no more.
+    caution: &'static str,
+    pace: Pace,
+    /// Images of the card so far.
+    drawn: u64,
+}
+
+/// How far a card has come.
+#[derive(Debug)]
+enum Card {
+    /// None is used, from the beginning or any more.
+    None,
+    /// One is to be looked for when it is known what for.
+    Wanted(Accepted),
+    Opening(Opening),
+    Proving(Proving),
+    Drawing(Box<Gpu>),
+}
+
+/// Why a card that drew is given up.
+#[derive(Debug, Clone, Copy)]
+enum Fall {
+    Lost,
+    Late,
+    Wrong,
+}
+
+impl Fall {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Lost => "lost",
+            Self::Late => "late",
+            Self::Wrong => "wrong",
+        }
+    }
+
+    fn caution(self) -> &'static str {
+        match self {
+            Self::Lost => "GPU LOST, CPU DRAWS",
+            Self::Late => "GPU LATE, CPU DRAWS",
+            Self::Wrong => "GPU WRONG, CPU DRAWS",
+        }
+    }
 }
 
 impl Chosen {
-    /// The back end that `render` asks for.
-    ///
-    /// [`BackEnd::Gpu`] without a card is said on stderr; [`BackEnd::Cpu`] does not even look for one.
+    /// The back end that `render` asks for; [`BackEnd::Cpu`] does not even look for a card.
     pub fn new(render: Render) -> Self {
-        match render.back_end {
-            BackEnd::Cpu => Self::of(Cpu::default(), None),
-            BackEnd::Auto => Self::open(Accepted::Hardware, render),
-            BackEnd::Gpu => {
-                let chosen = Self::open(Accepted::Any, render);
-                if chosen.gpu.is_none() {
-                    warn(&chosen.name);
-                }
-                chosen
-            }
-        }
+        Self::among(
+            render,
+            match render.back_end {
+                BackEnd::Cpu => None,
+                BackEnd::Auto => Some(Accepted::Hardware),
+                BackEnd::Gpu => Some(Accepted::Any),
+            },
+        )
     }
 
-    pub(super) fn open(accepted: Accepted, render: Render) -> Self {
-        let opened = Gpu::open(accepted, render.gpu_weights);
-        let why = opened.as_ref().err().cloned();
-        let mut chosen = Self::of(Cpu::default(), opened.ok());
-        if let Some(why) = why {
-            chosen.name = format!("{} ({why})", chosen.cpu.name());
-        }
-        chosen
-    }
-
-    fn of(cpu: Cpu, gpu: Option<Gpu>) -> Self {
-        let name = gpu.as_ref().map_or(cpu.name(), Gpu::name).to_owned();
+    pub(super) fn among(render: Render, accepted: Option<Accepted>) -> Self {
+        let cpu = Cpu::default();
         Self {
+            name: cpu.name().to_owned(),
             cpu,
-            gpu,
-            name,
-            lost: false,
+            card: accepted.map_or(Card::None, Card::Wanted),
+            render,
+            samplings: Vec::new(),
+            caution: "",
+            pace: Pace::default(),
+            drawn: 0,
+        }
+    }
+
+    /// The CPU alone: the same bits on every machine.
+    pub fn exact(&mut self) -> &mut Cpu {
+        &mut self.cpu
+    }
+
+    /// Goes on with making a card ready, for some milliseconds; `volume` is that of [`Resampler::prepare`]. Returns whether there
+    /// is more to do.
+    pub fn advance(&mut self, volume: &VolumeView<'_>) -> bool {
+        match std::mem::replace(&mut self.card, Card::None) {
+            Card::Opening(mut opening) => match opening.opened() {
+                None => self.card = Card::Opening(opening),
+                Some(Ok(gpu)) => self.prove(gpu, volume),
+                Some(Err(why)) => self.do_without(&why),
+            },
+            Card::Proving(mut proving) => match proving.step(volume, &mut self.cpu) {
+                Ok(false) => self.card = Card::Proving(proving),
+                Ok(true) => self.take(proving),
+                Err(why) => {
+                    proving.into_gpu().close();
+                    self.give_up("unusable", &why);
+                }
+            },
+            other => self.card = other,
+        }
+        matches!(self.card, Card::Opening(_) | Card::Proving(_))
+    }
+
+    /// Waits until it is settled who draws, for who has nothing to show meanwhile.
+    pub fn settle(&mut self, volume: &VolumeView<'_>) {
+        while self.advance(volume) {
+            if matches!(self.card, Card::Opening(_)) {
+                std::thread::sleep(Duration::from_millis(1));
+            }
         }
     }
 
     /// The name, with the memory taken on the card: what a process says of itself.
     pub fn note(&self) -> String {
-        match self.gpu_bytes() {
-            Some(bytes) => format!("{}, {} MiB", self.name, bytes.div_ceil(1 << 20)),
-            None => self.name.clone(),
+        match (self.gpu_bytes(), &self.card) {
+            (Some(bytes), _) => format!("{}, {} MiB", self.name, bytes.div_ceil(1 << 20)),
+            (None, Card::Opening(_) | Card::Proving(_)) => format!("{} (a GPU is being tried)", self.name),
+            _ => self.name.clone(),
         }
     }
 
     /// Bytes taken on the card; `None` where the CPU draws.
     pub fn gpu_bytes(&self) -> Option<u64> {
-        self.gpu.as_ref().map(Gpu::bytes)
+        self.gpu().map(Gpu::bytes)
     }
 
     /// How long the card's parts of the work took; `None` where the CPU draws.
     pub fn gpu_timings(&self) -> Option<Timings> {
-        self.gpu.as_ref().map(Gpu::timings)
+        self.gpu().map(Gpu::timings)
     }
 
-    /// The card, to be taken away in a test.
-    #[cfg(test)]
+    /// The card that draws.
     pub(super) fn gpu(&self) -> Option<&Gpu> {
-        self.gpu.as_ref()
+        match &self.card {
+            Card::Drawing(gpu) => Some(gpu),
+            _ => None,
+        }
     }
 
-    /// From now on the CPU draws.
-    fn fall_back(&mut self, how: &str, why: &str) {
-        self.name = format!("{} (GPU {how}: {why})", self.cpu.name());
+    /// The card that is proved.
+    #[cfg(test)]
+    pub(super) fn on_trial(&self) -> Option<&Gpu> {
+        match &self.card {
+            Card::Proving(proving) => Some(proving.gpu()),
+            _ => None,
+        }
+    }
+
+    /// Watches the speed of a card whatever its kind.
+    #[cfg(test)]
+    pub(super) fn take_for_hardware(&mut self) {
+        self.render.back_end = BackEnd::Auto;
+    }
+
+    /// What the CPU's images took, to be set in a test.
+    #[cfg(test)]
+    pub(super) fn pace(&mut self) -> &mut Pace {
+        &mut self.pace
+    }
+
+    fn prove(&mut self, gpu: Box<Gpu>, volume: &VolumeView<'_>) {
+        match Proving::new(gpu, volume, &self.samplings) {
+            Ok(proving) => self.card = Card::Proving(proving),
+            Err(why) => self.give_up("unusable", &why),
+        }
+    }
+
+    fn take(&mut self, proving: Proving) {
+        let gpu = proving.into_gpu();
+        self.name = gpu.name().to_owned();
+        self.card = Card::Drawing(gpu);
+    }
+
+    /// There is no card. Who asked for one by name is told so.
+    fn do_without(&mut self, why: &str) {
+        self.name = format!("{} ({why})", self.cpu.name());
+        if self.render.back_end == BackEnd::Gpu {
+            warn(&self.name);
+        }
+    }
+
+    /// A card is there and is not used from now on.
+    fn give_up(&mut self, how: &str, why: &str) {
+        self.name = format!("{} ({} {how}: {why})", self.cpu.name(), GPU_GIVEN_UP);
         warn(&self.name);
-        self.lost = true;
-        if let Some(gpu) = self.gpu.take() {
+    }
+
+    fn fall(&mut self, fall: Fall, why: &str) {
+        self.give_up(fall.word(), why);
+        self.caution = fall.caution();
+        if let Card::Drawing(gpu) = std::mem::replace(&mut self.card, Card::None) {
             gpu.close();
         }
+    }
+
+    /// Draws with the card and has the image checked; in words why that is not to be shown.
+    fn by_card(
+        &mut self,
+        volume: &VolumeView<'_>,
+        plane: &SlicePlane,
+        sampling: &Sampling,
+        hu: &mut [f32],
+    ) -> Result<Result<(), (Fall, String)>, ResliceError> {
+        let Card::Drawing(gpu) = &mut self.card else {
+            return Ok(Err((Fall::Lost, "there is none".to_owned())));
+        };
+        let is_watched = self.render.back_end == BackEnd::Auto;
+        let patience = self.pace.patience(plane.size(), sampling).filter(|_| is_watched);
+        let began = monotonic_ns();
+        let drawn = match patience {
+            Some(patience) => gpu.reslice_within(volume, plane, sampling, hu, patience),
+            None => gpu.reslice(volume, plane, sampling, hu),
+        };
+        let took_ns = monotonic_ns() - began;
+        match drawn {
+            Err(ResliceError::Gpu(why)) if patience.is_some_and(|patience| took_ns >= ns(patience)) => {
+                return Ok(Err((Fall::Late, why)));
+            }
+            Err(ResliceError::Gpu(why)) => return Ok(Err((Fall::Lost, why))),
+            other => other?,
+        }
+        if let Some(why) = self
+            .pace
+            .of_card(plane.size(), sampling, took_ns)
+            .filter(|_| is_watched)
+        {
+            return Ok(Err((Fall::Late, why)));
+        }
+        let largest_hu = gpu.largest_hu();
+        let drawn = Drawn {
+            volume,
+            plane,
+            sampling,
+            hu,
+            bound_hu: gpu.error_bound_hu(sampling, largest_hu) + self.cpu.error_bound_hu(sampling, largest_hu),
+        };
+        self.drawn += 1;
+        let deviation = drawn.spot_check(&mut self.cpu, self.drawn)?;
+        Ok(deviation.map_or(Ok(()), |deviation| Err((Fall::Wrong, deviation.to_string()))))
     }
 }
 
@@ -103,16 +275,17 @@ impl Resampler for Chosen {
     }
 
     fn caution(&self) -> &'static str {
-        if self.lost { "GPU LOST, CPU DRAWS" } else { "" }
+        self.caution
     }
 
     fn error_bound_hu(&self, sampling: &Sampling, max_abs_hu: f64) -> f64 {
-        match &self.gpu {
+        match self.gpu() {
             Some(gpu) => gpu.error_bound_hu(sampling, max_abs_hu),
             None => self.cpu.error_bound_hu(sampling, max_abs_hu),
         }
     }
 
+    /// Makes the CPU ready and begins with a card: [`Chosen::advance`] goes on with that.
     fn prepare(
         &mut self,
         volume: &VolumeView<'_>,
@@ -120,14 +293,25 @@ impl Resampler for Chosen {
         alive: &mut dyn FnMut(),
     ) -> Result<(), ResliceError> {
         self.cpu.prepare(volume, samplings, alive)?;
-        match self.gpu.as_mut().map(|gpu| gpu.prepare(volume, samplings, alive)) {
-            Some(Err(ResliceError::Gpu(why))) => {
-                self.fall_back("unusable", &why);
-                Ok(())
+        self.samplings.clear();
+        for sampling in samplings {
+            if !self.samplings.contains(sampling) {
+                self.samplings.push(*sampling);
             }
-            Some(other) => other,
-            None => Ok(()),
         }
+        match std::mem::replace(&mut self.card, Card::None) {
+            Card::Wanted(accepted) => {
+                self.card = Card::Opening(Opening::new(accepted, self.render.gpu_weights, samplings.to_vec()));
+            }
+            // The card is not believed about a volume on which it was not proved.
+            Card::Proving(proving) => self.prove(proving.into_gpu(), volume),
+            Card::Drawing(gpu) => {
+                self.name = self.cpu.name().to_owned();
+                self.prove(gpu, volume);
+            }
+            other => self.card = other,
+        }
+        Ok(())
     }
 
     fn reslice(
@@ -137,11 +321,15 @@ impl Resampler for Chosen {
         sampling: &Sampling,
         hu: &mut [f32],
     ) -> Result<(), ResliceError> {
-        match self.gpu.as_mut().map(|gpu| gpu.reslice(volume, plane, sampling, hu)) {
-            Some(Err(ResliceError::Gpu(why))) => self.fall_back("lost", &why),
-            Some(other) => return other,
-            None => {}
+        if self.gpu().is_some() {
+            match self.by_card(volume, plane, sampling, hu)? {
+                Ok(()) => return Ok(()),
+                Err((fall, why)) => self.fall(fall, &why),
+            }
         }
-        self.cpu.reslice(volume, plane, sampling, hu)
+        let began = monotonic_ns();
+        self.cpu.reslice(volume, plane, sampling, hu)?;
+        self.pace.of_cpu(plane.size(), sampling, monotonic_ns() - began);
+        Ok(())
     }
 }

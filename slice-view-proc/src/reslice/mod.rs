@@ -15,9 +15,13 @@
 mod choice;
 mod cpu;
 mod gpu;
+mod opening;
+mod pace;
+mod proving;
 mod reference;
 mod samples;
 mod spline;
+mod watch;
 mod weights;
 
 use bus::scene::{Filter, Sampling};

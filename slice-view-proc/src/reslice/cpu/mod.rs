@@ -56,6 +56,11 @@ impl Cpu {
         Self::with(None)
     }
 
+    /// The coefficients that it was prepared with, where it needs them.
+    pub(in crate::reslice) fn spline(&self) -> Option<&Spline<f32>> {
+        self.spline.as_ref()
+    }
+
     fn with(vector: Option<Vector>) -> Self {
         Self {
             vector,

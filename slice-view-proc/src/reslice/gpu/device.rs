@@ -22,6 +22,10 @@ const PATIENCE_WITH_PROGRAMS: Duration = Duration::from_secs(60);
 const MEMORY_SHARE: u8 = 90;
 /// Where cards are looked for, first group first; a later one only where the earlier have no hardware.
 const GROUPS: [Backends; 2] = [Backends::VULKAN.union(Backends::METAL), Backends::GL];
+/// What is said where there is none.
+const NO_HARDWARE: &str = "no hardware GPU";
+/// How the files of `/dev` begin through which every driver of a card works: DRM, NVIDIA's own, and Windows' in WSL.
+const DEVICES: [(&str, &str); 3] = [("/dev/dri", "renderD"), ("/dev", "nvidia"), ("/dev", "dxg")];
 /// The longest failure that is passed on, characters.
 const LONGEST_WORDS: usize = 200;
 
@@ -55,6 +59,16 @@ fn is_hardware(kind: DeviceType) -> bool {
     rank(kind) < 3
 }
 
+/// Whether the system has a card at all. To ask the drivers takes each renderer a tenth of a second and 100 MiB.
+fn has_hardware() -> bool {
+    DEVICES.into_iter().any(|(folder, beginning)| {
+        let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        files
+            .into_iter()
+            .any(|file| file.file_name().to_string_lossy().starts_with(beginning))
+    })
+}
+
 /// The best is first.
 fn rank(kind: DeviceType) -> u8 {
     match kind {
@@ -82,6 +96,9 @@ impl Card {
     /// Opens the best card that is accepted; in words why there is none.
     pub(super) fn open(accepted: Accepted) -> Result<Self, String> {
         let mut refused = Vec::new();
+        if accepted == Accepted::Hardware && !has_hardware() {
+            return Err(NO_HARDWARE.to_owned());
+        }
         for adapter in candidates(accepted) {
             match Self::of(&adapter) {
                 Ok(card) => return Ok(card),
@@ -90,7 +107,7 @@ impl Card {
         }
         match (refused.is_empty(), accepted) {
             (false, _) => Err(refused.join("; ")),
-            (true, Accepted::Hardware) => Err("no hardware GPU".to_owned()),
+            (true, Accepted::Hardware) => Err(NO_HARDWARE.to_owned()),
             (true, _) => Err("no GPU".to_owned()),
         }
     }
@@ -145,16 +162,19 @@ impl Card {
             .map_or(Ok(()), |words| Err(ResliceError::Gpu(words.clone())))
     }
 
-    /// Hands over what was queued and waits until it is done.
-    pub(super) fn finish(&self, commands: Option<wgpu::CommandBuffer>) -> Result<(), ResliceError> {
+    /// How long it may take for one piece of work, where nothing else is known.
+    pub(super) fn patience(&self) -> Duration {
+        match is_hardware(self.info.device_type) {
+            true => PATIENCE,
+            false => PATIENCE_WITH_PROGRAMS,
+        }
+    }
+
+    /// Hands over what was queued and waits until it is done, but not longer than `patience`.
+    pub(super) fn finish(&self, commands: Option<wgpu::CommandBuffer>, patience: Duration) -> Result<(), ResliceError> {
         let submitted = self.queue.submit(commands);
         // Before the wait: for work that was never handed over there is nothing to wait for.
         self.check()?;
-        let patience = if is_hardware(self.info.device_type) {
-            PATIENCE
-        } else {
-            PATIENCE_WITH_PROGRAMS
-        };
         let wait = PollType::Wait {
             submission_index: Some(submitted),
             timeout: Some(patience),

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use bus::clock::monotonic_ns;
 use wgpu::{BufferUsages, Limits};
@@ -55,6 +56,8 @@ pub(super) struct Tools<'a> {
     pub(super) card: &'a Card,
     pub(super) program: &'a Program,
     pub(super) volume: &'a Uploaded,
+    /// The longest that it may take for a band.
+    pub(super) patience: Duration,
 }
 
 impl Kept {
@@ -184,7 +187,10 @@ impl Frame {
         Ok(())
     }
 
-    fn bind(&self, Tools { card, program, volume }: Tools<'_>) -> Result<Bound, ResliceError> {
+    fn bind(&self, tools: Tools<'_>) -> Result<Bound, ResliceError> {
+        let Tools {
+            card, program, volume, ..
+        } = tools;
         let buffers = [&self.parameters, &self.rows, &self.runs, &self.hu];
         let mut entries = Vec::with_capacity(7);
         for (binding, kept) in (0..).zip(buffers) {
@@ -235,7 +241,7 @@ impl Frame {
         encoder.map_buffer_on_submit(back, wgpu::MapMode::Read, 0..results, move |result| {
             heard.store(result.is_ok(), Ordering::Relaxed);
         });
-        card.finish(Some(encoder.finish()))?;
+        card.finish(Some(encoder.finish()), tools.patience)?;
         match mapped.load(Ordering::Relaxed) {
             true => Ok(()),
             false => Err(ResliceError::Gpu("its results cannot be read".to_owned())),

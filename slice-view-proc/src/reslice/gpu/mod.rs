@@ -14,11 +14,14 @@ mod program;
 mod rows;
 mod texture;
 
+use std::time::Duration;
+
 use bus::clock::monotonic_ns;
 use bus::scene::{Filter, GpuWeights, Sampling};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
 
+use super::spline::{self, Spline};
 use super::{Cpu, Resampler, ResliceError};
 pub(super) use device::Accepted;
 use device::{Card, guarded};
@@ -46,22 +49,34 @@ pub struct Gpu {
     card: Card,
     name: String,
     sampler: bool,
+    programs: Vec<Program>,
     prepared: Option<Prepared>,
     frame: Frame,
     timings: Timings,
 }
 
-/// What was made ready for one volume.
+/// What was made ready of one volume.
 #[derive(Debug)]
 struct Prepared {
     /// Where its voxels were read from, which tells it from another volume.
     voxels: (usize, usize),
     dims: [u32; 3],
     textures: Vec<Uploaded>,
-    programs: Vec<Program>,
+    /// Pieces that are on the card, of all textures one after the other.
+    done: u32,
+    /// The largest magnitude among the voxels read so far, HU.
+    largest_hu: u16,
 }
 
 impl Gpu {
+    /// Opens the best card, which may be a program on the CPU, with nobody watching it; in words why there is none.
+    ///
+    /// # Errors
+    /// What the drivers say.
+    pub fn of_any_kind(weights: GpuWeights) -> Result<Self, String> {
+        Self::open(Accepted::Any, weights)
+    }
+
     /// Opens the best card among those accepted; in words why there is none.
     pub(super) fn open(accepted: Accepted, weights: GpuWeights) -> Result<Self, String> {
         let mut words = String::new();
@@ -77,6 +92,7 @@ impl Gpu {
             name: format!("gpu {kind}: {}", card.name()),
             card,
             sampler,
+            programs: Vec::new(),
             prepared: None,
             frame: Frame::default(),
             timings: Timings::default(),
@@ -119,27 +135,139 @@ impl Gpu {
         }
     }
 
-    fn upload(&self, volume: &VolumeView<'_>, ways: &[Way], alive: &mut dyn FnMut()) -> Result<Prepared, ResliceError> {
-        let mut prepared = Prepared {
-            voxels: identity(volume),
-            dims: volume.grid.dims(),
-            textures: Vec::new(),
-            programs: Vec::new(),
-        };
+    /// Compiles the programs for these ways of sampling that it has not compiled yet.
+    ///
+    /// # Errors
+    /// [`ResliceError::Gpu`].
+    pub(super) fn compile(&mut self, samplings: &[Sampling]) -> Result<(), ResliceError> {
+        for sampling in samplings {
+            let way = self.way(sampling.filter);
+            if !self.programs.iter().any(|program| program.way == way) {
+                self.programs.push(guarded(|| Program::new(&self.card, way))?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes room for `volume`; [`Gpu::upload`] brings it there.
+    ///
+    /// # Errors
+    /// [`ResliceError::Gpu`] where the card is too small.
+    pub(super) fn begin(&mut self, volume: &VolumeView<'_>, samplings: &[Sampling]) -> Result<(), ResliceError> {
+        // What the card held before makes room first.
+        self.prepared = None;
+        self.frame.unbind();
+        self.timings.upload_ns = 0;
+        let dims = volume.grid.dims();
+        let ways: Vec<Way> = samplings.iter().map(|s| self.way(s.filter)).collect();
+        let mut textures = Vec::new();
         for contents in [Contents::Voxels, Contents::Fractions, Contents::Coefficients] {
             if ways.iter().any(|way| way.contents() == contents) {
-                prepared
-                    .textures
-                    .push(Uploaded::new(&self.card, volume, contents, alive)?);
+                textures.push(guarded(|| Uploaded::empty(&self.card, dims, contents))?);
             }
         }
-        for &way in ways {
-            if !prepared.programs.iter().any(|p| p.way == way) {
-                prepared.programs.push(Program::new(&self.card, way)?);
-                alive();
-            }
+        self.prepared = Some(Prepared {
+            voxels: identity(volume),
+            dims,
+            textures,
+            done: 0,
+            largest_hu: 0,
+        });
+        Ok(())
+    }
+
+    /// Brings one more piece of the volume, or of its `spline`, onto the card: some milliseconds of work. Returns whether it was
+    /// the last one.
+    ///
+    /// # Errors
+    /// [`ResliceError::Gpu`], [`ResliceError::NotPrepared`] without the coefficients that it needs.
+    pub(super) fn upload(
+        &mut self,
+        volume: &VolumeView<'_>,
+        spline: Option<&Spline<f32>>,
+    ) -> Result<bool, ResliceError> {
+        let began = monotonic_ns();
+        let (card, prepared) = (&self.card, self.prepared.as_mut());
+        let Some(prepared) = prepared.filter(|p| p.voxels == identity(volume)) else {
+            return Err(ResliceError::NotPrepared(Filter::Linear));
+        };
+        let pieces = Uploaded::pieces(prepared.dims);
+        let (texture, piece) = (prepared.done / pieces, prepared.done % pieces);
+        if let Some(uploaded) = prepared.textures.get(texture as usize) {
+            guarded(|| match (uploaded.contents, spline) {
+                (Contents::Voxels | Contents::Fractions, _) => uploaded.fill(card, volume.layout, volume.voxels, piece),
+                (Contents::Coefficients, Some(spline)) => {
+                    uploaded.fill(card, &spline.layout, &spline.coefficients, piece)
+                }
+                (Contents::Coefficients, None) => Err(ResliceError::NotPrepared(Filter::BSpline)),
+            })?;
+            prepared.done += 1;
         }
-        Ok(prepared)
+        if texture == 0 {
+            let part = volume.voxels.len().div_ceil(pieces as usize);
+            let voxels = volume
+                .voxels
+                .chunks(part.max(1))
+                .nth(piece as usize)
+                .unwrap_or_default();
+            let largest = voxels.iter().map(|hu| hu.unsigned_abs()).max().unwrap_or(0);
+            prepared.largest_hu = prepared.largest_hu.max(largest);
+        }
+        self.timings.upload_ns += monotonic_ns() - began;
+        Ok(prepared.is_whole())
+    }
+
+    /// The largest magnitude among the voxels on the card, HU.
+    pub(super) fn largest_hu(&self) -> f64 {
+        self.prepared.as_ref().map_or(0.0, |p| f64::from(p.largest_hu))
+    }
+
+    /// Samples `plane` as [`Resampler::reslice`] does, but gives the card up where it takes longer than `patience`.
+    ///
+    /// # Errors
+    /// [`ResliceError`].
+    pub(super) fn reslice_within(
+        &mut self,
+        volume: &VolumeView<'_>,
+        plane: &SlicePlane,
+        sampling: &Sampling,
+        hu: &mut [f32],
+        patience: Duration,
+    ) -> Result<(), ResliceError> {
+        let missing = || ResliceError::NotPrepared(sampling.filter);
+        let way = self.way(sampling.filter);
+        let prepared = self
+            .prepared
+            .as_ref()
+            .filter(|p| p.voxels == identity(volume) && p.is_whole());
+        let textures = prepared.map(|p| &p.textures).ok_or_else(missing)?;
+        let tools = Tools {
+            card: &self.card,
+            program: self.programs.iter().find(|p| p.way == way).ok_or_else(missing)?,
+            volume: textures
+                .iter()
+                .find(|t| t.contents == way.contents())
+                .ok_or_else(missing)?,
+            patience,
+        };
+        let rows = Rows::new(volume, plane, sampling);
+        let mut timings = Timings {
+            upload_ns: self.timings.upload_ns,
+            ..Timings::default()
+        };
+        let image = [i32::from(volume.padding_hu), plane.size()[0] as i32];
+        let frame = &mut self.frame;
+        guarded(|| frame.draw(tools, &rows, image, hu, &mut timings))?;
+        self.timings = timings;
+        Ok(())
+    }
+
+    /// Puts zeros where the volume was, as a card with bad memory may.
+    #[cfg(test)]
+    pub(super) fn spoil(&self) {
+        for texture in self.prepared.iter().flat_map(|p| &p.textures) {
+            texture.spoil(&self.card);
+        }
     }
 }
 
@@ -149,12 +277,8 @@ fn identity(volume: &VolumeView<'_>) -> (usize, usize) {
 }
 
 impl Prepared {
-    fn tools<'a>(&'a self, card: &'a Card, way: Way) -> Option<Tools<'a>> {
-        Some(Tools {
-            card,
-            program: self.programs.iter().find(|p| p.way == way)?,
-            volume: self.textures.iter().find(|t| t.contents == way.contents())?,
-        })
+    fn is_whole(&self) -> bool {
+        self.done >= Uploaded::pieces(self.dims) * self.textures.len() as u32
     }
 }
 
@@ -190,13 +314,16 @@ impl Resampler for Gpu {
         samplings: &[Sampling],
         alive: &mut dyn FnMut(),
     ) -> Result<(), ResliceError> {
-        let began = monotonic_ns();
-        // What the card held before makes room first.
-        self.prepared = None;
-        self.frame.unbind();
-        let ways: Vec<Way> = samplings.iter().map(|s| self.way(s.filter)).collect();
-        self.prepared = Some(guarded(|| self.upload(volume, &ways, alive))?);
-        self.timings.upload_ns = monotonic_ns() - began;
+        self.compile(samplings)?;
+        let spline = samplings.iter().any(|s| s.filter == Filter::BSpline).then(|| {
+            spline::check_memory::<f32>(volume)?;
+            Ok(Spline::new(volume, alive))
+        });
+        let spline = spline.transpose()?;
+        self.begin(volume, samplings)?;
+        while !self.upload(volume, spline.as_ref())? {
+            alive();
+        }
         Ok(())
     }
 
@@ -207,22 +334,8 @@ impl Resampler for Gpu {
         sampling: &Sampling,
         hu: &mut [f32],
     ) -> Result<(), ResliceError> {
-        let way = self.way(sampling.filter);
-        let prepared = self.prepared.as_ref().filter(|p| p.voxels == identity(volume));
-        let tools = prepared.and_then(|p| p.tools(&self.card, way));
-        let tools = tools.ok_or(ResliceError::NotPrepared(sampling.filter))?;
-        let rows = Rows::new(volume, plane, sampling);
-        let (frame, mut timings) = (
-            &mut self.frame,
-            Timings {
-                upload_ns: self.timings.upload_ns,
-                ..Timings::default()
-            },
-        );
-        let image = [i32::from(volume.padding_hu), plane.size()[0] as i32];
-        guarded(|| frame.draw(tools, &rows, image, hu, &mut timings))?;
-        self.timings = timings;
-        Ok(())
+        let patience = self.card.patience();
+        self.reslice_within(volume, plane, sampling, hu, patience)
     }
 }
 

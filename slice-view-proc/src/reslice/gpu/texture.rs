@@ -1,13 +1,12 @@
-//! The volume on the card: a three-dimensional texture, filled slab by slab.
+//! The volume on the card: a three-dimensional texture, filled piece by piece.
 //!
-//! Only one slab of voxels at a time is in this process's memory besides the shared volume; bricks become rows on the
+//! Only one piece of voxels at a time is in this process's memory besides the shared volume; bricks become rows on the
 //! way.
 
-use bus::volume::{Layout, VolumeView};
+use bus::volume::Layout;
 use wgpu::{Extent3d, TextureFormat};
 
 use super::super::ResliceError;
-use super::super::spline::Spline;
 use super::device::Card;
 
 /// Slices handed over at a time: 4 MiB of a usual CT.
@@ -55,29 +54,16 @@ pub(super) struct Uploaded {
 }
 
 impl Uploaded {
-    /// Puts `contents` of `volume` on the card.
+    /// How many pieces [`Uploaded::fill`] takes.
+    pub(super) fn pieces(dims: [u32; 3]) -> u32 {
+        dims[2].div_ceil(SLICES)
+    }
+
+    /// Takes room on the card for `contents` of a volume.
     ///
     /// # Errors
     /// [`ResliceError::Gpu`] where the card is too small.
-    pub(super) fn new(
-        card: &Card,
-        volume: &VolumeView<'_>,
-        contents: Contents,
-        alive: &mut dyn FnMut(),
-    ) -> Result<Self, ResliceError> {
-        let uploaded = Self::empty(card, volume.grid.dims(), contents)?;
-        match contents {
-            Contents::Voxels | Contents::Fractions => uploaded.fill(card, volume.layout, volume.voxels, alive)?,
-            Contents::Coefficients => {
-                super::super::spline::check_memory::<f32>(volume)?;
-                let spline = Spline::<f32>::new(volume, alive);
-                uploaded.fill(card, &spline.layout, &spline.coefficients, alive)?;
-            }
-        }
-        Ok(uploaded)
-    }
-
-    fn empty(card: &Card, dims: [u32; 3], contents: Contents) -> Result<Self, ResliceError> {
+    pub(super) fn empty(card: &Card, dims: [u32; 3], contents: Contents) -> Result<Self, ResliceError> {
         check_size(dims, card.limits.max_texture_dimension_3d)?;
         let texture = card.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
@@ -98,27 +84,28 @@ impl Uploaded {
         })
     }
 
-    /// Uploads values that lie in `layout`, some slices at a time.
-    fn fill<T: bytemuck::Pod>(
+    /// Uploads piece number `piece`, some slices, of values that lie in `layout`.
+    ///
+    /// # Errors
+    /// [`ResliceError::Gpu`].
+    pub(super) fn fill<T: bytemuck::Pod>(
         &self,
         card: &Card,
         layout: &Layout,
         values: &[T],
-        alive: &mut dyn FnMut(),
+        piece: u32,
     ) -> Result<(), ResliceError> {
         let [xs, ys, zs] = [0, 1, 2].map(|axis| layout.table(axis));
-        let mut rows: Vec<T> = Vec::with_capacity(xs.len() * ys.len() * SLICES as usize);
-        for (slab, layers) in (0..).zip(zs.chunks(SLICES as usize)) {
-            rows.clear();
-            for &z in layers {
-                for &y in ys {
-                    rows.extend(xs.iter().map(|&x| values[(x + y + z) as usize]));
-                }
+        let Some(layers) = zs.chunks(SLICES as usize).nth(piece as usize) else {
+            return Ok(());
+        };
+        let mut rows: Vec<T> = Vec::with_capacity(xs.len() * ys.len() * layers.len());
+        for &z in layers {
+            for &y in ys {
+                rows.extend(xs.iter().map(|&x| values[(x + y + z) as usize]));
             }
-            self.fill_slab(card, slab * SLICES, bytemuck::cast_slice(&rows))?;
-            alive();
         }
-        Ok(())
+        self.fill_slab(card, piece * SLICES, bytemuck::cast_slice(&rows))
     }
 
     /// Hands over whole slices from `z` on, and waits for them, so that they do not pile up on the way.
@@ -139,7 +126,15 @@ impl Uploaded {
             },
             extent([width, height, slices as u32]),
         );
-        card.finish(None)
+        card.finish(None, card.patience())
+    }
+
+    /// Overwrites the first slices with zeros, as a card with bad memory may.
+    #[cfg(test)]
+    pub(super) fn spoil(&self, card: &Card) {
+        let Extent3d { width, height, .. } = self.texture.size();
+        let bytes = width * height * self.contents.bytes_per_voxel() * self.texture.depth_or_array_layers();
+        self.fill_slab(card, 0, &vec![0; bytes as usize]).unwrap();
     }
 }
 

@@ -1,0 +1,182 @@
+//! Drawing and handing over, local views first.
+//!
+//! A renderer that is slower than its poses passes poses over. Its global views are the first to be passed over: they show where the
+//! tube is in the body, which changes less than what lies before its tip.
+
+use bus::clock;
+use bus::message::{FrameStamp, FrameState, ToolPose, Tracked};
+use geometry::{Ct, Rigid, Tool};
+
+use super::{RunError, SliceView};
+use crate::accuracy::Accuracy;
+use crate::output::Output;
+use crate::overlay::Notice;
+use crate::render::Rendered;
+use crate::reslice::Resampler;
+
+/// A view that waits is drawn all the same once its pose has this part of the age at which it would be stale.
+const LONGEST_WAIT: f64 = 0.5;
+
+/// What is drawn.
+struct Drawing<'a> {
+    sample: &'a ToolPose,
+    pose: Option<Rigid<Ct, Tool>>,
+    notice: Notice,
+    /// When the sample was seen, on the session's clock.
+    t_seen_ns: i64,
+}
+
+impl SliceView {
+    /// Draws every view of this process.
+    pub(super) fn draw(
+        &mut self,
+        sample: &ToolPose,
+        pose: Option<Rigid<Ct, Tool>>,
+        notice: Notice,
+    ) -> Result<(), RunError> {
+        self.process.counters.published += 1;
+        let drawing = Drawing {
+            sample,
+            pose,
+            notice,
+            t_seen_ns: self.process.session.clock().now_ns(),
+        };
+        self.draw_some(&drawing, |_| true)
+    }
+
+    /// Draws the views of a pose that has just come, but those that may wait until no newer pose does. A replay and simulated time
+    /// are to give each image of each pose, so nothing waits there.
+    pub(super) fn draw_live(&mut self, sample: &ToolPose, pose: Rigid<Ct, Tool>) -> Result<(), RunError> {
+        self.process.counters.published += 1;
+        let session = &self.process.session;
+        let longest_ns = clock::ns(self.process.scene.limits.stale.mul_f64(LONGEST_WAIT));
+        let (t_seen_ns, is_ruled) = (session.clock().now_ns(), session.is_ruled());
+        for output in &mut self.outputs {
+            let is_young = output
+                .live_from_ns
+                .is_some_and(|captured| t_seen_ns - captured < longest_ns);
+            output.waits = !is_ruled && output.may_wait() && is_young;
+        }
+        let drawing = Drawing {
+            sample,
+            pose: Some(pose),
+            notice: Notice::Live,
+            t_seen_ns,
+        };
+        self.draw_some(&drawing, |output| !output.waits)
+    }
+
+    /// Draws the views that wait, where their pose is still live and the next pose will not have to wait for them. Otherwise all
+    /// are due with its age, which is not for here.
+    pub(super) fn catch_up(&mut self) -> Result<(), RunError> {
+        let waiting = self.outputs.iter().filter(|output| output.waits);
+        let needed_ns: i64 = waiting.map(|output| output.took_ns).sum();
+        let (Some((sample, Tracked::Valid(pose))), Some((FrameState::Live, t_seen_ns))) = (self.last, self.drawn)
+        else {
+            return Ok(());
+        };
+        let since_ns = self.process.session.clock().now_ns() - t_seen_ns;
+        let is_next_overdue = since_ns >= self.interval_ns.saturating_mul(2);
+        if since_ns + needed_ns > self.interval_ns && !is_next_overdue {
+            return Ok(());
+        }
+        let drawing = Drawing {
+            sample: &sample,
+            pose: Some(pose),
+            notice: Notice::Live,
+            t_seen_ns,
+        };
+        match self.ages().state(self.age_ns(&sample)) {
+            FrameState::Live => self.draw_some(&drawing, |output| output.waits),
+            _ => Ok(()),
+        }
+    }
+
+    /// Draws and publishes the views that are `chosen`.
+    fn draw_some(&mut self, drawing: &Drawing<'_>, chosen: impl Fn(&Output) -> bool) -> Result<(), RunError> {
+        let Some(volume) = &self.volume else { return Ok(()) };
+        let (sample, t_seen_ns) = (drawing.sample, drawing.t_seen_ns);
+        let is_held = drawing.notice == Notice::Held;
+        let clock = self.process.session.clock();
+        // What was asked for says nothing of the present.
+        let remarks = match is_held {
+            true => Vec::new(),
+            false => self.remarks.words(clock.now_ns()),
+        };
+        let mut what = Rendered {
+            volume: volume.view(),
+            volume_name: &self.volume_name,
+            marks: volume.header().marks(),
+            pose: drawing.pose,
+            accuracy: drawing.pose.map(|pose| Accuracy::of(sample, pose)),
+            notice: drawing.notice,
+            origin: self.origin,
+            remarks: &remarks,
+            seq: sample.seq,
+            registration_id: sample.registration_id,
+        };
+        let scene = &self.process.scene;
+        let stale_ns = clock::ns(scene.limits.stale);
+        let mut are_all = true;
+        for output in &mut self.outputs {
+            if !chosen(output) {
+                are_all = false;
+                continue;
+            }
+            // An image that claims to be live must be handed over while its pose is young. A machine that was held up
+            // in between draws it again, with its age.
+            let began_ns = clock.now_ns();
+            loop {
+                // Whoever asks for an image can ask for the same again, and is given the same.
+                let resampler: &mut dyn Resampler = match is_held {
+                    true => self.resampler.exact(),
+                    false => &mut self.resampler,
+                };
+                output.renderer.render(&what, scene, resampler)?;
+                let stamp = FrameStamp {
+                    volume_hash: volume.hash().0,
+                    view: output.index,
+                    t_seen_ns,
+                    t_rendered_ns: clock.now_ns(),
+                    ..stamp_of(sample, &what)
+                };
+                let latest_ns = match what.notice {
+                    Notice::Live => sample.t_capture_ns.saturating_add(stale_ns),
+                    _ => i64::MAX,
+                };
+                if let Some(sent) = output.send(stamp, clock, latest_ns)? {
+                    self.stamps.send(sent)?;
+                    break;
+                }
+                what.notice = Notice::Stale(clock.now_ns() - sample.t_capture_ns);
+            }
+            if !is_held {
+                output.waits = false;
+                output.took_ns = clock.now_ns() - began_ns;
+                output.live_from_ns = (what.notice == Notice::Live).then_some(sample.t_capture_ns);
+            }
+        }
+        if !is_held {
+            let state = what.notice.state();
+            // Some views stale and others not: all are due at the next turn.
+            let is_one = are_all || state == FrameState::Live;
+            self.drawn = is_one.then_some((state, t_seen_ns));
+        }
+        Ok(())
+    }
+}
+
+/// What the stamp of an image takes from its pose; volume, view and times are the caller's to add.
+fn stamp_of(sample: &ToolPose, what: &Rendered<'_>) -> FrameStamp {
+    FrameStamp {
+        seq: sample.seq,
+        t_device_ns: sample.t_device_ns,
+        t_capture_ns: sample.t_capture_ns,
+        t_publish_ns: sample.t_publish_ns,
+        registration_id: sample.registration_id,
+        state: what.notice.state().code(),
+        on_request: u32::from(what.notice == Notice::Held),
+        replay: what.origin.code(),
+        ..FrameStamp::default()
+    }
+}
