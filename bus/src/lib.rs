@@ -27,6 +27,7 @@ pub mod run;
 pub mod scene;
 pub mod session;
 pub mod topic;
+mod unfinished;
 pub mod volume;
 pub mod wake;
 

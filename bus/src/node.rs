@@ -7,6 +7,7 @@ use iceoryx2::prelude::*;
 use crate::clock::Clock;
 use crate::life::LifeLine;
 use crate::run::RunContext;
+use crate::unfinished::Sweeper;
 
 pub(crate) type Ipc = ipc::Service;
 
@@ -66,8 +67,8 @@ pub struct Bus {
     pub(crate) node: Node<Ipc>,
     clock: Clock,
     life: LifeLine,
-    /// Whether this process, the pilot, frees the places of dead ones.
-    keeps: bool,
+    /// Takes away what dead processes left half made; the pilot has it, who alone frees their places.
+    sweeper: Option<Sweeper>,
 }
 
 impl Bus {
@@ -109,6 +110,8 @@ impl Bus {
                 .create::<Ipc>()
                 .map_err(|e| fail(format!("{e:?}")))
         };
+        // Before anything is asked of iceoryx2, which might wait for what is half made.
+        let sweeper = keeps.then(|| Sweeper::start(run.prefix()));
         let node = again_and_again(create, || life.beat())?;
         if keeps {
             run.close_shared_memory();
@@ -118,7 +121,7 @@ impl Bus {
             node,
             clock,
             life,
-            keeps,
+            sweeper,
         })
     }
 
@@ -135,9 +138,9 @@ impl Bus {
     /// Frees the places of processes that died, so that their topics can be joined anew. Does nothing but for the run's
     /// keeper ([`Bus::keep`]). Returns how many could not be freed.
     pub fn remove_dead_processes(&self) -> u64 {
-        match self.keeps {
-            true => self.node.try_cleanup_dead_nodes().failed_cleanups,
-            false => 0,
+        match self.sweeper {
+            Some(_) => self.node.try_cleanup_dead_nodes().failed_cleanups,
+            None => 0,
         }
     }
 }

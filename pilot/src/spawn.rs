@@ -41,10 +41,19 @@ fn sibling(binary: &str) -> PathBuf {
 
 /// Runs a sibling to its end; what it has to say on stderr goes where the pilot's words go.
 pub(crate) fn ask(binary: &str, arguments: &[&OsStr]) -> (PathBuf, io::Result<Output>) {
+    ask_with(binary, arguments, Stdio::inherit())
+}
+
+/// The same, for who makes nothing of what it says.
+pub(crate) fn ask_quietly(binary: &str, arguments: &[&OsStr]) -> io::Result<Output> {
+    ask_with(binary, arguments, Stdio::null()).1
+}
+
+fn ask_with(binary: &str, arguments: &[&OsStr], stderr: Stdio) -> (PathBuf, io::Result<Output>) {
     let program = sibling(binary);
     #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
     let mut command = std::process::Command::new(&program);
-    command.args(arguments).stdin(Stdio::null()).stderr(Stdio::inherit());
+    command.args(arguments).stdin(Stdio::null()).stderr(stderr);
     let output = command.output();
     (program, output)
 }

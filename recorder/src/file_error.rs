@@ -114,7 +114,7 @@ impl std::fmt::Display for Lost {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Unwritten { messages, seqs } = self.0;
         match messages {
-            0 => write!(f, "Everything taken so far is on disk"),
+            0 => write!(f, "Every message taken so far is in the file"),
             n => write!(f, "Lost: the last {n} messages (numbers {} to {})", seqs.0, seqs.1),
         }
     }

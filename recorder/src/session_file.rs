@@ -188,13 +188,16 @@ impl SessionFile {
     /// exists, the name is the next free part of it.
     ///
     /// # Errors
-    /// [`FileError::Write`], [`FileError::Rename`].
+    /// [`FileError::Write`], [`FileError::Sync`] where the disk did not keep it, [`FileError::Rename`].
     pub fn finish(mut self) -> Result<Finished, FileError> {
         self.flush()?;
         let messages = self.written();
         let whole = self.log.finish().and_then(|mut sink| Ok(sink.flush()?));
-        let whole = whole.and_then(|()| Ok(self.file.sync_all()?));
         whole.map_err(|e| write_error(&self.recording, &e, Unwritten::default()))?;
+        self.file.sync_all().map_err(|e| FileError::Sync {
+            path: self.recording.clone(),
+            why: e.to_string(),
+        })?;
         let to = if self.out.exists() {
             paths::free_part(&self.out)
         } else {

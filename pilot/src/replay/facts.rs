@@ -54,8 +54,9 @@ pub(crate) enum FactsError {
 
 /// How many poses a recording holds by its index; 0 for one that holds none, or cannot be read.
 pub(crate) fn recorded_poses(recording: &Path) -> u64 {
-    let answer = spawn::ask("recorder", &["facts".as_ref(), recording.as_os_str()]);
-    let Some(output) = answer.1.ok().filter(|output| output.status.success()) else {
+    // A recorder that was killed before the first pose leaves a file without any, which is no fault to be told of.
+    let answer = spawn::ask_quietly("recorder", &["facts".as_ref(), recording.as_os_str()]);
+    let Some(output) = answer.ok().filter(|output| output.status.success()) else {
         return 0;
     };
     serde_json::from_slice::<Facts>(&output.stdout).map_or(0, |facts| facts.poses)
