@@ -3,7 +3,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 #![allow(clippy::print_stdout, reason = "the figures")]
-#![allow(clippy::disallowed_methods, reason = "a folder of programs of its own, strace, and real time")]
+#![allow(
+    clippy::disallowed_methods,
+    reason = "a folder of programs of its own, strace, and real time"
+)]
 
 mod support;
 
@@ -51,7 +54,9 @@ impl Theatre {
                 "#!/bin/sh\n# The first start after the file was written is traced as it says.\n\
                  if mv {folder}/{program}.asked {folder}/{program}.taken 2>/dev/null; then\n\
                  echo $$ >{folder}/{program}.pid\n\
-                 exec strace -D -qq $(cat {folder}/{program}.taken) {real} \"$@\"\nfi\nexec {real} \"$@\"\n",
+                 exec strace -D -qq $(cat {folder}/{program}.taken) {real} \"$@\"\nfi\n\
+                 if [ -e {folder}/{program}.always ]; then\n\
+                 exec strace -D -qq $(cat {folder}/{program}.always) {real} \"$@\"\nfi\nexec {real} \"$@\"\n",
                 folder = folder.display(),
                 real = real(program).display(),
             );
@@ -245,6 +250,43 @@ fn disks_that_fail_are_named_and_no_pose_is_missed_in_silence() {
             "{inject}: {kept}, {problems}"
         );
     }
+}
+
+/// Both at once: the recorder dies, and its disk takes no file any more. It once ended again and again, and was held for good.
+#[test]
+fn a_recorder_that_dies_with_its_disk_says_so_and_records_again_when_it_can() {
+    if !can_trace() {
+        return;
+    }
+    let world = World::new();
+    let (theatre, out) = (Theatre::new(&world), world.path("out"));
+    let pilot = theatre.start(&world, &world.file("s.toml", SMALL), &out);
+    pilot.wait_for("the run", is_well);
+    let growing = out.join("session.mcap.recording");
+    theatre.ask(
+        "recorder",
+        // Its first two tries.
+        &format!(
+            "-f -o /dev/null -P {} -e inject=openat:error=EROFS:when=1..2",
+            growing.display()
+        ),
+    );
+    kill_9(pilot.pid("recorder").unwrap());
+    let note = |status: &Value| {
+        let processes = status["processes"].as_array().unwrap();
+        let recorder = processes.iter().find(|p| p["name"] == "recorder").unwrap();
+        recorder["note"].as_str().unwrap().to_owned()
+    };
+    pilot.wait_for("a recorder that says what is amiss", |status| {
+        is_well(status) && note(status).contains("NOT RECORDING") && note(status).contains("Read-only file system")
+    });
+    pilot.wait_for("a recorder that records", |status| {
+        is_well(status) && note(status).contains("synced")
+    });
+    assert_eq!(pilot.stop().code(), Some(3));
+    let problems = support::report(&out)["problems"].to_string();
+    assert!(problems.contains("Read-only file system"), "{problems}");
+    assert!(whole_poses(&world, &out) > 0);
 }
 
 /// The poses of the finished recordings, read from start to end.

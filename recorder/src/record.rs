@@ -136,7 +136,11 @@ impl Recorder {
             watch: Watch::open(bus, scene)?,
             thumbnails: thumbnails.transpose()?,
             volume: VolumeSubscriber::open(bus)?,
-            series: Series::start(out, content, &spec, free)?,
+            series: match run.began_ns() {
+                None => Series::start(out, content, &spec, free)?,
+                // Another recorder was there before. Navigation does not wait for the disk.
+                Some(_) => Series::follow(out, content, &spec, free, bus.clock().now_ns()),
+            },
             bound: Bound::new(run, scene),
             facts,
             refused: 0,
@@ -299,7 +303,11 @@ impl std::fmt::Display for Progress {
 pub fn record(process: &mut Process, out: &Path) -> Result<Finished, RecordError> {
     let out = absolute(out)?;
     refuse_file_size_signal();
-    let unfinished = leftovers::set_aside(&out)?;
+    let unfinished = match leftovers::set_aside(&out) {
+        // It is tried again with each file that this recorder makes.
+        Err(_) if process.run.began_ns().is_some() => Vec::new(),
+        aside => aside?,
+    };
     let volumes = process.volumes()?;
     let mut recorder = Recorder::open(&process.bus, &process.run, &process.scene, &out)?.with_volumes(volumes);
     let recovery = leftovers::recover_in_background(unfinished);

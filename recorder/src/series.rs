@@ -69,8 +69,23 @@ impl Series {
     /// [`FileError::NoRoom`], and those of [`SessionFile::create`].
     pub(crate) fn start(out: &Path, content: Content, spec: &RecordingSpec, free: Free) -> Result<Self, FileError> {
         check_room(out, spec.min_free_bytes, free)?;
-        Ok(Self {
-            state: writing(SessionFile::create(out, &content)?, out, i64::MIN),
+        let file = SessionFile::create(out, &content)?;
+        Ok(Self::with(writing(file, out, i64::MIN), out, content, spec, free))
+    }
+
+    /// Goes on in the place of a recorder that died: where no file can be made, that is said, and tried again later.
+    pub(crate) fn follow(out: &Path, content: Content, spec: &RecordingSpec, free: Free, now_ns: i64) -> Self {
+        let mut series = Self::with(stopped(now_ns, 0), out, content, spec, free);
+        match check_room(out, spec.min_free_bytes, free) {
+            Ok(()) => series.resume(now_ns),
+            Err(error) => series.stopped_by(now_ns, &error),
+        }
+        series
+    }
+
+    fn with(state: State, out: &Path, content: Content, spec: &RecordingSpec, free: Free) -> Self {
+        Self {
+            state,
             out: out.to_owned(),
             content,
             spec: spec.clone(),
@@ -84,7 +99,7 @@ impl Series {
             parts: 0,
             notices: Vec::new(),
             said: 0,
-        })
+        }
     }
 
     /// Takes a message, or counts it as not recorded.
@@ -346,15 +361,7 @@ impl Series {
 
     /// Why nothing is recorded at the moment. Files are named without their folder: a sign of life has little room for words.
     pub(crate) fn stopped(&self) -> Option<String> {
-        let folder = self
-            .out
-            .parent()
-            .map_or(String::new(), |folder| format!("{}/", folder.display()));
-        match &self.state {
-            State::Writing { .. } => None,
-            State::Stopped { why, .. } if folder.len() > 1 => Some(why.replace(&folder, "")),
-            State::Stopped { why, .. } => Some(why.clone()),
-        }
+        self.state.why(self.out.parent())
     }
 
     /// Messages that came and are in no file: none could be written, or it was removed.

@@ -21,6 +21,18 @@ pub(super) enum State {
     },
 }
 
+impl State {
+    /// Why nothing is written, without the names of `folder`.
+    pub(super) fn why(&self, folder: Option<&Path>) -> Option<String> {
+        let folder = folder.map_or(String::new(), |folder| format!("{}/", folder.display()));
+        match self {
+            Self::Writing { .. } => None,
+            Self::Stopped { why, .. } if folder.len() > 1 => Some(why.replace(&folder, "")),
+            Self::Stopped { why, .. } => Some(why.clone()),
+        }
+    }
+}
+
 /// Writing `file`, the growing one of `out`.
 pub(super) fn writing(file: SessionFile, out: &Path, since_ns: i64) -> State {
     State::Writing {
