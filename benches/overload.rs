@@ -16,7 +16,7 @@ use std::path::Path;
 use load::Load;
 use support::World;
 
-const SETTINGS: [(&str, &str); 4] = [
+const SETTINGS: [(&str, &str); 5] = [
     ("as shipped", ""),
     ("recorder 10", "[priorities]\nrecorder = 10\n"),
     ("tracker, renderers -5", "[priorities]\ntracker = -5\nrenderers = -5\n"),
@@ -24,6 +24,7 @@ const SETTINGS: [(&str, &str); 4] = [
         "tracker -15, renderers -10",
         "[priorities]\ntracker = -15\nrenderers = -10\n",
     ),
+    ("real_time", "[priorities]\nreal_time = true\n"),
 ];
 
 fn main() {

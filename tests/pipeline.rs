@@ -1,6 +1,7 @@
 //! One command, all processes, pictures that rest on one pose.
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+#![allow(clippy::disallowed_methods, reason = "the system is asked what it allows")]
 
 mod support;
 
@@ -257,12 +258,16 @@ fn a_real_ct_runs_and_is_held_once() {
     assert_eq!(rows[2][2], 3.0);
 }
 
-/// The nice value of every thread of a process: the nineteenth field of its line, two of which stand before the name in brackets.
-fn nice_values(pid: u64) -> Vec<i64> {
+const NICE: usize = 16;
+const REAL_TIME_PRIORITY: usize = 37;
+const POLICY: usize = 38;
+
+/// A field of `/proc/PID/stat` of every thread of a process, counted from the name in brackets.
+fn of_threads(pid: u64, field: usize) -> Vec<i64> {
     let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap().flatten();
     let lines = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("stat")).ok());
     lines
-        .filter_map(|line| line.rsplit_once(')')?.1.split_whitespace().nth(16)?.parse().ok())
+        .filter_map(|line| line.rsplit_once(')')?.1.split_whitespace().nth(field)?.parse().ok())
         .collect()
 }
 
@@ -282,11 +287,41 @@ fn processes_have_the_priorities_of_the_scene() {
             "volume-loader" => 4,
             _ => 2,
         };
-        let found = nice_values(process["pid"].as_u64().unwrap());
+        let found = of_threads(process["pid"].as_u64().unwrap(), NICE);
         assert!(
             !found.is_empty() && found.iter().all(|nice| *nice == expected),
             "{process}: {found:?}"
         );
+    }
+    assert!(pilot.stop().success());
+}
+
+#[test]
+fn tracker_and_renderers_have_the_real_time_priority_that_the_scene_asks_for() {
+    let allowed = std::process::Command::new("chrt").args(["-r", "10", "true"]).status();
+    if !allowed.is_ok_and(|status| status.success()) {
+        println!("skipped: this system allows no real-time priority, or has no chrt to ask it");
+        return;
+    }
+    let world = World::new();
+    let scene = format!("{SMALL}[render]\nback_end = \"cpu\"\n[priorities]\nreal_time = true\n");
+    let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "default");
+    let status = pilot.wait_live();
+    for process in status["processes"].as_array().unwrap() {
+        let name = process["name"].as_str().unwrap();
+        // SCHED_RR is 2.
+        let expected = if name == "tracker" || name.starts_with("view-") {
+            [10, 2]
+        } else {
+            [0, 0]
+        };
+        for (field, expected) in [REAL_TIME_PRIORITY, POLICY].into_iter().zip(expected) {
+            let found = of_threads(process["pid"].as_u64().unwrap(), field);
+            assert!(
+                !found.is_empty() && found.iter().all(|x| *x == expected),
+                "{name}: {found:?}"
+            );
+        }
     }
     assert!(pilot.stop().success());
 }

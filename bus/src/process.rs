@@ -10,6 +10,11 @@ use std::time::Duration;
 use rustix::fs::Mode;
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use thread_priority::ThreadPriority;
+use thread_priority::unix::{
+    NormalThreadSchedulePolicy, RealtimeThreadSchedulePolicy, ScheduleParams, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id,
+};
 
 use crate::clock::{self, Clock};
 use crate::life::LifeLine;
@@ -23,6 +28,8 @@ use crate::{Bus, BusError};
 
 /// In it the pilot hands the hash of the run's files to the processes that it starts.
 pub const FACTS_VARIABLE: &str = "TROCAR_FACTS";
+/// Of 1 to 99: below what a system gives its own threads.
+const REAL_TIME_PRIORITY: i32 = 10;
 /// Between two signs of life.
 const BEAT: Duration = Duration::from_millis(100);
 
@@ -123,7 +130,10 @@ impl Process {
         let hash = std::env::var(FACTS_VARIABLE).ok().filter(|_| is_supervised);
         let (run, scene) = RunContext::load_with_scene(&membership.run_dir, hash.as_deref())?;
         let scene = Scene::parse(&scene, &run.scene_path())?;
-        take_priority(name, scene.priorities.of(name));
+        match scene.priorities.is_real_time(name) {
+            true => take_real_time(name),
+            false => take_priority(name, scene.priorities.of(name)),
+        }
         let bus = Bus::join_with(&run, life)?;
         let heartbeat = Publisher::open(&bus, &HEARTBEAT, name)?;
         let mut process = Self {
@@ -182,6 +192,28 @@ fn take_priority(name: &str, nice: i32) {
              a limit (`ulimit -e`) that allows it"
         );
     }
+}
+
+/// Asks to be served before whatever has no such priority, for this thread and those that it starts. The kernel leaves others a
+/// twentieth of the time all the same.
+fn take_real_time(name: &str) {
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::RoundRobin);
+    let priority = ThreadPriority::from_posix(ScheduleParams {
+        sched_priority: REAL_TIME_PRIORITY,
+    });
+    if let Err(error) = set_thread_priority_and_policy(thread_native_id(), priority, policy) {
+        crate::say!(
+            "{name}: warning: the system refuses the real-time priority that the scene asks for ({error}); it takes CAP_SYS_NICE, or \
+             a limit (`ulimit -r`) that allows it"
+        );
+    }
+}
+
+/// Lets this thread, and those that it starts, be served as any other: what it does can wait, whatever its process is for.
+pub fn leave_real_time() {
+    let policy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Other);
+    // Everybody may ask for less.
+    let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy);
 }
 
 /// From here on the files and folders that this process and its children make are open to their user only.

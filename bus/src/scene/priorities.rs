@@ -16,6 +16,9 @@ pub struct Priorities {
     pub recorder: i32,
     /// Of the loader, which may read again while others navigate.
     pub volume_loader: i32,
+    /// Whether tracker and renderers come before whatever has no real-time priority: they are served round-robin (SCHED_RR), and
+    /// their nice values say nothing.
+    pub real_time: bool,
 }
 
 impl Default for Priorities {
@@ -25,6 +28,7 @@ impl Default for Priorities {
             renderers: 0,
             recorder: 0,
             volume_loader: 5,
+            real_time: false,
         }
     }
 }
@@ -39,6 +43,13 @@ impl Priorities {
             view if view.starts_with("view-") => self.renderers,
             _ => 0,
         }
+    }
+}
+
+impl Priorities {
+    /// Whether a process has a real-time priority, by its name in the run.
+    pub fn is_real_time(&self, process: &str) -> bool {
+        self.real_time && (matches!(process, "tracker" | "replay") || process.starts_with("view-"))
     }
 }
 

@@ -20,6 +20,8 @@ impl Opening {
     pub(super) fn new(accepted: Accepted, weights: GpuWeights, samplings: Vec<Sampling>) -> Self {
         let (sender, receiver) = channel();
         let open = move || {
+            // Compiling takes long, and images are drawn meanwhile.
+            bus::process::leave_real_time();
             let opened = Gpu::open(accepted, weights).and_then(|mut gpu| match gpu.compile(&samplings) {
                 Ok(()) => Ok(Box::new(gpu)),
                 Err(error) => Err(error.to_string()),

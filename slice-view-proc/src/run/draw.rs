@@ -14,7 +14,7 @@ use crate::overlay::Notice;
 use crate::render::Rendered;
 use crate::reslice::Resampler;
 
-/// A view that waits is drawn all the same once its pose has this part of the age at which it would be stale.
+/// No view waits so long that its pose comes to have more than this part of the age at which it is stale.
 const LONGEST_WAIT: f64 = 0.5;
 
 /// What is drawn.
@@ -52,9 +52,11 @@ impl SliceView {
         let longest_ns = clock::ns(self.process.scene.limits.stale.mul_f64(LONGEST_WAIT));
         let (t_seen_ns, is_ruled) = (session.clock().now_ns(), session.is_ruled());
         for output in &mut self.outputs {
+            // Until the next pose is here, and this view drawn of it.
+            let until_ns = self.interval_ns.saturating_add(output.took_ns);
             let is_young = output
                 .live_from_ns
-                .is_some_and(|captured| t_seen_ns - captured < longest_ns);
+                .is_some_and(|captured| (t_seen_ns - captured).saturating_add(until_ns) < longest_ns);
             output.waits = !is_ruled && output.may_wait() && is_young;
         }
         let drawing = Drawing {
