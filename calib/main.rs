@@ -1,10 +1,10 @@
 //! The `calib` program.
 
 use bus::message::EmitterFrame;
-use bus::scene::Scene;
 use calib_cli::cli::Hands;
 use calib_cli::{Follow, Seen};
 use geometry::{Marker, Tool, Uncertain};
+use scene::Scene;
 use tracker_proc::Markers;
 
 fn main() -> std::process::ExitCode {

@@ -13,9 +13,9 @@ use bus::Bus;
 use bus::message::{ToolPose, Tracked};
 use bus::port::Publisher;
 use bus::run::RunContext;
-use bus::scene::{Plane, Scene, TrackerSource};
 use bus::topic::TOOL_POSE;
 use geometry::{Ct, Rigid, Tool, Vector};
+use scene::{Plane, Scene, TrackerSource};
 use support::{World, stderr, stdout};
 
 fn config(name: &str) -> PathBuf {

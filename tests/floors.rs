@@ -12,21 +12,22 @@ use serde_json::Value;
 /// Dependencies go strictly down. A new crate needs a line here, and one in ARCHITECTURE.md.
 const FLOORS: &[(&str, u8)] = &[
     ("geometry", 0),
-    ("bus", 1),
     ("calib", 1),
     ("phantom", 1),
     ("picture", 1),
+    ("scene", 1),
     ("simulation", 1),
-    ("calib-cli", 2),
-    ("pilot", 2),
-    ("recorder", 2),
-    ("simulation-cli", 2),
-    ("slice-view-proc", 2),
-    ("tracker-proc", 2),
-    ("volume-loader", 2),
-    ("trocar", 3),
-    ("trocar-fuzz", 3),
-    ("xtask", 3),
+    ("bus", 2),
+    ("calib-cli", 3),
+    ("pilot", 3),
+    ("recorder", 3),
+    ("simulation-cli", 3),
+    ("slice-view-proc", 3),
+    ("tracker-proc", 3),
+    ("volume-loader", 3),
+    ("trocar", 4),
+    ("trocar-fuzz", 4),
+    ("xtask", 4),
 ];
 
 /// Libraries behind a wall: what begins like the first may be named by the second only.
@@ -50,7 +51,7 @@ const SPARE: &[(&str, &[&str])] = &[("geometry", &["nalgebra", "serde"])];
 const MAX_LINES: usize = 400;
 /// Files that may be longer, each for a reason.
 const LONG_FILES: &[(&str, &str)] = &[(
-    "bus/src/scene/raw.rs",
+    "crates/scene/src/raw.rs",
     "every key of the scene file with its default, in one place",
 )];
 
@@ -191,7 +192,7 @@ fn complaints(edge: Edge) -> String {
 fn an_upward_edge_is_reported_by_name() {
     assert_eq!(
         complaints(edge("bus", "pilot")),
-        "bus (floor 1) depends on pilot (floor 2): not down"
+        "bus (floor 2) depends on pilot (floor 3): not down"
     );
     assert_eq!(complaints(edge("pilot", "bus")), "");
 }
@@ -199,7 +200,7 @@ fn an_upward_edge_is_reported_by_name() {
 #[test]
 fn neighbours_do_not_depend_on_each_other_but_their_tests_may() {
     let edge = edge("recorder", "tracker-proc");
-    assert!(complaints(edge.clone()).contains("recorder (floor 2) depends on tracker-proc (floor 2)"));
+    assert!(complaints(edge.clone()).contains("recorder (floor 3) depends on tracker-proc (floor 3)"));
     assert_eq!(complaints(Edge { dev: true, ..edge }), "");
     let up = Edge {
         dev: true,

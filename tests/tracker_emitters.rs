@@ -11,10 +11,10 @@ use bus::Bus;
 use bus::message::{EmitterFrame, EmitterSight, Heartbeat, Lost, ToolPose, Tracked};
 use bus::port::{Publisher, Subscriber};
 use bus::run::RunContext;
-use bus::scene::operating_room::Room;
-use bus::scene::{Scene, TrackerSource};
 use bus::topic::{EMITTERS, HEARTBEAT, TOOL_POSE};
 use geometry::{Point, Tool, Tracker};
+use scene::operating_room::Room;
+use scene::{Scene, TrackerSource};
 use support::{SMALL, World, wait_for};
 use tracker_proc::operating_room::{Frame, OperatingRoom, Script};
 

@@ -104,9 +104,7 @@ fn files_come_and_go_and_the_poses_with_them() {
     assert!(lost["tool not calibrated"].as_u64() > Some(20), "{lost}");
     assert!(lost["patient not registered"].as_u64() > Some(20), "{lost}");
     // What images and report name is the registration of the file, not the scene's.
-    let own = bus::scene::Scene::load(&world.path("s.toml"))
-        .unwrap()
-        .registration_id();
+    let own = scene::Scene::load(&world.path("s.toml")).unwrap().registration_id();
     assert_ne!(report["registration_id"], format!("{own:016x}"));
 }
 

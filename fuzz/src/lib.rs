@@ -55,7 +55,7 @@ const fn target(name: &'static str, take: fn(&[u8]), seeds: fn() -> Result<Vec<V
 /// A scene file.
 fn scene(bytes: &[u8]) {
     if let Ok(text) = std::str::from_utf8(bytes)
-        && let Err(error) = bus::scene::Scene::parse(text, Path::new("fuzz.toml"))
+        && let Err(error) = scene::Scene::parse(text, Path::new("fuzz.toml"))
     {
         drop(error.to_string());
     }

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use bus::message::{EmitterFrame, ToolPose};
-use bus::scene::Compression;
 use recorder::export::{Format, export};
 use recorder::pose_log::{Entry, PoseLog};
 use recorder::proto;
@@ -11,6 +10,7 @@ use recorder::replay::facts::facts;
 use recorder::replay::tape::Tape;
 use recorder::schema::{RunFacts, Source, TOOL_POSE};
 use recorder::{cut, import, info, reader, recover, verify};
+use scene::Compression;
 
 use crate::{Failure, Folder};
 

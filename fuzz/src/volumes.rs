@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
+use scene::{FileSpec, VolumeSource, VolumeSpec};
 use volume_loader::phantom_source::PhantomSource;
 use volume_loader::source::Scratch;
 use volume_loader::{dicom_out, open};

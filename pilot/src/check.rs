@@ -4,8 +4,8 @@ mod files;
 mod place;
 
 use bus::run::{RunContext, run_dir, shm_free_bytes};
-use bus::scene::Scene;
-use bus::scene::raw::Source;
+use scene::Scene;
+use scene::raw::Source;
 
 use crate::plan::{Poses, plan};
 use place::Examination;

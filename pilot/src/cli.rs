@@ -9,11 +9,11 @@ use bus::message::{Command, CommandKind};
 use bus::port::CommandClient;
 use bus::process::exit;
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
-use bus::scene::raw::Source;
-use bus::scene::{Scene, TrackerSource};
 use bus::topic::TOPICS;
 use bus::{Bus, BusError};
 use clap::{Parser, Subcommand};
+use scene::raw::Source;
+use scene::{Scene, TrackerSource};
 
 use crate::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::check;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock;
 use bus::message::{Counters, Heartbeat, ProcessState, ToolPose};
-use bus::scene::TrackerSource;
+use scene::TrackerSource;
 
 use crate::state::Run;
 

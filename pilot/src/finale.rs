@@ -6,9 +6,9 @@ use std::fs;
 use bus::clock;
 use bus::message::{Ages, Command, CommandKind, FrameStamp, ToolPose};
 use bus::port::FrameSubscriber;
-use bus::scene::Scene;
 use bus::session::SIMULATED_START_NS;
 use picture::{Canvas, Rgb, palette, write_png};
+use scene::Scene;
 
 use crate::memory;
 use crate::output;

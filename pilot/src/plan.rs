@@ -1,6 +1,6 @@
 //! The processes that a scene needs, and nothing else.
 
-use bus::scene::{Scene, TrackerSource};
+use scene::{Scene, TrackerSource};
 
 use crate::replay::REPLAYER;
 use crate::supervise::Role;

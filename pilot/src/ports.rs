@@ -5,9 +5,9 @@ use bus::port::{
     CommandClient, CommandServer, FrameSubscriber, Members, Publisher, Services, Subscriber, VolumeSubscriber,
 };
 use bus::run::RunContext;
-use bus::scene::Scene;
 use bus::topic::{EVENT, FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
 use bus::{Bus, BusError};
+use scene::Scene;
 
 use crate::plan::Planned;
 use crate::replay::REPLAYER;

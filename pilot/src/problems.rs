@@ -2,7 +2,7 @@
 
 use bus::clock::ms;
 use bus::message::Lost;
-use bus::scene::{Limits, TrackerSource};
+use scene::{Limits, TrackerSource};
 
 use crate::books::{Latency, PoseCounts, Restart};
 use crate::output;
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use crate::state::Unrecorded;
     use bus::message::{Counters, Heartbeat, ProcessState};
-    use bus::scene::Scene;
+    use scene::Scene;
     use std::path::Path;
 
     fn limits(text: &str) -> Limits {

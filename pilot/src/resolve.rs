@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use bus::scene::raw::{self, RawTarget, Source};
-use bus::scene::{RawVolume, Scene, SceneError};
 use phantom::Phantom;
+use scene::raw::{self, RawTarget, Source};
+use scene::{RawVolume, Scene, SceneError};
 
 /// The scene that runs when none is named: see the file itself.
 pub(crate) const EMBEDDED: &str = include_str!("../../config/demo.toml");

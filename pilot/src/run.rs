@@ -8,11 +8,11 @@ use bus::message::{Command, CommandKind, FrameState, Level, ProcessState};
 use bus::port::CommandServer;
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
-use bus::scene::Scene;
-use bus::scene::raw::Source;
 use bus::session::SIMULATED_START_NS;
 use bus::wake::Waits;
 use bus::{Bus, BusError};
+use scene::Scene;
+use scene::raw::Source;
 
 use crate::books::{Judging, Restart};
 use crate::finale;

@@ -1,10 +1,10 @@
 //! The contact sheet: all images of one pose on one picture, with a legend that says what they rest on.
 
 use bus::message::{FrameStamp, ToolPose, Tracked};
-use bus::scene::{Extent, Scene};
 use geometry::{Point, Tool};
 use picture::palette::{self, ALARM, QUIET, WORDS};
 use picture::{Anchor, Canvas, Rgb};
+use scene::{Extent, Scene};
 
 const GAP: u32 = 6;
 const COLUMNS: usize = 4;

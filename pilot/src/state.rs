@@ -9,10 +9,10 @@ use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level, ProcessState};
 use bus::port::Crowded;
 use bus::process::StopFlag;
 use bus::run::RunContext;
-use bus::scene::Scene;
-use bus::scene::raw::Source;
 use bus::session::Session;
 use bus::{Bus, BusError};
+use scene::Scene;
+use scene::raw::Source;
 
 use crate::books::Books;
 use crate::kept::KeptVolume;

@@ -18,7 +18,7 @@ use std::time::Duration;
 
 use bus::clock::ns;
 use bus::message::ProcessState;
-use bus::scene::Limits;
+use scene::Limits;
 
 const FIRST_BACK_OFF: Duration = Duration::from_millis(100);
 const LONGEST_BACK_OFF: Duration = Duration::from_secs(2);

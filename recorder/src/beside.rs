@@ -52,7 +52,7 @@ fn collect(value: &toml::Value, names: &mut Vec<String>) {
 /// # Errors
 /// Those of reading it; [`io::ErrorKind::FileTooLarge`] beyond [`MAX_BYTES`].
 pub fn read(path: &Path) -> io::Result<Beside> {
-    let (file, facts) = bus::file::open(path)?;
+    let (file, facts) = scene::file::open(path)?;
     let mut bytes = Vec::new();
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > MAX_BYTES {

@@ -4,9 +4,9 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use bus::scene::Compression;
 use mcap::records::Metadata;
 use mcap::{McapResult, Writer};
+use scene::Compression;
 
 use crate::damage::OpenError;
 use crate::file_error::words;

@@ -13,11 +13,11 @@ use std::path::{Path, PathBuf};
 
 use bus::clock;
 use bus::message::{Lost, ToolPose, Tracked};
-use bus::scene::Compression;
 use geometry::named::{Chain, Disagree, NamedRigid};
 use geometry::rotation::{RotationError, RotationMatrix};
 use geometry::{Rigid, Vector};
 use mcap::records::Metadata;
+use scene::Compression;
 
 use crate::file_error::words;
 use crate::paths;
@@ -120,7 +120,7 @@ pub fn import(input: &Path, transform: Option<&str>, out: &Path, force: bool) ->
     };
     let open = || {
         Ok(BufReader::new(
-            bus::file::open(input).map_err(|error| read(error.into()))?.0,
+            scene::file::open(input).map_err(|error| read(error.into()))?.0,
         ))
     };
     // Which transforms lead to the one that is asked for is known at the header's end only.

@@ -1,4 +1,4 @@
-//! Floor 2: records the session's topics to MCAP, and makes unfinished or damaged recordings readable again.
+//! Floor 3: records the session's topics to MCAP, and makes unfinished or damaged recordings readable again.
 //!
 //! * [`record`]: bus to file; every pose, bit for bit, and the scene and facts of the run beside it.
 //! * [`session_file`], [`pose_log`]: one file of a session; what it says is on disk is on disk.

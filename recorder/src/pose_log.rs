@@ -10,9 +10,9 @@ use std::borrow::Cow;
 use std::io::{Seek, Write};
 
 use bus::message::ToolPose;
-use bus::scene::Compression;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, McapResult, WriteOptions, Writer};
+use scene::Compression;
 
 use crate::proto::{self, file_time, frame_transform_in_metres};
 use crate::schema::{

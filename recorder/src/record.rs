@@ -15,10 +15,10 @@ use bus::message::{Counters, ProcessState};
 use bus::port::VolumeSubscriber;
 use bus::process::{JoinError, Process};
 use bus::run::RunContext;
-use bus::scene::{RecordingSpec, Scene};
 use bus::topic;
 use bus::{Bus, BusError};
 use mcap::records::Metadata;
+use scene::{RecordingSpec, Scene};
 
 use crate::beside;
 use crate::file_error::FileError;

@@ -4,8 +4,8 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use bus::scene::Compression;
 use mcap::{McapResult, Writer};
+use scene::Compression;
 
 use crate::damage::OpenError;
 use crate::file_error::words;

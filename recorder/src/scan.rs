@@ -83,7 +83,7 @@ pub(crate) fn open_file(path: &Path) -> Result<(File, u64), OpenError> {
         path: path.to_owned(),
         source,
     };
-    let (mut file, about) = bus::file::open(path).map_err(|error| fail(error.into()))?;
+    let (mut file, about) = scene::file::open(path).map_err(|error| fail(error.into()))?;
     let length = about.len();
     let mut found = Vec::new();
     (&mut file)

@@ -208,7 +208,7 @@ impl Session {
             path: self.path.clone(),
             source,
         };
-        let (mut file, _) = bus::file::open(&self.path).map_err(|error| fail(error.into()))?;
+        let (mut file, _) = scene::file::open(&self.path).map_err(|error| fail(error.into()))?;
         let at = match at {
             Some(at) => at,
             None if self.places.is_complete => self.places.end,

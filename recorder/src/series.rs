@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 use bus::clock;
 use bus::message::Level;
-use bus::scene::RecordingSpec;
 use mcap::records::Metadata;
+use scene::RecordingSpec;
 
 use crate::file_error::FileError;
 use crate::leftovers;

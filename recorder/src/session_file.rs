@@ -7,9 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::UNIX_EPOCH;
 
-use bus::scene::Compression;
 use mcap::McapResult;
 use mcap::records::Metadata;
+use scene::Compression;
 
 use crate::beside::Beside;
 use crate::file_error::{FileError, write_error};

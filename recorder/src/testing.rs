@@ -3,8 +3,8 @@
 use std::io::Cursor;
 
 use bus::message::{EmitterFrame, EmitterSight, ToolPose, Tracked};
-use bus::scene::Compression;
 use geometry::{Ct, Rigid, Tool, Vector};
+use scene::Compression;
 
 use crate::pose_log::{Entry, PoseLog};
 use crate::proto;

@@ -7,9 +7,9 @@
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 
 use bus::clock::monotonic_ns;
-use bus::scene::Filter;
 use bus::volume::{Layout, VolumeView};
 use geometry::{Affine, Direction, Point, SlicePlane, Vector, VolumeGrid};
+use scene::Filter;
 use slice_view_proc::reslice::{Cpu, Reference, Resampler};
 
 const DIMS: [u32; 3] = [512, 512, 400];

@@ -26,10 +26,10 @@ mod sets;
 mod seven;
 mod shared;
 
-use bus::scene::{Filter, Sampling};
 use bus::volume::OwnedVolume;
 use floor::Floor;
 use geometry::SlicePlane;
+use scene::{Filter, Sampling};
 use sets::{PLANES, SIDE, Set};
 use shared::ct;
 use shared::figures::{Errors, Times, cpu_ms, load};

@@ -5,13 +5,13 @@ use std::process::ExitCode;
 use std::str::FromStr;
 
 use bus::process::{Membership, exit};
-use bus::scene::{
-    BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, VolumeSource,
-    VolumeSpec, WindowLevel,
-};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 use geometry::door;
+use scene::{
+    BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, VolumeSource,
+    VolumeSpec, WindowLevel,
+};
 
 use crate::run;
 use crate::snapshot::{LoadVolume, Snapshot, SnapshotError, snapshot};

@@ -1,6 +1,6 @@
 //! From HU to grey.
 
-use bus::scene::WindowLevel;
+use scene::WindowLevel;
 
 /// Writes the grey of each HU as an opaque RGBA pixel.
 ///

@@ -3,9 +3,9 @@
 use bus::clock::Clock;
 use bus::message::{FrameHeader, FrameStamp};
 use bus::port::FramePublisher;
-use bus::scene::{Extent, View};
 use bus::topic::{HELD_FRAME, VIEW_FRAME};
 use bus::{Bus, BusError};
+use scene::{Extent, View};
 
 use crate::overlay::SMALLEST_WITH_WORDS;
 use crate::render::Renderer;

@@ -1,10 +1,10 @@
 //! One image from one pose.
 
 use bus::message::{FrameState, Marks};
-use bus::scene::{Scene, View};
 use bus::volume::VolumeView;
 use geometry::{Ct, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
+use scene::{Scene, View};
 
 use crate::accuracy::Accuracy;
 use crate::grey::to_grey;

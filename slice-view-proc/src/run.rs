@@ -11,10 +11,10 @@ use bus::continuity::Continuity;
 use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Lost, ProcessState, ToolPose, Tracked};
 use bus::port::{CommandServer, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::scene::{Plane, Render};
 use bus::topic::{FRAME_STAMP, TOOL_POSE};
 use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
+use scene::{Plane, Render};
 
 use crate::output::{Output, wordless};
 use crate::overlay::{Notice, Origin};

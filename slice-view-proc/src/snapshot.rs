@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use bus::message::FrameStamp;
-use bus::scene::{
-    Extent, Filter, Plane, Render, Sampling, Scene, SceneError, THICKNESS_MM, Up, View, VolumeSpec, WindowLevel,
-};
 use bus::volume::OwnedVolume;
 use geometry::{Ct, DoorError, PlaneError, Rigid, Tool};
 use picture::PngError;
+use scene::{
+    Extent, Filter, Plane, Render, Sampling, Scene, SceneError, THICKNESS_MM, Up, View, VolumeSpec, WindowLevel,
+};
 
 use crate::mha::{MhaError, write_mha};
 use crate::overlay::{Notice, Origin};

@@ -1,7 +1,7 @@
 //! Which plane of the patient an image shows.
 
-use bus::scene::{Extent, Plane, Up, View};
 use geometry::{Ct, Direction, PlaneError, Point, Rigid, SlicePlane, Tool, VolumeGrid};
+use scene::{Extent, Plane, Up, View};
 
 /// Below this sine between the tube and the direction that should point up, "up" means nothing: 5 degrees.
 const SINGULAR_SINE: f64 = 0.087;
@@ -83,9 +83,9 @@ fn perpendicular_axes(up: Up, ct_from_tool: &Rigid<Ct, Tool>) -> [Direction<Ct>;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::scene::Scene;
     use geometry::{Affine, Vector};
     use proptest::prelude::*;
+    use scene::Scene;
     use std::path::Path;
 
     fn views() -> Vec<View> {

@@ -4,9 +4,9 @@
 
 mod common;
 
-use bus::scene::{Filter, Minify, Sampling};
 use common::{PADDING_HU, bound, exact, fast, largest_difference, noise, plane, samplings, volume, volume_at};
 use geometry::{Ct, Direction, Vector};
+use scene::{Filter, Minify, Sampling};
 
 fn oblique() -> [Direction<Ct>; 2] {
     let into = Vector::new(0.6, 0.5, 0.62).direction().unwrap();

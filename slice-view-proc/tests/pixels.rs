@@ -4,10 +4,10 @@
 
 mod common;
 
-use bus::scene::{Filter, Minify, Sampling, Slab, SlabMode};
 use common::{bound, exact, fast, largest_difference, noise, plane, volume};
 use geometry::{Direction, Vector};
 use proptest::prelude::*;
+use scene::{Filter, Minify, Sampling, Slab, SlabMode};
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use bus::scene::VolumeSpec;
 use bus::volume::OwnedVolume;
 use calib::bead::{Dense, Ground, Search, Voxels, find};
 use geometry::{Affine, Point, VolumeGrid};
+use scene::VolumeSpec;
 
 use super::bodies::taken;
 use super::planted::{Bead, Planted};

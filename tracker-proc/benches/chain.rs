@@ -7,10 +7,10 @@
 use std::hint::black_box;
 use std::path::Path;
 
-use bus::scene::{Scene, TrackerSource};
 use calib::registration::{Method, Pairs, fit};
 use geometry::{Frame as GeometryFrame, Point, Rigid, Tool, Tracker};
 use rustix::time::{ClockId, clock_gettime};
+use scene::{Scene, TrackerSource};
 use tracker_proc::chain::{Chain, Registration};
 use tracker_proc::operating_room::{Frame, OperatingRoom, Script};
 

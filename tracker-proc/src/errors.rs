@@ -1,9 +1,9 @@
 //! Errors about a point, as scenes state them.
 
-use bus::scene::operating_room::Deviations;
 use geometry::rotation::Rotation;
 use geometry::uncertain::CovarianceError;
 use geometry::{Point, Rigid, Uncertain};
+use scene::operating_room::Deviations;
 
 /// The motion of which nothing is known but that it turns about `c` and shifts it with these deviations about and along each
 /// axis: the identity with that covariance. Before a transform, it gives the transform these errors.

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use bus::scene::{Approach, Target};
 use geometry::rotation::Rotation;
 use geometry::{Ct, Direction, Point, Rigid, Tool, Vector, VolumeGrid};
+use scene::{Approach, Target};
 
 /// The tip starts this far in front of the skin.
 const START_OUTSIDE_MM: f64 = 40.0;

@@ -2,11 +2,11 @@
 //! and which these are made from.
 
 use bus::message::{EmitterFrame, EmitterSight};
-use bus::scene::operating_room::{ReferenceMarker, Room};
-use bus::scene::tracking::EmitterSource;
-use bus::scene::{Scene, TrackerSource};
 use calib::pose::{Body, BodyError, Gates, Localizer, LocalizerError, Sighting, solve};
 use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Tracker, Uncertain};
+use scene::operating_room::{ReferenceMarker, Room};
+use scene::tracking::EmitterSource;
+use scene::{Scene, TrackerSource};
 
 use crate::chain::{Reason, Stamps};
 use crate::follow::calibration_of;

@@ -8,9 +8,9 @@ use bus::clock;
 use bus::message::{ProcessState, ToolPose, Tracked};
 use bus::port::{Publisher, SharedVolume, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::scene::{Scene, Simulation, TrackerSource};
 use bus::topic::{GROUND_TRUTH, TOOL_POSE};
 use geometry::{Ct, Point, Rigid, Tool, Tracker, VolumeGrid};
+use scene::{Scene, Simulation, TrackerSource};
 
 use crate::chain::{Found, Smoothing};
 use crate::follow::{PlayError, follow_emitters, follow_recorded_room, follow_room, follow_sequence};

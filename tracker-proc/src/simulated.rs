@@ -1,11 +1,11 @@
 //! The simulated localizer: the gesture seen with noise and dropouts.
 
 use bus::message::{Lost, Tracked};
-use bus::scene::Simulation;
-use bus::scene::operating_room::Deviations;
 use geometry::rotation::Rotation;
 use geometry::uncertain::CovarianceError;
 use geometry::{Ct, Point, Rigid, Tool, Tracker, Uncertain, Vector};
+use scene::Simulation;
+use scene::operating_room::Deviations;
 
 use crate::chance::Chance;
 use crate::errors::errors_about;
@@ -130,7 +130,7 @@ impl Measured {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::scene::{Scene, TrackerSource};
+    use scene::{Scene, TrackerSource};
     use std::path::Path;
 
     fn simulated(text: &str) -> (Simulated, Rigid<Ct, Tracker>) {

@@ -12,9 +12,9 @@ use bus::lockstep::Lockstep;
 use bus::message::{ClockLaw, Heartbeat, ProcessState, ReplayState};
 use bus::port::{Publisher, Subscriber};
 use bus::process::Process;
-use bus::scene::Scene;
 use bus::session::SIMULATED_START_NS;
 use bus::topic::{FRAME_STAMP, HEARTBEAT, SESSION_CLOCK, TOOL_POSE};
+use scene::Scene;
 
 use crate::run::{LOOK_UP, Output};
 

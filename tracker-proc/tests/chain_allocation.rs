@@ -11,8 +11,8 @@ use std::cell::Cell;
 use std::hint::black_box;
 use std::path::Path;
 
-use bus::scene::{Scene, TrackerSource};
 use geometry::Point;
+use scene::{Scene, TrackerSource};
 use tracker_proc::operating_room::{Frame, OperatingRoom, Script};
 
 struct Counting;

@@ -15,9 +15,9 @@ mod warnings;
 #[cfg(test)]
 mod tests;
 
-use bus::scene::WindowLevel;
 use bus::volume::{Hasher, SliceHash};
 use picture::Canvas;
+use scene::WindowLevel;
 
 pub use histogram::Histogram;
 pub use place::{Handedness, Place};

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bus::clock::Clock;
-use bus::scene::VolumeSpec;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
+use scene::VolumeSpec;
 
 use crate::load;
 

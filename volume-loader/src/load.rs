@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use bus::run::free_memory_bytes;
-use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
 use bus::volume::{Layout, OwnedVolume, Voxels};
+use scene::{FileSpec, VolumeSource, VolumeSpec};
 
 use crate::dicom;
 use crate::error::LoadError;

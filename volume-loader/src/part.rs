@@ -13,8 +13,8 @@ use std::sync::Mutex;
 use std::sync::PoisonError;
 
 use bus::message::Marks;
-use bus::scene::{Region, VolumeSpec};
 use geometry::{Affine, Ct, GridError, Point, VolumeGrid, Voxel};
+use scene::{Region, VolumeSpec};
 
 use crate::source::{Conversion, Facts, ReadError, Scratch, SliceReader, Turn, VoxelSource};
 pub use blocks::Sums;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use bus::scene::VolumeSpec;
 use geometry::{Affine, Point, Vector, VolumeGrid, Voxel};
+use scene::VolumeSpec;
 
 use crate::raster::test_files::{drink, file};
 use crate::source::{Conversion, ReadError, VoxelSource};

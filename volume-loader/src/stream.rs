@@ -4,8 +4,8 @@ use std::fs::{File, Metadata};
 use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom, Take};
 use std::path::{Path, PathBuf};
 
-use bus::file::OpenError;
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
+use scene::file::OpenError;
 
 use crate::source::{Place, ReadError};
 
@@ -227,7 +227,7 @@ fn starts_as_gzip(file: &mut File) -> std::io::Result<bool> {
 /// # Errors
 /// [`ReadError::Missing`], [`ReadError::NotAFile`], [`ReadError::Empty`], [`ReadError::Unreadable`].
 pub(crate) fn open_file(path: &Path) -> Result<(File, Metadata), ReadError> {
-    let (file, about) = bus::file::open(path).map_err(|error| match error {
+    let (file, about) = scene::file::open(path).map_err(|error| match error {
         OpenError::NotAFile { found } => ReadError::NotAFile {
             path: path.to_owned(),
             found,

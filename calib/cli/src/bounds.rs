@@ -1,8 +1,8 @@
 //! The bounds that a result must keep: those of the command line, and where it gives none, those of a scene.
 
-use bus::scene::tracking::RegistrationGates;
 use calib::file::{FileError, ToolFile};
 use geometry::Point;
+use scene::tracking::RegistrationGates;
 
 use crate::calibration::{CalibrationFile, Gate};
 use crate::cli::Positive;

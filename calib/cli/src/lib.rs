@@ -1,4 +1,4 @@
-//! Floor 2: `calib`, the command line of the calibrations: files in, a report on stdout and a file of the result out.
+//! Floor 3: `calib`, the command line of the calibrations: files in, a report on stdout and a file of the result out.
 //!
 //! The numerics are in the crate `calib`; here are the files, the words and the errors. Lengths in files and on the
 //! command line are millimetres, angles degrees where a person reads them (`_deg`, "deg") and radians in

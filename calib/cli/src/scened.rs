@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use bus::Bus;
 use bus::port::VolumeSubscriber;
 use bus::run::{RunContext, RunError, RunLock, run_dir};
-use bus::scene::tracking::{CalibrationGates, RegistrationLink};
-use bus::scene::{Scene, TrackerSource};
 use clap::Args;
 use geometry::{Ct, Point};
+use scene::tracking::{CalibrationGates, RegistrationLink};
+use scene::{Scene, TrackerSource};
 
 use crate::cli::Name;
 use crate::live::LiveError;

@@ -3,8 +3,8 @@
 use std::fs::{self, File};
 use std::path::Path;
 
-use bus::scene::Scene;
-use bus::scene::raw::Source;
+use scene::Scene;
+use scene::raw::Source;
 
 /// What is wrong with the files of a scene, each with the key that names it.
 pub(super) fn faults(source: &Source, _scene: &Scene) -> Vec<String> {

@@ -4,10 +4,10 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use bus::message::VolumeHeader;
-use bus::scene::raw::Source;
-use bus::scene::{Scene, TrackerSource};
 use geometry::{Ct, Point, VolumeGrid};
 use phantom::Phantom;
+use scene::raw::Source;
+use scene::{Scene, TrackerSource};
 use serde::Deserialize;
 
 use crate::spawn;

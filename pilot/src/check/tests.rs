@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use bus::scene::raw;
+use scene::raw;
 
 use super::*;
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use bus::clock;
-use bus::scene::raw::{self, Source};
-use bus::scene::{Scene, SceneError};
+use scene::raw::{self, Source};
+use scene::{Scene, SceneError};
 
 use super::Replay;
 use super::args::{Pictured, ReplayArgs};

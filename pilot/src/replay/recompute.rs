@@ -8,9 +8,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use bus::scene::RawRecording;
-use bus::scene::raw::{RawScene, RawTrackerSource};
-use bus::scene::tracking::raw::{RawCalibrationFile, RawRegistrationFile};
+use scene::RawRecording;
+use scene::raw::{RawScene, RawTrackerSource};
+use scene::tracking::raw::{RawCalibrationFile, RawRegistrationFile};
 use serde::Serialize;
 use serde_json::Value;
 

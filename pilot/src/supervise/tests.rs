@@ -1,7 +1,7 @@
 //! The supervisor, driven by hand.
 
 use super::*;
-use bus::scene::Scene;
+use scene::Scene;
 use std::path::Path;
 
 const MS: i64 = 1_000_000;

@@ -3,7 +3,7 @@
 
 use bus::message::ToolPose;
 use bus::run::RunContext;
-use bus::scene::{Scene, TrackerSource};
+use scene::{Scene, TrackerSource};
 
 /// Which messages belong to a run.
 #[derive(Debug)]

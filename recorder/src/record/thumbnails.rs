@@ -5,10 +5,10 @@ use std::time::Duration;
 use bus::clock;
 use bus::message::Ages;
 use bus::port::{Frame, FrameSubscriber};
-use bus::scene::Scene;
 use bus::topic::VIEW_FRAME;
 use bus::{Bus, BusError};
 use picture::{Canvas, encode_png};
+use scene::Scene;
 
 use crate::pose_log::Entry;
 use crate::proto::CompressedImage;

@@ -2,9 +2,9 @@
 
 use bus::message::{Event, Heartbeat, Level, ToolPose, Tracked};
 use bus::port::Subscriber;
-use bus::scene::Scene;
 use bus::topic::{EVENT, HEARTBEAT};
 use bus::{Bus, BusError};
+use scene::Scene;
 
 use crate::pose_log::Entry;
 use crate::proto::{Log, ProcessStatus};

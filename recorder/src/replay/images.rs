@@ -10,10 +10,10 @@ use std::time::Duration;
 
 use bus::message::{Ages, Command, ToolPose};
 use bus::port::{CommandClient, FrameSubscriber};
-use bus::scene::Scene;
 use bus::topic::HELD_FRAME;
 use bus::{Bus, BusError};
 use picture::{Canvas, PngError, write_png};
+use scene::Scene;
 
 /// How long one request waits before this process gives a sign of life and asks again.
 const PATIENCE: Duration = Duration::from_secs(1);

@@ -3,9 +3,9 @@
 use std::collections::HashSet;
 use std::hint::black_box;
 
-use bus::scene::{Filter, Sampling};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
+use scene::{Filter, Sampling};
 use slice_view_proc::reslice::Samples;
 
 use crate::shared::figures::cpu_ms;

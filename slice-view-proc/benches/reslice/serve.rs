@@ -16,9 +16,9 @@ use std::io::{self, BufRead, BufWriter, Write};
 use std::path::Path;
 
 use bus::clock::monotonic_ns;
-use bus::scene::{Filter, Sampling};
 use bus::volume::OwnedVolume;
 use geometry::{Point, SlicePlane, Vector};
+use scene::{Filter, Sampling};
 use slice_view_proc::reslice::{Cpu, Reference, Resampler};
 
 use crate::shared::figures::cpu_ns;

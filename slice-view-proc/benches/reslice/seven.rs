@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use bus::scene::{Scene, View};
 use bus::volume::OwnedVolume;
 use geometry::{Ct, Direction, Point, Rigid, Tool};
 use phantom::Phantom;
+use scene::{Scene, View};
 use slice_view_proc::plane;
 use slice_view_proc::reslice::{Cpu, Resampler};
 

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use bus::clock::monotonic_ns;
-use bus::scene::{Filter, GpuWeights, Sampling};
 use geometry::SlicePlane;
+use scene::{Filter, GpuWeights, Sampling};
 use slice_view_proc::reslice::{Cpu, Gpu, Reference, Resampler};
 
 use crate::fields::Field;

@@ -5,9 +5,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use bus::scene::Filter;
 use picture::chart::{Axis, COLOURS, Chart, Mark, Series};
 use picture::{Canvas, PngError, Rgb, write_png};
+use scene::Filter;
 
 use super::measure::{BackEnd, Row};
 

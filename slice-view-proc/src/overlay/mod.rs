@@ -6,9 +6,9 @@ mod words;
 
 use bus::message::{Lost, Marks};
 use bus::run::ReplayOf;
-use bus::scene::{Target, ToolSpec, View};
 use geometry::{Ct, Rigid, SlicePlane, Tool};
 use picture::{Canvas, Rgb, palette};
+use scene::{Target, ToolSpec, View};
 
 use crate::accuracy::Accuracy;
 

@@ -3,9 +3,9 @@
 use super::words::Words;
 use super::*;
 use bus::message::ToolPose;
-use bus::scene::{Extent, Scene};
 use geometry::{Affine, Point, Vector, VolumeGrid};
 use proptest::prelude::*;
+use scene::{Extent, Scene};
 
 use crate::view;
 

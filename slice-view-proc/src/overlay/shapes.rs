@@ -1,9 +1,9 @@
 //! Lines over the slice: the tube, its tip with the error, targets, the scale bar. All with a dark rim, so that they are seen on
 //! bone and on air.
 
-use bus::scene::{Extent, Target};
 use geometry::{Ct, Point, Rigid, Tool};
 use picture::{Canvas, Line, Rgb, palette};
+use scene::{Extent, Target};
 
 use super::Overlay;
 

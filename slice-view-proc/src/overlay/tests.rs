@@ -1,14 +1,14 @@
 use super::shapes::round_length;
 use super::words::{age_words, unusual};
 use super::*;
-use bus::scene::SlabMode;
 use geometry::{Affine, VolumeGrid};
+use scene::SlabMode;
 
 use crate::view;
 
 /// A perpendicular image of nothing, with all that is drawn over it.
 fn drawn(notice: Notice, origin: Origin) -> Canvas {
-    let scene = bus::scene::Scene::parse("", std::path::Path::new("")).unwrap();
+    let scene = scene::Scene::parse("", std::path::Path::new("")).unwrap();
     let affine = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
     let grid = VolumeGrid::checked([100; 3], affine).unwrap();
     let view = &scene.views[6];
@@ -72,11 +72,11 @@ fn a_held_image_is_the_same_in_a_replay_unless_the_examination_is_another() {
 
 #[test]
 fn slabs_and_planes_ahead_are_said() {
-    let scene = bus::scene::Scene::parse("", std::path::Path::new("")).unwrap();
+    let scene = scene::Scene::parse("", std::path::Path::new("")).unwrap();
     let mut view = scene.views[6].clone();
     assert_eq!(unusual(&view), None);
     view.ahead_mm = 10.0;
-    view.sampling.slab = Some(bus::scene::Slab {
+    view.sampling.slab = Some(scene::Slab {
         mode: SlabMode::Maximum,
         thickness_mm: 5.0,
     });

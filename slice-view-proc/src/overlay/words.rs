@@ -2,9 +2,9 @@
 
 use bus::clock;
 use bus::message::Marks;
-use bus::scene::{Extent, SlabMode, View};
 use geometry::{Point, Tool};
 use picture::{Anchor, Rgb, palette};
+use scene::{Extent, SlabMode, View};
 
 use super::layout::{Caption, Layout, wrapped};
 use super::shapes::Outline;

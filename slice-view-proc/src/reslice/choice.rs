@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use bus::clock::{monotonic_ns, ns};
 use bus::message::GPU_GIVEN_UP;
-use bus::scene::{BackEnd, Render, Sampling};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
+use scene::{BackEnd, Render, Sampling};
 
 use super::gpu::{Accepted, Timings};
 use super::opening::Opening;

@@ -9,8 +9,8 @@
 //! outside has the padding value. Filters that reach beyond the outermost voxel centres see the outermost voxels
 //! repeated, and [`Filter::BSpline`] sees the volume mirrored about the outermost voxel centres, as is usual for it.
 //!
-//! [`Minify::Area`]: bus::scene::Minify::Area
-//! [`Slab`]: bus::scene::Slab
+//! [`Minify::Area`]: scene::Minify::Area
+//! [`Slab`]: scene::Slab
 
 mod choice;
 mod cpu;
@@ -24,9 +24,9 @@ mod spline;
 mod watch;
 mod weights;
 
-use bus::scene::{Filter, Sampling};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
+use scene::{Filter, Sampling};
 
 pub use choice::Chosen;
 pub use cpu::Cpu;

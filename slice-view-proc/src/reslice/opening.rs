@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::Duration;
 
-use bus::scene::{GpuWeights, Sampling};
+use scene::{GpuWeights, Sampling};
 
 use super::Gpu;
 use super::gpu::Accepted;

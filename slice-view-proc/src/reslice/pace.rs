@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bus::scene::Sampling;
+use scene::Sampling;
 
 /// The weight of a new image in the mean: a mean over some 16 images.
 const NEW: f64 = 1.0 / 16.0;
@@ -82,7 +82,7 @@ fn mean(before: Option<f64>, new_ns: i64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::scene::Filter;
+    use scene::Filter;
 
     const SIZE: [u32; 2] = [512, 512];
 

@@ -1,8 +1,8 @@
 //! A card before it may draw: the volume goes there piece by piece, then small images of every way of sampling in the scene are
 //! compared with the CPU's, pixel by pixel, on that volume.
 
-use bus::scene::Sampling;
 use bus::volume::VolumeView;
+use scene::Sampling;
 
 use super::watch::{Drawn, PROOFS, proof_plane};
 use super::{Cpu, Gpu, Resampler};

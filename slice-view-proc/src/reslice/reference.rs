@@ -1,8 +1,8 @@
 //! The f64 reference: plain code, one point at a time, the oracle of every other back end.
 
-use bus::scene::{Filter, Sampling, SlabMode};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
+use scene::{Filter, Sampling, SlabMode};
 
 use super::spline::Spline;
 use super::weights::{first_tap, gain, weights};

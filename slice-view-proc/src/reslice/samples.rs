@@ -1,8 +1,8 @@
 //! Where the points of an image lie in the volume.
 
-use bus::scene::{Minify, Sampling, Slab};
 use bus::volume::VolumeView;
 use geometry::{Affine, Ct, SlicePlane, Vector, Voxel};
+use scene::{Minify, Sampling, Slab};
 
 /// A step this little longer than one voxel counts as one: rounding must not double the work.
 const ONE_VOXEL: f64 = 1.0 + 1e-6;

@@ -5,8 +5,8 @@
 //! values after Thevenaz, Blu and Unser 2000, here as the exact finite sum). Computed in f64 and kept in `T`.
 
 use bus::run::free_memory_bytes;
-use bus::scene::Filter;
 use bus::volume::{Layout, VolumeView};
+use scene::Filter;
 
 use super::ResliceError;
 

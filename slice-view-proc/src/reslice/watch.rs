@@ -5,9 +5,9 @@
 
 use std::fmt;
 
-use bus::scene::{Filter, Sampling};
 use bus::volume::VolumeView;
 use geometry::{Affine, Direction, Point, SlicePlane, Vector, Voxel};
+use scene::{Filter, Sampling};
 
 use super::{Cpu, Resampler, ResliceError};
 

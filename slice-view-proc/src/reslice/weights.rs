@@ -4,7 +4,7 @@
 //! to 1. Sources: Catmull-Rom: Keys 1981 (cubic convolution, a = -1/2); B-spline: Unser, Aldroubi and Eden 1993; Lanczos
 //! window: Duchon 1979.
 
-use bus::scene::Filter;
+use scene::Filter;
 
 /// The most taps along one axis.
 pub(super) const MAX_TAPS: usize = 10;

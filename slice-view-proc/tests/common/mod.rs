@@ -5,9 +5,9 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 use bus::message::VolumeHash;
-use bus::scene::{Filter, Minify, Sampling, Slab, SlabMode};
 use bus::volume::{Layout, OwnedVolume, Voxels};
 use geometry::{Affine, Ct, Direction, Point, SlicePlane, VolumeGrid};
+use scene::{Filter, Minify, Sampling, Slab, SlabMode};
 use slice_view_proc::reslice::{Cpu, Reference, Resampler};
 
 pub const PADDING_HU: i16 = -1024;

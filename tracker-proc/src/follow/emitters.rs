@@ -10,12 +10,12 @@ use bus::BusError;
 use bus::message::{EmitterFrame, ProcessState};
 use bus::port::Subscriber;
 use bus::process::Process;
-use bus::scene::operating_room::Room;
-use bus::scene::tracking::EmitterSource;
 use bus::topic::EMITTERS;
 use bus::wake::Waits;
 use calib::pose::Sighting;
 use geometry::VolumeGrid;
+use scene::operating_room::Room;
+use scene::tracking::EmitterSource;
 
 use super::{Follower, Source, Stamp, examination, numbers, refuse, region};
 use crate::chain::{Chain, Registration};

@@ -4,10 +4,10 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
-use bus::scene::tracking::{CalibrationLink, RegistrationLink};
 use calib::file::{FileError, MAX_BYTES, Registered, RegistrationFile, ToolFile};
 use calib::gate::{Gates, Reached, Verdict};
 use geometry::{Marker, Tool, Uncertain};
+use scene::tracking::{CalibrationLink, RegistrationLink};
 
 use super::links::Expected;
 use crate::chain::Registration;
@@ -101,9 +101,9 @@ fn text(path: &Path) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
-    use bus::scene::tracking::{CalibrationGates, LinkFile, RegistrationGates};
     use calib::file::content_id;
     use geometry::Point;
+    use scene::tracking::{CalibrationGates, LinkFile, RegistrationGates};
     use serde_json::{Value, json};
 
     use super::*;

@@ -7,9 +7,9 @@
 use std::sync::Arc;
 
 use bus::message::Lost;
-use bus::scene::registration_id;
-use bus::scene::tracking::LinkFiles;
 use geometry::{Ct, Marker, Point, Tool, Uncertain};
+use scene::registration_id;
+use scene::tracking::LinkFiles;
 
 use super::Source;
 use super::link_files::{calibration, registration};

@@ -15,9 +15,9 @@ mod watch;
 use bus::clock;
 use bus::message::{Lost, ToolPose, Tracked};
 use bus::process::Process;
-use bus::scene::Scene;
 use calib::pose::{Lost as BodyLost, Sighting};
 use geometry::{Ct, Point, Rigid, Tool, VolumeGrid};
+use scene::Scene;
 
 use crate::chain::{Event, Found, Links, Reason, Smoothing, Stamps, Status};
 use crate::run::{Output, RunError, volume};

@@ -4,9 +4,9 @@ use bus::clock;
 use bus::message::{EmitterFrame, EmitterSight, ProcessState, ToolPose, Tracked};
 use bus::port::Publisher;
 use bus::process::Process;
-use bus::scene::operating_room::Room;
 use bus::topic::{EMITTERS, GROUND_TRUTH};
 use calib::pose::Sighting;
+use scene::operating_room::Room;
 
 use super::{Follower, Source, Stamp, examination, numbers, region};
 use crate::chain::Chain;

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use bus::clock;
 use bus::message::ProcessState;
 use bus::process::Process;
-use bus::scene::operating_room::Deviations;
-use bus::scene::tracking::SequenceSource;
 use calib::file::sequence::{Frame, Pose, SequenceError, frames, header_end, transforms};
 use calib::pose::Lost as BodyLost;
 use geometry::uncertain::CovarianceError;
 use geometry::{Frame as GeometryFrame, Point, Rigid, Tracker, Uncertain};
+use scene::operating_room::Deviations;
+use scene::tracking::SequenceSource;
 
 use super::{Follower, Source, Stamp, examination};
 use crate::chain::{Found, Links, Reason, Registration};

@@ -1,9 +1,9 @@
 //! Markers of a scene as rigid bodies of emitters.
 
-use bus::scene::operating_room::{Emitters, Shape};
 use calib::marker::even_directions;
 use calib::pose::{Body, BodyError, Emitter};
 use geometry::{Direction, Frame, Point};
+use scene::operating_room::{Emitters, Shape};
 
 /// The body of a scene's marker, its emitters exactly where the scene says.
 pub(crate) fn body<F: Frame>(shape: &Shape<F>) -> Result<Body<F>, BodyError> {

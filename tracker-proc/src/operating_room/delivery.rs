@@ -1,6 +1,6 @@
 //! When frames are captured and when they come.
 
-use bus::scene::operating_room::Timing;
+use scene::operating_room::Timing;
 
 use super::RoomError;
 use crate::chance::Chance;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use bus::scene::operating_room::Hand;
 use geometry::{Direction, Marker, Point, Vector};
+use scene::operating_room::Hand;
 
 use crate::chance::Chance;
 

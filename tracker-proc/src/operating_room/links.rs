@@ -1,8 +1,8 @@
 //! The chain that goes with a room: what a calibration, a registration and a data sheet would say of it.
 
-use bus::scene::operating_room::{Deviations, Gates as GateSpec, Room, Sensor};
 use calib::pose::{Gates, Localizer};
 use geometry::{Ct, Marker, Point, Rigid, Tool, Tracker, Uncertain, Vector};
+use scene::operating_room::{Deviations, Gates as GateSpec, Room, Sensor};
 
 use super::{OperatingRoom, RoomError, body, sensing};
 use crate::chain::{Chain, Registration};

@@ -28,10 +28,10 @@ mod sight;
 #[cfg(test)]
 mod tests;
 
-use bus::scene::operating_room::Room;
 use calib::pose::{Body, BodyError, LocalizerError, Sighting};
 use geometry::uncertain::CovarianceError;
 use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Tracker};
+use scene::operating_room::Room;
 
 pub(crate) use bodies::body;
 pub use delivery::Arrival;

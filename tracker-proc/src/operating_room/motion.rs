@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use bus::scene::operating_room::{Breathing, Bump, Patient};
 use geometry::{Ct, Rigid, Vector};
+use scene::operating_room::{Breathing, Bump, Patient};
 
 /// The patient's motion at script time `t_s`: from the CT's frame as it is now to where it was registered, both LPS.
 ///

@@ -1,8 +1,8 @@
 //! What the tool does: the scripted approach, or a gesture from a file.
 
-use bus::scene::Target;
-use bus::scene::operating_room::Room;
 use geometry::{Ct, Point, Rigid, Tool, VolumeGrid};
+use scene::Target;
+use scene::operating_room::Room;
 
 use super::{Played, PlayedError};
 use crate::gesture::{Gesture, GestureError, aim};

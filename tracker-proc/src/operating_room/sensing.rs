@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use bus::scene::operating_room::{Faults, Sensor};
 use calib::pose::{Body, Emitter, Localizer, Sighting};
 use geometry::{Direction, Frame, Point, Rigid, Tracker, Vector};
+use scene::operating_room::{Faults, Sensor};
 
 use super::sight::Capsule;
 use crate::chance::Chance;

@@ -7,9 +7,9 @@ use std::thread::{self, JoinHandle};
 
 use bus::clock::Clock;
 use bus::message::Marks;
-use bus::scene::{RawRegion, RawVolume, VolumeSource, VolumeSpec};
 use clap::Args;
 use geometry::VolumeGrid;
+use scene::{RawRegion, RawVolume, VolumeSource, VolumeSpec};
 
 use crate::dicom::Series;
 use crate::error::LoadError;

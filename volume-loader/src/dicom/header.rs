@@ -102,7 +102,7 @@ fn walk<T>(
         path: path.to_owned(),
         source,
     };
-    let (file, about) = bus::file::open(path).map_err(|error| unreadable(error.into()))?;
+    let (file, about) = scene::file::open(path).map_err(|error| unreadable(error.into()))?;
     let mut walker = Walker::new(BufReader::with_capacity(BUFFER_BYTES, file), about.len());
     parse(&mut walker).map_err(|error| match error {
         WalkError::Io(source) => unreadable(source),
@@ -125,7 +125,7 @@ impl Header {
     /// Whether the file begins like DICOM; one that cannot be read does not.
     pub(crate) fn has_preamble(path: &Path) -> bool {
         let mut first = [0; 132];
-        let read = bus::file::open(path).map(|(mut file, _)| file.read_exact(&mut first));
+        let read = scene::file::open(path).map(|(mut file, _)| file.read_exact(&mut first));
         matches!(read, Ok(Ok(()))) && first.ends_with(b"DICM")
     }
 

@@ -84,7 +84,7 @@ impl Slice {
     }
 
     fn try_read(&self, out: &mut [i16], bytes: &mut Vec<u8>) -> Result<Conversion, ReadFailure> {
-        let (file, _) = bus::file::open(&self.path).map_err(std::io::Error::from)?;
+        let (file, _) = scene::file::open(&self.path).map_err(std::io::Error::from)?;
         let mut conversion = Conversion::default();
         if self.coding == PixelCoding::Native {
             self.read_native(&file, out, bytes, &mut conversion)?;
@@ -155,7 +155,7 @@ impl Slice {
             path: self.path.clone(),
             source,
         };
-        let (file, _) = bus::file::open(&self.path).map_err(|error| unreadable(error.into()))?;
+        let (file, _) = scene::file::open(&self.path).map_err(|error| unreadable(error.into()))?;
         match self.join(&file, bytes) {
             Ok(()) => codec::is_lossy(self.coding, bytes).map_err(|source| self.refused(source)),
             Err(ReadFailure::File(source)) => Err(self.refused(source)),

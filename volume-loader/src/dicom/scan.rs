@@ -179,7 +179,7 @@ fn kind_of(entry: &DirEntry) -> Result<EntryKind, DicomError> {
         },
         false => kind,
     };
-    Ok(bus::file::kind(found).map_or(EntryKind::File, EntryKind::Neither))
+    Ok(scene::file::kind(found).map_or(EntryKind::File, EntryKind::Neither))
 }
 
 fn is_hidden(name: &OsStr) -> bool {

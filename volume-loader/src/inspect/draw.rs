@@ -1,8 +1,8 @@
 //! The three planes as one picture: axial over frontal, sagittal beside frontal, so that one height is one z and one column
 //! one x; words in the corner that is left.
 
-use bus::scene::WindowLevel;
 use picture::{Anchor, Canvas, Line, Rgb};
+use scene::WindowLevel;
 
 use super::Summary;
 use super::planes::{Plane, Planes, Shown};

@@ -2,8 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use bus::scene::Region;
 use geometry::{Ct, GridError, Point, VolumeGrid};
+use scene::Region;
 
 /// Why a part of an examination was not cut out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -4,10 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use bus::message::{Marks, VolumeHash};
-use bus::scene::VolumeSpec;
 use bus::volume::{Layout, OwnedVolume, Voxels};
 use clap::Parser;
 use geometry::{Affine, VolumeGrid};
+use scene::VolumeSpec;
 use tempfile::TempDir;
 
 use crate::cli::{Cli, run};

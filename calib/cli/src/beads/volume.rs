@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use bus::scene::{FileSpec, VolumeSource, VolumeSpec};
 use bus::volume::OwnedVolume;
 use calib::bead::Voxels;
 use clap::Args;
 use geometry::VolumeGrid;
+use scene::{FileSpec, VolumeSource, VolumeSpec};
 
 use super::error::BeadsError;
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use bus::BusError;
 use bus::run::RunError;
-use bus::scene::SceneError;
+use scene::SceneError;
 
 use crate::source::SourceError;
 use crate::store::StoreError;

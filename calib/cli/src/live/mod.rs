@@ -11,9 +11,9 @@ mod touch;
 mod touches;
 
 use bus::message::EmitterFrame;
-use bus::scene::Scene;
 use clap::{Args, ValueEnum};
 use geometry::{Marker, Reference, Tool, Tracker, Uncertain};
+use scene::Scene;
 
 use crate::cli::Positive;
 use crate::scened::SceneArgs;

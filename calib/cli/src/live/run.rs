@@ -4,9 +4,9 @@ use bus::clock;
 use bus::message::EmitterFrame;
 use bus::port::Subscriber;
 use bus::run::RunLock;
-use bus::scene::TrackerSource;
 use bus::topic::EMITTERS;
 use geometry::{Direction, Marker, Rigid, Tool, Tracker, Uncertain, Vector};
+use scene::TrackerSource;
 
 use super::{Against, Follow, FollowMarkers, LiveArgs, LiveError};
 use crate::poses::MAX_POSES;

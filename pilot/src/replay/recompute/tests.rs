@@ -1,5 +1,5 @@
-use bus::scene::raw;
 use clap::Parser;
+use scene::raw;
 
 use super::super::facts::AttachedText;
 use super::*;

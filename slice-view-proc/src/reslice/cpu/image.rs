@@ -5,9 +5,9 @@
 
 use std::ops::Range;
 
-use bus::scene::{Sampling, SlabMode};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
+use scene::{Sampling, SlabMode};
 
 use super::super::Samples;
 use super::aligned::{Axes, Lines, Separable};

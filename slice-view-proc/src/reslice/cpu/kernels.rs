@@ -71,7 +71,7 @@ macro_rules! from_copies {
     };
 }
 
-/// [`bus::scene::Filter::Nearest`].
+/// [`scene::Filter::Nearest`].
 pub(super) struct Nearest<'a> {
     voxels: Source<'a, i16>,
     cell: Option<Cell<'a>>,
@@ -108,7 +108,7 @@ impl Kernel for Nearest<'_> {
     }
 }
 
-/// [`bus::scene::Filter::Linear`].
+/// [`scene::Filter::Linear`].
 pub(super) struct Linear<'a> {
     voxels: Source<'a, i16>,
     cell: Option<Cell<'a>>,
@@ -202,7 +202,7 @@ macro_rules! points_by {
     };
 }
 
-/// [`bus::scene::Filter::Cubic`].
+/// [`scene::Filter::Cubic`].
 pub(super) struct Cubic<'a> {
     pub(super) voxels: Source<'a, i16>,
     pub(super) runs: Option<Runs<'a, i16>>,
@@ -256,7 +256,7 @@ impl Separable<4> for Cubic<'_> {
     }
 }
 
-/// [`bus::scene::Filter::BSpline`].
+/// [`scene::Filter::BSpline`].
 pub(super) struct BSpline<'a> {
     pub(super) coefficients: Source<'a, f32>,
     pub(super) runs: Option<Runs<'a, f32>>,
@@ -310,7 +310,7 @@ impl Separable<4> for BSpline<'_> {
     }
 }
 
-/// [`bus::scene::Filter::Sinc3`] and [`bus::scene::Filter::Sinc5`].
+/// [`scene::Filter::Sinc3`] and [`scene::Filter::Sinc5`].
 pub(super) struct Sinc<'a, const N: usize> {
     pub(super) voxels: Source<'a, i16>,
     pub(super) phases: &'a Phases<N>,

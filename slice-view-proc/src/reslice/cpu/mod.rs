@@ -19,9 +19,9 @@ mod tiles;
 mod vector;
 pub(in crate::reslice) mod walk;
 
-use bus::scene::{Filter, Sampling};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
+use scene::{Filter, Sampling};
 
 use super::spline::{self, Spline};
 use super::weights::{gain, steepness};

@@ -3,7 +3,7 @@
 //! 4096 phases of a voxel with straight lines between them: the weights' second derivative is below pi^2 in magnitude, so
 //! they are off by at most pi^2 / 8 / 4096^2 = 7.4e-8, about one rounding of an f32 weight.
 
-use bus::scene::Filter;
+use scene::Filter;
 
 use super::super::weights::weights;
 use super::points::UNIT;

@@ -3,10 +3,10 @@
 use super::super::Reference;
 use super::*;
 use bus::message::VolumeHash;
-use bus::scene::{Minify, Slab, SlabMode};
 use bus::volume::{Layout, OwnedVolume, Voxels};
 use geometry::{Affine, Direction, Point, Vector as Way, VolumeGrid};
 use proptest::prelude::*;
+use scene::{Minify, Slab, SlabMode};
 
 const SIZE: [u32; 2] = [67, 41];
 const LARGEST_HU: f64 = 2000.0;

@@ -17,9 +17,9 @@ mod texture;
 use std::time::Duration;
 
 use bus::clock::monotonic_ns;
-use bus::scene::{Filter, GpuWeights, Sampling};
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
+use scene::{Filter, GpuWeights, Sampling};
 
 use super::spline::{self, Spline};
 use super::{Cpu, Resampler, ResliceError};

@@ -1,6 +1,6 @@
 //! The programs that run on the card: one for each filter, put together from the texts in `shaders`.
 
-use bus::scene::Filter;
+use scene::Filter;
 
 use super::super::ResliceError;
 use super::super::weights::{gain, weights};

@@ -5,9 +5,9 @@ mod csv;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use bus::scene::operating_room::{AtEnd, PlayedGesture};
 use geometry::rotation::Rotation;
 use geometry::{Ct, Rigid, Tool};
+use scene::operating_room::{AtEnd, PlayedGesture};
 
 /// The longest file, bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -89,7 +89,7 @@ impl Played {
             source,
         };
         let mut text = String::new();
-        let (file, _) = bus::file::open(path).map_err(|error| io(error.into()))?;
+        let (file, _) = scene::file::open(path).map_err(|error| io(error.into()))?;
         // One byte more than allowed shows that there are more, whatever the file says of its length.
         file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(io)?;
         if text.len() as u64 > MAX_BYTES {

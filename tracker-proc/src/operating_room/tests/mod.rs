@@ -1,8 +1,8 @@
 use std::path::Path;
 
 use super::*;
-use bus::scene::{Scene, TrackerSource};
 use geometry::Vector;
+use scene::{Scene, TrackerSource};
 
 use crate::chain::{Chain, Found};
 use crate::chance::Chance;
@@ -100,7 +100,7 @@ fn markers_and_rates_that_cannot_be_are_refused_by_name() {
 
 #[test]
 fn the_scenes_defaults_and_limits_are_those_of_the_chain() {
-    use bus::scene::operating_room;
+    use scene::operating_room;
     assert_eq!(operating_room::MAX_EMITTERS, calib::pose::MAX_EMITTERS);
     let chain = approached(&scene("", ""), 1).chain(middle()).unwrap();
     assert_eq!(chain.gates, calib::pose::Gates::default());

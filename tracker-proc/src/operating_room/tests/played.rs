@@ -1,7 +1,7 @@
 //! Gestures from a file.
 
 use super::*;
-use bus::scene::operating_room::{AtEnd, PlayedGesture};
+use scene::operating_room::{AtEnd, PlayedGesture};
 
 const GESTURE: &str = "# by hand\nt_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm\n\
     1, 1,0,0,0, 0,0,0\n\n3, 0.7071068,0,0,0.7071068, 10,20,-40\r\n4,0,0,0,1, 10,20,0\n";

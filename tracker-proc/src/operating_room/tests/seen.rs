@@ -3,7 +3,7 @@
 use super::super::sight::{Capsule, between_segments};
 use super::super::{bodies, hand};
 use super::*;
-use bus::scene::operating_room::Hand;
+use scene::operating_room::Hand;
 
 fn point(chance: &Chance, first: u64, size: f64) -> Point<Tracker> {
     let [x, y, z] = [0, 1, 2].map(|i| size * (2.0 * chance.uniform(first + i) - 1.0));

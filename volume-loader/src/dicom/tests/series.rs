@@ -1,7 +1,7 @@
 //! Several series, other files, and single files.
 
 use super::*;
-use bus::scene::VolumeSpec;
+use scene::VolumeSpec;
 
 use crate::dicom::{Options, open_path};
 

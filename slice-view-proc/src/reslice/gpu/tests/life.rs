@@ -1,7 +1,7 @@
 //! Cards that go, that are wrong, that are late, that are not there, and who draws then.
 
 use bus::message::GPU_GIVEN_UP;
-use bus::scene::{BackEnd, Render};
+use scene::{BackEnd, Render};
 
 use super::super::super::{Chosen, Reference};
 use super::*;

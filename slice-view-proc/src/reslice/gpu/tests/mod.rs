@@ -3,11 +3,11 @@
 use std::cell::RefCell;
 
 use bus::message::VolumeHash;
-use bus::scene::{Minify, Slab, SlabMode};
 use bus::volume::{Layout, OwnedVolume, Voxels};
 use geometry::{Affine, Direction, Point, Vector as Along, VolumeGrid};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use scene::{Minify, Slab, SlabMode};
 
 use super::*;
 

@@ -1,0 +1,221 @@
+//! A rendered image and the stamp it can never be parted from.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::{Lost, VolumeHash};
+use crate::clock;
+use scene::Limits;
+
+/// Which pose, which registration and which volume an image shows, and when each stage was passed.
+///
+/// Stage times are ns on the run's clock.
+#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("trocar/FrameStamp/2")]
+pub struct FrameStamp {
+    /// Sequence number of the pose shown.
+    pub seq: u64,
+    /// The source's own time of that pose.
+    pub t_device_ns: i64,
+    /// When the pose was captured.
+    pub t_capture_ns: i64,
+    /// When the pose was published.
+    pub t_publish_ns: i64,
+    /// When the renderer took it from the bus.
+    pub t_seen_ns: i64,
+    /// When the last pixel was drawn.
+    pub t_rendered_ns: i64,
+    /// When the image was handed to the bus.
+    pub t_framed_ns: i64,
+    /// The registration that the pose rests on.
+    pub registration_id: u64,
+    /// The volume that was cut.
+    pub volume_hash: [u8; 32],
+    /// Code of a [`FrameState`].
+    pub state: u32,
+    /// Index of the view in the scene's list.
+    pub view: u32,
+    /// 1 where the image was asked for by a command and not drawn because a pose came.
+    pub on_request: u32,
+    /// 1 where the pose comes out of a recording, 2 where time is simulated; 0 is the present. Whoever shows such an image says
+    /// so, whatever its state.
+    pub replay: u32,
+}
+
+const _: () = assert!(size_of::<FrameStamp>() == 112 && align_of::<FrameStamp>() == 8);
+
+/// What an image claims about the present.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameState {
+    /// Shows a valid pose, young enough when it was drawn.
+    Live,
+    /// Shows a valid pose, older than the scene's limit when it was drawn; its age stands on it.
+    Stale,
+    /// Shows a valid pose that was asked for: it claims nothing of the present.
+    Held,
+    /// There is no pose, and the image says so.
+    Lost(Lost),
+}
+
+/// When a pose grows old, and when it is none any more, ns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ages {
+    /// Older than this it is stale.
+    pub stale_ns: i64,
+    /// Older than this its source is silent, and there is no pose. At least as large.
+    pub lost_ns: i64,
+}
+
+impl Ages {
+    /// Of a scene.
+    pub fn of(limits: &Limits) -> Self {
+        Self {
+            stale_ns: clock::ns(limits.stale),
+            lost_ns: clock::ns(limits.lost),
+        }
+    }
+
+    /// What a valid pose of this age is.
+    pub fn state(self, age_ns: i64) -> FrameState {
+        match age_ns {
+            age if age > self.lost_ns => FrameState::Lost(Lost::Silent),
+            age if age > self.stale_ns => FrameState::Stale,
+            _ => FrameState::Live,
+        }
+    }
+}
+
+impl FrameState {
+    /// The code on the wire.
+    pub const fn code(self) -> u32 {
+        match self {
+            Self::Live => 0,
+            Self::Stale => 100,
+            Self::Held => 101,
+            Self::Lost(reason) => reason.code(),
+        }
+    }
+
+    /// The state with this code.
+    pub const fn from_code(code: u32) -> Option<Self> {
+        match code {
+            0 => Some(Self::Live),
+            100 => Some(Self::Stale),
+            101 => Some(Self::Held),
+            code => match Lost::from_code(code) {
+                Some(reason) => Some(Self::Lost(reason)),
+                None => None,
+            },
+        }
+    }
+}
+
+impl FrameStamp {
+    /// The state, or `None` for an unknown code.
+    pub fn frame_state(&self) -> Option<FrameState> {
+        FrameState::from_code(self.state)
+    }
+
+    /// What the image may claim at `now_ns`: one that was live when it was drawn grows stale and then lost with its pose,
+    /// whatever stands on it.
+    pub fn state_at(&self, now_ns: i64, ages: Ages) -> Option<FrameState> {
+        let aged = ages.state(now_ns.saturating_sub(self.t_capture_ns));
+        match self.frame_state() {
+            Some(FrameState::Live) => Some(aged),
+            Some(FrameState::Stale) if aged != FrameState::Live => Some(aged),
+            state => state,
+        }
+    }
+
+    /// The stamp in words, for the text chunks of a PNG. Only what is the same whenever the same pose is drawn again: no
+    /// times of this run's clock.
+    pub fn texts(&self) -> Vec<(&'static str, String)> {
+        let state = match self.frame_state() {
+            Some(FrameState::Live | FrameState::Held) => "valid",
+            Some(FrameState::Stale) => "stale",
+            Some(FrameState::Lost(reason)) => reason.words(),
+            None => "unknown",
+        };
+        vec![
+            ("pose_seq", self.seq.to_string()),
+            ("pose_time_ns", self.t_device_ns.to_string()),
+            ("registration_id", format!("{:016x}", self.registration_id)),
+            ("volume_hash", self.volume().to_string()),
+            ("pose_state", state.to_owned()),
+        ]
+    }
+
+    /// The volume shown.
+    pub fn volume(&self) -> VolumeHash {
+        VolumeHash(self.volume_hash)
+    }
+}
+
+/// Travels in front of the pixels: RGBA, 8 bits, row by row from the top.
+#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("trocar/FrameHeader/2")]
+pub struct FrameHeader {
+    /// What is shown.
+    pub stamp: FrameStamp,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+const _: () = assert!(size_of::<FrameHeader>() == 120);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_live_image_grows_stale() {
+        let stamp = FrameStamp {
+            t_capture_ns: 1000,
+            ..FrameStamp::default()
+        };
+        let ages = Ages {
+            stale_ns: 100,
+            lost_ns: 500,
+        };
+        let expected = [
+            (1100, FrameState::Live),
+            (1101, FrameState::Stale),
+            (1500, FrameState::Stale),
+            (1501, FrameState::Lost(Lost::Silent)),
+            (i64::MAX, FrameState::Lost(Lost::Silent)),
+        ];
+        for (now, state) in expected {
+            assert_eq!(stamp.state_at(now, ages), Some(state), "{now}");
+        }
+        // What was drawn as old does not become young where a clock goes back, and what was asked for has no age.
+        let drawn = |state: FrameState| FrameStamp {
+            state: state.code(),
+            ..stamp
+        };
+        assert_eq!(drawn(FrameState::Stale).state_at(1000, ages), Some(FrameState::Stale));
+        assert_eq!(drawn(FrameState::Held).state_at(9999, ages), Some(FrameState::Held));
+        let lost = FrameStamp {
+            state: Lost::NotSeen.code(),
+            ..stamp
+        };
+        assert_eq!(lost.state_at(9999, ages), Some(FrameState::Lost(Lost::NotSeen)));
+    }
+
+    #[test]
+    fn states_come_back() {
+        for state in [
+            FrameState::Live,
+            FrameState::Stale,
+            FrameState::Held,
+            FrameState::Lost(Lost::NotSeen),
+            FrameState::Lost(Lost::Silent),
+            FrameState::Lost(Lost::Refused),
+        ] {
+            assert_eq!(FrameState::from_code(state.code()), Some(state));
+        }
+        assert_eq!(FrameState::from_code(55), None);
+    }
+}

@@ -1,0 +1,208 @@
+//! Floor 1: the scene file, one TOML file that describes a whole run.
+//!
+//! Read in two steps: the raw shape ([`raw`]: every key known, every type right), then the checked [`Scene`], in which
+//! every value is usable. Errors say file, line, column, key, what was found and what is allowed.
+
+mod check;
+mod error;
+pub mod file;
+mod limits;
+pub mod locate;
+pub mod operating_room;
+mod priorities;
+pub mod raw;
+mod recording;
+mod sampling;
+pub mod tracking;
+mod view;
+mod volume;
+
+use std::path::Path;
+use std::time::Duration;
+
+use geometry::{Ct, Point, Rigid, Tracker};
+
+pub use error::{Invalid, SceneError};
+pub use limits::Limits;
+pub use priorities::Priorities;
+pub use raw::{Extent, Plane, Up};
+pub use recording::{Compression, RawRecording, RecordingSpec};
+pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
+pub use view::{View, WindowLevel};
+pub use volume::{FileSpec, RawRegion, RawVolume, Region, VolumeSource, VolumeSpec};
+
+/// A run's scene, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Seeds everything that is drawn by chance.
+    pub seed: u64,
+    /// Where the examination comes from, and how much of it is loaded.
+    pub volume: VolumeSpec,
+    /// The instrument.
+    pub tool: ToolSpec,
+    /// Where poses come from.
+    pub tracker: TrackerSpec,
+    /// What the surgeon aims at.
+    pub targets: Vec<Target>,
+    /// The images, in the order of the file.
+    pub views: Vec<View>,
+    /// Who samples the volume.
+    pub render: Render,
+    /// What is recorded; `None` starts no recorder.
+    pub recording: Option<RecordingSpec>,
+    /// When to warn, restart and give up.
+    pub limits: Limits,
+    /// Who gives way where the machine has too much to do.
+    pub priorities: Priorities,
+}
+
+/// The rigid tube. Its frame: origin at the inner tip, +z from the handle to the tip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolSpec {
+    /// For people.
+    pub name: String,
+    /// From the handle to the tip, mm.
+    pub length_mm: f64,
+    /// Outer diameter, mm.
+    pub diameter_mm: f64,
+}
+
+/// Where poses come from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackerSpec {
+    /// Simulated by the tracker process, or published by a program of the user's.
+    pub source: TrackerSource,
+    /// Samples a second.
+    pub rate_hz: f64,
+    /// The patient's registration, unless a file says or it rests on a marker on the patient.
+    pub ct_from_tracker: Rigid<Ct, Tracker>,
+    /// The files that calibration and registration come from.
+    pub links: tracking::LinkFiles,
+    /// Time constant of the smoothing of poses; `None`: they are not smoothed.
+    pub smoothing: Option<Duration>,
+}
+
+/// Who publishes poses.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TrackerSource {
+    /// The tracker process plays a scripted approach.
+    Simulated(Simulation),
+    /// The tracker process simulates an operating room: emitters seen by a localizer.
+    OperatingRoom(Box<operating_room::Room>),
+    /// Another program publishes what a localizer sees; the tracker process makes poses of it.
+    Emitters(Box<tracking::EmitterSource>),
+    /// The tracker process plays poses from a file.
+    Sequence(Box<tracking::SequenceSource>),
+    /// Another program publishes on the pose topic; no tracker process is started.
+    External,
+}
+
+/// The simulated gesture and its imperfections.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    /// Standard deviation of the measured tip along each axis, mm.
+    pub noise_mm: f64,
+    /// Standard deviation of the measured rotation about each axis, radians.
+    pub noise_rad: f64,
+    /// Chance that a sample starts a dropout.
+    pub dropout: f64,
+    /// Samples a dropout lasts.
+    pub dropout_samples: u32,
+    /// The gesture.
+    pub approach: Approach,
+}
+
+/// Insert along a line towards the target, pause, sweep about the entry, withdraw; again and again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Approach {
+    /// Name of a target, or `None`: the first target, and the volume's middle where there is none.
+    pub target: Option<String>,
+    /// Where the tube goes through the skin; `None`: from the patient's left and back.
+    pub entry: Option<Point<Ct>>,
+    /// How far short of the target the tip stops, mm.
+    pub stop_short_mm: f64,
+    /// Duration of the insertion and of the withdrawal, s.
+    pub insert_s: f64,
+    /// Rest at the target, s.
+    pub pause_s: f64,
+    /// Duration of the sweep, s.
+    pub sweep_s: f64,
+    /// Half opening of the sweep's cone, radians.
+    pub sweep_rad: f64,
+}
+
+/// What the surgeon aims at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// For people.
+    pub name: String,
+    /// Its centre.
+    pub centre: Point<Ct>,
+    /// Its diameter, mm.
+    pub diameter_mm: f64,
+}
+
+impl Scene {
+    /// Reads and checks a scene file. Paths in it are relative to the file's folder.
+    ///
+    /// # Errors
+    /// Each variant of [`SceneError`].
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::from_raw(&raw::load(path)?)
+    }
+
+    /// Reads and checks the text of a scene; `path` stands in errors and anchors relative paths.
+    ///
+    /// # Errors
+    /// Each variant of [`SceneError`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+        Self::from_raw(&raw::parse(text, path)?)
+    }
+
+    /// Checks a raw scene.
+    ///
+    /// # Errors
+    /// [`SceneError::Value`].
+    pub fn from_raw(source: &raw::Source) -> Result<Self, SceneError> {
+        check::scene(&source.scene).map_err(|invalid| source.error_at(invalid))
+    }
+
+    /// Identifies the registration that poses rest on where the scene itself says it: [`registration_id`] of its numbers, with
+    /// those of the marker on the patient where there is one.
+    pub fn registration_id(&self) -> u64 {
+        let ct_from_reference = match &self.tracker.source {
+            TrackerSource::OperatingRoom(room) => room.reference.as_ref().map(|on| on.ct_from_reference),
+            TrackerSource::Emitters(source) => source.reference.as_ref().map(|on| on.ct_from_reference),
+            TrackerSource::Sequence(source) => source.reference.as_ref().map(|(_, rigid)| *rigid),
+            TrackerSource::Simulated(_) | TrackerSource::External => None,
+        };
+        let rigid = &self.tracker.ct_from_tracker;
+        let mut numbers = [rigid.quaternion().to_vec(), rigid.translation_mm().to_vec()].concat();
+        if let Some(rigid) = ct_from_reference {
+            numbers.extend(rigid.quaternion().into_iter().chain(rigid.translation_mm()));
+        }
+        registration_id(&numbers)
+    }
+
+    /// The renderers that this scene needs: one per plane direction, each with the indices of its views.
+    pub fn renderers(&self) -> Vec<(Plane, Vec<usize>)> {
+        let mut renderers: Vec<(Plane, Vec<usize>)> = Vec::new();
+        for (index, view) in self.views.iter().enumerate() {
+            match renderers.iter_mut().find(|(plane, _)| *plane == view.plane) {
+                Some((_, views)) => views.push(index),
+                None => renderers.push((view.plane, vec![index])),
+            }
+        }
+        renderers
+    }
+}
+
+/// Identifies a registration, with the calibrations that go with it, by its numbers: 64 bits of BLAKE3.
+pub fn registration_id(numbers: &[f64]) -> u64 {
+    let mut hasher = blake3::Hasher::new_derive_key("trocar registration 1");
+    for number in numbers {
+        hasher.update(&number.to_bits().to_le_bytes());
+    }
+    let bytes = hasher.finalize();
+    u64::from_be_bytes(std::array::from_fn(|i| bytes.as_bytes()[i]))
+}
