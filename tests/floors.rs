@@ -13,10 +13,12 @@ use serde_json::Value;
 const FLOORS: &[(&str, u8)] = &[
     ("geometry", 0),
     ("calib", 1),
+    ("optics", 1),
     ("phantom", 1),
     ("picture", 1),
     ("scene", 1),
     ("simulation", 1),
+    ("bead", 2),
     ("bus", 2),
     ("calib-cli", 3),
     ("pilot", 3),

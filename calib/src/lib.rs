@@ -6,22 +6,15 @@
 //! marker's emitters, [`pivot`] the tip of an instrument, [`spin`] its shaft, [`base`] the tool in its seat on the
 //! calibration base; [`f2554`] says how well a pointer locates points, [`coverage`] whether the recorded motion was enough,
 //! and [`gate`] whether a result is good enough.
-//! [`bead`] registers the patient: it finds metal beads in the CT, tells which of them was touched, and judges the check.
 //! [`file`](mod@file) reads the results back, from their text.
-//! Chapter 5 of part III, targets in images, is [`disc`] and [`grid`], which take a [`mod@image`]; [`camera`] calibrates a
-//! camera from views of a grid.
+//! Two neighbours stand in folders of their own: `bead`, metal beads in a CT, and `optics`, targets in images and cameras.
 
 pub mod base;
-pub mod bead;
 pub mod bundle;
-pub mod camera;
 pub mod coverage;
-pub mod disc;
 pub mod f2554;
 pub mod file;
 pub mod gate;
-pub mod grid;
-pub mod image;
 pub mod marker;
 pub mod pivot;
 pub mod pose;

@@ -1,6 +1,6 @@
 //! Metal that is no bead, beside bone in real CTs: how much of it is taken for one.
 
-use calib::bead::{Bead, Dense, Ground, Search, find};
+use bead::{Bead, Dense, Ground, Search, find};
 
 use super::sites::{Body, KINDS, distance, planted, sites};
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use bead::{Dense, Ground, Search, Voxels, find};
 use bus::volume::OwnedVolume;
-use calib::bead::{Dense, Ground, Search, Voxels, find};
 use geometry::{Affine, Point, VolumeGrid};
 use scene::VolumeSpec;
 

@@ -1,6 +1,6 @@
 //! Places of a real CT where beads may be put, by what lies there, and beads put there.
 
-use calib::bead::{Dense, Voxels};
+use bead::{Dense, Voxels};
 use geometry::{Point, VolumeGrid};
 
 /// Deviation of the scanner's blur, mm, the least share of a slice, and where it clips.

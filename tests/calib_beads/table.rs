@@ -1,6 +1,6 @@
 //! Centres of beads in real CTs by what the ground around them is taken for: the table of `docs/beads.md`.
 
-use calib::bead::{Bead, Dense, Found, Ground, Search, find};
+use bead::{Bead, Dense, Found, Ground, Search, find};
 
 use super::sites::{Body, KINDS, Site, distance, planted, sites};
 

@@ -68,7 +68,7 @@ fn annihilate<const N: usize>(
 }
 
 /// Eigenvalues and eigenvectors of a symmetric 3 x 3 matrix, unsorted.
-pub(crate) fn symmetric3(m: Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+pub fn symmetric3(m: Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
     symmetric(m)
 }
 

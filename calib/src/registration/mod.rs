@@ -55,6 +55,7 @@ pub use certificate::Certificate;
 pub use error::{Refused, SingularValues};
 pub use fit::{Fit, Registration, fit, register};
 pub use horaud_monga::fit_horaud_monga;
+pub use jacobi::symmetric3;
 pub use method::Method;
 pub use moments::Moments;
 pub use pairs::Pairs;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calib::bead::check::{Checked, FAIL_RATIO, Limits, Verdict, check};
+use bead::check::{Checked, FAIL_RATIO, Limits, Verdict, check};
 use clap::Args;
 use geometry::{Ct, Point, Tracker, Uncertain, UncertainPoint, door};
 use nalgebra::{Matrix3, Matrix6};

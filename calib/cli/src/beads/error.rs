@@ -33,15 +33,12 @@ pub(crate) enum BeadsError {
     #[error("{0}")]
     Volume(Box<dyn std::error::Error + Send + Sync>),
     #[error("finding beads in {path}: {refused}")]
-    Find {
-        path: PathBuf,
-        refused: Box<calib::bead::Refused>,
-    },
+    Find { path: PathBuf, refused: Box<bead::Refused> },
     #[error("matching the touched points of {touched} to the beads of {beads}: {refused}")]
     Match {
         beads: PathBuf,
         touched: PathBuf,
-        refused: Box<calib::bead::matching::Refused>,
+        refused: Box<bead::matching::Refused>,
     },
     #[error("reading the beads {path}: {source}")]
     Json { path: PathBuf, source: serde_json::Error },

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use calib::bead::matching::MAX_BEADS;
-use calib::bead::{Bead, Found, Rejected, Search};
+use bead::matching::MAX_BEADS;
+use bead::{Bead, Found, Rejected, Search};
 use serde::{Deserialize, Serialize};
 
 use super::error::BeadsError;

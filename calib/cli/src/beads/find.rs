@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use calib::bead::{Search, find};
+use bead::{Search, find};
 use clap::Args;
 
 use super::error::BeadsError;

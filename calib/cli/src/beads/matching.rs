@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use calib::bead::matching::{Errors, Matched, match_beads};
+use bead::matching::{Errors, Matched, match_beads};
 use clap::Args;
 use geometry::{Ct, Point, Tracker};
 

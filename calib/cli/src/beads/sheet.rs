@@ -1,6 +1,6 @@
 //! A picture of the beads: each in three planes of the patient, its centre and its rim marked.
 
-use calib::bead::Voxels;
+use bead::Voxels;
 use geometry::{Ct, Point};
 use picture::{Anchor, Canvas, Line, Rgb};
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use bead::Voxels;
 use bus::volume::OwnedVolume;
-use calib::bead::Voxels;
 use clap::Args;
 use geometry::VolumeGrid;
 use scene::{FileSpec, VolumeSource, VolumeSpec};

@@ -1,6 +1,6 @@
 //! Which views agree on one camera, in words, where all together do not.
 
-use calib::camera::{Agreeing, CameraRefused, Gates, Options, Short, View, agreeing};
+use optics::camera::{Agreeing, CameraRefused, Gates, Options, Short, View, agreeing};
 
 use super::read::Seen;
 

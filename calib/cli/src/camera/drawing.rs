@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use calib::camera::{CELLS, Calibrated};
 use nalgebra::Vector2;
+use optics::camera::{CELLS, Calibrated};
 use picture::{Anchor, Canvas, Line, PngError, Rgb, write_png};
 
 use super::read::Seen;

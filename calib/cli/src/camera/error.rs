@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calib::camera::CameraRefused;
+use optics::camera::CameraRefused;
 
 use crate::source::SourceError;
 use crate::store::StoreError;

@@ -1,7 +1,7 @@
 //! The field of a plate in the file of a camera.
 
-use calib::camera::{Plate, REACH};
 use nalgebra::Vector2;
+use optics::camera::{Plate, REACH};
 use serde::{Deserialize, Serialize};
 
 use super::read::Seen;

@@ -4,8 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::field::FieldRecord;
-use calib::camera::{Calibrated, Camera, NAMES, Options, PARAMETERS, Plate};
 use calib::file::content_id;
+use optics::camera::{Calibrated, Camera, NAMES, Options, PARAMETERS, Plate};
 use serde::{Deserialize, Serialize};
 
 use super::read::Seen;
@@ -286,7 +286,7 @@ impl SourceRecord {
 }
 
 fn views(found: &Calibrated, seen: &Seen) -> Vec<CameraView> {
-    let one = |(posed, image): (&calib::camera::Posed, &super::read::SeenImage)| {
+    let one = |(posed, image): (&optics::camera::Posed, &super::read::SeenImage)| {
         let used = posed.residuals.iter().filter(|r| r.used).count();
         CameraView {
             image: image.path.clone(),

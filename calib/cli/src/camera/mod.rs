@@ -12,8 +12,8 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use calib::camera::{Gates, LensModel, Options, Short, View, calibrate, held_out};
 use clap::{Args, ValueEnum};
+use optics::camera::{Gates, LensModel, Options, Short, View, calibrate, held_out};
 
 use crate::cli::Positive;
 use crate::commands::Outcome;

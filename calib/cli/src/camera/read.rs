@@ -5,10 +5,10 @@
 //! shift that the nearest homography gives: that shift is put back, but for large discs, whose radius such a file does not
 //! say. Grids fitted as a whole are taken as they are: images of centres.
 
-use calib::camera::{ImageSize, Sighting, View};
-use calib::disc::Ellipse;
-use calib::grid::project;
 use nalgebra::{Matrix2, Matrix3, Vector2};
+use optics::camera::{ImageSize, Sighting, View};
+use optics::disc::Ellipse;
+use optics::grid::project;
 use serde::Deserialize;
 
 use super::error::CameraError;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use calib::camera::{Calibrated, NAMES, PARAMETERS, WIDEST};
+use optics::camera::{Calibrated, NAMES, PARAMETERS, WIDEST};
 
 use super::file::CameraFile;
 use super::read::Seen;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use calib::disc::{DetectOptions, DetectRefused, Disc, DiscFit, Ellipse, Polarity, detect, fit_disc};
-use calib::image::Image;
 use clap::{Args, ValueEnum};
 use nalgebra::Vector2;
+use optics::disc::{DetectOptions, DetectRefused, Disc, DiscFit, Ellipse, Polarity, detect, fit_disc};
+use optics::image::Image;
 use picture::{Line, Rgb, write_png};
 use serde_json::{Value, json};
 

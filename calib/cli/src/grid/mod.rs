@@ -7,8 +7,8 @@ mod record;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use calib::grid::{Found, GridSpec, Refinement, find};
 use clap::Args;
+use optics::grid::{Found, GridSpec, Refinement, find};
 use serde_json::Value;
 
 use crate::cli::Positive;

@@ -3,9 +3,9 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use calib::grid::{Found, project};
-use calib::image::Image;
 use nalgebra::Vector2;
+use optics::grid::{Found, project};
+use optics::image::Image;
 use picture::{Anchor, Canvas, Line, PngError, Rgb, write_png};
 
 const SEEN: Rgb = Rgb(0, 230, 90);

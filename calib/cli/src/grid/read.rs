@@ -4,8 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use calib::image::{Image, ImageError, MAX_PIXELS};
 use image::{DynamicImage, ImageReader, Limits};
+use optics::image::{Image, ImageError, MAX_PIXELS};
 
 /// The largest file that is opened, bytes: every format here is smaller for the most pixels that are taken.
 const MAX_FILE: u64 = 1 << 30;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use calib::grid::{Found, GridDisc, GridRefused, GridSpec, Refinement};
-use calib::image::Image;
+use optics::grid::{Found, GridDisc, GridRefused, GridSpec, Refinement};
+use optics::image::Image;
 use serde_json::{Value, json};
 
 /// The file as a whole.

@@ -1,0 +1,126 @@
+//! Why touched points were not matched.
+
+use std::fmt;
+
+use super::Errors;
+use calib::registration;
+
+/// Which bead each touched point is in one solution. Indices count from 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pairing {
+    /// (touched point, bead).
+    pub pairs: Vec<(usize, usize)>,
+    /// Root mean square residual, mm.
+    pub fre_rms_mm: f64,
+}
+
+impl fmt::Display for Pairing {
+    /// Counts from 1, as people do.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words: Vec<String> = self.pairs.iter().map(|(t, b)| format!("{}-{}", t + 1, b + 1)).collect();
+        write!(f, "{} (FRE {:.3} mm)", words.join(" "), self.fre_rms_mm)
+    }
+}
+
+/// Why touched points were not matched to beads. Indices count from 0 in fields and from 1 in texts.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Refused {
+    /// The deviations are not usable.
+    #[error("the deviations {} mm of a bead and {} mm of a touched point must be finite, at least 0, and not both 0", .0.bead_mm, .0.touch_mm)]
+    Errors(Errors),
+    /// Fewer than three.
+    #[error("{found} {what}; at least 3 are needed")]
+    TooFew {
+        /// Beads or touched points.
+        what: &'static str,
+        /// How many.
+        found: usize,
+    },
+    /// More than the search takes.
+    #[error("{found} {what}; at most {most} are taken: leave out what cannot be meant")]
+    TooMany {
+        /// Beads or touched points.
+        what: &'static str,
+        /// How many.
+        found: usize,
+        /// The bound.
+        most: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("{what} {}: {found:?} holds a number that is not finite", .index + 1)]
+    NotFinite {
+        /// Bead or touched point.
+        what: &'static str,
+        /// Which.
+        index: usize,
+        /// Its coordinates.
+        found: [f64; 3],
+    },
+    /// Two touched points are so near that they may be one.
+    #[error(
+        "touched points {} and {} are {distance_mm:.3} mm apart, and two beads must be {least_mm:.3} mm apart to be told \
+         from one: leave one out, or put in their mean",
+        .first + 1, .second + 1
+    )]
+    TouchedTwice {
+        /// The earlier one.
+        first: usize,
+        /// The later one.
+        second: usize,
+        /// Their distance, mm.
+        distance_mm: f64,
+        /// The least that is accepted, mm.
+        least_mm: f64,
+    },
+    /// No three touched points agree with three beads.
+    #[error(
+        "no 3 of the {touched} touched points agree with 3 of the {beads} beads: their distances differ by more than \
+         {distance_mm:.3} mm. Check that these are this patient's beads, and the pointer's calibration"
+    )]
+    NoMatch {
+        /// Beads.
+        beads: usize,
+        /// Touched points.
+        touched: usize,
+        /// The greatest difference of distances accepted, mm.
+        distance_mm: f64,
+    },
+    /// Two pairings fit equally well and place the patient differently.
+    #[error(
+        "the pairing is ambiguous (touched point-bead): {first} and {second} both fit, and place the points up to \
+         {apart_mm:.1} mm apart. Touch more beads, or beads in a less regular layout"
+    )]
+    Ambiguous {
+        /// The one of the least residuals.
+        first: Pairing,
+        /// The other.
+        second: Pairing,
+        /// Greatest distance between the two places of a touched point, mm.
+        apart_mm: f64,
+    },
+    /// The matched points lie so nearly on a line that noise alone turns the patient about it.
+    #[error(
+        "the {points} matched points lie on a line to {width_mm:.3} mm (root mean square), and at least {needed_mm:.3} mm \
+         are needed to fix the turn about it: touch a bead off the line"
+    )]
+    Collinear {
+        /// Matched points.
+        points: usize,
+        /// Root mean square distance from the best line, mm.
+        width_mm: f64,
+        /// The least accepted, mm.
+        needed_mm: f64,
+    },
+    /// The search was given up.
+    #[error(
+        "the search for the pairing did not end within {steps} steps: give smaller errors if they are, or leave out false \
+         beads"
+    )]
+    SearchTooLong {
+        /// The steps made.
+        steps: usize,
+    },
+    /// The registration of the pairs failed.
+    #[error(transparent)]
+    Registration(#[from] registration::Refused),
+}

@@ -1,0 +1,189 @@
+//! Which bead was touched, without being told: beads in the CT, some of them false, and touched points, some of them on no
+//! bead, in any order.
+//!
+//! Two pairs (bead, touched point) agree where both distances are the same within the error of a difference of distances.
+//! The largest set of pairs in which all agree, and whose registration leaves residuals that the errors explain, is found
+//! by branch and bound: exactly, or not at all ([`Refused::SearchTooLong`]). A set that fits as well and places the patient
+//! elsewhere is no detail: both are named ([`Refused::Ambiguous`]).
+//!
+//! With deviations `sb` of a bead's centre and `st` of a touched point, per axis, mm:
+//!
+//! ```text
+//! |d_ct - d_touched| <= 4.5 sqrt(2 (sb^2 + st^2))        distances
+//! sum |r|^2 / (sb^2 + st^2) <= chi-squared(3 n - 6), at four deviations        residuals
+//! ```
+
+mod error;
+mod search;
+mod spread;
+
+use geometry::{Ct, Frame, Point};
+
+pub use error::{Pairing, Refused};
+use search::{Solution, solutions};
+
+use calib::registration::{Method, Noise, Pairs, Registration, register};
+
+/// Deviations of a difference of distances within which it counts as none.
+const AGREE: f64 = 4.5;
+
+/// Deviations of the points, per axis, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Of a bead's centre in the CT: distortion of the scanner and what the bead moved since.
+    pub bead_mm: f64,
+    /// Of a touched point.
+    pub touch_mm: f64,
+}
+
+impl Errors {
+    /// Of a pair, seen in the CT.
+    pub fn noise(&self) -> Noise {
+        Noise {
+            sigma_mm: self.bead_mm.hypot(self.touch_mm),
+        }
+    }
+
+    /// The greatest difference of two distances between the same points.
+    pub fn distance_mm(&self) -> f64 {
+        AGREE * std::f64::consts::SQRT_2 * self.noise().sigma_mm
+    }
+
+    fn check(&self) -> Result<(), Refused> {
+        let good = |x: f64| x.is_finite() && x >= 0.0;
+        if good(self.bead_mm) && good(self.touch_mm) && self.noise().sigma_mm > 0.0 {
+            return Ok(());
+        }
+        Err(Refused::Errors(*self))
+    }
+}
+
+/// A registration of touched points to beads.
+#[derive(Debug, Clone)]
+pub struct Matched<F: Frame> {
+    /// For each touched point, its bead; `None` where none is there.
+    pub bead_of: Vec<Option<usize>>,
+    /// Beads that nobody touched.
+    pub untouched: Vec<usize>,
+    /// The registration of the pairs, in the order of the touched points that have a bead.
+    pub registration: Registration<Ct, F>,
+    /// The noise of a pair that was assumed.
+    pub noise: Noise,
+    /// `sum |r|^2 / sigma^2` and the greatest value accepted.
+    pub chi_squared: [f64; 2],
+    /// Branches of the search.
+    pub steps: usize,
+}
+
+impl<F: Frame> Matched<F> {
+    /// Touched points that have no bead.
+    pub fn without_bead(&self) -> impl Iterator<Item = usize> {
+        let none = |(i, bead): (usize, &Option<usize>)| bead.is_none().then_some(i);
+        self.bead_of.iter().enumerate().filter_map(none)
+    }
+
+    /// Root mean square error predicted at a target, mm.
+    pub fn predicted_tre_mm(&self, target: Point<Ct>) -> f64 {
+        self.registration.predicted_tre_mm(self.noise, target)
+    }
+}
+
+/// Finds which bead each touched point is, and registers. Indices count from 0.
+///
+/// At most [`MAX_BEADS`] beads and [`MAX_TOUCHED`] touched points.
+///
+/// # Errors
+/// [`Refused`].
+pub fn match_beads<F: Frame>(
+    beads: &[Point<Ct>],
+    touched: &[Point<F>],
+    errors: &Errors,
+) -> Result<Matched<F>, Refused> {
+    errors.check()?;
+    check(beads, touched, errors)?;
+    spread::check(touched, errors)?;
+    let (found, steps) = solutions(beads, touched, errors)?;
+    let [best, rest @ ..] = found.as_slice() else {
+        return Err(Refused::NoMatch {
+            beads: beads.len(),
+            touched: touched.len(),
+            distance_mm: errors.distance_mm(),
+        });
+    };
+    if let Some(other) = rest.iter().find(|other| elsewhere(best, other, touched, errors)) {
+        return Err(Refused::Ambiguous {
+            first: best.pairing(),
+            second: other.pairing(),
+            apart_mm: apart(best, other, touched),
+        });
+    }
+    let (to, from): (Vec<_>, Vec<_>) = best.pairs().map(|(i, j)| (beads[i], touched[j])).unzip();
+    spread::check(&from, errors)?;
+    let registration = register(Pairs::new(&to, &from)?, Method::default())?;
+    Ok(Matched {
+        untouched: (0..beads.len()).filter(|i| !best.bead_of.contains(&Some(*i))).collect(),
+        bead_of: best.bead_of.clone(),
+        registration,
+        noise: errors.noise(),
+        chi_squared: [best.chi_squared, search::most(best.count)],
+        steps,
+    })
+}
+
+/// The most beads.
+pub const MAX_BEADS: usize = 64;
+/// The most touched points.
+pub const MAX_TOUCHED: usize = 32;
+
+fn check<F: Frame>(beads: &[Point<Ct>], touched: &[Point<F>], errors: &Errors) -> Result<(), Refused> {
+    for (what, found, most) in [
+        ("beads", beads.len(), MAX_BEADS),
+        ("touched points", touched.len(), MAX_TOUCHED),
+    ] {
+        if found < 3 {
+            return Err(Refused::TooFew { what, found });
+        }
+        if found > most {
+            return Err(Refused::TooMany { what, found, most });
+        }
+    }
+    finite("bead", beads.iter().map(|p| p.mm()))?;
+    finite("touched point", touched.iter().map(|p| p.mm()))?;
+    for (second, p) in touched.iter().enumerate() {
+        for (first, q) in touched[..second].iter().enumerate() {
+            let distance_mm = p.distance(*q);
+            if distance_mm <= errors.distance_mm() {
+                return Err(Refused::TouchedTwice {
+                    first,
+                    second,
+                    distance_mm,
+                    least_mm: errors.distance_mm(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn finite(what: &'static str, points: impl Iterator<Item = [f64; 3]>) -> Result<(), Refused> {
+    for (index, found) in points.enumerate() {
+        if !found.iter().all(|x| x.is_finite()) {
+            return Err(Refused::NotFinite { what, index, found });
+        }
+    }
+    Ok(())
+}
+
+/// The greatest distance between the places that two solutions give the touched points, mm.
+fn apart<F: Frame>(a: &Solution<F>, b: &Solution<F>, touched: &[Point<F>]) -> f64 {
+    let distance = |p: &Point<F>| (a.transform * *p).distance(b.transform * *p);
+    touched.iter().map(distance).fold(0.0, f64::max)
+}
+
+/// Whether two solutions place the patient differently: by more than the errors of the points.
+fn elsewhere<F: Frame>(a: &Solution<F>, b: &Solution<F>, touched: &[Point<F>], errors: &Errors) -> bool {
+    apart(a, b, touched) > errors.distance_mm()
+}
+
+#[cfg(test)]
+mod tests;
