@@ -16,7 +16,7 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
-#[path = "../tests/camera/rig.rs"]
+#[path = "../tests/suite/camera/rig.rs"]
 mod rig;
 
 use std::hint::black_box;

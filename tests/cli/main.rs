@@ -1,0 +1,20 @@
+//! The command lines, each from its arguments to what it writes.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+
+mod bad_input;
+mod calib_beads;
+mod calib_bodies;
+mod calib_camera;
+mod calib_discs;
+mod calib_grid;
+mod calib_live;
+mod calib_live_walk;
+mod calib_pivot;
+mod calib_register;
+mod configs;
+mod simulate;
+mod snapshot;
+#[path = "../support/mod.rs"]
+mod support;
+mod volume_tools;

@@ -1,0 +1,14 @@
+//! Recordings: replayed, made again, refused, and read by the software of others.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+
+mod mcap_conformance;
+mod mcap_groups;
+mod replay;
+mod replay_bytes;
+mod replay_control;
+mod replay_ends;
+mod replay_recompute;
+mod replay_refused;
+#[path = "../support/mod.rs"]
+mod support;

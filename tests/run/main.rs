@@ -1,0 +1,25 @@
+//! Runs of real processes, and what happens when something breaks.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
+
+mod bad_pose;
+mod injected_faults;
+mod notices;
+mod operating_room;
+mod other_user;
+mod pipeline;
+mod pose_stream;
+mod recorder;
+mod recorder_faults;
+mod recorder_navigates;
+mod recorder_rig;
+mod recorder_session;
+mod rejoin;
+mod simulated_time;
+mod supervision;
+#[path = "../support/mod.rs"]
+mod support;
+mod tracker_emitters;
+mod tracker_links;
+mod tracker_rate;
+mod tracker_sequence;
