@@ -49,7 +49,7 @@ pub(crate) fn message(bytes: &[u8]) {
         2 => drop(taken::<Command>(bytes).map(|m| m.command_kind())),
         3 => drop(taken::<EmitterFrame>(bytes).map(|m| {
             let _ = (m.tool().map(<[_]>::len), m.reference().map(<[_]>::len));
-            recorder::proto::EmitterFrame::try_from(&m).is_ok()
+            recorder::wire::proto::EmitterFrame::try_from(&m).is_ok()
         })),
         4 => drop(taken::<Event>(bytes).map(|m| (m.level(), m.words()))),
         5 => drop(taken::<FrameHeader>(bytes).map(|m| {
@@ -74,7 +74,7 @@ fn poses(bytes: &[u8]) {
     let mut continuity = Continuity::default();
     for bytes in bytes.chunks_exact(size_of::<ToolPose>()) {
         let Some(pose) = taken::<ToolPose>(bytes) else { return };
-        let _ = recorder::proto::frame_transform_in_metres(&pose, "tool");
+        let _ = recorder::wire::proto::frame_transform_in_metres(&pose, "tool");
         match pose.tracked_at(1_000_000_000) {
             Ok(tracked) => drop(continuity.judge(&pose, tracked, Some(500_000_000))),
             Err(error) => drop(error.to_string()),

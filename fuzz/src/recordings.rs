@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use bus::message::{EmitterFrame, ToolPose};
-use recorder::export::{Format, export};
-use recorder::pose_log::{Entry, PoseLog};
-use recorder::proto;
+use recorder::edit::export::{Format, export};
+use recorder::edit::{cut, import, recover};
+use recorder::read::{info, reader, verify};
 use recorder::replay::facts::facts;
 use recorder::replay::tape::Tape;
-use recorder::schema::{RunFacts, Source, TOOL_POSE};
-use recorder::{cut, import, info, reader, recover, verify};
+use recorder::wire::proto;
+use recorder::wire::schema::{RunFacts, Source, TOOL_POSE};
+use recorder::write::pose_log::{Entry, PoseLog};
 use scene::Compression;
 
 use crate::{Failure, Folder};

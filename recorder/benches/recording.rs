@@ -25,11 +25,11 @@ use bus::port::{Publisher, Subscriber};
 use bus::run::RunContext;
 use bus::topic;
 use geometry::{Ct, Rigid, Tool, Vector};
+use recorder::read::seek::Session;
+use recorder::read::{info, reader};
 use recorder::replay::facts::{Facts, facts, facts_of_all};
 use recorder::replay::tape::Tape;
-use recorder::schema::{EMITTERS, TOOL_POSE};
-use recorder::seek::Session;
-use recorder::{info, reader};
+use recorder::wire::schema::{EMITTERS, TOOL_POSE};
 use rustix::time::{ClockId, clock_gettime};
 
 const RATE_HZ: u64 = 4000;
@@ -321,9 +321,9 @@ fn timed(work: impl FnOnce()) -> f64 {
 }
 
 fn large(folder: &Path, bytes: u64) -> PathBuf {
-    use recorder::pose_log::Entry;
-    use recorder::schema::{RunFacts, Source};
-    use recorder::session_file::{Content, SessionFile};
+    use recorder::wire::schema::{RunFacts, Source};
+    use recorder::write::pose_log::Entry;
+    use recorder::write::session_file::{Content, SessionFile};
     let scene = folder.join("scene.toml");
     fs::write(&scene, "seed = 1\n").unwrap();
     let facts = RunFacts {
@@ -341,7 +341,7 @@ fn large(folder: &Path, bytes: u64) -> PathBuf {
         }
         let now_ns = (seq * 1_000_000_000 / RATE_HZ).cast_signed();
         let (frame, pose, truth) = sample(seq, now_ns, &mut noise);
-        let frame = recorder::proto::EmitterFrame::try_from(&frame).unwrap();
+        let frame = recorder::wire::proto::EmitterFrame::try_from(&frame).unwrap();
         file.put(Entry::Emitters(&frame)).unwrap();
         file.put(Entry::Pose(Source::Tool, &pose)).unwrap();
         file.put(Entry::Pose(Source::Truth, &truth)).unwrap();

@@ -10,15 +10,15 @@ use clap::{Args, Parser, Subcommand};
 mod stretch;
 mod tools;
 
-use crate::compare::{self, CompareError, Summary, compare};
-use crate::damage::OpenError;
-use crate::info::info;
-use crate::record::{RecordError, record};
-use crate::recover::{RecoverError, recover, target};
+use crate::edit::compare::{self, CompareError, Summary, compare};
+use crate::edit::recover::{RecoverError, recover, target};
+use crate::read::damage::OpenError;
+use crate::read::info::info;
 use crate::replay::cli::{REPLAY_HELP, ReplayArgs};
 use crate::replay::facts::{FactsError, facts, facts_of_all};
 use crate::replay::process::ReplayError;
-use crate::schema::{GROUND_TRUTH, TOOL_POSE};
+use crate::wire::schema::{GROUND_TRUTH, TOOL_POSE};
+use crate::write::record::{RecordError, record};
 use tools::{Tool, ToolError};
 
 /// Records a run to MCAP, and reads, checks, cuts and translates such files.

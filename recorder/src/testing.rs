@@ -6,9 +6,9 @@ use bus::message::{EmitterFrame, EmitterSight, ToolPose, Tracked};
 use geometry::{Ct, Rigid, Tool, Vector};
 use scene::Compression;
 
-use crate::pose_log::{Entry, PoseLog};
-use crate::proto;
-use crate::schema::{RunFacts, Source};
+use crate::wire::proto;
+use crate::wire::schema::{RunFacts, Source};
+use crate::write::pose_log::{Entry, PoseLog};
 
 /// The pose of sample `seq` at 60 Hz; every field differs from zero and from the others.
 pub(crate) fn pose(seq: u64) -> ToolPose {

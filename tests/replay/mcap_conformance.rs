@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::mcap_groups::{Made, Record, SUMS, crc32, group};
-use recorder::scan::{self, Item};
-use recorder::seek::Session;
-use recorder::verify::verify;
+use recorder::read::scan::{self, Item};
+use recorder::read::seek::Session;
+use recorder::read::verify::verify;
 use serde_json::Value;
 
 /// The `.mcap` files below a folder.

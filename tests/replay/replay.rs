@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::support::{SMALL, World, stderr, stdout};
 use bus::message::ToolPose;
-use recorder::reader;
-use recorder::schema::TOOL_POSE;
+use recorder::read::reader;
+use recorder::wire::schema::TOOL_POSE;
 
 /// A run of 1.5 s of the small scene, recorded into `out`.
 fn recorded(world: &World, out: &str) -> PathBuf {

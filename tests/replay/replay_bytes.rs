@@ -10,7 +10,7 @@ use bus::message::ToolPose;
 use bus::port::Subscriber;
 use bus::run::RunContext;
 use bus::topic::{GROUND_TRUTH, TOOL_POSE};
-use recorder::reader;
+use recorder::read::reader;
 
 /// Every byte of a pose that has a meaning, field by field, doubles as their bits.
 fn bytes(pose: &ToolPose) -> Vec<u8> {
@@ -88,7 +88,7 @@ fn poses_and_truths_on_the_bus_are_those_of_the_run_byte_for_byte() {
     assert!(live.stop().success());
 
     let recording = world.path("live").join("session.mcap");
-    let recorded = [recorder::schema::TOOL_POSE, recorder::schema::GROUND_TRUTH].map(|topic| {
+    let recorded = [recorder::wire::schema::TOOL_POSE, recorder::wire::schema::GROUND_TRUTH].map(|topic| {
         let mut heard = Heard::default();
         let poses = reader::poses(&recording, topic).unwrap();
         poses.for_each(|pose| heard.take(&pose.unwrap()));
@@ -97,7 +97,7 @@ fn poses_and_truths_on_the_bus_are_those_of_the_run_byte_for_byte() {
     for (lived, recorded) in lived.iter().zip(&recorded) {
         assert!(lived.0.iter().all(|(seq, bytes)| recorded.0.get(seq) == Some(bytes)));
     }
-    let lost = reader::poses(&recording, recorder::schema::TOOL_POSE).unwrap();
+    let lost = reader::poses(&recording, recorder::wire::schema::TOOL_POSE).unwrap();
     let lost = lost.filter(|pose| pose.as_ref().unwrap().status != 0).count();
     assert!((1..recorded[0].0.len()).contains(&lost), "{lost} lost");
 

@@ -9,8 +9,8 @@ use bus::message::{Ages, Command, FrameStamp, FrameState};
 use bus::port::{CommandClient, Frame, FrameSubscriber, Subscriber};
 use bus::run::RunContext;
 use bus::topic::{FRAME_STAMP, HELD_FRAME, VIEW_FRAME};
-use recorder::reader;
-use recorder::schema::TOOL_POSE;
+use recorder::read::reader;
+use recorder::wire::schema::TOOL_POSE;
 use serde_json::Value;
 
 /// Starts a replay of `recording` that is steered under the name `again`.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::support::{SMALL, World, pictures, stderr, stdout};
 use bus::message::ToolPose;
-use recorder::reader;
-use recorder::schema::TOOL_POSE;
+use recorder::read::reader;
+use recorder::wire::schema::TOOL_POSE;
 
 fn poses(out: &Path) -> Vec<ToolPose> {
     let poses = reader::poses(&out.join("session.mcap"), TOOL_POSE).unwrap();

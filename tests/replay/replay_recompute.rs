@@ -9,9 +9,9 @@ use crate::support::links::{MARKER_FROM_TOOL_MM, register, tool_json};
 use crate::support::{SMALL, World, stderr, stdout};
 use bus::message::{ToolPose, Tracked};
 use geometry::{Ct, Rigid, Tool, Vector};
-use recorder::reader;
-use recorder::scan::{self, Item};
-use recorder::schema::TOOL_POSE;
+use recorder::read::reader;
+use recorder::read::scan::{self, Item};
+use recorder::wire::schema::TOOL_POSE;
 use serde_json::Value;
 
 /// A room that is not quiet: frames are lost, late and out of order, a hand hides the marker for a while.

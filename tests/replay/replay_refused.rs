@@ -106,7 +106,7 @@ fn a_damaged_chunk_behind_a_sound_index_is_named_with_its_messages_and_left_out(
         let mut bytes = whole.clone();
         bytes[at + 4 + 8 + 100] ^= 4;
         fs::write(&flipped, bytes).unwrap();
-        let found = recorder::verify::verify(&flipped).unwrap().findings.join("\n");
+        let found = recorder::read::verify::verify(&flipped).unwrap().findings.join("\n");
         found.contains(" of /tool_pose (number")
     };
     assert!(chunks.into_iter().any(holds_poses), "no chunk whose poses are named");

@@ -8,8 +8,8 @@ use std::path::Path;
 use crate::support::{SMALL, World};
 use bus::message::{Lost, ToolPose, Tracked};
 use geometry::{Ct, Point, Rigid, Tool, Uncertain};
-use recorder::reader;
-use recorder::schema::{GROUND_TRUTH, TOOL_POSE};
+use recorder::read::reader;
+use recorder::wire::schema::{GROUND_TRUTH, TOOL_POSE};
 
 /// The small scene with its tracker in an operating room.
 fn scene(room: &str) -> String {

@@ -5,8 +5,9 @@ use std::process::{Command, Output};
 
 use crate::recorder_rig::{Rig, frame, pose, said};
 use bus::message::ToolPose;
-use recorder::schema::{EMITTERS, GROUND_TRUTH, LOG, TF, TOOL_POSE};
-use recorder::{info, paths, reader};
+use recorder::read::{info, reader};
+use recorder::wire::schema::{EMITTERS, GROUND_TRUTH, LOG, TF, TOOL_POSE};
+use recorder::write::paths;
 
 fn poses(path: &Path, topic: &str) -> Vec<ToolPose> {
     reader::poses(path, topic).unwrap().map(Result::unwrap).collect()

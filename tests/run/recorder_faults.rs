@@ -4,9 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::recorder_rig::{CHUNK_S, Rig, command, frame, pose, said};
-use recorder::schema::{EMITTERS, TOOL_POSE};
-use recorder::seek::Session;
-use recorder::{info, paths, reader};
+use recorder::read::seek::Session;
+use recorder::read::{info, reader};
+use recorder::wire::schema::{EMITTERS, TOOL_POSE};
+use recorder::write::paths;
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 
 fn text(bytes: &[u8]) -> String {

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::support::{SMALL, World, all_live};
-use recorder::reader;
-use recorder::schema::TOOL_POSE;
+use recorder::read::reader;
+use recorder::wire::schema::TOOL_POSE;
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use serde_json::Value;
 

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::support::{SMALL, World, stderr, stdout};
-use recorder::info;
-use recorder::schema::{LOG, STATUS, TF, TOOL_POSE};
-use recorder::seek::Session;
+use recorder::read::info;
+use recorder::read::seek::Session;
+use recorder::wire::schema::{LOG, STATUS, TF, TOOL_POSE};
 
 /// A session of a second, with small images.
 fn session(world: &World) -> PathBuf {
@@ -30,9 +30,9 @@ fn recorder(world: &World, arguments: &[&str]) -> String {
 
 /// When each message of a topic was captured, ns.
 fn captured(path: &Path, topic: &str) -> Vec<u64> {
-    let items = recorder::scan::open(path).unwrap().filter_map(Result::ok);
+    let items = recorder::read::scan::open(path).unwrap().filter_map(Result::ok);
     let times = items.filter_map(|item| match item {
-        recorder::scan::Item::Message(message) if message.channel.topic == topic => Some(message.log_time),
+        recorder::read::scan::Item::Message(message) if message.channel.topic == topic => Some(message.log_time),
         _ => None,
     });
     times.collect()
@@ -99,7 +99,7 @@ fn the_tools_agree_with_one_another() {
     }
     let (part, mha, back) = (world.path("part.mcap"), world.path("part.mha"), world.path("back.mcap"));
     let poses = |path: &Path| {
-        recorder::reader::poses(path, TOOL_POSE)
+        recorder::read::reader::poses(path, TOOL_POSE)
             .unwrap()
             .map(Result::unwrap)
             .collect::<Vec<_>>()

@@ -12,8 +12,8 @@ use bus::message::{FrameStamp, ToolPose};
 use bus::port::Subscriber;
 use bus::run::RunContext;
 use bus::topic::{FRAME_STAMP, TOOL_POSE as POSES};
-use recorder::reader;
-use recorder::schema::{GROUND_TRUTH, TOOL_POSE};
+use recorder::read::reader;
+use recorder::wire::schema::{GROUND_TRUTH, TOOL_POSE};
 use serde_json::Value;
 
 fn poses(out: &Path, topic: &str) -> Vec<ToolPose> {

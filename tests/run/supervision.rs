@@ -75,7 +75,7 @@ fn lacking(world: &World, report: &Value) -> u64 {
     let files = report["recording"].as_array().unwrap().iter();
     let count = |name: &Value| {
         let file = world.path("out").join(name.as_str().unwrap());
-        recorder::reader::poses(&file, recorder::schema::TOOL_POSE)
+        recorder::read::reader::poses(&file, recorder::wire::schema::TOOL_POSE)
             .unwrap()
             .filter(Result::is_ok)
             .count() as u64
@@ -131,7 +131,7 @@ fn a_killed_tracker_comes_back_and_the_samples_go_on_counting() {
     let report = kill_and_return_in(&world, "tracker");
     check_restart(&report, "tracker");
     let recording = world.path("out/session.mcap");
-    let poses = recorder::reader::poses(&recording, recorder::schema::TOOL_POSE).unwrap();
+    let poses = recorder::read::reader::poses(&recording, recorder::wire::schema::TOOL_POSE).unwrap();
     let seqs: Vec<u64> = poses.map(|pose| pose.unwrap().seq).collect();
     assert!(
         seqs.windows(2).all(|pair| pair[0] < pair[1]),

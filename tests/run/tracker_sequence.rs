@@ -8,8 +8,8 @@ use std::path::Path;
 use crate::support::{SMALL, World};
 use bus::message::{Lost, ToolPose, Tracked};
 use geometry::{Ct, Point, Tool};
-use recorder::reader;
-use recorder::schema::TOOL_POSE;
+use recorder::read::reader;
+use recorder::wire::schema::TOOL_POSE;
 
 fn scene(tables: &str) -> String {
     SMALL.replace("[tracker]\n", "[tracker]\nsource = \"sequence\"\n") + tables

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 
 use super::stretch::moment;
-use crate::attach::{AttachError, attach};
-use crate::cut::{CutError, Stretch, cut};
-use crate::damage::OpenError;
-use crate::export::{ExportError, Exported, Format, export};
-use crate::import::{ImportError, import};
-use crate::verify::verify;
+use crate::edit::attach::{AttachError, attach};
+use crate::edit::cut::{CutError, Stretch, cut};
+use crate::edit::export::{ExportError, Exported, Format, export};
+use crate::edit::import::{ImportError, import};
+use crate::read::damage::OpenError;
+use crate::read::verify::verify;
 
 const EXPORT_HELP: &str = "\
 CSV and JSON bring back every number bit for bit; a lost pose has no numbers there, and its words say why. MHA is the \
@@ -86,7 +86,7 @@ pub(super) struct ExportArgs {
     /// The recording, whole or not
     input: PathBuf,
     /// Whose messages
-    #[arg(long, value_name = "TOPIC", default_value = crate::schema::TOOL_POSE)]
+    #[arg(long, value_name = "TOPIC", default_value = crate::wire::schema::TOOL_POSE)]
     topic: String,
     /// The new file
     #[arg(long, value_name = "FILE")]

@@ -10,13 +10,13 @@ use prost::Message as _;
 use prost_types::FileDescriptorSet;
 use serde::Serialize;
 
-use crate::beside;
-use crate::damage::OpenError;
-use crate::descriptor;
-use crate::proto::{DecodeError, decode_pose};
+use crate::read::damage::OpenError;
+use crate::read::scan::{self, Item};
 use crate::replay::tape::impossible_stamp;
-use crate::scan::{self, Item};
-use crate::schema::{EMITTER_SCHEMA, EMITTERS, GROUND_TRUTH, POSE_SCHEMA, RUN, SCENE, TOOL_POSE};
+use crate::wire::descriptor;
+use crate::wire::proto::{DecodeError, decode_pose};
+use crate::wire::schema::{EMITTER_SCHEMA, EMITTERS, GROUND_TRUTH, POSE_SCHEMA, RUN, SCENE, TOOL_POSE};
+use crate::write::beside;
 
 /// What a recording says of itself, as far as a replay needs it.
 #[derive(Debug, Default, Clone, PartialEq, Serialize)]

@@ -19,7 +19,7 @@ use super::images::{Images, ImagesError};
 use super::tape::Tape;
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
-use crate::damage::OpenError;
+use crate::read::damage::OpenError;
 use crate::replay::account::AccountError;
 use outlet::Outlet;
 

@@ -8,10 +8,10 @@ use std::rc::Rc;
 
 use bus::message::{EmitterFrame, ToolPose};
 
-use crate::damage::OpenError;
-use crate::reader::{Messages, ReadError, Recorded};
-use crate::schema::{GROUND_TRUTH, TOOL_POSE};
-use crate::seek::Session;
+use crate::read::damage::OpenError;
+use crate::read::reader::{Messages, ReadError, Recorded};
+use crate::read::seek::Session;
+use crate::wire::schema::{GROUND_TRUTH, TOOL_POSE};
 
 /// True poses that are kept behind one pose at most: a recording without poses of the tool does not fill the memory.
 const MOST_TRUTHS: usize = 4096;
@@ -38,7 +38,7 @@ impl Moment {
     }
 }
 
-/// A recording being replayed. A place in it is found through its index ([`crate::seek`]): what lies before is not read.
+/// A recording being replayed. A place in it is found through its index ([`crate::read::seek`]): what lies before is not read.
 #[derive(Debug)]
 pub struct Tape {
     session: Session,

@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use super::Facts;
-use crate::scan::Item;
-use crate::schema::{EMITTERS, GROUND_TRUTH, TOOL_POSE};
-use crate::seek::{Indexed, Session};
+use crate::read::scan::Item;
+use crate::read::seek::{Indexed, Session};
+use crate::wire::schema::{EMITTERS, GROUND_TRUTH, TOOL_POSE};
 
 /// The facts, or why the index does not tell them, in words. Whatever is to be refused is left to whoever reads all.
 pub(super) fn facts(path: &Path) -> Result<Facts, String> {

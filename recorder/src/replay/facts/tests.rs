@@ -63,17 +63,17 @@ fn files_that_were_cut_recovered_or_attached_to_are_known_by_their_index_too() {
     let tmp = tempfile::tempdir().unwrap();
     let (path, part) = (tmp.path().join("s.mcap"), tmp.path().join("part.mcap"));
     std::fs::write(&path, testing::finished(4, 30)).unwrap();
-    let stretch = crate::cut::Stretch {
+    let stretch = crate::edit::cut::Stretch {
         from_ns: 500_000_000,
         to_ns: 1_200_000_000,
     };
-    crate::cut::cut(&path, stretch, &part, false).unwrap();
+    crate::edit::cut::cut(&path, stretch, &part, false).unwrap();
     let bytes = std::fs::read(&part).unwrap();
     let facts = of(&bytes).unwrap();
     assert_eq!((why_read(&bytes), facts.poses, facts.emitters), (None, 43, 43));
     let attached = tmp.path().join("report.json");
     std::fs::write(&attached, "{}").unwrap();
-    crate::attach::attach(&path, &attached).unwrap();
+    crate::edit::attach::attach(&path, &attached).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     assert_eq!((why_read(&bytes), of(&bytes).unwrap().files.len()), (None, 1));
 }
@@ -105,7 +105,7 @@ fn times_that_no_clock_shows_are_refused() {
     let mut log = testing::log(1, 2);
     let mut pose = testing::pose(2);
     pose.t_capture_ns = i64::MIN;
-    log.pose(crate::schema::Source::Tool, &pose).unwrap();
+    log.pose(crate::wire::schema::Source::Tool, &pose).unwrap();
     let text = of(&log.finish().unwrap().into_inner()).unwrap_err().to_string();
     assert!(
         text.contains("message 3 of topic /tool_pose: pose 2 was captured at -9223372036854775808 ns"),

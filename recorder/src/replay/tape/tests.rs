@@ -1,8 +1,8 @@
 use super::*;
 use std::path::PathBuf;
 
-use crate::schema::Source;
 use crate::testing;
+use crate::wire::schema::Source;
 
 fn written(bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
     let tmp = tempfile::tempdir().unwrap();
@@ -122,9 +122,9 @@ fn a_place_is_found_however_long_poses_took() {
 #[test]
 fn a_pose_comes_with_the_frame_that_it_was_made_of() {
     let mut log = testing::log(0, 1);
-    let put = |log: &mut crate::pose_log::PoseLog<_>, frame: &EmitterFrame| {
-        let frame = crate::proto::EmitterFrame::try_from(frame).unwrap();
-        log.put(crate::pose_log::Entry::Emitters(&frame)).unwrap();
+    let put = |log: &mut crate::write::pose_log::PoseLog<_>, frame: &EmitterFrame| {
+        let frame = crate::wire::proto::EmitterFrame::try_from(frame).unwrap();
+        log.put(crate::write::pose_log::Entry::Emitters(&frame)).unwrap();
     };
     let mut late = testing::frame(1);
     late.t_capture_ns -= 1;

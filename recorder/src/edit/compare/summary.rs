@@ -1,0 +1,124 @@
+//! The numbers that sum a comparison up.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::Compared;
+
+/// How some distances or angles are spread. All zero without any.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct Spread {
+    /// Root of the mean of the squares.
+    pub rms: f64,
+    /// Half of them are at most this, by nearest rank.
+    pub p50: f64,
+    /// 95 of a hundred.
+    pub p95: f64,
+    /// The largest.
+    pub max: f64,
+    /// The sequence number of the largest.
+    pub max_seq: u64,
+}
+
+impl Spread {
+    fn of(values: &[(u64, f64)]) -> Self {
+        let Some(&(max_seq, max)) = values.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+            return Self::default();
+        };
+        let mut sorted: Vec<f64> = values.iter().map(|&(_, value)| value).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let n = sorted.len() as f64;
+        let rank = |p: f64| sorted[((p * n).ceil() as usize).clamp(1, sorted.len()) - 1];
+        Self {
+            rms: (sorted.iter().map(|v| v * v).sum::<f64>() / n).sqrt(),
+            p50: rank(0.5),
+            p95: rank(0.95),
+            max,
+            max_seq,
+        }
+    }
+}
+
+/// The numbers that sum a comparison up. Keys are only ever added.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Summary {
+    /// Numbers that both recordings have.
+    pub common: usize,
+    /// Of these, with a pose in both.
+    pub compared: usize,
+    /// Of these, with the same bits in both.
+    pub identical: usize,
+    /// With a pose in the first only, in the second only.
+    pub valid_in_one: [usize; 2],
+    /// Numbers that only the first, only the second has.
+    pub alone: [u64; 2],
+    /// Samples in each whose number had come before.
+    pub repeated: [u64; 2],
+    /// Between the tips, mm.
+    pub tip_mm: Spread,
+    /// Between the orientations, degrees.
+    pub angle_deg: Spread,
+}
+
+impl Summary {
+    /// Sums up.
+    pub(crate) fn of(compared: &Compared) -> Self {
+        let all = &compared.differences;
+        let values = |value: &dyn Fn(&super::Difference) -> Option<f64>| -> Vec<(u64, f64)> {
+            all.iter().filter_map(|d| Some((d.seq, value(d)?))).collect()
+        };
+        let tips = values(&|d| d.tip_mm());
+        let angles = values(&|d| d.angle_rad().map(f64::to_degrees));
+        let valid_only = |i: usize| all.iter().filter(|d| d.status[i] == 0 && d.status[1 - i] != 0).count();
+        let same = |d: &&super::Difference| d.apart == Some(([0.0; 3], 0.0));
+        Self {
+            common: all.len(),
+            compared: tips.len(),
+            identical: all.iter().filter(same).count(),
+            valid_in_one: [valid_only(0), valid_only(1)],
+            alone: compared.alone,
+            repeated: compared.repeated,
+            tip_mm: Spread::of(&tips),
+            angle_deg: Spread::of(&angles),
+        }
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{} poses of the same number; in both valid {}, without a difference {}; valid in the first only {}, in the \
+             second only {}",
+            self.common, self.compared, self.identical, self.valid_in_one[0], self.valid_in_one[1]
+        )?;
+        if self.alone != [0, 0] {
+            writeln!(
+                f,
+                "only in the first {}, only in the second {}",
+                self.alone[0], self.alone[1]
+            )?;
+        }
+        if self.repeated != [0, 0] {
+            writeln!(
+                f,
+                "numbers that came again (the later one counts): {} in the first, {} in the second",
+                self.repeated[0], self.repeated[1]
+            )?;
+        }
+        writeln!(
+            f,
+            "{:<14}{:>11}{:>11}{:>11}{:>11}  of pose",
+            "", "rms", "p50", "p95", "max"
+        )?;
+        for (name, s) in [("tip, mm", self.tip_mm), ("angle, deg", self.angle_deg)] {
+            writeln!(
+                f,
+                "{name:<14}{:>11.4}{:>11.4}{:>11.4}{:>11.4}  {}",
+                s.rms, s.p50, s.p95, s.max, s.max_seq
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,189 @@
+//! A stretch of a recording as a recording of its own.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use mcap::records::Metadata;
+use mcap::{McapResult, Writer};
+use scene::Compression;
+
+use crate::edit::progress::Progress;
+use crate::edit::recover::put;
+use crate::read::damage::OpenError;
+use crate::read::info::Info;
+use crate::read::scan::{self, Item, Scan};
+use crate::write::file_error::words;
+use crate::write::paths;
+use crate::write::pose_log;
+use crate::write::session_file::synced;
+
+/// The name of the metadata record that says what was cut out of what.
+pub const CUT: &str = "cut";
+
+/// From when to when, ns since the run's epoch, both ends included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stretch {
+    /// First capture.
+    pub from_ns: u64,
+    /// Last capture.
+    pub to_ns: u64,
+}
+
+/// Why nothing was cut out.
+#[derive(Debug, thiserror::Error)]
+pub enum CutError {
+    /// Nothing can be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// There is such a file.
+    #[error("{0} exists already. Give another name with --out FILE.mcap, or --force to replace it")]
+    Exists(PathBuf),
+    /// Nothing was captured in that time.
+    #[error("{path}: nothing was captured from {from_s} s to {to_s} s; the recording goes {span}")]
+    Nothing {
+        /// The recording.
+        path: PathBuf,
+        /// s
+        from_s: f64,
+        /// s
+        to_s: f64,
+        /// From when to when it goes.
+        span: String,
+    },
+    /// The new file cannot be written.
+    #[error("writing {path}: {why}")]
+    Write {
+        /// The new file, under its temporary name.
+        path: PathBuf,
+        /// Why.
+        why: String,
+    },
+}
+
+/// Copies what was captured in `stretch` from `input` to a whole file `out`, with all that is attached.
+///
+/// # Errors
+/// Each variant of [`CutError`]; a new file is then not there.
+pub fn cut(input: &Path, stretch: Stretch, out: &Path, force: bool) -> Result<Info, CutError> {
+    if out.exists() && !force {
+        return Err(CutError::Exists(out.to_owned()));
+    }
+    let scan = scan::open(input)?;
+    let partial = paths::partial(out);
+    let done = copy(scan, stretch, input, &partial).map_err(|e| CutError::Write {
+        path: partial.clone(),
+        why: words(&e),
+    });
+    let done = done.and_then(|info| match info.tally.messages() {
+        0 => Err(nothing(input, stretch)),
+        _ => Ok(info),
+    });
+    let renamed = done.and_then(|info| {
+        fs::rename(&partial, out).map(|()| info).map_err(|e| CutError::Write {
+            path: partial.clone(),
+            why: e.to_string(),
+        })
+    });
+    if renamed.is_err() {
+        // Of no use; if it cannot be removed, its name says so.
+        let _ = fs::remove_file(&partial);
+    }
+    renamed
+}
+
+fn nothing(path: &Path, stretch: Stretch) -> CutError {
+    let s = |ns: u64| ns as f64 / 1e9;
+    let span = crate::read::info::info(path).ok().and_then(|info| info.tally.span_ns());
+    CutError::Nothing {
+        path: path.to_owned(),
+        from_s: s(stretch.from_ns),
+        to_s: s(stretch.to_ns),
+        span: span.map_or("nowhere".to_owned(), |(a, b)| {
+            format!("from {:.3} s to {:.3} s", s(a), s(b))
+        }),
+    }
+}
+
+fn copy(scan: Scan<impl Read>, stretch: Stretch, input: &Path, partial: &Path) -> McapResult<Info> {
+    let mut out = pose_log::options(Compression::Zstd).create(BufWriter::new(File::create(partial)?))?;
+    let info = copy_into(scan, stretch, &mut out)?;
+    let facts = [
+        (
+            "file",
+            input.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        ),
+        ("from_ns", stretch.from_ns.to_string()),
+        ("to_ns", stretch.to_ns.to_string()),
+    ];
+    out.write_metadata(&Metadata {
+        name: CUT.to_owned(),
+        metadata: facts.map(|(key, value)| (key.to_owned(), value)).into(),
+    })?;
+    out.finish()?;
+    synced(out.into_inner())?;
+    Ok(info)
+}
+
+fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: &mut Writer<W>) -> McapResult<Info> {
+    let mut info = Info::default();
+    let mut progress = Progress::new("cutting");
+    while let Some(item) = scan.next() {
+        let (read, length) = scan.progress();
+        progress.at(read, length);
+        match item {
+            Ok(Item::Message(message)) if !(stretch.from_ns..=stretch.to_ns).contains(&message.log_time) => {}
+            Ok(item) => {
+                put(out, &item)?;
+                info.take(Ok(&item));
+            }
+            Err(damage) => info.take(Err(damage)),
+        }
+    }
+    Ok(info)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::read::reader;
+    use crate::testing;
+    use crate::wire::schema::{EMITTERS, SCENE, TOOL_POSE};
+
+    #[test]
+    fn a_stretch_is_a_whole_recording_with_what_is_attached() {
+        let tmp = tempfile::tempdir().unwrap();
+        let [input, out] = ["s.mcap", "cut.mcap"].map(|name| tmp.path().join(name));
+        fs::write(&input, testing::finished(6, 10)).unwrap();
+        let [from_ns, to_ns] = [13, 41].map(|seq| testing::pose(seq).t_capture_ns.cast_unsigned());
+        let info = cut(&input, Stretch { from_ns, to_ns }, &out, false).unwrap();
+        assert_eq!(info.tally.topics[EMITTERS].messages, 29);
+        let seqs: Vec<_> = reader::poses(&out, TOOL_POSE)
+            .unwrap()
+            .map(|pose| pose.unwrap().seq)
+            .collect();
+        assert_eq!(seqs, (13..=41).collect::<Vec<_>>());
+        let found = crate::read::verify::verify(&out).unwrap();
+        assert!(found.findings.is_empty(), "{:?}", found.findings);
+        let session = crate::read::seek::Session::open(&out).unwrap();
+        assert!(session.attachment(SCENE).unwrap().is_some());
+        assert_eq!(session.metadata(CUT).unwrap().unwrap().metadata["file"], "s.mcap");
+    }
+
+    #[test]
+    fn a_stretch_without_anything_is_refused_with_what_there_is() {
+        let tmp = tempfile::tempdir().unwrap();
+        let [input, out] = ["s.mcap", "cut.mcap"].map(|name| tmp.path().join(name));
+        fs::write(&input, testing::finished(1, 61)).unwrap();
+        let stretch = Stretch {
+            from_ns: 5_000_000_000,
+            to_ns: 6_000_000_000,
+        };
+        let text = cut(&input, stretch, &out, false).unwrap_err().to_string();
+        assert!(
+            text.contains("nothing was captured from 5 s to 6 s; the recording goes from 0.000 s to 1.000 s"),
+            "{text}"
+        );
+        assert_eq!(fs::read_dir(tmp.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,14 @@
+//! From files, whole or not: everything is built on one tolerant reader, [`scan`].
+
+pub(crate) mod chunk;
+pub mod damage;
+pub(crate) mod file_records;
+pub mod info;
+pub(crate) mod lost;
+pub mod reader;
+pub mod scan;
+pub mod seek;
+pub(crate) mod spread;
+pub(crate) mod tally;
+pub(crate) mod timing;
+pub mod verify;

@@ -1,0 +1,357 @@
+//! The recorder's work: drain the topics, write, close a chunk in time.
+
+mod bound;
+mod intake;
+mod thumbnails;
+mod watch;
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use bus::clock;
+use bus::message::{Counters, ProcessState};
+use bus::port::VolumeSubscriber;
+use bus::process::{JoinError, Process};
+use bus::run::RunContext;
+use bus::topic;
+use bus::{Bus, BusError};
+use mcap::records::Metadata;
+use scene::{RecordingSpec, Scene};
+
+use crate::wire::proto;
+use crate::wire::schema::{RunFacts, Source};
+use crate::wire::seq::SeqWatch;
+use crate::write::beside;
+use crate::write::file_error::FileError;
+use crate::write::leftovers;
+use crate::write::pose_log::Entry;
+use crate::write::series::{Free, Series, free_bytes};
+use crate::write::session_file::{Content, Finished};
+use bound::Bound;
+use intake::Intake;
+use thumbnails::Thumbnails;
+use watch::Watch;
+
+/// Between two looks at the topics; the bus holds fifty times as much, and memory four hundred.
+const TICK: Duration = Duration::from_millis(20);
+
+/// Why a session is not recorded, or not any longer.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RecordError {
+    /// The run could not be joined.
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    /// The file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The thread that takes messages from the bus.
+    #[error("taking messages from the bus: {0}")]
+    Intake(#[source] io::Error),
+}
+
+/// What has come of a recording so far.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Progress {
+    /// For the sign of life: `recorded` counts what no kill can lose any more.
+    pub counters: Counters,
+    /// How many times sequence numbers were left out, of all topics.
+    pub gaps: u64,
+    /// What no power cut can lose any more.
+    pub durable: u64,
+    /// The most messages that ever waited on a topic, and how many it has room for: beyond, they are lost.
+    pub waited: (usize, usize),
+    /// How many files came before this one.
+    pub parts: u32,
+    /// Why nothing is recorded at the moment.
+    pub stopped: Option<String>,
+}
+
+/// One topic being recorded.
+#[derive(Debug, Default)]
+struct Stream {
+    seqs: SeqWatch,
+    /// The most messages that came at once.
+    waited: usize,
+}
+
+impl Stream {
+    fn saw(&mut self, seqs: impl ExactSizeIterator<Item = u64>) {
+        self.waited = self.waited.max(seqs.len());
+        seqs.for_each(|seq| self.seqs.saw(seq));
+    }
+}
+
+/// A session being recorded; works only when [`Recorder::step`] is called.
+#[derive(Debug)]
+pub(crate) struct Recorder {
+    intake: Intake,
+    tool: Stream,
+    truth: Stream,
+    emitters: Stream,
+    watch: Watch,
+    thumbnails: Option<Thumbnails>,
+    volume: VolumeSubscriber,
+    facts: RunFacts,
+    series: Series,
+    refused: u64,
+    bound: Bound,
+}
+
+impl Recorder {
+    /// Subscribes and starts the file.
+    ///
+    /// # Errors
+    /// [`RecordError::Bus`], [`RecordError::File`], [`RecordError::Intake`].
+    pub(crate) fn open(bus: &Bus, run: &RunContext, scene: &Scene, out: &Path) -> Result<Self, RecordError> {
+        Self::open_on(bus, run, scene, out, free_bytes)
+    }
+
+    /// Takes the volume from here: that of the run, where the pilot handed it on.
+    fn with_volumes(self, volume: VolumeSubscriber) -> Self {
+        Self { volume, ..self }
+    }
+
+    /// The same with another opinion of the disk's free space.
+    fn open_on(bus: &Bus, run: &RunContext, scene: &Scene, out: &Path, free: Free) -> Result<Self, RecordError> {
+        let spec = scene.recording.clone().unwrap_or_default();
+        let facts = RunFacts {
+            name: run.name.clone(),
+            epoch_ns: run.epoch_ns,
+            registration_id: None,
+            volume_hash: None,
+            remade_from: run.replay.as_ref().map(|replay| replay.recording.display().to_string()),
+        };
+        let content = content(run, scene, &spec, &facts);
+        let thumbnails = spec.thumbnail_every.map(|every| Thumbnails::open(bus, scene, every));
+        Ok(Self {
+            intake: Intake::start(run, intake::ROOM, bus.life_line())?,
+            tool: Stream::default(),
+            truth: Stream::default(),
+            emitters: Stream::default(),
+            watch: Watch::open(bus, scene)?,
+            thumbnails: thumbnails.transpose()?,
+            volume: VolumeSubscriber::open(bus)?,
+            series: match run.began_ns() {
+                None => Series::start(out, content, &spec, free)?,
+                // Another recorder was there before. Navigation does not wait for the disk.
+                Some(_) => Series::follow(out, content, &spec, free, bus.clock().now_ns()),
+            },
+            bound: Bound::new(run, scene),
+            facts,
+            refused: 0,
+        })
+    }
+
+    /// Writes everything that has come, and closes the chunk if it is time. Gives what a person must be told.
+    ///
+    /// # Errors
+    /// [`RecordError::Bus`], [`RecordError::Intake`].
+    pub(crate) fn step(&mut self, now_ns: i64) -> Result<Vec<String>, RecordError> {
+        let mut facts = self.facts.clone();
+        self.messages(now_ns, &mut facts)?;
+        self.watch.step(now_ns, &mut self.series)?;
+        if let Some(thumbnails) = &mut self.thumbnails {
+            thumbnails.step(now_ns, &mut self.series)?;
+        }
+        // A volume that is refused here is the renderers' business; poses are recorded all the same.
+        // The first examination is the run's: renderers show no other.
+        if let Ok(Some(volume)) = self.volume.poll() {
+            facts.volume_hash.get_or_insert(volume.hash());
+        }
+        if facts != self.facts {
+            self.series.facts(now_ns, &facts);
+            self.facts = facts;
+        }
+        Ok(self.series.step(now_ns))
+    }
+
+    fn messages(&mut self, now_ns: i64, facts: &mut RunFacts) -> Result<(), RecordError> {
+        let taken = self.intake.take()?;
+        let (series, refused) = (&mut self.series, &mut self.refused);
+        self.tool.saw(taken.tool.iter().map(|pose| pose.seq));
+        for pose in taken.tool.iter().filter(|pose| self.bound.holds(pose)) {
+            *refused += u64::from(pose.tracked().is_err());
+            series.put(now_ns, Entry::Pose(Source::Tool, pose));
+            self.watch.pose(now_ns, pose, series);
+            facts.registration_id = Some(pose.registration_id);
+        }
+        self.truth.saw(taken.truth.iter().map(|pose| pose.seq));
+        for pose in &taken.truth {
+            *refused += u64::from(pose.tracked().is_err());
+            series.put(now_ns, Entry::Pose(Source::Truth, pose));
+        }
+        self.emitters.saw(taken.emitters.iter().map(|frame| frame.seq));
+        for frame in &taken.emitters {
+            match proto::EmitterFrame::try_from(frame) {
+                Ok(frame) => series.put(now_ns, Entry::Emitters(&frame)),
+                Err(_) => *refused += 1,
+            }
+        }
+        Ok(())
+    }
+
+    /// What has come of it so far.
+    pub(crate) fn progress(&self) -> Progress {
+        let seqs = [self.tool.seqs, self.truth.seqs, self.emitters.seqs];
+        let missing = seqs.iter().map(|seqs| seqs.missing).fold(0, u64::saturating_add);
+        let unrecorded = self.series.unrecorded();
+        let streams = [
+            (&self.tool, &topic::TOOL_POSE),
+            (&self.truth, &topic::GROUND_TRUTH),
+            (&self.emitters, &topic::EMITTERS),
+        ];
+        let waits = streams.map(|(stream, topic)| (stream.waited, intake::ROOM + topic.buffer));
+        Progress {
+            counters: Counters {
+                published: self.tool.seqs.range.map_or(0, |(_, last)| last.saturating_add(1)),
+                recorded: self.series.written(),
+                dropped: missing.saturating_add(unrecorded),
+                lost: unrecorded,
+                refused: self.refused,
+            },
+            gaps: seqs.iter().map(|seqs| seqs.gaps).sum(),
+            durable: self.series.durable(),
+            waited: waits.into_iter().max().unwrap_or_default(),
+            parts: self.series.parts(),
+            stopped: self.series.stopped(),
+        }
+    }
+
+    /// Takes what has come since the last step, and completes the file.
+    ///
+    /// # Errors
+    /// [`RecordError::Bus`], [`RecordError::File`], [`RecordError::Intake`].
+    pub(crate) fn finish(mut self, now_ns: i64) -> Result<Finished, RecordError> {
+        self.step(now_ns)?;
+        let facts = self.progress().metadata();
+        Ok(self.series.finish(now_ns, &facts)?)
+    }
+}
+
+/// What each file of the session begins with. A file that the scene names and that cannot be read is left out, and said.
+fn content(run: &RunContext, scene: &Scene, spec: &RecordingSpec, facts: &RunFacts) -> Content {
+    let path = run.scene_path();
+    // Where it cannot be read, making the file says so.
+    let text = std::fs::read_to_string(&path).unwrap_or_default();
+    let named = beside::named_files(&text, path.parent().unwrap_or(Path::new("")));
+    let read = |path: &PathBuf| {
+        let found = beside::read(path);
+        found.map_err(|e| {
+            bus::say!(
+                "recorder: {} is named by the scene and not attached: {e}",
+                path.display()
+            )
+        })
+    };
+    let views = scene.views.iter().map(|view| view.name.clone());
+    Content {
+        beside: named.iter().filter_map(|path| read(path).ok()).collect(),
+        compression: spec.compression,
+        views: spec.thumbnail_every.map_or(Vec::new(), |_| views.collect()),
+        ..Content::new(&path, facts)
+    }
+}
+
+impl Progress {
+    /// The name of the metadata record of [`Progress::metadata`].
+    pub(crate) const RECORD: &str = "recorder";
+
+    /// What the last file of a session says of its recording.
+    pub(crate) fn metadata(&self) -> Metadata {
+        let (waited, room) = self.waited;
+        let facts = [
+            ("missing", self.counters.dropped.to_string()),
+            ("gaps", self.gaps.to_string()),
+            ("refused", self.counters.refused.to_string()),
+            ("most_waiting", waited.to_string()),
+            ("room_to_wait", room.to_string()),
+            ("files_before", self.parts.to_string()),
+        ];
+        Metadata {
+            name: Self::RECORD.to_owned(),
+            metadata: facts.map(|(key, value)| (key.to_owned(), value)).into(),
+        }
+    }
+}
+
+impl std::fmt::Display for Progress {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Counters { recorded, dropped, .. } = self.counters;
+        if let Some(why) = &self.stopped {
+            return write!(f, "NOT RECORDING, {dropped} lost: {why}");
+        }
+        let (waited, room) = self.waited;
+        write!(
+            f,
+            "{recorded} on disk, {} synced; {dropped} missing, {} gaps; ",
+            self.durable, self.gaps
+        )?;
+        write!(f, "{waited} of {room} waited")
+    }
+}
+
+/// Records until the process is asked to stop. On an error the file stays unfinished: the next recorder of the session
+/// makes a part of it.
+///
+/// # Errors
+/// Each variant of [`RecordError`].
+pub(crate) fn record(process: &mut Process, out: &Path) -> Result<Finished, RecordError> {
+    let out = absolute(out)?;
+    refuse_file_size_signal();
+    let unfinished = match leftovers::set_aside(&out) {
+        // It is tried again with each file that this recorder makes.
+        Err(_) if process.run.began_ns().is_some() => Vec::new(),
+        aside => aside?,
+    };
+    let volumes = process.volumes()?;
+    let mut recorder = Recorder::open(&process.bus, &process.run, &process.scene, &out)?.with_volumes(volumes);
+    let recovery = leftovers::recover_in_background(unfinished);
+    while !process.stop.is_set() {
+        let now_ns = process.clock().now_ns();
+        for words in recorder.step(now_ns)? {
+            bus::say!("recorder: {words}");
+        }
+        let progress = recorder.progress();
+        process.counters = progress.counters;
+        process.beat(ProcessState::Ready, &progress.to_string())?;
+        process.clock().sleep_until(now_ns + clock::ns(TICK));
+    }
+    // What came last counts too, and what is in no file is said before the words that there is an end.
+    let now_ns = process.clock().now_ns();
+    for words in recorder.step(now_ns)? {
+        bus::say!("recorder: {words}");
+    }
+    let progress = recorder.progress();
+    process.counters = progress.counters;
+    match &progress.stopped {
+        Some(_) => process.beat(ProcessState::Stopping, &progress.to_string())?,
+        None => process.beat(ProcessState::Stopping, "completing the recording")?,
+    }
+    let finished = recorder.finish(process.clock().now_ns())?;
+    // Second in order: if this takes too long, this session's file is whole, and the other one is found next time.
+    let _ = recovery.join();
+    Ok(finished)
+}
+
+/// A file that has reached the size that a user's files may have is an error of the write, and not the end of this
+/// process.
+fn refuse_file_size_signal() {
+    // Where it cannot be caught, the process ends there, as any other.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+}
+
+/// So that messages name a place that means the same to the pilot.
+fn absolute(out: &Path) -> Result<PathBuf, FileError> {
+    std::path::absolute(out).map_err(|source: io::Error| FileError::Create {
+        path: out.to_owned(),
+        source,
+    })
+}
+
+#[cfg(test)]
+mod tests;
