@@ -117,7 +117,7 @@ impl Chosen {
                 Ok(false) => self.card = Card::Proving(proving),
                 Ok(true) => self.take(proving),
                 Err(why) => {
-                    proving.into_gpu().close();
+                    close(proving.into_gpu());
                     self.give_up("unusable", &why);
                 }
             },
@@ -214,7 +214,7 @@ impl Chosen {
         self.give_up(fall.word(), why);
         self.caution = fall.caution();
         if let Card::Drawing(gpu) = std::mem::replace(&mut self.card, Card::None) {
-            gpu.close();
+            close(gpu);
         }
     }
 
@@ -229,7 +229,8 @@ impl Chosen {
         let Card::Drawing(gpu) = &mut self.card else {
             return Ok(Err((Fall::Lost, "there is none".to_owned())));
         };
-        let is_watched = self.render.back_end == BackEnd::Auto;
+        // A program on the CPU is as late as the machine is busy.
+        let is_watched = gpu.is_hardware() || self.render.back_end == BackEnd::Auto;
         let patience = self.pace.patience(plane.size(), sampling).filter(|_| is_watched);
         let began = monotonic_ns();
         let drawn = match patience {
@@ -263,6 +264,16 @@ impl Chosen {
         let deviation = drawn.spot_check(&mut self.cpu, self.drawn)?;
         Ok(deviation.map_or(Ok(()), |deviation| Err((Fall::Wrong, deviation.to_string()))))
     }
+}
+
+/// Closes a card on a thread of its own: the driver of one that hangs may keep whoever closes it for seconds.
+fn close(gpu: Box<Gpu>) {
+    let done = move || {
+        bus::process::leave_real_time();
+        gpu.close();
+    };
+    // Without a thread the card is closed here: the closure, and the card in it, are dropped where they are not taken.
+    let _ = std::thread::Builder::new().name("gpu".to_owned()).spawn(done);
 }
 
 fn warn(name: &str) {

@@ -11,7 +11,7 @@ use super::gpu::Accepted;
 /// A process that ends while a driver opens a card waits so long for it: some crash when they are cut off.
 const PARTING: Duration = Duration::from_secs(1);
 
-/// A card on its way: opened, its programs compiled.
+/// A card on its way: opened, its programs compiled and run once.
 #[derive(Debug)]
 pub(super) struct Opening(Option<Receiver<Result<Box<Gpu>, String>>>);
 
@@ -22,7 +22,7 @@ impl Opening {
         let open = move || {
             // Compiling takes long, and images are drawn meanwhile.
             bus::process::leave_real_time();
-            let opened = Gpu::open(accepted, weights).and_then(|mut gpu| match gpu.compile(&samplings) {
+            let opened = Gpu::open(accepted, weights).and_then(|mut gpu| match gpu.rehearse(&samplings) {
                 Ok(()) => Ok(Box::new(gpu)),
                 Err(error) => Err(error.to_string()),
             });

@@ -10,7 +10,7 @@ const NEW: f64 = 1.0 / 16.0;
 const IMAGES: u32 = 64;
 /// One image may take so much longer than on the CPU, and never less than [`LEAST`], as every machine stops for a while now and then.
 const LENIENCE: u32 = 2;
-const LEAST: Duration = Duration::from_millis(10);
+const LEAST: Duration = Duration::from_millis(30);
 
 /// The times of images, by their size and way of sampling.
 #[derive(Debug, Default)]
@@ -90,8 +90,8 @@ mod tests {
     fn a_card_is_waited_for_twice_as_long_as_the_cpu_takes() {
         let (mut pace, sampling) = (Pace::default(), Sampling::from(Filter::Linear));
         assert_eq!(pace.patience(SIZE, &sampling), None);
-        pace.of_cpu(SIZE, &sampling, 30_000_000);
-        assert_eq!(pace.patience(SIZE, &sampling), Some(Duration::from_millis(60)));
+        pace.of_cpu(SIZE, &sampling, 40_000_000);
+        assert_eq!(pace.patience(SIZE, &sampling), Some(Duration::from_millis(80)));
         pace.of_cpu([8, 8], &sampling, 1000);
         assert_eq!(pace.patience([8, 8], &sampling), Some(LEAST));
         assert_eq!(pace.patience(SIZE, &Filter::Cubic.into()), None);

@@ -14,8 +14,10 @@ use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, DownlevelFlags, Features,
 
 use super::super::ResliceError;
 
-/// A card that takes longer than this for one piece of work is given up.
+/// A card that takes longer than this for one piece of work is given up, while nobody waits for its images.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// The same once somebody does. Its programs have run by then, as some drivers compile at the first run.
+const PATIENCE_BESIDE_IMAGES: Duration = Duration::from_millis(250);
 /// The same for a card that is a program: on a busy machine it waits for its turn as others do.
 const PATIENCE_WITH_PROGRAMS: Duration = Duration::from_secs(60);
 /// No more of a card's memory than this is taken, per cent of what it offers, where the driver says.
@@ -89,6 +91,7 @@ pub(super) struct Card {
     pub(super) limits: Limits,
     /// Its sampler weighs 16-bit values.
     pub(super) samples_16_bit: bool,
+    patience: Duration,
     fault: Arc<Mutex<Option<String>>>,
 }
 
@@ -138,6 +141,10 @@ impl Card {
         Ok(Self {
             fault: listen(&device),
             samples_16_bit: !norm.is_empty() && filters(TextureFormat::R16Snorm).contains(filterable),
+            patience: match is_hardware(adapter.get_info().device_type) {
+                true => PATIENCE,
+                false => PATIENCE_WITH_PROGRAMS,
+            },
             info: adapter.get_info(),
             limits,
             device,
@@ -164,10 +171,19 @@ impl Card {
 
     /// How long it may take for one piece of work, where nothing else is known.
     pub(super) fn patience(&self) -> Duration {
-        match is_hardware(self.info.device_type) {
-            true => PATIENCE,
-            false => PATIENCE_WITH_PROGRAMS,
+        self.patience
+    }
+
+    /// From now on somebody waits for images, and it is given little time. A program on the CPU waits for its turn as before.
+    pub(super) fn hurry(&mut self) {
+        if self.is_hardware() {
+            self.patience = PATIENCE_BESIDE_IMAGES;
         }
+    }
+
+    /// Whether it is no program on the CPU.
+    pub(super) fn is_hardware(&self) -> bool {
+        is_hardware(self.info.device_type)
     }
 
     /// Hands over what was queued and waits until it is done, but not longer than `patience`.

@@ -17,8 +17,9 @@ mod texture;
 use std::time::Duration;
 
 use bus::clock::monotonic_ns;
-use bus::volume::VolumeView;
-use geometry::SlicePlane;
+use bus::message::{Marks, VolumeHash};
+use bus::volume::{Layout, OwnedVolume, VolumeView, Voxels};
+use geometry::{Affine, Direction, Point, SlicePlane, VolumeGrid};
 use scene::{Filter, GpuWeights, Sampling};
 
 use super::spline::{self, Spline};
@@ -149,6 +150,29 @@ impl Gpu {
         Ok(())
     }
 
+    /// Draws a few pixels of a tiny volume in each of these ways: some drivers compile at the first run, which takes long. From then on
+    /// the card is given little time for anything.
+    ///
+    /// # Errors
+    /// [`ResliceError`].
+    pub(super) fn rehearse(&mut self, samplings: &[Sampling]) -> Result<(), ResliceError> {
+        let tiny = tiny_volume().ok_or_else(|| ResliceError::Gpu("no volume to rehearse with".to_owned()))?;
+        let middle = tiny.grid.ct_from_voxel() * Point::new(1.5, 1.5, 1.5);
+        let plane = SlicePlane::centred(middle, [Direction::X, Direction::Y], 0.5, [8, 8]);
+        let plane = plane.map_err(|error| ResliceError::Gpu(error.to_string()))?;
+        self.prepare(&tiny.view(), samplings, &mut || {})?;
+        for sampling in samplings {
+            self.reslice(&tiny.view(), &plane, sampling, &mut [0.0; 64])?;
+        }
+        self.card.hurry();
+        Ok(())
+    }
+
+    /// Whether it is no program on the CPU.
+    pub(super) fn is_hardware(&self) -> bool {
+        self.card.is_hardware()
+    }
+
     /// Makes room for `volume`; [`Gpu::upload`] brings it there.
     ///
     /// # Errors
@@ -269,6 +293,20 @@ impl Gpu {
             texture.spoil(&self.card);
         }
     }
+}
+
+/// 4 x 4 x 4 voxels of 1 mm.
+fn tiny_volume() -> Option<OwnedVolume> {
+    let affine = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
+    let layout = Layout::new([4; 3], [4; 3]).ok()?;
+    Some(OwnedVolume {
+        grid: VolumeGrid::checked([4; 3], affine).ok()?,
+        voxels: Voxels::zeroed(layout.stored() as usize),
+        layout,
+        padding_hu: 0,
+        hash: VolumeHash::default(),
+        marks: Marks::NONE,
+    })
 }
 
 /// Where the voxels of a volume are read from.

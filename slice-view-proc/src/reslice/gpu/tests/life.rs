@@ -105,6 +105,33 @@ fn a_card_that_takes_longer_than_the_cpu_would_leaves_the_image_to_the_cpu() {
     assert_fallen(&mut chosen, &mut prepared_cpu(&volume, &samplings), &volume, "late");
 }
 
+/// It is closed beside the drawing, as to close one that is at work waits for it.
+#[test]
+fn a_card_that_is_still_at_work_when_its_time_is_over_leaves_the_image_to_the_cpu() {
+    let volume = noise([40, 37, 19], [4, 4, 4]);
+    let sampling = Sampling {
+        slab: Some(Slab {
+            mode: SlabMode::Mean,
+            thickness_mm: 20.0,
+        }),
+        ..Sampling::from(Filter::Sinc5)
+    };
+    let Some(mut chosen) = proved(&volume, &[sampling]) else {
+        return;
+    };
+    chosen.take_for_hardware();
+    let plane = plane(&volume, [0.0; 3], [0.3, 0.2, 1.0], 0.1, [300, 300]).unwrap();
+    chosen.pace().of_cpu([300, 300], &sampling, 1);
+    let drawn_by_cpu = drawn(&mut prepared_cpu(&volume, &[sampling]), &volume, &plane, &sampling);
+    assert_eq!(drawn(&mut chosen, &volume, &plane, &sampling), drawn_by_cpu);
+    let words = format!("({GPU_GIVEN_UP} late: ");
+    assert!(
+        chosen.gpu().is_none() && chosen.name().contains(&words),
+        "{}",
+        chosen.name()
+    );
+}
+
 #[test]
 fn a_card_that_draws_a_test_image_wrong_never_draws_another() {
     let (volume, samplings) = (noise([40, 37, 19], [4, 4, 4]), samplings());
