@@ -44,14 +44,14 @@ impl Run {
 
     /// The held process with this place in the status, no longer held; or why there is nothing to bring back.
     fn bring_back(&mut self, place: f64) -> Result<(usize, String), String> {
-        let found = (0..self.planned.len()).find(|&i| i as f64 == place);
+        let found = (0..self.children.len()).find(|&i| i as f64 == place);
         let Some(i) = found else {
             return Err(format!("there is no process number {place}"));
         };
-        let name = self.planned[i].name.clone();
+        let name = self.children[i].name().to_owned();
         match self.supervisor.stage_word(i) {
             "held" => {
-                self.held.retain(|held| *held != name);
+                self.children[i].is_held = false;
                 Ok((i, format!("starting {name} again")))
             }
             stage => Err(format!(

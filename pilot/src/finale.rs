@@ -10,6 +10,7 @@ use bus::session::SIMULATED_START_NS;
 use picture::{Canvas, Rgb, palette, write_png};
 use scene::Scene;
 
+use crate::child::Child;
 use crate::memory;
 use crate::output;
 use crate::problems::problems;
@@ -85,7 +86,7 @@ fn remark(run: &Run, pose: Option<&ToolPose>) -> Option<(String, Rgb)> {
 /// Draws `pose` in every view that is alive.
 fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<String>) {
     for (process, client) in &run.ports.renderers {
-        let planned = &run.planned[*process];
+        let planned = &run.children[*process].planned;
         if !run.supervisor.is_ready(*process) {
             problems.push(format!("{} is not running: its views are not shown", planned.name));
             continue;
@@ -146,12 +147,11 @@ fn write_view(run: &Run, view: usize, panel: &Panel, problems: &mut Vec<String>)
 }
 
 fn notes(run: &Run) -> Vec<ProcessReport> {
-    let notes = run.planned.iter().zip(&run.notes);
-    let notes = notes.map(|(planned, note)| ProcessReport {
-        name: planned.name.clone(),
-        note: note.clone(),
-    });
-    notes.collect()
+    let report = |child: &Child| ProcessReport {
+        name: child.name().to_owned(),
+        note: child.note.clone(),
+    };
+    run.children.iter().map(report).collect()
 }
 
 fn measure_memory(run: &Run) -> MemoryReport {
@@ -162,9 +162,9 @@ fn measure_memory(run: &Run) -> MemoryReport {
         volume_bytes: volume.dims.iter().map(|&d| u64::from(d)).product::<u64>() * 2,
         ..MemoryReport::default()
     };
-    let children = run.running.iter().zip(&run.planned);
-    let children = children.filter_map(|(running, planned)| Some((running.as_ref()?.pid(), planned.name.clone())));
-    for (pid, name) in children.chain([(std::process::id(), "pilot".to_owned())]) {
+    let children = run.children.iter();
+    let running = children.filter_map(|child| Some((child.running.as_ref()?.pid(), child.name().to_owned())));
+    for (pid, name) in running.chain([(std::process::id(), "pilot".to_owned())]) {
         let memory = memory::of_process(pid, volume.shm_inode);
         report.volume_mapped_pss_bytes += memory.volume_pss;
         report.process_pss_bytes.insert(name, memory.pss);
@@ -207,7 +207,7 @@ pub(crate) fn report(run: &Run) -> Report {
         processes: pictures.processes.clone(),
         memory: pictures.memory.clone(),
         restarts: run.books.restarts.clone(),
-        held: run.held.clone(),
+        held: run.held().map(str::to_owned).collect(),
         recording: output::recordings(&run.options.out, run.options.recording()),
         problems: problems(run, pictures),
     }

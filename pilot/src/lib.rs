@@ -8,6 +8,7 @@ mod answer;
 mod books;
 mod calibrate;
 mod check;
+mod child;
 pub mod cli;
 mod duration;
 mod ends;

@@ -39,8 +39,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     problems.extend(run.cards_given_up.iter().cloned());
     problems.extend(restarted(&run.books.restarts));
     problems.extend(
-        run.held
-            .iter()
+        run.held()
             .map(|name| format!("{name} died too often and was left alone")),
     );
     let unrecorded = pictures
@@ -57,10 +56,10 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
 
 /// What came while the recorder could not write, of every topic, and how long a disk made it wait.
 fn recorder_troubles(run: &Run) -> Vec<String> {
-    let Some(i) = run.planned.iter().position(|planned| planned.name == "recorder") else {
+    let Some(i) = run.place_of("recorder") else {
         return Vec::new();
     };
-    let longest_ns = run.standstills[i].longest_ns;
+    let longest_ns = run.children[i].standstill.longest_ns;
     let waited = (longest_ns > bus::clock::ns(run.scene.limits.silent)).then(|| {
         let waited_s = ms(longest_ns) / 1e3;
         format!("the recorder's work stood still for {waited_s:.1} s, as for a disk that does not answer")

@@ -97,7 +97,7 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     drop(server);
     if let Outcome::Refused(i) = outcome {
         finale::remove_recordings(&run.options);
-        return Err(RunError::Refused(run.planned[i].name.clone()));
+        return Err(RunError::Refused(run.children[i].name().to_owned()));
     }
     run.recomputed = finale::compare(&run.options);
     let mut report = finale::report(&run);
@@ -161,28 +161,31 @@ impl Run {
     /// Signs of life of the processes that were started last; those of their predecessors do not count.
     fn beats(&mut self) -> Result<Vec<Event>, RunError> {
         let mut events = Vec::new();
-        for i in 0..self.planned.len() {
-            if self.running[i].as_mut().is_some_and(Running::gave_sign) {
+        for i in 0..self.children.len() {
+            if self.children[i].running.as_mut().is_some_and(Running::gave_sign) {
                 events.push(Event::Beat(i, ProcessState::Starting));
             }
             let Some(beat) = self.ports.beats[i].newest()? else {
                 continue;
             };
-            if self.running[i].as_ref().map(Running::pid) != Some(beat.pid) {
+            if self.children[i].running.as_ref().map(Running::pid) != Some(beat.pid) {
                 continue;
             }
             self.noted(i, beat.note_text());
-            if self.planned[i].name == "recorder" {
+            if self.children[i].name() == "recorder" {
                 self.unrecorded.heard(&beat);
             }
-            self.standstills[i].heard(&beat);
-            if self.planned[i].name == "tracker" {
+            self.children[i].standstill.heard(&beat);
+            if self.children[i].name() == "tracker" {
                 // Its poses have gone out before, and are taken in before this is looked at.
                 self.tracker_is_done = beat.process_state() == ProcessState::Stopping;
             }
             let state = beat.process_state();
-            if state == ProcessState::Ready && self.planned[i].views.is_empty() && self.planned[i].name != "tracker" {
-                self.books.live_again(&self.planned[i].name, beat.t_ns);
+            if state == ProcessState::Ready
+                && self.children[i].planned.views.is_empty()
+                && self.children[i].name() != "tracker"
+            {
+                self.books.live_again(self.children[i].name(), beat.t_ns);
             }
             events.push(Event::Beat(i, state));
         }
@@ -199,12 +202,12 @@ impl Run {
     fn endings(&mut self) -> Vec<Event> {
         let now = self.clock().now_ns();
         let mut events = Vec::new();
-        for i in 0..self.running.len() {
-            let Some(ending) = self.running[i].as_mut().and_then(Running::ending) else {
+        for i in 0..self.children.len() {
+            let Some(ending) = self.children[i].running.as_mut().and_then(Running::ending) else {
                 continue;
             };
-            self.running[i] = None;
-            self.standstills[i].ended(now);
+            self.children[i].running = None;
+            self.children[i].standstill.ended(now);
             // Before it is started again, so that its places are free at once.
             self.clean(now);
             self.note_ending(i, ending, now);
@@ -215,7 +218,7 @@ impl Run {
 
     /// Writes an unexpected ending into the books.
     fn note_ending(&mut self, i: usize, ending: Ending, now: i64) {
-        let cause = match (self.kill_causes[i].take(), ending) {
+        let cause = match (self.children[i].kill_cause.take(), ending) {
             (Some(KillReason::Silent), _) => "gave no sign of life".to_owned(),
             (Some(KillReason::SlowStart), _) => "was not ready in time".to_owned(),
             (Some(KillReason::SlowStop), _) => "did not stop in time".to_owned(),
@@ -225,7 +228,7 @@ impl Run {
         if !matches!(self.supervisor.stage_word(i), "ready" | "starting") {
             return;
         }
-        let name = self.planned[i].name.clone();
+        let name = self.children[i].name().to_owned();
         bus::say!("pilot: {name} ended ({cause})");
         self.tell(Level::Error, &format!("{name} ended ({cause})"));
         self.books.restarts.push(Restart {
@@ -271,13 +274,13 @@ impl Run {
             while let Some(stamp) = stamps.next()? {
                 self.books.frame(&stamp, stale_ns);
                 // What a process that died had drawn says nothing of the one that follows on it.
-                let runs = self.running[*process].is_some();
+                let runs = self.children[*process].running.is_some();
                 if runs && stamp.frame_state() == Some(FrameState::Live) {
                     let at_ns = match self.session.is_ruled() {
                         true => self.bus.clock().now_ns(),
                         false => stamp.t_framed_ns,
                     };
-                    self.books.live_again(&self.planned[*process].name, at_ns);
+                    self.books.live_again(self.children[*process].name(), at_ns);
                 }
             }
         }
@@ -299,22 +302,22 @@ impl Run {
         match action {
             Action::Start(i) => self.start(i)?,
             Action::Terminate(i) => {
-                if let Some(running) = &self.running[i] {
+                if let Some(running) = &self.children[i].running {
                     running.terminate();
                 }
             }
             Action::Kill(i, reason) => {
-                self.kill_causes[i] = Some(reason);
-                if let Some(running) = &mut self.running[i] {
+                self.children[i].kill_cause = Some(reason);
+                if let Some(running) = &mut self.children[i].running {
                     running.kill();
                 }
             }
             Action::Held(i) => {
-                let name = &self.planned[i].name;
+                let name = self.children[i].name().to_owned();
                 let words = format!("{name} ended too often and is not started again");
                 bus::say!("pilot: {words}");
                 self.tell(Level::Error, &words);
-                self.held.push(name.clone());
+                self.children[i].is_held = true;
                 if name == "tracker" {
                     self.show_no_pose();
                 }
@@ -335,7 +338,7 @@ impl Run {
     fn start(&mut self, i: usize) -> Result<(), RunError> {
         let mut more = Vec::new();
         // The first one is told when everybody, itself included, is ready; one that follows on it goes on with its samples.
-        if let ("tracker", Some(began)) = (&*self.planned[i].name, self.began_ns) {
+        if let ("tracker", Some(began)) = (self.children[i].name(), self.began_ns) {
             more = match self.options.simulated_time {
                 true => vec!["--start-ns".to_owned(), SIMULATED_START_NS.to_string()],
                 false => vec!["--start-ns".to_owned(), began.to_string()],
@@ -345,7 +348,7 @@ impl Run {
             }
         }
         // A replayer that died is followed by one that goes on where it was.
-        if self.planned[i].name == REPLAYER
+        if self.children[i].name() == REPLAYER
             && let Some(pose) = self.books.newest_pose()
         {
             more = vec!["--begin-ns".to_owned(), pose.t_publish_ns.to_string()];
@@ -353,15 +356,15 @@ impl Run {
         let told = Told {
             run_dir: &self.context.dir,
             facts: &self.facts,
-            volume: self.kept.for_process(&self.planned[i]),
+            volume: self.kept.for_process(&self.children[i].planned),
         };
-        let running = spawn::start(&self.planned[i], told, &more)?;
+        let running = spawn::start(&self.children[i].planned, told, &more)?;
         self.tell(
             Level::Info,
-            &format!("started {} (process {})", self.planned[i].name, running.pid()),
+            &format!("started {} (process {})", self.children[i].name(), running.pid()),
         );
-        self.running[i] = Some(running);
-        if self.planned[i].name == "recorder" {
+        self.children[i].running = Some(running);
+        if self.children[i].name() == "recorder" {
             self.unrecorded.before += std::mem::take(&mut self.unrecorded.now);
         }
         Ok(())
@@ -369,7 +372,7 @@ impl Run {
 
     fn all_ready(&mut self) -> Result<(), FolderError> {
         let now = self.bus.clock().now_ns();
-        let lead = match self.planned.iter().any(|planned| planned.name == "tracker") {
+        let lead = match self.place_of("tracker").is_some() {
             true => clock::ns(LEAD),
             false => 0,
         };

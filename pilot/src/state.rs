@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::Clock;
-use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level, ProcessState};
+use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level};
 use bus::port::Crowded;
 use bus::process::StopFlag;
 use bus::run::RunContext;
@@ -15,14 +15,14 @@ use scene::Scene;
 use scene::raw::Source;
 
 use crate::books::Books;
+use crate::child::Child;
 use crate::kept::KeptVolume;
 use crate::output::{RECOMPUTED, SESSION};
-use crate::plan::{Planned, Poses, plan};
+use crate::plan::{Poses, plan};
 use crate::ports::Ports;
 use crate::replay::{Recompute, Recomputed, Replay};
 use crate::report::Pictures;
-use crate::spawn::Running;
-use crate::supervise::{KillReason, Supervisor};
+use crate::supervise::Supervisor;
 
 /// What the user asked for.
 #[derive(Debug, Clone)]
@@ -91,33 +91,6 @@ impl Unrecorded {
     }
 }
 
-/// For how long the work of a process has said nothing, while another thread of it may have given signs of life.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Standstill {
-    /// When it spoke last; `None`: it has not yet, or is ending.
-    last_ns: Option<i64>,
-    pub(crate) longest_ns: i64,
-}
-
-impl Standstill {
-    /// Its work has spoken. One that is ending may take its time.
-    pub(crate) fn heard(&mut self, beat: &Heartbeat) {
-        self.ended(beat.t_ns);
-        self.last_ns = (beat.process_state() != ProcessState::Stopping).then_some(beat.t_ns);
-    }
-
-    /// It says nothing more: a standstill that nobody saw the end of counts too.
-    pub(crate) fn ended(&mut self, now_ns: i64) {
-        self.longest_ns = self.longest_ns.max(self.so_far_ns(now_ns));
-        self.last_ns = None;
-    }
-
-    /// For how long it has said nothing by now.
-    pub(crate) fn so_far_ns(&self, now_ns: i64) -> i64 {
-        self.last_ns.map_or(0, |last_ns| now_ns.saturating_sub(last_ns))
-    }
-}
-
 /// A run that is going.
 pub(crate) struct Run {
     pub(crate) options: Options,
@@ -129,22 +102,15 @@ pub(crate) struct Run {
     pub(crate) bus: Bus,
     /// Poses and images are as old as its clock says.
     pub(crate) session: Session,
-    pub(crate) planned: Vec<Planned>,
+    /// In the order of the plan, in which the supervisor counts them too.
+    pub(crate) children: Vec<Child>,
     pub(crate) supervisor: Supervisor,
-    pub(crate) running: Vec<Option<Running>>,
-    /// What each process said of itself last.
-    pub(crate) notes: Vec<String>,
-    /// For how long the work of each has said nothing: a disk may make a recorder wait.
-    pub(crate) standstills: Vec<Standstill>,
     /// Messages that came while the recorder could not write, or that were in files that somebody removed.
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
     pub(crate) books: Books,
     /// For renderers and trackers that start while no loader serves the run.
     pub(crate) kept: KeptVolume,
-    /// Causes of kills, so that a restart can say why.
-    pub(crate) kill_causes: Vec<Option<KillReason>>,
-    pub(crate) held: Vec<String>,
     /// The moment of sample 0, once everybody is ready.
     pub(crate) began_ns: Option<i64>,
     pub(crate) pictures: Option<Pictures>,
@@ -193,14 +159,9 @@ impl Run {
         Ok(Self {
             ports: Ports::open(&bus, &context, &scene, &planned)?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
-            running: planned.iter().map(|_| None).collect(),
-            notes: vec![String::new(); planned.len()],
-            standstills: vec![Standstill::default(); planned.len()],
             unrecorded: Unrecorded::default(),
-            kill_causes: vec![None; planned.len()],
             books: Books::new(scene.views.len()),
             kept: KeptVolume::default(),
-            held: Vec::new(),
             began_ns: None,
             next_progress_ns: 0,
             next_cleaning_ns: 0,
@@ -220,7 +181,7 @@ impl Run {
             scene,
             context,
             bus,
-            planned,
+            children: planned.into_iter().map(Child::new).collect(),
             stop,
             events: Cell::new(0),
         })
@@ -233,14 +194,24 @@ impl Run {
         let _ = self.ports.events.send(event);
     }
 
+    /// The place of a process in the plan.
+    pub(crate) fn place_of(&self, name: &str) -> Option<usize> {
+        self.children.iter().position(|child| child.name() == name)
+    }
+
+    /// The names of processes that ended too often and are left alone.
+    pub(crate) fn held(&self) -> impl Iterator<Item = &str> {
+        self.children.iter().filter(|child| child.is_held).map(Child::name)
+    }
+
     /// Process `i` says this of itself.
     pub(crate) fn noted(&mut self, i: usize, note: String) {
-        if note.contains(GPU_GIVEN_UP) && !self.notes[i].contains(GPU_GIVEN_UP) {
-            let words = format!("{}: {note}", self.planned[i].name);
+        if note.contains(GPU_GIVEN_UP) && !self.children[i].note.contains(GPU_GIVEN_UP) {
+            let words = format!("{}: {note}", self.children[i].name());
             self.tell(Level::Warning, &words);
             self.cards_given_up.push(words);
         }
-        self.notes[i] = note;
+        self.children[i].note = note;
     }
 
     /// Asks who takes the places of the run's topics, and tells of each topic once.
@@ -263,26 +234,5 @@ impl Run {
     /// The sample that the pictures show, if it is valid: the newest. In a timed run the tracker publishes none beyond its time.
     pub(crate) fn last_seq(&self) -> u64 {
         self.books.newest_pose().map_or(0, |p| p.seq)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use bus::message::Counters;
-
-    #[test]
-    fn a_standstill_that_nobody_saw_the_end_of_counts_and_an_ending_is_none() {
-        let beat = |state, t_ns| Heartbeat::new(state, t_ns, Counters::default(), "");
-        let mut work = Standstill::default();
-        assert_eq!(work.so_far_ns(1_000), 0, "it has not spoken yet");
-        work.heard(&beat(ProcessState::Ready, 100));
-        work.heard(&beat(ProcessState::Ready, 350));
-        assert_eq!((work.longest_ns, work.so_far_ns(400)), (250, 50));
-        work.ended(5_350);
-        assert_eq!((work.longest_ns, work.so_far_ns(9_000)), (5_000, 0));
-        work.heard(&beat(ProcessState::Stopping, 10_000));
-        work.ended(90_000);
-        assert_eq!(work.longest_ns, 5_000);
     }
 }

@@ -5,7 +5,7 @@ use bus::message::{Ages, FrameState, Lost, ToolPose, Tracked};
 use serde::{Deserialize, Serialize};
 
 use crate::books::Restart;
-use crate::plan::Planned;
+use crate::child::Child;
 use crate::problems::times;
 use crate::replay::ReplayStatus;
 use crate::spawn::Running;
@@ -89,13 +89,13 @@ impl Status {
     /// The state of `run` at this moment.
     pub(crate) fn of(run: &Run) -> Self {
         let now = run.session.clock().now_ns();
-        let process = |(i, planned): (usize, &Planned)| ProcessStatus {
-            name: planned.name.clone(),
-            pid: run.running[i].as_ref().map(Running::pid),
+        let process = |(i, child): (usize, &Child)| ProcessStatus {
+            name: child.name().to_owned(),
+            pid: run.children[i].running.as_ref().map(Running::pid),
             stage: run.supervisor.stage_word(i).to_owned(),
             note: note(run, i),
-            endings: run.books.endings_of(&planned.name).count(),
-            last_ending: run.books.endings_of(&planned.name).last().map(Restart::words),
+            endings: run.books.endings_of(child.name()).count(),
+            last_ending: run.books.endings_of(child.name()).last().map(Restart::words),
         };
         let views: Vec<ViewStatus> = (0..run.scene.views.len())
             .map(|view| view_status(run, view, now))
@@ -107,7 +107,7 @@ impl Status {
             navigating_s: run
                 .began_ns
                 .map_or(0.0, |began| clock::ms(run.clock().now_ns() - began) / 1e3),
-            processes: run.planned.iter().enumerate().map(process).collect(),
+            processes: run.children.iter().enumerate().map(process).collect(),
             set: SetStatus::of(&views),
             views,
             pose: run.books.newest().map(|newest| pose_status(run, newest, now)),
@@ -153,19 +153,23 @@ impl Status {
 /// What a process said last, and for how long its work has said nothing since.
 fn note(run: &Run, i: usize) -> String {
     let now = run.clock().now_ns();
-    let silent_ns = run.standstills[i].so_far_ns(now);
-    match silent_ns > STANDSTILL_NS && run.running[i].is_some() {
+    let silent_ns = run.children[i].standstill.so_far_ns(now);
+    match silent_ns > STANDSTILL_NS && run.children[i].running.is_some() {
         true => format!(
             "NO WORD FROM ITS WORK for {:.1} s; {}",
             clock::ms(silent_ns) / 1e3,
-            run.notes[i]
+            run.children[i].note
         ),
-        false => run.notes[i].clone(),
+        false => run.children[i].note.clone(),
     }
 }
 
 fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
-    let process = run.planned.iter().position(|p| p.views.contains(&view)).unwrap_or(0);
+    let process = run
+        .children
+        .iter()
+        .position(|child| child.planned.views.contains(&view))
+        .unwrap_or(0);
     let last = run.books.views[view].last;
     let state = match last.and_then(|stamp| stamp.state_at(now, Ages::of(&run.scene.limits))) {
         _ if !run.supervisor.is_ready(process) => "down",
@@ -214,7 +218,7 @@ impl SetStatus {
 /// The newest sample as the images show it: an old pose is none, and then nothing is said of how good it was.
 fn pose_status(run: &Run, (pose, tracked): &(ToolPose, Tracked), now: i64) -> PoseStatus {
     let age_ns = now.saturating_sub(pose.t_capture_ns);
-    let silent = run.held.iter().any(|name| name == "tracker");
+    let silent = run.held().any(|name| name == "tracker");
     let state = match (tracked, Ages::of(&run.scene.limits).state(age_ns)) {
         _ if silent => FrameState::Lost(Lost::Silent),
         (Tracked::Lost(reason), FrameState::Live) => FrameState::Lost(*reason),

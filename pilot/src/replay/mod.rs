@@ -260,7 +260,7 @@ impl Run {
 
     /// Whether a replay, or a run in simulated time, waits for a process that will not come back.
     pub(crate) fn replay_is_stuck(&self) -> bool {
-        self.session.is_ruled() && !self.held.is_empty() || self.simulated_time_stands_still()
+        self.session.is_ruled() && self.held().next().is_some() || self.simulated_time_stands_still()
     }
 
     /// Says now and then how far a replay has come.
@@ -271,9 +271,9 @@ impl Run {
             return;
         }
         self.next_progress_ns = now + EVERY_NS;
-        let replayer = self.planned.iter().position(|p| p.name == REPLAYER);
+        let replayer = self.place_of(REPLAYER);
         if let Some(note) = replayer
-            .map(|i| &self.notes[i])
+            .map(|i| &self.children[i].note)
             .filter(|note| note.starts_with("pose "))
         {
             bus::say!("pilot: {note}");
