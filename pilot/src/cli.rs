@@ -326,7 +326,7 @@ pub(crate) fn ask_process(
         }
         let context = RunContext::load(&dir)?;
         accepted(&context)?;
-        let bus = Bus::join(&context)?;
+        let bus = Bus::operate(&context)?;
         let client = CommandClient::open(&bus, process)?;
         return match client.ask_while(command, PATIENCE, || context.is_running()) {
             Ok(reply) if reply.refused => Err(CliError::Refused {

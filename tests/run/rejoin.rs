@@ -7,7 +7,7 @@ use crate::support::nifti::{self, Nifti};
 use crate::support::{Pilot, SMALL, World, kill_9, pid_in, wait_for};
 use bus::Bus;
 use bus::message::{Command, ToolPose};
-use bus::port::{CommandClient, Subscriber};
+use bus::port::{CommandClient, Subscriber, VolumeSubscriber};
 use bus::run::RunContext;
 use bus::topic::TOOL_POSE;
 use rustix::process::{Pid, Signal, kill_process};
@@ -201,20 +201,49 @@ fn context(world: &World) -> RunContext {
     RunContext::load(&world.run_dir("default")).unwrap()
 }
 
+/// Opens ports until one is refused: those, and the words of the refusal.
+fn all_places<P>(mut open: impl FnMut() -> Result<P, bus::BusError>) -> (Vec<P>, String) {
+    let mut ports = Vec::new();
+    loop {
+        match open() {
+            Ok(port) => ports.push(port),
+            Err(error) => return (ports, error.to_string()),
+        }
+    }
+}
+
 /// Two dozen clients that asked nothing once kept `pilot status` and `pilot stop` out, and nobody said who they were.
+#[test]
+fn clients_that_hold_every_place_of_theirs_are_named_and_leave_some_to_the_pilots_commands() {
+    let world = World::new();
+    let pilot = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
+    pilot.wait_live();
+    let bus = Bus::join(&context(&world)).unwrap();
+    let (clients, refused) = all_places(|| CommandClient::open(&bus, "pilot"));
+    let crowd = format!(
+        "{0} of 24 places of \"command/pilot\" are taken, {0} by process {1} (",
+        clients.len(),
+        std::process::id()
+    );
+    assert!(refused.contains(&crowd), "{refused}");
+    assert!(
+        refused.ends_with("the last 8 are kept for the run's own processes"),
+        "{refused}"
+    );
+    let status = world.output("pilot", &["status"]);
+    assert!(status.status.success(), "{status:?}");
+    assert!(pilot.stop().success());
+    drop(clients);
+}
+
+/// Programs that do not keep to that may still take all.
 #[test]
 fn clients_that_hold_every_place_are_named_and_the_run_can_be_stopped() {
     let world = World::new();
     let pilot = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
     pilot.wait_live();
-    let bus = Bus::join(&context(&world)).unwrap();
-    let mut clients = Vec::new();
-    let refused = loop {
-        match CommandClient::open(&bus, "pilot") {
-            Ok(client) => clients.push(client),
-            Err(error) => break error.to_string(),
-        }
-    };
+    let bus = Bus::operate(&context(&world)).unwrap();
+    let (clients, refused) = all_places(|| CommandClient::open(&bus, "pilot"));
     let holder = format!("{} by process {} (", clients.len(), std::process::id());
     let crowd = |text: &str| text.contains("24 of 24 places of \"command/pilot\" are taken") && text.contains(&holder);
     assert!(crowd(&refused), "{refused}");
@@ -229,20 +258,36 @@ fn clients_that_hold_every_place_are_named_and_the_run_can_be_stopped() {
     assert!(crowd(&problems.replace("\\\"", "\"")), "{problems}");
 }
 
-/// The same of a topic that every renderer reads: who is killed then cannot come back, and says who is in its way.
+/// Readers that held all places of a topic that every renderer reads once kept one down that had been killed.
+#[test]
+fn a_killed_renderer_comes_back_while_readers_hold_every_place_of_theirs() {
+    let world = World::new();
+    let pilot = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
+    let first = pid_in(&pilot.wait_live(), "view-axial").unwrap();
+    let bus = Bus::join(&context(&world)).unwrap();
+    let poses = all_places(|| Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", 1));
+    let woken = all_places(|| Subscriber::<ToolPose>::open_waking(&bus, &TOOL_POSE, "", 1));
+    let volumes = all_places(|| VolumeSubscriber::open(&bus));
+    let requests = all_places(|| CommandClient::open(&bus, "view-axial"));
+    for refused in [&poses.1, &woken.1, &volumes.1, &requests.1] {
+        assert!(refused.contains("are kept for the run's own processes"), "{refused}");
+    }
+    kill_9(first);
+    pilot.wait_for("the view again, drawn by another process", |status| {
+        crate::support::all_live(status) && pid_in(status, "view-axial").is_some_and(|pid| pid != first)
+    });
+    drop((poses, woken, volumes, requests));
+    pilot.stop();
+}
+
+/// The same of programs that take all: who is killed then cannot come back, and says who is in its way.
 #[test]
 fn readers_that_hold_every_place_are_named() {
     let world = World::new();
     let pilot = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
     pilot.wait_live();
-    let bus = Bus::join(&context(&world)).unwrap();
-    let mut readers = Vec::new();
-    let refused = loop {
-        match Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", 1) {
-            Ok(reader) => readers.push(reader),
-            Err(error) => break error.to_string(),
-        }
-    };
+    let bus = Bus::operate(&context(&world)).unwrap();
+    let (readers, refused) = all_places(|| Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", 1));
     let holder = format!(
         "24 of 24 places of \"tool-pose\" are taken, {} by process {} (",
         readers.len(),

@@ -28,6 +28,11 @@ impl LifeLine {
         Self { is_supervised: false }
     }
 
+    /// Whether a pilot listens.
+    pub(crate) fn is_supervised(self) -> bool {
+        self.is_supervised
+    }
+
     /// Gives a sign. The pipe never makes its writer wait; one that is full, or whose reader has gone, is no matter.
     pub fn beat(self) {
         if self.is_supervised {

@@ -61,6 +61,14 @@ pub enum BusError {
     Law(#[from] crate::clock::LawError),
 }
 
+/// What a process is to a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Guest,
+    Member,
+    Keeper,
+}
+
 /// A process's place on the bus of one run. Ports are opened through [`crate::port`]; they live on one thread.
 #[derive(Debug)]
 pub struct Bus {
@@ -69,20 +77,40 @@ pub struct Bus {
     life: LifeLine,
     /// Takes away what dead processes left half made; the pilot has it, who alone frees their places.
     sweeper: Option<Sweeper>,
+    /// Whether this is a program that the run does not name: it leaves places for those that the run does.
+    is_guest: bool,
 }
 
 impl Bus {
-    /// Joins a run. The places of dead processes are freed by the run's pilot ([`Bus::keep`]), and by nobody else.
+    /// Joins a run as a guest: a program that the run's scene does not name. Guests leave some places of each topic free, so
+    /// that a process of the run that is started again finds one, and are refused where only these are left.
     ///
     /// # Errors
     /// [`BusError::Join`].
     pub fn join(run: &RunContext) -> Result<Self, BusError> {
-        Self::open(run, LifeLine::none(), false)
+        Self::open(run, LifeLine::none(), Role::Guest)
     }
 
-    /// The same, with a sign of life to the pilot at each try of whatever has to be tried more than once.
-    pub(crate) fn join_with(run: &RunContext, life: LifeLine) -> Result<Self, BusError> {
-        Self::open(run, life, false)
+    /// Joins a run to ask its pilot for something, with a right to every place: whoever wants to stop a run can.
+    ///
+    /// # Errors
+    /// [`BusError::Join`].
+    pub fn operate(run: &RunContext) -> Result<Self, BusError> {
+        Self::open(run, LifeLine::none(), Role::Member)
+    }
+
+    /// Joins a run as the process that its pilot hears of on `life`, or as a guest where no pilot does. Gives a sign of life at
+    /// each try of whatever has to be tried more than once. The places of dead processes are freed by the run's pilot
+    /// ([`Bus::keep`]), and by nobody else.
+    ///
+    /// # Errors
+    /// [`BusError::Join`].
+    pub fn join_with(run: &RunContext, life: LifeLine) -> Result<Self, BusError> {
+        let role = match life.is_supervised() {
+            true => Role::Member,
+            false => Role::Guest,
+        };
+        Self::open(run, life, role)
     }
 
     /// Joins a run as its keeper: the one process that frees the places of those that died. A cleaner that is killed at its
@@ -92,10 +120,10 @@ impl Bus {
     /// # Errors
     /// [`BusError::Join`].
     pub fn keep(run: &RunContext) -> Result<Self, BusError> {
-        Self::open(run, LifeLine::none(), true)
+        Self::open(run, LifeLine::none(), Role::Keeper)
     }
 
-    fn open(run: &RunContext, life: LifeLine, keeps: bool) -> Result<Self, BusError> {
+    fn open(run: &RunContext, life: LifeLine, role: Role) -> Result<Self, BusError> {
         let fail = |why: String| BusError::Join {
             run: run.name.clone(),
             why,
@@ -110,6 +138,7 @@ impl Bus {
                 .create::<Ipc>()
                 .map_err(|e| fail(format!("{e:?}")))
         };
+        let keeps = role == Role::Keeper;
         // Before anything is asked of iceoryx2, which might wait for what is half made.
         let sweeper = keeps.then(|| Sweeper::start(run.prefix()));
         let node = again_and_again(create, || life.beat())?;
@@ -122,6 +151,7 @@ impl Bus {
             clock,
             life,
             sweeper,
+            is_guest: role == Role::Guest,
         })
     }
 
@@ -133,6 +163,11 @@ impl Bus {
     /// The run's clock.
     pub fn clock(&self) -> &Clock {
         &self.clock
+    }
+
+    /// Whether some places of each topic are not for this process: see [`Bus::join`].
+    pub(crate) fn is_guest(&self) -> bool {
+        self.is_guest
     }
 
     /// Frees the places of processes that died, so that their topics can be joined anew. Does nothing but for the run's

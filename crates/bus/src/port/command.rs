@@ -9,7 +9,7 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::server::Server;
 use iceoryx2::service::port_factory::request_response::PortFactory;
 
-use super::places::no_place;
+use super::places::take_place;
 use super::{event_service, open_error, service_name, transfer_error};
 use crate::clock;
 use crate::message::{Command, ReplyHeader};
@@ -159,10 +159,9 @@ impl CommandClient {
         let name = COMMAND.of(process);
         patiently(bus, || {
             let service = service(bus, &name)?;
-            let port = service
-                .client_builder()
-                .create()
-                .map_err(no_place(&service, &name, "ask"))?;
+            let port = take_place((bus, &service), (&name, "ask"), |service| {
+                service.client_builder().create()
+            })?;
             let notifier = event_service(bus, &COMMAND, &name)?
                 .notifier_builder()
                 .create()

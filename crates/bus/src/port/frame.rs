@@ -7,6 +7,7 @@ use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
+use super::places::take_place;
 use super::{limited, open_error, service_name, transfer_error};
 use crate::clock::Clock;
 use crate::message::{Ages, FrameHeader, FrameStamp, FrameState};
@@ -112,12 +113,10 @@ impl FrameSubscriber {
     pub fn open(bus: &Bus, topic: &Topic, view: &str) -> Result<Self, BusError> {
         let name = topic.of(view);
         patiently(bus, || {
-            let port = service(bus, topic, &name)?
-                .subscriber_builder()
-                .buffer_size(1)
-                .history_request(1)
-                .create()
-                .map_err(open_error(&name, "subscribe"))?;
+            let service = service(bus, topic, &name)?;
+            let port = take_place((bus, &service), (&name, "subscribe"), |service| {
+                service.subscriber_builder().buffer_size(1).history_request(1).create()
+            })?;
             Ok(Self {
                 port: Rc::new(port),
                 name: name.clone(),

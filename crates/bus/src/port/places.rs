@@ -10,9 +10,9 @@ use iceoryx2::service::port_factory::event::PortFactory as EventFactory;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as StreamFactory;
 use iceoryx2::service::port_factory::request_response::PortFactory as RequestFactory;
 
-use crate::BusError;
 use crate::message::{Command, ReplyHeader};
 use crate::node::Ipc;
+use crate::{Bus, BusError};
 
 /// A service is crowded where one place in so many is left, or fewer.
 const FREE_OF: usize = 12;
@@ -86,15 +86,39 @@ pub(super) trait Places: Debug {
     }
 }
 
-/// Why a reader was not made: who holds the places, where they are taken, else iceoryx2's words.
-pub(super) fn no_place<E: Debug>(service: &impl Places, topic: &str, what: &'static str) -> impl FnOnce(E) -> BusError {
-    move |e| BusError::Open {
+/// How many of a service's places guests leave free: enough for every process of a usual scene to be started again at once
+/// while its dead predecessor still holds a place, and never more than a third.
+fn kept_free(places: usize) -> usize {
+    const PROCESSES: usize = 8;
+    PROCESSES.min(places / 3)
+}
+
+/// Makes a port that takes one of a service's places. Says who holds them where there is none for this process.
+pub(super) fn take_place<S: Places, P, E: Debug>(
+    (bus, service): (&Bus, &S),
+    (topic, what): (&str, &'static str),
+    create: impl FnOnce(&S) -> Result<P, E>,
+) -> Result<P, BusError> {
+    let refused = |why: String| BusError::Open {
         topic: topic.to_owned(),
         what,
-        why: service
-            .crowded()
-            .map_or_else(|| format!("{e:?}"), |crowded| crowded.to_string()),
+        why,
+    };
+    let (taken, places) = service.count();
+    let kept = kept_free(places);
+    if bus.is_guest() && taken + kept >= places {
+        let held = service.held();
+        return Err(refused(format!(
+            "{held}, and the last {kept} are kept for the run's own processes"
+        )));
     }
+    create(service).map_err(|e| {
+        refused(
+            service
+                .crowded()
+                .map_or_else(|| format!("{e:?}"), |crowded| crowded.to_string()),
+        )
+    })
 }
 
 fn programs(factory: &impl PortFactory<Service = Ipc>) -> BTreeMap<UniqueNodeId, (u32, String)> {

@@ -7,7 +7,7 @@ use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use super::places::no_place;
+use super::places::take_place;
 use super::{Message, event_service, limited, open_error, service_name, transfer_error};
 use crate::node::{Ipc, patiently};
 use crate::topic::Topic;
@@ -95,12 +95,10 @@ impl<T: Message> Subscriber<T> {
         let name = topic.of(part);
         patiently(bus, || {
             let service = service(bus, topic, &name)?;
-            let port = service
-                .subscriber_builder()
-                .buffer_size(depth)
-                .history_request(topic.history.min(depth))
-                .create()
-                .map_err(no_place(&service, &name, "subscribe"))?;
+            let port = take_place((bus, &service), (&name, "subscribe"), |service| {
+                let builder = service.subscriber_builder().buffer_size(depth);
+                builder.history_request(topic.history.min(depth)).create()
+            })?;
             Ok(Self {
                 port,
                 listener: None,
@@ -116,10 +114,10 @@ impl<T: Message> Subscriber<T> {
     pub fn open_waking(bus: &Bus, topic: &Topic, part: &str, depth: usize) -> Result<Self, BusError> {
         let mut subscriber = Self::open(bus, topic, part, depth)?;
         let listener = patiently(bus, || {
-            event_service(bus, topic, &subscriber.name)?
-                .listener_builder()
-                .create()
-                .map_err(open_error(&subscriber.name, "listen"))
+            let service = event_service(bus, topic, &subscriber.name)?;
+            take_place((bus, &service), (&subscriber.name, "listen"), |service| {
+                service.listener_builder().create()
+            })
         })?;
         subscriber.listener = Some(listener);
         Ok(subscriber)

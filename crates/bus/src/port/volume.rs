@@ -13,7 +13,7 @@ use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::handed::{HandedVolume, MappedFile, MappedVoxels};
-use super::places::no_place;
+use super::places::take_place;
 use super::{limited, open_error, service_name, transfer_error};
 use crate::message::{HeaderError, VolumeHash, VolumeHeader};
 use crate::node::{Ipc, patiently};
@@ -163,8 +163,9 @@ impl VolumeSubscriber {
     pub(crate) fn open_with(bus: &Bus, handed: Option<&HandedVolume>) -> Result<Self, BusError> {
         let port = patiently(bus, || {
             let service = service(bus)?;
-            let builder = service.subscriber_builder().buffer_size(1).history_request(1);
-            builder.create().map_err(no_place(&service, VOLUME.name, "subscribe"))
+            take_place((bus, &service), (VOLUME.name, "subscribe"), |service| {
+                service.subscriber_builder().buffer_size(1).history_request(1).create()
+            })
         })?;
         let handed = handed.and_then(HandedVolume::map);
         let handed = handed.and_then(|(header, voxels)| SharedVolume::new(header, Voxels::Handed(voxels)).ok());

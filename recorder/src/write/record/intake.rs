@@ -55,7 +55,7 @@ impl Intake {
         let (run, theirs) = (run.clone(), Arc::clone(&taken));
         let thread = thread::Builder::new()
             .name("intake".to_owned())
-            .spawn(move || match Ports::open(&run) {
+            .spawn(move || match Ports::open(&run, life) {
                 Ok(ports) => {
                     // Whoever started this is gone only where it has failed.
                     let _ = say.send(Ok(()));
@@ -122,11 +122,11 @@ struct Ports {
 }
 
 impl Ports {
-    fn open(run: &RunContext) -> Result<Self, BusError> {
+    fn open(run: &RunContext, life: LifeLine) -> Result<Self, BusError> {
         fn opened<T: Message>(bus: &Bus, topic: &Topic) -> Result<Subscriber<T>, BusError> {
             Subscriber::open(bus, topic, "", topic.buffer)
         }
-        let bus = Bus::join(run)?;
+        let bus = Bus::join_with(run, life)?;
         Ok(Self {
             tool: opened(&bus, &topic::TOOL_POSE)?,
             truth: opened(&bus, &topic::GROUND_TRUTH)?,
