@@ -102,8 +102,8 @@ fn over_the_wall(Edge { from, to, dev }: &Edge) -> Vec<String> {
     walls.chain(spare).collect()
 }
 
-/// The members of the workspace and all their dependencies, from their manifests.
-fn workspace() -> (Vec<String>, Vec<Edge>) {
+/// What Cargo says of the packages of the workspace.
+fn packages() -> Vec<Value> {
     #[allow(clippy::disallowed_methods, reason = "cargo knows the manifests best")]
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--no-deps", "--format-version", "1", "--manifest-path"])
@@ -112,7 +112,24 @@ fn workspace() -> (Vec<String>, Vec<Edge>) {
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let packages = metadata["packages"].as_array().unwrap();
+    metadata["packages"].as_array().unwrap().clone()
+}
+
+/// The file that each library of the workspace begins with.
+pub(crate) fn crate_roots() -> Vec<PathBuf> {
+    let packages = packages();
+    let targets = packages
+        .iter()
+        .flat_map(|package| package["targets"].as_array().unwrap());
+    let libraries = targets.filter(|target| target["kind"][0] == "lib");
+    libraries
+        .map(|target| PathBuf::from(target["src_path"].as_str().unwrap()))
+        .collect()
+}
+
+/// The members of the workspace and all their dependencies, from their manifests.
+fn workspace() -> (Vec<String>, Vec<Edge>) {
+    let packages = packages();
     let name = |value: &Value| value["name"].as_str().unwrap().to_owned();
     let edges = packages.iter().flat_map(|package| {
         let dependencies = package["dependencies"].as_array().unwrap();
@@ -125,7 +142,7 @@ fn workspace() -> (Vec<String>, Vec<Edge>) {
     (packages.iter().map(name).collect(), edges.collect())
 }
 
-fn root() -> &'static Path {
+pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 

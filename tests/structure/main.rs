@@ -1,3 +1,4 @@
 //! The house itself.
 
+mod circles;
 mod floors;

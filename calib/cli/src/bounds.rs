@@ -5,10 +5,10 @@ use geometry::Point;
 use scene::tracking::RegistrationGates;
 
 use crate::calibration::{CalibrationFile, Gate};
-use crate::cli::Positive;
 use crate::live::LiveError;
 use crate::registration_file::RegistrationFile;
 use crate::scened::Scened;
+use crate::values::Positive;
 
 const CALIBRATION: &str = "tracker.calibration.gates";
 const REGISTRATION: &str = "tracker.registration.gates";

@@ -2,16 +2,17 @@
 
 use std::collections::HashMap;
 
-use crate::input::{Input, Row};
 use crate::input_error::InputError;
+use crate::row::Row;
+use crate::source::Source;
 
 /// Refuses the first pair or point that is a repetition.
-pub(crate) fn refuse(input: &Input) -> Result<(), InputError> {
+pub(crate) fn refuse(rows: &[Row], sources: &[(&str, Source)]) -> Result<(), InputError> {
     let path = |source: usize| {
-        let source = input.sources.get(source).or(input.sources.first());
+        let source = sources.get(source).or(sources.first());
         source.map(|(_, source)| source.path.clone()).unwrap_or_default()
     };
-    if let Some((first, second)) = repeated(&input.rows, |row| (bits(row.to), bits(row.from))) {
+    if let Some((first, second)) = repeated(rows, |row| (bits(row.to), bits(row.from))) {
         return Err(InputError::DuplicatePair {
             path: path(0),
             first: first.lines[0],
@@ -20,7 +21,7 @@ pub(crate) fn refuse(input: &Input) -> Result<(), InputError> {
     }
     for (source, side) in ["to", "from"].into_iter().enumerate() {
         let point = |row: &Row| if source == 0 { row.to } else { row.from };
-        if let Some((first, second)) = repeated(&input.rows, |row| bits(point(row))) {
+        if let Some((first, second)) = repeated(rows, |row| bits(point(row))) {
             return Err(InputError::DuplicatePoint {
                 path: path(source),
                 side,

@@ -3,23 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::input_error::InputError;
+use crate::row::Row;
 use crate::source::Source;
 use crate::{duplicates, pairs_csv, points_text};
-
-/// A pair as it was read.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Row {
-    /// Lines of the `to` and of the `from` point, counted from 1; the same in one file.
-    pub(crate) lines: [usize; 2],
-    /// mm.
-    pub(crate) to: [f64; 3],
-    /// mm.
-    pub(crate) from: [f64; 3],
-    /// 1 where the file has none.
-    pub(crate) weight: f64,
-    /// Empty where the file has none.
-    pub(crate) label: String,
-}
 
 /// All pairs, and where they came from.
 #[derive(Debug)]
@@ -54,7 +40,7 @@ impl Input {
             });
         }
         if !allow_duplicates {
-            duplicates::refuse(&input)?;
+            duplicates::refuse(&input.rows, &input.sources)?;
         }
         Ok(input)
     }

@@ -4,8 +4,10 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::fields::{BadNumber, MAX_MM};
-use crate::pairs_csv::HEADER_HINT;
 use crate::source::SourceError;
+
+/// What a header must look like, for errors.
+const HEADER_HINT: &str = "The first line names the columns, in any order: from_x,from_y,from_z,to_x,to_y,to_z and, optionally, weight and label";
 
 /// The most pairs: leave-one-out residuals take the square of the number.
 pub(crate) const MAX_PAIRS: usize = 10_000;

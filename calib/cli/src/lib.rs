@@ -31,10 +31,13 @@ mod registration_file;
 mod report;
 mod residual_table;
 mod rom;
+mod row;
 mod scened;
 mod solve;
 mod source;
 mod store;
+mod text;
+mod values;
 
 pub use beads::{
     BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, LoadVolume, RejectedRecord, SearchRecord, VolumeRecord,

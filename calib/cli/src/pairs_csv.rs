@@ -1,17 +1,14 @@
 //! `pairs.csv`: one pair a line, its columns named by the first line.
 
 use crate::fields::{self, BadNumber, BadQuote, Field};
-use crate::input::Row;
 use crate::input_error::{InputError, MAX_PAIRS, Place};
+use crate::row::Row;
 use crate::source::Source;
 
 /// The columns that must be there.
 const NEEDED: [&str; 6] = ["from_x", "from_y", "from_z", "to_x", "to_y", "to_z"];
 /// Those that may be.
 const OPTIONAL: [&str; 2] = ["weight", "label"];
-
-/// What a header must look like, for errors.
-pub(crate) const HEADER_HINT: &str = "The first line names the columns, in any order: from_x,from_y,from_z,to_x,to_y,to_z and, optionally, weight and label";
 
 /// The pairs of a file.
 #[derive(Debug)]

@@ -194,7 +194,7 @@ fn predicted_tre(request: &Request, solution: &Solution) -> Vec<PredictedTre> {
 }
 
 fn pairs(input: &Input, solution: &Solution) -> Vec<PairResult> {
-    let result = |(i, row): (usize, &crate::input::Row)| PairResult {
+    let result = |(i, row): (usize, &crate::row::Row)| PairResult {
         lines: row.lines,
         label: row.label.clone(),
         weight: solution.weights[i],

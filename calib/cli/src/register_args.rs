@@ -7,13 +7,13 @@ use calib::registration::Method;
 use clap::{Args, ValueEnum};
 
 use crate::beads::{LoadVolume, ReadArgs};
-use crate::cli::{Name, Target};
 use crate::commands::Outcome;
 use crate::input::From;
 use crate::live::touched_in;
 use crate::register::{RegisterError, Request, register};
 use crate::scened::{SceneArgs, Scened};
 use crate::solve::{Options, method_name};
+use crate::values::{Name, Target};
 
 pub(crate) const REGISTER_HELP: &str = "\
 --pairs reads one pair a line. The first line names the columns, in any order; weight and label may be absent; a line \

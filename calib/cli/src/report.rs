@@ -1,6 +1,6 @@
 //! The report for people: what was found and how far it can be trusted.
 
-use std::fmt::Write;
+use crate::text::{line, mm, shown};
 
 use crate::registration_file::{PredictedTre, RegistrationFile};
 use crate::residual_table;
@@ -19,12 +19,6 @@ pub(crate) fn text(file: &RegistrationFile, all: bool) -> String {
     text.push('\n');
     text.push_str(&residual_table::text(file, all));
     text
-}
-
-/// Writing to a string does not fail.
-macro_rules! line {
-    ($text:expr) => { $text.push('\n') };
-    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
 }
 
 fn heading(text: &mut String, file: &RegistrationFile) {
@@ -120,7 +114,7 @@ fn accuracy(text: &mut String, file: &RegistrationFile) {
 
 fn deviations(text: &mut String, file: &RegistrationFile, covariance: &[[f64; 6]; 6]) {
     let deviation = |i: usize| covariance[i][i].max(0.0).sqrt();
-    let rotation = [0, 1, 2].map(|i| small(deviation(i).to_degrees()));
+    let rotation = [0, 1, 2].map(|i| mm(deviation(i).to_degrees()));
     let translation = [3, 4, 5].map(|i| mm(deviation(i)));
     line!(
         text,
@@ -146,21 +140,4 @@ fn three(v: [f64; 3], digits: usize) -> String {
         }
     };
     v.map(|x| format!("{:.digits$}", rounded(x))).join(", ")
-}
-
-/// A length with the digits that matter.
-pub(crate) fn mm(x: f64) -> String {
-    small(x)
-}
-
-fn small(x: f64) -> String {
-    if x == 0.0 || (1e-2..1e6).contains(&x.abs()) {
-        return format!("{x:.4}");
-    }
-    format!("{x:.3e}")
-}
-
-/// Text from outside without what would move the cursor or colour the terminal.
-pub(crate) fn shown(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
 }

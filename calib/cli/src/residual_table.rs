@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::registration_file::{PairResult, RegistrationFile};
-use crate::report::{mm, shown};
+use crate::text::{mm, shown};
 
 /// From more pairs than this only the worst are shown.
 const MANY: usize = 40;

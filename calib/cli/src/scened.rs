@@ -11,8 +11,8 @@ use geometry::{Ct, Point};
 use scene::tracking::{CalibrationGates, RegistrationLink};
 use scene::{Scene, TrackerSource};
 
-use crate::cli::Name;
 use crate::live::LiveError;
+use crate::values::Name;
 
 /// The volume of a run is shown to whoever joins within this, ns.
 const VOLUME_NS: i64 = 2_000_000_000;

@@ -3,8 +3,8 @@
 use calib::registration::{Method, Noise, Pairs, Refused, Registration, fit_scaled, register, register_robust};
 use geometry::{Frame, Point};
 
-use crate::input::Row;
 use crate::refusal::NoRegistration;
+use crate::row::Row;
 
 /// The frame that `--to` names. Its name is known at run time only, so that it is none of the system's frames.
 #[derive(Debug, Clone, Copy)]

@@ -11,10 +11,10 @@ use super::report::{record, text};
 use super::touches::Touches;
 use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, Gate, Kind, Recorded, SeatDrawing};
-use crate::cli::{Name, Positive};
-use crate::commands::common::{CommandError, OutArgs, Outcome, verdict_text};
+use crate::commands::common::{CommandError, OutArgs, Outcome, OwnError, verdict_text};
 use crate::live::touched_in;
 use crate::scened::{SceneArgs, Scened};
+use crate::values::{Name, Positive};
 
 pub(crate) const BASE_HELP: &str = "\
 TOUCHES.csv holds where the pointer's tip was, a touch a line, in mm. Rows of one name in the column `on` are a group. The \
@@ -118,6 +118,8 @@ pub(crate) struct NoBase {
     names: Vec<String>,
     refused: Box<Refused>,
 }
+
+impl OwnError for NoBase {}
 
 /// The names of the groups, where the refusal goes by their order.
 fn groups(names: &[String], refused: &Refused) -> String {

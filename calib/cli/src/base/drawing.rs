@@ -8,6 +8,7 @@ use geometry::{Base, Point, Rigid, Tool, Uncertain, door};
 use nalgebra::{Matrix6, Vector6};
 use serde::Deserialize;
 
+use crate::commands::common::OwnError;
 use crate::source::{Source, SourceError};
 
 /// Why a drawing was not taken.
@@ -37,6 +38,8 @@ pub(crate) enum DrawingFileError {
         refused: Box<CovarianceError>,
     },
 }
+
+impl OwnError for DrawingFileError {}
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -6,6 +6,5 @@ mod report;
 mod seat;
 mod touches;
 
-pub(crate) use args::{BASE_HELP, BaseArgs, NoBase};
-pub(crate) use drawing::DrawingFileError;
-pub(crate) use seat::{NoSeat, SEAT_HELP, SeatArgs};
+pub(crate) use args::{BASE_HELP, BaseArgs};
+pub(crate) use seat::{SEAT_HELP, SeatArgs};

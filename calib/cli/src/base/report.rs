@@ -1,17 +1,11 @@
 //! The words of `calib base`, and its part of the file.
 
-use std::fmt::Write;
-
 use calib::base::Located;
 use geometry::{Base, Frame, Point};
 
 use super::touches::Touches;
 use crate::calibration::{BaseRecord, FeatureRecord, GroupRecord, RejectedTouchRecord};
-
-/// Writing to a string does not fail.
-macro_rules! line {
-    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
-}
+use crate::text::line;
 
 /// The part of the file, but for the seat.
 pub(super) fn record<F: Frame>(
@@ -58,7 +52,7 @@ pub(super) fn text<F: Frame>(touches: &Touches<F>, found: &Located<F>, record: &
     let mut text = format!(
         "{} touches of {}\n",
         touches.count,
-        crate::report::shown(&touches.source.path.display().to_string())
+        crate::text::shown(&touches.source.path.display().to_string())
     );
     for group in &record.groups {
         line!(

@@ -10,13 +10,13 @@ use nalgebra::{Matrix6, Vector6};
 
 use crate::bounds::Bounds;
 use crate::calibration::{BaseRecord, CalibrationFile, Gate, Kind, SeatDrawing, SeatRecord, ToolRecord};
-use crate::cli::Positive;
 use crate::commands::common::{
-    Asked, CommandError, OutArgs, Outcome, PosesArgs, recorded, recorded_text, verdict_text,
+    Asked, CommandError, OutArgs, Outcome, OwnError, PosesArgs, recorded, recorded_text, verdict_text,
 };
 use crate::live::{Against, FollowMarkers, Run};
 use crate::poses::Recording;
 use crate::scened::Scened;
+use crate::values::Positive;
 
 pub(crate) const SEAT_HELP: &str = "\
 The tool sits in the base as drawn; --poses holds poses of its marker there, as `calib pivot` reads them, with their \
@@ -114,6 +114,8 @@ pub(crate) enum NoSeat {
     #[error("{path}: a pose of the file is no rigid transform")]
     Pose { path: PathBuf },
 }
+
+impl OwnError for NoSeat {}
 
 impl SeatArgs {
     /// Does what is asked.

@@ -71,7 +71,7 @@ impl<F: Frame> Touches<F> {
                     feature: said(&name),
                     ..Group::unlabelled(Vec::new())
                 });
-                names.push(crate::report::shown(&name));
+                names.push(crate::text::shown(&name));
                 lines.push(Vec::new());
             }
             groups[group].touches.push(Point::new(x, y, z));

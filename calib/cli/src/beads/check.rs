@@ -11,12 +11,12 @@ use serde::Serialize;
 use super::error::BeadsError;
 use crate::bounds::on_registration;
 use crate::calibration::Gate;
-use crate::cli::{Name, Positive, Target};
 use crate::commands::Outcome;
 use crate::commands::common::{broken, gates_text};
-use crate::live::{self, Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, touched};
+use crate::live::{Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, touched};
 use crate::registration_file::RegistrationFile;
 use crate::scened::Scened;
+use crate::values::{Name, Positive, Target};
 
 pub(crate) const CHECK_HELP: &str = "\
 Touch a point whose place in the CT is known, best one near the target and not one that the registration was made of. \
@@ -166,7 +166,7 @@ impl CheckArgs {
             why,
         };
         let tip = run.follow.marker_from_tool().map_err(none)?;
-        let seconds = live::seconds(&self.live, TOUCH_S);
+        let seconds = self.live.seconds_or(TOUCH_S);
         let heard = run.listen(seconds, |_, _| {})?;
         Ok(touched(name, &heard, &tip, MostMotion::USUAL, seconds)?.place)
     }

@@ -10,10 +10,10 @@ use super::error::BeadsError;
 use super::file::BeadsFile;
 use super::sheet;
 use super::volume::{LoadVolume, ReadArgs, Volume};
-use crate::cli::Positive;
 use crate::commands::Outcome;
-use crate::report::shown;
 use crate::store;
+use crate::text::shown;
+use crate::values::Positive;
 
 pub(crate) const BEADS_HELP: &str = "\
 VOLUME is what volume-loader reads: a folder with a DICOM series, or a NIfTI, NRRD or MetaImage file; `phantom` is the \

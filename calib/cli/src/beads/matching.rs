@@ -10,17 +10,18 @@ use geometry::{Ct, Point, Tracker};
 use super::error::BeadsError;
 use super::file::BeadsFile;
 use super::volume::{LoadVolume, ReadArgs};
-use crate::cli::{Name, Positive, Target};
 use crate::commands::Outcome;
-use crate::input::{From, Input, Row};
+use crate::input::{From, Input};
 use crate::live::touched_in;
 use crate::points_text;
 use crate::register::{Request, describe, judge};
 use crate::report;
+use crate::row::Row;
 use crate::scened::{SceneArgs, Scened};
 use crate::solve::{Options, solve};
 use crate::source::Source;
 use crate::store;
+use crate::values::{Name, Positive, Target};
 
 pub(crate) const MATCH_HELP: &str = "\
 BEADS.json is what calib beads wrote. TOUCHED holds the points touched with the pointer, three numbers a line with blanks \

@@ -11,9 +11,9 @@ use super::refusal::{NoMarker, numbered};
 use super::report::{self, record};
 use super::scene;
 use crate::calibration::{CalibrationFile, Gate, Kind, MarkerRecord, Recorded};
-use crate::cli::Positive;
-use crate::commands::common::{CommandError, OutArgs, Outcome, gate, verdict_text};
+use crate::commands::common::{CommandError, OutArgs, Outcome, OwnError, gate, verdict_text};
 use crate::rom::{self, Rom};
+use crate::values::Positive;
 
 pub(crate) const MARKER_HELP: &str = "\
 FRAMES.csv holds what the localizer saw while the marker was turned slowly in front of it, an emitter of a frame a line; \
@@ -98,6 +98,17 @@ pub(crate) struct MarkerArgs {
     out: OutArgs,
 }
 
+/// Why there is no marker.
+#[derive(Debug, thiserror::Error)]
+enum MarkerError {
+    #[error("no table for a scene: emitters {missing:?} have no place; record frames that show them")]
+    NoTable { missing: Vec<usize> },
+    #[error("give a file of frames, or --rom")]
+    NoInput,
+}
+
+impl OwnError for MarkerError {}
+
 impl MarkerArgs {
     /// Does what is asked.
     pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
@@ -105,7 +116,7 @@ impl MarkerArgs {
         match (&self.rom, &self.frames) {
             (Some(rom), _) => self.of_rom(rom),
             (None, Some(frames)) => self.of_frames(frames),
-            (None, None) => Err(CommandError::NoInput),
+            (None, None) => Err(MarkerError::NoInput.into()),
         }
     }
 
@@ -208,7 +219,7 @@ impl MarkerArgs {
         if !self.toml {
             return Ok(outcome);
         }
-        let text = scene.map_err(|missing| CommandError::NoTable { missing })?;
+        let text = scene.map_err(|missing| MarkerError::NoTable { missing })?;
         Ok(Outcome { text, ..outcome })
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use geometry::{Marker, Point};
 
 use crate::calibration::{CalibrationError, CalibrationFile, Kind, MarkerRecord};
+use crate::commands::common::OwnError;
 use crate::rom::{self, NoTool, Rom, RomError};
 
 /// Why a drawing was not taken.
@@ -19,6 +20,8 @@ pub(crate) enum DrawingError {
     #[error("{path}: a drawing of a marker is a calibration (.json) or an NDI tool definition (.rom)")]
     Kind { path: PathBuf },
 }
+
+impl OwnError for DrawingError {}
 
 /// A marker by its file.
 #[derive(Debug)]

@@ -8,7 +8,5 @@ mod report;
 mod scene;
 
 pub(crate) use args::{MARKER_HELP, MarkerArgs};
-pub(crate) use drawing::DrawingError;
 pub(crate) use frames::{COVARIANCE, covariance};
-pub(crate) use refusal::NoMarker;
 pub(crate) use scene::table;

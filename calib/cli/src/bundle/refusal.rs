@@ -1,5 +1,6 @@
 //! The refusals of a marker's calibration in the numbers of its file, with what a person can do about each.
 
+use crate::commands::common::OwnError;
 use std::path::PathBuf;
 
 use calib::bundle::{Mislabelled, Refused};
@@ -12,6 +13,8 @@ pub(crate) struct NoMarker {
     pub(crate) path: PathBuf,
     pub(crate) refused: Box<Refused>,
 }
+
+impl OwnError for NoMarker {}
 
 /// The refusal with the views' places in the recording replaced by their numbers in the file.
 pub(super) fn numbered(refused: Refused, numbers: &[usize]) -> Refused {

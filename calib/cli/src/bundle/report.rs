@@ -1,17 +1,11 @@
 //! The words of `calib marker`, and its part of the file.
 
-use std::fmt::Write;
-
 use calib::bundle::Bundle;
 
 use super::drawing::Drawing;
 use super::frames::Frames;
 use crate::calibration::{EmitterRecord, MarkerRecord, RejectedSighting};
-
-/// Writing to a string does not fail.
-macro_rules! line {
-    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
-}
+use crate::text::line;
 
 /// The part of the file; `numbers` are those of the frames.
 pub(super) fn record(found: &Bundle, numbers: &[usize], frame: String) -> MarkerRecord {
@@ -53,7 +47,7 @@ pub(super) fn text(frames: &Frames, found: &Bundle, record: &MarkerRecord, drawi
         frames.sightings,
         record.emitters.len(),
         frames.views.len(),
-        crate::report::shown(&frames.source.path.display().to_string()),
+        crate::text::shown(&frames.source.path.display().to_string()),
         record.views,
     );
     line!(

@@ -15,10 +15,10 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use optics::camera::{Gates, LensModel, Options, Short, View, calibrate, held_out};
 
-use crate::cli::Positive;
 use crate::commands::Outcome;
 use crate::source::Source;
 use crate::store;
+use crate::values::Positive;
 use error::{CameraError, advice};
 pub use field::FieldRecord;
 pub use file::{CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, PlateRecord, SourceRecord};
@@ -207,5 +207,5 @@ impl CameraArgs {
 /// A file's name for people.
 fn name_of(path: &str) -> String {
     let name = Path::new(path).file_name().map(|n| n.to_string_lossy().into_owned());
-    crate::report::shown(&name.unwrap_or_else(|| path.to_owned()))
+    crate::text::shown(&name.unwrap_or_else(|| path.to_owned()))
 }

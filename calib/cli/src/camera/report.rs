@@ -1,11 +1,10 @@
 //! The report for people: the camera, how far it can be trusted, and the discs furthest off.
 
-use std::fmt::Write;
-
 use optics::camera::{Calibrated, NAMES, PARAMETERS, WIDEST};
 
 use super::file::CameraFile;
 use super::read::Seen;
+use crate::text::line;
 
 /// How many of the discs furthest off are listed.
 const WORST: usize = 10;
@@ -18,12 +17,6 @@ pub(super) fn text(found: &Calibrated, seen: &Seen, file: &CameraFile) -> String
     views(&mut text, found, seen);
     worst(&mut text, found, seen);
     text
-}
-
-/// Writing to a string does not fail.
-macro_rules! line {
-    ($text:expr) => { $text.push('\n') };
-    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
 }
 
 fn heading(text: &mut String, found: &Calibrated, seen: &Seen, file: &CameraFile) {

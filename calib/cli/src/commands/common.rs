@@ -6,18 +6,14 @@ use calib::coverage::Coverage;
 use clap::Args;
 use geometry::Marker;
 
-use crate::base::{DrawingFileError, NoBase, NoSeat};
 use crate::bounds::NotJudged;
-use crate::bundle::{DrawingError, NoMarker};
 use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
-use crate::cli::Name;
 use crate::columns::TableError;
-use crate::f2554::F2554Error;
-use crate::live::{self, DwellError, FollowMarkers, LiveArgs, LiveError, Run};
+use crate::live::{DwellError, FollowMarkers, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
-use crate::rom::{NoTool, RomError};
 use crate::scened::Scened;
 use crate::store::{self, StoreError};
+use crate::values::Name;
 
 /// The recording.
 #[derive(Debug, Args)]
@@ -84,60 +80,22 @@ pub(crate) enum CommandError {
     NotJudged(#[from] NotJudged),
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    #[error("pivot calibration from the {poses} poses of {path}{left_out}: {refused}")]
-    Pivot {
-        poses: usize,
-        path: PathBuf,
-        left_out: String,
-        refused: Box<calib::pivot::Refused>,
-    },
-    #[error("spin calibration from the {poses} poses of {path}{left_out}: {refused}")]
-    Spin {
-        poses: usize,
-        path: PathBuf,
-        left_out: String,
-        refused: Box<calib::spin::Refused>,
-    },
-    #[error("the tool's frame from {pivot} and {spin}: {refused}")]
-    Tool {
-        pivot: PathBuf,
-        spin: PathBuf,
-        refused: Box<calib::spin::Refused>,
-    },
-    #[error("{path}: the pivot calibration has no covariance (method {method}); make it by errors-in-variables")]
-    NoCovariance { path: PathBuf, method: String },
-    #[error("--towards: the direction must not be 0,0,0")]
-    NoDirection,
-    #[error(
-        "--axis: give a direction x,y,z other than 0,0,0; `scene` is for --live, where the scene says how the tool sits"
-    )]
-    NoAxis,
-    #[error("--axis: the frame of the tool from its tip and this direction: {0}")]
-    Frame(Box<calib::spin::Refused>),
     #[error(transparent)]
     Table(#[from] TableError),
-    #[error(transparent)]
-    Drawing(#[from] DrawingError),
-    #[error(transparent)]
-    NoMarker(#[from] NoMarker),
-    #[error(transparent)]
-    BaseDrawing(#[from] DrawingFileError),
-    #[error(transparent)]
-    NoBase(#[from] NoBase),
-    #[error(transparent)]
-    NoSeat(#[from] NoSeat),
-    #[error(transparent)]
-    Rom(#[from] RomError),
-    #[error(transparent)]
-    NoTool(#[from] NoTool),
-    #[error(transparent)]
-    F2554(#[from] F2554Error),
-    #[error("no table for a scene: emitters {missing:?} have no place; record frames that show them")]
-    NoTable { missing: Vec<usize> },
-    #[error("give a file of frames, or --rom")]
-    NoInput,
     #[error("writing the result as JSON: {0}")]
     Encode(#[from] std::io::Error),
+    /// What one command alone has to say.
+    #[error(transparent)]
+    Own(Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// The errors of one command, kept beside it.
+pub(crate) trait OwnError: std::error::Error + Send + Sync + 'static {}
+
+impl<E: OwnError> From<E> for CommandError {
+    fn from(error: E) -> Self {
+        Self::Own(Box::new(error))
+    }
 }
 
 /// What the person at the instrument is asked for.
@@ -168,7 +126,7 @@ impl PosesArgs {
             return Ok(Recording::read(path, self.transform.as_deref(), self.strict)?);
         }
         let run = run.ok_or(CommandError::NoRun)?;
-        let seconds = live::seconds(&self.live, asked.seconds);
+        let seconds = self.live.seconds_or(asked.seconds);
         bus::say!("calib: listening to run {} for {seconds} s; {}", run.name(), asked.what);
         let heard = run.listen(seconds, |heard, passed_s| {
             let turned = Coverage::of(heard.poses.iter().map(|pose| pose.transform().rotation()));
@@ -297,7 +255,7 @@ pub(crate) fn recorded_text(recording: &Recording) -> String {
         "{} poses from {} frames of {}{name}\n",
         recording.poses.len(),
         recording.frames,
-        crate::report::shown(&recording.path.display().to_string())
+        crate::text::shown(&recording.path.display().to_string())
     );
     let Recording {
         invalid,

@@ -1,23 +1,23 @@
 //! `calib pivot`: poses of a pivoting instrument to its tip.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use calib::coverage::Coverage;
-use calib::pivot::{Method, Options, Pivot, PoseNoise, Refused, calibrate, calibrate_each};
+use calib::pivot::{Method, Options, Pivot, PoseNoise, calibrate, calibrate_each};
 use clap::{Args, ValueEnum};
 use geometry::{Direction, Marker, Point, Tracker, Uncertain, Vector};
 use nalgebra::{Matrix3, Vector3};
 
-use super::common::{Asked, CommandError, OutArgs, Outcome, PosesArgs, left_out, recorded};
-use super::pivot_report;
+use super::common::{Asked, CommandError, OutArgs, Outcome, OwnError, PosesArgs, left_out, recorded};
+use super::pivot_report::{self, Solution};
 use super::tool::tool_frame;
 use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, ToolRecord};
-use crate::cli::{Positive, Target};
 use crate::live::{FollowMarkers, Run};
 use crate::poses::Recording;
 use crate::scened::Scened;
+use crate::values::{Positive, Target};
 
 pub(crate) const PIVOT_HELP: &str = "\
 Keep the tip in a divot and turn the instrument about it, to all sides. The tip x in the marker and the pivot c in the \
@@ -136,10 +136,28 @@ fn uncertain(recording: &Recording) -> Option<Vec<Uncertain<Tracker, Marker>>> {
     (!recording.covariances.is_empty()).then(|| each.collect()).flatten()
 }
 
-/// A method's result.
-pub(crate) type Solution = Result<Pivot<Tracker, Marker>, Refused>;
 /// All results, and the one that counts.
 type Solved = (Vec<(Method, Solution)>, Pivot<Tracker, Marker>);
+
+/// Why there is no tip.
+#[derive(Debug, thiserror::Error)]
+enum PivotError {
+    #[error("pivot calibration from the {poses} poses of {path}{left_out}: {refused}")]
+    Refused {
+        poses: usize,
+        path: PathBuf,
+        left_out: String,
+        refused: Box<calib::pivot::Refused>,
+    },
+    #[error(
+        "--axis: give a direction x,y,z other than 0,0,0; `scene` is for --live, where the scene says how the tool sits"
+    )]
+    NoAxis,
+    #[error("--axis: the frame of the tool from its tip and this direction: {0}")]
+    Frame(Box<calib::spin::Refused>),
+}
+
+impl OwnError for PivotError {}
 
 impl PivotArgs {
     /// Does what is asked.
@@ -188,7 +206,7 @@ impl PivotArgs {
             _ => calibrate(&recording.poses, &Options { method, noise }),
         };
         let all = Method::ALL.iter().map(|m| (*m, solve(*m))).collect();
-        let chosen = solve(self.method.0).map_err(|refused| CommandError::Pivot {
+        let chosen = solve(self.method.0).map_err(|refused| PivotError::Refused {
             poses: recording.poses.len(),
             path: recording.path.clone(),
             left_out: left_out(recording),
@@ -204,7 +222,7 @@ impl PivotArgs {
             (AxisArg::Scene, run) => run.and_then(Run::drawn_axis),
             (AxisArg::Given(Target([x, y, z])), _) => Vector::new(*x, *y, *z).direction(),
         };
-        direction.map(Some).ok_or(CommandError::NoAxis)
+        direction.map(Some).ok_or(PivotError::NoAxis.into())
     }
 
     fn gates(&self, found: &Pivot<Tracker, Marker>, scened: Option<&Scened>) -> Vec<Gate> {
@@ -250,7 +268,7 @@ fn drawn_frame(
     let u = Vector3::from(axis.components());
     let tilts = (Matrix3::identity() - u * u.transpose()) * error_deg.to_radians().powi(2);
     let [x, y, z] = pivot.tip_mm;
-    let refused = |refused| CommandError::Frame(Box::new(refused));
+    let refused = |refused| PivotError::Frame(Box::new(refused)).into();
     tool_frame(pivot, path, (axis, tilts), Point::new(x, y, z), refused)
 }
 

@@ -1,19 +1,15 @@
 //! The words of `calib pivot`.
 
-use std::fmt::Write;
-
-use calib::pivot::{Method, Pivot, apart};
+use calib::pivot::{Method, Pivot, Refused, apart};
 use geometry::{Marker, Tracker};
 
 use super::common::{recorded_text, verdict_text};
-use super::pivot::Solution;
 use crate::calibration::{Gate, PivotRecord, ToolRecord};
 use crate::poses::Recording;
+use crate::text::line;
 
-/// Writing to a string does not fail.
-macro_rules! line {
-    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
-}
+/// A method's result.
+pub(super) type Solution = Result<Pivot<Tracker, Marker>, Refused>;
 
 /// The report.
 pub(super) fn text(

@@ -10,14 +10,14 @@ use geometry::{Direction, Marker, Tracker, Vector};
 use nalgebra::Matrix3;
 
 use super::common::{
-    Asked, CommandError, OutArgs, Outcome, PosesArgs, left_out, recorded, recorded_text, verdict_text,
+    Asked, CommandError, OutArgs, Outcome, OwnError, PosesArgs, left_out, recorded, recorded_text, verdict_text,
 };
 use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
-use crate::cli::{Positive, Target};
 use crate::live::FollowMarkers;
 use crate::poses::Recording;
 use crate::scened::Scened;
+use crate::values::{Positive, Target};
 
 pub(crate) const SPIN_HELP: &str = "\
 Spin the instrument about its shaft in a bearing or a divot, the shaft keeping its direction. --poses reads what `calib \
@@ -75,6 +75,22 @@ fn upper(c: &Matrix3<f64>) -> [f64; 6] {
     [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]]
 }
 
+/// Why there is no axis.
+#[derive(Debug, thiserror::Error)]
+enum SpinError {
+    #[error("spin calibration from the {poses} poses of {path}{left_out}: {refused}")]
+    Refused {
+        poses: usize,
+        path: PathBuf,
+        left_out: String,
+        refused: Box<calib::spin::Refused>,
+    },
+    #[error("--towards: the direction must not be 0,0,0")]
+    NoDirection,
+}
+
+impl OwnError for SpinError {}
+
 impl SpinArgs {
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
@@ -89,7 +105,7 @@ impl SpinArgs {
             ..Limits::default()
         };
         let found = calibrate(&recording.poses, hint, limits);
-        let found = found.map_err(|refused| CommandError::Spin {
+        let found = found.map_err(|refused| SpinError::Refused {
             poses: recording.poses.len(),
             path: recording.path.clone(),
             left_out: left_out(&recording),
@@ -120,7 +136,7 @@ impl SpinArgs {
             from = Some(file.id);
         }
         let [x, y, z] = towards;
-        let hint = Vector::new(x, y, z).direction().ok_or(CommandError::NoDirection)?;
+        let hint = Vector::new(x, y, z).direction().ok_or(SpinError::NoDirection)?;
         Ok((hint, from))
     }
 

@@ -7,11 +7,11 @@ use clap::Args;
 use geometry::{Direction, Marker, Point, Vector};
 use nalgebra::Matrix3;
 
-use super::common::{CommandError, OutArgs, Outcome, gate, verdict_text};
+use super::common::{CommandError, OutArgs, Outcome, OwnError, gate, verdict_text};
 use crate::bounds::on_tool;
 use crate::calibration::{CalibrationFile, Kind, PivotRecord, SpinRecord, ToolRecord};
-use crate::cli::Positive;
 use crate::scened::{SceneArgs, Scened};
+use crate::values::Positive;
 
 pub(crate) const TOOL_HELP: &str = "\
 The frame of an instrument of revolution: origin at the tip, +z along the shaft from the handle to the tip. Its roll is \
@@ -40,6 +40,23 @@ pub(crate) struct ToolArgs {
     out: OutArgs,
 }
 
+/// Why there is no frame.
+#[derive(Debug, thiserror::Error)]
+enum ToolError {
+    #[error("the tool's frame from {pivot} and {spin}: {refused}")]
+    Refused {
+        pivot: PathBuf,
+        spin: PathBuf,
+        refused: Box<Refused>,
+    },
+    #[error("{path}: the pivot calibration has no covariance (method {method}); make it by errors-in-variables")]
+    NoCovariance { path: PathBuf, method: String },
+    #[error("--towards: the direction must not be 0,0,0")]
+    NoDirection,
+}
+
+impl OwnError for ToolError {}
+
 impl ToolArgs {
     /// Does what is asked.
     pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
@@ -50,7 +67,7 @@ impl ToolArgs {
         let (spin_id, spin) = read(&self.spin, Kind::Spin, &out)?;
         // A file that was read has the part of its kind.
         let (Some(pivot), Some(spin)) = (pivot.pivot, spin.spin) else {
-            return Err(CommandError::NoDirection);
+            return Err(ToolError::NoDirection.into());
         };
         let record = self.solve(&pivot, &spin)?;
         let limit = self.max_off_axis_mm.map(|limit| limit.0);
@@ -72,13 +89,12 @@ impl ToolArgs {
 
     fn solve(&self, pivot: &PivotRecord, spin: &SpinRecord) -> Result<ToolRecord, CommandError> {
         let [x, y, z] = spin.axis;
-        let axis = Vector::new(x, y, z).direction().ok_or(CommandError::NoDirection)?;
+        let axis = Vector::new(x, y, z).direction().ok_or(ToolError::NoDirection)?;
         let tilts = symmetric(spin.axis_covariance_upper_rad2);
         let [a, b, c] = spin.point_mm;
-        let refused = |refused| CommandError::Tool {
-            pivot: self.pivot.clone(),
-            spin: self.spin.clone(),
-            refused: Box::new(refused),
+        let refused = |refused| {
+            let (pivot, spin, refused) = (self.pivot.clone(), self.spin.clone(), Box::new(refused));
+            ToolError::Refused { pivot, spin, refused }.into()
         };
         tool_frame(pivot, &self.pivot, (axis, tilts), Point::new(a, b, c), refused)
     }
@@ -99,7 +115,7 @@ pub(super) fn tool_frame(
     point: Point<Marker>,
     refused: impl FnOnce(Refused) -> CommandError,
 ) -> Result<ToolRecord, CommandError> {
-    let c = pivot.covariance_upper_mm2.ok_or_else(|| CommandError::NoCovariance {
+    let c = pivot.covariance_upper_mm2.ok_or_else(|| ToolError::NoCovariance {
         path: path.to_owned(),
         method: pivot.method.clone(),
     })?;

@@ -10,11 +10,11 @@ use optics::image::Image;
 use picture::{Line, Rgb, write_png};
 use serde_json::{Value, json};
 
-use crate::cli::Positive;
 use crate::commands::Outcome;
 use crate::grid::overlay::{canvas, on_canvas};
 use crate::grid::{ReadImageError, read_image};
 use crate::store::{self, StoreError};
+use crate::values::Positive;
 
 pub(crate) const DISCS_HELP: &str = "\
 Finds discs that are even inside and around, and refines each. `chi` is the contrast by the deviations inside and in \

@@ -10,10 +10,10 @@ use picture::PngError;
 use super::report::{Record, text};
 use super::{chart, data};
 use crate::calibration::Gate;
-use crate::cli::Positive;
 use crate::columns::TableError;
-use crate::commands::common::{CommandError, Outcome, broken, gate, verdict_text};
+use crate::commands::common::{CommandError, Outcome, OwnError, broken, gate, verdict_text};
 use crate::store::{self, StoreError};
+use crate::values::Positive;
 
 pub(crate) const F2554_HELP: &str = "\
 Measures how well a tracked pointer locates points, by the procedure of ASTM F2554. DATA.csv holds places of the tip in the \
@@ -103,6 +103,8 @@ pub(crate) enum F2554Error {
     #[error(transparent)]
     Store(#[from] StoreError),
 }
+
+impl OwnError for F2554Error {}
 
 /// Samples, the phantom, and where they are from.
 struct Measured {

@@ -5,4 +5,4 @@ mod chart;
 mod data;
 mod report;
 
-pub(crate) use args::{F2554_HELP, F2554Args, F2554Error};
+pub(crate) use args::{F2554_HELP, F2554Args};

@@ -1,19 +1,13 @@
 //! The report in words and as JSON.
 
-use std::fmt::Write;
-
 use calib::f2554::{Distances, Report, Scatter, Test};
 use serde::Serialize;
 
 use crate::calibration::Gate;
+use crate::text::line;
 
 /// The value of `trocar_f2554`.
 const VERSION: u32 = 1;
-
-/// Writing to a string does not fail.
-macro_rules! line {
-    ($text:expr, $($arguments:tt)*) => { let _ = writeln!($text, $($arguments)*); };
-}
 
 /// The report as JSON; lengths in mm.
 #[derive(Debug, Serialize)]
@@ -134,7 +128,7 @@ impl Record {
 pub(super) fn text(report: &Report, record: &Record) -> String {
     let mut text = format!(
         "point localization of {}: {} samples at {} places",
-        crate::report::shown(&record.source),
+        crate::text::shown(&record.source),
         record.samples,
         report.places.len()
     );

@@ -11,10 +11,10 @@ use clap::Args;
 use optics::grid::{Found, GridSpec, Refinement, find};
 use serde_json::Value;
 
-use crate::cli::Positive;
 use crate::commands::Outcome;
-use crate::report::shown;
 use crate::store::{self, StoreError};
+use crate::text::shown;
+use crate::values::Positive;
 pub use read::{ReadImageError, read_image};
 
 pub(crate) const GRID_HELP: &str = "\

@@ -15,14 +15,14 @@ use clap::{Args, ValueEnum};
 use geometry::{Marker, Reference, Tool, Tracker, Uncertain};
 use scene::Scene;
 
-use crate::cli::Positive;
 use crate::scened::SceneArgs;
+use crate::values::Positive;
 
 pub(crate) use error::LiveError;
 pub(crate) use run::{Heard, Run};
 pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};
-pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs, seconds};
+pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs};
 pub(crate) use touches::touched_in;
 
 /// Where the markers of a run are, frame by frame. Handed in by the binary, as this crate knows no chain.
@@ -64,6 +64,16 @@ pub(crate) struct LiveArgs {
     /// The frame of the poses [default: reference, where the scene has a marker on the patient]
     #[arg(long, value_enum, requires = "live")]
     pub(crate) against: Option<Against>,
+}
+
+/// The longest that is listened, s.
+const LONGEST_S: f64 = 600.0;
+
+impl LiveArgs {
+    /// How long to listen, s: `usual` where nothing else is asked for.
+    pub(crate) fn seconds_or(&self, usual: f64) -> f64 {
+        self.seconds.map_or(usual, |s| s.0).min(LONGEST_S)
+    }
 }
 
 /// What stands still while the instrument moves.

@@ -10,10 +10,10 @@ use super::dwell::Still;
 use super::{DwellError, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, Touched, sequence, touched, touches};
 use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, Gate, Kind};
-use crate::cli::{Name, Positive};
 use crate::commands::Outcome;
 use crate::commands::common::{CommandError, broken, gates_text};
 use crate::scened::Scened;
+use crate::values::{Name, Positive};
 
 pub(crate) const TOUCH_HELP: &str = "\
 Hold the tip on the point and still. The mean place of the tip over --seconds is added to the file --to, with its name and \
@@ -42,8 +42,6 @@ Examples:
 
 /// How long a touch takes, s.
 pub(crate) const TOUCH_S: f64 = 1.0;
-/// The longest that is listened, s.
-pub(crate) const LONGEST_S: f64 = 600.0;
 
 #[derive(Debug, Args)]
 pub(crate) struct TouchArgs {
@@ -171,7 +169,7 @@ impl TouchArgs {
     }
 
     fn touch(&self, run: &mut Run<'_>, tip: &Uncertain<Marker, Tool>) -> Result<Touched, LiveError> {
-        let seconds = seconds(&self.live, TOUCH_S);
+        let seconds = self.live.seconds_or(TOUCH_S);
         let heard = run.listen(seconds, |_, _| {})?;
         touched(
             self.name.as_str(),
@@ -203,11 +201,6 @@ fn gates(touch: &Touched, scened: &Scened) -> Vec<Gate> {
         .most("max-rms-mm", None, scene.max_rms_mm, touch.rms_mm)
         .most("max-tip-error-mm", None, scene.max_tip_error_mm, touch.place.rms_mm());
     bounds.done()
-}
-
-/// How long to listen.
-pub(crate) fn seconds(live: &LiveArgs, usual: f64) -> f64 {
-    live.seconds.map_or(usual, |s| s.0).min(LONGEST_S)
 }
 
 /// A tip from its file: of the whole tool, or of a pivot calibration, whose frame then has the marker's axes.

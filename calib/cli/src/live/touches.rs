@@ -6,9 +6,9 @@ use geometry::{Tracker, UncertainPoint};
 
 use super::LiveError;
 use crate::calibration::Gate;
-use crate::cli::Name;
 use crate::source::Source;
 use crate::store;
+use crate::values::Name;
 
 const HEADER: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz";
 

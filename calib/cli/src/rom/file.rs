@@ -15,6 +15,7 @@
 //! | 613 to 632 | faces that each marker belongs to, a bit each |
 //! | 656 to 751 | normals of up to 8 faces, 3 floats each |
 
+use crate::commands::common::OwnError;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -70,6 +71,8 @@ pub(crate) enum RomError {
         expected: String,
     },
 }
+
+impl OwnError for RomError {}
 
 impl Rom {
     /// Reads a tool definition.

@@ -11,7 +11,7 @@ use geometry::{Marker, Point};
 
 use crate::bundle::table;
 use crate::calibration::{EmitterRecord, MarkerRecord};
-use crate::commands::common::{CommandError, Outcome};
+use crate::commands::common::{CommandError, Outcome, OwnError};
 
 pub(crate) use file::{Rom, RomError};
 
@@ -47,6 +47,8 @@ pub(crate) struct NoTool {
     part: String,
     refused: Box<BodyError>,
 }
+
+impl OwnError for NoTool {}
 
 impl RomArgs {
     /// Does what is asked.
@@ -101,7 +103,7 @@ fn report(path: &Path, rom: &Rom) -> String {
     let mut text = format!(
         "{}: tool {} by {}, {} markers, at least {} for a pose, seen within {} degrees, errors up to {} mm\n\n\
          marker         x          y          z mm        normal                     faces\n",
-        crate::report::shown(&path.display().to_string()),
+        crate::text::shown(&path.display().to_string()),
         rom.part,
         rom.maker,
         rom.markers.len(),
