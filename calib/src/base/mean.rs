@@ -3,9 +3,9 @@
 //! With `e_i` the small motion from the mean `X` to the i-th (as in [`geometry::uncertain`]) and `C_i` its covariance,
 //! the mean of greatest likelihood minimises `sum e_i^T C_i^-1 e_i`; its covariance is `(sum C_i^-1)^-1`.
 
-use geometry::rotation::{Rotation, RotationVector};
-use geometry::{Frame, Rigid, Uncertain, Vector};
-use nalgebra::{Matrix6, Vector3, Vector6};
+use geometry::motion::Motion;
+use geometry::{Frame, Rigid, Uncertain};
+use nalgebra::{Matrix6, Vector6};
 
 use super::Refused;
 
@@ -91,23 +91,14 @@ fn still(squares: &[f64], gate: f64) -> Result<(), Refused> {
 
 /// `(w, v)` with `other = exp(w) at + v`.
 fn motion<To, From>(at: &Rigid<To, From>, other: &Rigid<To, From>) -> Vector6<f64> {
-    let turn = other.rotation() * at.rotation().inverse();
-    let carried = turn.apply(at.translation_mm());
-    let (w, t) = (turn.vector().radians(), other.translation_mm());
-    Vector6::new(
-        w[0],
-        w[1],
-        w[2],
-        t[0] - carried[0],
-        t[1] - carried[1],
-        t[2] - carried[2],
-    )
+    let Motion { turn: w, shift: v } = at.motion_to(other);
+    Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)
 }
 
 /// `exp(w) at + v`.
 fn moved<To, From>(at: &Rigid<To, From>, step: &Vector6<f64>) -> Option<Rigid<To, From>> {
-    let w = RotationVector::new([step[0], step[1], step[2]]).ok()?;
-    let turn = Rotation::from_vector(w);
-    let t = Vector3::from(turn.apply(at.translation_mm())) + step.fixed_rows::<3>(3);
-    Some(Rigid::from_parts(turn * at.rotation(), Vector::new(t.x, t.y, t.z)))
+    at.moved_by(&Motion {
+        turn: step.fixed_rows::<3>(0).into(),
+        shift: step.fixed_rows::<3>(3).into(),
+    })
 }

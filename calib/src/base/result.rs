@@ -126,7 +126,7 @@ impl<'a> Solved<'a> {
         for (group, touches) in self.touches.iter().enumerate() {
             for (touch, held) in touches.iter().enumerate() {
                 if self.found.kept[group][touch] == kept {
-                    let distance_mm = self.found.pose.off(held);
+                    let distance_mm = held.off(&self.found.pose);
                     let one = RejectedTouch {
                         group,
                         touch,

@@ -1,10 +1,11 @@
 //! Which group of touches lies on which feature, and the place of the base that follows.
 
+use geometry::motion::Pose;
 use geometry::rotation::{Rotation, RotationMatrix};
 use nalgebra::{Matrix3, Vector3};
 
 use super::consensus::{Flat, line, plane};
-use super::solve::{Held, Hold, Pose, normal, settle, shift};
+use super::solve::{Held, Hold, normal, settle, shift};
 use super::touches::widest;
 use super::{Drawing, Feature, Options};
 
@@ -157,7 +158,7 @@ impl Touched {
             pose = settle(&chosen(touches, &kept), pose, self.radius)?;
             let next: Vec<Vec<bool>> = touches
                 .iter()
-                .map(|g| g.iter().map(|t| pose.counted(t) <= limit).collect())
+                .map(|g| g.iter().map(|t| t.counted(&pose) <= limit).collect())
                 .collect();
             enough(assignment, &next)?;
             if next == kept {
@@ -168,7 +169,7 @@ impl Touched {
         let last = chosen(touches, &kept);
         let (_, _, cost) = normal(&last, &pose, &pose.matrix(), self.radius);
         let freedom = last.iter().map(|t| t.hold.count).sum::<usize>().saturating_sub(6);
-        let offs = touches.iter().flatten().map(|t| pose.counted(t).min(limit));
+        let offs = touches.iter().flatten().map(|t| t.counted(&pose).min(limit));
         let chi_squared = offs.map(|x| (x / options.sigma_mm).powi(2)).sum();
         Some(Found {
             assignment: assignment.to_vec(),

@@ -10,7 +10,8 @@
 //!
 //! which depends on neither `o` nor the pose's translation.
 
-use geometry::rotation::{Rotation, RotationVector};
+use geometry::motion::{Motion, Pose};
+use geometry::rotation::Rotation;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::error::FreeMotion;
@@ -60,58 +61,35 @@ impl Held {
     fn rows(&self, r: &Matrix3<f64>) -> [Vector3<f64>; 2] {
         self.weighed(r).unwrap_or_else(|| self.hold.axes.map(|e| r * e))
     }
-}
 
-/// The base's pose in the touches' axes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Pose {
-    pub(super) turn: Rotation,
-    pub(super) shift: Vector3<f64>,
-}
-
-impl Pose {
-    pub(super) fn matrix(&self) -> Matrix3<f64> {
-        let rows = self.turn.matrix().rows();
-        Matrix3::from_fn(|i, j| rows[i][j])
-    }
-
-    /// `exp(w) R`, `exp(w) t + v`.
-    pub(super) fn moved(&self, w: Vector3<f64>, v: Vector3<f64>) -> Option<Self> {
-        let step = Rotation::from_vector(RotationVector::new(w.into()).ok()?);
-        Some(Self {
-            turn: step * self.turn,
-            shift: Vector3::from(step.apply(self.shift.into())) + v,
-        })
-    }
-
-    /// Distance of a touch from where it is held, mm; beyond a groove's end the way to the end counts too.
-    pub(super) fn off(&self, held: &Held) -> f64 {
-        let back = self.matrix().transpose() * (held.place - self.shift) - held.hold.at;
-        let across: f64 = held.hold.axes().iter().map(|e| e.dot(&back).powi(2)).sum();
-        across.sqrt().hypot(beyond(held, &back))
+    /// Distance of the touch from where the base at `pose` holds it, mm; beyond a groove's end the way to the end counts too.
+    pub(super) fn off(&self, pose: &Pose) -> f64 {
+        let back = pose.matrix().transpose() * (self.place - pose.shift) - self.hold.at;
+        let across: f64 = self.hold.axes().iter().map(|e| e.dot(&back).powi(2)).sum();
+        across.sqrt().hypot(self.beyond(&back))
     }
 
     /// The same in units of the touch's own deviation times the noise given, mm.
-    pub(super) fn counted(&self, held: &Held) -> f64 {
-        let Some(c) = &held.noise else { return self.off(held) };
-        let r = self.matrix();
-        let off = held.place - self.shift - r * held.hold.at;
-        let across = held.rows(&r)[..held.hold.count]
+    pub(super) fn counted(&self, pose: &Pose) -> f64 {
+        let Some(c) = &self.noise else { return self.off(pose) };
+        let r = pose.matrix();
+        let off = self.place - pose.shift - r * self.hold.at;
+        let across = self.rows(&r)[..self.hold.count]
             .iter()
             .map(|e| e.dot(&off).powi(2))
             .sum::<f64>();
-        let way = beyond(held, &(r.transpose() * off));
-        let along = held.hold.along.map_or(1.0, |(d, _)| (r * d).dot(&(c * (r * d))).sqrt());
+        let way = self.beyond(&(r.transpose() * off));
+        let along = self.hold.along.map_or(1.0, |(d, _)| (r * d).dot(&(c * (r * d))).sqrt());
         across.sqrt().hypot(way / along)
     }
-}
 
-/// How far a place in the base, from where the groove begins, lies beyond the groove's ends, mm.
-fn beyond(held: &Held, back: &Vector3<f64>) -> f64 {
-    held.hold.along.map_or(0.0, |(d, length)| {
-        let s = d.dot(back);
-        (s - length).max(-s).max(0.0)
-    })
+    /// How far a place in the base, from where the groove begins, lies beyond the groove's ends, mm.
+    fn beyond(&self, back: &Vector3<f64>) -> f64 {
+        self.hold.along.map_or(0.0, |(d, length)| {
+            let s = d.dot(back);
+            (s - length).max(-s).max(0.0)
+        })
+    }
 }
 
 /// The derivative (1) for the axis `e` in the touches' axes, with `w` in units of one over the radius.
@@ -173,7 +151,10 @@ fn settled(touches: &[Held], mut pose: Pose, radius: f64) -> Option<Pose> {
     for _ in 0..MAX_STEPS {
         let damped = matrix + Matrix6::identity() * (damping * matrix.trace());
         let step = damped.cholesky()?.solve(&vector);
-        let next = pose.moved(step.fixed_rows::<3>(0) / radius, step.fixed_rows::<3>(3).into())?;
+        let next = pose.moved_by(&Motion {
+            turn: step.fixed_rows::<3>(0) / radius,
+            shift: step.fixed_rows::<3>(3).into(),
+        })?;
         let (m, v, c) = normal(touches, &next, &frozen, radius);
         if step.norm() <= STEP_END * radius {
             return Some(next);
@@ -226,6 +207,7 @@ pub(super) fn open(normal: &Matrix6<f64>) -> (f64, FreeMotion) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geometry::rotation::RotationVector;
 
     /// (1) against central differences: the third derivative times h^2 / 6, below 300 mm x 1e-10.
     #[test]
@@ -242,9 +224,8 @@ mod tests {
         };
         let (place, radius, h) = (Vector3::new(60.0, 80.0, -25.0), 70.0, 1e-5);
         let residual = |step: Vector6<f64>, e: &Vector3<f64>| {
-            let moved = pose
-                .moved(step.fixed_rows::<3>(0) / radius, step.fixed_rows::<3>(3).into())
-                .unwrap();
+            let (turn, shift) = (step.fixed_rows::<3>(0) / radius, step.fixed_rows::<3>(3).into());
+            let moved = pose.moved_by(&Motion { turn, shift }).unwrap();
             let r = moved.matrix();
             (r * e).dot(&(place - r * hold.at - moved.shift))
         };

@@ -1,9 +1,10 @@
 //! The adjustment: all emitters and all poses together, by Gauss-Newton with damping where a step fails.
 
+use geometry::motion::{Motion, Pose};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::Refused;
-use super::schur::{Pose, State, View, gauge, held};
+use super::schur::{State, View, gauge, held};
 use super::views::{Sighting, Station};
 
 /// Steps; five or six are usual.
@@ -112,7 +113,10 @@ impl Problem {
         let place = |(i, p): (usize, &Vector3<f64>)| p + step.fixed_rows::<3>(3 * i);
         let pose = |(pose, view): (&Pose, &View)| {
             let d = view.pose_step(step);
-            pose.moved(d.fixed_rows::<3>(0) / self.radius, d.fixed_rows::<3>(3).into_owned())
+            pose.moved_in_place(&Motion {
+                turn: d.fixed_rows::<3>(0) / self.radius,
+                shift: d.fixed_rows::<3>(3).into_owned(),
+            })
         };
         Some(State {
             places: state.places.iter().enumerate().map(place).collect(),

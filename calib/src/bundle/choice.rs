@@ -1,9 +1,10 @@
 //! Which sightings take part.
 
+use geometry::motion::Pose;
 use nalgebra::Vector3;
 
 use super::adjust::{Problem, Settled};
-use super::schur::{Pose, State};
+use super::schur::State;
 use super::views::{Data, Station, width_mm};
 use super::vote::Vote;
 use super::{Options, Refused};

@@ -224,8 +224,7 @@ fn rejected(adjusted: &Adjusted, data: &Data) -> Vec<Rejected> {
 
 /// Every 3 x 3 block turned to other axes.
 fn turned(covariance: &DMatrix<f64>, rotation: Rotation) -> DMatrix<f64> {
-    let rows = rotation.matrix().rows();
-    let r = Matrix3::from_fn(|i, j| rows[i][j]);
+    let r = Matrix3::from(rotation.matrix());
     let mut turned = covariance.clone();
     for i in 0..covariance.nrows() / 3 {
         for j in 0..covariance.ncols() / 3 {

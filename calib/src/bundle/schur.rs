@@ -18,37 +18,13 @@
 //! summed over views: 3 N unknowns instead of 3 N + 6 K (the bundle adjustment of photogrammetry, Triggs et al. 2000).
 //! `S` annuls the six motions of the whole marker; they are the gauge and are held at zero.
 
-use geometry::rotation::{Rotation, RotationVector};
+use geometry::motion::Pose;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
 use super::Refused;
 use super::views::Station;
 
-/// Where the marker was in a view: localizer's axes about the view's centre, from the body's.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Pose {
-    pub(super) turn: Rotation,
-    pub(super) shift: Vector3<f64>,
-}
-
-impl Pose {
-    /// The rotation matrix.
-    pub(super) fn matrix(&self) -> Matrix3<f64> {
-        let rows = self.turn.matrix().rows();
-        Matrix3::from_fn(|i, j| rows[i][j])
-    }
-
-    /// `exp(w) R`, `t + v`.
-    pub(super) fn moved(&self, w: Vector3<f64>, v: Vector3<f64>) -> Option<Self> {
-        let step = Rotation::from_vector(RotationVector::new(w.into()).ok()?);
-        Some(Self {
-            turn: step * self.turn,
-            shift: self.shift + v,
-        })
-    }
-}
-
-/// Emitters by column, and a pose per station.
+/// Emitters by column, and a pose per station: localizer's axes about the view's centre, from the body's.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub(super) places: Vec<Vector3<f64>>,
@@ -199,6 +175,8 @@ pub(super) fn condition(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geometry::motion::Motion;
+    use geometry::rotation::{Rotation, RotationVector};
 
     /// Both derivatives of (1) against central differences: the third derivative times h^2 / 6, below 40 mm x 1e-10.
     #[test]
@@ -211,8 +189,8 @@ mod tests {
         let b = Vector3::new(12.0, -25.0, 17.0);
         let (radius, h) = (30.0, 1e-5);
         let image = |x: &Vector6<f64>, d: &Vector3<f64>| {
-            let (w, v) = (x.fixed_rows::<3>(0) / radius, x.fixed_rows::<3>(3));
-            let moved = pose.moved(w, v.into_owned()).unwrap();
+            let (turn, shift) = (x.fixed_rows::<3>(0) / radius, x.fixed_rows::<3>(3).into_owned());
+            let moved = pose.moved_in_place(&Motion { turn, shift }).unwrap();
             // A motion after the pose turns about the image of the body's origin.
             moved.matrix() * (b + d) + moved.shift
         };

@@ -34,12 +34,9 @@ impl Problem {
             .map(|p| Vector3::from(p.translation_mm()))
             .sum::<Vector3<f64>>()
             * share;
-        let centred = |p: &Rigid<To, From>| {
-            let rows = p.rotation().matrix().rows();
-            Pose {
-                r: Matrix3::from_fn(|i, j| rows[i][j]),
-                t: Vector3::from(p.translation_mm()) - rough,
-            }
+        let centred = |p: &Rigid<To, From>| Pose {
+            r: p.rotation().matrix().into(),
+            t: Vector3::from(p.translation_mm()) - rough,
         };
         let poses: Vec<Pose> = poses.iter().map(centred).collect();
         let mean = poses.iter().map(|p| p.r).sum::<Matrix3<f64>>() * share;

@@ -245,8 +245,7 @@ impl Solved {
 }
 
 fn matrix(rotation: Rotation) -> Matrix3<f64> {
-    let rows = rotation.matrix().rows();
-    Matrix3::from_fn(|i, j| rows[i][j])
+    rotation.matrix().into()
 }
 
 fn symmetric(c: &Matrix6<f64>) -> Matrix6<f64> {

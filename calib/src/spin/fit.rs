@@ -11,8 +11,7 @@ use crate::registration::jacobi::symmetric3;
 const ROUNDING: f64 = 1e-12;
 
 pub(super) fn matrix<To, From>(pose: &Rigid<To, From>) -> Matrix3<f64> {
-    let rows = pose.rotation().matrix().rows();
-    Matrix3::from_fn(|i, j| rows[i][j])
+    pose.rotation().matrix().into()
 }
 
 /// Two unit vectors that make a right-handed frame with `axis`.

@@ -31,6 +31,7 @@ mod affine;
 pub mod door;
 mod frame;
 mod grid;
+pub mod motion;
 pub mod named;
 mod plane;
 mod point;

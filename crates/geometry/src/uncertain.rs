@@ -167,8 +167,7 @@ impl<To, From> Rigid<To, From> {
 
 /// The rotation matrix.
 fn rows<To, From>(transform: &Rigid<To, From>) -> Matrix3<f64> {
-    let rows = transform.rotation().matrix().rows();
-    Matrix3::from_fn(|i, j| rows[i][j])
+    transform.rotation().matrix().into()
 }
 
 /// (w, v) to (w, v + w x c), 6 x 6.

@@ -12,8 +12,8 @@
 //! a system of seventeen numbers whatever the number of views; numbers that are held have 1 on the diagonal and nothing
 //! beside it.
 
-use geometry::rotation::{Rotation, RotationVector};
-use nalgebra::{Matrix3, Vector3, Vector6};
+use geometry::motion::{Motion, Pose};
+use nalgebra::Vector6;
 
 use super::curve;
 use super::error::CameraRefused;
@@ -42,32 +42,15 @@ const MOST_DAMPING: f64 = 1e16;
 /// Rounding of a predicted pixel, relative to its place.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Where the grid was in a view: camera's axes from the grid's about the view's middle.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Pose {
-    pub(super) turn: Rotation,
-    pub(super) shift: Vector3<f64>,
+/// The motion of a step: turn, then shift, about the image of the view's middle.
+pub(super) fn in_place(pose: &Pose, step: &Vector6<f64>) -> Option<Pose> {
+    pose.moved_in_place(&Motion {
+        turn: step.fixed_rows::<3>(0).into(),
+        shift: step.fixed_rows::<3>(3).into(),
+    })
 }
 
-impl Pose {
-    /// The rotation matrix.
-    pub(super) fn matrix(&self) -> Matrix3<f64> {
-        let rows = self.turn.matrix().rows();
-        Matrix3::from_fn(|i, j| rows[i][j])
-    }
-
-    /// `exp(w) R`, `t + v`.
-    pub(super) fn moved(&self, step: &Vector6<f64>) -> Option<Self> {
-        let w = step.fixed_rows::<3>(0).into_owned();
-        let turn = Rotation::from_vector(RotationVector::new(w.into()).ok()?);
-        Some(Self {
-            turn: turn * self.turn,
-            shift: self.shift + step.fixed_rows::<3>(3),
-        })
-    }
-}
-
-/// A camera, a plate and a pose per view.
+/// A camera, a plate and a pose per view: camera's axes from the grid's about the view's middle.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub(super) camera: Camera,
@@ -267,7 +250,7 @@ impl Problem<'_> {
         for ((n, inverse), pose) in normals.iter().zip(&reduced.inverses).zip(&state.poses) {
             let motion = inverse * (n.turn - n.mixed.transpose() * step);
             decrement += step.dot(&n.pull) + motion.dot(&n.turn);
-            poses.push(pose.moved(&motion)?);
+            poses.push(in_place(pose, &motion)?);
         }
         let next = state.moved(&step, poses)?;
         Some((next, decrement.max(0.0).sqrt()))

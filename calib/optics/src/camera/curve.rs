@@ -12,9 +12,10 @@
 //!
 //! A pose moves by `exp(w)` from the left; its second derivative is the symmetric part of the gradient's differences.
 
+use geometry::motion::Pose;
 use nalgebra::{SMatrix, SVector, Vector6};
 
-use super::adjust::{Pose, State};
+use super::adjust::{State, in_place};
 use super::normal::{Normal, Numbers, SHARED, Square};
 use super::predict::slopes;
 use super::view::Station;
@@ -44,7 +45,7 @@ pub(super) fn curved(
             (gradient(station, &moved, pose, free), known[k] * SHARE)
         } else {
             let h = SHARE * normal.spread.1[k - SHARED].max(f64::MIN_POSITIVE).sqrt().recip();
-            let moved = pose.moved(&Vector6::ith(k - SHARED, h))?;
+            let moved = in_place(pose, &Vector6::ith(k - SHARED, h))?;
             (gradient(station, state, &moved, free), h)
         };
         second.set_column(k, &((there - here) / h));

@@ -19,7 +19,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
-use super::adjust::{Problem, State};
+use super::adjust::{Problem, State, in_place};
 use super::error::CameraRefused;
 use super::field::Waves;
 use super::normal::{HELD, Numbers, SHARED, Square, loosest, roots};
@@ -289,7 +289,7 @@ impl Joint<'_> {
         let shared = Numbers::from_fn(|k, _| step[k]);
         let turned = at.state.poses.iter().enumerate();
         let poses: Option<Vec<_>> = turned
-            .map(|(v, pose)| pose.moved(&Vector6::from_fn(|k, _| step[SHARED + 6 * v + k])))
+            .map(|(v, pose)| in_place(pose, &Vector6::from_fn(|k, _| step[SHARED + 6 * v + k])))
             .collect();
         let state = at.state.moved(&shared, poses?)?;
         let numbers = &at.numbers + step.rows(step.len() - at.numbers.len(), at.numbers.len());

@@ -1,9 +1,10 @@
 //! A calibrated camera with all that is known of its error.
 
+use geometry::motion::Pose;
 use geometry::{Rigid, Vector};
 use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector2};
 
-use super::adjust::{Pose, State};
+use super::adjust::State;
 use super::apart::view_ratio;
 use super::choice::Chosen;
 use super::coverage::Coverage;

@@ -7,10 +7,11 @@
 //!
 //! The vanishing line of a view is `H^-T (0, 0, 1)`, and `K^T` times that is the normal of the grid's plane.
 
+use geometry::motion::Pose;
 use geometry::rotation::{Rotation, RotationMatrix};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use super::adjust::{Pose, State};
+use super::adjust::State;
 use super::error::CameraRefused;
 use super::model::Camera;
 use super::plate::Bend;

@@ -2,11 +2,19 @@
 
 use std::ops::Mul;
 
+use nalgebra::Matrix3;
+
 use super::{AxisAngle, Nearest, Rotation, RotationError, RotationVector, exact};
 
 /// A rotation matrix by rows (2.15): orthonormal and of determinant +1, both to 2 ulp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RotationMatrix([[f64; 3]; 3]);
+
+impl From<RotationMatrix> for Matrix3<f64> {
+    fn from(matrix: RotationMatrix) -> Self {
+        Self::from_fn(|i, j| matrix.0[i][j])
+    }
+}
 
 impl RotationMatrix {
     /// From nine numbers by rows that are a rotation to within `tolerance`; what is off is repaired by

@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::camera::Lens;
-use crate::camera::adjust::Pose;
+use crate::camera::adjust::in_place;
 use crate::disc::Ellipse;
+use geometry::motion::Pose;
 use geometry::rotation::{Rotation, RotationVector};
 use nalgebra::Vector6;
 
@@ -122,7 +123,7 @@ fn derivatives_are_those_of_differences() {
         assert_eq!(at, predicted(&seen, &eye));
         for k in 0..6 {
             let moved = |d: f64| {
-                let moved = pose.moved(&Vector6::ith(k, d)).unwrap();
+                let moved = in_place(&pose, &Vector6::ith(k, d)).unwrap();
                 let (turn, shift) = (moved.matrix(), moved.shift);
                 predicted(&seen, &Eye { turn, shift, ..eye })
             };
