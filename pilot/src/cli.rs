@@ -25,6 +25,7 @@ use crate::run::{RunError, run};
 use crate::spawn::SpawnError;
 use crate::state::Options;
 use crate::status::Status;
+use crate::template::{NEW_HELP, NewArgs};
 
 /// Exit code of a run that went to its end with something wrong: see `problems` in its report.
 const WITH_PROBLEMS: u8 = 3;
@@ -38,6 +39,7 @@ const PATIENCE: Duration = Duration::from_secs(15);
     after_help = "Examples:\n  \
     pilot run --for 10s --out out                        the embedded demonstration\n  \
     pilot run config/demo.toml --volume ct.nii.gz --headless --for 10s --out out\n  \
+    pilot new scene.toml                                 writes a scene with every key explained\n  \
     pilot check config/demo.toml                         reads a scene and says what it would start\n  \
     pilot status                                         what the processes and views of a run do\n  \
     pilot stop                                           ends a run in an orderly way\n  \
@@ -76,6 +78,9 @@ Examples:
 enum Verb {
     /// Runs a scene: starts its processes, navigates, writes pictures, recording and report.
     Run(RunArgs),
+    /// Writes a scene to begin with: every key, with what it does.
+    #[command(after_help = NEW_HELP)]
+    New(NewArgs),
     /// Reads a scene and everything that it names, and says what it would start, or all that is wrong with it.
     Check(SceneArgs),
     /// Prints the state of a run.
@@ -208,6 +213,7 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => ended(navigate(args)),
         Verb::Replay(args) => ended(show_again(&args)),
         Verb::ReplayControl { run, steer: how } => exit("pilot", steer(&run, &how).map(|text| say(&text))),
+        Verb::New(args) => exit("pilot", args.carry_out().map(|text| say(&text))),
         Verb::Check(args) => exit("pilot", check(&args)),
         Verb::Status { run, json } => exit("pilot", status(&run, json)),
         Verb::Stop { run } => exit("pilot", stop(&run)),

@@ -30,3 +30,4 @@ mod state;
 mod status;
 mod stop;
 pub mod supervise;
+mod template;

@@ -147,7 +147,7 @@ pub(crate) fn root() -> &'static Path {
 }
 
 /// Every Rust file below `folder`, but for build folders and what is hidden.
-fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
+pub(crate) fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let hidden = path

@@ -1,4 +1,5 @@
 //! The house itself.
 
 mod circles;
+mod documents;
 mod floors;

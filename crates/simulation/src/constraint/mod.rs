@@ -3,6 +3,19 @@
 //! Links and half-planes are exact: multipliers and a quadratic term, which is raised until multipliers settle
 //! (augmented Lagrangian). Solids against solids, and against half-planes where many contacts change, are held apart by a
 //! barrier that begins at a small distance, and no step is longer than what a bound of the motion proves free of contact.
+//!
+//! # Contact, file by file
+//!
+//! * `broad` finds arcs that are near one another by boxes sorted along one axis, `apart` those that a step must keep apart by
+//!   swept boxes, `passing` the lines that prove it, `advance` how far a step may go.
+//! * `meeting`: which solids keep out of which. `samples`: which points of a boundary stand for it, before and in exact contact.
+//! * `stage`: where a contact stands: barrier, then provisional, then exact. `exact/aim` lets forces end at the depth of the rows,
+//!   `exact/wall` keeps out of a half-plane what has no row yet.
+//! * `overlap` proves, independently of the rows of exact contact, that no solid lies in another, which is what results are checked and
+//!   certified with: arcs against arcs cut until apart or together (`cell`, `meet`), and the turns of a boundary round one point
+//!   of each run between contacts (`run`, `winding`).
+//! * [`Pairs`] and the exact rows keep what they found in the last state, as energy, gradient and second derivatives ask for the
+//!   same state one after the other; so a `Term` is not `Sync`.
 
 mod advance;
 mod apart;

@@ -3,6 +3,10 @@
 //! Written here because systems are small (100 to 10 000 unknowns) and change their pattern with every contact: the cost of a
 //! call and of a new order counts as much as the rate of large dense blocks, which is the library's. The signs of `D` are the inertia of the
 //! matrix (Sylvester), which tells a minimum from a saddle.
+//!
+//! Multifrontal: `graph` holds the pattern and unknowns that are alike, `order` the order of elimination (minimum degree), `tree`
+//! the elimination tree and its supernodes, `symbolic` the fronts and where entries go, `front` the dense kernels (large ones by
+//! `nalgebra`'s product), `ldl` the numbers.
 
 mod front;
 mod graph;
