@@ -1,7 +1,5 @@
 //! The floors of the workspace: who may depend on whom, and how long a file may be.
 
-#![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
