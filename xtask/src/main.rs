@@ -21,6 +21,7 @@ Chores of Trocar.
 cargo xtask demo [-- ARGUMENTS]   builds the programs and runs the embedded demonstration for 10 s into out/;
                                   ARGUMENTS go to `pilot run` (--for 3s, --volume ct.nii.gz, --out DIR ...)
 cargo xtask test                  everything that must pass: formatting, lints, documentation, tests
+cargo xtask check                 what to run between two edits: formatting, lints, and the tests beside the code and of the house
 cargo xtask bench [-- ARGUMENTS]  the benchmarks; ARGUMENTS go to `cargo bench`
 cargo xtask bench trade           error against time of every reslice filter and back end, into out/bench/trade.{csv,png}
 cargo xtask bench solids          solids: cost, detection, and mesh, tolerance and barrier against error, into out/bench/solids-*
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
     let done = match chore.as_deref() {
         Some("demo") => demo::demo(&rest),
         Some("test") => test::test(&rest),
+        Some("check") => test::check(&rest),
         Some("bench") => bench::bench(&rest),
         // Built in release, as a person's run is; the table goes to stdout.
         Some(name @ ("faults" | "overload" | "soak")) => {

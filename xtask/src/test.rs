@@ -1,32 +1,48 @@
-//! Everything that must pass.
+//! Everything that must pass, and the part of it that is quick.
 
 use crate::failure::Failure;
 use crate::python::{self, INTERPRETER_VARIABLE};
 use crate::shell::{cargo, run, say};
 use crate::steps::Steps;
 
+fn no_arguments(chore: &str, arguments: &[String]) -> Result<(), Failure> {
+    let Some(first) = arguments.first() else { return Ok(()) };
+    Err(Failure::Usage(format!(
+        "`cargo xtask {chore}` takes no arguments, found {first:?}; for a single test use `cargo test NAME`"
+    )))
+}
+
+fn style(steps: &mut Steps) -> Result<(), Failure> {
+    steps.step("formatting", || run(&mut cargo(&["fmt", "--all", "--check"])))?;
+    let lints = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
+    steps.step("lints", || run(&mut cargo(&lints)))
+}
+
+/// Formatting, lints, and the tests beside the code and of the house: no process is started, no Python asked for.
+///
+/// # Errors
+/// [`Failure::Step`], [`Failure::Usage`].
+pub(crate) fn check(arguments: &[String]) -> Result<(), Failure> {
+    no_arguments("check", arguments)?;
+    let mut steps = Steps::default();
+    style(&mut steps)?;
+    let tests = ["test", "--workspace", "--lib", "--test", "structure"];
+    steps.step("tests beside the code", || run(&mut cargo(&tests)))?;
+    say(&format!(
+        "xtask check: {}; `cargo xtask test` runs the rest",
+        steps.summary()
+    ));
+    Ok(())
+}
+
 /// Formatting, lints, documentation and tests, in this order, up to the first failure.
 ///
 /// # Errors
 /// [`Failure::Step`], [`Failure::Usage`].
 pub(crate) fn test(arguments: &[String]) -> Result<(), Failure> {
-    if let Some(first) = arguments.first() {
-        return Err(Failure::Usage(format!(
-            "`cargo xtask test` takes no arguments, found {first:?}; for a single test use `cargo test NAME`"
-        )));
-    }
+    no_arguments("test", arguments)?;
     let mut steps = Steps::default();
-    steps.step("formatting", || run(&mut cargo(&["fmt", "--all", "--check"])))?;
-    steps.step("lints", || {
-        run(&mut cargo(&[
-            "clippy",
-            "--workspace",
-            "--all-targets",
-            "--",
-            "-D",
-            "warnings",
-        ]))
-    })?;
+    style(&mut steps)?;
     steps.step("documentation", || {
         run(cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
     })?;
