@@ -26,6 +26,9 @@ use crate::spawn::SpawnError;
 use crate::state::Options;
 use crate::status::Status;
 use crate::template::{NEW_HELP, NewArgs};
+use help::{CHECK_HELP, CONTROL_HELP, REPLAY_HELP, RESTART_HELP, RUN_HELP, STATUS_HELP, STOP_HELP, TOPICS_HELP};
+
+mod help;
 
 /// Exit code of a run that went to its end with something wrong: see `problems` in its report.
 const WITH_PROBLEMS: u8 = 3;
@@ -53,37 +56,19 @@ struct Cli {
     command: Verb,
 }
 
-const REPLAY_HELP: &str = "\
-Every moving image says REPLAY. Pictures written as files are those of the recorded run, byte for byte, on the CPU back \
-end, sheet.png too; report.json says that they come from a replay.
-
-Examples:
-  pilot replay out/session.mcap                             at the speed of the recording
-  pilot replay out/session.mcap --speed 0.25 --from 3.2s --to 9s --loop
-  pilot replay out/session.mcap --speed max --headless --images every --out pictures
-  pilot replay out/session.mcap --volume /data/ct-17        where the examination lies elsewhere now
-  pilot replay out/session.mcap --recompute --calibration tool.json --out again
-                                                            what the poses had been with another calibration
-
-Exit codes: as those of `pilot run`.";
-
-const CONTROL_HELP: &str = "\
-Examples:
-  pilot replay-control pause
-  pilot replay-control step
-  pilot replay-control seek 3.2s
-  pilot replay-control speed 0.25 --run replay";
-
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Runs a scene: starts its processes, navigates, writes pictures, recording and report.
+    #[command(after_help = RUN_HELP)]
     Run(RunArgs),
     /// Writes a scene to begin with: every key, with what it does.
     #[command(after_help = NEW_HELP)]
     New(NewArgs),
     /// Reads a scene and everything that it names, and says what it would start, or all that is wrong with it.
+    #[command(after_help = CHECK_HELP)]
     Check(SceneArgs),
     /// Prints the state of a run.
+    #[command(after_help = STATUS_HELP)]
     Status {
         /// The run.
         #[arg(long, default_value = "default")]
@@ -93,12 +78,14 @@ enum Verb {
         json: bool,
     },
     /// Ends a run in an orderly way.
+    #[command(after_help = STOP_HELP)]
     Stop {
         /// The run.
         #[arg(long, default_value = "default")]
         run: String,
     },
     /// Starts a process again that ended too often and was left alone.
+    #[command(after_help = RESTART_HELP)]
     Restart {
         /// Its name, as `pilot status` lists it.
         process: String,
@@ -122,6 +109,7 @@ enum Verb {
     #[command(after_help = CALIBRATE_HELP, disable_help_flag = true)]
     Calibrate(CalibrateArgs),
     /// Prints the table of topics.
+    #[command(after_help = TOPICS_HELP)]
     Topics,
 }
 
@@ -203,6 +191,11 @@ pub(crate) enum CliError {
     },
     #[error("run {0:?} answered with something that is not a status")]
     NoStatus(String),
+}
+
+/// The command line, for manual pages and completions.
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
 }
 
 /// The binary.

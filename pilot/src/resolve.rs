@@ -42,10 +42,19 @@ pub(crate) enum ResolveError {
     NoVolume(String),
 }
 
+/// The scene at `path`, or the shipped one of that name.
+fn shipped(path: &Path) -> PathBuf {
+    let Some(shipped) = scene::shipped::instead_of(path) else {
+        return path.to_owned();
+    };
+    bus::say!("pilot: {}: the shipped scene {}", path.display(), shipped.display());
+    shipped
+}
+
 /// The raw scene with everything filled in, and the same checked.
 pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Source, Scene), ResolveError> {
     let mut source = match file {
-        Some(path) => raw::load(path)?,
+        Some(path) => raw::load(&shipped(path))?,
         None => raw::parse(EMBEDDED, Path::new("(embedded demo.toml)"))?,
     };
     // As written, before anything is changed: errors then point at the file's own lines.

@@ -173,6 +173,11 @@ enum CliError {
     Compare(#[from] CompareError),
 }
 
+/// The command line, for manual pages and completions.
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
+}
+
 /// Runs the `recorder` command line of this process.
 pub fn main() -> ExitCode {
     exit("recorder", run(Cli::parse().command))

@@ -38,6 +38,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Renders one plane direction of a run (started by the pilot).
+    #[command(after_help = "Example:\n  slice-view-proc run --run-dir /run/user/1000/trocar/default --plane axial")]
     Run {
         /// The run's folder.
         #[arg(long)]
@@ -50,6 +51,9 @@ enum Verb {
         plane: PlaneArg,
     },
     /// Draws one image of a file.
+    #[command(
+        after_help = "Example:\n  slice-view-proc snapshot --volume ct.nii.gz --view axial --pose 1,0,0,0,12,-30,140 --out axial.png"
+    )]
     Snapshot(Box<SnapshotArgs>),
 }
 
@@ -249,6 +253,11 @@ impl FromStr for Size {
             .map(Self)
             .ok_or_else(|| "a size is WxH, for instance 512x512, each side 1 to 8192".to_owned())
     }
+}
+
+/// The command line, for manual pages and completions.
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
 }
 
 /// The binary; `load` reads the files that `snapshot` names.

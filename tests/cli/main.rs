@@ -13,6 +13,7 @@ mod calib_live_walk;
 mod calib_pivot;
 mod calib_register;
 mod configs;
+mod help;
 mod simulate;
 mod snapshot;
 #[path = "../support/mod.rs"]

@@ -15,6 +15,7 @@ mod recorder_navigates;
 mod recorder_rig;
 mod recorder_session;
 mod rejoin;
+mod scene_topics;
 mod simulated_time;
 mod supervision;
 #[path = "../support/mod.rs"]

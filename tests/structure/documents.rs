@@ -136,7 +136,7 @@ fn every_test_that_is_named_exists() {
     let code: String = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
     let mut named = 0;
     let mut missing = Vec::new();
-    for page in ["ARCHITECTURE.md", "docs/faults.md"] {
+    for page in ["ARCHITECTURE.md", "docs/faults.md", "docs/scenes.md"] {
         let text = fs::read_to_string(root().join(page)).unwrap();
         for name in text
             .split('`')

@@ -5,3 +5,4 @@
 mod circles;
 mod documents;
 mod floors;
+mod licences;

@@ -38,6 +38,11 @@ struct Cli {
     after_ns: Option<i64>,
 }
 
+/// The command line, for manual pages and completions.
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
+}
+
 /// The binary.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();

@@ -36,6 +36,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Loads the volume of a run and keeps it in shared memory (started by the pilot).
+    #[command(after_help = "Example:\n  volume-loader run --run-dir /run/user/1000/trocar/default")]
     Run {
         /// The run's folder.
         #[arg(long)]
@@ -45,6 +46,7 @@ enum Verb {
         parent: Option<u32>,
     },
     /// Writes the generated patient as NIfTI (.nii, .nii.gz).
+    #[command(after_help = "Example:\n  volume-loader phantom --seed 7 --out patient.nii.gz")]
     Phantom {
         /// Varies the anatomy.
         #[arg(long, default_value_t = 1)]
@@ -68,6 +70,11 @@ enum PhantomError {
     Spacing(#[from] GridError),
     #[error(transparent)]
     Write(#[from] WriteError),
+}
+
+/// The command line, for manual pages and completions.
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
 }
 
 /// The binary.

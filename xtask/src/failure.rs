@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{ExitCode, ExitStatus};
 
 /// Why a chore ended early.
@@ -23,6 +23,12 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
+    /// What is wrong with a file.
+    pub(crate) fn file(path: &Path, source: io::Error) -> Self {
+        let path = path.to_owned();
+        Self::File { path, source }
+    }
+
     /// The exit code of the program that failed, so that scripts see what they would see without the chore; else 1.
     pub(crate) fn exit_code(&self) -> ExitCode {
         match self {

@@ -2,10 +2,12 @@
 
 mod bench;
 mod demo;
+mod dist;
 mod failure;
 mod fuzz;
 mod python;
 mod shell;
+mod software;
 mod steps;
 mod test;
 
@@ -31,10 +33,15 @@ cargo xtask faults [COUNT] [load N] [only WORD]   kills and stops parts of a run
                                   prints how long it takes until every view is live again, as a table (docs/faults.md)
 cargo xtask overload [SECONDS] [load N]           navigates for SECONDS (20) beside N busy loops (8) with different priorities, and prints
                                   how late the images were (docs/faults.md)
+cargo xtask scenes [SECONDS]      runs each shipped scene for SECONDS (10) and prints the threads, memory and processor time of its
+                                  processes, as a table (docs/scenes.md)
 cargo xtask soak [MINUTES] [kill SECONDS]         navigates for MINUTES (120) and prints the slopes of memory, files and latencies;
                                   with `kill`, a process dies every so many seconds
 cargo xtask fuzz [SECONDS] [TARGET ...]   libFuzzer on every parser of files and messages, 60 s each (needs a C++ compiler);
                                   inputs that are not survived go to fuzz/artifacts
+cargo xtask dist                  what a user installs, into the build folder's dist/: a tarball and, where dpkg-deb is to be had, a
+                                  Debian package, with programs, scenes, book, manual pages, completions and a list of all
+                                  software of others in it
 cargo xtask help                  this text";
 
 fn main() -> ExitCode {
@@ -52,9 +59,10 @@ fn main() -> ExitCode {
         Some("check") => test::check(&rest),
         Some("bench") => bench::bench(&rest),
         // Built in release, as a person's run is; the table goes to stdout.
-        Some(name @ ("faults" | "overload" | "soak")) => {
+        Some(name @ ("faults" | "overload" | "scenes" | "soak")) => {
             shell::run(shell::cargo(&["bench", "--package", "trocar", "--bench", name, "--"]).args(&rest))
         }
+        Some("dist") => dist::dist(&rest),
         Some("fuzz") => fuzz::fuzz(&rest),
         None | Some("help" | "--help" | "-h") => {
             say(HELP);

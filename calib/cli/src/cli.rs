@@ -105,6 +105,11 @@ pub struct Hands {
     pub follow: FollowMarkers,
 }
 
+/// The command line, for manual pages and completions.
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
+}
+
 /// Runs the `calib` command line of this process.
 pub fn main(hands: Hands) -> ExitCode {
     let refused = match carry_out(Cli::parse(), hands) {

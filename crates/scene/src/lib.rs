@@ -13,6 +13,7 @@ mod priorities;
 pub mod raw;
 mod recording;
 mod sampling;
+pub mod shipped;
 pub mod tracking;
 mod view;
 mod volume;

@@ -10,18 +10,23 @@ use crate::cli::{CliError, ask_process};
 #[derive(Debug, Clone, PartialEq, Subcommand)]
 pub(crate) enum Steer {
     /// Stand still; the images stay as they are, and do not grow old.
+    #[command(after_help = "Example:\n  pilot replay-control pause")]
     Pause,
     /// Go on.
+    #[command(after_help = "Example:\n  pilot replay-control play")]
     Play,
     /// Show the next pose and stand still.
+    #[command(after_help = "Example:\n  pilot replay-control step")]
     Step,
     /// Go on from another place: 3.2s behind the recording's first pose.
+    #[command(after_help = "Example:\n  pilot replay-control seek 3.2s")]
     Seek {
         /// The place.
         #[arg(value_name = "TIME", value_parser = place)]
         at_s: f64,
     },
     /// Go on at another speed.
+    #[command(after_help = "Example:\n  pilot replay-control speed 0.25 --run replay")]
     Speed {
         /// A number (1 is the speed of the recording), or `max`.
         #[arg(value_parser = speed)]

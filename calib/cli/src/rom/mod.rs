@@ -29,6 +29,7 @@ pub(crate) struct RomArgs {
 #[derive(Debug, Subcommand)]
 enum What {
     /// Show what a tool definition holds: emitters, normals, faces, and the table of a scene
+    #[command(after_help = "Example:\n  calib rom info 8700340.rom")]
     Info {
         /// The tool definition
         #[arg(value_name = "FILE.rom")]

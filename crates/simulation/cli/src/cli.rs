@@ -79,6 +79,11 @@ struct CheckArgs {
     scene: PathBuf,
 }
 
+/// The command line, for manual pages and completions.
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
+}
+
 /// Runs the `simulate` command line of this process.
 pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
@@ -104,7 +109,11 @@ fn say(words: &str) {
 }
 
 fn checked(path: &Path) -> Result<(Source, Model, Plan), String> {
-    let source = Source::load(path).map_err(|error| error.to_string())?;
+    let shipped = ::scene::shipped::instead_of(path);
+    if let Some(shipped) = &shipped {
+        say(&format!("{}: the shipped scene {}", path.display(), shipped.display()));
+    }
+    let source = Source::load(shipped.as_deref().unwrap_or(path)).map_err(|error| error.to_string())?;
     let (model, plan) = modelled(&source)?;
     Ok((source, model, plan))
 }
