@@ -193,6 +193,19 @@ fn files_are_short() {
     }
 }
 
+/// `part.rs` beside the folder `part`, everywhere: the name of a module is that of its file.
+#[test]
+fn modules_have_files_of_their_name() {
+    let mut files = Vec::new();
+    rust_files(root(), &mut files);
+    let is_in_src = |path: &PathBuf| path.components().any(|part| part.as_os_str() == "src");
+    let wrong: Vec<_> = files
+        .iter()
+        .filter(|path| is_in_src(path) && path.ends_with("mod.rs"))
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
 fn edge(from: &str, to: &str) -> Edge {
     Edge {
         from: from.to_owned(),
