@@ -28,9 +28,11 @@ pub mod source;
 mod stream;
 mod voxels;
 mod write;
+mod write_error;
 
 pub use error::LoadError;
 pub use fill::{Filled, fill};
 pub use load::{load, open};
 pub use run::RunError;
-pub use write::{WriteError, WriteOptions};
+pub use write::WriteOptions;
+pub use write_error::WriteError;

@@ -17,4 +17,4 @@ pub use orientation::is_sheared;
 pub use reader::NiftiSource;
 pub use writer::write;
 
-pub use crate::write::WriteError;
+pub use crate::write_error::WriteError;

@@ -1,64 +1,20 @@
-//! What every writer of examinations shares: why one fails, the voxels as bytes, a header beside its voxels.
+//! What every writer of examinations shares: the voxels as bytes, a header beside its voxels.
 
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
 
 use crate::partial::Partial;
-use crate::source::{Conversion, ReadError, VoxelSource};
+use crate::source::{Conversion, VoxelSource};
+use crate::write_error::{WriteError, io};
 
 /// What a caller chooses of a file to be written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct WriteOptions {
     /// Whether the voxels are compressed, losslessly, the way the format has for it.
     pub compress: bool,
-}
-
-/// Why a file was not written. Nothing is left of it then, and what was at its path before is still there.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The name does not say which format is meant, or cannot stand in a header.
-    #[error("{}: expected {expected}", path.display())]
-    Name {
-        /// The path.
-        path: PathBuf,
-        /// Names that would do.
-        expected: &'static str,
-    },
-    /// The format cannot hold voxels that lie like this.
-    #[error(
-        "{}: MetaImage holds axes at right angles only, and axes {} and {} meet at {degrees:.3} degrees (a tilted \
-         gantry?); write NRRD (.nrrd) or NIfTI (.nii.gz) instead",
-        path.display(), axes[0], axes[1]
-    )]
-    Sheared {
-        /// The path.
-        path: PathBuf,
-        /// Which two axes, 0 to 2.
-        axes: [usize; 2],
-        /// The angle between them.
-        degrees: f64,
-    },
-    /// The operating system refused.
-    #[error("{}: cannot {doing}: {source}", path.display())]
-    Io {
-        /// The path.
-        path: PathBuf,
-        /// What was being done.
-        doing: &'static str,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-    /// The examination could not be read.
-    #[error("{}: not written: {source}", path.display())]
-    Read {
-        /// The path.
-        path: PathBuf,
-        /// Why.
-        source: ReadError,
-    },
 }
 
 /// How voxels are stored behind a text header.
@@ -70,15 +26,6 @@ pub(crate) enum Packing {
     Gzip,
     /// MetaImage's.
     Zlib,
-}
-
-/// The system's reason with what was being done to `path`.
-pub(crate) fn io(path: &Path, doing: &'static str) -> impl Fn(std::io::Error) -> WriteError {
-    move |source| WriteError::Io {
-        path: path.to_owned(),
-        doing,
-        source,
-    }
 }
 
 /// Every slice of `source` as little-endian i16, and what `source` changed.

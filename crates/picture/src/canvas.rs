@@ -2,12 +2,8 @@
 
 use tiny_skia::{Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
 
-use crate::palette;
+use crate::palette::{self, Rgb};
 use crate::text::{self, Anchor};
-
-/// An opaque colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rgb(pub u8, pub u8, pub u8);
 
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,6 +12,7 @@ mod png_file;
 mod text;
 
 pub use animation::{encode_animation, write_animation};
-pub use canvas::{Canvas, Line, Rgb};
+pub use canvas::{Canvas, Line};
+pub use palette::Rgb;
 pub use png_file::{PngError, encode_png, write_png};
 pub use text::{Anchor, PixelBox, text_box, text_width};

@@ -2,7 +2,9 @@
 //! are told apart with the three kinds of colour blindness too (`tests/palette.rs`). No colour alone carries a meaning:
 //! words or shapes say the same.
 
-use crate::Rgb;
+/// An opaque colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rgb(pub u8, pub u8, pub u8);
 
 /// The tube.
 pub const TUBE: Rgb = Rgb(0x78, 0xb7, 0xdc);

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
 
-use crate::Rgb;
+use crate::palette::Rgb;
 
 /// Which point of the text lies at the given position; vertically it is always the middle of the capitals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,8 +6,26 @@ use std::os::unix::fs::FileExt;
 
 use super::element as el;
 use super::error::{FileError, Tag};
-use super::pixels::ReadFailure;
 use super::walk::tag;
+
+/// Why reading pixels stopped; the file's name comes later.
+#[derive(Debug)]
+pub(crate) enum ReadFailure {
+    File(FileError),
+    Io(std::io::Error),
+}
+
+impl From<FileError> for ReadFailure {
+    fn from(error: FileError) -> Self {
+        Self::File(error)
+    }
+}
+
+impl From<std::io::Error> for ReadFailure {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error)
+    }
+}
 
 const ITEM: Tag = tag(0xFFFE, 0xE000);
 const END: Tag = tag(0xFFFE, 0xE0DD);

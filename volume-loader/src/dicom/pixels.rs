@@ -6,7 +6,7 @@ use std::os::unix::fs::FileExt;
 
 use super::codec::{self, Image};
 use super::error::{DicomError, FileError};
-use super::fragments;
+use super::fragments::{self, ReadFailure};
 use super::slice::Slice;
 use super::stored::ToHu;
 use super::syntax::PixelCoding;
@@ -18,25 +18,6 @@ const CHUNK_BYTES: usize = 1 << 16;
 /// A compressed image is at most twice as long as its pixels (codes of noise are longer than what they stand for, and none
 /// twice as long) and this much, bytes: tables and remarks.
 const SPARE_BYTES: u64 = 1 << 20;
-
-/// Why reading pixels stopped; the file's name comes later.
-#[derive(Debug)]
-pub(crate) enum ReadFailure {
-    File(FileError),
-    Io(std::io::Error),
-}
-
-impl From<FileError> for ReadFailure {
-    fn from(error: FileError) -> Self {
-        Self::File(error)
-    }
-}
-
-impl From<std::io::Error> for ReadFailure {
-    fn from(error: std::io::Error) -> Self {
-        Self::Io(error)
-    }
-}
 
 impl Slice {
     /// Reads the pixels as HU into `out`, which is as long as there are pixels; says what was changed.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use geometry::VolumeGrid;
+
 use super::error::DicomError;
 use super::facts::SeriesFacts;
 use super::geometry::Stack;
@@ -10,8 +12,17 @@ use super::padding::Padding;
 use super::plan::Take;
 use super::series::Series;
 use super::slice::Slice;
-use super::source::Laid;
 use super::words;
+
+/// Slices laid on a grid.
+#[derive(Debug)]
+pub(crate) struct Laid {
+    pub grid: VolumeGrid,
+    pub plan: Vec<Take>,
+    pub worst_corner_mm: f64,
+    /// Whether slices had to be put on an even grid.
+    pub regridded: bool,
+}
 
 /// The tilt by the tag and by the positions may differ by this, degrees.
 const TILT_DEG: f64 = 0.5;

@@ -12,7 +12,7 @@ use super::geometry::{GeometryError, Stack};
 use super::header::{Header, Placed};
 use super::padding::Padding;
 use super::plan::{self, Take};
-use super::report;
+use super::report::{self, Laid};
 use super::scan;
 use super::series::Series;
 use super::slice::Slice;
@@ -158,16 +158,6 @@ fn each<T>(headers: &[Header], of: impl Fn(&Header) -> Result<T, FileError>) -> 
         })
     };
     headers.iter().map(named).collect()
-}
-
-/// Slices laid on a grid.
-#[derive(Debug)]
-pub(crate) struct Laid {
-    pub grid: VolumeGrid,
-    pub plan: Vec<Take>,
-    pub worst_corner_mm: f64,
-    /// Whether slices had to be put on an even grid.
-    pub regridded: bool,
 }
 
 enum LayError {

@@ -2,8 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::placement::{MAX_POSITION_ERROR_MM, MAX_SLANT};
 use crate::source::ReadError;
+
+/// Largest cosine of the angle between rows and columns: 0.005 mm over 500 mm for readers that make it a right angle.
+pub(super) const MAX_SLANT: f64 = 1e-5;
+/// Largest rounding of a position, mm.
+pub(super) const MAX_POSITION_ERROR_MM: f64 = 1e-6;
 
 /// Why a series was not written. Nothing is left of it then, and what was at its path before is still there.
 #[derive(Debug, thiserror::Error)]

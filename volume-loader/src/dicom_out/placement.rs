@@ -6,11 +6,8 @@ use geometry::{Ct, Direction, Point, Vector, VolumeGrid};
 
 use super::ExportError;
 use super::ds::decimal_string;
+use super::error::{MAX_POSITION_ERROR_MM, MAX_SLANT};
 
-/// Largest cosine of the angle between rows and columns: 0.005 mm over 500 mm for readers that make it a right angle.
-pub(super) const MAX_SLANT: f64 = 1e-5;
-/// Largest rounding of a position, mm.
-pub(super) const MAX_POSITION_ERROR_MM: f64 = 1e-6;
 /// Tilts below this are rounding, degrees; a gantry stands to a tenth of a degree.
 const MIN_TILT_DEGREES: f64 = 0.005;
 /// Largest part of the step along the rows, relative to the step, that is still a gantry's tilt.

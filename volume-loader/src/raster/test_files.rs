@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use geometry::{Affine, Point, VolumeGrid, Voxel};
 
 use super::{OpenOptions, RasterSource};
+use crate::WriteError;
 use crate::phantom_source::PhantomSource;
 use crate::source::{Conversion, ReadError, Scratch, VoxelSource};
-use crate::write::{WriteError, WriteOptions};
+use crate::write::WriteOptions;
 
 pub(crate) const PACKED: WriteOptions = WriteOptions { compress: true };
 pub(crate) const ASSUMED: OpenOptions = OpenOptions { assume_lps: true };

@@ -1,10 +1,11 @@
 //! What the writer writes, the reader reads.
 
 use super::*;
+use crate::WriteError;
 use crate::metaimage::write;
 use crate::raster::test_files::{PACKED, SHEARED, TURNED, assert_same_place, given};
 use crate::source::VoxelSource;
-use crate::write::{WriteError, WriteOptions};
+use crate::write::WriteOptions;
 
 #[test]
 fn the_patient_comes_back_bit_for_bit() {
