@@ -81,8 +81,7 @@ fn papers(folder: &Path) -> Result<(), Failure> {
     for paper in PAPERS {
         copy(&root().join(paper), &folder.join(paper))?;
     }
-    let list = software::list()?;
-    fs::write(folder.join("SOFTWARE.md"), list).map_err(|e| Failure::file(&folder.join("SOFTWARE.md"), e))?;
+    software::write(folder)?;
     let book = folder.join("book");
     let built = quietly(program("mdbook", &["build", "docs", "--dest-dir"]).arg(&book));
     if let Err(why) = built {
