@@ -12,7 +12,7 @@ use place::Examination;
 
 /// Below this side an image is too small for its words: they are drawn over one another, px.
 const WORDS_PX: u32 = 192;
-/// What must be free in shared memory beside the voxels, bytes: see the README.
+/// What must be free in shared memory beside the voxels, bytes: see docs/examinations.md.
 const SPARE_BYTES: u64 = 64 << 20;
 
 /// What was found.
