@@ -2,9 +2,11 @@
 
 use std::fs::OpenOptions;
 use std::io::Write;
-use std::path::{PathBuf, absolute};
+use std::path::PathBuf;
 
 use clap::Args;
+
+use crate::resolve::{ResolveError, volume_path};
 
 /// The shipped file; as it stands, it leaves every key at its default.
 const TEMPLATE: &str = include_str!("../../config/template.toml");
@@ -31,6 +33,8 @@ pub(crate) struct NewArgs {
 /// Why there is no new scene.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NewError {
+    #[error(transparent)]
+    Volume(#[from] ResolveError),
     #[error("writing {path}: {source}; a scene that exists is not replaced")]
     Write { path: PathBuf, source: std::io::Error },
 }
@@ -39,9 +43,9 @@ impl NewArgs {
     /// Writes the scene; what is to be said on stdout.
     pub(crate) fn carry_out(&self) -> Result<String, NewError> {
         let text = match self.volume.as_deref() {
-            None | Some("phantom") => TEMPLATE.to_owned(),
+            None => TEMPLATE.to_owned(),
             // From where the command is given, as with `pilot run --volume`; a scene's own paths count from its folder.
-            Some(path) => of_volume(&absolute(path).unwrap_or_else(|_| path.into()).to_string_lossy()),
+            Some(path) => of_volume(&volume_path(path)?),
         };
         let Some(path) = &self.file else {
             return Ok(text.trim_end().to_owned());
@@ -158,6 +162,16 @@ mod tests {
             let raw: RawScene = toml::from_str(&text).unwrap();
             assert_eq!(raw.volume.source, path);
         }
+    }
+
+    #[test]
+    fn an_examination_that_is_not_there_is_refused() {
+        let new = NewArgs {
+            file: None,
+            volume: Some("nowhere.nii".to_owned()),
+        };
+        let refused = new.carry_out().unwrap_err().to_string();
+        assert!(refused.contains("nowhere.nii: there is no such file"), "{refused}");
     }
 
     #[test]

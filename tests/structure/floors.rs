@@ -100,11 +100,11 @@ fn over_the_wall(Edge { from, to, dev }: &Edge) -> Vec<String> {
     walls.chain(spare).collect()
 }
 
-/// What Cargo says of the packages of the workspace.
-fn packages() -> Vec<Value> {
+/// What Cargo says of the packages of the workspace, or with those of others where `option` is not `--no-deps`.
+pub(crate) fn packages(option: &str) -> Vec<Value> {
     #[allow(clippy::disallowed_methods, reason = "cargo knows the manifests best")]
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--no-deps", "--format-version", "1", "--manifest-path"])
+        .args(["metadata", option, "--format-version", "1", "--manifest-path"])
         .arg(root().join("Cargo.toml"))
         .output()
         .unwrap();
@@ -115,7 +115,7 @@ fn packages() -> Vec<Value> {
 
 /// The file that each library of the workspace begins with.
 pub(crate) fn crate_roots() -> Vec<PathBuf> {
-    let packages = packages();
+    let packages = packages("--no-deps");
     let targets = packages
         .iter()
         .flat_map(|package| package["targets"].as_array().unwrap());
@@ -127,7 +127,7 @@ pub(crate) fn crate_roots() -> Vec<PathBuf> {
 
 /// The members of the workspace and all their dependencies, from their manifests.
 fn workspace() -> (Vec<String>, Vec<Edge>) {
-    let packages = packages();
+    let packages = packages("--no-deps");
     let name = |value: &Value| value["name"].as_str().unwrap().to_owned();
     let edges = packages.iter().flat_map(|package| {
         let dependencies = package["dependencies"].as_array().unwrap();

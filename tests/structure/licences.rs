@@ -1,10 +1,8 @@
 //! The software of others: where it comes from, and under what licence.
 
-use std::process::Command;
-
 use serde_json::Value;
 
-use crate::floors::root;
+use crate::floors::packages;
 
 /// Licences that ask for no more than that they go along, and MPL-2.0, which asks for its own files alone.
 const ALLOWED: &[&str] = &[
@@ -60,21 +58,9 @@ fn allowed(expression: &str) -> bool {
     }
 }
 
-fn packages() -> Vec<Value> {
-    #[allow(clippy::disallowed_methods, reason = "cargo knows the packages best")]
-    let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--locked", "--format-version", "1", "--manifest-path"])
-        .arg(root().join("Cargo.toml"))
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
-    metadata["packages"].as_array().unwrap().clone()
-}
-
 #[test]
 fn everything_of_others_is_from_the_registry_under_a_licence_that_lets_us_pass_it_on() {
-    let packages = packages();
+    let packages = packages("--locked");
     assert!(packages.len() > 200, "{}", packages.len());
     let wrong: Vec<String> = packages
         .iter()

@@ -62,7 +62,7 @@ fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }
 
-/// Without debug information, which is many times the program; line numbers of a panic stay.
+/// Without debug information, which is many times the program: a panic still says its line, a backtrace names functions only.
 fn programs(folder: &Path) -> Result<(), Failure> {
     make(folder)?;
     for name in PROGRAMS {
