@@ -218,10 +218,13 @@ fn register(walk: &Walk, localizer: &Localizer) -> Rigid<Tracker, Ct> {
     let ct_from_tracker: Rigid<Ct, Tracker> = door::rigid(q, t, 1e-9).unwrap();
     let tracker_from_ct = ct_from_tracker.inverse();
     let place = |[x, y, z]: [f64; 3]| tracker_from_ct * Point::new(x, y, z);
+    // A command that starts sooner than that gets frames of the touch before first.
+    localizer.is_late_by_ms(300);
     for at in TOUCHED_CT {
         localizer.hold(Held::Still(tool(Vector::new(0.1, 0.2, 0.3), place(at))));
-        walk.done("touch bead --seconds 0.6 --to @touched.csv");
+        walk.done("touch bead --seconds 0.8 --to @touched.csv");
     }
+    localizer.is_late_by_ms(0);
     let lines = |moved: f64| -> String {
         let line = |(i, [x, y, z]): (usize, &[f64; 3])| format!("{} {y} {z}\n", x + if i == 0 { moved } else { 0.0 });
         TOUCHED_CT.iter().enumerate().map(line).collect()

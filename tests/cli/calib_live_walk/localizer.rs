@@ -1,7 +1,8 @@
 //! A localizer that sees an instrument as the test holds it.
 
+use std::collections::VecDeque;
 use std::f64::consts::TAU;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -71,6 +72,7 @@ fn noise(i: u64) -> f64 {
 /// A localizer that sees the instrument as the test holds it.
 pub(crate) struct Localizer {
     held: Arc<Mutex<Held>>,
+    late_ns: Arc<AtomicI64>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -79,16 +81,22 @@ impl Localizer {
     pub(crate) fn start(context: &RunContext) -> Self {
         let held = Arc::new(Mutex::new(Held::Pivoting(divot())));
         let stop = Arc::new(AtomicBool::new(false));
-        let (shown, ended) = (Arc::clone(&held), Arc::clone(&stop));
+        let late_ns = Arc::new(AtomicI64::new(0));
+        let (shown, late, ended) = (Arc::clone(&held), Arc::clone(&late_ns), Arc::clone(&stop));
         let context = context.clone();
         let thread = thread::spawn(move || {
             let bus = Bus::join(&context).unwrap();
             let frames: Publisher<EmitterFrame> = Publisher::open(&bus, &EMITTERS, "").unwrap();
             let clock = bus.clock().clone();
+            let mut seen = VecDeque::new();
             for seq in 0.. {
                 let now = clock.now_ns();
                 let at = shown.lock().unwrap().at(now as f64 * 1e-9);
-                frames.send(frame(seq, now, at)).unwrap();
+                seen.push_back(frame(seq, now, at));
+                let until = now - late.load(Relaxed);
+                while seen.front().is_some_and(|frame| frame.t_capture_ns <= until) {
+                    frames.send(seen.pop_front().unwrap()).unwrap();
+                }
                 if ended.load(Relaxed) {
                     break;
                 }
@@ -97,6 +105,7 @@ impl Localizer {
         });
         Self {
             held,
+            late_ns,
             stop,
             thread: Some(thread),
         }
@@ -104,6 +113,11 @@ impl Localizer {
 
     pub(crate) fn hold(&self, held: Held) {
         *self.held.lock().unwrap() = held;
+    }
+
+    /// From now on frames come so long after they were captured.
+    pub(crate) fn is_late_by_ms(&self, late: i64) {
+        self.late_ns.store(late * 1_000_000, Relaxed);
     }
 }
 

@@ -31,8 +31,10 @@ pub(crate) struct Run<'a> {
 /// What was heard of the marker.
 #[derive(Debug, Default)]
 pub(crate) struct Heard {
-    /// Frames that came.
+    /// Frames that were captured and came while it was listened.
     pub(crate) frames: usize,
+    /// Frames that came and were captured before.
+    earlier: usize,
     /// Why the last frame without a pose had none.
     pub(crate) why: String,
     /// Poses of the marker in the frame of [`Against`], which the tracker stands for.
@@ -87,7 +89,7 @@ impl<'a> Run<'a> {
         Some(drawn * Direction::Z)
     }
 
-    /// Listens for so long, and calls `tell` every second and at the end with what was heard and the seconds that have passed.
+    /// Listens for so long to what is captured from now on, and calls `tell` every second and at the end with what was heard and the seconds that have passed.
     pub(crate) fn listen(&mut self, seconds: f64, mut tell: impl FnMut(&Heard, f64)) -> Result<Heard, LiveError> {
         let clock = self.going.bus.clock().clone();
         let began = clock.now_ns();
@@ -96,6 +98,11 @@ impl<'a> Run<'a> {
         loop {
             let now = clock.now_ns();
             while let Some(frame) = self.frames.next()? {
+                // It may show the instrument as it was held before.
+                if frame.t_capture_ns < began {
+                    heard.earlier += 1;
+                    continue;
+                }
                 self.take(&frame, clock.now_ns(), &mut heard);
             }
             let passed_s = clock::ms(now - began) / 1e3;
@@ -146,7 +153,13 @@ impl<'a> Run<'a> {
     fn checked(&self, heard: Heard, seconds: f64) -> Result<Heard, LiveError> {
         let run = self.going.name.clone();
         match (heard.frames, heard.poses.is_empty()) {
-            (0, _) => Err(LiveError::Silent { run, seconds }),
+            (0, _) if heard.earlier == 0 => Err(LiveError::Silent { run, seconds }),
+            (0, _) => Err(LiveError::NotSeen {
+                run,
+                frames: heard.earlier,
+                seconds,
+                why: "all were captured before it was listened to".to_owned(),
+            }),
             (frames, true) => Err(LiveError::NotSeen {
                 run,
                 frames,
