@@ -13,7 +13,7 @@ use scene::Scene;
 use crate::child::Child;
 use crate::memory;
 use crate::output;
-use crate::problems::problems;
+use crate::problems::{missing, problems};
 use crate::replay::{Recomputed, ReplayReport};
 use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
 use crate::sheet::{self, Panel};
@@ -210,7 +210,15 @@ pub(crate) fn report(run: &Run) -> Report {
         held: run.held().map(str::to_owned).collect(),
         recording: output::recordings(&run.options.out, run.options.recording()),
         problems: problems(run, pictures),
+        notes: missing_note(run),
     }
+}
+
+/// Of a run that navigated; a replay shows what is recorded.
+fn missing_note(run: &Run) -> Vec<String> {
+    let navigated = run.options.replay.is_none();
+    let note = navigated.then(|| missing::note(&run.books.poses, &run.scene.limits));
+    note.flatten().into_iter().collect()
 }
 
 /// From sample 0 to the pictures, s.

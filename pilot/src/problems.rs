@@ -1,10 +1,12 @@
 //! What was wrong with a run, in words: whoever reads only the exit code is told by it that there is something to read.
 
+pub(crate) mod missing;
+
 use bus::clock::ms;
 use bus::message::Lost;
 use scene::{Limits, TrackerSource};
 
-use crate::books::{Latency, PoseCounts, Restart};
+use crate::books::{Latency, Restart};
 use crate::output;
 use crate::replay::{self, ReplayReport};
 use crate::report::Pictures;
@@ -98,7 +100,8 @@ fn judgements(run: &Run) -> Vec<String> {
         return Vec::new();
     }
     let limits = &run.scene.limits;
-    let mut problems: Vec<String> = missing(&run.books.poses, limits).into_iter().collect();
+    let mut problems = Vec::new();
+    problems.extend(missing::problem(&run.books.poses, limits));
     // Simulated time passes at no machine's pace.
     if !run.options.simulated_time {
         let whole = run.books.latencies().last();
@@ -110,20 +113,6 @@ fn judgements(run: &Run) -> Vec<String> {
     problems.extend(cut_short(run));
     problems.extend(unrecorded(run));
     problems
-}
-
-/// Samples that never came.
-fn missing(poses: &PoseCounts, limits: &Limits) -> Option<String> {
-    let all = poses.published + poses.missing;
-    let share = poses.missing as f64 / all.max(1) as f64;
-    (share > limits.max_missing_share).then(|| {
-        format!(
-            "{} of {all} samples are missing, {:.1} %; limits.max_missing_share allows {:.1} %",
-            poses.missing,
-            100.0 * share,
-            100.0 * limits.max_missing_share
-        )
-    })
 }
 
 /// Images that were old when they were first seen.
@@ -175,25 +164,6 @@ mod tests {
         Scene::parse(&format!("[limits]\n{text}"), Path::new(""))
             .unwrap()
             .limits
-    }
-
-    #[test]
-    fn more_samples_missing_than_the_share_allows_are_a_problem() {
-        let poses = |published, missing| PoseCounts {
-            published,
-            missing,
-            ..PoseCounts::default()
-        };
-        // One in a hundred is allowed unless the scene says otherwise.
-        assert_eq!(missing(&poses(99, 1), &limits("")), None);
-        let words = missing(&poses(98, 2), &limits("")).unwrap();
-        assert!(
-            words.contains("2 of 100 samples are missing, 2.0 %") && words.contains("allows 1.0 %"),
-            "{words}"
-        );
-        assert_eq!(missing(&poses(1, 99), &limits("max_missing_share = 1.0")), None);
-        assert!(missing(&poses(999, 1), &limits("max_missing_share = 0.0")).is_some());
-        assert_eq!(missing(&poses(0, 0), &limits("max_missing_share = 0.0")), None);
     }
 
     /// A disk that was full and had room again once left nothing in the report but a count.

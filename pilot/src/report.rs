@@ -38,6 +38,8 @@ pub(crate) struct Report {
     pub(crate) recording: Vec<String>,
     /// What was wrong, in words; empty for a run that went as it should.
     pub(crate) problems: Vec<String>,
+    /// What a run that went as it should has to say all the same; the exit code does not tell of it.
+    pub(crate) notes: Vec<String>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -160,6 +162,7 @@ impl Report {
             ));
         }
         lines.extend(self.replay.iter().filter_map(ReplayReport::recomputed));
+        lines.extend(self.notes.iter().map(|n| format!("NOTE: {n}")));
         lines.extend(self.problems.iter().map(|p| format!("PROBLEM: {p}")));
         lines.join("\n")
     }
