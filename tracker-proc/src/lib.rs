@@ -5,7 +5,6 @@
 //! script is, and the same seed gives the same poses.
 
 pub mod chain;
-mod chance;
 pub mod cli;
 mod errors;
 mod follow;

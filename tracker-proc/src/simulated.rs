@@ -7,9 +7,9 @@ use geometry::{Ct, Point, Rigid, Tool, Tracker, Uncertain, Vector};
 use scene::Simulation;
 use scene::operating_room::Deviations;
 
-use crate::chance::Chance;
 use crate::errors::errors_about;
 use crate::gesture::Gesture;
+use chance::Chance;
 
 /// The draw that decides on a dropout; 0 to 5 are the noise.
 const DROPOUT_DRAW: u64 = 100;

@@ -10,6 +10,7 @@
 //! about what is expected of the scanner and the bead: [`Expected`]. A clipped voxel counts only while the model lies below
 //! the clipping value. Residuals weigh as Cauchy's, so that bone or air at the window's edge does not draw the centre.
 
+use ::fit::{Damping, End, Limits, Made, Rule, Step, least_squares, median};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::ground::MODEL_ERROR;
@@ -27,6 +28,18 @@ const STEP_END_MM: f64 = 1e-6;
 const COST_END: f64 = 1e-9;
 /// A last step of the centre that is accepted when the steps run out, mm.
 const LAST_STEP_MM: f64 = 5e-3;
+/// Of the diagonal of the normal equations.
+const DAMPING: Damping = Damping {
+    start: 1e-3,
+    rule: Rule::Factors {
+        fall: 0.2,
+        least: 1e-12,
+        rise: 8.0,
+        raised: 0.0,
+    },
+    most: 1e9,
+    singular: false,
+};
 /// Deviations at which a residual counts half.
 const CAUCHY: f64 = 4.0;
 /// Deviation of the values by their rounding to whole HU.
@@ -240,37 +253,16 @@ impl Problem<'_> {
         (matrix, vector, squares, count)
     }
 
-    fn settle(&self, mut state: State) -> Option<State> {
-        let (mut damping, mut cost, mut last_mm) = (1e-3, self.cost(&state), f64::INFINITY);
-        for _ in 0..MAX_STEPS {
-            let (matrix, vector, ..) = self.normal(&state);
-            let (next, step, next_cost) = loop {
-                let mut damped = matrix;
-                (0..N).for_each(|i| damped[(i, i)] *= 1.0 + damping);
-                let step = damped.cholesky()?.solve(&vector);
-                let next = State {
-                    x: state.x + step,
-                    ..state
-                };
-                let next_cost = self.cost(&next);
-                if next_cost <= cost * (1.0 + 1e-12) {
-                    break (next, step, next_cost);
-                }
-                damping *= 8.0;
-                if damping > 1e9 {
-                    // No step lowers the cost: it is as low as rounding lets it be.
-                    return Some(state);
-                }
-            };
-            damping = (damping * 0.2).max(1e-12);
-            let fallen = cost - next_cost;
-            (state, cost) = (next, next_cost);
-            last_mm = step.rows(0, 3).norm();
-            if last_mm < STEP_END_MM && fallen <= COST_END * (1.0 + cost) {
-                return Some(state);
-            }
-        }
-        (last_mm < LAST_STEP_MM).then_some(state)
+    fn settle(&self, state: State) -> Option<State> {
+        let end = least_squares(self, state, DAMPING, Limits::steps(MAX_STEPS))?;
+        let settled = match end.end {
+            End::Settled => true,
+            // No step lowers the cost: it is as low as rounding lets it be.
+            End::Nowhere => true,
+            End::OutOfSteps => end.length < LAST_STEP_MM,
+            End::Last | End::Flat | End::Singular => false,
+        };
+        settled.then_some(end.state)
     }
 
     /// Deviation of the residuals by their median.
@@ -278,13 +270,8 @@ impl Problem<'_> {
         let (blur, metal) = (state.blur(), state.x[3].exp());
         let residual = |s: &Sample| (s.hu - state.model(&blur, metal, &s.place).value).abs();
         let unclipped = self.samples.iter().filter(|s| !s.clipped);
-        let mut all: Vec<f64> = unclipped.map(residual).collect();
-        if all.is_empty() {
-            return 0.0;
-        }
-        let middle = all.len() / 2;
         // The median of a normal error's size is 0.6745 deviations.
-        *all.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
+        median(unclipped.map(residual).collect()) / 0.6745
     }
 
     fn result(&self, state: &State) -> Option<Fitted> {
@@ -328,5 +315,38 @@ impl Problem<'_> {
             }
         }
         (greatest, (sum / f64::max(count, 1.0)).sqrt())
+    }
+}
+
+impl ::fit::Problem for Problem<'_> {
+    type State = State;
+    /// Left side and right side, from where a step is made.
+    type At = Option<(Matrix, Vector)>;
+
+    fn look(&self, state: &State) -> Option<(f64, Self::At)> {
+        Some((self.cost(state), None))
+    }
+
+    fn prepare(&self, state: &State, at: &mut Self::At, _steps: usize) -> bool {
+        let (matrix, vector, ..) = self.normal(state);
+        *at = Some((matrix, vector));
+        true
+    }
+
+    fn step(&self, state: &State, at: &Self::At, damping: f64) -> Option<Step<State>> {
+        let (matrix, vector) = at.as_ref()?;
+        let mut damped = *matrix;
+        (0..N).for_each(|i| damped[(i, i)] *= 1.0 + damping);
+        let step = damped.cholesky()?.solve(vector);
+        let x = state.x + step;
+        Some(Step {
+            to: State { x, ..*state },
+            length: step.rows(0, 3).norm(),
+            gain: step.dot(vector),
+        })
+    }
+
+    fn is_settled(&self, made: &Made<'_, State, Self::At>) -> bool {
+        made.length < STEP_END_MM && made.from - made.to <= COST_END * (1.0 + made.to)
     }
 }

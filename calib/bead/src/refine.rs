@@ -13,6 +13,7 @@
 //!
 //! Cost: at most 900 voxels in V and 300 in the likelihood, some tenths of a second.
 
+use ::fit::{Damping, End, Limits, Made, Rule, Step, least_squares};
 use nalgebra::{DMatrix, DVector, Dyn, Vector3, linalg::Cholesky};
 
 use super::fit::{Expected, Fitted, Sample, State};
@@ -31,6 +32,18 @@ const ROUNDS: usize = 3;
 const MAX_STEPS: usize = 30;
 /// A step of the centre below this, mm, ends a round.
 const STEP_END_MM: f64 = 1e-5;
+/// Of the diagonal of the normal equations.
+const DAMPING: Damping = Damping {
+    start: 1e-3,
+    rule: Rule::Factors {
+        fall: 0.2,
+        least: 1e-12,
+        rise: 8.0,
+        raised: 0.0,
+    },
+    most: 1e9,
+    singular: false,
+};
 /// HU over the ground: another piece of metal, which no field of tissue explains.
 const OTHER_METAL_HU: f64 = 1500.0;
 /// The ball's radius beside the expected one and the deviations of its blur, beyond which that is none of its own.
@@ -256,54 +269,55 @@ impl<'a> Refiner<'a> {
             .collect()
     }
 
-    /// Levenberg's and Marquardt's steps.
+    /// Where the steps end, and the inverse of the normal equations there.
     fn settle(
         &self,
         samples: &[Sample],
         start: &DVector<f64>,
         factor: &Cholesky<f64, Dyn>,
     ) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let (mut state, mut damping) = (start.clone(), 1e-3);
-        let mut here = self.evaluated(samples, &state, factor)?;
-        for _ in 0..MAX_STEPS {
-            let mut damped = here.matrix.clone();
-            (0..state.len()).for_each(|i| damped[(i, i)] *= 1.0 + damping);
-            let step = damped.cholesky()?.solve(&here.vector);
-            let next = &state + &step;
-            let there = self.evaluated(samples, &next, factor)?;
-            // A NaN is no fall.
-            if there.cost <= here.cost * (1.0 + 1e-12) {
-                (state, here) = (next, there);
-                damping = (damping * 0.2).max(1e-12);
-                if step.rows(0, 3).norm() < STEP_END_MM {
-                    break;
-                }
-            } else {
-                damping *= 8.0;
-                if damping > 1e9 {
-                    break;
-                }
-            }
-        }
-        let inverse = here.matrix.cholesky()?.inverse();
-        Some((state, inverse))
-    }
-
-    fn evaluated(&self, samples: &[Sample], state: &DVector<f64>, factor: &Cholesky<f64, Dyn>) -> Option<Evaluated> {
-        let linear = self.linear(samples, state);
-        let (matrix, vector, squares) = linear.normal(factor)?;
-        Some(Evaluated {
-            matrix,
-            vector,
-            cost: squares + linear.prior(),
-        })
+        let whitened = Whitened {
+            refiner: self,
+            samples,
+            factor,
+        };
+        let end = least_squares(&whitened, start.clone(), DAMPING, Limits::tries(MAX_STEPS))?;
+        let inverse = end.at.0.cholesky()?.inverse();
+        (end.end != End::Singular).then_some((end.state, inverse))
     }
 }
 
-struct Evaluated {
-    matrix: DMatrix<f64>,
-    vector: DVector<f64>,
-    cost: f64,
+/// Voxels with the covariance of the field.
+struct Whitened<'a> {
+    refiner: &'a Refiner<'a>,
+    samples: &'a [Sample],
+    factor: &'a Cholesky<f64, Dyn>,
+}
+
+impl ::fit::Problem for Whitened<'_> {
+    type State = DVector<f64>;
+    type At = (DMatrix<f64>, DVector<f64>);
+
+    fn look(&self, state: &DVector<f64>) -> Option<(f64, Self::At)> {
+        let linear = self.refiner.linear(self.samples, state);
+        let (matrix, vector, squares) = linear.normal(self.factor)?;
+        Some((squares + linear.prior(), (matrix, vector)))
+    }
+
+    fn step(&self, state: &DVector<f64>, (matrix, vector): &Self::At, damping: f64) -> Option<Step<DVector<f64>>> {
+        let mut damped = matrix.clone();
+        (0..state.len()).for_each(|i| damped[(i, i)] *= 1.0 + damping);
+        let step = damped.cholesky()?.solve(vector);
+        Some(Step {
+            to: state + &step,
+            length: step.rows(0, 3).norm(),
+            gain: step.dot(vector),
+        })
+    }
+
+    fn is_settled(&self, made: &Made<'_, DVector<f64>, Self::At>) -> bool {
+        made.length < STEP_END_MM
+    }
 }
 
 /// Whether it is not another piece of metal: beyond where the ball has faded nothing is as bright.

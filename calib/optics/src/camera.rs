@@ -43,6 +43,7 @@ mod coverage;
 mod curve;
 mod error;
 mod field;
+mod fitted;
 mod held_out;
 mod joint;
 mod lens;

@@ -40,6 +40,7 @@ mod place;
 mod places;
 mod seat;
 mod sheet;
+mod slopes;
 mod told;
 mod tree;
 mod tried;

@@ -10,6 +10,7 @@
 //!
 //! which depends on neither `o` nor the pose's translation.
 
+use fit::{Damping, End, Limits, Problem, Rule, Step, least_squares};
 use geometry::motion::{Motion, Pose};
 use geometry::rotation::Rotation;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
@@ -121,10 +122,22 @@ pub(super) fn normal(
     (matrix, vector, cost)
 }
 
-/// Steps; five are usual.
+/// Steps made or tried; five are usual.
 const MAX_STEPS: usize = 60;
 /// A step below this share of the radius ends the iteration.
 const STEP_END: f64 = 1e-12;
+/// Of the trace of the normal equations.
+const DAMPING: Damping = Damping {
+    start: 1e-9,
+    rule: Rule::Factors {
+        fall: 0.1,
+        least: 1e-15,
+        rise: 10.0,
+        raised: 1e-6,
+    },
+    most: f64::INFINITY,
+    singular: false,
+};
 
 /// Times that touches with a noise of their own are weighed anew.
 const WEIGHED: usize = 3;
@@ -139,34 +152,50 @@ pub(super) fn settle(touches: &[Held], mut pose: Pose, radius: f64) -> Option<Po
         1
     };
     for _ in 0..rounds {
-        pose = settled(touches, pose, radius)?;
+        let frozen = Frozen {
+            touches,
+            turn: pose.matrix(),
+            radius,
+        };
+        let settled = least_squares(&frozen, pose, DAMPING, Limits::tries(MAX_STEPS))?;
+        pose = (settled.end == End::Last).then_some(settled.state)?;
     }
     Some(pose)
 }
 
-fn settled(touches: &[Held], mut pose: Pose, radius: f64) -> Option<Pose> {
-    let mut damping = 1e-9;
-    let frozen = pose.matrix();
-    let (mut matrix, mut vector, mut cost) = normal(touches, &pose, &frozen, radius);
-    for _ in 0..MAX_STEPS {
+/// Touches with the weights that they have at one rotation.
+struct Frozen<'a> {
+    touches: &'a [Held],
+    turn: Matrix3<f64>,
+    radius: f64,
+}
+
+impl Problem for Frozen<'_> {
+    type State = Pose;
+    type At = (Matrix6<f64>, Vector6<f64>);
+
+    fn look(&self, pose: &Pose) -> Option<(f64, Self::At)> {
+        let (matrix, vector, cost) = normal(self.touches, pose, &self.turn, self.radius);
+        Some((cost, (matrix, vector)))
+    }
+
+    fn step(&self, pose: &Pose, (matrix, vector): &Self::At, damping: f64) -> Option<Step<Pose>> {
         let damped = matrix + Matrix6::identity() * (damping * matrix.trace());
-        let step = damped.cholesky()?.solve(&vector);
-        let next = pose.moved_by(&Motion {
-            turn: step.fixed_rows::<3>(0) / radius,
+        let step = damped.cholesky()?.solve(vector);
+        let to = pose.moved_by(&Motion {
+            turn: step.fixed_rows::<3>(0) / self.radius,
             shift: step.fixed_rows::<3>(3).into(),
         })?;
-        let (m, v, c) = normal(touches, &next, &frozen, radius);
-        if step.norm() <= STEP_END * radius {
-            return Some(next);
-        }
-        if c <= cost * (1.0 + 1e-12) {
-            (pose, matrix, vector, cost) = (next, m, v, c);
-            damping = (damping * 0.1).max(1e-15);
-        } else {
-            damping = (damping * 10.0).max(1e-6);
-        }
+        Some(Step {
+            to,
+            length: step.norm(),
+            gain: step.dot(vector),
+        })
     }
-    None
+
+    fn is_last(&self, step: &Step<Pose>, _: &Self::At, _: f64) -> bool {
+        step.length <= STEP_END * self.radius
+    }
 }
 
 /// The translation that fits best for a given rotation, near the one that lays the middles on one another.

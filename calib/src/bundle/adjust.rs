@@ -1,5 +1,6 @@
 //! The adjustment: all emitters and all poses together, by Gauss-Newton with damping where a step fails.
 
+use fit::{Damping, End, Limits, Rule, Step, least_squares};
 use geometry::motion::{Motion, Pose};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -7,12 +8,22 @@ use super::Refused;
 use super::schur::{State, View, gauge, held};
 use super::views::{Sighting, Station};
 
-/// Steps; five or six are usual.
+/// Steps made or tried; five or six are usual.
 const MAX_STEPS: usize = 60;
 /// A root mean square step below this share of the radius ends the iteration.
 const STEP_END: f64 = 1e-11;
-/// Growth of the cost that is rounding.
-const FLAT: f64 = 1.0 + 1e-12;
+/// Of the diagonal of the reduced equations: none until a step leads up.
+const DAMPING: Damping = Damping {
+    start: 0.0,
+    rule: Rule::Factors {
+        fall: 0.1,
+        least: 0.0,
+        rise: 10.0,
+        raised: 1e-3,
+    },
+    most: f64::INFINITY,
+    singular: false,
+};
 
 /// Stations and the columns of their emitters.
 pub(super) struct Problem {
@@ -60,52 +71,35 @@ impl Problem {
         self.stations.iter().zip(&state.poses).map(view).collect()
     }
 
-    fn reduced(&self, state: &State) -> Option<(Vec<View>, DMatrix<f64>, DVector<f64>)> {
+    fn reduced(&self, state: &State) -> Option<Reduced> {
         let n = 3 * state.places.len();
         let (mut matrix, mut vector) = (DMatrix::zeros(n, n), DVector::zeros(n));
         let views = self.views(state)?;
         views.iter().for_each(|v| v.add_to(&mut matrix, &mut vector));
-        Some((views, matrix, vector))
+        let gauge = gauge(&state.places);
+        Some(Reduced {
+            views,
+            matrix,
+            vector,
+            gauge,
+        })
     }
 
     /// Adjusts from `state` until the step vanishes.
-    pub(super) fn settle(&self, mut state: State) -> Result<Settled, Refused> {
-        let mut last_mm = f64::INFINITY;
-        let mut damping = 0.0;
-        let mut cost = self.cost(&state);
-        for steps in 1..=MAX_STEPS {
-            let Some((views, matrix, vector)) = self.reduced(&state) else {
-                break;
-            };
-            let gauge = gauge(&state.places);
-            if last_mm <= STEP_END * self.radius {
-                return Ok(Settled {
-                    state,
-                    matrix,
-                    gauge,
-                    steps,
-                });
-            }
-            let (mut system, _) = held(&matrix, &gauge);
-            let extra = matrix.diagonal() * damping;
-            system.set_diagonal(&(system.diagonal() + extra));
-            let Some(step) = system.cholesky().map(|c| c.solve(&vector)) else {
-                break;
-            };
-            let length = step.norm() / (state.places.len() as f64).sqrt();
-            let next = self.moved(&state, &views, &step);
-            let next_cost = next.as_ref().map_or(f64::INFINITY, |n| self.cost(n));
-            match next {
-                Some(next) if next_cost <= cost * FLAT || length <= STEP_END * self.radius => {
-                    (state, cost, last_mm) = (next, next_cost, length);
-                    damping *= 0.1;
-                }
-                _ => damping = (damping * 10.0_f64).max(1e-3),
-            }
-        }
-        Err(Refused::NoConvergence {
+    pub(super) fn settle(&self, state: State) -> Result<Settled, Refused> {
+        let end = least_squares(self, state, DAMPING, Limits::tries(MAX_STEPS));
+        let refused = |last_mm| Refused::NoConvergence {
             steps: MAX_STEPS,
             last_mm,
+        };
+        let end = end.ok_or_else(|| refused(f64::INFINITY))?;
+        let last = (end.end == End::Last).then(|| self.reduced(&end.state)).flatten();
+        let Reduced { matrix, gauge, .. } = last.ok_or_else(|| refused(end.length))?;
+        Ok(Settled {
+            state: end.state,
+            matrix,
+            gauge,
+            steps: end.steps,
         })
     }
 
@@ -122,5 +116,45 @@ impl Problem {
             places: state.places.iter().enumerate().map(place).collect(),
             poses: state.poses.iter().zip(views).map(pose).collect::<Option<_>>()?,
         })
+    }
+}
+
+/// The equations of the emitters, with the poses eliminated.
+pub(super) struct Reduced {
+    views: Vec<View>,
+    matrix: DMatrix<f64>,
+    vector: DVector<f64>,
+    gauge: DMatrix<f64>,
+}
+
+impl fit::Problem for Problem {
+    type State = State;
+    /// None until a step is made from there.
+    type At = Option<Reduced>;
+
+    fn look(&self, state: &State) -> Option<(f64, Self::At)> {
+        Some((self.cost(state), None))
+    }
+
+    fn prepare(&self, state: &State, at: &mut Self::At, _steps: usize) -> bool {
+        *at = self.reduced(state);
+        at.is_some()
+    }
+
+    fn step(&self, state: &State, at: &Self::At, damping: f64) -> Option<Step<State>> {
+        let at = at.as_ref()?;
+        let (mut system, _) = held(&at.matrix, &at.gauge);
+        let extra = at.matrix.diagonal() * damping;
+        system.set_diagonal(&(system.diagonal() + extra));
+        let step = system.cholesky()?.solve(&at.vector);
+        Some(Step {
+            to: self.moved(state, &at.views, &step)?,
+            length: step.norm() / (state.places.len() as f64).sqrt(),
+            gain: step.dot(&at.vector),
+        })
+    }
+
+    fn is_last(&self, step: &Step<State>, _: &Self::At, _: f64) -> bool {
+        step.length <= STEP_END * self.radius
     }
 }

@@ -1,5 +1,6 @@
 //! Registration of points whose noise has a direction: a covariance per pair.
 
+use ::fit::{Damping, End, Limits, Rule, Step, least_squares};
 use geometry::{Frame, Rigid};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
@@ -12,6 +13,20 @@ use super::{Fit, Method, Pairs, Refused, fit};
 const MAX_STEPS: usize = 50;
 /// A step below this, in radians and radii, ends the iteration.
 const STEP_END: f64 = 1e-12;
+/// Of the diagonal of the normal equations: none until a step leads up.
+const DAMPING: Damping = Damping {
+    start: 0.0,
+    rule: Rule::Factors {
+        fall: 0.1,
+        least: 0.0,
+        rise: 10.0,
+        raised: 1e-3,
+    },
+    most: 1e16,
+    singular: false,
+};
+/// More damping than this makes a step short however far the end is.
+const MOST_AT_END: f64 = 0.1;
 
 /// The transform of greatest likelihood.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +44,7 @@ pub struct Anisotropic<To: Frame, From: Frame> {
 
 /// Registers pairs whose residuals `a_i - (R b_i + t)` have the covariances `covariances_mm2[i]`, in `To`, mm^2.
 ///
-/// Minimises `sum r^T C^-1 r` by Gauss-Newton with halved steps from the isotropic fit weighted by `3 / tr C`. Noise of
+/// Minimises `sum r^T C^-1 r` by damped Gauss-Newton from the isotropic fit weighted by `3 / tr C`. Noise of
 /// both sides is `C = Ca + R Cb R^T`; where `Cb` is not isotropic, take `R` from a first fit. Weights of the pairs are
 /// ignored: they are in the covariances. Domain: clouds of 1e-50 to 1e50 mm.
 ///
@@ -44,22 +59,18 @@ pub fn register_anisotropic<To: Frame, From: Frame>(
     let pairs = Pairs::new(pairs.to, pairs.from)?.weighted(&weights)?;
     let start = fit(pairs, Method::Newton)?;
     let problem = Problem::new(&start, pairs, &information);
-    let mut state = State {
+    let state = State {
         q: start.transform.quaternion(),
         shift: Vector3::zeros(),
     };
-    let mut last = f64::INFINITY;
-    for steps in 1..=MAX_STEPS {
-        let Some((next, length)) = problem.step(&state) else {
-            break;
-        };
-        state = next;
-        last = length;
-        if length <= STEP_END {
-            return problem.result(&start, &state, steps);
-        }
+    let end = least_squares(&problem, state, DAMPING, Limits::steps(MAX_STEPS));
+    match end {
+        Some(end) if end.end == End::Last => problem.result(&start, &end.state, end.steps),
+        end => Err(Refused::NoConvergence {
+            steps: end.as_ref().map_or(0, |end| end.steps),
+            last: end.map_or(f64::INFINITY, |end| end.length),
+        }),
     }
-    Err(Refused::NoConvergence { steps: MAX_STEPS, last })
 }
 
 fn inverses(covariances: &[Matrix3<f64>], pairs: usize) -> Result<Vec<Matrix3<f64>>, Refused> {
@@ -131,23 +142,6 @@ impl<'a> Problem<'a> {
         (matrix, vector)
     }
 
-    /// One step, halved until the cost does not rise, and its length in radians and radii. `None` at a singular matrix.
-    fn step(&self, state: &State) -> Option<(State, f64)> {
-        let (matrix, vector) = self.normal(state);
-        let mut step = matrix.cholesky()?.solve(&vector);
-        let before = self.cost(state);
-        for _ in 0..30 {
-            let length = step.fixed_rows::<3>(0).norm() + step.fixed_rows::<3>(3).norm() / self.radius;
-            let next = moved(state, &step);
-            // At the end the cost is flat to rounding and may not fall any more.
-            if length <= STEP_END || self.cost(&next) <= before * (1.0 + 8.0 * f64::EPSILON) {
-                return Some((next, length));
-            }
-            step *= 0.5;
-        }
-        None
-    }
-
     fn result<To: Frame, From: Frame>(
         &self,
         start: &Fit<To, From>,
@@ -165,6 +159,38 @@ impl<'a> Problem<'a> {
             chi_squared: self.cost(state),
             steps,
         })
+    }
+}
+
+impl ::fit::Problem for Problem<'_> {
+    type State = State;
+    /// Left side and right side, from where a step is made.
+    type At = Option<(Matrix6<f64>, Vector6<f64>)>;
+
+    fn look(&self, state: &State) -> Option<(f64, Self::At)> {
+        Some((self.cost(state), None))
+    }
+
+    fn prepare(&self, state: &State, at: &mut Self::At, _steps: usize) -> bool {
+        *at = Some(self.normal(state));
+        true
+    }
+
+    fn step(&self, state: &State, at: &Self::At, damping: f64) -> Option<Step<State>> {
+        let (matrix, vector) = at.as_ref()?;
+        let mut damped = *matrix;
+        damped.set_diagonal(&(matrix.diagonal() * (1.0 + damping)));
+        let step = damped.cholesky()?.solve(vector);
+        Some(Step {
+            to: moved(state, &step),
+            length: step.fixed_rows::<3>(0).norm() + step.fixed_rows::<3>(3).norm() / self.radius,
+            gain: step.dot(vector),
+        })
+    }
+
+    /// At the end the cost is flat to rounding and may not fall any more.
+    fn is_last(&self, step: &Step<State>, _: &Self::At, damping: f64) -> bool {
+        step.length <= STEP_END && damping <= MOST_AT_END
     }
 }
 

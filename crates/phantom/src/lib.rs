@@ -24,7 +24,6 @@ mod anatomy;
 mod canvas;
 mod landmark;
 mod plan;
-mod random;
 mod raster;
 mod surface;
 mod trunk;

@@ -1,8 +1,8 @@
 //! The numbers that differ from patient to patient, drawn from the seed.
 
-use crate::random::SplitMix64;
 use crate::trunk::TrunkWall;
 use crate::vec3::Vec3;
+use chance::SplitMix64;
 
 /// z of the middle of the third lumbar vertebra in levels above L5.
 const L3_LEVEL: f64 = 2.0;

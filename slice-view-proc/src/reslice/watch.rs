@@ -6,6 +6,7 @@
 use std::fmt;
 
 use bus::volume::VolumeView;
+use chance::mix;
 use geometry::{Affine, Direction, Point, SlicePlane, Vector, Voxel};
 use scene::{Filter, Sampling};
 
@@ -72,7 +73,7 @@ impl Drawn<'_> {
         let mut random = seed;
         let mut among = |part: u32, side: u32| {
             let (from, to) = (part * side / PARTS, (part + 1) * side / PARTS);
-            random = mixed(random.wrapping_add(0x9e37_79b9_7f4a_7c15));
+            random = mix(random);
             from + (random % u64::from((to - from).max(1))) as u32
         };
         let parts = (0..PARTS).flat_map(|y| (0..PARTS).map(move |x| [x, y]));
@@ -154,11 +155,4 @@ pub(super) fn proof_plane(volume: &VolumeView<'_>, number: usize) -> Option<Slic
     let middle = volume.grid.dims().map(|n| f64::from(n) / 2.0 - 0.37);
     let centre = volume.grid.ct_from_voxel() * Point::new(middle[0], middle[1], middle[2]);
     SlicePlane::centred(centre, [right, down], pixel_mm, [PROOF_SIDE; 2]).ok()
-}
-
-/// A number in which every digit depends on every digit of `x` (SplitMix64).
-fn mixed(x: u64) -> u64 {
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }

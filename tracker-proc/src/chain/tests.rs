@@ -3,7 +3,7 @@ use calib::pose::Sighting;
 use geometry::{Rigid, Vector};
 use nalgebra::Matrix6;
 
-use crate::chance::Chance;
+use chance::Chance;
 
 fn ball<F: geometry::Frame>(n: usize, radius: f64) -> Body<F> {
     let at = |i: usize| {

@@ -3,7 +3,7 @@
 use scene::operating_room::Timing;
 
 use super::RoomError;
-use crate::chance::Chance;
+use chance::Chance;
 
 /// The fastest localizer, frames a second.
 const MOST_HZ: f64 = 1e5;

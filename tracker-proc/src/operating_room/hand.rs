@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use geometry::{Direction, Marker, Point, Vector};
 use scene::operating_room::Hand;
 
-use crate::chance::Chance;
+use chance::Chance;
 
 /// Keeps the hand's draws apart from those of the frames.
 const HAND: u64 = 0x6861_6e64;

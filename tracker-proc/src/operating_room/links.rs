@@ -6,8 +6,8 @@ use scene::operating_room::{Deviations, Gates as GateSpec, Room, Sensor};
 
 use super::{OperatingRoom, RoomError, body, sensing};
 use crate::chain::{Chain, Registration};
-use crate::chance::Chance;
 use crate::errors::errors_about;
+use chance::Chance;
 
 /// Keeps the draws of the links apart from those of the frames.
 const LINKS: u64 = 0x6c69_6e6b;

@@ -7,7 +7,7 @@ use geometry::{Direction, Frame, Point, Rigid, Tracker, Vector};
 use scene::operating_room::{Faults, Sensor};
 
 use super::sight::Capsule;
-use crate::chance::Chance;
+use chance::Chance;
 
 /// The localizer at one capture.
 pub(super) struct Sensing<'a> {

@@ -5,7 +5,7 @@ use geometry::Vector;
 use scene::{Scene, TrackerSource};
 
 use crate::chain::{Chain, Found};
-use crate::chance::Chance;
+use chance::Chance;
 
 mod accuracy;
 mod arrivals;

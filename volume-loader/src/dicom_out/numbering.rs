@@ -1,5 +1,7 @@
 //! File names and instance numbers.
 
+use chance::SplitMix64;
+
 /// The names and numbers of a series' files.
 #[derive(Debug)]
 pub(super) struct Numbering {
@@ -13,7 +15,7 @@ impl Numbering {
         let order: Vec<u32> = (1..=count).collect();
         let (mut names, mut instances) = (order.clone(), order);
         if let Some(seed) = seed {
-            let mut random = SplitMix(seed);
+            let mut random = SplitMix64::new(seed);
             shuffle(&mut names, &mut random);
             shuffle(&mut instances, &mut random);
         }
@@ -34,21 +36,9 @@ impl Numbering {
 }
 
 /// Fisher and Yates; the modulus favours none by more than 2^-50.
-fn shuffle(numbers: &mut [u32], random: &mut SplitMix) {
+fn shuffle(numbers: &mut [u32], random: &mut SplitMix64) {
     for i in (1..numbers.len()).rev() {
-        numbers.swap(i, (random.next() % (i as u64 + 1)) as usize);
-    }
-}
-
-/// SplitMix64 (Steele, Lea and Flood 2014).
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
+        numbers.swap(i, (random.bits() % (i as u64 + 1)) as usize);
     }
 }
 

@@ -12,6 +12,7 @@
 //! a system of seventeen numbers whatever the number of views; numbers that are held have 1 on the diagonal and nothing
 //! beside it.
 
+use fit::{Damping, End, Limits, Made, Rule, Step, least_squares};
 use geometry::motion::{Motion, Pose};
 use nalgebra::Vector6;
 
@@ -29,15 +30,28 @@ const MAX_STEPS: usize = 100;
 const PATIENCE: usize = 20;
 /// A step of this many standard deviations is the last.
 pub(super) const STEP_END: f64 = 1e-6;
-/// Growth of the cost that is rounding.
-const FLAT: f64 = 1.0 + 1e-12;
 /// A step of so many standard deviations that does not lead down ends on the rounding of the cost.
 const FLAT_STEP: f64 = 1e-3;
 /// So short a last step, in standard deviations, ends a valley in which large residuals make the way slow: a hundredth of
 /// what the numbers are known to.
 const SLOW_END: f64 = 1e-2;
-/// Damping beyond which no step leads down.
-const MOST_DAMPING: f64 = 1e16;
+/// More damping than this makes a step short however far the end is.
+const MOST_AT_END: f64 = 1e-6;
+
+/// Of the diagonals of the normal equations.
+fn damping(start: f64) -> Damping {
+    Damping {
+        start,
+        rule: Rule::Factors {
+            fall: 0.05,
+            least: 0.0,
+            rise: 10.0,
+            raised: 1e-6,
+        },
+        most: 1e16,
+        singular: true,
+    }
+}
 
 /// Rounding of a predicted pixel, relative to its place.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -107,16 +121,6 @@ pub(super) struct Settled {
     pub(super) normals: Vec<Normal>,
     pub(super) cost: f64,
     pub(super) steps: usize,
-}
-
-/// What a step led to.
-enum Down {
-    /// A state, its cost, and the step's length in standard deviations; infinite where the step was damped.
-    To(State, f64, f64),
-    /// The steps are nothing, and so is what they change.
-    Flat,
-    /// None leads down.
-    Nowhere,
 }
 
 impl Problem<'_> {
@@ -193,56 +197,24 @@ impl Problem<'_> {
     }
 
     /// Where the iteration ends, the cost there, and the steps made.
-    pub(super) fn descended(
-        &self,
-        end: f64,
-        mut damping: f64,
-        mut state: State,
-    ) -> Result<(State, f64, usize), CameraRefused> {
-        let (mut cost, mut last) = (self.cost(&state), f64::INFINITY);
-        for steps in 1..=MAX_STEPS {
-            let mut normals = self.normals(&state);
-            if steps > PATIENCE {
-                normals = self.curved(&state, &normals).unwrap_or(normals);
-            }
-            match self.downhill(&state, &normals, cost, &mut damping) {
-                Down::To(next, next_cost, length) => (state, cost, last) = (next, next_cost, length),
-                Down::Flat => last = 0.0,
-                Down::Nowhere => return Err(CameraRefused::NoConvergence { steps, last }),
-            }
-            // Of discs without an error rounding is left, among which steps find no end.
-            if last <= end || cost <= self.rounding() {
-                return Ok((state, cost, steps));
-            }
+    pub(super) fn descended(&self, end: f64, start: f64, state: State) -> Result<(State, f64, usize), CameraRefused> {
+        let descent = Descent { problem: self, end };
+        let refused = |steps, last| CameraRefused::NoConvergence { steps, last };
+        let found = least_squares(&descent, state, damping(start), Limits::steps(MAX_STEPS));
+        let found = found.ok_or_else(|| refused(0, f64::INFINITY))?;
+        let settled = match found.end {
+            End::Settled | End::Flat => true,
+            End::OutOfSteps => found.length <= SLOW_END,
+            End::Last | End::Nowhere | End::Singular => false,
+        };
+        match settled {
+            true => Ok((found.state, found.cost, found.steps)),
+            false => Err(refused(found.steps, found.length)),
         }
-        match last <= SLOW_END {
-            true => Ok((state, cost, MAX_STEPS)),
-            false => Err(CameraRefused::NoConvergence { steps: MAX_STEPS, last }),
-        }
-    }
-
-    /// The first step that leads down while the damping grows.
-    fn downhill(&self, state: &State, normals: &[Normal], cost: f64, damping: &mut f64) -> Down {
-        while *damping <= MOST_DAMPING {
-            if let Some((next, length)) = self.stepped(state, normals, *damping) {
-                let next_cost = self.cost(&next);
-                if next_cost <= cost * FLAT {
-                    // A damped step is short however far the end is.
-                    let length = if *damping < 1e-6 { length } else { f64::INFINITY };
-                    *damping = if *damping < 1e-9 { 0.0 } else { *damping * 0.05 };
-                    return Down::To(next, next_cost, length);
-                }
-                if *damping < 1e-6 && length <= FLAT_STEP {
-                    return Down::Flat;
-                }
-            }
-            *damping = (*damping * 10.0).max(1e-6);
-        }
-        Down::Nowhere
     }
 
     /// The state after the step (5), and the step's length in standard deviations.
-    fn stepped(&self, state: &State, normals: &[Normal], damping: f64) -> Option<(State, f64)> {
+    fn stepped(&self, state: &State, normals: &[Normal], damping: f64) -> Option<Step<State>> {
         let reduced = Reduced::of(normals, &self.free, damping)?;
         let step: Numbers = reduced.matrix.cholesky()?.solve(&reduced.vector);
         let mut poses = Vec::with_capacity(normals.len());
@@ -252,7 +224,50 @@ impl Problem<'_> {
             decrement += step.dot(&n.pull) + motion.dot(&n.turn);
             poses.push(in_place(pose, &motion)?);
         }
-        let next = state.moved(&step, poses)?;
-        Some((next, decrement.max(0.0).sqrt()))
+        let length = decrement.max(0.0).sqrt();
+        Some(Step {
+            to: state.moved(&step, poses)?,
+            length: if damping < MOST_AT_END { length } else { f64::INFINITY },
+            gain: decrement,
+        })
+    }
+}
+
+/// A problem, and the last step in standard deviations.
+struct Descent<'a> {
+    problem: &'a Problem<'a>,
+    end: f64,
+}
+
+impl fit::Problem for Descent<'_> {
+    type State = State;
+    /// None until a step is made from there.
+    type At = Vec<Normal>;
+
+    fn look(&self, state: &State) -> Option<(f64, Self::At)> {
+        Some((self.problem.cost(state), Vec::new()))
+    }
+
+    fn prepare(&self, state: &State, at: &mut Self::At, steps: usize) -> bool {
+        *at = self.problem.normals(state);
+        if steps >= PATIENCE {
+            if let Some(curved) = self.problem.curved(state, at) {
+                *at = curved;
+            }
+        }
+        true
+    }
+
+    fn step(&self, state: &State, at: &Self::At, damping: f64) -> Option<Step<State>> {
+        self.problem.stepped(state, at, damping)
+    }
+
+    fn is_flat(&self, step: &Step<State>, _: f64) -> bool {
+        step.length <= FLAT_STEP
+    }
+
+    /// Of discs without an error rounding is left, among which steps find no end.
+    fn is_settled(&self, made: &Made<'_, State, Self::At>) -> bool {
+        made.length <= self.end || made.to <= self.problem.rounding()
     }
 }

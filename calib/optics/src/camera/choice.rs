@@ -3,7 +3,8 @@
 use super::adjust::{Problem, STEP_END, Settled, State};
 use super::error::CameraRefused;
 use super::field::Waves;
-use super::joint::{self, Field};
+use super::fitted::Field;
+use super::joint;
 use super::view::{Options, Ready, Station};
 
 /// Rounds of leaving out and adjusting again.

@@ -17,12 +17,14 @@
 //! but `s` at least 1. `g` is how many numbers the discs themselves have fixed. No size is chosen by hand: a plate without
 //! a field ends with sizes of nothing.
 
-use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
+use fit::{Damping, Limits, Made, Rule, Step, least_squares};
+use nalgebra::{DMatrix, DVector, Vector6};
 
 use super::adjust::{Problem, State, in_place};
 use super::error::CameraRefused;
 use super::field::Waves;
-use super::normal::{HELD, Numbers, SHARED, Square, loosest, roots};
+use super::fitted::Field;
+use super::normal::{HELD, Numbers, SHARED, loosest, roots};
 use super::predict::slopes;
 use super::view::Station;
 
@@ -43,51 +45,20 @@ const START_MM: [f64; 2] = [0.1, 0.05];
 const SIZES_MM: [f64; 2] = [1e-5, 10.0];
 /// A least before this share of a step is gone to.
 const SHORTER: f64 = 0.8;
-/// Growth of the cost that is rounding, and damping beyond which no step leads down.
-const FLAT: f64 = 1.0 + 1e-12;
-const MOST_DAMPING: f64 = 1e12;
-
-/// A field that was adjusted.
-#[derive(Debug, Clone)]
-pub(super) struct Field {
-    pub(super) waves: Waves,
-    /// The numbers: of the height, then of the plane's first and second axis, mm.
-    pub(super) numbers: DVector<f64>,
-    /// Sizes of the height and in the plane, mm.
-    pub(super) sizes_mm: [f64; 2],
-    /// How many numbers of the field the discs fix.
-    pub(super) fixed: f64,
-    /// The inverse of the system: shared numbers, poses, field.
-    inverse: DMatrix<f64>,
-}
-
-impl Field {
-    /// The part of what all views share.
-    pub(super) fn shared(&self, free: &[bool; SHARED]) -> Square {
-        let held = |i: usize, j: usize| if free[i] && free[j] { self.inverse[(i, j)] } else { 0.0 };
-        Square::from_fn(held)
-    }
-
-    /// The part of a view's pose.
-    pub(super) fn pose(&self, view: usize) -> Matrix6<f64> {
-        let at = SHARED + 6 * view;
-        self.inverse.fixed_view::<6, 6>(at, at).into_owned()
-    }
-
-    /// The part of the plate: from its bend on, and of the field.
-    pub(super) fn plate(&self, from: usize) -> DMatrix<f64> {
-        let field = self.inverse.nrows() - self.numbers.len();
-        let at = |k: usize| {
-            if k < SHARED - from {
-                from + k
-            } else {
-                field + k - (SHARED - from)
-            }
-        };
-        let size = SHARED - from + self.numbers.len();
-        DMatrix::from_fn(size, size, |i, j| self.inverse[(at(i), at(j))])
-    }
-}
+/// Of the diagonal of the normal equations.
+const DAMPING: Damping = Damping {
+    start: MOST_AT_END,
+    rule: Rule::Factors {
+        fall: 0.05,
+        least: 1e-12,
+        rise: 10.0,
+        raised: 0.0,
+    },
+    most: 1e12,
+    singular: true,
+};
+/// More damping than this makes a step short however far the end is.
+const MOST_AT_END: f64 = 1e-6;
 
 /// A state with a field.
 #[derive(Clone)]
@@ -223,65 +194,27 @@ impl Joint<'_> {
         self.problem(&stations).cost(&at.state)
     }
 
-    /// The least of (12), by Levenberg and Marquardt's method, to a last step of `end` deviations times `s`; `noise` is `s^2`.
-    fn settled(&self, end: f64, noise: f64, mut at: Bowed, prior: &DVector<f64>) -> Result<End, CameraRefused> {
+    /// The least of (12) to a last step of `end` deviations times `s`; `noise` is `s^2`.
+    fn settled(&self, end: f64, noise: f64, at: Bowed, prior: &DVector<f64>) -> Result<End, CameraRefused> {
         let unit = noise.sqrt();
-        let (mut squares, mut damping, mut last) = (self.squares(&at), 1e-6, f64::INFINITY);
-        for steps in 1..=MAX_STEPS {
-            let (matrix, vector) = self.equations(&at, prior);
-            let cost = squares + weighed(&at, prior);
-            let mut lower = None;
-            while lower.is_none() && damping <= MOST_DAMPING {
-                let step = step(&matrix, &vector, damping);
-                lower = step.and_then(|step| self.lower(&at, &step, (&vector, prior), cost));
-                if lower.is_none() {
-                    damping *= 10.0;
-                }
-            }
-            let Some((next_squares, next, length)) = lower else {
-                return Err(CameraRefused::NoConvergence { steps, last });
-            };
-            (squares, at) = (next_squares, next);
-            // A damped step is short however far the end is.
-            last = if damping <= 1e-6 { length } else { f64::INFINITY };
-            damping = (damping * 0.05).max(1e-12);
-            let slow = steps == MAX_STEPS && last <= SLOW_END.max(end) * unit;
-            if last <= end * unit || slow {
-                return Ok(End { at, matrix, squares });
-            }
+        let likelihood = Likelihood {
+            joint: self,
+            prior,
+            last: end * unit,
+        };
+        let refused = |steps, last| CameraRefused::NoConvergence { steps, last };
+        let found = least_squares(&likelihood, at, DAMPING, Limits::steps(MAX_STEPS));
+        let found = found.ok_or_else(|| refused(0, f64::INFINITY))?;
+        let slow = found.end == fit::End::OutOfSteps && found.length <= SLOW_END.max(end) * unit;
+        if !slow && found.end != fit::End::Settled {
+            return Err(refused(found.steps, found.length));
         }
-        let steps = MAX_STEPS;
-        Err(CameraRefused::NoConvergence { steps, last })
-    }
-
-    /// Where a step leads that is no higher than `cost`: its sum of squares, the state and the step's length in standard
-    /// deviations. Residuals turn the derivatives, and whole steps may then lead to and fro across a valley: where the
-    /// parabola through both ends has its least well before the step's end, the step goes there.
-    fn lower(
-        &self,
-        at: &Bowed,
-        step: &DVector<f64>,
-        (vector, prior): (&DVector<f64>, &DVector<f64>),
-        cost: f64,
-    ) -> Option<(f64, Bowed, f64)> {
-        let gain = step.dot(vector).max(0.0);
-        let to = |share: f64| {
-            let next = self.stepped(at, &(step * share))?;
-            let squares = self.squares(&next);
-            Some((squares + weighed(&next, prior), squares, next))
-        };
-        let whole = to(1.0)?;
-        let share = gain / (whole.0 - cost + 2.0 * gain);
-        let shorter = if share < SHORTER && share > 0.0 {
-            to(share)
-        } else {
-            None
-        };
-        let best = match shorter {
-            Some(shorter) if shorter.0 < whole.0 => shorter,
-            _ => whole,
-        };
-        (best.0 <= cost * FLAT).then(|| (best.1, best.2, gain.sqrt()))
+        let (matrix, _) = self.equations(&found.state, prior);
+        Ok(End {
+            at: found.state,
+            matrix,
+            squares: found.at.squares,
+        })
     }
 
     /// The state after a step.
@@ -354,6 +287,74 @@ impl Joint<'_> {
             }
         }
         rows
+    }
+}
+
+/// (12) for sizes that are given.
+struct Likelihood<'a> {
+    joint: &'a Joint<'a>,
+    prior: &'a DVector<f64>,
+    /// The last step, standard deviations.
+    last: f64,
+}
+
+/// `sum r^T W r`, and from where a step is made the equations.
+struct At {
+    squares: f64,
+    equations: Option<(DMatrix<f64>, DVector<f64>)>,
+}
+
+impl Likelihood<'_> {
+    fn cost(&self, at: &Bowed) -> f64 {
+        self.joint.squares(at) + weighed(at, self.prior)
+    }
+
+    /// Where a step leads, or a share of it. Residuals turn the derivatives, and whole steps may then lead to and fro across a
+    /// valley: where the parabola through both ends has its least well before the step's end, the step goes there.
+    fn lower(&self, from: &Bowed, squares: f64, step: &DVector<f64>, gain: f64) -> Option<Bowed> {
+        let whole = self.joint.stepped(from, step)?;
+        let (start, end) = (squares + weighed(from, self.prior), self.cost(&whole));
+        let share = gain / (end - start + 2.0 * gain);
+        if !(share < SHORTER && share > 0.0) {
+            return Some(whole);
+        }
+        let shorter = self.joint.stepped(from, &(step * share));
+        Some(shorter.filter(|at| self.cost(at) < end).unwrap_or(whole))
+    }
+}
+
+impl fit::Problem for Likelihood<'_> {
+    type State = Bowed;
+    type At = At;
+
+    fn look(&self, at: &Bowed) -> Option<(f64, At)> {
+        let squares = self.joint.squares(at);
+        let equations = None;
+        Some((squares + weighed(at, self.prior), At { squares, equations }))
+    }
+
+    fn prepare(&self, state: &Bowed, at: &mut At, _steps: usize) -> bool {
+        at.equations = Some(self.joint.equations(state, self.prior));
+        true
+    }
+
+    fn step(&self, state: &Bowed, at: &At, damping: f64) -> Option<Step<Bowed>> {
+        let (matrix, vector) = at.equations.as_ref()?;
+        let step = step(matrix, vector, damping)?;
+        let gain = step.dot(vector).max(0.0);
+        Some(Step {
+            to: self.lower(state, at.squares, &step, gain)?,
+            length: if damping <= MOST_AT_END {
+                gain.sqrt()
+            } else {
+                f64::INFINITY
+            },
+            gain,
+        })
+    }
+
+    fn is_settled(&self, made: &Made<'_, Bowed, At>) -> bool {
+        made.length <= self.last
     }
 }
 

@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
 use super::field::Waves;
-use super::joint::Field;
+use super::fitted::Field;
 use super::model::PARAMETERS;
 use super::view::View;
 

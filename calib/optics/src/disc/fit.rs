@@ -1,5 +1,6 @@
 //! One disc's centre by fitting the model of a blurred ellipse on a plane background to its pixels.
 
+use ::fit::{Damping, End, Limits, Made, Rule, Step, least_squares};
 use nalgebra::{Matrix2, Vector2};
 
 use super::blurred::Blurred;
@@ -21,10 +22,21 @@ const SETTLED: f64 = 1e-2;
 const MANY: usize = 600;
 const THIN: usize = 3;
 const ROUGH: f64 = 3.0;
-/// How much of a step is held back far from the end, near it, and at least.
+/// How much of a step is held back far from the end, and near it.
 const FAR: f64 = 1e-3;
 const NEAR: f64 = 1e-6;
-const LEAST: f64 = 1e-9;
+
+/// Of the diagonal of the normal equations. Halving and doubling by fixed factors wastes every second step in the curved valley
+/// of blur, size and contrast.
+fn damping(start: f64) -> Damping {
+    Damping {
+        start,
+        rule: Rule::Gained { least: 1e-9 },
+        // No step helps any more: the sum of squares is at its rounding.
+        most: 1e6,
+        singular: true,
+    }
+}
 /// The largest semi-axis that is fitted, pixels.
 const MAX_SEMI: f64 = 400.0;
 
@@ -163,10 +175,10 @@ impl<'a> Fit<'a> {
     fn solve(&self, start: Params) -> Result<(Params, Equations), FitRefused> {
         let every = self.thin();
         if every == 1 {
-            return self.settled(start, Damping::new(FAR), 1, SETTLED);
+            return self.settled(start, FAR, 1, SETTLED);
         }
-        let (near, _) = self.settled(start, Damping::new(FAR), every, ROUGH)?;
-        self.settled(near, Damping::new(NEAR), 1, SETTLED)
+        let (near, _) = self.settled(start, FAR, every, ROUGH)?;
+        self.settled(near, NEAR, 1, SETTLED)
     }
 
     /// One of so many rows is enough to come near.
@@ -177,48 +189,34 @@ impl<'a> Fit<'a> {
     }
 
     /// The least squares of one of so many rows, to where a step is to gain less of chi squared than `least`.
-    fn settled(
-        &self,
-        mut params: Params,
-        mut damping: Damping,
-        every: usize,
-        least: f64,
-    ) -> Result<(Params, Equations), FitRefused> {
-        let mut now = self.equations(&params, every);
-        for _ in 0..self.steps {
-            let Some((step, expected)) = damping.step(&now) else {
-                damping.raise();
-                continue;
-            };
-            let next = params + step;
-            // Held back by next to nothing, a step that is to gain so little is right without a look at where it leads.
-            if expected <= least * now.variance() && damping.factor <= FAR && is_possible(&next) {
-                return Ok((next, now));
-            }
-            let then = is_possible(&next).then(|| self.equations(&next, every));
-            match then {
-                Some(then) if then.squares <= now.squares => {
-                    let gained = now.squares - then.squares;
-                    (params, now) = (next, then);
-                    self.stayed(&params)?;
-                    damping.lower(gained / expected.max(f64::MIN_POSITIVE));
-                    if gained <= 0.1 * least * now.variance() {
-                        return Ok((params, now));
-                    }
-                }
-                _ => damping.raise(),
-            }
-            // No step helps any more: the sum of squares is at its rounding.
-            if damping.factor > 1e6 {
-                return Ok((params, now));
-            }
+    fn settled(&self, start: Params, held: f64, every: usize, least: f64) -> Result<(Params, Equations), FitRefused> {
+        let limits = Limits {
+            flat: 1.0,
+            ..Limits::tries(self.steps)
+        };
+        let rows = Rows {
+            fit: self,
+            every,
+            least,
+        };
+        let end = least_squares(&rows, start, damping(held), limits);
+        let end = end.ok_or(FitRefused::NoConvergence { steps: self.steps })?;
+        if end.end != End::Last {
+            self.stayed(&end.state)?;
         }
-        Err(FitRefused::NoConvergence { steps: self.steps })
+        match end.end {
+            End::OutOfSteps => Err(FitRefused::NoConvergence { steps: self.steps }),
+            _ => Ok((end.state, end.at)),
+        }
+    }
+
+    fn moved(&self, params: &Params) -> f64 {
+        (ellipse_of(params).centre - self.origin).norm()
     }
 
     /// What leaves its place does not come back to it.
     fn stayed(&self, params: &Params) -> Result<(), FitRefused> {
-        let (moved, reach) = ((ellipse_of(params).centre - self.origin).norm(), self.reach);
+        let (moved, reach) = (self.moved(params), self.reach);
         if moved > reach {
             return Err(FitRefused::RanAway { moved, reach });
         }
@@ -253,36 +251,42 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// How much of a step's length is held back, by how well the last ones did what was expected of them (Nielsen 1999):
-/// halving and doubling by fixed factors wastes every second step in the curved valley of blur, size and contrast.
-struct Damping {
-    factor: f64,
-    rise: f64,
+/// One of so many rows, to where a step is to gain less of chi squared than `least`.
+struct Rows<'a> {
+    fit: &'a Fit<'a>,
+    every: usize,
+    least: f64,
 }
 
-impl Damping {
-    fn new(factor: f64) -> Self {
-        Self { factor, rise: 2.0 }
+impl ::fit::Problem for Rows<'_> {
+    type State = Params;
+    type At = Equations;
+
+    fn look(&self, params: &Params) -> Option<(f64, Equations)> {
+        let equations = self.fit.equations(params, self.every);
+        Some((equations.squares, equations))
     }
 
-    /// The step, and what it would gain were the model linear; none where the equations are singular.
-    fn step(&self, now: &Equations) -> Option<(Params, f64)> {
-        let held = now.matrix.diagonal() * self.factor;
+    fn step(&self, params: &Params, now: &Equations, damping: f64) -> Option<Step<Params>> {
+        let held = now.matrix.diagonal() * damping;
         let damped = now.matrix + Information::from_diagonal(&held);
         let step = damped.cholesky()?.solve(&now.vector);
-        let expected = step.dot(&(now.vector + held.component_mul(&step)));
-        Some((step, expected))
+        let to = params + step;
+        is_possible(&to).then(|| Step {
+            to,
+            length: step.norm(),
+            gain: step.dot(&(now.vector + held.component_mul(&step))),
+        })
     }
 
-    fn lower(&mut self, ratio: f64) {
-        let factor = 1.0 - (2.0 * ratio - 1.0).powi(3);
-        self.factor = (self.factor * factor.clamp(0.1, 2.0)).max(LEAST);
-        self.rise = 2.0;
+    /// Held back by next to nothing, a step that is to gain so little is right without a look at where it leads.
+    fn is_last(&self, step: &Step<Params>, now: &Equations, damping: f64) -> bool {
+        step.gain <= self.least * now.variance() && damping <= FAR
     }
 
-    fn raise(&mut self) {
-        self.factor *= self.rise;
-        self.rise *= 2.0;
+    fn is_settled(&self, made: &Made<'_, Params, Equations>) -> bool {
+        let little = made.from - made.to <= 0.1 * self.least * made.at.variance();
+        little || self.fit.moved(made.state) > self.fit.reach
     }
 }
 

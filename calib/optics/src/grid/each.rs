@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use fit::median;
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::error::GridRefused;
@@ -12,8 +13,8 @@ use super::lattice::Cell;
 use super::lines::{SEEN, THERE};
 use super::outline::outline;
 use super::seat::Seat;
+use super::slopes::point;
 use super::warp::Warp;
-use super::whole::point;
 use crate::disc::{DiscFit, Ellipse, fit_disc, fit_expected};
 
 /// The blur that the first fits start from, pixels, and how many they are.
@@ -328,9 +329,4 @@ fn bent(ones: &Ones, expected: &Expected, cell: Cell) -> Option<Vector2<f64>> {
     // Counts and small whole numbers: a determinant below 1 is none.
     let plane = (matrix.determinant() > 0.5).then(|| matrix.try_inverse()).flatten()? * vectors;
     Some(plane.row(0).transpose())
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix2, Matrix3, Matrix4, Vector2, Vector4};
 
 use super::homography::project;
-use super::whole::{Whole, point};
+use super::slopes::point;
+use super::whole::Whole;
 use crate::disc::{Blurred, Ellipse, REACH, Raster};
 use crate::image::Image;
 

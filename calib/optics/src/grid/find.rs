@@ -11,9 +11,9 @@ use super::lattice::{Cell, largest};
 use super::lines::Lines;
 use super::place::{Placed, place};
 use super::seat::View;
+use super::slopes::point;
 use super::tried::Tried;
 use super::way::{WAYS, Ways};
-use super::whole::point;
 use crate::image::{Image, noise_deviation};
 
 /// Marks are so much larger than other discs.

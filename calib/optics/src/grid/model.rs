@@ -9,8 +9,9 @@ use super::homography::project;
 use super::lattice::Cell;
 use super::misfit::{Misfit, Powers};
 use super::sheet::{Fitted, Own, agreeing};
+use super::slopes::point;
 use super::warp::{RADIAL, Warp};
-use super::whole::{Whole, point};
+use super::whole::Whole;
 use crate::image::Image;
 
 /// The degree, in column and row, of what is smooth: beside a plane, and beside a lens where there are so many discs.

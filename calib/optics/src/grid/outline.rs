@@ -12,8 +12,8 @@
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2};
 
 use super::lattice::Cell;
+use super::slopes::point;
 use super::warp::{Jet, Warp};
-use super::whole::point;
 use crate::disc::Ellipse;
 
 /// Points on a rim.

@@ -8,7 +8,7 @@ use super::blob::Blob;
 use super::found::GridSpec;
 use super::homography::{homography, jacobian, project};
 use super::lattice::{Cell, Lattice};
-use super::whole::point;
+use super::slopes::point;
 
 /// A line of the grid counts as seen with this share of its discs.
 pub(crate) const LINE: f64 = 0.35;

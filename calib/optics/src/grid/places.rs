@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector2};
 
 use super::border::{Border, CLEAR};
 use super::homography::{jacobian, project};
-use super::whole::point;
+use super::slopes::point;
 use crate::disc::{Blurred, Ellipse, REACH, Raster};
 
 /// In place of a place among shared pixels: one disc alone sees it.

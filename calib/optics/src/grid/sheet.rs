@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use fit::median;
 use nalgebra::{Matrix2, Vector2};
 
 use super::bent::{BLUR, Bent, MAX_STEPS, NUMBERS, Numbers, Slopes, Square, inverse, prior, step};
@@ -98,6 +99,10 @@ impl Sheet<'_> {
         Some(Fitted { wrong, ..last })
     }
 
+    /// The least squares of some pixels.
+    ///
+    /// An iteration of its own beside [`fit::least_squares`]: greys follow each look, and a small step that was held back is made
+    /// again with next to no damping, which belongs to no rule of damping.
     fn phase(&self, start: &Bent, cells: &[Cell], cut: f64, part: Part) -> Option<Fitted> {
         let (mut local, cells, mut greys) = self.chosen(start, cells, part)?;
         self.clean(&mut local, start, &cells, &greys, cut)?;
@@ -323,12 +328,4 @@ fn next(bent: &Bent, matrix: &Square, vector: &Numbers, damping: f64) -> Option<
     let (mut change, expected) = step(matrix, vector, damping, true)?;
     change[BLUR] = LEAST_BLUR - bent.sigma();
     Some((change, expected))
-}
-
-pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    match values.get(middle) {
-        Some(_) => *values.select_nth_unstable_by(middle, f64::total_cmp).1,
-        None => 0.0,
-    }
 }

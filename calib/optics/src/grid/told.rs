@@ -8,7 +8,8 @@ use super::homography::{jacobian, project};
 use super::light::light;
 use super::local::{Chosen, Greys, Guess, Local, Part, Room};
 use super::sheet::{Fitted, Own, own};
-use super::whole::{CUT, MARGIN, UNIT, Whole, point};
+use super::slopes::point;
+use super::whole::{CUT, MARGIN, UNIT, Whole};
 use crate::disc::Ellipse;
 use crate::image::Image;
 

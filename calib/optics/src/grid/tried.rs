@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::find::{Search, Sized};
 use super::homography::{jacobian, project};
 use super::lattice::Cell;
-use super::whole::point;
+use super::slopes::point;
 
 /// How far corners of the same lattice may lie apart, beside the pitch: as centroids of two smoothings do.
 const SAME: f64 = 0.1;

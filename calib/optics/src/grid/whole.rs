@@ -2,16 +2,30 @@
 
 use std::collections::HashSet;
 
-use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
+use fit::{Damping, End, Limits, Made, Rule, Step, least_squares, median};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2};
 
 use super::bent::Bent;
 use super::equations::{BLUR, Equations, N, Params, SHAPES, Sums, inverse, step};
 use super::homography::{jacobian, project};
 use super::places::{Outlines, Pixel, Places};
+use super::slopes::{ellipse_slopes, point};
 use crate::disc::{Coverage, Ellipse};
 use crate::image::Image;
 
 const MAX_STEPS: usize = 25;
+/// Of the normal equations, as [`step`] holds back.
+const DAMPING: Damping = Damping {
+    start: 1e-3,
+    rule: Rule::Factors {
+        fall: 0.1,
+        least: 1e-10,
+        rise: 10.0,
+        raised: 0.0,
+    },
+    most: 1e5,
+    singular: true,
+};
 /// A step that is to leave less of chi squared to gain is the last: 0.1 is a third of a deviation of all parameters
 /// together.
 const SETTLED: f64 = 0.1;
@@ -74,41 +88,6 @@ fn homography_of(p: &Params) -> Matrix3<f64> {
     Matrix3::new(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], 1.0)
 }
 
-/// A cell as a point of the grid's plane.
-pub(crate) fn point(cell: [i32; 2]) -> Vector2<f64> {
-    Vector2::new(f64::from(cell[0]), f64::from(cell[1]))
-}
-
-/// Derivatives of an ellipse's centre and shape (xx, xy, yy) by the entries of the homography and the radius.
-pub(crate) fn ellipse_slopes(h: &Matrix3<f64>, at: Vector2<f64>, radius: f64) -> [[f64; 9]; 5] {
-    let a = Vector3::new(at.x, at.y, 1.0);
-    let mut dual = a * a.transpose();
-    dual[(0, 0)] -= radius * radius;
-    dual[(1, 1)] -= radius * radius;
-    let image = h * dual * h.transpose();
-    let w = image[(2, 2)];
-    let centre = Vector2::new(image[(0, 2)], image[(1, 2)]) / w;
-    let upper: Matrix2<f64> = image.fixed_view::<2, 2>(0, 0) / w;
-    let mut out = [[0.0; 9]; 5];
-    for k in 0..9 {
-        let change = if k < 8 {
-            let mut part = Matrix3::zeros();
-            part.set_row(k / 3, &(dual * h.transpose()).row(k % 3));
-            part + part.transpose()
-        } else {
-            let columns = h.fixed_view::<3, 2>(0, 0);
-            -2.0 * radius * columns * columns.transpose()
-        };
-        let turn = change[(2, 2)] / w;
-        let dc = Vector2::new(change[(0, 2)], change[(1, 2)]) / w - centre * turn;
-        let ds =
-            dc * centre.transpose() + centre * dc.transpose() - (change.fixed_view::<2, 2>(0, 0) / w - upper * turn);
-        let all = [dc.x, dc.y, ds[(0, 0)], ds[(0, 1)], ds[(1, 1)]];
-        all.iter().zip(&mut out).for_each(|(value, row)| row[k] = *value);
-    }
-    out
-}
-
 /// How much of discs a pixel sees, behind the derivatives of that by the first [`SHAPES`] parameters.
 type Seen = [f64; SHAPES + 1];
 
@@ -154,40 +133,22 @@ impl Grid<'_> {
     ///
     /// Pixels that are far off at the start (glare, dirt, spots that are no discs) are left out from then on.
     fn settled(&self, start: Params, pixels: Pixels) -> Option<(Params, Equations)> {
-        let mut params = start;
         let mut places = self.places(&start, &pixels)?;
-        self.clean(&mut places, &params, &pixels)?;
-        let mut now = self.equations(&places, &params, &pixels)?;
-        let mut damping = 1e-3;
-        for _ in 0..MAX_STEPS {
-            let Some((next, expected)) = next(&params, &now, damping) else {
-                damping *= 10.0;
-                continue;
-            };
-            // So small a step is as good as what it leads to: what is left goes with its square beside the blur's.
-            let left = expected * self.motion(&params, &next).powi(2).min(1.0);
-            if left < SETTLED * now.squares / now.pixels as f64 && is_possible(&next) {
-                now.squares -= expected;
-                return Some((next, now));
-            }
-            let then = is_possible(&next)
-                .then(|| self.equations(&places, &next, &pixels))
-                .flatten();
-            match then {
-                Some(then) if then.squares <= now.squares => {
-                    let gained = 1.0 - then.squares / now.squares;
-                    (params, now, damping) = (next, then, (damping * 0.1_f64).max(1e-10));
-                    if params[BLUR] <= LEAST_BLUR && gained < SHARP {
-                        break;
-                    }
-                }
-                _ => damping *= 10.0,
-            }
-            if damping > 1e5 {
-                break;
-            }
+        self.clean(&mut places, &start, &pixels)?;
+        let chosen = Chosen {
+            grid: self,
+            places: &places,
+            pixels: &pixels,
+        };
+        let limits = Limits {
+            flat: 1.0,
+            ..Limits::tries(MAX_STEPS)
+        };
+        let mut end = least_squares(&chosen, start, DAMPING, limits)?;
+        if end.end == End::Last {
+            end.at.squares -= end.gain;
         }
-        Some((params, now))
+        Some((end.state, end.at))
     }
 
     /// How far outlines go from one set of parameters to another, beside the blur: so much of a step is not linear.
@@ -309,14 +270,6 @@ impl Grid<'_> {
     }
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    match values.get(middle) {
-        Some(_) => *values.select_nth_unstable_by(middle, f64::total_cmp).1,
-        None => 0.0,
-    }
-}
-
 /// Adds what a pixel sees of a disc whose outline has the slopes given.
 fn add(values: &mut Seen, coverage: &Coverage, slopes: &[[f64; 9]; 5]) {
     values[SHAPES] += coverage.value;
@@ -338,6 +291,39 @@ impl Pixels {
     }
 }
 
+/// A grid's pixels that count.
+struct Chosen<'a> {
+    grid: &'a Grid<'a>,
+    places: &'a Places,
+    pixels: &'a Pixels,
+}
+
+impl fit::Problem for Chosen<'_> {
+    type State = Params;
+    type At = Equations;
+
+    fn look(&self, params: &Params) -> Option<(f64, Equations)> {
+        let equations = self.grid.equations(self.places, params, self.pixels)?;
+        Some((equations.squares, equations))
+    }
+
+    fn step(&self, params: &Params, now: &Equations, damping: f64) -> Option<Step<Params>> {
+        let (to, gain) = next(params, now, damping)?;
+        let length = self.grid.motion(params, &to);
+        is_possible(&to).then_some(Step { to, length, gain })
+    }
+
+    /// So small a step is as good as what it leads to: what is left goes with its square beside the blur's.
+    fn is_last(&self, step: &Step<Params>, now: &Equations, _damping: f64) -> bool {
+        let left = step.gain * step.length.powi(2).min(1.0);
+        left < SETTLED * now.squares / now.pixels as f64
+    }
+
+    fn is_settled(&self, made: &Made<'_, Params, Equations>) -> bool {
+        made.state[BLUR] <= LEAST_BLUR && 1.0 - made.to / made.from < SHARP
+    }
+}
+
 /// Where a step leads, and by how much the squares fall with it were the model linear. A blur that would fall below the least
 /// is held there: it creeps there otherwise, by less from step to step.
 fn next(params: &Params, now: &Equations, damping: f64) -> Option<(Params, f64)> {
@@ -353,37 +339,4 @@ fn next(params: &Params, now: &Equations, damping: f64) -> Option<(Params, f64)>
 
 fn is_possible(p: &Params) -> bool {
     (0.02..0.5).contains(&p[8]) && (LEAST_BLUR..50.0).contains(&p[BLUR]) && p.iter().all(|v| v.is_finite())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slopes_of_an_ellipse_agree_with_differences() {
-        let h = Matrix3::new(30.0, -4.0, 250.0, 3.0, 9.0, 200.0, 1e-3, 3e-2, 1.0);
-        let (at, radius) = (Vector2::new(3.0, 7.0), 0.19);
-        let slopes = ellipse_slopes(&h, at, radius);
-        for k in 0..9 {
-            let e = [1e-4, 1e-4, 1e-3, 1e-4, 1e-4, 1e-3, 1e-7, 1e-7, 1e-5][k];
-            let moved = |sign: f64| {
-                let (mut g, mut r) = (h, radius);
-                if k < 8 {
-                    g[(k / 3, k % 3)] += sign * e
-                } else {
-                    r += sign * e
-                }
-                let ellipse = Ellipse::of_circle(&g, at, r).unwrap();
-                let s = ellipse.shape;
-                [ellipse.centre.x, ellipse.centre.y, s[(0, 0)], s[(0, 1)], s[(1, 1)]]
-            };
-            let (up, down) = (moved(1.0), moved(-1.0));
-            for (i, row) in slopes.iter().enumerate() {
-                let difference = (up[i] - down[i]) / (2.0 * e);
-                let error = (row[k] - difference).abs();
-                let allowed = 1e-4 * (1.0 + difference.abs());
-                assert!(error < allowed, "{k} {i}: {} {difference}", row[k]);
-            }
-        }
-    }
 }

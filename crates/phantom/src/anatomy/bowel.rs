@@ -3,9 +3,9 @@
 use super::GAS_HU;
 use crate::canvas::{Canvas, Solid};
 use crate::plan::Plan;
-use crate::random::SplitMix64;
 use crate::surface::Surface;
 use crate::vec3::Vec3;
+use chance::SplitMix64;
 
 /// HU of a bowel's wall.
 const WALL_HU: f64 = 68.0;
