@@ -49,10 +49,12 @@ mod joint;
 mod lens;
 mod model;
 mod normal;
+mod paraboloid;
 mod plate;
 mod predict;
 mod result;
 mod start;
+mod state;
 mod view;
 
 pub use agree::{Agreeing, agreeing};
@@ -70,7 +72,7 @@ pub use view::{ImageSize, LEAST_DISCS, LEAST_VIEWS, LensModel, Options, Sighting
 use adjust::Problem;
 use choice::Chosen;
 use field::Waves;
-use plate::Ruler;
+use paraboloid::Ruler;
 use view::Station;
 
 /// Calibrates a camera from views of a grid.
@@ -93,7 +95,7 @@ fn once(views: &[View], size: ImageSize, options: &Options) -> Result<Calibrated
 /// The views made ready, and the adjustment's end.
 fn settled(views: &[View], size: ImageSize, options: &Options) -> Result<(Vec<Station>, Chosen), CameraRefused> {
     view::check(views, size, options)?;
-    let ruler = Ruler::of(views);
+    let ruler = Ruler::of(plate::places(views));
     let stations: Vec<Station> = views.iter().map(|v| Station::of(v, &ruler)).collect();
     let problem = Problem {
         stations: &stations,

@@ -38,6 +38,7 @@ mod near;
 mod outline;
 mod place;
 mod places;
+mod search;
 mod seat;
 mod sheet;
 mod slopes;

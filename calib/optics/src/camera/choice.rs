@@ -1,10 +1,11 @@
 //! Which sightings take part: those that are not far from where the others put them.
 
-use super::adjust::{Problem, STEP_END, Settled, State};
+use super::adjust::{Problem, STEP_END, Settled};
 use super::error::CameraRefused;
 use super::field::Waves;
 use super::fitted::Field;
 use super::joint;
+use super::state::State;
 use super::view::{Options, Ready, Station};
 
 /// Rounds of leaving out and adjusting again.

@@ -15,9 +15,10 @@
 use geometry::motion::Pose;
 use nalgebra::{SMatrix, SVector, Vector6};
 
-use super::adjust::{State, in_place};
-use super::normal::{Normal, Numbers, SHARED, Square};
+use super::normal::{Normal, Numbers, Square};
+use super::paraboloid::SHARED;
 use super::predict::slopes;
+use super::state::{State, in_place};
 use super::view::Station;
 
 /// Differences are taken over this share of a deviation, that with which a number alone would be known: over that much

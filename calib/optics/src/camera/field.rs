@@ -15,7 +15,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
-use super::plate::Ruler;
+use super::paraboloid::Ruler;
 use super::view::Station;
 
 /// `l`, in units of half the grid's longer side.

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector, Matrix6};
 
 use super::field::Waves;
-use super::normal::{SHARED, Square};
+use super::normal::Square;
+use super::paraboloid::SHARED;
 
 /// A field that was adjusted.
 #[derive(Debug, Clone)]

@@ -1,12 +1,14 @@
 //! How well a camera of some views predicts another one: what tells a better model from one with more numbers.
 
-use super::adjust::{Problem, STEP_END, State};
+use super::adjust::{Problem, STEP_END};
 use super::error::CameraRefused;
 use super::field::Waves;
 use super::joint;
-use super::normal::SHARED;
-use super::plate::Ruler;
+use super::paraboloid::Ruler;
+use super::paraboloid::SHARED;
+use super::plate::places;
 use super::settled;
+use super::state::State;
 use super::view::{ImageSize, Options, Station, View};
 
 /// The damping of an adjustment that begins near its end.
@@ -23,7 +25,7 @@ const NEARLY: f64 = 1e-3;
 pub fn held_out(views: &[View], size: ImageSize, options: &Options) -> Result<Vec<f64>, CameraRefused> {
     let (stations, chosen) = settled(views, size, options)?;
     let used: Vec<Station> = stations.iter().zip(&chosen.kept).map(|(s, k)| s.only(k)).collect();
-    let waves = options.field.then(|| Waves::of(&used, Ruler::of(views)));
+    let waves = options.field.then(|| Waves::of(&used, Ruler::of(places(views))));
     let one = |view| without(view, &used, &chosen.settled.state, (options, waves.as_ref()));
     (0..views.len()).map(one).collect()
 }

@@ -20,12 +20,14 @@
 use fit::{Damping, Limits, Made, Rule, Step, least_squares};
 use nalgebra::{DMatrix, DVector, Vector6};
 
-use super::adjust::{Problem, State, in_place};
+use super::adjust::Problem;
 use super::error::CameraRefused;
 use super::field::Waves;
 use super::fitted::Field;
-use super::normal::{HELD, Numbers, SHARED, loosest, roots};
+use super::normal::{HELD, Numbers, loosest, roots};
+use super::paraboloid::SHARED;
 use super::predict::slopes;
+use super::state::{State, in_place};
 use super::view::Station;
 
 /// Steps of an adjustment and rounds of (13).

@@ -10,13 +10,10 @@
 
 use nalgebra::{DMatrix, Matrix2, Matrix6, SMatrix, SVector, Vector6};
 
-use super::model::PARAMETERS;
-use super::plate::Bend;
+use super::paraboloid::SHARED;
 use super::predict::{Eye, slopes};
 use super::view::Station;
 
-/// What all views share: the camera's numbers, then the plate's.
-pub(super) const SHARED: usize = PARAMETERS + Bend::NUMBERS;
 /// The numbers that are shared.
 pub(super) type Numbers = SVector<f64, SHARED>;
 /// Their normal equations.

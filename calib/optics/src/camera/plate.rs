@@ -1,65 +1,13 @@
-//! A plate that is not flat: its height over the plane of the grid, the same in every view.
-//!
-//! With `(u, w)` the place from the middle of all discs in units of half the grid's longer side
-//!
-//! ```text
-//! z = b1 u^2 + b2 u w + b3 w^2, mm                                                                              (9)
-//! ```
-//!
-//! A plane is no part of it, as the pose has one. Sheet that was rolled, pressed or is held at its ends bends so; what is
-//! finer is the field's ([`super::field`]).
+//! A plate that is not flat, as it was found: the paraboloid of [`super::paraboloid`] and, where it was asked for, the field of
+//! [`super::field`].
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
 use super::field::Waves;
 use super::fitted::Field;
 use super::model::PARAMETERS;
+use super::paraboloid::{Bend, Ruler};
 use super::view::View;
-
-/// The numbers of (9), mm.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Bend(pub(super) [f64; Self::NUMBERS]);
-
-impl Bend {
-    /// How many.
-    pub(super) const NUMBERS: usize = 3;
-
-    /// The height where the powers of the place are `bow`, mm.
-    pub(super) fn height(&self, bow: &[f64; Self::NUMBERS]) -> f64 {
-        self.0.iter().zip(bow).map(|(b, power)| b * power).sum()
-    }
-}
-
-/// What (9) measures places in.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Ruler {
-    middle: Vector2<f64>,
-    half: f64,
-}
-
-impl Ruler {
-    /// Of views that were checked: finite places, not all of them the same.
-    pub(super) fn of(views: &[View]) -> Self {
-        let places = || views.iter().flat_map(|v| &v.sightings).map(|s| s.at_mm);
-        let least = places().reduce(|a, b| a.inf(&b)).unwrap_or_default();
-        let most = places().reduce(|a, b| a.sup(&b)).unwrap_or_default();
-        Self {
-            middle: (least + most) / 2.0,
-            half: ((most - least).max() / 2.0).max(f64::MIN_POSITIVE),
-        }
-    }
-
-    /// `(u, w)` of a place.
-    pub(super) fn place(&self, at_mm: Vector2<f64>) -> Vector2<f64> {
-        (at_mm - self.middle) / self.half
-    }
-
-    /// `u^2`, `u w`, `w^2` of a place.
-    pub(super) fn bow(&self, at_mm: Vector2<f64>) -> [f64; Bend::NUMBERS] {
-        let p = self.place(at_mm);
-        [p.x * p.x, p.x * p.y, p.y * p.y]
-    }
-}
 
 /// The field by which the discs lie off the paraboloid ([`super::Options::field`]).
 #[derive(Debug, Clone, PartialEq)]
@@ -91,7 +39,7 @@ pub struct Plate {
 impl Plate {
     pub(super) fn new(views: &[View], bend: Bend, covariance: Matrix3<f64>) -> Self {
         Self {
-            ruler: Ruler::of(views),
+            ruler: Ruler::of(places(views)),
             bend,
             field: None,
             covariance,
@@ -145,10 +93,14 @@ impl Plate {
     }
 }
 
+/// Where the discs that are seen lie on the grid, mm.
+pub(super) fn places(views: &[View]) -> impl Iterator<Item = Vector2<f64>> + Clone {
+    views.iter().flat_map(|v| &v.sightings).map(|s| s.at_mm)
+}
+
 /// Root mean square of a field over the discs seen.
 fn rms(views: &[View], field: &Field) -> [f64; 2] {
-    let places = views.iter().flat_map(|v| &v.sightings).map(|s| s.at_mm);
-    let squares = places
+    let squares = places(views)
         .map(|at| field.waves.offset(at, &field.numbers))
         .map(|o| o.component_mul(&o));
     let (count, sum) = squares.fold((0.0, Vector3::zeros()), |(n, sum), s| (n + 1.0, sum + s));

@@ -23,8 +23,8 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2, Vector3};
 
 use super::lens::{COEFFICIENTS, Lens};
 use super::model::{Camera, PARAMETERS};
-use super::normal::SHARED;
-use super::plate::Bend;
+use super::paraboloid::Bend;
+use super::paraboloid::SHARED;
 use super::view::Ready;
 
 /// Points on a rim.

@@ -4,15 +4,16 @@ use geometry::motion::Pose;
 use geometry::{Rigid, Vector};
 use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector2};
 
-use super::adjust::State;
 use super::apart::view_ratio;
 use super::choice::Chosen;
 use super::coverage::Coverage;
 use super::error::CameraRefused;
 use super::model::{Camera, CameraFrame, GridFrame, PARAMETERS};
-use super::normal::{HELD, Reduced, SHARED, Square, loosest};
+use super::normal::{HELD, Reduced, Square, loosest};
+use super::paraboloid::SHARED;
 use super::plate::Plate;
 use super::predict::predicted;
+use super::state::State;
 use super::view::{ImageSize, Options, Station, View};
 
 /// A focal length or a principal point is free where its deviation is beyond this share of the focal length.

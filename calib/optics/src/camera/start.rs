@@ -11,10 +11,10 @@ use geometry::motion::Pose;
 use geometry::rotation::{Rotation, RotationMatrix};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use super::adjust::State;
 use super::error::CameraRefused;
 use super::model::Camera;
-use super::plate::Bend;
+use super::paraboloid::Bend;
+use super::state::State;
 use super::view::{ImageSize, Station};
 use crate::grid::homography;
 

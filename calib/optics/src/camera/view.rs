@@ -4,8 +4,8 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::error::CameraRefused;
 use super::model::PARAMETERS;
-use super::normal::SHARED;
-use super::plate::{Bend, Ruler};
+use super::paraboloid::SHARED;
+use super::paraboloid::{Bend, Ruler};
 
 /// The least number of views.
 pub const LEAST_VIEWS: usize = 3;

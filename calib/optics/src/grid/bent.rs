@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2};
 
+use super::equations::LEAST_BLUR;
 use super::homography::{jacobian, project};
 use super::lattice::Cell;
 use super::outline::outline;
 use super::slopes::{ellipse_slopes, point};
 use super::warp::{FIELDS, NUMBERS as LENS, RADIAL, Warp};
-use super::whole::LEAST_BLUR;
 use crate::disc::Ellipse;
 use crate::image::Image;
 

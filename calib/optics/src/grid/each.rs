@@ -6,12 +6,11 @@ use fit::median;
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::error::GridRefused;
-use super::find::{Search, Sized};
 use super::found::{Found, GridDisc, Measured, Refinement, missing};
 use super::homography::{homography, jacobian, project};
 use super::lattice::Cell;
-use super::lines::{SEEN, THERE};
 use super::outline::outline;
+use super::search::{SEEN, Search, Sized, THERE};
 use super::seat::Seat;
 use super::slopes::point;
 use super::warp::Warp;

@@ -6,6 +6,8 @@ use nalgebra::{SMatrix, SVector};
 pub(crate) const SHAPES: usize = 10;
 /// The place of the blur.
 pub(crate) const BLUR: usize = 9;
+/// The least blur, pixels: that of a pixel's own area.
+pub(crate) const LEAST_BLUR: f64 = 0.29;
 /// With grey in discs 3 and around them 3.
 pub(crate) const N: usize = 16;
 pub(crate) type Params = SVector<f64, N>;

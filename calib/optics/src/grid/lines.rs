@@ -6,20 +6,16 @@ use super::bent::{Bent, through_points};
 use super::each::Each;
 use super::error::GridRefused;
 use super::evidence::amplitude;
-use super::find::{Search, Sized};
 use super::found::{Found, GridDisc, Refinement, missing};
 use super::homography::{homography, project};
 use super::lattice::Cell;
 use super::model::Model;
 use super::place::LINE;
+use super::search::{SEEN, Search, Sized, THERE};
 use super::seat::Seat;
 use super::sheet::Sheet;
 use super::whole::{Grid, Whole};
 
-/// The share of the discs that must be seen.
-pub(crate) const SEEN: f64 = 0.6;
-/// A disc is there with half of the expected contrast.
-pub(crate) const THERE: f64 = 0.5;
 /// And is not one of the grid with more than this share of it.
 const NOT_THERE: f64 = 1.6;
 

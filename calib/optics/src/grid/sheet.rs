@@ -7,10 +7,10 @@ use fit::median;
 use nalgebra::{Matrix2, Vector2};
 
 use super::bent::{BLUR, Bent, MAX_STEPS, NUMBERS, Numbers, Slopes, Square, inverse, prior, step};
+use super::equations::LEAST_BLUR;
 use super::lattice::Cell;
 use super::light::light;
 use super::local::{Block, Chosen, Greys, Guess, Local, Part, Room};
-use super::whole::LEAST_BLUR;
 use crate::disc::Ellipse;
 use crate::image::Image;
 

@@ -2,9 +2,9 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::find::{Search, Sized};
 use super::homography::{jacobian, project};
 use super::lattice::Cell;
+use super::search::{Search, Sized};
 use super::slopes::point;
 
 /// How far corners of the same lattice may lie apart, beside the pitch: as centroids of two smoothings do.

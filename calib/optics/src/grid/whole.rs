@@ -6,7 +6,7 @@ use fit::{Damping, End, Limits, Made, Rule, Step, least_squares, median};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2};
 
 use super::bent::Bent;
-use super::equations::{BLUR, Equations, N, Params, SHAPES, Sums, inverse, step};
+use super::equations::{BLUR, Equations, LEAST_BLUR, N, Params, SHAPES, Sums, inverse, step};
 use super::homography::{jacobian, project};
 use super::places::{Outlines, Pixel, Places};
 use super::slopes::{ellipse_slopes, point};
@@ -36,8 +36,6 @@ pub(crate) const CUT: f64 = 0.08;
 /// One of so many discs is enough to come near, and one of so many pixels where there are fewer discs than [`MANY`].
 const THIN: usize = 5;
 const MANY: usize = 50;
-/// The least blur, pixels: that of a pixel's own area.
-pub(crate) const LEAST_BLUR: f64 = 0.29;
 /// At the least blur edges are sharper than pixels, which the model cannot follow: a step that gains less of what is left,
 /// which is no noise, is the last.
 const SHARP: f64 = 0.01;

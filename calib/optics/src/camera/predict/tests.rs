@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::camera::Lens;
-use crate::camera::adjust::in_place;
+use crate::camera::state::in_place;
 use crate::disc::Ellipse;
 use geometry::motion::Pose;
 use geometry::rotation::{Rotation, RotationVector};
