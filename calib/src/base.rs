@@ -50,6 +50,7 @@
 mod consensus;
 mod drawing;
 mod error;
+mod free_motion;
 mod locate;
 mod mean;
 mod result;
@@ -60,7 +61,8 @@ mod touches;
 
 pub use consensus::{separate, separated};
 pub use drawing::{Drawing, Feature, Groove};
-pub use error::{FreeMotion, Refused};
+pub use error::Refused;
+pub use free_motion::FreeMotion;
 pub use locate::locate;
 pub use mean::{Mean, mean};
 pub use result::{FeatureResiduals, Located, RejectedTouch};

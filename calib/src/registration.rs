@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | points to [`Moments`] | one pass for the centres, one for `Psi` | [`Moments::of`] |
 //! | moments to rotation | by the chosen [`Method`] | [`Moments::solve`] |
-//! | both, and the transform | allocates nothing | [`fit`] |
+//! | both, and the transform | allocates nothing | [`fit()`] |
 //! | residuals per point, leave-one-out, covariance | allocates | [`register`] |
 //!
 //! The answer exists and is unique where the condition number `s1 / (s2 + sgn s3)` of `Psi` is finite; it is then

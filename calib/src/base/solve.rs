@@ -15,7 +15,7 @@ use geometry::motion::{Motion, Pose};
 use geometry::rotation::Rotation;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use super::error::FreeMotion;
+use super::free_motion::FreeMotion;
 
 /// What holds a touch: its axes and a point, in the base.
 #[derive(Debug, Clone, Copy)]

@@ -10,7 +10,8 @@ use nalgebra::Vector6;
 
 use super::Refused;
 use super::linear::{Problem, State};
-use super::step::{Normal, moved};
+use super::noise::PoseNoise;
+use super::step::{self, Normal, moved};
 
 /// Median of chi-square with three degrees of freedom.
 const MEDIAN: f64 = 2.365_973_884_375_338;
@@ -164,6 +165,20 @@ impl<N: Noise> Run<'_, N> {
         }
         let steps = MAX_STEPS;
         Err(Refused::NoConvergence { steps, last_mm })
+    }
+}
+
+impl Noise for PoseNoise {
+    fn sigma_mm(&self) -> f64 {
+        self.sigma_mm
+    }
+
+    fn normal(&self, problem: &Problem, state: &State, weights: &[f64]) -> Normal {
+        Normal::new(problem, state, self, weights)
+    }
+
+    fn squares(&self, problem: &Problem, state: &State, squares: &mut [f64]) {
+        step::squares(problem, state, self, squares);
     }
 }
 

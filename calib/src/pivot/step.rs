@@ -17,7 +17,6 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::linear::{Pose, Problem, State};
 use super::noise::{PoseNoise, Spread};
-use super::robust::Noise;
 
 /// A pose once its own rotation error is taken out.
 #[derive(Debug, Clone, Copy)]
@@ -150,21 +149,12 @@ pub(super) fn moved(state: &State, step: &Vector6<f64>) -> State {
     }
 }
 
-impl Noise for PoseNoise {
-    fn sigma_mm(&self) -> f64 {
-        self.sigma_mm
-    }
-
-    fn normal(&self, problem: &Problem, state: &State, weights: &[f64]) -> Normal {
-        Normal::new(problem, state, self, weights)
-    }
-
-    fn squares(&self, problem: &Problem, state: &State, squares: &mut [f64]) {
-        let spread = Spread::new(self, &state.tip);
-        for (pose, square) in problem.poses.iter().zip(squares) {
-            let corrected = Corrected::new(pose, state, &spread);
-            *square = spread.square(&corrected.lever, &corrected.residual);
-        }
+/// The squares of all poses in units of their deviations.
+pub(super) fn squares(problem: &Problem, state: &State, noise: &PoseNoise, squares: &mut [f64]) {
+    let spread = Spread::new(noise, &state.tip);
+    for (pose, square) in problem.poses.iter().zip(squares) {
+        let corrected = Corrected::new(pose, state, &spread);
+        *square = spread.square(&corrected.lever, &corrected.residual);
     }
 }
 
@@ -230,7 +220,7 @@ mod tests {
         let mut problem = problem();
         let state = near(&mut problem);
         let mut found = vec![0.0; 8];
-        NOISE.squares(&problem, &state, &mut found);
+        squares(&problem, &state, &NOISE, &mut found);
         for (pose, found) in problem.poses.iter().zip(found) {
             let expected = profile(pose, &state);
             // One step of Gauss-Newton from nothing: what it leaves is of the third order in residual / lever.

@@ -49,7 +49,7 @@ pub struct Anisotropic<To: Frame, From: Frame> {
 /// ignored: they are in the covariances. Domain: clouds of 1e-50 to 1e50 mm.
 ///
 /// # Errors
-/// [`Refused::Unmatched`], [`Refused::BadCovariance`], [`Refused::NoConvergence`], and those of [`fit`].
+/// [`Refused::Unmatched`], [`Refused::BadCovariance`], [`Refused::NoConvergence`], and those of [`fit()`].
 pub fn register_anisotropic<To: Frame, From: Frame>(
     pairs: Pairs<'_, To, From>,
     covariances_mm2: &[Matrix3<f64>],

@@ -117,7 +117,7 @@ pub struct Registration<To: Frame, From: Frame> {
 /// Registers paired points, with residuals and what the error estimates need.
 ///
 /// # Errors
-/// Those of [`fit`].
+/// Those of [`fit()`].
 pub fn register<To: Frame, From: Frame>(
     pairs: Pairs<'_, To, From>,
     method: Method,

@@ -17,13 +17,13 @@ pub struct Scaled<To: Frame, From: Frame> {
     pub fre_rms_mm: f64,
 }
 
-/// Fits rotation, translation and scale. The rotation is that of [`fit`]; `scale = tr(R^T Psi) / tr B`.
+/// Fits rotation, translation and scale. The rotation is that of [`fit()`]; `scale = tr(R^T Psi) / tr B`.
 ///
 /// The scale is biased low by noise in `From`: by its variance over the mean squared radius. Domain: clouds whose sizes
 /// differ by a factor below 1e250.
 ///
 /// # Errors
-/// Those of [`fit`].
+/// Those of [`fit()`].
 pub fn fit_scaled<To: Frame, From: Frame>(
     pairs: Pairs<'_, To, From>,
     method: Method,

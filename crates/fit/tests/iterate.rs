@@ -18,6 +18,9 @@ const DAMPING: Damping = Damping {
 /// Residuals of two numbers, and their derivatives.
 type Residuals = fn([f64; 2]) -> ([f64; 2], [[f64; 2]; 2]);
 
+/// `J^T J` and `-J^T r`.
+type Equations = ([[f64; 2]; 2], [f64; 2]);
+
 /// Two residuals of two numbers, to a step of `end`.
 struct Pair {
     residuals: Residuals,
@@ -41,8 +44,7 @@ impl Pair {
 
 impl Problem for Pair {
     type State = [f64; 2];
-    /// `J^T J` and `-J^T r`.
-    type At = ([[f64; 2]; 2], [f64; 2]);
+    type At = Equations;
 
     fn look(&self, x: &[f64; 2]) -> Option<(f64, Self::At)> {
         let (r, j) = (self.residuals)(*x);
@@ -81,13 +83,8 @@ fn valley([x, y]: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
     ([10.0 * (y - x * x), 1.0 - x], [[-20.0 * x, 10.0], [-1.0, 0.0]])
 }
 
-fn solved(
-    problem: &Pair,
-    start: [f64; 2],
-    damping: Damping,
-    steps: usize,
-) -> Outcome<[f64; 2], ([[f64; 2]; 2], [f64; 2])> {
-    least_squares(problem, start, damping, Limits::steps(steps)).unwrap()
+fn solved(problem: &Pair, start: [f64; 2], damping: Damping, steps: usize) -> Outcome<[f64; 2], Equations> {
+    least_squares(problem, start, damping, Limits::steps(steps)).expect("a start that is possible")
 }
 
 #[test]

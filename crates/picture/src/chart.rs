@@ -13,10 +13,12 @@
 
 mod axis;
 mod frame;
+mod scale;
 mod series;
 mod span;
 
-pub use axis::{Axis, Scale, Tick};
+pub use axis::{Axis, Tick};
+pub use scale::Scale;
 pub use series::{Mark, Series};
 
 use crate::{Canvas, Rgb};
@@ -94,7 +96,7 @@ impl Chart {
         // A point counts for one axis only where the other can show it too.
         let usable = |p: &&[f64; 2]| self.x.scale.places(p[0]) && self.y.scale.places(p[1]);
         let points = self.series.iter().flat_map(|series| &series.points);
-        Span::of(which, points.filter(usable).map(|p| p[axis]))
+        Span::of((which.scale, which.range), points.filter(usable).map(|p| p[axis]))
     }
 }
 

@@ -1,32 +1,7 @@
 //! Axes: what they show and how.
 
+use super::scale::Scale;
 use super::span::Span;
-
-/// The largest number that is drawn: differences of two stay finite.
-const LARGEST: f64 = 1e300;
-
-/// How numbers become lengths.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
-    /// Equal differences are equally far apart.
-    Linear,
-    /// Equal ratios are; only numbers above zero have a place.
-    Log,
-}
-
-impl Scale {
-    /// Whether a number has a place.
-    pub(crate) fn places(self, x: f64) -> bool {
-        x.abs() <= LARGEST && (self == Self::Linear || x > 0.0)
-    }
-
-    pub(crate) fn place(self, x: f64) -> f64 {
-        match self {
-            Self::Linear => x,
-            Self::Log => x.log10(),
-        }
-    }
-}
 
 /// An axis of a chart.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,7 +50,10 @@ impl Axis {
     /// Linear ticks are 1, 2 or 5 times a power of ten apart. Logarithmic ones are powers of ten, with named ones at 2
     /// and 5 and unnamed ones between where there are at most three decades. Values that have no place are ignored.
     pub fn ticks(&self, values: impl IntoIterator<Item = f64>) -> ([f64; 2], Vec<Tick>) {
-        let span = Span::of(self, values.into_iter().filter(|x| self.scale.places(*x)));
+        let span = Span::of(
+            (self.scale, self.range),
+            values.into_iter().filter(|x| self.scale.places(*x)),
+        );
         let ends = span.ends();
         let tick = |(at, label)| Tick {
             value: span.value(at),

@@ -1,6 +1,6 @@
 //! The stretch of numbers that an axis shows, and where its ticks are.
 
-use super::{Axis, Scale};
+use super::scale::Scale;
 
 /// About as many ticks as an axis gets.
 const TICKS: f64 = 8.0;
@@ -16,12 +16,9 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// For values that all have a place.
-    pub(crate) fn of(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
-        let scale = axis.scale;
-        let fixed = axis
-            .range
-            .filter(|[low, high]| low < high && scale.places(*low) && scale.places(*high));
+    /// For values that all have a place, or for a range that is given and has one.
+    pub(crate) fn of((scale, range): (Scale, Option<[f64; 2]>), values: impl Iterator<Item = f64>) -> Self {
+        let fixed = range.filter(|[low, high]| low < high && scale.places(*low) && scale.places(*high));
         if let Some([low, high]) = fixed.map(|ends| ends.map(|x| scale.place(x))) {
             return Self { scale, low, high };
         }

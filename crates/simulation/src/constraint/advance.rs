@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 pub(super) use super::passing::first_fall;
-use super::passing::{LEFT, Pair};
+use super::passing::{Facing, LEFT, Pair};
 use super::shape::{Shape, boxes_near};
 use crate::solid::Cursor;
 use crate::system::Bodies;
@@ -58,17 +58,6 @@ pub(super) struct Track {
     pub(super) on: [usize; 2],
     pub(super) sample: Cursor,
     pub(super) arc: usize,
-}
-
-/// How a sample lies to an arc.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Facing {
-    /// Unit vector from the arc to the sample.
-    pub(super) direction: Vector2<f64>,
-    /// Along it; below zero inside the solid, where that is allowed.
-    pub(super) distance: f64,
-    /// The arc's point that is nearest.
-    pub(super) u: f64,
 }
 
 /// What may be asked of whoever knows which samples keep out of which arcs.

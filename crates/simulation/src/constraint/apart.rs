@@ -1,10 +1,11 @@
 //! Which samples and arcs a step must keep apart.
 
-use super::advance::{Facing, Pairing, Track};
+use super::advance::{Pairing, Track};
 use super::broad::near_arcs;
 use super::meeting::Meeting;
 use super::near::{outside_own, signed};
 use super::nearest::nearest;
+use super::passing::Facing;
 use super::shape::Shape;
 use crate::solid::Cursor;
 use crate::system::Bodies;

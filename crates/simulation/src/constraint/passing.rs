@@ -8,8 +8,18 @@
 
 use nalgebra::Vector2;
 
-use super::advance::Facing;
 use super::shape::box_distance;
+
+/// How a sample lies to an arc.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Facing {
+    /// Unit vector from the arc to the sample.
+    pub(super) direction: Vector2<f64>,
+    /// Along it; below zero inside the solid, where that is allowed.
+    pub(super) distance: f64,
+    /// The arc's point that is nearest.
+    pub(super) u: f64,
+}
 
 /// A step leaves this part of every distance.
 pub(super) const LEFT: f64 = 0.1;
