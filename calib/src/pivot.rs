@@ -24,6 +24,7 @@
 //! [`LEAST_CONE_DEG`], poses of which less than a half agree: [`Refused`].
 
 mod agree;
+mod calibrate;
 mod each;
 mod error;
 mod linear;
@@ -35,8 +36,9 @@ mod statistics;
 mod step;
 
 pub use agree::{Apart, apart};
+pub use calibrate::{calibrate, calibrate_each};
 pub use error::Refused;
-pub use method::{Method, Options, calibrate, calibrate_each};
+pub use method::{Method, Options};
 pub use noise::PoseNoise;
 pub use result::Pivot;
 

@@ -12,6 +12,7 @@ mod body;
 mod cloud;
 mod error95;
 mod localizer;
+mod sighting;
 mod solve;
 
 #[cfg(test)]
@@ -20,4 +21,5 @@ mod tests;
 pub use body::{Body, BodyError, Emitter};
 pub use error95::radius_95_mm;
 pub use localizer::{Localizer, LocalizerError};
-pub use solve::{Gates, Lost, MAX_EMITTERS, Pose, Sighting, solve};
+pub use sighting::{Gates, Lost, MAX_EMITTERS, Pose, Sighting};
+pub use solve::solve;

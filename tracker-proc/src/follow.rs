@@ -21,7 +21,8 @@ use scene::Scene;
 
 use crate::chain::{Event, Found, Links, Reason, Smoothing, Stamps, Status};
 use crate::run::{Output, RunError, volume};
-use links::{Constants, Expected, Looked};
+use link_files::Expected;
+use links::{Constants, Looked};
 use standing::Standing;
 
 pub(crate) use emitters::{follow as follow_emitters, follow_recorded_room};

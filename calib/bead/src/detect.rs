@@ -113,7 +113,7 @@ struct Candidate {
 /// # Errors
 /// [`Refused`]. No bead is no error.
 pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
-    search.check()?;
+    check(search)?;
     let finder = Finder::new(voxels, search)?;
     let stands_out = |at| finder.kernel.stands_out(voxels, at, PROBED * finder.least_contrast);
     let seeds = seeds(voxels, AIR_HU + finder.least_contrast, stands_out)?;
@@ -348,4 +348,18 @@ impl<'a> Finder<'a> {
             contrast_hu: response.contrast(),
         }
     }
+}
+
+/// Refuses thresholds that no bead could have.
+fn check(search: &Search) -> Result<(), Refused> {
+    let [low, high] = search.radius_mm;
+    // A NaN is in no range.
+    let sound = low > 0.0 && high >= low && high <= Search::MAX_RADIUS_MM;
+    if !sound {
+        return Err(Refused::Radius(search.radius_mm));
+    }
+    if !(Search::LEAST_METAL_HU..=1e6).contains(&search.metal_hu) {
+        return Err(Refused::Metal(search.metal_hu));
+    }
+    Ok(())
 }

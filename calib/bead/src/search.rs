@@ -1,6 +1,6 @@
 //! What is looked for.
 
-use super::{Ground, Refused};
+use super::Ground;
 
 /// The beads looked for, and the thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,19 +35,6 @@ impl Search {
             least_chi: 1.5,
             ground: Ground::default(),
         }
-    }
-
-    pub(super) fn check(&self) -> Result<(), Refused> {
-        let [low, high] = self.radius_mm;
-        // A NaN is in no range.
-        let sound = low > 0.0 && high >= low && high <= Self::MAX_RADIUS_MM;
-        if !sound {
-            return Err(Refused::Radius(self.radius_mm));
-        }
-        if !(Self::LEAST_METAL_HU..=1e6).contains(&self.metal_hu) {
-            return Err(Refused::Metal(self.metal_hu));
-        }
-        Ok(())
     }
 
     /// The nominal radius: the middle of the range, mm.

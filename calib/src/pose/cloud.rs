@@ -4,7 +4,7 @@ use geometry::rotation::{Rotation, RotationVector};
 use geometry::{Frame, Point, Rigid, Tracker, Uncertain, Vector};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use super::solve::{Gates, Lost, MAX_EMITTERS, Pose, Sighting};
+use super::sighting::{Gates, Lost, MAX_EMITTERS, Pose, Sighting};
 use super::{Body, Localizer, radius_95_mm};
 use crate::registration::{Method, Pairs, fit};
 

@@ -1,4 +1,4 @@
-//! The result of a registration: the lean one that allocates nothing, and the full one.
+//! The result of a registration that allocates nothing.
 
 use geometry::{Frame, Point, Rigid, door};
 use nalgebra::{Matrix3, Vector3};
@@ -94,43 +94,4 @@ impl<To, From> Fit<To, From> {
         }
         (sum / total).sqrt() / scale
     }
-}
-
-/// A registration with all that is known of its error.
-#[derive(Debug, Clone)]
-pub struct Registration<To: Frame, From: Frame> {
-    /// The transform, its condition and its certificate.
-    pub fit: Fit<To, From>,
-    /// Fiducial registration error of each pair: distance after registration, mm. Index as the pairs.
-    pub fre_mm: Vec<f64>,
-    /// Root of the weighted mean of their squares, mm: divides by N, or by the sum of the weights.
-    pub fre_rms_mm: f64,
-    /// Distance of each pair under the transform fitted to all others, mm; `None` where the others do not determine
-    /// one.
-    pub leave_one_out_mm: Vec<Option<f64>>,
-    /// Number of pairs of weight above zero.
-    pub(crate) effective: usize,
-    /// Weighted mean of `x x^T`, `x = R b'` about the centre, in `To`, mm^2.
-    pub(crate) inertia: Matrix3<f64>,
-}
-
-/// Registers paired points, with residuals and what the error estimates need.
-///
-/// # Errors
-/// Those of [`fit()`].
-pub fn register<To: Frame, From: Frame>(
-    pairs: Pairs<'_, To, From>,
-    method: Method,
-) -> Result<Registration<To, From>, Refused> {
-    let fit = fit(pairs, method)?;
-    let points = pairs.to.iter().zip(pairs.from);
-    let (inertia, effective) = super::statistics::inertia(&fit, pairs);
-    Ok(Registration {
-        fre_mm: points.map(|(a, b)| fit.residual_mm(*a, *b)).collect(),
-        fre_rms_mm: fit.fre_rms_mm(pairs),
-        leave_one_out_mm: super::leave_one_out::residuals(pairs, method)?,
-        effective,
-        inertia,
-        fit,
-    })
 }

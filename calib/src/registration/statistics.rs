@@ -7,11 +7,11 @@
 //! Covariances and errors square lengths: they are finite where lengths lie between about 1e-150 and 1e150 mm. The
 //! transform and its residuals need no such limit.
 
-use geometry::{Frame, Point, Vector};
+use geometry::Point;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::pairs::{coordinates, vector};
-use super::{Fit, Pairs, Registration};
+use super::pairs::coordinates;
+use super::{Fit, Pairs};
 
 /// Isotropic noise of a pair of mean weight: that of both points together, as seen in `To`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,14 +54,14 @@ pub(super) fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// `(tr(inertia) I - inertia)^-1`: covariance of the rotation vector per `sigma^2 / N`. `None` for a line of points.
-fn compliance(inertia: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+pub(super) fn compliance(inertia: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let h = Matrix3::identity() * inertia.trace() - inertia;
     h.cholesky().map(|c| c.inverse())
 }
 
 /// Mean squared displacement at `d` from the centre, in units of `sigma^2 / N`: `3 + sum d_k^2 / f_k^2` over the
 /// principal axes (Fitzpatrick, West and Maurer 1998, equation 46), without forming the axes.
-fn displacement(compliance: &Matrix3<f64>, d: &Vector3<f64>) -> f64 {
+pub(super) fn displacement(compliance: &Matrix3<f64>, d: &Vector3<f64>) -> f64 {
     let lever = skew(d);
     3.0 + (lever * compliance * lever.transpose()).trace()
 }
@@ -73,44 +73,8 @@ pub(super) fn moved_to_origin(at_centre: Matrix6<f64>, c: &Vector3<f64>) -> Matr
     carry * at_centre * carry.transpose()
 }
 
-impl<To: Frame, From: Frame> Registration<To, From> {
-    /// The noise that explains the residuals: `sigma^2 = N FRE_rms^2 / (3 N - 6)`, since six parameters were fitted.
-    pub fn estimated_noise(&self) -> Noise {
-        let n = self.effective as f64;
-        Noise {
-            sigma_mm: self.fre_rms_mm * (n / (3.0 * n - 6.0)).sqrt(),
-        }
-    }
-
-    /// Covariance of the transform, 6 x 6: (rotation vector, translation) in `To`, rad and mm, where the true transform
-    /// is `p -> exp(w) (R p + t) + v` with `(w, v)` of this covariance.
-    ///
-    /// Holds where weights are inverse to variances. `None` where the `From` cloud is a line to rounding.
-    pub fn covariance(&self, noise: Noise) -> Option<Matrix6<f64>> {
-        let variance = noise.sigma_mm * noise.sigma_mm / self.effective as f64;
-        let mut covariance = Matrix6::identity() * variance;
-        let turn = compliance(&self.inertia)? * variance;
-        covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
-        Some(moved_to_origin(covariance, &self.fit.moments.mean(0)))
-    }
-
-    /// Root mean square target registration error predicted at `target`, mm: `TRE^2 = FLE^2 / N (1 + 1/3 sum d_k^2 /
-    /// f_k^2)` (Fitzpatrick, West and Maurer 1998). Infinite where the `From` cloud is a line to rounding.
-    pub fn predicted_tre_mm(&self, noise: Noise, target: Point<To>) -> f64 {
-        let d = coordinates(target) - self.fit.moments.mean(0);
-        let variance = noise.sigma_mm * noise.sigma_mm / self.effective as f64;
-        compliance(&self.inertia).map_or(f64::INFINITY, |c| (variance * displacement(&c, &d)).sqrt())
-    }
-
-    /// The centre of the points in `To` relative to its origin: where the predicted error is least, `sigma sqrt(3 /
-    /// N)`.
-    pub fn centre(&self) -> Vector<To> {
-        vector(self.fit.moments.mean(0))
-    }
-}
-
 /// Root mean square target registration error at `target` for points at `points` of a rigid body, mm, from their
-/// geometry alone (as [`Registration::predicted_tre_mm`]). Infinite for fewer than three points or points on a line.
+/// geometry alone (as [`super::Registration::predicted_tre_mm`]). Infinite for fewer than three points or points on a line.
 pub fn predicted_tre_mm<F>(points: &[Point<F>], target: Point<F>, noise: Noise) -> f64 {
     if points.len() < 3 {
         return f64::INFINITY;

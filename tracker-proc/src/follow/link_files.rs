@@ -6,11 +6,20 @@ use std::path::Path;
 
 use calib::file::{FileError, MAX_BYTES, Registered, RegistrationFile, ToolFile};
 use calib::gate::{Gates, Reached, Verdict};
-use geometry::{Marker, Tool, Uncertain};
+use geometry::{Ct, Marker, Point, Tool, Uncertain};
 use scene::tracking::{CalibrationLink, RegistrationLink};
 
-use super::links::Expected;
 use crate::chain::Registration;
+
+/// What the files must have been made for.
+#[derive(Debug, Clone)]
+pub(super) struct Expected {
+    pub(super) tool: String,
+    pub(super) ct_hash: String,
+    pub(super) has_reference: bool,
+    /// The point of the patient at which the registration's error counts.
+    pub(super) target: Point<Ct>,
+}
 
 /// The tool's frame in its marker from its file.
 pub(super) fn calibration(link: &CalibrationLink, expected: &Expected) -> Result<Uncertain<Marker, Tool>, String> {

@@ -7,24 +7,14 @@
 use std::sync::Arc;
 
 use bus::message::Lost;
-use geometry::{Ct, Marker, Point, Tool, Uncertain};
+use geometry::{Marker, Tool, Uncertain};
 use scene::registration_id;
 use scene::tracking::LinkFiles;
 
 use super::Source;
-use super::link_files::{calibration, registration};
+use super::link_files::{Expected, calibration, registration};
 use super::watch::Watched;
 use crate::chain::{Links, Registration};
-
-/// What the files must have been made for.
-#[derive(Debug, Clone)]
-pub(super) struct Expected {
-    pub(super) tool: String,
-    pub(super) ct_hash: String,
-    pub(super) has_reference: bool,
-    /// The point of the patient at which the registration's error counts.
-    pub(super) target: Point<Ct>,
-}
 
 /// Whether something else was found than at the last look.
 #[derive(Debug, Default, Clone, Copy)]
