@@ -155,16 +155,9 @@ fn unrecorded(run: &Run) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::problems::missing::tests::limits;
     use crate::state::Unrecorded;
     use bus::message::{Counters, Heartbeat, ProcessState};
-    use scene::Scene;
-    use std::path::Path;
-
-    fn limits(text: &str) -> Limits {
-        Scene::parse(&format!("[limits]\n{text}"), Path::new(""))
-            .unwrap()
-            .limits
-    }
 
     /// A disk that was full and had room again once left nothing in the report but a count.
     #[test]

@@ -29,7 +29,7 @@ const COST_END: f64 = 1e-9;
 /// A last step of the centre that is accepted when the steps run out, mm.
 const LAST_STEP_MM: f64 = 5e-3;
 /// Of the diagonal of the normal equations.
-const DAMPING: Damping = Damping {
+pub(super) const DAMPING: Damping = Damping {
     start: 1e-3,
     rule: Rule::Factors {
         fall: 0.2,

@@ -13,10 +13,10 @@
 //!
 //! Cost: at most 900 voxels in V and 300 in the likelihood, some tenths of a second.
 
-use ::fit::{Damping, End, Limits, Made, Rule, Step, least_squares};
+use ::fit::{End, Limits, Made, Step, least_squares};
 use nalgebra::{DMatrix, DVector, Dyn, Vector3, linalg::Cholesky};
 
-use super::fit::{Expected, Fitted, Sample, State};
+use super::fit::{DAMPING, Expected, Fitted, Sample, State};
 use super::ground::{Ground, Linear, Seen, Spread};
 use super::leftover::Leftover;
 
@@ -32,18 +32,6 @@ const ROUNDS: usize = 3;
 const MAX_STEPS: usize = 30;
 /// A step of the centre below this, mm, ends a round.
 const STEP_END_MM: f64 = 1e-5;
-/// Of the diagonal of the normal equations.
-const DAMPING: Damping = Damping {
-    start: 1e-3,
-    rule: Rule::Factors {
-        fall: 0.2,
-        least: 1e-12,
-        rise: 8.0,
-        raised: 0.0,
-    },
-    most: 1e9,
-    singular: false,
-};
 /// HU over the ground: another piece of metal, which no field of tissue explains.
 const OTHER_METAL_HU: f64 = 1500.0;
 /// The ball's radius beside the expected one and the deviations of its blur, beyond which that is none of its own.

@@ -1,6 +1,6 @@
 //! The adjustment: all emitters and all poses together, by Gauss-Newton with damping where a step fails.
 
-use fit::{Damping, End, Limits, Rule, Step, least_squares};
+use fit::{Damping, End, Limits, Step, least_squares};
 use geometry::motion::{Motion, Pose};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -12,18 +12,6 @@ use super::views::{Sighting, Station};
 const MAX_STEPS: usize = 60;
 /// A root mean square step below this share of the radius ends the iteration.
 const STEP_END: f64 = 1e-11;
-/// Of the diagonal of the reduced equations: none until a step leads up.
-const DAMPING: Damping = Damping {
-    start: 0.0,
-    rule: Rule::Factors {
-        fall: 0.1,
-        least: 0.0,
-        rise: 10.0,
-        raised: 1e-3,
-    },
-    most: f64::INFINITY,
-    singular: false,
-};
 
 /// Stations and the columns of their emitters.
 pub(super) struct Problem {
@@ -87,7 +75,7 @@ impl Problem {
 
     /// Adjusts from `state` until the step vanishes.
     pub(super) fn settle(&self, state: State) -> Result<Settled, Refused> {
-        let end = least_squares(self, state, DAMPING, Limits::tries(MAX_STEPS));
+        let end = least_squares(self, state, Damping::GAUSS_NEWTON, Limits::tries(MAX_STEPS));
         let refused = |last_mm| Refused::NoConvergence {
             steps: MAX_STEPS,
             last_mm,

@@ -1,6 +1,6 @@
 //! Registration of points whose noise has a direction: a covariance per pair.
 
-use ::fit::{Damping, End, Limits, Rule, Step, least_squares};
+use ::fit::{Damping, End, Limits, Step, least_squares};
 use geometry::{Frame, Rigid};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
@@ -13,18 +13,6 @@ use super::{Fit, Method, Pairs, Refused, fit};
 const MAX_STEPS: usize = 50;
 /// A step below this, in radians and radii, ends the iteration.
 const STEP_END: f64 = 1e-12;
-/// Of the diagonal of the normal equations: none until a step leads up.
-const DAMPING: Damping = Damping {
-    start: 0.0,
-    rule: Rule::Factors {
-        fall: 0.1,
-        least: 0.0,
-        rise: 10.0,
-        raised: 1e-3,
-    },
-    most: 1e16,
-    singular: false,
-};
 /// More damping than this makes a step short however far the end is.
 const MOST_AT_END: f64 = 0.1;
 
@@ -63,7 +51,7 @@ pub fn register_anisotropic<To: Frame, From: Frame>(
         q: start.transform.quaternion(),
         shift: Vector3::zeros(),
     };
-    let end = least_squares(&problem, state, DAMPING, Limits::steps(MAX_STEPS));
+    let end = least_squares(&problem, state, Damping::GAUSS_NEWTON, Limits::steps(MAX_STEPS));
     match end {
         Some(end) if end.end == End::Last => problem.result(&start, &end.state, end.steps),
         end => Err(Refused::NoConvergence {

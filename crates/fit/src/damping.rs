@@ -46,6 +46,19 @@ pub struct Held {
 }
 
 impl Damping {
+    /// Steps of Gauss and Newton: held back by a thousandth and more where one leads up. Singular equations are refused.
+    pub const GAUSS_NEWTON: Self = Self {
+        start: 0.0,
+        rule: Rule::Factors {
+            fall: 0.1,
+            least: 0.0,
+            rise: 10.0,
+            raised: 1e-3,
+        },
+        most: 1e16,
+        singular: false,
+    };
+
     /// To begin with.
     pub fn held(&self) -> Held {
         Held {

@@ -38,12 +38,12 @@ fn percent(share: f64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use scene::Scene;
     use std::path::Path;
 
-    fn limits(text: &str) -> Limits {
+    pub(crate) fn limits(text: &str) -> Limits {
         Scene::parse(&format!("[limits]\n{text}"), Path::new(""))
             .unwrap()
             .limits
