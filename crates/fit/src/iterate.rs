@@ -48,6 +48,7 @@ pub fn least_squares<P: Problem>(
     let mut now = Outcome {
         state: start,
         at,
+        before: None,
         cost,
         end: End::OutOfSteps,
         steps: 0,
@@ -82,6 +83,7 @@ pub fn least_squares<P: Problem>(
                 now = Outcome {
                     state: step.to,
                     at,
+                    before: Some(now.at),
                     cost,
                     end: End::OutOfSteps,
                     steps: now.steps + 1,

@@ -87,6 +87,8 @@ pub struct Outcome<S, A> {
     pub state: S,
     /// What is known there.
     pub at: A,
+    /// What was known where the last step was made from; `None` where none was, and of [`End::Last`], whose `at` is that.
+    pub before: Option<A>,
     /// The sum of squares.
     pub cost: f64,
     /// Why it ended there.

@@ -211,7 +211,9 @@ impl Joint<'_> {
         if !slow && found.end != fit::End::Settled {
             return Err(refused(found.steps, found.length));
         }
-        let (matrix, _) = self.equations(&found.state, prior);
+        // Of the state before: the last step is nothing beside the deviations that it says.
+        let before = found.before.and_then(|at| at.equations);
+        let (matrix, _) = before.ok_or_else(|| refused(found.steps, found.length))?;
         Ok(End {
             at: found.state,
             matrix,
