@@ -7,7 +7,7 @@ use super::{Body, Gates, Localizer, Lost, Pose, Sighting};
 
 /// The pose of greatest likelihood of `body`, whose tip (the point that counts) is `tip` in its frame.
 ///
-/// Of an emitter seen twice the first sighting counts. More than [`MAX_EMITTERS`] sightings are not looked at.
+/// Of an emitter seen twice the first sighting counts. More than [`super::MAX_EMITTERS`] sightings are not looked at.
 ///
 /// # Errors
 /// Each variant of [`Lost`].

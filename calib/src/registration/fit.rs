@@ -26,7 +26,7 @@ impl<To: Frame, From: Frame> std::fmt::Debug for Fit<To, From> {
     }
 }
 
-/// Fits the transform. Allocates nothing; see [`register`] for residuals and error estimates.
+/// Fits the transform. Allocates nothing; see [`super::register`] for residuals and error estimates.
 ///
 /// # Errors
 /// Those of [`Moments::of`] and [`Moments::solve`].
