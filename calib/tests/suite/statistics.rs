@@ -206,3 +206,32 @@ fn too_little_agreement_is_said() {
         "{found:?}"
     );
 }
+
+/// At the end of such fits rounding alone moves the cost: steps that lead up by it end the iteration and do not refuse it.
+#[test]
+fn thin_clouds_of_exact_points_are_registered_with_a_covariance_each() {
+    let mut random = Random::new(11);
+    for width in [1.0, 1e-1, 1e-2, 1e-3, 1e-4] {
+        for _ in 0..50 {
+            let from: Vec<Point<Tracker>> = random.cloud(8, 60.0).into_iter().map(|p| thinned(p, width)).collect();
+            let transform = random.transform();
+            let to = images(transform, &from);
+            let covariances: Vec<Matrix3<f64>> = (0..8)
+                .map(|i| Matrix3::from_diagonal(&nalgebra::Vector3::new(0.01, 0.04, 0.1 + f64::from(i))))
+                .collect();
+            let found = register_anisotropic(Pairs::new(&to, &from).unwrap(), &covariances)
+                .unwrap_or_else(|error| panic!("width {width}: {error}"));
+            // Rounding of places of some 1e3 mm, thrown across by a cloud so much thinner than long.
+            let off = from
+                .iter()
+                .map(|p| (found.transform * *p).distance(transform * *p))
+                .fold(0.0, f64::max);
+            assert!(off < 1e-10 / width, "width {width}: {off}");
+        }
+    }
+}
+
+fn thinned(p: Point<Tracker>, width: f64) -> Point<Tracker> {
+    let [x, y, z] = p.mm();
+    Point::new(x, width * y, width * z)
+}
