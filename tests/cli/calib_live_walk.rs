@@ -224,6 +224,14 @@ fn register(walk: &Walk, localizer: &Localizer) -> Rigid<Tracker, Ct> {
         localizer.hold(Held::Still(tool(Vector::new(0.1, 0.2, 0.3), place(at))));
         walk.done("touch bead --seconds 0.8 --to @touched.csv");
     }
+    // So late that all that comes during the touch is from before it.
+    localizer.is_late_by_ms(1500);
+    std::thread::sleep(std::time::Duration::from_millis(1700));
+    walk.refused(
+        "touch bead --seconds 0.6 --to @no.csv",
+        "no.csv",
+        "all were captured before it was listened to",
+    );
     localizer.is_late_by_ms(0);
     let lines = |moved: f64| -> String {
         let line = |(i, [x, y, z]): (usize, &[f64; 3])| format!("{} {y} {z}\n", x + if i == 0 { moved } else { 0.0 });

@@ -19,7 +19,8 @@ pub trait Problem {
     /// The step that is held back by `damping`; `None` where its equations are singular or it leads to no state.
     fn step(&self, state: &Self::State, at: &Self::At, damping: f64) -> Option<Step<Self::State>>;
 
-    /// Whether a step is so small that it ends the iteration where it leads, without a look at the cost there.
+    /// Whether a step is so small that it ends the iteration where it leads, without a look at the cost there. A step that is held
+    /// back much is short however far the end is: a problem that takes no account of `damping` calls that an end too.
     fn is_last(&self, _step: &Step<Self::State>, _at: &Self::At, _damping: f64) -> bool {
         false
     }

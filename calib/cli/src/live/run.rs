@@ -89,7 +89,9 @@ impl<'a> Run<'a> {
         Some(drawn * Direction::Z)
     }
 
-    /// Listens for so long to what is captured from now on, and calls `tell` every second and at the end with what was heard and the seconds that have passed.
+    /// Listens for so long, and calls `tell` every second and at the end with what was heard and the seconds that have passed.
+    ///
+    /// Only what was captured from now on counts, by the localizer's own stamps.
     pub(crate) fn listen(&mut self, seconds: f64, mut tell: impl FnMut(&Heard, f64)) -> Result<Heard, LiveError> {
         let clock = self.going.bus.clock().clone();
         let began = clock.now_ns();

@@ -28,7 +28,7 @@ groove_1 and groove_2.
 
 Refused: a tip that moves by more than --max-motion-mm (and the noise), a marker that more than half of the frames do not \
 show, fewer than 9 poses, and what does not keep the scene's gates: max_tip_error_mm bounds the error of the place, max_rms_mm \
-the scatter of the tip about it.
+the scatter of the tip about it. Only what was captured after the command began counts, by the localizer's own stamps.
 
 --from-sequence finds in a recording of the PLUS toolkit where the tip stands still for --dwell-s below --max-speed-mm-s, and adds each as \
 a touch, in the order of time. Whether the tip was on a point then is not in the recording: look at the times. A drift is one stretch, refused where it goes \
