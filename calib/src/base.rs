@@ -50,6 +50,7 @@
 mod consensus;
 mod drawing;
 mod error;
+mod feature;
 mod free_motion;
 mod locate;
 mod mean;
@@ -60,8 +61,9 @@ mod solve;
 mod touches;
 
 pub use consensus::{separate, separated};
-pub use drawing::{Drawing, Feature, Groove};
+pub use drawing::{Drawing, Groove};
 pub use error::Refused;
+pub use feature::Feature;
 pub use free_motion::FreeMotion;
 pub use locate::locate;
 pub use mean::{Mean, mean};

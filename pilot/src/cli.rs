@@ -6,23 +6,21 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use bus::message::{Command, CommandKind};
-use bus::port::CommandClient;
 use bus::process::exit;
-use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
 use bus::topic::TOPICS;
-use bus::{Bus, BusError};
 use clap::{Parser, Subcommand};
 use scene::raw::Source;
 use scene::{Scene, TrackerSource};
 
+use crate::ask::ask_process;
 use crate::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::check;
+use crate::cli_error::CliError;
 use crate::duration;
 use crate::replay::control::{Steer, steer};
-use crate::replay::{PrepareError, ReplayArgs, prepare};
+use crate::replay::{ReplayArgs, prepare};
 use crate::resolve::{Overrides, ResolveError, resolve};
-use crate::run::{RunError, run};
-use crate::spawn::SpawnError;
+use crate::run::run;
 use crate::state::Options;
 use crate::status::Status;
 use crate::template::{NEW_HELP, NewArgs};
@@ -32,7 +30,6 @@ mod help;
 
 /// Exit code of a run that went to its end with something wrong: see `problems` in its report.
 const WITH_PROBLEMS: u8 = 3;
-const PATIENCE: Duration = Duration::from_secs(15);
 
 /// Starts, watches and stops a navigation. Trocar is research software and not a medical device.
 #[derive(Debug, Parser)]
@@ -157,42 +154,6 @@ struct RunArgs {
     run: String,
 }
 
-/// Why the command line did not do what it was asked.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum CliError {
-    #[error(transparent)]
-    Prepare(#[from] PrepareError),
-    #[error("run {0:?} is not a replay: there is nothing to steer. `pilot replay FILE` starts one")]
-    NoReplay(String),
-    #[error(transparent)]
-    Resolve(#[from] ResolveError),
-    #[error(transparent)]
-    Run(#[from] RunError),
-    #[error(transparent)]
-    Spawn(#[from] SpawnError),
-    #[error(transparent)]
-    Folder(#[from] FolderError),
-    #[error(transparent)]
-    Bus(#[from] BusError),
-    #[error(
-        "--speed max runs in simulated time, and the scene says tracker.source = {0:?}: another program publishes at its own \
-         pace. Needed is \"simulated\", \"operating-room\" or \"sequence\""
-    )]
-    NotSimulated(&'static str),
-    #[error("{0}")]
-    Faults(String),
-    #[error("run {run:?} refused: {why}")]
-    Refused { run: String, why: String },
-    #[error("run {run:?} has no process {process:?}; it has {names}")]
-    NoProcess {
-        run: String,
-        process: String,
-        names: String,
-    },
-    #[error("run {0:?} answered with something that is not a status")]
-    NoStatus(String),
-}
-
 /// The command line, for manual pages and completions.
 pub fn command() -> clap::Command {
     <Cli as clap::CommandFactory>::command()
@@ -309,34 +270,6 @@ fn no_faults(faults: Vec<String>) -> Result<(), CliError> {
 
 fn ask(run: &str, command: Command) -> Result<String, CliError> {
     ask_process(run, "pilot", command, |_| Ok(()))
-}
-
-/// Asks a process of a run. Where the run's pilot dies before the answer, the run that follows it under the same name is asked.
-pub(crate) fn ask_process(
-    run: &str,
-    process: &str,
-    command: Command,
-    accepted: impl Fn(&RunContext) -> Result<(), CliError>,
-) -> Result<String, CliError> {
-    let dir = run_dir(run)?;
-    loop {
-        if !RunLock::is_held(&dir) {
-            return Err(FolderError::NotRunning { name: run.to_owned() }.into());
-        }
-        let context = RunContext::load(&dir)?;
-        accepted(&context)?;
-        let bus = Bus::operate(&context)?;
-        let client = CommandClient::open(&bus, process)?;
-        return match client.ask_while(command, PATIENCE, || context.is_running()) {
-            Ok(reply) if reply.refused => Err(CliError::Refused {
-                run: run.to_owned(),
-                why: reply.text,
-            }),
-            Ok(reply) => Ok(reply.text),
-            Err(_) if !context.is_running() => continue,
-            Err(error) => Err(error.into()),
-        };
-    }
 }
 
 fn status_of(run: &str) -> Result<(String, Status), CliError> {

@@ -14,7 +14,7 @@ use crate::child::Child;
 use crate::memory;
 use crate::output;
 use crate::problems::{missing, problems};
-use crate::replay::{Recomputed, ReplayReport};
+use crate::replay::Recomputed;
 use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
 use crate::sheet::{self, Panel};
 use crate::spawn;
@@ -197,7 +197,7 @@ pub(crate) fn report(run: &Run) -> Report {
         simulated_time: run.options.simulated_time,
         registration_id: format!("{registration_id:016x}"),
         volume,
-        replay: ReplayReport::of(run),
+        replay: run.replay_report(),
         poses: run.books.poses,
         accuracy: run.books.accuracy.report(),
         latency_ms: run.books.latencies().collect::<BTreeMap<_, _>>(),

@@ -5,11 +5,13 @@
 
 mod accuracy;
 mod answer;
+mod ask;
 mod books;
 mod calibrate;
 mod check;
 mod child;
 pub mod cli;
+mod cli_error;
 mod duration;
 mod ends;
 mod finale;
@@ -21,6 +23,7 @@ mod plan;
 mod ports;
 mod problems;
 mod replay;
+mod replay_state;
 mod report;
 mod resolve;
 mod run;

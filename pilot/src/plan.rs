@@ -2,8 +2,10 @@
 
 use scene::{Scene, TrackerSource};
 
-use crate::replay::REPLAYER;
 use crate::supervise::Role;
+
+/// The name of the replayer's process.
+pub(crate) const REPLAYER: &str = "replay";
 
 /// One process of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -9,8 +9,7 @@ use bus::topic::{EVENT, FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
 use bus::{Bus, BusError};
 use scene::Scene;
 
-use crate::plan::Planned;
-use crate::replay::REPLAYER;
+use crate::plan::{Planned, REPLAYER};
 
 /// Everything the pilot listens to.
 #[derive(Debug)]

@@ -15,7 +15,7 @@ use crate::state::{NOT_RECORDING, Run};
 /// What was wrong with `run`, in words; empty for one that went as it should.
 pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     let mut problems = pictures.problems.clone();
-    problems.extend(ReplayReport::of(run).iter().flat_map(ReplayReport::problems));
+    problems.extend(run.replay_report().iter().flat_map(ReplayReport::problems));
     problems.extend(run.books.poses.problems());
     if run.books.frozen() > 0 {
         let (count, frozen_ms) = (run.books.frozen(), run.scene.limits.frozen.as_millis());

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::books::Restart;
 use crate::child::Child;
 use crate::problems::times;
-use crate::replay::ReplayStatus;
+use crate::replay_state::ReplayStatus;
 use crate::spawn::Running;
 use crate::state::Run;
 

@@ -51,12 +51,6 @@ const SPARE: &[(&str, &[&str])] = &[("chance", &[]), ("fit", &[]), ("geometry", 
 
 /// The longest file, lines.
 const MAX_LINES: usize = 400;
-/// Files that may be longer, each for a reason.
-const LONG_FILES: &[(&str, &str)] = &[(
-    "crates/scene/src/raw.rs",
-    "every key of the scene file with its default, in one place",
-)];
-
 /// A dependency as it stands in a manifest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Edge {
@@ -182,17 +176,12 @@ fn files_are_short() {
     let mut files = Vec::new();
     rust_files(root(), &mut files);
     assert!(files.len() > 100, "found only {}", files.len());
-    let excused = |path: &Path| LONG_FILES.iter().any(|(file, _)| root().join(file) == path);
     let long: Vec<_> = files
         .iter()
-        .filter(|path| lines(path) > MAX_LINES && !excused(path))
+        .filter(|path| lines(path) > MAX_LINES)
         .map(|path| format!("{}: {} lines; at most {MAX_LINES}", path.display(), lines(path)))
         .collect();
     assert!(long.is_empty(), "{}", long.join("\n"));
-    for (file, reason) in LONG_FILES {
-        let needed = lines(&root().join(file)) > MAX_LINES;
-        assert!(needed, "{file} needs no exception any more ({reason})");
-    }
 }
 
 /// `part.rs` beside the folder `part`, everywhere: the name of a module is that of its file.

@@ -7,6 +7,7 @@
 mod emitters;
 mod link_files;
 mod links;
+mod play_error;
 mod room;
 mod sequence;
 mod standing;
@@ -20,15 +21,16 @@ use geometry::{Ct, Point, Rigid, Tool, VolumeGrid};
 use scene::Scene;
 
 use crate::chain::{Event, Found, Links, Reason, Smoothing, Stamps, Status};
-use crate::run::{Output, RunError, volume};
+use crate::output::{Output, volume};
+use crate::run_error::RunError;
 use link_files::Expected;
 use links::{Constants, Looked};
 use standing::Standing;
 
 pub(crate) use emitters::{follow as follow_emitters, follow_recorded_room};
 pub(crate) use link_files::calibration_of;
+pub use play_error::PlayError;
 pub(crate) use room::follow as follow_room;
-pub use sequence::PlayError;
 pub(crate) use sequence::follow as follow_sequence;
 
 /// What is known of a frame beside the emitters. Times on the session's clock but for the device's.

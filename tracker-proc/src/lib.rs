@@ -11,12 +11,14 @@ mod follow;
 mod gesture;
 mod markers;
 pub mod operating_room;
+mod output;
 mod run;
+mod run_error;
 mod simulated;
 mod simulated_time;
 
 pub use follow::PlayError;
 pub use gesture::{Gesture, GestureError};
 pub use markers::{Markers, MarkersError, Seen};
-pub use run::RunError;
+pub use run_error::RunError;
 pub use simulated::{Measured, Simulated};

@@ -1,72 +1,20 @@
 //! The tracker's process: one sample after the other, on time.
 
-use std::cell::Cell;
-use std::time::Duration;
-
-use bus::BusError;
 use bus::clock;
 use bus::message::{ProcessState, ToolPose, Tracked};
-use bus::port::{Publisher, SharedVolume, VolumeSubscriber};
-use bus::process::{JoinError, Membership, Process};
-use bus::topic::{GROUND_TRUTH, TOOL_POSE};
+use bus::port::{Publisher, VolumeSubscriber};
+use bus::process::{Membership, Process};
+use bus::topic::GROUND_TRUTH;
 use geometry::{Ct, Point, Rigid, Tool, Tracker, VolumeGrid};
-use scene::{Scene, Simulation, TrackerSource};
+use scene::{Simulation, TrackerSource};
 
 use crate::chain::{Found, Smoothing};
-use crate::follow::{PlayError, follow_emitters, follow_recorded_room, follow_room, follow_sequence};
-use crate::gesture::{Gesture, GestureError, aim};
-use crate::markers::MarkersError;
-use crate::operating_room::{RoomError, ScriptError};
+use crate::follow::{follow_emitters, follow_recorded_room, follow_room, follow_sequence};
+use crate::gesture::{Gesture, aim};
+use crate::output::{LOOK_UP, OVER, Output, catch_up_ns, volume};
+use crate::run_error::RunError;
 use crate::simulated::{Measured, Simulated};
 use crate::simulated_time::SimulatedTime;
-
-/// The process looks up at least this often, to be stopped and to give signs of life.
-pub(crate) const LOOK_UP: Duration = Duration::from_millis(20);
-/// A process that was held up publishes what it missed up to half the age at which an image is old; older samples are left out,
-/// as a gap in the sequence numbers.
-pub(crate) fn catch_up_ns(scene: &Scene) -> i64 {
-    clock::ns(scene.limits.stale) / 2
-}
-
-/// The last sample of the time that the run navigates for has gone out.
-pub(crate) const OVER: &str = "the time is over";
-
-/// Between two looks whether the navigation has begun.
-const BEGINNING: Duration = Duration::from_millis(5);
-
-/// Why the tracker ended.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// It could not join the run.
-    #[error(transparent)]
-    Join(#[from] JoinError),
-    /// The bus failed.
-    #[error(transparent)]
-    Bus(#[from] BusError),
-    /// The gesture cannot be played.
-    #[error(transparent)]
-    Gesture(#[from] GestureError),
-    /// The simulated operating room cannot be set up.
-    #[error(transparent)]
-    Room(#[from] RoomError),
-    /// Its gesture cannot be played.
-    #[error(transparent)]
-    Script(#[from] ScriptError),
-    /// The scene's markers or localizer are unusable.
-    #[error(transparent)]
-    Markers(#[from] MarkersError),
-    /// The sequence cannot be played.
-    #[error(transparent)]
-    Play(#[from] PlayError),
-    /// A replay whose poses cannot be made again.
-    #[error("no pose can be made of the recorded emitters: {0}")]
-    NoLinks(String),
-    /// Poses come from elsewhere.
-    #[error(
-        "the scene says tracker.source = \"external\": another program publishes the poses, and no tracker is to be started"
-    )]
-    External,
-}
 
 /// Publishes poses until asked to stop, or until the time is over that the run navigates for; `start_ns` is the moment of sample 0
 /// on the run's clock, `None` the one that the pilot says. In simulated time a tracker goes on behind `after_ns`.
@@ -75,12 +23,7 @@ pub enum RunError {
 /// Each variant of [`RunError`].
 pub(crate) fn run(membership: &Membership, start_ns: Option<i64>, after_ns: Option<i64>) -> Result<(), RunError> {
     let mut process = Process::join("tracker", membership)?;
-    let output = Output {
-        poses: Publisher::open(&process.bus, &TOOL_POSE, "")?,
-        registration_id: process.scene.registration_id(),
-        start_ns: Cell::new(start_ns),
-        after_ns,
-    };
+    let output = Output::open(&process, start_ns, after_ns)?;
     match process.scene.tracker.source.clone() {
         // In a replay the frames of a room come out of the recording.
         TrackerSource::OperatingRoom(room) if process.session.is_replay() => {
@@ -198,76 +141,6 @@ fn simulated(
         scene.tracker.rate_hz,
     );
     Ok(Some((simulated, grid)))
-}
-
-/// The volume, waited for; `None` where the process was stopped in the meantime.
-pub(crate) fn volume(process: &mut Process, volumes: &VolumeSubscriber) -> Result<Option<SharedVolume>, RunError> {
-    loop {
-        if process.stop.is_set() {
-            return Ok(None);
-        }
-        process.beat(ProcessState::Starting, "waiting for the volume")?;
-        match volumes.poll()? {
-            Some(volume) => return Ok(Some(volume)),
-            None => std::thread::sleep(LOOK_UP),
-        }
-    }
-}
-
-/// Where poses go.
-pub(crate) struct Output {
-    pub(crate) poses: Publisher<ToolPose>,
-    /// Of the scene's own numbers.
-    pub(crate) registration_id: u64,
-    start_ns: Cell<Option<i64>>,
-    /// In simulated time: what was due until then has been published by a tracker before this one.
-    pub(crate) after_ns: Option<i64>,
-}
-
-/// When sample 0 is due.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Start {
-    pub(crate) at_ns: i64,
-    /// Whether no tracker of the run has published before.
-    pub(crate) is_first: bool,
-}
-
-impl Output {
-    /// Waits until the pilot says when the navigation begins, unless that was said when this process was started; `None` where
-    /// it was stopped meanwhile.
-    pub(crate) fn start(&self, process: &mut Process) -> Result<Option<Start>, RunError> {
-        if let Some(at_ns) = self.start_ns.get() {
-            let is_first = false;
-            return Ok(Some(Start { at_ns, is_first }));
-        }
-        while !process.stop.is_set() {
-            process.beat(ProcessState::Ready, "")?;
-            if let Some(at_ns) = process.run.began_ns() {
-                self.start_ns.set(Some(at_ns));
-                let is_first = true;
-                return Ok(Some(Start { at_ns, is_first }));
-            }
-            std::thread::sleep(BEGINNING);
-        }
-        Ok(None)
-    }
-
-    /// Whether a frame captured at `t_capture_ns` is beyond the time that the run navigates for.
-    pub(crate) fn is_beyond(&self, process: &Process, t_capture_ns: i64) -> bool {
-        if process.run.duration_ns.is_none() {
-            return false;
-        }
-        if self.start_ns.get().is_none() {
-            self.start_ns.set(process.run.began_ns());
-        }
-        let start_ns = self.start_ns.get();
-        start_ns.is_some_and(|start_ns| process.run.is_beyond(t_capture_ns.saturating_sub(start_ns)))
-    }
-
-    /// When sample 0 was due, ns on the run's clock.
-    pub(crate) fn start_ns(&self) -> i64 {
-        self.start_ns.get().unwrap_or(0)
-    }
 }
 
 /// The samples of the simulated localizer.

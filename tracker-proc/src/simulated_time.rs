@@ -16,7 +16,7 @@ use bus::session::SIMULATED_START_NS;
 use bus::topic::{FRAME_STAMP, HEARTBEAT, SESSION_CLOCK, TOOL_POSE};
 use scene::Scene;
 
-use crate::run::{LOOK_UP, Output};
+use crate::output::{LOOK_UP, Output};
 
 /// While the images of a sample are awaited.
 const NEXT_LOOK: Duration = Duration::from_micros(100);

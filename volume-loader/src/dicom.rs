@@ -27,6 +27,8 @@ mod slice;
 mod source;
 mod stored;
 mod syntax;
+mod tag;
+mod text;
 mod values;
 mod walk;
 mod words;
@@ -34,9 +36,10 @@ mod words;
 #[cfg(test)]
 mod tests;
 
-pub use error::{DicomError, FileError, Tag};
+pub use error::{DicomError, FileError};
 pub use facts::{SeriesFacts, Steps};
 pub use geometry::{Gap, GeometryError};
 pub use series::{Found, Series, SeriesSummary};
 pub(crate) use source::open_path;
 pub use source::{DicomSource, Options};
+pub use tag::Tag;

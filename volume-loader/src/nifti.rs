@@ -3,6 +3,7 @@
 //! NIfTI's axes are RAS (+x Right, +y Anterior, +z Superior); ours are LPS. The change, x and y negated, is made in
 //! the private module `orientation` and nowhere else. Format: nifti1.h and nifti2.h, <https://nifti.nimh.nih.gov>.
 
+mod error;
 mod fields;
 mod header;
 mod orientation;
@@ -12,7 +13,7 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
-pub use header::HeaderError;
+pub use error::HeaderError;
 pub use orientation::is_sheared;
 pub use reader::NiftiSource;
 pub use writer::write;

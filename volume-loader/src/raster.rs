@@ -6,6 +6,7 @@
 mod data;
 mod head;
 mod names;
+mod quote;
 mod sequence;
 mod slices;
 mod source;
@@ -15,9 +16,10 @@ mod text;
 pub(crate) mod test_files;
 
 pub(crate) use data::{Data, Encoding, Part, Skip};
-pub(crate) use head::{Head, numbers, quote};
+pub(crate) use head::Head;
 pub(crate) use names::FileList;
 pub use names::NamesError;
+pub(crate) use quote::{numbers, quote};
 pub(crate) use slices::PlainSlices;
 pub use source::RasterSource;
 

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use bus::BusError;
-use bus::message::ProcessState;
+use bus::message::{ProcessState, VolumeHeader};
 use bus::port::VolumePublisher;
 use bus::process::{JoinError, Membership, Process};
 use bus::run::{RunError as FolderError, SHM_DIR, shm_free_bytes};
-use bus::volume::{Layout, LayoutError, header};
+use bus::volume::{Layout, LayoutError};
 
 use crate::error::LoadError;
 use crate::fill::{Filled, fill};
@@ -136,7 +136,7 @@ fn publish(
     });
     beat?;
     let Filled { hash, conversion } = filled?;
-    loan.publish(header(&grid, layout, padding_hu, hash, marks))?;
+    loan.publish(VolumeHeader::new(&grid, layout, padding_hu, hash, marks))?;
     let seconds = progress.finish();
     let mib = (layout.stored() * 2) as f64 / f64::from(1 << 20);
     bus::say!(

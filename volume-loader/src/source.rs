@@ -4,6 +4,7 @@
 //! slices lie apart ([`SliceReader`]) gives them in any order, to several threads at once.
 
 mod error;
+mod known;
 
 use std::fmt;
 
@@ -11,8 +12,8 @@ use bus::message::Marks;
 use geometry::VolumeGrid;
 
 use crate::part::Sums;
-pub(crate) use error::KNOWN;
 pub use error::ReadError;
+pub(crate) use known::KNOWN;
 
 /// An examination that gives its voxels slice by slice, as HU.
 ///

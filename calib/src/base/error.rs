@@ -1,6 +1,6 @@
 //! Why the base was not found, or the tool's place in it.
 
-use super::Feature;
+use super::feature::Feature;
 use super::free_motion::FreeMotion;
 
 /// Features by group, in the order of the groups.

@@ -14,6 +14,7 @@ mod lost;
 mod pose;
 mod volume_header;
 
+pub use crate::volume::{Marks, VolumeHash};
 pub use clock_law::{ClockLaw, ReplayState};
 pub use command::{Command, CommandKind, ReplyHeader};
 pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
@@ -22,7 +23,7 @@ pub use frame::{Ages, FrameHeader, FrameStamp, FrameState};
 pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, ProcessState};
 pub use lost::Lost;
 pub use pose::{PoseError, ToolPose, Tracked};
-pub use volume_header::{HeaderError, Marks, VolumeHash, VolumeHeader};
+pub use volume_header::{HeaderError, VolumeHeader};
 
 /// A fixed-size text field: UTF-8, cut at a character's boundary, zero-padded.
 pub(crate) fn text_field<const N: usize>(text: &str) -> [u8; N] {

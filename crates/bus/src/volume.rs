@@ -8,11 +8,12 @@
 //!
 //! The offset of a voxel is a sum of one term per axis, so a reader needs three small tables and no arithmetic on bricks.
 
+mod identity;
 mod voxels;
 
 use geometry::VolumeGrid;
 
-use crate::message::{Marks, VolumeHash, VolumeHeader};
+pub use identity::{Hasher, Marks, SliceHash, VolumeHash};
 pub use voxels::{ALIGNMENT, Voxels};
 
 const BRICK: [u32; 3] = [4, 4, 4];
@@ -255,75 +256,6 @@ impl OwnedVolume {
             voxels: &self.voxels,
             padding_hu: self.padding_hu,
         }
-    }
-}
-
-/// Identity of a volume: BLAKE3 over dimensions, `ct_from_voxel`, padding, and the BLAKE3 of each slice, whose voxels go
-/// row by row, little-endian. Slices are hashed apart so that threads can share the work.
-///
-/// Independent of the layout in memory, so that the same examination has the same name everywhere.
-#[derive(Debug, Clone)]
-pub struct Hasher {
-    hasher: blake3::Hasher,
-}
-
-/// BLAKE3 of one slice's voxels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SliceHash([u8; 32]);
-
-impl SliceHash {
-    /// Of a slice, row by row.
-    pub fn of(slice: &[i16]) -> Self {
-        if cfg!(target_endian = "little") {
-            return Self(*blake3::hash(bytemuck::cast_slice(slice)).as_bytes());
-        }
-        let mut hasher = blake3::Hasher::new();
-        for part in slice.chunks(512) {
-            let mut bytes = [0; 1024];
-            for (place, value) in bytes.as_chunks_mut::<2>().0.iter_mut().zip(part) {
-                *place = value.to_le_bytes();
-            }
-            hasher.update(&bytes[..2 * part.len()]);
-        }
-        Self(*hasher.finalize().as_bytes())
-    }
-}
-
-impl Hasher {
-    /// Starts with the geometry.
-    pub fn new(grid: &VolumeGrid, padding_hu: i16) -> Self {
-        let mut hasher = blake3::Hasher::new_derive_key("trocar volume 2");
-        for dim in grid.dims() {
-            hasher.update(&dim.to_le_bytes());
-        }
-        for number in grid.ct_from_voxel().rows().iter().flatten() {
-            hasher.update(&number.to_bits().to_le_bytes());
-        }
-        hasher.update(&padding_hu.to_le_bytes());
-        Self { hasher }
-    }
-
-    /// Adds the next slice.
-    pub fn update(&mut self, slice: SliceHash) {
-        self.hasher.update(&slice.0);
-    }
-
-    /// The identity.
-    pub fn finish(&self) -> VolumeHash {
-        VolumeHash(*self.hasher.finalize().as_bytes())
-    }
-}
-
-/// The header of a volume.
-pub fn header(grid: &VolumeGrid, layout: &Layout, padding_hu: i16, hash: VolumeHash, marks: Marks) -> VolumeHeader {
-    VolumeHeader {
-        ct_from_voxel: grid.ct_from_voxel().rows(),
-        hash: hash.0,
-        shm_inode: 0,
-        dims: grid.dims(),
-        brick: layout.brick(),
-        padding_hu: i32::from(padding_hu),
-        marks: marks.0,
     }
 }
 

@@ -1,25 +1,15 @@
 //! From the raw scene to the checked one.
 
-use std::ops::RangeInclusive;
-use std::time::Duration;
+mod views;
 
-use geometry::{Frame, Point, door};
+use geometry::door;
 
-use super::error::Invalid;
 use super::limits::limits;
-use super::raw::{Plane, RawApproach, RawScene, RawTarget, RawTracker, RawTrackerSource, RawView, RawWindow};
-use super::view::WINDOWS;
-use super::{
-    Approach, Sampling, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, View, WindowLevel,
-    operating_room, tracking,
-};
+use super::raw::{RawApproach, RawScene, RawTarget, RawTracker, RawTrackerSource};
+use super::values::{Checked, UNIT_TOLERANCE, invalid, number, point, repeated};
+use super::{Approach, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, operating_room, tracking};
 
-pub(super) type Checked<T> = Result<T, Invalid>;
-
-const MAX_VIEWS: usize = 16;
 const MAX_TARGETS: usize = 64;
-/// A quaternion written with six digits is this far from unit.
-pub(super) const UNIT_TOLERANCE: f64 = 1e-5;
 
 pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
     let targets = targets(raw.targets.as_deref().unwrap_or_default())?;
@@ -29,37 +19,12 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         tool: tool(raw)?,
         tracker: tracker(&raw.tracker, &targets, raw.tool.length_mm)?,
         targets,
-        views: views(raw.views.as_deref())?,
+        views: views::views(raw.views.as_deref())?,
         render: raw.render,
         recording: super::recording::checked(raw.recording.as_ref())?,
         limits: limits(&raw.limits)?,
         priorities: super::priorities::checked(&raw.priorities)?,
     })
-}
-
-pub(super) fn invalid(key: impl Into<String>, found: impl ToString, allowed: impl Into<String>) -> Invalid {
-    Invalid {
-        key: key.into(),
-        found: found.to_string(),
-        allowed: allowed.into(),
-    }
-}
-
-/// A number within `range`; NaN is in no range.
-pub(super) fn number(key: &str, value: f64, range: RangeInclusive<f64>, unit: &str) -> Checked<f64> {
-    if range.contains(&value) {
-        return Ok(value);
-    }
-    let allowed = format!("{} to {} {unit}", range.start(), range.end());
-    Err(invalid(key, value, allowed.trim_end()))
-}
-
-pub(super) fn seconds(key: &str, value: f64, range: RangeInclusive<f64>) -> Checked<Duration> {
-    number(key, value, range, "s").map(Duration::from_secs_f64)
-}
-
-pub(super) fn point<F: Frame>(key: &str, mm: [f64; 3]) -> Checked<Point<F>> {
-    door::point(mm).map_err(|_| invalid(key, format!("{mm:?}"), "three finite numbers"))
 }
 
 fn tool(raw: &RawScene) -> Checked<ToolSpec> {
@@ -194,92 +159,6 @@ fn targets(raw: &[RawTarget]) -> Checked<Vec<Target>> {
         ));
     }
     Ok(targets)
-}
-
-/// The first name that was there before, with its index.
-fn repeated<'a>(names: impl Iterator<Item = &'a str>) -> Option<(usize, &'a str)> {
-    let mut seen = std::collections::BTreeSet::new();
-    names.enumerate().find(|(_, name)| !seen.insert(*name))
-}
-
-fn views(raw: Option<&[RawView]>) -> Checked<Vec<View>> {
-    let Some(raw) = raw else {
-        return Ok(View::thesis_seven());
-    };
-    if raw.is_empty() || raw.len() > MAX_VIEWS {
-        return Err(invalid("views", raw.len(), format!("1 to {MAX_VIEWS} views")));
-    }
-    let views: Vec<View> = raw.iter().enumerate().map(view).collect::<Checked<_>>()?;
-    if let Some((i, name)) = repeated(views.iter().map(|v| v.name.as_str())) {
-        return Err(invalid(
-            format!("views.{i}.name"),
-            format!("{name:?} a second time"),
-            "a name of its own",
-        ));
-    }
-    Ok(views)
-}
-
-fn view((i, raw): (usize, &RawView)) -> Checked<View> {
-    let key = |name: &str| format!("views.{i}.{name}");
-    let in_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    if raw.name.is_empty() || raw.name.len() > 32 || !raw.name.chars().all(in_name) {
-        let allowed = "1 to 32 of the characters a-z, 0-9 and '-', as it names a file";
-        return Err(invalid(key("name"), format!("{:?}", raw.name), allowed));
-    }
-    if raw.name == "sheet" {
-        return Err(invalid(
-            key("name"),
-            "\"sheet\"",
-            "another name: sheet.png is the contact sheet",
-        ));
-    }
-    if raw.size.iter().any(|n| !(64..=4096).contains(n)) {
-        return Err(invalid(
-            key("size"),
-            format!("{:?}", raw.size),
-            "64 to 4096 pixels a side",
-        ));
-    }
-    Ok(View {
-        name: raw.name.clone(),
-        plane: raw.plane,
-        extent: raw.extent,
-        size: raw.size,
-        field_mm: number(&key("field_mm"), raw.field_mm, 1.0..=2000.0, "mm")?,
-        sampling: Sampling::checked(raw, key)?,
-        ahead_mm: ahead(&key("ahead_mm"), raw)?,
-        window: window(&key("window"), &raw.window)?,
-        up: raw.up,
-    })
-}
-
-/// Only a perpendicular view looks ahead: the others show the planes through the tip.
-fn ahead(key: &str, raw: &RawView) -> Checked<f64> {
-    if raw.plane != Plane::Perpendicular && raw.ahead_mm != 0.0 {
-        let allowed = "0, or plane = \"perpendicular\": the other planes go through the tip";
-        return Err(invalid(key, raw.ahead_mm, allowed));
-    }
-    number(key, raw.ahead_mm, -200.0..=200.0, "mm")
-}
-
-fn window(key: &str, raw: &RawWindow) -> Checked<WindowLevel> {
-    match raw {
-        RawWindow::Named(name) => WindowLevel::named(name).ok_or_else(|| {
-            let names: Vec<_> = WINDOWS.iter().map(|(name, _)| *name).collect();
-            let allowed = format!("{}, or {{ centre_hu = .., width_hu = .. }}", names.join(", "));
-            invalid(key, format!("{name:?}"), allowed)
-        }),
-        RawWindow::Levels(levels) => Ok(WindowLevel {
-            centre_hu: number(
-                &format!("{key}.centre_hu"),
-                levels.centre_hu,
-                -32_768.0..=32_767.0,
-                "HU",
-            )?,
-            width_hu: number(&format!("{key}.width_hu"), levels.width_hu, 1.0..=65_536.0, "HU")?,
-        }),
-    }
 }
 
 #[cfg(test)]

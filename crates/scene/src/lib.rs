@@ -15,6 +15,7 @@ mod recording;
 mod sampling;
 pub mod shipped;
 pub mod tracking;
+mod values;
 mod view;
 mod volume;
 

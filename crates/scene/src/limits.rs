@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use super::check::{Checked, invalid, number, seconds};
 use super::raw::RawLimits;
+use super::values::{Checked, invalid, number, seconds};
 
 /// When to warn, restart and give up.
 #[derive(Debug, Clone, PartialEq)]

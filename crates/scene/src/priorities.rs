@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{Checked, invalid};
+use super::values::{Checked, invalid};
 
 /// `[priorities]`: nice values, where a lower one is served first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,5 +1,8 @@
 //! The scene file as it is written: every key known, every type right, nothing else checked.
 
+mod rigid;
+mod view;
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -9,10 +12,13 @@ use super::locate;
 use super::operating_room::RawRoom;
 use super::priorities::Priorities;
 use super::recording::RawRecording;
-use super::sampling::{Filter, Minify, Render, Slab};
+use super::sampling::Render;
 use super::tracking::raw::{RawCalibrationFile, RawEmitterSource, RawRegistrationFile, RawSequence, RawSmoothing};
 use super::volume::RawVolume;
 use crate::file::{self, OpenError};
+
+pub use rigid::RawRigid;
+pub use view::{Extent, Plane, RawLevels, RawView, RawWindow, Up};
 
 /// Scene files are short; a longer one is not a scene.
 const MAX_BYTES: u64 = 1 << 20;
@@ -192,25 +198,6 @@ impl Default for RawApproach {
     }
 }
 
-/// A rigid transform.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RawRigid {
-    /// Unit quaternion w, x, y, z.
-    pub quaternion: [f64; 4],
-    /// Translation, mm.
-    pub translation_mm: [f64; 3],
-}
-
-impl Default for RawRigid {
-    fn default() -> Self {
-        Self {
-            quaternion: [1.0, 0.0, 0.0, 0.0],
-            translation_mm: [0.0; 3],
-        }
-    }
-}
-
 /// `[[targets]]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -226,130 +213,6 @@ pub struct RawTarget {
 
 fn default_target_diameter() -> f64 {
     5.0
-}
-
-/// `[[views]]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RawView {
-    /// Names the topic and the PNG.
-    pub name: String,
-    /// The plane's direction.
-    pub plane: Plane,
-    /// Whole patient or zoomed at the tip.
-    pub extent: Extent,
-    /// Width and height, pixels.
-    #[serde(default = "default_size")]
-    pub size: [u32; 2],
-    /// Local views: what the image's shorter side shows, mm.
-    #[serde(default = "default_field_mm")]
-    pub field_mm: f64,
-    /// How voxels are interpolated.
-    #[serde(default)]
-    pub filter: Filter,
-    /// A thickness; absent: a thin slice.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub slab: Option<Slab>,
-    /// What pixels larger than a voxel show.
-    #[serde(default)]
-    pub minify: Minify,
-    /// Perpendicular views: how far in front of the tip the plane lies, mm.
-    #[serde(default)]
-    pub ahead_mm: f64,
-    /// How HU become grey.
-    #[serde(default)]
-    pub window: RawWindow,
-    /// Perpendicular views: what points up.
-    #[serde(default)]
-    pub up: Up,
-}
-
-fn default_size() -> [u32; 2] {
-    [512, 512]
-}
-
-fn default_field_mm() -> f64 {
-    100.0
-}
-
-/// Direction of a slice plane; one process renders each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Plane {
-    /// Across the body, seen from the feet.
-    Axial,
-    /// Coronal, seen from the front.
-    Frontal,
-    /// Seen from the patient's left.
-    Sagittal,
-    /// Perpendicular to the tube through its tip, seen along the tube.
-    Perpendicular,
-}
-
-impl Plane {
-    /// The name in the scene file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Axial => "axial",
-            Self::Frontal => "frontal",
-            Self::Sagittal => "sagittal",
-            Self::Perpendicular => "perpendicular",
-        }
-    }
-
-    /// The name of the process that renders this direction.
-    pub fn process(self) -> String {
-        format!("view-{}", self.name())
-    }
-}
-
-/// How much of the patient an image shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Extent {
-    /// The whole examination.
-    Global,
-    /// A field around the tip.
-    Local,
-}
-
-/// What points up in a perpendicular image.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Up {
-    /// The patient's head.
-    #[default]
-    Superior,
-    /// The patient's front.
-    Anterior,
-    /// The tool's own +y: the image turns with the handle.
-    Tool,
-}
-
-/// A named window or its numbers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum RawWindow {
-    /// `abdomen`, `soft-tissue`, `bone`, `lung`, `vessels`.
-    Named(String),
-    /// Numbers.
-    Levels(RawLevels),
-}
-
-impl Default for RawWindow {
-    fn default() -> Self {
-        Self::Named("abdomen".to_owned())
-    }
-}
-
-/// `window = { centre_hu = 40, width_hu = 400 }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RawLevels {
-    /// The HU shown as middle grey.
-    pub centre_hu: f64,
-    /// From black to white, HU.
-    pub width_hu: f64,
 }
 
 /// `[limits]`

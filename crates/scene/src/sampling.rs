@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{Checked, number};
-use super::raw::RawView;
-
 /// How voxels are interpolated. The formulas are with the renderer's reference back end.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Filter {
@@ -121,20 +118,6 @@ impl From<Filter> for Sampling {
             slab: None,
             minify: Minify::Point,
         }
-    }
-}
-
-impl Sampling {
-    /// The checked sampling of a view; `key` names one of its keys.
-    pub(super) fn checked(raw: &RawView, key: impl Fn(&str) -> String) -> Checked<Self> {
-        if let Some(slab) = &raw.slab {
-            number(&key("slab.thickness_mm"), slab.thickness_mm, THICKNESS_MM, "mm")?;
-        }
-        Ok(Self {
-            filter: raw.filter,
-            slab: raw.slab,
-            minify: raw.minify,
-        })
     }
 }
 

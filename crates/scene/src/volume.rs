@@ -6,7 +6,7 @@ use geometry::{Ct, Point};
 use serde::{Deserialize, Serialize};
 
 use super::Target;
-use super::check::{Checked, invalid, number, point};
+use super::values::{Checked, invalid, number, point};
 
 /// Largest number of voxels along an axis that become one.
 const MAX_DOWNSAMPLE: u32 = 16;

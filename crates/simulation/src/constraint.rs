@@ -48,8 +48,8 @@ pub use plane::Plane;
 
 use nalgebra::Vector2;
 
+use crate::bodies::Bodies;
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 
 /// How far a term is from what it stands for, after a search with it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -11,6 +11,7 @@
 //!
 //! A [`system::System`] joins them. Lengths, forces and stresses are in any consistent units: no tolerance is absolute.
 
+pub mod bodies;
 pub mod constraint;
 pub mod control;
 pub mod equilibrium;

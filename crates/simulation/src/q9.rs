@@ -4,6 +4,7 @@
 //! Integrals are 3 x 3 Gauss sums: with 2 x 2 the order of convergence would be the same, but three modes of every free
 //! element would cost no energy.
 
+pub(crate) mod blocks;
 mod build;
 pub(crate) mod element;
 mod error;

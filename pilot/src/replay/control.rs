@@ -3,9 +3,10 @@
 use bus::message::{Command, CommandKind};
 use clap::Subcommand;
 
-use super::REPLAYER;
 use super::args::{place, speed};
-use crate::cli::{CliError, ask_process};
+use crate::ask::ask_process;
+use crate::cli_error::CliError;
+use crate::plan::REPLAYER;
 
 #[derive(Debug, Clone, PartialEq, Subcommand)]
 pub(crate) enum Steer {

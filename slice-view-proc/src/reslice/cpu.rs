@@ -8,6 +8,7 @@
 
 mod aligned;
 mod image;
+mod kernel;
 mod kernels;
 mod patch;
 mod phases;

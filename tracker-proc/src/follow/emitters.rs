@@ -21,7 +21,8 @@ use super::{Follower, Source, Stamp, examination, numbers, refuse, region};
 use crate::chain::{Chain, Registration};
 use crate::markers::{Markers, MarkersError, taken};
 use crate::operating_room::{chain_of, is_noiseless};
-use crate::run::{LOOK_UP, OVER, Output, RunError};
+use crate::output::{LOOK_UP, OVER, Output};
+use crate::run_error::RunError;
 
 /// Frames that may wait while the process is held up, a quarter of a second at 1000 Hz.
 const DEPTH: usize = 256;

@@ -11,7 +11,8 @@ use scene::operating_room::Room;
 use super::{Follower, Source, Stamp, examination, numbers, region};
 use crate::chain::Chain;
 use crate::operating_room::{Arrival, Frame, OperatingRoom, Script, is_noiseless};
-use crate::run::{LOOK_UP, OVER, Output, RunError, catch_up_ns};
+use crate::output::{LOOK_UP, OVER, Output, catch_up_ns};
+use crate::run_error::RunError;
 use crate::simulated_time::SimulatedTime;
 
 /// In simulated time frames are looked for so far ahead at a time.

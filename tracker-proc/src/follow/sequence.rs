@@ -2,76 +2,24 @@
 
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bus::clock;
 use bus::message::ProcessState;
 use bus::process::Process;
-use calib::file::sequence::{Frame, Pose, SequenceError, frames, header_end, transforms};
+use calib::file::sequence::{Frame, Pose, frames, header_end, transforms};
 use calib::pose::Lost as BodyLost;
-use geometry::uncertain::CovarianceError;
 use geometry::{Frame as GeometryFrame, Point, Rigid, Tracker, Uncertain};
 use scene::operating_room::Deviations;
 use scene::tracking::SequenceSource;
 
+use super::play_error::{MAX_BYTES, MAX_S, PlayError};
 use super::{Follower, Source, Stamp, examination};
 use crate::chain::{Found, Links, Reason, Registration};
 use crate::errors::errors_about;
-use crate::run::{LOOK_UP, OVER, Output, RunError};
+use crate::output::{LOOK_UP, OVER, Output};
+use crate::run_error::RunError;
 use crate::simulated_time::SimulatedTime;
-
-/// The longest header, bytes.
-const MAX_BYTES: u64 = 64 << 20;
-/// Times that a sequence may have, s: nine years, and its nanoseconds fit into 64 bits.
-const MAX_S: f64 = 3e8;
-
-/// Why a sequence cannot be played.
-#[derive(Debug, thiserror::Error)]
-pub enum PlayError {
-    /// The file cannot be read.
-    #[error("reading the sequence {path}: {source}. Check tracker.sequence.file in the scene")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// It has no header of a sequence.
-    #[error("reading the sequence {path}: no line ElementDataFile within {MAX_BYTES} bytes of text; is it a sequence?")]
-    NoHeader {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A line of it is wrong, or a transform is not there.
-    #[error("reading the sequence {path}: {source}")]
-    Sequence {
-        /// The file.
-        path: PathBuf,
-        /// What and where.
-        source: SequenceError,
-    },
-    /// Several transforms and none is named.
-    #[error("reading the sequence {path}: several transforms: {found}; name the tool's with tracker.sequence.marker")]
-    SeveralTransforms {
-        /// The file.
-        path: PathBuf,
-        /// Their names.
-        found: String,
-    },
-    /// A frame has no time.
-    #[error(
-        "reading the sequence {path}: frame {frame} has no time stamp of at most {MAX_S:e} s; when was it captured?"
-    )]
-    NoTime {
-        /// The file.
-        path: PathBuf,
-        /// Its number.
-        frame: u32,
-    },
-    /// The noise is no covariance.
-    #[error("tracker.sequence.noise_mm and noise_deg: {0}")]
-    Noise(#[from] CovarianceError),
-}
 
 /// Plays the sequence once, and then is silent until asked to stop.
 ///
@@ -284,6 +232,8 @@ fn numbers(pose: Pose) -> impl Iterator<Item = f64> + Clone {
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
     use super::*;
 
     fn spec(file: PathBuf) -> SequenceSource {

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::element as el;
-use super::error::{DicomError, Tag};
+use super::error::DicomError;
 use super::header::Header;
 use super::series::Series;
+use super::tag as el;
+use super::tag::Tag;
 
 /// What must be the same in every slice, as text that is never shown; `None` where a file does not say.
 type Of = fn(&Header) -> Option<String>;

@@ -1,74 +1,11 @@
-//! The data elements that are read, by tag and name (DICOM PS3.6 table 6-1). Everything else in a file is passed over, so
-//! that nothing of a patient is even held; of PatientID a digest stays ([`Header::patient`](super::header::Header::patient)).
+//! The values of the data elements that are read. Everything else in a file is passed over, so that nothing of a patient is even held; of PatientID a digest stays ([`Header::patient`](super::header::Header::patient)).
 
 use std::io::{BufRead, Seek};
 
-use super::error::{FileError, Tag};
+use super::error::FileError;
 use super::syntax::{Coding, PixelCoding, Syntax};
-use super::walk::{Element, WalkError, Walker, tag};
-
-macro_rules! elements {
-    ($($name:ident = ($group:literal, $element:literal, $text:literal);)*) => {
-        $(pub(crate) const $name: Tag = tag($group, $element);)*
-        const NAMES: &[(Tag, &str)] = &[$(($name, $text)),*];
-    };
-}
-
-elements! {
-    MEDIA_SOP_CLASS = (0x0002, 0x0002, "MediaStorageSOPClassUID");
-    TRANSFER_SYNTAX = (0x0002, 0x0010, "TransferSyntaxUID");
-    IMAGE_TYPE = (0x0008, 0x0008, "ImageType");
-    SOP_CLASS = (0x0008, 0x0016, "SOPClassUID");
-    MODALITY = (0x0008, 0x0060, "Modality");
-    PATIENT_ID = (0x0010, 0x0020, "PatientID");
-    SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
-    SPACING_BETWEEN_SLICES = (0x0018, 0x0088, "SpacingBetweenSlices");
-    GANTRY_TILT = (0x0018, 0x1120, "GantryDetectorTilt");
-    KERNEL = (0x0018, 0x1210, "ConvolutionKernel");
-    STUDY = (0x0020, 0x000D, "StudyInstanceUID");
-    SERIES = (0x0020, 0x000E, "SeriesInstanceUID");
-    SERIES_NUMBER = (0x0020, 0x0011, "SeriesNumber");
-    POSITION = (0x0020, 0x0032, "ImagePositionPatient");
-    ORIENTATION = (0x0020, 0x0037, "ImageOrientationPatient");
-    FRAME_OF_REFERENCE = (0x0020, 0x0052, "FrameOfReferenceUID");
-    SAMPLES = (0x0028, 0x0002, "SamplesPerPixel");
-    PHOTOMETRIC = (0x0028, 0x0004, "PhotometricInterpretation");
-    FRAMES = (0x0028, 0x0008, "NumberOfFrames");
-    ROWS = (0x0028, 0x0010, "Rows");
-    COLUMNS = (0x0028, 0x0011, "Columns");
-    PIXEL_SPACING = (0x0028, 0x0030, "PixelSpacing");
-    BITS_ALLOCATED = (0x0028, 0x0100, "BitsAllocated");
-    BITS_STORED = (0x0028, 0x0101, "BitsStored");
-    HIGH_BIT = (0x0028, 0x0102, "HighBit");
-    REPRESENTATION = (0x0028, 0x0103, "PixelRepresentation");
-    PADDING = (0x0028, 0x0120, "PixelPaddingValue");
-    PADDING_LIMIT = (0x0028, 0x0121, "PixelPaddingRangeLimit");
-    INTERCEPT = (0x0028, 0x1052, "RescaleIntercept");
-    SLOPE = (0x0028, 0x1053, "RescaleSlope");
-    RESCALE_TYPE = (0x0028, 0x1054, "RescaleType");
-    LOSSY = (0x0028, 0x2110, "LossyImageCompression");
-    PIXELS = (0x7FE0, 0x0010, "PixelData");
-}
-
-/// Elements that name a patient, a visit or a place: read only where a person asks for them.
-pub(crate) const IDENTITY: [(Tag, &str); 11] = [
-    (tag(0x0010, 0x0010), "PatientName"),
-    (PATIENT_ID, "PatientID"),
-    (tag(0x0010, 0x0030), "PatientBirthDate"),
-    (tag(0x0010, 0x0040), "PatientSex"),
-    (tag(0x0008, 0x0020), "StudyDate"),
-    (tag(0x0008, 0x0050), "AccessionNumber"),
-    (tag(0x0008, 0x0080), "InstitutionName"),
-    (tag(0x0008, 0x1030), "StudyDescription"),
-    (tag(0x0008, 0x103E), "SeriesDescription"),
-    (STUDY, "StudyInstanceUID"),
-    (SERIES, "SeriesInstanceUID"),
-];
-
-/// The name of an element that is read.
-pub(crate) fn name(tag: Tag) -> Option<&'static str> {
-    NAMES.iter().find(|row| row.0 == tag).map(|row| row.1)
-}
+use super::tag::{self as el, Tag};
+use super::walk::{Element, WalkError, Walker};
 
 /// The values of one file's elements, as they stand there.
 #[derive(Debug, Clone)]
@@ -125,10 +62,10 @@ impl Elements {
             let element = walker.element(meta)?;
             self.take(walker, &element, meta)?;
         }
-        let uid = self
-            .get(TRANSFER_SYNTAX)
-            .ok_or(FileError::Missing { tag: TRANSFER_SYNTAX })?;
-        self.syntax = Syntax::of(&super::values::text(uid))?;
+        let uid = self.get(el::TRANSFER_SYNTAX).ok_or(FileError::Missing {
+            tag: el::TRANSFER_SYNTAX,
+        })?;
+        self.syntax = Syntax::of(&super::text::text(uid))?;
         Ok(())
     }
 
@@ -136,7 +73,7 @@ impl Elements {
         let coding = self.syntax.elements;
         while walker.position() < walker.length() {
             let element = walker.element(coding)?;
-            if element.tag == PIXELS {
+            if element.tag == el::PIXELS {
                 self.pixels = Some(element);
                 return self.check_pixels(walker, &element);
             }
@@ -153,7 +90,7 @@ impl Elements {
         coding: Coding,
     ) -> Result<(), WalkError> {
         let Element { tag, byte, .. } = *element;
-        if name(tag).is_none() && !self.besides.iter().any(|(besides, _)| *besides == tag) {
+        if el::name(tag).is_none() && !self.besides.iter().any(|(besides, _)| *besides == tag) {
             return walker.skip(element, coding);
         }
         if self.get(tag).is_some() {

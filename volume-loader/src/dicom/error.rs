@@ -1,31 +1,12 @@
 //! Why a DICOM file, folder or series is refused. No message holds anything that names a patient: elements are told by
 //! tag and name, values only where they are numbers or codes of the standard.
 
-use std::fmt;
 use std::path::PathBuf;
 
 use geometry::GridError;
 
 use super::geometry::GeometryError;
-
-/// A data element: group and element number, and its name in PS3.6.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tag {
-    /// Group number.
-    pub group: u16,
-    /// Element number.
-    pub element: u16,
-}
-
-impl fmt::Display for Tag {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "({:04X},{:04X})", self.group, self.element)?;
-        match super::element::name(*self) {
-            Some(name) => write!(f, " {name}"),
-            None => Ok(()),
-        }
-    }
-}
+use super::tag::Tag;
 
 /// Why a folder or a series was refused.
 #[derive(Debug, thiserror::Error)]

@@ -4,9 +4,10 @@ use std::fs::File;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
-use super::element as el;
-use super::error::{FileError, Tag};
-use super::walk::tag;
+use super::error::FileError;
+use super::tag as el;
+use super::tag::Tag;
+use super::tag::tag;
 
 /// Why reading pixels stopped; the file's name comes later.
 #[derive(Debug)]

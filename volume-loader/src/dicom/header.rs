@@ -5,9 +5,11 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
-use super::element::{self as el, Elements};
-use super::error::{DicomError, FileError, Tag};
+use super::element::Elements;
+use super::error::{DicomError, FileError};
 use super::syntax::{Coding, Syntax};
+use super::tag as el;
+use super::tag::Tag;
 use super::walk::{Element, WalkError, Walker};
 
 /// One read of this many bytes holds most headers whole.

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::element as el;
 use super::error::FileError;
 use super::header::Header;
 use super::stored::{Cell, ToHu};
 use super::syntax::PixelCoding;
+use super::tag as el;
 use crate::scale::{self, Unusable};
 
 /// More pixels than any scanner's slice has (4096 x 4096); holds what decoders allocate to 64 MB a thread and buffer.

@@ -1,9 +1,10 @@
 //! Stored pixels to HU: HU = slope * stored + intercept (DICOM PS3.3, C.11.1.1.2), pixel cells after PS3.5 section 8.1.1.
 
-use super::element as el;
-use super::error::{FileError, Tag};
+use super::error::FileError;
 use super::header::Header;
 use super::syntax::PixelCoding;
+use super::tag as el;
+use super::tag::Tag;
 use crate::source::Conversion;
 
 /// How a pixel cell holds its number.

@@ -1,40 +1,23 @@
 //! From an element's bytes to text and numbers (DICOM PS3.5 section 6.2).
 
 use super::element::Elements;
-use super::error::{FileError, Tag};
+use super::error::FileError;
 use super::syntax::Coding;
+use super::tag::Tag;
+use super::text;
 
 /// No number's text is longer: DS has 16 characters by the standard, and some writers' doubles have more.
 const MAX_NUMBER: usize = 64;
 
-/// The text without the padding around it; what is not ASCII becomes question marks.
-pub(crate) fn text(bytes: &[u8]) -> String {
-    let ascii: String = bytes
-        .iter()
-        .map(|&b| if b.is_ascii() { char::from(b) } else { '?' })
-        .collect();
-    ascii.trim_matches(['\0', ' ', '\t', '\r', '\n']).to_owned()
-}
-
-/// A code (CS, or a short SH) that may be shown: anything but capitals, digits and the like is not told.
-pub(crate) fn code(bytes: &[u8]) -> String {
-    let text = text(bytes);
-    let plain = |b: u8| b.is_ascii_alphanumeric() || b" _-.+/".contains(&b);
-    if !text.is_empty() && text.len() <= 16 && text.bytes().all(plain) {
-        return text;
-    }
-    "unknown".to_owned()
-}
-
 impl Elements {
     /// The text of an element; `None` where it is absent or empty.
     pub(crate) fn text(&self, tag: Tag) -> Option<String> {
-        self.get(tag).map(text).filter(|text| !text.is_empty())
+        self.get(tag).map(text::text).filter(|text| !text.is_empty())
     }
 
     /// A code that may be shown.
     pub(crate) fn code(&self, tag: Tag) -> Option<String> {
-        self.get(tag).map(code)
+        self.get(tag).map(text::code)
     }
 
     /// A 16-bit number.

@@ -9,8 +9,9 @@ use dicom_encoding::decode::explicit_le::ExplicitVRLittleEndianDecoder;
 use dicom_encoding::decode::implicit_le::ImplicitVRLittleEndianDecoder;
 use dicom_encoding::decode::{Decode, Error as DecodeError};
 
-use super::error::{FileError, Tag};
+use super::error::FileError;
 use super::syntax::Coding;
+use super::tag::{Tag, tag};
 
 /// Sequences may be nested this deep; the standard's own objects stay below ten.
 const MAX_DEPTH: usize = 32;
@@ -21,11 +22,6 @@ const MAX_ELEMENTS: u32 = 1 << 20;
 const ITEM: Tag = tag(0xFFFE, 0xE000);
 const ITEM_END: Tag = tag(0xFFFE, 0xE00D);
 const SEQUENCE_END: Tag = tag(0xFFFE, 0xE0DD);
-
-/// A tag by its numbers.
-pub(crate) const fn tag(group: u16, element: u16) -> Tag {
-    Tag { group, element }
-}
 
 /// An element's header.
 #[derive(Debug, Clone, Copy)]

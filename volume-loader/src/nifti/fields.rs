@@ -1,6 +1,6 @@
 //! The bytes of a header, and the numbers in them; nothing is judged here but what tells a header from other bytes.
 
-use super::header::HeaderError;
+use super::error::HeaderError;
 
 /// Bytes of a NIfTI-1 header, without the four that announce extensions.
 pub(crate) const BYTES_1: usize = 348;

@@ -2,8 +2,8 @@
 
 use geometry::{Affine, Ct, GridError, Point, VolumeGrid, Voxel};
 
+use super::error::HeaderError;
 use super::fields::Fields;
-use super::header::HeaderError;
 
 /// The two orientations of one file may differ by this much at a corner, mm, before a person is told.
 const DISAGREEMENT_MM: f64 = 1.0;

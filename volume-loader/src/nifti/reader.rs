@@ -4,8 +4,9 @@ use std::path::Path;
 
 use geometry::VolumeGrid;
 
+use super::error::HeaderError;
 use super::fields::Layout;
-use super::header::{Header, HeaderError};
+use super::header::Header;
 use crate::raster::{MAX_TRAIL, PADDING_HU, Part, PlainSlices};
 use crate::source::{Conversion, Place, ReadError, SliceReader, Turn, VoxelSource};
 use crate::stream::Stream;

@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use geometry::MAX_DIM;
 
-use super::head::quote;
+use super::quote::quote;
 
 /// The widest number in a file's name, digits.
 const MAX_WIDTH: usize = 20;

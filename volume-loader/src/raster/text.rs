@@ -1,6 +1,6 @@
 //! Voxels written as text: numbers, or bytes in hexadecimal digits.
 
-use super::head::quote;
+use super::quote::quote;
 use crate::source::{Place, ReadError};
 use crate::stream::Stream;
 use crate::voxels::{Decoder, Sample};

@@ -3,14 +3,11 @@
 use std::path::PathBuf;
 
 use super::Place;
+use super::known::KNOWN;
 use crate::dicom::DicomError;
 use crate::metaimage::MetaImageError;
 use crate::nifti::HeaderError;
 use crate::nrrd::NrrdError;
-
-/// What is read, for who has something else.
-pub(crate) const KNOWN: &str = "known are NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), and a folder with a \
-    DICOM series";
 
 /// Why an examination was not read. Byte positions count from 0, in the unpacked data where a file is compressed.
 #[derive(Debug, thiserror::Error)]

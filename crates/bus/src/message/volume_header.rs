@@ -1,11 +1,9 @@
 //! What a renderer must know of the volume before it touches a voxel.
 
-use std::fmt;
-
 use geometry::{Affine, GridError, VolumeGrid};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::volume::{Layout, LayoutError};
+use crate::volume::{Layout, LayoutError, Marks, VolumeHash};
 
 /// Travels in front of the voxels, in the same shared-memory sample.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
@@ -50,6 +48,19 @@ pub enum HeaderError {
 }
 
 impl VolumeHeader {
+    /// The header of a volume whose shared-memory file is not known yet.
+    pub fn new(grid: &VolumeGrid, layout: &Layout, padding_hu: i16, hash: VolumeHash, marks: Marks) -> Self {
+        Self {
+            ct_from_voxel: grid.ct_from_voxel().rows(),
+            hash: hash.0,
+            shm_inode: 0,
+            dims: grid.dims(),
+            brick: layout.brick(),
+            padding_hu: i32::from(padding_hu),
+            marks: marks.0,
+        }
+    }
+
     /// The typed grid: the door from the bus to geometry.
     ///
     /// # Errors
@@ -77,63 +88,5 @@ impl VolumeHeader {
     /// The volume's identity.
     pub fn volume_hash(&self) -> VolumeHash {
         VolumeHash(self.hash)
-    }
-}
-
-/// What every image of a volume must say, because the voxels are not the scanner's own, or not all of them.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-pub struct Marks(pub(crate) u32);
-
-impl Marks {
-    /// The scanner's voxels, all of them.
-    pub const NONE: Self = Self(0);
-    /// Slices at uneven places were interpolated to even ones.
-    pub const REGRIDDED: Self = Self(1);
-    /// Several voxels were made one.
-    pub const DOWNSAMPLED: Self = Self(2);
-    /// Only a part of the examination was loaded; black outside it is not air.
-    pub const PART: Self = Self(4);
-    const WORDS: [(Self, &'static str); 3] = [
-        (Self::REGRIDDED, "REGRIDDED"),
-        (Self::DOWNSAMPLED, "DOWNSAMPLED"),
-        (Self::PART, "PART OF CT"),
-    ];
-
-    /// These and those.
-    #[must_use]
-    pub const fn and(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// Whether all of `other` are among these.
-    pub const fn has(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
-    /// In capitals, for the legend of an image; empty where there is nothing to say. A mark of a later version, unknown
-    /// here, is said too.
-    pub fn words(self) -> String {
-        let known = Self::WORDS.iter().filter(|(mark, _)| self.has(*mark));
-        let mut words: Vec<&str> = known.map(|(_, word)| *word).collect();
-        if self.0 > 7 {
-            words.push("ALTERED");
-        }
-        words.join(", ")
-    }
-}
-
-/// The identity of a volume: 256 bits of BLAKE3 over its geometry and voxels.
-#[derive(Clone, Copy, PartialEq, Eq, Default)]
-pub struct VolumeHash(pub [u8; 32]);
-
-impl fmt::Display for VolumeHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
-    }
-}
-
-impl fmt::Debug for VolumeHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "VolumeHash({self})")
     }
 }

@@ -97,3 +97,10 @@ impl Rotation {
         }
     }
 }
+
+impl RotationMatrix {
+    /// Axis and angle, through the quaternion; singular set and bound as [`Rotation::axis_angle`].
+    pub fn axis_angle(self) -> AxisAngle {
+        self.rotation().axis_angle()
+    }
+}

@@ -4,8 +4,7 @@ use std::ops::Mul;
 
 use super::error::finite;
 use super::quaternion::product;
-use super::vector::{exp_double, log_half};
-use super::{Log4, Rotation, RotationError, exact, nearest4};
+use super::{Rotation, RotationError, exact, nearest4};
 
 /// A rotation of 4-space x -> p * x * conj(q), the pair of unit quaternions held (2.59 to 2.64): its matrix is
 /// Qg(p) Qd(q). (p, q) and (-p, -q) are the same rotation.
@@ -42,25 +41,6 @@ impl Rotation4 {
     /// The quaternions p and q.
     pub const fn pair(self) -> (Rotation, Rotation) {
         (self.left, self.right)
-    }
-
-    pub(crate) fn exp(log: Log4) -> Self {
-        let (g, h) = log.twice_factors();
-        Self {
-            left: Rotation::wrap(exp_double(g)),
-            right: Rotation::wrap(exp_double(h)),
-        }
-    }
-
-    /// The logarithm of least angles: abs(g) + abs(h) <= pi.
-    ///
-    /// Singular set: the larger angle pi, where two are as small and either is returned; there and at isoclinic half-turns
-    /// an axis is free. Error: 4 ulp, relative to its own norm near the identity.
-    pub fn log(self) -> Log4 {
-        let [(p, a), (q, b)] = [self.left, self.right].map(|r| (r.quaternion(), half_angle(r.quaternion())));
-        let sign = if a + b > std::f64::consts::PI { -1.0 } else { 1.0 };
-        let [g, h] = [p, q].map(|x| log_half(x.map(|c| sign * c)));
-        Log4::from_factors(g, h)
     }
 
     /// The matrix Qg(p) Qd(q) by rows. Error: 1 ulp of 1 in each entry; orthonormal to 2 ulp.
@@ -152,11 +132,6 @@ impl Mul for Rotation4 {
             right: self.right * other.right,
         }
     }
-}
-
-/// The angle between the quaternion and 1, 0 to pi.
-fn half_angle([s, x, y, z]: [f64; 4]) -> f64 {
-    exact::length([x, y, z]).atan2(s)
 }
 
 /// The sign of the product of the units e_a and e_b of the quaternions (2.7), which is plus or minus e_(a xor b).

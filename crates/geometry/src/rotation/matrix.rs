@@ -4,7 +4,7 @@ use std::ops::Mul;
 
 use nalgebra::Matrix3;
 
-use super::{AxisAngle, Nearest, Rotation, RotationError, RotationVector, exact};
+use super::{Rotation, RotationVector, exact};
 
 /// A rotation matrix by rows (2.15): orthonormal and of determinant +1, both to 2 ulp.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,21 +17,6 @@ impl From<RotationMatrix> for Matrix3<f64> {
 }
 
 impl RotationMatrix {
-    /// From nine numbers by rows that are a rotation to within `tolerance`; what is off is repaired by
-    /// [`RotationMatrix::nearest`], and a matrix that is orthonormal to 2 ulp keeps its bits.
-    ///
-    /// `tolerance` bounds the Frobenius distance to the nearest rotation. Trackers' files need about 1e-3.
-    ///
-    /// # Errors
-    /// Those of [`RotationMatrix::nearest`], and [`RotationError::NotOrthonormal`].
-    pub fn new(rows: [[f64; 3]; 3], tolerance: f64) -> Result<Self, RotationError> {
-        let Nearest { matrix, distance } = Self::nearest(rows)?;
-        if distance <= tolerance {
-            return Ok(matrix);
-        }
-        Err(RotationError::NotOrthonormal { distance, tolerance })
-    }
-
     /// Wraps rows that the caller knows to be a rotation to 2 ulp.
     pub(crate) const fn wrap(rows: [[f64; 3]; 3]) -> Self {
         Self(rows)
@@ -70,11 +55,6 @@ impl RotationMatrix {
     #[inline]
     pub fn vector(self) -> RotationVector {
         self.rotation().vector()
-    }
-
-    /// Axis and angle, through the quaternion; singular set and bound as [`Rotation::axis_angle`].
-    pub fn axis_angle(self) -> AxisAngle {
-        self.rotation().axis_angle()
     }
 }
 

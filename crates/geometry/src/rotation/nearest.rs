@@ -22,6 +22,21 @@ const KEPT: f64 = 2.0 * f64::EPSILON;
 const FLAT: f64 = 16.0 * f64::EPSILON;
 
 impl RotationMatrix {
+    /// From nine numbers by rows that are a rotation to within `tolerance`; what is off is repaired by
+    /// [`RotationMatrix::nearest`], and a matrix that is orthonormal to 2 ulp keeps its bits.
+    ///
+    /// `tolerance` bounds the Frobenius distance to the nearest rotation. Trackers' files need about 1e-3.
+    ///
+    /// # Errors
+    /// Those of [`RotationMatrix::nearest`], and [`RotationError::NotOrthonormal`].
+    pub fn new(rows: [[f64; 3]; 3], tolerance: f64) -> Result<Self, RotationError> {
+        let Nearest { matrix, distance } = Self::nearest(rows)?;
+        if distance <= tolerance {
+            return Ok(matrix);
+        }
+        Err(RotationError::NotOrthonormal { distance, tolerance })
+    }
+
     /// The rotation nearest to a matrix in the Frobenius norm: the orthogonal factor of its polar decomposition, by
     /// Newton's iteration (Higham 1986), and the distance to it.
     ///

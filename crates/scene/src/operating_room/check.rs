@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use geometry::{Direction, Frame, Point, Rigid, Vector, door};
 
-use super::super::check::{Checked, UNIT_TOLERANCE, invalid, number, point};
 use super::super::raw::RawRigid;
+use super::super::values::{Checked, UNIT_TOLERANCE, invalid, number, point};
 use super::raw::{
     RawBall, RawBreathing, RawBump, RawEmitter, RawFaults, RawGates, RawHand, RawHandle, RawLocalizer, RawMarker,
     RawPatient, RawReference, RawRoom,

@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use geometry::{Frame, Rigid, door};
 
-use super::super::check::{Checked, UNIT_TOLERANCE, invalid, number};
 use super::super::operating_room::{Deviations, check as shared};
 use super::super::raw::{RawRigid, RawTracker, RawTrackerSource};
+use super::super::values::{Checked, UNIT_TOLERANCE, invalid, number};
 use super::raw::{RawEmitterSource, RawNoise, RawSequence};
 use super::{EmitterSource, Noise, SequenceSource};
 

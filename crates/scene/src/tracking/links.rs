@@ -2,8 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use super::super::check::{Checked, invalid, number};
 use super::super::raw::{RawTracker, RawTrackerSource};
+use super::super::values::{Checked, invalid, number};
 use super::check::{name, path};
 use super::raw::{RawCalibrationGates, RawRegistrationGates};
 use super::{CalibrationGates, CalibrationLink, LinkFile, LinkFiles, RegistrationGates, RegistrationLink};

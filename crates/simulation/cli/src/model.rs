@@ -20,7 +20,7 @@ use simulation::system::System;
 use crate::scene::raw::{RawLaw, RawOverlaps, RawScene, RawWalls};
 use crate::scene::{Checked, finite, invalid, named, pair, positive, short_name, within};
 use force::Lever;
-pub(crate) use separate::{Partner, Separated};
+pub(crate) use separate::Separated;
 pub(crate) use steps::{Move, Moving, Step};
 pub(crate) use terms::Maker;
 

@@ -2,8 +2,11 @@
 
 mod advance;
 mod certificate;
+mod contact;
 mod criteria;
 mod exact;
+mod found;
+mod moved;
 #[cfg(test)]
 mod scaled;
 mod settle;
@@ -11,12 +14,13 @@ mod stopwatch;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use certificate::{Contact, State};
+pub(crate) use certificate::State;
+pub(crate) use contact::Contact;
 pub(crate) use criteria::Measures;
 
 use crate::model::Model;
 use crate::scene::raw::RawSearch;
-use advance::Moved;
+use moved::Moved;
 use settle::Searcher;
 
 /// What a run found.

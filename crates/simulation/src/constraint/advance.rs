@@ -9,8 +9,8 @@ use nalgebra::Vector2;
 pub(super) use super::passing::first_fall;
 use super::passing::{Facing, LEFT, Pair};
 use super::shape::{Shape, boxes_near};
+use crate::bodies::Bodies;
 use crate::solid::Cursor;
-use crate::system::Bodies;
 
 /// Advances before a step is taken as far as it is proved.
 const MOST_ADVANCES: usize = 30;

@@ -7,8 +7,8 @@ use super::near::{outside_own, signed};
 use super::nearest::nearest;
 use super::passing::Facing;
 use super::shape::Shape;
+use crate::bodies::Bodies;
 use crate::solid::Cursor;
-use crate::system::Bodies;
 
 /// Which samples keep out of which arcs on the way of a step.
 pub(super) struct Apart<'a> {

@@ -18,9 +18,9 @@ use std::cell::{Ref, RefCell};
 
 use super::shape::Shape;
 use super::{Active, Change, Force};
+use crate::bodies::Bodies;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 use aim::Aim;
 pub(super) use detect::Between;
 pub(super) use row::Against;

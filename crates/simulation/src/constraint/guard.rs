@@ -11,10 +11,10 @@ use super::exact::{Against, Between, Exact, Wall};
 use super::rows::{Rows, bend};
 use super::stage::Stage;
 use super::{Active, Change, Force, Term, barrier};
+use crate::bodies::Bodies;
 use crate::q9::shape::line_slope;
 use crate::solid::{Cursor, Solid};
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 
 /// Samples of each arc; the first lies on its first node.
 const SAMPLES: u32 = 4;

@@ -8,9 +8,9 @@ use nalgebra::Vector2;
 
 use super::rows::{Rows, bend};
 use super::{Active, Change, Force, Progress, Term};
+use crate::bodies::Bodies;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 
 /// An end of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]

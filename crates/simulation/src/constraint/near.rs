@@ -4,10 +4,10 @@ use nalgebra::Vector2;
 
 use super::nearest::Nearest;
 use super::rows::{Row, Rows};
+use crate::bodies::Bodies;
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 
 /// A sample near an arc of another solid.
 #[derive(Debug, Clone, Copy)]

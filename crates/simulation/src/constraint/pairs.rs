@@ -16,9 +16,9 @@ use super::samples::Samples;
 use super::shape::Shape;
 use super::stage::Stage;
 use super::{Active, Change, Force, Term, advance, barrier};
+use crate::bodies::Bodies;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 
 /// Keeps solids apart.
 #[derive(Debug, Clone, PartialEq)]

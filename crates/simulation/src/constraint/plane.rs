@@ -11,9 +11,9 @@ use super::exact::{Between, Exact, Wall};
 use super::rows::{Rows, bend};
 use super::stage::Stage;
 use super::{Active, Change, Force, Term};
+use crate::bodies::Bodies;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 
 /// Exact contact that takes over sees this deep, in sizes of the largest solid.
 const DEPTH: f64 = 1e-3;

@@ -4,10 +4,10 @@ use std::ops::{Deref, DerefMut};
 
 use nalgebra::Vector2;
 
+use crate::bodies::Bodies;
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 
 /// Derivatives of a point by one unknown, and of its slope by the parameter of its arc.
 #[derive(Debug, Clone, Copy, Default)]

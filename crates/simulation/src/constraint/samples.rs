@@ -9,9 +9,9 @@ use super::meeting::Meeting;
 use super::near::{Near, outside_own};
 use super::nearest::nearest;
 use super::shape::{Shape, beside, box_distance, boxes_near};
+use crate::bodies::Bodies;
 use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
-use crate::system::Bodies;
 
 /// Samples of each arc, at least and at most; the first lies on its first node.
 const FEWEST: u32 = 4;

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 
+use crate::bodies::Bodies;
 use crate::solid::Cursor;
-use crate::system::Bodies;
 
 /// Positions of the nodes of one boundary, by arc, about [`Bodies::origin`].
 #[derive(Debug, Clone)]

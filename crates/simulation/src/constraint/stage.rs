@@ -2,7 +2,7 @@
 
 use super::exact::Exact;
 use super::{Active, Change};
-use crate::system::Bodies;
+use crate::bodies::Bodies;
 
 /// The barrier narrows by this factor from search to search.
 const NARROWER: f64 = 0.25;

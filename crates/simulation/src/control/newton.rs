@@ -1,84 +1,71 @@
 //! Newton's method with a line search, on the true second derivatives where they are positive definite.
+//!
+//! Each round of a search is in one of three phases:
+//!
+//! 1. *Balanced*: the free forces are below what is asked for. Two factorisations tell a minimum from a saddle, and a saddle
+//!    is left along a direction of negative curvature (Moré and Sorensen 1979).
+//! 2. *Reuse*: the last whole step left so little of the free forces that its factors serve once more (Shamanskii 1967).
+//! 3. *Factor*: new second derivatives, shifted where they are not positive definite (Nocedal and Wright 2006, 3.4), within a
+//!    radius that adapts, by a line search that lets no energy rise.
+//!
+//! Where no step lowers the energy any more, what is left of the forces must be rounding: else the search has failed.
 
+use super::evaluation::{Balance, Evaluation, largest};
+use super::factors::Factors;
+use super::line_search::{Line, Next};
+use super::report::Work;
 use super::rounding::Rounding;
-use super::search::{Line, Point, largest};
-use super::{Failed, Minimum, Potential, Stability};
-use crate::sparse::{Inertia, Ldl, Triplets};
+use super::{Failed, Minimum, Potential, Settings, Stability};
 
-/// When to stop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// The most steps.
-    pub most_iterations: usize,
-    /// The largest free force over the largest load: the one criterion, for every system and unit.
-    pub tolerance: f64,
-    /// The first limit of a parameter's change in a step, in sizes of the largest solid; it adapts.
-    pub first_radius: f64,
-    /// At a saddle, go on along a direction in which the energy falls.
-    pub leave_saddles: bool,
-    /// The state is only on the way to another: neither its stability is asked for, nor is a saddle left at its end.
-    pub provisional: bool,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            most_iterations: 400,
-            tolerance: 1e-8,
-            first_radius: 1.0,
-            leave_saddles: true,
-            provisional: false,
-        }
-    }
-}
-
-/// A shift or eigenvalue below this part of the largest diagonal entry is neutral.
-const NEUTRAL: f64 = 1e-12;
-/// Shifts of an indefinite matrix, in its scale: from, to.
-const LEAST_SHIFT: f64 = 1e-4;
-const MOST_SHIFT: f64 = 1e-1;
-/// Each shift tried, in the one before.
-const GROWS: f64 = 8.0;
 /// A state this many sizes away has no equilibrium near.
-const FAR: f64 = 1e4;
+const FAR_EXTENTS: f64 = 1e4;
 /// Leaving a saddle must lower the energy by this part of it: more than rounding.
-const LOWER: f64 = 1e-12;
-/// Directions of falling energy followed away from saddles.
-const MOST_SADDLES: usize = 8;
+const SADDLE_FALL: f64 = 1e-12;
+/// Saddles that a search leaves.
+const MAX_SADDLES: usize = 8;
+/// Steps away from a saddle that are tried, in pairs of one length either way.
+const MAX_SADDLE_STEPS: i32 = 24;
+/// The first of them, in sizes of the largest solid.
+const FIRST_SADDLE_STEP: f64 = 1e-2;
 /// Free forces below this part of the largest load, with a falling direction, mean a saddle near.
 const NEAR_SADDLE: f64 = 1e-3;
-
-/// A whole step that leaves this part of the free forces says that the matrix has hardly changed: the next step is made with the one
-/// before, whose factors are there.
-const HARDLY: f64 = 1.0 / 32.0;
+/// A whole step that leaves this part of the free forces says that the matrix has hardly changed.
+const REUSE_BELOW: f64 = 1.0 / 32.0;
 /// A step with an old matrix must leave no more than this part for another one.
-const ENOUGH: f64 = 1.0 / 8.0;
+const REUSE_AGAIN_BELOW: f64 = 1.0 / 8.0;
+/// Where no step goes on, forces within this many tolerances and roundings are at the end.
+const NEAR_TOLERANCES: f64 = 1e3;
+const NEAR_ROUNDINGS: f64 = 1e2;
 
 /// The method, with the memory it keeps from one search to the next.
 #[derive(Debug, Default)]
 pub struct Newton {
     /// When to stop.
     pub settings: Settings,
-    pub(super) ldl: Ldl,
-    matrix: Triplets,
-    /// Where the true matrix of the last step was not positive definite, a direction of negative curvature.
-    pub(super) falling: Option<Vec<f64>>,
-    /// The last shift that made the matrix positive definite.
-    shift: f64,
-    /// The factors are those of a true matrix, without a shift.
-    unshifted: bool,
-    /// Of each unknown, beside the largest.
-    stiffness: Vec<f64>,
+    factors: Factors,
 }
 
-/// Counters.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Work {
-    iterations: usize,
-    evaluations: usize,
-    factorisations: usize,
-    projected: usize,
-    saddles: usize,
+/// What a round of a search does: see the module.
+enum Phase {
+    Balanced,
+    Reuse,
+    Factor,
+}
+
+/// A search under way.
+struct Search<'a, P> {
+    newton: &'a mut Newton,
+    potential: &'a P,
+    a: &'a mut Vec<f64>,
+    at: Evaluation,
+    balance: Balance,
+    /// The largest change of a parameter in a step.
+    radius: f64,
+    /// By unknown: times 2^-52 what the last matrix leaves of the forces as rounding.
+    force_sizes: Vec<f64>,
+    /// Below this free force the factors at hand serve once more.
+    reuse_below: Option<f64>,
+    work: Work,
 }
 
 impl Newton {
@@ -98,288 +85,250 @@ impl Newton {
     /// # Errors
     /// [`Failed`]. `a` is then the last state.
     pub fn minimise(&mut self, potential: &impl Potential, a: &mut Vec<f64>) -> Result<Minimum, Failed> {
-        let mut work = Work::default();
-        let mut at = Point::of(potential, a).ok_or(Failed::NoEnergy)?;
-        let mut radius = self.settings.first_radius * potential.extent();
-        let mut rounding = vec![0.0; a.len()];
-        // What the last whole step left of the free forces, if its matrix will do for the next.
-        let (mut left, mut before): (Option<f64>, f64) = (None, 0.0);
+        let mut search = Search::start(self, potential, a)?;
         loop {
-            let (residual, load) = at.balance(potential, a);
-            let again = left.is_some_and(|most| residual <= most * before);
-            let wanted = self.settings.tolerance * load;
-            if at.within(potential, wanted, &rounding, 1.0) {
-                if self.settings.provisional {
-                    return self.minimum(potential, a, &at, Stability::default(), work);
+            let end = match search.phase() {
+                Phase::Balanced => search.end_or_leave_saddle()?,
+                _ if search.is_spent() => Some(search.end_at_rounding()?),
+                Phase::Reuse => {
+                    search.reuse();
+                    None
                 }
-                let stability = self.stability(potential, a, &mut work)?;
-                // The factorisation left is that of `stability`.
-                self.falling = self.ldl.falling_direction();
-                if stability.falling == 0 || !self.leave(potential, a, &mut at, &mut work) {
-                    return self.minimum(potential, a, &at, stability, work);
-                }
-            }
-            let failed = Failed::NotConverged {
-                iterations: work.iterations,
-                residual,
-                load,
+                Phase::Factor => search.factor()?,
             };
-            if work.iterations >= self.settings.most_iterations {
-                return self.ended(potential, a, &at, wanted, &mut work).unwrap_or(Err(failed));
-            }
-            work.iterations += 1;
-            before = residual;
-            if again {
-                left = self.again(potential, a, &mut at, radius, &mut work);
-                continue;
-            }
-            let step = self.step(potential, a, &at, &mut work).ok_or(failed)?;
-            // Near a saddle the convex steps crawl: the force that leads away from it is small.
-            if residual <= NEAR_SADDLE * load && self.leave(potential, a, &mut at, &mut work) {
-                continue;
-            }
-            rounding = self.matrix.absolute_product(a);
-            let line = Line::new(potential, a, &at, step, radius);
-            let Some(next) = line.search(&mut work.evaluations) else {
-                // No step lowers the energy any more: rounding, if the forces are near it.
-                if residual <= 1e3 * wanted && at.within(potential, 0.0, &rounding, 1e2) {
-                    let stability = self.stability(potential, a, &mut work)?;
-                    return self.minimum(potential, a, &at, stability, work);
-                }
-                return self.ended(potential, a, &at, wanted, &mut work).unwrap_or(Err(failed));
-            };
-            radius = line.next_radius(&next, radius);
-            left = (self.unshifted && line.whole(&next)).then_some(HARDLY);
-            at = next.point;
-            *a = next.a;
-            let distance = largest(a);
-            if distance > FAR * potential.extent() {
-                let extents = distance / potential.extent();
-                return Err(Failed::Unbounded {
-                    iterations: work.iterations,
-                    distance,
-                    extents,
-                });
+            if let Some(minimum) = end {
+                return Ok(minimum);
             }
         }
     }
 
-    /// A step with the factors of the step before. What it may leave of the free forces, for another; `None` where it is none, and `a` is as
-    /// it was, or not whole.
-    fn again(
-        &mut self,
-        potential: &impl Potential,
-        a: &mut Vec<f64>,
-        at: &mut Point,
-        radius: f64,
-        work: &mut Work,
-    ) -> Option<f64> {
-        let step = self.finite_step(potential, at)?;
-        let line = Line::new(potential, a, at, step, radius);
-        let next = line.search(&mut work.evaluations)?;
-        let left = line.whole(&next).then_some(ENOUGH);
-        *at = next.point;
-        *a = next.a;
-        left
-    }
-
     /// Newton's step from a state, with its largest free force and load. `None` without energy, or without a step.
     pub(crate) fn direction(&mut self, potential: &impl Potential, a: &[f64]) -> Option<(Vec<f64>, [f64; 2])> {
-        let at = Point::of(potential, a)?;
-        let (residual, load) = at.balance(potential, a);
-        let mut work = Work::default();
-        let step = self.step(potential, a, &at, &mut work)?;
+        let at = Evaluation::of(potential, a)?;
+        let Balance { residual, load } = at.balance(potential, a);
+        let step = self.factors.new_step(potential, a, &at, &mut Work::default())?;
         Some((step, [residual, load]))
     }
 
     /// The direction of falling energy at the last saddle, once.
     pub(crate) fn falling(&mut self) -> Option<Vec<f64>> {
-        self.falling.take()
+        self.factors.falling.take()
     }
 
     /// The largest free force of a state, and the largest load or reaction. `None` without energy.
     pub(crate) fn balance(potential: &impl Potential, a: &[f64]) -> Option<[f64; 2]> {
-        Point::of(potential, a).map(|at| at.balance(potential, a).into())
+        let Balance { residual, load } = Evaluation::of(potential, a)?.balance(potential, a);
+        Some([residual, load])
     }
 
     /// True where every free force of a state is below `wanted` or what rounding leaves of it.
     pub(crate) fn rounded(potential: &impl Potential, a: &[f64], wanted: f64) -> bool {
-        Point::of(potential, a).is_some_and(|at| at.rounded(potential, a, wanted))
+        Evaluation::of(potential, a).is_some_and(|at| at.is_rounded(potential, a, wanted))
     }
 
-    /// The second derivatives with fixed unknowns out of the way, and their largest diagonal entry.
-    fn assemble(&mut self, potential: &impl Potential, a: &[f64], convex: bool) -> Option<f64> {
-        potential.hessian(a, convex, &mut self.matrix)?;
-        let scale = largest(&self.matrix.diagonal());
-        self.matrix.fix(potential.fixed(), scale.max(f64::MIN_POSITIVE));
-        self.ldl.take(&self.matrix);
-        potential.relative_stiffness(&mut self.stiffness);
-        self.ldl.weigh(&self.stiffness);
-        Some(scale)
-    }
-
-    /// Newton's step: with the true matrix if it is positive definite, else with a shift that makes it so, else with the
-    /// convex one.
-    fn step(&mut self, potential: &impl Potential, a: &[f64], at: &Point, work: &mut Work) -> Option<Vec<f64>> {
-        let scale = self.assemble(potential, a, false)?;
-        // Without any stiffness, as a falling rigid solid, the step follows the forces.
-        let unit = if scale > 0.0 {
-            scale.min(potential.stiffness())
-        } else {
-            largest(&at.gradient) / potential.extent()
-        };
-        (self.falling, self.unshifted) = (None, false);
-        for neutral in [0.0, 1e-10] {
-            work.factorisations += 1;
-            match self.ldl.definite(neutral * unit) {
-                Ok(true) => {
-                    (self.shift, self.unshifted) = (0.0, true);
-                    return self.finite_step(potential, at);
-                }
-                Ok(false) => {
-                    self.falling = self.ldl.falling_direction();
-                    break;
-                }
-                Err(_) => {}
-            }
+    /// What a state is that needs no step: every free force is below `tolerance` times the largest load, or what rounding
+    /// leaves of it. `None` where one is not.
+    pub(crate) fn at_rest(&mut self, potential: &impl Potential, a: &mut Vec<f64>) -> Option<Minimum> {
+        let mut search = Search::start(self, potential, a).ok()?;
+        if !search.at.is_rounded(potential, search.a, search.wanted()) {
+            return None;
         }
-        work.projected += 1;
-        if self.shifted(unit, work) {
-            return self.finite_step(potential, at);
-        }
-        self.assemble(potential, a, true)?;
-        let shifts = [0.0, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
-        shifts.iter().find(|s| self.definite(*s * unit, work))?;
-        self.finite_step(potential, at)
-    }
-
-    /// Shifts the matrix by as little as makes it definite; false where no shift does.
-    ///
-    /// First all unknowns alike, by parts of the softest stiffness: what is stiff rolls and slides on what is soft as that lets it, and a part of
-    /// its own stiffness would hold it. Then each by parts of its own.
-    fn shifted(&mut self, unit: f64, work: &mut Work) -> bool {
-        let softest = self.stiffness.iter().copied().fold(1.0, f64::min);
-        let alike = vec![softest; self.stiffness.len()];
-        if self.shifted_by(&alike, unit, work) {
-            return true;
-        }
-        let own = std::mem::take(&mut self.stiffness);
-        let found = softest < 1.0 && self.shifted_by(&own, unit, work);
-        self.stiffness = own;
+        let found = search.end().ok();
+        // Of this state, for whoever leaves it: else that of a step before.
+        self.factors.falling = self.factors.falling_direction();
         found
     }
+}
 
-    fn shifted_by(&mut self, weights: &[f64], unit: f64, work: &mut Work) -> bool {
-        self.ldl.weigh(weights);
-        let mut shift = (self.shift / 4.0).max(LEAST_SHIFT);
-        while shift <= MOST_SHIFT {
-            if self.definite(shift * unit, work) {
-                self.shift = shift;
-                return true;
-            }
-            shift *= GROWS;
-        }
-        false
-    }
-
-    fn definite(&mut self, shift: f64, work: &mut Work) -> bool {
-        work.factorisations += 1;
-        self.ldl.definite(shift).is_ok_and(|definite| definite)
-    }
-
-    fn finite_step(&self, potential: &impl Potential, at: &Point) -> Option<Vec<f64>> {
-        Some(self.solve(potential, at)).filter(|step| step.iter().all(|s| s.is_finite()))
-    }
-
-    fn solve(&self, potential: &impl Potential, at: &Point) -> Vec<f64> {
-        let free = at.gradient.iter().zip(potential.fixed());
-        let mut step: Vec<f64> = free.map(|(g, fixed)| if *fixed { 0.0 } else { -g }).collect();
-        self.ldl.solve(&mut step);
-        step
-    }
-
-    /// Counts eigenvalues below `-tau` and within `tau` of zero by two factorisations (Sylvester).
-    pub(super) fn stability(
-        &mut self,
-        potential: &impl Potential,
-        a: &[f64],
-        work: &mut Work,
-    ) -> Result<Stability, Failed> {
-        let scale = self.assemble(potential, a, false).ok_or(Failed::NoEnergy)?;
-        // Not below what the stiffest contact leaves of the digits.
-        let (least, own) = (4.0 * f64::EPSILON * scale, NEUTRAL * scale.min(potential.stiffness()));
-        let tau = own.max(least).max(f64::MIN_POSITIVE);
-        self.stiffness.iter_mut().for_each(|s| *s = (*s * own).max(least) / tau);
-        self.ldl.weigh(&self.stiffness);
-        let mut negative = |shift: f64| -> usize {
-            work.factorisations += 1;
-            // A pivot that vanishes at one shift does not at a neighbour.
-            let tries = [1.0, 1.37, 0.71, 2.03];
-            let found = tries.iter().find_map(|t| self.ldl.shifted(t * shift).ok());
-            found.unwrap_or(Inertia::default()).negative
-        };
-        let below = negative(-tau);
-        // Where none lies below `tau`, none lies below `-tau`.
-        let falling = if below == 0 { 0 } else { negative(tau) };
-        Ok(Stability {
-            falling,
-            neutral: below.saturating_sub(falling),
+impl<'a, P: Potential> Search<'a, P> {
+    fn start(newton: &'a mut Newton, potential: &'a P, a: &'a mut Vec<f64>) -> Result<Self, Failed> {
+        let at = Evaluation::of(potential, a).ok_or(Failed::NoEnergy)?;
+        Ok(Self {
+            balance: at.balance(potential, a),
+            radius: newton.settings.first_radius * potential.extent(),
+            force_sizes: vec![0.0; a.len()],
+            reuse_below: None,
+            work: Work::default(),
+            newton,
+            potential,
+            a,
+            at,
         })
     }
 
+    /// The free force at which the search is done.
+    fn wanted(&self) -> f64 {
+        self.newton.settings.tolerance * self.balance.load
+    }
+
+    fn phase(&self) -> Phase {
+        if self.at.is_within(self.potential, self.wanted(), &self.force_sizes, 1.0) {
+            return Phase::Balanced;
+        }
+        match self.reuse_below {
+            Some(most) if self.balance.residual <= most => Phase::Reuse,
+            _ => Phase::Factor,
+        }
+    }
+
+    fn is_spent(&self) -> bool {
+        self.work.iterations >= self.newton.settings.most_iterations
+    }
+
+    fn not_converged(&self) -> Failed {
+        Failed::NotConverged {
+            iterations: self.work.iterations,
+            residual: self.balance.residual,
+            load: self.balance.load,
+        }
+    }
+
+    /// Goes on to another state. The factors at hand serve there if it has at most `reuse_below` of the free forces.
+    fn take(&mut self, next: Next, reuse_below: Option<f64>) {
+        self.reuse_below = reuse_below.map(|part| part * self.balance.residual);
+        (self.at, *self.a) = (next.evaluation, next.a);
+        self.balance = self.at.balance(self.potential, self.a);
+    }
+
+    /// The minimum, or `None` where this was a saddle and another state has less energy.
+    fn end_or_leave_saddle(&mut self) -> Result<Option<Minimum>, Failed> {
+        if self.newton.settings.provisional {
+            return self.minimum(Stability::default()).map(Some);
+        }
+        let stability = self.newton.factors.stability(self.potential, self.a, &mut self.work)?;
+        // The factorisation left is that of the stability.
+        self.newton.factors.falling = self.newton.factors.falling_direction();
+        if stability.falling == 0 || !self.leave_saddle() {
+            return self.minimum(stability).map(Some);
+        }
+        Ok(None)
+    }
+
+    /// A step with the factors of the step before. Where there is none, the next round factors.
+    fn reuse(&mut self) {
+        self.work.iterations += 1;
+        let next = self.newton.factors.step(self.potential, &self.at).and_then(|step| {
+            let line = Line::new(self.potential, self.a, &self.at, step, self.radius);
+            let next = line.search(&mut self.work.evaluations)?;
+            let again = line.whole(&next).then_some(REUSE_AGAIN_BELOW);
+            Some((next, again))
+        });
+        match next {
+            Some((next, again)) => self.take(next, again),
+            None => self.reuse_below = None,
+        }
+    }
+
+    /// A step with new factors; a minimum where no step goes on and all that is left of the forces is rounding.
+    fn factor(&mut self) -> Result<Option<Minimum>, Failed> {
+        let failed = self.not_converged();
+        self.work.iterations += 1;
+        let factors = &mut self.newton.factors;
+        let step = factors
+            .new_step(self.potential, self.a, &self.at, &mut self.work)
+            .ok_or(failed)?;
+        // Near a saddle the convex steps crawl: the force that leads away from it is small.
+        if self.balance.residual <= NEAR_SADDLE * self.balance.load && self.leave_saddle() {
+            return Ok(None);
+        }
+        self.force_sizes = self.newton.factors.force_sizes(self.a);
+        let line = Line::new(self.potential, self.a, &self.at, step, self.radius);
+        let Some(next) = line.search(&mut self.work.evaluations) else {
+            return self.end_without_a_step().map(Some);
+        };
+        let is_whole = self.newton.factors.is_true && line.whole(&next);
+        self.radius = line.next_radius(&next, self.radius);
+        self.take(next, is_whole.then_some(REUSE_BELOW));
+        self.check_distance()?;
+        Ok(None)
+    }
+
+    fn check_distance(&self) -> Result<(), Failed> {
+        let (distance, extent) = (largest(self.a), self.potential.extent());
+        if distance <= FAR_EXTENTS * extent {
+            return Ok(());
+        }
+        Err(Failed::Unbounded {
+            iterations: self.work.iterations,
+            distance,
+            extents: distance / extent,
+        })
+    }
+
+    /// The end where no step lowers the energy: rounding, if the forces are near it.
+    fn end_without_a_step(&mut self) -> Result<Minimum, Failed> {
+        let near = self.balance.residual <= NEAR_TOLERANCES * self.wanted();
+        if near
+            && self
+                .at
+                .is_within(self.potential, 0.0, &self.force_sizes, NEAR_ROUNDINGS)
+        {
+            return self.end();
+        }
+        self.end_at_rounding()
+    }
+
+    /// The end where the forces are what rounding leaves of them; else the search has failed.
+    fn end_at_rounding(&mut self) -> Result<Minimum, Failed> {
+        match self.at.is_rounded(self.potential, self.a, self.wanted()) {
+            true => self.end(),
+            false => Err(self.not_converged()),
+        }
+    }
+
+    fn end(&mut self) -> Result<Minimum, Failed> {
+        let factors = &mut self.newton.factors;
+        let stability = factors.stability(self.potential, self.a, &mut self.work)?;
+        self.minimum(stability)
+    }
+
     /// Leaves a saddle along a direction of falling energy, either way. False where there is none, or too often.
-    fn leave(&mut self, potential: &impl Potential, a: &mut Vec<f64>, at: &mut Point, work: &mut Work) -> bool {
-        if !self.settings.leave_saddles || work.saddles >= MOST_SADDLES {
+    fn leave_saddle(&mut self) -> bool {
+        if !self.newton.settings.leave_saddles || self.work.saddles >= MAX_SADDLES {
             return false;
         }
-        let Some(mut direction) = self.falling.take() else {
+        let Some(mut direction) = self.newton.factors.falling.take() else {
             return false;
         };
-        work.saddles += 1;
-        for (d, fixed) in direction.iter_mut().zip(potential.fixed()) {
+        self.work.saddles += 1;
+        for (d, fixed) in direction.iter_mut().zip(self.potential.fixed()) {
             *d = if *fixed { 0.0 } else { *d };
         }
-        let size = 1e-2 * potential.extent() / largest(&direction).max(f64::MIN_POSITIVE);
-        for k in 0..24 {
-            let by = size * 0.5_f64.powi(k / 2) * if k % 2 == 0 { 1.0 } else { -1.0 };
+        let length = FIRST_SADDLE_STEP * self.potential.extent() / largest(&direction).max(f64::MIN_POSITIVE);
+        let most = self.at.energy - SADDLE_FALL * self.at.energy.abs();
+        for k in 0..MAX_SADDLE_STEPS {
+            let by = length * 0.5_f64.powi(k / 2) * if k % 2 == 0 { 1.0 } else { -1.0 };
             let step: Vec<f64> = direction.iter().map(|d| d * by).collect();
-            let reach = potential.reach(a, &step);
-            let moved: Vec<f64> = a.iter().zip(&step).map(|(a, s)| a + reach * s).collect();
-            work.evaluations += 1;
-            if let Some(point) = Point::of(potential, &moved).filter(|p| p.energy < at.energy - LOWER * at.energy.abs())
-            {
-                *a = moved;
-                *at = point;
+            let reach = self.potential.reach(self.a, &step);
+            let a: Vec<f64> = self.a.iter().zip(&step).map(|(a, s)| a + reach * s).collect();
+            self.work.evaluations += 1;
+            if let Some(at) = Evaluation::of(self.potential, &a).filter(|at| at.energy < most) {
+                (self.at, *self.a) = (at, a);
+                self.balance = self.at.balance(self.potential, self.a);
+                // The factors at hand are those of the saddle.
+                self.reuse_below = None;
                 return true;
             }
         }
         false
     }
 
-    pub(super) fn minimum(
-        &self,
-        potential: &impl Potential,
-        a: &[f64],
-        at: &Point,
-        stability: Stability,
-        work: Work,
-    ) -> Result<Minimum, Failed> {
-        let least_determinant = potential.least_determinant(a);
+    fn minimum(&self, stability: Stability) -> Result<Minimum, Failed> {
+        let least_determinant = self.potential.least_determinant(self.a);
         if least_determinant.is_nan() || least_determinant <= 0.0 {
             return Err(Failed::Inverted { least_determinant });
         }
-        let (residual, load) = at.balance(potential, a);
         Ok(Minimum {
-            energy: at.energy,
-            residual,
-            load,
-            rounding: Rounding::of(potential, a).largest(potential.fixed()),
+            energy: self.at.energy,
+            residual: self.balance.residual,
+            load: self.balance.load,
+            rounding: Rounding::of(self.potential, self.a).largest(self.potential.fixed()),
             stability,
             least_determinant,
-            iterations: work.iterations,
-            evaluations: work.evaluations,
-            factorisations: work.factorisations,
-            projected: work.projected,
+            iterations: self.work.iterations,
+            evaluations: self.work.evaluations,
+            factorisations: self.work.factorisations,
+            projected: self.work.projected,
         })
     }
 }

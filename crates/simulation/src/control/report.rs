@@ -72,3 +72,15 @@ pub enum Failed {
         least_determinant: f64,
     },
 }
+
+/// What a search has cost so far.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Work {
+    pub(super) iterations: usize,
+    pub(super) evaluations: usize,
+    pub(super) factorisations: usize,
+    /// Steps whose true matrix was not positive definite.
+    pub(super) projected: usize,
+    /// Saddles that were left.
+    pub(super) saddles: usize,
+}

@@ -4,9 +4,7 @@
 //! at an equilibrium is up to some 2^-52 of the sum of their absolute values, whatever the load. So is a barrier's with the positions that
 //! its gaps are differences of.
 
-use super::newton::Work;
-use super::search::Point;
-use super::{Failed, Minimum, Newton, Potential};
+use super::Potential;
 
 /// Roundings of each product: of the displacement, of the gradient that it enters, of the stress, of the force and of their sums.
 const ROUNDINGS: f64 = 8.0;
@@ -34,41 +32,5 @@ impl Rounding {
         let each = gradient.iter().zip(potential.fixed()).enumerate();
         each.filter(|(_, (_, fixed))| !**fixed)
             .all(|(i, (g, _))| g.abs() <= wanted.max(least(i)))
-    }
-}
-
-impl Point {
-    /// True where every free force is below `wanted` or what rounding leaves of it.
-    pub(super) fn rounded(&self, potential: &impl Potential, a: &[f64], wanted: f64) -> bool {
-        Rounding::of(potential, a).covers(potential, &self.gradient, wanted)
-    }
-}
-
-impl Newton {
-    /// What a state is that needs no step: every free force is below `tolerance` times the largest load, or what rounding leaves of it.
-    /// `None` where one is not.
-    pub(crate) fn at_rest(&mut self, potential: &impl Potential, a: &[f64]) -> Option<Minimum> {
-        let at = Point::of(potential, a)?;
-        let (_, load) = at.balance(potential, a);
-        let wanted = self.settings.tolerance * load;
-        let found = self.ended(potential, a, &at, wanted, &mut Work::default())?.ok();
-        // Of this state, for whoever leaves it: else that of a step before.
-        self.falling = self.ldl.falling_direction();
-        found
-    }
-
-    /// The state where no step goes on: the end, where all that is left of the forces is rounding.
-    pub(super) fn ended(
-        &mut self,
-        potential: &impl Potential,
-        a: &[f64],
-        at: &Point,
-        wanted: f64,
-        work: &mut Work,
-    ) -> Option<Result<Minimum, Failed>> {
-        at.rounded(potential, a, wanted).then(|| {
-            let stability = self.stability(potential, a, work)?;
-            self.minimum(potential, a, at, stability, *work)
-        })
     }
 }

@@ -32,7 +32,7 @@ impl Mesh {
         let reference = interpolated(&corners, at);
         let theta = match &it.pressure {
             None => Some(None),
-            Some(pressure) => pressure.theta(it, material, &u, reference).map(Some),
+            Some(pressure) => pressure.theta(&it.points, material, &u, reference).map(Some),
         };
         Some(FieldPoint {
             position: reference + interpolated(&u, at),

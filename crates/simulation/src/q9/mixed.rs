@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 
-use super::element::{Blocks, DOFS, Element, Forces, Stiffness, add_forces, clamped};
+use super::blocks::{Blocks, DOFS, Forces, Stiffness, add_forces, clamped};
 use super::{GaussPoint, NODES};
 use crate::law::{Material, Volume};
 
@@ -59,50 +59,50 @@ impl Pressure {
     /// `Pi theta` at a reference position.
     pub(super) fn theta(
         &self,
-        element: &Element,
+        points: &[GaussPoint],
         material: &Material,
         u: &[Vector2<f64>; NODES],
         reference: Vector2<f64>,
     ) -> Option<f64> {
-        let volumes = Self::volumes(element, material, u)?;
-        let mean = self.project(&element.points, |k| volumes[k].theta);
+        let volumes = Self::volumes(points, material, u)?;
+        let mean = self.project(points, |k| volumes[k].theta);
         let x = (reference - self.centre) / self.size;
         Some(mean.dot(&Vector3::new(1.0, x.x, x.y)))
     }
 
-    pub(super) fn energy(&self, element: &Element, material: &Material, u: &[Vector2<f64>; NODES]) -> Option<f64> {
-        let mut theta = vec![0.0; element.points.len()];
+    pub(super) fn energy(&self, points: &[GaussPoint], material: &Material, u: &[Vector2<f64>; NODES]) -> Option<f64> {
+        let mut theta = vec![0.0; points.len()];
         let mut energy = 0.0;
-        for (theta, point) in theta.iter_mut().zip(&element.points) {
+        for (theta, point) in theta.iter_mut().zip(points) {
             let g = point.gradient(u);
             *theta = material.volume(&g)?.theta;
             energy += point.weight * material.shear_density(&g)?;
         }
-        let mean = self.project(&element.points, |k| theta[k]);
-        Some(energy + self.volume_energy(material, element, &mean)).filter(|e| e.is_finite())
+        let mean = self.project(points, |k| theta[k]);
+        Some(energy + self.volume_energy(material, points, &mean)).filter(|e| e.is_finite())
     }
 
     /// `(lambda / 2) int (Pi theta)^2`.
-    fn volume_energy(&self, material: &Material, element: &Element, mean: &Vector3<f64>) -> f64 {
+    fn volume_energy(&self, material: &Material, points: &[GaussPoint], mean: &Vector3<f64>) -> f64 {
         let square = |(b, p): (&Vector3<f64>, &GaussPoint)| p.weight * b.dot(mean).powi(2);
-        0.5 * material.lame.lambda * self.basis.iter().zip(&element.points).map(square).sum::<f64>()
+        0.5 * material.lame.lambda * self.basis.iter().zip(points).map(square).sum::<f64>()
     }
 
-    fn volumes(element: &Element, material: &Material, u: &[Vector2<f64>; NODES]) -> Option<Vec<Volume>> {
-        element.points.iter().map(|p| material.volume(&p.gradient(u))).collect()
+    fn volumes(points: &[GaussPoint], material: &Material, u: &[Vector2<f64>; NODES]) -> Option<Vec<Volume>> {
+        points.iter().map(|p| material.volume(&p.gradient(u))).collect()
     }
 
     pub(super) fn gradient(
         &self,
-        element: &Element,
+        points: &[GaussPoint],
         material: &Material,
         u: &[Vector2<f64>; NODES],
         forces: &mut Forces,
     ) -> Option<f64> {
-        let volumes = Self::volumes(element, material, u)?;
-        let mean = self.project(&element.points, |k| volumes[k].theta);
-        let mut energy = self.volume_energy(material, element, &mean);
-        for ((point, basis), volume) in element.points.iter().zip(&self.basis).zip(&volumes) {
+        let volumes = Self::volumes(points, material, u)?;
+        let mean = self.project(points, |k| volumes[k].theta);
+        let mut energy = self.volume_energy(material, points, &mean);
+        for ((point, basis), volume) in points.iter().zip(&self.basis).zip(&volumes) {
             let shear = material.shear(&point.gradient(u))?;
             let pressure = material.lame.lambda * basis.dot(&mean);
             add_forces(point, &(shear.stress + volume.gradient * pressure), forces);
@@ -113,18 +113,18 @@ impl Pressure {
 
     pub(super) fn stiffness(
         &self,
-        element: &Element,
+        points: &[GaussPoint],
         material: &Material,
         u: &[Vector2<f64>; NODES],
         convex: bool,
     ) -> Option<Stiffness> {
         let lambda = material.lame.lambda;
-        let volumes = Self::volumes(element, material, u)?;
-        let mean = self.project(&element.points, |k| volumes[k].theta);
+        let volumes = Self::volumes(points, material, u)?;
+        let mean = self.project(points, |k| volumes[k].theta);
         let mut blocks = Blocks::default();
         // Columns: how much the three moments of theta change with each degree of freedom.
         let mut moments = SMatrix::<f64, DOFS, 3>::zeros();
-        for ((point, basis), volume) in element.points.iter().zip(&self.basis).zip(&volumes) {
+        for ((point, basis), volume) in points.iter().zip(&self.basis).zip(&volumes) {
             let g = point.gradient(u);
             let tangent = material.shear(&g)?.tangent + volume.hessian * (lambda * basis.dot(&mean));
             blocks.add(point, &clamped(material, tangent, &g, convex));

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use super::{Boundary, Solid};
 use crate::law::{Law, Material};
-use crate::q9::element::{DOFS, Forces, Stiffness};
+use crate::q9::blocks::{DOFS, Forces, Stiffness};
 use crate::q9::{FieldPoint, Mesh};
 use crate::sparse::Triplets;
 

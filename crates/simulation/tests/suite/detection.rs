@@ -2,10 +2,10 @@
 
 use crate::common::scenes::{five, heap};
 use nalgebra::Vector2;
+use simulation::bodies::Bodies;
 use simulation::constraint::{Pairs, Term, barrier, nearest};
 use simulation::equilibrium::settled;
 use simulation::law::Law;
-use simulation::system::Bodies;
 
 /// The energy of a barrier of this width and stiffness, by every sample of every solid against every arc of every other: four
 /// samples an arc, as many as arcs have that bend less than the width.

@@ -8,7 +8,7 @@ mod columns;
 mod layer;
 
 use super::super::Samples;
-use super::kernels::Kernel;
+use super::kernel::Kernel;
 use super::runs::Run;
 use super::source::Source;
 use super::walk::{Spot, Walk};

@@ -11,7 +11,7 @@ use scene::{Sampling, SlabMode};
 
 use super::super::Samples;
 use super::aligned::{Axes, Lines, Separable};
-use super::kernels::Kernel;
+use super::kernel::Kernel;
 use super::patch::Patches;
 use super::region::Region;
 use super::tiles::{Copies, Tiles};

@@ -7,7 +7,6 @@
 use std::ops::Range;
 
 use super::super::Samples;
-use super::tiles::Tile;
 
 /// The side of the cubes of voxels that are copied together, as bricks have it.
 pub(super) const SIDE: usize = 4;
@@ -24,6 +23,13 @@ const FLATTEST: f64 = 1.0 / 64.0;
 const ROUNDING: f64 = 1e-3;
 /// The three bounds are rounded by less: 128 rows of half a unit in the last place each.
 const SLACK: f64 = 0.01;
+
+/// The columns and rows of a tile.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Tile {
+    pub(super) columns: Range<usize>,
+    pub(super) rows: Range<usize>,
+}
 
 /// The voxels of a box about the tile, of which rows are bounded further.
 #[derive(Debug, Clone)]

@@ -1,23 +1,14 @@
 //! In which pieces an image is drawn, and the copies of the voxels about them.
 
-use std::ops::Range;
-
 use super::super::Samples;
-use super::kernels::Kernel;
+use super::kernel::Kernel;
 use super::patch::{Patches, Plan};
-use super::region::{LONGEST, Region, SIDE};
+use super::region::{LONGEST, Region, SIDE, Tile};
 
 /// Columns and rows of tiles that are drawn from copies, the best first: long rows cost least, small tiles fit larger pixels.
 const COPIED: [[usize; 2]; 4] = [[64, 32], [32, 32], [32, 16], [16, 16]];
 /// Columns and rows of tiles that are drawn from the volume.
 const IN_PLACE: [usize; 2] = [64, 8];
-
-/// The columns and rows of a tile.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Tile {
-    pub(super) columns: Range<usize>,
-    pub(super) rows: Range<usize>,
-}
 
 /// An image cut into tiles, row by row. They begin at whole blocks.
 #[derive(Debug, Clone)]

@@ -15,6 +15,7 @@ mod along;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod dense;
+mod proof;
 
 use std::ops::Range;
 
@@ -26,10 +27,7 @@ use super::points::Weights;
 use super::runs::{RUN, Run, Runs};
 use super::source::Source;
 use super::walk::{LANES, Walk};
-
-/// Proof that this CPU has AVX2.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Vector(());
+pub(super) use proof::Vector;
 
 /// What blocks of eight are read with.
 ///
@@ -46,26 +44,6 @@ pub(super) struct Cell<'a> {
 }
 
 impl Vector {
-    /// Whether this CPU has it.
-    pub(super) fn detect() -> Option<Self> {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            return Some(Self(()));
-        }
-        None
-    }
-
-    /// Runs `work` compiled for AVX2 where there is a proof, else as it is.
-    #[inline(always)]
-    pub(super) fn with(vector: Option<Self>, work: impl FnOnce()) {
-        match vector {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: the proof says that this CPU has AVX2.
-            Some(Self(())) => unsafe { avx2::run(work) },
-            _ => work(),
-        }
-    }
-
     /// [`Runs::draw`] with vector instructions.
     pub(super) fn with_runs<V: Run>(
         self,
@@ -79,21 +57,6 @@ impl Vector {
         // SAFETY: `self` is the proof that this CPU has AVX2.
         unsafe {
             avx2::runs(runs, walk, columns, line, weights);
-        }
-    }
-
-    /// Asks for the memory of `N` values from place `from` on, if there are so many.
-    #[inline(always)]
-    pub(super) fn fetch<const N: usize, V>(self, values: &[V], from: usize) {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(values) = values.get(from..).and_then(|rest| rest.first_chunk::<N>()) {
-            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-            let (first, bytes) = (values.as_ptr().cast::<i8>(), size_of_val(values));
-            // The last byte as well: values need not begin where cache lines do.
-            for at in (0..bytes).step_by(64).chain([bytes - 1]) {
-                // SAFETY: fetching reads nothing, and the address is within the values.
-                unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(at)) };
-            }
         }
     }
 
@@ -122,17 +85,6 @@ impl Vector {
         // SAFETY: `self` is the proof that this CPU has AVX2.
         unsafe {
             along::along::<N>(columns, values, line);
-        }
-    }
-
-    /// Asks for the memory of the value at `place`, if there is one.
-    #[inline(always)]
-    pub(super) fn fetch_one<V>(self, values: &[V], place: usize) {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(value) = values.get(place) {
-            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-            // SAFETY: fetching reads nothing, and the address is that of a value.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) };
         }
     }
 

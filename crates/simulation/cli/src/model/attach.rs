@@ -1,9 +1,10 @@
 //! What acts on single points: links and forces.
 
 use nalgebra::Vector2;
+use simulation::bodies::Bodies;
 use simulation::constraint::{End, Link, nearest};
 use simulation::solid::Cursor;
-use simulation::system::{Bodies, System};
+use simulation::system::System;
 
 use super::force::Lever;
 use crate::scene::raw::{Pair, RawForce, RawLink, RawScene};

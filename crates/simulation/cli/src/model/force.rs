@@ -1,10 +1,10 @@
 //! The turning part of a dead force on a point of a polygon.
 
 use nalgebra::Vector2;
+use simulation::bodies::Bodies;
 use simulation::constraint::Term;
 use simulation::solid::Cursor;
 use simulation::sparse::Triplets;
-use simulation::system::Bodies;
 
 /// The energy `-f . (M - c)` of a force at the point `M` of a polygon whose centre has moved by `c`, its first two
 /// parameters. The rest, `-f . c`, is a load of the system's, so that it counts among the forces that residuals are

@@ -7,13 +7,29 @@ use nalgebra::Vector2;
 use simulation::constraint::{Intersections, intersections, nearest};
 use simulation::solid::{Cursor, Local};
 
-use super::{Model, Partner};
+use super::Model;
 
 /// Points of each arc that are looked at.
 const PIECES: u32 = 8;
 /// Boundaries this near touch, in sizes of the smaller solid: barriers have no room to begin, and to find it would take more digits than
 /// the parameters have.
 const TOUCH: f64 = 1e-12;
+
+/// What a solid overlaps with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Partner {
+    Solid(usize),
+    Wall(usize),
+}
+
+impl Partner {
+    /// Among those of its kind.
+    pub(super) fn number(self) -> usize {
+        match self {
+            Self::Solid(k) | Self::Wall(k) => k,
+        }
+    }
+}
 
 /// The deepest point of a solid in another, or in a wall.
 #[derive(Debug, Clone, Copy)]

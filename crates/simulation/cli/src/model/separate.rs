@@ -4,7 +4,7 @@ use ::scene::Invalid;
 use nalgebra::Vector2;
 
 use super::Model;
-use super::intrusion::{Intrusion, intrusions};
+use super::intrusion::{Intrusion, Partner, intrusions};
 use crate::scene::raw::{RawOverlaps, RawWalls};
 use crate::scene::{Checked, invalid};
 
@@ -12,22 +12,6 @@ use crate::scene::{Checked, invalid};
 const MOST_ROUNDS: usize = 500;
 /// Pairs that a refusal lists.
 const MOST_NAMED: usize = 8;
-
-/// What a solid overlaps with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Partner {
-    Solid(usize),
-    Wall(usize),
-}
-
-impl Partner {
-    /// Among those of its kind.
-    pub(super) fn number(self) -> usize {
-        match self {
-            Self::Solid(k) | Self::Wall(k) => k,
-        }
-    }
-}
 
 /// A pair that was moved apart.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,7 +7,9 @@
 use simulation::control::Potential;
 
 use super::State;
-use super::settle::{Found, Searcher};
+use super::found::Found;
+use super::moved::Moved;
+use super::settle::Searcher;
 use crate::model::{Model, Move, Moving};
 
 /// Parts of a frame, at most.
@@ -18,34 +20,6 @@ const USED: f64 = 0.5;
 const BLOCKED: (usize, f64) = (4, 1e-3);
 /// Halvings of a part whose equilibrium is not found.
 const MOST_HALVINGS: usize = 6;
-
-/// How far something went in a frame.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Moved {
-    /// Its name.
-    pub(crate) name: String,
-    /// What was asked for, a length or the larger of a translation and an angle in radians.
-    pub(crate) asked: f64,
-    /// The part of it that was gone, 0 to 1.
-    pub(crate) part: f64,
-    /// Into how many parts contact broke it.
-    pub(crate) parts: usize,
-}
-
-impl Moved {
-    pub(crate) fn limited(&self) -> bool {
-        self.part < 1.0
-    }
-
-    pub(crate) fn words(&self) -> String {
-        format!(
-            "{:?} went {:.1} % of its way in {} parts: contact stops it",
-            self.name,
-            100.0 * self.part,
-            self.parts
-        )
-    }
-}
 
 impl Searcher {
     /// One frame. `a` is the state before, and after it.

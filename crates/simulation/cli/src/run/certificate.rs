@@ -4,25 +4,11 @@ use nalgebra::Vector2;
 use simulation::control::Potential;
 use simulation::equilibrium::Equilibrium;
 
-use super::advance::Moved;
+use super::contact::{Contact, contacts};
 use super::criteria::{BALANCE, Measures};
-use super::settle::Found;
+use super::found::Found;
+use super::moved::Moved;
 use crate::model::{Maker, Model};
-
-/// A force of contact or of a link on a solid.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Contact {
-    /// Who makes it.
-    pub(crate) maker: Maker,
-    /// The solid.
-    pub(crate) solid: usize,
-    /// Where.
-    pub(crate) point: Vector2<f64>,
-    /// The force on the solid, of a unit of depth.
-    pub(crate) force: Vector2<f64>,
-    /// The distance to what is touched.
-    pub(crate) gap: f64,
-}
 
 /// A state of a run.
 #[derive(Debug, Clone)]
@@ -95,20 +81,6 @@ impl State {
         let own = self.contacts.iter().filter(|c| c.maker == Maker::Wall(wall));
         -own.map(|c| c.force).sum::<Vector2<f64>>()
     }
-}
-
-fn contacts(model: &Model, a: &[f64], makers: &[Maker]) -> Vec<Contact> {
-    let bodies = &model.system.bodies;
-    let each = model.system.terms.iter().zip(makers);
-    let all = each.flat_map(|(term, maker)| term.forces(bodies, a).into_iter().map(move |f| (f, *maker)));
-    all.map(|(f, maker)| Contact {
-        maker,
-        solid: f.body,
-        point: f.point,
-        force: f.force,
-        gap: f.gap,
-    })
-    .collect()
 }
 
 /// What is left of the forces on a solid in a translation, beside the largest of them: weight, loads and contacts as

@@ -3,8 +3,8 @@
 use nalgebra::Vector2;
 use simulation::constraint::intersections;
 
-use super::certificate::Contact;
-use super::settle::Found;
+use super::contact::Contact;
+use super::found::Found;
 use crate::model::{Maker, Model};
 
 /// The largest free force, in largest loads or reactions.

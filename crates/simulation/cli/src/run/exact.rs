@@ -6,7 +6,8 @@ use simulation::constraint::Term;
 use simulation::equilibrium::settle;
 
 use super::State;
-use super::settle::{Found, Searcher};
+use super::found::Found;
+use super::settle::Searcher;
 use super::stopwatch::Stopwatch;
 use crate::model::Model;
 

@@ -1,11 +1,12 @@
 //! Equilibria of a model, one after the other.
 
 use simulation::control::{Failed, Newton, Settings};
-use simulation::equilibrium::{Equilibrium, NoEquilibrium, settle};
+use simulation::equilibrium::{NoEquilibrium, settle};
 
 use super::State;
+use super::found::Found;
 use super::stopwatch::Stopwatch;
-use crate::model::{Maker, Model};
+use crate::model::Model;
 
 /// States kept of a search that is watched.
 const MOST_WATCHED: usize = 200;
@@ -16,17 +17,6 @@ pub(super) struct Searcher {
     pub(super) most: usize,
     /// Frames end with exact contact.
     pub(super) exact: bool,
-}
-
-/// An equilibrium, and what it took.
-#[derive(Debug, Clone)]
-pub(super) struct Found {
-    pub(super) equilibrium: Equilibrium,
-    pub(super) makers: Vec<Maker>,
-    /// Exact contact was looked for.
-    pub(super) wanted_exact: bool,
-    pub(super) iterations: usize,
-    pub(super) milliseconds: f64,
 }
 
 impl Searcher {

@@ -3,10 +3,10 @@
 use super::aim::Aim;
 use super::row::{Against, Row};
 use super::{Exact, GONE, Known, ROUND, SAME};
+use crate::bodies::Bodies;
 use crate::constraint::shape::Shape;
 use crate::constraint::{Active, Progress};
 use crate::solid::Cursor;
-use crate::system::Bodies;
 
 /// A slack falls to this part of itself in one step at most; a force too.
 const TO_BOUNDARY: f64 = 0.01;

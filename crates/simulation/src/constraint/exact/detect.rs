@@ -5,13 +5,13 @@ use std::cell::Cell;
 use super::dip::Dip;
 use super::row::Against;
 use super::wall::Wall;
+use crate::bodies::Bodies;
 use crate::constraint::broad::near_arcs;
 use crate::constraint::meeting::Meeting;
 use crate::constraint::samples::Samples;
 use crate::constraint::shape::Shape;
 use crate::constraint::signed::Foot;
 use crate::solid::Cursor;
-use crate::system::Bodies;
 
 /// What keeps out of what.
 #[derive(Debug, Clone, PartialEq)]

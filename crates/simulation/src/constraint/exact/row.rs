@@ -4,12 +4,12 @@ use nalgebra::Vector2;
 
 use super::SAME;
 use super::dip::Dip;
+use crate::bodies::Bodies;
 use crate::constraint::rows::{Rows, bend};
 use crate::constraint::shape::Shape;
 use crate::constraint::signed::{Foot, Moves, walk};
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
-use crate::system::Bodies;
 
 /// In a corner that goes in, both sides count that differ by so many slacks at most.
 const BOTH: f64 = 1.0;

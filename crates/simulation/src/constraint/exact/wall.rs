@@ -3,10 +3,10 @@
 use nalgebra::Vector2;
 
 use super::row::Against;
+use crate::bodies::Bodies;
 use crate::constraint::passing::{LEFT, first_fall};
 use crate::constraint::shape::Shape;
 use crate::solid::Cursor;
-use crate::system::Bodies;
 
 /// Solids out of `<x, normal> <= offset`, `x` about [`Bodies::origin`], looked at as near and as deep as `depth`.
 #[derive(Debug, Clone, PartialEq)]

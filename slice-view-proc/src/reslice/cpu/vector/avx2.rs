@@ -6,11 +6,6 @@ use super::super::points::{self, UNIT};
 use super::super::walk::BITS;
 use super::*;
 
-#[target_feature(enable = "avx2")]
-pub(super) fn run(work: impl FnOnce()) {
-    work();
-}
-
 /// Along one axis: the bricks' steps, and the row's offsets.
 struct Axis {
     lanes: __m256i,

@@ -1,7 +1,7 @@
-//! A line search that lets no energy rise.
+//! A line search that lets no energy rise (Armijo 1966; near rounding Hager and Zhang 2005).
 
 use super::Potential;
-use super::rounding::Rounding;
+use super::evaluation::{Evaluation, largest};
 
 /// The part of the first-order decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
@@ -9,68 +9,14 @@ const ARMIJO: f64 = 1e-4;
 const MOST_HALVINGS: usize = 40;
 /// Energies are compared to this relative rounding.
 const ROUNDING: f64 = 1e-13;
-/// Without any load forces are measured by so many times what rounding leaves of them.
-const ROUNDED: f64 = 1e8;
 /// Of the way to the first touch.
 const BEFORE_TOUCH: f64 = 0.9;
-
-/// Energy and gradient of a state.
-#[derive(Debug, Clone)]
-pub(super) struct Point {
-    pub(super) energy: f64,
-    pub(super) gradient: Vec<f64>,
-}
-
-/// The largest absolute value.
-pub(super) fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |m, v| m.max(v.abs()))
-}
-
-impl Point {
-    pub(super) fn of(potential: &impl Potential, a: &[f64]) -> Option<Self> {
-        let mut gradient = vec![0.0; potential.size()];
-        let energy = potential.gradient(a, &mut gradient)?;
-        let finite = energy.is_finite() && gradient.iter().all(|g| g.is_finite());
-        finite.then_some(Self { energy, gradient })
-    }
-
-    /// The largest free force, and the largest outer force or reaction of what is fixed.
-    ///
-    /// Where there is neither, the largest force of a constraint, or where there is none either so much that 1e-8 of it is rounding.
-    pub(super) fn balance(&self, potential: &impl Potential, a: &[f64]) -> (f64, f64) {
-        let (mut residual, mut load) = (0.0_f64, 0.0_f64);
-        for (i, (g, fixed)) in self.gradient.iter().zip(potential.fixed()).enumerate() {
-            if *fixed {
-                load = load.max(g.abs());
-            } else {
-                residual = residual.max(g.abs());
-                load = load.max(potential.load(i).abs());
-            }
-        }
-        let load = if load > 0.0 {
-            load
-        } else {
-            let rounding = Rounding::of(potential, a).largest(potential.fixed());
-            potential.reaction(a).max(ROUNDED * rounding)
-        };
-        (residual, load)
-    }
-}
-
-impl Point {
-    /// True where every free force is below `wanted` or below its rounding, 2^-52 `factor` times `sizes`.
-    pub(super) fn within(&self, potential: &impl Potential, wanted: f64, sizes: &[f64], factor: f64) -> bool {
-        let free = self.gradient.iter().zip(potential.fixed()).zip(sizes);
-        free.filter(|((_, fixed), _)| !**fixed)
-            .all(|((g, _), size)| g.abs() <= wanted.max(factor * f64::EPSILON * size))
-    }
-}
 
 /// A step to try.
 pub(super) struct Line<'a, P> {
     potential: &'a P,
     a: &'a [f64],
-    at: &'a Point,
+    at: &'a Evaluation,
     step: Vec<f64>,
     /// Slope of the energy along the step, below zero.
     slope: f64,
@@ -81,13 +27,13 @@ pub(super) struct Line<'a, P> {
 /// A state that was accepted.
 pub(super) struct Next {
     pub(super) a: Vec<f64>,
-    pub(super) point: Point,
+    pub(super) evaluation: Evaluation,
     t: f64,
 }
 
 impl<'a, P: Potential> Line<'a, P> {
     /// Shortens the step to the radius and to what may be passed.
-    pub(super) fn new(potential: &'a P, a: &'a [f64], at: &'a Point, mut step: Vec<f64>, radius: f64) -> Self {
+    pub(super) fn new(potential: &'a P, a: &'a [f64], at: &'a Evaluation, mut step: Vec<f64>, radius: f64) -> Self {
         let length = largest(&step);
         let capped = length > radius;
         if capped {
@@ -117,11 +63,11 @@ impl<'a, P: Potential> Line<'a, P> {
         for _ in 0..MOST_HALVINGS {
             let a = self.moved(t);
             *evaluations += 1;
-            if let Some(point) = self.point(&a, t) {
-                let enough = point.energy <= self.at.energy + ARMIJO * t * self.slope;
-                let slope: f64 = point.gradient.iter().zip(&self.step).map(|(g, s)| g * s).sum();
+            if let Some(evaluation) = self.evaluate(&a, t) {
+                let enough = evaluation.energy <= self.at.energy + ARMIJO * t * self.slope;
+                let slope: f64 = evaluation.gradient.iter().zip(&self.step).map(|(g, s)| g * s).sum();
                 if enough || (slope <= (2.0 * ARMIJO - 1.0) * self.slope && slope >= 0.9 * self.slope) {
-                    return Some(Next { a, point, t });
+                    return Some(Next { a, evaluation, t });
                 }
             }
             t *= 0.5;
@@ -140,12 +86,12 @@ impl<'a, P: Potential> Line<'a, P> {
 
     /// The state at `t`, where its energy is not above that of the start. A whole step mostly does: its gradient is asked for at
     /// once, and its energy comes with it.
-    fn point(&self, a: &[f64], t: f64) -> Option<Point> {
+    fn evaluate(&self, a: &[f64], t: f64) -> Option<Evaluation> {
         let most = self.at.energy + self.rounding();
         if t < 1.0 && !self.potential.energy(a).is_some_and(|energy| energy <= most) {
             return None;
         }
-        Point::of(self.potential, a).filter(|point| point.energy <= most)
+        Evaluation::of(self.potential, a).filter(|evaluation| evaluation.energy <= most)
     }
 
     fn rounding(&self) -> f64 {

@@ -1,0 +1,71 @@
+//! Energy and gradient of a state, and what the gradient says of its balance.
+
+use super::Potential;
+use super::rounding::Rounding;
+
+/// Without any load forces are measured by so many times what rounding leaves of them.
+const LOADS_PER_ROUNDING: f64 = 1e8;
+
+/// Energy and gradient of a state.
+#[derive(Debug, Clone)]
+pub(super) struct Evaluation {
+    pub(super) energy: f64,
+    pub(super) gradient: Vec<f64>,
+}
+
+/// The forces of a state, both the largest of their kind.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Balance {
+    /// Of the free forces: what is out of balance.
+    pub(super) residual: f64,
+    /// Of the outer forces and the reactions of what is fixed: what residuals are measured by.
+    pub(super) load: f64,
+}
+
+/// The largest absolute value.
+pub(super) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |m, v| m.max(v.abs()))
+}
+
+impl Evaluation {
+    /// `None` where the state has no energy, or numbers that are not finite.
+    pub(super) fn of(potential: &impl Potential, a: &[f64]) -> Option<Self> {
+        let mut gradient = vec![0.0; potential.size()];
+        let energy = potential.gradient(a, &mut gradient)?;
+        let finite = energy.is_finite() && gradient.iter().all(|g| g.is_finite());
+        finite.then_some(Self { energy, gradient })
+    }
+
+    /// The largest free force and the largest load.
+    ///
+    /// Where nothing is loaded or fixed, the load is the largest force of a constraint, or where there is none either so much
+    /// that 1e-8 of it is rounding.
+    pub(super) fn balance(&self, potential: &impl Potential, a: &[f64]) -> Balance {
+        let (mut residual, mut load) = (0.0_f64, 0.0_f64);
+        for (i, (g, fixed)) in self.gradient.iter().zip(potential.fixed()).enumerate() {
+            if *fixed {
+                load = load.max(g.abs());
+            } else {
+                residual = residual.max(g.abs());
+                load = load.max(potential.load(i).abs());
+            }
+        }
+        if load == 0.0 {
+            let rounding = Rounding::of(potential, a).largest(potential.fixed());
+            load = potential.reaction(a).max(LOADS_PER_ROUNDING * rounding);
+        }
+        Balance { residual, load }
+    }
+
+    /// True where every free force is below `wanted`, or below `factor` times 2^-52 of its number in `sizes`.
+    pub(super) fn is_within(&self, potential: &impl Potential, wanted: f64, sizes: &[f64], factor: f64) -> bool {
+        let free = self.gradient.iter().zip(potential.fixed()).zip(sizes);
+        free.filter(|((_, fixed), _)| !**fixed)
+            .all(|((g, _), size)| g.abs() <= wanted.max(factor * f64::EPSILON * size))
+    }
+
+    /// True where every free force is below `wanted` or what rounding leaves of it.
+    pub(super) fn is_rounded(&self, potential: &impl Potential, a: &[f64], wanted: f64) -> bool {
+        Rounding::of(potential, a).covers(potential, &self.gradient, wanted)
+    }
+}

@@ -1,0 +1,45 @@
+//! Why the command line did not do what it was asked.
+
+use bus::BusError;
+use bus::run::RunError as FolderError;
+
+use crate::replay::PrepareError;
+use crate::resolve::ResolveError;
+use crate::run::RunError;
+use crate::spawn::SpawnError;
+
+/// Why the command line did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum CliError {
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    #[error("run {0:?} is not a replay: there is nothing to steer. `pilot replay FILE` starts one")]
+    NoReplay(String),
+    #[error(transparent)]
+    Resolve(#[from] ResolveError),
+    #[error(transparent)]
+    Run(#[from] RunError),
+    #[error(transparent)]
+    Spawn(#[from] SpawnError),
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    #[error(
+        "--speed max runs in simulated time, and the scene says tracker.source = {0:?}: another program publishes at its own \
+         pace. Needed is \"simulated\", \"operating-room\" or \"sequence\""
+    )]
+    NotSimulated(&'static str),
+    #[error("{0}")]
+    Faults(String),
+    #[error("run {run:?} refused: {why}")]
+    Refused { run: String, why: String },
+    #[error("run {run:?} has no process {process:?}; it has {names}")]
+    NoProcess {
+        run: String,
+        process: String,
+        names: String,
+    },
+    #[error("run {0:?} answered with something that is not a status")]
+    NoStatus(String),
+}

@@ -1,0 +1,90 @@
+//! The data elements that are read, by tag and name (DICOM PS3.6 table 6-1).
+
+use std::fmt;
+
+/// A data element: group and element number, and its name in PS3.6.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tag {
+    /// Group number.
+    pub group: u16,
+    /// Element number.
+    pub element: u16,
+}
+
+impl fmt::Display for Tag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "({:04X},{:04X})", self.group, self.element)?;
+        match name(*self) {
+            Some(name) => write!(f, " {name}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A tag by its numbers.
+pub(crate) const fn tag(group: u16, element: u16) -> Tag {
+    Tag { group, element }
+}
+
+macro_rules! elements {
+    ($($name:ident = ($group:literal, $element:literal, $text:literal);)*) => {
+        $(pub(crate) const $name: Tag = tag($group, $element);)*
+        const NAMES: &[(Tag, &str)] = &[$(($name, $text)),*];
+    };
+}
+
+elements! {
+    MEDIA_SOP_CLASS = (0x0002, 0x0002, "MediaStorageSOPClassUID");
+    TRANSFER_SYNTAX = (0x0002, 0x0010, "TransferSyntaxUID");
+    IMAGE_TYPE = (0x0008, 0x0008, "ImageType");
+    SOP_CLASS = (0x0008, 0x0016, "SOPClassUID");
+    MODALITY = (0x0008, 0x0060, "Modality");
+    PATIENT_ID = (0x0010, 0x0020, "PatientID");
+    SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
+    SPACING_BETWEEN_SLICES = (0x0018, 0x0088, "SpacingBetweenSlices");
+    GANTRY_TILT = (0x0018, 0x1120, "GantryDetectorTilt");
+    KERNEL = (0x0018, 0x1210, "ConvolutionKernel");
+    STUDY = (0x0020, 0x000D, "StudyInstanceUID");
+    SERIES = (0x0020, 0x000E, "SeriesInstanceUID");
+    SERIES_NUMBER = (0x0020, 0x0011, "SeriesNumber");
+    POSITION = (0x0020, 0x0032, "ImagePositionPatient");
+    ORIENTATION = (0x0020, 0x0037, "ImageOrientationPatient");
+    FRAME_OF_REFERENCE = (0x0020, 0x0052, "FrameOfReferenceUID");
+    SAMPLES = (0x0028, 0x0002, "SamplesPerPixel");
+    PHOTOMETRIC = (0x0028, 0x0004, "PhotometricInterpretation");
+    FRAMES = (0x0028, 0x0008, "NumberOfFrames");
+    ROWS = (0x0028, 0x0010, "Rows");
+    COLUMNS = (0x0028, 0x0011, "Columns");
+    PIXEL_SPACING = (0x0028, 0x0030, "PixelSpacing");
+    BITS_ALLOCATED = (0x0028, 0x0100, "BitsAllocated");
+    BITS_STORED = (0x0028, 0x0101, "BitsStored");
+    HIGH_BIT = (0x0028, 0x0102, "HighBit");
+    REPRESENTATION = (0x0028, 0x0103, "PixelRepresentation");
+    PADDING = (0x0028, 0x0120, "PixelPaddingValue");
+    PADDING_LIMIT = (0x0028, 0x0121, "PixelPaddingRangeLimit");
+    INTERCEPT = (0x0028, 0x1052, "RescaleIntercept");
+    SLOPE = (0x0028, 0x1053, "RescaleSlope");
+    RESCALE_TYPE = (0x0028, 0x1054, "RescaleType");
+    LOSSY = (0x0028, 0x2110, "LossyImageCompression");
+    PIXELS = (0x7FE0, 0x0010, "PixelData");
+}
+
+/// Elements that name a patient, a visit or a place: read only where a person asks for them.
+pub(crate) const IDENTITY: [(Tag, &str); 11] = [
+    (tag(0x0010, 0x0010), "PatientName"),
+    (PATIENT_ID, "PatientID"),
+    (tag(0x0010, 0x0030), "PatientBirthDate"),
+    (tag(0x0010, 0x0040), "PatientSex"),
+    (tag(0x0008, 0x0020), "StudyDate"),
+    (tag(0x0008, 0x0050), "AccessionNumber"),
+    (tag(0x0008, 0x0080), "InstitutionName"),
+    (tag(0x0008, 0x1030), "StudyDescription"),
+    (tag(0x0008, 0x103E), "SeriesDescription"),
+    (STUDY, "StudyInstanceUID"),
+    (SERIES, "SeriesInstanceUID"),
+];
+
+/// The name of an element that is read.
+pub(crate) fn name(tag: Tag) -> Option<&'static str> {
+    NAMES.iter().find(|row| row.0 == tag).map(|row| row.1)
+}
