@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use crate::registration::jacobi::{symmetric3, symmetric4};
 
 /// An axis is called by the name of a frame's axis within this angle of it: 20 degrees.
-const NAMED: f64 = 0.939_692_620_785_908_4;
+const NAMED_COSINE: f64 = 0.939_692_620_785_908_4;
 
 /// A principal axis of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,7 +137,7 @@ impl fmt::Display for Named {
         let frame = self.frame.to_lowercase();
         let nearest = Vector3::from(self.axis).iamax();
         let largest = self.axis[nearest];
-        if largest.abs() >= NAMED {
+        if largest.abs() >= NAMED_COSINE {
             return write!(f, "the {frame}'s {} axis", ["x", "y", "z"][nearest]);
         }
         // Of the two signs, the one whose largest component is positive; and no zero with a sign.

@@ -30,9 +30,9 @@ pub use error::Refused;
 pub use tool::{Tool, marker_from_tool};
 
 /// The fewest poses.
-const NEEDED: usize = 3;
+const MIN_POSES: usize = 3;
 /// The least share of the spread of an even turn.
-const EVEN: f64 = 0.9;
+const EVEN_SPREAD_SHARE: f64 = 0.9;
 /// The least cosine between axis and hint: 85 degrees.
 const LEAST_COSINE: f64 = 0.087_155_742_747_658_17;
 
@@ -112,12 +112,12 @@ pub fn calibrate<To: Frame, From: Frame>(
     hint: Direction<From>,
     limits: Limits,
 ) -> Result<Spin<To, From>, Refused> {
-    let needed = NEEDED;
+    let needed = MIN_POSES;
     let too_few = || Refused::TooFew {
         found: poses.len(),
         needed,
     };
-    if poses.len() < NEEDED {
+    if poses.len() < MIN_POSES {
         return Err(too_few());
     }
     let bad = |p: &Rigid<To, From>| !p.translation_mm().iter().all(|x| x.abs() < 1e100);
@@ -213,7 +213,7 @@ impl Axes {
     fn check_spread(&self, range_rad: f64, limits: Limits) -> Result<(), Refused> {
         let open = openness(self.inside().map(|(i, _)| self.turns[i]));
         let half = limits.range_deg.to_radians().clamp(1e-3, std::f64::consts::TAU) / 2.0;
-        if open >= EVEN * (1.0 - (half.sin() / half).powi(2)) {
+        if open >= EVEN_SPREAD_SHARE * (1.0 - (half.sin() / half).powi(2)) {
             return Ok(());
         }
         Err(Refused::Uneven {

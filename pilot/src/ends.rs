@@ -43,7 +43,7 @@ impl Run {
     /// In simulated time nothing goes on until the pilot has taken what went out.
     pub(crate) fn tell_taken(&mut self) -> Result<(), BusError> {
         let Some(taken) = &self.ports.taken else { return Ok(()) };
-        let seq = self.books.newest_pose().map(|pose| pose.seq);
+        let seq = self.metrics.newest_pose().map(|pose| pose.seq);
         let now_ns = self.bus.clock().now_ns();
         if self.newest_came.0 != seq {
             self.newest_came = (seq, now_ns);

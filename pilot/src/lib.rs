@@ -1,12 +1,11 @@
 //! The pilot: starts the processes of a scene, watches them, restarts what dies, stops them, and says what happened.
 //!
 //! [`supervise`] decides, as a pure function of what it is told; `spawn` is its hands; `run` feeds it and keeps the
-//! books: stamps, poses, frames, memory. The pilot never renders a slice and never touches a localizer.
+//! metrics: stamps, poses, frames, memory. The pilot never renders a slice and never touches a localizer.
 
 mod accuracy;
 mod answer;
 mod ask;
-mod books;
 mod calibrate;
 mod check;
 mod child;
@@ -14,10 +13,10 @@ pub mod cli;
 mod cli_error;
 mod duration;
 mod ends;
-mod finale;
 mod histogram;
 mod kept;
 mod memory;
+mod metrics;
 mod output;
 mod plan;
 mod ports;
@@ -28,6 +27,7 @@ mod report;
 mod resolve;
 mod run;
 mod sheet;
+mod shutdown;
 mod spawn;
 mod state;
 mod status;

@@ -6,7 +6,7 @@ use bus::clock::ms;
 use bus::message::Lost;
 use scene::{Limits, TrackerSource};
 
-use crate::books::{Latency, Restart};
+use crate::metrics::{Latency, Restart};
 use crate::output;
 use crate::replay::{self, ReplayReport};
 use crate::report::Pictures;
@@ -16,19 +16,19 @@ use crate::state::{NOT_RECORDING, Run};
 pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     let mut problems = pictures.problems.clone();
     problems.extend(run.replay_report().iter().flat_map(ReplayReport::problems));
-    problems.extend(run.books.poses.problems());
-    if run.books.frozen() > 0 {
-        let (count, frozen_ms) = (run.books.frozen(), run.scene.limits.frozen.as_millis());
+    problems.extend(run.metrics.poses.problems());
+    if run.metrics.frozen() > 0 {
+        let (count, frozen_ms) = (run.metrics.frozen(), run.scene.limits.frozen.as_millis());
         problems.push(format!(
             "{count} samples were the same measurement under fresh stamps for more than {frozen_ms} ms: {}",
             Lost::Frozen.words()
         ));
     }
     problems.extend(judgements(run));
-    if run.books.foreign_volume {
+    if run.metrics.foreign_volume {
         problems.push("two different examinations were published during this run".to_owned());
     }
-    for view in &run.books.views {
+    for view in &run.metrics.views {
         if view.unflagged_old > 0 {
             problems.push(format!(
                 "{} images older than the limit did not say so",
@@ -39,7 +39,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     problems.extend(recorder_troubles(run));
     problems.extend(run.crowds.iter().map(ToString::to_string));
     problems.extend(run.cards_given_up.iter().cloned());
-    problems.extend(restarted(&run.books.restarts));
+    problems.extend(restarted(&run.metrics.restarts));
     problems.extend(
         run.held()
             .map(|name| format!("{name} died too often and was left alone")),
@@ -101,10 +101,10 @@ fn judgements(run: &Run) -> Vec<String> {
     }
     let limits = &run.scene.limits;
     let mut problems = Vec::new();
-    problems.extend(missing::problem(&run.books.poses, limits));
+    problems.extend(missing::problem(&run.metrics.poses, limits));
     // Simulated time passes at no machine's pace.
     if !run.options.simulated_time {
-        let whole = run.books.latencies().last();
+        let whole = run.metrics.latencies().last();
         problems.extend(whole.and_then(|(_, latency)| late(&latency, limits)));
     }
     if run.simulated_time_stands_still() {
@@ -139,7 +139,7 @@ fn cut_short(run: &Run) -> Option<String> {
 /// Poses that went out and are in none of the session's files.
 fn unrecorded(run: &Run) -> Option<String> {
     run.scene.recording.as_ref()?;
-    let published = run.books.poses.published;
+    let published = run.metrics.poses.published;
     let files = output::recordings(&run.options.out, run.options.recording());
     let whole = files.iter().filter(|name| name.ends_with(".mcap"));
     let recorded = whole.map(|name| replay::recorded_poses(&run.options.out.join(name)));

@@ -75,7 +75,7 @@ impl Run {
     /// What the report says of the replay, where the run is one.
     pub(crate) fn replay_report(&self) -> Option<ReplayReport> {
         let replay = self.options.replay.as_ref()?;
-        let shown = self.books.volume_hash().map(|hash| hash.to_string());
+        let shown = self.metrics.volume_hash().map(|hash| hash.to_string());
         Some(ReplayReport {
             recording: replay.recording.display().to_string(),
             recorded_run: replay.facts.run.clone(),

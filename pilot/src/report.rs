@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::accuracy::AccuracyReport;
-use crate::books::{Latency, PoseCounts, Restart};
+use crate::metrics::{Latency, PoseCounts, Restart};
 use crate::replay::ReplayReport;
 
 /// The report. Keys are only ever added.

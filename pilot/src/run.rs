@@ -14,13 +14,13 @@ use bus::{Bus, BusError};
 use scene::Scene;
 use scene::raw::Source;
 
-use crate::books::{Judging, Restart};
-use crate::finale;
+use crate::metrics::{Judging, Restart};
 use crate::output::{self, OutputError};
 use crate::plan::REPLAYER;
 use crate::ports;
 use crate::replay::{RecomputeError, Replay};
 use crate::report::Report;
+use crate::shutdown;
 use crate::spawn::{self, Running, SpawnError, Told};
 use crate::state::{Options, Run};
 use crate::supervise::{Action, Ending, Event, KillReason, Outcome};
@@ -62,7 +62,7 @@ pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Repo
     context.replay = options.replay.as_ref().map(Replay::of);
     context.duration_ns = options.duration.map(clock::ns);
     context.simulated_time = options.simulated_time;
-    let replaced = output::prepare(&options.out, &finale::picture_names(&scene), options.overwrite)?;
+    let replaced = output::prepare(&options.out, &shutdown::picture_names(&scene), options.overwrite)?;
     // With the lock held, facts and whatever bears this run's prefix are left over from a pilot that was killed.
     context.remove_facts();
     context.sweep();
@@ -97,13 +97,13 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     })??;
     drop(server);
     if let Outcome::Refused(i) = outcome {
-        finale::remove_recordings(&run.options);
+        shutdown::remove_recordings(&run.options);
         return Err(RunError::Refused(run.children[i].name().to_owned()));
     }
-    run.recomputed = finale::compare(&run.options);
-    let mut report = finale::report(&run);
+    run.recomputed = shutdown::compare(&run.options);
+    let mut report = shutdown::report(&run);
     match report.write(&run.options.out) {
-        Ok(()) => finale::attach_report(&run.options),
+        Ok(()) => shutdown::attach_report(&run.options),
         // The terminal still says how the run went.
         Err(error) => report.problems.push(error.to_string()),
     }
@@ -186,7 +186,7 @@ impl Run {
                 && self.children[i].planned.views.is_empty()
                 && self.children[i].name() != "tracker"
             {
-                self.books.live_again(self.children[i].name(), beat.t_ns);
+                self.metrics.live_again(self.children[i].name(), beat.t_ns);
             }
             events.push(Event::Beat(i, state));
         }
@@ -217,7 +217,7 @@ impl Run {
         events
     }
 
-    /// Writes an unexpected ending into the books.
+    /// Writes an unexpected ending into the metrics.
     fn note_ending(&mut self, i: usize, ending: Ending, now: i64) {
         let cause = match (self.children[i].kill_cause.take(), ending) {
             (Some(KillReason::Silent), _) => "gave no sign of life".to_owned(),
@@ -232,7 +232,7 @@ impl Run {
         let name = self.children[i].name().to_owned();
         bus::say!("pilot: {name} ended ({cause})");
         self.tell(Level::Error, &format!("{name} ended ({cause})"));
-        self.books.restarts.push(Restart {
+        self.metrics.restarts.push(Restart {
             process: name,
             cause,
             at_s: clock::ms(now - self.began_ns.unwrap_or(now)) / 1e3,
@@ -244,12 +244,12 @@ impl Run {
     /// Takes in volumes, poses and stamps.
     fn listen(&mut self) -> Result<(), RunError> {
         if let Some(volume) = self.ports.volume.poll()? {
-            self.books.volume(*volume.header());
+            self.metrics.volume(*volume.header());
             self.kept.published(&volume);
         }
         // Before the poses: one that goes out behind a jump comes after it here too, and that of an end has come.
         if self.session.follow()? {
-            self.books.jumped();
+            self.metrics.jumped();
         }
         while let Some(pose) = self.ports.poses.next()? {
             if self.is_beyond(&pose) {
@@ -260,7 +260,7 @@ impl Run {
                 true => self.bus.clock().now_ns(),
                 false => pose.t_publish_ns,
             };
-            self.books.live_again("tracker", published_ns);
+            self.metrics.live_again("tracker", published_ns);
             // Poses that came just before a replay went back are ahead of its clock by now; who draws them judges that.
             let now_ns = match self.session.is_ruled() {
                 true => i64::MAX,
@@ -268,12 +268,12 @@ impl Run {
             };
             // Those of a recording were judged when they were made.
             let frozen_ns = (!self.session.is_replay()).then(|| clock::ns(self.scene.limits.frozen));
-            self.books.pose(pose, Judging { now_ns, frozen_ns });
+            self.metrics.pose(pose, Judging { now_ns, frozen_ns });
         }
         let stale_ns = clock::ns(self.scene.limits.stale);
         for (process, stamps) in &self.ports.stamps {
             while let Some(stamp) = stamps.next()? {
-                self.books.frame(&stamp, stale_ns);
+                self.metrics.frame(&stamp, stale_ns);
                 // What a process that died had drawn says nothing of the one that follows on it.
                 let runs = self.children[*process].running.is_some();
                 if runs && stamp.frame_state() == Some(FrameState::Live) {
@@ -281,7 +281,7 @@ impl Run {
                         true => self.bus.clock().now_ns(),
                         false => stamp.t_framed_ns,
                     };
-                    self.books.live_again(self.children[*process].name(), at_ns);
+                    self.metrics.live_again(self.children[*process].name(), at_ns);
                 }
             }
         }
@@ -295,7 +295,7 @@ impl Run {
                 Level::Info,
                 &format!("ending: the pictures show pose {}", self.last_seq()),
             );
-            self.pictures = Some(finale::take(self));
+            self.pictures = Some(shutdown::take(self));
         }
     }
 
@@ -344,13 +344,13 @@ impl Run {
                 true => vec!["--start-ns".to_owned(), SIMULATED_START_NS.to_string()],
                 false => vec!["--start-ns".to_owned(), began.to_string()],
             };
-            if let (true, Some(pose)) = (self.options.simulated_time, self.books.newest_pose()) {
+            if let (true, Some(pose)) = (self.options.simulated_time, self.metrics.newest_pose()) {
                 more.extend(["--after-ns".to_owned(), pose.t_publish_ns.to_string()]);
             }
         }
         // A replayer that died is followed by one that goes on where it was.
         if self.children[i].name() == REPLAYER
-            && let Some(pose) = self.books.newest_pose()
+            && let Some(pose) = self.metrics.newest_pose()
         {
             more = vec!["--begin-ns".to_owned(), pose.t_publish_ns.to_string()];
         }

@@ -1,4 +1,4 @@
-//! A run that is going: its processes, its ports, its books.
+//! A run that is going: its processes, its ports, its metrics.
 
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -14,9 +14,9 @@ use bus::{Bus, BusError};
 use scene::Scene;
 use scene::raw::Source;
 
-use crate::books::Books;
 use crate::child::Child;
 use crate::kept::KeptVolume;
+use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
 use crate::plan::{Poses, plan};
 use crate::ports::Ports;
@@ -108,7 +108,7 @@ pub(crate) struct Run {
     /// Messages that came while the recorder could not write, or that were in files that somebody removed.
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
-    pub(crate) books: Books,
+    pub(crate) metrics: Metrics,
     /// For renderers and trackers that start while no loader serves the run.
     pub(crate) kept: KeptVolume,
     /// The moment of sample 0, once everybody is ready.
@@ -160,7 +160,7 @@ impl Run {
             ports: Ports::open(&bus, &context, &scene, &planned)?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             unrecorded: Unrecorded::default(),
-            books: Books::new(scene.views.len()),
+            metrics: Metrics::new(scene.views.len()),
             kept: KeptVolume::default(),
             began_ns: None,
             next_progress_ns: 0,
@@ -233,6 +233,6 @@ impl Run {
 
     /// The sample that the pictures show, if it is valid: the newest. In a timed run the tracker publishes none beyond its time.
     pub(crate) fn last_seq(&self) -> u64 {
-        self.books.newest_pose().map_or(0, |p| p.seq)
+        self.metrics.newest_pose().map_or(0, |p| p.seq)
     }
 }

@@ -4,8 +4,8 @@ use bus::clock;
 use bus::message::{Ages, FrameState, Lost, ToolPose, Tracked};
 use serde::{Deserialize, Serialize};
 
-use crate::books::Restart;
 use crate::child::Child;
+use crate::metrics::Restart;
 use crate::problems::times;
 use crate::replay_state::ReplayStatus;
 use crate::spawn::Running;
@@ -94,8 +94,8 @@ impl Status {
             pid: run.children[i].running.as_ref().map(Running::pid),
             stage: run.supervisor.stage_word(i).to_owned(),
             note: note(run, i),
-            endings: run.books.endings_of(child.name()).count(),
-            last_ending: run.books.endings_of(child.name()).last().map(Restart::words),
+            endings: run.metrics.endings_of(child.name()).count(),
+            last_ending: run.metrics.endings_of(child.name()).last().map(Restart::words),
         };
         let views: Vec<ViewStatus> = (0..run.scene.views.len())
             .map(|view| view_status(run, view, now))
@@ -110,7 +110,7 @@ impl Status {
             processes: run.children.iter().enumerate().map(process).collect(),
             set: SetStatus::of(&views),
             views,
-            pose: run.books.newest().map(|newest| pose_status(run, newest, now)),
+            pose: run.metrics.newest().map(|newest| pose_status(run, newest, now)),
             dead_processes_left: run.dead_processes_left,
             crowded: run.crowded.iter().map(ToString::to_string).collect(),
         }
@@ -170,7 +170,7 @@ fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
         .iter()
         .position(|child| child.planned.views.contains(&view))
         .unwrap_or(0);
-    let last = run.books.views[view].last;
+    let last = run.metrics.views[view].last;
     let state = match last.and_then(|stamp| stamp.state_at(now, Ages::of(&run.scene.limits))) {
         _ if !run.supervisor.is_ready(process) => "down",
         None => "waiting",
@@ -236,7 +236,7 @@ fn pose_status(run: &Run, (pose, tracked): &(ToolPose, Tracked), now: i64) -> Po
         state: words.to_owned(),
         age_ms: clock::ms(age_ns),
         tip_95_mm: pose.tip_95_mm().filter(|_| is_pose),
-        outside: is_pose && run.books.is_outside(tracked),
+        outside: is_pose && run.metrics.is_outside(tracked),
         smoothing_delay_ms: clock::ms(pose.delay_ns),
     }
 }

@@ -3,15 +3,15 @@
 use geometry::{Ct, Point};
 use nalgebra::{Matrix3, Vector3};
 
+use super::accept::{is_open, judge_again, judge_fit, judge_held};
 use super::fit::{Expected, Fitted, Sample, fit};
-use super::judge::{is_open, judge_again, judge_fit, judge_held};
+use super::initial_height::height;
 use super::kernel::{Kernel, Response, moved};
 use super::optics::Optics;
 use super::profile::Blur;
 use super::profiles::weighed;
 use super::refine::{Refined, refine};
 use super::seeds::seeds;
-use super::start::height;
 use super::{Reason, Refused, Search, Voxels};
 
 /// HU of air: on the skin a bead's surroundings may be that dark.
@@ -21,7 +21,7 @@ const LEAST_CONTRAST_HU: f64 = 300.0;
 /// The most that is asked of a bead, HU: half of what 12 bits hold.
 const MOST_CONTRAST_HU: f64 = 1500.0;
 /// Share of the contrast by which a voxel must be over the darkest of six around it, before anything is summed.
-const PROBED: f64 = 0.7;
+const PROBE_CONTRAST: f64 = 0.7;
 /// The brightest voxel around a bead, as a share of its own contrast.
 const MOST_AROUND: f64 = 0.6;
 /// The least share of the surroundings that must lie in the volume.
@@ -115,7 +115,11 @@ struct Candidate {
 pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
     check(search)?;
     let finder = Finder::new(voxels, search)?;
-    let stands_out = |at| finder.kernel.stands_out(voxels, at, PROBED * finder.least_contrast);
+    let stands_out = |at| {
+        finder
+            .kernel
+            .stands_out(voxels, at, PROBE_CONTRAST * finder.least_contrast)
+    };
     let seeds = seeds(voxels, AIR_HU + finder.least_contrast, stands_out)?;
     let clip_hu = search.clip_hu.or(seeds.clip_hu);
     let mut rejected = Vec::new();

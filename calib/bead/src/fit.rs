@@ -13,7 +13,7 @@
 use ::fit::{Damping, End, Limits, Made, Rule, Step, least_squares, median};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use super::ground::MODEL_ERROR;
+use super::background_field::MODEL_ERROR;
 use super::profile::Blur;
 
 const N: usize = 11;
@@ -41,7 +41,7 @@ pub(super) const DAMPING: Damping = Damping {
     singular: false,
 };
 /// Deviations at which a residual counts half.
-const CAUCHY: f64 = 4.0;
+const HALF_WEIGHT_DEVIATIONS: f64 = 4.0;
 /// Deviation of the values by their rounding to whole HU.
 const LEAST_NOISE_HU: f64 = 0.3;
 
@@ -224,7 +224,9 @@ impl Problem<'_> {
         let (blur, metal) = (state.blur(), state.x[3].exp());
         let term = |sample: &Sample| {
             let (residual, variance) = self.residual(sample, &state.model(&blur, metal, &sample.place));
-            CAUCHY * CAUCHY * (residual * residual / (variance * CAUCHY * CAUCHY)).ln_1p()
+            HALF_WEIGHT_DEVIATIONS
+                * HALF_WEIGHT_DEVIATIONS
+                * (residual * residual / (variance * HALF_WEIGHT_DEVIATIONS * HALF_WEIGHT_DEVIATIONS)).ln_1p()
         };
         self.samples.iter().map(term).sum::<f64>() + self.prior_cost(state)
     }
@@ -239,7 +241,8 @@ impl Problem<'_> {
             if residual == 0.0 && sample.clipped {
                 continue;
             }
-            let robust = 1.0 / (1.0 + residual * residual / (variance * CAUCHY * CAUCHY));
+            let robust =
+                1.0 / (1.0 + residual * residual / (variance * HALF_WEIGHT_DEVIATIONS * HALF_WEIGHT_DEVIATIONS));
             let weight = robust / variance;
             matrix.ger(weight, &model.by, &model.by, 1.0);
             vector.axpy(weight * residual, &model.by, 1.0);

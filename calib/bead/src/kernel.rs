@@ -8,9 +8,9 @@ use super::{Refused, Search, Voxels};
 /// The most voxels of a neighbourhood; a bead of 2 mm in voxels of 0.2 mm has 40 000.
 const MAX_VOXELS: usize = 60_000;
 /// Deviations of the blur between the ball's surface and the shell: there a ball has faded to 1 or 2 %.
-const FADE: f64 = 2.2;
+const FADE_DEVIATIONS: f64 = 2.2;
 /// Deviations between the ball's surface and where half of its contrast is found at the most.
-const HALF: f64 = 1.2;
+const HALF_CONTRAST_DEVIATIONS: f64 = 1.2;
 /// HU: what a step of the values adds to the deviations, so that chi is finite on flat ground.
 const QUANTUM_HU: f64 = 1.0;
 
@@ -58,9 +58,12 @@ impl Kernel {
         let [low, high] = search.radius_mm;
         let [plane, axial] = optics.sigma_mm;
         let [step, slice] = optics.step_mm;
-        let near = [high + FADE * plane, high + FADE * axial];
+        let near = [high + FADE_DEVIATIONS * plane, high + FADE_DEVIATIONS * axial];
         let far = [near[0] + (1.5 * step).max(0.5), near[1] + (1.2 * slice).max(0.5)];
-        let half = [high + HALF * plane, high + HALF * axial];
+        let half = [
+            high + HALF_CONTRAST_DEVIATIONS * plane,
+            high + HALF_CONTRAST_DEVIATIONS * axial,
+        ];
         let mut kernel = Self {
             inner: Vec::new(),
             core: Vec::new(),

@@ -58,28 +58,28 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod accept;
+mod background_field;
 pub mod check;
 mod detect;
 mod error;
 mod fit;
-mod ground;
-mod judge;
+mod initial_height;
 mod kernel;
-mod leftover;
 pub mod matching;
 mod optics;
 mod profile;
 mod profiles;
 mod refine;
+mod residuals;
 mod search;
 mod seeds;
 mod special;
-mod start;
 mod voxels;
 
+pub use background_field::Ground;
 pub use detect::{Bead, Found, Rejected, find};
 pub use error::{Reason, Refused};
-pub use ground::Ground;
 pub use profile::{Blur, Profile};
 pub use search::Search;
 pub use voxels::{Dense, DenseError, Voxels};

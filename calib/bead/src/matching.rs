@@ -25,7 +25,7 @@ use search::{Solution, solutions};
 use calib::registration::{Method, Noise, Pairs, Registration, register};
 
 /// Deviations of a difference of distances within which it counts as none.
-const AGREE: f64 = 4.5;
+const AGREE_DEVIATIONS: f64 = 4.5;
 
 /// Deviations of the points, per axis, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ impl Errors {
 
     /// The greatest difference of two distances between the same points.
     pub fn distance_mm(&self) -> f64 {
-        AGREE * std::f64::consts::SQRT_2 * self.noise().sigma_mm
+        AGREE_DEVIATIONS * std::f64::consts::SQRT_2 * self.noise().sigma_mm
     }
 
     fn check(&self) -> Result<(), Refused> {

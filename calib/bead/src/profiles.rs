@@ -11,12 +11,12 @@ use super::fit::Fitted;
 
 /// Units of twice the logarithm of likelihoods: they are summed as if each bead had a blur of its own, and the deviations
 /// of the field are not quite the likeliest. With 1, six bells in 50 HU of noise were 0.023 mm off where 0.016 was predicted.
-const UNSURE: f64 = 2.0;
+const LIKELIHOOD_UNIT: f64 = 2.0;
 /// By how much more a bell is expected, in twice the logarithm: most slices are those of a spiral, and few are averaged.
-const BELL: f64 = 3.0;
+const BELL_PRIOR: f64 = 3.0;
 
 /// The most that one bead says, in twice the logarithm: a fit that has gone astray must not speak for all.
-const LOUDEST: f64 = 30.0;
+const MAX_VOTE: f64 = 30.0;
 
 /// What fits only with a profile of no more than this share is refused: the others have told that slices are not so.
 const TOLD_AGAINST: f64 = 0.05;
@@ -55,13 +55,16 @@ fn shares(all: &[Vec<Result<Fitted, Reason>>]) -> Vec<f64> {
             .filter_map(|models| value(models, i))
             .fold(f64::INFINITY, f64::min)
     };
-    let said = |models: &[Result<Fitted, Reason>], i: usize| Some((value(models, i)? - best(i)).min(LOUDEST));
+    let said = |models: &[Result<Fitted, Reason>], i: usize| Some((value(models, i)? - best(i)).min(MAX_VOTE));
     let total = |models: &Vec<Result<Fitted, Reason>>| voters.iter().filter_map(|i| said(models, *i)).sum::<f64>();
     // The bell is the first.
-    let handicap = |profile: usize| if profile > 0 { BELL } else { 0.0 };
+    let handicap = |profile: usize| if profile > 0 { BELL_PRIOR } else { 0.0 };
     let totals: Vec<f64> = all.iter().enumerate().map(|(i, m)| total(m) + handicap(i)).collect();
     let least = totals.iter().copied().fold(f64::INFINITY, f64::min);
-    let weights: Vec<f64> = totals.iter().map(|t| (-0.5 * (t - least) / UNSURE).exp()).collect();
+    let weights: Vec<f64> = totals
+        .iter()
+        .map(|t| (-0.5 * (t - least) / LIKELIHOOD_UNIT).exp())
+        .collect();
     let sum: f64 = weights.iter().sum();
     weights.into_iter().map(|w| w / sum).collect()
 }

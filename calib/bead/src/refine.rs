@@ -16,9 +16,9 @@
 use ::fit::{End, Limits, Made, Step, least_squares};
 use nalgebra::{DMatrix, DVector, Dyn, Vector3, linalg::Cholesky};
 
+use super::background_field::{Ground, Linear, Seen, Spread};
 use super::fit::{DAMPING, Expected, Fitted, Sample, State};
-use super::ground::{Ground, Linear, Seen, Spread};
-use super::leftover::Leftover;
+use super::residuals::Leftover;
 
 /// The most voxels in the covariance, and in the likelihood.
 const MAX_VOXELS: usize = 900;
@@ -28,15 +28,15 @@ const BALL: usize = 7;
 const METAL: usize = 3;
 const RADIUS: usize = 4;
 /// Linearisations of the covariance, and steps within one.
-const ROUNDS: usize = 3;
+const COVARIANCE_ROUNDS: usize = 3;
 const MAX_STEPS: usize = 30;
 /// A step of the centre below this, mm, ends a round.
 const STEP_END_MM: f64 = 1e-5;
 /// HU over the ground: another piece of metal, which no field of tissue explains.
 const OTHER_METAL_HU: f64 = 1500.0;
 /// The ball's radius beside the expected one and the deviations of its blur, beyond which that is none of its own.
-const LARGEST: f64 = 1.25;
-const FADED: f64 = 2.0;
+const MAX_RADIUS_RATIO: f64 = 1.25;
+const MAX_BLUR_RATIO: f64 = 2.0;
 /// Length by which the polynomials' variables are divided, mm.
 const SCALE_MM: f64 = 3.0;
 
@@ -52,7 +52,7 @@ pub(super) fn refine<'a>(
     let mut state = refiner.start();
     let mut spread = refiner.spread(&state);
     let mut inverse = DMatrix::zeros(0, 0);
-    for round in 0..ROUNDS {
+    for round in 0..COVARIANCE_ROUNDS {
         (state, inverse) = refiner.round(&state, &spread)?;
         if round == 0 {
             // Far from the centre the linearised model leaves much to the ground.
@@ -311,7 +311,7 @@ impl ::fit::Problem for Whitened<'_> {
 /// Whether it is not another piece of metal: beyond where the ball has faded nothing is as bright.
 fn tissue(sample: &Sample, expected: &Expected) -> bool {
     let [plane, axial] = [expected.blur.plane_mm, expected.blur.profile_mm()];
-    let end = |sigma: f64| LARGEST * expected.blur.radius_mm + FADED * sigma;
+    let end = |sigma: f64| MAX_RADIUS_RATIO * expected.blur.radius_mm + MAX_BLUR_RATIO * sigma;
     let d = sample.place;
     let within = (d.xy().norm() / end(plane)).powi(2) + (d.z / end(axial)).powi(2) <= 1.0;
     within || sample.hu - expected.ground_hu < OTHER_METAL_HU

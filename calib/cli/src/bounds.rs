@@ -7,7 +7,7 @@ use scene::tracking::RegistrationGates;
 use crate::calibration::{CalibrationFile, Gate};
 use crate::live::LiveError;
 use crate::registration_file::RegistrationFile;
-use crate::scened::Scened;
+use crate::scene_context::Scened;
 use crate::values::Positive;
 
 const CALIBRATION: &str = "tracker.calibration.gates";

@@ -32,7 +32,7 @@ mod report;
 mod residual_table;
 mod rom;
 mod row;
-mod scened;
+mod scene_context;
 mod solve;
 mod source;
 mod store;

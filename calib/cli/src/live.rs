@@ -15,7 +15,7 @@ use clap::{Args, ValueEnum};
 use geometry::{Marker, Reference, Tool, Tracker, Uncertain};
 use scene::Scene;
 
-use crate::scened::SceneArgs;
+use crate::scene_context::SceneArgs;
 use crate::values::Positive;
 
 pub(crate) use error::LiveError;

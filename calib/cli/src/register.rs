@@ -16,7 +16,7 @@ use crate::registration_file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, RegistrationFile, Transform, Units, VERSION,
 };
 use crate::report;
-use crate::scened::Scened;
+use crate::scene_context::Scened;
 use crate::solve::{self, Options, Solution, SolveError, method_name, solve};
 use crate::store::{self, StoreError};
 

@@ -11,7 +11,7 @@ use crate::commands::Outcome;
 use crate::input::From;
 use crate::live::touched_in;
 use crate::register::{RegisterError, Request, register};
-use crate::scened::{SceneArgs, Scened};
+use crate::scene_context::{SceneArgs, Scened};
 use crate::solve::{Options, method_name};
 use crate::values::{Name, Target};
 

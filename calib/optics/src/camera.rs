@@ -37,20 +37,20 @@
 mod adjust;
 mod agree;
 mod apart;
-mod bend;
 mod choice;
 mod coverage;
-mod curve;
 mod error;
-mod field;
 mod fitted;
+mod full_hessian;
 mod held_out;
-mod joint;
+mod joint_adjust;
 mod lens;
 mod model;
 mod normal;
 mod paraboloid;
 mod plate;
+mod plate_bend;
+mod plate_field;
 mod predict;
 mod result;
 mod start;
@@ -60,19 +60,19 @@ mod view;
 pub use agree::{Agreeing, agreeing};
 pub use coverage::{CELLS, Coverage, Gates, Short};
 pub use error::CameraRefused;
-pub use field::REACH;
 pub use held_out::held_out;
 pub use lens::{LEAST_SLOPE, Lens, WIDEST};
 pub use model::{Camera, CameraFrame, GridFrame, NAMES, Outside, PARAMETERS};
 pub use plate::{Plate, PlateField};
+pub use plate_field::REACH;
 pub use result::{Calibrated, Posed, Residual};
 pub use start::LEAST_SPREAD_DEG;
 pub use view::{ImageSize, LEAST_DISCS, LEAST_VIEWS, LensModel, Options, Sighting, View};
 
 use adjust::Problem;
 use choice::Chosen;
-use field::Waves;
 use paraboloid::Ruler;
+use plate_field::Waves;
 use view::Station;
 
 /// Calibrates a camera from views of a grid.
@@ -80,7 +80,7 @@ use view::Station;
 /// # Errors
 /// Each variant of [`CameraRefused`].
 pub fn calibrate(views: &[View], size: ImageSize, options: &Options) -> Result<Calibrated, CameraRefused> {
-    once(views, size, options).map_err(|refused| bend::told(refused, views, size, options))
+    once(views, size, options).map_err(|refused| plate_bend::told(refused, views, size, options))
 }
 
 /// [`calibrate`], without a second try.

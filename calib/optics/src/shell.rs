@@ -17,15 +17,15 @@
 use crate::image::{Image, Sums};
 
 /// Shares of the radius at which I begins and ends, and E begins.
-const WALL: [f64; 2] = [0.8, 0.95];
-const AROUND: [f64; 2] = [1.05, 1.15];
+const WALL_RADII: [f64; 2] = [0.8, 0.95];
+const AROUND_RADII: [f64; 2] = [1.05, 1.15];
 /// Pixels by which E lies farther out, and by which it is wider, at the least.
 const GAP_PX: f64 = 0.5;
 const WIDTH_PX: f64 = 1.5;
 /// The least share of E that must lie in the image.
 const LEAST_WITHIN: f64 = 0.5;
 /// Deviation of rounding to whole steps.
-const ROUNDING: f64 = 0.288_675_134_594_812_9;
+const ROUNDING_DEVIATION: f64 = 0.288_675_134_594_812_9;
 
 /// The regions for one radius: each the difference of two discs, by the half widths of their rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -63,14 +63,14 @@ impl Shell {
         if !(3.0..=200.0).contains(&radius) {
             return Err(BadRadius(radius));
         }
-        let near = AROUND[0] * radius + GAP_PX;
-        let far = near + ((AROUND[1] - AROUND[0]) * radius).max(WIDTH_PX);
+        let near = AROUND_RADII[0] * radius + GAP_PX;
+        let far = near + ((AROUND_RADII[1] - AROUND_RADII[0]) * radius).max(WIDTH_PX);
         // The lesser disc ends before its radius: that belongs to the ring.
         let shell = |from: f64, to: f64| [disc(from - 1e-9), disc(to)];
         let around = shell(near, far);
         let pixels = |d: &Vec<isize>| d.iter().map(|w| (2 * w + 1).max(0) as u64).sum::<u64>();
         Ok(Self {
-            wall: shell(WALL[0] * radius, WALL[1] * radius),
+            wall: shell(WALL_RADII[0] * radius, WALL_RADII[1] * radius),
             pixels: pixels(&around[1]) - pixels(&around[0]),
             around,
         })
@@ -86,7 +86,7 @@ impl Shell {
             return None;
         }
         let ([inside, a], [outside, b]) = (moments(wall), moments(around));
-        Some((inside - outside) / (a + 0.5 * b + ROUNDING))
+        Some((inside - outside) / (a + 0.5 * b + ROUNDING_DEVIATION))
     }
 }
 
@@ -192,7 +192,7 @@ mod tests {
                 )
             };
             let ((a, da), (b, db)) = (moments(&ring(7.2, 8.55)), moments(&ring(9.95, 11.45)));
-            let expected = (a - b) / (da + 0.5 * db + ROUNDING);
+            let expected = (a - b) / (da + 0.5 * db + ROUNDING_DEVIATION);
             let found = shell.at(&sums, x, y).unwrap();
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }

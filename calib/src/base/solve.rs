@@ -140,14 +140,14 @@ const DAMPING: Damping = Damping {
 };
 
 /// Times that touches with a noise of their own are weighed anew.
-const WEIGHED: usize = 3;
+const WEIGHING_ROUNDS: usize = 3;
 
 /// The pose of least squares near `pose`; `None` where it does not settle.
 ///
 /// Weights belong to the rotation, and are frozen while a step looks for less: else the sum would not have to fall.
 pub(super) fn settle(touches: &[Held], mut pose: Pose, radius: f64) -> Option<Pose> {
     let rounds = if touches.iter().any(|t| t.noise.is_some()) {
-        WEIGHED
+        WEIGHING_ROUNDS
     } else {
         1
     };

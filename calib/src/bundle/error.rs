@@ -27,12 +27,12 @@ impl fmt::Display for Mislabelled {
 struct Listed<'a, T>(&'a [T]);
 
 /// More than these are not printed.
-const SHOWN: usize = 12;
+const MAX_SHOWN: usize = 12;
 
 impl<T: fmt::Display> fmt::Display for Listed<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let shown: Vec<String> = self.0.iter().take(SHOWN).map(T::to_string).collect();
-        let more = if self.0.len() > SHOWN { ", ..." } else { "" };
+        let shown: Vec<String> = self.0.iter().take(MAX_SHOWN).map(T::to_string).collect();
+        let more = if self.0.len() > MAX_SHOWN { ", ..." } else { "" };
         write!(f, "{}{more}", shown.join(", "))
     }
 }
@@ -50,7 +50,7 @@ fn seldom(list: &[(usize, usize)]) -> String {
 }
 
 fn mislabels(list: &[Mislabelled]) -> String {
-    let one: Vec<String> = list.iter().take(SHOWN).map(Mislabelled::to_string).collect();
+    let one: Vec<String> = list.iter().take(MAX_SHOWN).map(Mislabelled::to_string).collect();
     one.join("; ")
 }
 

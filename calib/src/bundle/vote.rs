@@ -13,7 +13,7 @@ use super::error::Mislabelled;
 use super::views::{Data, Station};
 
 /// Rounds of laying and taking medians.
-const ROUNDS: usize = 3;
+const VOTE_ROUNDS: usize = 3;
 
 /// A sighting is at another emitter's place where it is this share of its distance from its own away, at most.
 const ON_IT: f64 = 0.25;
@@ -31,7 +31,7 @@ impl Vote {
     pub(super) fn on(body: &Body, data: &Data, limit_mm: f64) -> Self {
         let mut places: Vec<Option<Vector3<f64>>> = body.places.iter().map(|p| p.map(|(p, _)| p)).collect();
         let mut laid = Vec::new();
-        for _ in 0..ROUNDS {
+        for _ in 0..VOTE_ROUNDS {
             laid = data.stations.iter().map(|s| on(&places, s, limit_mm)).collect();
             places = medians(&places, data, &laid);
         }

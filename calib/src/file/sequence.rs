@@ -18,9 +18,9 @@ pub const MAX_FRAMES: usize = 200_000;
 /// The largest distance of a matrix from a rotation, Frobenius norm.
 pub const MOST_OFF: f64 = 5e-3;
 /// What the last row may differ by.
-const ROW: f64 = 1e-6;
+const LAST_ROW_TOLERANCE: f64 = 1e-6;
 /// The line that ends a header; pixels may follow it.
-const END: &[u8] = b"ElementDataFile";
+const END_OF_HEADER: &[u8] = b"ElementDataFile";
 
 /// One frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,7 +140,7 @@ pub fn header_end(bytes: &[u8]) -> Option<usize> {
     let mut start = 0;
     for line in bytes.split_inclusive(|b| *b == b'\n') {
         start += line.len();
-        if line.starts_with(END) {
+        if line.starts_with(END_OF_HEADER) {
             return Some(start);
         }
     }
@@ -319,7 +319,11 @@ fn pose(line: usize, text: &str) -> Result<Pose, SequenceError> {
         found: words(text).count(),
     })?;
     let found = [m[12], m[13], m[14], m[15]];
-    if found.iter().zip([0.0, 0.0, 0.0, 1.0]).any(|(a, b)| (a - b).abs() > ROW) {
+    if found
+        .iter()
+        .zip([0.0, 0.0, 0.0, 1.0])
+        .any(|(a, b)| (a - b).abs() > LAST_ROW_TOLERANCE)
+    {
         return Err(SequenceError::BottomRow { line, found });
     }
     let row = |i: usize| [m[4 * i], m[4 * i + 1], m[4 * i + 2]];

@@ -12,7 +12,7 @@ use super::{Method, Pivot};
 /// Deviations along the line between two tips that are taken for noise: of both tips the larger one. Both are of the same poses, so that
 /// the deviation of their distance is at most about that: of an efficient estimate and another one its square is the difference of
 /// their variances (Hausman 1978).
-const DEVIATIONS: f64 = 2.5;
+const NOISE_DEVIATIONS: f64 = 2.5;
 
 /// Two methods whose tips lie further apart than their errors allow.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ pub fn apart<To: Frame, From: Frame>(found: &[Pivot<To, From>]) -> Option<Apart>
         Apart {
             methods: [a.method, b.method],
             mm: off.norm(),
-            most_mm: DEVIATIONS * sigma(ca).max(sigma(cb)),
+            most_mm: NOISE_DEVIATIONS * sigma(ca).max(sigma(cb)),
         }
     });
     let beyond = each.filter(|apart| apart.mm > apart.most_mm);

@@ -13,7 +13,7 @@ use super::{LEAST_CONE_DEG, Refused};
 use crate::coverage::Coverage;
 
 /// The fewest poses.
-const NEEDED: usize = 3;
+const MIN_POSES: usize = 3;
 /// A motion whose widest principal angle is below this is noise, degrees.
 const STILL_DEG: f64 = 0.5;
 /// Where the first principal angle is this many times the second, the motion has one axis.
@@ -78,9 +78,12 @@ fn agreeing<To, From: Frame>(
 }
 
 fn check<To, From>(poses: &[Rigid<To, From>], noise: &PoseNoise) -> Result<(), Refused> {
-    if poses.len() < NEEDED {
+    if poses.len() < MIN_POSES {
         let found = poses.len();
-        return Err(Refused::TooFew { found, needed: NEEDED });
+        return Err(Refused::TooFew {
+            found,
+            needed: MIN_POSES,
+        });
     }
     if !noise.is_good() {
         let PoseNoise { sigma_mm, sigma_rad } = *noise;
@@ -103,7 +106,7 @@ fn covered<'a, To: 'a, From: Frame>(
 ) -> Result<Coverage<From>, Refused> {
     let too_few = Refused::TooFew {
         found: 0,
-        needed: NEEDED,
+        needed: MIN_POSES,
     };
     let coverage = Coverage::of(poses.map(Rigid::rotation)).ok_or(too_few)?;
     let angles_deg = coverage.angles_deg();
@@ -157,7 +160,7 @@ fn robust<N: Noise>(problem: &Problem, noise: &N, method: Method) -> Result<Solv
         settled.weights.iter().filter(|w| **w > 0.0).count(),
         problem.poses.len(),
     );
-    let needed = NEEDED.max(poses / 2 + 1);
+    let needed = MIN_POSES.max(poses / 2 + 1);
     if found < needed {
         return Err(Refused::NoConsensus { found, poses, needed });
     }

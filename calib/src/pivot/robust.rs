@@ -14,17 +14,17 @@ use super::noise::PoseNoise;
 use super::step::{self, Normal, moved};
 
 /// Median of chi-square with three degrees of freedom.
-const MEDIAN: f64 = 2.365_973_884_375_338;
+const MEDIAN_CHI2_3: f64 = 2.365_973_884_375_338;
 /// Square of the constant of Geman and McClure, in deviations.
-const WIDTH: f64 = 9.0;
+const GEMAN_MCCLURE_CHI2: f64 = 9.0;
 /// Square of Tukey's constant, in deviations.
-const CUT: f64 = 49.0;
+const TUKEY_CHI2: f64 = 49.0;
 /// Steps of each phase; five are usual at the end.
 const MAX_STEPS: usize = 200;
 /// A step whose square, in deviations of the result, is below this ends the iteration.
 const STEP_END: f64 = 1e-10;
 /// Relative rounding of residuals: below it they say nothing.
-const ROUNDING: f64 = 1e-13;
+const RESIDUAL_ROUNDING: f64 = 1e-13;
 
 /// What is known of the poses' noise, of which only the ratios count.
 pub(super) trait Noise {
@@ -50,13 +50,13 @@ pub(super) struct Settled {
 
 /// Tukey's weight of a square.
 pub(super) fn biweight(square: f64) -> f64 {
-    (1.0 - square / CUT).max(0.0).powi(2)
+    (1.0 - square / TUKEY_CHI2).max(0.0).powi(2)
 }
 
 /// `w + (2 / 3) s^2 dw / d(s^2)`: the mean slope of `w r` over the three components.
 pub(super) fn slope(square: f64) -> f64 {
-    let left = (1.0 - square / CUT).max(0.0);
-    left * left - 4.0 / 3.0 * left * square / CUT
+    let left = (1.0 - square / TUKEY_CHI2).max(0.0);
+    left * left - 4.0 / 3.0 * left * square / TUKEY_CHI2
 }
 
 /// Runs both phases from `start`.
@@ -77,9 +77,9 @@ pub(super) fn settle<N: Noise>(problem: &Problem, start: State, noise: &N) -> Re
     };
     run.measure();
     let largest = run.settled.squares.iter().copied().fold(0.0, f64::max);
-    let mut mu = (2.0 * largest / WIDTH).min(1e6);
+    let mut mu = (2.0 * largest / GEMAN_MCCLURE_CHI2).min(1e6);
     while mu > 1.0 {
-        run.reweigh(|square| (mu * WIDTH / (mu * WIDTH + square)).powi(2));
+        run.reweigh(|square| (mu * GEMAN_MCCLURE_CHI2 / (mu * GEMAN_MCCLURE_CHI2 + square)).powi(2));
         if run.advance().is_none() {
             return Ok(run.stuck());
         }
@@ -94,7 +94,7 @@ pub(super) fn settle<N: Noise>(problem: &Problem, start: State, noise: &N) -> Re
 /// Scale below which residuals are rounding: `scale^2`.
 fn floor<N: Noise>(problem: &Problem, start: &State, noise: &N) -> f64 {
     let size = problem.centre.norm() + start.tip.norm() + start.pivot.norm();
-    (ROUNDING * size / noise.sigma_mm()).powi(2)
+    (RESIDUAL_ROUNDING * size / noise.sigma_mm()).powi(2)
 }
 
 struct Run<'a, N: Noise> {
@@ -119,7 +119,9 @@ impl<N: Noise> Run<'_, N> {
         let n = list.len();
         let (_, median, _) = self.sorted.select_nth_unstable_by(n / 2, f64::total_cmp);
         let freedom = n as f64 / (n as f64 - 2.0);
-        let squared = (*median / MEDIAN * freedom).max(self.floor).max(f64::MIN_POSITIVE);
+        let squared = (*median / MEDIAN_CHI2_3 * freedom)
+            .max(self.floor)
+            .max(f64::MIN_POSITIVE);
         *scale = squared.sqrt();
         list.iter_mut().for_each(|s| *s /= squared);
     }
@@ -143,7 +145,7 @@ impl<N: Noise> Run<'_, N> {
 
     /// What is known where the equations became singular: which poses agree.
     fn stuck(mut self) -> Settled {
-        self.reweigh(|square| f64::from(u8::from(square < CUT)));
+        self.reweigh(|square| f64::from(u8::from(square < TUKEY_CHI2)));
         self.settled.singular = true;
         self.settled
     }
@@ -158,7 +160,7 @@ impl<N: Noise> Run<'_, N> {
                 return Ok(false);
             };
             last_mm = length;
-            if square < STEP_END || length < 100.0 * ROUNDING * size {
+            if square < STEP_END || length < 100.0 * RESIDUAL_ROUNDING * size {
                 self.reweigh(biweight);
                 return Ok(true);
             }

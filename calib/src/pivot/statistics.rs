@@ -11,7 +11,7 @@ use super::{Method, Options, Pivot};
 use crate::coverage::Coverage;
 
 /// Parameters fitted, in poses: six of three components each.
-const FITTED: f64 = 2.0;
+const FITTED_POSES: f64 = 2.0;
 
 /// A solution before it is described.
 pub(super) struct Solved {
@@ -103,7 +103,7 @@ pub(super) fn weighted<N: Noise>(problem: &Problem, solved: &Solved, noise: &N) 
         turn += inside * slope(*s);
         n += inside;
     }
-    let freedom = n / (n - FITTED);
+    let freedom = n / (n - FITTED_POSES);
     let factor = solved.scale.powi(2) * freedom * (pull / n) / (turn / n).powi(2);
     let normal = noise.normal(problem, &solved.state, &inside);
     Some(normal.matrix.cholesky()?.inverse() * factor)
@@ -122,7 +122,7 @@ fn algebraic(problem: &Problem, solved: &Solved, options: &Options) -> Option<Ma
         b += j.transpose() * spread.covariance(&y) * j;
         squares += spread.square(&y, &(y + pose.t - solved.state.pivot));
     }
-    let scale = squares / (3.0 * (problem.poses.len() as f64 - FITTED));
+    let scale = squares / (3.0 * (problem.poses.len() as f64 - FITTED_POSES));
     let inverse = h.cholesky()?.inverse();
     Some(inverse * b * inverse * scale)
 }
@@ -143,7 +143,7 @@ fn estimated(problem: &Problem, solved: &Solved, options: &Options) -> PoseNoise
         across += 0.5 * (corrected.residual.norm_squared() - part);
         n += 1.0;
     }
-    let (along, across) = (along / (n - FITTED), across / (n - FITTED));
+    let (along, across) = (along / (n - FITTED_POSES), across / (n - FITTED_POSES));
     let turn = (across - along).max(0.0);
     PoseNoise {
         sigma_mm: along.sqrt(),

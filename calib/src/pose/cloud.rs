@@ -9,7 +9,7 @@ use super::{Body, Localizer, radius_95_mm};
 use crate::registration::{Method, Pairs, fit};
 
 /// Gauss-Newton steps from the closed solution; it is so near that the second changes nothing that can be measured.
-const STEPS: usize = 3;
+const GAUSS_NEWTON_STEPS: usize = 3;
 /// A step below this, radians and mm, ends the iteration: the next would be of its square.
 const STEP_END: f64 = 1e-7;
 
@@ -112,7 +112,7 @@ impl<F: Frame> Cloud<F> {
             let (normal, right) = self.normal(&mut solved, &seen)?;
             let factor = normal.cholesky()?;
             let motion = factor.solve(&right);
-            if step == STEPS || motion.amax() <= STEP_END {
+            if step == GAUSS_NEWTON_STEPS || motion.amax() <= STEP_END {
                 solved.covariance = factor.inverse();
                 return Some(solved);
             }

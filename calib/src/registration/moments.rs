@@ -9,9 +9,9 @@ use super::pairs::coordinates;
 use super::{Pairs, Refused};
 
 /// Sums of squares outside this range are formed again from coordinates scaled by a power of two.
-const SAFE: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+const SAFE_SQUARES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 /// Pairs summed one after the other.
-const BLOCK: usize = 64;
+const BLOCK_PAIRS: usize = 64;
 /// A cloud whose radius is below this many units in the last place of its centre is one point.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
 
@@ -53,7 +53,7 @@ impl Moments {
             }
         };
         // A NaN or an infinity fails this comparison too.
-        let safe = pairs.len() >= 3 && moments.energy.iter().all(|e| SAFE.contains(e));
+        let safe = pairs.len() >= 3 && moments.energy.iter().all(|e| SAFE_SQUARES.contains(e));
         let moments = if safe { moments } else { rescaled(pairs)? };
         moments.spread_out()?;
         Ok(moments)
@@ -161,7 +161,7 @@ fn sums<To, From>(
 /// Sums blocks two by two, so that the rounding grows with the logarithm of their number.
 #[inline(always)]
 fn tree(range: Range<usize>, block: &impl Fn(Range<usize>) -> Second) -> Second {
-    if range.len() <= BLOCK {
+    if range.len() <= BLOCK_PAIRS {
         return block(range);
     }
     halves(range, block)
@@ -169,7 +169,7 @@ fn tree(range: Range<usize>, block: &impl Fn(Range<usize>) -> Second) -> Second 
 
 #[inline(never)]
 fn halves(range: Range<usize>, block: &impl Fn(Range<usize>) -> Second) -> Second {
-    if range.len() <= BLOCK {
+    if range.len() <= BLOCK_PAIRS {
         return block(range);
     }
     let middle = range.start + range.len() / 2;

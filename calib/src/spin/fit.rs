@@ -8,7 +8,7 @@ use super::{Axes, Complex};
 use crate::registration::jacobi::symmetric3;
 
 /// Relative rounding of residuals: below it they say nothing.
-const ROUNDING: f64 = 1e-12;
+const RESIDUAL_ROUNDING: f64 = 1e-12;
 
 pub(super) fn matrix<To, From>(pose: &Rigid<To, From>) -> Matrix3<f64> {
     pose.rotation().matrix().into()
@@ -61,7 +61,7 @@ impl Fit for Directions {
     }
 
     fn rounding(&self) -> f64 {
-        ROUNDING * ROUNDING
+        RESIDUAL_ROUNDING * RESIDUAL_ROUNDING
     }
 }
 
@@ -108,6 +108,6 @@ impl Fit for Places {
 
     fn rounding(&self) -> f64 {
         let largest = self.places.iter().map(|t| t.norm_sqr()).fold(0.0, f64::max);
-        largest * ROUNDING * ROUNDING
+        largest * RESIDUAL_ROUNDING * RESIDUAL_ROUNDING
     }
 }

@@ -8,17 +8,17 @@
 use super::Refused;
 
 /// Median of chi-square with two degrees of freedom: 2 ln 2.
-const MEDIAN: f64 = 2.0 * std::f64::consts::LN_2;
+const MEDIAN_CHI2_2: f64 = 2.0 * std::f64::consts::LN_2;
 /// Square of the constant of Geman and McClure, in deviations.
-const WIDTH: f64 = 9.0;
+const GEMAN_MCCLURE_CHI2: f64 = 9.0;
 /// Square of Tukey's constant, in deviations.
-const CUT: f64 = 49.0;
+const TUKEY_CHI2: f64 = 49.0;
 /// Steps of the last phase; ten are usual.
 const MAX_STEPS: usize = 500;
 /// A largest change of a weight below this ends it.
-const REST: f64 = 1e-6;
+const LAST_WEIGHT_CHANGE: f64 = 1e-6;
 /// With fewer poses a median of residuals says nothing, and all count.
-const LEAST: usize = 8;
+const MIN_POSES: usize = 8;
 
 /// A linear least squares problem.
 pub(super) trait Fit {
@@ -44,31 +44,31 @@ pub(super) struct Settled<T> {
 
 /// Tukey's weight of a square.
 fn biweight(square: f64) -> f64 {
-    (1.0 - square / CUT).max(0.0).powi(2)
+    (1.0 - square / TUKEY_CHI2).max(0.0).powi(2)
 }
 
 /// `w + s^2 dw / d(s^2)`: the mean slope of `w r` over the two components.
 fn slope(square: f64) -> f64 {
-    let left = (1.0 - square / CUT).max(0.0);
-    left * left - 2.0 * left * square / CUT
+    let left = (1.0 - square / TUKEY_CHI2).max(0.0);
+    left * left - 2.0 * left * square / TUKEY_CHI2
 }
 
 /// Solves, with weights where `robust` and there are poses enough.
 pub(super) fn settle<F: Fit>(problem: &F, robust: bool) -> Result<Settled<F::Found>, Refused> {
     let count = problem.count();
     let mut run = Run::new(problem, vec![1.0; count])?;
-    if !robust || count < LEAST {
+    if !robust || count < MIN_POSES {
         let pull = run.squares.iter().sum::<f64>() / count as f64 / 2.0;
         return Ok(run.settled(pull, 1.0));
     }
     let largest = run.squares.iter().copied().fold(0.0, f64::max);
-    let mut mu = (2.0 * largest / WIDTH).min(1e6);
+    let mut mu = (2.0 * largest / GEMAN_MCCLURE_CHI2).min(1e6);
     while mu > 1.0 {
-        run.advance(|square| (mu * WIDTH / (mu * WIDTH + square)).powi(2))?;
+        run.advance(|square| (mu * GEMAN_MCCLURE_CHI2 / (mu * GEMAN_MCCLURE_CHI2 + square)).powi(2))?;
         mu *= 0.5;
     }
     for _ in 0..MAX_STEPS {
-        if run.advance(biweight)? <= REST {
+        if run.advance(biweight)? <= LAST_WEIGHT_CHANGE {
             return run.judged();
         }
     }
@@ -106,7 +106,7 @@ impl<'a, F: Fit> Run<'a, F> {
         let mut sorted = self.squares.clone();
         let (_, median, _) = sorted.select_nth_unstable_by(n / 2, f64::total_cmp);
         let freedom = n as f64 / (n as f64 - 2.0);
-        let squared = (*median / MEDIAN * freedom)
+        let squared = (*median / MEDIAN_CHI2_2 * freedom)
             .max(self.problem.rounding())
             .max(f64::MIN_POSITIVE);
         self.scale = squared.sqrt();
@@ -121,7 +121,7 @@ impl<'a, F: Fit> Run<'a, F> {
         self.weights = next;
         let poses = self.weights.len();
         let found = self.weights.iter().filter(|w| **w > 0.0).count();
-        let needed = super::NEEDED.max(poses / 2 + 1);
+        let needed = super::MIN_POSES.max(poses / 2 + 1);
         let none = Refused::NoConsensus { found, poses, needed };
         self.found = self.problem.fit(&self.weights).ok_or(none)?;
         self.measure();
@@ -132,7 +132,7 @@ impl<'a, F: Fit> Run<'a, F> {
     fn judged(self) -> Result<Settled<F::Found>, Refused> {
         let inside = || self.squares.iter().zip(&self.weights).filter(|(_, w)| **w > 0.0);
         let (found, poses) = (inside().count(), self.weights.len());
-        let needed = super::NEEDED.max(poses / 2 + 1);
+        let needed = super::MIN_POSES.max(poses / 2 + 1);
         if found < needed {
             return Err(Refused::NoConsensus { found, poses, needed });
         }

@@ -5,9 +5,9 @@ use nalgebra::Vector2;
 use crate::solid::{Cursor, Local, Solid};
 
 /// Places this many sizes of the largest solid away from zero are measured from a nearer one.
-const FAR: f64 = 8.0;
+const FAR_EXTENTS: f64 = 8.0;
 /// Below the largest stiffness by this factor a solid counts as softer, and above the softest as stiff beside it.
-const UNLIKE: f64 = 10.0;
+const SOFTER_FACTOR: f64 = 10.0;
 
 /// Solids, and where the parameters of each lie in the vector of all.
 #[derive(Debug, Default)]
@@ -88,7 +88,7 @@ impl Bodies {
         self.stiffness[body]
     }
 
-    /// The point that constraints measure places from: zero, or where solids lie farther from it than `FAR` times the largest, a point among
+    /// The point that constraints measure places from: zero, or where solids lie farther from it than `FAR_EXTENTS` times the largest, a point among
     /// them. A gap is a difference of places: about zero it would have the rounding of their distance from it.
     pub fn origin(&self) -> Vector2<f64> {
         self.origin
@@ -107,7 +107,7 @@ impl Bodies {
     /// Bodies that are stiff beside the softest.
     pub(crate) fn stiff(&self) -> impl Iterator<Item = usize> {
         let softest = self.stiffness.iter().copied().fold(1.0, f64::min);
-        (0..self.len()).filter(move |k| self.stiffness[*k] > UNLIKE * softest)
+        (0..self.len()).filter(move |k| self.stiffness[*k] > SOFTER_FACTOR * softest)
     }
 
     fn find_origin(&mut self) {
@@ -115,7 +115,7 @@ impl Bodies {
         let infinity = Vector2::repeat(f64::INFINITY);
         let [low, high] = boxes.fold([infinity, -infinity], |b, x| [b[0].inf(x), b[1].sup(x)]);
         let centre = low * 0.5 + high * 0.5;
-        let far = centre.amax() > FAR * self.extent() && centre.iter().all(|x| x.is_finite());
+        let far = centre.amax() > FAR_EXTENTS * self.extent() && centre.iter().all(|x| x.is_finite());
         self.origin = if far { centre } else { Vector2::zeros() };
     }
 
@@ -123,7 +123,7 @@ impl Bodies {
         let own = self.solids.iter().map(|s| s.stiffness_scale());
         let soft = own.clone().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
         let largest = self.stiffness_scale();
-        let relative = |s: f64| (UNLIKE * if s > 0.0 { s } else { soft } / largest).min(1.0);
+        let relative = |s: f64| (SOFTER_FACTOR * if s > 0.0 { s } else { soft } / largest).min(1.0);
         self.stiffness = own.map(|s| if largest > 0.0 { relative(s) } else { 1.0 }).collect();
     }
 

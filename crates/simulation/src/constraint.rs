@@ -6,45 +6,50 @@
 //!
 //! # Contact, file by file
 //!
-//! * `broad` finds arcs that are near one another by boxes sorted along one axis, `apart` those that a step must keep apart by
-//!   swept boxes, `passing` the lines that prove it, `advance` how far a step may go.
-//! * `meeting`: which solids keep out of which. `samples`: which points of a boundary stand for it, before and in exact contact.
-//! * `stage`: where a contact stands: barrier, then provisional, then exact. `exact/aim` lets forces end at the depth of the rows,
-//!   `exact/wall` keeps out of a half-plane what has no row yet.
+//! * `contact`: what all contacts have in common, and `continuation`: the one place that knows where a contact stands on its way
+//!   from barrier or multipliers ([`Stage`]) to exact contact.
+//! * `broad_phase` finds arcs that are near one another by boxes sorted along one axis, `ccd_pairs` those that a step must keep
+//!   apart by swept boxes, `separating_lines` the lines that prove it, `ccd` how far a step may go (conservative advancement).
+//! * `collision_pairs`: which solids keep out of which. `samples`: which points of a boundary stand for it, before and in exact
+//!   contact.
+//! * `exact`: rows of exact contact. `exact/central_path` lets forces end at the depth of the rows, `exact/wall` keeps out of a
+//!   half-plane what has no row yet.
 //! * `overlap` proves, independently of the rows of exact contact, that no solid lies in another, which is what results are checked and
 //!   certified with: arcs against arcs cut until apart or together (`cell`, `meet`), and the turns of a boundary round one point
 //!   of each run between contacts (`run`, `winding`).
-//! * [`Pairs`] and the exact rows keep what they found in the last state, as energy, gradient and second derivatives ask for the
-//!   same state one after the other; so a `Term` is not `Sync`.
+//! * `last_state`: energy, gradient and second derivatives ask for the same state one after the other, which is looked at once.
 
-mod advance;
-mod apart;
 mod barrier;
-mod broad;
+mod broad_phase;
+mod ccd;
+mod ccd_pairs;
+mod collision_pairs;
+mod contact;
+mod continuation;
 mod exact;
-mod guard;
+mod half_plane;
+mod half_plane_barrier;
+mod last_state;
 mod link;
-mod meeting;
 mod near;
 mod nearest;
 mod overlap;
-mod pairs;
-mod passing;
-mod plane;
 mod rows;
 mod samples;
+mod separating_lines;
 mod shape;
 mod signed;
-mod stage;
+mod solid_barrier;
 
 pub use barrier::barrier;
-pub use broad::near_boxes;
-pub use guard::Guard;
+pub use broad_phase::near_boxes;
+pub use continuation::{Continuation, Stage};
+pub use half_plane::Plane;
+pub use half_plane_barrier::Guard;
 pub use link::{End, Link};
 pub use nearest::{Nearest, nearest};
 pub use overlap::{Intersections, Overlap, Touching, deepest, intersections, overlapping};
-pub use pairs::Pairs;
-pub use plane::Plane;
+pub use solid_barrier::Pairs;
 
 use nalgebra::Vector2;
 
@@ -157,46 +162,37 @@ pub trait Term: std::fmt::Debug {
         1.0
     }
 
-    /// Takes the state found as the next start: new multipliers, new cursors, a narrower barrier.
+    /// The forces at work.
+    fn forces(&self, _bodies: &Bodies, _a: &[f64]) -> Vec<Force> {
+        Vec::new()
+    }
+}
+
+/// A term with what becomes of it from search to search.
+pub trait Constraint: Term + Send + Sync {
+    /// Where it stands.
+    fn stage(&self) -> Stage {
+        Stage::Lasting
+    }
+
+    /// Takes the state found as the next start: new multipliers, new cursors, a narrower barrier, exact contact.
     fn update(&mut self, _bodies: &Bodies, _a: &[f64]) -> Change {
         Change::default()
+    }
+
+    /// Its way to exact contact, where it has one.
+    fn way_to_exact(&mut self) -> Option<&mut Continuation> {
+        None
+    }
+
+    /// Its rows, where its forces are unknowns of their own now.
+    fn rows(&mut self) -> Option<&mut dyn Active> {
+        None
     }
 
     /// Moves a wall along its normal, in exact contact with all that it knows; nothing for what is none.
     fn move_wall(&mut self, _by: f64) {}
 
-    /// Its rows, where it is exact now.
-    fn active(&mut self) -> Option<&mut dyn Active> {
-        None
-    }
-
-    /// True where the next update changes the term whatever is found, as a barrier narrows: the search need not be exact before the next update.
-    fn provisional(&self) -> bool {
-        false
-    }
-
-    /// Stays provisional for one narrower barrier more where `again`: exact contact did not converge from this one. Else
-    /// keeps its barrier for good.
-    fn narrow(&mut self, _again: bool) {}
-
-    /// True once exact contact has taken over from a barrier or from multipliers.
-    fn handed_over(&self) -> bool {
-        false
-    }
-
-    /// Asks for exact contact after the narrowest barrier, or in the place of multipliers.
-    fn polish(&mut self) {}
-
-    /// False where it stands for what it does only up to a barrier's width.
-    fn exact(&self) -> bool {
-        true
-    }
-
     /// A copy, to come back to.
-    fn copy(&self) -> Box<dyn Term>;
-
-    /// The forces at work.
-    fn forces(&self, _bodies: &Bodies, _a: &[f64]) -> Vec<Force> {
-        Vec::new()
-    }
+    fn copy(&self) -> Box<dyn Constraint>;
 }

@@ -4,14 +4,14 @@ mod certify;
 mod polish;
 mod saddle;
 
-use crate::constraint::{Change, Term};
+use crate::constraint::{Change, Constraint, Stage};
 use crate::control::{Failed, Minimum, Newton, Settings};
 use crate::system::System;
 
 /// The most searches of one equilibrium.
 const MOST_SEARCHES: usize = 60;
 /// The largest free force over the largest load in a search whose term is to be replaced.
-const PROVISIONAL: f64 = 1e-6;
+const PROVISIONAL_TOLERANCE: f64 = 1e-6;
 /// Saddles left in exact contact.
 const MOST_SADDLES: usize = 4;
 /// Tries of the exact equations.
@@ -105,7 +105,7 @@ pub fn settle(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Res
 }
 
 /// A state and its terms, to come back to.
-type Saved = (Vec<f64>, Vec<Box<dyn Term>>);
+type Saved = (Vec<f64>, Vec<Box<dyn Constraint>>);
 
 /// Where the clock stands: only the difference of two is told.
 #[allow(clippy::disallowed_methods, reason = "how long it took is no stamp")]
@@ -116,7 +116,7 @@ fn clock() -> std::time::Instant {
 fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Result<Equilibrium, NoEquilibrium> {
     let (mut iterations, mut last) = (0, (f64::INFINITY, f64::INFINITY));
     let (wanted, mut polishes, mut saddles, began) = (newton.settings, 0, 0, clock());
-    if system.terms.iter().any(|t| t.handed_over()) && ready(system) {
+    if is_in(system, Stage::Exact) && ready(system) {
         // Nothing else knows how to move what is in exact contact already.
         let polished = polish::polish(system, newton, a);
         iterations += polished.steps;
@@ -125,10 +125,10 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
         }
     }
     for search in 1..=MOST_SEARCHES {
-        let provisional = system.terms.iter().any(|t| t.provisional());
+        let provisional = is_in(system, Stage::Provisional);
         newton.settings = on_the_way(wanted, provisional);
         // What leaves a saddle follows the energy, which knows nothing of rows: see [`after_a_saddle`].
-        newton.settings.leave_saddles &= !system.terms.iter().any(|t| t.handed_over());
+        newton.settings.leave_saddles &= !is_in(system, Stage::Exact);
         let minimum = minimum(system, newton, a).map_err(|cause| NoEquilibrium::Search { search, cause })?;
         iterations += minimum.iterations;
         let saved: Option<Saved> = provisional.then(|| save(system, a));
@@ -161,7 +161,8 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
             iterations += polished.steps;
             if let (false, Some(saved)) = (polished.done, saved) {
                 (*a, system.terms) = saved;
-                system.terms.iter_mut().for_each(|t| t.narrow(polishes < MOST_POLISHES));
+                let contacts = system.terms.iter_mut().filter_map(|t| t.way_to_exact());
+                contacts.for_each(|way| way.narrow(polishes < MOST_POLISHES));
             }
         }
     }
@@ -176,8 +177,7 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
 /// The state that the energy is least in. What is in exact contact at rest already stays: its rows have no energy that a step could be
 /// measured by, and the step after the last digit loses them.
 fn minimum(system: &System, newton: &mut Newton, a: &mut Vec<f64>) -> Result<Minimum, Failed> {
-    let touching = system.terms.iter().any(|t| t.handed_over());
-    let at_rest = touching.then(|| newton.at_rest(system, a)).flatten();
+    let at_rest = is_in(system, Stage::Exact).then(|| newton.at_rest(system, a)).flatten();
     at_rest.map_or_else(|| newton.minimise(system, a), Ok)
 }
 
@@ -194,7 +194,7 @@ fn not_converged(polished: &polish::Polished) -> NoEquilibrium {
 
 /// The settings of a search; where its term is to be replaced, without what only an end needs.
 fn on_the_way(wanted: Settings, provisional: bool) -> Settings {
-    let least = if provisional { PROVISIONAL } else { 0.0 };
+    let least = if provisional { PROVISIONAL_TOLERANCE } else { 0.0 };
     Settings {
         provisional,
         tolerance: wanted.tolerance.max(least),
@@ -202,9 +202,14 @@ fn on_the_way(wanted: Settings, provisional: bool) -> Settings {
     }
 }
 
+/// True where a constraint stands there.
+fn is_in(system: &System, stage: Stage) -> bool {
+    system.terms.iter().any(|t| t.stage() == stage)
+}
+
 /// True where exact contact has taken over from every barrier that is to hand over.
 fn ready(system: &mut System) -> bool {
-    system.terms.iter_mut().any(|t| t.active().is_some()) && !system.terms.iter().any(|t| t.provisional())
+    system.terms.iter_mut().any(|t| t.rows().is_some()) && !is_in(system, Stage::Provisional)
 }
 
 fn save(system: &System, a: &[f64]) -> Saved {
@@ -225,7 +230,7 @@ fn certified(system: &System, a: &[f64], minimum: Minimum, change: Change) -> Eq
         violation: change.violation,
         searches: 0,
         iterations: 0,
-        exact: system.terms.iter().all(|t| t.exact()),
+        exact: !is_in(system, Stage::Barrier) && !is_in(system, Stage::Provisional),
         complementarity,
         least_gap: least.min(through),
         imbalance,

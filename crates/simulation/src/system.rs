@@ -1,7 +1,7 @@
 //! A system: solids, what is fixed, dead loads, and the terms that constraints add to the energy.
 
 use crate::bodies::Bodies;
-use crate::constraint::{Change, Force, Term};
+use crate::constraint::{Change, Constraint, Force, Stage};
 use crate::control::Potential;
 use crate::solid::Solid;
 use crate::sparse::Triplets;
@@ -20,7 +20,7 @@ pub struct System {
     /// inside a solid's energy is scaled by adding the rest as a dead force.
     pub load_factor: f64,
     /// Terms that constraints add.
-    pub terms: Vec<Box<dyn Term>>,
+    pub terms: Vec<Box<dyn Constraint>>,
     weights: Vec<f64>,
 }
 
@@ -182,7 +182,7 @@ impl Potential for System {
             let far = outline.into_iter().flatten().map(|x| x.amax());
             places.resize(offset + part.len(), far.fold(0.0, f64::max));
         }
-        for term in self.terms.iter().filter(|t| !t.handed_over()) {
+        for term in self.terms.iter().filter(|t| t.stage() != Stage::Exact) {
             // Without second derivatives nothing is taken for rounding.
             let _ = term.hessian(&self.bodies, a, false, &mut held);
         }

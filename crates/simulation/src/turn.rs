@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::solid::Solid;
 
 /// The largest angle of a step, radians, that is made whole.
-const MOST: f64 = 1.0;
+const MAX_TURN_RAD: f64 = 1.0;
 
 /// What a step of a solid's parameters lacks of the rotation that it is the beginning of: `(R - 1 - angle J) (x - c)` of every point, about the
 /// middle of the boundary, where the step turns the boundary by the angle in the mean.
@@ -21,7 +21,7 @@ pub(crate) fn bent(solid: &dyn Solid, a: &[f64], step: &[f64]) -> Vec<f64> {
         square += arm.norm_squared();
     }
     let angle = if square > 0.0 { spin / square } else { 0.0 };
-    if angle == 0.0 || angle.is_nan() || angle.abs() > MOST {
+    if angle == 0.0 || angle.is_nan() || angle.abs() > MAX_TURN_RAD {
         return vec![0.0; a.len()];
     }
     let at = |angle: f64| {

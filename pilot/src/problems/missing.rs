@@ -2,7 +2,7 @@
 
 use scene::Limits;
 
-use crate::books::PoseCounts;
+use crate::metrics::PoseCounts;
 
 /// More are missing than the scene allows.
 pub(crate) fn problem(poses: &PoseCounts, limits: &Limits) -> Option<String> {

@@ -13,7 +13,7 @@ use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, Gate, Kind, Recorded, SeatDrawing};
 use crate::commands::common::{CommandError, OutArgs, Outcome, OwnError, verdict_text};
 use crate::live::touched_in;
-use crate::scened::{SceneArgs, Scened};
+use crate::scene_context::{SceneArgs, Scened};
 use crate::values::{Name, Positive};
 
 pub(crate) const BASE_HELP: &str = "\

@@ -15,7 +15,7 @@ use crate::commands::common::{
 };
 use crate::live::{Against, FollowMarkers, Run};
 use crate::poses::Recording;
-use crate::scened::Scened;
+use crate::scene_context::Scened;
 use crate::values::Positive;
 
 pub(crate) const SEAT_HELP: &str = "\

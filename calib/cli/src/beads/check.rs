@@ -15,7 +15,7 @@ use crate::commands::Outcome;
 use crate::commands::common::{broken, gates_text};
 use crate::live::{Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, touched};
 use crate::registration_file::RegistrationFile;
-use crate::scened::Scened;
+use crate::scene_context::Scened;
 use crate::values::{Name, Positive, Target};
 
 pub(crate) const CHECK_HELP: &str = "\

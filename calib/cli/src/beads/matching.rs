@@ -17,7 +17,7 @@ use crate::points_text;
 use crate::register::{Request, describe, judge};
 use crate::report;
 use crate::row::Row;
-use crate::scened::{SceneArgs, Scened};
+use crate::scene_context::{SceneArgs, Scened};
 use crate::solve::{Options, solve};
 use crate::source::Source;
 use crate::store;

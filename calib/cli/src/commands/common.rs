@@ -11,7 +11,7 @@ use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::columns::TableError;
 use crate::live::{DwellError, FollowMarkers, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
-use crate::scened::Scened;
+use crate::scene_context::Scened;
 use crate::store::{self, StoreError};
 use crate::values::Name;
 

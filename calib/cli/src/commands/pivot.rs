@@ -16,7 +16,7 @@ use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, ToolRecord};
 use crate::live::{FollowMarkers, Run};
 use crate::poses::Recording;
-use crate::scened::Scened;
+use crate::scene_context::Scened;
 use crate::values::{Positive, Target};
 
 pub(crate) const PIVOT_HELP: &str = "\

@@ -16,7 +16,7 @@ use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
 use crate::live::FollowMarkers;
 use crate::poses::Recording;
-use crate::scened::Scened;
+use crate::scene_context::Scened;
 use crate::values::{Positive, Target};
 
 pub(crate) const SPIN_HELP: &str = "\

@@ -10,7 +10,7 @@ use nalgebra::Matrix3;
 use super::common::{CommandError, OutArgs, Outcome, OwnError, gate, verdict_text};
 use crate::bounds::on_tool;
 use crate::calibration::{CalibrationFile, Kind, PivotRecord, SpinRecord, ToolRecord};
-use crate::scened::{SceneArgs, Scened};
+use crate::scene_context::{SceneArgs, Scened};
 use crate::values::Positive;
 
 pub(crate) const TOOL_HELP: &str = "\

@@ -10,7 +10,7 @@ use scene::TrackerSource;
 
 use super::{Against, Follow, FollowMarkers, LiveArgs, LiveError};
 use crate::poses::MAX_POSES;
-use crate::scened::{Going, Scened};
+use crate::scene_context::{Going, Scened};
 
 /// Frames that may wait between two looks, a quarter of a second at 4000 Hz.
 const DEPTH: usize = 1024;

@@ -12,7 +12,7 @@ use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, Gate, Kind};
 use crate::commands::Outcome;
 use crate::commands::common::{CommandError, broken, gates_text};
-use crate::scened::Scened;
+use crate::scene_context::Scened;
 use crate::values::{Name, Positive};
 
 pub(crate) const TOUCH_HELP: &str = "\

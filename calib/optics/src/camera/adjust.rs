@@ -15,8 +15,8 @@
 use fit::{Damping, End, Limits, Made, Rule, Step, least_squares};
 use geometry::motion::Pose;
 
-use super::curve;
 use super::error::CameraRefused;
+use super::full_hessian;
 use super::normal::{Normal, Numbers, Reduced};
 use super::paraboloid::SHARED;
 use super::predict::predicted;
@@ -26,7 +26,7 @@ use super::view::{Ready, Station};
 /// Steps; ten are usual.
 const MAX_STEPS: usize = 100;
 /// After so many the residuals are taken to be what makes the way long, and the second derivative is had in full.
-const PATIENCE: usize = 20;
+const STEPS_BEFORE_FULL_HESSIAN: usize = 20;
 /// A step of this many standard deviations is the last.
 pub(super) const STEP_END: f64 = 1e-6;
 /// A step of so many standard deviations that does not lead down ends on the rounding of the cost.
@@ -115,9 +115,9 @@ impl Problem<'_> {
 
     /// The normal equations with the second derivative in full.
     fn curved(&self, state: &State, normals: &[Normal]) -> Option<Vec<Normal>> {
-        let known = curve::known(normals);
+        let known = full_hessian::known(normals);
         let each = normals.iter().zip(self.stations).zip(&state.poses);
-        each.map(|((n, s), p)| curve::curved(n, s, state, p, (&self.free, &known)))
+        each.map(|((n, s), p)| full_hessian::curved(n, s, state, p, (&self.free, &known)))
             .collect()
     }
 
@@ -196,7 +196,9 @@ impl fit::Problem for Descent<'_> {
 
     fn prepare(&self, state: &State, at: &mut Self::At, steps: usize) -> bool {
         *at = self.problem.normals(state);
-        let curved = (steps >= PATIENCE).then(|| self.problem.curved(state, at)).flatten();
+        let curved = (steps >= STEPS_BEFORE_FULL_HESSIAN)
+            .then(|| self.problem.curved(state, at))
+            .flatten();
         if let Some(curved) = curved {
             *at = curved;
         }

@@ -10,12 +10,12 @@ use super::view::{ImageSize, LEAST_VIEWS, Options, View};
 const MOST_VIEWS: usize = 64;
 /// The most groups of three that are calibrated: of two cameras with as many views each, one in four has one camera, and
 /// forty that have nothing to do with one another miss all of them once in 10^5.
-const TRIPLES: usize = 40;
+const MAX_TRIPLES: usize = 40;
 /// A view belongs to a group if the ratio of the group with it is at most this times what the group began with: discs of
 /// another camera leave more.
-const GROWTH: f64 = 1.5;
+const MAX_RATIO_GROWTH: f64 = 1.5;
 /// How many groups of three are grown: three views of two cameras may agree by chance, but then no other view does.
-const GROWN: usize = 4;
+const MAX_GROWN_TRIPLES: usize = 4;
 
 /// Views that agree on one camera.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,7 @@ pub fn agreeing(views: &[View], size: ImageSize, options: &Options, limit: f64) 
     let mut begun: Vec<Group> = begun.filter_map(|triple| search.group(triple.to_vec())).collect();
     begun.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
     begun.dedup_by(|a, b| a.views == b.views);
-    let grown = begun.into_iter().filter(|g| g.ratio <= limit).take(GROWN);
+    let grown = begun.into_iter().filter(|g| g.ratio <= limit).take(MAX_GROWN_TRIPLES);
     let grown: Vec<Group> = grown.map(|group| search.grown(group, limit)).collect();
     let group = grown.into_iter().reduce(|best, next| {
         if next.views.len() > best.views.len() {
@@ -85,7 +85,7 @@ impl Search<'_> {
 
     /// The group with every view that agrees with it.
     fn grown(&self, mut group: Group, limit: f64) -> Group {
-        let most = limit.min(GROWTH * group.ratio.max(1.0));
+        let most = limit.min(MAX_RATIO_GROWTH * group.ratio.max(1.0));
         for view in 0..self.views.len() {
             if group.views.contains(&view) {
                 continue;
@@ -111,8 +111,8 @@ fn triples(views: usize) -> Vec<[usize; 3]> {
         .find(|step| gcd(*step, all.len()) == 1)
         .unwrap_or(1);
     let neighbours = (0..views.saturating_sub(2)).map(|a| [a, a + 1, a + 2]);
-    let few = neighbours.step_by(3).take(TRIPLES / 2);
-    let scattered = (0..all.len().min(TRIPLES)).map(|k| all[k * step % all.len()]);
+    let few = neighbours.step_by(3).take(MAX_TRIPLES / 2);
+    let scattered = (0..all.len().min(MAX_TRIPLES)).map(|k| all[k * step % all.len()]);
     few.chain(scattered).collect()
 }
 

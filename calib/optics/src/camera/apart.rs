@@ -16,31 +16,31 @@ use nalgebra::{Matrix4, Vector4};
 use super::normal::Normal;
 
 /// Focal lengths and principal point: the first of the shared numbers.
-const OWN: usize = 4;
+const CAMERA_NUMBERS: usize = 4;
 /// A direction that a view holds so much less than its best is not held: rounding.
-const HELD: f64 = 1e-8;
+const LEAST_RELATIVE_CURVATURE: f64 = 1e-8;
 
 /// The root of T over its numbers, in units of the deviations given; NaN where it is no number.
 pub(super) fn view_ratio(normals: &[Normal]) -> f64 {
     let each: Option<Vec<(f64, usize)>> = normals.iter().map(of_view).collect();
     let Some(each) = each else { return f64::NAN };
     let (sum, rank) = each.iter().fold((0.0, 0), |(t, n), (own, rank)| (t + own, n + rank));
-    (sum / rank.saturating_sub(OWN).max(1) as f64).sqrt()
+    (sum / rank.saturating_sub(CAMERA_NUMBERS).max(1) as f64).sqrt()
 }
 
 /// `s^T S^+ s` and the rank of `S`.
 fn of_view(normal: &Normal) -> Option<(f64, usize)> {
     let inverse = normal.inverse(0.0)?;
-    let carried = normal.mixed.fixed_rows::<OWN>(0) * inverse;
-    let own: Matrix4<f64> =
-        normal.own.fixed_view::<OWN, OWN>(0, 0) - carried * normal.mixed.fixed_rows::<OWN>(0).transpose();
-    let pull: Vector4<f64> = normal.pull.fixed_rows::<OWN>(0) - carried * normal.turn;
+    let carried = normal.mixed.fixed_rows::<CAMERA_NUMBERS>(0) * inverse;
+    let own: Matrix4<f64> = normal.own.fixed_view::<CAMERA_NUMBERS, CAMERA_NUMBERS>(0, 0)
+        - carried * normal.mixed.fixed_rows::<CAMERA_NUMBERS>(0).transpose();
+    let pull: Vector4<f64> = normal.pull.fixed_rows::<CAMERA_NUMBERS>(0) - carried * normal.turn;
     if !own.iter().chain(&pull).all(|x| x.is_finite()) {
         return None;
     }
     let eigen = ((own + own.transpose()) * 0.5).symmetric_eigen();
     let most = eigen.eigenvalues.max();
-    let held = (0..OWN).filter(|k| eigen.eigenvalues[*k] > HELD * most);
+    let held = (0..CAMERA_NUMBERS).filter(|k| eigen.eigenvalues[*k] > LEAST_RELATIVE_CURVATURE * most);
     Some(held.fold((0.0, 0), |(sum, rank), k| {
         let along = eigen.eigenvectors.column(k).dot(&pull);
         (sum + along * along / eigen.eigenvalues[k], rank + 1)

@@ -2,9 +2,9 @@
 
 use super::adjust::{Problem, STEP_END, Settled};
 use super::error::CameraRefused;
-use super::field::Waves;
 use super::fitted::Field;
-use super::joint;
+use super::joint_adjust;
+use super::plate_field::Waves;
 use super::state::State;
 use super::view::{Options, Ready, Station};
 
@@ -14,12 +14,12 @@ const MAX_ROUNDS: usize = 10;
 const ROBUST_ROUNDS: usize = 12;
 /// The damping of an adjustment that begins near its end, and the last step of one whose weights change anyway, in
 /// standard deviations.
-const NEARLY: f64 = 1e-7;
-const ROUGH: f64 = 0.1;
+const NEAR_DAMPING: f64 = 1e-7;
+const ROUGH_STEP_DEVIATIONS: f64 = 0.1;
 /// Deviations at which a disc counts half.
-const CAUCHY: f64 = 2.0;
+const HALF_WEIGHT_DEVIATIONS: f64 = 2.0;
 /// Median of the squared length of a plane's vector of unit variance: 2 ln 2.
-const MEDIAN: f64 = 1.386_294_361_119_890_6;
+const MEDIAN_SQUARED_LENGTH: f64 = 1.386_294_361_119_890_6;
 
 /// An adjustment and the sightings that took part, by view.
 pub(super) struct Chosen {
@@ -49,7 +49,7 @@ pub(super) fn adjusted(stations: &[Station], starts: Vec<State>, options: &Optio
             break;
         }
         let fewer: Vec<Station> = stations.iter().zip(&next).map(|(s, k)| s.only(k)).collect();
-        settled = Problem { stations: &fewer, free }.settle_to(STEP_END, NEARLY, settled.state)?;
+        settled = Problem { stations: &fewer, free }.settle_to(STEP_END, NEAR_DAMPING, settled.state)?;
         kept = next;
     }
     let field = None;
@@ -66,7 +66,7 @@ pub(super) fn fielded(
     let free = options.shared();
     for round in 1..=MAX_ROUNDS {
         let used: Vec<Station> = stations.iter().zip(&chosen.kept).map(|(s, k)| s.only(k)).collect();
-        let (state, field) = joint::adjusted(&used, free, waves, chosen.settled.state)?;
+        let (state, field) = joint_adjust::adjusted(&used, free, waves, chosen.settled.state)?;
         let used = waves.moved(&used, &field.numbers);
         chosen.settled = Problem { stations: &used, free }.ended(state, chosen.settled.steps);
         let all = waves.moved(stations, &field.numbers);
@@ -86,14 +86,14 @@ pub(super) fn fielded(
 fn robust(problem: &Problem<'_>, mut state: State) -> Result<State, CameraRefused> {
     for _ in 0..ROBUST_ROUNDS {
         let squares = problem.squares(&state);
-        let scale = scale(&squares) * CAUCHY * CAUCHY;
+        let scale = scale(&squares) * HALF_WEIGHT_DEVIATIONS * HALF_WEIGHT_DEVIATIONS;
         let weigh = |(station, squares): (&Station, &Vec<f64>)| {
             let weights: Vec<f64> = squares.iter().map(|s| 1.0 / (1.0 + s / scale)).collect();
             station.weighed(&weights)
         };
         let weighed: Vec<Station> = problem.stations.iter().zip(&squares).map(weigh).collect();
         let (stations, free) = (&weighed[..], problem.free);
-        let (next, _, steps) = Problem { stations, free }.descended(ROUGH, NEARLY, state)?;
+        let (next, _, steps) = Problem { stations, free }.descended(ROUGH_STEP_DEVIATIONS, NEAR_DAMPING, state)?;
         state = next;
         // One step, and that of a fraction of a deviation: other weights lead to no other state.
         if steps == 1 {
@@ -107,7 +107,7 @@ fn robust(problem: &Problem<'_>, mut state: State) -> Result<State, CameraRefuse
 fn scale(squares: &[Vec<f64>]) -> f64 {
     let mut sorted: Vec<f64> = squares.iter().flatten().copied().collect();
     sorted.sort_by(f64::total_cmp);
-    (sorted.get(sorted.len() / 2).copied().unwrap_or(0.0) / MEDIAN).max(1.0)
+    (sorted.get(sorted.len() / 2).copied().unwrap_or(0.0) / MEDIAN_SQUARED_LENGTH).max(1.0)
 }
 
 /// Whether each sighting lies beyond the gate.
@@ -135,10 +135,10 @@ fn first(problem: &Problem<'_>, starts: Vec<State>) -> Result<Settled, CameraRef
         }
     });
     let Some(best) = first else { return Err(refused) };
-    let second = starts.find_map(|start| problem.descended(ROUGH, 1e-3, start).ok());
+    let second = starts.find_map(|start| problem.descended(ROUGH_STEP_DEVIATIONS, 1e-3, start).ok());
     match second {
         // So near its end a valley has some hundredths of chi square left.
-        Some((state, cost, _)) if cost < best.cost - 1.0 => problem.settle_to(STEP_END, NEARLY, state),
+        Some((state, cost, _)) if cost < best.cost - 1.0 => problem.settle_to(STEP_END, NEAR_DAMPING, state),
         _ => Ok(best),
     }
 }

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6};
 
-use super::field::Waves;
 use super::normal::Square;
 use super::paraboloid::SHARED;
+use super::plate_field::Waves;
 
 /// A field that was adjusted.
 #[derive(Debug, Clone)]

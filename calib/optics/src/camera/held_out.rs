@@ -2,17 +2,17 @@
 
 use super::adjust::{Problem, STEP_END};
 use super::error::CameraRefused;
-use super::field::Waves;
-use super::joint;
+use super::joint_adjust;
 use super::paraboloid::Ruler;
 use super::paraboloid::SHARED;
 use super::plate::places;
+use super::plate_field::Waves;
 use super::settled;
 use super::state::State;
 use super::view::{ImageSize, Options, Station, View};
 
 /// The damping of an adjustment that begins near its end.
-const NEARLY: f64 = 1e-3;
+const NEAR_DAMPING: f64 = 1e-3;
 
 /// For each view the root mean square distance, pixels, of its discs from where the camera (and plate) of all other views
 /// sees them, its pose alone adjusted to them. Discs that the calibration of all views leaves out are left out.
@@ -48,11 +48,11 @@ fn without(
     };
     let free = options.shared();
     let others = Problem { stations: &rest, free };
-    let found = others.settle_to(STEP_END, NEARLY, start)?.state;
+    let found = others.settle_to(STEP_END, NEAR_DAMPING, start)?.state;
     let (found, own) = match waves {
         None => (found, vec![stations[view].clone()]),
         Some(waves) => {
-            let (found, field) = joint::adjusted(&rest, free, waves, found)?;
+            let (found, field) = joint_adjust::adjusted(&rest, free, waves, found)?;
             (found, waves.moved(&stations[view..=view], &field.numbers))
         }
     };
@@ -64,6 +64,6 @@ fn without(
         poses: vec![state.poses[view]],
         ..found
     };
-    let seen = alone.settle_to(STEP_END, NEARLY, start)?.state;
+    let seen = alone.settle_to(STEP_END, NEAR_DAMPING, start)?.state;
     Ok(alone.rms_px(&seen))
 }

@@ -39,20 +39,20 @@ pub(super) struct Normal {
 }
 
 /// The unknowns of one view: what is shared, then the pose.
-const ALL: usize = SHARED + 6;
+const VIEW_UNKNOWNS: usize = SHARED + 6;
 /// A row of a view's equations: derivatives and the residual, in units of deviations.
-type Row = [f64; ALL + 1];
+type Row = [f64; VIEW_UNKNOWNS + 1];
 
 impl Normal {
     pub(super) fn of(station: &Station, eye: &Eye, free: &[bool; SHARED]) -> Self {
-        let mut products = [[0.0; ALL + 1]; ALL + 1];
+        let mut products = [[0.0; VIEW_UNKNOWNS + 1]; VIEW_UNKNOWNS + 1];
         for s in &station.sightings {
             let (at, (by_numbers, by_pose)) = slopes(s, eye);
             let residual = s.pixel - at;
             let row = |k: usize| -> Row {
                 std::array::from_fn(|i| match i {
                     i if i < SHARED => f64::from(u8::from(free[i])) * by_numbers[(k, i)],
-                    ALL => residual[k],
+                    VIEW_UNKNOWNS => residual[k],
                     i => by_pose[(k, i - SHARED)],
                 })
             };
@@ -65,13 +65,13 @@ impl Normal {
         Self::from_products(&products)
     }
 
-    fn from_products(products: &[Row; ALL + 1]) -> Self {
+    fn from_products(products: &[Row; VIEW_UNKNOWNS + 1]) -> Self {
         Self {
             own: Square::from_fn(|i, j| products[i][j]),
-            pull: Numbers::from_fn(|i, _| products[i][ALL]),
+            pull: Numbers::from_fn(|i, _| products[i][VIEW_UNKNOWNS]),
             mixed: Mixed::from_fn(|i, j| products[i][SHARED + j]),
             pose: Matrix6::from_fn(|i, j| products[SHARED + i][SHARED + j]),
-            turn: Vector6::from_fn(|i, _| products[SHARED + i][ALL]),
+            turn: Vector6::from_fn(|i, _| products[SHARED + i][VIEW_UNKNOWNS]),
             spread: (
                 Numbers::from_fn(|i, _| products[i][i]),
                 Vector6::from_fn(|i, _| products[SHARED + i][SHARED + i]),
@@ -95,7 +95,7 @@ pub(super) fn roots(matrix: &Matrix2<f64>) -> [[f64; 2]; 2] {
 }
 
 /// Adds the outer product of a row.
-fn add(products: &mut [Row; ALL + 1], row: &Row) {
+fn add(products: &mut [Row; VIEW_UNKNOWNS + 1], row: &Row) {
     for (sums, a) in products.iter_mut().zip(row) {
         for (sum, b) in sums.iter_mut().zip(row) {
             *sum += a * b;

@@ -3,10 +3,10 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
-use super::field::Waves;
 use super::fitted::Field;
 use super::model::PARAMETERS;
 use super::paraboloid::{Bend, Ruler};
+use super::plate_field::Waves;
 use super::view::View;
 
 /// The field by which the discs lie off the paraboloid ([`super::Options::field`]).

@@ -28,12 +28,12 @@ use super::paraboloid::SHARED;
 use super::view::Ready;
 
 /// Points on a rim.
-const RIM: usize = 8;
-type Rim = [f64; RIM];
+const RIM_POINTS: usize = 8;
+type Rim = [f64; RIM_POINTS];
 /// One over the root of 2.
 const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// The rim's points on the unit circle, every 45 degrees.
-const CIRCLE: [[f64; 2]; RIM] = [
+const CIRCLE: [[f64; 2]; RIM_POINTS] = [
     [1.0, 0.0],
     [DIAGONAL, DIAGONAL],
     [0.0, 1.0],
@@ -83,7 +83,7 @@ struct Seen {
 /// A sighting's middle and, where it has a radius, its rim.
 struct Outline {
     middle: Seen,
-    rim: Option<[Seen; RIM]>,
+    rim: Option<[Seen; RIM_POINTS]>,
 }
 
 impl Seen {
@@ -122,7 +122,7 @@ impl Outline {
     }
 
     /// The rim's image on the distorted plane from the middle's: differences, so that no digit of the shift is lost.
-    fn distorted(rim: &[Seen; RIM], lens: &Lens, middle: Vector2<f64>) -> [Vector2<f64>; RIM] {
+    fn distorted(rim: &[Seen; RIM_POINTS], lens: &Lens, middle: Vector2<f64>) -> [Vector2<f64>; RIM_POINTS] {
         rim.each_ref().map(|p| lens.distort(p.flat) - middle)
     }
 }
@@ -131,7 +131,7 @@ impl Outline {
 pub(super) fn predicted(s: &Ready, eye: &Eye) -> Vector2<f64> {
     let (camera, outline) = (&eye.camera, Outline::of(s, eye));
     let middle = camera.lens.distort(outline.middle.flat);
-    let off = |rim: &[Seen; RIM]| Area::of(&Outline::distorted(rim, &camera.lens, middle)).centre;
+    let off = |rim: &[Seen; RIM_POINTS]| Area::of(&Outline::distorted(rim, &camera.lens, middle)).centre;
     camera.pixel(middle + outline.rim.as_ref().map_or(Vector2::zeros(), off))
 }
 
@@ -210,11 +210,11 @@ struct Area {
 }
 
 impl Area {
-    fn of(points: &[Vector2<f64>; RIM]) -> Self {
+    fn of(points: &[Vector2<f64>; RIM_POINTS]) -> Self {
         let (u, v) = (points.map(|p| p.x), points.map(|p| p.y));
         let (du, dv) = (along(&u), along(&v));
         let (mut size, mut moment) = (0.0, Vector2::zeros());
-        for k in 0..RIM {
+        for k in 0..RIM_POINTS {
             size += 0.5 * (u[k] * dv[k] - v[k] * du[k]);
             moment += Vector2::new(u[k] * u[k] * dv[k], -v[k] * v[k] * du[k]) * 0.5;
         }
@@ -230,7 +230,7 @@ impl Area {
     }
 
     /// The centre's derivatives (7) by each point.
-    fn slopes(&self) -> [Matrix2<f64>; RIM] {
+    fn slopes(&self) -> [Matrix2<f64>; RIM_POINTS] {
         let Self { u, v, du, dv, .. } = self;
         let (du2, dv2) = (along(&u.map(|x| x * x)), along(&v.map(|x| x * x)));
         std::array::from_fn(|k| {
@@ -246,7 +246,7 @@ fn along(values: &Rim) -> Rim {
     std::array::from_fn(|j| {
         let pair = |(m, weight): (usize, &f64)| {
             let step = m + 1;
-            weight * (values[(j + RIM - step) % RIM] - values[(j + step) % RIM])
+            weight * (values[(j + RIM_POINTS - step) % RIM_POINTS] - values[(j + step) % RIM_POINTS])
         };
         ALONG.iter().enumerate().map(pair).sum()
     })

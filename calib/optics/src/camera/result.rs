@@ -17,7 +17,7 @@ use super::state::State;
 use super::view::{ImageSize, Options, Station, View};
 
 /// A focal length or a principal point is free where its deviation is beyond this share of the focal length.
-const WEAKEST: f64 = 0.5;
+const MAX_FOCAL_DEVIATION: f64 = 0.5;
 
 /// What was left of one disc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -168,7 +168,7 @@ fn weak(camera: &Camera, covariance: &Square, free: &[bool; SHARED]) -> Result<(
     let numbers = camera.numbers();
     for parameter in (0..4).filter(|k| free[*k]) {
         let sigma = covariance[(parameter, parameter)].sqrt();
-        let known = sigma <= WEAKEST * camera.focal.min();
+        let known = sigma <= MAX_FOCAL_DEVIATION * camera.focal.min();
         if !known {
             let value = numbers[parameter];
             return Err(CameraRefused::Weak {

@@ -21,7 +21,7 @@ use crate::grid::homography;
 /// The least angle between two of the planes, degrees: below it the focal length is not held.
 pub const LEAST_SPREAD_DEG: f64 = 3.0;
 /// Focal lengths that are tried where the closed form has none, in units of the image's longer side.
-const GUESSES: [f64; 4] = [0.6, 1.0, 1.7, 3.0];
+const FOCAL_GUESSES_SIDES: [f64; 4] = [0.6, 1.0, 1.7, 3.0];
 
 /// The homographies of all views in units of the image's longer side about its middle.
 fn homographies(stations: &[Station], size: ImageSize) -> Result<Vec<Matrix3<f64>>, CameraRefused> {
@@ -84,7 +84,7 @@ fn candidates(homographies: &[Matrix3<f64>], size: ImageSize) -> Vec<Camera> {
             ..Camera::pinhole(1.0, size.middle())
         }));
     }
-    cameras.extend(GUESSES.map(|f| Camera::pinhole(f * side, size.middle())));
+    cameras.extend(FOCAL_GUESSES_SIDES.map(|f| Camera::pinhole(f * side, size.middle())));
     cameras
 }
 

@@ -12,7 +12,7 @@ const CHORD_STEP: f64 = 1.2;
 /// The most chords: for a disc of 700 deviations.
 const MAX_CHORDS: usize = 2000;
 /// Chords farther from a point, in deviations, say nothing of it: the density there is 1.5e-6, what lies beyond 3e-7.
-const FAR: f64 = 5.0;
+const FAR_CHORD_DEVIATIONS: f64 = 5.0;
 
 /// What a pixel sees of a disc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,8 +150,8 @@ impl Blurred {
     /// What a column sees, behind what `to` holds, and the pair of chords that it begins with.
     pub(super) fn column(&self, x: f64, to: &mut Vec<Along>) -> usize {
         let u = (x - self.ellipse.centre.x) / self.sigma;
-        let from = self.chords.partition_point(|c| c.at > u + FAR);
-        let end = self.chords.partition_point(|c| c.at >= u - FAR);
+        let from = self.chords.partition_point(|c| c.at > u + FAR_CHORD_DEVIATIONS);
+        let end = self.chords.partition_point(|c| c.at >= u - FAR_CHORD_DEVIATIONS);
         let first = from / 2;
         for pair in self.chords[2 * first..end.max(2 * first)].chunks(2) {
             let mut out = Along::default();
@@ -173,10 +173,10 @@ impl Blurred {
             let mut out = Across::default();
             for (l, chord) in pair.iter().enumerate() {
                 let (above, below) = (v - chord.middle + chord.half, v - chord.middle - chord.half);
-                if above < -FAR || below > FAR {
+                if above < -FAR_CHORD_DEVIATIONS || below > FAR_CHORD_DEVIATIONS {
                     continue;
                 }
-                if above > FAR && below < -FAR {
+                if above > FAR_CHORD_DEVIATIONS && below < -FAR_CHORD_DEVIATIONS {
                     out[0][l] = 1.0;
                     continue;
                 }

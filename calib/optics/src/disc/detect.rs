@@ -7,7 +7,7 @@ use crate::image::{Image, Sums};
 /// The most candidates that are returned, the most significant first.
 pub const MAX_DISCS: usize = 4096;
 /// Steps between the radii that are tried.
-const LADDER: f64 = 1.3;
+const RADIUS_FACTOR: f64 = 1.3;
 /// The local-maximum window is never smaller, pixels: at 1 px every pixel is its own maximum.
 const MIN_WINDOW: f64 = 2.5;
 
@@ -88,9 +88,9 @@ pub fn detect(image: &Image, options: &DetectOptions) -> Result<Vec<Disc>, Detec
     }
     let sums = Sums::new(image);
     let mut discs = Vec::new();
-    let rungs = ((greatest / least).ln() / LADDER.ln()).ceil() as i32;
+    let rungs = ((greatest / least).ln() / RADIUS_FACTOR.ln()).ceil() as i32;
     for k in 0..=rungs {
-        let radius = (least * LADDER.powi(k)).min(greatest);
+        let radius = (least * RADIUS_FACTOR.powi(k)).min(greatest);
         discs.extend(of_radius(&sums, radius, options)?);
     }
     discs.sort_by(|a: &Disc, b: &Disc| b.chi.significance.abs().total_cmp(&a.chi.significance.abs()));

@@ -16,15 +16,15 @@ const MAX_STEPS: usize = 40;
 const FEW_STEPS: usize = 20;
 /// A step that is to gain less of chi squared is the last, and one that has gained a tenth of it: 1e-2 is a tenth of any
 /// parameter's deviation, of which the step leaves the square.
-const SETTLED: f64 = 1e-2;
+const LAST_GAIN_CHI2: f64 = 1e-2;
 /// Windows of so many pixels are looked at by one of so many rows first (an odd number, so that both fields of an interlaced
 /// image count), until a step is to gain less of chi squared.
-const MANY: usize = 600;
-const THIN: usize = 3;
-const ROUGH: f64 = 3.0;
+const THINNED_FROM_PIXELS: usize = 600;
+const THINNED_ROWS: usize = 3;
+const THINNED_UNTIL_CHI2: f64 = 3.0;
 /// How much of a step is held back far from the end, and near it.
-const FAR: f64 = 1e-3;
-const NEAR: f64 = 1e-6;
+const FAR_DAMPING: f64 = 1e-3;
+const NEAR_DAMPING: f64 = 1e-6;
 
 /// Of the diagonal of the normal equations. Halving and doubling by fixed factors wastes every second step in the curved valley
 /// of blur, size and contrast.
@@ -175,17 +175,17 @@ impl<'a> Fit<'a> {
     fn solve(&self, start: Params) -> Result<(Params, Equations), FitRefused> {
         let every = self.thin();
         if every == 1 {
-            return self.settled(start, FAR, 1, SETTLED);
+            return self.settled(start, FAR_DAMPING, 1, LAST_GAIN_CHI2);
         }
-        let (near, _) = self.settled(start, FAR, every, ROUGH)?;
-        self.settled(near, NEAR, 1, SETTLED)
+        let (near, _) = self.settled(start, FAR_DAMPING, every, THINNED_UNTIL_CHI2)?;
+        self.settled(near, NEAR_DAMPING, 1, LAST_GAIN_CHI2)
     }
 
     /// One of so many rows is enough to come near.
     fn thin(&self) -> usize {
         let [columns, rows] = self.window.map(|[first, end]| end - first);
-        let enough = columns * rows >= MANY && rows >= 3 * THIN;
-        if enough { THIN } else { 1 }
+        let enough = columns * rows >= THINNED_FROM_PIXELS && rows >= 3 * THINNED_ROWS;
+        if enough { THINNED_ROWS } else { 1 }
     }
 
     /// The least squares of one of so many rows, to where a step is to gain less of chi squared than `least`.
@@ -281,7 +281,7 @@ impl ::fit::Problem for Rows<'_> {
 
     /// Held back by next to nothing, a step that is to gain so little is right without a look at where it leads.
     fn is_last(&self, step: &Step<Params>, now: &Equations, damping: f64) -> bool {
-        step.gain <= self.least * now.variance() && damping <= FAR
+        step.gain <= self.least * now.variance() && damping <= FAR_DAMPING
     }
 
     fn is_settled(&self, made: &Made<'_, Params, Equations>) -> bool {

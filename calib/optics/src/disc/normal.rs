@@ -3,29 +3,29 @@
 use std::sync::LazyLock;
 
 /// Nodes per unit.
-const DENSITY: f64 = 128.0;
+const NODES_PER_UNIT: f64 = 128.0;
 /// Beyond it the distribution is 0 or 1 to 1e-9.
-const REACH: f64 = 6.0;
+const TABLE_REACH: f64 = 6.0;
 
 /// Nodes of the table, and room behind them up to a power of 2, so that no place in it needs a check.
-const NODES: usize = (2.0 * REACH * DENSITY) as usize;
-const ROOM: usize = 2048;
+const TABLE_NODES: usize = (2.0 * TABLE_REACH * NODES_PER_UNIT) as usize;
+const TABLE_ROOM: usize = 2048;
 /// Added to a number below 2^51 it leaves the nearest whole number in the lowest bits; with the place of 0 in the table.
-const WHOLE: f64 = (3_u64 << 51) as f64 + REACH * DENSITY;
+const TO_WHOLE: f64 = (3_u64 << 51) as f64 + TABLE_REACH * NODES_PER_UNIT;
 
 /// Distribution and density at the nodes.
-static TABLE: LazyLock<Box<[[f64; 2]; ROOM]>> = LazyLock::new(table);
+static TABLE: LazyLock<Box<[[f64; 2]; TABLE_ROOM]>> = LazyLock::new(table);
 
 fn density(x: f64) -> f64 {
     (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt()
 }
 
-fn table() -> Box<[[f64; 2]; ROOM]> {
-    let mut table = Box::new([[1.0, 0.0]; ROOM]);
+fn table() -> Box<[[f64; 2]; TABLE_ROOM]> {
+    let mut table = Box::new([[1.0, 0.0]; TABLE_ROOM]);
     let mut below = 9.865_876_450_376_98e-10;
-    let h = 1.0 / DENSITY;
-    for (k, node) in table[..NODES].iter_mut().enumerate() {
-        let x = k as f64 * h - REACH;
+    let h = 1.0 / NODES_PER_UNIT;
+    for (k, node) in table[..TABLE_NODES].iter_mut().enumerate() {
+        let x = k as f64 * h - TABLE_REACH;
         *node = [below, density(x)];
         // Boole's rule: an error of h^7 / 2e6 per step.
         let inner = 32.0 * density(x + 0.25 * h) + 12.0 * density(x + 0.5 * h) + 32.0 * density(x + 0.75 * h);
@@ -38,7 +38,7 @@ fn table() -> Box<[[f64; 2]; ROOM]> {
 
 /// The table, taken once by a loop.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Normal(&'static [[f64; 2]; ROOM]);
+pub(crate) struct Normal(&'static [[f64; 2]; TABLE_ROOM]);
 
 impl Normal {
     pub(crate) fn new() -> Self {
@@ -48,10 +48,10 @@ impl Normal {
     /// The nearest node, what it holds, and how far `x` is from it.
     #[inline]
     fn near(self, x: f64) -> (f64, [f64; 2], f64) {
-        let x = x.clamp(-REACH, REACH);
-        let whole = x * DENSITY + WHOLE;
-        let a = (whole - WHOLE) / DENSITY;
-        (a, self.0[whole.to_bits() as usize % ROOM], x - a)
+        let x = x.clamp(-TABLE_REACH, TABLE_REACH);
+        let whole = x * NODES_PER_UNIT + TO_WHOLE;
+        let a = (whole - TO_WHOLE) / NODES_PER_UNIT;
+        (a, self.0[whole.to_bits() as usize % TABLE_ROOM], x - a)
     }
 
     /// The density at `x`, to 1e-8.

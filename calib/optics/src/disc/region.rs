@@ -4,7 +4,7 @@ use crate::image::Sums;
 
 /// The most different widths of rows in a region. A disc of radius up to 5 px is exact; beyond, its area is off by at
 /// most 4 % and its outline by a twelfth of the radius.
-const LEVELS: usize = 5;
+const MAX_ROW_WIDTHS: usize = 5;
 
 /// A set of pixels relative to a middle, as rectangles that do not overlap.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,16 +66,16 @@ impl Region {
 fn flatten(rows: &mut [(isize, isize)]) {
     let mut widths: Vec<isize> = rows.iter().map(|row| row.1).collect();
     widths.dedup();
-    if widths.len() <= LEVELS {
+    if widths.len() <= MAX_ROW_WIDTHS {
         return;
     }
     // Equal steps of the angle from the middle row to the last share the outline's error evenly.
     let n = rows.len() as f64;
     let level = |y: isize| {
         let sine = (y as f64 + 0.5) / n;
-        ((sine.min(1.0).asin() / std::f64::consts::FRAC_PI_2 * LEVELS as f64) as usize).min(LEVELS - 1)
+        ((sine.min(1.0).asin() / std::f64::consts::FRAC_PI_2 * MAX_ROW_WIDTHS as f64) as usize).min(MAX_ROW_WIDTHS - 1)
     };
-    for k in 0..LEVELS {
+    for k in 0..MAX_ROW_WIDTHS {
         let members: Vec<usize> = (0..rows.len()).filter(|i| level(rows[*i].0) == k).collect();
         let total: isize = members.iter().map(|i| rows[*i].1).sum();
         let count = members.len().max(1) as isize;
@@ -104,7 +104,7 @@ mod tests {
         for radius in [9.0, 20.0, 73.5, 200.0] {
             let region = Region::disc(radius);
             let area = std::f64::consts::PI * radius * radius;
-            assert!(region.boxes() < 2 * LEVELS, "{radius}: {}", region.boxes());
+            assert!(region.boxes() < 2 * MAX_ROW_WIDTHS, "{radius}: {}", region.boxes());
             assert!((region.pixels() as f64 / area - 1.0).abs() < 0.04, "{radius}");
         }
     }

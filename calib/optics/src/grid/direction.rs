@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 /// Samples of the signature over half a turn: half a degree each.
 pub const ANGLES: usize = 360;
 /// The Gaussian that the signature is smoothed with, samples; the thesis gives none.
-const SMOOTHING: f64 = 3.0;
+const SMOOTHING_SAMPLES: f64 = 3.0;
 /// "Approximately a right angle" with the first direction: up to so many samples from it.
 const ABOUT_RIGHT: usize = 60;
 /// The most points that are paired, the first ones: time goes with their square.
@@ -16,7 +16,7 @@ const MAX_POINTS: usize = 1000;
 /// The periods that are tried for each angle.
 const PERIODS: usize = 96;
 /// Of periods that group the points nearly as well as the best the longest counts: its fractions group them too.
-const NEARLY: f64 = 0.93;
+const NEARLY_BEST_SHARE: f64 = 0.93;
 
 /// A candidate for a disc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,8 +65,8 @@ pub fn signature(candidates: &[Candidate]) -> Vec<f64> {
 
 /// Convolved with the Gaussian, around the circle.
 fn smoothed(values: &[f64]) -> Vec<f64> {
-    let (n, reach) = (values.len(), (4.0 * SMOOTHING) as usize);
-    let weight = |k: usize| (-0.5 * (k as f64 / SMOOTHING).powi(2)).exp();
+    let (n, reach) = (values.len(), (4.0 * SMOOTHING_SAMPLES) as usize);
+    let weight = |k: usize| (-0.5 * (k as f64 / SMOOTHING_SAMPLES).powi(2)).exp();
     let at = |i: usize| {
         let sides = (1..=reach).map(|k| weight(k) * (values[(i + k) % n] + values[(i + n - k) % n]));
         values[i] + sides.sum::<f64>()
@@ -150,7 +150,7 @@ fn lines(points: &[Vector2<f64>], k: usize, near: f64) -> Lines {
     };
     let tried: Vec<Lines> = (0..PERIODS).map(at).collect();
     let best = tried.iter().map(|l| l.share).fold(0.0, f64::max);
-    let longest = tried.iter().rev().find(|l| l.share >= NEARLY * best);
+    let longest = tried.iter().rev().find(|l| l.share >= NEARLY_BEST_SHARE * best);
     longest.copied().unwrap_or_else(|| at(0))
 }
 

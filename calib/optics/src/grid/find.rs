@@ -2,22 +2,22 @@
 
 use fit::median;
 
-use super::each::Each;
-use super::error::GridRefused;
-use super::found::{Found, GridSpec};
-use super::homography::{jacobian, project};
-use super::lattice::{Cell, largest};
-use super::lines::Lines;
-use super::place::{Placed, place};
-use super::search::{Search, Sized};
-use super::seat::View;
-use super::slopes::point;
-use super::tried::Tried;
-use super::way::{WAYS, Ways};
+use crate::grid::candidates::smoothing_passes::{SmoothingPasses, WAYS};
+use crate::grid::disc_fit_by_disc::DiscByDisc;
+use crate::grid::error::GridRefused;
+use crate::grid::fit::disc_jacobian::point;
+use crate::grid::fit::growth::Growth;
+use crate::grid::found::{Found, GridSpec};
+use crate::grid::homography::{jacobian, project};
+use crate::grid::lattice::assignment::View;
+use crate::grid::lattice::index_lattice::{IndexedLattice, place};
+use crate::grid::lattice::rejected::RejectedLattices;
+use crate::grid::lattice::sized::{Search, SizedLattice};
+use crate::grid::lattice::{Cell, largest};
 use crate::image::{Image, noise_deviation};
 
 /// Centroids of which half lie so far off a homography, beside the pitch, and half a pixel, speak of lens distortion.
-const DISTORTED: f64 = 0.015;
+const DISTORTED_PITCHES: f64 = 0.015;
 
 /// Finds the grid in an image, gives each disc its column and row, and refines all centres.
 ///
@@ -35,8 +35,8 @@ pub fn find(image: &Image, spec: &GridSpec) -> Result<Found, GridRefused> {
     let discs = spec.cols * spec.rows;
     let mut refused = GridRefused::NoLattice { candidates: 0, discs };
     // Nothing is smoothed before what came before has been looked at.
-    let mut tried: Vec<Tried> = Vec::new();
-    let mut ways = Ways::new(image, noise, spec.bright);
+    let mut tried: Vec<RejectedLattices> = Vec::new();
+    let mut ways = SmoothingPasses::new(image, noise, spec.bright);
     for way in 0..WAYS {
         let Some(blobs) = ways.candidates(way) else { continue };
         let found = Search { image, spec, blobs }.run(&mut tried);
@@ -67,7 +67,7 @@ fn better(error: &GridRefused, than: &GridRefused) -> bool {
 
 impl Search<'_> {
     /// The grid, unless what is seen is a lattice that was tried.
-    fn run(&self, tried: &mut Vec<Tried>) -> Result<Found, GridRefused> {
+    fn run(&self, tried: &mut Vec<RejectedLattices>) -> Result<Found, GridRefused> {
         let (candidates, discs) = (self.blobs.len(), self.spec.cols * self.spec.rows);
         let none = GridRefused::NoLattice { candidates, discs };
         let lattice = largest(&self.blobs, discs * 9 / 10);
@@ -82,24 +82,24 @@ impl Search<'_> {
         }
         let found = self.fitted(&sized, &view);
         if found.is_err() {
-            tried.push(Tried::new(&sized));
+            tried.push(RejectedLattices::new(&sized));
         }
         found
     }
 
     /// The fit of the whole grid, or of each disc where the lens bends it.
-    fn fitted(&self, sized: &Sized, view: &View) -> Result<Found, GridRefused> {
-        let lines = Lines { search: self, sized };
+    fn fitted(&self, sized: &SizedLattice, view: &View) -> Result<Found, GridRefused> {
+        let growth = Growth { search: self, sized };
         let whole = match (self.spec.one_by_one, self.distorted(&sized.placed)) {
             (true, _) => None,
-            (false, false) => lines.found(),
-            (false, true) => lines.bent(),
+            (false, false) => growth.found(),
+            (false, true) => growth.bent(),
         };
         if let Some(found) = whole {
             return found;
         }
         let seat = view.seat()?;
-        let each = Each {
+        let each = DiscByDisc {
             search: self,
             sized,
             seat,
@@ -108,10 +108,10 @@ impl Search<'_> {
     }
 
     /// Whether the lens bends the lattice: by the median, as a candidate that light or dirt cuts may lie far off.
-    fn distorted(&self, placed: &Placed) -> bool {
+    fn distorted(&self, placed: &IndexedLattice) -> bool {
         let off = |(c, i): (&Cell, &usize)| (self.blobs[*i].at - project(&placed.h, point(*c))).norm_squared();
         let beside = |(c, i): (&Cell, &usize)| off((c, i)) / jacobian(&placed.h, point(*c)).determinant().abs();
-        let squared = DISTORTED * DISTORTED;
+        let squared = DISTORTED_PITCHES * DISTORTED_PITCHES;
         median(placed.cells.iter().map(beside).collect()) > squared
             && median(placed.cells.iter().map(off).collect()) > 0.25
     }

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
-use super::error::GridRefused;
 use crate::disc::Ellipse;
+use crate::grid::error::GridRefused;
 use crate::image::Image;
 
 /// The grid that is looked for.

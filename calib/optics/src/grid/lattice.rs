@@ -1,18 +1,23 @@
 //! From candidates to a lattice: neighbours in each disc's own measure, then growth from a seed.
 
+pub(super) mod assignment;
+pub(super) mod index_lattice;
+pub(super) mod rejected;
+pub(super) mod sized;
+
 use std::collections::{HashMap, VecDeque};
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::blob::Blob;
-use super::near::{ALIKE, Nearest, Order, alike};
+use crate::grid::candidates::blob::Blob;
+use crate::grid::candidates::neighbours::{ALIKE, Nearest, Order, alike};
 
 /// How far two opposite neighbours may be from opposite, beside their distance.
-const SKEW: f64 = 0.3;
+const MAX_SKEW: f64 = 0.3;
 /// How far a disc may lie from where it is expected, beside a step of the lattice.
-const NEAR: f64 = 0.3;
+const NEAR_STEPS: f64 = 0.3;
 /// Marks are larger than their neighbours by at most this factor in area.
-const MARK: f64 = 20.0;
+const MAX_MARK_AREA: f64 = 20.0;
 const MAX_SEEDS: usize = 24;
 
 /// Whole coordinates of a disc.
@@ -71,7 +76,7 @@ fn basis(blobs: &[Blob], order: &Order, measure: &Matrix2<f64>, i: usize) -> Opt
     for (j, a) in near.iter().enumerate() {
         for b in &near[j + 1..] {
             let (error, mean) = (square(&(a.1 + b.1)), 0.5 * (a.0 + b.0));
-            if error < (SKEW * mean).powi(2) {
+            if error < (MAX_SKEW * mean).powi(2) {
                 steps.push((mean, error.sqrt() / mean, (a.1 - b.1) * 0.5));
             }
         }
@@ -152,17 +157,17 @@ impl Growth<'_> {
         let expected = self.blobs[from].at + steps[axis] * f64::from(sign);
         let inverse = Matrix2::from_columns(&steps).try_inverse()?;
         let mut best: Option<(f64, usize)> = None;
-        // The ellipse of all ways shorter than NEAR steps, along x and along y.
-        let reach = [0, 1].map(|k| NEAR * steps[0][k].hypot(steps[1][k]));
+        // The ellipse of all ways shorter than NEAR_STEPS steps, along x and along y.
+        let reach = [0, 1].map(|k| NEAR_STEPS * steps[0][k].hypot(steps[1][k]));
         let area = self.blobs[from].area;
         for spot in self.order.about(expected, reach) {
-            if self.used[spot.index] || !alike(spot.area, area, MARK) {
+            if self.used[spot.index] || !alike(spot.area, area, MAX_MARK_AREA) {
                 continue;
             }
             let off = (inverse * (spot.at - expected)).norm();
             // Of two that lie there the one of the right size.
             let unlike = if alike(spot.area, area, ALIKE) { 0.0 } else { 0.1 };
-            if off < NEAR && best.is_none_or(|b| off + unlike < b.0) {
+            if off < NEAR_STEPS && best.is_none_or(|b| off + unlike < b.0) {
                 best = Some((off + unlike, spot.index));
             }
         }

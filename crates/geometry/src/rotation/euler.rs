@@ -99,7 +99,7 @@ impl EulerAngles {
 }
 
 /// The middle angle closer than this to its singular value: the angle between the outer turns is noise, 0 is taken.
-const LOCKED: f64 = 2.0 * f64::EPSILON;
+const GIMBAL_LOCK_RAD: f64 = 2.0 * f64::EPSILON;
 
 impl Rotation {
     /// The Euler angles in a convention: the first and third from -pi to pi, the second from 0 to pi where the outer axes
@@ -176,9 +176,9 @@ fn difference_of_squares(a: f64, b: f64, c: f64, d: f64) -> f64 {
 /// is the sum of the two, 1 where it is the difference.
 fn halves([a, b]: [f64; 2], [c, d]: [f64; 2], free: f64) -> (f64, f64) {
     let (sum, difference) = (b.atan2(a), d.atan2(c));
-    if c.hypot(d) < LOCKED {
+    if c.hypot(d) < GIMBAL_LOCK_RAD {
         (sum, free * sum)
-    } else if a.hypot(b) < LOCKED {
+    } else if a.hypot(b) < GIMBAL_LOCK_RAD {
         (free * difference, difference)
     } else {
         (sum, difference)

@@ -16,10 +16,10 @@ pub struct Nearest {
 }
 
 /// Orthonormal to this in every scalar product of columns: the matrix is a rotation to 2 ulp and keeps its bits.
-const KEPT: f64 = 2.0 * f64::EPSILON;
+const KEPT_DEFECT: f64 = 2.0 * f64::EPSILON;
 
 /// A determinant this small beside the entries' products is rounding: six products of three factors.
-const FLAT: f64 = 16.0 * f64::EPSILON;
+const SINGULAR_DETERMINANT: f64 = 16.0 * f64::EPSILON;
 
 impl RotationMatrix {
     /// From nine numbers by rows that are a rotation to within `tolerance`; what is off is repaired by
@@ -51,7 +51,7 @@ impl RotationMatrix {
         let scaled = scaled(rows);
         check_determinant(scaled)?;
         let defect = defect(rows);
-        if defect <= KEPT {
+        if defect <= KEPT_DEFECT {
             // To first order the distance to the rotation is half the distance of MT M from 1, of nine entries.
             return Ok(Nearest {
                 matrix: Self::wrap(rows),
@@ -121,7 +121,7 @@ fn check_determinant(m: Rows) -> Result<(), RotationError> {
     let determinant = determinant(m, c);
     // Hadamard's bound on the determinant; scaled, the rows' squares cannot overflow.
     let [x, y, z] = m.map(|[a, b, c]| (a * a + b * b + c * c).sqrt());
-    if determinant.abs() <= FLAT * x * y * z {
+    if determinant.abs() <= SINGULAR_DETERMINANT * x * y * z {
         Err(RotationError::Singular { determinant })
     } else if determinant < 0.0 {
         Err(RotationError::Reflection { determinant })

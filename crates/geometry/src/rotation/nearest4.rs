@@ -7,7 +7,7 @@ use super::{RotationError, exact};
 type Rows = [[f64; 4]; 4];
 
 /// A determinant this small beside the product of the rows' norms is rounding: 24 products of four factors.
-const FLAT: f64 = 64.0 * f64::EPSILON;
+const SINGULAR_DETERMINANT: f64 = 64.0 * f64::EPSILON;
 
 /// The orthogonal factor of the polar decomposition of a finite matrix of any scale, by Newton's iteration (Higham 1986):
 /// the rotation nearest in the Frobenius norm.
@@ -42,7 +42,7 @@ pub(super) fn polar(rows: Rows) -> Result<Rows, RotationError> {
 fn check_determinant(x: &Matrix4<f64>) -> Result<(), RotationError> {
     let determinant = x.determinant();
     let bound: f64 = x.row_iter().map(|row| row.norm()).product();
-    if determinant.abs() <= FLAT * bound {
+    if determinant.abs() <= SINGULAR_DETERMINANT * bound {
         Err(RotationError::Singular { determinant })
     } else if determinant < 0.0 {
         Err(RotationError::Reflection { determinant })

@@ -16,7 +16,7 @@ pub struct Rotation([f64; 4]);
 
 /// A quaternion whose squared norm is this near to 1 keeps its bits, so that poses go through files unchanged: what the
 /// norm of a [`Rotation`] may be off by, however it came about.
-const KEPT: f64 = 5.0 * f64::EPSILON;
+const KEPT_NORM_DEFECT: f64 = 5.0 * f64::EPSILON;
 
 impl Rotation {
     /// The rotation that leaves everything in place.
@@ -35,7 +35,7 @@ impl Rotation {
 
     /// q / abs(q), or q itself where it is unit already; `None` for zero. The components are finite.
     pub(crate) fn normalised(q: [f64; 4]) -> Option<Self> {
-        if exact::largest(q) <= 2.0 && excess(q).abs() <= KEPT {
+        if exact::largest(q) <= 2.0 && excess(q).abs() <= KEPT_NORM_DEFECT {
             return Some(Self(q));
         }
         exact::unit(q).map(Self)
@@ -177,6 +177,6 @@ mod tests {
                 assert_eq!(Rotation::from_quaternion(q.quaternion()), Ok(q));
             }
         }
-        assert!(worst <= KEPT, "{worst:e}");
+        assert!(worst <= KEPT_NORM_DEFECT, "{worst:e}");
     }
 }

@@ -8,7 +8,7 @@ use super::{Rotation, RotationError, exact, series};
 pub struct RotationVector([f64; 3]);
 
 /// Below this angle sin(a) = a and cos(a) = 1 to within a quarter of an ulp: a^2 / 6 < 2^-56, a^2 / 2 < 2^-54.
-const TINY: f64 = 7.450_580_596_923_828e-9; // 2^-27
+const TINY_RAD: f64 = 7.450_580_596_923_828e-9; // 2^-27
 
 impl RotationVector {
     /// No rotation.
@@ -148,7 +148,7 @@ fn far(w: [f64; 3], unit: f64) -> (f64, f64) {
 /// Sine and cosine of a + b, b a rounding error of a.
 fn sin_cos_sum(a: f64, b: f64) -> (f64, f64) {
     let (sin, cos) = a.sin_cos();
-    let (db, cb) = if b.abs() < TINY { (b, 1.0) } else { b.sin_cos() };
+    let (db, cb) = if b.abs() < TINY_RAD { (b, 1.0) } else { b.sin_cos() };
     (sin * cb + cos * db, cos * cb - sin * db)
 }
 

@@ -5,42 +5,45 @@
 //! method aims at `p s = w` for all rows near contact, `g = s` and the balance of forces, with `w` falling to next to nothing
 //! (a primal-dual interior method). Unlike a barrier it converges as fast at the end as anywhere, and unlike an active set
 //! it has nothing to cycle through where solids lie flat on one another and forces have many ways to share out. Gaps end above
-//! zero: `w / p`. Rows come and go with what is near, and their aim fades out there ([`aim`]).
+//! zero: `w / p`. Rows come and go with what is near, and their aim fades out there ([`central_path`]).
 
 mod active;
-mod aim;
+mod central_path;
+mod closest_points;
+mod contact_row;
 mod detect;
-mod dip;
-mod row;
 mod wall;
 
-use std::cell::{Ref, RefCell};
+use std::sync::Arc;
 
+use super::ccd::Way;
+use super::last_state::LastState;
+use super::samples::Samples;
 use super::shape::Shape;
-use super::{Active, Change, Force};
+use super::{Active, Change, Force, ccd_pairs};
 use crate::bodies::Bodies;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
-use aim::Aim;
+use central_path::Aim;
+pub(super) use contact_row::Against;
+use contact_row::{Row, Touch};
 pub(super) use detect::Between;
-pub(super) use row::Against;
-use row::{Row, Touch};
 pub(super) use wall::Wall;
 
 /// Rows keep this far apart, in sizes of the largest solid: arcs may come as much nearer to one another between them without
 /// touching, and forces of 300 loads times their gaps stay below 1e-8 of load and size.
-const KEEP: f64 = 3e-11;
+const KEEP_EXTENTS: f64 = 3e-11;
 /// A loaded row keeps this part of that as its gap beyond it.
-const ROUND: f64 = 1e-3;
+const LOADED_ROW_GAP: f64 = 1e-3;
 /// A row that begins violated begins with this part of the depth looked at as its slack.
 const FIRST_ROOM: f64 = 0.01;
 /// Rows nearer than this part of their arc are one, where their normals differ by less too.
-const SAME: f64 = 1e-7;
+const SAME_ARC_PART: f64 = 1e-7;
 /// A row farther away than this many depths is none any more.
-const GONE: f64 = 1.5;
+const GONE_DEPTHS: f64 = 1.5;
 
 /// Rows at work.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct Exact {
     pub(super) between: Between,
     rows: Vec<Row>,
@@ -52,23 +55,8 @@ pub(super) struct Exact {
     least: f64,
     /// How far rows keep apart, so that arcs between them have room: a length.
     keep: f64,
-    known: Known,
-}
-
-/// The rows in the last state that was asked for: no part of what the term is.
-#[derive(Debug, Default)]
-struct Known(RefCell<(Vec<f64>, Vec<Option<Touch>>)>);
-
-impl Clone for Known {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-impl PartialEq for Known {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
+    /// Each row in the last state; `None` for one that has lost its foot.
+    known: LastState<Vec<Option<Touch>>>,
 }
 
 impl Exact {
@@ -86,8 +74,8 @@ impl Exact {
             rows: Vec::new(),
             aim: None,
             changes: Vec::new(),
-            keep: KEEP * bodies.extent(),
-            known: Known::default(),
+            keep: KEEP_EXTENTS * bodies.extent(),
+            known: LastState::default(),
         };
         for (body, sample, against, force) in rows {
             exact.put(Row::new(body, sample, against, force), bodies, &shapes);
@@ -156,7 +144,7 @@ impl Exact {
                 *offset += by;
             }
         }
-        self.known = Known::default();
+        self.known.forget();
     }
 
     fn shapes(bodies: &Bodies, a: &[f64]) -> Vec<Shape> {
@@ -165,21 +153,18 @@ impl Exact {
 
     /// Every row in a state, found once: one step asks for the same state several times. `None` where one with a force has
     /// lost its foot.
-    fn touches(&self, bodies: &Bodies, a: &[f64]) -> Option<Ref<'_, Vec<Option<Touch>>>> {
+    fn touches(&self, bodies: &Bodies, a: &[f64]) -> Option<Arc<Vec<Option<Touch>>>> {
         let each = self.each(bodies, a);
         let lost = |(row, touch): (&Row, &Option<Touch>)| touch.is_none() && row.force > 0.0;
         let any = self.rows.iter().zip(each.iter()).any(lost);
         (!any).then_some(each)
     }
 
-    fn each(&self, bodies: &Bodies, a: &[f64]) -> Ref<'_, Vec<Option<Touch>>> {
-        let known = |known: &(Vec<f64>, Vec<Option<Touch>>)| known.0 == a && known.1.len() == self.rows.len();
-        if !known(&self.known.0.borrow()) {
+    fn each(&self, bodies: &Bodies, a: &[f64]) -> Arc<Vec<Option<Touch>>> {
+        self.known.at(a, || {
             let shapes = Self::shapes(bodies, a);
-            let touches = self.rows.iter().map(|row| self.touch(row, bodies, &shapes)).collect();
-            *self.known.0.borrow_mut() = (a.to_vec(), touches);
-        }
-        Ref::map(self.known.0.borrow(), |known| &known.1)
+            self.rows.iter().map(|row| self.touch(row, bodies, &shapes)).collect()
+        })
     }
 
     /// A row now; its gap is what it has beyond the distance kept.
@@ -190,7 +175,7 @@ impl Exact {
     }
 
     fn aim_of(&self, row: &Row) -> Option<Aim> {
-        self.aim.map(|aim| aim.of(row.force, ROUND * self.keep))
+        self.aim.map(|aim| aim.of(row.force, LOADED_ROW_GAP * self.keep))
     }
 
     /// The force that the gradient holds: that of the next step's aim, or the row's own.
@@ -235,11 +220,22 @@ impl Exact {
         Some(())
     }
 
-    /// The part of a step that keeps samples without a row out of a wall.
+    /// The part of a step that keeps what has no row yet out of a wall, or out of other solids by more than the barrier's width.
     pub(super) fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
         match &self.between {
             Between::Plane(wall) => wall.reach(bodies, a, step),
-            Between::Solids { .. } => 1.0,
+            Between::Solids { width, meeting } => {
+                let samples = Samples { meeting, width: *width };
+                let start = &Self::shapes(bodies, a);
+                let way = Way {
+                    bodies,
+                    a,
+                    step,
+                    start,
+                    least: 0.0,
+                };
+                ccd_pairs::reach(&way, samples, *width)
+            }
         }
     }
 

@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use super::rows::{Rows, bend};
-use super::{Active, Change, Force, Progress, Term};
+use super::{Active, Change, Constraint, Force, Progress, Term};
 use crate::bodies::Bodies;
 use crate::solid::Cursor;
 use crate::sparse::Triplets;
@@ -88,7 +88,7 @@ impl Link {
         self.force.unwrap_or_default() + difference * self.stiffness
     }
 
-    fn rows(&self, bodies: &Bodies, a: &[f64]) -> Rows {
+    fn moves(&self, bodies: &Bodies, a: &[f64]) -> Rows {
         let mut rows = Rows::default();
         self.ends[0].add(bodies, a, 1.0, &mut rows);
         self.ends[1].add(bodies, a, -1.0, &mut rows);
@@ -104,14 +104,14 @@ impl Term for Link {
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
         let pull = self.pull(self.difference(bodies, a));
-        for row in self.rows(bodies, a).0 {
+        for row in self.moves(bodies, a).0 {
             gradient[row.unknown] += pull.dot(&row.by);
         }
         self.energy(bodies, a)
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
-        let rows = self.rows(bodies, a);
+        let rows = self.moves(bodies, a);
         rows.add_form(sink, |p, q| self.stiffness * p.by.dot(&q.by));
         let pull = self.pull(self.difference(bodies, a));
         for (end, sign) in self.ends.iter().zip([1.0, -1.0]).filter(|_| !convex) {
@@ -120,30 +120,6 @@ impl Term for Link {
             }
         }
         Some(())
-    }
-
-    fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
-        let c = self.difference(bodies, a);
-        match &mut self.force {
-            None => Change::default(),
-            Some(force) => {
-                *force += c * self.stiffness;
-                let change = (c * self.stiffness).amax();
-                Change {
-                    force: change,
-                    violation: c.norm(),
-                    again: false,
-                }
-            }
-        }
-    }
-
-    fn active(&mut self) -> Option<&mut dyn Active> {
-        self.force.is_some().then_some(self as &mut dyn Active)
-    }
-
-    fn copy(&self) -> Box<dyn Term> {
-        Box::new(*self)
     }
 
     fn forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force> {
@@ -163,12 +139,38 @@ impl Term for Link {
     }
 }
 
+impl Constraint for Link {
+    fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
+        let c = self.difference(bodies, a);
+        match &mut self.force {
+            None => Change::default(),
+            Some(force) => {
+                *force += c * self.stiffness;
+                let change = (c * self.stiffness).amax();
+                Change {
+                    force: change,
+                    violation: c.norm(),
+                    again: false,
+                }
+            }
+        }
+    }
+
+    fn rows(&mut self) -> Option<&mut dyn Active> {
+        self.force.is_some().then_some(self as &mut dyn Active)
+    }
+
+    fn copy(&self) -> Box<dyn Constraint> {
+        Box::new(*self)
+    }
+}
+
 impl Active for Link {
     fn aim(&mut self, _work: Option<f64>) {}
 
     fn limits(&mut self, bodies: &Bodies, a: &[f64], step: &[f64]) -> [f64; 2] {
         self.after = self.difference(bodies, a);
-        for row in self.rows(bodies, a).0 {
+        for row in self.moves(bodies, a).0 {
             self.after += row.by * step[row.unknown];
         }
         [1.0; 2]

@@ -18,7 +18,7 @@ pub struct Nearest {
 }
 
 /// Steps of the search on either side of the best start: a quadratic arc has up to two near points.
-const STARTS: u32 = 8;
+const STARTS_PER_ARC: u32 = 8;
 /// Seven times its square is below the rounding of the parameter.
 const SMALL_CHANGE: f64 = 3e-9;
 
@@ -81,8 +81,8 @@ impl Polynomial {
         if self.convex() {
             return [-1.0, 1.0];
         }
-        let step = 2.0 / f64::from(STARTS);
-        let places = (0..=STARTS).map(|k| f64::from(k) * step - 1.0);
+        let step = 2.0 / f64::from(STARTS_PER_ARC);
+        let places = (0..=STARTS_PER_ARC).map(|k| f64::from(k) * step - 1.0);
         let best = places.min_by(|a, b| self.value(*a).total_cmp(&self.value(*b)));
         let best = best.unwrap_or(0.0);
         [(best - step).max(-1.0), (best + step).min(1.0)]

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
 
-use super::broad::near_arcs;
+use super::broad_phase::near_arcs;
 use super::nearest::nearest;
 use super::shape::{Shape, box_distance, boxes_near};
 use crate::bodies::Bodies;
@@ -70,11 +70,11 @@ pub struct Intersections {
 }
 
 /// In sizes of the largest solid: how deep [`overlapping`] and [`deepest`] take for contact. Exact contact leaves 1e-13.
-const CONTACT: f64 = 5e-13;
+const CONTACT_EXTENTS: f64 = 5e-13;
 /// Points tried of each part of a run for the deepest.
-const PLACES: u32 = 8;
+const PLACES_PER_PART: u32 = 8;
 /// Turns are whole up to rounding: nearer than this to a whole number.
-const HALF: f64 = 0.25;
+const WHOLE_TURN_TOLERANCE: f64 = 0.25;
 
 /// Pairs of different solids that overlap deeper than 1e-12 of the largest solid, in either order; from half of that on they may.
 pub fn overlapping(bodies: &Bodies, a: &[f64]) -> Vec<Overlap> {
@@ -90,7 +90,7 @@ pub fn deepest(bodies: &Bodies, a: &[f64], meets: &dyn Fn(usize, usize) -> bool)
 
 /// With what is undecided as infinitely deep.
 fn overlaps(bodies: &Bodies, a: &[f64], meets: &dyn Fn(usize, usize) -> bool) -> Vec<Overlap> {
-    let tolerance = CONTACT * bodies.extent();
+    let tolerance = CONTACT_EXTENTS * bodies.extent();
     let found = intersections(bodies, a, meets, &|_, _| tolerance);
     let undecided = found.undecided.into_iter().map(|[first, second]| Overlap {
         first,
@@ -246,19 +246,19 @@ impl Search<'_> {
         };
         let (shape, s) = (&self.shapes[first], 0.5 * (from + to));
         if first == second {
-            return (turns_on(shape, *arc, s) - 0.5).abs() > HALF;
+            return (turns_on(shape, *arc, s) - 0.5).abs() > WHOLE_TURN_TOLERANCE;
         }
         let point = Bezier::of(&shape.arcs[*arc], Vector2::zeros()).at(s);
         let other = &self.shapes[second];
-        box_distance(&other.bounds, &point) == 0.0 && turns(other, point).abs() > HALF
+        box_distance(&other.bounds, &point) == 0.0 && turns(other, point).abs() > WHOLE_TURN_TOLERANCE
     }
 
     /// The deepest of some points of a run that lies inside.
     fn deepest_of(&self, [first, second]: [usize; 2], run: &Run) -> Overlap {
         let mut deepest: Option<Overlap> = None;
         for (arc, [from, to]) in run {
-            for k in 0..=PLACES {
-                let s = from + (to - from) * f64::from(k) / f64::from(PLACES);
+            for k in 0..=PLACES_PER_PART {
+                let s = from + (to - from) * f64::from(k) / f64::from(PLACES_PER_PART);
                 let at = Cursor {
                     arc: *arc,
                     u: 2.0 * s - 1.0,

@@ -20,12 +20,12 @@ pub(super) struct Row {
 }
 
 /// Two points on two meshes: three nodes each, of two unknowns.
-const FEW: usize = 12;
+const USUAL_ROWS: usize = 12;
 
 /// A list of rows that asks for no memory while it is as short as meshes make it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct List {
-    few: [Row; FEW],
+    few: [Row; USUAL_ROWS],
     count: usize,
     /// All of them, once they are more.
     many: Vec<Row>,
@@ -34,7 +34,7 @@ pub(super) struct List {
 impl List {
     #[inline]
     fn push(&mut self, row: Row) {
-        if self.count < FEW {
+        if self.count < USUAL_ROWS {
             self.few[self.count] = row;
             self.count += 1;
             return;
@@ -148,7 +148,7 @@ impl Rows {
         form: impl Fn(&K, &K) -> f64,
     ) {
         let rows: &[Row] = &self.0;
-        if rows.len() > FEW {
+        if rows.len() > USUAL_ROWS {
             for (i, p) in rows.iter().enumerate() {
                 let by = of(p);
                 let each = rows[..=i].iter();
@@ -157,7 +157,8 @@ impl Rows {
             return;
         }
         // As one dense part: samples of one arc follow one another, and have their unknowns in common.
-        let (mut keys, mut values, mut count) = ([K::default(); FEW], [0.0; FEW * (FEW + 1) / 2], 0);
+        let (mut keys, mut values, mut count) =
+            ([K::default(); USUAL_ROWS], [0.0; USUAL_ROWS * (USUAL_ROWS + 1) / 2], 0);
         for (i, row) in rows.iter().enumerate() {
             keys[i] = of(row);
             for other in &keys[..=i] {

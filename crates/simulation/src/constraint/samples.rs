@@ -4,8 +4,8 @@ use std::cell::Cell;
 
 use nalgebra::Vector2;
 
-use super::broad::{Place, near_arcs};
-use super::meeting::Meeting;
+use super::broad_phase::{Place, near_arcs};
+use super::collision_pairs::Meeting;
 use super::near::{Near, outside_own};
 use super::nearest::nearest;
 use super::shape::{Shape, beside, box_distance, boxes_near};
@@ -14,8 +14,8 @@ use crate::q9::shape::line_slope;
 use crate::solid::Cursor;
 
 /// Samples of each arc, at least and at most; the first lies on its first node.
-const FEWEST: u32 = 4;
-const MOST: u32 = 64;
+const MIN_SAMPLES: u32 = 4;
+const MAX_SAMPLES: u32 = 64;
 
 /// Which samples are looked at.
 #[derive(Debug, Clone, Copy)]
@@ -87,7 +87,7 @@ impl Samples<'_> {
         let [a, b, c] = boundary.reference[arc];
         let depth = (b - (a + c) * 0.5).norm();
         let wanted = (3.0 * (depth / self.width).sqrt()).ceil();
-        (wanted.min(f64::from(MOST)) as u32).max(FEWEST)
+        (wanted.min(f64::from(MAX_SAMPLES)) as u32).max(MIN_SAMPLES)
     }
 }
 

@@ -18,7 +18,7 @@ use crate::solid::{Boundary, Cursor};
 /// A foot that has its point this near, in sizes of the shape's box, at a corner has no direction of its own.
 const AT_CORNER: f64 = 1e-6;
 /// The cosine of the angle that a corner turns by at most, where distances along one of its sides will do for that to it.
-const BLUNT: f64 = 0.9;
+const BLUNT_COSINE: f64 = 0.9;
 
 /// The foot of a point on an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -181,7 +181,7 @@ fn corner(
     let distance = offset.norm();
     // Next to the corner the point keeps out of the side that it is farther out of: tip on tip, it slides off. Forces on
     // a tip itself would have no direction.
-    if distance <= AT_CORNER * size || normals[0].dot(&normals[1]) > BLUNT {
+    if distance <= AT_CORNER * size || normals[0].dot(&normals[1]) > BLUNT_COSINE {
         let farther = if normals[1].dot(&offset) > normals[0].dot(&offset) {
             1
         } else {

@@ -4,11 +4,11 @@ use super::Potential;
 use super::evaluation::{Evaluation, largest};
 
 /// The part of the first-order decrease that a step must bring (Armijo).
-const ARMIJO: f64 = 1e-4;
+const ARMIJO_PART: f64 = 1e-4;
 /// Halvings before a search gives up.
 const MOST_HALVINGS: usize = 40;
 /// Energies are compared to this relative rounding.
-const ROUNDING: f64 = 1e-13;
+const ENERGY_ROUNDING: f64 = 1e-13;
 /// Of the way to the first touch.
 const BEFORE_TOUCH: f64 = 0.9;
 
@@ -64,9 +64,9 @@ impl<'a, P: Potential> Line<'a, P> {
             let a = self.moved(t);
             *evaluations += 1;
             if let Some(evaluation) = self.evaluate(&a, t) {
-                let enough = evaluation.energy <= self.at.energy + ARMIJO * t * self.slope;
+                let enough = evaluation.energy <= self.at.energy + ARMIJO_PART * t * self.slope;
                 let slope: f64 = evaluation.gradient.iter().zip(&self.step).map(|(g, s)| g * s).sum();
-                if enough || (slope <= (2.0 * ARMIJO - 1.0) * self.slope && slope >= 0.9 * self.slope) {
+                if enough || (slope <= (2.0 * ARMIJO_PART - 1.0) * self.slope && slope >= 0.9 * self.slope) {
                     return Some(Next { a, evaluation, t });
                 }
             }
@@ -95,7 +95,7 @@ impl<'a, P: Potential> Line<'a, P> {
     }
 
     fn rounding(&self) -> f64 {
-        ROUNDING * self.at.energy.abs()
+        ENERGY_ROUNDING * self.at.energy.abs()
     }
 
     /// True for a step that nothing has shortened.

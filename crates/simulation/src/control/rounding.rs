@@ -7,7 +7,7 @@
 use super::Potential;
 
 /// Roundings of each product: of the displacement, of the gradient that it enters, of the stress, of the force and of their sums.
-const ROUNDINGS: f64 = 8.0;
+const ROUNDINGS_PER_PRODUCT: f64 = 8.0;
 
 /// What rounding may leave of each force.
 pub(crate) struct Rounding(Vec<f64>);
@@ -16,7 +16,9 @@ impl Rounding {
     pub(crate) fn of(potential: &impl Potential, a: &[f64]) -> Self {
         let mut sizes = Vec::new();
         potential.rounding(a, &mut sizes);
-        sizes.iter_mut().for_each(|s| *s *= ROUNDINGS * f64::EPSILON);
+        sizes
+            .iter_mut()
+            .for_each(|s| *s *= ROUNDINGS_PER_PRODUCT * f64::EPSILON);
         Self(sizes)
     }
 

@@ -1,6 +1,6 @@
 //! The last steps to exact contact: Newton's method on the balance of forces, gaps, and forces times gaps together.
 
-use crate::constraint::{Active, Progress, Term};
+use crate::constraint::{Active, Constraint, Progress};
 use crate::control::{Newton, Potential};
 use crate::system::System;
 
@@ -9,7 +9,7 @@ const MOST_STEPS: usize = 250;
 /// Of the way to the first touch.
 const BEFORE_TOUCH: f64 = 0.9;
 /// Forces times gaps at the end, in largest loads times largest solids.
-const WORK: f64 = 1e-10;
+const LAST_WORK: f64 = 1e-10;
 /// Steps to less work than that, each to a hundredth, and the least work in the same unit: gaps of undecided rows are about
 /// the square root of it.
 const MOST_REFINED: usize = 20;
@@ -18,22 +18,22 @@ const LEAST_WORK: f64 = 1e-21;
 /// Steps to one such work before it is given up.
 const MOST_AT_ONE: usize = 4;
 /// Each aim, in the one before.
-const FALL: f64 = 0.1;
+const WORK_FACTOR: f64 = 0.1;
 /// Forces off by this part of the largest load are near enough for the next aim, and by this many times the aim: what is free to
 /// roll or slide has small forces and long ways, which are to be made while gaps are wide.
-const NEAR: f64 = 0.1;
-const NEARER: f64 = 1e4;
+const NEAR_LOADS: f64 = 0.1;
+const NEAR_AIMS: f64 = 1e4;
 /// Depths below this part of the largest solid are none.
 const NO_DEPTH: f64 = 1e-13;
 
 /// Halvings of a step that does not lower the merit.
 const MOST_HALVINGS: usize = 6;
 /// What a row lacks of its gap counts this many times the largest force.
-const PENALTY: f64 = 2.0;
+const PENALTY_FORCES: f64 = 2.0;
 /// A merit that rises by this part of the energy does not rise.
-const ROUNDING: f64 = 1e-12;
+const MERIT_ROUNDING: f64 = 1e-12;
 /// What rows lack of their gaps must fall to this part, where the merit does not fall.
-const CLOSER: f64 = 0.9;
+const CLOSER_FACTOR: f64 = 0.9;
 
 /// What the polish found.
 #[derive(Debug, Clone, Copy)]
@@ -46,11 +46,8 @@ pub(super) struct Polished {
 
 /// Calls each set of rows with the solids.
 fn with(system: &mut System, mut call: impl FnMut(&mut dyn Active, &System)) {
-    let mut terms: Vec<Box<dyn Term>> = std::mem::take(&mut system.terms);
-    terms
-        .iter_mut()
-        .filter_map(|t| t.active())
-        .for_each(|t| call(t, system));
+    let mut terms: Vec<Box<dyn Constraint>> = std::mem::take(&mut system.terms);
+    terms.iter_mut().filter_map(|t| t.rows()).for_each(|t| call(t, system));
     system.terms = terms;
 }
 
@@ -82,12 +79,15 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
             return ended(false, last_balance);
         };
         last_balance = [residual, load];
-        let last = WORK * load * extent;
+        let last = LAST_WORK * load * extent;
         let work = *aim.get_or_insert_with(|| first_aim(&progress, residual, extent).max(last));
         // Near enough to this aim for the next; at the last one, to stay.
         let tolerance = newton.settings.tolerance;
         let [part, depth] = if work > last {
-            [(NEARER * work / (load * extent)).clamp(tolerance, NEAR), NEAR]
+            [
+                (NEAR_AIMS * work / (load * extent)).clamp(tolerance, NEAR_LOADS),
+                NEAR_LOADS,
+            ]
         } else {
             [tolerance; 2]
         };
@@ -108,7 +108,7 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
                         ..ended(true, last_balance)
                     };
                 }
-                aim = Some((FALL * work).max(last));
+                aim = Some((WORK_FACTOR * work).max(last));
             }
         }
         if !aim.is_some_and(|work| advance(system, newton, a, work)) {
@@ -125,9 +125,9 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
 
 /// Where it starts: at the work that there is, or more where forces are out of balance or walls have come closer since.
 fn first_aim(progress: &Progress, residual: f64, extent: f64) -> f64 {
-    let found = FALL * progress.work / progress.rows.max(1.0);
-    let closer = FALL * progress.largest * progress.violation;
-    found.max(closer).max(residual * extent / NEARER)
+    let found = WORK_FACTOR * progress.work / progress.rows.max(1.0);
+    let closer = WORK_FACTOR * progress.largest * progress.violation;
+    found.max(closer).max(residual * extent / NEAR_AIMS)
 }
 
 /// One step at an aim. False, and nothing changed, where there is none.
@@ -143,7 +143,7 @@ fn advance(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, aim: f64)
 
 /// Steps to less and less work from a solution; the last one that is a solution too is kept. How many.
 fn refine(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, mut aim: f64, least: f64) -> usize {
-    let copy = |system: &System| -> Vec<Box<dyn Term>> { system.terms.iter().map(|t| t.copy()).collect() };
+    let copy = |system: &System| -> Vec<Box<dyn Constraint>> { system.terms.iter().map(|t| t.copy()).collect() };
     let (mut good, mut steps, mut since) = ((a.clone(), copy(system)), 0, 0);
     aim *= REFINED_FALL;
     while steps < MOST_REFINED && since < MOST_AT_ONE && aim >= least && advance(system, newton, a, aim) {
@@ -191,13 +191,14 @@ fn merit(system: &mut System, a: &[f64], part: f64) -> Option<[f64; 3]> {
 /// The first of the halved parts that lowers the merit, or what rows lack of their gaps.
 fn descend(system: &mut System, a: &[f64], step: &[f64], [most, of]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
     let before = merit(system, a, 0.0)?;
-    let penalty = PENALTY * before[2];
+    let penalty = PENALTY_FORCES * before[2];
     let value = |m: [f64; 3]| m[0] + penalty * m[1];
     let mut part = most;
     for _ in 0..MOST_HALVINGS {
         let next: Vec<f64> = a.iter().zip(step).map(|(a, s)| a + part * s).collect();
         if let Some(after) = merit(system, &next, part * of)
-            && (value(after) <= value(before) + ROUNDING * before[0].abs() || after[1] <= CLOSER * before[1])
+            && (value(after) <= value(before) + MERIT_ROUNDING * before[0].abs()
+                || after[1] <= CLOSER_FACTOR * before[1])
         {
             return Some((part, next));
         }

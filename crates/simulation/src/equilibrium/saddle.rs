@@ -6,11 +6,11 @@ use crate::control::{Newton, Potential};
 use crate::system::System;
 
 /// Lengths of the way along the falling direction, in largest solids, that are tried either way.
-const WAYS: [f64; 2] = [1e-3, 1e-2];
+const WAYS_EXTENTS: [f64; 2] = [1e-3, 1e-2];
 /// Of the way to the first touch.
 const BEFORE_TOUCH: f64 = 0.9;
 /// The energy must fall by this part of it: more than rounding.
-const LOWER: f64 = 1e-12;
+const ENERGY_FALL: f64 = 1e-12;
 
 /// Goes a little way in the direction in which the energy was last found to fall, and to the exact contact from there. `None`, and nothing
 /// changed, where that has no less energy; else how many steps it took.
@@ -25,7 +25,7 @@ pub(super) fn leave(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) 
     let before = Potential::energy(system, a)?;
     let (start, terms) = save(system, a);
     let mut steps = 0;
-    for way in WAYS.iter().flat_map(|way| [*way, -*way]) {
+    for way in WAYS_EXTENTS.iter().flat_map(|way| [*way, -*way]) {
         let by: Vec<f64> = direction
             .iter()
             .map(|d| d * way * system.bodies.extent() / length)
@@ -35,7 +35,7 @@ pub(super) fn leave(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) 
         *a = start.iter().zip(&by).map(|(a, b)| a + part * b).collect();
         let polished = polish(system, newton, a);
         steps += polished.steps;
-        let lower = |energy: f64| energy < before - LOWER * before.abs();
+        let lower = |energy: f64| energy < before - ENERGY_FALL * before.abs();
         if polished.done && Potential::energy(system, a).is_some_and(lower) {
             return Some(steps);
         }

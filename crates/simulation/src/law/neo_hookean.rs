@@ -13,11 +13,15 @@ use super::response::{COFACTOR, IDENTITY, Response, Volume, cofactor, excess, of
 
 /// `x - ln(1 + x)` to full relative precision near 0; `x > -1`.
 pub(crate) fn x_minus_ln_1p(x: f64) -> f64 {
-    if x.abs() > SMALL { x - x.ln_1p() } else { series(x) }
+    if x.abs() > SERIES_BELOW {
+        x - x.ln_1p()
+    } else {
+        series(x)
+    }
 }
 
 /// Below it the series of [`x_minus_ln_1p`] has all digits.
-const SMALL: f64 = 0.1;
+const SERIES_BELOW: f64 = 0.1;
 
 fn series(x: f64) -> f64 {
     // ln(1 + x) = 2 artanh s with s = x / (2 + x), and x - 2 s = x s.
@@ -71,7 +75,7 @@ pub(super) fn stress([lambda, mu]: [f64; 2], g: &Vector4<f64>) -> Option<(f64, V
     let j = 1.0 + x;
     (j > 0.0).then(|| {
         let theta = x.ln_1p();
-        let rest = if x.abs() > SMALL { x - theta } else { series(x) };
+        let rest = if x.abs() > SERIES_BELOW { x - theta } else { series(x) };
         let density = 0.5 * mu * q(g) + mu * rest + 0.5 * lambda * theta * theta;
         let cofactor = cofactor(g);
         let stress = (g - cofactor) * mu + (IDENTITY + cofactor) * ((mu * x + lambda * theta) / j);

@@ -11,12 +11,12 @@ use super::response::{Response, excess};
 use super::saint_venant::strain;
 
 /// The most terms.
-const MOST: usize = 3;
+const MAX_TERMS: usize = 3;
 
 /// Weights and exponents of an Ogden law, scaled so that `sum m_p a_p = 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ogden {
-    terms: [(f64, f64); MOST],
+    terms: [(f64, f64); MAX_TERMS],
     count: usize,
 }
 
@@ -27,8 +27,8 @@ impl Ogden {
     /// [`Refused::OgdenTerms`], [`Refused::OgdenTerm`] (the product of weight and exponent must be above 0).
     pub fn new(terms: &[(f64, f64)]) -> Result<Self, Refused> {
         let found = terms.len();
-        if found == 0 || found > MOST {
-            return Err(Refused::OgdenTerms { found, most: MOST });
+        if found == 0 || found > MAX_TERMS {
+            return Err(Refused::OgdenTerms { found, most: MAX_TERMS });
         }
         for (term, &(weight, exponent)) in terms.iter().enumerate() {
             let product = weight * exponent;
@@ -37,7 +37,7 @@ impl Ogden {
             }
         }
         let total: f64 = terms.iter().map(|(m, a)| m * a).sum();
-        let mut kept = [(0.0, 1.0); MOST];
+        let mut kept = [(0.0, 1.0); MAX_TERMS];
         for (slot, (m, a)) in kept.iter_mut().zip(terms) {
             *slot = (m / total, *a);
         }

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use super::{Mesh, NODES, Refused};
 
 /// The most elements of a generated mesh.
-const MOST: usize = 1 << 22;
+const MAX_ELEMENTS: usize = 1 << 22;
 
 /// A mesh of `across` x `along` elements whose node at the parameters `(s, t)` in `[0, 1]^2` lies at `place(s, t)`.
 ///
@@ -20,7 +20,7 @@ pub fn grid(
 ) -> Result<Mesh, Refused> {
     let least = if periodic { 3 } else { 1 };
     let allowed = "1 (3 where it closes on itself) to 4194304 elements in all";
-    if across < least || along < 1 || across.saturating_mul(along) > MOST {
+    if across < least || along < 1 || across.saturating_mul(along) > MAX_ELEMENTS {
         let found = across as f64 * along as f64;
         return Err(Refused::Shape {
             what: "the number of elements",

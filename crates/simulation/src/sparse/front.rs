@@ -6,13 +6,13 @@
 use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 
 /// Columns eliminated together before the rest is brought up to date.
-const BLOCK: usize = 4;
+const BLOCK_COLUMNS: usize = 4;
 /// Products with this many rows and columns, and this many terms, are worth the library's preparations.
-const LARGE: usize = 48;
-const DEEP: usize = 12;
+const PACKED_FROM_SIDE: usize = 48;
+const PACKED_FROM_DEPTH: usize = 12;
 /// Columns of a triangle that are updated as one rectangle.
-const STRIP: usize = 48;
-const NARROW: usize = 12;
+const STRIP_COLUMNS: usize = 48;
+const NARROW_STRIP_COLUMNS: usize = 12;
 /// A pivot below this part of the diagonal entry that it comes from counts as zero: what is left is rounding.
 const ZERO_PIVOT: f64 = 1e-14;
 
@@ -40,7 +40,7 @@ fn halves(
     most: usize,
     scratch: &mut Vec<f64>,
 ) -> Result<usize, Vanished> {
-    if to - from <= BLOCK {
+    if to - from <= BLOCK_COLUMNS {
         let mut negative = 0;
         for (k, own) in diagonal.iter().enumerate().take(to).skip(from) {
             negative += usize::from(column(panel, size, [k, to], *own).map_err(|pivot| (k, pivot, *own))?);
@@ -50,7 +50,7 @@ fn halves(
         }
         return Ok(negative);
     }
-    let middle = from + (to - from).div_ceil(2 * BLOCK) * BLOCK;
+    let middle = from + (to - from).div_ceil(2 * BLOCK_COLUMNS) * BLOCK_COLUMNS;
     let before = halves(panel, size, diagonal, [from, middle], most, scratch)?;
     if before >= most {
         return Ok(before);
@@ -112,9 +112,9 @@ impl Factor<'_> {
 pub(super) fn subtract(factor: &Factor<'_>, c: &mut [f64], stride: usize, count: usize, scratch: &mut Vec<f64>) {
     let (height, depth) = (factor.size - factor.skip, factor.depth());
     let mut from = 0;
-    if depth >= DEEP {
-        while height - from >= LARGE && count - from >= NARROW {
-            let width = STRIP.min(count - from);
+    if depth >= PACKED_FROM_DEPTH {
+        while height - from >= PACKED_FROM_SIDE && count - from >= NARROW_STRIP_COLUMNS {
+            let width = STRIP_COLUMNS.min(count - from);
             strip(factor, &mut c[from * (stride + 1)..], stride, [from, width], scratch);
             from += width;
         }

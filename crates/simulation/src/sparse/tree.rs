@@ -2,7 +2,7 @@
 
 use super::graph::Graph;
 
-const NONE: u32 = u32::MAX;
+const NO_PARENT: u32 = u32::MAX;
 
 /// Columns that share their rows below: a dense block of the factor, and a front of the elimination.
 #[derive(Debug, Clone)]
@@ -49,13 +49,13 @@ fn places(order: &[u32]) -> Vec<u32> {
 /// The parent of each column in the elimination tree (Liu 1986), by way of shortened paths.
 fn parents(graph: &Graph, order: &[u32]) -> Vec<u32> {
     let place = places(order);
-    let (mut parent, mut ancestor) = (vec![NONE; order.len()], vec![NONE; order.len()]);
+    let (mut parent, mut ancestor) = (vec![NO_PARENT; order.len()], vec![NO_PARENT; order.len()]);
     for (k, vertex) in order.iter().enumerate() {
         for &j in graph.of(*vertex as usize) {
             let mut i = place[j as usize] as usize;
             while i < k {
                 let up = std::mem::replace(&mut ancestor[i], k as u32);
-                if up == NONE {
+                if up == NO_PARENT {
                     parent[i] = k as u32;
                     break;
                 }
@@ -70,24 +70,24 @@ fn parents(graph: &Graph, order: &[u32]) -> Vec<u32> {
 fn postorder(parents: &[u32]) -> Vec<u32> {
     let n = parents.len();
     // Heads and links of the lists of children: the last one first, so that walks meet them in order.
-    let (mut child, mut sibling, mut roots) = (vec![NONE; n], vec![NONE; n], Vec::new());
+    let (mut child, mut sibling, mut roots) = (vec![NO_PARENT; n], vec![NO_PARENT; n], Vec::new());
     for k in (0..n).rev() {
         match parents[k] {
-            NONE => roots.push(k as u32),
+            NO_PARENT => roots.push(k as u32),
             p => sibling[k] = std::mem::replace(&mut child[p as usize], k as u32),
         }
     }
     let mut order = Vec::with_capacity(n);
     let mut stack = roots;
     while let Some(&k) = stack.last() {
-        let first = std::mem::replace(&mut child[k as usize], NONE);
-        if first != NONE {
+        let first = std::mem::replace(&mut child[k as usize], NO_PARENT);
+        if first != NO_PARENT {
             stack.push(first);
             continue;
         }
         order.push(k);
         stack.pop();
-        if sibling[k as usize] != NONE {
+        if sibling[k as usize] != NO_PARENT {
             stack.push(sibling[k as usize]);
         }
     }
@@ -100,7 +100,7 @@ fn columns(graph: &Graph, weights: &[usize], order: &[u32]) -> Vec<Columns> {
     let mut done: Vec<Columns> = Vec::new();
     // Rows of a column that no parent has taken yet, by parent.
     let mut waiting: Vec<Vec<Vec<u32>>> = vec![Vec::new(); order.len()];
-    let mut mark = vec![NONE; order.len()];
+    let mut mark = vec![NO_PARENT; order.len()];
     for (k, vertex) in order.iter().enumerate() {
         mark[k] = k as u32;
         let mut below = Vec::new();

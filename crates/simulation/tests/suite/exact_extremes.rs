@@ -214,7 +214,11 @@ fn walls_without_room_are_refused() {
             let plane = Plane::new(&system.bodies, &[0], normal, offset, 100.0).expect("a direction");
             system.terms.push(Box::new(plane));
         }
-        system.terms.iter_mut().for_each(|t| t.polish());
+        system
+            .terms
+            .iter_mut()
+            .filter_map(|t| t.way_to_exact())
+            .for_each(|way| way.want_exact());
         let settings = Settings {
             most_iterations: 100,
             ..Settings::default()

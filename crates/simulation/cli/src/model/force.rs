@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 use simulation::bodies::Bodies;
-use simulation::constraint::Term;
+use simulation::constraint::{Constraint, Term};
 use simulation::solid::Cursor;
 use simulation::sparse::Triplets;
 
@@ -16,11 +16,13 @@ pub(crate) struct Lever {
     pub(super) force: Vector2<f64>,
 }
 
-impl Term for Lever {
-    fn copy(&self) -> Box<dyn Term> {
+impl Constraint for Lever {
+    fn copy(&self) -> Box<dyn Constraint> {
         Box::new(*self)
     }
+}
 
+impl Term for Lever {
     fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
         let part = bodies.part(self.body, a);
         let arm = bodies.local(self.body, &self.cursor, a).position - Vector2::new(part[0], part[1]);

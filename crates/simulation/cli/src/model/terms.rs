@@ -1,6 +1,6 @@
 //! The constraints of a model as terms of its energy, made anew for each place of the walls.
 
-use simulation::constraint::{Guard, Pairs, Plane, Term};
+use simulation::constraint::{Constraint, Guard, Pairs, Plane};
 
 use super::{Model, Wall};
 use crate::scene::raw::RawWalls;
@@ -32,7 +32,7 @@ impl Model {
 
     /// Puts the terms of all constraints into the system. `first`: from a start that may be far from contact.
     pub(crate) fn constrain(&mut self, first: bool) -> Vec<Maker> {
-        let mut terms: Vec<Box<dyn Term>> = Vec::new();
+        let mut terms: Vec<Box<dyn Constraint>> = Vec::new();
         let mut makers = Vec::new();
         for (k, wall) in self.walls.iter().enumerate() {
             terms.extend(self.wall(wall, first));
@@ -60,7 +60,7 @@ impl Model {
         makers
     }
 
-    fn wall(&self, wall: &Wall, first: bool) -> Option<Box<dyn Term>> {
+    fn wall(&self, wall: &Wall, first: bool) -> Option<Box<dyn Constraint>> {
         let (bodies, hold) = (&self.system.bodies, HOLD * self.stiffness);
         if self.how == RawWalls::Exact || (self.how == RawWalls::BarrierThenExact && !first) {
             let plane = Plane::new(bodies, &wall.keeps, wall.normal, wall.offset, hold)?;

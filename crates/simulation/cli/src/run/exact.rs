@@ -2,7 +2,7 @@
 //!
 //! The state behind the barriers is kept: the next frame begins with it, where every gap has room.
 
-use simulation::constraint::Term;
+use simulation::constraint::Constraint;
 use simulation::equilibrium::settle;
 
 use super::State;
@@ -18,9 +18,10 @@ impl Searcher {
         if !self.exact {
             return State::settled(model, label, a, found);
         }
-        let barriers: Vec<Box<dyn Term>> = model.system.terms.iter().map(|t| t.copy()).collect();
+        let barriers: Vec<Box<dyn Constraint>> = model.system.terms.iter().map(|t| t.copy()).collect();
         let (began, mut touching) = (Stopwatch::start(), a.to_vec());
-        model.system.terms.iter_mut().for_each(|t| t.polish());
+        let contacts = model.system.terms.iter_mut().filter_map(|t| t.way_to_exact());
+        contacts.for_each(|way| way.want_exact());
         let settled = settle(&mut model.system, &mut self.newton, &mut touching);
         let found = Found {
             wanted_exact: true,

@@ -1,8 +1,8 @@
 //! Steps of the rows: what they aim at, how far a step may go, which rows there are.
 
-use super::aim::Aim;
-use super::row::{Against, Row};
-use super::{Exact, GONE, Known, ROUND, SAME};
+use super::central_path::Aim;
+use super::contact_row::{Against, Row};
+use super::{Exact, GONE_DEPTHS, LOADED_ROW_GAP, SAME_ARC_PART};
 use crate::bodies::Bodies;
 use crate::constraint::shape::Shape;
 use crate::constraint::{Active, Progress};
@@ -13,7 +13,7 @@ const TO_BOUNDARY: f64 = 0.01;
 /// A new row begins with this part of the largest force at most.
 const FIRST_FORCE: f64 = 0.01;
 /// Dips less deep than this part of the largest solid are none.
-const DIP: f64 = 1e-13;
+const LEAST_DIP_EXTENTS: f64 = 1e-13;
 
 /// The part of a step by which a value falls to next to nothing.
 fn most(value: f64, by: f64) -> f64 {
@@ -59,7 +59,7 @@ impl Active for Exact {
             let rows = touch.rows(bodies, a).0;
             let rate: f64 = rows.iter().map(|r| touch.normal.dot(&r.by) * step[r.unknown]).sum();
             let slack = rate + touch.gap - row.slack;
-            let own = aim.of(row.force, ROUND * self.keep);
+            let own = aim.of(row.force, LOADED_ROW_GAP * self.keep);
             let force = own.force(row.slack) - own.stiffness(row.force, row.slack) * slack - row.force;
             parts[0] = parts[0].min(most(row.slack, slack));
             if !aim.far(row.slack) {
@@ -67,7 +67,6 @@ impl Active for Exact {
             }
             changes.push([slack, force]);
         }
-        drop(touches);
         self.changes = changes;
         parts
     }
@@ -102,18 +101,18 @@ impl Active for Exact {
             largest,
             ..Progress::default()
         };
-        let touches = self.each(bodies, a).clone();
+        let touches = self.each(bodies, a);
         let depth = self.between.depth();
         let whole = Aim { work: 1.0, depth };
-        for (mut row, touch) in std::mem::take(&mut self.rows).into_iter().zip(touches) {
-            let Some(touch) = touch.filter(|touch| touch.gap < GONE * depth) else {
+        for (mut row, touch) in std::mem::take(&mut self.rows).into_iter().zip(touches.iter()) {
+            let Some(touch) = touch.filter(|touch| touch.gap < GONE_DEPTHS * depth) else {
                 continue;
             };
             (row.sample, row.against, row.normal) = (touch.sample, touch.against, touch.normal);
             row.slack = row.slack.max(touch.gap);
             progress.violation = progress.violation.max(-touch.gap);
             progress.work += row.force * row.slack;
-            let gap = (touch.gap.abs() - 10.0 * ROUND * self.keep).max(0.0);
+            let gap = (touch.gap.abs() - 10.0 * LOADED_ROW_GAP * self.keep).max(0.0);
             progress.complementarity = progress.complementarity.max(row.force * gap);
             progress.rows += whole.part(row.slack);
             progress.undecided |= row.force < 1e-2 * largest && row.slack < 1e-3 * depth;
@@ -125,12 +124,12 @@ impl Active for Exact {
         }
         self.add_near(bodies, &shapes);
         if between {
-            let deepest = self.add_dips(bodies, &shapes, DIP * bodies.extent());
-            self.least = deepest.max(DIP * bodies.extent());
+            let deepest = self.add_dips(bodies, &shapes, LEAST_DIP_EXTENTS * bodies.extent());
+            self.least = deepest.max(LEAST_DIP_EXTENTS * bodies.extent());
             progress.violation = progress.violation.max(deepest);
         }
         // Where a row is on its arc is part of what it finds.
-        self.known = Known::default();
+        self.known.forget();
         progress
     }
 }
@@ -147,7 +146,7 @@ impl Exact {
             let place = shapes[body].place(&sample);
             let size = (shapes[body].arcs[sample.arc][2] - shapes[body].arcs[sample.arc][0]).norm();
             let same = |r: &Row| {
-                let near = (shapes[r.body].place(&r.sample) - place).norm() < SAME * size;
+                let near = (shapes[r.body].place(&r.sample) - place).norm() < SAME_ARC_PART * size;
                 near && r.body == body && r.against.arc() == against.arc()
             };
             if gap < -depth && !rows.iter().any(same) {

@@ -2,12 +2,12 @@
 
 use std::cell::Cell;
 
-use super::dip::Dip;
-use super::row::Against;
+use super::closest_points::Dip;
+use super::contact_row::Against;
 use super::wall::Wall;
 use crate::bodies::Bodies;
-use crate::constraint::broad::near_arcs;
-use crate::constraint::meeting::Meeting;
+use crate::constraint::broad_phase::near_arcs;
+use crate::constraint::collision_pairs::Meeting;
 use crate::constraint::samples::Samples;
 use crate::constraint::shape::Shape;
 use crate::constraint::signed::Foot;

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector2;
 
-use super::row::Against;
+use super::contact_row::Against;
 use crate::bodies::Bodies;
-use crate::constraint::passing::{LEFT, first_fall};
+use crate::constraint::separating_lines::{LEFT_OF_DISTANCE, first_fall};
 use crate::constraint::shape::Shape;
 use crate::solid::Cursor;
 
@@ -68,7 +68,7 @@ impl Wall {
             let (solid, moves) = (bodies.solid(*body), bodies.part(*body, step));
             let swerves = solid.boundary().arcs[cursor.arc].map(|n| solid.swerve(moves, n));
             let bend = 0.625 * swerves.into_iter().fold(0.0, f64::max);
-            let room = (1.0 - LEFT) * (at(heights) - self.offset + self.depth);
+            let room = (1.0 - LEFT_OF_DISTANCE) * (at(heights) - self.offset + self.depth);
             most = most.min(first_fall(room, at(rates), bend));
         }
         most

@@ -15,11 +15,11 @@ use nalgebra::Vector2;
 use super::bezier::Bezier;
 
 /// The largest slope of the second over its chord that is looked at.
-const STEEPEST: f64 = 0.5;
+const MAX_SLOPE: f64 = 0.5;
 /// Its parameter runs no slower along the chord than this part of the mean.
-const SLOWEST: f64 = 0.25;
+const MIN_SPEED: f64 = 0.25;
 /// Parameters are looked at so much beyond those below the first arc, in their own range.
-const BEYOND: f64 = 0.1;
+const BEYOND_PARAMETER: f64 = 0.1;
 
 /// How two arcs lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,11 +104,11 @@ impl Frame {
         let [begin, half, end] = [self.x[0], middle(&self.x), self.x[2]].map(|x| self.parameter(x));
         let (begin, half, end) = (begin?, half?, end?);
         let t = [begin, 2.0 * half - 0.5 * (begin + end), end];
-        let room = BEYOND * (most(&t) - least(&t)) + 16.0 * tolerance / length;
+        let room = BEYOND_PARAMETER * (most(&t) - least(&t)) + 16.0 * tolerance / length;
         let range = [least(&t) - room, most(&t) + room];
         let speed = 2.0 * least(&range.map(|t| control + (length - 2.0 * control) * t));
         let steep = 2.0 * most(&range.map(|t| (rise * (1.0 - 2.0 * t)).abs())) / speed;
-        if speed < SLOWEST * length || steep.is_nan() || steep > STEEPEST {
+        if speed < MIN_SPEED * length || steep.is_nan() || steep > MAX_SLOPE {
             return None;
         }
         let (once, twice) = (raised(&t), square(&t));

@@ -9,7 +9,7 @@ use super::cell::{Lie, lie};
 /// Pairs of parts looked at before two arcs are given up.
 const MOST_CELLS: usize = 200_000;
 /// Arcs that leave a node on either side of a line by this sine meet there only.
-const LEAVES: f64 = 0.01;
+const LEAVES_SINE: f64 = 0.01;
 
 /// The parts of two arcs that are near one another: from and to on the first, from and to on the second, parameters from 0 to 1.
 pub(super) type Meeting = [[f64; 2]; 2];
@@ -41,7 +41,7 @@ impl Joint {
         let unit = |v: Vector2<f64>| v.try_normalize(0.0).unwrap_or_default();
         let middle = |v: &[Vector2<f64>; 2]| unit(v[0]) + unit(v[1]);
         let across = unit(middle(&one) - middle(&other));
-        let leaves = |v: &Vector2<f64>, way: Vector2<f64>| way.dot(v) > LEAVES * v.norm();
+        let leaves = |v: &Vector2<f64>, way: Vector2<f64>| way.dot(v) > LEAVES_SINE * v.norm();
         one.iter().all(|v| leaves(v, across)) && other.iter().all(|v| leaves(v, -across))
     }
 }

@@ -8,7 +8,7 @@ use crate::solid::Boundary;
 pub(super) type Parts = BTreeMap<usize, Vec<[f64; 2]>>;
 
 /// Less than this part of an arc between two contacts is rounding of the parameter.
-const NOTHING: f64 = 1e-14;
+const LEAST_ARC_PART: f64 = 1e-14;
 
 /// A piece of boundary without contact: parts of arcs, one after the other.
 pub(super) type Run = Vec<(usize, [f64; 2])>;
@@ -89,12 +89,12 @@ fn gaps(parts: &[[f64; 2]]) -> Vec<[f64; 2]> {
     parts.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
     let (mut gaps, mut from) = (Vec::new(), 0.0);
     for [start, end] in parts {
-        if start - from > NOTHING {
+        if start - from > LEAST_ARC_PART {
             gaps.push([from, start]);
         }
         from = end.max(from);
     }
-    if 1.0 - from > NOTHING {
+    if 1.0 - from > LEAST_ARC_PART {
         gaps.push([from, 1.0]);
     }
     gaps
