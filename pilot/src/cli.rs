@@ -1,5 +1,13 @@
 //! The command line.
 
+pub(crate) mod ask;
+pub(crate) mod calibrate;
+pub(crate) mod duration;
+pub(crate) mod error;
+mod help;
+pub(crate) mod stop;
+pub(crate) mod template;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -12,21 +20,18 @@ use clap::{Parser, Subcommand};
 use scene::raw::Source;
 use scene::{Scene, TrackerSource};
 
-use crate::ask::ask_process;
-use crate::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::check;
-use crate::cli_error::CliError;
-use crate::duration;
+use crate::cli::ask::ask_process;
+use crate::cli::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
+use crate::cli::error::CliError;
+use crate::cli::template::{NEW_HELP, NewArgs};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{ReplayArgs, prepare};
 use crate::resolve::{Overrides, ResolveError, resolve};
 use crate::run::run;
 use crate::state::Options;
 use crate::status::Status;
-use crate::template::{NEW_HELP, NewArgs};
 use help::{CHECK_HELP, CONTROL_HELP, REPLAY_HELP, RESTART_HELP, RUN_HELP, STATUS_HELP, STOP_HELP, TOPICS_HELP};
-
-mod help;
 
 /// Exit code of a run that went to its end with something wrong: see `problems` in its report.
 const WITH_PROBLEMS: u8 = 3;
@@ -285,7 +290,7 @@ fn status(run: &str, json: bool) -> Result<(), CliError> {
 }
 
 fn stop(run: &str) -> Result<(), CliError> {
-    say(&crate::stop::stop(run)?);
+    say(&crate::cli::stop::stop(run)?);
     Ok(())
 }
 

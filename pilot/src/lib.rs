@@ -3,17 +3,11 @@
 //! [`supervise`] decides, as a pure function of what it is told; `spawn` is its hands; `run` feeds it and keeps the
 //! metrics: stamps, poses, frames, memory. The pilot never renders a slice and never touches a localizer.
 
-mod accuracy;
 mod answer;
-mod ask;
-mod calibrate;
 mod check;
 mod child;
 pub mod cli;
-mod cli_error;
-mod duration;
 mod ends;
-mod histogram;
 mod kept;
 mod memory;
 mod metrics;
@@ -31,6 +25,4 @@ mod shutdown;
 mod spawn;
 mod state;
 mod status;
-mod stop;
 pub mod supervise;
-mod template;

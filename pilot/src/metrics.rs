@@ -1,13 +1,16 @@
 //! What happened: poses, images, latencies, restarts. Fed by the run, read by the report and the status.
 
+pub(crate) mod accuracy;
+pub(crate) mod histogram;
+
 use bus::clock::ms;
 use bus::continuity::{Break, Continuity};
 use bus::message::{FrameStamp, FrameState, Lost, ToolPose, Tracked, VolumeHash, VolumeHeader};
 use geometry::{Point, Tool, VolumeGrid};
 use serde::Serialize;
 
-use crate::accuracy::AccuracyBook;
-use crate::histogram::Histogram;
+use crate::metrics::accuracy::AccuracyBook;
+use crate::metrics::histogram::Histogram;
 
 /// The way of a pose to its pixels, stage by stage.
 pub(crate) const STAGES: [&str; 5] = [

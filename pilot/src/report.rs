@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::accuracy::AccuracyReport;
+use crate::metrics::accuracy::AccuracyReport;
 use crate::metrics::{Latency, PoseCounts, Restart};
 use crate::replay::ReplayReport;
 

@@ -49,8 +49,10 @@ const WALLS: &[(&str, &str)] = &[
 /// Crates that may name these libraries and no others.
 const SPARE: &[(&str, &[&str])] = &[("chance", &[]), ("fit", &[]), ("geometry", &["nalgebra", "serde"])];
 
-/// The longest file, lines.
-const MAX_LINES: usize = 400;
+/// The longest file, lines: a thought may need more than a screen, and no more than a few.
+const MAX_LINES: usize = 700;
+/// The most files in one folder: as many names as a newcomer reads before choosing one.
+const MAX_FILES: usize = 25;
 /// A dependency as it stands in a manifest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Edge {
@@ -182,6 +184,18 @@ fn files_are_short() {
         .map(|path| format!("{}: {} lines; at most {MAX_LINES}", path.display(), lines(path)))
         .collect();
     assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+#[test]
+fn folders_hold_few_files() {
+    let mut files = Vec::new();
+    rust_files(root(), &mut files);
+    let mut count: BTreeMap<&Path, usize> = BTreeMap::new();
+    for file in &files {
+        *count.entry(file.parent().unwrap()).or_default() += 1;
+    }
+    let full: Vec<_> = count.iter().filter(|(_, files)| **files > MAX_FILES).collect();
+    assert!(full.is_empty(), "at most {MAX_FILES} Rust files a folder: {full:?}");
 }
 
 /// `part.rs` beside the folder `part`, everywhere: the name of a module is that of its file.

@@ -6,7 +6,7 @@ use scene::tracking::RegistrationGates;
 
 use crate::calibration::{CalibrationFile, Gate};
 use crate::live::LiveError;
-use crate::registration_file::RegistrationFile;
+use crate::register::file::RegistrationFile;
 use crate::scene_context::Scened;
 use crate::values::Positive;
 

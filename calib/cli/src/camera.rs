@@ -16,7 +16,7 @@ use clap::{Args, ValueEnum};
 use optics::camera::{Gates, LensModel, Options, Short, View, calibrate, held_out};
 
 use crate::commands::Outcome;
-use crate::source::Source;
+use crate::input_files::source::Source;
 use crate::store;
 use crate::values::Positive;
 use error::{CameraError, advice};

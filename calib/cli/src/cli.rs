@@ -14,7 +14,7 @@ use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
 use crate::grid::{GRID_HELP, GridArgs};
 use crate::live::{FollowMarkers, TOUCH_HELP, TouchArgs};
-use crate::register_args::{REGISTER_HELP, RegisterArgs};
+use crate::register::args::{REGISTER_HELP, RegisterArgs};
 use crate::rom::{ROM_HELP, RomArgs};
 
 /// Calibrates and registers from measured points.

@@ -11,30 +11,17 @@ mod bundle;
 mod calibration;
 mod camera;
 pub mod cli;
-mod columns;
 mod commands;
 mod discs;
-mod duplicates;
 mod f2554;
-mod fields;
 mod grid;
-mod input;
-mod input_error;
+mod input_files;
 mod live;
-mod pairs_csv;
-mod points_text;
 mod poses;
 mod refusal;
 mod register;
-mod register_args;
-mod registration_file;
-mod report;
-mod residual_table;
 mod rom;
-mod row;
 mod scene_context;
-mod solve;
-mod source;
 mod store;
 mod text;
 mod values;
@@ -52,7 +39,7 @@ pub use camera::{
 };
 pub use grid::{ReadImageError, read_image};
 pub use live::{Follow, FollowMarkers, Seen};
-pub use registration_file::{
+pub use register::file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,
 };

@@ -1,5 +1,15 @@
 //! `calib register`: reads pairs, registers them, writes the file and returns the report.
 
+pub(crate) mod args;
+pub(crate) mod duplicates;
+pub(crate) mod file;
+pub(crate) mod input;
+pub(crate) mod input_error;
+pub(crate) mod report;
+pub(crate) mod residual_table;
+pub(crate) mod row;
+pub(crate) mod solve;
+
 use std::path::PathBuf;
 
 use calib::registration::Registration;
@@ -9,15 +19,14 @@ use geometry::rotation::Rotation;
 use crate::bounds::{NotJudged, on_registration};
 use crate::commands::Outcome;
 use crate::commands::common::{broken, verdict_text};
-use crate::input::{From, Input};
-use crate::input_error::InputError;
 use crate::live::LiveError;
-use crate::registration_file::{
+use crate::register::file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, RegistrationFile, Transform, Units, VERSION,
 };
-use crate::report;
+use crate::register::input::{From, Input};
+use crate::register::input_error::InputError;
+use crate::register::solve::{Options, Solution, SolveError, method_name, solve};
 use crate::scene_context::Scened;
-use crate::solve::{self, Options, Solution, SolveError, method_name, solve};
 use crate::store::{self, StoreError};
 
 const TRANSFORM_CONVENTION: &str = "maps coordinates in `from` to coordinates in `to`: p_to = scale * R * p_from + t, R from the unit quaternion w, x, y, z";
@@ -194,7 +203,7 @@ fn predicted_tre(request: &Request, solution: &Solution) -> Vec<PredictedTre> {
 }
 
 fn pairs(input: &Input, solution: &Solution) -> Vec<PairResult> {
-    let result = |(i, row): (usize, &crate::row::Row)| PairResult {
+    let result = |(i, row): (usize, &crate::register::row::Row)| PairResult {
         lines: row.lines,
         label: row.label.clone(),
         weight: solution.weights[i],
@@ -206,7 +215,7 @@ fn pairs(input: &Input, solution: &Solution) -> Vec<PairResult> {
 }
 
 fn inputs(input: &Input) -> Vec<InputFile> {
-    let file = |(role, source): &(&'static str, crate::source::Source)| InputFile {
+    let file = |(role, source): &(&'static str, crate::input_files::source::Source)| InputFile {
         role: (*role).to_owned(),
         path: source.path.to_string_lossy().into_owned(),
         bytes: source.bytes,

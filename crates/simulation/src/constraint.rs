@@ -44,12 +44,12 @@ mod solid_barrier;
 pub use barrier::barrier;
 pub use broad_phase::near_boxes;
 pub use continuation::{Continuation, Stage};
-pub use half_plane::Plane;
-pub use half_plane_barrier::Guard;
+pub use half_plane::HalfPlane;
+pub use half_plane_barrier::HalfPlaneBarrier;
 pub use link::{End, Link};
 pub use nearest::{Nearest, nearest};
 pub use overlap::{Intersections, Overlap, Touching, deepest, intersections, overlapping};
-pub use solid_barrier::Pairs;
+pub use solid_barrier::SolidBarrier;
 
 use nalgebra::Vector2;
 

@@ -4,8 +4,8 @@ use bus::message::{Command, CommandKind};
 use clap::Subcommand;
 
 use super::args::{place, speed};
-use crate::ask::ask_process;
-use crate::cli_error::CliError;
+use crate::cli::ask::ask_process;
+use crate::cli::error::CliError;
 use crate::plan::REPLAYER;
 
 #[derive(Debug, Clone, PartialEq, Subcommand)]

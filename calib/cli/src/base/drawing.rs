@@ -9,7 +9,7 @@ use nalgebra::{Matrix6, Vector6};
 use serde::Deserialize;
 
 use crate::commands::common::OwnError;
-use crate::source::{Source, SourceError};
+use crate::input_files::source::{Source, SourceError};
 
 /// Why a drawing was not taken.
 #[derive(Debug, thiserror::Error)]

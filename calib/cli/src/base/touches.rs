@@ -6,8 +6,8 @@ use calib::base::{Feature, Group, Refused, separated};
 use geometry::{Frame, Point};
 
 use crate::bundle::{COVARIANCE, covariance};
-use crate::columns::{Layout, Table, TableError};
-use crate::source::Source;
+use crate::input_files::columns::{Layout, Table, TableError};
+use crate::input_files::source::Source;
 
 const LAYOUT: Layout = Layout {
     needed: &["x", "y", "z"],

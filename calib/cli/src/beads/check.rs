@@ -14,7 +14,7 @@ use crate::calibration::Gate;
 use crate::commands::Outcome;
 use crate::commands::common::{broken, gates_text};
 use crate::live::{Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, touched};
-use crate::registration_file::RegistrationFile;
+use crate::register::file::RegistrationFile;
 use crate::scene_context::Scened;
 use crate::values::{Name, Positive, Target};
 

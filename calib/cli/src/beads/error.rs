@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use crate::bounds::NotJudged;
-use crate::input_error::InputError;
+use crate::input_files::source::SourceError;
 use crate::live::LiveError;
-use crate::registration_file::ReadError;
-use crate::solve::SolveError;
-use crate::source::SourceError;
+use crate::register::file::ReadError;
+use crate::register::input_error::InputError;
+use crate::register::solve::SolveError;
 use crate::store::StoreError;
 
 /// Why a command of this folder failed.

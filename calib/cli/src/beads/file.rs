@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::error::BeadsError;
 use super::volume::Volume;
 use crate::calibration::now;
-use crate::registration_file::Units;
-use crate::source::Source;
+use crate::input_files::source::Source;
+use crate::register::file::Units;
 
 /// The value of `format`.
 pub const BEADS_FORMAT: &str = "trocar-beads";

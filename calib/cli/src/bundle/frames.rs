@@ -8,8 +8,8 @@ use calib::pose::MAX_EMITTERS;
 use geometry::Point;
 use nalgebra::Matrix3;
 
-use crate::columns::{Layout, Row, Table, TableError};
-use crate::source::Source;
+use crate::input_files::columns::{Layout, Row, Table, TableError};
+use crate::input_files::source::Source;
 
 /// The most frames: the adjustment takes all at once.
 const MAX_FRAMES: usize = 10_000;

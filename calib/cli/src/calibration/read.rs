@@ -10,8 +10,8 @@ use geometry::{Marker, Rigid, Tool};
 use serde_json::Value;
 
 use super::{BaseRecord, CALIBRATION_VERSION, CalibrationFile, EmitterRecord, Kind, MarkerRecord};
-use crate::fields::MAX_MM;
-use crate::source::{Source, SourceError};
+use crate::input_files::fields::MAX_MM;
+use crate::input_files::source::{Source, SourceError};
 
 /// Why a calibration was not taken.
 #[derive(Debug, thiserror::Error)]

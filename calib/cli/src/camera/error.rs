@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use optics::camera::CameraRefused;
 
-use crate::source::SourceError;
+use crate::input_files::source::SourceError;
 use crate::store::StoreError;
 
 /// Why there is no camera.

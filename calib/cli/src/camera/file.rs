@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::read::Seen;
 use crate::calibration::now;
-use crate::source::Source;
+use crate::input_files::source::Source;
 
 /// The value of `format`.
 pub const CAMERA_FORMAT: &str = "trocar-camera";

@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use super::error::CameraError;
 use super::name_of;
-use crate::source::Source;
+use crate::input_files::source::Source;
 
 /// Most images and most discs in one: far beyond what `calib grid` writes.
 const MAX_IMAGES: usize = 10_000;

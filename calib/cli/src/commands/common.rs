@@ -8,7 +8,7 @@ use geometry::Marker;
 
 use crate::bounds::NotJudged;
 use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
-use crate::columns::TableError;
+use crate::input_files::columns::TableError;
 use crate::live::{DwellError, FollowMarkers, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
 use crate::scene_context::Scened;

@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use super::Outcome;
 use crate::calibration::{CalibrationFile, Kind};
 use crate::cli::{Cli, run};
-use crate::registration_file::RegistrationFile;
+use crate::register::file::RegistrationFile;
 
 const TIP: [f64; 3] = [4.0, -3.0, 160.0];
 

@@ -10,8 +10,8 @@ use picture::PngError;
 use super::report::{Record, text};
 use super::{chart, data};
 use crate::calibration::Gate;
-use crate::columns::TableError;
 use crate::commands::common::{CommandError, Outcome, OwnError, broken, gate, verdict_text};
+use crate::input_files::columns::TableError;
 use crate::store::{self, StoreError};
 use crate::values::Positive;
 

@@ -6,8 +6,8 @@ use std::path::Path;
 use calib::f2554::{Phantom, Sample, Test};
 use geometry::Point;
 
-use crate::columns::{Layout, Table, TableError};
-use crate::source::Source;
+use crate::input_files::columns::{Layout, Table, TableError};
+use crate::input_files::source::Source;
 
 /// The most places of the working volume, and divots of a phantom.
 const MAX_PLACES: usize = 1000;

@@ -6,7 +6,7 @@ use bus::BusError;
 use bus::run::RunError;
 use scene::SceneError;
 
-use crate::source::SourceError;
+use crate::input_files::source::SourceError;
 use crate::store::StoreError;
 
 /// Why a run gave nothing.

@@ -6,7 +6,7 @@ use geometry::{Tracker, UncertainPoint};
 
 use super::LiveError;
 use crate::calibration::Gate;
-use crate::source::Source;
+use crate::input_files::source::Source;
 use crate::store;
 use crate::values::Name;
 

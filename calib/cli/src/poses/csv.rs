@@ -6,8 +6,8 @@ use geometry::Uncertain;
 
 use super::matrix::At;
 use super::{PosesError, Recording, Seen, quoted};
-use crate::fields::{self, BadQuote, Field};
-use crate::source::Source;
+use crate::input_files::fields::{self, BadQuote, Field};
+use crate::input_files::source::Source;
 
 /// The columns, in this or any order.
 const NEEDED: [&str; 8] = ["t_s", "qw", "qx", "qy", "qz", "tx_mm", "ty_mm", "tz_mm"];

@@ -8,8 +8,8 @@ use geometry::rotation::RotationError;
 use geometry::uncertain::CovarianceError;
 
 use super::{MAX_POSES, MOST_OFF};
-use crate::input_error::Place;
-use crate::source::{MAX_BYTES, SourceError};
+use crate::input_files::source::{MAX_BYTES, SourceError};
+use crate::register::input_error::Place;
 
 /// Why a recording gave no poses. Lines and columns count from 1.
 #[derive(Debug, thiserror::Error)]

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::matrix::At;
 use super::{MAX_POSES, PosesError, Recording};
-use crate::fields;
-use crate::source::{MAX_BYTES, Source};
+use crate::input_files::fields;
+use crate::input_files::source::{MAX_BYTES, Source};
 
 const EXPECTED: &str =
     "expected files named by a number, such as 1378476417807806000.txt, with four rows of four numbers each";

@@ -6,8 +6,8 @@ use geometry::door;
 use geometry::rotation::RotationMatrix;
 
 use super::{MOST_OFF, PosesError, Seen, quoted};
-use crate::fields::{self, Field};
-use crate::input_error::Place;
+use crate::input_files::fields::{self, Field};
+use crate::register::input_error::Place;
 
 /// What the last row may differ by.
 const ROW: f64 = 1e-6;

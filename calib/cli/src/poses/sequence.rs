@@ -12,7 +12,7 @@ use calib::file::sequence;
 use geometry::{Marker, Rigid, Tracker};
 
 use super::{PosesError, Recording, Seen, quoted};
-use crate::source::{MAX_BYTES, Source, SourceError};
+use crate::input_files::source::{MAX_BYTES, Source, SourceError};
 
 /// Reads the poses `transform` of a sequence, such as `StylusToTracker`, or composes them of others; of its only one where
 /// none is named.

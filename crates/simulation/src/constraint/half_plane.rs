@@ -33,7 +33,7 @@ struct Touch {
 
 /// A half-plane that solids keep out of.
 #[derive(Debug, Clone)]
-pub struct Plane {
+pub struct HalfPlane {
     normal: Vector2<f64>,
     /// Move a wall by changing it before exact contact has begun; by [`Term::move_wall`] at any time.
     pub offset: f64,
@@ -43,7 +43,7 @@ pub struct Plane {
     continuation: Continuation,
 }
 
-impl Plane {
+impl HalfPlane {
     /// Keeps the solids `which` out of `<x, normal> <= offset`; `normal` is scaled to length 1. `stiffness` (force by
     /// length) only decides how fast forces settle: 10 to 1000 times the solids' is good. `None` without a direction.
     pub fn new(bodies: &Bodies, which: &[usize], normal: Vector2<f64>, offset: f64, stiffness: f64) -> Option<Self> {
@@ -166,7 +166,7 @@ impl Plane {
     }
 }
 
-impl Contact for Plane {
+impl Contact for HalfPlane {
     const SOFT: Stage = Stage::Lasting;
 
     fn continuation(&self) -> &Continuation {

@@ -1,7 +1,7 @@
 //! A half-plane behind a barrier: for scenes whose contacts change much on the way.
 //!
 //! Samples of the boundary push off over a small distance, as solids do from one another, and no step passes the plane.
-//! The narrower the barrier, the nearer to the exact contact of [`Plane`](super::Plane), which is best where the way to
+//! The narrower the barrier, the nearer to the exact contact of [`HalfPlane`](super::HalfPlane), which is best where the way to
 //! equilibrium is short.
 
 use nalgebra::Vector2;
@@ -23,9 +23,9 @@ const LEFT_OF_DISTANCE: f64 = 0.1;
 
 /// A half-plane that solids keep a little away from.
 #[derive(Debug, Clone)]
-pub struct Guard {
+pub struct HalfPlaneBarrier {
     normal: Vector2<f64>,
-    /// Move a wall by changing it, by less than the gaps ([`Guard::least_gap`]) and before exact contact has begun; in exact
+    /// Move a wall by changing it, by less than the gaps ([`HalfPlaneBarrier::least_gap`]) and before exact contact has begun; in exact
     /// contact by [`Term::move_wall`], by some widths.
     pub offset: f64,
     continuation: Continuation,
@@ -33,9 +33,9 @@ pub struct Guard {
     samples: Vec<(usize, Cursor, f64)>,
 }
 
-impl Guard {
+impl HalfPlaneBarrier {
     /// Keeps the solids `which` out of `<x, normal> <= offset`; `normal` is scaled to length 1. Widths and stiffness as of
-    /// [`Pairs::new`](super::Pairs::new). `None` without a direction.
+    /// [`SolidBarrier::new`](super::SolidBarrier::new). `None` without a direction.
     pub fn new(
         bodies: &Bodies,
         which: &[usize],
@@ -67,10 +67,9 @@ impl Guard {
         })
     }
 
-    /// The same, but after the narrowest barrier exact contact takes over, with the barrier's forces to begin with. The
-    /// number plays no part any more.
+    /// The same, but after the narrowest barrier exact contact takes over, with the barrier's forces to begin with.
     #[must_use]
-    pub fn polished(mut self, _stiffness: f64) -> Self {
+    pub fn then_exact(mut self) -> Self {
         self.continuation.want_exact();
         self
     }
@@ -147,7 +146,7 @@ fn at(nodes: &[Vec<[f64; 3]>], body: usize, cursor: &Cursor) -> f64 {
     values.map(|(v, w)| v * w).sum()
 }
 
-impl Contact for Guard {
+impl Contact for HalfPlaneBarrier {
     const SOFT: Stage = Stage::Barrier;
 
     fn continuation(&self) -> &Continuation {

@@ -23,7 +23,7 @@ use crate::sparse::Triplets;
 
 /// Keeps solids apart.
 #[derive(Debug, Clone)]
-pub struct Pairs {
+pub struct SolidBarrier {
     continuation: Continuation,
     /// Units of stress.
     stiffness: f64,
@@ -38,7 +38,7 @@ struct Seen {
     near: Vec<Near>,
 }
 
-impl Pairs {
+impl SolidBarrier {
     /// A barrier that begins at the distance `first_width`, and narrows to `last_width` as searches succeed; forces act
     /// over that distance, so it is about the error. `stiffness` (units of stress): 0.1 of the stiffest solid's is good; two of which one is softer push
     /// one another by as much less as that one is.
@@ -70,7 +70,7 @@ impl Pairs {
     /// The same, but after the narrowest barrier exact contact takes over, with the barrier's forces to begin with: samples
     /// keep out of the true arcs, and so do closest points of arcs between them.
     #[must_use]
-    pub fn polished(mut self) -> Self {
+    pub fn then_exact(mut self) -> Self {
         self.continuation.want_exact();
         self
     }
@@ -114,7 +114,7 @@ impl Pairs {
     }
 }
 
-impl Contact for Pairs {
+impl Contact for SolidBarrier {
     const SOFT: Stage = Stage::Barrier;
 
     fn continuation(&self) -> &Continuation {

@@ -1,7 +1,7 @@
 //! Scenes with contact.
 
 use nalgebra::Vector2;
-use simulation::constraint::{Guard, Pairs, Plane};
+use simulation::constraint::{HalfPlane, HalfPlaneBarrier, SolidBarrier};
 use simulation::law::{Law, Material};
 use simulation::q9::{Mesh, blob, ring};
 use simulation::solid::{Deformable, Rigid};
@@ -16,7 +16,7 @@ pub(crate) fn soft(mesh: Mesh, law: Law, weight: f64) -> Deformable {
 pub(crate) fn wall(system: &mut System, normal: (f64, f64), offset: f64, stiffness: f64) {
     let all: Vec<usize> = (0..system.bodies.len()).collect();
     let normal = Vector2::new(normal.0, normal.1);
-    let plane = Plane::new(&system.bodies, &all, normal, offset, stiffness).expect("a direction");
+    let plane = HalfPlane::new(&system.bodies, &all, normal, offset, stiffness).expect("a direction");
     system.terms.push(Box::new(plane));
 }
 
@@ -25,7 +25,7 @@ pub(crate) fn guard(system: &mut System, normal: (f64, f64), offset: f64, width:
     let all: Vec<usize> = (0..system.bodies.len()).collect();
     let normal = Vector2::new(normal.0, normal.1);
     let widths = [width.max(1e-2), width];
-    let plane = Guard::new(&system.bodies, &all, normal, offset, widths, 0.1).expect("a direction");
+    let plane = HalfPlaneBarrier::new(&system.bodies, &all, normal, offset, widths, 0.1).expect("a direction");
     system.terms.push(Box::new(plane));
 }
 
@@ -43,8 +43,8 @@ pub(crate) fn ring_behind_barrier(elements: [usize; 2], weight: f64) -> System {
     let mesh = ring(Vector2::new(0.0, 1.005), [0.7, 1.0], elements).expect("a ring");
     let mut system = System::new();
     system.add(soft(mesh, Law::StVenantKirchhoff, weight));
-    let guard = Guard::new(&system.bodies, &[0], Vector2::y(), 0.0, [1e-2, 1e-4], 0.1).expect("a direction");
-    system.terms.push(Box::new(guard.polished(300.0)));
+    let guard = HalfPlaneBarrier::new(&system.bodies, &[0], Vector2::y(), 0.0, [1e-2, 1e-4], 0.1).expect("a direction");
+    system.terms.push(Box::new(guard.then_exact()));
     system
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn ring_in_ring(elements: [usize; 2], weight: f64, width: f64) -> Sys
     system.add(soft(outer, Law::NeoHookean, weight));
     system.add(soft(inner, Law::NeoHookean, weight));
     guard(&mut system, (0.0, 1.0), 0.0, width);
-    system.terms.push(Box::new(Pairs::new(1e-2, width, 0.1)));
+    system.terms.push(Box::new(SolidBarrier::new(1e-2, width, 0.1)));
     system
 }
 
@@ -77,7 +77,7 @@ pub(crate) fn five(k: usize, law: Law, width: f64) -> System {
     guard(&mut system, (0.0, 1.0), 0.0, width);
     guard(&mut system, (1.0, 0.0), -1.6, width);
     guard(&mut system, (-1.0, 0.0), -1.6, width);
-    system.terms.push(Box::new(Pairs::new(1e-2, width, 0.1)));
+    system.terms.push(Box::new(SolidBarrier::new(1e-2, width, 0.1)));
     system
 }
 
@@ -117,10 +117,13 @@ pub(crate) fn five_exact(k: usize, [first, last]: [f64; 2]) -> System {
     system.terms.clear();
     let all: Vec<usize> = (0..5).collect();
     for (normal, offset) in [(Vector2::y(), 0.0), (Vector2::x(), -1.6), (-Vector2::x(), -1.6)] {
-        let guard = Guard::new(&system.bodies, &all, normal, offset, [first, last], 0.1).expect("a direction");
-        system.terms.push(Box::new(guard.polished(1.0)));
+        let guard =
+            HalfPlaneBarrier::new(&system.bodies, &all, normal, offset, [first, last], 0.1).expect("a direction");
+        system.terms.push(Box::new(guard.then_exact()));
     }
-    system.terms.push(Box::new(Pairs::new(first, last, 0.1).polished()));
+    system
+        .terms
+        .push(Box::new(SolidBarrier::new(first, last, 0.1).then_exact()));
     system
 }
 
@@ -128,8 +131,8 @@ pub(crate) fn five_exact(k: usize, [first, last]: [f64; 2]) -> System {
 pub(crate) fn ring_exact(elements: [usize; 2], width: f64) -> System {
     let mut system = ring_behind_barrier(elements, 0.01);
     system.terms.clear();
-    let guard = Guard::new(&system.bodies, &[0], Vector2::y(), 0.0, [width; 2], 0.1).expect("a direction");
-    system.terms.push(Box::new(guard.polished(1.0)));
+    let guard = HalfPlaneBarrier::new(&system.bodies, &[0], Vector2::y(), 0.0, [width; 2], 0.1).expect("a direction");
+    system.terms.push(Box::new(guard.then_exact()));
     system
 }
 
@@ -137,9 +140,12 @@ pub(crate) fn ring_exact(elements: [usize; 2], width: f64) -> System {
 pub(crate) fn ring_in_ring_exact(elements: [usize; 2], width: f64) -> System {
     let mut system = ring_in_ring(elements, 0.01, width);
     system.terms.clear();
-    let guard = Guard::new(&system.bodies, &[0, 1], Vector2::y(), 0.0, [width; 2], 0.1).expect("a direction");
-    system.terms.push(Box::new(guard.polished(1.0)));
-    system.terms.push(Box::new(Pairs::new(width, width, 0.1).polished()));
+    let guard =
+        HalfPlaneBarrier::new(&system.bodies, &[0, 1], Vector2::y(), 0.0, [width; 2], 0.1).expect("a direction");
+    system.terms.push(Box::new(guard.then_exact()));
+    system
+        .terms
+        .push(Box::new(SolidBarrier::new(width, width, 0.1).then_exact()));
     system
 }
 
@@ -151,17 +157,17 @@ pub(crate) fn tee_on_ring(widths: [f64; 2], exact: bool) -> (System, Vec<f64>) {
     let corners = tee_corners().map(|(x, y)| Vector2::new(x, y));
     let body = system.add(Rigid::new(&corners, Vector2::new(0.0, -0.03)).expect("a polygon"));
     for (normal, offset) in [(Vector2::y(), 0.0), (Vector2::x(), -1.3), (-Vector2::x(), -1.3)] {
-        let guard = Guard::new(&system.bodies, &[0, 1], normal, offset, widths, 0.1).expect("a direction");
+        let guard = HalfPlaneBarrier::new(&system.bodies, &[0, 1], normal, offset, widths, 0.1).expect("a direction");
         system.terms.push(if exact {
-            Box::new(guard.polished(1.0))
+            Box::new(guard.then_exact())
         } else {
             Box::new(guard)
         });
     }
-    let pairs = Pairs::new(widths[0], widths[1], 0.1);
+    let pairs = SolidBarrier::new(widths[0], widths[1], 0.1);
     system
         .terms
-        .push(Box::new(if exact { pairs.polished() } else { pairs }));
+        .push(Box::new(if exact { pairs.then_exact() } else { pairs }));
     let mut a = system.initial();
     system
         .bodies
@@ -193,9 +199,11 @@ pub(crate) fn heap(columns: usize, rows: usize, weight: f64, widths: [f64; 2]) -
         (-Vector2::x(), -(columns as f64)),
     ];
     for (normal, offset) in sides {
-        let guard = Guard::new(&system.bodies, &all, normal, offset, widths, 0.1).expect("a direction");
+        let guard = HalfPlaneBarrier::new(&system.bodies, &all, normal, offset, widths, 0.1).expect("a direction");
         system.terms.push(Box::new(guard));
     }
-    system.terms.push(Box::new(Pairs::new(widths[0], widths[1], 0.1)));
+    system
+        .terms
+        .push(Box::new(SolidBarrier::new(widths[0], widths[1], 0.1)));
     system
 }

@@ -3,7 +3,7 @@
 
 use crate::common::scenes::{five, guard, ring_behind_barrier, ring_in_ring, ring_on_plane, soft, star, tee, wall};
 use nalgebra::{DVector, Vector2};
-use simulation::constraint::{End, Link, Pairs, overlapping};
+use simulation::constraint::{End, Link, SolidBarrier, overlapping};
 use simulation::control::Potential;
 use simulation::equilibrium::{Equilibrium, NoEquilibrium, settled};
 use simulation::law::Law;
@@ -185,7 +185,7 @@ fn differences(system: &System, a: &[f64]) {
 fn contacts_have_the_derivatives_of_their_energy() {
     let mut system = five(1, Law::NeoHookean, 0.3);
     system.add(star());
-    system.terms.push(Box::new(Pairs::new(0.5, 0.5, 0.3)));
+    system.terms.push(Box::new(SolidBarrier::new(0.5, 0.5, 0.3)));
     let last = system.bodies.len() - 1;
     wall(&mut system, (0.3, 1.0), 0.1, 10.0);
     guard(&mut system, (0.0, 1.0), -0.2, 0.7);
@@ -222,7 +222,7 @@ fn no_step_passes_through_a_solid() {
     let mut system = System::new();
     system.add(soft(plate, Law::NeoHookean, 0.0));
     let spike = system.add(star());
-    system.terms.push(Box::new(Pairs::new(1e-3, 1e-3, 1.0)));
+    system.terms.push(Box::new(SolidBarrier::new(1e-3, 1e-3, 1.0)));
     let mut a = system.initial();
     let start = system.bodies.offset(spike);
     system

@@ -3,7 +3,7 @@
 use crate::common::scenes::{five, heap};
 use nalgebra::Vector2;
 use simulation::bodies::Bodies;
-use simulation::constraint::{Pairs, Term, barrier, nearest};
+use simulation::constraint::{SolidBarrier, Term, barrier, nearest};
 use simulation::equilibrium::settled;
 use simulation::law::Law;
 
@@ -45,7 +45,7 @@ fn a_barrier_sees_what_all_with_all_sees() {
         for (k, a) in a.iter_mut().enumerate() {
             *a += 0.01 * ((k * (round + 3)) as f64).sin();
         }
-        let pairs = Pairs::new(width, width, 0.1);
+        let pairs = SolidBarrier::new(width, width, 0.1);
         let found = pairs.energy(&system.bodies, &a).expect("an energy");
         let all = all_with_all(&system.bodies, &a, width, 0.1);
         // Sums in another order: rounding of some hundred terms.

@@ -3,7 +3,7 @@
 
 use crate::common::scenes::{five_exact, ring_exact, soft};
 use nalgebra::Vector2;
-use simulation::constraint::{Guard, Pairs, overlapping};
+use simulation::constraint::{HalfPlaneBarrier, SolidBarrier, overlapping};
 use simulation::control::{Newton, Settings};
 use simulation::equilibrium::{Equilibrium, NoEquilibrium, settle, settle_in_steps, settled};
 use simulation::law::{Law, Material};
@@ -69,7 +69,9 @@ fn flat_on_flat_is_uniform_across_edges_that_do_not_match() {
         .step_by(2)
         .for_each(|k| system.fixed[k] = true);
     system.load(upper, &traction);
-    system.terms.push(Box::new(Pairs::new(0.05, 0.0125, 0.1).polished()));
+    system
+        .terms
+        .push(Box::new(SolidBarrier::new(0.05, 0.0125, 0.1).then_exact()));
     let mut a = system.initial();
     let found = settled(&mut system, &mut a).expect("an equilibrium");
     assert!(
@@ -100,10 +102,13 @@ fn a_ring_pressed_flat_keeps_out_of_itself() {
         let mut system = System::new();
         system.add(soft(mesh, Law::NeoHookean, 0.0));
         for normal in [Vector2::y(), -Vector2::y()] {
-            let guard = Guard::new(&system.bodies, &[0], normal, -half, [0.05, 0.05], 0.1).expect("a direction");
+            let guard =
+                HalfPlaneBarrier::new(&system.bodies, &[0], normal, -half, [0.05, 0.05], 0.1).expect("a direction");
             system.terms.push(Box::new(guard));
         }
-        system.terms.push(Box::new(Pairs::new(0.05, 0.05, 0.1).with_own(&[0])));
+        system
+            .terms
+            .push(Box::new(SolidBarrier::new(0.05, 0.05, 0.1).with_own(&[0])));
         let mut state = a.take().unwrap_or_else(|| system.initial());
         let found = settle(&mut system, &mut newton, &mut state).expect("an equilibrium");
         assert!(

@@ -3,7 +3,7 @@
 
 use crate::common::scenes::soft;
 use nalgebra::Vector2;
-use simulation::constraint::{Guard, Pairs, Plane, deepest};
+use simulation::constraint::{HalfPlane, HalfPlaneBarrier, SolidBarrier, deepest};
 use simulation::control::{Failed, Newton, Settings};
 use simulation::equilibrium::{Equilibrium, NoEquilibrium, settle, settled};
 use simulation::law::{Law, Material};
@@ -29,8 +29,9 @@ fn certify(system: &System, a: &[f64], found: &Equilibrium) {
 }
 
 fn guard(system: &mut System, which: &[usize], normal: Vector2<f64>, offset: f64, width: f64, stiffness: f64) {
-    let plane = Guard::new(&system.bodies, which, normal, offset, [width; 2], stiffness).expect("a direction");
-    system.terms.push(Box::new(plane.polished(1.0)));
+    let plane =
+        HalfPlaneBarrier::new(&system.bodies, which, normal, offset, [width; 2], stiffness).expect("a direction");
+    system.terms.push(Box::new(plane.then_exact()));
 }
 
 fn block(corner: (f64, f64), size: (f64, f64), young: f64, weight: f64) -> Deformable {
@@ -47,7 +48,9 @@ fn stack(lower: f64, upper: f64, gap: f64, width: f64) -> System {
     for (normal, offset) in [(Vector2::y(), 0.0), (Vector2::x(), -0.02), (-Vector2::x(), -1.02)] {
         guard(&mut system, &[0, 1], normal, offset, width, 0.1);
     }
-    system.terms.push(Box::new(Pairs::new(width, width, 0.1).polished()));
+    system
+        .terms
+        .push(Box::new(SolidBarrier::new(width, width, 0.1).then_exact()));
     system
 }
 
@@ -141,7 +144,9 @@ fn needle_polygons_come_to_rest_or_are_refused() {
         for (normal, offset) in [(Vector2::y(), 0.0), (Vector2::x(), -0.2), (-Vector2::x(), -1.3)] {
             guard(&mut system, &[0, 1], normal, offset, 1e-2, 10.0);
         }
-        system.terms.push(Box::new(Pairs::new(1e-2, 1e-2, 10.0).polished()));
+        system
+            .terms
+            .push(Box::new(SolidBarrier::new(1e-2, 1e-2, 10.0).then_exact()));
         let mut a = system.initial();
         match settled(&mut system, &mut a) {
             Ok(found) => {
@@ -172,7 +177,9 @@ fn corner_on_corner_is_left() {
         for (normal, offset) in [(Vector2::y(), -1.2), (Vector2::x(), -3.0), (-Vector2::x(), -3.0)] {
             guard(&mut system, &[1], normal, offset, 1e-2, 10.0);
         }
-        system.terms.push(Box::new(Pairs::new(1e-2, 1e-2, 10.0).polished()));
+        system
+            .terms
+            .push(Box::new(SolidBarrier::new(1e-2, 1e-2, 10.0).then_exact()));
         let mut a = system.initial();
         let found = settled(&mut system, &mut a).expect("an equilibrium");
         certify(&system, &a, &found);
@@ -185,7 +192,9 @@ fn without_support_touching_solids_have_no_equilibrium() {
     let mut system = System::new();
     system.add(block((0.0, 0.0), (1.0, 1.0), 1.0, 1e-3));
     system.add(block((0.0, 1.005), (1.0, 1.0), 1.0, 1e-3));
-    system.terms.push(Box::new(Pairs::new(1e-2, 1e-2, 0.1).polished()));
+    system
+        .terms
+        .push(Box::new(SolidBarrier::new(1e-2, 1e-2, 0.1).then_exact()));
     let mut a = system.initial();
     let refused = settled(&mut system, &mut a).expect_err("it falls");
     let falls = matches!(
@@ -211,7 +220,7 @@ fn walls_without_room_are_refused() {
         let mut system = System::new();
         add(&mut system);
         for (normal, offset) in [(Vector2::x(), 0.6), (-Vector2::x(), -0.4), (Vector2::y(), -0.1)] {
-            let plane = Plane::new(&system.bodies, &[0], normal, offset, 100.0).expect("a direction");
+            let plane = HalfPlane::new(&system.bodies, &[0], normal, offset, 100.0).expect("a direction");
             system.terms.push(Box::new(plane));
         }
         system

@@ -2,7 +2,7 @@
 
 use crate::common::scenes::{ring_exact, soft, tee};
 use nalgebra::Vector2;
-use simulation::constraint::{Constraint, Guard, Pairs, Plane, Stage, Term, deepest};
+use simulation::constraint::{Constraint, HalfPlane, HalfPlaneBarrier, SolidBarrier, Stage, Term, deepest};
 use simulation::equilibrium::settled;
 use simulation::law::Law;
 use simulation::q9::{rectangle, ring};
@@ -39,10 +39,13 @@ fn arcs_that_run_along_one_another_do_not_cross_between_rows() {
     solid.translate(&mut part, Vector2::new(0.2, 2.1));
     system.bodies.part_mut(body, &mut a).copy_from_slice(&part);
     for (normal, offset) in [(Vector2::y(), 0.0), (Vector2::x(), -1.3), (-Vector2::x(), -1.3)] {
-        let guard = Guard::new(&system.bodies, &[0, 1], normal, offset, [1e-2, 1e-3], 0.1).expect("a direction");
-        system.terms.push(Box::new(guard.polished(1.0)));
+        let guard =
+            HalfPlaneBarrier::new(&system.bodies, &[0, 1], normal, offset, [1e-2, 1e-3], 0.1).expect("a direction");
+        system.terms.push(Box::new(guard.then_exact()));
     }
-    system.terms.push(Box::new(Pairs::new(1e-2, 1e-3, 0.1).polished()));
+    system
+        .terms
+        .push(Box::new(SolidBarrier::new(1e-2, 1e-3, 0.1).then_exact()));
     let found = settled(&mut system, &mut a).expect("an equilibrium");
     assert!(found.exact && found.complementarity <= 1e-8, "{found:?}");
     // Samples of arcs, in units of the ring's size, 2: nothing but rounding.
@@ -70,7 +73,7 @@ fn a_plane_with_multipliers_ends_exact_between_nodes() {
     let mut system = System::new();
     let mesh = ring(Vector2::new(0.0, 1.0), [0.7, 1.0], [12, 2]).expect("a ring");
     system.add(soft(mesh, Law::NeoHookean, 0.001));
-    let plane = Plane::new(&system.bodies, &[0], Vector2::y(), 0.0, 100.0).expect("a direction");
+    let plane = HalfPlane::new(&system.bodies, &[0], Vector2::y(), 0.0, 100.0).expect("a direction");
     system.terms.push(Box::new(plane));
     system
         .terms
@@ -94,13 +97,13 @@ fn a_contact_that_has_changed_looks_anew_at_the_same_state() {
         system.add(soft(mesh, Law::Linear, 0.0));
     }
     let (bodies, a) = (&system.bodies, system.initial());
-    let energy = |pairs: &Pairs| pairs.energy(bodies, &a).expect("apart");
-    let mut pairs = Pairs::new(4e-2, 1e-2, 1.0).polished();
+    let energy = |pairs: &SolidBarrier| pairs.energy(bodies, &a).expect("apart");
+    let mut pairs = SolidBarrier::new(4e-2, 1e-2, 1.0).then_exact();
     let wide = energy(&pairs);
     assert!(wide > 0.0 && energy(&pairs.clone()) == wide);
     assert!(pairs.update(bodies, &a).again);
     let narrow = energy(&pairs);
-    assert_eq!(narrow, energy(&Pairs::new(1e-2, 1e-2, 1.0)));
+    assert_eq!(narrow, energy(&SolidBarrier::new(1e-2, 1e-2, 1.0)));
     assert!(narrow != wide && pairs.stage() == Stage::Provisional);
     assert!(pairs.update(bodies, &a).again);
     assert!(energy(&pairs) == 0.0 && pairs.stage() == Stage::Exact);
@@ -121,15 +124,15 @@ fn pairs_that_are_not_named_have_no_energy() {
         system.add(block(1.005 * f64::from(k)));
     }
     let a = system.initial();
-    let energy = |pairs: Pairs| pairs.energy(&system.bodies, &a).expect("apart");
-    let all = energy(Pairs::new(1e-2, 1e-2, 1.0));
-    let one = energy(Pairs::new(1e-2, 1e-2, 1.0).among(&[[1, 0]]));
-    let none = energy(Pairs::new(1e-2, 1e-2, 1.0).among(&[[0, 2]]));
+    let energy = |pairs: SolidBarrier| pairs.energy(&system.bodies, &a).expect("apart");
+    let all = energy(SolidBarrier::new(1e-2, 1e-2, 1.0));
+    let one = energy(SolidBarrier::new(1e-2, 1e-2, 1.0).among(&[[1, 0]]));
+    let none = energy(SolidBarrier::new(1e-2, 1e-2, 1.0).among(&[[0, 2]]));
     assert!(
         one > 0.0 && (all / one - 2.0).abs() < 1e-9 && none == 0.0,
         "{all} {one} {none}"
     );
-    assert!(energy(Pairs::new(1e-2, 1e-2, 1.0).among(&[])) == 0.0);
+    assert!(energy(SolidBarrier::new(1e-2, 1e-2, 1.0).among(&[])) == 0.0);
 }
 
 /// A point is inside or outside by the corner that it is nearest to, whichever way the chords of curved sides run.

@@ -1,6 +1,6 @@
 //! The constraints of a model as terms of its energy, made anew for each place of the walls.
 
-use simulation::constraint::{Constraint, Guard, Pairs, Plane};
+use simulation::constraint::{Constraint, HalfPlane, HalfPlaneBarrier, SolidBarrier};
 
 use super::{Model, Wall};
 use crate::scene::raw::RawWalls;
@@ -49,7 +49,7 @@ impl Model {
         if let Some(touch) = self.touch.filter(|_| self.solids.len() > 1 || self.pairs.is_some()) {
             let [wide, narrow] = touch.widths;
             let wide = if first { wide } else { narrow };
-            let pairs = Pairs::new(wide, narrow, touch.stiffness);
+            let pairs = SolidBarrier::new(wide, narrow, touch.stiffness);
             terms.push(Box::new(match &self.pairs {
                 Some(named) => pairs.among(named),
                 None => pairs,
@@ -63,21 +63,21 @@ impl Model {
     fn wall(&self, wall: &Wall, first: bool) -> Option<Box<dyn Constraint>> {
         let (bodies, hold) = (&self.system.bodies, HOLD * self.stiffness);
         if self.how == RawWalls::Exact || (self.how == RawWalls::BarrierThenExact && !first) {
-            let plane = Plane::new(bodies, &wall.keeps, wall.normal, wall.offset, hold)?;
+            let plane = HalfPlane::new(bodies, &wall.keeps, wall.normal, wall.offset, hold)?;
             return Some(Box::new(plane));
         }
         let guard = self.guard(wall, first)?;
         Some(match self.how {
-            RawWalls::BarrierThenExact => Box::new(guard.polished(hold)),
+            RawWalls::BarrierThenExact => Box::new(guard.then_exact()),
             _ => Box::new(guard),
         })
     }
 
-    fn guard(&self, wall: &Wall, first: bool) -> Option<Guard> {
+    fn guard(&self, wall: &Wall, first: bool) -> Option<HalfPlaneBarrier> {
         let [wide, narrow] = self.widths();
         let widths = [if first { wide } else { narrow }, narrow];
         let stiffness = self.touch.map_or(0.1 * self.stiffness, |touch| touch.stiffness);
-        Guard::new(
+        HalfPlaneBarrier::new(
             &self.system.bodies,
             &wall.keeps,
             wall.normal,

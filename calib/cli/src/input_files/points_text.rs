@@ -1,8 +1,8 @@
 //! Points as plain text: three numbers a line, with blanks or commas between them.
 
-use crate::fields;
-use crate::input_error::{InputError, MAX_PAIRS, Place};
-use crate::source::Source;
+use crate::input_files::fields;
+use crate::input_files::source::Source;
+use crate::register::input_error::{InputError, MAX_PAIRS, Place};
 
 /// A point and the line it stands in.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::input_error::InputError;
-use crate::row::Row;
-use crate::source::Source;
-use crate::{duplicates, pairs_csv, points_text};
+use crate::input_files::source::Source;
+use crate::input_files::{pairs_csv, points_text};
+use crate::register::duplicates;
+use crate::register::input_error::InputError;
+use crate::register::row::Row;
 
 /// All pairs, and where they came from.
 #[derive(Debug)]

@@ -2,8 +2,8 @@
 
 use crate::text::{line, mm, shown};
 
-use crate::registration_file::{PredictedTre, RegistrationFile};
-use crate::residual_table;
+use crate::register::file::{PredictedTre, RegistrationFile};
+use crate::register::residual_table;
 
 /// Below this the third singular value tells of a mirror image: of a perfect one it is the relative extent along the
 /// thinnest axis, down to -1/3, while noise in a plane leaves it at the square of its relative size.

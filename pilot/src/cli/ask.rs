@@ -7,7 +7,7 @@ use bus::message::Command;
 use bus::port::CommandClient;
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
 
-use crate::cli_error::CliError;
+use crate::cli::error::CliError;
 
 /// How long an answer may take.
 const PATIENCE: Duration = Duration::from_secs(15);

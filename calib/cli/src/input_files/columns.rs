@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::fields::{self, BadQuote, Field};
-use crate::input_error::Place;
-use crate::source::{Source, SourceError};
+use crate::input_files::fields::{self, BadQuote, Field};
+use crate::input_files::source::{Source, SourceError};
+use crate::register::input_error::Place;
 
 /// The most rows of a file.
 pub(crate) const MAX_ROWS: usize = 200_000;

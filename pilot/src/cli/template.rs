@@ -9,7 +9,7 @@ use clap::Args;
 use crate::resolve::{ResolveError, volume_path};
 
 /// The shipped file; as it stands, it leaves every key at its default.
-const TEMPLATE: &str = include_str!("../../config/template.toml");
+const TEMPLATE: &str = include_str!("../../../config/template.toml");
 /// The line of it that says where the examination comes from.
 const SOURCE: &str = "source = \"phantom\"";
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::Gate;
-use crate::source::{Source, SourceError};
+use crate::input_files::source::{Source, SourceError};
 
 /// The value of `format`.
 pub const FORMAT: &str = "trocar-registration";

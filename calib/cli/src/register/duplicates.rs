@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::input_error::InputError;
-use crate::row::Row;
-use crate::source::Source;
+use crate::input_files::source::Source;
+use crate::register::input_error::InputError;
+use crate::register::row::Row;
 
 /// Refuses the first pair or point that is a repetition.
 pub(crate) fn refuse(rows: &[Row], sources: &[(&str, Source)]) -> Result<(), InputError> {

@@ -5,8 +5,8 @@ use bus::message::{Command, CommandKind};
 use bus::run::{RunContext, run_dir};
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::ask::ask_process;
-use crate::cli_error::CliError;
+use crate::cli::ask::ask_process;
+use crate::cli::error::CliError;
 
 /// Asks the pilot of `run` to stop; where it cannot be asked over the bus, by a signal, which it takes alike.
 ///

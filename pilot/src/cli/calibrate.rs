@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use crate::cli_error::CliError;
+use crate::cli::error::CliError;
 use crate::spawn;
 
 pub(crate) const CALIBRATE_HELP: &str = "\

@@ -8,11 +8,11 @@ use clap::{Args, ValueEnum};
 
 use crate::beads::{LoadVolume, ReadArgs};
 use crate::commands::Outcome;
-use crate::input::From;
 use crate::live::touched_in;
+use crate::register::input::From;
+use crate::register::solve::{Options, method_name};
 use crate::register::{RegisterError, Request, register};
 use crate::scene_context::{SceneArgs, Scened};
-use crate::solve::{Options, method_name};
 use crate::values::{Name, Target};
 
 pub(crate) const REGISTER_HELP: &str = "\

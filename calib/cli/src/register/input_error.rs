@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::fields::{BadNumber, MAX_MM};
-use crate::source::SourceError;
+use crate::input_files::fields::{BadNumber, MAX_MM};
+use crate::input_files::source::SourceError;
 
 /// What a header must look like, for errors.
 const HEADER_HINT: &str = "The first line names the columns, in any order: from_x,from_y,from_z,to_x,to_y,to_z and, optionally, weight and label";

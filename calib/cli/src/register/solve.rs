@@ -4,7 +4,7 @@ use calib::registration::{Method, Noise, Pairs, Refused, Registration, fit_scale
 use geometry::{Frame, Point};
 
 use crate::refusal::NoRegistration;
-use crate::row::Row;
+use crate::register::row::Row;
 
 /// The frame that `--to` names. Its name is known at run time only, so that it is none of the system's frames.
 #[derive(Debug, Clone, Copy)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::registration_file::{PairResult, RegistrationFile};
+use crate::register::file::{PairResult, RegistrationFile};
 use crate::text::{mm, shown};
 
 /// From more pairs than this only the worst are shown.

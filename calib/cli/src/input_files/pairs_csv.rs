@@ -1,9 +1,9 @@
 //! `pairs.csv`: one pair a line, its columns named by the first line.
 
-use crate::fields::{self, BadNumber, BadQuote, Field};
-use crate::input_error::{InputError, MAX_PAIRS, Place};
-use crate::row::Row;
-use crate::source::Source;
+use crate::input_files::fields::{self, BadNumber, BadQuote, Field};
+use crate::input_files::source::Source;
+use crate::register::input_error::{InputError, MAX_PAIRS, Place};
+use crate::register::row::Row;
 
 /// The columns that must be there.
 const NEEDED: [&str; 6] = ["from_x", "from_y", "from_z", "to_x", "to_y", "to_z"];
