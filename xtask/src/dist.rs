@@ -3,6 +3,7 @@
 //! ```text
 //! trocar-VERSION/bin                    the programs; each finds its siblings in its own folder
 //! trocar-VERSION/share/trocar/config    the scenes, which `pilot run config/demo.toml` finds from anywhere
+//! trocar-VERSION/share/trocar/proto     the schemas of recordings
 //! trocar-VERSION/share/doc/trocar       README, changes, licences, the book, the list of software of others
 //! trocar-VERSION/share/man ...          manual pages, completions
 //! ```
@@ -46,6 +47,7 @@ pub(crate) fn dist(arguments: &[String]) -> Result<(), Failure> {
     programs(&stage.join("bin"))?;
     let share = stage.join("share");
     copy_folder(&root().join("config"), &share.join("trocar/config"))?;
+    copy_folder(&root().join("recorder/proto"), &share.join("trocar/proto"))?;
     papers(&share.join("doc/trocar"))?;
     run(cargo(&["bench", "--package", "trocar", "--bench", "manuals", "--"]).arg(&share))?;
     let tarball = packed(&folder, &stage)?;

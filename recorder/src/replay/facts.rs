@@ -180,10 +180,10 @@ impl Facts {
     /// Refuses channels whose messages cannot be replayed.
     fn declare(&mut self, path: &Path, channel: &Channel<'_>) -> Result<(), FactsError> {
         match channel.topic.as_str() {
-            TOOL_POSE | GROUND_TRUTH => check_schema(path, channel, POSE_SCHEMA, &descriptor::tool_pose())?,
+            TOOL_POSE | GROUND_TRUTH => check_schema(path, channel, POSE_SCHEMA, descriptor::TOOL_POSE)?,
             EMITTERS => {
                 // Only poses that are made again need these.
-                let refused = check_schema(path, channel, EMITTER_SCHEMA, &descriptor::emitter_frame());
+                let refused = check_schema(path, channel, EMITTER_SCHEMA, descriptor::EMITTER_FRAME);
                 self.emitters_refused = refused.err().map(|error| error.to_string());
             }
             _ => {}

@@ -96,17 +96,17 @@ impl Source {
 }
 
 /// The schemas: number, name, descriptor.
-pub(crate) fn schemas() -> [(u16, &'static str, Vec<u8>); 6] {
+pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 6] {
     [
-        (POSE_SCHEMA_ID, POSE_SCHEMA, descriptor::tool_pose()),
-        (TF_SCHEMA_ID, TF_SCHEMA, descriptor::frame_transform()),
-        (EMITTER_SCHEMA_ID, EMITTER_SCHEMA, descriptor::emitter_frame()),
-        (STATUS_SCHEMA_ID, STATUS_SCHEMA, descriptor::process_status()),
-        (LOG_SCHEMA_ID, LOG_SCHEMA, descriptor::log()),
+        (POSE_SCHEMA_ID, POSE_SCHEMA, descriptor::TOOL_POSE),
+        (TF_SCHEMA_ID, TF_SCHEMA, descriptor::FRAME_TRANSFORM),
+        (EMITTER_SCHEMA_ID, EMITTER_SCHEMA, descriptor::EMITTER_FRAME),
+        (STATUS_SCHEMA_ID, STATUS_SCHEMA, descriptor::PROCESS_STATUS),
+        (LOG_SCHEMA_ID, LOG_SCHEMA, descriptor::LOG),
         (
             IMAGE_SCHEMA_ID,
             "foxglove.CompressedImage",
-            descriptor::compressed_image(),
+            descriptor::COMPRESSED_IMAGE,
         ),
     ]
 }
@@ -155,7 +155,7 @@ pub(crate) fn built_in() -> ChannelAccumulator<'static> {
             encoding: PROTOBUF.to_owned(),
         };
         // Neither can fail: the numbers are distinct, and the schemas come first.
-        let _ = built_in.add_schema(header, Cow::Owned(data));
+        let _ = built_in.add_schema(header, Cow::Borrowed(data));
     }
     for channel in channels() {
         let _ = built_in.add_channel(channel);

@@ -140,7 +140,7 @@ fn other_schemas_and_later_ones_are_refused() {
         text.contains("holds \"trocar.ToolPose9\" where \"trocar.ToolPose\" is needed"),
         "{text}"
     );
-    let mut later = FileDescriptorSet::decode(&*descriptor::tool_pose()).unwrap();
+    let mut later = FileDescriptorSet::decode(descriptor::TOOL_POSE).unwrap();
     let fields = &mut later.file[0].message_type[0].field;
     let mut more = fields[0].clone();
     (more.name, more.number) = (Some("grip".to_owned()), Some(16));
@@ -149,7 +149,7 @@ fn other_schemas_and_later_ones_are_refused() {
         .unwrap_err()
         .to_string();
     assert!(text.contains("does not know (grip = 16)"), "{text}");
-    let text = of(&foreign(POSE_SCHEMA, &descriptor::tool_pose(), b""))
+    let text = of(&foreign(POSE_SCHEMA, descriptor::TOOL_POSE, b""))
         .unwrap_err()
         .to_string();
     assert!(

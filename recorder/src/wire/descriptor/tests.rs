@@ -1,129 +1,206 @@
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use prost::Message as _;
+use prost_types::{DescriptorProto, FileDescriptorSet};
+
 use super::*;
+use crate::wire::proto;
 
-/// File names in order, and the fields of the last file's message by name and number.
-fn parsed(schema: &[u8]) -> (Vec<String>, Vec<(String, i32)>) {
-    let set = FileDescriptorSet::decode(schema).unwrap();
-    let last = &set.file.last().unwrap().message_type[0];
-    let fields = last.field.iter().map(|f| (f.name().to_owned(), f.number())).collect();
-    (set.file.iter().map(|f| f.name().to_owned()).collect(), fields)
+/// The `.proto` file of each schema, without its ending.
+const SCHEMAS: [(&str, &[u8]); 6] = [
+    ("trocar/ToolPose", TOOL_POSE),
+    ("trocar/EmitterFrame", EMITTER_FRAME),
+    ("trocar/ProcessStatus", PROCESS_STATUS),
+    ("foxglove/FrameTransform", FRAME_TRANSFORM),
+    ("foxglove/Log", LOG),
+    ("foxglove/CompressedImage", COMPRESSED_IMAGE),
+];
+
+/// What a reader of the file needs: neither comments nor options of code that nobody generates.
+fn compiled(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("proto");
+    let bytes = protox::compile([format!("{name}.proto")], [&folder])
+        .unwrap()
+        .encode_to_vec();
+    let mut set = FileDescriptorSet::decode(&*bytes).unwrap();
+    for file in &mut set.file {
+        (file.options, file.source_code_info) = (None, None);
+        file.message_type.iter_mut().for_each(without_json_names);
+    }
+    set.encode_to_vec()
 }
 
-fn numbered(names: &[&str]) -> Vec<(String, i32)> {
-    names.iter().map(|&name| name.to_owned()).zip(1..).collect()
+fn without_json_names(message: &mut DescriptorProto) {
+    message.field.iter_mut().for_each(|field| field.json_name = None);
+    message.nested_type.iter_mut().for_each(without_json_names);
 }
 
+/// With `TROCAR_COMPILE_SCHEMAS=1` they are written anew.
 #[test]
-fn foxglove_field_numbers_and_imports() {
-    let (files, fields) = parsed(&frame_transform());
-    assert_eq!(files.len(), 4);
-    assert_eq!(files[0], TIMESTAMP);
-    let names = [
-        "timestamp",
-        "parent_frame_id",
-        "child_frame_id",
-        "translation",
-        "rotation",
-    ];
-    assert_eq!(fields, numbered(&names));
-    let set = FileDescriptorSet::decode(&frame_transform()[..]).unwrap();
-    for (index, file) in set.file.iter().enumerate() {
-        assert!(file.dependency.iter().all(|import| files[..index].contains(import)));
+fn the_schemas_are_those_of_the_proto_files() {
+    for (name, schema) in SCHEMAS {
+        let compiled = compiled(name);
+        if std::env::var_os("TROCAR_COMPILE_SCHEMAS").is_some() {
+            let path = format!("{}/proto/{name}.binpb", env!("CARGO_MANIFEST_DIR"));
+            fs::write(path, &compiled).unwrap();
+            continue;
+        }
+        assert_eq!(
+            compiled, schema,
+            "{name}.proto: compile it with TROCAR_COMPILE_SCHEMAS=1"
+        );
     }
 }
 
+/// The Python reader adds imported files in the order in which they stand.
 #[test]
-fn the_pose_schema_numbers_the_fields_as_the_struct_does() {
-    let (files, fields) = parsed(&tool_pose());
-    assert_eq!(files, ["trocar/ToolPose.proto"]);
-    // The order of bus::message::ToolPose.
-    let names = [
-        "seq",
-        "t_device_ns",
-        "t_capture_ns",
-        "t_publish_ns",
-        "registration_id",
-        "status",
-        "visible",
-        "q",
-        "t_mm",
-        "covariance",
-        "fre_rms_mm",
-        "tip_mm",
-        "delay_ns",
-        "used",
-        "flags",
-    ];
-    assert_eq!(fields, numbered(&names));
+fn imported_files_come_before_those_that_import_them() {
+    for (name, schema) in SCHEMAS {
+        let set = FileDescriptorSet::decode(schema).unwrap();
+        let names: Vec<_> = set.file.iter().map(|file| file.name().to_owned()).collect();
+        for (index, file) in set.file.iter().enumerate() {
+            assert!(
+                file.dependency.iter().all(|import| names[..index].contains(import)),
+                "{name}"
+            );
+        }
+        assert_eq!(names.last().unwrap(), &format!("{name}.proto"));
+    }
 }
 
-#[test]
-fn only_the_errors_are_optional() {
-    let set = FileDescriptorSet::decode(&tool_pose()[..]).unwrap();
-    let message = &set.file[0].message_type[0];
-    let optional: Vec<_> = message
-        .field
-        .iter()
-        .filter(|f| f.proto3_optional())
-        .map(|f| f.name())
-        .collect();
-    assert_eq!(optional, ["fre_rms_mm", "tip_mm"]);
-    assert_eq!(message.oneof_decl[0].name(), "_fre_rms_mm");
-    assert_eq!(message.oneof_decl[1].name(), "_tip_mm");
-}
-
-#[test]
-fn the_emitters_schema_numbers_the_fields_in_order() {
-    let (files, fields) = parsed(&emitter_frame());
-    assert_eq!(files, ["trocar/EmitterFrame.proto"]);
-    let names = [
-        "seq",
-        "t_device_ns",
-        "t_capture_ns",
-        "t_publish_ns",
-        "tool_emitter",
-        "tool_mm",
-        "reference_emitter",
-        "reference_mm",
-    ];
-    assert_eq!(fields, numbered(&names));
-}
-
-#[test]
-fn logs_and_images_are_foxgloves() {
-    let (_, fields) = parsed(&log());
-    assert_eq!(
-        fields,
-        numbered(&["timestamp", "level", "message", "name", "file", "line"])
+/// The bytes of a message with the numbers of its fields, as anybody reads them who has the schema only.
+fn fields(schema: &[u8], message: &str, bytes: &[u8]) -> BTreeMap<String, String> {
+    let pool = protox::prost_reflect::DescriptorPool::decode(schema).unwrap();
+    let descriptor = pool.get_message_by_name(message).unwrap();
+    let read = protox::prost_reflect::DynamicMessage::decode(descriptor.clone(), bytes).unwrap();
+    assert!(
+        read.unknown_fields().next().is_none(),
+        "{message}: a field that the schema does not have"
     );
-    let (_, mut fields) = parsed(&compressed_image());
-    fields.sort_by_key(|(_, number)| *number);
-    assert_eq!(fields, numbered(&["timestamp", "data", "format", "frame_id"]));
-    let set = FileDescriptorSet::decode(&log()[..]).unwrap();
-    // As Foxglove has it, where the others are as one would guess.
-    let line = &set.file[1].message_type[0].field[5];
-    assert_eq!((line.name(), line.r#type()), ("line", Type::Fixed32));
-    let levels = &set.file[1].message_type[0].enum_type[0];
-    let levels: Vec<_> = levels
-        .value
-        .iter()
-        .map(|value| (value.name(), value.number()))
-        .collect();
-    assert_eq!(levels[2..5], [("INFO", 2), ("WARNING", 3), ("ERROR", 4)]);
+    assert_eq!(
+        read.fields().count(),
+        descriptor.fields().count(),
+        "{message}: a field that was not written"
+    );
+    let named = read
+        .fields()
+        .map(|(field, value)| (field.name().to_owned(), value.to_string()));
+    named.collect()
+}
+
+/// What we write and what a stranger reads by the schema: every field set, each to a value of its own.
+#[test]
+fn what_is_written_is_read_by_the_schema() {
+    let pose = proto::ToolPose {
+        seq: 1,
+        t_device_ns: -2,
+        t_capture_ns: -3,
+        t_publish_ns: 4,
+        registration_id: 5,
+        status: 6,
+        visible: 7,
+        q: vec![8.5],
+        t_mm: vec![9.5],
+        covariance: vec![10.5],
+        fre_rms_mm: Some(11.5),
+        tip_mm: Some(12.5),
+        delay_ns: 13,
+        used: 14,
+        flags: 15,
+    };
+    let read = fields(TOOL_POSE, "trocar.ToolPose", &pose.encode_to_vec());
+    for (name, value) in [
+        ("seq", "1"),
+        ("t_device_ns", "-2"),
+        ("t_capture_ns", "-3"),
+        ("t_publish_ns", "4"),
+        ("registration_id", "5"),
+        ("status", "6"),
+        ("visible", "7"),
+        ("q", "[8.5]"),
+        ("t_mm", "[9.5]"),
+        ("covariance", "[10.5]"),
+        ("fre_rms_mm", "11.5"),
+        ("tip_mm", "12.5"),
+        ("delay_ns", "13"),
+        ("used", "14"),
+        ("flags", "15"),
+    ] {
+        assert_eq!(read[name], value, "{name}");
+    }
+    let frame = proto::EmitterFrame {
+        seq: 1,
+        t_device_ns: 2,
+        t_capture_ns: 3,
+        t_publish_ns: 4,
+        tool_emitter: vec![5],
+        tool_mm: vec![6.5],
+        reference_emitter: vec![7],
+        reference_mm: vec![8.5],
+    };
+    let read = fields(EMITTER_FRAME, "trocar.EmitterFrame", &frame.encode_to_vec());
+    assert_eq!([&read["tool_emitter"], &read["reference_mm"]], ["[5]", "[8.5]"]);
 }
 
 #[test]
-fn the_status_schema_numbers_the_fields_in_order() {
-    let names = [
-        "t_ns",
-        "process",
-        "pid",
-        "state",
-        "note",
-        "published",
-        "lost",
-        "dropped",
-        "refused",
-        "recorded",
-    ];
-    assert_eq!(parsed(&process_status()).1, numbered(&names));
+fn a_state_of_a_process_is_read_by_the_schema() {
+    let status = proto::ProcessStatus {
+        t_ns: 1,
+        process: "tracker".to_owned(),
+        pid: 3,
+        state: "ready".to_owned(),
+        note: "note".to_owned(),
+        published: 6,
+        lost: 7,
+        dropped: 8,
+        refused: 9,
+        recorded: 10,
+    };
+    let read = fields(PROCESS_STATUS, "trocar.ProcessStatus", &status.encode_to_vec());
+    assert_eq!([&read["process"], &read["note"]], ["\"tracker\"", "\"note\""]);
+    let counters = ["published", "lost", "dropped", "refused", "recorded"].map(|name| read[name].clone());
+    assert_eq!(counters, ["6", "7", "8", "9", "10"]);
+}
+
+#[test]
+fn what_foxglove_draws_is_read_by_the_schema() {
+    let timestamp = Some(prost_types::Timestamp { seconds: 1, nanos: 2 });
+    let transform = proto::FrameTransform {
+        timestamp,
+        parent_frame_id: "ct".to_owned(),
+        child_frame_id: "tool".to_owned(),
+        translation: Some(proto::Vector3 { x: 1.5, y: 2.5, z: 3.5 }),
+        rotation: Some(proto::Quaternion {
+            x: 4.5,
+            y: 5.5,
+            z: 6.5,
+            w: 7.5,
+        }),
+    };
+    let read = fields(FRAME_TRANSFORM, "foxglove.FrameTransform", &transform.encode_to_vec());
+    assert_eq!(read["child_frame_id"], "\"tool\"");
+    assert_eq!(
+        [&read["translation"], &read["rotation"]],
+        ["{x:1.5,y:2.5,z:3.5}", "{x:4.5,y:5.5,z:6.5,w:7.5}"]
+    );
+    let log = proto::Log {
+        timestamp,
+        level: 3,
+        message: "message".to_owned(),
+        name: "name".to_owned(),
+        file: "file".to_owned(),
+        line: 6,
+    };
+    let read = fields(LOG, "foxglove.Log", &log.encode_to_vec());
+    assert_eq!([&read["level"], &read["line"]], ["3", "6"]);
+    let image = proto::CompressedImage {
+        timestamp,
+        data: vec![65],
+        format: "png".to_owned(),
+        frame_id: "axial".to_owned(),
+    };
+    let read = fields(COMPRESSED_IMAGE, "foxglove.CompressedImage", &image.encode_to_vec());
+    assert_eq!([&read["data"], &read["frame_id"]], ["\"A\"", "\"axial\""]);
 }
