@@ -102,7 +102,7 @@ impl<W: Write + Seek> PoseLog<W> {
     pub fn new(sink: W, compression: Compression, views: &[String]) -> McapResult<Self> {
         let mut mcap = options(compression).create(sink)?;
         for (id, name, data) in schema::schemas() {
-            mcap.add_schema_with_id(id, name, "protobuf", &data)?;
+            mcap.add_schema_with_id(id, name, "protobuf", data)?;
         }
         let views = schema::view_channels(views.iter().map(String::as_str));
         for channel in schema::channels().into_iter().chain(views) {
