@@ -118,7 +118,7 @@ fn a_file_of_another_program_that_has_no_index_is_read_from_a_moment_on_too() {
     let options = mcap::WriteOptions::new().library("another program");
     let mut out = options.create(std::io::Cursor::new(Vec::new())).unwrap();
     let schema = crate::wire::descriptor::TOOL_POSE;
-    let schema = out.add_schema(schema::POSE_SCHEMA, "protobuf", &schema).unwrap();
+    let schema = out.add_schema(schema::POSE_SCHEMA, "protobuf", schema).unwrap();
     let none = std::collections::BTreeMap::new();
     let channel_id = out.add_channel(schema, TOOL_POSE, "protobuf", &none).unwrap();
     for seq in 0..ALL {
