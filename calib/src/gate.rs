@@ -107,6 +107,7 @@ impl Gates {
     pub fn judge(&self, reached: &Reached) -> Verdict {
         let degrees = |x: Option<f64>| x.map(f64::to_degrees);
         let number = |x: Option<usize>| x.map(|n| n as f64);
+        // All that falls short, not the first alone: a person puts it right at once.
         let reasons: Vec<Reason> = [
             most("root mean square residual, mm", reached.rms_mm, self.max_rms_mm),
             most("deviation of the tip, mm", reached.tip_sigma_mm, self.max_tip_sigma_mm),

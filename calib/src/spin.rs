@@ -120,6 +120,7 @@ pub fn calibrate<To: Frame, From: Frame>(
     if poses.len() < MIN_POSES {
         return Err(too_few());
     }
+    // Far below where squares overflow: what is beyond is no pose of anything.
     let bad = |p: &Rigid<To, From>| !p.translation_mm().iter().all(|x| x.abs() < 1e100);
     if let Some(pose) = poses.iter().position(bad) {
         let found = poses[pose].translation_mm();
@@ -128,6 +129,7 @@ pub fn calibrate<To: Frame, From: Frame>(
     let axes = Axes::of(poses, hint, limits.robust)?;
     let kept = || poses.iter().zip(&axes.weights).filter(|(_, w)| **w > 0.0);
     let coverage = Coverage::of(kept().map(|(p, _)| p.rotation())).ok_or_else(too_few)?;
+    // Only poses that count say how far it was turned: one that slipped would widen the range.
     let turns: Vec<Complex> = axes.inside().map(|(i, _)| axes.turns[i]).collect();
     let range_rad = range(&turns);
     axes.check(range_rad, &coverage, limits)?;

@@ -96,6 +96,7 @@ pub(super) fn judge_fit(fitted: &Fitted, search: &Search, optics: &Optics) -> Re
     } = fitted.blur;
     let axial_mm = fitted.blur.profile_mm();
     let [low, high] = search.radius_mm;
+    // A fit that has left its spot describes something else: no reason beyond that would mean anything.
     let strayed = fitted.centre.norm() > high.max(optics.step_mm[1]);
     if strayed {
         return Err(Reason::NoFit);
@@ -109,6 +110,7 @@ pub(super) fn judge_fit(fitted: &Fitted, search: &Search, optics: &Optics) -> Re
         });
     }
     let range_mm = [low / RADIUS_SLACK, high * RADIUS_SLACK];
+    // A radius that is hardly known is refused only where even its nearer end is out of the range.
     let unsure = (SURE_DEVIATIONS * fitted.radius_deviation).exp();
     if radius_mm * unsure < range_mm[0] || radius_mm / unsure > range_mm[1] {
         return Err(Reason::Radius {
@@ -116,6 +118,7 @@ pub(super) fn judge_fit(fitted: &Fitted, search: &Search, optics: &Optics) -> Re
             range_mm,
         });
     }
+    // Whatever is no ball (wire, clip, tooth) leaves its own shape in the residuals.
     let residual = fitted.residual_hu / fitted.signal_hu;
     if residual > MOST_RESIDUAL {
         return Err(Reason::Shape {

@@ -168,10 +168,12 @@ impl Linear {
         };
         let mut least = self.unlikelihood(&best, all);
         let mut trials = 1;
+        // Coordinate search in logarithms: each look is a factorization, so that derivatives would cost more than they save.
         for factor in SEARCH_FACTORS {
             loop {
                 let before = least;
                 for next in neighbours(&best, factor) {
+                    // The bound of the time: the deviations need no more digits than the residuals that they weigh.
                     if trials == MAX_TRIALS {
                         return best;
                     }

@@ -121,6 +121,7 @@ pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
             .stands_out(voxels, at, PROBE_CONTRAST * finder.least_contrast)
     };
     let seeds = seeds(voxels, AIR_HU + finder.least_contrast, stands_out)?;
+    // What the search says of clipping goes before what the voxels seem to say.
     let clip_hu = search.clip_hu.or(seeds.clip_hu);
     let mut rejected = Vec::new();
     let candidates = finder.candidates(&seeds.voxels, &mut rejected);
@@ -131,8 +132,10 @@ pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
             Err(reason) => rejected.push(finder.rejected(candidate, reason)),
         }
     }
+    // The order of the volume, whatever order they were found in: results can be compared line by line.
     beads.sort_by(|a, b| order(&a.voxel).total_cmp(&order(&b.voxel)));
     rejected.sort_by(|a, b| b.contrast_hu.total_cmp(&a.contrast_hu));
+    // The brightest are what a person may have taken for a bead.
     rejected.truncate(MAX_REJECTED);
     Ok(Found {
         beads,
@@ -265,6 +268,7 @@ impl<'a> Finder<'a> {
         let mut model = |candidate: &Candidate| {
             let samples = self.samples(candidate, &self.optics.axes(), clip_hu);
             let mut expected = self.expected(blur, &candidate.response);
+            // In thick slices the fit has several minima along the axis: it begins with the likeliest height.
             if self.optics.is_thick() {
                 expected.height_mm = height(&samples, &blur, self.optics.step_mm[1]);
             }
@@ -273,10 +277,12 @@ impl<'a> Finder<'a> {
                 Some(fitted) => judge_fit(fitted, self.search, &self.optics),
                 None => Err(Reason::NoFit),
             };
+            // What was refused for a reason that a better background cannot change is not looked at again.
             let again = judged.as_ref().err().is_none_or(is_open);
             if !again || left == 0 {
                 return judged.and(fitted.ok_or(Reason::NoFit));
             }
+            // A second look costs a factorization as large as the window: bounded, whatever the volume holds.
             left -= 1;
             let refined = refine(&samples, &expected, clip_hu, self.search.ground).filter(|r| self.is_near(r));
             match (judged, refined) {

@@ -147,6 +147,7 @@ impl State {
         let d = place - Vector3::new(x[0], x[1], x[2]);
         let rho = d.x.hypot(d.y);
         let f = blur.at(rho, d.z);
+        // On the axis the direction is free and the derivative by it is 0.
         let (ux, uy) = if rho > 0.0 { (d.x / rho, d.y / rho) } else { (0.0, 0.0) };
         let signal = metal * f.value;
         let by = Vector::from([
@@ -280,6 +281,7 @@ impl Problem<'_> {
     fn result(&self, state: &State) -> Option<Fitted> {
         let (matrix, _, squares, count) = self.normal(state);
         let inverse = matrix.cholesky()?.inverse();
+        // The covariance is that of the residuals found, as the noise of a CT is not known beforehand.
         let scale = squares / (count - N as f64).max(1.0);
         let (blur, metal) = (state.blur(), state.x[3].exp());
         let (signal, residual) = self.quality(state);
@@ -291,6 +293,7 @@ impl Problem<'_> {
             blur,
             radius_deviation: inverse[(4, 4)].sqrt(),
             metal_deviation: inverse[(3, 3)].sqrt(),
+            // Mass goes with metal and the cube of the radius, which are correlated.
             mass_deviation: (inverse[(3, 3)] + 6.0 * inverse[(3, 4)] + 9.0 * inverse[(4, 4)])
                 .max(0.0)
                 .sqrt(),

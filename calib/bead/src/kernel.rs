@@ -79,6 +79,7 @@ impl Kernel {
             if !within(far) {
                 continue;
             }
+            // Before anything of that size is allocated: spacings come from files.
             if kernel.all.len() == MAX_VOXELS {
                 return Err(Refused::TooFine {
                     radius_mm: high,
@@ -87,12 +88,14 @@ impl Kernel {
                 });
             }
             kernel.all.push(offset);
+            // A voxel always stands for a ball smaller than itself.
             if d.norm() <= low || offset == [0; 3] {
                 kernel.inner.push(offset);
             }
             if within(half) {
                 kernel.core.push(offset);
             }
+            // Between the ball's faded rim and this shell nothing is taken: it is neither metal nor ground.
             if !within(near) {
                 kernel.ring.push(offset);
             }

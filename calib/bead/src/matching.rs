@@ -101,6 +101,7 @@ pub fn match_beads<F: Frame>(
 ) -> Result<Matched<F>, Refused> {
     errors.check()?;
     check(beads, touched, errors)?;
+    // Points on a line, or nearly so, leave a turn open that no pairing can tell.
     spread::check(touched, errors)?;
     let (found, steps) = solutions(beads, touched, errors)?;
     let [best, rest @ ..] = found.as_slice() else {
@@ -110,6 +111,7 @@ pub fn match_beads<F: Frame>(
             distance_mm: errors.distance_mm(),
         });
     };
+    // Two pairings that lay the patient differently: to choose would be to guess.
     if let Some(other) = rest.iter().find(|other| elsewhere(best, other, touched, errors)) {
         return Err(Refused::Ambiguous {
             first: best.pairing(),
@@ -118,6 +120,7 @@ pub fn match_beads<F: Frame>(
         });
     }
     let (to, from): (Vec<_>, Vec<_>) = best.pairs().map(|(i, j)| (beads[i], touched[j])).unzip();
+    // What was paired may be fewer points than were touched, and in a worse shape.
     spread::check(&from, errors)?;
     let registration = register(Pairs::new(&to, &from)?, Method::default())?;
     Ok(Matched {

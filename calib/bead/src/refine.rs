@@ -204,6 +204,7 @@ impl<'a> Refiner<'a> {
             (0..BALL).for_each(|j| derivatives[(i, j)] = model.by[j]);
             (BALL..n).for_each(|j| derivatives[(i, j)] = terms[j - BALL]);
         }
+        // The prior holds what the voxels do not tell, as the radius of a clipped ball.
         let (mean, weight) = self.expected.prior();
         let mut linear = Linear {
             residuals,

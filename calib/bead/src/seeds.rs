@@ -38,6 +38,7 @@ pub(super) fn seeds(
     stands_out: impl Fn([u32; 3]) -> bool,
 ) -> Result<Seeds, Refused> {
     let [nx, ny, nz] = voxels.grid().dims();
+    // Within the range of a voxel, so that a threshold from a header cannot overflow it.
     let level = threshold.clamp(f64::from(i16::MIN) + 1.0, f64::from(i16::MAX)).ceil() as i16;
     let mut window = Window::new(nx, ny);
     let (mut found, mut top) = (Vec::new(), Top::default());
@@ -53,6 +54,7 @@ pub(super) fn seeds(
                 found.push([x, y, z]);
             }
         });
+        // Noise at a low threshold would make every third voxel a seed.
         if found.len() > MAX_SEEDS {
             return Err(Refused::TooMany {
                 limit: MAX_SEEDS,

@@ -169,6 +169,7 @@ pub fn separated<F: Frame>(touches: &[Point<F>], limit_mm: f64) -> Result<[Vec<u
     }
     let mut left: Vec<usize> = (0..touches.len()).collect();
     let mut groups: [Vec<usize>; 4] = Default::default();
+    // The best line first, and out of the list: what lies on none is the plane's.
     for group in &mut groups[..3] {
         let places: Vec<Vector3<f64>> = left.iter().map(|i| Vector3::from(touches[*i].mm())).collect();
         let line = line(&places, limit_mm).filter(|l| l.count() >= LEAST_ON_LINE);

@@ -77,6 +77,7 @@ impl Drawing {
                 let line = Vector3::from(g.end.mm()) - start;
                 let length = line.norm();
                 let along = line / length;
+                // Across the groove, towards the plate's upper side: a groove may run downwards.
                 let up = normal - along * normal.dot(&along);
                 let up = up.try_normalize(0.0).unwrap_or(normal);
                 Hold {

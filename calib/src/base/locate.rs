@@ -38,6 +38,7 @@ fn accepted(
     options: &Options,
 ) -> Result<Vec<Found>, Refused> {
     let touches = touched.groups.iter().map(Vec::len).sum::<usize>();
+    // A touch that slipped is left out; more than this share of them says that the drawing is another one.
     let allowed = (options.most_rejected * touches as f64).floor() as usize;
     let assignments = touched.assignments(labels);
     let places = |a: &Vec<Feature>| touched.places(a, drawing, options);

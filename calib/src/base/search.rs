@@ -154,6 +154,7 @@ impl Touched {
             turn,
             shift: shift(&first, turn),
         };
+        // Which touches lie within the gate depends on the pose, and the pose on them: until both agree.
         for _ in 0..MAX_ROUNDS {
             pose = settle(&chosen(touches, &kept), pose, self.radius)?;
             let next: Vec<Vec<bool>> = touches
@@ -169,6 +170,7 @@ impl Touched {
         let last = chosen(touches, &kept);
         let (_, _, cost) = normal(&last, &pose, &pose.matrix(), self.radius);
         let freedom = last.iter().map(|t| t.hold.count).sum::<usize>().saturating_sub(6);
+        // Counted at the limit at most, so that leaving a touch out is never better than keeping it.
         let offs = touches.iter().flatten().map(|t| t.counted(&pose).min(limit));
         let chi_squared = offs.map(|x| (x / options.sigma_mm).powi(2)).sum();
         Some(Found {

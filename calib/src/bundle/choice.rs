@@ -113,6 +113,7 @@ impl<'a> Choice<'a> {
 
     /// The problem of what is kept; emitters seen too seldom are refused or left out.
     fn problem(&mut self) -> Result<(Problem, Vec<usize>, Vec<usize>), Refused> {
+        // Leaving out an emitter may leave a station with too few, and that another emitter with too few stations.
         loop {
             let origin: Vec<usize> = (0..self.kept.len()).filter(|i| self.station(*i).is_some()).collect();
             let stations: Vec<Station> = origin.iter().filter_map(|i| self.station(*i)).collect();

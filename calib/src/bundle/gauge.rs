@@ -82,6 +82,7 @@ fn drawn(
     if off(worst) <= limit_mm {
         return Ok(plain.transform);
     }
+    // Too far off the drawing: the two mistakes that people make are looked for, to be named.
     mirrored(pairs, plain.fre_rms_mm(pairs), limit_mm)?;
     exchanged(pairs, &shared, limit_mm)?;
     Err(Refused::OffDesign {

@@ -114,6 +114,7 @@ impl Bundle {
         let (settled, problem) = (&adjusted.settled, &adjusted.problem);
         let name = |column: usize| adjusted.names[column];
         let condition = condition(&settled.matrix, &settled.gauge, name)?;
+        // In the gauge of the body itself; only the choice of a frame for it follows.
         let covariance = covariance(&settled.matrix, &settled.gauge).ok_or(Refused::Weak {
             emitter: 0,
             condition,

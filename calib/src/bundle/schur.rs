@@ -77,6 +77,7 @@ impl View {
             let weighted = s.information * j;
             normal += j.transpose() * weighted;
             gradient += weighted.transpose() * residual;
+            // In the body's frame, in which emitters are unknowns; the pose is eliminated in the station's.
             let back = r.transpose() * s.information;
             terms.push(Term {
                 column,

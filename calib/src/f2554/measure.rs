@@ -158,6 +158,7 @@ fn laid(place: usize, phantom: &[Point<Phantom>], rounds: &Rounds) -> Result<Opt
     for (divot, at) in rounds.iter().flatten() {
         by_divot.entry(*divot).or_default().push(*at);
     }
+    // One point for each divot, the mean: a divot touched more often must not weigh more.
     let known: Vec<(usize, Point<Tracker>)> = by_divot.iter().map(|(d, list)| (*d, centre(list))).collect();
     if known.len() < 3 {
         return Ok(None);
@@ -169,6 +170,7 @@ fn laid(place: usize, phantom: &[Point<Phantom>], rounds: &Rounds) -> Result<Opt
     let found = fit(pairs, Method::default()).map_err(failed)?;
     let off = |i: &usize| found.residual_mm(to[*i], from[*i]);
     let worst = (0..to.len()).max_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0);
+    // Farther off than any localizer is wrong: a divot was mistaken, or the phantom moved.
     if off(&worst) > MOST_OFF_MM {
         return Err(Refused::OffPhantom {
             place,
@@ -197,6 +199,7 @@ fn scatter(
     let Some(first) = list.first().map(|s| s.divot) else {
         return Ok(None);
     };
+    // The standard turns the pointer in one divot: the scatter of two would be their distance.
     if let Some(second) = list.iter().map(|s| s.divot).find(|d| *d != first) {
         return Err(Refused::SeveralDivots {
             place,

@@ -170,6 +170,7 @@ impl Pointer {
                 Point::new(x + centre[0], y + centre[1], z + centre[2])
             })
             .collect();
+        // Turns are made in the divot in the middle, as the standard has it.
         let middle = divots.len() / 2;
         for _ in 0..counts[0] {
             let held = self.held();

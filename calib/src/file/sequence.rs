@@ -192,6 +192,7 @@ pub fn chained(text: &str, asked: &str) -> Result<(Vec<Frame>, Chain), SequenceE
     })?;
     let names: Vec<&str> = chain.names().into_iter().collect();
     let mut frames = frames(text, &names)?;
+    // The transform itself is in the file: its numbers are kept, bit for bit.
     if let [link] = chain.links()
         && !link.inverse
     {
@@ -310,6 +311,7 @@ fn coordinate(line: usize, column: usize, text: &str, what: &'static str) -> Res
 }
 
 fn pose(line: usize, text: &str) -> Result<Pose, SequenceError> {
+    // One more than a matrix has, so that a longer line is seen to be longer.
     let numbers = words(text)
         .take(17)
         .map(|(column, word)| coordinate(line, column, word, "a 4 x 4 matrix"));
@@ -328,6 +330,7 @@ fn pose(line: usize, text: &str) -> Result<Pose, SequenceError> {
     }
     let row = |i: usize| [m[4 * i], m[4 * i + 1], m[4 * i + 2]];
     let nearest = RotationMatrix::nearest([row(0), row(1), row(2)]);
+    // Files have six digits: what is off is repaired, up to what rounding can have done.
     let nearest = nearest.map_err(|source| SequenceError::NoRotation { line, source })?;
     if nearest.distance.is_nan() || nearest.distance > MOST_OFF {
         let distance = nearest.distance;

@@ -112,9 +112,11 @@ fn covered<'a, To: 'a, From: Frame>(
     let angles_deg = coverage.angles_deg();
     let [widest, second, _] = angles_deg;
     let missing = coverage.principal[1].axis.into();
+    // Turns about one axis leave the tip free along it: the second widest axis decides.
     if second >= LEAST_CONE_DEG {
         return Ok(coverage);
     }
+    // Which of the three mistakes it was, for the person at the tracker.
     if widest < STILL_DEG {
         return Err(Refused::NoRotation { angles_deg });
     }

@@ -45,6 +45,7 @@ pub(super) fn result<To: Frame, From: Frame>(
     options: &Options,
 ) -> Pivot<To, From> {
     let State { tip, pivot } = solved.state;
+    // Residuals of all poses, also of those left out: the worst are what a person looks for.
     let all: Vec<f64> = problem.poses.iter().map(|p| (p.r * tip + p.t - pivot).norm()).collect();
     let used = || {
         all.iter()

@@ -52,6 +52,7 @@ impl<F: Frame> Cloud<F> {
         for (index, sighting) in seen.iter().take(MAX_EMITTERS).enumerate() {
             let place = sighting.place.mm();
             let emitter = body.emitters().get(sighting.emitter);
+            // A number that is not finite would spread to the whole pose, and an unknown emitter has no place.
             let Some(emitter) = emitter.filter(|_| place.iter().all(|x| x.is_finite())) else {
                 return Err(Lost::Malformed {
                     index,
@@ -59,6 +60,7 @@ impl<F: Frame> Cloud<F> {
                     place,
                 });
             };
+            // The first sighting of an emitter counts: a localizer that names one twice means one of them wrongly.
             if cloud.index[..cloud.count].contains(&sighting.emitter) {
                 continue;
             }
@@ -94,6 +96,7 @@ impl<F: Frame> Cloud<F> {
             .ok()?
             .weighted(&weights[..n])
             .ok()?;
+        // The closed solution needs no start, and takes noise as the same in all directions.
         let start = fit(pairs, Method::Newton).ok()?;
         let turn = start.transform.rotation();
         let mut solved = Solved {
@@ -108,6 +111,7 @@ impl<F: Frame> Cloud<F> {
             information: [Matrix3::zeros(); MAX_EMITTERS],
         };
         solved.to_centre = centre(&self.to[..n], &weights);
+        // The last pass moves nothing: it has the equations at the pose that is returned, for its covariance.
         for step in 0.. {
             let (normal, right) = self.normal(&mut solved, &seen)?;
             let factor = normal.cholesky()?;

@@ -51,6 +51,7 @@ pub fn register_robust<To: Frame, From: Frame>(
     }
     let mut inliers = vec![false; pairs.len()];
     clique.iter().for_each(|&i| inliers[i] = true);
+    // Pairs that agree by distances may fit by residuals as well, and the other way round: until nothing changes.
     for _ in 0..MAX_ROUNDS {
         let registration = chosen(pairs, method, &inliers)?;
         let next: Vec<bool> = registration.fre_mm.iter().map(|r| *r <= tolerance_mm).collect();

@@ -111,6 +111,7 @@ impl VolumeGrid {
             }
             product *= found_mm;
         }
+        // The volume of a voxel beside the product of its edges: near 0 three axes lie in a plane.
         let relative_cell = ct_from_voxel.determinant().abs() / product;
         let voxel_from_ct = match ct_from_voxel.inverse() {
             Some(inverse) if relative_cell >= MIN_CELL => inverse,

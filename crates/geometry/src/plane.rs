@@ -84,6 +84,7 @@ impl SlicePlane {
             return Err(PlaneError::Pixel(pixel_mm));
         }
         let cosine = right.dot(down);
+        // A comparison with NaN is false: it must not pass as a small angle.
         if cosine.is_nan() || cosine.abs() > 1e-12 {
             return Err(PlaneError::Skewed(cosine));
         }

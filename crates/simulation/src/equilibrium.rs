@@ -276,6 +276,7 @@ pub fn settle_in_steps(
             }
             Err(_) => {
                 (*a, system.terms) = saved;
+                // Back to the last part that has an equilibrium, and half as far from there.
                 system.load_factor = whole * reached;
                 part *= 0.5;
             }

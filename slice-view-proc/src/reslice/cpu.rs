@@ -130,6 +130,7 @@ impl Resampler for Cpu {
         sampling: &Sampling,
         hu: &mut [f32],
     ) -> Result<(), ResliceError> {
+        // Tables belong to a layout: a volume that was loaded anew may have another.
         self.tables.repeated(volume);
         let voxels = Source::new(volume.voxels, &self.tables);
         let missing = || ResliceError::NotPrepared(sampling.filter);

@@ -212,6 +212,7 @@ impl Gpu {
     ) -> Result<bool, ResliceError> {
         let began = monotonic_ns();
         let (card, prepared) = (&self.card, self.prepared.as_mut());
+        // Another volume may have been loaded while the last one was still on its way to the card.
         let Some(prepared) = prepared.filter(|p| p.voxels == identity(volume)) else {
             return Err(ResliceError::NotPrepared(Filter::Linear));
         };
@@ -227,6 +228,7 @@ impl Gpu {
             })?;
             prepared.done += 1;
         }
+        // The largest value bounds the error of f32 sums: found on the way, as every voxel is read once anyway.
         if texture == 0 {
             let part = volume.voxels.len().div_ceil(pieces as usize);
             let voxels = volume
@@ -275,6 +277,7 @@ impl Gpu {
             patience,
         };
         let rows = Rows::new(volume, plane, sampling);
+        // The upload's time belongs to the volume, not to this image.
         let mut timings = Timings {
             upload_ns: self.timings.upload_ns,
             ..Timings::default()

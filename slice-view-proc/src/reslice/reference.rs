@@ -122,6 +122,7 @@ impl Source<'_> {
                     let weight = w[0][i] * w[1][j] * w[2][k];
                     let at: [i64; 3] =
                         std::array::from_fn(|a| low[a] as i64 + [i, j, k][a] as i64 + first_tap(self.filter));
+                    // Taps beyond the border weigh nothing and are not read.
                     if weight != 0.0 {
                         sum += weight * self.tap(at);
                     }

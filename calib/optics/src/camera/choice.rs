@@ -153,9 +153,11 @@ fn within(problem: &Problem<'_>, state: &State, options: &Options) -> Result<Vec
     let discs = kept.iter().map(Vec::len).sum::<usize>();
     let rejected = kept.iter().flatten().filter(|k| !**k).count();
     let allowed = (options.most_rejected * discs as f64).floor() as usize;
+    // More than this share is no longer a few wrong discs: the model, the gate or the grid is another one.
     if rejected <= allowed {
         return Ok(kept);
     }
+    // In pixels, for people: a standard length by the disc's own information, once along each axis.
     let far = |s: &Ready| -> f64 { s.information.trace().max(f64::MIN_POSITIVE).recip().sqrt() };
     let each = squares.iter().zip(problem.stations).enumerate();
     let lengths = each.flat_map(|(view, (squares, station))| {

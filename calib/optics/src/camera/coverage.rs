@@ -175,6 +175,7 @@ impl Gates {
     /// The last are [`super::Calibrated::noise_ratio`] and [`super::Calibrated::view_ratio`].
     pub fn judge(&self, coverage: &Coverage, rms_px: f64, [noise_ratio, view_ratio]: [f64; 2]) -> Vec<Short> {
         let mut short = Vec::new();
+        // A comparison with NaN is false, so that what is not known falls short.
         let kept = |found: f64, limit: f64| found <= limit;
         if let Some(limit_px) = self.max_rms_px.filter(|limit| !kept(rms_px, *limit)) {
             short.push(Short::Residuals { rms_px, limit_px });
@@ -182,6 +183,7 @@ impl Gates {
         if let Some(limit) = self.max_noise_ratio.filter(|limit| !kept(noise_ratio, *limit)) {
             let ratio = noise_ratio;
             short.push(Short::Noise { ratio, limit });
+        // One of both is enough: views that disagree make the residuals large, too.
         } else if let Some(limit) = self.max_noise_ratio.filter(|limit| !kept(view_ratio, *limit)) {
             let ratio = view_ratio;
             short.push(Short::Views { ratio, limit });

@@ -40,6 +40,7 @@ pub(super) fn curved(
     let here = gradient(station, state, pose, free);
     let mut second = SMatrix::<f64, VIEW_UNKNOWNS, VIEW_UNKNOWNS>::zeros();
     for k in (0..VIEW_UNKNOWNS).filter(|k| free.get(*k).copied().unwrap_or(true)) {
+        // Each column is a difference of gradients, which are exact: only one order is taken numerically.
         let (there, h) = if k < SHARED {
             let step = Numbers::ith(k, known[k] * DIFFERENCE_DEVIATIONS);
             let moved = state.moved(&step, Vec::new())?;
@@ -51,6 +52,7 @@ pub(super) fn curved(
         };
         second.set_column(k, &((there - here) / h));
     }
+    // A second derivative is symmetric; differences are so but for their errors, which this halves.
     let second = (second + second.transpose()) * 0.5;
     second.iter().all(|x| x.is_finite()).then(|| Normal {
         own: second.fixed_view::<SHARED, SHARED>(0, 0).into_owned(),

@@ -48,6 +48,7 @@ fn without(
     };
     let free = options.shared();
     let others = Problem { stations: &rest, free };
+    // The camera of the other views, from the one of all: near its own end.
     let found = others.settle_to(STEP_END, NEAR_DAMPING, start)?.state;
     let (found, own) = match waves {
         None => (found, vec![stations[view].clone()]),
@@ -56,6 +57,7 @@ fn without(
             (found, waves.moved(&stations[view..=view], &field.numbers))
         }
     };
+    // The view that was left out may choose its pose, and nothing else.
     let alone = Problem {
         stations: &own,
         free: [false; SHARED],

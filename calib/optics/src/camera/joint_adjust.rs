@@ -243,6 +243,7 @@ impl Joint<'_> {
         for (view, station) in moved.iter().enumerate() {
             let rows = self.rows(at, view, station);
             let products = rows.transpose() * &rows;
+            // A view's rows have shared numbers, its own pose, then the field; the whole has all poses between.
             let place = |k: usize| match k {
                 k if k < SHARED => k,
                 k if k < SHARED + 6 => k + 6 * view,
@@ -256,6 +257,7 @@ impl Joint<'_> {
                 }
             }
         }
+        // The prior: each wave is expected to be 0 with its own variance.
         for k in 0..waves {
             matrix[(first + k, first + k)] += prior[k];
             vector[first + k] -= prior[k] * at.numbers[k];

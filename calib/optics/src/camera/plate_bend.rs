@@ -12,6 +12,7 @@ const MIN_BEND_DEVIATIONS: f64 = 6.0;
 /// The refusal, or [`CameraRefused::NotFlat`] where the same views give a camera with a plate that is bent for certain.
 pub(super) fn told(refused: CameraRefused, views: &[View], size: ImageSize, options: &Options) -> CameraRefused {
     use CameraRefused::{Folded, NoConvergence, Outliers, Weak};
+    // Other refusals say what is wrong by themselves.
     let may_be = matches!(
         refused,
         NoConvergence { .. } | Folded { .. } | Outliers { .. } | Weak { .. }
@@ -23,6 +24,7 @@ pub(super) fn told(refused: CameraRefused, views: &[View], size: ImageSize, opti
     let Ok(found) = once(views, size, &bent) else {
         return refused;
     };
+    // A bend of three free numbers fits noise as well: it must be there beyond doubt.
     let certain = found.plate.filter(|plate| {
         let bend = Vector3::from(plate.numbers_mm());
         let information = plate.covariance.try_inverse();

@@ -101,9 +101,11 @@ impl Calibrated {
         };
         let used = chosen.kept.iter().flatten().filter(|k| **k).count();
         let unknowns = 6 * stations.len() + free.iter().filter(|f| **f).count();
+        // A field with a prior takes fewer than its numbers: as many as the data decide.
         let fixed = chosen.field.as_ref().map_or(0.0, |f| f.fixed.ceil());
         let degrees_of_freedom = (2 * used).saturating_sub(unknowns + fixed as usize);
         let noise_ratio = (settled.cost / degrees_of_freedom.max(1) as f64).sqrt();
+        // Residuals larger than the noise given enlarge every covariance; smaller ones do not shrink it.
         let scale = noise_ratio.max(1.0).powi(2);
         weak(&camera, &(covariance * scale), &free)?;
         let mut posed = Vec::with_capacity(stations.len());
@@ -114,6 +116,7 @@ impl Calibrated {
                 pose: settled.state.poses[i],
                 kept: &chosen.kept[i],
             };
+            // Outside it the lens folds, and a point would have two images.
             view.in_domain(i)?;
             let own = pose_covariance(chosen, i, &covariance).unwrap_or_default() * scale;
             posed.push(view.posed(about_origin(&own, &view.pose.shift)));

@@ -151,10 +151,12 @@ pub(super) fn check(views: &[View], size: ImageSize, options: &Options) -> Resul
             sighting(s, [view, disc], size)?;
         }
     }
+    // The field's equations grow with the square of the views and are kept whole.
     if options.field && views.len() > MOST_FIELD_VIEWS {
         let (found, most) = (views.len(), MOST_FIELD_VIEWS);
         return Err(CameraRefused::TooManyForField { found, most });
     }
+    // Numbers that fit everything say nothing of their errors.
     let measured = 2 * views.iter().map(|v| v.sightings.len()).sum::<usize>();
     let unknowns = 6 * views.len() + options.shared().iter().filter(|f| **f).count();
     if measured <= unknowns {

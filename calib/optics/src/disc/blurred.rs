@@ -74,10 +74,12 @@ impl Blurred {
     /// Prepares an ellipse. `sigma` above 0.
     pub fn new(ellipse: Ellipse, sigma: f64) -> Self {
         let (xx, xy, yy) = (ellipse.shape[(0, 0)], ellipse.shape[(0, 1)], ellipse.shape[(1, 1)]);
+        // The Cholesky root of the shape takes the unit circle to the outline; a floor keeps a line an ellipse.
         let x = xx.max(1e-6).sqrt();
         let shear = xy / x;
         let y = (yy - shear * shear).max(1e-6).sqrt();
         let [long, short] = ellipse.axes().semi;
+        // Chords lie closer than the blur is wide, as far as there is room for them: the sum over them is then an integral.
         let needed = std::f64::consts::PI * long / (CHORD_STEP * sigma);
         let n = (needed.ceil() as usize).clamp(7, MAX_CHORDS);
         let chord = |k: usize| {

@@ -122,6 +122,7 @@ fn of_radius(sums: &Sums, radius: f64, options: &DetectOptions) -> Result<Vec<Di
         }
     }
     let threshold = threshold(&map, options);
+    // Two discs of this radius cannot be nearer than that: the lesser maximum is the same disc.
     let window = (0.7 * radius).max(MIN_WINDOW);
     let mut found = Vec::new();
     for (i, value) in map.iter().enumerate() {

@@ -231,6 +231,7 @@ impl<'a> Fit<'a> {
             found: params[6],
             noise,
         })?;
+        // Below three deviations of itself a contrast may be noise, and the centre is that of nothing.
         if params[6].powi(2) < 9.0 * inverse[(6, 6)] {
             return Err(FitRefused::NoContrast {
                 found: params[6],

@@ -223,6 +223,7 @@ impl DiscByDisc<'_> {
         let mut discs: Vec<GridDisc> = Vec::new();
         for (cell, one) in ones {
             let radius = one.fit.ellipse.mean_radius() / pitch(h, &warp, *cell).determinant().abs().sqrt();
+            // A disc's image is an ellipse whose centre is not the image of the disc's: perspective and lens move it.
             let centre = one.fit.ellipse.centre - shift(h, &warp, *cell, radius);
             squares += (centre - project(h, point(*cell))).norm_squared();
             let [col, row] = cell.map(|k| k as usize);

@@ -38,6 +38,7 @@ struct Basis {
 
 /// The largest lattice that grows from the best seeds; `enough` ends the search.
 pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
+    // Distances are measured in each disc's own shape, which takes perspective out of them.
     let measures: Vec<Matrix2<f64>> = blobs
         .iter()
         .map(|b| b.shape.try_inverse().unwrap_or_default())
@@ -47,6 +48,7 @@ pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
     let bases: Vec<Option<Basis>> = (0..blobs.len()).map(basis_of).collect();
     let mut seeds: Vec<usize> = (0..blobs.len()).filter(|i| bases[*i].is_some()).collect();
     let error = |i: &usize| bases[*i].map_or(f64::MAX, |b| b.error);
+    // Seeds whose neighbours lie most evenly first: one of them is in the grid in nearly every image.
     seeds.sort_by(|i, j| error(i).total_cmp(&error(j)));
     let (mut best, mut used) = (Lattice::default(), vec![false; blobs.len()]);
     let mut tried = 0;
@@ -57,6 +59,7 @@ pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
         tried += 1;
         let Some(basis) = bases[seed] else { continue };
         let lattice = grown(blobs, &order, seed, basis.steps);
+        // A disc of a lattice that was grown would grow the same one again.
         lattice.cells.values().for_each(|i| used[*i] = true);
         if lattice.cells.len() > best.cells.len() {
             best = lattice;

@@ -255,6 +255,7 @@ impl Exact {
             let Some(touch) = touch.filter(|touch| touch.gap < self.between.depth()) else {
                 continue;
             };
+            // Rows measure from the distance that they keep; what is reported is the distance of the arcs.
             let gap = touch.gap + self.keep;
             let force = touch.normal * row.force;
             let point = bodies.local(row.body, &row.sample, a).position;

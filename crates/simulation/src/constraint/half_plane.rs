@@ -59,6 +59,7 @@ impl HalfPlane {
                     multiplier: 0.0,
                     added: false,
                 };
+                // Each arc begins where the one before ends: its last node is that one's.
                 touches.push(at(-1.0));
                 if !bodies.solid(body).boundary().straight {
                     touches.push(at(0.0));

@@ -53,6 +53,8 @@ impl HalfPlaneBarrier {
             for (arc, reference) in boundary.reference.iter().enumerate() {
                 for k in 0..SAMPLES_PER_ARC {
                     let u = f64::from(k) * 2.0 / f64::from(SAMPLES_PER_ARC) - 1.0;
+                    // The length of boundary that a sample stands for, in the reference configuration: it does not change with
+                    // the state.
                     let speed: Vector2<f64> = reference.iter().zip(line_slope(u)).map(|(r, s)| r * s).sum();
                     samples.push((body, Cursor { arc, u }, speed.norm() * 2.0 / f64::from(SAMPLES_PER_ARC)));
                 }

@@ -123,9 +123,11 @@ pub fn intersections(
     let count = shapes.len();
     let pairs = (0..count).flat_map(|i| (i..count).map(move |j| [i, j]));
     let pairs: Vec<[usize; 2]> = pairs.filter(|[i, j]| meets(*i, *j) || meets(*j, *i)).collect();
+    // One search of near arcs for all pairs, by the widest tolerance; each pair is judged by its own.
     let widest = pairs.iter().map(|[i, j]| tolerance(*i, *j)).fold(0.0, f64::max);
     search.meet(&pairs, widest, tolerance);
     for pair in pairs {
+        // Boundaries that do not cross may still lie one inside the other.
         let near = boxes_near(&shapes[pair[0]].bounds, &shapes[pair[1]].bounds, 0.0);
         if near && !search.found.undecided.contains(&pair) {
             search.look_inside(pair);
@@ -146,6 +148,7 @@ struct Search<'a> {
 impl Search<'_> {
     /// Finds the contacts of all pairs.
     fn meet(&mut self, pairs: &[[usize; 2]], widest: f64, tolerance: &dyn Fn(usize, usize) -> f64) {
+        // A number that is not finite compares as false everywhere: nothing would be found.
         let bad = |k: usize| {
             !self.shapes[k]
                 .arcs
@@ -316,9 +319,11 @@ impl Search<'_> {
             })
         };
         let cosines: Vec<f64> = arcs.iter().map(aligned).collect();
+        // Opposite normals all round: what fills a hole touches its wall and lies in nothing.
         if first != second && cosines.iter().all(|c| *c < -0.5) {
             return;
         }
+        // Neither the same way nor opposite everywhere: no proof, and none is claimed.
         if first == second || !cosines.iter().all(|c| *c > 0.5) {
             self.found.undecided.push(key);
             return;

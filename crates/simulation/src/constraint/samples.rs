@@ -55,6 +55,7 @@ impl Samples<'_> {
         if !boxes_near(&shape.boxes[arc], bounds, within.get()) {
             return;
         }
+        // Boxes first: most arcs that a search along one axis finds are apart along the other.
         let count = self.count(bodies, first, arc);
         let part = 2.0 / f64::from(count);
         for k in 0..count {
@@ -65,6 +66,7 @@ impl Samples<'_> {
                 continue;
             }
             let at = nearest(nodes, point);
+            // On its own boundary a sample has neighbours that it must not push from.
             let own_kind = first == second && !outside_own(bodies, first, nodes, [arc, against], &at);
             if at.distance < within.get() && !own_kind {
                 let length = reference_speed(bodies, first, &sample) * part;

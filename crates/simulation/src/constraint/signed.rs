@@ -115,6 +115,7 @@ pub(super) fn walk(
     margin: f64,
 ) -> Option<Foot> {
     let mut at = start;
+    // A step moves a foot by an arc or two; a foot that goes farther has lost its contact.
     for _ in 0..4 {
         let nodes = &shape.arcs[at.arc];
         let v = settle(nodes, point, at.u).unwrap_or_else(|| nearest(nodes, point).u);

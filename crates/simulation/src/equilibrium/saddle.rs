@@ -25,6 +25,7 @@ pub(super) fn leave(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) 
     let before = Potential::energy(system, a)?;
     let (start, terms) = save(system, a);
     let mut steps = 0;
+    // Both ways and two lengths: the energy falls along the direction either way, and contact may stop one.
     for way in WAYS_EXTENTS.iter().flat_map(|way| [*way, -*way]) {
         let by: Vec<f64> = direction
             .iter()
@@ -39,6 +40,7 @@ pub(super) fn leave(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) 
         if polished.done && Potential::energy(system, a).is_some_and(lower) {
             return Some(steps);
         }
+        // The rows have gone with the try: back to those of the saddle.
         system.terms = terms.iter().map(|t| t.copy()).collect();
     }
     *a = start;

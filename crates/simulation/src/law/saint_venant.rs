@@ -29,6 +29,7 @@ pub(super) fn shear(mu: f64, g: &Vector4<f64>) -> Response {
     let f = [[1.0 + g[0], g[2]], [g[1], 1.0 + g[3]]];
     let mut stress = Vector4::zeros();
     let mut tangent = Matrix4::zeros();
+    // Components column by column: a is (i, J), b is (k, L).
     for a in 0..4 {
         let (i, jj) = (a % 2, a / 2);
         stress[a] = f[i][0] * s[0][jj] + f[i][1] * s[1][jj];

@@ -28,6 +28,7 @@ pub fn grid(
             allowed,
         });
     }
+    // A node of a middle or a corner for each half element; a closed mesh shares the last column with the first.
     let columns = if periodic { 2 * across } else { 2 * across + 1 };
     let id = |i: usize, j: usize| j * columns + i % columns;
     let (ds, dt) = (0.5 / across as f64, 0.5 / along as f64);

@@ -106,6 +106,7 @@ fn check_nodes(nodes: &[Vector2<f64>], elements: &[[usize; NODES]]) -> Result<()
         let (x, y) = (nodes[node].x, nodes[node].y);
         return Err(Refused::NotFinite { node, x, y });
     }
+    // The last element that named each node: a second time in the same one is seen without a set.
     let mut used = vec![usize::MAX; nodes.len()];
     for (element, ids) in elements.iter().enumerate() {
         for &node in ids {

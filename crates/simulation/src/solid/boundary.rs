@@ -27,6 +27,7 @@ impl Boundary {
     pub(crate) fn new(arcs: Vec<Arc>, position: impl Fn(usize) -> Vector2<f64>) -> Self {
         let begins: std::collections::BTreeMap<usize, usize> =
             arcs.iter().enumerate().map(|(k, a)| (a[0], k)).collect();
+        // Each arc goes on where another begins at its end node; an open end goes on to itself.
         let next: Vec<usize> = arcs
             .iter()
             .enumerate()

@@ -61,6 +61,7 @@ impl Global {
         [low, high]: [Vector2<f64>; 2],
     ) -> Result<Self, OutsideBlock> {
         let outside = |p: &Vector2<f64>| !(p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y);
+        // A block without area has no coordinates inside it.
         let area = (high - low).min() > 0.0;
         let first = if area {
             mesh.nodes.iter().position(outside)

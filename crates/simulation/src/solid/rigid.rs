@@ -139,6 +139,7 @@ fn check(vertices: &[Vector2<f64>]) -> Result<(), BadPolygon> {
         });
     }
     for first in 0..n {
+        // Sides next to one another share a vertex and always meet.
         for second in first + 2..n {
             let neighbours = (second + 1) % n == first;
             let side = |k: usize| [vertices[k], vertices[(k + 1) % n]];

@@ -203,11 +203,13 @@ impl Ldl {
         let panel = &mut self.factor[front.panel()];
         let (waiting, own) = self.stack.split_at_mut(top);
         let children = self.left.len() - front.children;
+        // What the children left is summed where this front needs it (Duff and Reid 1983).
         for &(child, start) in &self.left[children..] {
             take_up(&self.symbolic, child, &waiting[start..], front, panel, own);
         }
         let diagonal = &self.diagonal[front.first..front.first + front.width];
         let negative = eliminate(panel, front.size(), diagonal, most, &mut self.scratch)?;
+        // Only the number of negative pivots was asked for, up to that many.
         if negative >= most {
             return Ok(negative);
         }
@@ -218,6 +220,7 @@ impl Ldl {
         };
         subtract(&factor, own, front.height, front.height, &mut self.scratch);
         let base = self.left.get(children).map_or(top, |(_, start)| *start);
+        // The children are used up: what this front leaves takes their place on the stack.
         self.stack.copy_within(top.., base);
         self.stack.truncate(base + front.height * front.height);
         self.left.truncate(children);

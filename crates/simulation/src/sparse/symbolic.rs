@@ -53,6 +53,7 @@ pub(super) struct Symbolic {
 impl Symbolic {
     /// The elimination of a matrix with entries at these places of its lower triangle.
     pub(super) fn new(size: usize, places: &[(u32, u32)]) -> Self {
+        // Unknowns with the same neighbours, as those of a node, are ordered as one.
         let (graph, groups) = Graph::of_places(size, places).alike();
         let weights: Vec<usize> = groups.iter().map(Vec::len).collect();
         let Elimination { order, columns } = Elimination::new(&graph, &weights, &minimum_degree(&graph, &weights));

@@ -114,6 +114,7 @@ impl<'a> Image<'a> {
         copies.plan(kernel, region(0));
         for i in 0..tiles.count() {
             let tile = tiles.tile(i);
+            // Tiles side by side have the same rows, whose walks are made once.
             if tile.columns.start == 0 {
                 walks.clear();
                 walks.extend(tile.rows.clone().map(|y| self.row(kernel, y)));
@@ -145,6 +146,7 @@ impl<'a> Image<'a> {
     fn draw_sums(&mut self, mut draw: impl FnMut(&Walk, u32, &mut [f32])) {
         let [kx, ky] = self.samples.fold.map(|k| k as usize);
         let width = self.width * kx;
+        // Taken out while it is used, as the drawing borrows the rest.
         let mut fold = std::mem::take(self.fold);
         fold.points.resize(width, 0.0);
         for row in 0..self.hu.len() / self.width {
@@ -156,6 +158,7 @@ impl<'a> Image<'a> {
                 for j in 0..ky {
                     let walk = self.walk(row * ky + j, d, width);
                     draw(&walk, d, &mut fold.points);
+                    // Points outside the volume do not count, so that the border keeps its grey.
                     for x in walk.inside.clone() {
                         let (sum, count) = &mut fold.area[x / kx];
                         *sum += f64::from(fold.points[x]);

@@ -42,6 +42,7 @@ pub(super) fn linear<V: Value>(source: &Source<'_, V>, spot: &Spot) -> f32 {
 pub(super) fn convolved<const N: usize, V: Value>(source: &Source<'_, V>, spot: &Spot, w: &[[f32; N]; 3]) -> f32 {
     let first = 1 - N as i32 / 2;
     let [x, y, z]: [[usize; N]; 3] = std::array::from_fn(|a| source.terms(a, spot.whole[a] + first));
+    // In rows, or within a brick: one slice then needs one check of its bounds.
     let in_one_piece = x[N - 1] == x[0] + N - 1;
     let mut sums = [0.0; N];
     for k in 0..N {

@@ -65,6 +65,7 @@ impl Region {
             if least > most {
                 return None;
             }
+            // A position may round either way across a voxel: the region has room for both.
             let (low, high) = (
                 (least - ROUNDING).floor() as i32 + 1 - reach,
                 (most + ROUNDING).floor() as i32 + reach,

@@ -121,6 +121,7 @@ impl Card {
             return Err("it runs no compute programs".to_owned());
         }
         let offered = adapter.limits();
+        // Large volumes need what the card offers of these three; of all else the least, which every driver has.
         let limits = Limits {
             max_texture_dimension_3d: offered.max_texture_dimension_3d,
             max_buffer_size: offered.max_buffer_size,

@@ -141,6 +141,7 @@ impl Frame {
         timings: &mut Timings,
     ) -> Result<(), ResliceError> {
         let width = width as usize;
+        // Memory and time of a piece are bounded: a driver gives a program up that takes too long, and others use the card too.
         let most = Most {
             pixels: MOST_PIXELS,
             runs: MOST_RUNS,
@@ -153,6 +154,7 @@ impl Frame {
             let pixels = &mut hu[done.start * width..done.end * width];
             let t1 = monotonic_ns();
             timings.plan_ns += t1 - t0;
+            // Nothing of the volume is seen in these rows: no work for the card.
             if self.band.runs.is_empty() {
                 pixels.fill(padding as f32);
             } else {
@@ -209,6 +211,7 @@ impl Frame {
             layout: &program.layout,
             entries: &entries,
         });
+        // The driver tells of a failure here only through its own channel.
         card.check()?;
         Ok(Bound {
             way: program.way,
@@ -236,6 +239,7 @@ impl Frame {
         }
         let back = self.back.get()?;
         encoder.copy_buffer_to_buffer(self.hu.get()?, 0, back, 0, results);
+        // The callback runs on whatever thread polls the card.
         let mapped = Arc::new(AtomicBool::new(false));
         let heard = Arc::clone(&mapped);
         encoder.map_buffer_on_submit(back, wgpu::MapMode::Read, 0..results, move |result| {

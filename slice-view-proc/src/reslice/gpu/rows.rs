@@ -102,6 +102,7 @@ impl Rows {
     /// The parameters of the program, in its order, for `rows` rows of pixels.
     pub(super) fn parameters(&self, rows: usize, padding: i16, way: Way) -> [u32; 20] {
         let step = self.samples.right.map(fixed);
+        // 48 bits of fraction in two words: shaders have no 64-bit integers.
         let [x, y, z] = step.map(|step| step as u32);
         let [above_x, above_y, above_z] = step.map(|step| (step >> 32) as u32);
         let [nx, ny, nz] = self.dims;

@@ -106,6 +106,7 @@ fn distinct(tree: &Tree, stable: &[(f64, u32)]) -> Vec<Blob> {
     for (_, p) in stable {
         let p = *p as usize;
         let area = nodes[p].sums[0];
+        // Stable regions come first: what holds one or lies in one is the same disc at another level.
         if holds[p] || within_taken(nodes, p, &taken) {
             continue;
         }
@@ -121,6 +122,7 @@ fn distinct(tree: &Tree, stable: &[(f64, u32)]) -> Vec<Blob> {
         }
         let top = &nodes[nodes[q].parent as usize];
         let rise = f64::from(top.level.saturating_sub(nodes[p].darkest));
+        // At half the rise the outline is that of the disc, whatever the blur: there both sides see as much of it.
         let half = nodes[p].darkest.midpoint(top.level);
         let outline = at_level(nodes, &heaviest, p, half, q);
         let (at, shape) = ellipse(outline);

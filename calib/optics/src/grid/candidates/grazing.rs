@@ -68,6 +68,7 @@ fn weights(direction: Vector2<f64>) -> Vec<f32> {
 /// Sums along a direction: whole steps along its greater part, between two pixels across it. The border is repeated.
 fn along(plane: &Plane, direction: Vector2<f64>, weights: &[f32]) -> Plane {
     let (w, h) = (plane.width, plane.height);
+    // Along the greater part every step is a whole pixel, so that only one weight lies between two.
     let flat = direction.x.abs() >= direction.y.abs();
     let rise = if flat {
         direction.y / direction.x

@@ -71,6 +71,7 @@ impl GridFit {
         };
         let (mut room, mut out) = (Room::default(), Vec::with_capacity(cells.len()));
         for (i, cell) in cells.iter().enumerate() {
+            // What is farther off than noise and model may be is dirt or glare, and says nothing of the disc.
             let limit = (5.0 * self.noise).max(MODEL_ERROR_CONTRAST * greys[i].contrast.abs());
             if let Some(block) = local.block(i, &all, limit, &mut room) {
                 let left = block.vector.fixed_rows::<2>(0).into_owned();

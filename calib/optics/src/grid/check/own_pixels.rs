@@ -108,6 +108,7 @@ impl<'a> OwnPixels<'a> {
             let [columns, rows] = box_of(c, margin);
             let back = c.pitch.try_inverse()?;
             let area = (columns[1] - columns[0]) * (rows[1] - rows[0]);
+            // A large disc has more pixels than its centre needs: some of them say it nearly as well.
             let [thin, every] = match part {
                 Part::Pixels(n) if area >= THINNED_FROM_PIXELS * n => [n, 1],
                 Part::Rows(n) if area >= THINNED_FROM_PIXELS * n => [1, n],
@@ -119,6 +120,7 @@ impl<'a> OwnPixels<'a> {
                 (x + 2 * y).is_multiple_of(thin) && range.holds(&off)
             };
             let row = |y: usize| (y, (columns[0]..columns[1]).filter(|x| own(*x, y)).collect::<Vec<_>>());
+            // Only discs whose blur reaches the window are taken out of its pixels; a few steps away is far enough to look.
             let around = (-AROUND_STEPS..=AROUND_STEPS)
                 .flat_map(|dy| (-AROUND_STEPS..=AROUND_STEPS).map(move |dx| [dx, dy]))
                 .filter(|d| *d != [0, 0]);

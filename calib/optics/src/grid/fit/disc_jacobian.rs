@@ -13,6 +13,7 @@ pub(crate) fn ellipse_slopes(h: &Matrix3<f64>, at: Vector2<f64>, radius: f64) ->
     let mut dual = a * a.transpose();
     dual[(0, 0)] -= radius * radius;
     dual[(1, 1)] -= radius * radius;
+    // The dual conic goes through a homography as H C H^T, and its derivative needs no inverse.
     let image = h * dual * h.transpose();
     let w = image[(2, 2)];
     let centre = Vector2::new(image[(0, 2)], image[(1, 2)]) / w;

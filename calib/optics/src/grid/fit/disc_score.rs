@@ -25,6 +25,7 @@ pub(crate) fn amplitude(image: &Image, whole: &GridFit, cell: [i32; 2], alone: b
         return None;
     }
     let off = (centre - whole.origin) / 100.0;
+    // Contrast changes over the grid with the light.
     let contrast = whole.contrast[0] + whole.contrast[1] * off.x + whole.contrast[2] * off.y;
     let back = Back::of(whole, cell)?;
     let window = Blurred::new(own, whole.sigma).window(2.5 * whole.sigma, width, height);
@@ -34,6 +35,7 @@ pub(crate) fn amplitude(image: &Image, whole: &GridFit, cell: [i32; 2], alone: b
         raster.set(ellipse, whole.sigma, columns);
         raster
     };
+    // Blurred discs reach into the next cell: what the fit knows of those is taken out.
     let near = [[1, 0], [-1, 0], [0, 1], [0, -1]].map(|[dx, dy]| whole.outline([cell[0] + dx, cell[1] + dy]));
     let reaching = |e: &Ellipse| {
         let [x, y] = Blurred::new(*e, whole.sigma).window(REACH * whole.sigma, width, height);
@@ -48,6 +50,7 @@ pub(crate) fn amplitude(image: &Image, whole: &GridFit, cell: [i32; 2], alone: b
         for x in columns[0]..columns[1] {
             let place = Vector2::new(x as f64, y as f64);
             let at = back.at(place);
+            // Beyond the cell other discs weigh more than what is asked for.
             if at.x.abs() > 0.6 || at.y.abs() > 0.6 {
                 continue;
             }
@@ -61,6 +64,7 @@ pub(crate) fn amplitude(image: &Image, whole: &GridFit, cell: [i32; 2], alone: b
             count += 1;
         }
     }
+    // Four numbers are fitted: fewer pixels say nothing of how well.
     if count < 8 {
         return None;
     }

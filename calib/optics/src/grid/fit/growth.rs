@@ -218,6 +218,7 @@ impl Growth<'_> {
         };
         let mut discs: Vec<GridDisc> = cells.iter().chain(marks).map(disc).collect();
         discs.sort_by_key(|d| (d.row, d.col));
+        // A lens bends the grid: the homography is then only the nearest one, and its residual says how far off.
         let (homography, homography_rms_px) = match &fit.bent {
             Some(_) => nearest(&discs).unwrap_or((fit.h, f64::NAN)),
             None => (fit.h * seat.lattice_from_grid(), 0.0),

@@ -197,7 +197,10 @@ impl LensFit<'_> {
                 .collect();
             let seen = |g: &Greys| if self.bright { g.contrast } else { -g.contrast };
             let usual = median(greys.iter().flatten().map(seen).collect());
+            // Discs much fainter or stronger than most are glare, dirt or no discs; without them the usual contrast is another
+            // one.
             let good = |g: &Option<Greys>| g.is_some_and(|g| seen(&g) > 0.3 * usual && seen(&g) < 2.0 * usual);
+            // A lens has as many numbers as this: with fewer discs it would fit whatever they are.
             if usual <= 0.0 || 2 * all.len() < NUMBERS + 4 {
                 return None;
             }
@@ -256,6 +259,7 @@ impl LensFit<'_> {
             blocks: Vec::with_capacity(cells.len()),
             slopes: Vec::with_capacity(cells.len()),
         };
+        // Each disc's own greys were eliminated in its block: the fit has the numbers of the lens alone.
         for (i, cell) in cells.iter().enumerate() {
             let block = local.block(i, &all, f64::INFINITY, &mut room)?;
             let slopes = bent.slopes(*cell)?;

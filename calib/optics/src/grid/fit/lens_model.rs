@@ -140,12 +140,14 @@ impl LensModel {
         };
         let by = ellipse_slopes(&h, point(cell), self.radius());
         let [x, y, xx, xy, yy] = by;
+        // By the homography and the radius: the pinhole's derivatives, carried through the lens.
         for (k, (x, y)) in x.into_iter().zip(y).enumerate() {
             let centre = Vector2::new(x, y);
             let shape = Matrix2::new(xx[k], xy[k], xy[k], yy[k]);
             let shape = jet.slope * shape * jet.slope.transpose() + turned(&jet.bent(centre));
             set(if k < 8 { k } else { RADIUS }, jet.slope * centre, shape);
         }
+        // By the lens's own numbers, at the place where a pinhole would show the disc.
         for (k, (value, slope)) in self.warp.by_numbers(plain.centre).iter().enumerate() {
             set(8 + k, *value, turned(slope));
         }

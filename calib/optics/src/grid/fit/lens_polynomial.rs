@@ -106,6 +106,7 @@ fn powers(x: Vector2<f64>) -> Powers {
         }
         all
     };
+    // Value, slopes and second derivatives of x^a y^b from those of each factor.
     let (px, py) = (row(x.x), row(x.y));
     for a in 0..=DEGREE {
         for b in 0..=DEGREE - a {
@@ -248,6 +249,7 @@ impl Warp {
             (value, Matrix2::new(u[1], u[2], v[1], v[2]))
         };
         let jet = self.jet(p);
+        // Moving the middle is moving the point the other way, but for the point itself.
         let moved = (jet.slope - Matrix2::identity()) * -self.unit;
         let (first, middle) = (self.first, self.middle);
         let second = [0, 1].map(|axis| one(&LENS[RADIAL + axis]));

@@ -110,6 +110,7 @@ impl Growing<'_> {
 
     /// Lists the chosen pixels that see anything of a cell's disc: where blur is wide beside steps, those of others too.
     fn list(&mut self, cell: [i32; 2]) -> Option<()> {
+        // Pixels are chosen within the margin, but a blurred disc reaches farther: other discs' pixels see it.
         let reach = self.outlines.margin.max(REACH * self.outlines.sigma);
         let [columns, rows] = self.window(cell, reach)?;
         let (first, begin) = (self.places.rows.len(), self.places.pixels.len());
@@ -129,6 +130,7 @@ impl Growing<'_> {
             let pixels = from..self.places.pixels.len();
             self.places.rows.push(Row { y: y as u32, pixels });
         }
+        // A disc that no chosen pixel sees takes no room.
         if self.places.pixels.len() == begin {
             self.places.rows.truncate(first);
             return Some(());

@@ -81,6 +81,7 @@ fn best_window(cells: &HashMap<Cell, usize>, size: [i32; 2]) -> (usize, Cell) {
     };
     let ((x0, x1), (y0, y1)) = (bounds(0), bounds(1));
     let (nx, ny) = ((x1 - x0 + 1) as usize, (y1 - y0 + 1) as usize);
+    // Sums over rectangles from the corner: each window then costs four of them.
     let mut sums = vec![vec![0_usize; nx + 1]; ny + 1];
     for y in 0..ny {
         for x in 0..nx {
@@ -131,6 +132,7 @@ fn oriented(blobs: &[Blob], cells: HashMap<Cell, usize>, size: [i32; 2]) -> Opti
     let n = cells.len() as f64;
     let middle = cells.keys().map(|c| point(*c)).sum::<Vector2<f64>>() / n;
     let j = jacobian(&h, middle);
+    // A lattice may have been grown with its axes exchanged; a grid is never seen from behind.
     let mirrored = j.determinant() < 0.0;
     let turns: [[i32; 4]; 4] = [[1, 0, 0, 1], [0, 1, -1, 0], [-1, 0, 0, -1], [0, -1, 1, 0]];
     let mut best: Option<(f64, HashMap<Cell, usize>)> = None;
@@ -148,6 +150,7 @@ fn oriented(blobs: &[Blob], cells: HashMap<Cell, usize>, size: [i32; 2]) -> Opti
             .try_normalize(0.0)
             .unwrap_or_default();
         let held = best_window(&turned, size).0 as f64 / n;
+        // The size decides where it differs by more than a fiftieth of the discs, else the axis to the right.
         let score = 10.0 * (held * 50.0).round() / 50.0 + right.x;
         if best.as_ref().is_none_or(|b| score > b.0) {
             best = Some((score, turned));

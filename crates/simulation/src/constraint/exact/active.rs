@@ -58,10 +58,12 @@ impl Active for Exact {
             };
             let rows = touch.rows(bodies, a).0;
             let rate: f64 = rows.iter().map(|r| touch.normal.dot(&r.by) * step[r.unknown]).sum();
+            // Gap and slack become equal in a whole step, whatever they were.
             let slack = rate + touch.gap - row.slack;
             let own = aim.of(row.force, LOADED_ROW_GAP * self.keep);
             let force = own.force(row.slack) - own.stiffness(row.force, row.slack) * slack - row.force;
             parts[0] = parts[0].min(most(row.slack, slack));
+            // Far rows have the force of the aim, which follows the slack and needs no limit.
             if !aim.far(row.slack) {
                 parts[1] = parts[1].min(most(row.force, force));
             }
@@ -145,6 +147,7 @@ impl Exact {
             deepest = deepest.max(-gap);
             let place = shapes[body].place(&sample);
             let size = (shapes[body].arcs[sample.arc][2] - shapes[body].arcs[sample.arc][0]).norm();
+            // A row that slides may be there already, from the round before.
             let same = |r: &Row| {
                 let near = (shapes[r.body].place(&r.sample) - place).norm() < SAME_ARC_PART * size;
                 near && r.body == body && r.against.arc() == against.arc()

@@ -197,6 +197,7 @@ impl Touch {
             }
         };
         let mixed: Vec<f64> = (0..moves.len()).map(mixed).collect();
+        // A point that slides follows the least distance: its own motion takes part of the curvature out.
         let curved = self.dip.map_or(0.0, |dip| 1.0 / dip.second);
         for (i, p) in rows.0.iter().enumerate() {
             for (j, q) in rows.0[..=i].iter().enumerate() {

@@ -48,6 +48,7 @@ impl Wall {
         let along = |arcs: Vec<[Vector2<f64>; 3]>| -> Vec<[f64; 3]> {
             arcs.iter().map(|arc| arc.map(|x| x.dot(&self.normal))).collect()
         };
+        // Nodes are shared by the samples of an arc: once for each solid.
         let mut known: Vec<Option<[Vec<[f64; 3]>; 2]>> = vec![None; bodies.len()];
         for body in self.solids() {
             let (solid, part, moves) = (bodies.solid(body), bodies.part(body, a), bodies.part(body, step));
@@ -67,6 +68,8 @@ impl Wall {
             };
             let (solid, moves) = (bodies.solid(*body), bodies.part(*body, step));
             let swerves = solid.boundary().arcs[cursor.arc].map(|n| solid.swerve(moves, n));
+            // 0.625 is the largest sum of absolute weights of an arc's three nodes, halved: how far a turn swerves off the
+            // straight way.
             let bend = 0.625 * swerves.into_iter().fold(0.0, f64::max);
             let room = (1.0 - LEFT_OF_DISTANCE) * (at(heights) - self.offset + self.depth);
             most = most.min(first_fall(room, at(rates), bend));

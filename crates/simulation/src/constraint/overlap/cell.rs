@@ -103,6 +103,8 @@ impl Frame {
         let middle = |v: &[f64; 3]| 0.25 * (v[0] + v[2]) + 0.5 * v[1];
         let [begin, half, end] = [self.x[0], middle(&self.x), self.x[2]].map(|x| self.parameter(x));
         let (begin, half, end) = (begin?, half?, end?);
+        // A quadratic through the parameters at the ends and the middle: off by little where arcs are short, and by how much is
+        // bounded below.
         let t = [begin, 2.0 * half - 0.5 * (begin + end), end];
         let room = BEYOND_PARAMETER * (most(&t) - least(&t)) + 16.0 * tolerance / length;
         let range = [least(&t) - room, most(&t) + room];
@@ -115,6 +117,7 @@ impl Frame {
         let along = |k: usize| 2.0 * control * once[k] + (length - 2.0 * control) * twice[k];
         let height = |k: usize| 2.0 * rise * (once[k] - twice[k]);
         let (x, y) = (raised(&self.x), raised(&self.y));
+        // What that parameter misses along the chord, times the slope, is what heights may be off by.
         let missed = (0..5).map(|k| (along(k) - x[k]).abs()).fold(0.0, f64::max);
         if missed > room * speed {
             return None;

@@ -49,6 +49,7 @@ impl Columns {
     pub(super) fn set<const N: usize, K: Separable<N>>(&mut self, kernel: &K, axes: Axes, walk: &Walk) {
         let (quad, last) = (QUAD as i32, walk.inside.end - 1);
         let count = walk.inside.len().next_multiple_of(LANES);
+        // The last column again, up to whole blocks of eight.
         let columns = || (walk.inside.start..).map(|column| column.min(last)).take(count);
         let firsts = || columns().map(|column| K::first(&walk.at(column), axes.right));
         let (low, high) = firsts().fold((i32::MAX, i32::MIN), |(low, high), i| (low.min(i), high.max(i)));
@@ -63,6 +64,7 @@ impl Columns {
             block.iter_mut().for_each(|i| *i -= least);
             self.blocks.push(least);
         }
+        // Eight columns whose first voxels lie within eight are read at once and picked from.
         self.close = self.behind.iter().all(|&i| i < LANES as u32);
         self.weights.clear();
         self.weights.resize(N * count, 0.0);

@@ -102,6 +102,7 @@ impl Layer {
         self.sums.resize(places::<N>() * lines, 0.0);
         for group in group(first)..=group(first + N as i32 - 1) {
             let place = place::<N>(group);
+            // Rows next to one another share all lines but one: what is there is not summed again.
             if self.held[place].replace(group) == Some(group) {
                 continue;
             }
@@ -119,6 +120,7 @@ impl Layer {
                 group,
                 &mut self.sums[place * lines..][..lines],
             );
+            // Rows go one way: the memory of the next line is asked for while this one is used.
             let next = group + if group < self.last { -1 } else { 1 };
             self.last = group;
             if let Some(vector) = kernel.vector() {
