@@ -163,6 +163,7 @@ impl Axes {
         let settled = settle(&directions, robust)?;
         let (u, v) = settled.found;
         let cosine = u.dot(&Vector3::from(hint.components()));
+        // The fit knows a line, not its direction: the hint says which way the axis points.
         let (u, v) = (u * cosine.signum(), v * cosine.signum());
         let across = [completed(&u), completed(&v)];
         let wobble = |r: &Matrix3<f64>| {

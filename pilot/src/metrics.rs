@@ -240,7 +240,10 @@ impl Metrics {
         if let Some(volume) = &self.volume {
             self.foreign_volume |= volume.volume_hash() != stamp.volume();
         }
-        let shows_pose = matches!(state, Some(FrameState::Live | FrameState::Stale | FrameState::Held));
+        let shows_pose = matches!(
+            state,
+            Some(FrameState::Live | FrameState::Stale | FrameState::Requested)
+        );
         let is_new = view.last_seq.is_none_or(|last| stamp.seq > last);
         if shows_pose && is_new && stamp.on_request == 0 {
             view.last_seq = Some(stamp.seq);

@@ -118,7 +118,7 @@ impl Run {
             .map(|i| &self.children[i].note)
             .filter(|note| note.starts_with("pose "))
         {
-            bus::say!("pilot: {note}");
+            bus::stderr_line!("pilot: {note}");
         }
     }
 }

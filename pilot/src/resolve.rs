@@ -47,7 +47,7 @@ fn shipped(path: &Path) -> PathBuf {
     let Some(shipped) = scene::shipped::instead_of(path) else {
         return path.to_owned();
     };
-    bus::say!("pilot: {}: the shipped scene {}", path.display(), shipped.display());
+    bus::stderr_line!("pilot: {}: the shipped scene {}", path.display(), shipped.display());
     shipped
 }
 

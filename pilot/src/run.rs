@@ -21,7 +21,7 @@ use crate::ports;
 use crate::replay::{RecomputeError, Replay};
 use crate::report::Report;
 use crate::shutdown;
-use crate::spawn::{self, Running, SpawnError, Told};
+use crate::spawn::{self, RunOfProcess, Running, SpawnError};
 use crate::state::{Options, Run};
 use crate::supervise::{Action, Ending, Event, KillReason, Outcome};
 
@@ -230,7 +230,7 @@ impl Run {
             return;
         }
         let name = self.children[i].name().to_owned();
-        bus::say!("pilot: {name} ended ({cause})");
+        bus::stderr_line!("pilot: {name} ended ({cause})");
         self.tell(Level::Error, &format!("{name} ended ({cause})"));
         self.metrics.restarts.push(Restart {
             process: name,
@@ -313,10 +313,10 @@ impl Run {
                     running.kill();
                 }
             }
-            Action::Held(i) => {
+            Action::GaveUp(i) => {
                 let name = self.children[i].name().to_owned();
                 let words = format!("{name} ended too often and is not started again");
-                bus::say!("pilot: {words}");
+                bus::stderr_line!("pilot: {words}");
                 self.tell(Level::Error, &words);
                 self.children[i].is_held = true;
                 if name == "tracker" {
@@ -354,7 +354,7 @@ impl Run {
         {
             more = vec!["--begin-ns".to_owned(), pose.t_publish_ns.to_string()];
         }
-        let told = Told {
+        let told = RunOfProcess {
             run_dir: &self.context.dir,
             facts: &self.facts,
             volume: self.kept.for_process(&self.children[i].planned),
@@ -384,7 +384,7 @@ impl Run {
         })?;
         let ending = self.options.ending();
         let words = format!("everybody ready after {:.2} s; {ending}", clock::ms(now) / 1e3);
-        bus::say!("pilot: {words}");
+        bus::stderr_line!("pilot: {words}");
         self.tell(Level::Info, &words);
         Ok(())
     }

@@ -255,7 +255,7 @@ pub(crate) fn attach_report(options: &Options) {
         return;
     }
     if let Err(error) = spawn::attach(&session, &out.join("report.json")) {
-        bus::say!("pilot: the report is not in the recording: {error}");
+        bus::stderr_line!("pilot: the report is not in the recording: {error}");
     }
 }
 

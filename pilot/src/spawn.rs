@@ -71,7 +71,7 @@ pub(crate) fn hand_over(binary: &str, arguments: &[OsString]) -> Result<ExitStat
 
 /// What a process is told of the run that it is started in.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Told<'a> {
+pub(crate) struct RunOfProcess<'a> {
     pub(crate) run_dir: &'a Path,
     /// The hash of the run's files.
     pub(crate) facts: &'a str,
@@ -80,7 +80,7 @@ pub(crate) struct Told<'a> {
 }
 
 /// Starts `planned` in a run; `more` is appended to its arguments.
-pub(crate) fn start(planned: &Planned, told: Told<'_>, more: &[String]) -> Result<Running, SpawnError> {
+pub(crate) fn start(planned: &Planned, told: RunOfProcess<'_>, more: &[String]) -> Result<Running, SpawnError> {
     let program = sibling(planned.binary);
     #[allow(clippy::disallowed_methods, reason = "this is the one place that starts processes")]
     let mut command = std::process::Command::new(&program);

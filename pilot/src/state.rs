@@ -219,7 +219,7 @@ impl Run {
         self.crowded = self.ports.services.crowded();
         for crowded in self.crowded.clone() {
             if self.crowds.iter().all(|known| known.service != crowded.service) {
-                bus::say!("pilot: warning: {crowded}: a process that is started again may find none");
+                bus::stderr_line!("pilot: warning: {crowded}: a process that is started again may find none");
                 self.tell(Level::Warning, &crowded.to_string());
                 self.crowds.push(crowded);
             }

@@ -66,7 +66,7 @@ pub enum Action {
     /// End it.
     Kill(usize, KillReason),
     /// Say that this process is not restarted any more.
-    Held(usize),
+    GaveUp(usize),
     /// Everybody is ready for the first time.
     AllReady,
     /// Nothing is running any more.
@@ -104,7 +104,7 @@ enum Stage {
     /// Is started again at this time.
     BackOff { until: i64 },
     /// Not restarted any more.
-    Held,
+    GivenUp,
     /// Was asked to end.
     Ending { since: i64 },
     /// Has ended, or never started.
@@ -194,7 +194,7 @@ impl Supervisor {
             Stage::Starting { .. } => "starting",
             Stage::Ready => "ready",
             Stage::BackOff { .. } => "restarting",
-            Stage::Held => "held",
+            Stage::GivenUp => "held",
             Stage::Ending { .. } => "ending",
             Stage::Ended => "ended",
         }
@@ -232,8 +232,8 @@ impl Supervisor {
         member.restarts.push(now);
         if member.restarts.len() > self.limits.restarts as usize {
             let was_ready = member.was_ready;
-            member.stage = if was_ready { Stage::Held } else { Stage::Ended };
-            actions.push(Action::Held(i));
+            member.stage = if was_ready { Stage::GivenUp } else { Stage::Ended };
+            actions.push(Action::GaveUp(i));
             if !was_ready {
                 self.stop(Outcome::Refused(i));
             }
@@ -247,7 +247,7 @@ impl Supervisor {
     /// One that is held begins anew, with as many restarts as at first; of any other this is no business.
     fn restart(&mut self, i: usize, now: i64) {
         let member = &mut self.members[i];
-        if member.stage == Stage::Held {
+        if member.stage == Stage::GivenUp {
             member.restarts.clear();
             member.stage = Stage::BackOff { until: now };
         }
@@ -259,7 +259,7 @@ impl Supervisor {
         }
         self.stopping = Some(outcome);
         for member in &mut self.members {
-            if matches!(member.stage, Stage::Waiting | Stage::BackOff { .. } | Stage::Held) {
+            if matches!(member.stage, Stage::Waiting | Stage::BackOff { .. } | Stage::GivenUp) {
                 member.stage = Stage::Ended;
             }
         }

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use bus::process::{Membership, exit};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
-use geometry::door;
+use geometry::checked;
 use scene::{
     BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, VolumeSource,
     VolumeSpec, WindowLevel,
@@ -273,7 +273,7 @@ pub fn main(load: LoadVolume) -> ExitCode {
 
 fn take(args: SnapshotArgs, load: LoadVolume) -> Result<(), SnapshotError> {
     let [w, x, y, z, tx, ty, tz] = args.pose.0;
-    let pose = door::rigid([w, x, y, z], [tx, ty, tz], TYPED_TOLERANCE).map_err(SnapshotError::Pose)?;
+    let pose = checked::rigid([w, x, y, z], [tx, ty, tz], TYPED_TOLERANCE).map_err(SnapshotError::Pose)?;
     let sampling = args.sampling()?;
     if !args.ahead_mm.is_finite() {
         return Err(SnapshotError::Ahead(args.ahead_mm));

@@ -20,7 +20,7 @@ pub enum Notice {
     /// The pose is young.
     Live,
     /// The pose was asked for and not just measured.
-    Held,
+    Requested,
     /// The pose is this old, ns.
     Stale(i64),
     /// There is no pose; the slice shown, if any, is of a pose this old, ns.
@@ -153,7 +153,7 @@ impl Overlay<'_> {
     /// Whatever moves in a replay says so, so that nobody takes it for the present: a frame and a word in a colour that
     /// nothing else has. A held image claims nothing of the present, and is the same bytes as in the run that was recorded.
     fn is_moving_replay(&self) -> bool {
-        self.origin != Origin::Tracker && self.notice != Notice::Held
+        self.origin != Origin::Tracker && self.notice != Notice::Requested
     }
 
     /// The frame around the image: colour and width, pixels.

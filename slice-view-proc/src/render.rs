@@ -65,7 +65,7 @@ impl Notice {
     pub fn state(self) -> FrameState {
         match self {
             Self::Live => FrameState::Live,
-            Self::Held => FrameState::Held,
+            Self::Requested => FrameState::Requested,
             Self::Stale(_) => FrameState::Stale,
             Self::Lost(reason, _) => FrameState::Lost(reason),
         }

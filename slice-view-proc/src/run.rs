@@ -178,7 +178,7 @@ impl SliceView {
         if let Some(old) = &self.volume
             && old.hash() != new.hash()
         {
-            bus::say!(
+            bus::stderr_line!(
                 "slice-view-proc: warning: the loader published another examination ({}); the images stay with {}",
                 new.hash(),
                 old.hash()
@@ -226,7 +226,7 @@ impl SliceView {
         }
         match command.pose.tracked() {
             Ok(Tracked::Valid(pose)) => {
-                self.draw(&command.pose, Some(pose), Notice::Held)?;
+                self.draw(&command.pose, Some(pose), Notice::Requested)?;
                 request.reply(Ok("drawn"))?;
             }
             Ok(Tracked::Lost(reason)) => request.reply(Err(reason.words()))?,
@@ -289,7 +289,7 @@ impl SliceView {
 
     fn refuse(&mut self, why: &str) {
         if self.process.counters.refused == 0 {
-            bus::say!("slice-view-proc: error: {why}. It is not shown; further ones are only counted");
+            bus::stderr_line!("slice-view-proc: error: {why}. It is not shown; further ones are only counted");
         }
         self.process.counters.refused += 1;
     }
@@ -344,7 +344,7 @@ impl SliceView {
                 self.draw(sample, placed, Notice::Lost(reason, age))
             }
             // Only what was asked for is held.
-            (FrameState::Held, Tracked::Valid(pose)) => self.draw(sample, Some(pose), Notice::Held),
+            (FrameState::Requested, Tracked::Valid(pose)) => self.draw(sample, Some(pose), Notice::Requested),
         }
     }
 }

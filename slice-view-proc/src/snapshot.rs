@@ -93,7 +93,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         marks: volume.marks,
         pose: Some(what.pose),
         accuracy: None,
-        notice: Notice::Held,
+        notice: Notice::Requested,
         origin: Origin::Tracker,
         remarks: &[],
         seq: 0,

@@ -11,7 +11,7 @@ use std::process::Output;
 use crate::support::links::CT_FROM_TRACKER;
 use crate::support::{SMALL, World, stderr, stdout, wait_for};
 use bus::run::RunContext;
-use geometry::{Base, Ct, Marker, Point, Rigid, Tool, Tracker, Vector, door};
+use geometry::{Base, Ct, Marker, Point, Rigid, Tool, Tracker, Vector, checked};
 use localizer::{EMITTERS_MM, Held, Localizer, NOISE_MM, marker_from_tool, tool};
 use serde_json::Value;
 
@@ -187,7 +187,7 @@ fn check_tool(file: &Value) {
             .collect()
     };
     let (q, t) = (numbers("quaternion_wxyz"), numbers("translation_mm"));
-    let found: Rigid<Marker, Tool> = door::rigid(q.try_into().unwrap(), t.try_into().unwrap(), 1e-9).unwrap();
+    let found: Rigid<Marker, Tool> = checked::rigid(q.try_into().unwrap(), t.try_into().unwrap(), 1e-9).unwrap();
     let uncertain = geometry::Uncertain::from_upper(found, numbers("covariance_upper").try_into().unwrap()).unwrap();
     let origin = Point::<Tool>::new(0.0, 0.0, 0.0);
     let off = (found * origin).distance(marker_from_tool() * origin);
@@ -215,7 +215,7 @@ const TOUCHED_CT: [[f64; 3]; 5] = [
 /// The patient, from points touched with the tool in its new calibration.
 fn register(walk: &Walk, localizer: &Localizer) -> Rigid<Tracker, Ct> {
     let (q, t) = CT_FROM_TRACKER;
-    let ct_from_tracker: Rigid<Ct, Tracker> = door::rigid(q, t, 1e-9).unwrap();
+    let ct_from_tracker: Rigid<Ct, Tracker> = checked::rigid(q, t, 1e-9).unwrap();
     let tracker_from_ct = ct_from_tracker.inverse();
     let place = |[x, y, z]: [f64; 3]| tracker_from_ct * Point::new(x, y, z);
     // A command that starts sooner than that gets frames of the touch before first.

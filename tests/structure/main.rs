@@ -6,3 +6,4 @@ mod circles;
 mod documents;
 mod floors;
 mod licences;
+mod reasons;

@@ -68,7 +68,7 @@ pub fn tool_json(tool: &str, marker: &str, translation_mm: [f64; 3]) -> String {
 /// Registers the room's patient with `calib register` from six points that are off by 0.2 mm, into `out`.
 pub fn register(world: &World, from: &str, ct_hash: &str, out: &Path) {
     let (q, t) = CT_FROM_TRACKER;
-    let ct_from_tracker: Rigid<geometry::Ct, Tracker> = geometry::door::rigid(q, t, 1e-9).unwrap();
+    let ct_from_tracker: Rigid<geometry::Ct, Tracker> = geometry::checked::rigid(q, t, 1e-9).unwrap();
     let mut csv = "from_x,from_y,from_z,to_x,to_y,to_z\n".to_owned();
     for (i, at) in [
         [90.0, 0.0, 0.0],

@@ -292,7 +292,7 @@ fn numbers(sightings: &[Sighting]) -> impl Iterator<Item = f64> + Clone + '_ {
 fn refuse(process: &mut Process, seq: u64, why: &str) {
     process.counters.refused += 1;
     if process.counters.refused == 1 {
-        bus::say!("tracker: frame {seq} is refused: {why}; further ones are only counted");
+        bus::stderr_line!("tracker: frame {seq} is refused: {why}; further ones are only counted");
     }
 }
 

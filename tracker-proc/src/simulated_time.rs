@@ -190,7 +190,7 @@ impl Reader {
         }
         let now_ns = monotonic_ns();
         if now_ns - *self.waiting_since_ns.get_or_insert(now_ns) > clock::ns(PATIENCE) {
-            bus::say!(
+            bus::stderr_line!(
                 "tracker: the {} takes no poses; simulated time goes on without it",
                 self.name
             );

@@ -90,10 +90,10 @@ pub fn main() -> ExitCode {
 fn write_phantom(seed: u64, spacing_mm: f64, out: &std::path::Path) -> Result<(), PhantomError> {
     let mut source = PhantomSource::new(seed, [spacing_mm; 3])?;
     nifti::write(out, &mut source)?;
-    bus::say!("volume-loader: wrote {}: {}", out.display(), source.describe());
+    bus::stderr_line!("volume-loader: wrote {}: {}", out.display(), source.describe());
     for target in source.phantom().targets() {
         let [x, y, z] = target.centre.mm();
-        bus::say!("volume-loader: target {}: {x:.2} {y:.2} {z:.2} mm LPS", target.name);
+        bus::stderr_line!("volume-loader: target {}: {x:.2} {y:.2} {z:.2} mm LPS", target.name);
     }
     Ok(())
 }

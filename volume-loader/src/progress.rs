@@ -48,7 +48,7 @@ impl Progress {
             let _ = write!(std::io::stderr(), "\r[{bar}] {text}   ");
             self.shown = true;
         } else {
-            bus::say!("volume-loader: {text}");
+            bus::stderr_line!("volume-loader: {text}");
         }
         self.next_ns = now + if self.terminal { BAR_NS } else { LINE_NS };
     }
@@ -56,7 +56,7 @@ impl Progress {
     /// Ends the bar; returns how long it took, s.
     pub(crate) fn finish(self) -> f64 {
         if self.shown {
-            bus::say!("");
+            bus::stderr_line!("");
         }
         clock::ms(self.clock.now_ns() - self.began_ns) / 1e3
     }

@@ -69,7 +69,7 @@ pub enum RunError {
 pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     let mut process = Process::join("volume-loader", membership)?;
     let mut source = open(&process.scene.volume, process.scene.seed)?;
-    bus::say!("volume-loader: {}", source.describe());
+    bus::stderr_line!("volume-loader: {}", source.describe());
     let what = || source.describe();
     let layout = Layout::choose(source.grid().dims()).map_err(|e| RunError::Layout {
         what: what(),
@@ -139,15 +139,15 @@ fn publish(
     loan.publish(VolumeHeader::new(&grid, layout, padding_hu, hash, marks))?;
     let seconds = progress.finish();
     let mib = (layout.stored() * 2) as f64 / f64::from(1 << 20);
-    bus::say!(
+    bus::stderr_line!(
         "volume-loader: {mib:.1} MiB in shared memory after {seconds:.2} s, bricks of {:?}, hash {hash}",
         layout.brick()
     );
     for remark in source.remarks() {
-        bus::say!("volume-loader: {remark}");
+        bus::stderr_line!("volume-loader: {remark}");
     }
     if conversion.clamped_low + conversion.clamped_high + conversion.not_finite > 0 {
-        bus::say!(
+        bus::stderr_line!(
             "volume-loader: warning: {} voxels below and {} above the range of 16 bits were clamped, {} that were not \
              numbers became padding",
             conversion.clamped_low,

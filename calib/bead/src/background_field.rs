@@ -64,7 +64,7 @@ pub(super) struct Spread {
 
 /// A voxel and what the ball has of it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct VoxelShare {
     pub(super) place: Vector3<f64>,
     /// f: 1 within the ball, 0 far from it.
     pub(super) share: f64,
@@ -74,20 +74,20 @@ pub(super) struct Seen {
 
 impl Spread {
     /// Covariance of the ground at two voxels, HU^2.
-    pub(super) fn between(&self, one: &Seen, other: &Seen) -> f64 {
+    pub(super) fn between(&self, one: &VoxelShare, other: &VoxelShare) -> f64 {
         let a = 5.0_f64.sqrt() * (one.place - other.place).norm() / LENGTH_MM;
         let visible = (1.0 - one.share) * (1.0 - other.share);
         self.smooth_hu * self.smooth_hu * visible * (1.0 + a + a * a / 3.0) * (-a).exp()
     }
 
     /// Variance at a voxel of what is independent of all others, HU^2.
-    pub(super) fn alone(&self, seen: &Seen) -> f64 {
+    pub(super) fn alone(&self, seen: &VoxelShare) -> f64 {
         let own = MODEL_ERROR * seen.signal;
         self.noise_hu * self.noise_hu + ROUNDING_VARIANCE_HU2 + own * own
     }
 
     /// The voxels' covariance, factored. `None` where rounding leaves it no factor.
-    pub(super) fn factor(&self, all: &[Seen]) -> Option<Cholesky<f64, Dyn>> {
+    pub(super) fn factor(&self, all: &[VoxelShare]) -> Option<Cholesky<f64, Dyn>> {
         let mut matrix = DMatrix::zeros(all.len(), all.len());
         for (j, one) in all.iter().enumerate() {
             matrix[(j, j)] = self.alone(one);
@@ -130,7 +130,7 @@ impl Linear {
     }
 
     /// Minus twice the logarithm of the restricted likelihood, but for a constant.
-    pub(super) fn unlikelihood(&self, spread: &Spread, all: &[Seen]) -> f64 {
+    pub(super) fn unlikelihood(&self, spread: &Spread, all: &[VoxelShare]) -> f64 {
         let value = || {
             let factor = spread.factor(all)?;
             let (matrix, vector, squares) = self.normal(&factor)?;
@@ -144,7 +144,7 @@ impl Linear {
 
     /// As [`Linear::unlikelihood`] at the point itself, with the covariance of the voxels times the likeliest factor: so that
     /// what the deviations' search leaves does not count. `None` where the covariance has no factor.
-    pub(super) fn scaled_unlikelihood(&self, spread: &Spread, all: &[Seen]) -> Option<f64> {
+    pub(super) fn scaled_unlikelihood(&self, spread: &Spread, all: &[VoxelShare]) -> Option<f64> {
         let factor = spread.factor(all)?;
         let (matrix, _, squares) = self.normal(&factor)?;
         let n = all.len() as f64;
@@ -157,7 +157,7 @@ impl Linear {
 
     /// The likeliest deviations of the ground; without its smooth part for polynomials. By a search along the two
     /// logarithms, at most 60 factorizations.
-    pub(super) fn likeliest(&self, all: &[Seen], start: Spread, ground: Ground) -> Spread {
+    pub(super) fn likeliest(&self, all: &[VoxelShare], start: Spread, ground: Ground) -> Spread {
         let mut best = Spread {
             smooth_hu: if ground == Ground::Correlated {
                 start.smooth_hu

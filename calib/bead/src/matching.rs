@@ -152,6 +152,7 @@ fn check<F: Frame>(beads: &[Point<Ct>], touched: &[Point<F>], errors: &Errors) -
     }
     finite("bead", beads.iter().map(|p| p.mm()))?;
     finite("touched point", touched.iter().map(|p| p.mm()))?;
+    // A point touched twice would count as two, and could be matched to two beads.
     for (second, p) in touched.iter().enumerate() {
         for (first, q) in touched[..second].iter().enumerate() {
             let distance_mm = p.distance(*q);

@@ -16,7 +16,7 @@
 use ::fit::{End, Limits, Made, Step, least_squares};
 use nalgebra::{DMatrix, DVector, Dyn, Vector3, linalg::Cholesky};
 
-use super::background_field::{Ground, Linear, Seen, Spread};
+use super::background_field::{Ground, Linear, Spread, VoxelShare};
 use super::fit::{DAMPING, Expected, Fitted, Sample, State};
 use super::residuals::Leftover;
 
@@ -174,13 +174,13 @@ impl<'a> Refiner<'a> {
     }
 
     /// The voxels with the ball's share of each.
-    fn seen(&self, samples: &[Sample], state: &DVector<f64>) -> Vec<Seen> {
+    fn seen(&self, samples: &[Sample], state: &DVector<f64>) -> Vec<VoxelShare> {
         let ball = ball(state, self.expected.blur.slice_mm);
         let (blur, metal) = (ball.blur(), ball.metal_hu());
         let one = |s: &Sample| {
             let d = s.place - ball.centre();
             let share = blur.value(d.x.hypot(d.y), d.z);
-            Seen {
+            VoxelShare {
                 place: s.place,
                 share,
                 signal: share * metal,
@@ -236,7 +236,7 @@ impl<'a> Refiner<'a> {
         let weights = open.solve(&self.linear(&self.open, state).residuals);
         let around = self.seen(&self.open, state);
         let own = self.linear(&self.clipped, state);
-        let predicted_less = |(i, at): (usize, &Seen)| {
+        let predicted_less = |(i, at): (usize, &VoxelShare)| {
             let field: f64 = around
                 .iter()
                 .zip(weights.iter())

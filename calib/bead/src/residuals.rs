@@ -6,7 +6,7 @@
 
 use nalgebra::{DVector, Dyn, linalg::Cholesky};
 
-use super::background_field::{Seen, Spread};
+use super::background_field::{Spread, VoxelShare};
 
 /// Of the ball's greatest share: where its residual counts.
 const BRIGHT_SHARE: f64 = 0.1;
@@ -16,7 +16,7 @@ const SHINES_SHARE: f64 = 0.02;
 const COVERED_SHARE: f64 = 0.7;
 
 pub(super) struct Leftover {
-    seen: Vec<Seen>,
+    seen: Vec<VoxelShare>,
     factor: Cholesky<f64, Dyn>,
     /// `V^-1 r`, 1/HU.
     weights: DVector<f64>,
@@ -28,7 +28,7 @@ pub(super) struct Leftover {
 
 impl Leftover {
     /// `None` where the covariance has no factor.
-    pub(super) fn of(spread: &Spread, seen: Vec<Seen>, residuals: &DVector<f64>) -> Option<Self> {
+    pub(super) fn of(spread: &Spread, seen: Vec<VoxelShare>, residuals: &DVector<f64>) -> Option<Self> {
         let factor = spread.factor(&seen)?;
         let weights = factor.solve(residuals);
         let own_hu: Vec<f64> = seen
@@ -100,11 +100,11 @@ mod tests {
     };
 
     /// A ball that shines in the middle of 7 x 7 x 7 voxels.
-    fn seen() -> Vec<Seen> {
+    fn seen() -> Vec<VoxelShare> {
         let place = |i: i32| Vector3::new(i % 7 - 3, i / 7 % 7 - 3, i / 49 - 3).map(f64::from);
         let one = |i: i32| {
             let share = (1.5 - 0.6 * place(i).norm()).clamp(0.0, 1.0);
-            Seen {
+            VoxelShare {
                 place: place(i),
                 share,
                 signal: 2000.0 * share,
@@ -114,14 +114,14 @@ mod tests {
     }
 
     /// A draw of the field and the noise, in units of the covariance.
-    fn drawn(seen: &[Seen], random: &mut Random) -> DVector<f64> {
+    fn drawn(seen: &[VoxelShare], random: &mut Random) -> DVector<f64> {
         let white: DVector<f64> = DVector::from_iterator(seen.len(), (0..seen.len()).map(|_| random.normal()));
         SPREAD.factor(seen).unwrap().l() * white
     }
 
     #[test]
     fn what_the_model_leaves_is_even_and_what_is_no_ball_is_not() {
-        let (seen, mut random): (Vec<Seen>, _) = (seen(), Random(5));
+        let (seen, mut random): (Vec<VoxelShare>, _) = (seen(), Random(5));
         for _ in 0..8 {
             let mut residuals = drawn(&seen, &mut random);
             let even = Leftover::of(&SPREAD, seen.clone(), &residuals).unwrap();
@@ -141,12 +141,12 @@ mod tests {
     /// Leaving each out in turn and predicting it from the others is what the inverse says.
     #[test]
     fn a_voxel_is_off_what_the_others_predict_as_the_inverse_says() {
-        let seen: Vec<Seen> = seen().into_iter().step_by(11).collect();
+        let seen: Vec<VoxelShare> = seen().into_iter().step_by(11).collect();
         let residuals = drawn(&seen, &mut Random(9));
         let left = Leftover::of(&SPREAD, seen.clone(), &residuals).unwrap();
         let inverse = left.factor.inverse();
         for i in 0..seen.len() {
-            let others: Vec<Seen> = seen
+            let others: Vec<VoxelShare> = seen
                 .iter()
                 .enumerate()
                 .filter(|(j, _)| *j != i)
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn the_field_is_as_bright_as_what_is_seen_of_it() {
         let seen = seen();
-        let behind = |s: &Seen| (1.0 - s.share) * if s.place.x > 1.0 { 900.0 } else { 0.0 };
+        let behind = |s: &VoxelShare| (1.0 - s.share) * if s.place.x > 1.0 { 900.0 } else { 0.0 };
         let residuals = DVector::from_iterator(seen.len(), seen.iter().map(behind));
         let wide = Spread {
             smooth_hu: 900.0,

@@ -18,6 +18,7 @@ pub(super) fn erf_and_exp(x: f64) -> (f64, f64) {
 /// `exp(-x) I0(x)` and `exp(-x) I1(x)` for `x >= 0`: Abramowitz and Stegun (1964) 9.8.1 to 9.8.4, relative error at most
 /// 3e-7.
 pub(super) fn bessel_scaled(x: f64) -> (f64, f64) {
+    // Two fits of the source meet at 3.75; beyond, exp(-x) is in the series already and cannot overflow.
     if x < 3.75 {
         let t = (x / 3.75) * (x / 3.75);
         let i0 = polynomial(

@@ -7,7 +7,7 @@ use scene::tracking::RegistrationGates;
 use crate::calibration::{CalibrationFile, Gate};
 use crate::live::LiveError;
 use crate::register::file::RegistrationFile;
-use crate::scene_context::Scened;
+use crate::scene_context::SceneContext;
 use crate::values::Positive;
 
 const CALIBRATION: &str = "tracker.calibration.gates";
@@ -37,11 +37,11 @@ pub(crate) enum NotJudged {
 
 impl Bounds {
     /// None yet, those of a scene being of its table for calibrations.
-    pub(crate) fn calibration(scened: Option<&Scened>) -> Self {
+    pub(crate) fn calibration(scened: Option<&SceneContext>) -> Self {
         Self::of(scened, CALIBRATION)
     }
 
-    fn of(scened: Option<&Scened>, table: &str) -> Self {
+    fn of(scened: Option<&SceneContext>, table: &str) -> Self {
         Self {
             of: scened.map(|scened| scened.table(table)),
             gates: Vec::new(),
@@ -88,7 +88,7 @@ impl Bounds {
 /// the scene.
 pub(crate) fn on_tool(
     file: &CalibrationFile,
-    scened: &Scened,
+    scened: &SceneContext,
     given: Option<Positive>,
 ) -> Result<Vec<Gate>, NotJudged> {
     let read = ToolFile::parse(&file.clone().sealed()?.to_json()?).map_err(|source| NotJudged::Refused {
@@ -112,7 +112,7 @@ pub(crate) fn on_tool(
 
 /// The scene's gates on a registration, as the tracker applies them to its file. Without a target in the scene and without
 /// its volume the error counts at the centre of the registered points.
-pub(crate) fn on_registration(file: &RegistrationFile, scened: &Scened) -> Result<Vec<Gate>, NotJudged> {
+pub(crate) fn on_registration(file: &RegistrationFile, scened: &SceneContext) -> Result<Vec<Gate>, NotJudged> {
     let limits = scened.registration().map(|link| link.gates).unwrap_or_default();
     if limits == RegistrationGates::default() {
         return Ok(Vec::new());

@@ -123,7 +123,7 @@ pub fn main(hands: Hands) -> ExitCode {
     match refused {
         None => ExitCode::SUCCESS,
         Some(error) => {
-            bus::say!("calib: error: {error}");
+            bus::stderr_line!("calib: error: {error}");
             ExitCode::FAILURE
         }
     }

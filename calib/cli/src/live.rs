@@ -19,7 +19,7 @@ use crate::scene_context::SceneArgs;
 use crate::values::Positive;
 
 pub(crate) use error::LiveError;
-pub(crate) use run::{Heard, Run};
+pub(crate) use run::{Listened, Run};
 pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};
 pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs};

@@ -26,7 +26,7 @@ use crate::register::file::{
 use crate::register::input::{From, Input};
 use crate::register::input_error::InputError;
 use crate::register::solve::{Options, Solution, SolveError, method_name, solve};
-use crate::scene_context::Scened;
+use crate::scene_context::SceneContext;
 use crate::store::{self, StoreError};
 
 const TRANSFORM_CONVENTION: &str = "maps coordinates in `from` to coordinates in `to`: p_to = scale * R * p_from + t, R from the unit quaternion w, x, y, z";
@@ -70,7 +70,7 @@ pub(crate) enum RegisterError {
 }
 
 /// Does what is asked, and returns the report for people; a result that does not keep the scene's gates is not written.
-pub(crate) fn register(request: &Request, scened: Option<&Scened>) -> Result<Outcome, RegisterError> {
+pub(crate) fn register(request: &Request, scened: Option<&SceneContext>) -> Result<Outcome, RegisterError> {
     if let Some(out) = &request.out {
         store::check(out, request.overwrite)?;
     }
@@ -96,7 +96,7 @@ pub(crate) fn register(request: &Request, scened: Option<&Scened>) -> Result<Out
 /// is not.
 pub(crate) fn judge(
     file: &mut RegistrationFile,
-    scened: Option<&Scened>,
+    scened: Option<&SceneContext>,
 ) -> Result<(String, Option<String>), NotJudged> {
     let Some(scened) = scened else {
         return Ok((String::new(), None));

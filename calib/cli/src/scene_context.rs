@@ -31,7 +31,7 @@ pub(crate) struct SceneArgs {
 }
 
 /// A scene that a result is made for.
-pub(crate) struct Scened {
+pub(crate) struct SceneContext {
     pub(crate) scene: Scene,
     /// The run that it is of, where that is going.
     pub(crate) going: Option<Going>,
@@ -53,7 +53,7 @@ pub(crate) struct Examined {
     centre: Point<Ct>,
 }
 
-impl Scened {
+impl SceneContext {
     /// The scene that the command line names; `None` where it names none.
     pub(crate) fn open(args: &SceneArgs) -> Result<Option<Self>, LiveError> {
         match (&args.live, &args.scene) {

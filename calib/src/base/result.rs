@@ -4,7 +4,7 @@ use geometry::{Base, Frame, Point, Rigid, Uncertain, Vector};
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::search::{Found, Touched, chosen};
-use super::solve::{Held, normal, open};
+use super::solve::{HeldTouch, normal, open};
 use super::{Drawing, Feature, FreeMotion, Options, Refused};
 use crate::gate::Reached;
 
@@ -73,7 +73,7 @@ impl<F: Frame> Located<F> {
 /// The best place with its normal equations.
 pub(super) struct Solved<'a> {
     found: &'a Found,
-    touches: Vec<Vec<Held>>,
+    touches: Vec<Vec<HeldTouch>>,
     radius: f64,
     sigma_mm: f64,
     matrix: Matrix6<f64>,

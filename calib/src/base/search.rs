@@ -5,7 +5,7 @@ use geometry::rotation::{Rotation, RotationMatrix};
 use nalgebra::{Matrix3, Vector3};
 
 use super::consensus::{Flat, line, plane};
-use super::solve::{Held, Hold, normal, settle, shift};
+use super::solve::{HeldTouch, Hold, normal, settle, shift};
 use super::touches::widest;
 use super::{Drawing, Feature, Options};
 
@@ -81,11 +81,11 @@ impl Touched {
     }
 
     /// Every touch with what holds it under an assignment.
-    pub(super) fn held(&self, assignment: &[Feature], holds: &[Hold; 4]) -> Vec<Vec<Held>> {
+    pub(super) fn held(&self, assignment: &[Feature], holds: &[Hold; 4]) -> Vec<Vec<HeldTouch>> {
         let group = |(g, f): (usize, &Feature)| {
             let both = self.groups[g].iter().zip(&self.noise[g]);
             let hold = holds[f.index()];
-            let one = |(place, noise): (&Vector3<f64>, &Option<Matrix3<f64>>)| Held {
+            let one = |(place, noise): (&Vector3<f64>, &Option<Matrix3<f64>>)| HeldTouch {
                 place: *place,
                 hold,
                 noise: *noise,
@@ -145,7 +145,13 @@ impl Touched {
     }
 
     /// Fits from a rotation, keeps what lies within the gate, and fits again until nothing changes.
-    fn place(&self, assignment: &[Feature], touches: &[Vec<Held>], turn: Rotation, options: &Options) -> Option<Found> {
+    fn place(
+        &self,
+        assignment: &[Feature],
+        touches: &[Vec<HeldTouch>],
+        turn: Rotation,
+        options: &Options,
+    ) -> Option<Found> {
         let limit = options.limit_mm();
         let on = |(g, f): (usize, &Feature)| self.flat(g, *f).map(|f| f.on.clone());
         let mut kept: Vec<Vec<bool>> = assignment.iter().enumerate().map(on).collect::<Option<_>>()?;
@@ -193,7 +199,7 @@ fn enough(assignment: &[Feature], kept: &[Vec<bool>]) -> Option<()> {
 }
 
 /// The touches that are kept.
-pub(super) fn chosen(touches: &[Vec<Held>], kept: &[Vec<bool>]) -> Vec<Held> {
+pub(super) fn chosen(touches: &[Vec<HeldTouch>], kept: &[Vec<bool>]) -> Vec<HeldTouch> {
     let both = touches.iter().flatten().zip(kept.iter().flatten());
     both.filter(|(_, k)| **k).map(|(t, _)| *t).collect()
 }

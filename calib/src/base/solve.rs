@@ -36,14 +36,14 @@ impl Hold {
 
 /// A touch about the mean of all, and what holds it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Held {
+pub(super) struct HeldTouch {
     pub(super) place: Vector3<f64>,
     pub(super) hold: Hold,
     /// Covariance in units of the noise given; `None` for that noise.
     pub(super) noise: Option<Matrix3<f64>>,
 }
 
-impl Held {
+impl HeldTouch {
     /// The axes that hold the touch, in the touches' axes and in units of its own noise along them: `L^-1 (R e)` with
     /// `L L^T` the covariance of the residuals. `None` where that is none.
     fn weighed(&self, r: &Matrix3<f64>) -> Option<[Vector3<f64>; 2]> {
@@ -58,7 +58,7 @@ impl Held {
         (first > 0.0 && second > 0.0).then(|| [a / first, (b - a * (below / first)) / second])
     }
 
-    /// As [`Held::weighed`]; a direction without noise counts as one of the noise given.
+    /// As [`HeldTouch::weighed`]; a direction without noise counts as one of the noise given.
     fn rows(&self, r: &Matrix3<f64>) -> [Vector3<f64>; 2] {
         self.weighed(r).unwrap_or_else(|| self.hold.axes.map(|e| r * e))
     }
@@ -101,7 +101,7 @@ pub(super) fn row(e: &Vector3<f64>, p: &Vector3<f64>, radius: f64) -> Vector6<f6
 
 /// `J^T W J`, `-J^T W r` and `r^T W r`, the weights by the noise as it lies at the rotation `frozen`.
 pub(super) fn normal(
-    touches: &[Held],
+    touches: &[HeldTouch],
     pose: &Pose,
     frozen: &Matrix3<f64>,
     radius: f64,
@@ -145,7 +145,7 @@ const WEIGHING_ROUNDS: usize = 3;
 /// The pose of least squares near `pose`; `None` where it does not settle.
 ///
 /// Weights belong to the rotation, and are frozen while a step looks for less: else the sum would not have to fall.
-pub(super) fn settle(touches: &[Held], mut pose: Pose, radius: f64) -> Option<Pose> {
+pub(super) fn settle(touches: &[HeldTouch], mut pose: Pose, radius: f64) -> Option<Pose> {
     let rounds = if touches.iter().any(|t| t.noise.is_some()) {
         WEIGHING_ROUNDS
     } else {
@@ -165,7 +165,7 @@ pub(super) fn settle(touches: &[Held], mut pose: Pose, radius: f64) -> Option<Po
 
 /// Touches with the weights that they have at one rotation.
 struct Frozen<'a> {
-    touches: &'a [Held],
+    touches: &'a [HeldTouch],
     turn: Matrix3<f64>,
     radius: f64,
 }
@@ -199,7 +199,7 @@ impl Problem for Frozen<'_> {
 }
 
 /// The translation that fits best for a given rotation, near the one that lays the middles on one another.
-pub(super) fn shift(touches: &[Held], turn: Rotation) -> Vector3<f64> {
+pub(super) fn shift(touches: &[HeldTouch], turn: Rotation) -> Vector3<f64> {
     let r = Pose {
         turn,
         shift: Vector3::zeros(),

@@ -1,6 +1,6 @@
 //! The patient's registration, as `calib register` writes it.
 
-use geometry::{Ct, Frame, Point, Reference, Rigid, Tracker, Uncertain, door};
+use geometry::{Ct, Frame, Point, Reference, Rigid, Tracker, Uncertain, checked};
 use nalgebra::Matrix6;
 use serde::Deserialize;
 use serde_json::Value;
@@ -136,7 +136,7 @@ impl Raw {
             return Err(FileError::number("scale", &t.scale, "1: patients are measured in mm"));
         }
         place("translation_mm", t.translation_mm)?;
-        let rigid: Rigid<Ct, From> = door::rigid(t.quaternion_wxyz, t.translation_mm, UNIT_TOLERANCE)
+        let rigid: Rigid<Ct, From> = checked::rigid(t.quaternion_wxyz, t.translation_mm, UNIT_TOLERANCE)
             .map_err(|_| FileError::number("quaternion_wxyz", &t.quaternion_wxyz, "a unit quaternion"))?;
         let none = || FileError::number("covariance", &"null", "the covariance of three points or more");
         let rows = self.covariance.ok_or_else(none)?;

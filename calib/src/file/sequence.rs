@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use geometry::door;
+use geometry::checked;
 use geometry::named::{Chain, Disagree, NoChain};
 use geometry::rotation::{RotationError, RotationMatrix};
 use geometry::{Frame as GeometryFrame, Rigid};
@@ -47,7 +47,7 @@ pub struct Pose {
 impl Pose {
     /// The same between frames that the caller knows; `None` never, but for numbers put in by hand.
     pub fn rigid<To: GeometryFrame, From: GeometryFrame>(&self) -> Option<Rigid<To, From>> {
-        door::rigid(self.quaternion, self.translation_mm, 1e-9).ok()
+        checked::rigid(self.quaternion, self.translation_mm, 1e-9).ok()
     }
 }
 

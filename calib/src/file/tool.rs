@@ -1,6 +1,6 @@
 //! A tool's frame in its marker, as `calib tool` writes it.
 
-use geometry::{Marker, Point, Tool, Uncertain, door};
+use geometry::{Marker, Point, Tool, Uncertain, checked};
 use serde::Deserialize;
 
 use super::{FileError, content_id, parsed, place, quoted, same};
@@ -155,7 +155,7 @@ fn reached(marker_from_tool: &Uncertain<Marker, Tool>, pivot: Option<&RawPivot>,
 fn frame(raw: Option<RawFrame>) -> Result<Uncertain<Marker, Tool>, FileError> {
     let raw = raw.ok_or_else(|| FileError::number("tool_frame", &"nothing", "the tool's frame"))?;
     place("translation_mm", raw.translation_mm)?;
-    let rigid = door::rigid(raw.quaternion_wxyz, raw.translation_mm, UNIT_TOLERANCE)
+    let rigid = checked::rigid(raw.quaternion_wxyz, raw.translation_mm, UNIT_TOLERANCE)
         .map_err(|_| FileError::number("quaternion_wxyz", &raw.quaternion_wxyz, "a unit quaternion"))?;
     let uncertain = Uncertain::from_upper(rigid, raw.covariance_upper)
         .map_err(|error| FileError::number("covariance_upper", &error.to_string(), "a covariance"))?;

@@ -78,6 +78,7 @@ pub(super) fn settle<N: Noise>(problem: &Problem, start: State, noise: &N) -> Re
     run.measure();
     let largest = run.settled.squares.iter().copied().fold(0.0, f64::max);
     let mut mu = (2.0 * largest / GEMAN_MCCLURE_CHI2).min(1e6);
+    // Convex at first, so that a start that slipped poses have spoilt is left behind.
     while mu > 1.0 {
         run.reweigh(|square| (mu * GEMAN_MCCLURE_CHI2 / (mu * GEMAN_MCCLURE_CHI2 + square)).powi(2));
         if run.advance().is_none() {

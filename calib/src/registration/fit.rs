@@ -1,6 +1,6 @@
 //! The result of a registration that allocates nothing.
 
-use geometry::{Frame, Point, Rigid, door};
+use geometry::{Frame, Point, Rigid, checked};
 use nalgebra::{Matrix3, Vector3};
 
 use super::quaternion::matrix;
@@ -43,7 +43,7 @@ pub fn fit<To: Frame, From: Frame>(pairs: Pairs<'_, To, From>, method: Method) -
 #[inline]
 pub(crate) fn place<To: Frame, From: Frame>(q: [f64; 4], t: Vector3<f64>) -> Result<Rigid<To, From>, Refused> {
     // Only an overflow of the translation can be refused here: the quaternion was normalised.
-    door::rigid(q, t.into(), 1e-12).map_err(|_| Refused::NotFinite {
+    checked::rigid(q, t.into(), 1e-12).map_err(|_| Refused::NotFinite {
         pair: 0,
         found: t.into(),
     })

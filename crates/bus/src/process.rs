@@ -187,7 +187,7 @@ fn take_priority(name: &str, nice: i32) {
     if nice != 0
         && let Err(error) = rustix::process::setpriority_process(None, nice)
     {
-        crate::say!(
+        crate::stderr_line!(
             "{name}: warning: the system refuses the priority {nice} that the scene asks for ({error}); below 0 it takes CAP_SYS_NICE, or \
              a limit (`ulimit -e`) that allows it"
         );
@@ -202,7 +202,7 @@ fn take_real_time(name: &str) {
         sched_priority: REAL_TIME_PRIORITY,
     });
     if let Err(error) = set_thread_priority_and_policy(thread_native_id(), priority, policy) {
-        crate::say!(
+        crate::stderr_line!(
             "{name}: warning: the system refuses the real-time priority that the scene asks for ({error}); it takes CAP_SYS_NICE, or \
              a limit (`ulimit -r`) that allows it"
         );
@@ -242,7 +242,7 @@ pub fn say(words: std::fmt::Arguments<'_>) {
 
 /// [`process::say`](crate::process::say) with the arguments of [`format!`]; `eprintln!` would panic where stderr is full.
 #[macro_export]
-macro_rules! say {
+macro_rules! stderr_line {
     ($($words:tt)*) => {
         $crate::process::say(format_args!($($words)*))
     };

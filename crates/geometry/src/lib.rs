@@ -4,8 +4,8 @@
 //! Frames are types, so that a transform `a_from_b` composes only with something in frame `b`:
 //!
 //! ```
-//! use geometry::{Ct, Point, Rigid, Tool, door};
-//! let ct_from_tool: Rigid<Ct, Tool> = door::rigid([1.0, 0.0, 0.0, 0.0], [10.0, 20.0, 30.0], 1e-9)?;
+//! use geometry::{Ct, Point, Rigid, Tool, checked};
+//! let ct_from_tool: Rigid<Ct, Tool> = checked::rigid([1.0, 0.0, 0.0, 0.0], [10.0, 20.0, 30.0], 1e-9)?;
 //! let tip_in_tool = Point::<Tool>::new(0.0, 0.0, 0.0);
 //! let tip: Point<Ct> = ct_from_tool * tip_in_tool;
 //! assert_eq!(tip.mm(), [10.0, 20.0, 30.0]);
@@ -15,8 +15,8 @@
 //! The same chain with a point of another frame does not compile:
 //!
 //! ```compile_fail,E0308
-//! use geometry::{Ct, Point, Rigid, Tool, door};
-//! let ct_from_tool: Rigid<Ct, Tool> = door::rigid([1.0, 0.0, 0.0, 0.0], [10.0, 20.0, 30.0], 1e-9)?;
+//! use geometry::{Ct, Point, Rigid, Tool, checked};
+//! let ct_from_tool: Rigid<Ct, Tool> = checked::rigid([1.0, 0.0, 0.0, 0.0], [10.0, 20.0, 30.0], 1e-9)?;
 //! let tip_in_tool = Point::<Ct>::new(0.0, 0.0, 0.0);
 //! let tip: Point<Ct> = ct_from_tool * tip_in_tool;
 //! # Ok::<(), geometry::DoorError>(())
@@ -28,7 +28,7 @@
 //! belong together is the business of sequence numbers and stamps, on the bus.
 
 mod affine;
-pub mod door;
+pub mod checked;
 mod frame;
 mod grid;
 pub mod motion;
@@ -40,7 +40,7 @@ pub mod rotation;
 pub mod uncertain;
 
 pub use affine::Affine;
-pub use door::DoorError;
+pub use checked::DoorError;
 pub use frame::{Base, Ct, Frame, Image, Marker, Named, Pointer, Reference, Tool, Tracker, Voxel};
 pub use grid::{GridError, MAX_DIM, MAX_VOXELS, VolumeGrid};
 pub use plane::{PlaneError, Projected, SlicePlane};

@@ -49,7 +49,7 @@ value_type!(Vector);
 value_type!(Direction);
 
 impl<F> Point<F> {
-    /// A point from coordinates known to be in `F`. Numbers from outside come through [`crate::door::point`].
+    /// A point from coordinates known to be in `F`. Numbers from outside come through [`crate::checked::point`].
     pub const fn new(x: f64, y: f64, z: f64) -> Self {
         Self::wrap(Vector3::new(x, y, z))
     }

@@ -44,10 +44,10 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
 use crate::{Frame, Point, Rigid};
 
-mod door;
+mod checked;
 mod point;
 
-pub use door::CovarianceError;
+pub use checked::CovarianceError;
 pub use point::UncertainPoint;
 
 /// The transform `to_from_from` and the 6 x 6 covariance of its error: (rotation vector, translation) in `To`, rad and mm,
@@ -98,7 +98,7 @@ impl<To, From> Uncertain<To, From> {
     /// # Errors
     /// Each variant of [`CovarianceError`].
     pub fn new(transform: Rigid<To, From>, covariance: Matrix6<f64>) -> Result<Self, CovarianceError> {
-        let covariance = door::checked(covariance, |c| c.symmetric_eigenvalues().min())?;
+        let covariance = checked::checked(covariance, |c| c.symmetric_eigenvalues().min())?;
         Ok(Self { transform, covariance })
     }
 
@@ -107,7 +107,7 @@ impl<To, From> Uncertain<To, From> {
     /// # Errors
     /// Each variant of [`CovarianceError`] but the one for asymmetry.
     pub fn from_upper(transform: Rigid<To, From>, upper: [f64; 21]) -> Result<Self, CovarianceError> {
-        Self::new(transform, door::from_upper(upper))
+        Self::new(transform, checked::from_upper(upper))
     }
 
     /// From the covariance of (w, v_c), the turn about the point `c` of `To` and what `c` itself moves by (6): the form in
@@ -141,7 +141,7 @@ impl<To, From> Uncertain<To, From> {
 
     /// The upper triangle of the covariance, row by row: the 21 numbers of messages and files. Exact.
     pub fn upper(&self) -> [f64; 21] {
-        door::upper(&self.covariance)
+        checked::upper(&self.covariance)
     }
 
     /// `from_from_to` with the covariance of its error (4), in `From`.

@@ -2,7 +2,7 @@
 
 mod views;
 
-use geometry::door;
+use geometry::checked;
 
 use super::limits::limits;
 use super::raw::{RawApproach, RawScene, RawTarget, RawTracker, RawTrackerSource};
@@ -65,7 +65,7 @@ fn tracker(raw: &RawTracker, targets: &[Target], tool_mm: f64) -> Checked<Tracke
         RawTrackerSource::OperatingRoom => operating_room::place_of_localizer(&raw.ct_from_tracker),
         _ => raw.ct_from_tracker.clone(),
     };
-    let ct_from_tracker = door::rigid(rigid.quaternion, rigid.translation_mm, UNIT_TOLERANCE).map_err(|e| {
+    let ct_from_tracker = checked::rigid(rigid.quaternion, rigid.translation_mm, UNIT_TOLERANCE).map_err(|e| {
         let found = format!("{:?}, {:?}", rigid.quaternion, rigid.translation_mm);
         invalid("tracker.ct_from_tracker", found, e.to_string())
     })?;

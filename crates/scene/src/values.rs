@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use geometry::{Frame, Point, door};
+use geometry::{Frame, Point, checked};
 
 use super::error::Invalid;
 
@@ -34,7 +34,7 @@ pub(super) fn seconds(key: &str, value: f64, range: RangeInclusive<f64>) -> Chec
 }
 
 pub(super) fn point<F: Frame>(key: &str, mm: [f64; 3]) -> Checked<Point<F>> {
-    door::point(mm).map_err(|_| invalid(key, format!("{mm:?}"), "three finite numbers"))
+    checked::point(mm).map_err(|_| invalid(key, format!("{mm:?}"), "three finite numbers"))
 }
 
 /// The first name that was there before, with its index.

@@ -74,7 +74,7 @@ fn a_crash_loop_is_held_and_the_others_go_on() {
         }
         assert!(s.step(Event::Tick, now).contains(&Action::Start(1)) || s.stage_word(1) == "starting");
     }
-    assert_eq!(s.step(Event::Ended(1, Ending::Signal(11)), now), [Action::Held(1)]);
+    assert_eq!(s.step(Event::Ended(1, Ending::Signal(11)), now), [Action::GaveUp(1)]);
     assert_eq!(s.step(Event::Tick, now + 1000 * MS), []);
     assert_eq!(s.stage_word(1), "held");
     assert!(s.is_ready(0));
@@ -125,7 +125,7 @@ fn a_crash_loop_before_the_first_readiness_fails_the_run() {
     for _ in 0..3 {
         assert!(
             !s.step(Event::Ended(0, Ending::Signal(9)), now)
-                .contains(&Action::Held(0))
+                .contains(&Action::GaveUp(0))
         );
         now += 1500 * MS;
         for i in [1, 3] {
@@ -134,7 +134,7 @@ fn a_crash_loop_before_the_first_readiness_fails_the_run() {
         s.step(Event::Tick, now);
     }
     let actions = s.step(Event::Ended(0, Ending::Signal(9)), now);
-    assert_eq!(actions, [Action::Held(0), Action::Terminate(1)]);
+    assert_eq!(actions, [Action::GaveUp(0), Action::Terminate(1)]);
     s.step(Event::Ended(1, Ending::Code(0)), now);
     let end = s.step(Event::Ended(3, Ending::Code(0)), now);
     assert_eq!(end, [Action::Finished(Outcome::Refused(0))]);

@@ -141,7 +141,7 @@ pub fn facts(path: &Path) -> Result<Facts, FactsError> {
         Ok(facts) => some_poses(path, facts),
         Err(why) => {
             if path.is_file() {
-                bus::say!("recorder: {}: {why}: it is read from start to end", path.display());
+                bus::stderr_line!("recorder: {}: {why}: it is read from start to end", path.display());
             }
             facts_of_all(path)
         }

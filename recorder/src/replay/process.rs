@@ -253,7 +253,7 @@ impl<'a> Replayer<'a> {
             return;
         }
         for words in unread.iter().filter(|words| !self.said.contains(words)) {
-            bus::say!("replay: {}, {words}: left out", self.options.recording.display());
+            bus::stderr_line!("replay: {}, {words}: left out", self.options.recording.display());
         }
         self.said = unread;
     }
@@ -298,7 +298,9 @@ impl<'a> Replayer<'a> {
         }
         if self.unanswered == 0 {
             let seq = self.last.map_or(0, |pose| pose.seq);
-            bus::say!("replay: the tracker makes no pose of frame {seq}; this and further ones are only counted");
+            bus::stderr_line!(
+                "replay: the tracker makes no pose of frame {seq}; this and further ones are only counted"
+            );
         }
         self.unanswered += 1;
         self.unpictured = None;

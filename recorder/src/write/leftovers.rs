@@ -50,7 +50,7 @@ fn unfinished_parts(out: &Path) -> Vec<PathBuf> {
 pub(crate) fn recover_in_background(unfinished: Vec<PathBuf>) -> JoinHandle<()> {
     thread::spawn(move || {
         for recording in unfinished {
-            bus::say!("recorder: {}", make_whole(&recording));
+            bus::stderr_line!("recorder: {}", make_whole(&recording));
         }
     })
 }

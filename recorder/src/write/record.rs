@@ -242,7 +242,7 @@ fn content(run: &RunContext, scene: &Scene, spec: &RecordingSpec, facts: &RunFac
     let read = |path: &PathBuf| {
         let found = beside::read(path);
         found.map_err(|e| {
-            bus::say!(
+            bus::stderr_line!(
                 "recorder: {} is named by the scene and not attached: {e}",
                 path.display()
             )
@@ -314,7 +314,7 @@ pub(crate) fn record(process: &mut Process, out: &Path) -> Result<Finished, Reco
     while !process.stop.is_set() {
         let now_ns = process.clock().now_ns();
         for words in recorder.step(now_ns)? {
-            bus::say!("recorder: {words}");
+            bus::stderr_line!("recorder: {words}");
         }
         let progress = recorder.progress();
         process.counters = progress.counters;
@@ -324,7 +324,7 @@ pub(crate) fn record(process: &mut Process, out: &Path) -> Result<Finished, Reco
     // What came last counts too, and what is in no file is said before the words that there is an end.
     let now_ns = process.clock().now_ns();
     for words in recorder.step(now_ns)? {
-        bus::say!("recorder: {words}");
+        bus::stderr_line!("recorder: {words}");
     }
     let progress = recorder.progress();
     process.counters = progress.counters;

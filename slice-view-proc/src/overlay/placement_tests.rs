@@ -31,7 +31,7 @@ fn notice() -> impl Strategy<Value = Notice> {
     let age = 0..4_000_000_000_000_i64;
     prop_oneof![
         Just(Notice::Live),
-        Just(Notice::Held),
+        Just(Notice::Requested),
         age.clone().prop_map(Notice::Stale),
         (1_u32..=10, prop::option::of(age)).prop_map(|(code, age)| Notice::Lost(Lost::from_code(code).unwrap(), age)),
     ]
@@ -162,7 +162,7 @@ proptest! {
             match drawn.notice {
                 Notice::Lost(reason, _) => prop_assert!(all.contains(&format!("NO POSE: {}", reason.words())), "{}", all),
                 Notice::Stale(_) => prop_assert!(all.contains("\u{a0}OLD"), "{}", all),
-                Notice::Live | Notice::Held => {}
+                Notice::Live | Notice::Requested => {}
             }
             let expected = drawn.outside && !matches!(drawn.notice, Notice::Lost(..));
             let said = ["TIP OUTSIDE THE CT", "TIP OUTSIDE THE LOADED PART"][usize::from(drawn.marks)];
@@ -235,7 +235,7 @@ fn an_image_too_small_for_words_has_none_and_keeps_its_frame() {
     assert_eq!(pixels(&drawn, palette::WORDS), 0);
     assert!(pixels(&drawn, palette::ALARM) > 191 * 2);
     // What words would say on a larger image.
-    drawn.notice = Notice::Held;
+    drawn.notice = Notice::Requested;
     assert_eq!(pixels(&drawn, palette::WARN), 0);
     drawn.outside = true;
     assert!(pixels(&drawn, palette::WARN) > 191 * 2);

@@ -64,7 +64,7 @@ fn whatever_moves_in_a_replay_says_so_and_nothing_else_does() {
 
 #[test]
 fn a_held_image_is_the_same_in_a_replay_unless_the_examination_is_another() {
-    let of = |origin| drawn(Notice::Held, origin).rgba().to_vec();
+    let of = |origin| drawn(Notice::Requested, origin).rgba().to_vec();
     let live = of(Origin::Tracker);
     assert!(live == of(Origin::Recording));
     assert!(live != of(Origin::RecordingOfAnother) && live != of(Origin::RecordingOfUnknown));

@@ -172,7 +172,7 @@ impl Overlay<'_> {
                 let text = format!("NO POSE: {}{}", reason.words(), age.unwrap_or_default());
                 alarms.push((text, palette::ALARM));
             }
-            Notice::Live | Notice::Held => {}
+            Notice::Live | Notice::Requested => {}
         }
         if self.outside {
             // Of a part nobody here knows where the examination ends.
@@ -280,7 +280,7 @@ impl Overlay<'_> {
                 (format!("{} seq {seq}", self.origin.word()), palette::REPLAY)
             }
             Notice::Live => (format!("LIVE seq {seq}"), palette::WORDS),
-            Notice::Held => (format!("HELD seq {seq}"), palette::WORDS),
+            Notice::Requested => (format!("HELD seq {seq}"), palette::WORDS),
             Notice::Stale(_) => (format!("seq {seq}"), palette::WARN),
             Notice::Lost(..) => (format!("seq {seq}"), palette::ALARM),
         }

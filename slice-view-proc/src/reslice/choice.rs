@@ -277,7 +277,7 @@ fn close(gpu: Box<Gpu>) {
 }
 
 fn warn(name: &str) {
-    bus::say!("slice-view-proc: warning: the CPU draws: {name}");
+    bus::stderr_line!("slice-view-proc: warning: the CPU draws: {name}");
 }
 
 impl Resampler for Chosen {

@@ -49,7 +49,7 @@ impl Drop for Opening {
     fn drop(&mut self) {
         let waited = self.0.as_ref().map(|receiver| receiver.recv_timeout(PARTING));
         if let Some(Err(RecvTimeoutError::Timeout)) = waited {
-            bus::say!("slice-view-proc: warning: the GPU's driver does not come back");
+            bus::stderr_line!("slice-view-proc: warning: the GPU's driver does not come back");
         }
     }
 }

@@ -98,7 +98,7 @@ impl SliceView {
     fn draw_some(&mut self, drawing: &Drawing<'_>, chosen: impl Fn(&Output) -> bool) -> Result<(), RunError> {
         let Some(volume) = &self.volume else { return Ok(()) };
         let (sample, t_seen_ns) = (drawing.sample, drawing.t_seen_ns);
-        let is_held = drawing.notice == Notice::Held;
+        let is_held = drawing.notice == Notice::Requested;
         let clock = self.process.session.clock();
         // What was asked for says nothing of the present.
         let remarks = match is_held {
@@ -177,7 +177,7 @@ fn stamp_of(sample: &ToolPose, what: &Rendered<'_>) -> FrameStamp {
         t_publish_ns: sample.t_publish_ns,
         registration_id: sample.registration_id,
         state: what.notice.state().code(),
-        on_request: u32::from(what.notice == Notice::Held),
+        on_request: u32::from(what.notice == Notice::Requested),
         replay: what.origin.code(),
         ..FrameStamp::default()
     }

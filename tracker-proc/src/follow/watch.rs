@@ -77,8 +77,8 @@ impl<T: Send + 'static> Watched<T> {
     fn put(&mut self, found: News<T>) -> bool {
         let Some(held) = found else { return false };
         match &held {
-            Ok(_) => bus::say!("tracker: {} is in use", self.path.display()),
-            Err(why) => bus::say!("tracker: not used: {why} ({})", self.path.display()),
+            Ok(_) => bus::stderr_line!("tracker: {} is in use", self.path.display()),
+            Err(why) => bus::stderr_line!("tracker: not used: {why} ({})", self.path.display()),
         }
         self.held = held;
         true

@@ -63,7 +63,7 @@ pub(super) fn any_orientation(seed: u64) -> Rigid<Ct, Tool> {
     let chance = Chance::new(seed, 1 << 40);
     let q = [0, 1, 2, 3].map(|i| chance.normal(i));
     let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-    geometry::door::rigid(q.map(|x| x / norm), [0.0; 3], 1e-9).unwrap()
+    geometry::checked::rigid(q.map(|x| x / norm), [0.0; 3], 1e-9).unwrap()
 }
 
 #[test]

@@ -221,9 +221,9 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
     let mut source = args.input.open()?;
     let conversion = writer.write(&mut source)?;
     let (path, what) = (writer.path().display(), source.describe());
-    bus::say!("volume-loader: wrote {path}: {what}");
+    bus::stderr_line!("volume-loader: wrote {path}: {what}");
     if let Some(warning) = writer.warning(source.grid()) {
-        bus::say!("volume-loader: warning: {path}: {warning}");
+        bus::stderr_line!("volume-loader: warning: {path}: {warning}");
     }
     if conversion != Conversion::default() {
         let Conversion {
@@ -232,7 +232,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
             not_finite,
             rounded,
         } = conversion;
-        bus::say!(
+        bus::stderr_line!(
             "volume-loader: voxels changed to fit 16 bits: {clamped_low} held to -32768 HU, {clamped_high} to 32767 HU, \
              {not_finite} not numbers and made padding, {rounded} rounded"
         );

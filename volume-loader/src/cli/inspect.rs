@@ -86,7 +86,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), InspectError> {
             Ok(summary) => say(&format!("series {number}\n{summary}\n")),
             Err(error) => {
                 refused += 1;
-                bus::say!("volume-loader: series {number}: {error}");
+                bus::stderr_line!("volume-loader: series {number}: {error}");
             }
         }
     }

@@ -13,7 +13,7 @@ use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, Gate, Kind, Recorded, SeatDrawing};
 use crate::commands::common::{CommandError, OutArgs, Outcome, OwnError, verdict_text};
 use crate::live::touched_in;
-use crate::scene_context::{SceneArgs, Scened};
+use crate::scene_context::{SceneArgs, SceneContext};
 use crate::values::{Name, Positive};
 
 pub(crate) const BASE_HELP: &str = "\
@@ -159,7 +159,7 @@ impl BaseArgs {
     pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
         self.out.check()?;
         let drawn = Drawn::read(&self.drawing)?;
-        let scened = Scened::open(&self.scene)?;
+        let scened = SceneContext::open(&self.scene)?;
         let of = touched_in(&self.touches, self.of.map(Of::name).as_ref())?;
         match of.as_ref().map(Name::as_str) {
             Some("reference") => self.located::<Reference>(&drawn, "reference", scened.as_ref()),
@@ -167,7 +167,12 @@ impl BaseArgs {
         }
     }
 
-    fn located<F: Frame>(&self, drawn: &Drawn, frame: &str, scened: Option<&Scened>) -> Result<Outcome, CommandError> {
+    fn located<F: Frame>(
+        &self,
+        drawn: &Drawn,
+        frame: &str,
+        scened: Option<&SceneContext>,
+    ) -> Result<Outcome, CommandError> {
         let out = self.out.of(scened)?;
         let options = Options {
             tip_radius_mm: self.tip_radius_mm,
@@ -209,8 +214,8 @@ impl BaseArgs {
     }
 
     /// The scene's bounds of residuals and condition hold for the base too; those of a tip and of a cone do not apply.
-    fn gates<F: Frame>(&self, found: &Located<F>, scened: Option<&Scened>) -> Vec<Gate> {
-        let scene = scened.map(Scened::calibration_gates).unwrap_or_default();
+    fn gates<F: Frame>(&self, found: &Located<F>, scened: Option<&SceneContext>) -> Vec<Gate> {
+        let scene = scened.map(SceneContext::calibration_gates).unwrap_or_default();
         let reached = found.reached();
         let rejected = reached.rejected.unwrap_or(1.0);
         let touches = reached.count.unwrap_or(0) as f64;

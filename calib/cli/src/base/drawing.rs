@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use calib::base::{Drawing, Groove, Refused};
 use geometry::uncertain::CovarianceError;
-use geometry::{Base, Point, Rigid, Tool, Uncertain, door};
+use geometry::{Base, Point, Rigid, Tool, Uncertain, checked};
 use nalgebra::{Matrix6, Vector6};
 use serde::Deserialize;
 
@@ -100,7 +100,7 @@ impl Drawn {
             found,
             expected,
         };
-        let normal = door::direction(raw.plane.normal).map_err(|_| {
+        let normal = checked::direction(raw.plane.normal).map_err(|_| {
             let found = format!("{:?}", raw.plane.normal);
             value("plane.normal", found, "three finite numbers, not all 0")
         })?;
@@ -138,7 +138,7 @@ fn seat(path: &Path, raw: &RawSeat) -> Result<Uncertain<Base, Tool>, DrawingFile
         found,
         expected,
     };
-    let pose: Rigid<Base, Tool> = door::rigid(raw.quaternion, raw.translation_mm, 1e-6).map_err(|_| {
+    let pose: Rigid<Base, Tool> = checked::rigid(raw.quaternion, raw.translation_mm, 1e-6).map_err(|_| {
         let found = format!("{:?} and {:?}", raw.quaternion, raw.translation_mm);
         value("seat", found, "a unit quaternion w, x, y, z and a finite translation")
     })?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use calib::base::{Refused, Seated, seated, seen_from_marker};
 use clap::Args;
 use geometry::uncertain::CovarianceError;
-use geometry::{Base, Frame, Marker, Point, Reference, Rigid, Tool, Tracker, Uncertain, door};
+use geometry::{Base, Frame, Marker, Point, Reference, Rigid, Tool, Tracker, Uncertain, checked};
 use nalgebra::{Matrix6, Vector6};
 
 use crate::bounds::Bounds;
@@ -15,7 +15,7 @@ use crate::commands::common::{
 };
 use crate::live::{Against, FollowMarkers, Run};
 use crate::poses::Recording;
-use crate::scene_context::Scened;
+use crate::scene_context::SceneContext;
 use crate::values::Positive;
 
 pub(crate) const SEAT_HELP: &str = "\
@@ -121,7 +121,7 @@ impl SeatArgs {
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let scened = Scened::open(&self.poses.live.of)?;
+        let scened = SceneContext::open(&self.poses.live.of)?;
         let out = self.out.of(scened.as_ref())?;
         let file = CalibrationFile::read(&self.base, Kind::Base)?;
         file.of_tool(&self.base, "command line", out.tool())?;
@@ -227,9 +227,10 @@ impl SeatArgs {
         let bad = || NoSeat::Pose {
             path: self.base.clone(),
         };
-        let place: Rigid<F, Base> = door::rigid(base.quaternion_wxyz, base.translation_mm, 1e-9).map_err(|_| bad())?;
+        let place: Rigid<F, Base> =
+            checked::rigid(base.quaternion_wxyz, base.translation_mm, 1e-9).map_err(|_| bad())?;
         let drawn: Rigid<Base, Tool> =
-            door::rigid(seat.quaternion_wxyz, seat.translation_mm, 1e-9).map_err(|_| bad())?;
+            checked::rigid(seat.quaternion_wxyz, seat.translation_mm, 1e-9).map_err(|_| bad())?;
         let place = Uncertain::from_upper(place, base.covariance_upper)?;
         let drawn = Uncertain::from_upper(drawn, seat.covariance_upper)?;
         seated(frames, &place, &drawn, self.gate.0).map_err(|refused| NoSeat::Refused {
@@ -259,7 +260,7 @@ impl SeatArgs {
         recording: &Recording,
         found: &Seated,
         (base_id, base_condition): (String, f64),
-        (out, scened): (&OutArgs, Option<&Scened>),
+        (out, scened): (&OutArgs, Option<&SceneContext>),
     ) -> Result<Outcome, CommandError> {
         let tool = found.marker_from_tool;
         let tip_error = (tool * Point::<Tool>::new(0.0, 0.0, 0.0)).rms_mm();
@@ -304,8 +305,8 @@ impl SeatArgs {
         out.finish(file, text, &inputs)
     }
 
-    fn gates(&self, found: &Seated, tip_error: f64, scened: Option<&Scened>) -> Vec<Gate> {
-        let scene = scened.map(Scened::calibration_gates).unwrap_or_default();
+    fn gates(&self, found: &Seated, tip_error: f64, scened: Option<&SceneContext>) -> Vec<Gate> {
+        let scene = scened.map(SceneContext::calibration_gates).unwrap_or_default();
         // A single frame has no scatter; JSON has no NaN.
         let ratio = Some(found.ratio).filter(|r| r.is_finite()).unwrap_or(f64::MAX);
         let (tip, least) = (scene.max_tip_error_mm, self.min_frames.map(f64::from));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bead::check::{Checked, FAIL_RATIO, Limits, Verdict, check};
 use clap::Args;
-use geometry::{Ct, Point, Tracker, Uncertain, UncertainPoint, door};
+use geometry::{Ct, Point, Tracker, Uncertain, UncertainPoint, checked};
 use nalgebra::{Matrix3, Matrix6};
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use crate::commands::Outcome;
 use crate::commands::common::{broken, gates_text};
 use crate::live::{Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, touched};
 use crate::register::file::RegistrationFile;
-use crate::scene_context::Scened;
+use crate::scene_context::SceneContext;
 use crate::values::{Name, Positive, Target};
 
 pub(crate) const CHECK_HELP: &str = "\
@@ -93,7 +93,7 @@ struct CheckRecord {
 
 impl CheckArgs {
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, BeadsError> {
-        let scened = Scened::open(&self.live.of)?;
+        let scened = SceneContext::open(&self.live.of)?;
         let mut run = Run::open(scened.as_ref(), &self.live, follow)?;
         let path = self.path(scened.as_ref())?;
         let file = RegistrationFile::read(&path)?;
@@ -127,18 +127,18 @@ impl CheckArgs {
     }
 
     /// The greatest error allowed: as given, else the error at the target that the scene allows.
-    fn most_mm(&self, scened: Option<&Scened>) -> Option<f64> {
-        let link = scened.and_then(Scened::registration);
+    fn most_mm(&self, scened: Option<&SceneContext>) -> Option<f64> {
+        let link = scened.and_then(SceneContext::registration);
         let scene = link.and_then(|link| link.gates.max_tre_mm);
         self.max_mm.map(|limit| limit.0).or(scene)
     }
 
     /// The registration's file: the one given, or that of the run's scene.
-    fn path(&self, scened: Option<&Scened>) -> Result<PathBuf, BeadsError> {
+    fn path(&self, scened: Option<&SceneContext>) -> Result<PathBuf, BeadsError> {
         if let Some(path) = &self.registration {
             return Ok(path.clone());
         }
-        let link = scened.and_then(Scened::registration);
+        let link = scened.and_then(SceneContext::registration);
         let own = || {
             unusable(
                 Path::new("(none)"),
@@ -172,8 +172,8 @@ impl CheckArgs {
     }
 
     /// Refuses a registration of another CT or marker, where the ones in use are told.
-    fn paired(&self, path: &Path, file: &RegistrationFile, scened: Option<&Scened>) -> Result<(), BeadsError> {
-        let examined = scened.map(Scened::examined).transpose()?.flatten();
+    fn paired(&self, path: &Path, file: &RegistrationFile, scened: Option<&SceneContext>) -> Result<(), BeadsError> {
+        let examined = scened.map(SceneContext::examined).transpose()?.flatten();
         let own = examined.map(|examined| examined.hash.clone());
         let told = |given: &Option<Name>, own: Option<String>| {
             let given = given.as_ref().map(|name| name.as_str().to_owned());
@@ -280,7 +280,7 @@ fn uncertain(path: &Path, file: &RegistrationFile) -> Result<Uncertain<Ct, Track
         )
     })?;
     let covariance = Matrix6::from_fn(|i, j| rows[i][j]);
-    let rigid = door::rigid(transform.quaternion_wxyz, transform.translation_mm, 1e-9);
+    let rigid = checked::rigid(transform.quaternion_wxyz, transform.translation_mm, 1e-9);
     let rigid = rigid.map_err(|error| unusable(path, format!("its transform is none: {error}")))?;
     Uncertain::new(rigid, covariance).map_err(|error| unusable(path, format!("its covariance is none: {error}")))
 }

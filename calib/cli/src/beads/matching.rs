@@ -19,7 +19,7 @@ use crate::register::report;
 use crate::register::row::Row;
 use crate::register::solve::{Options, solve};
 use crate::register::{Request, describe, judge};
-use crate::scene_context::{SceneArgs, Scened};
+use crate::scene_context::{SceneArgs, SceneContext};
 use crate::store;
 use crate::values::{Name, Positive, Target};
 
@@ -103,7 +103,7 @@ impl MatchArgs {
             store::check(out, self.overwrite)?;
         }
         let read = self.read_files()?;
-        let scened = Scened::open(&self.scene)?;
+        let scened = SceneContext::open(&self.scene)?;
         self.check_ct(&read.beads, load, scened.as_ref())?;
         let from = self.from(scened.as_ref())?;
         let marker = match &scened {
@@ -140,8 +140,8 @@ impl MatchArgs {
     }
 
     /// The frame of the touches: as they say, as the command line says, as the scene has it.
-    fn from(&self, scened: Option<&Scened>) -> Result<Name, BeadsError> {
-        let own = || scened.map_or("tracker", Scened::registered_from);
+    fn from(&self, scened: Option<&SceneContext>) -> Result<Name, BeadsError> {
+        let own = || scened.map_or("tracker", SceneContext::registered_from);
         let told = touched_in(&self.touched, self.from.as_ref())?;
         Ok(told.unwrap_or_else(|| Name::told(own())))
     }
@@ -165,8 +165,8 @@ impl MatchArgs {
     }
 
     /// Refuses beads of another CT.
-    fn check_ct(&self, beads: &BeadsFile, load: LoadVolume, scened: Option<&Scened>) -> Result<(), BeadsError> {
-        let own = scened.map(Scened::examined).transpose()?.flatten();
+    fn check_ct(&self, beads: &BeadsFile, load: LoadVolume, scened: Option<&SceneContext>) -> Result<(), BeadsError> {
+        let own = scened.map(SceneContext::examined).transpose()?.flatten();
         if let Some(own) = own {
             self.same_ct(beads, own.hash.clone(), "the run".to_owned())?;
         }

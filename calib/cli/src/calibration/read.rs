@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use calib::file::content_id;
 use calib::pose::MAX_EMITTERS;
-use geometry::door;
+use geometry::checked;
 use geometry::uncertain::Uncertain;
 use geometry::{Marker, Rigid, Tool};
 use serde_json::Value;
@@ -169,7 +169,7 @@ impl CalibrationFile {
                 axis.or_else(|| place("point_mm", &spin.point_mm))
             }
             (Kind::Tool, _, _, Some(tool)) => {
-                let unit = door::rigid::<Marker, Tool>(tool.quaternion_wxyz, tool.translation_mm, 1e-9).is_ok();
+                let unit = checked::rigid::<Marker, Tool>(tool.quaternion_wxyz, tool.translation_mm, 1e-9).is_ok();
                 let q = || format!("{:?}", tool.quaternion_wxyz);
                 let pose = (!unit).then(|| ("quaternion_wxyz", q(), "a unit quaternion and a finite translation"));
                 pose.or_else(|| place("translation_mm", &tool.translation_mm))
@@ -237,7 +237,7 @@ fn first_bad_emitter(marker: &MarkerRecord) -> Option<(&'static str, String, &'s
 
 /// The first bad number of a base.
 fn first_bad_place(base: &BaseRecord) -> Option<(&'static str, String, &'static str)> {
-    let unit = |q: [f64; 4], t: [f64; 3]| door::rigid::<Marker, Tool>(q, t, 1e-9).is_ok();
+    let unit = |q: [f64; 4], t: [f64; 3]| checked::rigid::<Marker, Tool>(q, t, 1e-9).is_ok();
     let pose = |q: [f64; 4], t: [f64; 3]| {
         let expected = "a unit quaternion and a finite translation";
         (!unit(q, t)).then(|| ("quaternion_wxyz", format!("{q:?}, {t:?}"), expected))

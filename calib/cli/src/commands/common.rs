@@ -11,7 +11,7 @@ use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::input_files::columns::TableError;
 use crate::live::{DwellError, FollowMarkers, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
-use crate::scene_context::Scened;
+use crate::scene_context::SceneContext;
 use crate::store::{self, StoreError};
 use crate::values::Name;
 
@@ -127,12 +127,12 @@ impl PosesArgs {
         }
         let run = run.ok_or(CommandError::NoRun)?;
         let seconds = self.live.seconds_or(asked.seconds);
-        bus::say!("calib: listening to run {} for {seconds} s; {}", run.name(), asked.what);
+        bus::stderr_line!("calib: listening to run {} for {seconds} s; {}", run.name(), asked.what);
         let heard = run.listen(seconds, |heard, passed_s| {
             let turned = Coverage::of(heard.poses.iter().map(|pose| pose.transform().rotation()));
             let advice = turned.map_or_else(|| heard.why.clone(), |coverage| advise(&coverage));
             let (poses, frames) = (heard.poses.len(), heard.frames);
-            bus::say!("calib: {passed_s:.0} s of {seconds}, {poses} poses of {frames} frames: {advice}");
+            bus::stderr_line!("calib: {passed_s:.0} s of {seconds}, {poses} poses of {frames} frames: {advice}");
         })?;
         if let Some(path) = &self.keep {
             poses::keep(path, &heard)?;
@@ -143,7 +143,7 @@ impl PosesArgs {
     /// The run to listen to, where the command line names one.
     pub(crate) fn open<'a>(
         &self,
-        scened: Option<&'a Scened>,
+        scened: Option<&'a SceneContext>,
         follow: FollowMarkers,
     ) -> Result<Option<Run<'a>>, LiveError> {
         // Before twenty seconds are spent.
@@ -171,7 +171,7 @@ impl OutArgs {
     }
 
     /// With the names of a scene, which those given must be.
-    pub(crate) fn of(&self, scened: Option<&Scened>) -> Result<Self, LiveError> {
+    pub(crate) fn of(&self, scened: Option<&SceneContext>) -> Result<Self, LiveError> {
         let Some(scened) = scened else { return Ok(self.clone()) };
         Ok(Self {
             tool: Some(scened.tool(self.tool.as_ref())?),

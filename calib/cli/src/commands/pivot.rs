@@ -16,7 +16,7 @@ use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, ToolRecord};
 use crate::live::{FollowMarkers, Run};
 use crate::poses::Recording;
-use crate::scene_context::Scened;
+use crate::scene_context::SceneContext;
 use crate::values::{Positive, Target};
 
 pub(crate) const PIVOT_HELP: &str = "\
@@ -163,11 +163,11 @@ impl PivotArgs {
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let scened = Scened::open(&self.poses.live.of)?;
+        let scened = SceneContext::open(&self.poses.live.of)?;
         let mut run = self.poses.open(scened.as_ref(), follow)?;
         let axis = self.axis(run.as_ref())?;
         let out = self.out.of(scened.as_ref())?;
-        let scene = scened.as_ref().map(Scened::calibration_gates).unwrap_or_default();
+        let scene = scened.as_ref().map(SceneContext::calibration_gates).unwrap_or_default();
         let asked = self.min_cone_deg.map(|deg| deg.0.to_radians()).or(scene.min_cone_rad);
         let needed = asked.unwrap_or(GOOD_CONE_DEG.to_radians());
         let recording = self
@@ -225,8 +225,8 @@ impl PivotArgs {
         direction.map(Some).ok_or(PivotError::NoAxis.into())
     }
 
-    fn gates(&self, found: &Pivot<Tracker, Marker>, scened: Option<&Scened>) -> Vec<Gate> {
-        let scene = scened.map(Scened::calibration_gates).unwrap_or_default();
+    fn gates(&self, found: &Pivot<Tracker, Marker>, scened: Option<&SceneContext>) -> Vec<Gate> {
+        let scene = scened.map(SceneContext::calibration_gates).unwrap_or_default();
         // A method without a covariance keeps no bound of it; JSON has no infinity.
         let error = found.tip_error_rms_mm().unwrap_or(f64::MAX);
         let cone = found.coverage.cone_rad().to_degrees();

@@ -16,7 +16,7 @@ use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
 use crate::live::FollowMarkers;
 use crate::poses::Recording;
-use crate::scene_context::Scened;
+use crate::scene_context::SceneContext;
 use crate::values::{Positive, Target};
 
 pub(crate) const SPIN_HELP: &str = "\
@@ -95,7 +95,7 @@ impl SpinArgs {
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let scened = Scened::open(&self.poses.live.of)?;
+        let scened = SceneContext::open(&self.poses.live.of)?;
         let mut run = self.poses.open(scened.as_ref(), follow)?;
         let out = self.out.of(scened.as_ref())?;
         let (hint, from) = self.hint(&out)?;
@@ -141,8 +141,8 @@ impl SpinArgs {
     }
 
     /// The scene's bounds of residuals and condition hold for a spinning too; those of a tip and of a cone do not apply.
-    fn gates(&self, found: &Spin<Tracker, Marker>, scened: Option<&Scened>) -> Vec<Gate> {
-        let scene = scened.map(Scened::calibration_gates).unwrap_or_default();
+    fn gates(&self, found: &Spin<Tracker, Marker>, scened: Option<&SceneContext>) -> Vec<Gate> {
+        let scene = scened.map(SceneContext::calibration_gates).unwrap_or_default();
         let error = found.axis_error_rms_rad().to_degrees();
         let bounds = Bounds::calibration(scened)
             .most("max-axis-error-deg", self.max_axis_error_deg, None, error)

@@ -10,7 +10,7 @@ use nalgebra::Matrix3;
 use super::common::{CommandError, OutArgs, Outcome, OwnError, gate, verdict_text};
 use crate::bounds::on_tool;
 use crate::calibration::{CalibrationFile, Kind, PivotRecord, SpinRecord, ToolRecord};
-use crate::scene_context::{SceneArgs, Scened};
+use crate::scene_context::{SceneArgs, SceneContext};
 use crate::values::Positive;
 
 pub(crate) const TOOL_HELP: &str = "\
@@ -61,7 +61,7 @@ impl ToolArgs {
     /// Does what is asked.
     pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
         self.out.check()?;
-        let scened = Scened::open(&self.scene)?;
+        let scened = SceneContext::open(&self.scene)?;
         let out = self.out.of(scened.as_ref())?;
         let (pivot_id, pivot) = read(&self.pivot, Kind::Pivot, &out)?;
         let (spin_id, spin) = read(&self.spin, Kind::Spin, &out)?;

@@ -10,7 +10,7 @@ use scene::TrackerSource;
 
 use super::{Against, Follow, FollowMarkers, LiveArgs, LiveError};
 use crate::poses::MAX_POSES;
-use crate::scene_context::{Going, Scened};
+use crate::scene_context::{Going, SceneContext};
 
 /// Frames that may wait between two looks, a quarter of a second at 4000 Hz.
 const DEPTH: usize = 1024;
@@ -21,7 +21,7 @@ const TELL_NS: i64 = 1_000_000_000;
 
 /// A run that is listened to.
 pub(crate) struct Run<'a> {
-    pub(crate) scened: &'a Scened,
+    pub(crate) scened: &'a SceneContext,
     pub(crate) follow: Box<dyn Follow>,
     pub(crate) against: Against,
     going: &'a Going,
@@ -30,7 +30,7 @@ pub(crate) struct Run<'a> {
 
 /// What was heard of the marker.
 #[derive(Debug, Default)]
-pub(crate) struct Heard {
+pub(crate) struct Listened {
     /// Frames that were captured and came while it was listened.
     pub(crate) frames: usize,
     /// Frames that came and were captured before.
@@ -47,7 +47,7 @@ pub(crate) struct Heard {
 impl<'a> Run<'a> {
     /// Listens to the run that a scene is of; `None` where it is of none.
     pub(crate) fn open(
-        scened: Option<&'a Scened>,
+        scened: Option<&'a SceneContext>,
         args: &LiveArgs,
         follow: FollowMarkers,
     ) -> Result<Option<Self>, LiveError> {
@@ -92,11 +92,11 @@ impl<'a> Run<'a> {
     /// Listens for so long, and calls `tell` every second and at the end with what was heard and the seconds that have passed.
     ///
     /// Only what was captured from now on counts, by the localizer's own stamps.
-    pub(crate) fn listen(&mut self, seconds: f64, mut tell: impl FnMut(&Heard, f64)) -> Result<Heard, LiveError> {
+    pub(crate) fn listen(&mut self, seconds: f64, mut tell: impl FnMut(&Listened, f64)) -> Result<Listened, LiveError> {
         let clock = self.going.bus.clock().clone();
         let began = clock.now_ns();
         let until = began.saturating_add(clock::seconds(seconds));
-        let (mut heard, mut tell_ns) = (Heard::default(), began.saturating_add(TELL_NS));
+        let (mut heard, mut tell_ns) = (Listened::default(), began.saturating_add(TELL_NS));
         loop {
             let now = clock.now_ns();
             while let Some(frame) = self.frames.next()? {
@@ -128,7 +128,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn take(&mut self, frame: &EmitterFrame, now_ns: i64, heard: &mut Heard) {
+    fn take(&mut self, frame: &EmitterFrame, now_ns: i64, heard: &mut Listened) {
         heard.frames += 1;
         match self.follow.see(frame, now_ns) {
             Ok(seen) => {
@@ -152,7 +152,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn checked(&self, heard: Heard, seconds: f64) -> Result<Heard, LiveError> {
+    fn checked(&self, heard: Listened, seconds: f64) -> Result<Listened, LiveError> {
         let run = self.going.name.clone();
         match (heard.frames, heard.poses.is_empty()) {
             (0, _) if heard.earlier == 0 => Err(LiveError::Silent { run, seconds }),

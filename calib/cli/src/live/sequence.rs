@@ -6,7 +6,7 @@ use geometry::{Marker, Point, Rigid, Tool, Tracker, Uncertain, Vector};
 use nalgebra::{Matrix3, Matrix6};
 
 use super::dwell::{Sample, Still, stretches, window_s};
-use super::{Heard, LiveError, MostMotion, Touched, touched};
+use super::{Listened, LiveError, MostMotion, Touched, touched};
 use crate::poses::{PosesError, Timed, timed};
 
 /// The share of a drift that a mean may be off by, of the largest distance between the means of three thirds: evenly over 3/2 of it.
@@ -153,7 +153,7 @@ fn one(name: &str, some: &[Sample], tip: &Uncertain<Marker, Tool>, most: MostMot
         .iter()
         .map(|s| Uncertain::from_covariance_about(s.pose * Point::<Marker>::new(0.0, 0.0, 0.0), s.pose, covariance))
         .collect();
-    let mut heard = Heard::default();
+    let mut heard = Listened::default();
     heard.frames = some[some.len() - 1].frame - some[0].frame + 1;
     heard.poses = poses?;
     let seconds = some[some.len() - 1].t_s - some[0].t_s;

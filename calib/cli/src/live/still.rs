@@ -3,7 +3,7 @@
 use geometry::{Marker, Point, Tool, Tracker, Uncertain, UncertainPoint, Vector};
 use nalgebra::Matrix3;
 
-use super::{Heard, LiveError};
+use super::{Listened, LiveError};
 
 /// The fewest poses of a touch: a third of them is a mean.
 const FEWEST: usize = 9;
@@ -40,7 +40,7 @@ pub(crate) struct Touched {
 /// more, and the calibration's `C`, which no number of poses makes less.
 pub(crate) fn touched(
     name: &str,
-    heard: &Heard,
+    heard: &Listened,
     marker_from_tool: &Uncertain<Marker, Tool>,
     most: MostMotion,
     seconds: f64,
@@ -79,7 +79,7 @@ pub(crate) fn touched(
 }
 
 /// Refuses what is too little for a mean.
-fn enough(name: &str, heard: &Heard, seconds: f64) -> Result<(), LiveError> {
+fn enough(name: &str, heard: &Listened, seconds: f64) -> Result<(), LiveError> {
     let n = heard.poses.len();
     let lost = heard.frames - n;
     if lost > n {
@@ -132,7 +132,7 @@ mod tests {
     }
 
     /// Poses of 0.2 mm along each axis, and a drift.
-    fn heard(count: usize, drift_mm: f64) -> Heard {
+    fn heard(count: usize, drift_mm: f64) -> Listened {
         let variances = Matrix6::from_diagonal(&Vector6::new(0.0, 0.0, 0.0, 0.04, 0.04, 0.04));
         let pose = |i: usize| {
             let sigma = 0.2 * 3.0_f64.sqrt();
@@ -144,7 +144,7 @@ mod tests {
             )
             .unwrap()
         };
-        let mut heard = Heard::default();
+        let mut heard = Listened::default();
         (heard.frames, heard.poses) = (count, (0..count).map(pose).collect());
         heard
     }
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn a_tip_that_moves_a_lost_one_and_too_few_are_refused_with_the_numbers() {
-        let refused = |heard: Heard| {
+        let refused = |heard: Listened| {
             touched("a", &heard, &tool(), MostMotion(0.5), 1.0)
                 .unwrap_err()
                 .to_string()

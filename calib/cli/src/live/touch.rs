@@ -12,7 +12,7 @@ use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, Gate, Kind};
 use crate::commands::Outcome;
 use crate::commands::common::{CommandError, broken, gates_text};
-use crate::scene_context::Scened;
+use crate::scene_context::SceneContext;
 use crate::values::{Name, Positive};
 
 pub(crate) const TOUCH_HELP: &str = "\
@@ -95,7 +95,7 @@ impl TouchArgs {
         if let Some(path) = &self.from_sequence {
             return self.dwelt(path);
         }
-        let scened = Scened::open(&self.live.of)?;
+        let scened = SceneContext::open(&self.live.of)?;
         let mut run = Run::open(scened.as_ref(), &self.live, follow)?.ok_or(CommandError::NoRun)?;
         let tip = match &self.tip {
             Some(path) => tip_of(path, &run)?,
@@ -195,7 +195,7 @@ fn report(name: &str, touch: &Touched, frame: &str) -> String {
 }
 
 /// The scene's gates, of the touched place: what its poses scatter, and how well it is known.
-fn gates(touch: &Touched, scened: &Scened) -> Vec<Gate> {
+fn gates(touch: &Touched, scened: &SceneContext) -> Vec<Gate> {
     let scene = scened.calibration_gates();
     let bounds = Bounds::calibration(Some(scened))
         .most("max-rms-mm", None, scene.max_rms_mm, touch.rms_mm)
@@ -241,7 +241,7 @@ fn tip_in(path: &Path) -> Result<(CalibrationFile, Uncertain<Marker, Tool>), Com
         return Ok((file, tip.map_err(LiveError::from)?));
     }
     let frame = file.tool_frame.as_ref().ok_or_else(|| unusable(&"no tool in it"))?;
-    let rigid = geometry::door::rigid(frame.quaternion_wxyz, frame.translation_mm, 1e-9);
+    let rigid = geometry::checked::rigid(frame.quaternion_wxyz, frame.translation_mm, 1e-9);
     let rigid = rigid.map_err(|error| unusable(&error))?;
     let tip = Uncertain::from_upper(rigid, frame.covariance_upper).map_err(LiveError::from)?;
     Ok((file, tip))

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{PosesError, Recording, Seen};
-use crate::live::{Heard, LiveError};
+use crate::live::{Listened, LiveError};
 use crate::store;
 
 /// The most poses that take part: more of them, so close in time, say nothing new.
@@ -11,7 +11,7 @@ const MOST: usize = 4000;
 
 impl Recording {
     /// The poses of a run, evenly thinned where there are very many. Its hash is that of their numbers.
-    pub(crate) fn heard(run: &str, heard: &Heard) -> Result<Self, PosesError> {
+    pub(crate) fn heard(run: &str, heard: &Listened) -> Result<Self, PosesError> {
         let mut recording = Self::new(&PathBuf::from(format!("run {run}")));
         let mut hash = blake3::Hasher::new();
         let step = heard.poses.len().div_ceil(MOST).max(1);
@@ -41,7 +41,7 @@ impl Recording {
 }
 
 /// Writes what was heard as a file that [`Recording::read`] reads.
-pub(crate) fn keep(path: &Path, heard: &Heard) -> Result<(), LiveError> {
+pub(crate) fn keep(path: &Path, heard: &Listened) -> Result<(), LiveError> {
     let columns: Vec<String> = (0..21).map(|i| format!("c{i}")).collect();
     let mut text = format!("t_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm,{}\n", columns.join(","));
     for (pose, t_s) in heard.poses.iter().zip(&heard.times_s) {

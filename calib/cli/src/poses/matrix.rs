@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geometry::door;
+use geometry::checked;
 use geometry::rotation::RotationMatrix;
 
 use super::{MOST_OFF, PosesError, Seen, quoted};
@@ -73,7 +73,7 @@ impl At<'_> {
         if off > MOST_OFF {
             return Err(self.far(off));
         }
-        let pose = door::rigid(q, t, MOST_OFF).map_err(|_| self.far(off))?;
+        let pose = checked::rigid(q, t, MOST_OFF).map_err(|_| self.far(off))?;
         let covariance = None;
         Ok(Seen { pose, off, covariance })
     }

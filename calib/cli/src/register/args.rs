@@ -12,7 +12,7 @@ use crate::live::touched_in;
 use crate::register::input::From;
 use crate::register::solve::{Options, method_name};
 use crate::register::{RegisterError, Request, register};
-use crate::scene_context::{SceneArgs, Scened};
+use crate::scene_context::{SceneArgs, SceneContext};
 use crate::values::{Name, Target};
 
 pub(crate) const REGISTER_HELP: &str = "\
@@ -154,13 +154,13 @@ impl FromStr for PositiveMm {
 impl RegisterArgs {
     /// Does what is asked.
     pub(crate) fn run(self, load: LoadVolume) -> Result<Outcome, RegisterError> {
-        let scened = Scened::open(&self.scene)?;
+        let scened = SceneContext::open(&self.scene)?;
         let of = self.of(scened.as_ref(), load)?;
         register(&request(self, of), scened.as_ref())
     }
 
     /// What the result is of: as the command line says, and as the scene does.
-    fn of(&self, scened: Option<&Scened>, load: LoadVolume) -> Result<Of, RegisterError> {
+    fn of(&self, scened: Option<&SceneContext>, load: LoadVolume) -> Result<Of, RegisterError> {
         let hash = match &self.ct {
             Some(path) => Some(Name::told(
                 &self

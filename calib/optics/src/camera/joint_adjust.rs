@@ -64,14 +64,14 @@ const MOST_AT_END: f64 = 1e-6;
 
 /// A state with a field.
 #[derive(Clone)]
-struct Bowed {
+struct StateWithField {
     state: State,
     numbers: DVector<f64>,
 }
 
 /// Where an adjustment ended.
 struct End {
-    at: Bowed,
+    at: StateWithField,
     matrix: DMatrix<f64>,
     squares: f64,
 }
@@ -93,7 +93,7 @@ pub(super) fn adjusted(
     let joint = Joint { stations, free, waves };
     let freedom = joint.freedom();
     let numbers = DVector::zeros(3 * waves.count());
-    let mut at = Bowed { state, numbers };
+    let mut at = StateWithField { state, numbers };
     let mut noise = (joint.squares(&at) / freedom).max(1.0);
     let (mut sizes_mm, mut fixed) = (START_MM, 0.0);
     let mut change = f64::INFINITY;
@@ -142,13 +142,13 @@ pub(super) fn adjusted(
 
 impl Joint<'_> {
     /// Of a system that its priors and the adjustment before have made definite.
-    fn inverse(&self, matrix: &DMatrix<f64>, at: &Bowed) -> Result<DMatrix<f64>, CameraRefused> {
+    fn inverse(&self, matrix: &DMatrix<f64>, at: &StateWithField) -> Result<DMatrix<f64>, CameraRefused> {
         let found = matrix.clone().cholesky().map(|c| c.inverse());
         found.ok_or_else(|| at.state.free_number(loosest(matrix).1))
     }
 
     /// Refuses shared numbers that only rounding tells from one another: their errors go together to the last digit.
-    fn held(&self, inverse: &DMatrix<f64>, at: &Bowed) -> Result<(), CameraRefused> {
+    fn held(&self, inverse: &DMatrix<f64>, at: &StateWithField) -> Result<(), CameraRefused> {
         let (least, shared) = loosest(&inverse.view((0, 0), (SHARED, SHARED)).into_owned());
         let held = least > HELD;
         if held {
@@ -191,13 +191,13 @@ impl Joint<'_> {
     }
 
     /// `sum r^T W r`.
-    fn squares(&self, at: &Bowed) -> f64 {
+    fn squares(&self, at: &StateWithField) -> f64 {
         let stations = self.waves.moved(self.stations, &at.numbers);
         self.problem(&stations).cost(&at.state)
     }
 
     /// The least of (12) to a last step of `end` deviations times `s`; `noise` is `s^2`.
-    fn settled(&self, end: f64, noise: f64, at: Bowed, prior: &DVector<f64>) -> Result<End, CameraRefused> {
+    fn settled(&self, end: f64, noise: f64, at: StateWithField, prior: &DVector<f64>) -> Result<End, CameraRefused> {
         let unit = noise.sqrt();
         let likelihood = Likelihood {
             joint: self,
@@ -222,7 +222,7 @@ impl Joint<'_> {
     }
 
     /// The state after a step.
-    fn stepped(&self, at: &Bowed, step: &DVector<f64>) -> Option<Bowed> {
+    fn stepped(&self, at: &StateWithField, step: &DVector<f64>) -> Option<StateWithField> {
         let shared = Numbers::from_fn(|k, _| step[k]);
         let turned = at.state.poses.iter().enumerate();
         let poses: Option<Vec<_>> = turned
@@ -230,11 +230,11 @@ impl Joint<'_> {
             .collect();
         let state = at.state.moved(&shared, poses?)?;
         let numbers = &at.numbers + step.rows(step.len() - at.numbers.len(), at.numbers.len());
-        Some(Bowed { state, numbers })
+        Some(StateWithField { state, numbers })
     }
 
     /// The normal equations of (12): shared numbers, poses, field. Numbers that are held have 1 on the diagonal.
-    fn equations(&self, at: &Bowed, prior: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
+    fn equations(&self, at: &StateWithField, prior: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
         let (views, waves) = (self.stations.len(), at.numbers.len());
         let first = SHARED + 6 * views;
         let size = first + waves;
@@ -269,7 +269,7 @@ impl Joint<'_> {
     }
 
     /// Derivatives and residuals of a view in units of deviations, two rows a disc.
-    fn rows(&self, at: &Bowed, view: usize, moved: &Station) -> DMatrix<f64> {
+    fn rows(&self, at: &StateWithField, view: usize, moved: &Station) -> DMatrix<f64> {
         let (eye, m) = (at.state.eye(&at.state.poses[view]), self.waves.count());
         let mut rows = DMatrix::zeros(2 * moved.sightings.len(), SHARED + 6 + 3 * m + 1);
         let both = moved.sightings.iter().zip(self.stations[view].places());
@@ -311,13 +311,13 @@ struct At {
 }
 
 impl Likelihood<'_> {
-    fn cost(&self, at: &Bowed) -> f64 {
+    fn cost(&self, at: &StateWithField) -> f64 {
         self.joint.squares(at) + weighed(at, self.prior)
     }
 
     /// Where a step leads, or a share of it. Residuals turn the derivatives, and whole steps may then lead to and fro across a
     /// valley: where the parabola through both ends has its least well before the step's end, the step goes there.
-    fn lower(&self, from: &Bowed, squares: f64, step: &DVector<f64>, gain: f64) -> Option<Bowed> {
+    fn lower(&self, from: &StateWithField, squares: f64, step: &DVector<f64>, gain: f64) -> Option<StateWithField> {
         let whole = self.joint.stepped(from, step)?;
         let (start, end) = (squares + weighed(from, self.prior), self.cost(&whole));
         let share = gain / (end - start + 2.0 * gain);
@@ -330,21 +330,21 @@ impl Likelihood<'_> {
 }
 
 impl fit::Problem for Likelihood<'_> {
-    type State = Bowed;
+    type State = StateWithField;
     type At = At;
 
-    fn look(&self, at: &Bowed) -> Option<(f64, At)> {
+    fn look(&self, at: &StateWithField) -> Option<(f64, At)> {
         let squares = self.joint.squares(at);
         let equations = None;
         Some((squares + weighed(at, self.prior), At { squares, equations }))
     }
 
-    fn prepare(&self, state: &Bowed, at: &mut At, _steps: usize) -> bool {
+    fn prepare(&self, state: &StateWithField, at: &mut At, _steps: usize) -> bool {
         at.equations = Some(self.joint.equations(state, self.prior));
         true
     }
 
-    fn step(&self, state: &Bowed, at: &At, damping: f64) -> Option<Step<Bowed>> {
+    fn step(&self, state: &StateWithField, at: &At, damping: f64) -> Option<Step<StateWithField>> {
         let (matrix, vector) = at.equations.as_ref()?;
         let step = step(matrix, vector, damping)?;
         let gain = step.dot(vector).max(0.0);
@@ -359,13 +359,13 @@ impl fit::Problem for Likelihood<'_> {
         })
     }
 
-    fn is_settled(&self, made: &Made<'_, Bowed, At>) -> bool {
+    fn is_settled(&self, made: &Made<'_, StateWithField, At>) -> bool {
         made.length <= self.last
     }
 }
 
 /// The second sum of (12).
-fn weighed(at: &Bowed, prior: &DVector<f64>) -> f64 {
+fn weighed(at: &StateWithField, prior: &DVector<f64>) -> f64 {
     at.numbers.component_mul(&at.numbers).dot(prior)
 }
 

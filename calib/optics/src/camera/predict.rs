@@ -72,7 +72,7 @@ impl Eye {
 
 /// A point of the grid in the camera's frame.
 #[derive(Clone, Copy)]
-struct Seen {
+struct CameraPoint {
     /// From the view's middle.
     turned: Vector3<f64>,
     /// On the plane at distance 1; NaN where it is not in front of the camera.
@@ -82,11 +82,11 @@ struct Seen {
 
 /// A sighting's middle and, where it has a radius, its rim.
 struct Outline {
-    middle: Seen,
-    rim: Option<[Seen; RIM_POINTS]>,
+    middle: CameraPoint,
+    rim: Option<[CameraPoint; RIM_POINTS]>,
 }
 
-impl Seen {
+impl CameraPoint {
     fn of(turned: Vector3<f64>, shift: &Vector3<f64>) -> Self {
         let at = turned + shift;
         let flat = if at.z > 0.0 {
@@ -113,16 +113,16 @@ impl Outline {
         let middle = eye.turned(s);
         let rim = s.radius_mm.map(|radius| {
             let (a, b) = (eye.turn.column(0) * radius, eye.turn.column(1) * radius);
-            CIRCLE.map(|[c, s]| Seen::of(middle + a * c + b * s, &eye.shift))
+            CIRCLE.map(|[c, s]| CameraPoint::of(middle + a * c + b * s, &eye.shift))
         });
         Self {
-            middle: Seen::of(middle, &eye.shift),
+            middle: CameraPoint::of(middle, &eye.shift),
             rim,
         }
     }
 
     /// The rim's image on the distorted plane from the middle's: differences, so that no digit of the shift is lost.
-    fn distorted(rim: &[Seen; RIM_POINTS], lens: &Lens, middle: Vector2<f64>) -> [Vector2<f64>; RIM_POINTS] {
+    fn distorted(rim: &[CameraPoint; RIM_POINTS], lens: &Lens, middle: Vector2<f64>) -> [Vector2<f64>; RIM_POINTS] {
         rim.each_ref().map(|p| lens.distort(p.flat) - middle)
     }
 }
@@ -131,7 +131,7 @@ impl Outline {
 pub(super) fn predicted(s: &Ready, eye: &Eye) -> Vector2<f64> {
     let (camera, outline) = (&eye.camera, Outline::of(s, eye));
     let middle = camera.lens.distort(outline.middle.flat);
-    let off = |rim: &[Seen; RIM_POINTS]| Area::of(&Outline::distorted(rim, &camera.lens, middle)).centre;
+    let off = |rim: &[CameraPoint; RIM_POINTS]| Area::of(&Outline::distorted(rim, &camera.lens, middle)).centre;
     camera.pixel(middle + outline.rim.as_ref().map_or(Vector2::zeros(), off))
 }
 
@@ -166,7 +166,7 @@ struct Sums {
 
 impl Sums {
     /// Adds a point of whose distorted image the place has the derivative `by`.
-    fn add(&mut self, point: &Seen, lens: &Lens, by: &Matrix2<f64>) {
+    fn add(&mut self, point: &CameraPoint, lens: &Lens, by: &Matrix2<f64>) {
         self.lens += by * lens.slope_by_coefficients(point.flat);
         let by_point = by * lens.slope(point.flat) * point.by_point();
         self.shift += by_point;

@@ -56,8 +56,8 @@ impl Raster {
     #[inline]
     pub(crate) fn at(&self, x: usize) -> Coverage {
         match self.seen(x) {
-            Seen::Flat(value) => Coverage::flat(value),
-            Seen::Edge(model, along, across) => {
+            PixelPart::Flat(value) => Coverage::flat(value),
+            PixelPart::Edge(model, along, across) => {
                 let off = [x as f64 - model.centre().x, self.y];
                 model.coverage(along, across, off)
             }
@@ -68,31 +68,31 @@ impl Raster {
     #[inline]
     pub(crate) fn value(&self, x: usize) -> f64 {
         match self.seen(x) {
-            Seen::Flat(value) => value,
-            Seen::Edge(model, along, across) => model.value(along, across),
+            PixelPart::Flat(value) => value,
+            PixelPart::Edge(model, along, across) => model.value(along, across),
         }
     }
 
     #[inline]
-    fn seen(&self, x: usize) -> Seen<'_> {
+    fn seen(&self, x: usize) -> PixelPart<'_> {
         let at = x as f64;
         if at >= self.core[0] && at < self.core[1] {
-            return Seen::Flat(1.0);
+            return PixelPart::Flat(1.0);
         }
         let column = self.columns.get(x.wrapping_sub(self.first));
         match (&self.model, column) {
             (Some(model), Some([pair, from, end])) if at >= self.outer[0] && at < self.outer[1] => {
                 let along = self.along.get(*from as usize..*end as usize);
                 let across = self.across.get(*pair as usize..);
-                Seen::Edge(model, along.unwrap_or_default(), across.unwrap_or_default())
+                PixelPart::Edge(model, along.unwrap_or_default(), across.unwrap_or_default())
             }
-            _ => Seen::Flat(0.0),
+            _ => PixelPart::Flat(0.0),
         }
     }
 }
 
 /// What a pixel sees: all of a disc or nothing of it, or its edge.
-enum Seen<'a> {
+enum PixelPart<'a> {
     Flat(f64),
     Edge(&'a Blurred, &'a [Along], &'a [Across]),
 }

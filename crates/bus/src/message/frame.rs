@@ -52,7 +52,7 @@ pub enum FrameState {
     /// Shows a valid pose, older than the scene's limit when it was drawn; its age stands on it.
     Stale,
     /// Shows a valid pose that was asked for: it claims nothing of the present.
-    Held,
+    Requested,
     /// There is no pose, and the image says so.
     Lost(Lost),
 }
@@ -91,7 +91,7 @@ impl FrameState {
         match self {
             Self::Live => 0,
             Self::Stale => 100,
-            Self::Held => 101,
+            Self::Requested => 101,
             Self::Lost(reason) => reason.code(),
         }
     }
@@ -101,7 +101,7 @@ impl FrameState {
         match code {
             0 => Some(Self::Live),
             100 => Some(Self::Stale),
-            101 => Some(Self::Held),
+            101 => Some(Self::Requested),
             code => match Lost::from_code(code) {
                 Some(reason) => Some(Self::Lost(reason)),
                 None => None,
@@ -131,7 +131,7 @@ impl FrameStamp {
     /// times of this run's clock.
     pub fn texts(&self) -> Vec<(&'static str, String)> {
         let state = match self.frame_state() {
-            Some(FrameState::Live | FrameState::Held) => "valid",
+            Some(FrameState::Live | FrameState::Requested) => "valid",
             Some(FrameState::Stale) => "stale",
             Some(FrameState::Lost(reason)) => reason.words(),
             None => "unknown",
@@ -196,7 +196,10 @@ mod tests {
             ..stamp
         };
         assert_eq!(drawn(FrameState::Stale).state_at(1000, ages), Some(FrameState::Stale));
-        assert_eq!(drawn(FrameState::Held).state_at(9999, ages), Some(FrameState::Held));
+        assert_eq!(
+            drawn(FrameState::Requested).state_at(9999, ages),
+            Some(FrameState::Requested)
+        );
         let lost = FrameStamp {
             state: Lost::NotSeen.code(),
             ..stamp
@@ -209,7 +212,7 @@ mod tests {
         for state in [
             FrameState::Live,
             FrameState::Stale,
-            FrameState::Held,
+            FrameState::Requested,
             FrameState::Lost(Lost::NotSeen),
             FrameState::Lost(Lost::Silent),
             FrameState::Lost(Lost::Refused),

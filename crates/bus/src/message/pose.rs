@@ -1,6 +1,6 @@
 //! The tool's pose, as published by the tracker process.
 
-use geometry::{Ct, DoorError, Rigid, Tool, door};
+use geometry::{Ct, DoorError, Rigid, Tool, checked};
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::Lost;
@@ -200,7 +200,7 @@ impl ToolPose {
     /// unknown status.
     pub fn tracked(&self) -> Result<Tracked, PoseError> {
         if self.status == 0 {
-            let pose = door::rigid(self.q, self.t_mm, UNIT_TOLERANCE)
+            let pose = checked::rigid(self.q, self.t_mm, UNIT_TOLERANCE)
                 .map_err(|source| PoseError::NotRigid { seq: self.seq, source })?;
             self.check_tip(&pose)?;
             self.check_accuracy()?;

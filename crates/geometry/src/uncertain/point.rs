@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Matrix3;
 
-use super::{CovarianceError, door, symmetric};
+use super::{CovarianceError, checked, symmetric};
 use crate::{Frame, Point};
 
 /// The 0.95 quantile of chi-square with three degrees of freedom (Abramowitz and Stegun 1964, table 26.8).
@@ -55,7 +55,7 @@ impl<F> UncertainPoint<F> {
     /// # Errors
     /// Each variant of [`CovarianceError`].
     pub fn new(point: Point<F>, covariance: Matrix3<f64>) -> Result<Self, CovarianceError> {
-        let covariance = door::checked(covariance, |c| c.symmetric_eigenvalues().min())?;
+        let covariance = checked::checked(covariance, |c| c.symmetric_eigenvalues().min())?;
         Ok(Self { point, covariance })
     }
 

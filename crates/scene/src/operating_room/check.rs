@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use geometry::{Direction, Frame, Point, Rigid, Vector, door};
+use geometry::{Direction, Frame, Point, Rigid, Vector, checked};
 
 use super::super::raw::RawRigid;
 use super::super::values::{Checked, UNIT_TOLERANCE, invalid, number, point};
@@ -92,12 +92,12 @@ fn vector<F>(name: &str, [x, y, z]: [f64; 3], limit: f64, unit: &str) -> Checked
 
 fn direction<F: Frame>(name: &str, components: [f64; 3]) -> Checked<Direction<F>> {
     let none = |_| invalid(key(name), format!("{components:?}"), "three finite numbers, not all 0");
-    door::direction(components).map_err(none)
+    checked::direction(components).map_err(none)
 }
 
 fn rigid<To: Frame, From: Frame>(name: &str, raw: &RawRigid) -> Checked<Rigid<To, From>> {
     vector::<To>(&format!("{name}.translation_mm"), raw.translation_mm, MAX_MM, "mm")?;
-    door::rigid(raw.quaternion, raw.translation_mm, UNIT_TOLERANCE).map_err(|e| {
+    checked::rigid(raw.quaternion, raw.translation_mm, UNIT_TOLERANCE).map_err(|e| {
         invalid(
             key(&format!("{name}.quaternion")),
             format!("{:?}", raw.quaternion),

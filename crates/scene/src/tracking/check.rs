@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use geometry::{Frame, Rigid, door};
+use geometry::{Frame, Rigid, checked};
 
 use super::super::operating_room::{Deviations, check as shared};
 use super::super::raw::{RawRigid, RawTracker, RawTrackerSource};
@@ -106,7 +106,7 @@ pub(super) fn name(key: &str, text: &str) -> Checked<String> {
 }
 
 fn rigid<To: Frame, From: Frame>(key: &str, raw: &RawRigid) -> Checked<Rigid<To, From>> {
-    door::rigid(raw.quaternion, raw.translation_mm, UNIT_TOLERANCE).map_err(|e| {
+    checked::rigid(raw.quaternion, raw.translation_mm, UNIT_TOLERANCE).map_err(|e| {
         let found = format!("{:?}, {:?}", raw.quaternion, raw.translation_mm);
         invalid(key, found, e.to_string())
     })

@@ -35,7 +35,7 @@ struct Touch {
 #[derive(Debug, Clone)]
 pub struct HalfPlane {
     normal: Vector2<f64>,
-    /// Move a wall by changing it before exact contact has begun; by [`Term::move_wall`] at any time.
+    /// Move a wall by changing it before exact contact has begun; by [`Constraint::move_wall`](super::Constraint::move_wall) at any time.
     pub offset: f64,
     stiffness: f64,
     touches: Vec<Touch>,

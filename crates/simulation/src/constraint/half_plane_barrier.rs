@@ -26,7 +26,7 @@ const LEFT_OF_DISTANCE: f64 = 0.1;
 pub struct HalfPlaneBarrier {
     normal: Vector2<f64>,
     /// Move a wall by changing it, by less than the gaps ([`HalfPlaneBarrier::least_gap`]) and before exact contact has begun; in exact
-    /// contact by [`Term::move_wall`], by some widths.
+    /// contact by [`Constraint::move_wall`](super::Constraint::move_wall), by some widths.
     pub offset: f64,
     continuation: Continuation,
     stiffness: f64,

@@ -28,12 +28,12 @@ pub struct SolidBarrier {
     /// Units of stress.
     stiffness: f64,
     meeting: Meeting,
-    seen: LastState<Seen>,
+    seen: LastState<NearSamples>,
 }
 
 /// What was found in a state.
 #[derive(Debug)]
-struct Seen {
+struct NearSamples {
     shapes: Vec<Shape>,
     near: Vec<Near>,
 }
@@ -88,12 +88,12 @@ impl SolidBarrier {
     }
 
     /// Every sample within the barrier in a state.
-    fn near(&self, bodies: &Bodies, a: &[f64]) -> Arc<Seen> {
+    fn near(&self, bodies: &Bodies, a: &[f64]) -> Arc<NearSamples> {
         self.seen.at(a, || {
             let (shapes, mut near) = (Self::shapes(bodies, a), Vec::new());
             let within = Cell::new(self.width());
             self.samples().visit(bodies, &shapes, &within, &mut |n| near.push(n));
-            Seen { shapes, near }
+            NearSamples { shapes, near }
         })
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geometry::door;
+use geometry::checked;
 
 use super::{MAX_POSES, PlayedError, Timed};
 
@@ -94,7 +94,7 @@ impl<'a> Line<'a> {
         }
         let [t_s, w, x, y, z, tx, ty, tz] = numbers;
         self.check_time(t_s, last)?;
-        let ct_from_tool = door::rigid([w, x, y, z], [tx, ty, tz], UNIT_TOLERANCE).map_err(|why| {
+        let ct_from_tool = checked::rigid([w, x, y, z], [tx, ty, tz], UNIT_TOLERANCE).map_err(|why| {
             let column = self.fields().nth(1).map_or(1, |field| field.column);
             self.error(column, &format!("{w}, {x}, {y}, {z}"), why.to_string())
         })?;

@@ -149,6 +149,7 @@ impl Flood {
         let wide = width + 2;
         let rows = levels.chunks_exact(width.max(1));
         let size = wide * (rows.len() + 2);
+        // A rim of pixels that are seen already: the flood needs no test for the border of the image.
         let mut rimmed = vec![SEEN_LEVEL; size];
         for (y, row) in rows.enumerate() {
             let from = (y + 1) * wide + 1;
