@@ -5,13 +5,14 @@ use std::path::Path;
 use crate::failure::Failure;
 use crate::shell::{cargo, here, program, root, run, say, target};
 
-/// Builds every program and runs the embedded scene; `extra` goes to `pilot run`, and paths in it are relative to the
+/// Builds what a navigation needs and runs the embedded scene; `extra` goes to `pilot run`, and paths in it are relative to the
 /// folder that the user is in.
 ///
 /// # Errors
 /// [`Failure::Start`], [`Failure::Ended`].
 pub(crate) fn demo(extra: &[String]) -> Result<(), Failure> {
-    run(&mut cargo(&["build", "--release", "--bins"]))?;
+    // Calibrations and solids are a fifth of a cold build, and no part of this.
+    run(&mut cargo(&["build", "--release", "--bins", "--no-default-features"]))?;
     let arguments = arguments(extra, &root().join("out").to_string_lossy());
     let mut pilot = program(target().join("release/pilot"), &[]);
     let navigated = run(pilot.args(&arguments).current_dir(here()));
