@@ -1,16 +1,15 @@
 //! What happened: poses, images, latencies, restarts. Fed by the run, read by the report and the status.
 
 pub(crate) mod accuracy;
-pub(crate) mod histogram;
 
 use bus::clock::ms;
 use bus::continuity::{Break, Continuity};
 use bus::message::{FrameStamp, FrameState, Lost, ToolPose, Tracked, VolumeHash, VolumeHeader};
+use fit::Histogram;
 use geometry::{Point, Tool, VolumeGrid};
 use serde::Serialize;
 
 use crate::metrics::accuracy::AccuracyBook;
-use crate::metrics::histogram::Histogram;
 
 /// The way of a pose to its pixels, stage by stage.
 pub(crate) const STAGES: [&str; 5] = [

@@ -15,7 +15,10 @@ fn no_arguments(chore: &str, arguments: &[String]) -> Result<(), Failure> {
 fn style(steps: &mut Steps) -> Result<(), Failure> {
     steps.step("formatting", || run(&mut cargo(&["fmt", "--all", "--check"])))?;
     let lints = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
-    steps.step("lints", || run(&mut cargo(&lints)))
+    steps.step("lints", || run(&mut cargo(&lints)))?;
+    // What the demonstration builds.
+    let navigation = ["clippy", "--bins", "--no-default-features", "--", "-D", "warnings"];
+    steps.step("a navigation alone", || run(&mut cargo(&navigation)))
 }
 
 /// Formatting, lints, and the tests beside the code and of the house: no process is started, no Python asked for.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ::fit::quantile;
 use geometry::{Point, Tracker};
 use nalgebra::Vector3;
 
@@ -217,7 +218,7 @@ fn scatter(
         count: off.len(),
         bias_mm: laid.map(|laid| laid[first].distance(mean)),
         precision_mm: (squares / (off.len() as f64 - 1.0).max(1.0)).sqrt(),
-        p95_mm: percentile(&off),
+        p95_mm: quantile(off.clone(), 0.95),
         max_mm: off.iter().copied().fold(0.0, f64::max),
         range_rad: [
             angles.clone().fold(f64::INFINITY, f64::min),
@@ -248,15 +249,7 @@ fn distances(errors: &[f64]) -> Option<Distances> {
         count,
         bias_mm: mean,
         precision_mm: (squares / (count as f64 - 1.0).max(1.0)).sqrt(),
-        p95_mm: percentile(&sizes),
+        p95_mm: quantile(sizes.clone(), 0.95),
         max_mm: sizes.iter().copied().fold(0.0, f64::max),
     })
-}
-
-/// The least number that 95 % of the list do not exceed.
-fn percentile(list: &[f64]) -> f64 {
-    let mut sorted = list.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let rank = (0.95 * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)
 }

@@ -1,4 +1,4 @@
-//! What fits of all kinds share: damped least squares by Gauss, Newton, Levenberg and Marquardt, and medians.
+//! What fits of all kinds share: damped least squares by Gauss, Newton, Levenberg and Marquardt, medians and quantiles.
 //!
 //! [`least_squares`] iterates; a [`Problem`] says what is fitted. It computes the sum of squares, makes normal equations and
 //! solves them, so that matrices of fixed size, sparse ones and those reduced by a Schur complement are all the same here. How
@@ -7,11 +7,15 @@
 //! No number is known here: neither units nor sizes of problems.
 
 mod damping;
+mod histogram;
 mod iterate;
 mod median;
 mod problem;
+mod quantile;
 
 pub use damping::{Damping, Held, Rule};
 pub use iterate::{Limits, least_squares};
+pub use histogram::Histogram;
 pub use median::median;
 pub use problem::{End, Made, Outcome, Problem, Step};
+pub use quantile::quantile;

@@ -7,7 +7,7 @@ use bus::clock;
 use bus::message::{Lost, ToolPose};
 use serde::Serialize;
 
-use crate::metrics::histogram::Histogram;
+use fit::Histogram;
 
 /// Predicted errors from `LEAST_MM` to `MOST_MM` are told apart.
 const LEAST_MM: f64 = 1e-3;

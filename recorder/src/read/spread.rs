@@ -1,15 +1,11 @@
 //! The spread of a quantity, in little memory: percentiles of millions of values to half a percent.
 
-/// Bins a factor of 1.01 wide.
-const PER_E: f64 = 100.498_756_211_208_9;
-/// Up to the largest number of 64 bits.
-const BINS: usize = 4460;
+use fit::Histogram;
 
-/// Values of at least 0, counted in bins whose limits grow by 1 %.
+/// Values of at least 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
-    bins: Vec<u64>,
-    count: u64,
+    histogram: Histogram,
     range: (u64, u64),
     sum: f64,
 }
@@ -17,8 +13,7 @@ pub struct Spread {
 impl Default for Spread {
     fn default() -> Self {
         Self {
-            bins: Vec::new(),
-            count: 0,
+            histogram: Histogram::new(1.0, u64::MAX as f64),
             range: (u64::MAX, 0),
             sum: 0.0,
         }
@@ -28,47 +23,31 @@ impl Default for Spread {
 impl Spread {
     /// Takes note of a value.
     pub fn add(&mut self, value: u64) {
-        if self.bins.is_empty() {
-            self.bins = vec![0; BINS];
-        }
-        // Below BINS: the logarithm of the largest value times 100.5 is 4459.
-        let bin = ((value.max(1) as f64).ln() * PER_E) as usize;
-        self.bins[bin.min(BINS - 1)] += 1;
-        self.count += 1;
+        self.histogram.add(value as f64);
         self.range = (self.range.0.min(value), self.range.1.max(value));
         self.sum += value as f64;
     }
 
     /// How many values there were.
     pub fn count(&self) -> u64 {
-        self.count
+        self.histogram.count()
     }
 
     /// Their mean.
     pub fn mean(&self) -> Option<f64> {
-        (self.count > 0).then(|| self.sum / self.count as f64)
+        (self.count() > 0).then(|| self.sum / self.count() as f64)
     }
 
     /// The smallest and the largest.
     pub fn range(&self) -> Option<(u64, u64)> {
-        (self.count > 0).then_some(self.range)
+        (self.count() > 0).then_some(self.range)
     }
 
     /// The value below which the share `p` of them lies, 0 to 1: the smallest value with at least `p * count` at or below
     /// it, to 0.5 % of itself; exact at the ends.
     pub fn quantile(&self, p: f64) -> Option<f64> {
         let (least, most) = self.range()?;
-        let wanted = (p * self.count as f64).ceil().clamp(1.0, self.count as f64) as u64;
-        if wanted == self.count {
-            return Some(most as f64);
-        }
-        let mut below = 0;
-        let bin = self.bins.iter().position(|n| {
-            below += n;
-            below >= wanted
-        })?;
-        let middle = ((bin as f64 + 0.5) / PER_E).exp();
-        Some(middle.clamp(least as f64, most as f64))
+        Some(self.histogram.quantile(p).clamp(least as f64, most as f64))
     }
 }
 

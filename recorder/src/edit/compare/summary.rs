@@ -26,14 +26,11 @@ impl Spread {
         let Some(&(max_seq, max)) = values.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
             return Self::default();
         };
-        let mut sorted: Vec<f64> = values.iter().map(|&(_, value)| value).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let n = sorted.len() as f64;
-        let rank = |p: f64| sorted[((p * n).ceil() as usize).clamp(1, sorted.len()) - 1];
+        let all = || values.iter().map(|&(_, value)| value);
         Self {
-            rms: (sorted.iter().map(|v| v * v).sum::<f64>() / n).sqrt(),
-            p50: rank(0.5),
-            p95: rank(0.95),
+            rms: (all().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt(),
+            p50: fit::quantile(all().collect(), 0.5),
+            p95: fit::quantile(all().collect(), 0.95),
             max,
             max_seq,
         }
