@@ -14,8 +14,8 @@ mod problem;
 mod quantile;
 
 pub use damping::{Damping, Held, Rule};
-pub use iterate::{Limits, least_squares};
 pub use histogram::Histogram;
+pub use iterate::{Limits, least_squares};
 pub use median::median;
 pub use problem::{End, Made, Outcome, Problem, Step};
 pub use quantile::quantile;

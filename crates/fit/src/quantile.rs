@@ -18,7 +18,15 @@ mod tests {
     #[test]
     fn a_quantile_is_one_of_the_values() {
         let values = || (1..=20).rev().map(f64::from).collect::<Vec<_>>();
-        for (share, found) in [(-1.0, 1.0), (0.0, 1.0), (0.05, 1.0), (0.0501, 2.0), (0.95, 19.0), (1.0, 20.0), (7.0, 20.0)] {
+        for (share, found) in [
+            (-1.0, 1.0),
+            (0.0, 1.0),
+            (0.05, 1.0),
+            (0.0501, 2.0),
+            (0.95, 19.0),
+            (1.0, 20.0),
+            (7.0, 20.0),
+        ] {
             assert_eq!(quantile(values(), share), found, "{share}");
         }
         assert_eq!((quantile(Vec::new(), 0.5), quantile(vec![3.0], 0.01)), (0.0, 3.0));
