@@ -127,7 +127,7 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
     for search in 1..=MOST_SEARCHES {
         let provisional = is_in(system, Stage::Provisional);
         newton.settings = on_the_way(wanted, provisional);
-        // What leaves a saddle follows the energy, which knows nothing of rows: see [`after_a_saddle`].
+        // What leaves a saddle follows the energy, which knows nothing of rows: see `saddle`.
         newton.settings.leave_saddles &= !is_in(system, Stage::Exact);
         let minimum = minimum(system, newton, a).map_err(|cause| NoEquilibrium::Search { search, cause })?;
         iterations += minimum.iterations;
