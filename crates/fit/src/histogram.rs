@@ -44,7 +44,7 @@ impl Histogram {
     }
 
     /// The number that `share` (0 to 1) of them do not exceed, by nearest rank: the middle of its bin, within 0.5 %, and 0 for the
-    /// first bin and without any. Exact for the largest.
+    /// first bin and without any. Exact for the largest, which also stands for all others beyond the range.
     pub fn quantile(&self, share: f64) -> f64 {
         let rank = (share * self.count as f64).ceil().max(1.0) as u64;
         if rank >= self.count {
@@ -84,7 +84,7 @@ mod tests {
         for share in [0.001, 0.01, 0.5, 0.95, 0.99, 0.9999, 1.0] {
             let truth = numbers[(share * numbers.len() as f64).ceil() as usize - 1];
             let found = histogram.quantile(share);
-            assert!((found / truth - 1.0).abs() < 0.00502, "{share}: {found} {truth}");
+            assert!((found / truth - 1.0).abs() < 0.005, "{share}: {found} {truth}");
         }
         assert_eq!((histogram.count(), histogram.most()), (100_000, 1300.0));
     }

@@ -27,7 +27,7 @@ pub(super) trait Contact: std::fmt::Debug + Clone + Send + Sync + 'static {
 
     fn soft_forces(&self, bodies: &Bodies, a: &[f64]) -> Vec<Force>;
 
-    /// Takes multipliers from a state; `None` in the place of the change as soon as exact contact may take over from them.
+    /// Takes multipliers from a state: how they changed, and whether they are settled enough for the next stage.
     fn settle(&mut self, _bodies: &Bodies, _a: &[f64]) -> (Change, bool) {
         (Change::default(), true)
     }
