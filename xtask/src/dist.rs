@@ -39,7 +39,7 @@ pub(crate) fn dist(arguments: &[String]) -> Result<(), Failure> {
             "`cargo xtask dist` takes no arguments, found {first:?}"
         )));
     }
-    run(&mut cargo(&["build", "--release", "--bins"]))?;
+    run(cargo(&["build", "--release", "--bins"]).args(optimised()))?;
     let folder = target().join("dist");
     let stage = folder.join(format!("trocar-{}", version()));
     // What an earlier version left must not be packed.
@@ -57,6 +57,13 @@ pub(crate) fn dist(arguments: &[String]) -> Result<(), Failure> {
         Err(why) => say(&format!("no Debian package: {why}")),
     }
     Ok(())
+}
+
+/// What a cold build leaves without optimisation (Cargo.toml says why) is optimised in what is installed.
+fn optimised() -> impl Iterator<Item = String> {
+    let crates = ["naga", "wgpu", "wgpu-core", "wgpu-hal", "ash"];
+    let level = |name| format!("--config=profile.release.package.{name}.opt-level=3");
+    crates.into_iter().map(level)
 }
 
 /// All crates of the workspace have one version, this one's.

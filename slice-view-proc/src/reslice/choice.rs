@@ -12,7 +12,7 @@ use bus::volume::VolumeView;
 use geometry::SlicePlane;
 use scene::{BackEnd, Render, Sampling};
 
-use super::gpu::{Accepted, Timings};
+use super::gpu::Accepted;
 use super::opening::Opening;
 use super::pace::Pace;
 use super::proving::Proving;
@@ -149,11 +149,6 @@ impl Chosen {
         self.gpu().map(Gpu::bytes)
     }
 
-    /// How long the card's parts of the work took; `None` where the CPU draws.
-    pub fn gpu_timings(&self) -> Option<Timings> {
-        self.gpu().map(Gpu::timings)
-    }
-
     /// The card that draws.
     pub(super) fn gpu(&self) -> Option<&Gpu> {
         match &self.card {
@@ -239,6 +234,7 @@ impl Chosen {
         };
         let took_ns = monotonic_ns() - began;
         match drawn {
+            // Late and lost come as the same error: the clock tells them apart.
             Err(ResliceError::Gpu(why)) if patience.is_some_and(|patience| took_ns >= ns(patience)) => {
                 return Ok(Err((Fall::Late, why)));
             }
@@ -260,6 +256,7 @@ impl Chosen {
             hu,
             bound_hu: gpu.error_bound_hu(sampling, largest_hu) + self.cpu.error_bound_hu(sampling, largest_hu),
         };
+        // As the seed this has other pixels checked in every image, and the same ones in every run.
         self.drawn += 1;
         let deviation = drawn.spot_check(&mut self.cpu, self.drawn)?;
         Ok(deviation.map_or(Ok(()), |deviation| Err((Fall::Wrong, deviation.to_string()))))

@@ -1,4 +1,4 @@
-//! The back end on a graphics card, by wgpu: Vulkan, Metal or OpenGL, without a window.
+//! The back end on a graphics card, by wgpu over Vulkan, without a window.
 //!
 //! The volume lies in a three-dimensional texture of the card ([`texture`]). For each image the CPU decides in f64 which
 //! points of each row are inside and where the first of them lies ([`rows`]); from there the card steps in 64-bit integers
@@ -230,6 +230,7 @@ impl Gpu {
         }
         // The largest value bounds the error of f32 sums: found on the way, as every voxel is read once anyway.
         if texture == 0 {
+            // Parts of memory, not of slices: together they are all voxels in any layout.
             let part = volume.voxels.len().div_ceil(pieces as usize);
             let voxels = volume
                 .voxels

@@ -40,6 +40,7 @@ impl Opening {
             Some(Ok(opened)) => opened,
             None | Some(Err(TryRecvError::Disconnected)) => Err("its driver cannot be asked".to_owned()),
         };
+        // A channel that has given its card would be taken for a driver that died.
         self.0 = None;
         Some(opened)
     }

@@ -53,6 +53,7 @@ impl Proving {
             return Ok(());
         };
         let [width, height] = plane.size();
+        // What the card leaves out stays NaN, which is near to no value of the CPU.
         let mut hu = vec![f32::NAN; (width * height) as usize];
         let drawn = self.gpu.reslice(volume, &plane, sampling, &mut hu);
         drawn.map_err(|error| error.to_string())?;

@@ -109,6 +109,7 @@ impl Source<'_> {
             return None;
         }
         if self.filter == Filter::Nearest {
+            // At `dims - 1/2`, which still is inside, rounding up would name a voxel that does not exist.
             let voxel = std::array::from_fn(|a| ((index[a] + 0.5).floor() as u32).min(dims[a] - 1));
             return Some(f64::from(self.volume.at(voxel)));
         }
@@ -147,6 +148,7 @@ impl Source<'_> {
 
 /// The index mirrored about the centres of the first and the last voxel.
 pub(super) fn mirrored(i: i64, n: i64) -> usize {
+    // A period of 0 has no remainder.
     if n == 1 {
         return 0;
     }

@@ -73,6 +73,7 @@ fn parts(voxel_from_ct: &Affine<Voxel, Ct>, side: Vector<Ct>) -> u32 {
         .into_iter()
         .map(f64::abs)
         .fold(0.0, f64::max);
+    // At least one point; the upper end keeps a pixel far larger than the volume from endless work.
     (longest / ONE_VOXEL).ceil().clamp(1.0, f64::from(u16::MAX)) as u32
 }
 

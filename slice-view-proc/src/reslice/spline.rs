@@ -52,6 +52,7 @@ impl Kept for f64 {
 pub(super) fn check_memory<T>(volume: &VolumeView<'_>) -> Result<(), ResliceError> {
     let (needed, allowed) = (
         volume.layout.stored() * size_of::<T>() as u64,
+        // Where the system does not say what is free, nothing is refused.
         free_memory_bytes().unwrap_or(u64::MAX) / 2,
     );
     if needed <= allowed {
@@ -82,7 +83,7 @@ impl<T: Kept> Spline<T> {
         self.coefficients[self.layout.offset(voxel)]
     }
 
-    /// Whether it has the dimensions of `volume`.
+    /// Whether it has the layout of `volume`, and so its dimensions.
     pub(super) fn is_of(&self, volume: &VolumeView<'_>) -> bool {
         self.layout == *volume.layout
     }
@@ -100,6 +101,7 @@ impl<T: Kept> Spline<T> {
                         *value = self.coefficients[place(i, lane)].value();
                     }
                 }
+                // Lanes beyond the last line hold what was there before: solved as well, but not stored.
                 solve(&mut lines);
                 for (i, line) in lines.iter().enumerate() {
                     for (lane, value) in line[..starts.len()].iter().enumerate() {
@@ -120,6 +122,7 @@ fn solve(line: &mut [[f64; LANES]]) {
         return;
     }
     let start = causal_start(line);
+    // The two passes below make 1/6 of a constant: the coefficients of a constant are itself.
     let gain = (1.0 - POLE) * (1.0 - 1.0 / POLE);
     line[0] = start;
     for i in 1..n {
@@ -129,6 +132,7 @@ fn solve(line: &mut [[f64; LANES]]) {
         }
     }
     let (before, last) = (line[n - 2], line[n - 1]);
+    // The downward pass begins with its exact value for a line mirrored about its last centre.
     let end = POLE / (POLE * POLE - 1.0);
     line[n - 1] = std::array::from_fn(|lane| end * (POLE * before[lane] + last[lane]));
     for i in (0..n - 1).rev() {

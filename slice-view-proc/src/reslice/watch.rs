@@ -74,6 +74,7 @@ impl Drawn<'_> {
         let mut among = |part: u32, side: u32| {
             let (from, to) = (part * side / PARTS, (part + 1) * side / PARTS);
             random = mix(random);
+            // Parts of an image of fewer than four pixels may be empty: then the pixel at their beginning.
             from + (random % u64::from((to - from).max(1))) as u32
         };
         let parts = (0..PARTS).flat_map(|y| (0..PARTS).map(move |x| [x, y]));
@@ -117,6 +118,7 @@ impl Drawn<'_> {
             return Ok(None);
         }
         for corner in 0..8 {
+            // A point may be at a tie on one axis or on several: all corners about it.
             let off = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -TIE } else { TIE });
             if is_near(self.by_cpu(cpu, pixel, off)?) {
                 return Ok(None);

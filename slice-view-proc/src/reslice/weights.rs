@@ -11,6 +11,7 @@ pub(super) const MAX_TAPS: usize = 10;
 
 /// The voxel of the first weight, relative to the one before the point.
 pub(super) fn first_tap(filter: Filter) -> i64 {
+    // The nearest voxel has one tap, whose half would put it one voxel on.
     1 - (filter.taps() as i64 / 2).max(1)
 }
 
@@ -34,7 +35,9 @@ const fn largest_sums(filter: Filter) -> [f64; 2] {
     match filter {
         Filter::Nearest => [1.0, 0.0],
         Filter::Linear => [1.0, 2.0],
+        // At 1/2: -1/16, 9/16, 9/16, -1/16.
         Filter::Cubic => [1.25, 3.0],
+        // The inverse of (1, 4, 1) / 6 has the norm 6 / (4 - 2); the weights themselves are positive and sum to 1.
         Filter::BSpline => [3.0, 3.0 * 1.5],
         Filter::Sinc3 => [1.5435, 3.164],
         Filter::Sinc5 => [1.8636, 3.439],
@@ -88,6 +91,7 @@ fn sinc(x: f64) -> f64 {
     if x == 0.0 {
         return 1.0;
     }
+    // The sine of a rounded multiple of pi is some 1e-16, but a voxel's centre must give that voxel alone.
     if x == x.round() {
         return 0.0;
     }

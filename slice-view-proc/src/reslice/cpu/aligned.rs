@@ -34,6 +34,7 @@ impl Axes {
     pub(super) fn of(samples: &Samples, [width, height]: [usize; 2]) -> Option<Self> {
         let right = only_axis(samples.right, width)?;
         let down = only_axis(samples.down, height)?;
+        // The three numbers sum to 3. For one axis twice that may be below zero, or else is refused below.
         let across = 3_usize.checked_sub(right + down)?;
         let straight = samples.depths == 1 || only_axis(samples.into, samples.depths as usize) == Some(across);
         (right != down && straight).then_some(Self { right, down, across })
@@ -102,6 +103,7 @@ impl Lines {
         if walk.inside.is_empty() {
             return;
         }
+        // In one image rows move along one axis only: with the same columns inside they have the same places along it.
         if !self.columns.are_of(walk) {
             self.columns.set(kernel, axes, walk);
             self.quads.set(kernel.source(), axes.right, self.columns.reach());

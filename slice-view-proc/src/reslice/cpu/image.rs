@@ -119,6 +119,7 @@ impl<'a> Image<'a> {
                 walks.clear();
                 walks.extend(tile.rows.clone().map(|y| self.row(kernel, y)));
             }
+            // The plan is used up before the next tile's takes its place.
             copies.take(kernel);
             copies.plan(kernel, region(i + 1));
             for (n, (y, (walk, blocks))) in tile.rows.clone().zip(&walks).enumerate() {
@@ -161,6 +162,7 @@ impl<'a> Image<'a> {
                     // Points outside the volume do not count, so that the border keeps its grey.
                     for x in walk.inside.clone() {
                         let (sum, count) = &mut fold.area[x / kx];
+                        // In f64, so that the mean of many points adds no error to theirs.
                         *sum += f64::from(fold.points[x]);
                         *count += 1.0;
                     }
@@ -188,6 +190,8 @@ fn add_layer(mode: SlabMode, area: &[(f64, f64)], pixels: &mut [(f64, f64)]) {
         let mean = sum / count;
         *pixel = match mode {
             SlabMode::Mean => (pixel.0 + mean, pixel.1 + 1.0),
+            // The first layer inside: a maximum with the zero that pixels begin with would hide air, which is below 0
+            // HU.
             _ if pixel.1 == 0.0 => (mean, 1.0),
             SlabMode::Maximum => (pixel.0.max(mean), 1.0),
             SlabMode::Minimum => (pixel.0.min(mean), 1.0),
@@ -201,6 +205,7 @@ fn whole_blocks(kernel: &impl Kernel, walk: &Walk, dims: [u32; 3]) -> Range<usiz
         return 0..0;
     };
     let interior = walk.interior(dims, reach);
+    // Blocks that lie in the interior whole.
     interior.start.div_ceil(LANES)..interior.end / LANES
 }
 

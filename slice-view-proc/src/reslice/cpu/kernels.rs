@@ -139,6 +139,7 @@ impl Separable<1> for Nearest<'_> {
     }
 
     fn first(spot: &Spot, axis: usize) -> i32 {
+        // The highest bit of the fraction says whether the next voxel is as near or nearer.
         spot.whole[axis] + (spot.part[axis] >> (BITS - 1))
     }
 }

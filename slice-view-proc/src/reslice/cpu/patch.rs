@@ -40,6 +40,7 @@ impl<P: Value + Default> Patch<P> {
             table.clear();
             table.extend((0..n).map(|i| (i * step) as u32));
         }
+        // Never cleared: zeros for every tile would cost, and no tap reads what was not copied.
         if self.values.len() < end {
             self.values.resize(end, P::default());
         }
@@ -117,6 +118,7 @@ impl Plan {
             for j in 0..ny {
                 for i in region.row(j, k) {
                     let terms = [bricks[0][i], bricks[1][j], bricks[2][k]];
+                    // One axis that breaks the brick is enough: its four voxels do not follow one another.
                     let from = if terms.contains(&SCATTERED) {
                         SCATTERED
                     } else {
@@ -134,6 +136,7 @@ impl Plan {
     /// Asks for the memory of part `part` of `parts`.
     #[inline(always)]
     pub(super) fn fetch<V: Value>(&self, source: &Source<'_, V>, vector: Vector, part: usize, parts: usize) {
+        // Ends are computed alike for neighbouring parts: none is left out, whatever the remainder.
         let end = |part: usize| self.cubes.len() * part / parts;
         for cube in &self.cubes[end(part)..end(part + 1)] {
             if cube.from != SCATTERED {

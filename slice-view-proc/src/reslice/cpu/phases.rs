@@ -9,6 +9,7 @@ use super::super::weights::weights;
 use super::points::UNIT;
 use super::walk::BITS;
 
+// Half as many phases would have four times the error: five roundings of a weight.
 const LOG2_PHASES: u32 = 12;
 
 /// The weights of a filter with `N` taps at each phase.

@@ -65,6 +65,7 @@ pub(super) fn convolved<const N: usize, V: Value>(source: &Source<'_, V>, spot: 
     }
     let mut sum = 0.0;
     for i in 0..N {
+        // Along x last: until then a sum is as wide as a run of voxels, which vector code adds up at once.
         sum += w[0][i] * sums[i];
     }
     sum

@@ -53,6 +53,7 @@ impl Region {
     pub(super) fn new(samples: &Samples, tile: &Tile, reach: i32, dims: [u32; 3]) -> Option<Self> {
         let ends = |range: &Range<usize>| [range.start as f64, range.end as f64 - 1.0];
         let [columns, rows] = [ends(&tile.columns), ends(&tile.rows)];
+        // A place is linear in column and row, so that its extremes over the tile lie at the corners.
         let corners = [0, 1, 2, 3].map(|i| samples.at(columns[i % 2], rows[i / 2], 0.0));
         let (mut first, mut extent) = ([0; 3], [0; 3]);
         for a in 0..3 {
@@ -61,6 +62,7 @@ impl Region {
             if most - least > LONGEST as f64 {
                 return None;
             }
+            // Points beyond the border are padding and have no taps.
             let (least, most) = (least.max(-0.5), most.min(f64::from(dims[a]) - 0.5));
             if least > most {
                 return None;
@@ -103,6 +105,7 @@ impl Region {
             .bounds
             .map(|bound| bound.at + y as i32 * bound.by_y + z as i32 * bound.by_z);
         let to: [i32; 3] = std::array::from_fn(|i| from[i] + self.bounds[i].width);
+        // An arithmetic shift rounds down, and -1 stands for all before the box: an end there makes an empty range.
         let cubes = |x: i32| (x >> CUBE_BITS).clamp(-1, self.extent[0] as i32);
         let [from, to] = [from[0].max(from[1]).max(from[2]), to[0].min(to[1]).min(to[2])];
         cubes(from).max(0) as usize..(cubes(to) + 1).min(self.extent[0] as i32) as usize
@@ -112,6 +115,7 @@ impl Region {
 /// The slopes of distance, column and row over the voxels, each up to a factor.
 fn functions(samples: &Samples) -> [[f64; 3]; 3] {
     let normal = cross(samples.right, samples.down);
+    // The column does not change along `down` or the normal, the row not along `right` or the normal.
     [normal, cross(samples.down, normal), cross(normal, samples.right)]
 }
 
@@ -133,6 +137,7 @@ struct Around {
 impl Around {
     fn bound(&self, g: [f64; 3], corners: &[[f64; 3]; 4]) -> Bound {
         let sum: f64 = g.iter().map(|c| c.abs()).sum();
+        // A function without slope bounds nothing: the whole row.
         if sum == 0.0 {
             return Bound {
                 at: 0,
@@ -143,6 +148,7 @@ impl Around {
         }
         // |g_x| + |g_y| + |g_z| = 1 from here on, and g_x > 0.
         let g = g.map(|c| c / if g[0] < 0.0 { -sum } else { sum });
+        // Bounds are divided by this: a flatter one would leave the range of the fixed numbers.
         let gx = g[0].max(FLATTEST);
         let values = corners.map(|p| (0..3).map(|a| g[a] * (p[a] - self.first[a])).sum::<f64>());
         let widen = self.reach + (gx - g[0]) * self.long + ROUNDING;

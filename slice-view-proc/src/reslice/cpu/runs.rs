@@ -50,6 +50,7 @@ impl<'a, V: Run> Runs<'a, V> {
     #[inline(always)]
     fn begin(&self, spot: &Spot) -> Option<([usize; 2], usize)> {
         let first = spot.whole[0] - 1;
+        // There neighbours are repeated or mirrored voxels, which lie in no run.
         if first < 0 || first + RUN as i32 > self.width {
             return None;
         }
@@ -87,6 +88,7 @@ impl<'a, V: Run> Runs<'a, V> {
         let y: [usize; RUN] = self.source.terms(1, spot.whole[1] - 1);
         let z: [usize; RUN] = self.source.terms(2, spot.whole[2] - 1);
         let most = |terms: &[usize]| terms.iter().fold(0, |most, &term| most.max(term));
+        // One comparison for all sums: the largest terms bound every one of them.
         let end = most(&x) + most(&y) + most(&z) + RUN;
         (end <= self.source.values.len()).then_some(Places { x, y, z, skip })
     }

@@ -16,6 +16,7 @@ pub(super) const BITS: u32 = 24;
 const ONE: f64 = (1 << BITS) as f64;
 const MASK: i32 = (1 << BITS) - 1;
 /// Longest step whose seventh multiple fits in 31 bits with its fraction, voxels.
+// Seven of them are 112 voxels; with a fraction below 1 that is less than 2^7 voxels of 2^24 parts.
 const LONGEST_STEP: f64 = 16.0;
 
 /// A row of points through the volume.
@@ -82,6 +83,7 @@ impl Walk {
         for a in 0..3 {
             let index = self.start[a] + self.step[a] * column;
             let fixed = (index * ONE + ROUNDER).to_bits().wrapping_sub(ROUNDER.to_bits()) as i64;
+            // An arithmetic shift rounds down: the fraction is never negative, before voxel 0 either.
             whole[a] = (fixed >> BITS) as i32;
             part[a] = fixed as i32 & MASK;
         }
@@ -127,6 +129,7 @@ impl Walk {
             let (start, step) = (self.start[a], self.step[a]);
             if step.abs() < 1e-9 {
                 // Even at the end of the longest row this is within the rounding allowed for.
+                // Negated as a whole, so that a NaN has no interior.
                 if !(start >= first + 10.0 * ROUNDING && start <= last - 10.0 * ROUNDING) {
                     return 0..0;
                 }
@@ -166,6 +169,7 @@ pub(in crate::reslice) fn inside(samples: &Samples, [y, d]: [f64; 2], width: usi
         from = from.max((low / step).min(high / step));
         to = to.min((low / step).max(high / step) + 1.0);
     }
+    // Both ends are widened by one column below: only what is empty even then is empty for certain.
     if from.is_nan() || to.is_nan() || from >= to + 2.0 {
         return 0..0;
     }

@@ -22,8 +22,6 @@ const PATIENCE_BESIDE_IMAGES: Duration = Duration::from_millis(250);
 const PATIENCE_WITH_PROGRAMS: Duration = Duration::from_secs(60);
 /// No more of a card's memory than this is taken, per cent of what it offers, where the driver says.
 const MEMORY_SHARE: u8 = 90;
-/// Where cards are looked for, first group first; a later one only where the earlier have no hardware.
-const GROUPS: [Backends; 2] = [Backends::VULKAN.union(Backends::METAL), Backends::GL];
 /// What is said where there is none.
 const NO_HARDWARE: &str = "no hardware GPU";
 /// How the files of `/dev` begin through which every driver of a card works: DRM, NVIDIA's own, and Windows' in WSL.
@@ -44,11 +42,11 @@ pub(in crate::reslice) enum Accepted {
 }
 
 impl Accepted {
-    fn groups(self) -> &'static [Backends] {
+    fn backends(self) -> Backends {
         match self {
-            Self::Hardware | Self::Any => &GROUPS,
+            Self::Hardware | Self::Any => Backends::VULKAN,
             #[cfg(test)]
-            Self::Nothing => const { &[Backends::empty()] },
+            Self::Nothing => Backends::empty(),
         }
     }
 
@@ -155,15 +153,12 @@ impl Card {
 
     /// The card and the interface to it.
     pub(super) fn name(&self) -> String {
-        let interface = match self.info.backend {
-            wgpu::Backend::Gl => "OpenGL".to_owned(),
-            other => format!("{other:?}"),
-        };
-        format!("{} ({interface})", self.info.name)
+        format!("{} ({:?})", self.info.name, self.info.backend)
     }
 
     /// Refuses to go on after a failure.
     pub(super) fn check(&self) -> Result<(), ResliceError> {
+        // A thread that died while it kept a failure has left its words or none: either is whole.
         let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
         fault
             .as_ref()
@@ -215,14 +210,9 @@ pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, ResliceError>) -> Resu
 }
 
 fn candidates(accepted: Accepted) -> Vec<Adapter> {
-    let mut found: Vec<Adapter> = Vec::new();
-    for backends in accepted.groups() {
-        found.extend(adapters(*backends));
-        if found.iter().any(|adapter| is_hardware(adapter.get_info().device_type)) {
-            break;
-        }
-    }
+    let mut found = adapters(accepted.backends());
     found.retain(|adapter| accepted.takes(adapter.get_info().device_type));
+    // Stable: among cards of one kind the driver's order stays.
     found.sort_by_key(|adapter| rank(adapter.get_info().device_type));
     found
 }

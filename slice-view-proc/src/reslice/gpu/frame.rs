@@ -175,12 +175,14 @@ impl Frame {
     fn hold(&mut self, tools: Tools<'_>, pixels: usize) -> Result<(), ResliceError> {
         let card = tools.card;
         let bytes = |n: usize, each: usize| (n * each) as u64;
+        // In bytes: 20 words of parameters, 2 words a row, 8 words a run, one value a pixel.
         let grown = [
             self.parameters.hold(card, 80)?,
             self.rows.hold(card, bytes(self.band.rows.len(), 8))?,
             self.runs.hold(card, bytes(self.band.runs.len(), 32))?,
             self.hu.hold(card, bytes(pixels, 4))?,
         ];
+        // Only copied to, never bound: that it has grown does not matter to the group.
         self.back.hold(card, bytes(pixels, 4))?;
         let fits = self.bound.as_ref().is_some_and(|b| b.way == tools.program.way);
         if !fits || grown.contains(&true) {

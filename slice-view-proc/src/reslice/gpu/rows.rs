@@ -64,6 +64,7 @@ impl Rows {
         while end < self.size[1] && (end - first + 1) * self.size[0] <= most.pixels.max(self.size[0]) {
             let before = band.runs.len();
             points += self.add_row(end, &mut band.runs);
+            // One row is drawn however much it is: it cannot be cut.
             let too_much = band.runs.len() > most.runs || points > most.points;
             if too_much && end > first {
                 band.runs.truncate(before);
@@ -142,5 +143,6 @@ impl Rows {
 /// A place with 48 bits of fraction. Of a point inside it is exact to 2^-44; a step too long for it has no second point
 /// inside.
 fn fixed(index: f64) -> i64 {
+    // Below 2^15 voxels, so that 48 bits of fraction fit into 63; longer ones saturate.
     (index * ONE).round() as i64
 }

@@ -102,6 +102,7 @@ impl Uploaded {
         let mut rows: Vec<T> = Vec::with_capacity(xs.len() * ys.len() * layers.len());
         for &z in layers {
             for &y in ys {
+                // Row by row, as a copy to a texture wants it, from wherever the layout has them.
                 rows.extend(xs.iter().map(|&x| values[(x + y + z) as usize]));
             }
         }

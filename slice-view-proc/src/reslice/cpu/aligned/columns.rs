@@ -53,6 +53,7 @@ impl Columns {
         let columns = || (walk.inside.start..).map(|column| column.min(last)).take(count);
         let firsts = || columns().map(|column| K::first(&walk.at(column), axes.right));
         let (low, high) = firsts().fold((i32::MAX, i32::MIN), |(low, high), i| (low.min(i), high.max(i)));
+        // Quads begin at multiples of four, as rows of bricks do.
         let start = low.div_euclid(quad) * quad;
         self.inside = walk.inside.clone();
         self.reach = start..start + (high + N as i32 - start + quad - 1) / quad * quad;
@@ -91,6 +92,7 @@ impl Columns {
         for (b, (block, pixels)) in self.blocks.iter().zip(line.chunks_mut(LANES)).enumerate() {
             for (i, pixel) in pixels.iter_mut().enumerate() {
                 let column = b * LANES + i;
+                // One slice, so that bounds are checked once for all taps.
                 let taken = &values[(block + self.behind[column]) as usize..][..N];
                 let mut sum = 0.0;
                 for (k, value) in taken.iter().enumerate() {

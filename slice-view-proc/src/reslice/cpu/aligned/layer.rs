@@ -30,6 +30,7 @@ impl Quads {
             let even = (1..QUAD).all(|i| quad[i] == quad[0] + i as u32 * step);
             (even && [1, 4].contains(&step)).then_some(step)
         };
+        // One step for the whole line, so that the loop over quads has no choice to make.
         self.step = quads.iter().find_map(step).unwrap_or(0);
         self.terms.clear();
         let terms = quads.iter().map(|quad| match step(quad) {
@@ -52,11 +53,13 @@ pub(super) struct Layer {
 
 /// Where a group of lines is held: those that `N` neighbours are in have different places.
 fn place<const N: usize>(group: i32) -> usize {
+    // Groups before voxel 0 have numbers below zero.
     group.rem_euclid(places::<N>() as i32) as usize
 }
 
 /// The most groups that `N` neighbours are in.
 const fn places<const N: usize>() -> usize {
+    // Most where the first is the last line of its group: the other `N - 1` lines, in groups rounded up, and that one.
     (N + QUAD - 2) / QUAD + 1
 }
 
@@ -101,6 +104,7 @@ impl Layer {
         self.held.resize(places::<N>(), None);
         self.sums.resize(places::<N>() * lines, 0.0);
         for group in group(first)..=group(first + N as i32 - 1) {
+            // All rows of a layer have the same place across the plane: sums stay right from row to row.
             let place = place::<N>(group);
             // Rows next to one another share all lines but one: what is there is not summed again.
             if self.held[place].replace(group) == Some(group) {

@@ -60,8 +60,10 @@ unsafe fn quad<V: Run, const STEP: usize>(first: *const V) -> __m128 {
         match (V::IS_SHORT, STEP) {
             (true, 1) => _mm_cvtepi32_ps(_mm_cvtepi16_epi32(_mm_loadl_epi64(first.cast()))),
             (true, _) => {
+                // Values four apart lie in every second pair of shorts.
                 let even = _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6);
                 let halves = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(first.cast()), even);
+                // Up and down by 16 bits: only the lower half, with its sign.
                 let firsts = _mm_slli_epi32::<16>(_mm256_castsi256_si128(halves));
                 _mm_cvtepi32_ps(_mm_srai_epi32::<16>(firsts))
             }

@@ -19,6 +19,7 @@ pub(super) fn along<const N: usize>(columns: &Columns, values: &[f32], line: &mu
             let weights = &weights[k * columns.blocks.len() + b];
             // SAFETY: there are eight of each.
             let (near, weights) = unsafe { (_mm256_loadu_ps(near.as_ptr()), _mm256_loadu_ps(weights.as_ptr())) };
+            // The portable code's order: a product and a sum for each tap, from zero on.
             let taken = _mm256_permutevar8x32_ps(near, behind);
             sum = _mm256_add_ps(sum, _mm256_mul_ps(weights, taken));
         }

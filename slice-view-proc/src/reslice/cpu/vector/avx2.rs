@@ -92,6 +92,7 @@ fn mix(a: __m256, b: __m256, w: __m256) -> __m256 {
 /// Whether an offset reaches the last value of the slice.
 #[target_feature(enable = "avx2")]
 fn touches_end(voxels: &[i16], offsets: __m256i) -> bool {
+    // A gather reads four bytes: at the last value two of them would lie beyond the slice.
     let limit = _mm256_set1_epi32(voxels.len() as i32 - 2);
     _mm256_movemask_epi8(_mm256_cmpgt_epi32(offsets, limit)) != 0
 }
@@ -132,6 +133,7 @@ pub(super) fn linear(cell: &Cell<'_>, walk: &Walk, first: usize, line: &mut [f32
         };
         let near = mix(edge(rows[0]), edge(rows[1]), y.weight);
         let far = mix(edge(rows[2]), edge(rows[3]), y.weight);
+        // Powers of two change no rounding: the shift by 16 bits in `gather` is undone once, at the end.
         let hu = _mm256_mul_ps(mix(near, far, z.weight), _mm256_set1_ps(1.0 / 65536.0));
         // SAFETY: the block has eight places.
         unsafe { _mm256_storeu_ps(block.as_mut_ptr(), hu) };
@@ -154,6 +156,8 @@ pub(super) fn nearest(cell: &Cell<'_>, walk: &Walk, first: usize, line: &mut [f3
             let (voxel, fraction) = axis.place(spot.whole[a], spot.part[a]);
             let voxel = _mm256_add_epi32(voxel, _mm256_srli_epi32::<{ BITS as i32 - 1 }>(fraction));
             let last = _mm256_add_epi32(axis.last_cell, _mm256_set1_epi32(1));
+            // Blocks lie in the interior, so that this changes nothing drawn: it makes the read safe whatever the
+            // positions.
             let voxel = _mm256_max_epi32(_mm256_setzero_si256(), _mm256_min_epi32(voxel, last));
             offset = _mm256_add_epi32(offset, axis.term(voxel));
         }
@@ -224,6 +228,7 @@ pub(super) fn runs<V: Run>(
             let four = _mm_mul_ps(_mm_loadu_ps(w[0].as_ptr()), four);
             _mm_storeu_ps(products.as_mut_ptr(), four);
         }
+        // One after the other, in the order of `convolved`: pairwise sums would round differently.
         products.iter().fold(0.0, |sum, product| sum + product)
     });
 }

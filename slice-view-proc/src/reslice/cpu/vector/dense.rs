@@ -31,6 +31,7 @@ impl Steps {
         let [row, layer] = patch.steps();
         let span = (taps - 1) * (layer + row + 1) + 1;
         let last = i32::try_from(patch.values().len().checked_sub(span)?).ok()?;
+        // The product of pairs below takes 16-bit factors with a sign.
         let both = i32::from(i16::try_from(row).ok()?) | i32::from(i16::try_from(layer).ok()?) << 16;
         let [x, y, z] = walk.lanes.as_ref()?;
         // SAFETY: each has eight places.
@@ -64,6 +65,8 @@ impl Steps {
             _mm256_madd_epi16(on, self.both),
             _mm256_srai_epi32::<{ BITS as i32 }>(x),
         );
+        // Without a sign a negative offset is a large one: both kinds are held back, and belong to columns that are
+        // thrown away.
         let offsets = _mm256_min_epu32(_mm256_add_epi32(on, _mm256_set1_epi32(start)), self.last);
         let mask = _mm256_set1_epi32((1 << BITS) - 1);
         let parts = [
@@ -156,6 +159,7 @@ pub(super) fn four_taps<W: Weights>(patch: &Patch<f32>, walk: &Walk, columns: Ra
         }
         let [x, y, z] = fractions;
         let (x, y, z) = (all(&W::lanes(x)), all(&W::lanes(y)), all(&W::lanes(z)));
+        // From one weight of eight points to four weights of a point, in both halves.
         let x = turned(x);
         let mut products = [_mm256_setzero_ps(); TAPS];
         for i in 0..TAPS {
