@@ -40,6 +40,7 @@ impl<F: Frame> Coverage<F> {
         if count == 0.0 {
             return None;
         }
+        // q q^T is the same for q and -q, so that no sign has to be chosen (Markley et al. 2007).
         let outer = quaternions.clone().map(|q| q * q.transpose());
         let (values, vectors) = symmetric4(outer.sum::<Matrix4<f64>>() / count);
         let mean: Vector4<f64> = vectors.column(values.imax()).into_owned();
@@ -50,6 +51,8 @@ impl<F: Frame> Coverage<F> {
         order.sort_by(|&i, &j| values[j].total_cmp(&values[i]));
         let principal = |i: usize| Principal {
             axis: direction(vectors.column(i).into_owned(), i),
+            // The eigenvalue is the mean of sin^2(theta / 2): theta = 2 asin(root), and twice that. Rounding may lead
+            // out of 0 to 1.
             angle_rad: 4.0 * values[i].clamp(0.0, 1.0).sqrt().asin(),
         };
         Some(Self {
@@ -135,6 +138,7 @@ impl<F: Frame> From<Direction<F>> for Named {
 impl fmt::Display for Named {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let frame = self.frame.to_lowercase();
+        // Only the axis of the largest component can lie within 20 degrees.
         let nearest = Vector3::from(self.axis).iamax();
         let largest = self.axis[nearest];
         if largest.abs() >= NAMED_COSINE {

@@ -65,6 +65,8 @@ pub fn score<F>(emitters: &[Point<F>], subsets: &[Vec<usize>], tip: Point<F>, no
         let seen: Vec<Point<F>> = subset.iter().filter_map(|&i| emitters.get(i).copied()).collect();
         predicted_tre_mm(&seen, tip, noise)
     };
+    // Subsets without a pose have an infinite error; they are counted apart, as one would be the worst and hide all
+    // others.
     let mut errors: Vec<f64> = subsets.iter().map(error).filter(|e| e.is_finite()).collect();
     errors.sort_by(f64::total_cmp);
     Some(Score {
@@ -87,8 +89,11 @@ pub fn visible_subsets<F>(normals: &[Direction<F>], views: &[Direction<F>], half
 
 /// `count` directions spread evenly over the sphere: the golden spiral. Deterministic.
 pub fn even_directions<F>(count: usize) -> Vec<Direction<F>> {
+    // The golden angle, (3 - sqrt 5) pi: of all turns its multiples come back to one another the least.
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let direction = |i: usize| {
+        // The middles of `count` bands of equal height, which have equal areas (Archimedes); the poles themselves are
+        // left out.
         let z = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
         let r = (1.0 - z * z).sqrt();
         let (sin, cos) = (golden * i as f64).sin_cos();

@@ -168,6 +168,7 @@ impl Axes {
         let across = [completed(&u), completed(&v)];
         let wobble = |r: &Matrix3<f64>| {
             let w = r * u;
+            // Not the arc cosine, which has half the digits at angles near zero.
             w.cross(&v).norm().atan2(w.dot(&v))
         };
         Ok(Self {
@@ -190,7 +191,7 @@ impl Axes {
 
     /// Refuses a motion that does not determine the axis.
     fn check<From: Frame>(&self, range_rad: f64, coverage: &Coverage<From>, limits: Limits) -> Result<(), Refused> {
-        if range_rad.to_degrees() < limits.range_deg {
+        if limits.range_deg.is_nan() || range_rad.to_degrees() < limits.range_deg {
             return Err(Refused::SmallRange {
                 axis: coverage.principal[0].axis.into(),
                 found_deg: range_rad.to_degrees(),
@@ -199,7 +200,8 @@ impl Axes {
         }
         self.check_spread(range_rad, limits)?;
         let found_deg = self.wobble_rms().to_degrees();
-        if found_deg > limits.wobble_deg {
+        // A limit that is not a number lets nothing pass.
+        if limits.wobble_deg.is_nan() || found_deg > limits.wobble_deg {
             let most_deg = limits.wobble_deg;
             return Err(Refused::Wobble { found_deg, most_deg });
         }
@@ -215,6 +217,7 @@ impl Axes {
     /// Refuses a range that a few poses make: an even turn by `a` has `1 - rho^2 = 1 - (sin(a / 2) / (a / 2))^2`.
     fn check_spread(&self, range_rad: f64, limits: Limits) -> Result<(), Refused> {
         let open = openness(self.inside().map(|(i, _)| self.turns[i]));
+        // At 0 the quotient would be 0 / 0; beyond a full turn an even turn is no more open.
         let half = limits.range_deg.to_radians().clamp(1e-3, std::f64::consts::TAU) / 2.0;
         if open >= EVEN_SPREAD_SHARE * (1.0 - (half.sin() / half).powi(2)) {
             return Ok(());
@@ -257,8 +260,11 @@ impl Axes {
             openness(self.inside().map(|(i, _)| self.turns[i])),
         );
         let [[a, b], _] = &self.across;
+        // `across` spans the plane through the marker's origin, so that this is the axis' nearest point to it.
         let point = a * place.re + b * place.im;
         let flat = Matrix3::identity() - self.u * self.u.transpose();
+        // The directions are z_i u = v in the plane across: u has the variance of a slope in regression, variance / (N
+        // (1 - rho^2)).
         let tilt = self.variance / (inliers as f64 * open);
         // A tilt of the axis carries its nearest point along it.
         let along = self.u * self.u.transpose() * (tilt * place.norm_sqr());
@@ -299,6 +305,7 @@ fn range(turns: &[Complex]) -> f64 {
     let mut angles: Vec<f64> = turns.iter().map(|z| z.im.atan2(z.re)).collect();
     angles.sort_by(f64::total_cmp);
     let around = angles.first().zip(angles.last());
+    // The gap over the end of the list, where angles go round from pi to -pi.
     let around = around.map_or(0.0, |(first, last)| first + std::f64::consts::TAU - last);
     let gaps = angles.windows(2).map(|w| w[1] - w[0]);
     std::f64::consts::TAU - gaps.fold(around, f64::max)

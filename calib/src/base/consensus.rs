@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Group, Refused};
 
 /// Touches that propose lines, and planes; more are thinned out evenly.
+// 7140 pairs, and 9880 triples: about the same work, whatever the number of touches.
 const LINE_SAMPLE: usize = 120;
 const PLANE_SAMPLE: usize = 40;
 
@@ -66,6 +67,7 @@ pub(super) fn plane(points: &[Vector3<f64>], limit: f64) -> Option<Flat> {
 }
 
 fn thinned(points: &[Vector3<f64>], most: usize) -> Vec<Vector3<f64>> {
+    // Every k-th in the order of touching, so that the sample covers the whole feature.
     let step = points.len().div_ceil(most).max(1);
     points.iter().copied().step_by(step).collect()
 }
@@ -91,10 +93,12 @@ impl<'a> Best<'a> {
     }
 
     fn propose(&mut self, at: &Vector3<f64>, axis: Vector3<f64>) {
+        // Two touches at one place propose no line, three on a line no plane.
         let Some(axis) = axis.try_normalize(0.0) else { return };
         let mut sum = 0.0;
         for p in self.points {
             sum += (self.distance)(at, &axis, p).min(self.limit).powi(2);
+            // The sum only grows: most proposals are soon done with.
             if sum >= self.sum {
                 return;
             }
@@ -107,10 +111,13 @@ impl<'a> Best<'a> {
         let (mut at, mut direction) = self.found?;
         let mut on = self.within(&at, &direction);
         let mut width_mm = 0.0;
+        // What lies within the limit changes with the fit; the proposal by two or three touches is only roughly the
+        // best.
         for _ in 0..3 {
             let kept = self.points.iter().zip(&on).filter(|(_, on)| **on).map(|(p, _)| *p);
             let kept: Vec<Vector3<f64>> = kept.collect();
             let (centre, eigen) = principal(&kept);
+            // Rounding may leave the two lesser moments below zero for touches on a line.
             width_mm = (eigen.eigenvalues.sum() - eigen.eigenvalues.max()).max(0.0).sqrt();
             at = centre;
             direction = eigen.eigenvectors.column(axis(&eigen.eigenvalues)).into_owned();

@@ -72,6 +72,7 @@ impl Drawing {
                 along: None,
             },
             Feature::Groove(k) => {
+                // `touches::check` refuses other numbers; the bound only rules out a panic.
                 let g = &self.grooves[k.min(2)];
                 let start = Vector3::from(g.start.mm());
                 let line = Vector3::from(g.end.mm()) - start;
@@ -79,10 +80,13 @@ impl Drawing {
                 let along = line / length;
                 // Across the groove, towards the plate's upper side: a groove may run downwards.
                 let up = normal - along * normal.dot(&along);
+                // `check` keeps grooves 0.2 rad from the normal, so that this has a length.
                 let up = up.try_normalize(0.0).unwrap_or(normal);
                 Hold {
                     axes: [up, along.cross(&up)],
                     count: 2,
+                    // In the cross-section the centre, the bottom and the point of contact make a right triangle with
+                    // the half angle at the bottom and the radius opposite: the centre is radius / sin above.
                     at: start + up * (radius / g.half_angle_rad.sin()),
                     along: Some((along, length)),
                 }
@@ -106,6 +110,7 @@ impl Drawing {
             for feature in [Feature::Plane, Feature::Groove(i / 2)] {
                 let hold = self.hold(feature, 0.0);
                 for axis in hold.axes() {
+                    // The base lies at the identity: the condition is the same in all poses.
                     let row = super::solve::row(axis, &(end - centre), radius);
                     normal += row * row.transpose();
                 }
@@ -133,7 +138,10 @@ fn check(groove: usize, g: &Groove, normal: Direction<Base>) -> Result<(), Refus
     }
     let line = g.end - g.start;
     let (length_mm, half_angle_rad) = (line.norm(), g.half_angle_rad);
+    // A groove without length has no direction; along the normal it is refused below by both its length and its angle.
     let along = line.direction().unwrap_or(normal);
+    // By atan2, which keeps its digits where the cosine is near 1; a groove runs either way, hence the size of the
+    // cosine.
     let to_normal_rad = along.cross(normal).norm().atan2(along.dot(normal).abs());
     if length_mm >= SHORTEST_MM && HALF_ANGLE.contains(&half_angle_rad) && to_normal_rad >= TO_NORMAL {
         return Ok(());

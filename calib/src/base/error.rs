@@ -167,6 +167,12 @@ pub enum Refused {
     /// No frame shows the tool in its seat.
     #[error("no frame shows the tool in its seat")]
     NoFrame,
+    /// The mean of the frames does not settle: they are too far apart for one.
+    #[error("the mean of the frames does not settle in {steps} steps: they are not of one place")]
+    NoConvergence {
+        /// Steps made.
+        steps: usize,
+    },
     /// A frame's pose has no error in some direction, so that frames cannot be weighed.
     #[error("frame {frame}: the covariance of the pose is singular, so that frames cannot be weighed")]
     Singular {

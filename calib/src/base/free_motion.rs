@@ -20,6 +20,7 @@ impl fmt::Display for FreeMotion {
             ("slide along", self.shift)
         };
         let n = size(&v).sqrt();
+        // Adding 0 takes the sign off -0, which would be printed.
         let [x, y, z] = v.map(|x| x / n + 0.0);
         write!(f, "a {what} ({x:.2}, {y:.2}, {z:.2}) in the base's axes")
     }

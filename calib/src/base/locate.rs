@@ -25,6 +25,8 @@ pub fn locate<F: Frame>(drawing: &Drawing, groups: &[Group<F>], options: &Option
     let found = accepted(&touched, &labels, drawing, options)
         .map_err(|refused| explained(refused, &touched, &labels, drawing, options))?;
     let result = Solved::new(&touched, &found[0], drawing, options);
+    // Before uniqueness: a motion that is free has places as good beside the best, and its name says more than
+    // `Ambiguous`.
     result.held(options)?;
     unique(&found, drawing, options, found[0].noise_ratio)?;
     result.located(centre, options)
@@ -43,7 +45,9 @@ fn accepted(
     let assignments = touched.assignments(labels);
     let places = |a: &Vec<Feature>| touched.places(a, drawing, options);
     let mut all: Vec<Found> = assignments.iter().flat_map(places).collect();
+    // The sort is stable: of equals the first assignment stays first, and the result is the same every time.
     all.sort_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared));
+    // Kept before the refusal empties the list: the person is told what came nearest.
     let best = all.first().map(|f| (f.assignment.clone(), f.rejected(), f.noise_ratio));
     all.retain(|f| f.rejected() <= allowed && f.noise_ratio <= options.max_noise_ratio);
     if !all.is_empty() {
@@ -73,6 +77,7 @@ fn explained(
     if labels == free {
         return refused;
     }
+    // Lines and planes anew: under the labels only those that each label allows were looked for.
     let touched = Touched::new(touched.groups.clone(), touched.noise.clone(), &free, options.limit_mm());
     let found = match accepted(&touched, &free, drawing, options) {
         Ok(found) => found,
@@ -100,6 +105,7 @@ fn unique(found: &[Found], drawing: &Drawing, options: &Options, noise_ratio: f6
     };
     // As unlikely as a touch beyond the gate.
     let margin = (options.gate * noise_ratio.max(1.0)).powi(2);
+    // Starts a half-turn apart may end at one place: only what lies apart by more than a touch may is a second one.
     let rival = |f: &&Found| apart(f) > options.limit_mm() && f.chi_squared - best.chi_squared < margin;
     found[1..].iter().find(rival).map_or(Ok(()), |second| {
         Err(Refused::Ambiguous {

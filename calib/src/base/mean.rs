@@ -30,10 +30,14 @@ const MAX_STEPS: usize = 30;
 /// [`Refused::NoFrame`] for none, [`Refused::Singular`], [`Refused::Moved`] where one is more than `gate` deviations off
 /// (six are passed by one in 300 000), [`Refused::Covariance`].
 pub fn mean<To: Frame, From: Frame>(list: &[Uncertain<To, From>], gate: f64) -> Result<Mean<To, From>, Refused> {
+    // Any of them will do: they differ by some deviations, and the iteration forgets where it began.
     let mut at = list.first().ok_or(Refused::NoFrame)?.transform();
     let information = information(list)?;
     let total: Matrix6<f64> = information.iter().sum();
+    // The Jacobian of e_i by a motion of the mean is -1 but for terms of the size of e_i, so that the normal matrix is
+    // the same in every step.
     let covariance = inverse(&total).ok_or(Refused::Singular { frame: 0 })?;
+    let mut is_settled = false;
     for _ in 0..MAX_STEPS {
         let pulls = list
             .iter()
@@ -42,18 +46,26 @@ pub fn mean<To: Frame, From: Frame>(list: &[Uncertain<To, From>], gate: f64) -> 
         let step = covariance * pulls.sum::<Vector6<f64>>();
         at = moved(&at, &step).ok_or(Refused::Singular { frame: 0 })?;
         // Far below any deviation.
-        if step.dot(&(total * step)) <= 1e-20 {
+        is_settled = step.dot(&(total * step)) <= 1e-20;
+        if is_settled {
             break;
         }
     }
+    if !is_settled {
+        return Err(Refused::NoConvergence { steps: MAX_STEPS });
+    }
     let chi_squared = |(u, i): (&Uncertain<To, From>, &Matrix6<f64>)| {
         let e = motion(&at, &u.transform());
-        e.dot(&(i * e)).max(0.0)
+        let square = e.dot(&(i * e));
+        // Rounding may leave a square below zero, and its root would be NaN. A NaN stays one: `max` would make it 0, as if
+        // this transform lay on the mean.
+        if square < 0.0 { 0.0 } else { square }
     };
     let squares: Vec<f64> = list.iter().zip(&information).map(chi_squared).collect();
     still(&squares, gate)?;
     let freedom = 6.0 * (list.len() as f64 - 1.0);
     Ok(Mean {
+        // The scaled inverse is symmetric to rounding only.
         mean: Uncertain::new(at, (covariance + covariance.transpose()) * 0.5)?,
         ratio: (squares.iter().sum::<f64>() / freedom).sqrt(),
         deviations: squares.iter().map(|x| x.sqrt()).collect(),
@@ -67,6 +79,7 @@ fn information<To: Frame, From: Frame>(list: &[Uncertain<To, From>]) -> Result<V
 
 /// The inverse of a covariance or an information, scaled by its diagonal first: turns and lengths differ by powers of ten.
 fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
+    // A variance of zero scales by infinity, and the factor of what follows does not exist.
     let scale = matrix.diagonal().map(|x| 1.0 / x.sqrt());
     let scale = Matrix6::from_diagonal(&scale);
     let scaled = scale * matrix * scale;
@@ -77,11 +90,13 @@ fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
 
 /// Refuses the worst beyond the gate.
 fn still(squares: &[f64], gate: f64) -> Result<(), Refused> {
-    let worst = (0..squares.len()).max_by(|a, b| squares[*a].total_cmp(&squares[*b]));
-    match worst {
-        Some(frame) if squares[frame].sqrt() > gate => Err(Refused::Moved {
+    let of = |frame: usize| squares[frame].sqrt();
+    // NaN is the worst of all, whatever its sign, and a gate that is none lets nothing pass.
+    let size = |frame: usize| if of(frame).is_nan() { f64::INFINITY } else { of(frame) };
+    match (0..squares.len()).max_by(|a, b| size(*a).total_cmp(&size(*b))) {
+        Some(frame) if gate.is_nan() || size(frame) > gate => Err(Refused::Moved {
             frame,
-            found: squares[frame].sqrt(),
+            found: of(frame),
             frames: squares.len(),
             gate,
         }),

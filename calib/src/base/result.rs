@@ -99,6 +99,7 @@ impl<'a> Solved<'a> {
             count: kept.iter().map(|t| t.hold.count).sum(),
             condition,
             weakest: FreeMotion {
+                // From the touches' axes to the base's, in which a person finds the motion.
                 turn: back.apply(free.turn),
                 shift: back.apply(free.shift),
             },
@@ -143,12 +144,14 @@ impl<'a> Solved<'a> {
     fn covariance(&self) -> Option<Matrix6<f64>> {
         let inverse = self.matrix.cholesky()?.inverse() * self.sigma_mm.powi(2);
         let mut scale = Matrix6::identity();
+        // The unknowns were turns times the radius: w = w' / radius.
         let turns = Matrix3::identity() / self.radius;
         scale.fixed_view_mut::<3, 3>(0, 0).copy_from(&turns);
         Some(scale * inverse * scale)
     }
 
     pub(super) fn located<F: Frame>(&self, centre: Vector3<f64>, options: &Options) -> Result<Located<F>, Refused> {
+        // The fit was about the mean of all touches.
         let shift = centre + self.found.pose.shift;
         let place: Rigid<F, Base> = Rigid::from_parts(self.found.pose.turn, Vector::new(shift.x, shift.y, shift.z));
         let covariance = self.covariance().ok_or(Refused::Unsolvable {
@@ -156,6 +159,8 @@ impl<'a> Solved<'a> {
             condition: self.condition,
             allowed: options.max_condition,
         })?;
+        // In those axes the motion turned about their origin, so that v is what the mean of the touches moves by: the
+        // convention (6) of `geometry::uncertain` about that point.
         let about = Point::new(centre.x, centre.y, centre.z);
         let kept = self.distances(true);
         let squares: f64 = kept.iter().map(|(_, t)| t.distance_mm.powi(2)).sum();

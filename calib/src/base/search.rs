@@ -77,6 +77,7 @@ impl Touched {
                 .filter(|f| f.width_mm >= LEAST_WIDTH * self.limit),
             Feature::Groove(_) => self.lines[group].as_ref(),
         }?;
+        // A majority of the group, so that a group of touches on another feature is not laid on a few that line up.
         (flat.count() >= feature.needed() && 2 * flat.count() > flat.on.len()).then_some(flat)
     }
 
@@ -107,6 +108,7 @@ impl Touched {
             };
             all = all.iter().flat_map(longer).collect();
         }
+        // Without one of the features a motion of the base is free.
         all.retain(|a| Feature::ALL.iter().all(|f| a.contains(f)));
         all
     }
@@ -129,6 +131,7 @@ impl Touched {
         let Some(normal) = of(Feature::Plane) else {
             return Vec::new();
         };
+        // Touched from end to end, the longest groove has the best known direction.
         let longest = Feature::ALL[1..].iter().max_by(|a, b| {
             let length = |f: &Feature| holds[f.index()].along.map_or(0.0, |(_, l)| l);
             length(a).total_cmp(&length(b))
@@ -139,6 +142,8 @@ impl Touched {
         let Some((drawn, _)) = holds[groove.index()].along else {
             return Vec::new();
         };
+        // A fitted normal and a fitted line have no sign. `aligned` makes proper rotations only, so that these four are
+        // all.
         let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
         let start = |(a, b)| aligned([holds[0].axes[0], drawn], [normal * a, along * b]);
         signs.into_iter().filter_map(start).collect()
@@ -155,26 +160,30 @@ impl Touched {
         let limit = options.limit_mm();
         let on = |(g, f): (usize, &Feature)| self.flat(g, *f).map(|f| f.on.clone());
         let mut kept: Vec<Vec<bool>> = assignment.iter().enumerate().map(on).collect::<Option<_>>()?;
+        // What lies on the group's own line or plane, which needs no pose: gross errors take no part in the first fit.
         let first = chosen(touches, &kept);
         let mut pose = Pose {
             turn,
             shift: shift(&first, turn),
         };
         // Which touches lie within the gate depends on the pose, and the pose on them: until both agree.
-        for _ in 0..MAX_ROUNDS {
+        for round in 1.. {
             pose = settle(&chosen(touches, &kept), pose, self.radius)?;
             let next: Vec<Vec<bool>> = touches
                 .iter()
                 .map(|g| g.iter().map(|t| t.counted(&pose) <= limit).collect())
                 .collect();
             enough(assignment, &next)?;
-            if next == kept {
+            // A touch at the gate may come and go for ever. Then the pose of the last round stands with what it was fitted to.
+            if next == kept || round == MAX_ROUNDS {
                 break;
             }
             kept = next;
         }
+        // The weights of the pose at the end itself, not those frozen before its last steps.
         let last = chosen(touches, &kept);
         let (_, _, cost) = normal(&last, &pose, &pose.matrix(), self.radius);
+        // Without freedom the ratio is infinite or NaN, and is refused by `accepted`, which asks for at most.
         let freedom = last.iter().map(|t| t.hold.count).sum::<usize>().saturating_sub(6);
         // Counted at the limit at most, so that leaving a touch out is never better than keeping it.
         let offs = touches.iter().flatten().map(|t| t.counted(&pose).min(limit));
@@ -207,6 +216,7 @@ pub(super) fn chosen(touches: &[Vec<HeldTouch>], kept: &[Vec<bool>]) -> Vec<Held
 /// The rotation that takes the first direction to the first, and the second as near to the second as it can be.
 fn aligned(from: [Vector3<f64>; 2], to: [Vector3<f64>; 2]) -> Option<Rotation> {
     let axes = |[a, b]: [Vector3<f64>; 2]| {
+        // Parallel directions leave the turn about them free.
         let c = a.cross(&b).try_normalize(1e-9)?;
         Some(Matrix3::from_columns(&[a, c, a.cross(&c)]))
     };

@@ -47,6 +47,7 @@ pub fn seated<F: Frame>(
     gate: f64,
 ) -> Result<Seated, Refused> {
     let found = mean(marker_from_f, gate)?;
+    // The tool's frame has its origin at the tip.
     let tip = (f_from_base.transform() * base_from_tool.transform()) * Point::<Tool>::new(0.0, 0.0, 0.0);
     let at = found.mean.transform() * tip;
     let squares = marker_from_f
@@ -65,9 +66,11 @@ pub fn seated<F: Frame>(
 /// Of a covariance of (turn, shift) about the marker's origin, turns counted at the distance of `tip`; at 1 mm, where that is
 /// nearer.
 fn condition(covariance: &Matrix6<f64>, tip: Point<Marker>) -> f64 {
+    // A tool frame at the marker's origin would make turns count nothing at all, and the ratio infinite.
     let lever = tip.distance(Point::new(0.0, 0.0, 0.0)).max(1.0);
     let scale = Matrix6::from_diagonal(&Vector6::new(lever, lever, lever, 1.0, 1.0, 1.0));
     let values = (scale * covariance * scale).symmetric_eigen().eigenvalues;
+    // A covariance is semidefinite to rounding: at zero or below, the ratio is infinite.
     (values.max() / values.min().max(0.0)).sqrt()
 }
 

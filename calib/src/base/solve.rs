@@ -49,6 +49,7 @@ impl HeldTouch {
     fn weighed(&self, r: &Matrix3<f64>) -> Option<[Vector3<f64>; 2]> {
         let [a, b] = self.hold.axes.map(|e| r * e);
         let Some(c) = &self.noise else { return Some([a, b]) };
+        // L L^T of the 2 x 2 covariance of (a.p, b.p), written out: L = [[first, 0], [below, second]].
         let first = a.dot(&(c * a)).sqrt();
         if self.hold.count == 1 {
             return (first > 0.0).then(|| [a / first, b]);
@@ -65,6 +66,7 @@ impl HeldTouch {
 
     /// Distance of the touch from where the base at `pose` holds it, mm; beyond a groove's end the way to the end counts too.
     pub(super) fn off(&self, pose: &Pose) -> f64 {
+        // In the base's axes, in which the feature's axes and ends are drawn.
         let back = pose.matrix().transpose() * (self.place - pose.shift) - self.hold.at;
         let across: f64 = self.hold.axes().iter().map(|e| e.dot(&back).powi(2)).sum();
         across.sqrt().hypot(self.beyond(&back))
@@ -88,6 +90,7 @@ impl HeldTouch {
     fn beyond(&self, back: &Vector3<f64>) -> f64 {
         self.hold.along.map_or(0.0, |(d, length)| {
             let s = d.dot(back);
+            // Beyond the far end, before the near one, or between them.
             (s - length).max(-s).max(0.0)
         })
     }
@@ -107,6 +110,7 @@ pub(super) fn normal(
     radius: f64,
 ) -> (Matrix6<f64>, Vector6<f64>, f64) {
     let r = pose.matrix();
+    // Frozen weights turn with the base: else the residuals along axes that stay behind would not be those of (1).
     let turned = r * frozen.transpose();
     let (mut matrix, mut vector, mut cost) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
     for touch in touches {
@@ -115,6 +119,7 @@ pub(super) fn normal(
             let e = turned * e;
             let (row, residual) = (row(&e, &touch.place, radius), e.dot(&off));
             matrix += row * row.transpose();
+            // r + J d is to vanish: J^T J d = -J^T r.
             vector -= row * residual;
             cost += residual * residual;
         }
@@ -126,6 +131,8 @@ pub(super) fn normal(
 const MAX_STEPS: usize = 60;
 /// A step below this share of the radius ends the iteration.
 const STEP_END: f64 = 1e-12;
+/// More damping than this makes a step short however far the end is.
+const MOST_AT_END: f64 = 0.1;
 /// Of the trace of the normal equations.
 const DAMPING: Damping = Damping {
     start: 1e-9,
@@ -158,6 +165,7 @@ pub(super) fn settle(touches: &[HeldTouch], mut pose: Pose, radius: f64) -> Opti
             radius,
         };
         let settled = least_squares(&frozen, pose, DAMPING, Limits::tries(MAX_STEPS))?;
+        // Whatever else it ended by, it is not at the least sum.
         pose = (settled.end == End::Last).then_some(settled.state)?;
     }
     Some(pose)
@@ -180,6 +188,7 @@ impl Problem for Frozen<'_> {
     }
 
     fn step(&self, pose: &Pose, (matrix, vector): &Self::At, damping: f64) -> Option<Step<Pose>> {
+        // All unknowns are lengths, so that one share of the trace holds back turns and shifts alike.
         let damped = matrix + Matrix6::identity() * (damping * matrix.trace());
         let step = damped.cholesky()?.solve(vector);
         let to = pose.moved_by(&Motion {
@@ -193,8 +202,9 @@ impl Problem for Frozen<'_> {
         })
     }
 
-    fn is_last(&self, step: &Step<Pose>, _: &Self::At, _: f64) -> bool {
-        step.length <= STEP_END * self.radius
+    fn is_last(&self, step: &Step<Pose>, _: &Self::At, damping: f64) -> bool {
+        // A step that damping alone made short says nothing of how far the end is.
+        step.length <= STEP_END * self.radius && damping <= MOST_AT_END
     }
 }
 
@@ -207,8 +217,11 @@ pub(super) fn shift(touches: &[HeldTouch], turn: Rotation) -> Vector3<f64> {
     .matrix();
     let middle = |h: &Hold| h.at + h.along.map_or_else(Vector3::zeros, |(d, length)| d * (length / 2.0));
     let n = touches.len().max(1) as f64;
+    // A plane has no middle: only grooves say where along themselves the base may be.
     let grooves = touches.iter().filter(|t| t.hold.along.is_some());
-    let first = grooves.map(|t| t.place - r * middle(&t.hold)).sum::<Vector3<f64>>() / n;
+    let on_grooves = grooves.clone().count().max(1) as f64;
+    let first = grooves.map(|t| t.place - r * middle(&t.hold)).sum::<Vector3<f64>>() / on_grooves;
+    // A small pull to `first`, so that there is a factor for any layout; it moves what is held by some 1e-6 of the way.
     let (mut matrix, mut vector) = (Matrix3::identity() * (1e-6 * n), Vector3::zeros());
     for t in touches {
         let off = t.place - r * t.hold.at - first;
@@ -224,6 +237,7 @@ pub(super) fn shift(touches: &[HeldTouch], turn: Rotation) -> Vector3<f64> {
 /// The ratio of the largest deviation to the least, and the motion of the largest.
 pub(super) fn open(normal: &Matrix6<f64>) -> (f64, FreeMotion) {
     let eigen = normal.symmetric_eigen();
+    // The eigenvalues are inverse variances: the least belongs to the largest deviation, and their ratio is its square.
     let (least, most) = (eigen.eigenvalues.min().max(0.0), eigen.eigenvalues.max());
     let v = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
     let free = FreeMotion {

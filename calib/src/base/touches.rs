@@ -102,6 +102,7 @@ impl Options {
 }
 
 /// More groups are not sorted out.
+// Unlabelled groups are assigned by trying all: 4^7 = 16384 assignments at most.
 const MAX_GROUPS: usize = 7;
 
 /// Refuses groups that cannot be used.
@@ -116,6 +117,7 @@ pub(super) fn check<F: Frame>(groups: &[Group<F>]) -> Result<(), Refused> {
         if let Some(Feature::Groove(groove @ 3..)) = g.feature {
             return Err(Refused::NoSuchGroove { group, groove });
         }
+        // What a group without a label lies on is not known yet: two touches are the fewest for any feature.
         let needed = g.feature.map_or(2, Feature::needed);
         let found = g.touches.len();
         if found < needed {
@@ -137,6 +139,7 @@ fn check_noise<F: Frame>(group: usize, g: &Group<F>) -> Result<(), Refused> {
     if found != 0 && found != touches {
         return Err(Refused::Unmatched { group, found, touches });
     }
+    // A Cholesky factor is made from the lower triangle alone: asymmetry has to be looked for.
     let even = |c: &Matrix3<f64>| (c - c.transpose()).amax() <= 1e-12 * c.amax();
     let good = |c: &Matrix3<f64>| c.iter().all(|x| x.is_finite()) && even(c) && c.cholesky().is_some();
     match g.covariances.iter().position(|c| !good(c)) {
@@ -159,6 +162,7 @@ pub(super) fn noise<F: Frame>(groups: &[Group<F>], sigma_mm: f64) -> Vec<Vec<Opt
 pub(super) fn widest(noise: &[Vec<Option<Matrix3<f64>>>]) -> f64 {
     let each = noise.iter().flatten().flatten();
     let largest = each.map(|c| c.symmetric_eigenvalues().max());
+    // Of variances; the noise given has the variance 1.
     largest.fold(1.0, f64::max).sqrt()
 }
 

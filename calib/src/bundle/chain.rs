@@ -48,6 +48,7 @@ impl Body {
     }
 
     fn mirrored(&self) -> Self {
+        // A reflection in any plane will do: registration takes care of the rest.
         let turn = |p: &Option<(Vector3<f64>, f64)>| p.map(|(p, w)| (Vector3::new(-p.x, p.y, p.z), w));
         Self {
             places: self.places.iter().map(turn).collect(),
@@ -102,6 +103,7 @@ pub(super) fn lay(to: &[Vector3<f64>], from: &[Vector3<f64>], limit_mm: f64) -> 
         return Some(plain);
     }
     // A majority, so that two bodies that differ are not laid on one another by chance.
+    // With fewer than four, any three that keep their distances would be a majority.
     let needed = (to.len() / 2 + 1).max(4);
     let mut limits = STRICTNESS.iter().map(|s| s * limit_mm);
     let robust = limits.find_map(|l| register_robust(pairs, Method::default(), l, needed).ok());
@@ -136,10 +138,12 @@ pub(super) fn chain(data: &Data, limit_mm: f64, spare: usize) -> Result<Body, Re
     loop {
         let before = pool.len();
         pool = grown(pool, data, limit_mm);
+        // A body that has grown may share emitters with one that was done before it: once more, until nothing joins.
         if pool.len() <= 1 || pool.len() == before {
             break;
         }
     }
+    // The body of most views is the marker; the sort is stable, so that the result does not depend on chance.
     pool.sort_by_key(|b| std::cmp::Reverse(b.members.len()));
     let first = pool.first().ok_or(Refused::Collinear {
         views: 0,
@@ -155,6 +159,7 @@ pub(super) fn chain(data: &Data, limit_mm: f64, spare: usize) -> Result<Body, Re
 fn grown(mut pool: Vec<Body>, data: &Data, limit_mm: f64) -> Vec<Body> {
     let mut done = Vec::new();
     while !pool.is_empty() {
+        // Of bodies of one size the first, so that the views' order alone decides.
         let largest = |i: &usize| (pool[*i].emitters().len(), std::cmp::Reverse(*i));
         let Some(seed) = (0..pool.len()).max_by_key(largest) else {
             break;
@@ -172,6 +177,7 @@ fn grown(mut pool: Vec<Body>, data: &Data, limit_mm: f64) -> Vec<Body> {
 fn step(body: &mut Body, pool: &[Body], data: &Data, limit_mm: f64) -> Option<usize> {
     let count = |other: &Body| body.shared(other).len();
     let mut order: Vec<(usize, usize)> = pool.iter().map(count).enumerate().map(|(i, n)| (n, i)).collect();
+    // Fewer than three points in common leave a turn free.
     order.retain(|(n, _)| *n >= 3);
     order.sort_unstable_by(|a, b| b.cmp(a));
     let which = order.into_iter().map(|(_, i)| i);
@@ -192,6 +198,7 @@ fn join(body: &mut Body, other: &Body, data: &Data, limit_mm: f64) -> Result<(),
         body.take_up(other, &laid.by, limit_mm);
         return Ok(());
     }
+    // After the body as it is: emitters in a plane fit either way, and would else be called mirrored.
     let turned = other.mirrored();
     let (there, here) = (points(&mine), points(&turned.at(&shared)));
     let mirror = Pairs::new(&there, &here).ok().and_then(|pairs| plain(pairs, limit_mm));
@@ -199,6 +206,7 @@ fn join(body: &mut Body, other: &Body, data: &Data, limit_mm: f64) -> Result<(),
         body.take_up(&turned, &mirror.by, limit_mm);
         return Ok(());
     }
+    // Last what fits in part: a majority of a mirrored body may be even enough to fit as it is.
     if laid.fits.iter().any(|x| *x) {
         body.take_up(other, &laid.by, limit_mm);
         return Ok(());
@@ -228,6 +236,7 @@ fn same_hand(body: &Body, data: &Data) -> Result<(), Refused> {
 fn together(pool: &[Body], data: &Data, limit_mm: f64, spare: usize) -> Result<(), Refused> {
     let (mut sightings, mut worst) = (0, None);
     for other in pool.iter().skip(1) {
+        // On a copy: it is tried again only for the reason why it did not join.
         let Err(Apart::Shape(residual_mm)) = join(&mut pool[0].clone(), other, data, limit_mm) else {
             return Err(Refused::Unconnected {
                 bodies: pool.iter().map(Body::emitters).collect(),
@@ -237,6 +246,7 @@ fn together(pool: &[Body], data: &Data, limit_mm: f64, spare: usize) -> Result<(
         views.sort_unstable();
         let count = |(i, _): &(usize, bool)| data.stations[*i].sightings.len();
         sightings += other.members.iter().map(count).sum::<usize>();
+        // The first is the largest, as the bodies are in the order of their views' number.
         worst.get_or_insert(Refused::Inconsistent {
             views,
             emitters: pool[0].shared(other),

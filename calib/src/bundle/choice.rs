@@ -80,10 +80,13 @@ impl<'a> Choice<'a> {
         let mut all: Vec<f64> = squares.iter().flatten().copied().collect();
         all.sort_unstable_by(f64::total_cmp);
         // Where the noise given is too small, the gate opens with the residuals' own median.
+        // Never below 1: residuals better than the noise given are no reason to leave out more.
         let scale = all.get(all.len() / 2).map_or(1.0, |m| (m / MEDIAN_CHI_SQUARE).max(1.0));
         let limit = self.options.gate * self.options.gate * scale;
         let mut largest = 0.0_f64;
         for ((station, list), origin) in problem.stations.iter().zip(squares).zip(origin) {
+            // One of each view at a time: a gross error pulls the pose of its view, and good sightings look wrong with
+            // it.
             let Some(worst) = (0..list.len()).max_by(|a, b| list[*a].total_cmp(&list[*b])) else {
                 continue;
             };
@@ -118,6 +121,7 @@ impl<'a> Choice<'a> {
             let origin: Vec<usize> = (0..self.kept.len()).filter(|i| self.station(*i).is_some()).collect();
             let stations: Vec<Station> = origin.iter().filter_map(|i| self.station(*i)).collect();
             let counts = counted(&stations, self.data.emitters);
+            // With 0 an emitter that nobody saw would pass as one that is known.
             let needed = self.options.needed_views.max(1);
             if !self.options.allow_missing {
                 enough(&counts, needed)?;
@@ -125,6 +129,7 @@ impl<'a> Choice<'a> {
             let seldom = |emitter: usize| counts[emitter] > 0 && counts[emitter] < needed;
             if !(0..counts.len()).any(seldom) {
                 let names: Vec<usize> = (0..counts.len()).filter(|e| counts[*e] > 0).collect();
+                // Two emitters leave the turn about their line free in every view.
                 self.some(&names)?;
                 let mut columns = vec![None; counts.len()];
                 names.iter().enumerate().for_each(|(c, e)| columns[*e] = Some(c));
@@ -169,12 +174,14 @@ impl<'a> Choice<'a> {
         let (places, mean) = self.places(names);
         let pose = |i: &usize| {
             let body = self.vote.laid[*i].as_ref()?.by.inverse();
+            // The mean was taken off the places: R b + t = R (b - mean) + (R mean + t).
             let turned = Vector3::from(body.rotation().apply(mean.into()));
             Some(Pose {
                 turn: body.rotation(),
                 shift: Vector3::from(body.translation_mm()) + turned,
             })
         };
+        // None is dropped: a station that was not laid has no sighting kept, and so is not among the problem's.
         let poses: Vec<Pose> = origin.iter().filter_map(pose).collect();
         debug_assert_eq!(poses.len(), problem.stations.len());
         State { places, poses }

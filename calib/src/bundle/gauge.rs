@@ -49,6 +49,7 @@ fn principal(body: &[Option<Vector3<f64>>]) -> Rigid<Marker, Tracker> {
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     let axis = |k: usize| signed(eigen.eigenvectors.column(order[k]).into_owned(), &about);
     let (x, y) = (axis(0), axis(1));
+    // The third eigenvector is of either hand; the product makes the frame right-handed.
     let z = x.cross(&y);
     let rows = [x, y, z].map(|v| [v.x, v.y, v.z]);
     // Eigenvectors are orthonormal to rounding, so the door cannot be shut here.
@@ -59,6 +60,7 @@ fn principal(body: &[Option<Vector3<f64>>]) -> Rigid<Marker, Tracker> {
 
 /// The axis or its opposite.
 fn signed(axis: Vector3<f64>, points: &[Vector3<f64>]) -> Vector3<f64> {
+    // By an emitter well off the plane through the centre: the sign by one near it would be that of the noise.
     let farthest = points.iter().map(|p| p.dot(&axis).abs()).fold(0.0, f64::max);
     let first = points.iter().map(|p| p.dot(&axis)).find(|x| x.abs() >= 0.5 * farthest);
     if first.is_some_and(|x| x < 0.0) { -axis } else { axis }
@@ -108,6 +110,7 @@ fn mirrored(pairs: Pairs<'_, Marker, Tracker>, residual_mm: f64, limit_mm: f64) 
         .collect();
     let image = Pairs::new(pairs.to, &turned).map_err(Refused::NoDesign)?;
     let mirrored_mm = fit(image, Method::default()).map_or(f64::INFINITY, |f| f.fre_rms_mm(image));
+    // A mirror image is named only where it fits, and fits twice as well: a nearly flat marker fits both ways.
     if mirrored_mm > limit_mm || mirrored_mm > 0.5 * residual_mm {
         return Ok(());
     }
@@ -119,6 +122,7 @@ fn mirrored(pairs: Pairs<'_, Marker, Tracker>, residual_mm: f64, limit_mm: f64) 
 
 /// Refuses emitters that lie at another one's place in the drawing.
 fn exchanged(pairs: Pairs<'_, Marker, Tracker>, shared: &[usize], limit_mm: f64) -> Result<(), Refused> {
+    // A majority; below four, three that keep their distances by chance would do.
     let needed = (shared.len() / 2 + 1).max(4);
     let Ok(found) = register_robust(pairs, Method::default(), limit_mm, needed) else {
         return Ok(());

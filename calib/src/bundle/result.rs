@@ -127,8 +127,10 @@ impl Bundle {
             .collect();
         let marker_from_body = gauge.choose(&body)?;
         let sightings: usize = problem.stations.iter().map(|s| s.sightings.len()).sum();
+        // The six motions of the whole marker are no unknowns: they are the gauge.
         let unknowns = 6 * problem.stations.len() + 3 * settled.state.places.len() - 6;
         let degrees_of_freedom = (3 * sightings).saturating_sub(unknowns);
+        // Without freedom residuals are zero whatever the noise, and say nothing of it.
         let free = (degrees_of_freedom > 0).then_some(degrees_of_freedom as f64);
         let noise_ratio = free.map_or(f64::NAN, |n| (problem.cost(&settled.state) / n).sqrt());
         let lengths = lengths(adjusted);
@@ -175,6 +177,7 @@ fn poses(adjusted: &Adjusted, views: usize, by: &Rigid<Marker, Tracker>) -> Vec<
     let mut poses = vec![None; views];
     let both = adjusted.problem.stations.iter().zip(&adjusted.settled.state.poses);
     for (station, pose) in both {
+        // Poses were fitted about the view's centre; a point of the marker goes by the body's axes to the localizer's.
         let shift = station.centre + pose.shift;
         let from_body: Rigid<Tracker, Tracker> = Rigid::from_parts(pose.turn, Vector::new(shift.x, shift.y, shift.z));
         poses[station.view] = Some(from_body * by.inverse());
@@ -230,6 +233,7 @@ fn turned(covariance: &DMatrix<f64>, rotation: Rotation) -> DMatrix<f64> {
     for i in 0..covariance.nrows() / 3 {
         for j in 0..covariance.ncols() / 3 {
             let mut block = turned.fixed_view_mut::<3, 3>(3 * i, 3 * j);
+            // E[(R e_i) (R e_j)^T] = R E[e_i e_j^T] R^T.
             let new = r * block.clone_owned() * r.transpose();
             block.copy_from(&new);
         }

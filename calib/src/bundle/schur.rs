@@ -139,6 +139,7 @@ pub(super) fn held(matrix: &DMatrix<f64>, gauge: &DMatrix<f64>) -> (DMatrix<f64>
 pub(super) fn covariance(matrix: &DMatrix<f64>, gauge: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (held, mean) = held(matrix, gauge);
     let inverse = held.cholesky()?.inverse();
+    // (S + m G G^T)^-1 = S^+ + G G^T / m, as S G = 0 and G is orthonormal.
     let covariance = inverse - gauge * gauge.transpose() / mean;
     Some((&covariance + covariance.transpose()) * 0.5)
 }
@@ -154,8 +155,11 @@ pub(super) fn condition(
     gauge: &DMatrix<f64>,
     name: impl Fn(usize) -> usize,
 ) -> Result<f64, Refused> {
+    // The gauge's six eigenvalues are the mean of the diagonal: at most the largest, at least its 3 N-th part, so that
+    // they never pass the limit by themselves.
     let (held, _) = held(matrix, gauge);
     let values = held.clone().symmetric_eigenvalues();
+    // Rounding may leave a least value below zero; at zero the condition is infinite and is refused.
     let (most, least) = (values.max(), values.min().max(0.0));
     let condition = (most / least).sqrt();
     if condition <= MAX_CONDITION {
@@ -163,6 +167,7 @@ pub(super) fn condition(
     }
     let eigen = held.symmetric_eigen();
     let weakest = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+    // The emitter with the largest share in the weakest combination is the one that the views hardly hold.
     let share = |i: &usize| weakest.fixed_rows::<3>(3 * i).norm();
     let columns = 0..matrix.nrows() / 3;
     let emitter = columns.max_by(|a, b| share(a).total_cmp(&share(b))).map_or(0, name);

@@ -81,6 +81,7 @@ pub(super) struct Data {
 }
 
 /// The root mean square distance of points from their best line must be this many deviations.
+// The turn about the line then deviates by at most 1 / (10 sqrt(3)) rad, 3.3 degrees, for three emitters or more.
 const LEAST_WIDTH: f64 = 10.0;
 
 impl Data {
@@ -114,14 +115,19 @@ impl Data {
         let mut sightings = Vec::with_capacity(list.len());
         for (i, (emitter, _)) in list.iter().enumerate() {
             let covariance = noise.covariance(view, i);
-            let even = (covariance - covariance.transpose()).amax() <= 1e-12 * covariance.amax();
+            // A Cholesky factor is made from the lower triangle alone: asymmetry has to be looked for.
+            // `amax` passes over a NaN, which may stand in the upper triangle only.
+            let even = covariance.iter().all(|x| x.is_finite())
+                && (covariance - covariance.transpose()).amax() <= 1e-12 * covariance.amax();
             let factor = covariance.cholesky().filter(|_| even);
+            // Variances below some 1e-308 have no finite inverse.
             let information = factor.map(|f| f.inverse()).filter(|m| m.iter().all(|x| x.is_finite()));
             let emitter = *emitter;
             let information = information.ok_or(Refused::BadNoise { view, emitter })?;
             self.worst_sigma_mm = self.worst_sigma_mm.max(covariance.symmetric_eigenvalues().max().sqrt());
             sightings.push(Sighting {
                 emitter,
+                // About the view's centre: metres of distance would cost digits in every residual.
                 place: places[i] - centre,
                 information,
             });
@@ -192,5 +198,6 @@ pub(super) fn width_mm(points: &[Vector3<f64>]) -> f64 {
     let outer = |p: &Vector3<f64>| (p - centre) * (p - centre).transpose();
     let spread = points.iter().map(outer).sum::<Matrix3<f64>>() / n;
     let values = spread.symmetric_eigenvalues();
+    // The two lesser moments; rounding may leave their sum below zero for points on a line.
     (values.sum() - values.max()).max(0.0).sqrt()
 }

@@ -44,7 +44,8 @@ impl Vote {
     }
 }
 
-/// A station laid on the body by the emitters that the body knows.
+/// A station laid on the body; `None` where no transform follows, or where the body lacks one of its emitters, so that
+/// it belongs to another body.
 fn on(places: &[Option<Vector3<f64>>], station: &Station, limit_mm: f64) -> Option<Laid> {
     let known = station.sightings.iter().map(|s| places[s.emitter]);
     let to: Vec<Vector3<f64>> = known.collect::<Option<_>>()?;
@@ -56,6 +57,8 @@ fn on(places: &[Option<Vector3<f64>>], station: &Station, limit_mm: f64) -> Opti
 fn medians(old: &[Option<Vector3<f64>>], data: &Data, laid: &[Option<Laid>]) -> Vec<Option<Vector3<f64>>> {
     let mut said: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); old.len()];
     for (station, laid) in data.stations.iter().zip(laid) {
+        // Where nothing fits, the transform is no better than the body's own guess, and its word would spoil the
+        // medians.
         let Some(laid) = laid.as_ref().filter(|l| l.fits.iter().any(|x| *x)) else {
             continue;
         };
@@ -78,6 +81,7 @@ fn median(list: &[Vector3<f64>]) -> Option<Vector3<f64>> {
 
 /// Emitters at another one's place, with the views gathered.
 fn mislabelled(places: &[Option<Vector3<f64>>], data: &Data, laid: &[Option<Laid>], limit_mm: f64) -> Vec<Mislabelled> {
+    // Sorted, so that the refusal names the same emitters in the same order every time.
     let mut found: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     for (station, laid) in data.stations.iter().zip(laid) {
         let Some(laid) = laid else { continue };
@@ -101,6 +105,7 @@ fn neighbours(places: &[Option<Vector3<f64>>], station: &Station, laid: &Laid, l
     let strangers = station.sightings.iter().zip(&laid.fits).filter(|(_, fits)| !**fits);
     let other = |s: &super::views::Sighting| {
         let p = moved(&laid.by, &s.place);
+        // An emitter without a place is nobody's neighbour.
         let off = |m: usize| places[m].map_or(f64::INFINITY, |q| (q - p).norm());
         let nearest = (0..places.len()).min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
         // A gross error may fall near another emitter; an exchanged one falls on it.

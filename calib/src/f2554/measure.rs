@@ -80,6 +80,7 @@ pub struct Report {
 /// [`Refused`].
 pub fn measure(phantom: &[Point<Phantom>], samples: &[Sample]) -> Result<Report, Refused> {
     check(phantom, samples)?;
+    // Sorted by number, so that the report does not depend on the order of the samples.
     let mut by_place: BTreeMap<usize, Vec<Sample>> = BTreeMap::new();
     for s in samples {
         by_place.entry(s.place).or_default().push(*s);
@@ -142,6 +143,7 @@ fn rounds(divots: usize, samples: &[Sample]) -> Rounds {
     let mut rounds: Rounds = Vec::new();
     let mut next = vec![0; divots];
     for s in samples.iter().filter(|s| s.test == Test::Distance) {
+        // Each divot counts for itself, so that the order of touching within a round is free.
         let round = next[s.divot];
         next[s.divot] += 1;
         if round == rounds.len() {
@@ -217,6 +219,7 @@ fn scatter(
     Ok(Some(Scatter {
         count: off.len(),
         bias_mm: laid.map(|laid| laid[first].distance(mean)),
+        // Of a single sample there is no scatter: 0 over 1, not 0 over 0.
         precision_mm: (squares / (off.len() as f64 - 1.0).max(1.0)).sqrt(),
         p95_mm: quantile(off.clone(), 0.95),
         max_mm: off.iter().copied().fold(0.0, f64::max),
@@ -245,6 +248,7 @@ fn distances(errors: &[f64]) -> Option<Distances> {
     let mean = errors.iter().sum::<f64>() / count as f64;
     let squares: f64 = errors.iter().map(|e| (e - mean).powi(2)).sum();
     let sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
+    // Without distances the mean is NaN, and is not told.
     (count > 0).then(|| Distances {
         count,
         bias_mm: mean,

@@ -76,6 +76,7 @@ impl Simulation {
         let body = self
             .body()
             .map_err(|_| bad("ball_mm", self.ball_mm, "a ball that can be tracked"))?;
+        // Multiplied, so that neighbouring seeds differ in many bits; odd, as xorshift stays at zero for ever.
         let mut chance = Chance(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
         let tip = Point::<Marker>::new(0.0, 0.0, self.tip_mm);
         let error = chance.vector::<Marker>(self.tip_error_mm);
@@ -195,7 +196,8 @@ impl Pointer {
         }
     }
 
-    /// As a hand holds it: within 30 degrees of upright, turned any way about the shaft.
+    /// As a hand holds it: tilted by up to 30 degrees about each of the tracker's x and z axes, turned any way about
+    /// the shaft.
     fn held(&mut self) -> Rotation {
         let most = 30.0_f64.to_radians();
         let tilt = [most * self.chance.signed(), 0.0, most * self.chance.signed()];
@@ -206,6 +208,7 @@ impl Pointer {
     fn touch(&mut self, place: usize, test: Test, (divot, at): (usize, Point<Tracker>), held: (Rotation, f64)) {
         let (rotation, angle_rad) = held;
         let lever: Rigid<Tracker, Marker> = Rigid::from_parts(rotation, Vector::new(0.0, 0.0, 0.0));
+        // The true tip is in the divot; what is told is where the calibrated one is.
         let origin = at - (lever * self.tip - Point::new(0.0, 0.0, 0.0));
         let pose = Rigid::from_parts(rotation, origin - Point::new(0.0, 0.0, 0.0));
         let seen = self.seen(&pose);
@@ -233,6 +236,7 @@ impl Pointer {
             if !faces {
                 continue;
             }
+            // L n of normal numbers n has the covariance L L^T.
             let factor = self.localizer.covariance_mm2(at).cholesky();
             let drawn = nalgebra::Vector3::from_fn(|_, _| self.chance.normal());
             let noise = factor.map_or_else(nalgebra::Vector3::zeros, |f| f.l() * drawn);
@@ -265,6 +269,7 @@ impl Chance {
     }
 
     fn normal(&mut self) -> f64 {
+        // 1 - unit() is above zero, and its logarithm finite.
         let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
     }

@@ -76,6 +76,7 @@ impl RegistrationFile {
                 expected: format!("format {FORMAT:?}, version {VERSION}"),
             });
         }
+        // From the text, so that errors tell line and column.
         let raw: Raw = serde_json::from_str(text)?;
         Ok(Self {
             id: content_id(value),
@@ -132,6 +133,7 @@ impl Raw {
 
     fn uncertain<From: Frame>(&self) -> Result<Uncertain<Ct, From>, FileError> {
         let t = &self.transform;
+        // Exactly: `calib register` writes 1 where no scale was fitted.
         if t.scale != 1.0 {
             return Err(FileError::number("scale", &t.scale, "1: patients are measured in mm"));
         }

@@ -167,6 +167,7 @@ pub fn frames(text: &str, names: &[&str]) -> Result<Vec<Frame>, SequenceError> {
         };
         let frame = frames.entry(number).or_insert_with(|| Lines::new(names.len()));
         frame.take(key, (i + 1, value), &names);
+        // While reading, so that a file of millions of frames is not held first.
         if frames.len() > MAX_FRAMES {
             return Err(SequenceError::TooMany);
         }
@@ -204,6 +205,7 @@ pub fn chained(text: &str, asked: &str) -> Result<(Vec<Frame>, Chain), SequenceE
             number: frame.number,
             source,
         })?;
+        // Links of other ways too, as they were compared.
         let off = frame.poses.iter().flatten().fold(0.0, |most, p| f64::max(most, p.off));
         frame.poses = vec![pose.map(|pose| Pose {
             quaternion: pose.quaternion(),
@@ -295,6 +297,7 @@ impl<'a> Lines<'a> {
 /// The words of a value with their columns in it.
 fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.split_whitespace().map(|word| {
+        // `split_whitespace` gives parts of `text` itself, so that the difference of addresses is the offset.
         let byte = word.as_ptr() as usize - text.as_ptr() as usize;
         (text[..byte].chars().count() + 1, word)
     })

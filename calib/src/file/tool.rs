@@ -109,11 +109,13 @@ impl ToolFile {
             let found = quoted(&raw.kind);
             return Err(FileError::OtherKind { found, expected: KIND });
         }
+        // Before any number is believed: a file that was changed by hand is no calibration.
         let computed = content_id(value);
         if computed != raw.id {
             let found = quoted(&raw.id);
             return Err(FileError::OtherId { found, computed });
         }
+        // The verdict and each gate: a file with one of them edited must not pass by the other.
         if raw.verdict != "accepted" || raw.gates.iter().any(|gate| !gate.kept) {
             return Err(FileError::NotAccepted(quoted(&raw.verdict)));
         }
@@ -159,6 +161,7 @@ fn frame(raw: Option<RawFrame>) -> Result<Uncertain<Marker, Tool>, FileError> {
         .map_err(|_| FileError::number("quaternion_wxyz", &raw.quaternion_wxyz, "a unit quaternion"))?;
     let uncertain = Uncertain::from_upper(rigid, raw.covariance_upper)
         .map_err(|error| FileError::number("covariance_upper", &error.to_string(), "a covariance"))?;
+    // Zeros are a covariance, too, but no measurement is without error.
     let tip = (uncertain * Point::<Tool>::new(0.0, 0.0, 0.0)).covariance().trace();
     if tip > 0.0 {
         return Ok(uncertain);

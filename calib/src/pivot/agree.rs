@@ -9,9 +9,9 @@ use nalgebra::Vector3;
 
 use super::{Method, Pivot};
 
-/// Deviations along the line between two tips that are taken for noise: of both tips the larger one. Both are of the same poses, so that
-/// the deviation of their distance is at most about that: of an efficient estimate and another one its square is the difference of
-/// their variances (Hausman 1978).
+/// How many deviations two tips may lie apart by noise. The deviation is that of the worse tip along the line between
+/// them: both tips are of the same poses, and the variance of the difference of an efficient estimate and another one
+/// is the difference of their variances (Hausman 1978), so that it is at most the larger of them.
 const NOISE_DEVIATIONS: f64 = 2.5;
 
 /// Two methods whose tips lie further apart than their errors allow.
@@ -25,9 +25,9 @@ pub struct Apart {
     pub most_mm: f64,
 }
 
-/// The pair of methods that is furthest apart in units of what is taken for noise, where that is more than this. Of two-step and sphere,
-/// which have no covariance, the errors are not known: two-step is held to that of algebraic, which minimises nearly the same; sphere, whose
-/// error is many times as large where cones are small, is not asked.
+/// The two methods whose tips lie furthest apart in units of what is taken for noise; `None` where no two lie further
+/// apart than that. Two-step and sphere have no covariance. Two-step is judged by that of algebraic, which minimises
+/// nearly the same sum; sphere is left out, as its error is many times as large where cones are small.
 pub fn apart<To: Frame, From: Frame>(found: &[Pivot<To, From>]) -> Option<Apart> {
     let linear = found.iter().find(|p| p.method == Method::Algebraic);
     let covariance = |p: &Pivot<To, From>| match p.method {

@@ -31,9 +31,11 @@ pub fn calibrate<To: Frame, From: Frame>(
     options: &Options,
 ) -> Result<Pivot<To, From>, Refused> {
     check(poses, &options.noise)?;
+    // Before solving: equations that a motion leaves singular would only say that the method fails.
     covered(poses.iter())?;
     let problem = Problem::new(poses);
     let solved = solve(&problem, options)?;
+    // And once more of those that agree: slipped poses may have made most of the motion.
     let coverage = agreeing(poses, &solved, options.method)?;
     let covariance = covariance(&problem, &solved, options);
     Ok(result(&problem, &solved, coverage, covariance, options))
@@ -47,6 +49,7 @@ pub fn calibrate<To: Frame, From: Frame>(
 /// [`Refused`], of these [`Refused::BadCovariance`].
 pub fn calibrate_each<To: Frame, From: Frame>(poses: &[Uncertain<To, From>]) -> Result<Pivot<To, From>, Refused> {
     let plain: Vec<Rigid<To, From>> = poses.iter().map(Uncertain::transform).collect();
+    // The noise comes with the poses, and `Each` checks it.
     check(&plain, &PoseNoise::default())?;
     covered(plain.iter())?;
     let problem = Problem::new(&plain);
@@ -162,6 +165,7 @@ fn robust<N: Noise>(problem: &Problem, noise: &N, method: Method) -> Result<Solv
         settled.weights.iter().filter(|w| **w > 0.0).count(),
         problem.poses.len(),
     );
+    // A majority, as the scale is that of the better half of the residuals: any half agrees with itself.
     let needed = MIN_POSES.max(poses / 2 + 1);
     if found < needed {
         return Err(Refused::NoConsensus { found, poses, needed });

@@ -33,6 +33,7 @@ impl Each {
         let covariances: Vec<Matrix6<f64>> = poses.iter().map(about).collect();
         let (mut turn, mut shift) = (0.0, 0.0);
         for (pose, u) in poses.iter().enumerate() {
+            // Where the marker itself is: about the tracker's origin, metres away, turns would be counted as shifts.
             let at_marker = (*u * Point::new(0.0, 0.0, 0.0)).covariance();
             if at_marker.cholesky().is_none() {
                 return Err(Refused::BadCovariance { pose });
@@ -55,7 +56,9 @@ impl Each {
         let (_, gain) = weighed(c, &y)?;
         let e = gain * (y - state.pivot);
         let (w, v) = (-e.fixed_rows::<3>(0).into_owned(), e.fixed_rows::<3>(3).into_owned());
+        // T' = exp(-e) T applied to the tip, to second order in the turn.
         let corrected = turned(&w, &y) - v;
+        // With the lever of the corrected pose: the measured one would correlate the weight with the noise.
         let (weight, _) = weighed(c, &corrected)?;
         Some(Equations {
             rotation: Matrix3::from_columns(&[0, 1, 2].map(|k| turned(&w, &pose.r.column(k).into_owned()))),
@@ -95,6 +98,8 @@ impl robust::Noise for Each {
     fn normal(&self, problem: &Problem, state: &State, weights: &[f64]) -> Normal {
         let (mut matrix, mut vector) = (Matrix6::zeros(), Vector6::zeros());
         for (i, (pose, w)) in problem.poses.iter().zip(weights).enumerate() {
+            // Forgotten poses cost nothing; one without noise in some direction has an infinite square, and so no
+            // weight.
             let Some(eq) = (*w > 0.0).then(|| self.equations(i, pose, state)).flatten() else {
                 continue;
             };

@@ -34,6 +34,7 @@ impl Problem {
             .map(|p| Vector3::from(p.translation_mm()))
             .sum::<Vector3<f64>>()
             * share;
+        // The mean is rounded, but the same number is taken off every pose, and added to the pivot in the end.
         let centred = |p: &Rigid<To, From>| Pose {
             r: p.rotation().matrix().into(),
             t: Vector3::from(p.translation_mm()) - rough,
@@ -61,6 +62,8 @@ impl Problem {
     /// `((I, -Rm^T), (-Rm, I))` with eigenvalues `1 +- s_k`.
     pub(super) fn condition(&self) -> f64 {
         let (values, _) = crate::registration::jacobi::symmetric3(self.spread());
+        // (1 + s) / (1 - s) = (1 + s)^2 / (1 - s^2), and 1 - s^2 is the eigenvalue at hand; rounding may lead out of 0
+        // to 1.
         let least = values.min().clamp(0.0, 1.0);
         (1.0 + (1.0 - least).sqrt()) / least.sqrt()
     }
@@ -74,6 +77,8 @@ impl Problem {
 
     /// Minimises `sum |R_i x + t_i - c|^2` over both at once. `None` where singular.
     pub(super) fn algebraic(&self) -> Option<State> {
+        // With the pivot eliminated the rows are R_i - Rm; their sum is zero, so that the mean of t drops out by
+        // itself.
         let right = |p: &Pose| (p.r - self.mean).transpose() * p.t;
         let right = self.poses.iter().map(right).sum::<Vector3<f64>>() / self.poses.len() as f64;
         let tip = self.spread().cholesky()?.solve(&-right);
@@ -85,6 +90,7 @@ impl Problem {
     pub(super) fn two_step(&self) -> Option<State> {
         let n = self.poses.len();
         let (mut matrix, mut vector) = (Matrix3::zeros(), Vector3::zeros());
+        // Of a motion whose period is one of the strides all differences vanish; then the other one serves.
         for stride in [n / 2, n / 3] {
             for (i, p) in self.poses.iter().enumerate() {
                 let q = &self.poses[(i + stride) % n];
@@ -107,6 +113,8 @@ impl Problem {
         for p in &self.poses {
             let d = p.t - mean;
             matrix += d * d.transpose();
+            // Algebraic sphere: |d|^2 = 2 d.c + (radius^2 - |c|^2) is linear in c; about the mean the constant is the
+            // mean square.
             vector += d * (0.5 * (d.norm_squared() - size));
         }
         let start = matrix.cholesky()?.solve(&vector) + mean;
@@ -125,6 +133,7 @@ impl Problem {
         let mut next = centre;
         for _ in 0..50 {
             let (cost, step) = self.sphere_step(&next);
+            // At a pose that lies on the centre a unit vector is 0 / 0.
             if cost.is_nan() || cost >= best {
                 break;
             }
@@ -144,6 +153,7 @@ impl Problem {
         let mean = self.poses.iter().map(unit).sum::<Vector3<f64>>() / n;
         let (mut matrix, mut vector, mut cost) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
         for p in &self.poses {
+            // The residual |t - c| - radius falls by u.dc, the mean radius by its mean: the radius is eliminated.
             let (u, r) = (unit(p) - mean, away(p).norm() - radius);
             matrix += u * u.transpose();
             vector += u * r;

@@ -68,6 +68,7 @@ impl Spread {
         if self.squared == 0.0 {
             return Matrix3::identity() * self.along;
         }
+        // The lever's length is that of the tip in every pose, so that it is computed once.
         let part = (self.along - self.across) / self.squared;
         Matrix3::identity() * self.across + y * y.transpose() * part
     }

@@ -77,6 +77,8 @@ pub(super) fn settle<N: Noise>(problem: &Problem, start: State, noise: &N) -> Re
     };
     run.measure();
     let largest = run.settled.squares.iter().copied().fold(0.0, f64::max);
+    // Geman and McClure's criterion is convex up to s^2 = mu c^2 / 3; Yang et al. begin at mu = 2 s^2 / c^2. At most
+    // twenty halvings, however far a pose slipped.
     let mut mu = (2.0 * largest / GEMAN_MCCLURE_CHI2).min(1e6);
     // Convex at first, so that a start that slipped poses have spoilt is left behind.
     while mu > 1.0 {
@@ -118,10 +120,13 @@ impl<N: Noise> Run<'_, N> {
         self.noise.squares(self.problem, state, list);
         self.sorted.copy_from_slice(list);
         let n = list.len();
+        // Fewer than half of the poses may be wrong by any amount without moving the median beyond the good ones.
         let (_, median, _) = self.sorted.select_nth_unstable_by(n / 2, f64::total_cmp);
+        // The residuals of n poses are shorter than their errors: six of 3 n components were fitted.
         let freedom = n as f64 / (n as f64 - 2.0);
         let squared = (*median / MEDIAN_CHI2_3 * freedom)
             .max(self.floor)
+            // Perfect data, and a floor that has underflowed: zero over zero is kept out.
             .max(f64::MIN_POSITIVE);
         *scale = squared.sqrt();
         list.iter_mut().for_each(|s| *s /= squared);
@@ -139,6 +144,7 @@ impl<N: Noise> Run<'_, N> {
             .normal(self.problem, &self.settled.state, &self.settled.weights);
         let step: Vector6<f64> = normal.step()?;
         self.settled.state = moved(&self.settled.state, &step);
+        // The normal matrix is the inverse covariance by the noise given; over scale^2 it is that by the noise found.
         let square = step.dot(&(normal.matrix * step)) / self.settled.scale.powi(2);
         self.measure();
         Some((square, step.norm()))
@@ -146,6 +152,7 @@ impl<N: Noise> Run<'_, N> {
 
     /// What is known where the equations became singular: which poses agree.
     fn stuck(mut self) -> Settled {
+        // Those that Tukey's weight would keep, so that the coverage of these can be told.
         self.reweigh(|square| f64::from(u8::from(square < TUKEY_CHI2)));
         self.settled.singular = true;
         self.settled
@@ -161,6 +168,8 @@ impl<N: Noise> Run<'_, N> {
                 return Ok(false);
             };
             last_mm = length;
+            // Of perfect data the scale is rounding, and steps of rounding are as large as deviations: then their
+            // length decides.
             if square < STEP_END || length < 100.0 * RESIDUAL_ROUNDING * size {
                 self.reweigh(biweight);
                 return Ok(true);

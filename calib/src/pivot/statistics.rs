@@ -68,6 +68,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         rms_all_mm: (all.iter().map(|r| r * r).sum::<f64>() / all.len() as f64).sqrt(),
         worst_mm: used().fold(0.0, f64::max),
         residuals_mm: all,
+        // Numbers that have overflowed make no covariance.
         covariance: covariance.filter(|c| c.iter().all(|x| x.is_finite())),
         noise_ratio: solved.squares.as_ref().map(|_| solved.scale),
         condition: problem.condition(),
@@ -104,8 +105,10 @@ pub(super) fn weighted<N: Noise>(problem: &Problem, solved: &Solved, noise: &N) 
         turn += inside * slope(*s);
         n += inside;
     }
+    // Once only: the same factor is in scale^2 and, as its reciprocal, in the squares that `pull` is made of.
     let freedom = n / (n - FITTED_POSES);
     let factor = solved.scale.powi(2) * freedom * (pull / n) / (turn / n).powi(2);
+    // With weights of 1 or 0: how far Tukey's weights lose precision is in `pull` and `turn` already.
     let normal = noise.normal(problem, &solved.state, &inside);
     Some(normal.matrix.cholesky()?.inverse() * factor)
 }
@@ -123,6 +126,7 @@ fn algebraic(problem: &Problem, solved: &Solved, options: &Options) -> Option<Ma
         b += j.transpose() * spread.covariance(&y) * j;
         squares += spread.square(&y, &(y + pose.t - solved.state.pivot));
     }
+    // Chi-square over its freedom: only the ratio of the two noises has to be right.
     let scale = squares / (3.0 * (problem.poses.len() as f64 - FITTED_POSES));
     let inverse = h.cholesky()?.inverse();
     Some(inverse * b * inverse * scale)
@@ -138,13 +142,17 @@ fn estimated(problem: &Problem, solved: &Solved, options: &Options) -> PoseNoise
         // Along the corrected lever: along the measured one a turned lever leaves nothing to first order either, but
         // the residual of a wide error would leak into it.
         let corrected = Corrected::new(pose, state, &spread);
+        // A tip at the marker's origin has no lever: then all of the residual counts as across.
         let direction = corrected.lever.try_normalize(0.0).unwrap_or_default();
         let part = direction.dot(&corrected.residual).powi(2);
         along += part;
+        // Two components are across.
         across += 0.5 * (corrected.residual.norm_squared() - part);
         n += 1.0;
     }
     let (along, across) = (along / (n - FITTED_POSES), across / (n - FITTED_POSES));
+    // st^2 + sr^2 |y|^2 across, st^2 along: the difference is the rotation's part, below zero by chance where it is
+    // small.
     let turn = (across - along).max(0.0);
     PoseNoise {
         sigma_mm: along.sqrt(),

@@ -86,9 +86,11 @@ impl<F: Frame> Body<F> {
         let places: Vec<Point<F>> = emitters.iter().map(|e| e.place).collect();
         // Fitted onto itself: refuses what no cloud of the same shape could be fitted to, by name.
         fit(Pairs::new(&places, &places)?, Method::Newton)?;
+        // After the fit, which refuses NaN: such a distance would not be below the least.
         check_apart(&places)?;
         check_width(&places)?;
         let bad = |e: &Emitter<F>| {
+            // Rounding may leave the least eigenvalue of a computed covariance below zero by some eps of the largest.
             let c = e.covariance_mm2;
             !c.iter().all(|v| v.is_finite())
                 || (c - c.transpose()).amax() > 1e-12 * c.amax()
@@ -143,6 +145,7 @@ fn check_width<F>(places: &[Point<F>]) -> Result<(), BodyError> {
     let spread: Matrix3<f64> = vectors().map(|v| (v - mean) * (v - mean).transpose()).sum();
     let mut values: [f64; 3] = (spread / count).symmetric_eigenvalues().into();
     values.sort_by(f64::total_cmp);
+    // The two lesser moments add up to the mean squared distance from the line; rounding may leave them below zero.
     let (width_mm, length_mm) = ((values[0].max(0.0) + values[1].max(0.0)).sqrt(), values[2].sqrt());
     if width_mm < LEAST_WIDTH * length_mm {
         return Err(BodyError::Line { width_mm, length_mm });

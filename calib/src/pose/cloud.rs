@@ -75,6 +75,7 @@ impl<F: Frame> Cloud<F> {
     }
 
     pub(super) fn leave_out(&mut self, index: usize) {
+        // The order of emitters has no meaning, so that the last takes the empty place and nothing is moved.
         let last = self.count - 1;
         self.index.swap(index, last);
         self.to.swap(index, last);
@@ -89,6 +90,8 @@ impl<F: Frame> Cloud<F> {
         let mut weights = [0.0; MAX_EMITTERS];
         let mut seen = [Matrix3::zeros(); MAX_EMITTERS];
         for i in 0..n {
+            // Where the emitter was seen, not where the pose puts it: so the weights stay the same while the pose
+            // moves.
             seen[i] = localizer.covariance_mm2(self.to[i]);
             weights[i] = 3.0 / (seen[i].trace() + self.own[i].trace());
         }
@@ -132,6 +135,7 @@ impl<F: Frame> Cloud<F> {
         let (mut torque, mut force) = (Vector3::zeros(), Vector3::zeros());
         for (i, seen) in seen.iter().enumerate().take(self.count) {
             let own = &self.own[i];
+            // Both errors are independent. Most bodies are taken as exact, which saves two products of matrices.
             let covariance = if *own == zero {
                 *seen
             } else {
@@ -165,8 +169,10 @@ impl<F: Frame> Cloud<F> {
     /// The emitter that disagrees most with the rest, if it does: its residual in units of its own deviation, which is less
     /// than that of its noise, as the pose followed it.
     pub(super) fn worst(&self, solved: &Solved, gates: &Gates) -> Option<(usize, Lost)> {
+        // A limit that is not a number allows nothing: no comparison with it would refuse.
+        let limit = |x: f64| if x.is_nan() { 0.0 } else { x };
         let mut worst = None;
-        let mut most = gates.outlier_sigmas * gates.outlier_sigmas;
+        let mut most = limit(gates.outlier_sigmas * gates.outlier_sigmas);
         for i in 0..self.count {
             let square = solved.studentised(i);
             if square > most {
@@ -175,7 +181,9 @@ impl<F: Frame> Cloud<F> {
             }
         }
         let fre_rms_mm = solved.fre(self.count);
-        let worst = worst.or_else(|| (fre_rms_mm > gates.max_fre_mm).then(|| solved.largest(self.count)))?;
+        // Many emitters that are a little off pass one by one; then their mean square is judged, and the largest one
+        // named.
+        let worst = worst.or_else(|| (fre_rms_mm > limit(gates.max_fre_mm)).then(|| solved.largest(self.count)))?;
         let residual = Lost::Residual {
             fre_rms_mm,
             worst: self.index[worst],
@@ -192,7 +200,8 @@ impl<F: Frame> Cloud<F> {
         };
         let transform = solved.transform().ok_or(refused(f64::INFINITY))?;
         let tip_95_mm = radius_95_mm(&(transform * tip).covariance());
-        if tip_95_mm.is_nan() || tip_95_mm > gates.max_tip_mm {
+        // A NaN is neither above a gate nor is anything above it: both have to be asked for.
+        if tip_95_mm.is_nan() || gates.max_tip_mm.is_nan() || tip_95_mm > gates.max_tip_mm {
             return Err(refused(tip_95_mm));
         }
         let chi = |i: usize| solved.residuals[i].dot(&(solved.information[i] * solved.residuals[i]));
@@ -212,6 +221,7 @@ impl Solved {
         let vector = RotationVector::new([motion[0], motion[1], motion[2]]).ok()?;
         self.turn = Rotation::from_vector(vector) * self.turn;
         self.rotation = matrix(self.turn);
+        // The motion turns about the image of the emitters' centre, which a turn leaves in its place.
         self.to_centre += motion.fixed_rows::<3>(3);
         Some(())
     }
@@ -220,6 +230,7 @@ impl Solved {
     fn studentised(&self, i: usize) -> f64 {
         let (y, s) = (self.arms[i], &self.covariance);
         let block = |r, c| s.fixed_view::<3, 3>(r, c).into_owned();
+        // J S J^T with J = (-Y, I), Y = [y]x: Y S00 Y^T - Y S03 - (Y S03)^T + S33.
         let turn = crossed(&y, &crossed(&y, &block(0, 0)).transpose());
         let both = crossed(&y, &block(0, 3));
         let followed = turn - both - both.transpose() + block(3, 3);
@@ -227,6 +238,7 @@ impl Solved {
         // Along directions that the pose follows fully there is no residual to judge.
         let floor = Matrix3::identity() * (1e-9 * covariance.trace());
         let r = self.residuals[i];
+        // Where even so no variance is left, the emitter cannot be judged and is kept.
         inverse(&(covariance - followed + floor)).map_or(0.0, |inverse| r.dot(&(inverse * r)))
     }
 
@@ -241,6 +253,8 @@ impl Solved {
     }
 
     fn transform<F: Frame>(&self) -> Option<Uncertain<Tracker, F>> {
+        // The pose is known about the emitters, tens of mm across and metres from the tracker's origin; only here is it
+        // moved to that origin.
         let t = self.to_centre - self.rotation * self.from_centre;
         let transform = Rigid::from_parts(self.turn, Vector::new(t.x, t.y, t.z));
         let c = self.to_centre;
@@ -269,6 +283,7 @@ fn inverse(c: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let (a, b, d, e, f, g) = (c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]);
     let (aa, bb, dd) = (e * g - f * f, d * f - b * g, b * f - d * e);
     let determinant = a * aa + b * bb + d * dd;
+    // Sylvester's criterion; in this form a NaN fails it.
     if !(determinant > 0.0 && a > 0.0 && aa > 0.0) {
         return None;
     }

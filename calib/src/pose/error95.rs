@@ -12,9 +12,12 @@ pub fn radius_95_mm(covariance_mm2: &Matrix3<f64>) -> f64 {
     if scale <= 0.0 {
         return 0.0;
     }
+    // With the trace 1 the mean k1 is 1, and cubes neither overflow nor vanish.
     let c = covariance_mm2 / scale;
     let square = c * c;
     let (k2, k3) = (2.0 * square.trace(), 8.0 * (square * c).trace());
+    // Chi-squared with f degrees has the squared skewness 8 / f; one to three equal eigenvalues give f = 1 to 3, and
+    // rounding may lead just beyond.
     let freedom = (8.0 * k2 * k2 * k2 / (k3 * k3)).clamp(1.0, 3.0);
     let quantile = 1.0 + (k2 / (2.0 * freedom)).sqrt() * (chi_squared_95(freedom) - freedom);
     (quantile * scale).sqrt()
@@ -30,6 +33,7 @@ fn chi_squared_95(freedom: f64) -> f64 {
         -0.019_107_051_5,
         0.007_826_832_6,
     ];
+    // About the middle of the domain, so that no power is above 1.
     let x = freedom - 2.0;
     C.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }

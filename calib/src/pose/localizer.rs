@@ -76,6 +76,10 @@ impl Localizer {
                 return number(what, found, "above zero");
             }
         }
+        if let Some(found) = self.eye.mm().into_iter().find(|x| !x.is_finite()) {
+            return number("eye", found, "a finite place");
+        }
+        // A NaN is in no range.
         if !(0.0..=MOST_STEP_MM).contains(&self.step_mm) {
             return number("step_mm", self.step_mm, "from 0 to 100");
         }
@@ -93,6 +97,7 @@ impl Localizer {
     /// Standard deviations of the noise at `p`, without the rounding: across the line of sight and along it, mm.
     pub fn deviations_mm(&self, p: Point<Tracker>) -> [f64; 2] {
         let share = self.eye.distance(p) / self.at_mm;
+        // The noise of cameras that triangulate grows with powers 1 and 2; a general power costs more than these.
         let grown = |growth: f64| match growth {
             0.0 => 1.0,
             1.0 => share,
@@ -110,6 +115,7 @@ impl Localizer {
         let [across, depth] = self.deviations_mm(p).map(|s| s * s);
         let way = Vector3::from(p.mm()) - Vector3::from(self.eye.mm());
         let even = Matrix3::identity() * (across + self.step_mm * self.step_mm / 12.0);
+        // At the eye itself there is no line of sight.
         match way.try_normalize(0.0) {
             Some(u) if across != depth => even + u * u.transpose() * (depth - across),
             _ => even,

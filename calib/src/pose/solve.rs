@@ -19,6 +19,7 @@ pub fn solve<F: Frame>(
     gates: &Gates,
 ) -> Result<Pose<F>, Lost> {
     let mut cloud = Cloud::collect(body, seen)?;
+    // Two points leave the turn about their line free, whatever a gate says.
     let needed = gates.min_emitters.max(3);
     let all = cloud.count;
     loop {
@@ -34,6 +35,7 @@ pub fn solve<F: Frame>(
                 _ => too_few,
             });
         }
+        // Solved anew after each one left out: a gross error pulls the pose and with it the residuals of good emitters.
         let solved = cloud.solve(localizer).ok_or(Lost::Geometry {
             tip_95_mm: f64::INFINITY,
             allowed_mm: gates.max_tip_mm,

@@ -43,6 +43,8 @@ pub fn register_anisotropic<To: Frame, From: Frame>(
     covariances_mm2: &[Matrix3<f64>],
 ) -> Result<Anisotropic<To, From>, Refused> {
     let information = inverses(covariances_mm2, pairs.len())?;
+    // The inverse of the mean variance over the axes: the isotropic noise nearest to C. It only has to start near the
+    // end.
     let weights: Vec<f64> = covariances_mm2.iter().map(|c| 3.0 / c.trace()).collect();
     let pairs = Pairs::new(pairs.to, pairs.from)?.weighted(&weights)?;
     let start = fit(pairs, Method::Newton)?;
@@ -70,7 +72,9 @@ fn inverses(covariances: &[Matrix3<f64>], pairs: usize) -> Result<Vec<Matrix3<f6
         });
     }
     let inverse = |(pair, c): (usize, &Matrix3<f64>)| {
-        let even = (c - c.transpose()).amax() <= 1e-12 * c.amax();
+        // A Cholesky factor is made from the lower triangle alone, so that it takes no notice of asymmetry.
+        // `amax` passes over a NaN, which may stand in the upper triangle only.
+        let even = c.iter().all(|x| x.is_finite()) && (c - c.transpose()).amax() <= 1e-12 * c.amax();
         let factor = c.cholesky().filter(|_| even);
         factor.map(|f| f.inverse()).ok_or(Refused::BadCovariance { pair })
     };
@@ -119,6 +123,7 @@ impl<'a> Problem<'a> {
         let (mut matrix, mut vector) = (Matrix6::zeros(), Vector6::zeros());
         for ([a, b], w) in self.points.iter().zip(self.information) {
             let y = r * b;
+            // Turning on about the moved centre makes y + w x y = y - [y]x w of the image y, hence the sign in J.
             let residual = a - y - state.shift;
             let mut j = nalgebra::Matrix3x6::zeros();
             j.fixed_view_mut::<3, 3>(0, 0).copy_from(&-skew(&y));
@@ -136,9 +141,11 @@ impl<'a> Problem<'a> {
         state: &State,
         steps: usize,
     ) -> Result<Anisotropic<To, From>, Refused> {
+        // At the end itself, after the last step: the equations of the iteration are those before it.
         let (normal, _) = self.normal(state);
         let inverse = normal.cholesky().map(|c| c.inverse());
         let inverse = inverse.ok_or_else(|| Refused::MethodFails(start.singular_values()))?;
+        // t carries the centre of `From` to that of `To` plus the shift; the covariance is about the same point.
         let centre = start.moments.mean(0) + state.shift;
         let t = centre - matrix(&state.q) * start.moments.mean(1);
         Ok(Anisotropic {
@@ -167,11 +174,14 @@ impl ::fit::Problem for Problem<'_> {
     fn step(&self, state: &State, at: &Self::At, damping: f64) -> Option<Step<State>> {
         let (matrix, vector) = at.as_ref()?;
         let mut damped = *matrix;
+        // Marquardt's scaling: in proportion to the diagonal the damping has no unit, for radians and mm alike.
         damped.set_diagonal(&(matrix.diagonal() * (1.0 + damping)));
         let step = damped.cholesky()?.solve(vector);
         Some(Step {
             to: moved(state, &step),
+            // Both in radii: a turn of w moves points at the radius by w radii.
             length: step.fixed_rows::<3>(0).norm() + step.fixed_rows::<3>(3).norm() / self.radius,
+            // Of an undamped step N d = g the model falls by 2 d^T g - d^T N d = d^T g.
             gain: step.dot(vector),
         })
     }
@@ -184,6 +194,7 @@ impl ::fit::Problem for Problem<'_> {
 
 /// `exp(w) R` and the shift plus `v`, for a step `(w, v)` about the moved centre.
 fn moved(state: &State, step: &Vector6<f64>) -> State {
+    // (1, w / 2) times q, normalised: right to second order in w, and steps end near zero.
     let half = step.fixed_rows::<3>(0) * 0.5;
     let [w, x, y, z] = state.q;
     let v = Vector3::new(x, y, z);

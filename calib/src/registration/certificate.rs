@@ -39,6 +39,8 @@ impl Certificate {
 
     /// An upper bound, to first order, of the angle in radians between the rotation and the optimum.
     pub fn error_bound_rad(&self) -> f64 {
+        // Newton's step to the optimum is H^-1 gamma, at most |gamma| over the least eigenvalue; without one above zero
+        // there is no bound, and the division says infinity.
         (self.asymmetry + Self::ROUNDING) / self.least.max(0.0)
     }
 }

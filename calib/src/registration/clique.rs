@@ -94,6 +94,8 @@ impl Search<'_> {
         // The last colour first: it bounds what the rest can still add.
         for (vertex, colours) in self.coloured(&candidates).into_iter().rev() {
             self.steps += 1;
+            // Of each colour a clique has one member at most. What is left of the list has no higher colour, so that
+            // not this vertex alone is bounded but all that follow; past the last step the recursion only unwinds.
             if self.current.len() + colours <= self.best.len() || self.steps > self.max_steps {
                 return;
             }
@@ -114,6 +116,7 @@ impl Search<'_> {
             let mut class = left.clone();
             while let Some(vertex) = class.first() {
                 class.remove(vertex);
+                // A colour class is an independent set: neighbours of a member have to wait for the next colour.
                 class.subtract(&self.graph.rows[vertex]);
                 left.remove(vertex);
                 order.push((vertex, colour));

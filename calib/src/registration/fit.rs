@@ -34,6 +34,7 @@ impl<To: Frame, From: Frame> std::fmt::Debug for Fit<To, From> {
 pub fn fit<To: Frame, From: Frame>(pairs: Pairs<'_, To, From>, method: Method) -> Result<Fit<To, From>, Refused> {
     let moments = Moments::of(pairs)?;
     let q = moments.solve(method)?;
+    // The best translation lays the centres on one another, whatever the rotation (4.4 to 4.6).
     let t = moments.mean(0) - matrix(&q) * moments.mean(1);
     let transform = place(q, t)?;
     Ok(Fit { transform, moments })

@@ -28,6 +28,7 @@ pub fn fit_horaud_monga<To: Frame, From: Frame>(pairs: Pairs<'_, To, From>) -> R
         x.dot(&y.cross(&right)),
     );
     let det = x.dot(&y.cross(&z));
+    // Determinant and adjugate are of third degree in the normal matrix, whose size is its trace.
     let length = det.hypot(k.norm());
     let trace = normal.trace();
     // Below the rounding of the determinant nothing is known of the rotation.
@@ -41,6 +42,7 @@ pub fn fit_horaud_monga<To: Frame, From: Frame>(pairs: Pairs<'_, To, From>) -> R
 /// The normal equations 4.34, both clouds in units of their common size.
 fn equations<To, From>(pairs: Pairs<'_, To, From>, moments: &Moments) -> (Matrix3<f64>, Vector3<f64>) {
     let (mut normal, mut right, scale) = (Matrix3::zeros(), Vector3::zeros(), moments.scale[0]);
+    // 4.31 adds points of both clouds, so that one scale serves both.
     let size = moments.energy[0].sqrt();
     for (i, (a, b)) in pairs.to.iter().zip(pairs.from).enumerate() {
         let a = moments.centred(0, *a) * scale / size;

@@ -6,6 +6,7 @@
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 
 /// Sweeps; convergence is quadratic and ten are never needed.
+// A NaN is turned in every sweep and never becomes small: this bound ends it.
 const MAX_SWEEPS: usize = 30;
 
 /// The cosine and sine that diagonalise `[[p, off], [off, q]]` (Golub and Van Loan, 8.5.2): the smaller rotation.
@@ -13,6 +14,8 @@ fn rotation(p: f64, q: f64, off: f64) -> (f64, f64) {
     if off == 0.0 {
         return (1.0, 0.0);
     }
+    // The root of least size of t^2 + 2 tau t - 1 = 0, in the form that does not cancel: a turn of at most 45 degrees,
+    // without which the sweeps need not converge.
     let tau = (q - p) / (2.0 * off);
     let tangent = if tau >= 0.0 { 1.0 } else { -1.0 } / (tau.abs() + tau.hypot(1.0));
     let cosine = 1.0 / tangent.hypot(1.0);
@@ -53,14 +56,17 @@ fn annihilate<const N: usize>(
 ) -> bool {
     let off = m[(p, q)];
     let size = m[(p, p)].abs().max(m[(q, q)].abs());
+    // By Weyl's theorem no eigenvalue is off by more than the entry left: an eighth of an ulp of the larger diagonal.
     if off.abs() <= 0.125 * f64::EPSILON * size || off == 0.0 {
         return false;
     }
     let turn = rotation(m[(p, p)], m[(q, q)], off);
     turn_columns(m, [p, q], turn);
+    // (M J)^T J = J^T M J for a symmetric M, which is symmetric again and so not transposed back.
     let mut transposed = m.transpose();
     turn_columns(&mut transposed, [p, q], turn);
     *m = transposed;
+    // Rounding may leave more than the threshold here, which would be turned again in every sweep.
     m[(p, q)] = 0.0;
     m[(q, p)] = 0.0;
     turn_columns(vectors, [p, q], turn);
@@ -102,6 +108,7 @@ fn orthogonalise(m: &mut Matrix3<f64>, v: &mut Matrix3<f64>, [p, q]: [usize; 2])
     if xy.abs() <= 2.0 * f64::EPSILON * (xx * yy).sqrt() || xy == 0.0 {
         return false;
     }
+    // The turn that diagonalises the 2 x 2 Gram matrix, without forming Psi^T Psi, which squares the condition.
     let turn = rotation(xx, yy, xy);
     turn_columns(m, [p, q], turn);
     turn_columns(v, [p, q], turn);

@@ -17,6 +17,7 @@ pub(super) fn residuals<To: Frame, From: Frame>(
     for i in 0..weights.len() {
         let kept = std::mem::replace(&mut weights[i], 0.0);
         let others = Pairs::new(pairs.to, pairs.from)?.weighted(&weights)?;
+        // Of three pairs two are left, of four perhaps three on a line: no error of the registration of all.
         let fit = fit(others, method).ok();
         residuals.push(fit.map(|fit| fit.residual_mm(pairs.to[i], pairs.from[i])));
         weights[i] = kept;

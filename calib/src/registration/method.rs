@@ -78,10 +78,13 @@ impl Moments {
     /// Passes on an answer to a problem that has one.
     pub(super) fn checked(&self, found: Option<Quaternion>) -> Result<Quaternion, Refused> {
         let (psi, _) = self.normalised();
+        // A method without a proof of its own may hand back one of several optima that are equally good: only where H
+        // is safely positive definite is there one optimum.
         if let Some(q) = found.filter(|q| newton::determined(&psi, q)) {
             return Ok(q);
         }
         let values = self.singular_values();
+        // First what is wrong with the points: only of a determined set is it the method that failed.
         refuse_undetermined(values)?;
         found.ok_or(Refused::MethodFails(values))
     }
@@ -107,6 +110,7 @@ fn refuse_undetermined(values: SingularValues) -> Result<(), Refused> {
     }
     // A second value of some size means a plane or a body whose mirror image fits: only the sum with the third
     // vanished.
+    // A thousand times the rounding of the second value, so that noise on a line is not called a plane.
     if s2 * MAX_CONDITION > s1 * 1e3 {
         return Err(Refused::Reflected(values));
     }

@@ -9,8 +9,10 @@ use super::pairs::coordinates;
 use super::{Pairs, Refused};
 
 /// Sums of squares outside this range are formed again from coordinates scaled by a power of two.
+// `normalised` multiplies both energies: within this range the product is within 1e-200..1e200, a normal number.
 const SAFE_SQUARES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 /// Pairs summed one after the other.
+// A body of emitters (at most 32, `pose::MAX_EMITTERS`) is one block, and its sum needs no recursion.
 const BLOCK_PAIRS: usize = 64;
 /// A cloud whose radius is below this many units in the last place of its centre is one point.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
@@ -47,6 +49,8 @@ impl Moments {
     pub fn of<To, From>(pairs: Pairs<'_, To, From>) -> Result<Self, Refused> {
         let moments = match pairs.weights {
             None => sums(pairs, |v| v, |v| v, |_| 1.0),
+            // A negative weight leaves no trace in the sums, so weights are checked before and not where a sum is
+            // spoilt.
             Some(_) => {
                 pairs.check()?;
                 sums(pairs, |v| v, |v| v, |i| pairs.weight(i))
@@ -62,9 +66,11 @@ impl Moments {
     #[inline]
     fn spread_out(&self) -> Result<(), Refused> {
         let floor = |i: usize| (self.centre[i] * self.scale[i]).norm_squared() * (RESOLUTION * RESOLUTION);
+        // A NaN fails this comparison, and is refused.
         if self.energy[0] > floor(0) && self.energy[1] > floor(1) {
             return Ok(());
         }
+        // What `finish` takes off may leave an energy below zero by rounding.
         let radius = |i: usize| self.energy[i].max(0.0).sqrt() / self.scale[i];
         Err(Refused::Coincident {
             radius_mm: radius(0).min(radius(1)),
@@ -79,6 +85,7 @@ impl Moments {
     /// A point of cloud 0 (`To`) or 1 (`From`) relative to its centre, mm; exact where the cloud is far from the
     /// origin.
     pub(crate) fn centred<F>(&self, cloud: usize, p: Point<F>) -> Vector3<f64> {
+        // The large numbers first: their difference is exact where both are within a factor of two (Sterbenz).
         (coordinates(p) - self.centre[cloud]) - self.rest[cloud]
     }
 
@@ -102,6 +109,7 @@ impl Moments {
 /// The power of two that brings the normal number `x` into 1..2; within 1e-300..1e300 the result is normal.
 #[inline]
 fn reciprocal_power(x: f64) -> f64 {
+    // A biased exponent E stands for 2^(E - 1023); the reciprocal power 2^(1023 - E) has the biased exponent 2046 - E.
     let exponent = (x.to_bits() >> 52) & 0x7ff;
     f64::from_bits((0x7fe_u64.saturating_sub(exponent)) << 52)
 }
@@ -113,6 +121,8 @@ fn rescaled<To, From>(pairs: Pairs<'_, To, From>) -> Result<Moments, Refused> {
     pairs.check()?;
     let sa = scale_of(pairs.to);
     let sb = scale_of(pairs.from);
+    // Powers of two scale the coordinates without rounding. Weights of any size would overflow the sums; only their
+    // ratios matter, and `check` has found three above zero.
     let largest = (0..pairs.len()).map(|i| pairs.weight(i)).fold(0.0, f64::max);
     let sums = sums(pairs, |v| v * sa, |v| v * sb, |i| pairs.weight(i) / largest);
     let [a, b] = sums.centre;
@@ -128,6 +138,7 @@ fn rescaled<To, From>(pairs: Pairs<'_, To, From>) -> Result<Moments, Refused> {
 /// A power of two that brings the largest coordinate into 1..2, within 2^-900 and 2^900.
 fn scale_of<F>(points: &[Point<F>]) -> f64 {
     let largest = points.iter().flat_map(|p| p.mm()).fold(0.0_f64, |m, x| m.max(x.abs()));
+    // The clamp keeps the reciprocal a normal number for a cloud at the origin, too, whose largest coordinate is 0.
     reciprocal_power(largest.clamp(2.0_f64.powi(-900), 2.0_f64.powi(900)))
 }
 
@@ -138,6 +149,7 @@ fn sums<To, From>(
     from: impl Fn(Vector3<f64>) -> Vector3<f64>,
     weight: impl Fn(usize) -> f64,
 ) -> Moments {
+    // Scaling and weights are closures, so that the usual case, which has neither, compiles to sums without them.
     let (mut ca, mut cb, mut total) = (Vector3::zeros(), Vector3::zeros(), 0.0);
     for (i, (a, b)) in pairs.to.iter().zip(pairs.from).enumerate() {
         let w = weight(i);
@@ -145,6 +157,7 @@ fn sums<To, From>(
         ca += to(coordinates(*a)) * w;
         cb += from(coordinates(*b)) * w;
     }
+    // Without pairs this is infinite and the sums are NaN; `rescaled` then names the reason.
     let share = 1.0 / total;
     let (ca, cb) = (ca * share, cb * share);
     let block = |range: Range<usize>| {
@@ -164,6 +177,7 @@ fn tree(range: Range<usize>, block: &impl Fn(Range<usize>) -> Second) -> Second 
     if range.len() <= BLOCK_PAIRS {
         return block(range);
     }
+    // The recursion is out of line, so that a single block is all that is compiled into the caller.
     halves(range, block)
 }
 
@@ -209,6 +223,8 @@ impl Second {
 
     fn finish(&self, share: f64, centre: [Vector3<f64>; 2]) -> Moments {
         let rest = [self.rest[0] * share, self.rest[1] * share];
+        // Steiner's theorem: mean |x - m|^2 = mean |x|^2 - |m|^2. About the rounded centres m is of the size of
+        // rounding, so that nothing cancels here.
         let energy = |i: usize| self.energy[i].sum() * share - rest[i].norm_squared();
         Moments {
             centre,

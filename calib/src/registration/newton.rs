@@ -72,7 +72,9 @@ impl Step {
         let (cb, cf, cc) = (a * c - e * e, d * e - a * f, a * b - d * d);
         let det = a * ca + d * cd + e * ce;
         let minors = ca + cb + cc;
-        let positive = c > 0.0 && ca > 0.0 && det > MIN_GAP * minors * (a + b + c);
+        // Sylvester's criterion on the trailing minors c, ca and det, the last with a margin. The margin alone would not
+        // do: at a saddle `minors` or the trace may be negative, and so the bound. A NaN fails it.
+        let positive = c > 0.0 && ca > 0.0 && det > 0.0 && det > MIN_GAP * minors * (a + b + c);
         if !positive {
             return None;
         }
@@ -83,6 +85,7 @@ impl Step {
             cd * x + cb * y + cf * z,
             ce * x + cf * y + cc * z,
         ) * inverse;
+        // det / minors = 1 / (1/l1 + 1/l2 + 1/l3): between a third of and the whole least eigenvalue.
         let gap = det / (minors * (a + b + c));
         Some(Self { turn, gap })
     }
@@ -92,6 +95,7 @@ impl Step {
 #[inline]
 fn turned(turn: &Vector3<f64>, q: &Quaternion) -> Quaternion {
     let [w, x, y, z] = *q;
+    // (1, turn / 2) times q, normalised: no sine and cosine, as an error of third order vanishes with the steps.
     let [a, b, c] = (turn * 0.5).into();
     unit([
         w - (a * x + b * y + c * z),
@@ -105,6 +109,8 @@ fn turned(turn: &Vector3<f64>, q: &Quaternion) -> Quaternion {
 /// the attitude matrix in closed form (Markley 1993, FOAM). Exact up to the rounding of the root, whatever the angle.
 #[inline]
 fn start(psi: &Matrix3<f64>, bound: f64) -> Matrix3<f64> {
+    // FOAM: R = ((kappa + |Psi|^2) Psi + lambda adj(Psi)^T - Psi Psi^T Psi) / (kappa lambda - det Psi), with kappa =
+    // (lambda^2 - |Psi|^2) / 2 and lambda = tr(R^T Psi) at the optimum, the largest eigenvalue of 4.28.
     let cofactors = cofactors(psi);
     let det = psi[(0, 0)] * cofactors[(0, 0)] + psi[(0, 1)] * cofactors[(0, 1)] + psi[(0, 2)] * cofactors[(0, 2)];
     let square = psi.norm_squared();
@@ -125,6 +131,7 @@ fn largest_root(square: f64, det: f64, minors: f64, bound: f64) -> f64 {
         let y = x * x - square;
         let value = y * y - 8.0 * det * x - 4.0 * minors;
         let slope = 4.0 * x * y - 8.0 * det;
+        // A slope of zero makes x and all that follows from it NaN, which `from_matrix` refuses.
         let step = value / slope;
         x -= step;
         // Beside the distance to the second root, which the slope measures: a slender cloud needs the root closer.

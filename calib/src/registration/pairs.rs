@@ -76,6 +76,7 @@ impl<'a, To, From> Pairs<'a, To, From> {
 
     /// Names what is wrong with numbers that have spoilt a sum, or that weigh nothing.
     pub(crate) fn check(&self) -> Result<(), Refused> {
+        // Pairs of weight zero too: zero times NaN is NaN, and would spoil the sums all the same.
         let bad = |p: &[f64; 3]| p.iter().any(|x| !x.is_finite());
         let points = self.to.iter().map(|p| p.mm()).zip(self.from.iter().map(|p| p.mm()));
         for (pair, (a, b)) in points.enumerate() {

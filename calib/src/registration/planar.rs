@@ -29,11 +29,15 @@ pub fn fit_planar(to: &[[f64; 2]], from: &[[f64; 2]]) -> Result<PlanarFit, Refus
     let (ea, eb) = (energy(&a), energy(&b));
     let n = to.len() as f64;
     refuse_coincident(ea.min(eb), n, [centre_a, centre_b], [ea, eb])?;
+    // In the plane 4.8 is cos(angle) sum a.b + sin(angle) sum b x a: largest at the angle of (cosine, sine), where it
+    // is their length.
     let cosine: f64 = a.iter().zip(&b).map(|(a, b)| a.dot(b)).sum();
     let sine: f64 = a.iter().zip(&b).map(|(a, b)| b.perp(a)).sum();
     let length = cosine.hypot(sine);
     let correlation = length / (ea.sqrt() * eb.sqrt());
+    // Both sums are rounded by some eps of their size, so that below this the angle is noise.
     if correlation <= 20.0 * f64::EPSILON {
+        // In the plane there is no 3 x 3 matrix; these values stand for an even mirror image, s2 + s3 = 0.
         return Err(Refused::Reflected(super::SingularValues([0.5, 0.5, -0.5])));
     }
     let (c, s) = (cosine / length, sine / length);
@@ -67,6 +71,7 @@ fn check(to: &[[f64; 2]], from: &[[f64; 2]]) -> Result<(), Refused> {
 /// The points about their centre, in two passes, and the centre.
 fn centred(points: &[[f64; 2]]) -> (Vec<Vector2<f64>>, Vector2<f64>) {
     let n = points.len() as f64;
+    // The first mean is rounded by ulps of the offset; the mean of what is left takes that off (as `Moments` do).
     let rough = points.iter().map(|p| Vector2::from(*p)).sum::<Vector2<f64>>() / n;
     let mut about: Vec<Vector2<f64>> = points.iter().map(|p| Vector2::from(*p) - rough).collect();
     let rest = about.iter().sum::<Vector2<f64>>() / n;
@@ -79,6 +84,7 @@ fn energy(points: &[Vector2<f64>]) -> f64 {
 }
 
 fn refuse_coincident(least: f64, n: f64, centres: [Vector2<f64>; 2], energies: [f64; 2]) -> Result<(), Refused> {
+    // Points that differ by less than 8 ulp of their centre are one, as in `Moments`.
     let floor = |i: usize| n * (centres[i].norm() * 8.0 * f64::EPSILON).powi(2);
     if energies[0] > floor(0) && energies[1] > floor(1) {
         return Ok(());

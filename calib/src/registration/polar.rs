@@ -11,13 +11,13 @@ use super::jacobi::symmetric3;
 /// where `det Psi < 0` the vector product is the flip `I - 2 u u^T` of the least eigenvector.
 pub(super) fn rotation(psi: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let (values, vectors) = symmetric3(psi.transpose() * psi);
-    let (least, most) = (values.imin(), values.imax());
-    if least == most {
-        return None;
-    }
-    let middle = 3 - least - most;
+    // Sorted and not by the extremes: of three equal values, as of an octahedron, the least and the largest are one.
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
+    let [most, middle, _] = order;
     let image = |k: usize| -> Option<[Vector3<f64>; 2]> {
         let w = vectors.column(k).into_owned();
+        // Psi^T Psi has no negative eigenvalue but for rounding.
         let root = values[k].max(0.0).sqrt();
         (root > 0.0).then(|| [psi * w / root, w])
     };

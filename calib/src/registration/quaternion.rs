@@ -50,6 +50,8 @@ pub(super) fn from_matrix(m: &Matrix3<f64>) -> Option<Quaternion> {
     let squares = [1.0 + a + b + c, 1.0 + a - b - c, 1.0 - a + b - c, 1.0 - a - b + c];
     let (p, q, r) = (m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]);
     let (s, t, u) = (m[(1, 0)] + m[(0, 1)], m[(0, 2)] + m[(2, 0)], m[(2, 1)] + m[(1, 2)]);
+    // Each row is the quaternion times four times its largest component, so that no difference of near numbers is the
+    // whole of it: w^2 >= 1/4 needs no search, and else one of the others is at least 1/2 in size.
     let raw = if squares[0] >= 1.0 {
         [squares[0], p, q, r]
     } else if a >= b && a >= c {
@@ -97,6 +99,7 @@ pub(super) fn horn(psi: &Matrix3<f64>) -> Quaternion {
 /// and is no better. Clouds of unequal size are brought to the same first, so that the shift is twice the root of the
 /// product of their energies, the least it can be.
 pub(super) fn faugeras_hebert(psi: &Matrix3<f64>, energy: f64) -> Quaternion {
+    // `energy` is twice the root of the product of both energies, in the units of `psi`.
     let epsilon = Matrix4::identity() * energy - horn_matrix(psi) * 2.0;
     let (values, vectors) = symmetric4(epsilon);
     let best = values.imin();

@@ -49,6 +49,7 @@ pub fn register<To: Frame, From: Frame>(
 impl<To: Frame, From: Frame> Registration<To, From> {
     /// The noise that explains the residuals: `sigma^2 = N FRE_rms^2 / (3 N - 6)`, since six parameters were fitted.
     pub fn estimated_noise(&self) -> Noise {
+        // `Moments::of` refuses fewer than three pairs that carry weight, so the divisor is 3 at least.
         let n = self.effective as f64;
         Noise {
             sigma_mm: self.fre_rms_mm * (n / (3.0 * n - 6.0)).sqrt(),
@@ -61,6 +62,8 @@ impl<To: Frame, From: Frame> Registration<To, From> {
     /// Holds where weights are inverse to variances. `None` where the `From` cloud is a line to rounding.
     pub fn covariance(&self, noise: Noise) -> Option<Matrix6<f64>> {
         let variance = noise.sigma_mm * noise.sigma_mm / self.effective as f64;
+        // About the centre the weighted mean of b' is zero: turn and shift do not correlate, and the two diagonal
+        // blocks are the whole covariance. The lever of the centre brings the correlation, below.
         let mut covariance = Matrix6::identity() * variance;
         let turn = compliance(&self.inertia)? * variance;
         covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
@@ -70,6 +73,7 @@ impl<To: Frame, From: Frame> Registration<To, From> {
     /// Root mean square target registration error predicted at `target`, mm: `TRE^2 = FLE^2 / N (1 + 1/3 sum d_k^2 /
     /// f_k^2)` (Fitzpatrick, West and Maurer 1998). Infinite where the `From` cloud is a line to rounding.
     pub fn predicted_tre_mm(&self, noise: Noise, target: Point<To>) -> f64 {
+        // About the centre, where turn and shift are independent, so that their squares add up.
         let d = coordinates(target) - self.fit.moments.mean(0);
         let variance = noise.sigma_mm * noise.sigma_mm / self.effective as f64;
         compliance(&self.inertia).map_or(f64::INFINITY, |c| (variance * displacement(&c, &d)).sqrt())

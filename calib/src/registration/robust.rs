@@ -64,6 +64,7 @@ pub fn register_robust<To: Frame, From: Frame>(
         }
         inliers = next;
     }
+    // Two sets may lead to one another for ever, because of a residual that lies at the tolerance.
     Err(Refused::NoConvergence {
         steps: MAX_ROUNDS,
         last: 1.0,
@@ -75,6 +76,8 @@ fn consistent<To, From>(pairs: Pairs<'_, To, From>, tolerance_mm: f64) -> Result
     let agree = |i: usize, j: usize| {
         let there = pairs.to[i].distance(pairs.to[j]);
         let here = pairs.from[i].distance(pairs.from[j]);
+        // Triangle inequality: two pairs within the tolerance after any registration pass, so no inlier is lost here.
+        // NaN as a tolerance joins no pairs, and ends in `NoConsensus`.
         (there - here).abs() <= 2.0 * tolerance_mm
     };
     let graph = Graph::new(pairs.len(), agree);
@@ -89,6 +92,7 @@ fn chosen<To: Frame, From: Frame>(
     method: Method,
     inliers: &[bool],
 ) -> Result<Registration<To, From>, Refused> {
+    // Weight zero instead of a shorter list, so that indices and residuals are those of all pairs.
     let weight = |(i, chosen): (usize, &bool)| if *chosen { pairs.weight(i) } else { 0.0 };
     let weights: Vec<f64> = inliers.iter().enumerate().map(weight).collect();
     register(Pairs::new(pairs.to, pairs.from)?.weighted(&weights)?, method)

@@ -28,6 +28,7 @@ const FRAMES: [Quaternion; 4] = [
 /// The optimal rotation, or `None` where no frame leads to a proven optimum.
 pub(super) fn solve(psi: &Matrix3<f64>) -> Option<Quaternion> {
     FRAMES.iter().find_map(|frame| {
+        // tr(R'^T Psi F) = tr((R' F^T)^T Psi), and a half-turn is its own inverse: R = R' F.
         let turned = psi * super::quaternion::matrix(frame);
         let q = product(&iterate(&turned), frame);
         polish(psi, q)
@@ -41,12 +42,14 @@ fn iterate(psi: &Matrix3<f64>) -> Quaternion {
         lambda: (psi + psi.transpose()) * 0.5 - Matrix3::identity() * psi.trace(),
     };
     let shift = 2.0 * axis.lambda.norm();
+    // Without a skew part there is no such axis; any will do, as `polish` proves what comes of it.
     let mut k = axis.gamma.try_normalize(0.0).unwrap_or_else(Vector3::x);
     for _ in 0..MAX_STEPS {
         let next = axis.gradient(&k) + k * shift;
         let next = next.try_normalize(0.0).unwrap_or(k);
         let moved = (next - k).norm();
         k = next;
+        // Newton's method squares an error of this size away in two steps.
         if moved < 1e-4 {
             break;
         }

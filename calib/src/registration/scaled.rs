@@ -44,12 +44,14 @@ pub fn fit_scaled<To: Frame, From: Frame>(
 }
 
 fn best_scale(moments: &Moments, r: &nalgebra::Matrix3<f64>) -> f64 {
+    // `psi` was formed from clouds times sa and sb, `energy[1]` from one times sb twice: sb / sa takes that out again.
     let [sa, sb] = moments.scale;
     let scaled = r.dot(&moments.psi) / moments.energy[1];
     scaled * (sb / sa)
 }
 
 fn residual<To, From>(pairs: Pairs<'_, To, From>, moments: &Moments, linear: &nalgebra::Matrix3<f64>) -> f64 {
+    // Scaled as the moments were, so that squares neither overflow nor vanish.
     let unit = moments.scale[0];
     let (mut sum, mut total) = (0.0, 0.0);
     for (i, (a, b)) in pairs.to.iter().zip(pairs.from).enumerate() {

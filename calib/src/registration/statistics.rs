@@ -40,6 +40,7 @@ pub(super) fn inertia<To, From>(fit: &Fit<To, From>, pairs: Pairs<'_, To, From>)
     let (mut sum, mut total, mut count) = (Matrix3::zeros(), 0.0, 0);
     for (i, b) in pairs.from.iter().enumerate() {
         let w = pairs.weight(i);
+        // The Jacobian's levers are the images R b', not the points seen: residuals do not lengthen them.
         let x = rotation * fit.moments.centred(1, *b);
         sum += x * x.transpose() * w;
         total += w;
@@ -55,6 +56,7 @@ pub(super) fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
 
 /// `(tr(inertia) I - inertia)^-1`: covariance of the rotation vector per `sigma^2 / N`. `None` for a line of points.
 pub(super) fn compliance(inertia: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    // J^T J of a turn about the centre: sum [x]x^T [x]x = sum (|x|^2 I - x x^T), the tensor of inertia of the points.
     let h = Matrix3::identity() * inertia.trace() - inertia;
     h.cholesky().map(|c| c.inverse())
 }
@@ -62,6 +64,8 @@ pub(super) fn compliance(inertia: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 /// Mean squared displacement at `d` from the centre, in units of `sigma^2 / N`: `3 + sum d_k^2 / f_k^2` over the
 /// principal axes (Fitzpatrick, West and Maurer 1998, equation 46), without forming the axes.
 pub(super) fn displacement(compliance: &Matrix3<f64>, d: &Vector3<f64>) -> f64 {
+    // In the principal axes C = diag(1 / f_k^2) and |d x e_k|^2 = d_k^2, so the trace is the sum; a trace is the same
+    // in all axes.
     let lever = skew(d);
     3.0 + (lever * compliance * lever.transpose()).trace()
 }

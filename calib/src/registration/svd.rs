@@ -23,9 +23,12 @@ impl Decomposition {
         let order = descending(&norms);
         let [u1, u2] = [0, 1].map(|i| columns.column(order[i]).into_owned());
         let [v1, v2] = [0, 1].map(|i| right.column(order[i]).into_owned());
+        // A zero matrix has no direction; any will do, as its values of zero are refused as undetermined.
         let u1 = u1.try_normalize(0.0).unwrap_or_else(Vector3::x);
         let u2 = orthogonal_unit(&u1, &u2);
+        // Once sorted, either basis may be left-handed: third vectors by the vector product make both proper rotations.
         let (u3, v3) = (u1.cross(&u2), v1.cross(&v2));
+        // s3 = u3^T Psi v3 with its sign, which the norm of the third column lacks.
         let third = u3.dot(&(psi * v3));
         Self {
             u: Matrix3::from_columns(&[u1, u2, u3]),
@@ -49,7 +52,10 @@ fn descending(v: &Vector3<f64>) -> [usize; 3] {
 
 /// The unit vector of `v` once its part along the unit vector `axis` is gone; any orthogonal one where nothing is left.
 fn orthogonal_unit(axis: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+    // Jacobi leaves columns orthogonal relative to their lengths, so of a true second column nearly all is left; where
+    // less than half is, squares have underflowed and its direction says nothing.
     let rest = v.try_normalize(0.0).map(|v| v - axis * axis.dot(&v));
+    // The coordinate axis least along `axis` is 54 degrees from it at least, so that the product is well above zero.
     let any = || axis.cross(&Matrix3::identity().column(axis.iamin()).into_owned());
     rest.and_then(|v| v.try_normalize(0.5))
         .or_else(|| any().try_normalize(0.0))

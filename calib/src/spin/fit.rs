@@ -16,6 +16,7 @@ pub(super) fn matrix<To, From>(pose: &Rigid<To, From>) -> Matrix3<f64> {
 
 /// Two unit vectors that make a right-handed frame with `axis`.
 pub(super) fn completed(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    // The coordinate axis least along it is 54 degrees away at least, so that the product is well above zero.
     let other = Matrix3::identity().column(axis.iamin()).into_owned();
     let first = other.cross(axis).try_normalize(0.0).unwrap_or_else(Vector3::x);
     [first, axis.cross(&first)]
@@ -24,6 +25,8 @@ pub(super) fn completed(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
 /// The turn of a rotation about the axis, as a complex number of norm 1.
 pub(super) fn turned(r: &Matrix3<f64>, [[a, b], [c, d]]: &[[Vector3<f64>; 2]; 2]) -> Complex {
     let (ra, rb) = (r * a, r * b);
+    // Of the turn by h: R a = cos h c + sin h d and R b = -sin h c + cos h d; both vectors together are the best fit
+    // where the shaft wobbles.
     let z = Complex::new(ra.dot(c) + rb.dot(d), ra.dot(d) - rb.dot(c));
     z / z.norm().max(f64::MIN_POSITIVE)
 }
@@ -32,6 +35,7 @@ pub(super) fn turned(r: &Matrix3<f64>, [[a, b], [c, d]]: &[[Vector3<f64>; 2]; 2]
 pub(super) fn openness(turns: impl Iterator<Item = Complex> + Clone) -> f64 {
     let n = turns.clone().count() as f64;
     let mean = turns.clone().sum::<Complex>() / n;
+    // Equal to 1 - rho^2 for turns of norm 1, without the cancellation of a small range.
     turns.map(|z| (z - mean).norm_sqr()).sum::<f64>() / n
 }
 
@@ -52,6 +56,7 @@ impl Fit for Directions {
         let spread = both().map(|(r, w)| (r - mean).transpose() * (r - mean) * *w);
         let (values, vectors) = symmetric3(spread.sum());
         let u: Vector3<f64> = vectors.column(values.imin()).into_owned();
+        // The best v for a given u: sum w |R u - v|^2 over unit vectors is least along the mean of R u.
         let v = (mean * u).try_normalize(0.0)?;
         (total > 0.0).then_some((u, v))
     }
@@ -95,6 +100,7 @@ impl Fit for Places {
         let triples = self.turns.iter().zip(&self.places).zip(weights);
         let (mut open, mut pull) = (0.0, Complex::default());
         for ((z, t), w) in triples {
+            // About the means, which eliminates c: the normal equation of p alone is a complex number.
             open += w * (z - turn).norm_sqr();
             pull += (z - turn).conj() * (t - centre) * *w;
         }
@@ -107,6 +113,7 @@ impl Fit for Places {
     }
 
     fn rounding(&self) -> f64 {
+        // Residuals are differences of numbers of this size, and so is their rounding.
         let largest = self.places.iter().map(|t| t.norm_sqr()).fold(0.0, f64::max);
         largest * RESIDUAL_ROUNDING * RESIDUAL_ROUNDING
     }

@@ -57,11 +57,13 @@ fn slope(square: f64) -> f64 {
 pub(super) fn settle<F: Fit>(problem: &F, robust: bool) -> Result<Settled<F::Found>, Refused> {
     let count = problem.count();
     let mut run = Run::new(problem, vec![1.0; count])?;
+    // Least squares: the mean square of a component is the variance, and the slope of `w r` is 1.
     if !robust || count < MIN_POSES {
         let pull = run.squares.iter().sum::<f64>() / count as f64 / 2.0;
         return Ok(run.settled(pull, 1.0));
     }
     let largest = run.squares.iter().copied().fold(0.0, f64::max);
+    // As for a pivot: convex at first, and at most twenty halvings.
     let mut mu = (2.0 * largest / GEMAN_MCCLURE_CHI2).min(1e6);
     while mu > 1.0 {
         run.advance(|square| (mu * GEMAN_MCCLURE_CHI2 / (mu * GEMAN_MCCLURE_CHI2 + square)).powi(2))?;
@@ -116,6 +118,7 @@ impl<'a, F: Fit> Run<'a, F> {
     /// One weighted solution; the largest change of a weight.
     fn advance(&mut self, weight: impl Fn(f64) -> f64) -> Result<f64, Refused> {
         let next: Vec<f64> = self.squares.iter().map(|s| weight(*s)).collect();
+        // Each step solves a linear problem in full, so that only the weights can move.
         let change = next.iter().zip(&self.weights).map(|(a, b)| (a - b).abs());
         let change = change.fold(0.0, f64::max);
         self.weights = next;
@@ -132,6 +135,7 @@ impl<'a, F: Fit> Run<'a, F> {
     fn judged(self) -> Result<Settled<F::Found>, Refused> {
         let inside = || self.squares.iter().zip(&self.weights).filter(|(_, w)| **w > 0.0);
         let (found, poses) = (inside().count(), self.weights.len());
+        // A majority: the scale is that of the better half, and any half agrees with itself.
         let needed = super::MIN_POSES.max(poses / 2 + 1);
         if found < needed {
             return Err(Refused::NoConsensus { found, poses, needed });

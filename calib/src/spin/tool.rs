@@ -51,6 +51,8 @@ pub fn marker_from_tool<From: Frame>(
     let cross = nalgebra::Vector3::from(axis.components()).cross_matrix();
     let tilt = cross * axis_covariance * cross.transpose();
     covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&tilt);
+    // About the tip the shift is the error of the tip itself; pivot and spin are independent, so nothing is off the
+    // diagonal.
     covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&tip_covariance);
     let covariance = (covariance + covariance.transpose()) * 0.5;
     let marker_from_tool = Uncertain::from_covariance_about(tip, frame, covariance).map_err(|_| Refused::NoFrame)?;

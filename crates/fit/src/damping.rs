@@ -48,6 +48,7 @@ pub struct Held {
 impl Damping {
     /// Steps of Gauss and Newton: held back by a thousandth and more where one leads up. Singular equations are refused.
     pub const GAUSS_NEWTON: Self = Self {
+        // Undamped until a step leads up: damping that stays slows the end down to linear convergence.
         start: 0.0,
         rule: Rule::Factors {
             fall: 0.1,
@@ -55,6 +56,7 @@ impl Damping {
             rise: 10.0,
             raised: 1e-3,
         },
+        // Beyond the reciprocal of a double's rounding a step changes no digit of the state.
         most: 1e16,
         singular: false,
     };
@@ -75,6 +77,8 @@ impl Held {
         match self.rule {
             Rule::Factors { fall, least, .. } => self.value = (self.value * fall).max(least),
             Rule::Gained { least } => {
+                // 1 at a ratio of 1/2, 0 at 1. A step that is accepted as flat may have a ratio below 0, where the cube
+                // has no bound: hence 2 at most.
                 let factor = 1.0 - (2.0 * ratio - 1.0).powi(3);
                 self.value = (self.value * factor.clamp(0.1, 2.0)).max(least);
                 self.rise = 2.0;
@@ -87,7 +91,10 @@ impl Held {
         match self.rule {
             Rule::Factors { rise, raised, .. } => self.value = (self.value * rise).max(raised),
             Rule::Gained { .. } => {
-                self.value *= self.rise;
+                // A product with 0 would stay 0, and the iteration would try the same step for ever.
+                self.value = (self.value * self.rise).max(f64::MIN_POSITIVE);
+                // Each failure in a row doubles the factor, so that many orders of magnitude are crossed in a few
+                // tries.
                 self.rise *= 2.0;
             }
         }

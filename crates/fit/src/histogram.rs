@@ -15,6 +15,7 @@ pub struct Histogram {
 impl Histogram {
     /// For numbers from `least` to `most`; the first bin holds all below (negative ones and NaN too), the last all above.
     pub fn new(least: f64, most: f64) -> Self {
+        // One bin more at either end, for what lies beyond the range.
         let bins = ((most / least).ln() / WIDTH).ceil() as usize + 2;
         Self {
             least,
@@ -26,10 +27,12 @@ impl Histogram {
 
     /// One more.
     pub fn add(&mut self, number: f64) {
+        // The cast saturates: NaN, which the logarithm of a negative number is too, and what is below 0 become bin 0.
         let place = ((number / self.least).ln() / WIDTH + 1.0).floor() as usize;
         let last = self.counts.len() - 1;
         self.counts[place.min(last)] += 1;
         self.count += 1;
+        // This maximum passes over NaN.
         self.most = self.most.max(number);
     }
 
@@ -46,6 +49,7 @@ impl Histogram {
     /// The number that `share` (0 to 1) of them do not exceed, by nearest rank: the middle of its bin, within 0.5 %, and 0 for the
     /// first bin and without any. Exact for the largest, which also stands for all others beyond the range.
     pub fn quantile(&self, share: f64) -> f64 {
+        // Nearest rank; 1 at least, so that a share of 0 is the least number.
         let rank = (share * self.count as f64).ceil().max(1.0) as u64;
         if rank >= self.count {
             return self.most;
@@ -58,6 +62,7 @@ impl Histogram {
         let bin = self.counts.iter().enumerate().find(within).map_or(0, |(bin, _)| bin);
         let middle = match bin {
             0 => 0.0,
+            // Bin k holds least exp(WIDTH (k - 1)) to least exp(WIDTH k); this is its geometric middle.
             _ => self.least * (WIDTH * (bin as f64 - 0.5)).exp(),
         };
         // What lies beyond the last bin is known by the largest only.

@@ -19,6 +19,7 @@ impl Limits {
         Self {
             steps: tries,
             tries,
+            // A sum of n squares is rounded by up to n / 2 ulp of itself: this holds for some thousand terms.
             flat: 1.0 + 1e-12,
         }
     }
@@ -55,9 +56,11 @@ pub fn least_squares<P: Problem>(
         length: f64::INFINITY,
         gain: f64::INFINITY,
     };
+    // Counted apart from the steps: raising the damping makes no step, and must end too.
     let mut tries = 0;
     let mut is_prepared = false;
     while tries < limits.tries && now.steps < limits.steps {
+        // Once for each state: a step that is tried again with more damping has the same equations.
         if !is_prepared && !problem.prepare(&now.state, &mut now.at, now.steps) {
             return Some(ended(now, End::Singular));
         }
@@ -68,6 +71,7 @@ pub fn least_squares<P: Problem>(
         }
         if let Some(step) = step {
             let (length, gain) = (step.length, step.gain);
+            // Before the look: so near the end the cost is flat to rounding, and a comparison would be of noise.
             if problem.is_last(&step, &now.at, held.value) {
                 (now.state, now.length, now.gain) = (step.to, length, gain);
                 now.steps += 1;
@@ -79,6 +83,8 @@ pub fn least_squares<P: Problem>(
                 .filter(|(cost, _)| *cost <= now.cost * limits.flat);
             if let Some((cost, at)) = lower {
                 let (from, by) = (now.cost, held.value);
+                // At the end both are zero, or rounding of either sign; without the bound 0 / 0 would make the damping
+                // NaN.
                 held.lower((from - cost) / gain.max(f64::MIN_POSITIVE));
                 now = Outcome {
                     state: step.to,
@@ -108,6 +114,8 @@ pub fn least_squares<P: Problem>(
                 return Some(ended(now, End::Flat));
             }
         }
+        // After an uphill step and after singular equations alike: more damping shortens the one and regularises the
+        // other.
         held.raise();
         if held.value > damping.most {
             return Some(ended(now, End::Nowhere));

@@ -79,6 +79,7 @@ impl<To, From> Affine<To, From> {
         let linear = self.linear.try_inverse()?;
         Some(Affine {
             linear,
+            // p = L^-1 (q - o) = L^-1 q - L^-1 o.
             offset: -(linear * self.offset),
             frames: PhantomData,
         })

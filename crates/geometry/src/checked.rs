@@ -98,6 +98,7 @@ pub fn rigid<To: Frame, From: Frame>(
     finite(|| what("quaternion"), &quaternion)?;
     finite(|| what("translation"), &translation_mm)?;
     let [w, x, y, z] = quaternion;
+    // By hypot: squares of numbers from outside may overflow.
     let norm = w.hypot(x).hypot(y.hypot(z));
     let not_unit = || DoorError::NotUnit {
         what: what("quaternion"),

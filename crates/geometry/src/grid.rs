@@ -165,10 +165,13 @@ impl VolumeGrid {
 
     /// The box in patient axes that holds every voxel's cell: (smallest, largest) corner.
     pub fn bounds(&self) -> (Point<Ct>, Point<Ct>) {
+        // An affine map takes a box to a parallelepiped, whose extent is that of its eight corners.
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for corner in 0..8 {
             let [x, y, z] = std::array::from_fn(|axis| {
                 let far = corner >> axis & 1 == 1;
+                // Whole numbers are voxel centres: cells begin half a voxel before the first and end half a voxel after
+                // the last.
                 if far { f64::from(self.dims[axis]) - 0.5 } else { -0.5 }
             });
             let p = (self.ct_from_voxel * Point::<Voxel>::new(x, y, z)).mm();

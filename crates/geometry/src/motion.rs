@@ -67,6 +67,7 @@ impl Pose {
     pub fn moved_in_place(&self, motion: &Motion) -> Option<Self> {
         Some(Self {
             turn: motion.rotation()? * self.turn,
+            // The image t of the origin is what the turn is about, so that only the shift moves it.
             shift: self.shift + motion.shift,
         })
     }
@@ -86,6 +87,7 @@ impl<To, From> Rigid<To, From> {
     /// The motion (1) that makes this transform `other`: the turn of at most pi.
     pub fn motion_to(&self, other: &Self) -> Motion {
         let turn = other.rotation() * self.rotation().inverse();
+        // (1) with `turn` is R' p + t' = turn (R p + t) + v, hence v = t' - turn t.
         let carried = Vector3::from(turn.apply(self.translation_mm()));
         Motion {
             turn: turn.vector().radians().into(),

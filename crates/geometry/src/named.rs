@@ -135,6 +135,8 @@ impl Chain {
             let (links, others) = (vec![Link { name, inverse: false }], Vec::new());
             return Ok(Self { links, others });
         }
+        // Each name may be an edge and ways are looked for once more without each link: a hostile file must not make
+        // that long.
         if names.len() > MAX_NAMES {
             return Err(NoChain::TooMany { found: names.len() });
         }
@@ -186,6 +188,7 @@ impl Chain {
             return Ok(None);
         };
         for other in &self.others {
+            // A way of which a link is missing in this frame says nothing against the other.
             let Some(second) = along(other, &of) else { continue };
             let between = pose.inverse() * second;
             let mm = between.translation_mm().iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -225,6 +228,7 @@ fn edges<'a>(names: &BTreeSet<&'a str>) -> Edges<'a> {
     let parted: Vec<_> = names.iter().map(|name| (*name, splits(name))).collect();
     let clear = parted.iter().filter(|(_, splits)| splits.len() == 1);
     let known: BTreeSet<&str> = clear.flat_map(|(_, s)| [s[0].0, s[0].1]).collect();
+    // Filled in the order of `names`, which is sorted: the search meets a frame's links in the same order every time.
     let mut edges = Edges::new();
     for (name, splits) in &parted {
         let both = |(from, to): &&(&str, &str)| splits.len() == 1 || known.contains(from) && known.contains(to);

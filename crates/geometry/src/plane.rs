@@ -91,6 +91,7 @@ impl SlicePlane {
         if !centre.mm().iter().all(|c| c.is_finite()) {
             return Err(PlaneError::Centre(centre.mm()));
         }
+        // From the centre of the first pixel to that of the last are n - 1 steps.
         let half = |n: u32| (f64::from(n) - 1.0) / 2.0 * pixel_mm;
         Ok(Self {
             origin: centre - right * half(size[0]) - down * half(size[1]),

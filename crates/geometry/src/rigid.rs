@@ -78,6 +78,7 @@ impl<To, From> Rigid<To, From> {
             return None;
         }
         let x = x.direction()?.0;
+        // x is normal to both, so that y = z x x lies in the plane of z and the y given: as near to it as can be.
         let (y, z) = (z.0.cross(&x), z.0);
         let rows = [0, 1, 2].map(|i| [x[i], y[i], z[i]]);
         Some(Self::wrap(nearly_orthonormal(rows), origin.0))
@@ -108,6 +109,7 @@ impl<To, From> Rigid<To, From> {
     /// `from_from_to`: the other way. The rotation exact, the translation as [`Rotation::apply`].
     pub fn inverse(&self) -> Rigid<From, To> {
         let back = self.rotation.inverse();
+        // p = R^T (q - t) = R^T q - R^T t.
         Rigid::wrap(back, -turned(back, self.translation))
     }
 

@@ -121,6 +121,7 @@ impl<To, From> Uncertain<To, From> {
         covariance: Matrix6<f64>,
     ) -> Result<Self, CovarianceError> {
         let about = Self::new(transform, covariance)?;
+        // (6) solved for v: v = v_c - w x c.
         Ok(Self::wrap(transform, carried(&lever(-c.0), &about.covariance)))
     }
 
@@ -147,6 +148,8 @@ impl<To, From> Uncertain<To, From> {
     /// `from_from_to` with the covariance of its error (4), in `From`.
     pub fn inverse(&self) -> Uncertain<From, To> {
         let back = self.transform.inverse();
+        // (exp(m) A)^-1 = A^-1 exp(-m): the motion -m before A^-1, which the adjoint (2) takes behind it. The sign does
+        // not matter to a covariance.
         Uncertain::wrap(back, carried(&back.adjoint(), &self.covariance))
     }
 }
@@ -159,6 +162,7 @@ impl<To, From> Rigid<To, From> {
         let mut adjoint = Matrix6::zeros();
         adjoint.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
         adjoint.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+        // exp(R w) (R p) + R v + t is a turn about the origin of `To` and the shift R v - R w x t = R v + t x R w.
         let lever = self.translation().0.cross_matrix() * turn;
         adjoint.fixed_view_mut::<3, 3>(3, 0).copy_from(&lever);
         adjoint
@@ -225,6 +229,7 @@ impl<To, From> Mul<UncertainPoint<From>> for Uncertain<To, From> {
     type Output = UncertainPoint<To>;
     fn mul(self, p: UncertainPoint<From>) -> UncertainPoint<To> {
         let place = self.transform * p.point();
+        // About the image itself the block of the shift is what the image moves by: J cov J^T of (5).
         let moved = self.covariance_about(place);
         let own = carried(&rows(&self.transform), &p.covariance());
         UncertainPoint::wrap(place, moved.fixed_view::<3, 3>(3, 3) + own)

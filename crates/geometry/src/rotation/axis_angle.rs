@@ -89,6 +89,7 @@ impl Rotation {
     #[inline]
     pub fn axis_angle(self) -> AxisAngle {
         let [s, x, y, z] = self.quaternion();
+        // The vector part of -q, so that the angle is pi at most.
         let sign = if s < 0.0 { -1.0 } else { 1.0 };
         let axis = exact::unit([x, y, z].map(|c| sign * c)).unwrap_or([1.0, 0.0, 0.0]);
         AxisAngle {

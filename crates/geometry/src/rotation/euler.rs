@@ -64,6 +64,7 @@ impl Euler {
         let [a, b, c] = self.axes.map(|axis| axis as usize);
         match self.frames {
             Frames::Static => [a, b, c],
+            // Turns about moved axes a, b, c are turns about the fixed axes c, b, a.
             Frames::Rotating => [c, b, a],
         }
     }
@@ -93,6 +94,8 @@ impl EulerAngles {
             q[1 + axes[n]] = sin;
             q
         };
+        // The first turn is the rightmost factor. Three unit quaternions make one to some ulp, so that it is never
+        // zero.
         let q = product(turn(2), product(turn(1), turn(0)));
         Ok(Rotation::normalised(q).unwrap_or(Rotation::IDENTITY))
     }
@@ -147,6 +150,8 @@ fn three_axes(q: [f64; 4], [i, j, k]: [usize; 3], free: f64) -> [f64; 3] {
     let sign = parity(i, j);
     let (w, x, y, z) = (q[0], q[1 + i], q[1 + j], sign * q[1 + k]);
     let (a, b, c, d) = (w - y, x + z, y + w, z - x);
+    // |w - y + i (x + z)| |y + w + i (z - x)| is the cosine of the second angle: by both sine and cosine it keeps its
+    // digits near the lock.
     let cos = a.hypot(b) * c.hypot(d);
     let second = difference_of_products(w, y, z, x).atan2(cos);
     if cos > 0.5 {

@@ -74,6 +74,7 @@ pub(crate) fn norm<const N: usize>(v: [f64; N]) -> (f64, f64) {
         return (0.0, 0.0);
     }
     let root = square.sqrt();
+    // One step of Newton for the root, with what the square lacks known exactly: root + (v.v - root^2) / (2 root).
     let (p, e) = two_product(root, root);
     (root, (((square - p) - e) + rest) / (2.0 * root))
 }
@@ -81,6 +82,7 @@ pub(crate) fn norm<const N: usize>(v: [f64; N]) -> (f64, f64) {
 /// The largest absolute component; the components are finite.
 #[inline]
 pub(crate) fn largest<const N: usize>(v: [f64; N]) -> f64 {
+    // `f64::max` passes over NaN: callers have refused it.
     v.iter().fold(0.0, |most, x| x.abs().max(most))
 }
 
@@ -110,6 +112,7 @@ fn divided<const N: usize>(v: [f64; N]) -> [f64; N] {
     let (n, rest) = norm(v);
     let relative = rest / n;
     v.map(|x| {
+        // First order in the norm's rest: x / (n + rest) = (x / n) (1 - rest / n).
         let y = x / n;
         y - y * relative
     })
@@ -117,6 +120,7 @@ fn divided<const N: usize>(v: [f64; N]) -> [f64; N] {
 
 /// v / abs(v) where squares would overflow. Divides first: scaling first would lose small components.
 fn divided_big<const N: usize>(v: [f64; N]) -> [f64; N] {
+    // Components that vanish by the scaling are 2^-600 of the largest or less, and say nothing of the norm.
     let (n, rest) = norm(v.map(|x| x / SCALE));
     let relative = rest / n;
     v.map(|x| {

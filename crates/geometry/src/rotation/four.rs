@@ -82,6 +82,7 @@ impl Rotation4 {
         let a = products(rows);
         let best = (1..4).fold(0, |best, l| if column(a, l) > column(a, best) { l } else { best });
         // Two steps of the power method: the second vector is right to first order whatever the first one's error.
+        // The largest column of a rank-one matrix is its left vector, and the one farthest from zero.
         let start = exact::unit([0, 1, 2, 3].map(|k| a[k][best]))?;
         let right = exact::unit([0, 1, 2, 3].map(|l| (0..4).map(|k| a[k][l] * start[k]).sum()))?;
         let left = exact::unit(a.map(|row| (0..4).map(|l| row[l] * right[l]).sum()))?;
@@ -154,11 +155,13 @@ fn sign(k: usize, j: usize, l: usize) -> f64 {
 fn entry(p: [(f64, f64); 4], q: [(f64, f64); 4], i: usize, j: usize, off: f64) -> f64 {
     let (mut high, mut low) = (0.0, 0.0);
     for (k, factor) in p.into_iter().enumerate() {
+        // e_k e_j conj(e_l) is plus or minus e_(k xor j xor l): one l for each k.
         let l = k ^ i ^ j;
         let (product, rest) = exact::fixed_product(factor, q[l]);
         high += sign(k, j, l) * product;
         low += sign(k, j, l) * rest;
     }
+    // Divided by 1 + off to first order, as off is a few ulp.
     high + (low - (high + low) * off)
 }
 

@@ -23,10 +23,12 @@ pub fn exp_skew(h: &DMatrix<f64>) -> Result<DMatrix<f64>, RotationError> {
     }
     let h = (h - h.transpose()) * 0.5;
     let eigen = (-(&h * &h)).symmetric_eigen();
+    // -H^2 = H^T H is semidefinite; rounding may leave an eigenvalue below zero.
     let angles = eigen.eigenvalues.map(|square| square.max(0.0).sqrt());
     let even = DMatrix::from_diagonal(&angles.map(f64::cos));
     let odd = DMatrix::from_diagonal(&angles.map(sinc));
     let omega = &eigen.eigenvectors;
+    // exp H = cos(A) + H sin(A) / A with A the root of -H^2: even powers of H are powers of H^2, odd ones H times such.
     Ok(omega * even * omega.transpose() + h * omega * odd * omega.transpose())
 }
 

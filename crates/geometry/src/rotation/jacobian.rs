@@ -26,6 +26,7 @@ fn combine(w: RotationVector, x: f64, y: f64) -> [[f64; 3]; 3] {
     let square = |i: usize, j: usize| {
         let others = [(i + 1) % 3, (i + 2) % 3];
         if i == j {
+            // w_i^2 - a^2 without the difference: minus the sum of the two other squares.
             -(v[others[0]] * v[others[0]] + v[others[1]] * v[others[1]])
         } else {
             v[i] * v[j]
@@ -37,6 +38,7 @@ fn combine(w: RotationVector, x: f64, y: f64) -> [[f64; 3]; 3] {
 /// (1 - cos a) / a^2, as half the square of the half angle's sinc: no cancellation.
 fn first(a: f64) -> f64 {
     let h = a / 2.0;
+    // 1 - sinc(h) < h^2 / 6, below 2^-55 here.
     let sinc = if h < 1e-8 { 1.0 } else { h.sin() / h };
     0.5 * sinc * sinc
 }

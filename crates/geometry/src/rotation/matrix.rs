@@ -83,10 +83,12 @@ fn rows(s: f64, x: f64, y: f64, z: f64) -> [[f64; 3]; 3] {
     let squares = high.map(|x| x * x);
     let sums = each(|i| high[i] + q[i]);
     let rest = each(|i| low[i] * sums[i]);
+    // |q|^2 - 1: the high squares are exact multiples of 2^-52, so that nothing cancels but what is exact.
     let off = exact::sum([squares[0] - 1.0, squares[1], squares[2], squares[3]]) + exact::sum(rest);
     // The quaternion over its norm: only what the multiples of 2^-26 leave is changed.
     let low = each(|i| low[i] - q[i] * (0.5 * off));
     let rest = each(|i| low[i] * sums[i]);
+    // Doubling is exact: the factor 2 of (2.38) costs no rounding.
     let (twice_high, twice_low) = (high.map(|x| x + x), low.map(|x| x + x));
     let double = |a: usize, b: usize| (twice_high[a] * high[b], twice_high[a] * low[b] + twice_low[a] * q[b]);
     let diagonal = |a: usize, b: usize| (1.0 - 2.0 * (squares[a] + squares[b])) - 2.0 * (rest[a] + rest[b]);

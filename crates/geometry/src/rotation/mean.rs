@@ -30,6 +30,7 @@ pub fn chordal_mean(rotations: &[Rotation], weights: &[f64]) -> Result<Rotation,
         .filter(|&i| i != best)
         .map(|i| eigen.eigenvalues[i])
         .fold(0.0, f64::max);
+    // Two eigenvalues alike leave a whole circle of means, and rounding would choose one.
     if eigen.eigenvalues[best] - second < 1e-12 * eigen.eigenvalues[best] {
         return Err(RotationError::NoMean);
     }
@@ -46,10 +47,12 @@ pub fn chordal_mean(rotations: &[Rotation], weights: &[f64]) -> Result<Rotation,
 /// Those of [`chordal_mean`]; [`RotationError::NoMean`] also where 100 steps do not settle.
 pub fn geodesic_mean(rotations: &[Rotation], weights: &[f64]) -> Result<Rotation, RotationError> {
     let mut mean = chordal_mean(rotations, weights)?;
+    // Over the largest first: weights near the largest number would overflow their sum.
     let most = weights.iter().copied().fold(0.0, f64::max);
     let total: f64 = weights.iter().map(|w| w / most).sum();
     for _ in 0..100 {
         let back = mean.inverse();
+        // The gradient of the sum of squared angles is minus twice the sum of the logarithms seen from the mean.
         let step = rotations.iter().zip(weights).fold([0.0; 3], |sum: [f64; 3], (r, w)| {
             let v = (back * *r).vector().radians();
             [0, 1, 2].map(|i| sum[i] + w / most / total * v[i])

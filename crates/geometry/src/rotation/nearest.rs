@@ -49,6 +49,7 @@ impl RotationMatrix {
     pub fn nearest(rows: Rows) -> Result<Nearest, RotationError> {
         finite("matrix", rows.as_flattened())?;
         let scaled = scaled(rows);
+        // Before the bits are kept: a reflection is orthonormal too.
         check_determinant(scaled)?;
         let defect = defect(rows);
         if defect <= KEPT_DEFECT {
@@ -59,6 +60,7 @@ impl RotationMatrix {
             });
         }
         let polar = polar(scaled);
+        // Newton's iteration leaves some ulp; through the quaternion the matrix is orthonormal to 2 ulp.
         let matrix = quaternion(polar).matrix();
         Ok(Nearest {
             matrix,
@@ -89,6 +91,7 @@ fn scaled(m: Rows) -> Rows {
     }
     // In two steps, since one alone may be beyond the numbers: denormals first become normal.
     let lift = if most < 1e-300 { 2f64.powi(200) } else { 1.0 };
+    // The exponent field of a normal number, without its bias.
     let exponent = ((most * lift).to_bits() >> 52) as i32 - 1023;
     let (half, rest) = (-exponent / 2, -exponent - (-exponent / 2));
     let (half, rest) = (power_of_two(half), power_of_two(rest));
@@ -139,6 +142,8 @@ fn polar(m: Rows) -> Rows {
     for _ in 0..64 {
         let c = cofactors(x);
         let determinant = determinant(x, c);
+        // C / det is the inverse transposed; the determinant is positive and stays so, as singular values stay
+        // positive.
         let next = [0, 1, 2].map(|i| [0, 1, 2].map(|j| 0.5 * (x[i][j] + c[i][j] / determinant)));
         let moved = flat(next)
             .iter()

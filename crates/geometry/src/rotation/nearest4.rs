@@ -25,6 +25,7 @@ pub(super) fn polar(rows: Rows) -> Result<Rows, RotationError> {
     // depend on the scale, and half an ulp of each entry is within the bound.
     let mut x = Matrix4::from_fn(|i, j| rows[i][j] / most);
     check_determinant(&x)?;
+    // As in three dimensions: each step halves the logarithms of the singular values, then squares their distance to 1.
     for _ in 0..64 {
         let inverse = x.try_inverse().ok_or(RotationError::Singular { determinant: 0.0 })?;
         let next = (x + inverse.transpose()) * 0.5;

@@ -82,6 +82,7 @@ impl Rotation4 {
     /// an axis is free. Error: 4 ulp, relative to its own norm near the identity.
     pub fn log(self) -> Log4 {
         let [(p, a), (q, b)] = <[Rotation; 2]>::from(self.pair()).map(|r| (r.quaternion(), half_angle(r.quaternion())));
+        // (p, q) and (-p, -q) are the same rotation; the other pair has the angles pi - a and pi - b.
         let sign = if a + b > std::f64::consts::PI { -1.0 } else { 1.0 };
         let [g, h] = [p, q].map(|x| log_half(x.map(|c| sign * c)));
         Log4::from_factors(g, h)

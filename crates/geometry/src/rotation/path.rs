@@ -25,8 +25,10 @@ impl Rotation {
         if t == 0.0 || !t.is_finite() || u == [0.0; 3] {
             return self;
         }
+        // The sign of s chooses the shorter way: q and -q are the same rotation.
         let log = (2.0 * series::arc(s.abs(), x * x + y * y + z * z)).copysign(s);
         let scale = t * log;
+        // A huge t must not make an infinite vector, of which no exponential is had.
         let way = u.map(|c| (scale * c).clamp(-f64::MAX, f64::MAX));
         self * Self::wrap(exp_double(way))
     }

@@ -54,6 +54,7 @@ impl Rotation2 {
         finite("matrix", &numbers)?;
         // To length 1 first, so that neither the sums nor the determinant overflow.
         let [p, q, r, s] = exact::unit(numbers).ok_or(RotationError::Singular { determinant: 0.0 })?;
+        // p s - q r with both products' errors: for a nearly singular matrix it is all cancellation.
         let (high, low) = exact::dot([p, -q], [s, r]);
         let determinant = high + low;
         if determinant.abs() <= f64::EPSILON {
@@ -61,6 +62,7 @@ impl Rotation2 {
         } else if determinant < 0.0 {
             return Err(RotationError::Reflection { determinant });
         }
+        // tr(R^T M) = cos (a + d) + sin (c - b) is largest where (cos, sin) is along these sums.
         let near = Self::from_complex([p + s, r - q])?;
         let [[e, f], [g, h]] = near.matrix();
         Ok((near, exact::length([a - e, b - f, c - g, d - h])))
@@ -120,6 +122,7 @@ impl Mul for Rotation2 {
     fn mul(self, other: Self) -> Self {
         let ([a, b], [c, d]) = (self.0, other.0);
         let (x, y) = (a * c - b * d, a * d + b * c);
+        // One step of Newton for 1 / sqrt, as of the quaternions.
         let repair = 1.5 - 0.5 * (x * x + y * y);
         Self([x * repair, y * repair])
     }

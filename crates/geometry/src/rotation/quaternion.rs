@@ -35,6 +35,7 @@ impl Rotation {
 
     /// q / abs(q), or q itself where it is unit already; `None` for zero. The components are finite.
     pub(crate) fn normalised(q: [f64; 4]) -> Option<Self> {
+        // `excess` splits numbers up to 2 only.
         if exact::largest(q) <= 2.0 && excess(q).abs() <= KEPT_NORM_DEFECT {
             return Some(Self(q));
         }
@@ -108,6 +109,7 @@ impl Rotation {
 #[inline]
 fn excess(q: [f64; 4]) -> f64 {
     let [a, b, c, d] = q.map(|x| exact::fixed_product(exact::fixed(x), exact::fixed(x)));
+    // The 1 is taken off while the parts are exact multiples of 2^-52; the rests are of the size of the result.
     ((a.0 - 1.0) + b.0 + c.0 + d.0) + (a.1 + b.1 + c.1 + d.1)
 }
 
@@ -151,6 +153,7 @@ impl Mul for Rotation {
 #[inline]
 pub(crate) fn repaired(q: [f64; 4]) -> [f64; 4] {
     let [s, x, y, z] = q;
+    // 1 / sqrt(n) = 1 - (n - 1) / 2 + O((n - 1)^2), and n - 1 is a few ulp.
     let repair = 1.5 - 0.5 * ((s * s + x * x) + (y * y + z * z));
     q.map(|c| c * repair)
 }

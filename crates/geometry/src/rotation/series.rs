@@ -57,6 +57,8 @@ pub(crate) fn cos_sinc(y: f64) -> [f64; 2] {
 pub(crate) fn arc(s: f64, square: f64) -> f64 {
     let e = 0.5 * ((s * s - 1.0) + square);
     let d = ((1.0 + s) + (2.0 + 2.0 * s).sqrt()) + 2.45 * e;
+    // The tangent of a quarter of the angle is abs(u) r; the root of `square` is never taken, as z needs its square
+    // only.
     let r = 1.0 / d;
     let z = square * (r * r);
     let arc = 4.0 * r * (1.0 + z * atan(z));

@@ -81,6 +81,7 @@ impl Rotation {
     #[inline]
     pub fn vector(self) -> RotationVector {
         let [s, x, y, z] = self.quaternion();
+        // -q is the same rotation: with s < 0 the angle is that of -q, and the vector's sign with it.
         let scale = (2.0 * series::arc(s.abs(), x * x + y * y + z * z)).copysign(s);
         RotationVector::wrap([scale * x, scale * y, scale * z])
     }
@@ -96,11 +97,13 @@ impl Rotation {
 #[inline]
 pub(crate) fn angle([s, x, y, z]: [f64; 4]) -> f64 {
     let square = x * x + y * y + z * z;
+    // Below that the squares lose digits to underflow.
     let n = if square > 1e-200 {
         square.sqrt()
     } else {
         exact::length([x, y, z])
     };
+    // Rounding of n and arc together may pass pi by an ulp.
     (2.0 * n * series::arc(s.abs(), square)).min(std::f64::consts::PI)
 }
 
@@ -141,6 +144,7 @@ fn far(w: [f64; 3], unit: f64) -> (f64, f64) {
         let (sin, cos) = (n / 4.0 / unit).sin_cos();
         (2.0 * sin * cos, (cos - sin) * (cos + sin))
     };
+    // First order in the norm's rest: sin / (n + rest) = (sin / n) (1 - rest / n).
     let scale = sin / n;
     (cos, scale - scale * (rest / n))
 }

@@ -86,6 +86,7 @@ pub(super) fn checked<const N: usize>(
     c: SMatrix<f64, N, N>,
     least: impl Fn(&SMatrix<f64, N, N>) -> f64,
 ) -> Result<SMatrix<f64, N, N>, CovarianceError> {
+    // First, so that no comparison below meets a NaN or the root of a negative variance.
     entries(&c)?;
     let deviation = c.diagonal().map(f64::sqrt);
     // Divided one after the other: the product may be below the smallest number. Where a variance is zero, so is its row.
@@ -102,6 +103,7 @@ pub(super) fn checked<const N: usize>(
             });
         }
     }
+    // Where both triangles agree the bits are kept; else halved first, as the sum of two large numbers may overflow.
     let mean = c.zip_map(&c.transpose(), |a, b| if a == b { a } else { 0.5 * a + 0.5 * b });
     let correlation = SMatrix::<f64, N, N>::from_fn(|i, j| relative(mean[(i, j)], i, j));
     let allowed = -(N as f64) * ROUNDING;
@@ -136,6 +138,7 @@ fn entries<const N: usize>(c: &SMatrix<f64, N, N>) -> Result<(), CovarianceError
 
 /// The place of row i, column j >= i in the upper triangle, row by row.
 const fn place(i: usize, j: usize) -> usize {
+    // Rows before i hold 6 + 5 + ... = i (13 - i) / 2 entries; row i begins with column i.
     i * (11 - i) / 2 + j
 }
 

@@ -81,6 +81,7 @@ impl<F> UncertainPoint<F> {
     /// Exactly 95 % where the error is alike in all directions, 99.5 % where one direction outweighs the others: what is
     /// shown to a surgeon must not be too small. Error: 16 ulp.
     pub fn radius_95_mm(&self) -> f64 {
+        // The covariance is semidefinite to rounding only.
         let most = self.covariance.symmetric_eigenvalues().max();
         (CHI_SQUARE_95 * most.max(0.0)).sqrt()
     }
