@@ -18,7 +18,7 @@ const RADIUS_SLACK: f64 = 1.15;
 /// small the voxels do not tell.
 const SURE_DEVIATIONS: f64 = 2.0;
 
-/// How much larger than around it the residuals of a ball may be ([`super::leftover`]) that only the second look takes for
+/// How much larger than around it the residuals of a ball may be ([`super::residuals`]) that only the second look takes for
 /// a bead: about 1 where ball and field are what is there. Of beads planted beside bone 0.5, of short rods 1.6 to 6.
 const MOST_UNEVEN: f64 = 1.5;
 /// HU over the ground that the field around such a ball may have: bone has less (1500 beside lung), metal more.
@@ -53,6 +53,7 @@ pub(super) fn judge_again(refined: &Refined, search: &Search, optics: &Optics) -
 pub(super) fn judge_held(fitted: &Fitted, search: &Search, optics: &Optics) -> Result<(), Reason> {
     is_metal(fitted, search)?;
     let c = &fitted.covariance;
+    // The greater eigenvalue of the plane's part: its axes need not be those of the covariance.
     let (mean, apart) = (0.5 * (c[(0, 0)] + c[(1, 1)]), 0.5 * (c[(0, 0)] - c[(1, 1)]));
     let variances = [mean + apart.hypot(c[(0, 1)]), c[(2, 2)]];
     let share = [0, 1].map(|k| variances[k].sqrt() / optics.step_mm[k]);

@@ -112,6 +112,7 @@ pub(super) struct Linear {
 impl Linear {
     /// The normal equations with the residuals' covariance given by its factor, and the residuals' squares by it.
     pub(super) fn normal(&self, factor: &Cholesky<f64, Dyn>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
+        // Above the diagonal it holds what is left of the matrix, which a solution by the lower triangle does not read.
         let lower = factor.l_dirty();
         let (mut by, mut residuals) = (self.derivatives.clone(), self.residuals.clone());
         let solved = lower.solve_lower_triangular_mut(&mut by) && lower.solve_lower_triangular_mut(&mut residuals);
@@ -134,6 +135,8 @@ impl Linear {
         let value = || {
             let factor = spread.factor(all)?;
             let (matrix, vector, squares) = self.normal(&factor)?;
+            // Its determinant is what the ball's unknown numbers cost: they are integrated out, which makes the
+            // likelihood a restricted one.
             let inner = matrix.cholesky()?;
             let explained = vector.dot(&inner.solve(&vector));
             Some(logarithm(&factor) + logarithm(&inner) + squares - explained)

@@ -350,8 +350,10 @@ impl<'a> Finder<'a> {
         let axial = if averaged { AVERAGED_DEVIATION } else { BLUR_DEVIATION };
         Expected {
             blur,
+            // The least is asked for, and most metals have more: within the prior's deviation, a factor of e, lie both.
             metal_hu: 2.0 * self.search.metal_hu,
             height_mm: 0.0,
+            // A range of one radius would give its prior an infinite weight.
             deviations: [range.max(0.02), BLUR_DEVIATION, axial, METAL_DEVIATION],
             noise_hu: response.ground_deviation_hu,
             ground_hu: response.ground_hu,

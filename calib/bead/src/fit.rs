@@ -186,6 +186,7 @@ pub(super) fn fit(samples: &[Sample], expected: &Expected) -> Option<Fitted> {
         samples,
         prior_mean: start,
         prior_weight,
+        // At the bare noise most of a ball's voxels would be outliers at the start, and weigh next to nothing.
         noise_hu: expected.noise_hu.max(0.01 * expected.contrast_hu),
     };
     let mut state = State {
@@ -197,6 +198,7 @@ pub(super) fn fit(samples: &[Sample], expected: &Expected) -> Option<Fitted> {
     state.x[7] = expected.ground_hu;
     state = problem.settle(state)?;
     // Once more with the noise that the window has.
+    // The median is hardly moved by what Cauchy's weights take for outliers.
     problem.noise_hu = problem.spread(&state).max(LEAST_NOISE_HU);
     state = problem.settle(state)?;
     problem.result(&state)
@@ -244,6 +246,8 @@ impl Problem<'_> {
             }
             let robust =
                 1.0 / (1.0 + residual * residual / (variance * HALF_WEIGHT_DEVIATIONS * HALF_WEIGHT_DEVIATIONS));
+            // The derivative of Cauchy's cost by the square; its second derivative is left out, as it can make the
+            // matrix indefinite.
             let weight = robust / variance;
             matrix.ger(weight, &model.by, &model.by, 1.0);
             vector.axpy(weight * residual, &model.by, 1.0);

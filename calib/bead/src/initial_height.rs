@@ -33,8 +33,10 @@ fn left(open: &[&Sample], share: impl Fn(&Sample) -> f64) -> f64 {
     let mean = [0, 1].map(|k| pairs.iter().map(|p| p[k]).sum::<f64>() / n);
     let moment = |a: usize, b: usize| pairs.iter().map(|p| (p[a] - mean[a]) * (p[b] - mean[b])).sum::<f64>();
     let (across, both) = (moment(0, 0), moment(0, 1));
+    // Without a voxel the means are NaN, which is no rise: the middle stays.
     let rises = across > 0.0 && both > 0.0;
     if rises {
+        // What a regression on the share leaves of the squares.
         moment(1, 1) - both * both / across
     } else {
         f64::INFINITY

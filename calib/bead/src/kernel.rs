@@ -59,6 +59,8 @@ impl Kernel {
         let [plane, axial] = optics.sigma_mm;
         let [step, slice] = optics.step_mm;
         let near = [high + FADE_DEVIATIONS * plane, high + FADE_DEVIATIONS * axial];
+        // More than a voxel thick, so that the shell has voxels all round; half a millimetre at least, where voxels are
+        // fine.
         let far = [near[0] + (1.5 * step).max(0.5), near[1] + (1.2 * slice).max(0.5)];
         let half = [
             high + HALF_CONTRAST_DEVIATIONS * plane,
@@ -108,6 +110,7 @@ impl Kernel {
     pub(super) fn stands_out(&self, voxels: &dyn Voxels, at: [u32; 3], contrast: f64) -> bool {
         let places = self.probes.iter().filter_map(|offset| moved(voxels, at, *offset));
         let darkest = places.map(|place| voxels.at(place)).min();
+        // Without a probe in the volume nothing speaks against the voxel: the sums decide.
         darkest.is_none_or(|dark| f64::from(voxels.at(at)) - f64::from(dark) >= contrast)
     }
 

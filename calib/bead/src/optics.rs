@@ -77,6 +77,7 @@ impl Optics {
     /// Distance from the axis along the normal, and height along it, of a displacement in mm.
     pub(super) fn cylinder(&self, d: &Vector3<f64>) -> (f64, f64) {
         let z = d.dot(&self.normal);
+        // On the axis rounding may leave a little less than 0.
         ((d.norm_squared() - z * z).max(0.0).sqrt(), z)
     }
 
@@ -124,6 +125,7 @@ impl Optics {
     pub(super) fn least_share(&self, search: &Search) -> f64 {
         let [plane, axial] = self.step_mm;
         self.blur(search.radius_mm[0])
+            // Half a step along both axes of the plane is the root of 1/2 of a step from the ball's axis.
             .value(plane * std::f64::consts::FRAC_1_SQRT_2, axial / 2.0)
     }
 }
@@ -131,6 +133,7 @@ impl Optics {
 /// Deviation of the scanner's Gaussian and of the voxel's box together, mm.
 fn expected_blur(step_mm: f64) -> f64 {
     let scanner = LEAST_BLUR_MM.max(BLUR_PER_STEP * step_mm);
+    // Variances of a convolution add; a box of one step has a twelfth of its square.
     (scanner * scanner + step_mm * step_mm / 12.0).sqrt()
 }
 

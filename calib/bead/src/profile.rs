@@ -83,6 +83,8 @@ impl Blur {
         let cosine = (1.0 - s * s).sqrt();
         let (t, h) = (r * cosine, r * s);
         let (i0, i1) = bessel_scaled(rho * t / p2);
+        // The scaled Bessel functions have exp(-rho t / p^2) in them: left is the square of the difference, and nothing
+        // overflows.
         let exp = (-0.5 * (rho - t) * (rho - t) / p2).exp();
         let factor = weight * r * r * s / p2 * exp;
         let chord = Chord::new(z, h, self);
@@ -90,10 +92,12 @@ impl Blur {
         sum.value += ring * chord.value;
         sum.by_z += ring * chord.by_z;
         sum.by_axial += ring * chord.by_axial;
+        // Each derivative of the ring follows from I0' = I1.
         sum.by_rho += factor * (t * i1 - rho * i0) / p2 * chord.value;
         let spread = ((rho * rho + t * t) * i0 - 2.0 * rho * t * i1) / p2 - 2.0 * i0;
         sum.by_plane += factor * spread / self.plane_mm * chord.value;
         let by_t = (rho * i1 - t * i0) / p2;
+        // By the chain rule, as the radius is in r^2, in t = r sqrt(1 - s^2) and in h = r s.
         sum.by_radius += factor * ((2.0 / r * i0 + by_t * cosine) * chord.value + i0 * chord.by_h * s);
     }
 }

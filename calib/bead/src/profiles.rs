@@ -63,6 +63,7 @@ fn shares(all: &[Vec<Result<Fitted, Reason>>]) -> Vec<f64> {
     let least = totals.iter().copied().fold(f64::INFINITY, f64::min);
     let weights: Vec<f64> = totals
         .iter()
+        // Beside the likeliest, whose weight is 1: not all can underflow.
         .map(|t| (-0.5 * (t - least) / LIKELIHOOD_UNIT).exp())
         .collect();
     let sum: f64 = weights.iter().sum();
@@ -75,6 +76,7 @@ fn mixed(main: Fitted, fits: &[(&Fitted, f64)]) -> Fitted {
     let centre: Vector3<f64> = fits.iter().map(|(f, w)| f.centre * (w / sum)).sum();
     let spread = |(fit, w): &(&Fitted, f64)| {
         let off = fit.centre - centre;
+        // The covariance of a mixture: within each profile, and between their centres.
         (fit.covariance + off * off.transpose()) * (w / sum)
     };
     Fitted {

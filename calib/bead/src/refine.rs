@@ -1,4 +1,4 @@
-//! Stage 3: the ball once more by generalised least squares, with the ground as a random field ([`super::ground`]).
+//! Stage 3: the ball once more by generalised least squares, with the ground as a random field ([`super::background_field`]).
 //!
 //! The fit of stage 2 takes the residuals of voxels for independent, and bone beside a bead draws its centre. Here they
 //! have the covariance V of the field, of which the likeliest deviations are found first:
@@ -91,6 +91,7 @@ impl Refined<'_> {
         let Self { refiner, inverse, .. } = self;
         let ball = ball(&self.state, refiner.expected.blur.slice_mm);
         let variance = |i: usize| inverse[(i, i)].max(0.0);
+        // The logarithm of all metal is ln A + 3 ln r.
         let mass = variance(METAL) + 6.0 * inverse[(METAL, RADIUS)] + 9.0 * variance(RADIUS);
         Some(Fitted {
             centre: self.centre(),
@@ -160,6 +161,7 @@ impl<'a> Refiner<'a> {
             .copied()
             .collect();
         let start = Spread {
+            // Above 0, which a search by factors would never leave.
             smooth_hu: self.expected.noise_hu.max(1.0),
             noise_hu: (0.3 * self.expected.noise_hu).max(1.0),
         };
@@ -271,6 +273,7 @@ impl<'a> Refiner<'a> {
             factor,
         };
         let end = least_squares(&whitened, start.clone(), DAMPING, Limits::tries(MAX_STEPS))?;
+        // Without damping, which belongs to the way there and not to what is known.
         let inverse = end.at.0.cholesky()?.inverse();
         (end.end != End::Singular).then_some((end.state, inverse))
     }

@@ -64,6 +64,7 @@ impl Leftover {
             .iter()
             .zip(&self.visible_hu)
             .filter(|(s, _)| s.share < COVERED_SHARE);
+        // The ball leaves the share 1 - f of the field to be seen, here at least 0.3: the division is safe.
         open.map(|(s, visible)| visible / (1.0 - s.share)).fold(0.0, f64::max)
     }
 

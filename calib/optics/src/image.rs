@@ -63,6 +63,7 @@ impl Image {
         let bounds = values.iter().fold([f64::MAX, f64::MIN], |[low, high], v| {
             [low.min(f64::from(*v)), high.max(f64::from(*v))]
         });
+        // An image of one value has no range: with any step its samples are 0.
         let step = ((bounds[1] - bounds[0]) / 65535.0).max(f64::MIN_POSITIVE);
         let sample = |v: &f32| ((f64::from(*v) - bounds[0]) / step).round() as u16;
         Ok(Self {

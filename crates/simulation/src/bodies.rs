@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use crate::solid::{Cursor, Local, Solid};
 
 /// Places this many sizes of the largest solid away from zero are measured from a nearer one.
+// A place 8 sizes away has three bits less for its gaps than one within a size of zero.
 const FAR_EXTENTS: f64 = 8.0;
 /// Below the largest stiffness by this factor a solid counts as softer, and above the softest as stiff beside it.
 const SOFTER_FACTOR: f64 = 10.0;
@@ -114,7 +115,9 @@ impl Bodies {
         let boxes = self.solids.iter().flat_map(|s| s.boundary().reference.iter().flatten());
         let infinity = Vector2::repeat(f64::INFINITY);
         let [low, high] = boxes.fold([infinity, -infinity], |b, x| [b[0].inf(x), b[1].sup(x)]);
+        // Halves before the sum: no overflow of two large coordinates.
         let centre = low * 0.5 + high * 0.5;
+        // Near zero a shift would gain nothing.
         let far = centre.amax() > FAR_EXTENTS * self.extent() && centre.iter().all(|x| x.is_finite());
         self.origin = if far { centre } else { Vector2::zeros() };
     }

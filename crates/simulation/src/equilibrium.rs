@@ -89,11 +89,11 @@ pub enum NoEquilibrium {
 /// Brings `a` to a local minimum of the energy within what the constraints allow.
 ///
 /// Barriers that are to hand over do so after their narrowest width, and the exact equations are solved from there; where
-/// that does not converge, it is tried once more from a barrier a quarter as wide, and then the barrier stays:
-/// [`Equilibrium::exact`] tells.
+/// that does not converge, they are solved again from a barrier a quarter as wide, four times in all at most, and then the
+/// barrier stays: [`Equilibrium::exact`] tells.
 ///
-/// Settled where no constraint's force changes by more than the tolerance of the forces, 1e-8 of the largest load at the
-/// default, and no constraint is violated by more than 1e-9 of the largest solid.
+/// Settled where no constraint's force changes by more than ten times the tolerance of the forces, 1e-7 of the largest load
+/// at the default, or by more than rounding, and no constraint is violated by more than 1e-9 of the largest solid.
 ///
 /// # Errors
 /// [`NoEquilibrium`]; `a` is then the last state.
@@ -131,6 +131,7 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
         newton.settings.leave_saddles &= !is_in(system, Stage::Exact);
         let minimum = minimum(system, newton, a).map_err(|cause| NoEquilibrium::Search { search, cause })?;
         iterations += minimum.iterations;
+        // Before the update, which replaces the barriers: what a failed polish goes back to.
         let saved: Option<Saved> = provisional.then(|| save(system, a));
         let change = system.update(a);
         last = (change.force, change.violation);
@@ -162,6 +163,7 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
             if let (false, Some(saved)) = (polished.done, saved) {
                 (*a, system.terms) = saved;
                 let contacts = system.terms.iter_mut().filter_map(|t| t.way_to_exact());
+                // After the last try the barrier stays for good.
                 contacts.for_each(|way| way.narrow(polishes < MOST_POLISHES));
             }
         }
@@ -219,6 +221,7 @@ fn save(system: &System, a: &[f64]) -> Saved {
 /// What the state says of itself.
 fn certified(system: &System, a: &[f64], minimum: Minimum, change: Change) -> Equilibrium {
     let [complementarity, least, imbalance] = certify::certify(system, a, minimum.load);
+    // A violation between the rows is a gap below zero that no force reports.
     let through = if change.violation > 0.0 {
         -change.violation
     } else {

@@ -88,6 +88,8 @@ impl System {
 
     /// What is missing of the loads at the factor: forces, to be added to the gradient and, times `a`, to the energy.
     fn missing(&self, i: usize) -> f64 {
+        // Solids hold `-w a` of their whole weight: `(1 - f) w a` leaves `-f w a` of it, and `-f l a` is that of the
+        // dead force.
         (1.0 - self.load_factor) * self.weights[i] - self.load_factor * self.loads[i]
     }
 
@@ -172,6 +174,8 @@ impl Potential for System {
         let (mut lengths, mut places) = (Vec::new(), Vec::new());
         for (offset, solid, part) in self.bodies.each(a) {
             let known = solid.hessian(part, false, &mut elastic, offset).is_some();
+            // A displacement of zero has no rounding, yet an unloaded solid needs a scale of forces: its size gives
+            // one.
             let size = if unloaded && known {
                 solid.boundary().extent()
             } else {
@@ -197,6 +201,7 @@ impl Potential for System {
 
     fn stiffness(&self) -> f64 {
         let scale = self.bodies.stiffness_scale();
+        // Rigid solids alone have no scale: infinite, it leaves the matrix's own in a minimum of both.
         if scale > 0.0 { scale } else { f64::INFINITY }
     }
 
@@ -204,6 +209,7 @@ impl Potential for System {
         let bodies = &self.bodies;
         let mut turned: Option<Vec<f64>> = None;
         for body in bodies.stiff() {
+            // What is held somewhere cannot turn as a whole.
             if self.fixed[bodies.range(body)].contains(&true) {
                 continue;
             }

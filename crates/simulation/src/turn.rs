@@ -20,7 +20,9 @@ pub(crate) fn bent(solid: &dyn Solid, a: &[f64], step: &[f64]) -> Vec<f64> {
         spin += arm.perp(by);
         square += arm.norm_squared();
     }
+    // The angle of least squares, `min sum |by - angle J arm|^2`; a translation drops out, as the arms sum to zero.
     let angle = if square > 0.0 { spin / square } else { 0.0 };
+    // No turn, no numbers, or a step too wild for its beginning to stand for a rotation: the straight step stays.
     if angle == 0.0 || angle.is_nan() || angle.abs() > MAX_TURN_RAD {
         return vec![0.0; a.len()];
     }

@@ -115,6 +115,7 @@ impl<F: Frame> Search<'_, F> {
         self.steps += 1;
         let left = self.order.len() - depth;
         let given_up = self.steps > MAX_STEPS || self.best.len() >= MAX_SOLUTIONS;
+        // Sets as large as the best are looked at as well: one of them may lay the patient elsewhere.
         if given_up || self.count + left < self.most {
             return;
         }
@@ -128,6 +129,8 @@ impl<F: Frame> Search<'_, F> {
                 continue;
             }
             self.assign(point, Some(bead));
+            // Triangles of the same sides can always be laid on each other; only a fourth point can be a mirror
+            // image's.
             if self.count < 4 || !self.contradicted() {
                 self.expand(depth + 1);
             }

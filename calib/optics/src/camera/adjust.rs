@@ -98,6 +98,7 @@ impl Problem<'_> {
     /// Sum of the squares; infinite where a disc is seen nowhere.
     pub(super) fn cost(&self, state: &State) -> f64 {
         let sum: f64 = self.squares(state).iter().flatten().sum();
+        // What is not in front of the camera is predicted at NaN: no step may lead there.
         if sum.is_nan() { f64::INFINITY } else { sum }
     }
 
@@ -167,6 +168,7 @@ impl Problem<'_> {
         let mut decrement = 0.0;
         for ((n, inverse), pose) in normals.iter().zip(&reduced.inverses).zip(&state.poses) {
             let motion = inverse * (n.turn - n.mixed.transpose() * step);
+            // The gradient times the step: undamped, this is the square of the step's length in standard deviations.
             decrement += step.dot(&n.pull) + motion.dot(&n.turn);
             poses.push(in_place(pose, &motion)?);
         }
@@ -199,6 +201,8 @@ impl fit::Problem for Descent<'_> {
         let curved = (steps >= STEPS_BEFORE_FULL_HESSIAN)
             .then(|| self.problem.curved(state, at))
             .flatten();
+        // It may be indefinite far from the end: Cholesky then fails, and damping by the first term's diagonal makes it
+        // definite.
         if let Some(curved) = curved {
             *at = curved;
         }

@@ -38,6 +38,7 @@ fn of_view(normal: &Normal) -> Option<(f64, usize)> {
     if !own.iter().chain(&pull).all(|x| x.is_finite()) {
         return None;
     }
+    // The Schur complement is symmetric but for rounding.
     let eigen = ((own + own.transpose()) * 0.5).symmetric_eigen();
     let most = eigen.eigenvalues.max();
     let held = (0..CAMERA_NUMBERS).filter(|k| eigen.eigenvalues[*k] > LEAST_RELATIVE_CURVATURE * most);

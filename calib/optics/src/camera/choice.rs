@@ -162,6 +162,7 @@ fn within(problem: &Problem<'_>, state: &State, options: &Options) -> Result<Vec
     let each = squares.iter().zip(problem.stations).enumerate();
     let lengths = each.flat_map(|(view, (squares, station))| {
         let both = squares.iter().zip(&station.sightings);
+        // Of equal deviations along both axes the information's trace is 2 / sigma^2: the root of 2 makes that sigma.
         both.map(move |(square, s)| (view, s.disc, square.sqrt() * far(s) * std::f64::consts::SQRT_2))
     });
     let (view, disc, worst_px) = lengths.max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or_default();

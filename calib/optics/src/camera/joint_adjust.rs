@@ -94,6 +94,7 @@ pub(super) fn adjusted(
     let freedom = joint.freedom();
     let numbers = DVector::zeros(3 * waves.count());
     let mut at = StateWithField { state, numbers };
+    // At least 1: deviations that are given are enlarged by the residuals, never shrunk.
     let mut noise = (joint.squares(&at) / freedom).max(1.0);
     let (mut sizes_mm, mut fixed) = (START_MM, 0.0);
     let mut change = f64::INFINITY;
@@ -177,9 +178,12 @@ impl Joint<'_> {
         let mut all = 0.0;
         let next = [(0, m, sizes_mm[0]), (m, 2 * m, sizes_mm[1])].map(|(from, count, size)| {
             let trace: f64 = (from..from + count).map(|k| inverse[(first + k, first + k)]).sum();
+            // The system is that of (12), s^2 times the likelihood's: the covariance C is s^2 times its inverse. Where
+            // nothing is fixed the difference is rounding, by which the squares must not be divided.
             let fixed = (count as f64 - noise * trace / (size * size)).max(1e-6);
             all += fixed;
             let square = numbers.rows(from, count).norm_squared() / fixed;
+            // The prior divides by the size, which the rounds would take to 0 where there is no field.
             square.sqrt().clamp(SIZES_MM[0], SIZES_MM[1])
         });
         (next, all)
@@ -320,7 +324,10 @@ impl Likelihood<'_> {
     fn lower(&self, from: &StateWithField, squares: f64, step: &DVector<f64>, gain: f64) -> Option<StateWithField> {
         let whole = self.joint.stepped(from, step)?;
         let (start, end) = (squares + weighed(from, self.prior), self.cost(&whole));
+        // The parabola start - 2 gain t + a t^2 through the cost at the step's end has its least at t = gain / a.
         let share = gain / (end - start + 2.0 * gain);
+        // An infinite cost, where a disc is not seen, gives a share of 0: the whole step goes on, and the iteration
+        // refuses it.
         if !(share < LEAST_WHOLE_STEP && share > 0.0) {
             return Some(whole);
         }

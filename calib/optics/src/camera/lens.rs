@@ -106,6 +106,7 @@ impl Lens {
             let polynomial = [1.0 - LEAST_SLOPE, -q, a * self.k1, -high, b * self.k2, 0.0, c * self.k3];
             first_root(&polynomial, WIDEST).unwrap_or(WIDEST)
         };
+        // L + 2 L' r^2 = 1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6, and L itself.
         fall(3.0, 5.0, 7.0).min(fall(1.0, 1.0, 1.0))
     }
 
@@ -119,6 +120,8 @@ impl Lens {
         if !size.is_finite() {
             return None;
         }
+        // The distorted point is near the other where it lies well within the domain; else a start inside, in the same
+        // direction.
         let mut x = if size < 0.9 * limit {
             image
         } else {
@@ -145,6 +148,7 @@ impl Lens {
         before: f64,
         limit: f64,
     ) -> Option<(Vector2<f64>, Vector2<f64>)> {
+        // A shorter step is rounded away when it is added.
         while step.norm() > 0.25 * f64::EPSILON * x.norm() {
             let next = x + step;
             let off = image - self.distort(next);
@@ -182,6 +186,8 @@ fn roots(polynomial: &[f64], end: f64) -> Vec<f64> {
     stops.push(end);
     let (mut from, mut found) = (0.0, Vec::new());
     for to in stops {
+        // A root at the beginning lies at 0 or was found as the end before; up to the next extremum there is no second
+        // one.
         if value(polynomial, from) * value(polynomial, to) <= 0.0 && value(polynomial, from) != 0.0 {
             found.push(bisected(polynomial, from, to));
         }
@@ -191,6 +197,7 @@ fn roots(polynomial: &[f64], end: f64) -> Vec<f64> {
 }
 
 fn bisected(polynomial: &[f64], mut from: f64, mut to: f64) -> f64 {
+    // The lower end is returned: of the bound of the slope that is the side on which it has not fallen too low.
     let sign = value(polynomial, from).signum();
     // A double has 53 bits, and its exponent some more.
     for _ in 0..80 {

@@ -89,6 +89,7 @@ impl Normal {
 
 /// Rows whose outer products sum to a positive definite matrix.
 pub(super) fn roots(matrix: &Matrix2<f64>) -> [[f64; 2]; 2] {
+    // The rows of Cholesky's factor, which make weighted squares plain ones; a weight of 0 must not become a NaN.
     let a = matrix[(0, 0)].sqrt().max(f64::MIN_POSITIVE);
     let b = matrix[(0, 1)] / a;
     [[a, b], [0.0, (matrix[(1, 1)] - b * b).max(0.0).sqrt()]]

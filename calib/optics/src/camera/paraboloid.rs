@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A plane is no part of it, as the pose has one. Sheet that was rolled, pressed or is held at its ends bends so; what is
-//! finer is the field's ([`super::field`]).
+//! finer is the field's ([`super::plate_field`]).
 
 use nalgebra::Vector2;
 

@@ -1,5 +1,5 @@
 //! A plate that is not flat, as it was found: the paraboloid of [`super::paraboloid`] and, where it was asked for, the field of
-//! [`super::field`].
+//! [`super::plate_field`].
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 

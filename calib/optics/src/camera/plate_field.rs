@@ -54,6 +54,7 @@ impl Waves {
         let plain = DMatrix::from_rows(&places.iter().map(|p| waves.plain(*p).transpose()).collect::<Vec<_>>());
         waves.taken = [QUADRATIC_POWERS, LINEAR_POWERS].map(|count| {
             let powers = DMatrix::from_fn(places.len(), count, |i, k| powers(places[i])[k]);
+            // Discs in two rows do not hold all powers: the pseudo-inverse takes out what they do hold.
             let square = (powers.transpose() * &powers).pseudo_inverse(1e-12).unwrap_or_default();
             square * (powers.transpose() * &plain)
         });

@@ -112,6 +112,7 @@ impl Outline {
     fn of(s: &Ready, eye: &Eye) -> Self {
         let middle = eye.turned(s);
         let rim = s.radius_mm.map(|radius| {
+            // On a bent plate, too, the disc has the tilt of the whole plane: only its height follows the bend.
             let (a, b) = (eye.turn.column(0) * radius, eye.turn.column(1) * radius);
             CIRCLE.map(|[c, s]| CameraPoint::of(middle + a * c + b * s, &eye.shift))
         });
@@ -236,6 +237,7 @@ impl Area {
         std::array::from_fn(|k| {
             let moment = Matrix2::new(u[k] * dv[k], -0.5 * du2[k], 0.5 * dv2[k], -v[k] * du[k]);
             let grown = Vector2::new(dv[k], -du[k]);
+            // The quotient rule for c = M / A.
             (moment - self.centre * grown.transpose()) / self.size
         })
     }

@@ -48,6 +48,8 @@ fn homographies(stations: &[Station], size: ImageSize) -> Result<Vec<Matrix3<f64
 fn closed_form(homographies: &[Matrix3<f64>], square: bool) -> Option<Vector2<f64>> {
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
     for h in homographies {
+        // Zhang's (2000) constraints h1^T w h2 = 0 and h1^T w h1 = h2^T w h2 with w = diag(1 / fx^2, 1 / fy^2, 1). They
+        // scale with the square of the homography, whose size is free: all views are given the same.
         let h = h / (h.column(0).norm() * h.column(1).norm()).sqrt();
         let (a, b) = (h.column(0), h.column(1));
         let rows = [
@@ -91,6 +93,7 @@ fn candidates(homographies: &[Matrix3<f64>], size: ImageSize) -> Vec<Camera> {
 /// The pose of a grid under a camera: `K^-1 H` up to scale is `[r1 r2 t]`.
 fn pose(h: &Matrix3<f64>, focal: Vector2<f64>) -> Option<Pose> {
     let seen = Matrix3::from_diagonal(&Vector3::new(1.0 / focal.x, 1.0 / focal.y, 1.0)) * h;
+    // Columns of a rotation have length 1, the mean of both here, as neither is without error.
     let scale = 2.0 / (seen.column(0).norm() + seen.column(1).norm());
     // The grid's middle lies in front of the camera.
     let m = seen * (scale * seen[(2, 2)].signum());
@@ -106,10 +109,12 @@ fn pose(h: &Matrix3<f64>, focal: Vector2<f64>) -> Option<Pose> {
 /// The largest angle between two of the planes, degrees.
 fn spread_deg(homographies: &[Matrix3<f64>], focal: Vector2<f64>) -> f64 {
     let normal = |h: &Matrix3<f64>| {
+        // The plane's horizon is seen at the line H^-T e3, and K^T times that is the plane's normal.
         let line = h.try_inverse().unwrap_or_default().transpose() * Vector3::z();
         Vector3::new(line.x * focal.x, line.y * focal.y, line.z)
     };
     let normals: Vec<Vector3<f64>> = homographies.iter().map(normal).collect();
+    // Normals have no sense here. By the tangent, as a cosine tells small angles to half of the digits.
     let angle = |a: &Vector3<f64>, b: &Vector3<f64>| a.cross(b).norm().atan2(a.dot(b).abs()).to_degrees();
     let pairs = normals.iter().enumerate();
     pairs.fold(0.0, |most, (i, a)| {

@@ -242,6 +242,7 @@ pub(super) struct Station {
 impl Station {
     /// Of a view that was checked.
     pub(super) fn of(view: &View, ruler: &Ruler) -> Self {
+        // About the middle of its discs a pose's turn and shift are nearly uncorrelated.
         let centre = view.sightings.iter().map(|s| s.at_mm).sum::<Vector2<f64>>() / view.sightings.len() as f64;
         let ready = |(disc, s): (usize, &Sighting)| {
             let place = s.at_mm - centre;

@@ -152,8 +152,10 @@ impl Blurred {
     /// What a column sees, behind what `to` holds, and the pair of chords that it begins with.
     pub(super) fn column(&self, x: f64, to: &mut Vec<Along>) -> usize {
         let u = (x - self.ellipse.centre.x) / self.sigma;
+        // Cosines fall along the list: chords lie from the right to the left.
         let from = self.chords.partition_point(|c| c.at > u + FAR_CHORD_DEVIATIONS);
         let end = self.chords.partition_point(|c| c.at >= u - FAR_CHORD_DEVIATIONS);
+        // Pairs begin with an even chord, so that those of columns and of rows are the same.
         let first = from / 2;
         for pair in self.chords[2 * first..end.max(2 * first)].chunks(2) {
             let mut out = Along::default();

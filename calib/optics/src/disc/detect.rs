@@ -90,6 +90,7 @@ pub fn detect(image: &Image, options: &DetectOptions) -> Result<Vec<Disc>, Detec
     let mut discs = Vec::new();
     let rungs = ((greatest / least).ln() / RADIUS_FACTOR.ln()).ceil() as i32;
     for k in 0..=rungs {
+        // The last rung is the greatest radius itself, however near the one before.
         let radius = (least * RADIUS_FACTOR.powi(k)).min(greatest);
         discs.extend(of_radius(&sums, radius, options)?);
     }

@@ -22,6 +22,7 @@ fn density(x: f64) -> f64 {
 
 fn table() -> Box<[[f64; 2]; TABLE_ROOM]> {
     let mut table = Box::new([[1.0, 0.0]; TABLE_ROOM]);
+    // Phi(-6), where the table begins.
     let mut below = 9.865_876_450_376_98e-10;
     let h = 1.0 / NODES_PER_UNIT;
     for (k, node) in table[..TABLE_NODES].iter_mut().enumerate() {

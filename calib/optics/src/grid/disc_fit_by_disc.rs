@@ -64,6 +64,7 @@ impl DiscByDisc<'_> {
         let discs = span[0] * span[1];
         let needed = (SEEN * discs as f64).ceil() as usize;
         let few = |found: usize| GridRefused::TooFew { found, discs, needed };
+        // All are judged by the same homography before any goes: their order does not count.
         let first = expected(&ones).ok_or_else(|| few(ones.len()))?;
         let alone: Vec<Cell> = ones
             .iter()
@@ -97,9 +98,11 @@ impl DiscByDisc<'_> {
         let placed = &self.sized.placed;
         let uncut = placed.cells.iter().filter(|(_, i)| !self.search.blobs[**i].cut);
         let mut cells: Vec<(&Cell, &usize)> = uncut.collect();
+        // In the order of cells, not of the hash map: which discs tell the first blur is then the same in every run.
         cells.sort_unstable();
         let (first, others) = cells.split_at(cells.len().min(FIRST_FITS));
         let mut ones = self.ones(first, FIRST_BLUR_PX);
+        // All discs have about the same blur: a start that is right saves steps at each of the others.
         let told = median(ones.values().map(|o| o.fit.sigma).collect());
         ones.extend(self.ones(others, if ones.is_empty() { FIRST_BLUR_PX } else { told }));
         ones
@@ -142,8 +145,10 @@ impl DiscByDisc<'_> {
         let (image, at) = (self.search.image, project(&expected.h, point(cell)) + bent);
         let reach = NEAR_PITCHES * jacobian(&expected.h, point(cell)).singular_values().min();
         let last = Vector2::new(image.width() as f64, image.height() as f64).add_scalar(-1.0);
+        // The place clamped to the image is the nearest one in it: farther than the reach, the centre cannot be inside.
         let in_image = (at - at.sup(&Vector2::zeros()).inf(&last)).norm() < reach;
         let large = self.mark_radius(ones, expected);
+        // Where the description says nothing both sizes are tried, and the residuals decide.
         let sizes = match self.is_mark(cell) {
             _ if !in_image => return None,
             Some(true) => [large, None],
@@ -159,11 +164,13 @@ impl DiscByDisc<'_> {
             let fit = fit_expected(image, &start, [expected.sigma, margin], 4.0 * reach, contrast)?;
             let mark = size != Some(expected.radius);
             let ratio = fit.ellipse.mean_radius() / start.mean_radius();
+            // From 1.6 times the radius on it is a disc of the other kind, and a spot below its inverse is none.
             let held = image.holds(fit.ellipse.centre) && (0.6..1.6).contains(&ratio);
             let one = One { fit, mark };
             (held && expected.holds(ones, cell, &one)).then_some(one)
         };
         let found = sizes.into_iter().filter_map(of);
+        // Noise is the residuals' deviation over about the same pixels.
         found.min_by(|a, b| a.fit.noise.total_cmp(&b.fit.noise))
     }
 
@@ -196,6 +203,8 @@ impl DiscByDisc<'_> {
     fn warp(&self, ones: &Ones, expected: &Expected) -> Warp {
         let (image, h) = (self.search.image, &expected.h);
         let size = Vector2::new(image.width() as f64, image.height() as f64);
+        // The image's middle and half its diagonal, so that powers stay below 1 and normal equations are well
+        // conditioned.
         let none = Warp::none(size.add_scalar(-1.0) * 0.5, 0.5 * size.norm());
         let degree = match ones.len() {
             FIFTH_DEGREE_DISCS.. => 5,
@@ -207,6 +216,7 @@ impl DiscByDisc<'_> {
         // enough.
         for _ in 0..2 {
             let pair = |(c, o): (&Cell, &One)| {
+                // Usual discs have one size by the median, which errs less than each one's own; marks may be of any.
                 let radius = if o.mark { radius(h, *c, o) } else { expected.radius };
                 let centre = o.fit.ellipse.centre - shift(h, &warp, *c, radius);
                 (project(h, point(*c)), centre)
@@ -265,6 +275,7 @@ impl Expected {
         };
         let off = one.fit.ellipse.centre - project(&self.h, point(cell)) - bent;
         let pitch = jacobian(&self.h, point(cell)).singular_values().min();
+        // `bent` needs three neighbours, so that there is a contrast to compare with.
         off.norm() < NEAR_PITCHES * pitch && one.fit.contrast / beside(ones, cell) > THERE
     }
 }
@@ -276,7 +287,10 @@ fn beside(ones: &Ones, cell: Cell) -> f64 {
 
 /// How far from a disc pixels are its own: its neighbours' edges lie a pitch less two radii away.
 fn margin(start: &Ellipse, h: &Matrix3<f64>, cell: Cell) -> f64 {
+    // The shortest way to a neighbour at this tilt.
     let pitch = jacobian(h, point(cell)).singular_values().min();
+    // Half of the gap, so that a neighbour's blurred edge stays outside; two pixels at least hold an edge, and more
+    // than eight tell of paper alone.
     (0.5 * (pitch - 2.0 * start.axes().semi[0])).clamp(2.0, 8.0)
 }
 
@@ -333,5 +347,6 @@ fn bent(ones: &Ones, expected: &Expected, cell: Cell) -> Option<Vector2<f64>> {
     }
     // Counts and small whole numbers: a determinant below 1 is none.
     let plane = (matrix.determinant() > 0.5).then(|| matrix.try_inverse()).flatten()? * vectors;
+    // The plane's constant is its value at the cell, from which columns and rows are counted.
     Some(plane.row(0).transpose())
 }

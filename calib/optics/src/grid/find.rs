@@ -71,12 +71,14 @@ impl Search<'_> {
         let (candidates, discs) = (self.blobs.len(), self.spec.cols * self.spec.rows);
         let none = GridRefused::NoLattice { candidates, discs };
         let lattice = largest(&self.blobs, discs * 9 / 10);
+        // The least grid has three columns and rows.
         if lattice.cells.len() < 9 {
             return Err(none);
         }
         let placed = place(&self.blobs, &lattice, self.spec).ok_or(none)?;
         let sized = self.sized(placed);
         let view = self.view(&sized, sized.placed.span, &sized.placed.h);
+        // Before the fit, which takes most of the time.
         if view.is_too_large() || self.is_beyond(&sized) || tried.iter().any(|t| t.is(&sized)) {
             return Err(view.wrong_size());
         }
@@ -111,6 +113,7 @@ impl Search<'_> {
     fn distorted(&self, placed: &IndexedLattice) -> bool {
         let off = |(c, i): (&Cell, &usize)| (self.blobs[*i].at - project(&placed.h, point(*c))).norm_squared();
         let beside = |(c, i): (&Cell, &usize)| off((c, i)) / jacobian(&placed.h, point(*c)).determinant().abs();
+        // At a small pitch the centroids' own errors exceed 1.5 % of it: half a pixel besides is no such error.
         let squared = DISTORTED_PITCHES * DISTORTED_PITCHES;
         median(placed.cells.iter().map(beside).collect()) > squared
             && median(placed.cells.iter().map(off).collect()) > 0.25

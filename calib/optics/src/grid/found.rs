@@ -55,6 +55,7 @@ impl GridSpec {
             return Err(GridRefused::BadMark { col, row, cols, rows });
         }
         // Two pixels a disc are the least that is ever resolved.
+        // The shorter side of the grid along the shorter side of the image at the best.
         let (width, height, needed) = (image.width(), image.height(), 2 * cols.min(rows).max(4));
         if width.min(height) < needed {
             return Err(GridRefused::TooSmall {

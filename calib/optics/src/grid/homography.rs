@@ -20,6 +20,7 @@ fn normalising(points: impl Iterator<Item = Vector2<f64>> + Clone) -> Option<Mat
     let n = points.clone().count() as f64;
     let mean = points.clone().sum::<Vector2<f64>>() / n;
     let spread = points.map(|p| (p - mean).norm()).sum::<f64>() / n;
+    // No points or one point many times make it infinite or NaN, which is refused below.
     let s = std::f64::consts::SQRT_2 / spread;
     let m = Matrix3::new(s, 0.0, -s * mean.x, 0.0, s, -s * mean.y, 0.0, 0.0, 1.0);
     s.is_finite().then_some(m)
@@ -33,6 +34,8 @@ pub fn homography(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>
     }
     let from = normalising(pairs.iter().map(|p| p.0))?;
     let to = normalising(pairs.iter().map(|p| p.1))?;
+    // Normal equations square the condition, which the normalising keeps small enough: 81 sums, whatever the number of
+    // pairs.
     let mut normal = SMatrix::<f64, 9, 9>::zeros();
     for (a, b) in pairs {
         let (a, b) = (project(&from, *a), project(&to, *b));
@@ -46,6 +49,7 @@ pub fn homography(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>
     }
     let eigen = normal.symmetric_eigen();
     let mut order: Vec<usize> = (0..9).collect();
+    // The decomposition gives eigenvalues in no order.
     order.sort_by(|i, j| eigen.eigenvalues[*i].total_cmp(&eigen.eigenvalues[*j]));
     // A second null direction: the points lie on a line.
     if eigen.eigenvalues[order[1]] <= 1e-12 * eigen.eigenvalues[order[8]] {
@@ -54,6 +58,7 @@ pub fn homography(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>
     let v = eigen.eigenvectors.column(order[0]);
     let m = Matrix3::from_row_slice(v.as_slice());
     let h = to.try_inverse()? * m * from;
+    // The entry is the depth of the plane's origin, 0 where that lies on the horizon.
     let scale = if h[(2, 2)].abs() > 1e-9 * h.norm() {
         h[(2, 2)]
     } else {

@@ -39,6 +39,7 @@ struct Basis {
 /// The largest lattice that grows from the best seeds; `enough` ends the search.
 pub(crate) fn largest(blobs: &[Blob], enough: usize) -> Lattice {
     // Distances are measured in each disc's own shape, which takes perspective out of them.
+    // A pixel's own second moment is in every shape: none is singular.
     let measures: Vec<Matrix2<f64>> = blobs
         .iter()
         .map(|b| b.shape.try_inverse().unwrap_or_default())
@@ -88,6 +89,7 @@ fn basis(blobs: &[Blob], order: &Order, measure: &Matrix2<f64>, i: usize) -> Opt
     let first = steps.first()?;
     // The determinant of the measure turns an area of the image into one of the circle's plane.
     let scale = measure.determinant().max(0.0).sqrt();
+    // Less than 20 degrees apart (a sine of 0.35) is the same direction, or twice the first step.
     let across = |s: &&(f64, f64, Vector2<f64>)| (first.2.perp(&s.2) * scale).abs() > 0.35 * first.0 * s.0;
     let second = steps.iter().find(across)?;
     Some(Basis {
@@ -106,6 +108,7 @@ fn grown(blobs: &[Blob], order: &Order, seed: usize, steps: [Vector2<f64>; 2]) -
     };
     growth.used[seed] = true;
     let mut queue = VecDeque::from([[0, 0]]);
+    // In rings about the seed: most discs have neighbours behind them and beside them to take their steps from.
     while let Some(cell) = queue.pop_front() {
         growth.settle(cell);
         for (axis, sign) in [(0, 1), (0, -1), (1, 1), (1, -1)] {
@@ -152,6 +155,7 @@ impl Growth<'_> {
     /// Looks for the next disc along an axis, and gives it its coordinates.
     fn towards(&mut self, cell: Cell, axis: usize, sign: i32) -> Option<Cell> {
         let next = moved(cell, axis, sign);
+        // A grid has at most 200 columns and rows: what lies farther from a seed is of no grid.
         if self.cells.contains_key(&next) || next.iter().any(|c| c.abs() > 500) {
             return None;
         }

@@ -43,6 +43,7 @@ fn weights(sigma: f64) -> Vec<f32> {
             }
         })
         .collect();
+    // The middle belongs to both halves and counts once.
     let total = 2.0 * half.iter().sum::<f64>() - 1.0;
     half.iter().map(|w| (w / total) as f32).collect()
 }

@@ -50,6 +50,7 @@ impl Sums {
         let stride = self.width + 1;
         let (top, bottom) = (y0 * stride, y1 * stride);
         let corners = [bottom + x1, top + x0, bottom + x0, top + x1].map(|i| self.table[i]);
+        // Both sums before the difference, which alone cannot fall below 0.
         let sum = |k: usize| (corners[0][k] + corners[1][k]) - (corners[2][k] + corners[3][k]);
         [((x1 - x0) * (y1 - y0)) as u64, sum(0), sum(1)]
     }

@@ -4,14 +4,17 @@
 ///
 /// Twice differentiable at 1, and infinite at 0: a line search that lowers the energy never reaches it.
 pub fn barrier(x: f64) -> Option<[f64; 3]> {
+    // A NaN fails both comparisons below and would come out as an energy.
     if x.is_nan() || x <= 0.0 {
         return None;
     }
+    // Near 1 the logarithm is `x - 1`, so that `B` is `-(x - 1)^3` there: all three vanish.
     if x >= 1.0 {
         return Some([0.0; 3]);
     }
     let (y, log) = (x - 1.0, x.ln());
     let first = -2.0 * y * log - y * y / x;
+    // All three terms are above zero below 1: `B` is convex.
     let second = -2.0 * log - 4.0 * y / x + y * y / (x * x);
     Some([-y * y * log, first, second])
 }

@@ -29,6 +29,7 @@ fn longer_axis(boxes: &[Bounds]) -> usize {
 pub fn near_boxes(boxes: &[Bounds], within: f64) -> Vec<[u32; 2]> {
     let axis = longer_axis(boxes);
     let mut order: Vec<(f64, u32)> = boxes.iter().enumerate().map(|(k, b)| (b[0][axis], k as u32)).collect();
+    // Equal ends in the order of their numbers: pairs come alike in every run, and sums of energies with them.
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut found = Vec::new();
     for (k, (_, first)) in order.iter().enumerate() {

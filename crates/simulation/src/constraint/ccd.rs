@@ -1,6 +1,6 @@
 //! How far a step may go before solids touch: proved by bounds, for straight and for turning motion.
 //!
-//! A sample and an arc are apart as long as lines keep them apart ([`super::passing`]). The step advances to where the first pair has
+//! A sample and an arc are apart as long as lines keep them apart ([`super::separating_lines`]). The step advances to where the first pair has
 //! lost nine tenths of its distance, takes new lines there, and goes on: sliding along one another is not slowed. Only pairs
 //! whose swept boxes meet are looked at, and from one advance to the next only those that were not proved free for the rest of the step.
 
@@ -87,6 +87,7 @@ impl Way<'_> {
 
     /// Where boundaries are at the part `t`; and how those move that turn, in `motions`.
     fn shapes(&self, t: f64, motions: &mut [Motion]) -> Vec<Shape> {
+        // Straight motion needs no new state: nodes move by `t` times their velocity.
         let turning = motions.iter().any(|m| !m.straight());
         let at = if turning { self.at(t) } else { Vec::new() };
         let each = motions.iter_mut().enumerate().map(|(k, motion)| {
@@ -109,6 +110,7 @@ impl Way<'_> {
         tracks.retain(|track| {
             let ([own, other], sample) = (track.on, &track.sample);
             let (from, to) = (self.start[own].place(sample), end[own].place(sample));
+            // A path whose second derivative is at most `c` leaves its chord by at most `c t (1 - t) / 2`, so `c / 8`.
             let about = Vector2::repeat(0.125 * motions[own].swerves[sample.arc]);
             let bounds = [from.inf(&to) - about, from.sup(&to) + about];
             boxes_near(&bounds, &swept[other].boxes[track.arc], 0.0)
@@ -122,6 +124,7 @@ impl Way<'_> {
 pub(super) fn pairs(way: &Way<'_>, depth: f64, pairing: &impl Pairing) -> f64 {
     let motion = |k| Motion::of(way.bodies, k, way.a, way.step);
     let mut motions: Vec<Motion> = (0..way.bodies.len()).map(motion).collect();
+    // Nothing comes nearer than that in the whole step: no pair has to be looked for.
     if approach(&motions) <= (1.0 - LEFT_OF_DISTANCE) * way.least {
         return 1.0;
     }
@@ -141,6 +144,7 @@ pub(super) fn pairs(way: &Way<'_>, depth: f64, pairing: &impl Pairing) -> f64 {
         let shapes = if t > 0.0 { &moved } else { way.start };
         let (left, advance) = (1.0 - t, round(&mut tracks, shapes, &motions, pairing, depth, t));
         t += advance;
+        // Short advances prove little more, each at the price of a round.
         if advance >= left || advance < LEAST_ADVANCE * t {
             break;
         }
@@ -151,6 +155,7 @@ pub(super) fn pairs(way: &Way<'_>, depth: f64, pairing: &impl Pairing) -> f64 {
 /// By how much a sample and an arc can come nearer in a whole step.
 fn approach(motions: &[Motion]) -> f64 {
     let most = |of: fn(&Motion) -> &Vec<f64>| motions.iter().flat_map(of).copied().fold(0.0, f64::max);
+    // Two speeds, and twice half a swerve.
     2.0 * most(|m| &m.speeds) + most(|m| &m.swerves)
 }
 
@@ -166,6 +171,7 @@ fn round(
     let left = 1.0 - t;
     let mut advance = left;
     tracks.retain_mut(|(until, track)| {
+        // Proved farther than this round can go: looked at again when it binds.
         if *until >= t + advance {
             return true;
         }
@@ -175,6 +181,7 @@ fn round(
             free = free.max(pair.beside(depth, left));
         }
         if free < advance {
+            // It binds nothing now, but may after the next advance: the track stays.
             let Some(facing) = pairing.facing(shapes, track) else {
                 return true;
             };
@@ -215,6 +222,7 @@ fn pair<'a>(track: &Track, shapes: &'a [Shape], motions: &'a [Motion]) -> Pair<'
         velocities: &other.velocities[arc],
         bounds: &shapes[on[1]].boxes[arc],
         swerve,
+        // With `t <= 1`: `v t + swerve t^2 / 2 <= (v + swerve / 2) t`.
         speed: velocity.norm() + other.speeds[arc] + 0.5 * swerve,
     }
 }

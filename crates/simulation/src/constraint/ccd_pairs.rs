@@ -57,6 +57,7 @@ impl Pairing for Apart<'_> {
         if first == second && !outside_own(self.bodies, first, nodes, [track.sample.arc, track.arc], &at) {
             return None;
         }
+        // Behind a barrier no sample is inside: its distance needs no sign.
         if self.depth == 0.0 {
             return Some(Facing {
                 direction: at.offset / at.distance,

@@ -85,6 +85,7 @@ impl<C: Contact> Constraint for C {
         if let Some(exact) = Contact::continuation_mut(self).exact_mut() {
             return exact.update(bodies, a);
         }
+        // Multipliers on the move would hand over forces that do not hold the state.
         let (change, is_settled) = self.settle(bodies, a);
         if !is_settled {
             return change;

@@ -69,6 +69,7 @@ impl Exact {
     ) -> Self {
         let shapes = Self::shapes(bodies, a);
         let mut exact = Self {
+            // Until `review` knows the deepest dip.
             least: FIRST_ROOM * between.depth(),
             between,
             rows: Vec::new(),
@@ -144,6 +145,7 @@ impl Exact {
                 *offset += by;
             }
         }
+        // Gaps have changed, the state has not.
         self.known.forget();
     }
 
@@ -180,6 +182,7 @@ impl Exact {
 
     /// The force that the gradient holds: that of the next step's aim, or the row's own.
     fn push(&self, row: &Row, touch: &Touch) -> f64 {
+        // The aim's force linearised at the slack: Newton's method makes gap and slack equal in the same step.
         let aimed = |aim: Aim| aim.force(row.slack) - aim.stiffness(row.force, row.slack) * (touch.gap - row.slack);
         self.aim_of(row).map_or(row.force, aimed)
     }
@@ -187,6 +190,7 @@ impl Exact {
     /// How it falls with the gap.
     fn stiffness(&self, row: &Row) -> f64 {
         self.aim_of(row)
+            // Without an aim, `p s` is to stay as it is: `dp / ds = -p / s`.
             .map_or(row.force / row.slack, |aim| aim.stiffness(row.force, row.slack))
     }
 
@@ -232,6 +236,7 @@ impl Exact {
                     a,
                     step,
                     start,
+                    // Rows may lie deeper than zero: no distance is known that all pairs have.
                     least: 0.0,
                 };
                 ccd_pairs::reach(&way, samples, *width)

@@ -47,6 +47,7 @@ impl HalfPlane {
     /// Keeps the solids `which` out of `<x, normal> <= offset`; `normal` is scaled to length 1. `stiffness` (force by
     /// length) only decides how fast forces settle: 10 to 1000 times the solids' is good. `None` without a direction.
     pub fn new(bodies: &Bodies, which: &[usize], normal: Vector2<f64>, offset: f64, stiffness: f64) -> Option<Self> {
+        // An infinite component has an infinite norm and would turn into NaN.
         let normal = normal
             .try_normalize(0.0)
             .filter(|n| n.x.is_finite() && n.y.is_finite())?;
@@ -61,6 +62,7 @@ impl HalfPlane {
                 };
                 // Each arc begins where the one before ends: its last node is that one's.
                 touches.push(at(-1.0));
+                // The middle of a segment is never lower than both its ends.
                 if !bodies.solid(body).boundary().straight {
                     touches.push(at(0.0));
                 }
@@ -81,6 +83,7 @@ impl HalfPlane {
         for k in 0..self.touches.len() {
             let touch = self.touches[k];
             let gap = self.gap(bodies, a, &touch);
+            // Rockafellar's update: the force that the search ended with, `max(0, p - k g)`, is the next multiplier.
             let next = (touch.multiplier - self.hold(bodies, &touch) * gap).max(0.0);
             change.force = change.force.max((next - touch.multiplier).abs());
             change.violation = change.violation.max(-gap);
@@ -124,6 +127,8 @@ impl HalfPlane {
             added: true,
         };
         let [low, middle, high] = [-1.0, 0.0, 1.0].map(|u| self.gap(bodies, a, &at(u)));
+        // The parabola of the three heights is `middle + slope u + bend u^2 / 2`. Without a bend `u` is not finite, and
+        // no dip is found.
         let (slope, bend) = (0.5 * (high - low), high + low - 2.0 * middle);
         let u = -slope / bend;
         let inside = bend > 0.0 && u.abs() < 1.0;
@@ -133,6 +138,7 @@ impl HalfPlane {
     /// Moves the added cursors to the dips, and adds one at every dip that has none.
     fn follow_dips(&mut self, bodies: &Bodies, a: &[f64]) -> bool {
         let mut changed = false;
+        // Sorted, so that cursors come in the same order in every run.
         let bodies_here: std::collections::BTreeSet<usize> = self.touches.iter().map(|t| t.body).collect();
         for body in bodies_here {
             for arc in 0..bodies.solid(body).boundary().arcs.len() {
@@ -201,6 +207,7 @@ impl Contact for HalfPlane {
             let mut rows = Rows::default();
             rows.add(bodies, touch.body, &touch.cursor, a, 1.0);
             let hold = self.hold(bodies, touch);
+            // The push falls by `hold` times the gap: `hold dg dg^T - push d2 g`.
             rows.add_form(sink, |p, q| hold * p.by.dot(&self.normal) * q.by.dot(&self.normal));
             if !convex {
                 bend(bodies, touch.body, &touch.cursor, a, self.normal * -push, sink);

@@ -44,6 +44,7 @@ impl HalfPlaneBarrier {
         widths: [f64; 2],
         stiffness: f64,
     ) -> Option<Self> {
+        // An infinite component has an infinite norm and would turn into NaN.
         let normal = normal
             .try_normalize(0.0)
             .filter(|n| n.x.is_finite() && n.y.is_finite())?;
@@ -51,6 +52,7 @@ impl HalfPlaneBarrier {
         for &body in which {
             let boundary = bodies.solid(body).boundary();
             for (arc, reference) in boundary.reference.iter().enumerate() {
+                // The last node is left to the next arc, which begins with it.
                 for k in 0..SAMPLES_PER_ARC {
                     let u = f64::from(k) * 2.0 / f64::from(SAMPLES_PER_ARC) - 1.0;
                     // The length of boundary that a sample stands for, in the reference configuration: it does not change with
@@ -129,6 +131,7 @@ impl HalfPlaneBarrier {
         let heights = self.heights(bodies, a);
         self.samples.iter().filter_map(move |(body, cursor, length)| {
             let gap = at(&heights, *body, cursor);
+            // No half as between solids: the plane has no samples of its own.
             let scale = self.stiffness * bodies.relative_stiffness(*body) * length * self.continuation.width();
             let energy = barrier(gap / self.continuation.width()).map(|[b, first, second]| {
                 [
@@ -200,6 +203,7 @@ impl Contact for HalfPlaneBarrier {
             first_fall(
                 (1.0 - LEFT_OF_DISTANCE) * at(&heights, *body, cursor),
                 at(&rates, *body, cursor),
+                // Half of 1.25, the largest sum of absolute weights of an arc's three nodes, for `t^2 / 2`.
                 0.625 * swerves.into_iter().fold(0.0, f64::max),
             )
         };
@@ -231,6 +235,8 @@ impl Contact for HalfPlaneBarrier {
             .iter()
             .filter_map(|(body, cursor, length)| {
                 let gap = self.gap(bodies, a, *body, cursor);
+                // By the gap in widths: the width of the energy's scale has cancelled. What is through begins without a
+                // force.
                 let slope = barrier(gap / self.continuation.width()).map_or(0.0, |b| b[1]);
                 let row = (
                     *body,

@@ -114,6 +114,7 @@ impl Term for Link {
         let rows = self.moves(bodies, a);
         rows.add_form(sink, |p, q| self.stiffness * p.by.dot(&q.by));
         let pull = self.pull(self.difference(bodies, a));
+        // The curvature of a turning end takes the sign of the pull: the convex matrix does without.
         for (end, sign) in self.ends.iter().zip([1.0, -1.0]).filter(|_| !convex) {
             if let End::On { body, cursor } = end {
                 bend(bodies, *body, cursor, a, pull * sign, sink);
@@ -178,6 +179,7 @@ impl Active for Link {
 
     fn take(&mut self, [_, part]: [f64; 2]) {
         if let Some(force) = &mut self.force {
+            // The difference that the step leads to in linear terms, times the stiffness: Newton's own new force.
             *force += self.after * (part * self.stiffness);
         }
     }

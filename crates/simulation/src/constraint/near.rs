@@ -30,6 +30,7 @@ pub(super) fn outside_own(
     let boundary = bodies.solid(body).boundary();
     let apart = arc != other && boundary.next[arc] != other && boundary.previous[arc] != other;
     let slope: Vector2<f64> = nodes.iter().zip(line_slope(at.u)).map(|(p, s)| p * s).sum();
+    // The outward normal is `(q'_y, -q'_x)`: an arc seen through the solid's inside does not push.
     apart && slope.y * at.offset.x - slope.x * at.offset.y > 0.0
 }
 
@@ -62,12 +63,15 @@ impl Near {
         let slope: Vector2<f64> = arc.iter().zip(line_slope(self.foot.u)).map(|(p, s)| p * s).sum();
         let bend = arc[0] - arc[1] * 2.0 + arc[2];
         let across = slope - e * e.dot(&slope);
+        // `f_uu = (|q'|^2 - (e . q')^2) / d - e . q''`.
         let along = across.norm_squared() / d - e.dot(&bend);
+        // A foot that is not a strict minimum along its arc does not follow: the quotient would be without bound.
         let slides = if self.at.inside && along > 0.0 {
             first / along
         } else {
             0.0
         };
+        // The second derivative by the point alone is `(I - e e^T) / d`.
         let flat = first / d;
         // f_u = -e . q'; its derivative by an unknown: rows hold the arc's part with its sign.
         let mixed = |r: &Row| e.dot(&r.slope) - across.dot(&r.by) / d;

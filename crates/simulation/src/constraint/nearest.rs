@@ -62,6 +62,7 @@ impl Polynomial {
 
     /// True where the second derivative is positive all along the arc: there is one near point.
     fn convex(&self) -> bool {
+        // The second derivative is `b + 2 c u + 3 d u^2` with `d >= 0`: at least `b - 2 |c|` on the arc.
         self.slope[1] > 2.0 * self.slope[2].abs()
     }
 
@@ -81,6 +82,7 @@ impl Polynomial {
         if self.convex() {
             return [-1.0, 1.0];
         }
+        // Two minima may lie on one arc: from the best of nine places Newton's method is kept next to the lower one.
         let step = 2.0 / f64::from(STARTS_PER_ARC);
         let places = (0..=STARTS_PER_ARC).map(|k| f64::from(k) * step - 1.0);
         let best = places.min_by(|a, b| self.value(*a).total_cmp(&self.value(*b)));

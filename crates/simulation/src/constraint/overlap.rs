@@ -163,6 +163,7 @@ impl Search<'_> {
             places.sort_unstable();
             let [[first, arc], [second, other]] = places.map(|place| place.map(|k| k as usize));
             let pair = [first, second];
+            // Pairs were made in ascending order, and so is this one.
             if pairs.binary_search(&pair).is_err() || self.found.undecided.contains(&pair) {
                 continue;
             }
@@ -216,6 +217,7 @@ impl Search<'_> {
     /// Tells on which side of one another the runs of two solids lie between their contacts.
     fn look_inside(&mut self, [first, second]: [usize; 2]) {
         let orders = [[first, second], [second, first]];
+        // With itself both orders are the same question.
         let orders = if first == second { &orders[..1] } else { &orders[..] };
         let mut whole = None;
         for &pair in orders {
@@ -243,6 +245,7 @@ impl Search<'_> {
     fn inside(&self, [first, second]: [usize; 2], run: &Run) -> bool {
         let Some((arc, [from, to])) = run
             .iter()
+            // The middle of the longest part is farthest from the contacts at the run's ends.
             .max_by(|a, b| (a.1[1] - a.1[0]).total_cmp(&(b.1[1] - b.1[0])))
         else {
             return false;
@@ -253,6 +256,8 @@ impl Search<'_> {
         }
         let point = Bezier::of(&shape.arcs[*arc], Vector2::zeros()).at(s);
         let other = &self.shapes[second];
+        // The box first: turns ask every arc. Without a sign, as a boundary turned inside out winds the other way
+        // round.
         box_distance(&other.bounds, &point) == 0.0 && turns(other, point).abs() > WHOLE_TURN_TOLERANCE
     }
 
@@ -295,6 +300,8 @@ impl Search<'_> {
     /// The distance of a point of an arc of the first to the second's boundary; of itself, to all arcs but its own and those next to it.
     fn distance(&self, [first, second]: [usize; 2], arc: usize, point: Vector2<f64>) -> f64 {
         let boundary = self.boundary(first);
+        // At its own arcs and the two that share nodes with it the distance would be next to nothing anywhere near a
+        // node.
         let own = |k: usize| first == second && (k == arc || boundary.next[arc] == k || boundary.previous[arc] == k);
         let others = self.shapes[second].arcs.iter().enumerate().filter(|(k, _)| !own(*k));
         let distances = others.map(|(_, nodes)| nearest(nodes, point).distance);

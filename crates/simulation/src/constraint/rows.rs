@@ -39,6 +39,7 @@ impl List {
             self.count += 1;
             return;
         }
+        // All move over together, so that `deref` has one slice to lend.
         if self.many.is_empty() {
             self.many.extend_from_slice(&self.few);
         }
@@ -117,6 +118,7 @@ impl Rows {
                 continue;
             }
             solid.rows(bodies.part(body, a), node, &mut |parameter, by| {
+                // A parameter of a rigid solid or of a block moves all three nodes: its row may be one of this arc's.
                 let all = self.0.len();
                 self.put(row(offset + parameter, by, weight, slope), all);
             });
@@ -148,6 +150,7 @@ impl Rows {
         form: impl Fn(&K, &K) -> f64,
     ) {
         let rows: &[Row] = &self.0;
+        // More than the arrays below hold, as of a solid in a block of 18 parameters.
         if rows.len() > USUAL_ROWS {
             for (i, p) in rows.iter().enumerate() {
                 let by = of(p);

@@ -69,6 +69,8 @@ impl Samples<'_> {
             // On its own boundary a sample has neighbours that it must not push from.
             let own_kind = first == second && !outside_own(bodies, first, nodes, [arc, against], &at);
             if at.distance < within.get() && !own_kind {
+                // By the reference arc: the length that a sample stands for, and so the energy's scale, must not depend
+                // on the state.
                 let length = reference_speed(bodies, first, &sample) * part;
                 visit(Near {
                     on: [first, second],
@@ -89,6 +91,7 @@ impl Samples<'_> {
         let [a, b, c] = boundary.reference[arc];
         let depth = (b - (a + c) * 0.5).norm();
         let wanted = (3.0 * (depth / self.width).sqrt()).ceil();
+        // The bound before the cast: a width of zero asks for infinitely many.
         (wanted.min(f64::from(MAX_SAMPLES)) as u32).max(MIN_SAMPLES)
     }
 }

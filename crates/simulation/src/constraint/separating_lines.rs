@@ -53,6 +53,7 @@ pub(super) struct Pair<'a> {
 impl Pair<'_> {
     /// The part of a step, up to `most`, that the box of the arc alone says is free.
     pub(super) fn far(&self, depth: f64, most: f64) -> f64 {
+        // Within the box nothing is known of the distance to the arc, not even that the depth is kept.
         let apart = box_distance(self.bounds, &self.point);
         if apart > 0.0 {
             ((1.0 - LEFT_OF_DISTANCE) * (apart + depth) / self.speed.max(f64::MIN_POSITIVE)).min(most)
@@ -69,6 +70,7 @@ impl Pair<'_> {
         // The arc is no farther than its nodes.
         let nodes = self.nodes.iter().map(|node| (self.point - node).norm_squared());
         let distance = nodes.fold(f64::INFINITY, f64::min).sqrt();
+        // Room is counted down to `-depth`; a tenth of it stays.
         let kept = LEFT_OF_DISTANCE * (distance + depth) - depth;
         let (places, speeds) = (control(self.nodes), control(self.velocities));
         self.behind(e, &places, &speeds, kept).min(most)
@@ -78,6 +80,7 @@ impl Pair<'_> {
     pub(super) fn free(&self, facing: &Facing, depth: f64, most: f64) -> f64 {
         let room = (facing.distance + depth).max(0.0);
         let any_direction = (1.0 - LEFT_OF_DISTANCE) * room / self.speed.max(f64::MIN_POSITIVE);
+        // Most pairs are far enough for this bound, which needs no lines.
         if any_direction >= most {
             return most;
         }
@@ -92,6 +95,7 @@ impl Pair<'_> {
             let chord = self.across(places[0], places[2], depth);
             chord.map_or(tangent, |e| tangent.max(self.behind(e, places, speeds, kept)))
         };
+        // Both halves must stay behind, but of the two proofs either is enough.
         half(0).min(half(2)).max(any_direction).min(most)
     }
 
@@ -99,6 +103,7 @@ impl Pair<'_> {
     fn behind(&self, e: Vector2<f64>, places: &[Vector2<f64>], speeds: &[Vector2<f64>], kept: f64) -> f64 {
         let one = |(place, speed): (&Vector2<f64>, &Vector2<f64>)| {
             let (gap, rate) = (e.dot(&(self.point - place)), e.dot(&(self.velocity - speed)));
+            // Taylor's remainder: a second derivative of at most `swerve` takes at most `swerve t^2 / 2` off the gap.
             first_fall(gap - kept, rate, 0.5 * self.swerve)
         };
         places.iter().zip(speeds).map(one).fold(f64::INFINITY, f64::min)

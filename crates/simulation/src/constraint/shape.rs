@@ -66,6 +66,7 @@ pub(super) fn beside(arc: &[Vector2<f64>; 3], point: &Vector2<f64>, within: f64)
     // The control point lies twice as high over the chord as the middle node.
     let (over, bulge) = (height(point - arc[0]), 2.0 * height(arc[1] - arc[0]));
     let outside = (over - bulge.max(0.0)).max(bulge.min(0.0) - over);
+    // Heights are times the length of the chord, hence its square on the other side.
     outside > 0.0 && outside * outside > within * within * chord.norm_squared()
 }
 

@@ -62,6 +62,8 @@ impl Foot {
         let (speed, normal) = (slope.norm(), outward(slope));
         let gap = normal.dot(&(point - combine(nodes, line(v))));
         let bend = normal.dot(&(nodes[0] - nodes[1] * 2.0 + nodes[2]));
+        // Minus the derivative of `<p - q, q'>` along the arc: positive where the foot is the nearest point and not the
+        // farthest.
         let denominator = speed * speed - gap * bend;
         let slides = Slides {
             tangent: slope / speed,
@@ -93,10 +95,13 @@ fn settle(nodes: &[Vector2<f64>; 3], point: Vector2<f64>, mut v: f64) -> Option<
     for _ in 0..30 {
         let (offset, slope) = (point - combine(nodes, line(v)), combine(nodes, line_slope(v)));
         let derivative = bend.dot(&offset) - slope.norm_squared();
+        // Past the centre of curvature Newton's method would climb to the farthest point.
         if derivative >= 0.0 {
             return None;
         }
+        // A zero beyond an end lies on the next arc, to which `walk` goes on.
         let next = (v - slope.dot(&offset) / derivative).clamp(-1.0, 1.0);
+        // The parameter is at most 1: such a change is its rounding.
         if (next - v).abs() <= f64::EPSILON {
             return Some(next);
         }
@@ -162,6 +167,7 @@ fn corner(
     let offset = point - vertex;
     let slopes = [combine(own, line_slope(end)), combine(next, line_slope(-end))];
     let normals = slopes.map(outward);
+    // Times `end` it is the turn of the contour, counter-clockwise: above zero the corner stands out.
     let turns = slopes[0].x * slopes[1].y - slopes[0].y * slopes[1].x;
     let both = turns * end < 0.0 && (normals[0] - normals[1]).dot(&offset).abs() <= margin;
     // The next arc leads on from the corner: the foot goes there.
@@ -175,6 +181,7 @@ fn corner(
         normal,
         slides: None,
     };
+    // In a valley each side holds the point by a row of its own: this one by the line along its arc's end.
     if turns * end <= 0.0 {
         return Some(flat(normals[0]));
     }

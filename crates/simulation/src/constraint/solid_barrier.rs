@@ -100,6 +100,7 @@ impl SolidBarrier {
     /// Energy of a pair and its two derivatives by the distance.
     fn energy_of(&self, bodies: &Bodies, near: &Near) -> Option<[f64; 3]> {
         let [own, other] = near.on.map(|body| bodies.relative_stiffness(body));
+        // Half, as each of two solids samples the other. Stress times length times width: an energy by depth.
         let scale = 0.5 * self.stiffness * own.min(other) * near.length * self.continuation.width();
         let [b, first, second] = barrier(near.at.distance / self.continuation.width())?;
         Some([
@@ -139,6 +140,7 @@ impl Contact for SolidBarrier {
         let mut sum = 0.0;
         for near in &self.near(bodies, a).near {
             let [energy, first, _] = self.energy_of(bodies, near)?;
+            // At the foot the distance does not change along the arc: its motion has no part in the first derivative.
             let pull = near.direction() * first;
             for row in near.rows(bodies, a).0.iter() {
                 gradient[row.unknown] += pull.dot(&row.by);
@@ -154,6 +156,7 @@ impl Contact for SolidBarrier {
             let [_, first, second] = self.energy_of(bodies, near)?;
             let (e, rows) = (near.direction(), near.rows(bodies, a));
             let arc = &seen.shapes[near.on[1]].arcs[near.foot.arc];
+            // The slope is negative, and a distance mostly bends upwards: this part can make the matrix indefinite.
             let bent = if convex { 0.0 } else { first };
             near.add_second(&rows, arc, [bent, second], sink);
             if !convex {
@@ -172,6 +175,7 @@ impl Contact for SolidBarrier {
             a,
             step,
             start: &seen.shapes,
+            // A sample that is not among the near ones is at least the width away.
             least: distances.fold(self.width(), f64::min),
         };
         ccd_pairs::reach(&way, self.samples(), 0.0)
@@ -210,6 +214,7 @@ impl Contact for SolidBarrier {
         let reach = Cell::new(between.depth());
         self.samples()
             .visit(bodies, &Self::shapes(bodies, a), &reach, &mut |near| {
+                // Between one width and two the barrier has no slope: such a row begins without a force.
                 let force = self.energy_of(bodies, &near).map_or(0.0, |e| -e[1]);
                 let [body, other] = near.on;
                 let foot = near.foot;

@@ -4,6 +4,7 @@ use super::Potential;
 use super::rounding::Rounding;
 
 /// Without any load forces are measured by so many times what rounding leaves of them.
+// The inverse of the default tolerance of 1e-8: rounding alone is then just within it.
 const LOADS_PER_ROUNDING: f64 = 1e8;
 
 /// Energy and gradient of a state.
@@ -32,6 +33,8 @@ impl Evaluation {
     pub(super) fn of(potential: &impl Potential, a: &[f64]) -> Option<Self> {
         let mut gradient = vec![0.0; potential.size()];
         let energy = potential.gradient(a, &mut gradient)?;
+        // An energy of minus infinity, or a gradient with a NaN, would pass the line search, which compares energies
+        // only.
         let finite = energy.is_finite() && gradient.iter().all(|g| g.is_finite());
         finite.then_some(Self { energy, gradient })
     }
@@ -44,12 +47,14 @@ impl Evaluation {
         let (mut residual, mut load) = (0.0_f64, 0.0_f64);
         for (i, (g, fixed)) in self.gradient.iter().zip(potential.fixed()).enumerate() {
             if *fixed {
+                // The gradient of a fixed unknown is the reaction of its support.
                 load = load.max(g.abs());
             } else {
                 residual = residual.max(g.abs());
                 load = load.max(potential.load(i).abs());
             }
         }
+        // A tolerance relative to no load at all could not be met.
         if load == 0.0 {
             let rounding = Rounding::of(potential, a).largest(potential.fixed());
             load = potential.reaction(a).max(LOADS_PER_ROUNDING * rounding);

@@ -8,12 +8,15 @@ use crate::sparse::{Inertia, Ldl, Triplets};
 /// An eigenvalue below this part of the softest stiffness is neutral.
 const NEUTRAL_PART: f64 = 1e-12;
 /// Rigid motions that nothing holds: so little is added to a matrix that is singular, in its scale.
+// 1e-10 lies far above a zero pivot (1e-14 of its diagonal entry, see `front`), and shortens a step against the
+// stiffness of a solid by 1e-10 of itself only.
 const HELD_PARTS: [f64; 2] = [0.0, 1e-10];
 /// Shifts of an indefinite matrix, in its scale: from, to, and each in the one before.
 const LEAST_SHIFT: f64 = 1e-4;
 const MOST_SHIFT: f64 = 1e-1;
 const SHIFT_GROWTH: f64 = 8.0;
 /// Shifts of the convex matrix, which may still be singular, in the same.
+// The last ones outweigh the solids' own stiffness: such a step follows the forces.
 const CONVEX_SHIFTS: [f64; 8] = [0.0, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
 
 /// The factors of the last matrix, with the memory that is kept from one to the next.
@@ -44,6 +47,7 @@ impl Factors {
         let scale = self.assemble(potential, a, false)?;
         // Without any stiffness, as of a falling rigid solid, the step follows the forces.
         let unit = if scale > 0.0 {
+            // Barriers may be much stiffer than solids: a shift by their scale would hold what solids let move.
             scale.min(potential.stiffness())
         } else {
             largest(&at.gradient) / potential.extent()
@@ -55,6 +59,7 @@ impl Factors {
         if self.make_definite(unit, work) {
             return self.step(potential, at);
         }
+        // Convex tangents lack the curvature of contacts, so that steps with them oscillate: they come last.
         self.assemble(potential, a, true)?;
         CONVEX_SHIFTS.iter().find(|s| self.is_definite(*s * unit, work))?;
         self.step(potential, at)
@@ -82,6 +87,7 @@ impl Factors {
     fn assemble(&mut self, potential: &impl Potential, a: &[f64], convex: bool) -> Option<f64> {
         potential.hessian(a, convex, &mut self.matrix)?;
         let scale = largest(&self.matrix.diagonal());
+        // A matrix of zeros, as of rigid solids out of contact, must not leave a fixed unknown without a pivot.
         self.matrix.fix(potential.fixed(), scale.max(f64::MIN_POSITIVE));
         self.ldl.take(&self.matrix);
         potential.relative_stiffness(&mut self.stiffness);
@@ -128,6 +134,7 @@ impl Factors {
 
     fn make_definite_by(&mut self, weights: &[f64], unit: f64, work: &mut Work) -> bool {
         self.ldl.weigh(weights);
+        // A quarter of the last shift lets it fall again; the second try is twice the last.
         let mut shift = (self.shift / 4.0).max(LEAST_SHIFT);
         while shift <= MOST_SHIFT {
             if self.is_definite(shift * unit, work) {
@@ -154,8 +161,10 @@ impl Factors {
         let scale = self.assemble(potential, a, false).ok_or(Failed::NoEnergy)?;
         // Not below what the stiffest contact leaves of the digits.
         let least = 4.0 * f64::EPSILON * scale;
+        // In the solids' scale, since a stiff contact would make all that is soft neutral.
         let own = NEUTRAL_PART * scale.min(potential.stiffness());
         let tau = own.max(least).max(f64::MIN_POSITIVE);
+        // Weights such that `tau` times each is that unknown's own bound, and none below the rounding.
         self.stiffness.iter_mut().for_each(|s| *s = (*s * own).max(least) / tau);
         self.ldl.weigh(&self.stiffness);
         let mut negative = |shift: f64| -> usize {
@@ -165,6 +174,8 @@ impl Factors {
             let found = tries.iter().find_map(|t| self.ldl.shifted(t * shift).ok());
             found.unwrap_or(Inertia::default()).negative
         };
+        // The matrix less `tau` has a negative pivot for every eigenvalue below `tau`, the matrix plus `tau` for every
+        // one below `-tau`: the difference is neutral.
         let below = negative(-tau);
         // Where none lies below `tau`, none lies below `-tau`.
         let falling = if below == 0 { 0 } else { negative(tau) };

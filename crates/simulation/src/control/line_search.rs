@@ -6,8 +6,10 @@ use super::evaluation::{Evaluation, largest};
 /// The part of the first-order decrease that a step must bring (Armijo).
 const ARMIJO_PART: f64 = 1e-4;
 /// Halvings before a search gives up.
+// 2^-40 is 1e-12 of the step: shorter ones hardly change an energy by more than its rounding.
 const MOST_HALVINGS: usize = 40;
 /// Energies are compared to this relative rounding.
+// Some 450 times 2^-52: room for what the sum over elements and contacts loses.
 const ENERGY_ROUNDING: f64 = 1e-13;
 /// Of the way to the first touch.
 const BEFORE_TOUCH: f64 = 0.9;
@@ -34,6 +36,7 @@ pub(super) struct Next {
 impl<'a, P: Potential> Line<'a, P> {
     /// Shortens the step to the radius and to what may be passed.
     pub(super) fn new(potential: &'a P, a: &'a [f64], at: &'a Evaluation, mut step: Vec<f64>, radius: f64) -> Self {
+        // The radius first, so that the way to a touch is looked for only on the step that is left.
         let length = largest(&step);
         let capped = length > radius;
         if capped {
@@ -64,8 +67,11 @@ impl<'a, P: Potential> Line<'a, P> {
             let a = self.moved(t);
             *evaluations += 1;
             if let Some(evaluation) = self.evaluate(&a, t) {
+                // Armijo's condition.
                 let enough = evaluation.energy <= self.at.energy + ARMIJO_PART * t * self.slope;
                 let slope: f64 = evaluation.gradient.iter().zip(&self.step).map(|(g, s)| g * s).sum();
+                // Else the approximate Wolfe conditions `(2 d - 1) s(0) >= s(t) >= 0.9 s(0)`, `d` the Armijo part:
+                // slopes still have digits where differences of energies have none.
                 if enough || (slope <= (2.0 * ARMIJO_PART - 1.0) * self.slope && slope >= 0.9 * self.slope) {
                     return Some(Next { a, evaluation, t });
                 }
@@ -78,6 +84,7 @@ impl<'a, P: Potential> Line<'a, P> {
     /// Where the part `t` of the step leads: with its turns made whole where that way is free.
     fn moved(&self, t: f64) -> Vec<f64> {
         let part: Vec<f64> = self.step.iter().map(|s| t * s).collect();
+        // Only the straight way was proved free: the turned one needs a proof of its own.
         let turned = self.potential.turned(self.a, &part);
         let free = turned.filter(|step| self.potential.reach(self.a, step) >= 1.0);
         let step = free.unwrap_or(part);
@@ -107,6 +114,8 @@ impl<'a, P: Potential> Line<'a, P> {
     pub(super) fn next_radius(&self, next: &Next, radius: f64) -> f64 {
         match next.t {
             1.0 if self.capped && !self.touches => 2.0 * radius,
+            // Four times what was accepted, so that the next step is not halved at once; one bad step costs a factor
+            // 1000 at most.
             t if t < 0.25 => (4.0 * t * largest(&self.step)).min(radius).max(1e-3 * radius),
             _ => radius,
         }

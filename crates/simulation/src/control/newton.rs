@@ -24,6 +24,7 @@ const SADDLE_FALL: f64 = 1e-12;
 /// Saddles that a search leaves.
 const MAX_SADDLES: usize = 8;
 /// Steps away from a saddle that are tried, in pairs of one length either way.
+// Twelve lengths: the last is 2^-11 of the first, 5e-6 of the largest solid.
 const MAX_SADDLE_STEPS: i32 = 24;
 /// The first of them, in sizes of the largest solid.
 const FIRST_SADDLE_STEP: f64 = 1e-2;
@@ -89,6 +90,7 @@ impl Newton {
         loop {
             let end = match search.phase() {
                 Phase::Balanced => search.end_or_leave_saddle()?,
+                // After the test of balance: what the last step allowed has balanced counts as found.
                 _ if search.is_spent() => Some(search.end_at_rounding()?),
                 Phase::Reuse => {
                     search.reuse();
@@ -146,6 +148,7 @@ impl<'a, P: Potential> Search<'a, P> {
         Ok(Self {
             balance: at.balance(potential, a),
             radius: newton.settings.first_radius * potential.extent(),
+            // Without a matrix nothing is known of rounding, and nothing is excused by it.
             force_sizes: vec![0.0; a.len()],
             reuse_below: None,
             work: Work::default(),
@@ -192,12 +195,14 @@ impl<'a, P: Potential> Search<'a, P> {
 
     /// The minimum, or `None` where this was a saddle and another state has less energy.
     fn end_or_leave_saddle(&mut self) -> Result<Option<Minimum>, Failed> {
+        // Another energy takes over: two factorisations would tell of a state that does not stay.
         if self.newton.settings.provisional {
             return self.minimum(Stability::default()).map(Some);
         }
         let stability = self.newton.factors.stability(self.potential, self.a, &mut self.work)?;
         // The factorisation left is that of the stability.
         self.newton.factors.falling = self.newton.factors.falling_direction();
+        // A saddle from which no try lowers the energy is returned as what it is: `stability` says so.
         if stability.falling == 0 || !self.leave_saddle() {
             return self.minimum(stability).map(Some);
         }
@@ -236,6 +241,7 @@ impl<'a, P: Potential> Search<'a, P> {
         let Some(next) = line.search(&mut self.work.evaluations) else {
             return self.end_without_a_step().map(Some);
         };
+        // What a shifted matrix or a shortened step leaves of the forces does not tell how good the factors are.
         let is_whole = self.newton.factors.is_true && line.whole(&next);
         self.radius = line.next_radius(&next, self.radius);
         self.take(next, is_whole.then_some(REUSE_BELOW));
@@ -294,9 +300,11 @@ impl<'a, P: Potential> Search<'a, P> {
         for (d, fixed) in direction.iter_mut().zip(self.potential.fixed()) {
             *d = if *fixed { 0.0 } else { *d };
         }
+        // A direction whose falling unknowns are all fixed is zero: no division by that.
         let length = FIRST_SADDLE_STEP * self.potential.extent() / largest(&direction).max(f64::MIN_POSITIVE);
         let most = self.at.energy - SADDLE_FALL * self.at.energy.abs();
         for k in 0..MAX_SADDLE_STEPS {
+            // Curvature is the same both ways, but a contact may bar one of them.
             let by = length * 0.5_f64.powi(k / 2) * if k % 2 == 0 { 1.0 } else { -1.0 };
             let step: Vec<f64> = direction.iter().map(|d| d * by).collect();
             let reach = self.potential.reach(self.a, &step);
@@ -315,6 +323,7 @@ impl<'a, P: Potential> Search<'a, P> {
 
     fn minimum(&self, stability: Stability) -> Result<Minimum, Failed> {
         let least_determinant = self.potential.least_determinant(self.a);
+        // A NaN is not `<= 0` and would pass.
         if least_determinant.is_nan() || least_determinant <= 0.0 {
             return Err(Failed::Inverted { least_determinant });
         }

@@ -30,6 +30,7 @@ impl Rounding {
 
     /// True where every free force is below `wanted` or what rounding leaves of it.
     pub(crate) fn covers(&self, potential: &impl Potential, gradient: &[f64], wanted: f64) -> bool {
+        // No sizes means that rounding is not known: then it excuses nothing.
         let least = |i: usize| self.0.get(i).copied().unwrap_or(0.0);
         let each = gradient.iter().zip(potential.fixed()).enumerate();
         each.filter(|(_, (_, fixed))| !**fixed)

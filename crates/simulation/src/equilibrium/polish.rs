@@ -29,6 +29,7 @@ const NO_DEPTH: f64 = 1e-13;
 /// Halvings of a step that does not lower the merit.
 const MOST_HALVINGS: usize = 6;
 /// What a row lacks of its gap counts this many times the largest force.
+// An l1 penalty is exact where it exceeds the largest multiplier (Nocedal and Wright 2006, 17.2); twice leaves room.
 const PENALTY_FORCES: f64 = 2.0;
 /// A merit that rises by this part of the energy does not rise.
 const MERIT_ROUNDING: f64 = 1e-12;
@@ -46,6 +47,7 @@ pub(super) struct Polished {
 
 /// Calls each set of rows with the solids.
 fn with(system: &mut System, mut call: impl FnMut(&mut dyn Active, &System)) {
+    // Taken out for the call: rows change while they read the system.
     let mut terms: Vec<Box<dyn Constraint>> = std::mem::take(&mut system.terms);
     terms.iter_mut().filter_map(|t| t.rows()).for_each(|t| call(t, system));
     system.terms = terms;
@@ -91,6 +93,7 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
         } else {
             [tolerance; 2]
         };
+        // A row with a force of one load has the gap `work / load` at this aim.
         let room = (depth * work / load).max(NO_DEPTH * extent);
         // More than rounding leaves of forces is asked for nowhere.
         let balanced = residual <= part * load || Newton::rounded(system, a, part * load);
@@ -127,6 +130,8 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
 fn first_aim(progress: &Progress, residual: f64, extent: f64) -> f64 {
     let found = WORK_FACTOR * progress.work / progress.rows.max(1.0);
     let closer = WORK_FACTOR * progress.largest * progress.violation;
+    // The last one is the test of balance in `polish`, solved for the work: the aim at which this residual is just near
+    // enough.
     found.max(closer).max(residual * extent / NEAR_AIMS)
 }
 
@@ -169,6 +174,7 @@ fn step(system: &mut System, newton: &mut Newton, a: &[f64]) -> Option<(Vec<f64>
         let own = t.limits(&system.bodies, a, &step);
         parts = [parts[0].min(own[0]), parts[1].min(own[1])];
     });
+    // Slacks are shortened first: what follows looks at the step that is left.
     step.iter_mut().for_each(|s| *s *= parts[0]);
     let (part, next) = shortened(system, a, &step)?;
     // Where no part lowers the merit, as near the end where only rounding is left of it, the whole step is tried.
@@ -211,6 +217,7 @@ fn descend(system: &mut System, a: &[f64], step: &[f64], [most, of]: [f64; 2]) -
 fn shortened(system: &System, a: &[f64], step: &[f64]) -> Option<(f64, Vec<f64>)> {
     let reach = system.reach(a, step);
     let mut part = if reach < 1.0 { BEFORE_TOUCH * reach } else { 1.0 };
+    // What may be passed says nothing of elements turned inside out, for which the law has no energy.
     for _ in 0..10 {
         let next: Vec<f64> = a.iter().zip(step).map(|(a, s)| a + part * s).collect();
         if system.energy(&next).is_some() {

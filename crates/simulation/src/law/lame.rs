@@ -18,6 +18,7 @@ impl Lame {
     /// # Errors
     /// [`Refused::Young`], [`Refused::Poisson`].
     pub fn new(young: f64, poisson: f64) -> Result<Self, Refused> {
+        // Written so that a NaN is refused too.
         if !(young.is_finite() && young > 0.0) {
             return Err(Refused::Young { found: young });
         }

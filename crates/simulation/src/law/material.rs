@@ -47,6 +47,7 @@ impl Material {
     /// The energy of a unit of reference area. `None` where the law has none: `det F <= 0`, or not a number.
     #[inline]
     pub fn density(&self, g: &Matrix2<f64>) -> Option<f64> {
+        // Their closed forms share one logarithm or one strain, which the two parts would each compute.
         if matches!(self.law, Law::NeoHookean | Law::StVenantKirchhoff) {
             return self.stress(g).map(|(density, _)| density);
         }

@@ -67,6 +67,8 @@ impl Ogden {
     fn divided_difference(&self, [log1, log2]: [f64; 2]) -> f64 {
         let t = log1 - log2;
         let power = |b: f64| {
+            // `(l1^b - l2^b) / (l1 - l2)` is `l2^(b - 1)` times a quotient that tends to `b`; `exp_m1` keeps its digits
+            // next to that.
             let ratio = if t.abs() < f64::MIN_POSITIVE {
                 b
             } else {
@@ -126,15 +128,18 @@ impl Principal {
             return None;
         }
         let [e11, e22, e12] = strain(g);
+        // The first principal direction of the strain, by its double angle; at equal stretches any direction serves.
         let angle = 0.5 * (2.0 * e12).atan2(e11 - e22);
         let (sin, cos) = angle.sin_cos();
         let right = [Vector2::new(cos, sin), Vector2::new(-sin, cos)];
         let logs = right.map(|v| {
             let e = v.x * v.x * e11 + 2.0 * v.x * v.y * e12 + v.y * v.y * e22;
+            // `ln l = ln(1 + 2 e) / 2`; rounding may carry `2 e` below -1 where a stretch is next to nothing.
             0.5 * (2.0 * e).max(f64::EPSILON - 1.0).ln_1p()
         });
         let image = |v: Vector2<f64>| Vector2::new(v.x + g[0] * v.x + g[2] * v.y, v.y + g[1] * v.x + g[3] * v.y);
         let first = image(right[0]).try_normalize(0.0)?;
+        // The other one by a quarter turn, as `det F > 0`: its own image could be too short for a direction.
         let left = [first, Vector2::new(-first.y, first.x)];
         Some(Self { logs, left, right })
     }

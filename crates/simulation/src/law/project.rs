@@ -11,6 +11,8 @@ pub fn signed_svd(f: &Matrix2<f64>) -> (Matrix2<f64>, Vector2<f64>, Matrix2<f64>
     // F is the sum of a similitude and an anti-similitude: two complex numbers.
     let (p, q) = (0.5 * (f[(0, 0)] + f[(1, 1)]), 0.5 * (f[(1, 0)] - f[(0, 1)]));
     let (r, t) = (0.5 * (f[(0, 0)] - f[(1, 1)]), 0.5 * (f[(1, 0)] + f[(0, 1)]));
+    // Singular values are the sum and the difference of the two lengths, rotations half the sum and difference of their
+    // angles.
     let (even, odd) = (p.hypot(q), r.hypot(t));
     let (turn, mirror) = (q.atan2(p), t.atan2(r));
     let rotation = |angle: f64| {
@@ -43,6 +45,7 @@ impl Modes {
         let (d1, d2) = (dyad(0, 0), dyad(1, 1));
         let form = |x: &Vector4<f64>, y: &Vector4<f64>| x.dot(&(a * y));
         let (a11, a12, a22) = (form(&d1, &d1), form(&d1, &d2), form(&d2, &d2));
+        // Of the 2 x 2 block of scalings; twist and flip are eigenvectors already.
         let angle = 0.5 * (2.0 * a12).atan2(a11 - a22);
         let (s, c) = angle.sin_cos();
         let (mean, half_gap) = (0.5 * (a11 + a22), (0.5 * (a11 - a22)).hypot(a12));

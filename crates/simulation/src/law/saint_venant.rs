@@ -58,6 +58,7 @@ pub(super) fn stress([lambda, mu]: [f64; 2], g: &Vector4<f64>) -> (f64, Vector4<
     let pressure = lambda * (e11 + e22);
     let density = mu * (e11 * e11 + e22 * e22 + 2.0 * e12 * e12) + 0.5 * pressure * (e11 + e22);
     let [s11, s22, s12] = [2.0 * mu * e11 + pressure, 2.0 * mu * e22 + pressure, 2.0 * mu * e12];
+    // `P = F S`, column by column.
     let f = IDENTITY + g;
     let stress = Vector4::new(
         f[0] * s11 + f[2] * s12,

@@ -52,6 +52,7 @@ impl Material {
         let entries = vector(g);
         let x = excess(&entries);
         let j = 1.0 + x;
+        // The linear law stretches no area, so that its stress needs no `J`.
         if !(density.is_finite() && (j > 0.0 || self.law == Law::Linear)) {
             return None;
         }
@@ -76,6 +77,7 @@ fn pushed(p: &Vector4<f64>, g: &Vector4<f64>, j: f64, across: f64) -> Stress {
     let f = [1.0 + g[0], g[1], g[2], 1.0 + g[3]];
     let entry = |row: usize, column: usize| (p[row] * f[column] + p[row + 2] * f[column + 2]) / j;
     Stress {
+        // The mean of both shears: they differ by rounding.
         plane: [entry(0, 0), entry(1, 1), 0.5 * (entry(0, 1) + entry(1, 0))],
         across: across / j,
     }

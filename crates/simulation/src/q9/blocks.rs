@@ -46,6 +46,7 @@ impl Blocks {
             // A contracted with Q_m: a column holds the stress that moving node m along one axis causes.
             let x: Vector4<f64> = a.column(0) * qm.x + a.column(2) * qm.y;
             let y: Vector4<f64> = a.column(1) * qm.x + a.column(3) * qm.y;
+            // Both columns of a block at once, so that the innermost loop is four products wide.
             let (by_x, by_y) = ([x[0], x[1], y[0], y[1]], [x[2], x[3], y[2], y[3]]);
             let (own, others) = rest.split_at_mut(NODES - m);
             for (block, qn) in own.iter_mut().zip(&point.slopes[m..]) {
@@ -63,6 +64,7 @@ impl Blocks {
         let mut blocks = self.0.iter();
         for m in 0..NODES {
             for (n, block) in (m..NODES).zip(&mut blocks) {
+                // Column by column: `2 m` is the column, `2 n` the row.
                 let start = 2 * m * DOFS + 2 * n;
                 let entries = stiffness.as_mut_slice();
                 entries[start..start + 2].copy_from_slice(&block[..2]);

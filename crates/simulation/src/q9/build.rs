@@ -18,6 +18,7 @@ pub fn grid(
     periodic: bool,
     place: impl Fn(f64, f64) -> Vector2<f64>,
 ) -> Result<Mesh, Refused> {
+    // With two elements round, both rows of sides would have the same two ends, which name a side.
     let least = if periodic { 3 } else { 1 };
     let allowed = "1 (3 where it closes on itself) to 4194304 elements in all";
     if across < least || along < 1 || across.saturating_mul(along) > MAX_ELEMENTS {

@@ -77,6 +77,7 @@ impl Element {
     /// The least `det F` of its Gauss points, and of a 5 x 5 grid up to its corners: a sample, no bound.
     pub(crate) fn least_determinant(&self, reference: &[Vector2<f64>; NODES], u: &[Vector2<f64>; NODES]) -> f64 {
         let mut least = f64::INFINITY;
+        // Elements may fold at their corners, where no Gauss point lies.
         for k in 0..25 {
             let at = [(k % 5) as f64 * 0.5 - 1.0, (k / 5) as f64 * 0.5 - 1.0];
             if let Some(point) = GaussPoint::of(reference, at, 1.0) {

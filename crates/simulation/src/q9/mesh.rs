@@ -145,9 +145,11 @@ fn check_map(at: &[Vector2<f64>; NODES], element: usize) -> Result<(), Refused> 
     let nodes = (0..9).map(|k| ((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0));
     let places = nodes.chain(gauss.map(|((u, _), (v, _))| (u, v)));
     let values: Vec<_> = places.map(|(u, v)| (u, v, determinant(u, v))).collect();
+    // Turned over everywhere is a matter of numbering, anywhere else a fold.
     if values.iter().all(|v| v.2 < 0.0) {
         return Err(Refused::Clockwise { element, area });
     }
+    // The square of local coordinates has the area 4.
     let mean = 0.25 * area;
     let least = values.iter().min_by(|a, b| a.2.total_cmp(&b.2));
     match least {
@@ -166,10 +168,12 @@ fn check_map(at: &[Vector2<f64>; NODES], element: usize) -> Result<(), Refused> 
 
 /// Sides named once, in the direction that keeps the solid on the left.
 fn boundary(elements: &[Element]) -> Result<Vec<Arc>, Refused> {
+    // Sorted: arcs come in the same order in every run.
     let mut sides: BTreeMap<[usize; 2], Vec<Arc>> = BTreeMap::new();
     for element in elements {
         for side in SIDES {
             let arc = side.map(|n| element.nodes[n]);
+            // Two neighbours name a side in opposite directions: its ends in order are one key for both.
             let key = [arc[0].min(arc[2]), arc[0].max(arc[2])];
             sides.entry(key).or_default().push(arc);
         }
@@ -178,6 +182,7 @@ fn boundary(elements: &[Element]) -> Result<Vec<Arc>, Refused> {
     for arcs in sides.values() {
         match arcs.as_slice() {
             [one] => boundary.push(*one),
+            // Opposite directions, so that the elements lie on either side, and the same middle: else there is a gap.
             [a, b] if a[0] == b[2] && a[1] == b[1] => {}
             more => {
                 return Err(Refused::Side {

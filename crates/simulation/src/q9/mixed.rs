@@ -27,6 +27,7 @@ impl Pressure {
         let area: f64 = points.iter().map(|p| p.weight).sum();
         let centre: Vector2<f64> = points.iter().map(|p| at(p) * p.weight).sum::<Vector2<f64>>() / area;
         let second: f64 = points.iter().map(|p| (at(p) - centre).norm_squared() * p.weight).sum();
+        // In units of the radius of gyration the mass matrix has the same condition in large and small elements.
         let size = (second / area).sqrt();
         let basis = points.iter().map(|p| {
             let x = (at(p) - centre) / size;
@@ -126,12 +127,15 @@ impl Pressure {
         let mut moments = SMatrix::<f64, DOFS, 3>::zeros();
         for ((point, basis), volume) in points.iter().zip(&self.basis).zip(&volumes) {
             let g = point.gradient(u);
+            // The projected pressure in the place of `lambda theta`; what the projection couples follows after the
+            // loop.
             let tangent = material.shear(&g)?.tangent + volume.hessian * (lambda * basis.dot(&mean));
             blocks.add(point, &clamped(material, tangent, &g, convex));
             let mut change = Forces::zeros();
             add_forces(point, &volume.gradient, &mut change);
             moments += change * basis.transpose();
         }
+        // `lambda B M^-1 B^T`, the three pressures eliminated: their Schur complement.
         Some(blocks.stiffness() + moments * (self.inverse_mass * lambda) * moments.transpose())
     }
 }

@@ -30,6 +30,7 @@ impl GaussPoint {
     /// The point `(u, v)` of the rule's weight `weight`. `None` where the map is singular.
     pub(crate) fn of(nodes: &[Vector2<f64>; NODES], [u, v]: [f64; 2], weight: f64) -> Option<Self> {
         let map = map(nodes, u, v);
+        // Gradients transform by the inverse transpose of the map.
         let inverse = map.try_inverse()?.transpose();
         Some(Self {
             weight: weight * map.determinant(),

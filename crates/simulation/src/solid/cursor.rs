@@ -92,6 +92,7 @@ impl Cursor {
                 at.u = at.reach(&boundary.reference[at.arc], left);
                 return at;
             }
+            // `room` has the sign of `left`: both go to zero.
             left -= room;
             at = if left > 0.0 {
                 Self {
@@ -114,6 +115,7 @@ impl Cursor {
             let speed = combine(reference, line_slope(u)).norm();
             let step = (by - length(reference, self.u, u)) / speed;
             u = (u + step).clamp(-1.0, 1.0);
+            // Some four times 2^-52, of a parameter of at most 1: the rounding of the length.
             if step.abs() < 1e-15 {
                 break;
             }

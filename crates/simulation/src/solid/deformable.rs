@@ -37,6 +37,7 @@ impl Deformable {
     /// the locking can be measured.
     pub fn new(mesh: Mesh, material: Material, weight: Vector2<f64>) -> Result<Self, NotMixed> {
         let lame = material.lame;
+        // `nu = lambda / (2 (lambda + mu))`.
         let poisson = 0.5 * lame.lambda / (lame.lambda + lame.mu);
         let finite = matches!(material.law, Law::Linear | Law::StVenantKirchhoff);
         if poisson >= MIXED_FROM && !mesh.is_mixed() && !finite {
@@ -182,6 +183,7 @@ pub(super) fn add_stiffness(sink: &mut Triplets, stiffness: &Stiffness, unknown:
     let (mut values, mut count) = ([0.0; DOFS * (DOFS + 1) / 2], 0);
     let entries = stiffness.as_slice();
     for p in 0..DOFS {
+        // Element matrices are filled below the diagonal only: entry `(p, q)` with `p >= q`.
         for q in 0..=p {
             values[count] = entries[q * DOFS + p];
             count += 1;
@@ -192,6 +194,7 @@ pub(super) fn add_stiffness(sink: &mut Triplets, stiffness: &Stiffness, unknown:
 
 /// How far a point at `at` from the centre moves when it turns: `(R - I) at`, exact for small angles too.
 pub(super) fn turned(at: Vector2<f64>, angle: f64) -> Vector2<f64> {
+    // `cos - 1` without its cancellation.
     let less = -2.0 * (0.5 * angle).sin().powi(2);
     let sin = angle.sin();
     Vector2::new(less * at.x - sin * at.y, sin * at.x + less * at.y)

@@ -60,6 +60,7 @@ impl Global {
         weight: Vector2<f64>,
         [low, high]: [Vector2<f64>; 2],
     ) -> Result<Self, OutsideBlock> {
+        // Negated as a whole: a NaN is outside too.
         let outside = |p: &Vector2<f64>| !(p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y);
         // A block without area has no coordinates inside it.
         let area = (high - low).min() > 0.0;
@@ -122,6 +123,7 @@ fn block(mesh: &Mesh, half: Vector2<f64>, local: impl Fn(Vector2<f64>) -> Vector
             points.push(GaussPoint {
                 weight: point.weight,
                 values: values(x.x, x.y),
+                // The block's map is `centre + half * (u, v)`: its inverse divides by the half sides.
                 slopes: gradients(x.x, x.y).map(|g| g.component_div(&half)),
                 local: [x.x, x.y],
             });

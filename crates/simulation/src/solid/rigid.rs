@@ -69,6 +69,7 @@ impl Rigid {
     pub fn new(vertices: &[Vector2<f64>], weight: Vector2<f64>) -> Result<Self, BadPolygon> {
         check(vertices)?;
         let (area, centre, inertia) = moments(vertices);
+        // Coordinates near the limits of numbers may overflow to NaN, which is not `<= 0`.
         if area.is_nan() || area <= 0.0 {
             return Err(BadPolygon::Clockwise { area });
         }
@@ -80,6 +81,7 @@ impl Rigid {
         boundary.straight = true;
         Ok(Self {
             centre,
+            // With the arc at this radius a turn has the unit of length, and counts like a shift of the same size.
             gyration: (inertia / area).sqrt(),
             weight: weight * area,
             arms: points.iter().map(|p| p - centre).collect(),
@@ -110,6 +112,7 @@ fn cross(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
 
 /// Area, centre, and second moment about the centre, summed about the first vertex.
 fn moments(vertices: &[Vector2<f64>]) -> (f64, Vector2<f64>, f64) {
+    // About a vertex: far from zero the areas of the fan would be differences of large numbers.
     let origin = vertices[0];
     let (mut area, mut first, mut second) = (0.0, Vector2::zeros(), 0.0);
     for k in 1..vertices.len() - 1 {
@@ -120,6 +123,7 @@ fn moments(vertices: &[Vector2<f64>]) -> (f64, Vector2<f64>, f64) {
         second += triangle / 6.0 * (p.norm_squared() + p.dot(&q) + q.norm_squared());
     }
     let mean = first / area;
+    // Steiner's theorem moves the second moment to the centre.
     (area, origin + mean, second - area * mean.norm_squared())
 }
 
@@ -156,6 +160,7 @@ fn meet([a, b]: [Vector2<f64>; 2], [c, d]: [Vector2<f64>; 2]) -> bool {
     let side = |p, q, r| cross(q - p, r - p);
     let (s1, s2) = (side(a, b, c), side(a, b, d));
     let (s3, s4) = (side(c, d, a), side(c, d, b));
+    // On the line and between the ends: where the vectors to both do not point the same way.
     let on = |s: f64, p: Vector2<f64>, q: Vector2<f64>, r: Vector2<f64>| s == 0.0 && (r - p).dot(&(r - q)) <= 0.0;
     (s1 * s2 < 0.0 && s3 * s4 < 0.0) || on(s1, a, b, c) || on(s2, a, b, d) || on(s3, c, d, a) || on(s4, c, d, b)
 }
@@ -227,10 +232,12 @@ impl Solid for Rigid {
     }
 
     fn swerve(&self, step: &[f64], node: usize) -> f64 {
+        // The centripetal acceleration `omega^2 r` of a turn at constant speed.
         (step[2] / self.gyration).powi(2) * self.arms[node].norm()
     }
 
     fn bend(&self, a: &[f64], node: usize, force: Vector2<f64>, sink: &mut Triplets, offset: usize) {
+        // The arm turns by `a / L`: its second derivative is `-arm / L^2`.
         let second = -self.arm(a, node).dot(&force) / (self.gyration * self.gyration);
         sink.add(offset + 2, offset + 2, second);
     }

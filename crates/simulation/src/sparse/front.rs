@@ -14,6 +14,7 @@ const PACKED_FROM_DEPTH: usize = 12;
 const STRIP_COLUMNS: usize = 48;
 const NARROW_STRIP_COLUMNS: usize = 12;
 /// A pivot below this part of the diagonal entry that it comes from counts as zero: what is left is rounding.
+// Some 45 times 2^-52: what cancellation of a diagonal entry may leave.
 const ZERO_PIVOT: f64 = 1e-14;
 
 /// A pivot vanished: column, pivot, diagonal entry.
@@ -50,8 +51,10 @@ fn halves(
         }
         return Ok(negative);
     }
+    // A multiple of the block, so that only the last block is narrower.
     let middle = from + (to - from).div_ceil(2 * BLOCK_COLUMNS) * BLOCK_COLUMNS;
     let before = halves(panel, size, diagonal, [from, middle], most, scratch)?;
+    // The caller asks only whether there are so many: what is left need not be eliminated.
     if before >= most {
         return Ok(before);
     }
@@ -71,6 +74,7 @@ fn column(panel: &mut [f64], size: usize, [k, to]: [usize; 2], diagonal: f64) ->
     let (done, rest) = panel.split_at_mut((k + 1) * size);
     let own = &mut done[k * size + k..];
     let pivot = own[0];
+    // A zero entry has a zero bound: equality counts as vanished too.
     if pivot.is_nan() || pivot.abs() <= ZERO_PIVOT * diagonal.abs() {
         return Err(pivot);
     }
@@ -112,6 +116,7 @@ impl Factor<'_> {
 pub(super) fn subtract(factor: &Factor<'_>, c: &mut [f64], stride: usize, count: usize, scratch: &mut Vec<f64>) {
     let (height, depth) = (factor.size - factor.skip, factor.depth());
     let mut from = 0;
+    // The library packs both factors first, which few terms do not repay.
     if depth >= PACKED_FROM_DEPTH {
         while height - from >= PACKED_FROM_SIDE && count - from >= NARROW_STRIP_COLUMNS {
             let width = STRIP_COLUMNS.min(count - from);
@@ -136,6 +141,7 @@ fn strip(factor: &Factor<'_>, c: &mut [f64], stride: usize, [from, width]: [usiz
     scratch.clear();
     for p in 0..depth {
         let pivot = factor.pivot(p);
+        // `D L^T` is formed once: the library's product knows no diagonal between its factors.
         scratch.extend(factor.rows(p, from)[..width].iter().map(|l| l * pivot));
     }
     let (one, size) = (Dyn(1), Dyn(factor.size));

@@ -86,8 +86,10 @@ impl Graph {
             let mut members = vec![i as u32];
             self.of(i).iter().for_each(|j| mark[*j as usize] = i as u32);
             mark[i] = i as u32;
+            // Vertices that are alike are neighbours: each is in the other's set.
             for &j in self.of(i) {
                 let k = j as usize;
+                // Sums only pick candidates: two sets may have the same one.
                 let like = sums[k] == sums[i] && group_of[k] == u32::MAX && self.of(k).len() == self.of(i).len();
                 if like && self.of(k).iter().all(|v| mark[*v as usize] == i as u32) {
                     group_of[k] = group;
@@ -96,6 +98,7 @@ impl Graph {
             }
             groups.push(members);
         }
+        // The first vertex of a group speaks for all of it.
         let between = Self::collect(groups.len(), |g, seen| {
             for &j in self.of(groups[g][0] as usize) {
                 seen(group_of[j as usize]);

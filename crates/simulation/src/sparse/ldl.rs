@@ -120,6 +120,7 @@ impl Ldl {
     fn learn(&mut self, size: usize, places: &[(u32, u32)]) {
         let known = self.symbolic.order.len() == size && size > 0;
         if !(known && self.find_slots(places)) {
+            // A pattern that only grew would keep room, and work, for contacts long gone.
             if !known || self.joined >= MOST_JOINED {
                 self.pattern.clear();
                 self.joined = 0;
@@ -167,6 +168,7 @@ impl Ldl {
     }
 
     fn shift(&mut self, shift: f64) {
+        // Elimination is in place: the matrix stays for the next shift.
         self.factor.clone_from(&self.matrix);
         self.diagonal.clear();
         for (slot, unknown) in self.symbolic.diagonals().zip(&self.symbolic.order) {
@@ -234,6 +236,8 @@ impl Ldl {
     /// asks for the columns before that pivot only.
     pub fn falling_direction(&self) -> Option<Vec<f64>> {
         let s = &self.symbolic;
+        // `v^T A v = d_k < 0` for `L^T v = e_k`. Columns after the first negative pivot may not be eliminated; `e_k`
+        // has no part in them.
         let first = s.diagonals().position(|slot| self.factor[slot] < 0.0)?;
         let mut x = vec![0.0; s.order.len()];
         x[first] = 1.0;
@@ -254,6 +258,7 @@ impl Ldl {
             below.clear();
             below.extend_from_slice(&x[front.first..front.first + front.width]);
             below.extend(rows.iter().map(|row| x[*row as usize]));
+            // Backwards: a column needs those after it.
             for k in (0..front.width).rev() {
                 let column = &panel[k * size + k + 1..(k + 1) * size];
                 let sum: f64 = column.iter().zip(&below[k + 1..]).map(|(l, x)| l * x).sum();
@@ -282,6 +287,7 @@ impl Ldl {
                     .iter_mut()
                     .zip(&column[width..])
                     .for_each(|(x, l)| *x += l * value);
+                // The pivot on the diagonal; `L` itself has ones there.
                 own[k] = value / column[k];
             }
             rows.iter().zip(&below).for_each(|(row, by)| x[*row as usize] -= by);

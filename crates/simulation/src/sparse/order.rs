@@ -73,6 +73,7 @@ impl Quotient {
             for j in self.pivot(i) {
                 let degree = self.degree[j as usize];
                 buckets[degree].push(j);
+                // Degrees fall too: the search for the least goes back.
                 least = least.min(degree);
             }
         }
@@ -124,6 +125,7 @@ impl Quotient {
                 let e = e as usize;
                 if self.seen[e] != self.stamp {
                     self.seen[e] = self.stamp;
+                    // The whole element at first sight; each member met then takes its weight off.
                     self.outside[e] = self.size[e];
                 }
                 self.outside[e] = self.outside[e].saturating_sub(weight);
@@ -141,6 +143,8 @@ impl Quotient {
         let near: usize = self.variables[i].iter().map(|j| weight[*j as usize]).sum();
         let far: usize = self.elements[i].iter().map(|e| outside[*e as usize]).sum();
         self.elements[i].push(p as u32);
+        // The approximate degree of Amestoy, Davis and Duff: what the lists add up to, but no more than the old degree
+        // and all of the new element.
         let bound = (near + far + total - weight[i]).min(self.degree[i] + total);
         // Elements overlap: their sum may exceed all there is.
         self.degree[i] = bound.min(self.most);
@@ -154,6 +158,7 @@ impl Quotient {
             (sums[0], sums[1], lists[0].len(), lists[1].len())
         };
         let mut keyed: Vec<_> = members.iter().map(|i| (key(*i), *i)).collect();
+        // Equal keys become neighbours, and the order does not depend on that of the lists.
         keyed.sort_unstable();
         for at in 0..keyed.len() {
             let (key, i) = keyed[at];
@@ -177,6 +182,7 @@ impl Quotient {
 
     /// `k` goes with `i` from now on.
     fn join(&mut self, k: usize, i: usize) {
+        // `k` is no neighbour of `i` any more, but a part of it. The bound may already be below: never under zero.
         self.degree[i] = self.degree[i].saturating_sub(self.weight[k]);
         self.weight[i] += std::mem::take(&mut self.weight[k]);
         let vertices = std::mem::take(&mut self.stands_for[k]);

@@ -104,6 +104,7 @@ impl Symbolic {
             let Some(&first) = self.rows[rows.clone()].first() else {
                 continue;
             };
+            // Rows ascend: the first below is eliminated next of them, and its front takes what this one leaves.
             let parent = self.front_of[first as usize] as usize;
             self.fronts[parent].children += 1;
             let parent = self.fronts[parent];
@@ -114,6 +115,7 @@ impl Symbolic {
                     self.in_parent[k] = row - parent.first as u32;
                     continue;
                 }
+                // Both lists ascend: one pass finds all.
                 at += above[at..].iter().take_while(|r| **r < row).count();
                 self.in_parent[k] = (parent.width + at) as u32;
             }
@@ -123,6 +125,7 @@ impl Symbolic {
     /// The entry of the factor's storage that a place adds to. `None` where the pattern lacks it.
     pub(super) fn slot(&self, (i, j): (u32, u32)) -> Option<u32> {
         let (a, b) = (self.place_of[i as usize], self.place_of[j as usize]);
+        // The lower triangle in the order of elimination, which may swap the two.
         let (row, column) = (a.max(b), a.min(b) as usize);
         let front = &self.fronts[self.front_of[column] as usize];
         let local = if (row as usize) < front.first + front.width {

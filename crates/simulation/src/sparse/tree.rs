@@ -54,6 +54,7 @@ fn parents(graph: &Graph, order: &[u32]) -> Vec<u32> {
         for &j in graph.of(*vertex as usize) {
             let mut i = place[j as usize] as usize;
             while i < k {
+                // Every vertex of the path now points at `k`: the next walk takes the short cut.
                 let up = std::mem::replace(&mut ancestor[i], k as u32);
                 if up == NO_PARENT {
                     parent[i] = k as u32;
@@ -117,6 +118,7 @@ fn columns(graph: &Graph, weights: &[usize], order: &[u32]) -> Vec<Columns> {
             .for_each(|row| take(*row));
         below.sort_unstable();
         if let Some(parent) = below.first() {
+            // A column's rows pass to its parent only, which passes them on: the rows of `L` need no other search.
             waiting[*parent as usize].push(below.clone());
         }
         let weight = |k: usize| weights[order[k] as usize];
@@ -141,6 +143,7 @@ fn columns(graph: &Graph, weights: &[usize], order: &[u32]) -> Vec<Columns> {
 
 impl Columns {
     fn zeros_with(&self, next: &Self) -> usize {
+        // Each column of the first gets the rows of the second: those that it had not are zeros.
         self.zeros + next.zeros + self.width * (next.width + next.height - self.height)
     }
 

@@ -105,6 +105,7 @@ impl Triplets {
         }
         for (&(i, j), value) in self.places.iter().zip(&mut self.values) {
             if fixed[i as usize] || fixed[j as usize] {
+                // The place stays, so that the pattern, and with it the elimination, is that of the last matrix.
                 *value = 0.0;
             }
         }

@@ -48,6 +48,7 @@ pub(crate) fn blobs(plane: &Plane, noise: f64, bright: bool) -> Vec<Blob> {
         SAME_AREA_FACTOR * greatest,
     );
     // What noise alone does to a level does not count as growth, nor what rounding does.
+    // Four deviations of the noise and two steps of a sample, and four levels where these are coarser than that.
     let delta = ((4.0 * noise / tree.step).ceil() as u16)
         .max((2.0 / tree.step).ceil() as u16)
         .max(4);
@@ -63,6 +64,7 @@ pub(crate) fn blobs(plane: &Plane, noise: f64, bright: bool) -> Vec<Blob> {
     stable.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut found: Vec<Blob> = distinct(&tree, &stable);
     found.iter_mut().for_each(|b| b.cut = is_cut(b.at, &b.shape, plane));
+    // Contrast times the root of the area goes as the signal to noise of a region's mean.
     found.sort_by(|a, b| (b.depth * b.area.sqrt()).total_cmp(&(a.depth * a.area.sqrt())));
     found.truncate(MAX_BLOBS);
     found
@@ -84,6 +86,7 @@ fn fill(node: &Node) -> f64 {
 /// How much the region gains when the level rises by `delta`, beside its area; not farther than to [`MAX_GROWTH`].
 fn growth(tree: &Tree, p: usize, delta: u16) -> f64 {
     let nodes = &tree.nodes;
+    // The walk up ends at the greatest growth, where the region is no candidate anyway: to the root it would take long.
     let (limit, area) = (nodes[p].level.saturating_add(delta), nodes[p].sums[0]);
     let mut q = p;
     loop {

@@ -36,6 +36,7 @@ pub(crate) fn direction(plane: &Plane, noise: f64) -> Option<Vector2<f64>> {
     let (w, h) = (plane.width, plane.height);
     // Central differences of smoothed white noise: its derivative's deviation is that of the noise over
     // sqrt(8 pi) sigma^2.
+    // A whole step of a sample at least: an image without noise has its rounding.
     let least = (SLOPE_DEVIATIONS * noise / ((8.0 * std::f64::consts::PI).sqrt() * SLOPES * SLOPES)).max(1.0);
     let mut sum = Matrix2::zeros();
     // Every second row tells as much of a direction as all do.
@@ -51,12 +52,14 @@ pub(crate) fn direction(plane: &Plane, noise: f64) -> Option<Vector2<f64>> {
     }
     let eigen = sum.symmetric_eigen();
     let low = eigen.eigenvalues.imin();
+    // Without a clear slope both are 0, and no direction stands out.
     let grazing = eigen.eigenvalues[low] < MAX_SLOPE_RATIO * eigen.eigenvalues[1 - low];
     grazing.then(|| eigen.eigenvectors.column(low).into_owned())
 }
 
 /// Weights of whole steps along the greater part of the direction, from `-REACH_PX` to `REACH_PX`.
 fn weights(direction: Vector2<f64>) -> Vec<f32> {
+    // A whole pixel along the greater part is so much longer along the direction.
     let step = direction.amax().recip();
     let all: Vec<f64> = (-REACH_PX..=REACH_PX)
         .map(|k| (-0.5 * (f64::from(k) * step / ALONG_PX).powi(2)).exp())

@@ -10,6 +10,7 @@ const MAX_NEIGHBOURS: usize = 14;
 pub(in crate::grid) const ALIKE: f64 = 3.0;
 
 pub(in crate::grid) fn alike(a: f64, b: f64, factor: f64) -> bool {
+    // Symmetric in a and b, and false for a NaN.
     let ratio = a / b;
     ratio < factor && ratio * factor > 1.0
 }
@@ -116,6 +117,7 @@ impl<'a> Nearest<'a> {
 
     /// Those of a strip, from its own column to both sides.
     fn strip(&mut self, strip: &[Spot]) {
+        // To the right first, then from the nearest on the left: the bound falls fast, and each side ends early.
         let (left, right) = strip.split_at(strip.partition_point(|o| o.at.x < self.blob.at.x));
         self.visit(right.iter());
         self.visit(left.iter().rev());
@@ -127,6 +129,7 @@ impl<'a> Nearest<'a> {
         let mut most = self.most();
         for spot in side {
             let d = spot.at - self.blob.at;
+            // All ways of length l in the measure lie in a box of half sides l sqrt(S_xx) and l sqrt(S_yy).
             if d.x.abs() > most * self.widest {
                 break;
             }

@@ -40,6 +40,7 @@ impl Tree {
     /// `greatest`.
     pub(crate) fn new(plane: &Plane, bright: bool, finest: f64, greatest: f64) -> Self {
         let bounds = bounds(&plane.samples);
+        // A plane of one grey has no range: any step above 0 will do.
         let step = (f64::from(bounds[1] - bounds[0]) / (GREY_LEVELS - 1) as f64)
             .max(finest)
             .max(1e-6);
@@ -61,6 +62,7 @@ fn bounds(samples: &[f32]) -> [f32; 2] {
     let (mut low, mut high) = ([f32::MAX; 8], [f32::MIN; 8]);
     for part in samples.chunks(8) {
         for (k, v) in part.iter().enumerate() {
+            // A plain comparison, which `f32::min` is not (it must look for NaN), becomes one vector instruction.
             low[k] = if *v < low[k] { *v } else { low[k] };
             high[k] = if *v > high[k] { *v } else { high[k] };
         }
@@ -114,6 +116,7 @@ impl Shore {
     #[inline]
     fn pop(&mut self, level: u16) -> Option<(u32, u16)> {
         let first = usize::from(level) / 64;
+        // The water never falls below `level` here: lower words are empty.
         let word = first + self.full.get(first..)?.iter().position(|w| *w != 0)?;
         let l = word * 64 + self.full[word].trailing_zeros() as usize;
         let pixel = self.first[l];
@@ -228,6 +231,7 @@ impl Flood {
     fn take(&mut self, pixel: usize) {
         let sums = &mut self.top.sums;
         sums[0] += 1.0;
+        // No candidate is so large: its centroid and shape are never asked for.
         if sums[0] > self.greatest {
             return;
         }
@@ -255,6 +259,7 @@ impl Flood {
                     self.top.held = joined(&mut self.next, under.held, done.held);
                 }
                 _ => {
+                    // What is under it lies higher than the water: the same region goes on, at the new level.
                     done.level = level;
                     self.top = done;
                 }
@@ -264,6 +269,7 @@ impl Flood {
 
     /// Makes a region a node, and the parent of what it holds.
     fn done(&mut self, region: &mut Growing) {
+        // It holds no nodes either, as they would be smaller still.
         if region.sums[0] < MIN_AREA {
             return;
         }

@@ -79,12 +79,15 @@ impl<'a> SmoothingPasses<'a> {
 
 /// What a Gaussian leaves of white noise: 1 / (2 sqrt(pi) sigma) of its deviation.
 fn left(noise: f64, sigma: f64) -> f64 {
+    // The integral of the kernel's square; for a kernel narrower than a pixel it would tell of more noise than there
+    // was.
     (noise / (2.0 * std::f64::consts::PI.sqrt() * sigma)).min(noise)
 }
 
 /// From the pixels of half the resolution, whose samples have `gain` times the steps, to those of the image.
 fn doubled(blob: Blob, gain: f64) -> Blob {
     Blob {
+        // Pixel k of the half is the mean of 2 k and 2 k + 1, whose middle is 2 k + 1/2.
         at: blob.at * 2.0 + Vector2::repeat(0.5),
         shape: blob.shape * 4.0,
         area: blob.area * 4.0,

@@ -62,6 +62,7 @@ fn smooth(fit: &GridFit, own: &[Own], degree: i32) -> Option<(Powers, Misfit)> {
 impl Model {
     /// Of a fit without a lens to some discs.
     pub(crate) fn plane(image: &Image, fit: &GridFit, cells: &[Cell]) -> Self {
+        // Without what is off by itself: one spot that is no disc would make every plane wrong.
         let own = agreeing(&fit.own(image, cells).unwrap_or_default());
         let warp = LensModel::plane(&fit.h, fit.radius, fit.sigma, image)
             .warp()
@@ -120,6 +121,7 @@ impl Model {
         let model = match (&self.kind, &fit.bent) {
             (Kind::Lens(all), Some(bent)) => {
                 let slope = bent.tangent(cell);
+                // By all numbers together, as the errors of the lens's and of the homography's are correlated.
                 slope * **all * slope.transpose()
             }
             _ => {
@@ -140,6 +142,8 @@ impl Model {
             let by_lens = misfit.left(cell, &|c| radial(fit, warp, c), &|c| tangent(fit, c));
             left = if by_lens.trace() > left.trace() { by_lens } else { left };
         }
+        // Single discs' excess is noise that the fit averages as it does the pixels' own; a smooth misfit is not
+        // averaged, and adds.
         model * growth + left + off * off.transpose()
     }
 }

@@ -64,6 +64,7 @@ impl Powers {
 
 /// Solves a symmetric system in the directions in which it says something; how many those are.
 fn solved(matrix: &DMatrix<f64>, right: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
+    // Scaled to a diagonal of 1, so that one threshold of the eigenvalues holds for numbers of any unit.
     let scale = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
         matrix[(i, j)] * scale[i] * scale[j]
@@ -73,6 +74,8 @@ fn solved(matrix: &DMatrix<f64>, right: &DMatrix<f64>) -> (DMatrix<f64>, usize) 
     let by_scale = |m: DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * scale[i]);
     let (mut turned, mut rank) = (eigen.eigenvectors.transpose() * by_scale(right.clone()), 0);
     for (mut row, value) in turned.row_iter_mut().zip(&eigen.eigenvalues) {
+        // The pseudo-inverse: a lens's numbers and polynomials overlap, and what they do alike must count once in the
+        // rank.
         let says = *value > LEAST_EIGENVALUE_SHARE * most;
         rank += usize::from(says);
         row *= if says { value.recip() } else { 0.0 };
@@ -82,6 +85,7 @@ fn solved(matrix: &DMatrix<f64>, right: &DMatrix<f64>) -> (DMatrix<f64>, usize) 
 
 /// Whether chi squared is beyond doubt too large (Wilson and Hilferty 1931).
 fn is_beyond([squares, dims]: [f64; 2]) -> bool {
+    // The cube root of chi squared over k is nearly normal, of mean 1 - 2 / 9 k and variance 2 / 9 k.
     let spread = 2.0 / (9.0 * dims);
     dims > 0.0 && squares > dims * (1.0 - spread + DOUBT_DEVIATIONS * spread.sqrt()).powi(3)
 }
@@ -94,6 +98,7 @@ impl Misfit {
         let columns = numbers + count;
         let (mut matrix, mut vector, mut all) = (DMatrix::zeros(columns, columns), DMatrix::zeros(columns, 1), 0.0);
         for o in own {
+            // The pixels' own error adds to the variance, so that it goes in before the inverse.
             let noise = o.information.try_inverse()? + Matrix2::identity() * (PIXEL_MODEL_PX * PIXEL_MODEL_PX);
             let information = noise.try_inverse()?;
             let rows: Vec<Vector2<f64>> = tangent(o.cell)
@@ -112,6 +117,8 @@ impl Misfit {
             all += (o.off.transpose() * information * o.off)[0];
         }
         matrix.fill_upper_triangle_with_lower_triangle();
+        // First what the model's own numbers would take, then the smooth part in what that leaves: the Schur
+        // complement.
         let inner = matrix.view((0, 0), (numbers, numbers)).into_owned();
         let (followed, held) = solved(&inner, &vector.rows(0, numbers).into_owned());
         let followed = followed.column(0).into_owned();
@@ -124,6 +131,7 @@ impl Misfit {
         let (field, dims) = solved(&outer, &left);
         let (field, left) = (field.column(0).into_owned(), left.column(0).into_owned());
         let found = field.dot(&left).max(0.0);
+        // Two coordinates a disc, less a degree of freedom for each direction that was fitted.
         let rest = (2 * own.len()) as f64 - (held + dims) as f64;
         let mut misfit = Self {
             smooth: [found, dims as f64],
@@ -152,6 +160,7 @@ impl Misfit {
             out += Vector2::from(*t) * self.field[k];
         }
         for (k, t) in tangent(cell).iter().enumerate() {
+            // What the model would follow of the smooth part is no error of it.
             out -= Vector2::from(*t) * self.follows[k];
         }
         out
@@ -160,6 +169,7 @@ impl Misfit {
     /// The share of the smooth part's square that is not noise: none where noise is this large once in twenty images.
     fn beyond_noise(&self) -> f64 {
         let [squares, dims] = self.smooth;
+        // Chi squared has the mean k and the variance 2 k: two deviations beyond the mean.
         let usual = dims + 2.0 * (2.0 * dims).sqrt();
         if squares > usual { 1.0 - dims / squares } else { 0.0 }
     }
@@ -193,6 +203,7 @@ fn frame(own: &[Own]) -> ([f64; 2], f64) {
         let all = own.iter().map(|o| f64::from(o.cell[k]));
         all.fold([f64::MAX, f64::MIN], |[a, b], v| [a.min(v), b.max(v)])
     });
+    // At least one step: cells on a line, or one alone, have no extent to divide by.
     let unit = bounds.iter().map(|b| 0.5 * (b[1] - b[0])).fold(1.0, f64::max);
     (bounds.map(|b| 0.5 * (b[0] + b[1])), unit)
 }

@@ -24,6 +24,7 @@ impl GridFit {
             h: fitted.bent.h(),
             radius: fitted.bent.radius(),
             sigma: fitted.bent.sigma(),
+            // From disc less paper to paper less disc, and from slopes a pixel to slopes a hundred pixels.
             contrast: [0, 1, 2].map(|k| -light.plane[k] * if k == 0 { 1.0 } else { SLOPE_UNIT_PX }),
             origin: light.origin,
             noise: fitted.noise,
@@ -72,6 +73,7 @@ impl GridFit {
         let (mut room, mut out) = (Room::default(), Vec::with_capacity(cells.len()));
         for (i, cell) in cells.iter().enumerate() {
             // What is farther off than noise and model may be is dirt or glare, and says nothing of the disc.
+            // As in the whole fit's own last phase, so that both look at about the same pixels.
             let limit = (5.0 * self.noise).max(MODEL_ERROR_CONTRAST * greys[i].contrast.abs());
             if let Some(block) = local.block(i, &all, limit, &mut room) {
                 let left = block.vector.fixed_rows::<2>(0).into_owned();

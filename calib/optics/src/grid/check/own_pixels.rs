@@ -13,6 +13,7 @@ use crate::grid::lattice::Cell;
 use crate::image::Image;
 
 /// The fewest pixels that tell an outline and four numbers of grey.
+// Twice the ten numbers: outline 5, blur 1, grey 4.
 const MIN_PIXELS: usize = 20;
 /// Windows are thinned where so many pixels are left.
 const THINNED_FROM_PIXELS: usize = 60;
@@ -106,6 +107,7 @@ impl<'a> OwnPixels<'a> {
         let border = Border::of(chosen.iter().map(|c| c.cell));
         let one = |c: &Chosen| {
             let [columns, rows] = box_of(c, margin);
+            // The derivative at the disc is enough for half a step.
             let back = c.pitch.try_inverse()?;
             let area = (columns[1] - columns[0]) * (rows[1] - rows[0]);
             // A large disc has more pixels than its centre needs: some of them say it nearly as well.
@@ -153,6 +155,7 @@ impl<'a> OwnPixels<'a> {
         let (window, greys) = (&self.windows[i], &all.greys[i]);
         let Room { own, others } = room;
         own.set(all.outlines[i], all.sigma, window.columns);
+        // Never made shorter: a raster keeps its memory from disc to disc.
         others.resize_with(window.near.len().max(others.len()), Raster::default);
         let near = &mut others[..window.near.len()];
         for (raster, j) in near.iter_mut().zip(&window.near) {
@@ -162,6 +165,8 @@ impl<'a> OwnPixels<'a> {
             own.row(*y);
             near.iter_mut().for_each(|r| r.row(*y));
             for x in pixels {
+                // From where the disc was when its pixels were chosen: greys stay about the same place while the
+                // outline moves.
                 let (dx, dy) = (*x as f64 - window.origin.x, *y as f64 - window.origin.y);
                 let others = near.iter().zip(&window.near);
                 let rest: f64 = others.map(|(r, j)| r.value(*x) * all.greys[*j].contrast).sum();
@@ -181,6 +186,7 @@ impl<'a> OwnPixels<'a> {
             let residual = value - contrast * seen.value;
             if residual.abs() <= limit {
                 let [a, b, c, d, e, f] = seen.slope.map(|s| s * contrast);
+                // Room is for twelve numbers: outline and blur six, grey four, and two that stay 0.
                 sums.add(&[a, b, c, d, e, f, seen.value, 1.0, dx, dy, 0.0, 0.0], residual);
             }
         });
@@ -213,11 +219,13 @@ fn reduced(all: &Equations, greys: Greys) -> Option<Block> {
     let grey: Matrix4<f64> = all.matrix.fixed_view::<4, 4>(6, 6).into_owned();
     let between: Matrix4x6<f64> = all.matrix.fixed_view::<4, 6>(6, 0).into_owned();
     let vector: Vector4<f64> = all.vector.fixed_rows::<4>(6).into_owned();
+    // The Schur complement of the greys' block; without a factor the pixels do not tell contrast from paper.
     let factor = grey.cholesky()?;
     let (step, across) = (factor.solve(&vector), factor.solve(&between));
     Some(Block {
         matrix: all.matrix.fixed_view::<6, 6>(0, 0) - between.transpose() * across,
         vector: all.vector.fixed_rows::<6>(0) - between.transpose() * step,
+        // The squares that the best greys leave; for a perfect fit rounding may take a little too much away.
         squares: (all.squares - vector.dot(&step)).max(0.0),
         pixels: all.pixels,
         greys: Greys {

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector2};
 use crate::grid::check::own_pixels::Greys;
 
 /// From so many discs on the light falls off in two directions.
+// Twice the six numbers of a surface of the second degree.
 const TWO_SLOPES_DISCS: usize = 12;
 /// The unit of places, pixels.
 const SLOPE_UNIT_PX: f64 = 100.0;
@@ -25,6 +26,7 @@ fn powers(x: Vector2<f64>, count: usize) -> Vec<f64> {
 
 /// Through discs at places; none where they tell no surface.
 pub(crate) fn light(discs: &[(Vector2<f64>, Greys)]) -> Option<Light> {
+    // About the discs' own middle and in a unit of their order of size, powers stay small enough for normal equations.
     let origin = discs.iter().map(|d| d.0).sum::<Vector2<f64>>() / discs.len().max(1) as f64;
     let count = if discs.len() < TWO_SLOPES_DISCS { 3 } else { 6 };
     let rows = discs.iter().flat_map(|d| powers((d.0 - origin) / SLOPE_UNIT_PX, count));

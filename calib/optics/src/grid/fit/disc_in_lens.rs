@@ -17,6 +17,8 @@ use crate::grid::fit::lens_polynomial::{Jet, Warp};
 use crate::grid::lattice::Cell;
 
 /// Points on a rim.
+// A field of the seventh degree leaves harmonics up to the tenth in the sums over a round rim, which more than ten
+// equidistant points add up exactly.
 const RIM_POINTS: usize = 16;
 
 /// The image of a cell's disc: a circle of a radius in steps of the grid, through a homography and a lens.
@@ -27,6 +29,8 @@ pub(crate) fn outline(h: &Matrix3<f64>, warp: &Warp, cell: Cell, radius: f64) ->
 
 /// An ellipse through a lens whose jet at its centre is given.
 pub(crate) fn through(warp: &Warp, jet: &Jet, plain: &Ellipse) -> Option<Ellipse> {
+    // The unit circle through the root is the ellipse, and through the slope besides the image of it to the first
+    // order.
     let root = plain.shape.cholesky()?.l();
     let affine = jet.slope * root;
     let shape = affine * affine.transpose();
@@ -34,8 +38,11 @@ pub(crate) fn through(warp: &Warp, jet: &Jet, plain: &Ellipse) -> Option<Ellipse
     for k in 0..RIM_POINTS {
         let (s, c) = (k as f64 * std::f64::consts::TAU / RIM_POINTS as f64).sin_cos();
         let round = Vector2::new(c, s);
+        // Only what the derivative leaves is fitted: small, so that the linear equation (1) holds.
         let off = warp.at(plain.centre + root * round) - jet.value - affine * round;
+        // Even steps of the parameter are uneven ones along the rim: each point counts by the length of its part.
         let along = (affine * Vector2::new(-s, c)).norm();
+        // A circle's normal goes through a map as its inverse transpose.
         let n = (affine.transpose().try_inverse()? * round).try_normalize(0.0)?;
         let twice = 2.0 * (n.transpose() * shape * n)[0].sqrt();
         let row = SVector::from([n.x, n.y, n.x * n.x / twice, 2.0 * n.x * n.y / twice, n.y * n.y / twice]);
@@ -44,6 +51,7 @@ pub(crate) fn through(warp: &Warp, jet: &Jet, plain: &Ellipse) -> Option<Ellipse
     }
     let step = matrix.cholesky()?.solve(&vector);
     let shape = shape + Matrix2::new(step[2], step[3], step[3], step[4]);
+    // Both eigenvalues are positive; a NaN fails, too.
     (shape.determinant() > 0.0 && shape.trace() > 0.0).then(|| Ellipse {
         centre: jet.value + Vector2::new(step[0], step[1]),
         shape,

@@ -10,6 +10,7 @@ pub(crate) fn point(cell: [i32; 2]) -> Vector2<f64> {
 /// Derivatives of an ellipse's centre and shape (xx, xy, yy) by the entries of the homography and the radius.
 pub(crate) fn ellipse_slopes(h: &Matrix3<f64>, at: Vector2<f64>, radius: f64) -> [[f64; 9]; 5] {
     let a = Vector3::new(at.x, at.y, 1.0);
+    // A line l touches the circle where (l . a)^2 = r^2 (l_x^2 + l_y^2): its dual conic is a a^T - r^2 diag(1, 1, 0).
     let mut dual = a * a.transpose();
     dual[(0, 0)] -= radius * radius;
     dual[(1, 1)] -= radius * radius;
@@ -17,17 +18,20 @@ pub(crate) fn ellipse_slopes(h: &Matrix3<f64>, at: Vector2<f64>, radius: f64) ->
     let image = h * dual * h.transpose();
     let w = image[(2, 2)];
     let centre = Vector2::new(image[(0, 2)], image[(1, 2)]) / w;
+    // That of an ellipse of centre c and shape S is w (c c^T - S, c; c^T, 1), so that S = c c^T - upper.
     let upper: Matrix2<f64> = image.fixed_view::<2, 2>(0, 0) / w;
     let mut out = [[0.0; 9]; 5];
     for k in 0..9 {
         let change = if k < 8 {
             let mut part = Matrix3::zeros();
+            // By the entry (i, j) the derivative of H D H^T is e_i (row j of D H^T), and its transpose.
             part.set_row(k / 3, &(dual * h.transpose()).row(k % 3));
             part + part.transpose()
         } else {
             let columns = h.fixed_view::<3, 2>(0, 0);
             -2.0 * radius * columns * columns.transpose()
         };
+        // By the quotient rule, as centre and shape are the conic's entries over w.
         let turn = change[(2, 2)] / w;
         let dc = Vector2::new(change[(0, 2)], change[(1, 2)]) / w - centre * turn;
         let ds =

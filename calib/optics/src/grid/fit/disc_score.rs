@@ -24,10 +24,12 @@ pub(crate) fn amplitude(image: &Image, whole: &GridFit, cell: [i32; 2], alone: b
     if !image.holds(centre) {
         return None;
     }
+    // The fit's slopes of grey are those a hundred pixels.
     let off = (centre - whole.origin) / 100.0;
     // Contrast changes over the grid with the light.
     let contrast = whole.contrast[0] + whole.contrast[1] * off.x + whole.contrast[2] * off.y;
     let back = Back::of(whole, cell)?;
+    // Beyond 2.5 deviations of the blur a disc keeps less than 1 % of its contrast: such pixels tell but of paper.
     let window = Blurred::new(own, whole.sigma).window(2.5 * whole.sigma, width, height);
     let [columns, rows] = window;
     let raster = |ellipse: Ellipse| {
@@ -55,7 +57,10 @@ pub(crate) fn amplitude(image: &Image, whole: &GridFit, cell: [i32; 2], alone: b
                 continue;
             }
             let rest: f64 = others.iter().map(|o| o.value(x)).sum();
+            // The contrast is that of paper less disc: added back over the other discs, it makes paper of them.
             let value = f64::from(image.sample(x, y)) + contrast * rest;
+            // About the disc's middle, so that the plane's slopes are nearly uncorrelated with its value and with the
+            // coverage.
             let d = place - centre;
             let row = Vector4::new(own.value(x), 1.0, d.x, d.y);
             matrix += row * row.transpose();
@@ -70,12 +75,15 @@ pub(crate) fn amplitude(image: &Image, whole: &GridFit, cell: [i32; 2], alone: b
     }
     let inverse = matrix.try_inverse()?;
     let found = inverse * vector;
+    // Rounding may leave a variance of 0 just below it.
     let deviation = whole.noise * inverse[(0, 0)].max(0.0).sqrt();
+    // By found^2 / inverse the squares would grow, were the disc left out of the fit.
     let (left, explained) = (squares - vector.dot(&found), found[0].powi(2) / inverse[(0, 0)]);
     let noise = f64::from(count) * (NOISY_TIMES * whole.noise).powi(2);
     if alone && left > explained.max(noise) {
         return Some([0.0, deviation / contrast.abs()]);
     }
+    // A dark disc lowers the grey, and has a positive contrast.
     Some([-found[0] / contrast, deviation / contrast.abs()])
 }
 

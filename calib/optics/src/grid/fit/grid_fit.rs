@@ -30,6 +30,7 @@ const DAMPING: Damping = Damping {
 /// together.
 const LAST_GAIN_CHI2: f64 = 0.1;
 /// Pixels up to so many deviations of the blur and a half from a disc are fitted.
+// At 2.5 deviations a blurred straight edge has 0.6 % of its contrast left: farther pixels tell grey alone.
 pub(crate) const MARGIN_DEVIATIONS: f64 = 2.5;
 /// The share of the contrast that the model may be wrong by.
 pub(crate) const MODEL_ERROR_CONTRAST: f64 = 0.08;
@@ -94,15 +95,18 @@ impl Grid<'_> {
     /// seen. None where it does not settle on a grid that stands out.
     pub(crate) fn near(&self, h: &Matrix3<f64>, radius: f64, sigma: f64) -> Option<GridFit> {
         let mut params = Params::zeros();
+        // Cell (0, 0) is the lattice's seed, which lies in the image: its depth, this entry, does not vanish.
         let h = h / h[(2, 2)];
         (0..8).for_each(|k| params[k] = h[(k / 3, k % 3)]);
         (params[8], params[9]) = (radius, sigma);
+        // About the middle of the grid the planes' values and slopes are hardly correlated.
         let origin = self.cells.iter().map(|c| project(&h, point(*c))).sum::<Vector2<f64>>() / self.cells.len() as f64;
         let phase = |cut: f64| Pixels {
             thin: true,
             cut,
             origin,
         };
+        // With all greys at 0 the residuals are the samples themselves, and one linear solution gives the planes.
         let greys = self.greys(&params, &phase(1.0))?;
         params.fixed_rows_mut::<6>(SHAPES).copy_from(&greys);
         // What is no part of the model counts less from phase to phase: first outlines are half a pixel off.
@@ -143,6 +147,8 @@ impl Grid<'_> {
             ..Limits::tries(MAX_STEPS)
         };
         let mut end = least_squares(&chosen, start, DAMPING, limits)?;
+        // A last step is made without a look: the squares are those before it, less what the linear model lets them
+        // fall by.
         if end.end == End::Last {
             end.at.squares -= end.gain;
         }
@@ -157,11 +163,14 @@ impl Grid<'_> {
             let pitch = jacobian(&a, at).determinant().abs().sqrt();
             (project(&b, at) - project(&a, at)).norm() + pitch * (to[8] - from[8]).abs()
         };
+        // The most over the discs, not the mean: one outline that moves by more than its blur is enough for a step that
+        // is not linear.
         let most = self.cells.iter().map(one).fold(0.0, f64::max);
         (most + (to[9] - from[9]).abs()) / from[9]
     }
 
     fn result(&self, params: &Params, now: &Equations, origin: Vector2<f64>) -> Option<GridFit> {
+        // `equations` refuses 2 N pixels and fewer: degrees of freedom are left.
         let noise = (now.squares / (now.pixels.checked_sub(N)? as f64)).sqrt();
         let covariance = inverse(&now.matrix)? * (noise * noise);
         // A step of the discs' grey: contrast is that of the paper less the discs, positive for dark ones.
@@ -206,6 +215,7 @@ impl Grid<'_> {
 
     fn equations(&self, places: &SamplePixels, params: &Params, pixels: &Pixels) -> Option<Equations> {
         let (h, mut sums) = (homography_of(params), Sums::default());
+        // Discs are visited one by one: what a pixel sees of several is whole only after the last.
         let mut shared = vec![[0.0; SHAPES + 1]; places.shared.len()];
         let begin = |cell: [i32; 2]| {
             let ellipse = Ellipse::of_circle(&h, point(cell), params[8])?;
@@ -225,12 +235,14 @@ impl Grid<'_> {
             self.sum(&mut sums, params, pixels, values, at.map(|k| k as usize));
         }
         let out = sums.equations(places.count());
+        // Fewer residuals than twice the parameters tell next to nothing of the noise.
         (out.pixels > 2 * N).then_some(out)
     }
 
     fn sum(&self, sums: &mut Sums, params: &Params, pixels: &Pixels, values: &Seen, at: [usize; 2]) {
         let (place, f) = (pixels.place(at), values[SHAPES]);
         let (disc, residual) = self.residual(params, &place, f, at);
+        // The model is paper + disc f: it goes with f along the disc's plane, with 1 along the paper's.
         let greys = [f, f * place[1], f * place[2], 1.0, place[1], place[2]];
         sums.add(&values[..SHAPES], disc, &greys, residual);
     }
@@ -259,6 +271,8 @@ impl Grid<'_> {
         let shared: Vec<f64> = several.map(|(f, at)| off(*f, at.map(|k| k as usize))).collect();
         // 5 deviations, by the median of normal noise.
         let median = median(alone.iter().chain(&shared).copied().collect());
+        // The share of the contrast keeps what only the outlines, wrong as yet, put off: those pixels are what moves
+        // them.
         let cut = (5.0 * 1.4826 * median).max(pixels.cut * params[SHAPES].abs());
         if alone.iter().chain(&shared).any(|r| *r > cut) {
             let stays = |off: &[f64]| off.iter().map(|r| *r <= cut).collect::<Vec<bool>>();
@@ -272,6 +286,7 @@ impl Grid<'_> {
 fn add(values: &mut Seen, coverage: &Coverage, slopes: &[[f64; 9]; 5]) {
     values[SHAPES] += coverage.value;
     values[9] += coverage.slope[5];
+    // Farther from the edge than the blur reaches a coverage has no slopes, and most pixels lie there.
     if coverage.slope[..5].iter().any(|s| *s != 0.0) {
         for (slope, row) in coverage.slope.iter().zip(slopes) {
             (0..9).for_each(|k| values[k] += slope * row[k]);
@@ -336,5 +351,6 @@ fn next(params: &Params, now: &Equations, damping: f64) -> Option<(Params, f64)>
 }
 
 fn is_possible(p: &Params) -> bool {
+    // Discs whose radius is half a pitch touch: beyond, what a pixel sees of several is no longer their sum.
     (0.02..0.5).contains(&p[8]) && (LEAST_BLUR..50.0).contains(&p[BLUR]) && p.iter().all(|v| v.is_finite())
 }

@@ -16,7 +16,7 @@ use crate::grid::lattice::assignment::Assignment;
 use crate::grid::lattice::index_lattice::LINE;
 use crate::grid::lattice::sized::{SEEN, Search, SizedLattice, THERE};
 
-/// And is not one of the grid with more than this share of it.
+/// A disc of more than this share of the expected contrast is none of the grid.
 const NOT_THERE: f64 = 1.6;
 
 /// The blur that the fit starts from, pixels.
@@ -59,6 +59,7 @@ impl Growth<'_> {
             let lens = self
                 .behind(&start)
                 .and_then(Result::ok)
+                // A plane that single discs have elsewhere states errors that do not hold: it is not compared by them.
                 .filter(|l| model.is_off() || is_nearer(l, &plane));
             return Some(Ok(lens.unwrap_or(plane)));
         }
@@ -70,8 +71,10 @@ impl Growth<'_> {
         let placed = &self.sized.placed;
         let uncut = placed.cells.iter().filter(|(_, i)| !self.search.blobs[**i].cut);
         let mut points: Vec<(Cell, Vector2<f64>)> = uncut.map(|(c, i)| (*c, self.search.blobs[*i].at)).collect();
+        // A hash map's order changes from run to run, and with it the rounding of the sums.
         points.sort_unstable_by_key(|p| p.0);
         let plane = LensModel::plane(&placed.h, self.sized.radius, FIRST_BLUR_PX, self.search.image);
+        // A plane's outlines lie off the discs by all that the lens does: the centroids take most of it out first.
         self.behind(&through_points(&plane, &points)?)
     }
 
@@ -82,6 +85,7 @@ impl Growth<'_> {
             bright: self.search.spec.bright,
         };
         let fitted = sheet.near(start, &self.sized.small)?;
+        // Always by a part of the pixels: the fit to all of them follows once the border is known.
         let refit = |fit: &GridFit, cells: &[Cell], _| GridFit::of_bent(&sheet.nearer(fit.bent.as_ref()?, cells)?);
         let (fit, seat, cells) = match self.bordered(GridFit::of_bent(&fitted)?, &refit)? {
             Ok(bordered) => bordered,
@@ -114,11 +118,13 @@ impl Growth<'_> {
         let sized = self.sized;
         let (mut fit, mut fitted, mut span) = (first, sized.small.clone(), sized.placed.span);
         // Lines that candidates did not reach: as long as discs are seen there, one line further on each side.
+        // A round adds a line on a side: a grid is whole after as many as its longer side has.
         for _ in 0..self.search.spec.cols.max(self.search.spec.rows) {
             let grown = self.grown(&fit, span);
             if grown == span || self.search.view(sized, span, &fit.h).is_too_large() {
                 break;
             }
+            // Places of the span are fitted already, or were seen to be none.
             fitted.extend(self.seen(&fit, cells(grown).filter(|c| !holds(span, *c))));
             span = grown;
             fit = refit(&fit, &fitted, true)?;
@@ -193,12 +199,15 @@ impl Growth<'_> {
             count += 1;
             if let Some([share, deviation]) = amplitude(self.search.image, fit, cell, true) {
                 seen += usize::from((THERE..NOT_THERE).contains(&share));
+                // An image without noise has deviations of 0, which would weigh without bound.
                 let w = deviation.max(1e-6).powi(-2);
+                // Glare at one place must not make a line of discs, nor take one away.
                 sum += w * share.clamp(-2.0, 2.0);
                 weight += w;
             }
         }
         let mean = if weight > 0.0 { sum / weight } else { 0.0 };
+        // Twice the share that candidates need: a false line makes the grid too large, and refuses it.
         seen as f64 >= 2.0 * LINE * f64::from(count) && mean > THERE && mean * weight.sqrt() > 6.0
     }
 
@@ -216,7 +225,10 @@ impl Growth<'_> {
                 measured: None,
             }
         };
+        // Large discs were left out of the fit, which has the usual radius; their centres follow from the plane or the
+        // lens.
         let mut discs: Vec<GridDisc> = cells.iter().chain(marks).map(disc).collect();
+        // The marks come from a hash set: only sorted is the order the same from run to run.
         discs.sort_by_key(|d| (d.row, d.col));
         // A lens bends the grid: the homography is then only the nearest one, and its residual says how far off.
         let (homography, homography_rms_px) = match &fit.bent {
@@ -254,6 +266,7 @@ fn nearest(discs: &[GridDisc]) -> Option<(Matrix3<f64>, f64)> {
 /// Whether one result states smaller errors than another, and has nearly as many discs.
 fn is_nearer(one: &Found, other: &Found) -> bool {
     let mean = |f: &Found| f.discs.iter().map(|d| d.covariance.trace()).sum::<f64>() / f.discs.len() as f64;
+    // A model that loses more than one disc in twenty may owe its small errors to leaving out the hard ones.
     one.discs.len() * 20 >= other.discs.len() * 19 && mean(one) < mean(other)
 }
 

@@ -24,6 +24,7 @@ const FREE_DAMPING: f64 = 1e-10;
 /// Pixels up to so many deviations of the blur and a half from a disc are fitted.
 const MARGIN_DEVIATIONS: f64 = 2.5;
 /// Of all discs the most that may be left out as no part of the grid, and how far off they are.
+// Squares: six deviations, or four times as far as the usual disc.
 const WRONG_DISCS: [f64; 2] = [36.0, 16.0];
 /// One of so many pixels is enough to come near.
 const THIN: Part = Part::Pixels(5);
@@ -70,7 +71,9 @@ struct Total {
 impl Total {
     /// The residuals' variance.
     fn variance(&self) -> f64 {
+        // Each disc's four greys are eliminated from the equations, not from the degrees of freedom.
         let numbers = NUMBERS + 4 * self.blocks.len();
+        // Rounding to whole steps has the variance 1/12: drawn images without noise have no less.
         (self.squares / self.pixels.saturating_sub(numbers).max(1) as f64).max(1.0 / 12.0)
     }
 }
@@ -96,6 +99,7 @@ impl LensFit<'_> {
         }
         let last = self.phase(&fitted.bent, &kept, MODEL_ERRORS_CONTRAST[2], Part::All)?;
         let left_out = fitted.own.iter().filter(|o| !kept.contains(&o.cell));
+        // Where its own pixels had it in the fit that it was part of, beside the fit that it has no say in.
         let off = |o: &Own| (o.cell, fitted.bent.at(o.cell) + o.off - last.bent.at(o.cell));
         let wrong = left_out.map(off).collect();
         Some(Fitted { wrong, ..last })
@@ -115,7 +119,11 @@ impl LensFit<'_> {
         let held = |b: &LensModel| b.numbers.component_mul(&b.numbers).dot(&prior) * variance;
         let (mut damping, mut rise) = (1e-4, 4.0);
         for _ in 0..MAX_STEPS {
+            // Slopes of outlines go with the contrast, and neighbours are taken out with theirs: the best that were
+            // found count from now on.
             greys = now.blocks.iter().map(|b| b.greys).collect();
+            // The squares are in steps of a sample: the prior, in units of the numbers, is made comparable by the
+            // variance.
             let matrix = now.matrix + Square::from_diagonal(&(prior * variance));
             let vector = now.vector - prior.component_mul(&bent.numbers) * variance;
             let Some((change, expected)) = next(&bent, &matrix, &vector, damping) else {
@@ -141,12 +149,16 @@ impl LensFit<'_> {
             let cost = now.squares + held(&bent);
             let total = possible.then(|| self.total(&local, &then, &cells, &greys)).flatten();
             match total {
+                // A cost that is not a number fails the comparison and raises the damping.
                 Some(total) if total.squares + held(&then) <= cost => {
                     let gained = cost - total.squares - held(&then);
                     // By how well the step did what was expected of it (Nielsen 1999).
                     let factor = 1.0 - (2.0 * gained / expected.max(f64::MIN_POSITIVE) - 1.0).powi(3);
+                    // A step that gains much more than was expected would make the factor negative.
                     damping = (damping * factor.clamp(0.02, 2.0)).max(FREE_DAMPING);
                     (bent, now, rise) = (then, total, 4.0);
+                    // Edges sharper than pixels leave what the model cannot follow: each step gains a little of that,
+                    // and none ends it.
                     if bent.sigma() <= LEAST_BLUR && gained < 0.01 * cost {
                         break;
                     }
@@ -183,6 +195,8 @@ impl LensFit<'_> {
                 })
                 .collect();
             let margin = MARGIN_DEVIATIONS * start.sigma() + 0.5;
+            // No distance is kept from the paper's end: its blurred edge is in the plane of grey that each disc has
+            // here.
             let local = OwnPixels::new(self.image, &chosen, start.sigma(), margin, 0.0, part)?;
             let outlines: Vec<Ellipse> = all.iter().map(|a| a.1).collect();
             let none = vec![Greys::default(); all.len()];
@@ -193,6 +207,7 @@ impl LensFit<'_> {
             };
             let mut room = Room::default();
             let greys: Vec<Option<Greys>> = (0..local.count())
+                // Without any greys yet a residual is the sample itself: no limit can tell which are off.
                 .map(|i| local.block(i, &flat, f64::INFINITY, &mut room).map(|b| b.greys))
                 .collect();
             let seen = |g: &Greys| if self.bright { g.contrast } else { -g.contrast };
@@ -211,6 +226,7 @@ impl LensFit<'_> {
                 seen.iter_mut().for_each(|(at, g)| g.change = light.change(*at));
                 return Some((local, cells, seen.into_iter().map(|s| s.1).collect()));
             }
+            // At least one disc goes in each round, so that the loop ends.
             let mut stays = greys.iter().map(good);
             all.retain(|_| stays.next().unwrap_or(true));
         }
@@ -232,8 +248,11 @@ impl LensFit<'_> {
         let off: Vec<Vec<f64>> = (0..local.count())
             .map(|i| local.residuals(i, &all, &mut room))
             .collect();
+        // Five deviations by the median of normal noise, over all discs: one that is wholly wrong must not make a
+        // measure of its own.
         let least = 5.0 * 1.4826 * median(off.iter().flatten().map(|r| r.abs()).collect());
         for (i, off) in off.iter().enumerate() {
+            // By each disc's own contrast, as light falls off: a model's error goes with the contrast.
             let most = least.max(cut * greys[i].contrast.abs());
             let stays: Vec<bool> = off.iter().map(|r| r.abs() <= most).collect();
             if stays.iter().any(|s| !s) {
@@ -262,6 +281,7 @@ impl LensFit<'_> {
         // Each disc's own greys were eliminated in its block: the fit has the numbers of the lens alone.
         for (i, cell) in cells.iter().enumerate() {
             let block = local.block(i, &all, f64::INFINITY, &mut room)?;
+            // The chain rule from the outline's six numbers to those of the whole grid.
             let slopes = bent.slopes(*cell)?;
             total.matrix += slopes.transpose() * block.matrix * slopes;
             total.vector += slopes.transpose() * block.vector;
@@ -295,6 +315,7 @@ impl LensFit<'_> {
 
 /// A disc's own offset by what its pixels leave.
 pub(crate) fn own(cell: Cell, left: &Vector2<f64>, block: &Block, variance: f64) -> Option<Own> {
+    // Shape and blur stay as the whole fit has them: only the centre is asked for.
     let matrix: Matrix2<f64> = block.matrix.fixed_view::<2, 2>(0, 0).into_owned();
     let inverse = matrix.cholesky()?.inverse();
     Some(Own {

@@ -45,6 +45,7 @@ impl LensModel {
     /// Of a homography, in an image of a size, without a lens.
     pub(crate) fn plane(h: &Matrix3<f64>, radius: f64, sigma: f64, image: &Image) -> Self {
         let size = Vector2::new(image.width() as f64, image.height() as f64);
+        // Pixels have their centres at whole coordinates; with half the diagonal as the unit the corners lie at r = 1.
         let origin = size.add_scalar(-1.0) * 0.5;
         let mut numbers = Numbers::zeros();
         (0..8).for_each(|k| numbers[k] = h[(k / 3, k % 3)] / h[(2, 2)]);
@@ -74,6 +75,8 @@ impl LensModel {
             value += by_value * change[8 + k];
             slope += by_slope * change[8 + k];
         }
+        // The affine map A for which the new lens after A has, at the middle, the value and the slope that the step
+        // promised: A(at) = at + back (value - then.value), of slope back * slope.
         let then = plain.warp.jet(at);
         let back = then.slope.try_inverse()?;
         let linear = back * slope;
@@ -134,6 +137,7 @@ impl LensModel {
             let all = [centre.x, centre.y, shape[(0, 0)], shape[(0, 1)], shape[(1, 1)]];
             all.iter().enumerate().for_each(|(i, v)| out[(i, column)] = *v);
         };
+        // The derivative of J S J^T by the lens's slope J.
         let turned = |slope: &Matrix2<f64>| {
             let part = slope * plain.shape * jet.slope.transpose();
             part + part.transpose()
@@ -144,7 +148,10 @@ impl LensModel {
         for (k, (x, y)) in x.into_iter().zip(y).enumerate() {
             let centre = Vector2::new(x, y);
             let shape = Matrix2::new(xx[k], xy[k], xy[k], yy[k]);
+            // A centre that moves sees another slope of the lens: its second derivatives along the way turn the shape,
+            // too.
             let shape = jet.slope * shape * jet.slope.transpose() + turned(&jet.bent(centre));
+            // The ninth of the pinhole's derivatives is that by the radius, which has its place behind the lens.
             set(if k < 8 { k } else { RADIUS }, jet.slope * centre, shape);
         }
         // By the lens's own numbers, at the place where a pinhole would show the disc.
@@ -175,7 +182,10 @@ impl LensModel {
         let squeezed = |cell: &Cell| {
             let at = project(&h, point(*cell));
             let slope = self.warp.jet(at).slope;
+            // Where the symmetric part is positive, (q - p).(F(q) - F(p)) > 0 on any straight way from p to q: nothing
+            // is folded.
             let least = slope.symmetric_part().symmetric_eigenvalues().min();
+            // Negated as a whole, so that a NaN (a cell on the horizon) counts as squeezed.
             !(at.amax() < 1e6 && least > LEAST_SLOPE)
         };
         let [radius, sigma] = [self.radius(), self.sigma()];
@@ -189,6 +199,7 @@ impl LensModel {
 /// The derivatives of the image of a cell under a homography by its first eight entries, row by row.
 pub(crate) fn plane_tangent(h: &Matrix3<f64>, cell: Cell) -> SMatrix<f64, 2, 8> {
     let (at, p) = (project(h, point(cell)), point(cell));
+    // Row i of the homography moves coordinate i by p / w, the last row, which divides, by -at p / w.
     let w = h[(2, 0)] * p.x + h[(2, 1)] * p.y + h[(2, 2)];
     let mut slope = SMatrix::<f64, 2, 8>::zeros();
     for i in 0..2 {
@@ -204,6 +215,7 @@ pub(crate) fn plane_tangent(h: &Matrix3<f64>, cell: Cell) -> SMatrix<f64, 2, 8> 
 pub(crate) fn prior(discs: usize) -> Numbers {
     let mut out = Numbers::zeros();
     for k in 0..LENS {
+        // The first radial term is nearly all of an ordinary lens: it alone is free with few discs.
         let free = discs >= FEW_DISCS || k == 0;
         out[8 + k] = match k {
             _ if !free => FEW_DISCS_FIELD,
@@ -218,6 +230,7 @@ pub(crate) fn prior(discs: usize) -> Numbers {
 
 /// A step of least squares held back by a share of the diagonal, and what it is to gain.
 pub(crate) fn step(matrix: &Square, vector: &Numbers, damping: f64, blur_held: bool) -> Option<(Numbers, f64)> {
+    // As in the plane's normal equations: damping by the diagonal, and the fall of the squares of the damped step.
     let held = matrix.diagonal() * damping;
     let (mut damped, mut vector) = (matrix + Square::from_diagonal(&held), *vector);
     if blur_held {
@@ -242,6 +255,7 @@ pub(crate) fn through_points(start: &LensModel, points: &[(Cell, Vector2<f64>)])
     let cells: Vec<Cell> = points.iter().map(|p| p.0).collect();
     let (mut bent, prior) = (start.clone(), prior(points.len()));
     let cost = |b: &LensModel| -> f64 {
+        // Squares of pixels beside the prior as it is, which so counts as if centres were known to one pixel.
         let off = points.iter().map(|(c, at)| (at - b.at(*c)).norm_squared()).sum::<f64>();
         off + b.numbers.component_mul(&b.numbers).dot(&prior)
     };
@@ -255,12 +269,14 @@ pub(crate) fn through_points(start: &LensModel, points: &[(Cell, Vector2<f64>)])
             vector += tangent.transpose() * (at - bent.at(*cell));
         }
         // Neither radius nor blur is in the centres.
+        // With anything but 0 there the matrix is regular, and both steps vanish as their vector does.
         (matrix[(RADIUS, RADIUS)], matrix[(BLUR, BLUR)]) = (1.0, 1.0);
         let next = step(&matrix, &vector, damping, false).and_then(|(s, _)| bent.moved(&s, &cells));
         let next = next.filter(|b| b.is_possible(&cells));
         let then = next.as_ref().map(&cost);
         match (next, then) {
             (Some(next), Some(then)) if then <= now => {
+                // What follows is a fit to the pixels: a start that is a thousandth better saves none of its steps.
                 let gained = 1.0 - then / now;
                 (bent, now, damping) = (next, then, (0.1_f64 * damping).max(1e-9));
                 if gained < 1e-3 {

@@ -19,6 +19,7 @@ pub(crate) const FIELDS: usize = 5;
 
 /// The place of `x^a y^b`.
 const fn term(a: usize, b: usize) -> usize {
+    // By degrees, and in each by the power of y: the terms below degree d are d (d + 1) / 2.
     (a + b) * (a + b + 1) / 2 + b
 }
 
@@ -54,6 +55,7 @@ fn times(polynomial: &Polynomial, a: usize, b: usize, factor: f64) -> Polynomial
         for j in 0..=DEGREE - i {
             let value = polynomial[term(i, j)];
             if value != 0.0 {
+                // The largest field, r^6 x, is of the seventh degree: no product leaves the table.
                 out[term(i + a, j + b)] += factor * value;
             }
         }
@@ -99,6 +101,7 @@ fn powers(x: Vector2<f64>) -> Powers {
         for k in 0..=DEGREE {
             all[k][0] = power;
             if k > 0 {
+                // From the row before, (v^k)' = k v^(k - 1): no division by v, which may be 0.
                 all[k][1] = k as f64 * all[k - 1][0];
                 all[k][2] = k as f64 * all[k - 1][1];
             }
@@ -134,6 +137,7 @@ impl Field {
         [0, 1].map(|k| {
             let mut out = [0.0; 6];
             for (c, p) in self.0[k].iter().zip(powers) {
+                // A lens has odd degrees and the second alone: more than half of the coefficients are 0.
                 if *c != 0.0 {
                     out.iter_mut().zip(p).for_each(|(o, v)| *o += c * v);
                 }
@@ -198,6 +202,8 @@ impl Warp {
         let rows = DMatrix::from_row_iterator(pairs.len(), count, rows);
         let off = pairs.iter().flat_map(|(p, at)| <[f64; 2]>::from((at - p) / self.unit));
         let off = DMatrix::from_row_iterator(pairs.len(), 2, off);
+        // The affine terms are fitted and then left out: without them the others would take their part, which the
+        // homography has.
         let found = (rows.transpose() * &rows).cholesky()?.solve(&(rows.transpose() * off));
         Some(self.smooth(&found.rows(term(2, 0), count - term(2, 0)).into_owned()))
     }
@@ -209,6 +215,7 @@ impl Warp {
     /// Where what a pinhole shows at `p` is seen.
     pub(crate) fn at(&self, p: Vector2<f64>) -> Vector2<f64> {
         let x = (p - self.origin) / self.unit - self.middle;
+        // Without derivatives, which `jet` has: this is asked for at every point of every rim.
         let powers = |v: f64| {
             let mut all = [1.0; DEGREE + 1];
             (1..=DEGREE).for_each(|k| all[k] = all[k - 1] * v);
@@ -229,6 +236,7 @@ impl Warp {
     /// The same with derivatives.
     pub(crate) fn jet(&self, p: Vector2<f64>) -> Jet {
         let [u, v] = self.field.at(&self.powers(p));
+        // The field is unit F(x / unit): its slope is F' as it is, its second derivative F'' over the unit.
         let over = self.unit.recip();
         Jet {
             value: p + Vector2::new(u[0], v[0]) * self.unit,
@@ -253,6 +261,7 @@ impl Warp {
         let moved = (jet.slope - Matrix2::identity()) * -self.unit;
         let (first, middle) = (self.first, self.middle);
         let second = [0, 1].map(|axis| one(&LENS[RADIAL + axis]));
+        // `lens` adds k1 m to the tangential part: by k1 that gives the tangential fields times m, by m them times k1.
         let with = |value: Vector2<f64>, slope: Matrix2<f64>, [x, y]: [f64; 2]| {
             let value = value + second[0].0 * x + second[1].0 * y;
             (value, slope + second[0].1 * x + second[1].1 * y)

@@ -92,6 +92,7 @@ impl Equations {
 
 /// The inverse through the correlation matrix: parameters differ in size by 1e5.
 pub(crate) fn inverse(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    // What no pixel tells has the diagonal 0: its scale stays finite, and Cholesky's zero pivot refuses the matrix.
     let scale = matrix.diagonal().map(|d| 1.0 / d.max(1e-300).sqrt());
     let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j]);
     let inverse = scaled.cholesky()?.inverse();
@@ -101,14 +102,17 @@ pub(crate) fn inverse(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>>
 /// A step, which leaves the blur as it is where that is held, and by how much the squares fall with it were the model linear.
 pub(crate) fn step(equations: &Equations, damping: f64, blur_held: bool) -> Option<(Params, f64)> {
     let held = equations.matrix.diagonal() * damping;
+    // Damped by the diagonal (Marquardt), as the parameters have different units.
     let mut damped = equations.matrix + SMatrix::from_diagonal(&held);
     let mut vector = equations.vector;
     if blur_held {
         damped.row_mut(BLUR).fill(0.0);
         damped.column_mut(BLUR).fill(0.0);
+        // A row of its own that says 0: the matrix keeps its size, and the other parameters no longer see the blur.
         (damped[(BLUR, BLUR)], vector[BLUR]) = (1.0, 0.0);
     }
     let step = inverse(&damped)? * vector;
+    // With (A + D) s = v the squares fall by 2 s.v - s^T A s = s.(v + D s).
     let expected = step.dot(&(vector + held.component_mul(&step)));
     Some((step, expected))
 }

@@ -36,6 +36,8 @@ impl Border {
         for i in 0..2 {
             // Across a line of the grid a step is as long as the cell's area is beside a step along the line.
             let across = pitch.determinant().abs() / pitch.column(1 - i).norm();
+            // Negative where more than a step is to be kept clear: then part of the outer discs' own pixels is given up
+            // as well.
             let edge = PAPER_STEPS - clear / across;
             range[(i, 0)] = (f64::from(self.low[i] - cell[i]) - edge).max(-most);
             range[(i, 1)] = (f64::from(self.high[i] - cell[i]) + edge).min(most);

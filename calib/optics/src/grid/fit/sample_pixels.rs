@@ -102,6 +102,7 @@ impl Growing<'_> {
         };
         for y in rows[0]..rows[1] {
             for x in columns[0]..columns[1] {
+                // x + 2 y spreads a fifth of the pixels by a knight's steps: each row and each column has its part.
                 self.chosen[y * self.size[0] + x] |= (x + 2 * y).is_multiple_of(outlines.thin) && takes(x, y);
             }
         }
@@ -111,6 +112,7 @@ impl Growing<'_> {
     /// Lists the chosen pixels that see anything of a cell's disc: where blur is wide beside steps, those of others too.
     fn list(&mut self, cell: [i32; 2]) -> Option<()> {
         // Pixels are chosen within the margin, but a blurred disc reaches farther: other discs' pixels see it.
+        // The same reach as the raster's: a disc left out of a pixel's list would be missing in its model.
         let reach = self.outlines.margin.max(REACH * self.outlines.sigma);
         let [columns, rows] = self.window(cell, reach)?;
         let (first, begin) = (self.places.rows.len(), self.places.pixels.len());
@@ -173,6 +175,7 @@ impl SamplePixels {
             seen: vec![0; size[0] * size[1]],
             places: Self::default(),
         };
+        // All are chosen before any is listed: a disc's list holds pixels that its neighbours chose.
         some.iter().try_for_each(|cell| growing.choose(*cell))?;
         all.iter().try_for_each(|cell| growing.list(*cell))?;
         Some(growing.shared())
@@ -213,6 +216,7 @@ impl SamplePixels {
         };
         let new: Vec<Option<u32>> = shared.iter().zip(&self.shared).map(&mut place).collect();
         self.shared = several;
+        // Rows lie in the order of their discs, as `visit` shows them: the flags of single pixels follow it.
         let (mut kept, mut next) = (Vec::with_capacity(self.pixels.len()), alone.iter());
         for row in &mut self.rows {
             let from = kept.len();

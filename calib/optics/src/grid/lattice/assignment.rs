@@ -47,6 +47,7 @@ impl Assignment {
     /// The cell of a column and row.
     pub(crate) fn cell(&self, [col, row]: Cell) -> Cell {
         let [a, b, c, d] = self.turn;
+        // A rotation's inverse is its transpose.
         turned([a, c, b, d], [col - self.shift[0], row - self.shift[1]])
     }
 
@@ -77,6 +78,8 @@ impl View<'_> {
     /// Seats the lattice in the grid where only one way agrees with what is seen, or ways that the object itself looks
     /// the same in; of those the one whose columns go most to the right.
     pub(crate) fn seat(&self) -> Result<Assignment, GridRefused> {
+        // Without marks a view shows the whole grid, and each turn that fits has one shift; with them a part may have
+        // many.
         let fitting: Vec<Assignment> = TURNS.into_iter().flat_map(|turn| self.shifts(turn)).collect();
         if fitting.is_empty() || (self.spec.marks.is_empty() && !self.is_whole()) {
             return Err(self.wrong_size());

@@ -42,6 +42,7 @@ const BASES: [[i32; 4]; 9] = [
 /// where there is hardly anything else.
 pub(crate) fn agreed(blobs: &[Blob], cells: &HashMap<Cell, usize>) -> Option<(Matrix3<f64>, HashMap<Cell, usize>)> {
     let mut kept: Vec<(Cell, usize)> = cells.iter().map(|(c, i)| (*c, *i)).collect();
+    // A hash map's order changes from run to run, and with it the rounding of the homography.
     kept.sort_unstable();
     let fit = |kept: &[(Cell, usize)]| {
         let pair = |(c, i): &(Cell, usize)| (point(*c), blobs[*i].at);
@@ -50,6 +51,7 @@ pub(crate) fn agreed(blobs: &[Blob], cells: &HashMap<Cell, usize>) -> Option<(Ma
         let of_seen = enough.then(|| homography(&seen)).flatten();
         of_seen.or_else(|| homography(&kept.iter().map(pair).collect::<Vec<_>>()))
     };
+    // Outliers are left out against a fit that they bend: the next one is better, and more may have to go.
     let mut h = fit(&kept)?;
     for _ in 0..4 {
         let inverse = h.try_inverse()?;
@@ -68,6 +70,7 @@ fn unroundness(blobs: &[Blob], cells: &HashMap<Cell, usize>, h: &Matrix3<f64>) -
     let one = |(cell, i): (&Cell, &usize)| {
         let back = jacobian(h, point(*cell)).try_inverse().unwrap_or_default();
         let shape = back * blobs[*i].shape * back.transpose();
+        // The arithmetic over the geometric mean of the eigenvalues: 1 for a circle alone, whatever its size.
         (shape.trace() / (2.0 * shape.determinant().max(1e-300).sqrt())).min(1e3) - 1.0
     };
     cells.iter().map(one).sum::<f64>() / cells.len().max(1) as f64
@@ -105,6 +108,7 @@ fn best_window(cells: &HashMap<Cell, usize>, size: [i32; 2]) -> (usize, Cell) {
 /// Gives the lattice the basis in which most of it lies in a rectangle of the grid's size and its discs are round.
 pub(crate) fn place(blobs: &[Blob], lattice: &Lattice, spec: &GridSpec) -> Option<IndexedLattice> {
     let size = [spec.cols as i32, spec.rows as i32];
+    // A shear changes no homography, only coordinates: what is far off it goes before bases are compared.
     let (_, kept) = agreed(blobs, &lattice.cells)?;
     let mut best: Option<(f64, HashMap<Cell, usize>)> = None;
     for [a, b, c, d] in BASES {
@@ -113,6 +117,7 @@ pub(crate) fn place(blobs: &[Blob], lattice: &Lattice, spec: &GridSpec) -> Optio
             .map(|([u, v], i)| ([a * u + b * v, c * u + d * v], *i))
             .collect();
         let Some((h, _)) = agreed(blobs, &turned) else { continue };
+        // The basis may be found a quarter turn off, which is decided later.
         let upright = best_window(&turned, size).0;
         let lying = best_window(&turned, [size[1], size[0]]).0;
         let held = upright.max(lying) as f64 / kept.len() as f64;
@@ -130,6 +135,7 @@ pub(crate) fn place(blobs: &[Blob], lattice: &Lattice, spec: &GridSpec) -> Optio
 fn oriented(blobs: &[Blob], cells: HashMap<Cell, usize>, size: [i32; 2]) -> Option<HashMap<Cell, usize>> {
     let (h, _) = agreed(blobs, &cells)?;
     let n = cells.len() as f64;
+    // Perspective turns the axes over the grid: their direction is taken in the middle.
     let middle = cells.keys().map(|c| point(*c)).sum::<Vector2<f64>>() / n;
     let j = jacobian(&h, middle);
     // A lattice may have been grown with its axes exchanged; a grid is never seen from behind.
@@ -150,7 +156,7 @@ fn oriented(blobs: &[Blob], cells: HashMap<Cell, usize>, size: [i32; 2]) -> Opti
             .try_normalize(0.0)
             .unwrap_or_default();
         let held = best_window(&turned, size).0 as f64 / n;
-        // The size decides where it differs by more than a fiftieth of the discs, else the axis to the right.
+        // Rounded to fiftieths, so that a few discs more decide nothing; a fifth of the discs outweighs any direction.
         let score = 10.0 * (held * 50.0).round() / 50.0 + right.x;
         if best.as_ref().is_none_or(|b| score > b.0) {
             best = Some((score, turned));

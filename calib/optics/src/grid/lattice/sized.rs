@@ -45,10 +45,13 @@ impl Search<'_> {
     pub(crate) fn sized(&self, placed: IndexedLattice) -> SizedLattice {
         let uncut = placed.cells.iter().filter(|(_, i)| !self.blobs[**i].cut);
         let mut radii: Vec<(f64, Cell)> = uncut.map(|(c, i)| (self.radius(&placed, c, *i), *c)).collect();
+        // Ties by the cell, as a hash map's order differs from run to run.
         radii.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // The median, as large discs are few; without any disc a usual sheet's radius.
         let middle = radii.get(radii.len() / 2).map_or(0.2, |r| r.0);
         let large = radii.partition_point(|r| r.0 <= MIN_MARK_SIZE * middle);
         let marks = radii[large..].iter().map(|r| r.1).collect();
+        // A fit takes radii below half a pitch: it must start inside.
         let radius = radii.get(large / 2).map_or(0.2, |r| r.0).min(0.45);
         let mut small: Vec<Cell> = radii[..large].iter().map(|r| r.1).collect();
         small.sort_unstable_by_key(|c| [c[1], c[0]]);

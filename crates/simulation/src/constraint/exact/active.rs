@@ -9,6 +9,7 @@ use crate::constraint::{Active, Progress};
 use crate::solid::Cursor;
 
 /// A slack falls to this part of itself in one step at most; a force too.
+// The fraction-to-the-boundary rule of interior methods (Nocedal and Wright 2006, 19.2) with 0.99.
 const TO_BOUNDARY: f64 = 0.01;
 /// A new row begins with this part of the largest force at most.
 const FIRST_FORCE: f64 = 0.01;
@@ -48,6 +49,7 @@ impl Active for Exact {
         let mut parts = [1.0_f64; 2];
         let mut changes = std::mem::take(&mut self.changes);
         changes.clear();
+        // A lost foot or no aim: without changes `take` leaves all rows as they are.
         let (Some(touches), Some(aim)) = (self.touches(bodies, a), self.aim) else {
             return parts;
         };
@@ -88,6 +90,7 @@ impl Active for Exact {
         let mut merit = [0.0, 0.0, 0.0_f64];
         for ((row, touch), [slack, force]) in self.rows.iter().zip(touches.iter()).zip(&self.changes) {
             let Some(touch) = touch else { continue };
+            // `review` lifts a slack to its gap after the step: the merit looks at the one that will be.
             let at = (row.slack + part * slack).max(if part > 0.0 { touch.gap } else { 0.0 });
             merit[0] += aim.energy(at);
             merit[1] += (touch.gap - at).abs();
@@ -111,9 +114,11 @@ impl Active for Exact {
                 continue;
             };
             (row.sample, row.against, row.normal) = (touch.sample, touch.against, touch.normal);
+            // A slack above zero never falls here; one below its gap would only shorten the next step.
             row.slack = row.slack.max(touch.gap);
             progress.violation = progress.violation.max(-touch.gap);
             progress.work += row.force * row.slack;
+            // Loaded rows keep about a thousandth of `keep` on purpose: that is no lack.
             let gap = (touch.gap.abs() - 10.0 * LOADED_ROW_GAP * self.keep).max(0.0);
             progress.complementarity = progress.complementarity.max(row.force * gap);
             progress.rows += whole.part(row.slack);

@@ -44,6 +44,7 @@ impl Aim {
 
     /// How a force falls with its gap in a Newton step on `force gap = aim`.
     pub(super) fn stiffness(&self, force: f64, gap: f64) -> f64 {
+        // From `d(p s) = w part'(s) ds`.
         (force - self.work * self.slope(gap)) / gap
     }
 
@@ -51,6 +52,7 @@ impl Aim {
     pub(super) fn energy(&self, gap: f64) -> f64 {
         let x = gap / self.depth;
         if x < 1.0 {
+            // `b`, `b'` and `b''` vanish at 1: what is beyond joins on twice differentiable.
             self.work * (-x.ln() + 2.0 * x - 0.5 * x * x - 1.5)
         } else {
             0.0

@@ -62,6 +62,7 @@ impl Dip {
         let (mut u, mut settled) = (sample.u, false);
         for _ in 0..30 {
             let near = nearest(against, combine(nodes, line(u)));
+            // At an end of the other arc the node's own sample keeps out.
             if !near.inside {
                 return None;
             }
@@ -75,6 +76,7 @@ impl Dip {
             }
             let step = slope / dip.second;
             settled = step.abs() <= LAST_STEP;
+            // A quarter of the arc at most: the curvature that the step is made with is that of one place.
             u = (u - step.clamp(-0.5, 0.5)).clamp(-1.0, 1.0);
             if u.abs() >= 1.0 {
                 return None;
@@ -101,6 +103,7 @@ impl Dip {
             .map(|k| foot_at(own, arc, other, against, place(k)).map_or(f64::INFINITY, |f| f.gap))
             .collect();
         let lowest = (0..gaps.len()).filter(|&k| {
+            // At an end a place is its own neighbour: ends count as lowest where the one neighbour is not lower.
             let (before, after) = (k.saturating_sub(1), (k + 1).min(gaps.len() - 1));
             gaps[k].is_finite() && gaps[k] <= gaps[before] && gaps[k] <= gaps[after]
         });
@@ -127,6 +130,7 @@ fn foot_at(own: &Shape, arc: usize, other: &Shape, against: usize, u: f64) -> Op
 
 /// The least distance within a place's neighbours, by thirds: where it hardly changes, any place near will do.
 fn lowest_near(own: &Shape, arc: usize, other: &Shape, against: usize, u: f64) -> Option<(Cursor, Foot)> {
+    // Thirds need no second derivative, which vanishes where arcs run along one another.
     let step = 2.0 / f64::from(PLACES_PER_ARC);
     let gap = |u: f64| foot_at(own, arc, other, against, u).map_or(f64::INFINITY, |f| f.gap);
     let [mut low, mut high] = [(u - step).max(-1.0), (u + step).min(1.0)];

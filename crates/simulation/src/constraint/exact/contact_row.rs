@@ -162,6 +162,7 @@ impl Touch {
         rows.add(bodies, self.body, &self.sample, a, 1.0);
         let slopes = rows.0.iter().map(|r| r.slope).collect();
         if let Against::Arc { other, foot } = self.against {
+            // The slope of the sample's arc counts only where the sample slides, and is kept apart.
             rows.0.iter_mut().for_each(|r| r.slope = Vector2::zeros());
             rows.add(bodies, other, &foot, a, -1.0);
         }
@@ -189,6 +190,7 @@ impl Touch {
             .collect();
         let steep: Vec<f64> = moves.iter().map(|m| normal.dot(&m.by)).collect();
         let mixed = |k: usize| {
+            // The sample's unknowns come first and have the same numbers; those of the other solid have no such slope.
             let slope = slopes.get(k).copied().unwrap_or_default();
             match (&self.dip, &self.foot) {
                 (Some(dip), Some(foot)) => dip.mixed(foot, &moves[k], slope),
@@ -203,6 +205,7 @@ impl Touch {
             for (j, q) in rows.0[..=i].iter().enumerate() {
                 let mut value = stiffness * steep[i] * steep[j];
                 if !convex {
+                    // A plane has no foot and no curvature.
                     let bent = self.foot.as_ref().map_or(0.0, |foot| foot.second(&moves[i], &moves[j]));
                     value -= force * (bent - mixed[i] * mixed[j] * curved);
                 }

@@ -59,8 +59,11 @@ impl Between {
     ) {
         let Self::Solids { meeting, .. } = self else { return };
         for mut pair in near_arcs(shapes, within) {
+            // A closest point slides on the first arc: with the pair in one order it is the same row from state to
+            // state.
             pair.sort_unstable();
             let [[first, arc], [second, against]] = pair.map(|place| place.map(|k| k as usize));
+            // Arcs that share a node are closest there for ever.
             if !meeting.of(first, second) || first == second && neighbours(bodies, first, arc, against) {
                 continue;
             }
@@ -78,6 +81,8 @@ impl Between {
             for (arc, nodes) in shapes[body].arcs.iter().enumerate() {
                 let [low, middle, high] = nodes.map(|x| x.dot(&wall.normal) - wall.offset);
                 let (slope, bend) = (0.5 * (high - low), high + low - 2.0 * middle);
+                // The parabola `middle + slope u + bend u^2 / 2` is least at `-slope / bend`, inside where that is
+                // below 1.
                 if bend > 0.0 && slope.abs() < bend {
                     let sample = Cursor { arc, u: -slope / bend };
                     let lowest = middle - 0.5 * slope * slope / bend;

@@ -59,6 +59,7 @@ impl Wall {
         }
         let mut most = 1.0_f64;
         for (body, cursor) in &self.samples {
+            // Every sample's solid is among `solids`: the other case does not occur.
             let Some([heights, rates]) = &known[*body] else {
                 continue;
             };
@@ -71,6 +72,7 @@ impl Wall {
             // 0.625 is the largest sum of absolute weights of an arc's three nodes, halved: how far a turn swerves off the
             // straight way.
             let bend = 0.625 * swerves.into_iter().fold(0.0, f64::max);
+            // Down to the depth, at which the next review gives a row to whatever has come through.
             let room = (1.0 - LEFT_OF_DISTANCE) * (at(heights) - self.offset + self.depth);
             most = most.min(first_fall(room, at(rates), bend));
         }

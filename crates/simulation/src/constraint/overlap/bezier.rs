@@ -13,6 +13,7 @@ impl Bezier {
     /// The arc of these three nodes, about an origin.
     pub(super) fn of(nodes: &[Vector2<f64>; 3], origin: Vector2<f64>) -> Self {
         let [first, middle, last] = nodes.map(|x| x - origin);
+        // At 1/2 the arc is `(p + 2 q + r) / 4`, which must be the middle node.
         Self([first, middle * 2.0 - (first + last) * 0.5, last])
     }
 
@@ -34,6 +35,7 @@ impl Bezier {
 
     /// The part between two parameters.
     pub(super) fn part(&self, [from, to]: [f64; 2]) -> Self {
+        // The control points of a part are the blossom at `(from, from)`, `(from, to)` and `(to, to)`.
         Self([self.at(from), self.blossom(from, to), self.at(to)])
     }
 

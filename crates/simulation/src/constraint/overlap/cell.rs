@@ -61,6 +61,7 @@ impl Frame {
     fn of(first: &Bezier, second: &Bezier) -> Option<Self> {
         let [start, control, end] = second.0;
         let length = (end - start).norm();
+        // A NaN is not `<= 0` and would give a frame of NaN.
         if length.is_nan() || length <= 0.0 {
             return None;
         }
@@ -90,6 +91,8 @@ impl Frame {
     fn parameter(&self, x: f64) -> Option<f64> {
         let control = self.control[0];
         let root = (control * control + (self.length - 2.0 * control) * x).sqrt();
+        // `x = 2 c t + (L - 2 c) t^2` by the form without cancellation, which also holds where `L = 2 c`. A negative
+        // radicand becomes NaN: no such point.
         let t = x / (control + root);
         t.is_finite().then_some(t)
     }
@@ -97,6 +100,7 @@ impl Frame {
     /// The lie by the heights of the first over the second.
     fn heights(&self, tolerance: f64) -> Option<Lie> {
         let ([control, rise], length) = (self.control, self.length);
+        // Then the second runs backwards along its chord somewhere, and has no height there.
         if control <= 0.0 || control >= length {
             return None;
         }
@@ -108,6 +112,7 @@ impl Frame {
         let t = [begin, 2.0 * half - 0.5 * (begin + end), end];
         let room = BEYOND_PARAMETER * (most(&t) - least(&t)) + 16.0 * tolerance / length;
         let range = [least(&t) - room, most(&t) + room];
+        // The derivative of `x_2` is linear in `t`, as is that of `y_2`: both are bounded by the ends of the range.
         let speed = 2.0 * least(&range.map(|t| control + (length - 2.0 * control) * t));
         let steep = 2.0 * most(&range.map(|t| (rise * (1.0 - 2.0 * t)).abs())) / speed;
         if speed < MIN_SPEED * length || steep.is_nan() || steep > MAX_SLOPE {
@@ -119,6 +124,7 @@ impl Frame {
         let (x, y) = (raised(&self.x), raised(&self.y));
         // What that parameter misses along the chord, times the slope, is what heights may be off by.
         let missed = (0..5).map(|k| (along(k) - x[k]).abs()).fold(0.0, f64::max);
+        // The point below must lie within the range that slope and speed were bounded for.
         if missed > room * speed {
             return None;
         }

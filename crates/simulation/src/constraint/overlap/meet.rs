@@ -28,6 +28,7 @@ impl Joint {
     fn parts(self, [p, q]: &Meeting, first: &Bezier, second: &Bezier) -> bool {
         let after = self.after && p[1] == 1.0 && q[0] == 0.0;
         let before = self.before && p[0] == 0.0 && q[1] == 1.0;
+        // Neither end in common here, or both, as of two arcs that close a contour: no one line tells.
         if after == before {
             return false;
         }
@@ -49,6 +50,7 @@ impl Joint {
 /// All parts of two arcs as near as the tolerance, up to twice; what is not in them is farther apart than the tolerance over 1.12.
 /// `None` where that takes too long, or a number is not finite.
 pub(super) fn meetings(nodes: [&[Vector2<f64>; 3]; 2], joint: Joint, tolerance: f64) -> Option<Vec<Meeting>> {
+    // About a node of them: rounding is then that of the arcs' size, not of where they lie.
     let origin = nodes[1][0];
     let [first, second] = nodes.map(|nodes| Bezier::of(nodes, origin));
     let size = first.0.iter().chain(&second.0).map(|p| p.amax()).fold(0.0, f64::max);
@@ -92,6 +94,7 @@ fn halves(cell: &Meeting, sizes: [f64; 2], tolerance: f64) -> Option<[Meeting; 2
     let larger = usize::from(sizes[1] > sizes[0]);
     let [from, to] = cell[larger];
     let middle = 0.5 * (from + to);
+    // No number lies between: the part is as short as parameters can tell.
     if middle <= from || middle >= to {
         return None;
     }

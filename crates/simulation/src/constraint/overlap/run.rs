@@ -31,6 +31,7 @@ impl Runs {
                     .and_then(|parts| parts.get(&arc))
                     .map_or(&[][..], Vec::as_slice);
                 for gap in gaps(parts) {
+                    // Exact: a gap begins at 0 only where no contact does.
                     let goes_on = gap[0] == 0.0 && runs.free.len() > before;
                     match runs.free.last_mut().filter(|run| goes_on && leads(boundary, run, arc)) {
                         Some(run) => run.push((arc, gap)),
@@ -52,6 +53,7 @@ impl Runs {
         }
         let [first, last] = [&own[0], &own[own.len() - 1]];
         let (arc, [from, _]) = first[0];
+        // One run alone has no other end to be joined to.
         if own.len() > 1 && from == 0.0 && leads(boundary, last, arc) {
             let last = self.free.pop().unwrap_or_default();
             self.free[before].extend(last);
@@ -92,6 +94,7 @@ fn gaps(parts: &[[f64; 2]]) -> Vec<[f64; 2]> {
         if start - from > LEAST_ARC_PART {
             gaps.push([from, start]);
         }
+        // Contacts may overlap or lie within one another.
         from = end.max(from);
     }
     if 1.0 - from > LEAST_ARC_PART {

@@ -18,6 +18,7 @@ fn spanned(arc: &Bezier, halvings: u32) -> f64 {
     let [p, q, r] = arc.0;
     let centre = (p + r) * 0.5;
     let square = (p - centre).norm_squared().max((q - centre).norm_squared());
+    // The circle holds the control points, and so the arc: seen from outside of it, it spans less than half a turn.
     if centre.norm_squared() > square || halvings == 0 {
         return angle(p, r);
     }
