@@ -107,14 +107,17 @@ fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<
         }
         for &view in &planned.views {
             panels[view].image = held_frame(&run.ports.held[view], pose.seq, Ages::of(&run.scene.limits));
-            if let Some((_, stamp)) = &panels[view].image
-                && Some(stamp.volume()) != run.metrics.volume_hash()
-            {
-                panels[view].image = None;
-                problems.push(format!(
-                    "{} shows another volume than was loaded",
-                    run.scene.views[view].name
-                ));
+            let name = &run.scene.views[view].name;
+            match &panels[view].image {
+                None => problems.push(format!(
+                    "{name}: its renderer took the request for pose {} but handed no image of it over",
+                    pose.seq
+                )),
+                Some((_, stamp)) if Some(stamp.volume()) != run.metrics.volume_hash() => {
+                    panels[view].image = None;
+                    problems.push(format!("{name} shows another volume than was loaded"));
+                }
+                Some(_) => {}
             }
         }
     }

@@ -27,7 +27,7 @@ const STEP_END_MM: f64 = 1e-6;
 /// A fall of the cost below this share of it counts as none: a ten-thousandth of a deviation of any parameter.
 const COST_END: f64 = 1e-9;
 /// A last step of the centre that is accepted when the steps run out, mm.
-const LAST_STEP_MM: f64 = 5e-3;
+pub(crate) const LAST_STEP_MM: f64 = 5e-3;
 /// Of the diagonal of the normal equations.
 pub(super) const DAMPING: Damping = Damping {
     start: 1e-3,

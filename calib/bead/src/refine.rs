@@ -17,7 +17,7 @@ use ::fit::{End, Limits, Made, Step, least_squares};
 use nalgebra::{DMatrix, DVector, Dyn, Vector3, linalg::Cholesky};
 
 use super::background_field::{Ground, Linear, Spread, VoxelShare};
-use super::fit::{DAMPING, Expected, Fitted, Sample, State};
+use super::fit::{DAMPING, Expected, Fitted, LAST_STEP_MM, Sample, State};
 use super::residuals::Leftover;
 
 /// The most voxels in the covariance, and in the likelihood.
@@ -275,7 +275,13 @@ impl<'a> Refiner<'a> {
         let end = least_squares(&whitened, start.clone(), DAMPING, Limits::tries(MAX_STEPS))?;
         // Without damping, which belongs to the way there and not to what is known.
         let inverse = end.at.0.cholesky()?.inverse();
-        (end.end != End::Singular).then_some((end.state, inverse))
+        let is_settled = match end.end {
+            End::Singular => false,
+            // It may have been on its way yet.
+            End::OutOfSteps => end.length < LAST_STEP_MM,
+            End::Last | End::Flat | End::Settled | End::Nowhere => true,
+        };
+        is_settled.then_some((end.state, inverse))
     }
 }
 

@@ -94,6 +94,13 @@ mod tests {
     }
 
     #[test]
+    fn frames_pass_no_gate_that_is_no_number() {
+        let mean = |gate: f64| super::super::mean::mean(&frames(&[-0.1, 0.0, 0.1]), gate);
+        assert!(mean(6.0).is_ok());
+        assert!(matches!(mean(f64::NAN), Err(Refused::Moved { .. })));
+    }
+
+    #[test]
     fn residuals_and_condition_are_those_planted() {
         let base = Rigid::<Tracker, Base>::identity().into();
         let tip = Vector::new(0.0, 0.0, 300.0);

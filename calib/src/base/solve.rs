@@ -252,6 +252,31 @@ mod tests {
     use super::*;
     use geometry::rotation::RotationVector;
 
+    /// A plane and one groove leave the way along the groove open: there its middle is laid on that of the touches, however
+    /// many touches of the plane come with them.
+    #[test]
+    fn touches_of_the_plane_do_not_pull_the_groove_to_the_origin() {
+        let touch = |axis: Vector3<f64>, place: Vector3<f64>, along| HeldTouch {
+            place,
+            hold: Hold {
+                axes: [axis, Vector3::new(0.0, 1.0, 0.0)],
+                count: if along { 2 } else { 1 },
+                at: Vector3::zeros(),
+                along: along.then(|| (Vector3::new(1.0, 0.0, 0.0), 20.0)),
+            },
+            noise: None,
+        };
+        let up = Vector3::new(0.0, 0.0, 1.0);
+        let plane = (0..20).map(|i| touch(up, Vector3::new(f64::from(i), 3.0, 5.0), false));
+        let groove = (0..30).map(|i| touch(up, Vector3::new(100.0 + f64::from(i % 3) - 1.0, 7.0, 5.0), true));
+        let found = shift(
+            &plane.chain(groove).collect::<Vec<_>>(),
+            Rotation::from_vector(RotationVector::ZERO),
+        );
+        // The middle of the groove is at x = 10, that of its touches at 100; the small pull is to just there.
+        assert!((found - Vector3::new(90.0, 7.0, 5.0)).norm() < 1e-3, "{found}");
+    }
+
     /// (1) against central differences: the third derivative times h^2 / 6, below 300 mm x 1e-10.
     #[test]
     fn the_derivative_is_that_of_differences() {

@@ -91,6 +91,27 @@ fn lenient() -> Gates {
 }
 
 #[test]
+fn a_limit_that_is_no_number_lets_no_pose_pass() {
+    let (places, mut random) = (ball(24, 50.0), Random(5));
+    let body = Body::of_points(&places).unwrap();
+    let seen = sightings(&places, placed(&mut random), &optotrak(), &mut random, 1.0);
+    let limits: [fn(&mut Gates); 3] = [
+        |g| g.max_fre_mm = f64::NAN,
+        |g| g.outlier_sigmas = f64::NAN,
+        |g| g.max_tip_mm = f64::NAN,
+    ];
+    assert!(solve(&body, tip(), &seen, &optotrak(), &lenient()).is_ok());
+    for limit in limits {
+        let mut gates = lenient();
+        limit(&mut gates);
+        assert!(solve(&body, tip(), &seen, &optotrak(), &gates).is_err(), "{gates:?}");
+    }
+    let mut blind = optotrak();
+    blind.eye = Point::new(0.0, f64::NAN, 0.0);
+    assert!(blind.checked().unwrap_err().to_string().contains("eye"));
+}
+
+#[test]
 fn without_noise_the_tip_is_exact() {
     let (places, mut random) = (ball(24, 50.0), Random(3));
     let body = Body::of_points(&places).unwrap();

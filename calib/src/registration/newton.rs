@@ -149,3 +149,16 @@ fn cofactors(m: &Matrix3<f64>) -> Matrix3<f64> {
     let (bc, ca, ab) = (b.cross(&c), c.cross(&a), a.cross(&b));
     Matrix3::new(bc.x, bc.y, bc.z, ca.x, ca.y, ca.z, ab.x, ab.y, ab.z)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `H` has the diagonal (-0.2, 1e-10, 0.6) there: the sum of its minors is negative, and so was the bound on `det`.
+    #[test]
+    fn a_saddle_is_no_determined_optimum() {
+        let psi = Matrix3::from_diagonal(&Vector3::new(0.4, 0.2, -0.4 + 1e-10));
+        assert!(!determined(&psi, &[1.0, 0.0, 0.0, 0.0]));
+        assert!(determined(&psi.abs(), &[1.0, 0.0, 0.0, 0.0]));
+    }
+}

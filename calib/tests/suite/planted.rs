@@ -151,6 +151,20 @@ proptest! {
     }
 }
 
+/// Psi then has three equal singular values: the least and the largest are one.
+#[test]
+fn an_octahedron_is_registered_by_every_method() {
+    let ends = [1.0, -1.0].map(|s| [[10.0 * s, 0.0, 0.0], [0.0, 10.0 * s, 0.0], [0.0, 0.0, 10.0 * s]]);
+    let from: Vec<Point<Tracker>> = ends.concat().iter().map(|p| Point::new(p[0], p[1], p[2])).collect();
+    let to: Vec<Point<Ct>> = ends.concat().iter().map(|p| Point::new(p[0], p[1], p[2])).collect();
+    for method in Method::ALL {
+        let found = solved(&to, &from, method).transform;
+        let off = from.iter().zip(&to).map(|(f, t)| (found * *f).distance(*t));
+        // Some roundings of 10 mm.
+        assert!(off.fold(0.0, f64::max) < 1e-13, "{method:?}");
+    }
+}
+
 #[test]
 fn a_mirrored_cloud_gets_its_best_proper_rotation() {
     for seed in 0..200 {

@@ -131,7 +131,9 @@ fn covariances() {
     let pairs = Pairs::new(&to, &from).unwrap();
     let good = Matrix3::identity();
     let skewed = Matrix3::new(1.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
-    for bad in [Matrix3::zeros(), -good, skewed, good * f64::NAN] {
+    // Only the lower triangle is factorised.
+    let above = Matrix3::new(1.0, f64::NAN, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    for bad in [Matrix3::zeros(), -good, skewed, good * f64::NAN, above] {
         let found = register_anisotropic(pairs, &[good, bad, good]).err();
         assert_eq!(found, Some(Refused::BadCovariance { pair: 1 }));
     }

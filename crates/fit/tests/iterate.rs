@@ -223,3 +223,20 @@ fn a_median_is_the_upper_of_two_in_the_middle() {
     assert_eq!(median(vec![5.0, 1.0, 4.0]), 4.0);
     assert_eq!(median(vec![4.0, 1.0, 3.0, 2.0]), 3.0);
 }
+
+/// 0 times any factor is 0: the same step would be tried without end.
+#[test]
+fn damping_by_gain_rises_from_zero() {
+    let damping = Damping {
+        start: 0.0,
+        rule: Rule::Gained { least: 0.0 },
+        ..DAMPING
+    };
+    let mut held = damping.held();
+    let tries = (0..100).take_while(|_| {
+        held.raise();
+        held.value <= damping.most
+    });
+    // By 2, 4, 8, ... from the least number: 2^(k (k + 1) / 2) passes 2^1022 and the bound at k = 46.
+    assert!(tries.count() < 50);
+}

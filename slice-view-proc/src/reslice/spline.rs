@@ -19,6 +19,8 @@ const LANES: usize = 8;
 pub(super) struct Spline<T> {
     pub(super) layout: Layout,
     pub(super) coefficients: Vec<T>,
+    /// The address of the voxels, which is compared and never followed.
+    address: usize,
 }
 
 /// How coefficients are kept.
@@ -70,7 +72,11 @@ impl<T: Kept> Spline<T> {
     pub(super) fn new(volume: &VolumeView<'_>, alive: &mut dyn FnMut()) -> Self {
         let layout = volume.layout.clone();
         let coefficients = volume.voxels.iter().map(|hu| T::keep(f64::from(*hu))).collect();
-        let mut spline = Self { layout, coefficients };
+        let mut spline = Self {
+            layout,
+            coefficients,
+            address: volume.voxels.as_ptr() as usize,
+        };
         for axis in 0..3 {
             alive();
             spline.filter_axis(axis, alive);
@@ -83,9 +89,9 @@ impl<T: Kept> Spline<T> {
         self.coefficients[self.layout.offset(voxel)]
     }
 
-    /// Whether it has the layout of `volume`, and so its dimensions.
+    /// Whether it was made of `volume`: another one of the same layout lies elsewhere.
     pub(super) fn is_of(&self, volume: &VolumeView<'_>) -> bool {
-        self.layout == *volume.layout
+        self.address == volume.voxels.as_ptr() as usize && self.layout == *volume.layout
     }
 
     fn filter_axis(&mut self, axis: usize, alive: &mut dyn FnMut()) {

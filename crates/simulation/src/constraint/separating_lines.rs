@@ -122,9 +122,10 @@ impl Pair<'_> {
     }
 }
 
-/// The first `t > 0` at which `gap + rate t - bend t^2` is zero; zero where it begins below.
+/// The first `t > 0` at which `gap + rate t - bend t^2` is zero; zero where it begins below, or where a number is NaN.
 pub(super) fn first_fall(gap: f64, rate: f64, bend: f64) -> f64 {
-    if gap <= 0.0 {
+    // A NaN fails every comparison below, and with a bend of 0 the whole step would count as proved free.
+    if gap <= 0.0 || (gap + rate + bend).is_nan() {
         return 0.0;
     }
     let root = (rate * rate + 4.0 * bend * gap).sqrt();
@@ -148,6 +149,14 @@ mod tests {
     use super::super::nearest::nearest;
     use super::super::shape::Shape;
     use super::*;
+
+    #[test]
+    fn a_gap_that_is_no_number_is_never_proved_to_stay_open() {
+        for (gap, rate, bend) in [(f64::NAN, -1.0, 0.0), (1.0, f64::NAN, 0.0), (1.0, 1.0, f64::NAN)] {
+            assert_eq!(first_fall(gap, rate, bend), 0.0);
+        }
+        assert_eq!(first_fall(1.0, -2.0, 0.0), 0.5);
+    }
 
     /// Numbers in (-1, 1).
     fn numbers(mut state: u64) -> impl FnMut() -> f64 {

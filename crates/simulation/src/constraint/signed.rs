@@ -95,8 +95,8 @@ fn settle(nodes: &[Vector2<f64>; 3], point: Vector2<f64>, mut v: f64) -> Option<
     for _ in 0..30 {
         let (offset, slope) = (point - combine(nodes, line(v)), combine(nodes, line_slope(v)));
         let derivative = bend.dot(&offset) - slope.norm_squared();
-        // Past the centre of curvature Newton's method would climb to the farthest point.
-        if derivative >= 0.0 {
+        // Past the centre of curvature Newton's method would climb to the farthest point; a NaN leads nowhere.
+        if derivative.is_nan() || derivative >= 0.0 {
             return None;
         }
         // A zero beyond an end lies on the next arc, to which `walk` goes on.

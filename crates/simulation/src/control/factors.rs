@@ -3,7 +3,7 @@
 use super::evaluation::{Evaluation, largest};
 use super::report::Work;
 use super::{Failed, Potential, Stability};
-use crate::sparse::{Inertia, Ldl, Triplets};
+use crate::sparse::{Ldl, Triplets};
 
 /// An eigenvalue below this part of the softest stiffness is neutral.
 const NEUTRAL_PART: f64 = 1e-12;
@@ -167,18 +167,19 @@ impl Factors {
         // Weights such that `tau` times each is that unknown's own bound, and none below the rounding.
         self.stiffness.iter_mut().for_each(|s| *s = (*s * own).max(least) / tau);
         self.ldl.weigh(&self.stiffness);
-        let mut negative = |shift: f64| -> usize {
+        let mut negative = |shift: f64| -> Result<usize, Failed> {
             work.factorisations += 1;
             // A pivot that vanishes at one shift does not at a neighbour.
             let tries = [1.0, 1.37, 0.71, 2.03];
             let found = tries.iter().find_map(|t| self.ldl.shifted(t * shift).ok());
-            found.unwrap_or(Inertia::default()).negative
+            // Without a factor nothing is known of the eigenvalues: none counted would be a minimum stated.
+            found.map(|inertia| inertia.negative).ok_or(Failed::NoInertia)
         };
         // The matrix less `tau` has a negative pivot for every eigenvalue below `tau`, the matrix plus `tau` for every
         // one below `-tau`: the difference is neutral.
-        let below = negative(-tau);
+        let below = negative(-tau)?;
         // Where none lies below `tau`, none lies below `-tau`.
-        let falling = if below == 0 { 0 } else { negative(tau) };
+        let falling = if below == 0 { 0 } else { negative(tau)? };
         Ok(Stability {
             falling,
             neutral: below.saturating_sub(falling),

@@ -53,6 +53,9 @@ pub enum Failed {
         /// The same in sizes of the largest solid.
         extents: f64,
     },
+    /// Whether the state is a minimum cannot be said.
+    #[error("the stiffness has no factor near any of four shifts: whether the state is a minimum is not known")]
+    NoInertia,
     /// The steps ran out, or became too small to change the energy.
     #[error("no convergence in {iterations} steps: the largest free force is {residual:e}, the largest load {load:e}")]
     NotConverged {

@@ -188,3 +188,15 @@ fn filters_that_were_not_prepared_are_refused() {
         assert_eq!(refused, Err(ResliceError::NotPrepared(filter)));
     }
 }
+
+#[test]
+fn coefficients_of_one_volume_are_not_taken_for_another_of_its_layout() {
+    let (one, other) = (noise([8, 8, 8], [4, 4, 4], false), noise([8, 8, 8], [4, 4, 4], false));
+    let plane = plane_at([0.0; 3], [0.0, 0.0, 1.0], 1.0).unwrap();
+    let mut hu = vec![0.0; (SIZE[0] * SIZE[1]) as usize];
+    let (sampling, mut cpu) = (Filter::BSpline.into(), Cpu::default());
+    cpu.prepare(&one.view(), &[sampling], &mut || {}).unwrap();
+    assert_eq!(cpu.reslice(&one.view(), &plane, &sampling, &mut hu), Ok(()));
+    let refused = cpu.reslice(&other.view(), &plane, &sampling, &mut hu);
+    assert_eq!(refused, Err(ResliceError::NotPrepared(Filter::BSpline)));
+}

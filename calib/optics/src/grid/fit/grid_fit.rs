@@ -26,6 +26,8 @@ const DAMPING: Damping = Damping {
     most: 1e5,
     singular: true,
 };
+/// More damping than this makes a step short however far the end is.
+const MOST_AT_END: f64 = 0.1;
 /// A step that is to leave less of chi squared to gain is the last: 0.1 is a third of a deviation of all parameters
 /// together.
 const LAST_GAIN_CHI2: f64 = 0.1;
@@ -147,6 +149,10 @@ impl Grid<'_> {
             ..Limits::tries(MAX_STEPS)
         };
         let mut end = least_squares(&chosen, start, DAMPING, limits)?;
+        // On its way yet: its covariance would be that of a place where the least is not.
+        if end.end == End::OutOfSteps {
+            return None;
+        }
         // A last step is made without a look: the squares are those before it, less what the linear model lets them
         // fall by.
         if end.end == End::Last {
@@ -172,7 +178,8 @@ impl Grid<'_> {
     fn result(&self, params: &Params, now: &Equations, origin: Vector2<f64>) -> Option<GridFit> {
         // `equations` refuses 2 N pixels and fewer: degrees of freedom are left.
         let noise = (now.squares / (now.pixels.checked_sub(N)? as f64)).sqrt();
-        let covariance = inverse(&now.matrix)? * (noise * noise);
+        // Grey levels are whole numbers: residuals below the deviation of their rounding do not make the fit more certain.
+        let covariance = inverse(&now.matrix)? * (noise * noise).max(1.0 / 12.0);
         // A step of the discs' grey: contrast is that of the paper less the discs, positive for dark ones.
         let contrast = [0, 1, 2].map(|k| -params[SHAPES + k]);
         let right = if self.bright {
@@ -327,7 +334,11 @@ impl fit::Problem for Chosen<'_> {
     }
 
     /// So small a step is as good as what it leads to: what is left goes with its square beside the blur's.
-    fn is_last(&self, step: &Step<Params>, now: &Equations, _damping: f64) -> bool {
+    /// A step that damping alone made short gains little, too, and says nothing of what is left.
+    fn is_last(&self, step: &Step<Params>, now: &Equations, damping: f64) -> bool {
+        if damping > MOST_AT_END {
+            return false;
+        }
         let left = step.gain * step.length.powi(2).min(1.0);
         left < LAST_GAIN_CHI2 * now.squares / now.pixels as f64
     }

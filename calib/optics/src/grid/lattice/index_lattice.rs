@@ -73,7 +73,10 @@ fn unroundness(blobs: &[Blob], cells: &HashMap<Cell, usize>, h: &Matrix3<f64>) -
         // The arithmetic over the geometric mean of the eigenvalues: 1 for a circle alone, whatever its size.
         (shape.trace() / (2.0 * shape.determinant().max(1e-300).sqrt())).min(1e3) - 1.0
     };
-    cells.iter().map(one).sum::<f64>() / cells.len().max(1) as f64
+    // Summed in the order of size: a map has another order in every run, and rounding would decide near ties.
+    let mut all: Vec<f64> = cells.iter().map(one).collect();
+    all.sort_by(f64::total_cmp);
+    all.iter().sum::<f64>() / cells.len().max(1) as f64
 }
 
 /// The most cells in a window of a size, and its first column and row.
