@@ -1,7 +1,7 @@
-//! Long bodies of the numerics say why: the reader of a formula needs the reason more than the reader of a form.
+//! Bodies of the numerics say why: the reader of a formula needs the reason more than the reader of a form.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::floors::{root, rust_files};
 
@@ -17,6 +17,9 @@ const NUMERIC: &[&str] = &[
 ];
 /// Bodies of more lines than this, from the `fn` to its closing brace, hold a sentence of why.
 const LONG_LINES: usize = 25;
+
+/// The least share of lines of the numerics that are comments in bodies, per cent: that of the code which this one is measured by is 5.
+const LEAST_COMMENTS_PERCENT: f64 = 3.0;
 
 /// The name and the lines of each function of a file: from the line of its `fn` to the closing brace under it. Functions without a body
 /// are left out; those of tests are, as what stands behind `mod tests`.
@@ -68,14 +71,55 @@ fn silent(file: &Path) -> Vec<String> {
         .collect()
 }
 
-#[test]
-fn long_bodies_of_the_numerics_say_why() {
+/// The files where numbers are made, without tests.
+fn numeric_files() -> Vec<PathBuf> {
     let mut files = Vec::new();
     NUMERIC
         .iter()
         .for_each(|folder| rust_files(&root().join(folder), &mut files));
     files.retain(|file| !file.ends_with("tests.rs") && !file.components().any(|part| part.as_os_str() == "tests"));
     assert!(files.len() > 250, "found only {}", files.len());
+    files
+}
+
+/// All lines of a file before its tests, and those of them that are comments of a body.
+fn shares(file: &Path) -> [usize; 2] {
+    let text = fs::read_to_string(file).unwrap();
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or(&text);
+    let comments = text.lines().filter(|line| line.trim_start().starts_with("// "));
+    [text.lines().count(), comments.count()]
+}
+
+#[test]
+fn bodies_of_the_numerics_have_their_share_of_reasons() {
+    for folder in NUMERIC {
+        let files = numeric_files()
+            .into_iter()
+            .filter(|file| file.starts_with(root().join(folder)));
+        let [lines, comments] = files
+            .map(|file| shares(&file))
+            .fold([0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        println!(
+            "{folder}: {comments} comments in {lines} lines, {:.2} %",
+            100.0 * comments as f64 / lines as f64
+        );
+    }
+    let all = numeric_files()
+        .iter()
+        .map(|file| shares(file))
+        .fold([0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+    let percent = 100.0 * all[1] as f64 / all[0] as f64;
+    assert!(
+        percent >= LEAST_COMMENTS_PERCENT,
+        "{} comments in {} lines: {percent:.2} %",
+        all[1],
+        all[0]
+    );
+}
+
+#[test]
+fn long_bodies_of_the_numerics_say_why() {
+    let files = numeric_files();
     let silent: Vec<String> = files.iter().flat_map(|file| silent(file)).collect();
     assert!(silent.is_empty(), "no line of why in:\n{}", silent.join("\n"));
 }

@@ -21,13 +21,6 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// From the root mean square length of the localisation error, mm: the FLE of the literature.
-    pub fn from_fle_rms_mm(fle_rms_mm: f64) -> Self {
-        Self {
-            sigma_mm: fle_rms_mm / 3.0_f64.sqrt(),
-        }
-    }
-
     /// Root mean square length, mm: `sqrt(3) sigma`.
     pub fn fle_rms_mm(&self) -> f64 {
         self.sigma_mm * 3.0_f64.sqrt()

@@ -2,7 +2,6 @@
 
 use std::ops::Mul;
 
-use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::error::finite;
 use super::{RotationError, exact};
@@ -88,20 +87,6 @@ impl Rotation {
         let t = cross(u, v).map(|c| 2.0 * c);
         let w = cross(u, t);
         [0, 1, 2].map(|i| v[i] + (s * t[i] + w[i]))
-    }
-
-    /// The same rotation as nalgebra's type. Exact.
-    pub fn to_nalgebra(self) -> UnitQuaternion<f64> {
-        let [s, x, y, z] = self.0;
-        UnitQuaternion::new_unchecked(Quaternion::new(s, x, y, z))
-    }
-
-    /// From nalgebra's type, with the drift of its norm repaired; 1 ulp.
-    ///
-    /// # Errors
-    /// As [`Rotation::from_quaternion`], for what was put into it unchecked.
-    pub fn from_nalgebra(q: &UnitQuaternion<f64>) -> Result<Self, RotationError> {
-        Self::from_quaternion([q.w, q.i, q.j, q.k])
     }
 }
 
