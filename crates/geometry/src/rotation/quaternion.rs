@@ -2,7 +2,6 @@
 
 use std::ops::Mul;
 
-
 use super::error::finite;
 use super::{RotationError, exact};
 
