@@ -1,11 +1,9 @@
 //! Weights that forget poses which slipped, found without a start near the answer.
 //!
-//! With `s^2 = r'^T S^-1 r' / scale^2`, the criterion first is that of Geman and McClure, `mu c^2 s^2 / (mu c^2 + s^2)`,
-//! with `mu` so large that it is convex, then halved down to 1 (graduated non-convexity, Yang et al. 2020), each time by
-//! one weighted step; at the end Tukey's biweight, `w = (1 - s^2 / 49)^2` below 7 deviations and nothing above, until
-//! nothing moves. With three components of normal noise its variance is 1.019 times the least. `scale` follows from the
-//! median of the squares, so that only the ratio of the noises has to be known; up to a half of the poses may be wrong.
+//! The weights are those of [`fit::robust`] for `s^2 = r'^T S^-1 r' / scale^2`, which has three components: one weighted step for each
+//! width of the convex criterion, then Tukey's biweight until nothing moves.
 
+use fit::robust::{MEDIAN_CHI2_3, TUKEY_CHI2, biweight, convex_widths, geman_mcclure, squared_scale};
 use nalgebra::Vector6;
 
 use super::Refused;
@@ -13,12 +11,6 @@ use super::linear::{Problem, State};
 use super::noise::PoseNoise;
 use super::step::{self, Normal, moved};
 
-/// Median of chi-square with three degrees of freedom.
-const MEDIAN_CHI2_3: f64 = 2.365_973_884_375_338;
-/// Square of the constant of Geman and McClure, in deviations.
-const GEMAN_MCCLURE_CHI2: f64 = 9.0;
-/// Square of Tukey's constant, in deviations.
-const TUKEY_CHI2: f64 = 49.0;
 /// Steps of each phase; five are usual at the end.
 const MAX_STEPS: usize = 200;
 /// A step whose square, in deviations of the result, is below this ends the iteration.
@@ -48,17 +40,6 @@ pub(super) struct Settled {
     pub(super) singular: bool,
 }
 
-/// Tukey's weight of a square.
-pub(super) fn biweight(square: f64) -> f64 {
-    (1.0 - square / TUKEY_CHI2).max(0.0).powi(2)
-}
-
-/// `w + (2 / 3) s^2 dw / d(s^2)`: the mean slope of `w r` over the three components.
-pub(super) fn slope(square: f64) -> f64 {
-    let left = (1.0 - square / TUKEY_CHI2).max(0.0);
-    left * left - 4.0 / 3.0 * left * square / TUKEY_CHI2
-}
-
 /// Runs both phases from `start`.
 pub(super) fn settle<N: Noise>(problem: &Problem, start: State, noise: &N) -> Result<Settled, Refused> {
     let n = problem.poses.len();
@@ -77,16 +58,12 @@ pub(super) fn settle<N: Noise>(problem: &Problem, start: State, noise: &N) -> Re
     };
     run.measure();
     let largest = run.settled.squares.iter().copied().fold(0.0, f64::max);
-    // Geman and McClure's criterion is convex up to s^2 = mu c^2 / 3; Yang et al. begin at mu = 2 s^2 / c^2. At most
-    // twenty halvings, however far a pose slipped.
-    let mut mu = (2.0 * largest / GEMAN_MCCLURE_CHI2).min(1e6);
     // Convex at first, so that a start that slipped poses have spoilt is left behind.
-    while mu > 1.0 {
-        run.reweigh(|square| (mu * GEMAN_MCCLURE_CHI2 / (mu * GEMAN_MCCLURE_CHI2 + square)).powi(2));
+    for mu in convex_widths(largest) {
+        run.reweigh(|square| geman_mcclure(mu, square));
         if run.advance().is_none() {
             return Ok(run.stuck());
         }
-        mu *= 0.5;
     }
     if !run.finish()? {
         return Ok(run.stuck());
@@ -119,15 +96,8 @@ impl<N: Noise> Run<'_, N> {
         } = &mut self.settled;
         self.noise.squares(self.problem, state, list);
         self.sorted.copy_from_slice(list);
-        let n = list.len();
-        // Fewer than half of the poses may be wrong by any amount without moving the median beyond the good ones.
-        let (_, median, _) = self.sorted.select_nth_unstable_by(n / 2, f64::total_cmp);
-        // The residuals of n poses are shorter than their errors: six of 3 n components were fitted.
-        let freedom = n as f64 / (n as f64 - 2.0);
-        let squared = (*median / MEDIAN_CHI2_3 * freedom)
-            .max(self.floor)
-            // Perfect data, and a floor that has underflowed: zero over zero is kept out.
-            .max(f64::MIN_POSITIVE);
+        // Six of 3 n components were fitted, two residuals' worth.
+        let squared = squared_scale(&mut self.sorted, MEDIAN_CHI2_3, self.floor);
         *scale = squared.sqrt();
         list.iter_mut().for_each(|s| *s /= squared);
     }
@@ -197,18 +167,7 @@ impl Noise for PoseNoise {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_slope_is_the_derivative_of_the_weighted_residual() {
-        for s in [0.0, 0.5, 2.0, 4.0, 6.9, 7.1, 20.0_f64] {
-            // d(w r) / dr along r, and w across it twice.
-            let h = 1e-6;
-            let pull = |s: f64| biweight(s * s) * s;
-            let along = (pull(s + h) - pull(s - h)) / (2.0 * h);
-            let mean = (along + 2.0 * biweight(s * s)) / 3.0;
-            assert!((mean - slope(s * s)).abs() < 1e-8, "{s}: {mean} {}", slope(s * s));
-        }
-    }
+    use fit::robust::biweight_slope;
 
     #[test]
     fn the_documented_efficiency_is_the_one_of_three_components() {
@@ -219,7 +178,7 @@ mod tests {
             let density = s * s * (-0.5 * s * s).exp();
             all += density;
             pull += density * (biweight(s * s) * s).powi(2) / 3.0;
-            turn += density * slope(s * s);
+            turn += density * biweight_slope(s * s, 3.0);
         }
         let variance = pull / all / (turn / all).powi(2);
         assert!((variance - 1.019).abs() < 5e-4, "{variance}");

@@ -1,11 +1,12 @@
 //! Residuals and covariance of a pivot calibration.
 
+use fit::robust::{biweight, biweight_slope};
 use geometry::{Frame, Point};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 
 use super::linear::{Problem, State};
 use super::noise::{PoseNoise, Spread};
-use super::robust::{Noise, biweight, slope};
+use super::robust::Noise;
 use super::step::Corrected;
 use super::{Method, Options, Pivot};
 use crate::coverage::Coverage;
@@ -102,7 +103,7 @@ pub(super) fn weighted<N: Noise>(problem: &Problem, solved: &Solved, noise: &N) 
     let (mut pull, mut turn, mut n) = (0.0, 0.0, 0.0);
     for (s, inside) in squares.iter().zip(&inside) {
         pull += inside * biweight(*s).powi(2) * s / 3.0;
-        turn += inside * slope(*s);
+        turn += inside * biweight_slope(*s, 3.0);
         n += inside;
     }
     // Once only: the same factor is in scale^2 and, as its reciprocal, in the squares that `pull` is made of.

@@ -1,18 +1,11 @@
 //! Weights that forget poses at which the shaft slipped, found without a start near the answer.
 //!
-//! As for a pivot ([`crate::pivot`]): first the criterion of Geman and McClure with a width so large that it is convex,
-//! halved step by step (graduated non-convexity, Yang et al. 2020), then Tukey's biweight, `w = (1 - s^2 / 49)^2` below 7
-//! deviations and nothing above, until the weights rest. The deviation follows from the median of the squares, so that no
-//! noise has to be known; up to a half of the poses may be wrong. Residuals have two components each.
+//! The weights are those of [`fit::robust`], until they rest; residuals have two components each, and no noise has to be known.
+
+use fit::robust::{MEDIAN_CHI2_2, biweight, biweight_slope, convex_widths, geman_mcclure, squared_scale};
 
 use super::Refused;
 
-/// Median of chi-square with two degrees of freedom: 2 ln 2.
-const MEDIAN_CHI2_2: f64 = 2.0 * std::f64::consts::LN_2;
-/// Square of the constant of Geman and McClure, in deviations.
-const GEMAN_MCCLURE_CHI2: f64 = 9.0;
-/// Square of Tukey's constant, in deviations.
-const TUKEY_CHI2: f64 = 49.0;
 /// Steps of the last phase; ten are usual.
 const MAX_STEPS: usize = 500;
 /// A largest change of a weight below this ends it.
@@ -42,17 +35,6 @@ pub(super) struct Settled<T> {
     pub(super) variance: f64,
 }
 
-/// Tukey's weight of a square.
-fn biweight(square: f64) -> f64 {
-    (1.0 - square / TUKEY_CHI2).max(0.0).powi(2)
-}
-
-/// `w + s^2 dw / d(s^2)`: the mean slope of `w r` over the two components.
-fn slope(square: f64) -> f64 {
-    let left = (1.0 - square / TUKEY_CHI2).max(0.0);
-    left * left - 2.0 * left * square / TUKEY_CHI2
-}
-
 /// Solves, with weights where `robust` and there are poses enough.
 pub(super) fn settle<F: Fit>(problem: &F, robust: bool) -> Result<Settled<F::Found>, Refused> {
     let count = problem.count();
@@ -63,11 +45,9 @@ pub(super) fn settle<F: Fit>(problem: &F, robust: bool) -> Result<Settled<F::Fou
         return Ok(run.settled(pull, 1.0));
     }
     let largest = run.squares.iter().copied().fold(0.0, f64::max);
-    // As for a pivot: convex at first, and at most twenty halvings.
-    let mut mu = (2.0 * largest / GEMAN_MCCLURE_CHI2).min(1e6);
-    while mu > 1.0 {
-        run.advance(|square| (mu * GEMAN_MCCLURE_CHI2 / (mu * GEMAN_MCCLURE_CHI2 + square)).powi(2))?;
-        mu *= 0.5;
+    // Convex at first, so that a start that slipped poses have spoilt is left behind.
+    for mu in convex_widths(largest) {
+        run.advance(|square| geman_mcclure(mu, square))?;
     }
     for _ in 0..MAX_STEPS {
         if run.advance(biweight)? <= LAST_WEIGHT_CHANGE {
@@ -101,16 +81,10 @@ impl<'a, F: Fit> Run<'a, F> {
     }
 
     fn measure(&mut self) {
-        let n = self.weights.len();
         for (i, square) in self.squares.iter_mut().enumerate() {
             *square = self.problem.square(&self.found, i);
         }
-        let mut sorted = self.squares.clone();
-        let (_, median, _) = sorted.select_nth_unstable_by(n / 2, f64::total_cmp);
-        let freedom = n as f64 / (n as f64 - 2.0);
-        let squared = (*median / MEDIAN_CHI2_2 * freedom)
-            .max(self.problem.rounding())
-            .max(f64::MIN_POSITIVE);
+        let squared = squared_scale(&mut self.squares.clone(), MEDIAN_CHI2_2, self.problem.rounding());
         self.scale = squared.sqrt();
         self.squares.iter_mut().for_each(|s| *s /= squared);
     }
@@ -142,7 +116,7 @@ impl<'a, F: Fit> Run<'a, F> {
         }
         let mean = |of: &dyn Fn(f64) -> f64| inside().map(|(s, _)| of(*s)).sum::<f64>() / found as f64;
         let pull = mean(&|s| biweight(s).powi(2) * s / 2.0);
-        let turn = mean(&slope);
+        let turn = mean(&|s| biweight_slope(s, 2.0));
         Ok(self.settled(pull, turn))
     }
 
@@ -154,23 +128,6 @@ impl<'a, F: Fit> Run<'a, F> {
             variance: self.scale.powi(2) * freedom * pull / (turn * turn),
             found: self.found,
             weights: self.weights,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_slope_is_the_derivative_of_the_weighted_residual() {
-        for s in [0.0, 0.5, 2.0, 4.0, 6.9, 7.1, 20.0_f64] {
-            // d(w r) / dr along r, and w across it.
-            let h = 1e-6;
-            let pull = |s: f64| biweight(s * s) * s;
-            let along = (pull(s + h) - pull(s - h)) / (2.0 * h);
-            let mean = (along + biweight(s * s)) / 2.0;
-            assert!((mean - slope(s * s)).abs() < 1e-8, "{s}: {mean} {}", slope(s * s));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What fits of all kinds share: damped least squares by Gauss, Newton, Levenberg and Marquardt, medians and quantiles.
+//! What fits of all kinds share: damped least squares by Gauss, Newton, Levenberg and Marquardt, medians, quantiles, and weights that forget gross errors ([`robust`]).
 //!
 //! [`least_squares`] iterates; a [`Problem`] says what is fitted. It computes the sum of squares, makes normal equations and
 //! solves them, so that matrices of fixed size, sparse ones and those reduced by a Schur complement are all the same here. How
@@ -12,6 +12,7 @@ mod iterate;
 mod median;
 mod problem;
 mod quantile;
+pub mod robust;
 
 pub use damping::{Damping, Held, Rule};
 pub use histogram::Histogram;
