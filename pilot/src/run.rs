@@ -100,7 +100,7 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
         shutdown::remove_recordings(&run.options);
         return Err(RunError::Refused(run.children[i].name().to_owned()));
     }
-    run.recomputed = shutdown::compare(&run.options);
+    run.recomputed = shutdown::compare_recomputed(&run.options);
     let mut report = shutdown::report(&run);
     match report.write(&run.options.out) {
         Ok(()) => shutdown::attach_report(&run.options),
@@ -295,7 +295,7 @@ impl Run {
                 Level::Info,
                 &format!("ending: the pictures show pose {}", self.last_seq()),
             );
-            self.pictures = Some(shutdown::take(self));
+            self.pictures = Some(shutdown::take_pictures(self));
         }
     }
 

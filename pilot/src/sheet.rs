@@ -27,9 +27,9 @@ fn rows(scene: &Scene) -> Vec<Vec<usize>> {
     [of(Extent::Global), of(Extent::Local)].concat()
 }
 
-/// Draws the sheet; `panels` in the order of the scene's views, `pose` the one that all of them show, `remark` what must be said
+/// Draws the sheet; `panels` in the order of the scene's views, `pose` the one that all of them show, `caption` what must be said
 /// besides, in a colour of [`palette`].
-pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, remark: Option<(String, Rgb)>) -> Canvas {
+pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, caption: Option<(String, Rgb)>) -> Canvas {
     let rows = rows(scene);
     let cell = |axis: usize| scene.views.iter().map(|v| v.size[axis]).max().unwrap_or(1) + GAP;
     let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
@@ -47,7 +47,7 @@ pub(crate) fn draw(scene: &Scene, panels: &[Panel], pose: Option<&ToolPose>, rem
     let at = [GAP + cell(0) * column as u32, GAP + cell(1) * row as u32];
     let mut lines = vec![("TROCAR".to_owned(), WORDS, 26.0)];
     lines.push(("not a medical device".to_owned(), QUIET, 15.0));
-    lines.extend(remark.map(|(words, colour)| (words, colour, 18.0)));
+    lines.extend(caption.map(|(words, colour)| (words, colour, 18.0)));
     legend_lines(&mut lines, scene, panels, pose);
     legend(&mut canvas, scene, lines, at);
     canvas

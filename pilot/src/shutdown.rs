@@ -1,4 +1,4 @@
-//! The end of a run: every view shows one and the same pose, the pictures are written, the metrics are closed.
+//! The end of a run: every view shows one and the same pose, the pictures are written, the report is built from the metrics.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -22,15 +22,15 @@ use crate::state::{Options, Run};
 
 const SHEET: &str = "sheet.png";
 
-/// The files that [`take`] writes for a scene.
+/// The files that [`take_pictures`] writes for a scene.
 pub(crate) fn picture_names(scene: &Scene) -> Vec<String> {
     let views = scene.views.iter().map(|view| format!("{}.png", view.name));
     views.chain([SHEET.to_owned()]).collect()
 }
 
-/// Asks every renderer for the run's last pose, writes the pictures, and measures memory while all are alive. A renderer may take
-/// as long as it may be silent.
-pub(crate) fn take(run: &Run) -> Pictures {
+/// Asks every renderer for an image of the run's last valid pose, writes the pictures and the sheet, and takes the processes'
+/// notes and memory while all are alive. A renderer may take as long as it may be silent.
+pub(crate) fn take_pictures(run: &Run) -> Pictures {
     // Nobody else asks for images meanwhile, and no further pose comes.
     if let Some(replayer) = &run.ports.replayer {
         let _ = replayer.ask(Command::new(CommandKind::Pause), run.scene.limits.silent);
@@ -46,7 +46,7 @@ pub(crate) fn take(run: &Run) -> Pictures {
     let pose = run.metrics.valid_pose_until(run.last_seq());
     let mut panels: Vec<Panel> = run.scene.views.iter().map(|_| Panel { image: None }).collect();
     match &pose {
-        Some(pose) => collect(run, pose, &mut panels, &mut pictures.problems),
+        Some(pose) => render_views(run, pose, &mut panels, &mut pictures.problems),
         None => pictures
             .problems
             .push("no valid pose was published: there is no picture to show".to_owned()),
@@ -54,7 +54,7 @@ pub(crate) fn take(run: &Run) -> Pictures {
     for (view, panel) in panels.iter().enumerate() {
         pictures.pngs[view] = write_view(run, view, panel, &mut pictures.problems);
     }
-    let sheet = sheet::draw(&run.scene, &panels, pose.as_ref(), remark(run, pose.as_ref()));
+    let sheet = sheet::draw(&run.scene, &panels, pose.as_ref(), sheet_caption(run, pose.as_ref()));
     let stamp = panels
         .iter()
         .find_map(|p| p.image.as_ref())
@@ -62,13 +62,14 @@ pub(crate) fn take(run: &Run) -> Pictures {
     if let Err(error) = write_png(&run.options.out.join(SHEET), &sheet, &stamp.unwrap_or_default()) {
         pictures.problems.push(error.to_string());
     }
-    pictures.processes = notes(run);
+    pictures.processes = process_reports(run);
     pictures.memory = measure_memory(run);
     pictures
 }
 
-/// What the sheet says besides: of a replay in another examination, or that its pose was old when the run ended.
-fn remark(run: &Run, pose: Option<&ToolPose>) -> Option<(String, Rgb)> {
+/// What the sheet must say beside its pictures: of a replay that shows something else than was recorded, or that the pose was
+/// old when the run ended.
+fn sheet_caption(run: &Run, pose: Option<&ToolPose>) -> Option<(String, Rgb)> {
     if let Some(replay) = &run.options.replay {
         let shown = run.metrics.volume_hash().map(|hash| hash.to_string());
         return Some((replay.title(shown.as_deref())?, palette::REPLAY));
@@ -83,8 +84,9 @@ fn remark(run: &Run, pose: Option<&ToolPose>) -> Option<(String, Rgb)> {
     })
 }
 
-/// Draws `pose` in every view that is alive.
-fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<String>) {
+/// Has `pose` drawn by every renderer that is ready, and takes the images of its views. An image of another volume than was
+/// loaded is not taken; what is missing becomes a problem.
+fn render_views(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<String>) {
     for (process, client) in &run.ports.renderers {
         let planned = &run.children[*process].planned;
         if !run.supervisor.is_ready(*process) {
@@ -106,7 +108,7 @@ fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<
             }
         }
         for &view in &planned.views {
-            panels[view].image = held_frame(&run.ports.held[view], pose.seq, Ages::of(&run.scene.limits));
+            panels[view].image = requested_frame(&run.ports.held[view], pose.seq, Ages::of(&run.scene.limits));
             let name = &run.scene.views[view].name;
             match &panels[view].image {
                 None => problems.push(format!(
@@ -123,7 +125,8 @@ fn collect(run: &Run, pose: &ToolPose, panels: &mut [Panel], problems: &mut Vec<
     }
 }
 
-fn held_frame(frames: &FrameSubscriber, seq: u64, ages: Ages) -> Option<(Canvas, FrameStamp)> {
+/// The newest image of a view, where it is of the pose `seq` and was drawn because it was asked for.
+fn requested_frame(frames: &FrameSubscriber, seq: u64, ages: Ages) -> Option<(Canvas, FrameStamp)> {
     let frame = frames.newest().ok()??;
     let header = *frame.header();
     if header.stamp.seq != seq || header.stamp.on_request != 1 {
@@ -135,6 +138,7 @@ fn held_frame(frames: &FrameSubscriber, seq: u64, ages: Ages) -> Option<(Canvas,
     Some((canvas, header.stamp))
 }
 
+/// Writes a view's picture; its name and the number of its pose.
 fn write_view(run: &Run, view: usize, panel: &Panel, problems: &mut Vec<String>) -> Option<(String, u64)> {
     let (canvas, stamp) = panel.image.as_ref()?;
     let name = format!("{}.png", run.scene.views[view].name);
@@ -149,7 +153,8 @@ fn write_view(run: &Run, view: usize, panel: &Panel, problems: &mut Vec<String>)
     }
 }
 
-fn notes(run: &Run) -> Vec<ProcessReport> {
+/// Each process with what it said of itself last.
+fn process_reports(run: &Run) -> Vec<ProcessReport> {
     let report = |child: &Child| ProcessReport {
         name: child.name().to_owned(),
         note: child.note.clone(),
@@ -157,6 +162,7 @@ fn notes(run: &Run) -> Vec<ProcessReport> {
     run.children.iter().map(report).collect()
 }
 
+/// The memory of all processes, and how much of it is the volume, which they share.
 fn measure_memory(run: &Run) -> MemoryReport {
     let Some(volume) = &run.metrics.volume else {
         return MemoryReport::default();
@@ -176,7 +182,7 @@ fn measure_memory(run: &Run) -> MemoryReport {
     report
 }
 
-/// Closes the metrics.
+/// Builds the report from the metrics and the pictures.
 pub(crate) fn report(run: &Run) -> Report {
     let nothing = Pictures::default();
     let pictures = run.pictures.as_ref().unwrap_or(&nothing);
@@ -213,18 +219,18 @@ pub(crate) fn report(run: &Run) -> Report {
         held: run.held().map(str::to_owned).collect(),
         recording: output::recordings(&run.options.out, run.options.recording()),
         problems: problems(run, pictures),
-        notes: missing_note(run),
+        notes: missing_samples_note(run),
     }
 }
 
-/// Of a run that navigated; a replay shows what is recorded.
-fn missing_note(run: &Run) -> Vec<String> {
+/// The report's note of samples that are missing, of a run that navigated; a replay shows what is recorded.
+fn missing_samples_note(run: &Run) -> Vec<String> {
     let navigated = run.options.replay.is_none();
     let note = navigated.then(|| missing::note(&run.metrics.poses, &run.scene.limits));
     note.flatten().into_iter().collect()
 }
 
-/// From sample 0 to the pictures, s.
+/// From sample 0 to the taking of the pictures, s.
 fn duration_s(run: &Run, pictures: &Pictures) -> f64 {
     let began_ns = match run.options.simulated_time {
         true => run.began_ns.map(|_| SIMULATED_START_NS),
@@ -235,22 +241,22 @@ fn duration_s(run: &Run, pictures: &Pictures) -> f64 {
 
 fn view_report(run: &Run, view: usize, pictures: &Pictures) -> ViewReport {
     let spec = &run.scene.views[view];
-    let book = &run.metrics.views[view];
+    let counts = &run.metrics.views[view];
     let png = pictures.pngs.get(view).and_then(Option::as_ref);
-    let shown = run.metrics.poses.published - run.metrics.poses.lost - run.metrics.poses.refused;
+    let valid_poses = run.metrics.poses.published - run.metrics.poses.lost - run.metrics.poses.refused;
     ViewReport {
         name: spec.name.clone(),
         process: spec.plane.process(),
         size: spec.size,
-        rendered: book.rendered,
-        dropped: shown.saturating_sub(book.rendered),
-        unflagged_old: book.unflagged_old,
+        rendered: counts.rendered,
+        dropped: valid_poses.saturating_sub(counts.rendered),
+        unflagged_old: counts.unflagged_old,
         png: png.map(|(name, _)| name.clone()),
         seq: png.map(|(_, seq)| *seq),
     }
 }
 
-/// Puts the report into the last file of the session, where it is whole. Why it could not be is on stderr.
+/// Has the report attached to the last file of the session, where that is whole. Why it could not be is on stderr.
 pub(crate) fn attach_report(options: &Options) {
     let out = &options.out;
     let session = out.join(options.recording());
@@ -262,15 +268,15 @@ pub(crate) fn attach_report(options: &Options) {
     }
 }
 
-/// After a run that never navigated: an empty recording would look like a session.
+/// Removes the recordings of a run that never navigated: an empty one would look like a session.
 pub(crate) fn remove_recordings(options: &Options) {
     for name in output::recordings(&options.out, options.recording()) {
         let _ = fs::remove_file(options.out.join(name));
     }
 }
 
-/// Holds poses that were made again against those of the recording, once both files are whole.
-pub(crate) fn compare(options: &Options) -> Option<Recomputed> {
+/// Compares poses that were recomputed with those of the recording, once both files are whole; `None` where none were.
+pub(crate) fn compare_recomputed(options: &Options) -> Option<Recomputed> {
     let (replay, recompute) = options.recompute()?;
     Some(recompute.compare(&replay.recording, &options.out))
 }

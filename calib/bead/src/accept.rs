@@ -1,4 +1,4 @@
-//! Whether the model that fits a spot is a bead.
+//! Whether what fits a spot is a bead: step 4 of the crate's documentation, and what step 5 asks beyond.
 
 use super::fit::Fitted;
 use super::optics::Optics;
@@ -18,39 +18,41 @@ const RADIUS_SLACK: f64 = 1.15;
 /// small the voxels do not tell.
 const SURE_DEVIATIONS: f64 = 2.0;
 
-/// How much larger than around it the residuals of a ball may be ([`super::residuals`]) that only the second look takes for
-/// a bead: about 1 where ball and field are what is there. Of beads planted beside bone 0.5, of short rods 1.6 to 6.
+/// How much larger in the ball than around it residuals may be ([`super::residuals`]) where only the refit on a field is a
+/// bead: about 1 where ball and field are what is there. Of beads planted beside bone 0.5, of short rods 1.6 to 6.
 const MOST_UNEVEN: f64 = 1.5;
 /// HU over the ground that the field around such a ball may have: bone has less (1500 beside lung), metal more.
 const MOST_AROUND_HU: f64 = 1800.0;
 
-/// Deviation of the centre as a share of the voxels' step, in the slices' plane and along their normal, of a ball whose voxels
-/// all tell: metal shines so much brighter than what is around it that its centre is held to less, even in bone. Of 259 knobs of bone
+/// The greatest deviation of the centre as a share of the voxels' step, in the slices' plane and along their normal, of a ball
+/// without clipped voxels: metal is so much brighter than what is around it that its centre is known better, even in bone. Of 259 knobs of bone
 /// and calcium that passed for beads until then all but four had more, or were no metal on their field; of 64 planted beads, as dim
 /// as is asked for, none (docs/beads.md).
 const MOST_UNSURE: [f64; 2] = [0.065, 0.125];
-/// The same of a ball with clipped voxels, of which only the flanks tell: no knob of bone had any. Thick slices may leave its height open.
+/// The same of a ball with clipped voxels, whose flanks alone tell its centre: no knob of bone had any. In thick slices its
+/// height may not be known at all.
 const MOST_UNSURE_CLIPPED: [f64; 2] = [0.12, f64::INFINITY];
 
-/// Whether a spot that stage 2 refused is worth a second look, with what is around as a random field: beside bone a ball on
-/// sloping ground takes the bone for its own blur. What is not bright enough is none with any ground.
-pub(super) fn is_open(reason: &Reason) -> bool {
+/// Whether a spot that step 4 refused is worth a refit, with what is around as a random field: beside bone a ball on sloping
+/// ground takes the bone for its own blur. What is not bright enough is no bead on any ground.
+pub(super) fn deserves_refit(reason: &Reason) -> bool {
     matches!(reason, Reason::Blur { .. } | Reason::Shape { .. } | Reason::NoFit)
 }
 
-/// As [`judge_fit`], of a spot that stage 2 refused: there the field may have been made to explain what is no ball.
-pub(super) fn judge_again(refined: &Refined, search: &Search, optics: &Optics) -> Option<Fitted> {
+/// The refit of a spot that step 4 refused, where it is a bead: it passes [`check_model`], and the field has not been made to
+/// explain what is no ball.
+pub(super) fn accept_refit(refined: &Refined, search: &Search, optics: &Optics) -> Option<Fitted> {
     let fitted = refined.fitted()?;
-    judge_fit(&fitted, search, optics).ok()?;
-    let left = refined.leftover()?;
-    // The second inverts a matrix.
-    let sound = left.brightest_hu() <= MOST_AROUND_HU && left.unevenness() <= MOST_UNEVEN;
+    check_model(&fitted, search, optics).ok()?;
+    let leftover = refined.leftover()?;
+    // The cheaper one first: the second inverts a matrix.
+    let sound = leftover.brightest_hu() <= MOST_AROUND_HU && leftover.unevenness() <= MOST_UNEVEN;
     sound.then_some(fitted)
 }
 
-/// Whether what was fitted on its field is still metal, and its centre held as that of metal is: what has a wide covariance is
-/// hardly brighter than what is around it.
-pub(super) fn judge_held(fitted: &Fitted, search: &Search, optics: &Optics) -> Result<(), Reason> {
+/// Whether what was fitted on a field is still metal, and its centre as well known as that of metal is: what has a wide
+/// covariance is hardly brighter than what is around it.
+pub(super) fn check_metal_and_centre(fitted: &Fitted, search: &Search, optics: &Optics) -> Result<(), Reason> {
     is_metal(fitted, search)?;
     let c = &fitted.covariance;
     // The greater eigenvalue of the plane's part: its axes need not be those of the covariance.
@@ -61,9 +63,9 @@ pub(super) fn judge_held(fitted: &Fitted, search: &Search, optics: &Optics) -> R
         0 => MOST_UNSURE,
         _ => MOST_UNSURE_CLIPPED,
     };
-    // A NaN is not held.
-    let held = (0..2).all(|k| share[k] <= most[k]);
-    if held {
+    // A NaN is refused.
+    let is_known = (0..2).all(|k| share[k] <= most[k]);
+    if is_known {
         Ok(())
     } else {
         Err(Reason::Unsure { share, most })
@@ -76,7 +78,7 @@ fn is_metal(fitted: &Fitted, search: &Search) -> Result<(), Reason> {
     // Radius and HU of a small ball are nearly one number, but all its metal together is well known; it
     // must do for the smallest bead.
     let smallest_hu = fitted.metal_hu * (radius_mm / low).powi(3);
-    // Unclipped voxels tell the HU; a blurred knob of bone in bone must not gain by what they leave open.
+    // Without clipped voxels the HU are known, and a blurred knob of bone in bone must not pass by their uncertainty.
     let sure = if fitted.clipped > 0 { SURE_DEVIATIONS } else { 0.0 };
     let most = |hu: f64, deviation: f64| hu * (sure * deviation).exp();
     let surely = most(fitted.metal_hu, fitted.metal_deviation).min(most(smallest_hu, fitted.mass_deviation));
@@ -90,8 +92,8 @@ fn is_metal(fitted: &Fitted, search: &Search) -> Result<(), Reason> {
     Ok(())
 }
 
-/// Nothing, or why it is none.
-pub(super) fn judge_fit(fitted: &Fitted, search: &Search, optics: &Optics) -> Result<(), Reason> {
+/// Whether the ball that fits is a bead: metal, blurred as the scanner blurs, of the radius, and round. Else why not.
+pub(super) fn check_model(fitted: &Fitted, search: &Search, optics: &Optics) -> Result<(), Reason> {
     let Blur {
         radius_mm, plane_mm, ..
     } = fitted.blur;
@@ -169,7 +171,7 @@ mod tests {
         let of = |across: f64, along: f64, metal: f64, clipped| {
             let flat = Matrix3::from_diagonal(&Vector3::new(across * across, 1e-4, along * along));
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7);
-            judge_held(
+            check_metal_and_centre(
                 &fitted(turn * flat * turn.transpose(), metal, clipped),
                 &search,
                 &optics,

@@ -1,15 +1,15 @@
-//! The whole search: bright spots, detector, model.
+//! The whole search: the steps of the crate's documentation, one after the other.
 
 use geometry::{Ct, Point};
 use nalgebra::{Matrix3, Vector3};
 
-use super::accept::{is_open, judge_again, judge_fit, judge_held};
+use super::accept::{accept_refit, check_metal_and_centre, check_model, deserves_refit};
 use super::fit::{Expected, Fitted, Sample, fit};
 use super::initial_height::height;
 use super::kernel::{Kernel, Response, moved};
 use super::optics::Optics;
 use super::profile::Blur;
-use super::profiles::weighed;
+use super::profiles::average_over_profiles;
 use super::refine::{Refined, refine};
 use super::seeds::seeds;
 use super::{Reason, Refused, Search, Voxels};
@@ -18,25 +18,27 @@ use super::{Reason, Refused, Search, Voxels};
 const AIR_HU: f64 = -1000.0;
 /// The least contrast by which a bead can be told from bone at all, HU.
 const LEAST_CONTRAST_HU: f64 = 300.0;
-/// The most that is asked of a bead, HU: half of what 12 bits hold.
+/// The greatest least contrast that is asked of a bead, HU: half of what 12 bits hold.
 const MOST_CONTRAST_HU: f64 = 1500.0;
-/// Share of the contrast by which a voxel must be over the darkest of six around it, before anything is summed.
+/// Share of the least contrast by which a voxel must be brighter than the darkest of the shell's six probes, before the
+/// detector's sums are formed.
 const PROBE_CONTRAST: f64 = 0.7;
-/// The brightest voxel around a bead, as a share of its own contrast.
+/// The most contrast that a voxel of the shell may have, as a share of the spot's own.
 const MOST_AROUND: f64 = 0.6;
-/// The least share of the surroundings that must lie in the volume.
+/// The least share of the shell's voxels that must lie in the volume.
 const LEAST_WITHIN: f64 = 0.5;
-/// Deviations of the logarithms of blur and metal that are expected.
-const BLUR_DEVIATION: f64 = 0.3;
-const METAL_DEVIATION: f64 = 1.0;
-/// The deviation along the normal where a slice is a mean over its thickness: thin slices of unknown blur were averaged.
-const AVERAGED_DEVIATION: f64 = 0.6;
-/// Error of the centre by what is not Gaussian in the blur, as a share of the step between voxels: a box-shaped slice of
-/// 3 mm draws it by 0.02 mm.
-const MODEL_CENTRE: f64 = 0.005;
-/// The most beads whose centre is refined, some tenths of a second each; no patient wears so many.
+/// Standard deviations of the priors of the logarithms of blur and of the metal's HU.
+const LOG_BLUR_SIGMA: f64 = 0.3;
+const LOG_METAL_SIGMA: f64 = 1.0;
+/// The same of the blur along the normal where a slice is taken for a mean over its thickness: what was averaged are thin
+/// slices of unknown blur.
+const LOG_AVERAGED_BLUR_SIGMA: f64 = 0.6;
+/// Standard error of the centre because the blur is not Gaussian, in steps between voxels: a box-shaped slice of 3 mm shifts
+/// the centre by 0.02 mm.
+const MODEL_ERROR_VOXELS: f64 = 0.005;
+/// The most spots that are fitted again on a random field, some tenths of a second each; no patient wears so many beads.
 const MAX_REFINED: usize = 512;
-/// The most rejected spots that are told.
+/// The most rejected spots that are reported.
 const MAX_REJECTED: usize = 256;
 
 /// A metal bead.
@@ -44,8 +46,8 @@ const MAX_REJECTED: usize = 256;
 pub struct Bead {
     /// Its centre, mm.
     pub centre: Point<Ct>,
-    /// Covariance of the centre, mm^2: by the ground's covariance with its likeliest deviations ([`Search::ground`]), and
-    /// 0.5 % of a voxel for what the model does not know of the blur.
+    /// Covariance of the centre, mm^2: by the covariance of the ground, whose deviations are the likeliest
+    /// ([`Search::ground`]), and 0.5 % of a voxel because the blur is not Gaussian.
     pub covariance: Matrix3<f64>,
     /// Its centre as a continuous voxel index.
     pub voxel: [f64; 3],
@@ -59,7 +61,7 @@ pub struct Bead {
     pub ground_hu: f64,
     /// Brightest voxel over the surroundings, HU.
     pub contrast_hu: f64,
-    /// The detector's value (5.3).
+    /// The detector's contrast to noise (5.3).
     pub chi: f64,
     /// Root mean square residual of the model where the ball shines, HU.
     pub residual_hu: f64,
@@ -121,21 +123,21 @@ pub fn find(voxels: &dyn Voxels, search: &Search) -> Result<Found, Refused> {
             .stands_out(voxels, at, PROBE_CONTRAST * finder.least_contrast)
     };
     let seeds = seeds(voxels, AIR_HU + finder.least_contrast, stands_out)?;
-    // What the search says of clipping goes before what the voxels seem to say.
+    // A clipping value that the search names takes precedence over the one that the voxels suggest.
     let clip_hu = search.clip_hu.or(seeds.clip_hu);
     let mut rejected = Vec::new();
     let candidates = finder.candidates(&seeds.voxels, &mut rejected);
     let mut beads: Vec<Bead> = Vec::new();
     for (candidate, model) in candidates.iter().zip(finder.models(&candidates, clip_hu)) {
-        match model.and_then(|fitted| judge_held(&fitted, search, &finder.optics).map(|()| fitted)) {
+        match model.and_then(|fitted| check_metal_and_centre(&fitted, search, &finder.optics).map(|()| fitted)) {
             Ok(fitted) => beads.push(finder.bead(candidate, &fitted)),
             Err(reason) => rejected.push(finder.rejected(candidate, reason)),
         }
     }
-    // The order of the volume, whatever order they were found in: results can be compared line by line.
+    // In the order of the volume, not in that of finding: results can be compared line by line.
     beads.sort_by(|a, b| order(&a.voxel).total_cmp(&order(&b.voxel)));
     rejected.sort_by(|a, b| b.contrast_hu.total_cmp(&a.contrast_hu));
-    // The brightest are what a person may have taken for a bead.
+    // The brightest are kept: they are what a person may have taken for a bead.
     rejected.truncate(MAX_REJECTED);
     Ok(Found {
         beads,
@@ -184,7 +186,12 @@ impl<'a> Finder<'a> {
     /// The spots that the detector accepts, each once, the best first.
     fn candidates(&self, seeds: &[[u32; 3]], rejected: &mut Vec<Rejected>) -> Vec<Candidate> {
         let mut all: Vec<Candidate> = seeds.iter().filter_map(|seed| self.centred(*seed)).collect();
-        all.sort_by(|a, b| b.response.chi.total_cmp(&a.response.chi).then(a.voxel.cmp(&b.voxel)));
+        all.sort_by(|a, b| {
+            b.response
+                .contrast_to_noise
+                .total_cmp(&a.response.contrast_to_noise)
+                .then(a.voxel.cmp(&b.voxel))
+        });
         let mut kept: Vec<Candidate> = Vec::new();
         let apart = self.search.radius_mm[1]
             .max(self.optics.step_mm[0])
@@ -193,7 +200,7 @@ impl<'a> Finder<'a> {
             if kept.iter().any(|other| (other.place - candidate.place).norm() <= apart) {
                 continue;
             }
-            match self.judge(&candidate.response) {
+            match self.detector_rejection(&candidate.response) {
                 None => kept.push(candidate),
                 Some(reason) => rejected.push(self.rejected(&candidate, reason)),
             }
@@ -227,15 +234,15 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// Why the detector refuses a spot.
-    fn judge(&self, response: &Response) -> Option<Reason> {
-        if response.chi < self.search.least_chi {
+    /// Why the detector refuses a spot; `None` where it accepts it.
+    fn detector_rejection(&self, response: &Response) -> Option<Reason> {
+        if response.contrast_to_noise < self.search.least_chi {
             return Some(Reason::Chi {
-                found: response.chi,
+                found: response.contrast_to_noise,
                 needed: self.search.least_chi,
             });
         }
-        let (within, all) = (response.ring, self.kernel.ring_voxels());
+        let (within, all) = (response.ring_inside, self.kernel.ring_voxels());
         if (within as f64) < LEAST_WITHIN * all as f64 {
             return Some(Reason::AtBorder { within, all });
         }
@@ -259,12 +266,12 @@ impl<'a> Finder<'a> {
     fn models(&self, candidates: &[Candidate], clip_hu: Option<i16>) -> Vec<Result<Fitted, Reason>> {
         let profiles = self.optics.profiles(self.search.radius());
         let with = |blur: Blur| self.with_profile(candidates, blur, clip_hu);
-        weighed(profiles.into_iter().map(with).collect())
+        average_over_profiles(profiles.into_iter().map(with).collect())
     }
 
-    /// What fits them with a given profile. At most 512 are looked at a second time.
+    /// What fits them with a given profile. At most 512 are fitted again on a random field.
     fn with_profile(&self, candidates: &[Candidate], blur: Blur, clip_hu: Option<i16>) -> Vec<Result<Fitted, Reason>> {
-        let mut left = MAX_REFINED;
+        let mut refits_left = MAX_REFINED;
         let mut model = |candidate: &Candidate| {
             let samples = self.samples(candidate, &self.optics.axes(), clip_hu);
             let mut expected = self.expected(blur, &candidate.response);
@@ -273,30 +280,30 @@ impl<'a> Finder<'a> {
                 expected.height_mm = height(&samples, &blur, self.optics.step_mm[1]);
             }
             let fitted = fit(&samples, &expected);
-            let judged = match &fitted {
-                Some(fitted) => judge_fit(fitted, self.search, &self.optics),
+            let accepted = match &fitted {
+                Some(fitted) => check_model(fitted, self.search, &self.optics),
                 None => Err(Reason::NoFit),
             };
-            // What was refused for a reason that a better background cannot change is not looked at again.
-            let again = judged.as_ref().err().is_none_or(is_open);
-            if !again || left == 0 {
-                return judged.and(fitted.ok_or(Reason::NoFit));
+            // A refusal for a reason that a better background cannot change is final.
+            let refit = accepted.as_ref().err().is_none_or(deserves_refit);
+            if !refit || refits_left == 0 {
+                return accepted.and(fitted.ok_or(Reason::NoFit));
             }
-            // A second look costs a factorization as large as the window: bounded, whatever the volume holds.
-            left -= 1;
+            // A refit costs a factorisation as large as the window: their number is bounded, whatever the volume holds.
+            refits_left -= 1;
             let refined = refine(&samples, &expected, clip_hu, self.search.ground).filter(|r| self.is_near(r));
-            match (judged, refined) {
+            match (accepted, refined) {
                 (Ok(()), refined) => refined.and_then(|r| r.fitted()).or(fitted).ok_or(Reason::NoFit),
                 (Err(reason), refined) => refined
-                    .and_then(|r| judge_again(&r, self.search, &self.optics))
+                    .and_then(|r| accept_refit(&r, self.search, &self.optics))
                     .ok_or(reason),
             }
         };
         candidates.iter().map(&mut model).collect()
     }
 
-    /// Whether a centre lies where its spot is, which is known to about half a voxel, and is known to that; a centre that
-    /// has run away is none.
+    /// Whether a refined centre is still at its spot, and known well enough to say so: neither its distance from the spot nor
+    /// its deviation is more than the greatest radius, or the step between slices.
     fn is_near(&self, refined: &Refined) -> bool {
         let most = self.search.radius_mm[1].max(self.optics.step_mm[1]);
         refined.centre().norm() <= most && refined.deviation_mm() <= most
@@ -316,15 +323,15 @@ impl<'a> Finder<'a> {
             metal_hu: fitted.metal_hu,
             ground_hu: fitted.ground_hu,
             contrast_hu: candidate.response.contrast(),
-            chi: candidate.response.chi,
+            chi: candidate.response.contrast_to_noise,
             residual_hu: fitted.residual_hu,
             clipped: fitted.clipped,
         }
     }
 
-    /// In the axes of [`Optics::axes`], mm^2.
+    /// The covariance of the centre's error because the blur is not Gaussian, in the axes of [`Optics::axes`], mm^2.
     fn model_error(&self) -> Matrix3<f64> {
-        let [plane, axial] = self.optics.step_mm.map(|step| (MODEL_CENTRE * step).powi(2));
+        let [plane, axial] = self.optics.step_mm.map(|step| (MODEL_ERROR_VOXELS * step).powi(2));
         Matrix3::from_diagonal(&Vector3::new(plane, plane, axial))
     }
 
@@ -344,17 +351,22 @@ impl<'a> Finder<'a> {
 
     fn expected(&self, blur: Blur, response: &Response) -> Expected {
         let [low, high] = self.search.radius_mm;
-        // The range is taken for two deviations to either side.
-        let range = 0.25 * (high / low).ln();
+        // The range of radii is taken for two deviations of the logarithm to either side of its middle.
+        let log_radius_sigma = 0.25 * (high / low).ln();
         let averaged = blur.slice_mm > 0.0;
-        let axial = if averaged { AVERAGED_DEVIATION } else { BLUR_DEVIATION };
+        let axial = if averaged {
+            LOG_AVERAGED_BLUR_SIGMA
+        } else {
+            LOG_BLUR_SIGMA
+        };
         Expected {
             blur,
-            // The least is asked for, and most metals have more: within the prior's deviation, a factor of e, lie both.
+            // The search names the least HU, and most metals have more: the prior's middle is twice the least, which lies
+            // within the prior's deviation, a factor of e either way.
             metal_hu: 2.0 * self.search.metal_hu,
             height_mm: 0.0,
             // A range of one radius would give its prior an infinite weight.
-            deviations: [range.max(0.02), BLUR_DEVIATION, axial, METAL_DEVIATION],
+            deviations: [log_radius_sigma.max(0.02), LOG_BLUR_SIGMA, axial, LOG_METAL_SIGMA],
             noise_hu: response.ground_deviation_hu,
             ground_hu: response.ground_hu,
             contrast_hu: response.contrast(),

@@ -1,4 +1,4 @@
-//! Stage 2: the centre to a hundredth of a voxel, by fitting a blurred ball on sloping ground, censored where the scanner
+//! Step 3: the centre to a hundredth of a voxel, by fitting a blurred ball on sloping ground, censored where the scanner
 //! clipped.
 //!
 //! ```text
@@ -87,7 +87,7 @@ pub(super) struct Fitted {
     pub(super) signal_hu: f64,
     pub(super) clipped: usize,
     /// Minus twice the logarithm of the restricted likelihood on a random field, and of the priors, but for a constant; not
-    /// of stage 2, where bone beside a bead weighs more than what tells one slice's profile from another.
+    /// of step 3, where bone beside a bead weighs more than what tells one slice's profile from another.
     pub(super) unlikelihood: Option<f64>,
 }
 

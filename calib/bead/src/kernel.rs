@@ -11,7 +11,7 @@ const MAX_VOXELS: usize = 60_000;
 const FADE_DEVIATIONS: f64 = 2.2;
 /// Deviations between the ball's surface and where half of its contrast is found at the most.
 const HALF_CONTRAST_DEVIATIONS: f64 = 1.2;
-/// HU: what a step of the values adds to the deviations, so that chi is finite on flat ground.
+/// HU: what a step of the values adds to the deviations, so that the contrast to noise is finite on flat ground.
 const QUANTUM_HU: f64 = 1.0;
 
 /// Offsets from the voxel in the middle, in mm all round whatever the voxels' shape.
@@ -32,8 +32,8 @@ pub(super) struct Kernel {
 /// What the detector sees at a voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Response {
-    /// (5.3), with the sign of a bright object.
-    pub(super) chi: f64,
+    /// (5.3), positive for a bright object.
+    pub(super) contrast_to_noise: f64,
     /// Mean of the shell, HU.
     pub(super) ground_hu: f64,
     /// Deviation in the shell, HU.
@@ -43,7 +43,7 @@ pub(super) struct Response {
     /// The brightest voxel of the shell, HU.
     pub(super) ring_peak_hu: f64,
     /// Voxels of the shell in the volume.
-    pub(super) ring: usize,
+    pub(super) ring_inside: usize,
 }
 
 impl Response {
@@ -128,12 +128,12 @@ impl Kernel {
         }
         let ([inside, within], [ground, around]) = (inner.mean_and_deviation(), ring.mean_and_deviation());
         Some(Response {
-            chi: (inside - ground) / (within + 0.5 * around + QUANTUM_HU),
+            contrast_to_noise: (inside - ground) / (within + 0.5 * around + QUANTUM_HU),
             ground_hu: ground,
             ground_deviation_hu: around,
             peak_hu: f64::from(inner.peak),
             ring_peak_hu: f64::from(ring.peak),
-            ring: ring.count as usize,
+            ring_inside: ring.count as usize,
         })
     }
 

@@ -5,9 +5,10 @@
 //!
 //! # Finding
 //!
-//! 1. Spots: local maxima of the volume that are brighter by half than the dimmest bead that is looked for would be, in the
-//!    worst place between the voxels, behind the scanner's blur. That threshold is in the result
-//!    ([`Found::least_contrast_hu`]); where it would be below what bone reaches, the search is refused.
+//! 1. Spots: local maxima of the volume that are brighter than their surroundings by at least half the contrast of the dimmest
+//!    bead that is looked for, in the worst place between the voxels, behind the scanner's blur, or by 1500 HU where that is
+//!    less. That threshold is in the result ([`Found::least_contrast_hu`]); where it would be below what bone reaches, the
+//!    search is refused.
 //! 2. The detector, with exact sums of whole HU over regions in mm:
 //!
 //!    ```text
@@ -23,7 +24,7 @@
 //! 5. The ball once more, with what lies around as a random field, so that bone beside a bead does not draw it
 //!    ([`Ground`]). Centre, covariance, radius, blur and metal of what is found come from this. What step 4 refused by its blur
 //!    or its shape has here a second chance: bone beside a ball on sloping ground looks like a wider blur. It is
-//!    taken where the ball on its field passes step 4, the field is no brighter than bone, and what is left
+//!    accepted where the ball on its field passes step 4, the field is no brighter than bone, and what is left
 //!    is no larger in the ball than around it. Else it is told of with the [`Reason`] of step 4 and not taken.
 //!    Its centre must be held as that of metal is ([`Reason::Unsure`]): knobs of bone and calcium that look like a ball are hardly brighter
 //!    than what is around them, so that the field may have moved them.

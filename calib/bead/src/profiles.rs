@@ -21,8 +21,8 @@ const MAX_VOTE: f64 = 30.0;
 /// What fits only with a profile of no more than this share is refused: the others have told that slices are not so.
 const TOLD_AGAINST: f64 = 0.05;
 
-/// Each candidate by the profiles' shares; `all` has for each profile what fits the candidates.
-pub(super) fn weighed(all: Vec<Vec<Result<Fitted, Reason>>>) -> Vec<Result<Fitted, Reason>> {
+/// What fits each candidate, averaged over the profiles by their shares; `all` has for each profile what fits the candidates.
+pub(super) fn average_over_profiles(all: Vec<Vec<Result<Fitted, Reason>>>) -> Vec<Result<Fitted, Reason>> {
     let shares = shares(&all);
     let count = all.first().map_or(0, Vec::len);
     let one = |i: usize| {
@@ -118,7 +118,7 @@ mod tests {
 
     /// Centre and variance along the normal of the first candidate.
     fn first(bells: &[Result<Fitted, Reason>], means: &[Result<Fitted, Reason>]) -> Option<(f64, f64)> {
-        let all = weighed(vec![bells.to_vec(), means.to_vec()]);
+        let all = average_over_profiles(vec![bells.to_vec(), means.to_vec()]);
         all[0].as_ref().ok().map(|f| (f.centre.z, f.covariance[(2, 2)]))
     }
 
@@ -145,6 +145,6 @@ mod tests {
         assert_eq!(first(&[none()], &[mean]).unwrap().0, 0.1);
         assert_eq!(first(&[none(), told(100.0)], &[mean, told(400.0)]), None);
         assert_eq!(first(&[none()], &[none()]), None);
-        assert!(weighed(Vec::new()).is_empty());
+        assert!(average_over_profiles(Vec::new()).is_empty());
     }
 }

@@ -1,6 +1,6 @@
-//! Stage 3: the ball once more by generalised least squares, with the ground as a random field ([`super::background_field`]).
+//! Step 5: the ball once more by generalised least squares, with the ground as a random field ([`super::background_field`]).
 //!
-//! The fit of stage 2 takes the residuals of voxels for independent, and bone beside a bead draws its centre. Here they
+//! The fit of step 3 takes the residuals of voxels for independent, and bone beside a bead draws its centre. Here they
 //! have the covariance V of the field, of which the likeliest deviations are found first:
 //!
 //! ```text
@@ -41,7 +41,7 @@ const MAX_BLUR_RATIO: f64 = 2.0;
 const SCALE_MM: f64 = 3.0;
 
 /// The ball with the ground as a random field or a polynomial, lengths in mm about the middle of the samples; `None`
-/// where that does not settle. It starts from what is expected: beside bone the fit of stage 2 may be far off.
+/// where that does not converge. It starts from what is expected: beside bone the fit of step 3 may be far off.
 pub(super) fn refine<'a>(
     samples: &[Sample],
     expected: &'a Expected,
@@ -53,7 +53,7 @@ pub(super) fn refine<'a>(
     let mut spread = refiner.spread(&state);
     let mut inverse = DMatrix::zeros(0, 0);
     for round in 0..COVARIANCE_ROUNDS {
-        (state, inverse) = refiner.round(&state, &spread)?;
+        (state, inverse) = refiner.minimise_with_covariance_of(&state, &spread)?;
         if round == 0 {
             // Far from the centre the linearised model leaves much to the ground.
             spread = refiner.spread(&state);
@@ -86,7 +86,7 @@ impl Refined<'_> {
         self.inverse.fixed_view::<3, 3>(0, 0).diagonal().max().max(0.0).sqrt()
     }
 
-    /// As stage 2 gives it, by the field; `None` where the field's covariance has no factor.
+    /// What step 3 gives of a ball, here of the ball on its field; `None` where the field's covariance has no factor.
     pub(super) fn fitted(&self) -> Option<Fitted> {
         let Self { refiner, inverse, .. } = self;
         let ball = ball(&self.state, refiner.expected.blur.slice_mm);
@@ -111,15 +111,15 @@ impl Refined<'_> {
 
     /// What neither ball nor field explains.
     pub(super) fn leftover(&self) -> Option<Leftover> {
-        let open = &self.refiner.open;
+        let open = &self.refiner.unclipped;
         let residuals = self.refiner.linear(open, &self.state).residuals;
-        Leftover::of(&self.spread, self.refiner.seen(open, &self.state), &residuals)
+        Leftover::of(&self.spread, self.refiner.shares(open, &self.state), &residuals)
     }
 }
 
 struct Refiner<'a> {
     /// Voxels below the clipping value, and those at it.
-    open: Vec<Sample>,
+    unclipped: Vec<Sample>,
     clipped: Vec<Sample>,
     expected: &'a Expected,
     clip_hu: f64,
@@ -129,9 +129,9 @@ struct Refiner<'a> {
 impl<'a> Refiner<'a> {
     fn new(samples: &[Sample], expected: &'a Expected, clip_hu: Option<i16>, ground: Ground) -> Self {
         let thinned = samples.iter().step_by(samples.len().div_ceil(MAX_VOXELS).max(1));
-        let (clipped, open) = thinned.filter(|s| tissue(s, expected)).partition(|s| s.clipped);
+        let (clipped, unclipped) = thinned.filter(|s| is_tissue(s, expected)).partition(|s| s.clipped);
         Self {
-            open,
+            unclipped,
             clipped,
             expected,
             clip_hu: clip_hu.map_or(f64::INFINITY, f64::from),
@@ -155,9 +155,9 @@ impl<'a> Refiner<'a> {
     /// The ground's deviations, from voxels all over the window.
     fn spread(&self, state: &DVector<f64>) -> Spread {
         let few: Vec<Sample> = self
-            .open
+            .unclipped
             .iter()
-            .step_by(self.open.len().div_ceil(LIKELIHOOD_VOXELS).max(1))
+            .step_by(self.unclipped.len().div_ceil(LIKELIHOOD_VOXELS).max(1))
             .copied()
             .collect();
         let start = Spread {
@@ -166,17 +166,17 @@ impl<'a> Refiner<'a> {
             noise_hu: (0.3 * self.expected.noise_hu).max(1.0),
         };
         let linear = self.linear(&few, state);
-        linear.likeliest(&self.seen(&few, state), start, self.ground)
+        linear.likeliest(&self.shares(&few, state), start, self.ground)
     }
 
     /// Minus twice the logarithm of the restricted likelihood of the voxels below the clipping value, and of the priors.
     fn unlikelihood(&self, state: &DVector<f64>, spread: &Spread) -> Option<f64> {
-        let linear = self.linear(&self.open, state);
-        linear.scaled_unlikelihood(spread, &self.seen(&self.open, state))
+        let linear = self.linear(&self.unclipped, state);
+        linear.scaled_unlikelihood(spread, &self.shares(&self.unclipped, state))
     }
 
     /// The voxels with the ball's share of each.
-    fn seen(&self, samples: &[Sample], state: &DVector<f64>) -> Vec<VoxelShare> {
+    fn shares(&self, samples: &[Sample], state: &DVector<f64>) -> Vec<VoxelShare> {
         let ball = ball(state, self.expected.blur.slice_mm);
         let (blur, metal) = (ball.blur(), ball.metal_hu());
         let one = |s: &Sample| {
@@ -221,22 +221,26 @@ impl<'a> Refiner<'a> {
         linear
     }
 
-    /// Settles with the covariance that the state gives.
-    fn round(&self, start: &DVector<f64>, spread: &Spread) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let open = spread.factor(&self.seen(&self.open, start))?;
-        let mut samples = self.open.clone();
-        samples.extend(self.dimmed(start, spread, &open));
-        let factor = match samples.len() == self.open.len() {
+    /// The minimum with the covariance that the state gives, and the inverse of the normal equations there.
+    fn minimise_with_covariance_of(
+        &self,
+        start: &DVector<f64>,
+        spread: &Spread,
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let open = spread.factor(&self.shares(&self.unclipped, start))?;
+        let mut samples = self.unclipped.clone();
+        samples.extend(self.predicted_below_clip(start, spread, &open));
+        let factor = match samples.len() == self.unclipped.len() {
             true => open,
-            false => spread.factor(&self.seen(&samples, start))?,
+            false => spread.factor(&self.shares(&samples, start))?,
         };
-        self.settle(&samples, start, &factor)
+        self.minimise(&samples, start, &factor)
     }
 
     /// The clipped voxels for which less than the clipping value is predicted: as of that value.
-    fn dimmed(&self, state: &DVector<f64>, spread: &Spread, open: &Cholesky<f64, Dyn>) -> Vec<Sample> {
-        let weights = open.solve(&self.linear(&self.open, state).residuals);
-        let around = self.seen(&self.open, state);
+    fn predicted_below_clip(&self, state: &DVector<f64>, spread: &Spread, open: &Cholesky<f64, Dyn>) -> Vec<Sample> {
+        let weights = open.solve(&self.linear(&self.unclipped, state).residuals);
+        let around = self.shares(&self.unclipped, state);
         let own = self.linear(&self.clipped, state);
         let predicted_less = |(i, at): (usize, &VoxelShare)| {
             let field: f64 = around
@@ -247,7 +251,7 @@ impl<'a> Refiner<'a> {
             // The residual is the data's minus the model's, and the data are the clipping value.
             own.residuals[i] - field > 0.0
         };
-        let at = self.seen(&self.clipped, state);
+        let at = self.shares(&self.clipped, state);
         let chosen = at.iter().enumerate().map(predicted_less);
         self.clipped
             .iter()
@@ -261,7 +265,7 @@ impl<'a> Refiner<'a> {
     }
 
     /// Where the steps end, and the inverse of the normal equations there.
-    fn settle(
+    fn minimise(
         &self,
         samples: &[Sample],
         start: &DVector<f64>,
@@ -275,13 +279,13 @@ impl<'a> Refiner<'a> {
         let end = least_squares(&whitened, start.clone(), DAMPING, Limits::tries(MAX_STEPS))?;
         // Without damping, which belongs to the way there and not to what is known.
         let inverse = end.at.0.cholesky()?.inverse();
-        let is_settled = match end.end {
+        let is_converged = match end.end {
             End::Singular => false,
             // It may have been on its way yet.
             End::OutOfSteps => end.length < LAST_STEP_MM,
             End::Last | End::Flat | End::Settled | End::Nowhere => true,
         };
-        is_settled.then_some((end.state, inverse))
+        is_converged.then_some((end.state, inverse))
     }
 }
 
@@ -318,8 +322,8 @@ impl ::fit::Problem for Whitened<'_> {
     }
 }
 
-/// Whether it is not another piece of metal: beyond where the ball has faded nothing is as bright.
-fn tissue(sample: &Sample, expected: &Expected) -> bool {
+/// Whether a voxel is not another piece of metal: beyond where the ball has faded nothing is as bright.
+fn is_tissue(sample: &Sample, expected: &Expected) -> bool {
     let [plane, axial] = [expected.blur.plane_mm, expected.blur.profile_mm()];
     let end = |sigma: f64| MAX_RADIUS_RATIO * expected.blur.radius_mm + MAX_BLUR_RATIO * sigma;
     let d = sample.place;

@@ -87,7 +87,7 @@ pub fn calibrate(views: &[View], size: ImageSize, options: &Options) -> Result<C
 fn once(views: &[View], size: ImageSize, options: &Options) -> Result<Calibrated, CameraRefused> {
     let (mut stations, chosen) = settled(views, size, options)?;
     if let Some(field) = &chosen.field {
-        stations = field.waves.moved(&stations, &field.numbers);
+        stations = field.waves.moved(&stations, &field.coefficients);
     }
     Calibrated::of(&chosen, &stations, views, size, options)
 }

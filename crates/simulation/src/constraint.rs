@@ -172,7 +172,7 @@ pub trait Term: std::fmt::Debug {
 pub trait Constraint: Term + Send + Sync {
     /// Where it stands.
     fn stage(&self) -> Stage {
-        Stage::Lasting
+        Stage::Final
     }
 
     /// Takes the state found as the next start: new multipliers, new cursors, a narrower barrier, exact contact.

@@ -233,7 +233,7 @@ fn certified(system: &System, a: &[f64], minimum: Minimum, change: Change) -> Eq
         violation: change.violation,
         searches: 0,
         iterations: 0,
-        exact: !is_in(system, Stage::Barrier) && !is_in(system, Stage::Provisional),
+        exact: !is_in(system, Stage::FinalBarrier) && !is_in(system, Stage::Provisional),
         complementarity,
         least_gap: least.min(through),
         imbalance,

@@ -67,9 +67,9 @@ pub(super) fn fielded(
     for round in 1..=MAX_ROUNDS {
         let used: Vec<Station> = stations.iter().zip(&chosen.kept).map(|(s, k)| s.only(k)).collect();
         let (state, field) = joint_adjust::adjusted(&used, free, waves, chosen.settled.state)?;
-        let used = waves.moved(&used, &field.numbers);
+        let used = waves.moved(&used, &field.coefficients);
         chosen.settled = Problem { stations: &used, free }.ended(state, chosen.settled.steps);
-        let all = waves.moved(stations, &field.numbers);
+        let all = waves.moved(stations, &field.coefficients);
         let next = within(&Problem { stations: &all, free }, &chosen.settled.state, options)?;
         chosen.field = Some(field);
         // What is kept is what was adjusted to.

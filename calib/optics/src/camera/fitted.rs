@@ -10,12 +10,12 @@ use super::plate_field::Waves;
 #[derive(Debug, Clone)]
 pub(super) struct Field {
     pub(super) waves: Waves,
-    /// The numbers: of the height, then of the plane's first and second axis, mm.
-    pub(super) numbers: DVector<f64>,
-    /// Sizes of the height and in the plane, mm.
-    pub(super) sizes_mm: [f64; 2],
-    /// How many numbers of the field the discs fix.
-    pub(super) fixed: f64,
+    /// Coefficients of the waves: of the height, then of the plane's first and second axis, mm.
+    pub(super) coefficients: DVector<f64>,
+    /// Standard deviations of the prior, of the height and in the plane, mm.
+    pub(super) prior_sd_mm: [f64; 2],
+    /// How many coefficients of the field the discs fix.
+    pub(super) effective_parameters: f64,
     /// The inverse of the system: shared numbers, poses, field.
     pub(super) inverse: DMatrix<f64>,
 }
@@ -35,7 +35,7 @@ impl Field {
 
     /// The part of the plate: from its bend on, and of the field.
     pub(super) fn plate(&self, from: usize) -> DMatrix<f64> {
-        let field = self.inverse.nrows() - self.numbers.len();
+        let field = self.inverse.nrows() - self.coefficients.len();
         let at = |k: usize| {
             if k < SHARED - from {
                 from + k
@@ -43,7 +43,7 @@ impl Field {
                 field + k - (SHARED - from)
             }
         };
-        let size = SHARED - from + self.numbers.len();
+        let size = SHARED - from + self.coefficients.len();
         DMatrix::from_fn(size, size, |i, j| self.inverse[(at(i), at(j))])
     }
 }

@@ -54,7 +54,7 @@ fn without(
         None => (found, vec![stations[view].clone()]),
         Some(waves) => {
             let (found, field) = joint_adjust::adjusted(&rest, free, waves, found)?;
-            (found, waves.moved(&stations[view..=view], &field.numbers))
+            (found, waves.moved(&stations[view..=view], &field.coefficients))
         }
     };
     // The view that was left out may choose its pose, and nothing else.

@@ -1,23 +1,24 @@
 //! The adjustment of camera, plate, poses and the plate's field (11) together.
 //!
-//! With `b` the numbers of the field's waves, `t` times those of (11), `t` the field's size in height or in the plane and
-//! `s` the size of the residuals in units of the deviations given,
+//! With `b` the coefficients of the field's waves, `a` those of (11), `t` the prior standard deviation of the field in height
+//! or in the plane, and `s^2` the variance factor, that of the residuals in units of the deviations given,
 //!
 //! ```text
 //! sum r^T W r + s^2 sum b^2 / t^2,   b = t a                                                                    (12)
 //! ```
 //!
 //! is made least, and `s` and both `t` are those of the greatest restricted likelihood, by MacKay's rounds: with `C` the
-//! covariance of the numbers `b` of one size, `m` their count, and `n` coordinates less the unknowns beside the field
+//! covariance of the coefficients `b` of one `t`, `m` their count, and `n` coordinates less the unknowns beside the field
 //!
 //! ```text
 //! g = m - tr C / t^2,     t^2 = sum b^2 / g,     s^2 = sum r^T W r / (n - sum g)                               (13)
 //! ```
 //!
-//! but `s` at least 1. `g` is how many numbers the discs themselves have fixed. No size is chosen by hand: a plate without
-//! a field ends with sizes of nothing.
+//! but `s` at least 1. `g` is the effective number of parameters: how many coefficients the discs themselves have fixed. Only
+//! where `t` starts and its bounds are chosen, the same for all plates: a plate without a field ends with a `t` of next to
+//! nothing.
 
-use fit::{Damping, Limits, Made, Rule, Step, least_squares};
+use fit::{Damping, End, Limits, Made, Rule, Step, least_squares};
 use nalgebra::{DMatrix, DVector, Vector6};
 
 use super::adjust::Problem;
@@ -36,16 +37,17 @@ const MAX_ROUNDS: usize = 100;
 /// The last step in standard deviations, times `s`: of an adjustment between rounds, and of the last one.
 const ROUGH_STEP_DEVIATIONS: f64 = 0.1;
 const LAST_STEP_DEVIATIONS: f64 = 1e-3;
-/// So short a last step, times `s`, ends a valley in which the way is slow: some hundredths of what the numbers are known to.
+/// So short a last step, in standard deviations times `s`, is accepted where steps ran out in a valley in which progress is
+/// slow: some hundredths of what the coefficients are known to.
 const SLOW_END: f64 = 0.05;
-/// The last change of a size, as a share: a hundredth of what sizes are known to.
-const LAST_SIZE_CHANGE: f64 = 0.01;
-/// A field of a smaller size is none, and need not settle: no grid is made as well as that, mm.
+/// The last change of a `t`, as a share: a hundredth of what `t` is known to.
+const LAST_PRIOR_SD_CHANGE: f64 = 0.01;
+/// A field of a smaller `t` is none, and its `t` need not converge: no grid is made as well as that, mm.
 const NOTHING_MM: f64 = 1e-3;
-/// Sizes to begin with, of the height and in the plane, and the least and the most, mm.
-const START_MM: [f64; 2] = [0.1, 0.05];
-const SIZES_MM: [f64; 2] = [1e-5, 10.0];
-/// A least before this share of a step is gone to.
+/// The first `t`, of the height and in the plane, and the least and the greatest, mm.
+const START_PRIOR_SD_MM: [f64; 2] = [0.1, 0.05];
+const PRIOR_SD_RANGE_MM: [f64; 2] = [1e-5, 10.0];
+/// Where the parabola along a step has its minimum before this share of it, the step is shortened to there.
 const LEAST_WHOLE_STEP: f64 = 0.8;
 /// Of the diagonal of the normal equations.
 const DAMPING: Damping = Damping {
@@ -59,20 +61,22 @@ const DAMPING: Damping = Damping {
     most: 1e12,
     singular: true,
 };
-/// More damping than this makes a step short however far the end is.
+/// More damping than this makes a step short however far the minimum is.
 const MOST_AT_END: f64 = 1e-6;
 
 /// A state with a field.
 #[derive(Clone)]
 struct StateWithField {
     state: State,
-    numbers: DVector<f64>,
+    coefficients: DVector<f64>,
 }
 
-/// Where an adjustment ended.
-struct End {
+/// A minimum of (12).
+struct Minimum {
     at: StateWithField,
+    /// Of the normal equations, before the last step.
     matrix: DMatrix<f64>,
+    /// `sum r^T W r`.
     squares: f64,
 }
 
@@ -92,35 +96,40 @@ pub(super) fn adjusted(
 ) -> Result<(State, Field), CameraRefused> {
     let joint = Joint { stations, free, waves };
     let freedom = joint.freedom();
-    let numbers = DVector::zeros(3 * waves.count());
-    let mut at = StateWithField { state, numbers };
+    let coefficients = DVector::zeros(3 * waves.count());
+    let mut at = StateWithField { state, coefficients };
     // At least 1: deviations that are given are enlarged by the residuals, never shrunk.
-    let mut noise = (joint.squares(&at) / freedom).max(1.0);
-    let (mut sizes_mm, mut fixed) = (START_MM, 0.0);
+    let mut variance_factor = (joint.squares(&at) / freedom).max(1.0);
+    let (mut prior_sd_mm, mut effective_parameters) = (START_PRIOR_SD_MM, 0.0);
     let mut change = f64::INFINITY;
     for _ in 0..MAX_ROUNDS {
-        let end = joint.settled(ROUGH_STEP_DEVIATIONS, noise, at, &joint.prior(sizes_mm, noise))?;
+        let end = joint.minimise(
+            ROUGH_STEP_DEVIATIONS,
+            variance_factor,
+            at,
+            &joint.prior(prior_sd_mm, variance_factor),
+        )?;
         at = end.at;
         let inverse = joint.inverse(&end.matrix, &at)?;
-        let next = joint.round(&at.numbers, &inverse, sizes_mm, noise);
+        let next = joint.update_hyperparameters(&at.coefficients, &inverse, prior_sd_mm, variance_factor);
         let changed = |k: usize| {
             if next.0[k] < NOTHING_MM {
                 0.0
             } else {
-                (next.0[k] / sizes_mm[k]).ln().abs()
+                (next.0[k] / prior_sd_mm[k]).ln().abs()
             }
         };
         change = changed(0).max(changed(1));
-        (sizes_mm, fixed) = next;
-        noise = (end.squares / (freedom - fixed).max(1.0)).max(1.0);
-        if change < LAST_SIZE_CHANGE {
+        (prior_sd_mm, effective_parameters) = next;
+        variance_factor = (end.squares / (freedom - effective_parameters).max(1.0)).max(1.0);
+        if change < LAST_PRIOR_SD_CHANGE {
             break;
         }
     }
-    // A NaN is not settled.
-    let still = change < LAST_SIZE_CHANGE;
-    if !still {
-        let [height_mm, plane_mm] = sizes_mm;
+    // A NaN is no convergence.
+    let converged = change < LAST_PRIOR_SD_CHANGE;
+    if !converged {
+        let [height_mm, plane_mm] = prior_sd_mm;
         return Err(CameraRefused::FieldUnsettled {
             rounds: MAX_ROUNDS,
             height_mm,
@@ -128,14 +137,19 @@ pub(super) fn adjusted(
             change,
         });
     }
-    let end = joint.settled(LAST_STEP_DEVIATIONS, noise, at, &joint.prior(sizes_mm, noise))?;
+    let end = joint.minimise(
+        LAST_STEP_DEVIATIONS,
+        variance_factor,
+        at,
+        &joint.prior(prior_sd_mm, variance_factor),
+    )?;
     let inverse = joint.inverse(&end.matrix, &end.at)?;
-    joint.held(&inverse, &end.at)?;
+    joint.check_identifiable(&inverse, &end.at)?;
     let field = Field {
         waves: waves.clone(),
-        numbers: end.at.numbers,
-        sizes_mm,
-        fixed,
+        coefficients: end.at.coefficients,
+        prior_sd_mm,
+        effective_parameters,
         inverse,
     };
     Ok((end.at.state, field))
@@ -148,11 +162,11 @@ impl Joint<'_> {
         found.ok_or_else(|| at.state.free_number(loosest(matrix).1))
     }
 
-    /// Refuses shared numbers that only rounding tells from one another: their errors go together to the last digit.
-    fn held(&self, inverse: &DMatrix<f64>, at: &StateWithField) -> Result<(), CameraRefused> {
+    /// Refuses shared numbers that only rounding tells from one another: their errors are correlated to the last digit.
+    fn check_identifiable(&self, inverse: &DMatrix<f64>, at: &StateWithField) -> Result<(), CameraRefused> {
         let (least, shared) = loosest(&inverse.view((0, 0), (SHARED, SHARED)).into_owned());
-        let held = least > HELD;
-        if held {
+        let is_identifiable = least > HELD;
+        if is_identifiable {
             Ok(())
         } else {
             Err(at.state.free_number(shared))
@@ -166,27 +180,33 @@ impl Joint<'_> {
         coordinates.saturating_sub(unknowns).max(1) as f64
     }
 
-    /// What stands before `b^2` in (12).
-    fn prior(&self, sizes_mm: [f64; 2], noise: f64) -> DVector<f64> {
+    /// `s^2 / t^2`, the weight of each coefficient's square in (12).
+    fn prior(&self, prior_sd_mm: [f64; 2], variance_factor: f64) -> DVector<f64> {
         let m = self.waves.count();
-        DVector::from_fn(3 * m, |k, _| noise / sizes_mm[usize::from(k >= m)].powi(2))
+        DVector::from_fn(3 * m, |k, _| variance_factor / prior_sd_mm[usize::from(k >= m)].powi(2))
     }
 
-    /// (13): the next sizes, and how many numbers are fixed.
-    fn round(&self, numbers: &DVector<f64>, inverse: &DMatrix<f64>, sizes_mm: [f64; 2], noise: f64) -> ([f64; 2], f64) {
-        let (m, first) = (self.waves.count(), inverse.nrows() - numbers.len());
-        let mut all = 0.0;
-        let next = [(0, m, sizes_mm[0]), (m, 2 * m, sizes_mm[1])].map(|(from, count, size)| {
+    /// (13): the next `t`, and the effective number of parameters.
+    fn update_hyperparameters(
+        &self,
+        coefficients: &DVector<f64>,
+        inverse: &DMatrix<f64>,
+        prior_sd_mm: [f64; 2],
+        variance_factor: f64,
+    ) -> ([f64; 2], f64) {
+        let (m, first) = (self.waves.count(), inverse.nrows() - coefficients.len());
+        let mut effective_parameters = 0.0;
+        let next = [(0, m, prior_sd_mm[0]), (m, 2 * m, prior_sd_mm[1])].map(|(from, count, sd)| {
             let trace: f64 = (from..from + count).map(|k| inverse[(first + k, first + k)]).sum();
             // The system is that of (12), s^2 times the likelihood's: the covariance C is s^2 times its inverse. Where
             // nothing is fixed the difference is rounding, by which the squares must not be divided.
-            let fixed = (count as f64 - noise * trace / (size * size)).max(1e-6);
-            all += fixed;
-            let square = numbers.rows(from, count).norm_squared() / fixed;
-            // The prior divides by the size, which the rounds would take to 0 where there is no field.
-            square.sqrt().clamp(SIZES_MM[0], SIZES_MM[1])
+            let effective = (count as f64 - variance_factor * trace / (sd * sd)).max(1e-6);
+            effective_parameters += effective;
+            let square = coefficients.rows(from, count).norm_squared() / effective;
+            // The prior divides by `t`, which the rounds would take to 0 where there is no field.
+            square.sqrt().clamp(PRIOR_SD_RANGE_MM[0], PRIOR_SD_RANGE_MM[1])
         });
-        (next, all)
+        (next, effective_parameters)
     }
 
     fn problem<'b>(&self, stations: &'b [Station]) -> Problem<'b> {
@@ -196,29 +216,35 @@ impl Joint<'_> {
 
     /// `sum r^T W r`.
     fn squares(&self, at: &StateWithField) -> f64 {
-        let stations = self.waves.moved(self.stations, &at.numbers);
+        let stations = self.waves.moved(self.stations, &at.coefficients);
         self.problem(&stations).cost(&at.state)
     }
 
-    /// The least of (12) to a last step of `end` deviations times `s`; `noise` is `s^2`.
-    fn settled(&self, end: f64, noise: f64, at: StateWithField, prior: &DVector<f64>) -> Result<End, CameraRefused> {
-        let unit = noise.sqrt();
-        let likelihood = Likelihood {
+    /// Minimises (12) to a last step of `last_step` standard deviations times `s`; `variance_factor` is `s^2`.
+    fn minimise(
+        &self,
+        last_step: f64,
+        variance_factor: f64,
+        at: StateWithField,
+        prior: &DVector<f64>,
+    ) -> Result<Minimum, CameraRefused> {
+        let unit = variance_factor.sqrt();
+        let cost = PenalisedCost {
             joint: self,
             prior,
-            last: end * unit,
+            last_step: last_step * unit,
         };
         let refused = |steps, last| CameraRefused::NoConvergence { steps, last };
-        let found = least_squares(&likelihood, at, DAMPING, Limits::steps(MAX_STEPS));
+        let found = least_squares(&cost, at, DAMPING, Limits::steps(MAX_STEPS));
         let found = found.ok_or_else(|| refused(0, f64::INFINITY))?;
-        let slow = found.end == fit::End::OutOfSteps && found.length <= SLOW_END.max(end) * unit;
-        if !slow && found.end != fit::End::Settled {
+        let slow = found.end == End::OutOfSteps && found.length <= SLOW_END.max(last_step) * unit;
+        if !slow && found.end != End::Settled {
             return Err(refused(found.steps, found.length));
         }
-        // Of the state before: the last step is nothing beside the deviations that it says.
+        // Of the state before the last step, which is short beside the deviations that the matrix gives.
         let before = found.before.and_then(|at| at.equations);
         let (matrix, _) = before.ok_or_else(|| refused(found.steps, found.length))?;
-        Ok(End {
+        Ok(Minimum {
             at: found.state,
             matrix,
             squares: found.at.squares,
@@ -233,17 +259,17 @@ impl Joint<'_> {
             .map(|(v, pose)| in_place(pose, &Vector6::from_fn(|k, _| step[SHARED + 6 * v + k])))
             .collect();
         let state = at.state.moved(&shared, poses?)?;
-        let numbers = &at.numbers + step.rows(step.len() - at.numbers.len(), at.numbers.len());
-        Some(StateWithField { state, numbers })
+        let coefficients = &at.coefficients + step.rows(step.len() - at.coefficients.len(), at.coefficients.len());
+        Some(StateWithField { state, coefficients })
     }
 
     /// The normal equations of (12): shared numbers, poses, field. Numbers that are held have 1 on the diagonal.
     fn equations(&self, at: &StateWithField, prior: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
-        let (views, waves) = (self.stations.len(), at.numbers.len());
+        let (views, waves) = (self.stations.len(), at.coefficients.len());
         let first = SHARED + 6 * views;
         let size = first + waves;
         let (mut matrix, mut vector) = (DMatrix::zeros(size, size), DVector::zeros(size));
-        let moved = self.waves.moved(self.stations, &at.numbers);
+        let moved = self.waves.moved(self.stations, &at.coefficients);
         for (view, station) in moved.iter().enumerate() {
             let rows = self.rows(at, view, station);
             let products = rows.transpose() * &rows;
@@ -264,7 +290,7 @@ impl Joint<'_> {
         // The prior: each wave is expected to be 0 with its own variance.
         for k in 0..waves {
             matrix[(first + k, first + k)] += prior[k];
-            vector[first + k] -= prior[k] * at.numbers[k];
+            vector[first + k] -= prior[k] * at.coefficients[k];
         }
         for k in (0..SHARED).filter(|k| !self.free[*k]) {
             matrix[(k, k)] = 1.0;
@@ -300,12 +326,12 @@ impl Joint<'_> {
     }
 }
 
-/// (12) for sizes that are given.
-struct Likelihood<'a> {
+/// (12) for a given prior.
+struct PenalisedCost<'a> {
     joint: &'a Joint<'a>,
     prior: &'a DVector<f64>,
-    /// The last step, standard deviations.
-    last: f64,
+    /// A step that is no longer than this, in standard deviations, is the last.
+    last_step: f64,
 }
 
 /// `sum r^T W r`, and from where a step is made the equations.
@@ -314,16 +340,23 @@ struct At {
     equations: Option<(DMatrix<f64>, DVector<f64>)>,
 }
 
-impl Likelihood<'_> {
+impl PenalisedCost<'_> {
     fn cost(&self, at: &StateWithField) -> f64 {
-        self.joint.squares(at) + weighed(at, self.prior)
+        self.joint.squares(at) + prior_cost(at, self.prior)
     }
 
-    /// Where a step leads, or a share of it. Residuals turn the derivatives, and whole steps may then lead to and fro across a
-    /// valley: where the parabola through both ends has its least well before the step's end, the step goes there.
-    fn lower(&self, from: &StateWithField, squares: f64, step: &DVector<f64>, gain: f64) -> Option<StateWithField> {
+    /// Where a step leads, or a share of it. Where residuals are large, the second derivatives that the normal equations leave
+    /// out are large too, and whole steps may lead to and fro across a valley: where the parabola through the costs at both
+    /// ends has its minimum well before the step's end, the step goes there if the cost is lower there than at the end.
+    fn line_search(
+        &self,
+        from: &StateWithField,
+        squares: f64,
+        step: &DVector<f64>,
+        gain: f64,
+    ) -> Option<StateWithField> {
         let whole = self.joint.stepped(from, step)?;
-        let (start, end) = (squares + weighed(from, self.prior), self.cost(&whole));
+        let (start, end) = (squares + prior_cost(from, self.prior), self.cost(&whole));
         // The parabola start - 2 gain t + a t^2 through the cost at the step's end has its least at t = gain / a.
         let share = gain / (end - start + 2.0 * gain);
         // An infinite cost, where a disc is not seen, gives a share of 0: the whole step goes on, and the iteration
@@ -336,14 +369,14 @@ impl Likelihood<'_> {
     }
 }
 
-impl fit::Problem for Likelihood<'_> {
+impl fit::Problem for PenalisedCost<'_> {
     type State = StateWithField;
     type At = At;
 
     fn look(&self, at: &StateWithField) -> Option<(f64, At)> {
         let squares = self.joint.squares(at);
         let equations = None;
-        Some((squares + weighed(at, self.prior), At { squares, equations }))
+        Some((squares + prior_cost(at, self.prior), At { squares, equations }))
     }
 
     fn prepare(&self, state: &StateWithField, at: &mut At, _steps: usize) -> bool {
@@ -356,7 +389,7 @@ impl fit::Problem for Likelihood<'_> {
         let step = step(matrix, vector, damping)?;
         let gain = step.dot(vector).max(0.0);
         Some(Step {
-            to: self.lower(state, at.squares, &step, gain)?,
+            to: self.line_search(state, at.squares, &step, gain)?,
             length: if damping <= MOST_AT_END {
                 gain.sqrt()
             } else {
@@ -367,13 +400,13 @@ impl fit::Problem for Likelihood<'_> {
     }
 
     fn is_settled(&self, made: &Made<'_, StateWithField, At>) -> bool {
-        made.length <= self.last
+        made.length <= self.last_step
     }
 }
 
 /// The second sum of (12).
-fn weighed(at: &StateWithField, prior: &DVector<f64>) -> f64 {
-    at.numbers.component_mul(&at.numbers).dot(prior)
+fn prior_cost(at: &StateWithField, prior: &DVector<f64>) -> f64 {
+    at.coefficients.component_mul(&at.coefficients).dot(prior)
 }
 
 /// The step of a system whose diagonal has grown by the share `damping`.

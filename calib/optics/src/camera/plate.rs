@@ -13,8 +13,8 @@ use super::view::View;
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlateField {
     waves: Waves,
-    numbers: DVector<f64>,
-    /// Of the numbers of (9), then of the field's.
+    coefficients: DVector<f64>,
+    /// Of the numbers of (9), then of the field's coefficients.
     covariance: DMatrix<f64>,
     /// The deviation of the random field that the views make the likeliest, in height and of each axis in the plane, mm: before
     /// what pose, bend and focal lengths say is taken out of it.
@@ -50,11 +50,11 @@ impl Plate {
     pub(super) fn with(mut self, field: Option<&Field>, views: &[View], scale: f64) -> Self {
         self.field = field.map(|f| PlateField {
             waves: f.waves.clone(),
-            numbers: f.numbers.clone(),
+            coefficients: f.coefficients.clone(),
             covariance: f.plate(PARAMETERS) * scale,
-            sizes_mm: f.sizes_mm,
+            sizes_mm: f.prior_sd_mm,
             rms_mm: rms(views, f),
-            fixed: f.fixed,
+            fixed: f.effective_parameters,
         });
         self
     }
@@ -79,7 +79,7 @@ impl Plate {
     /// says nothing.
     pub fn offset_mm(&self, at_mm: Vector2<f64>) -> Vector3<f64> {
         let bend = Vector3::z() * self.bend.height(&self.ruler.bow(at_mm));
-        let field = self.field.as_ref().map(|f| f.waves.offset(at_mm, &f.numbers));
+        let field = self.field.as_ref().map(|f| f.waves.offset(at_mm, &f.coefficients));
         bend + field.unwrap_or_default()
     }
 
@@ -101,7 +101,7 @@ pub(super) fn places(views: &[View]) -> impl Iterator<Item = Vector2<f64>> + Clo
 /// Root mean square of a field over the discs seen.
 fn rms(views: &[View], field: &Field) -> [f64; 2] {
     let squares = places(views)
-        .map(|at| field.waves.offset(at, &field.numbers))
+        .map(|at| field.waves.offset(at, &field.coefficients))
         .map(|o| o.component_mul(&o));
     let (count, sum) = squares.fold((0.0, Vector3::zeros()), |(n, sum), s| (n + 1.0, sum + s));
     let mean = sum / f64::max(count, 1.0);

@@ -81,19 +81,19 @@ impl Waves {
             .map(|taken| &plain - taken.transpose() * DVector::from_column_slice(&powers[..taken.nrows()]))
     }
 
-    /// The offset of a disc, mm: `numbers` are those of the height, then those of the first and of the second axis.
-    pub(super) fn offset(&self, at_mm: Vector2<f64>, numbers: &DVector<f64>) -> Vector3<f64> {
+    /// The offset of a disc, mm: `coefficients` are those of the height, then those of the first and of the second axis.
+    pub(super) fn offset(&self, at_mm: Vector2<f64>, coefficients: &DVector<f64>) -> Vector3<f64> {
         let ([lift, slide], m) = (self.at(at_mm), self.count());
-        let part = |k: usize, wave: &DVector<f64>| wave.dot(&numbers.rows(k * m, m));
+        let part = |k: usize, wave: &DVector<f64>| wave.dot(&coefficients.rows(k * m, m));
         Vector3::new(part(1, &slide), part(2, &slide), part(0, &lift))
     }
 
     /// The stations with every disc moved by its offset.
-    pub(super) fn moved(&self, stations: &[Station], numbers: &DVector<f64>) -> Vec<Station> {
+    pub(super) fn moved(&self, stations: &[Station], coefficients: &DVector<f64>) -> Vec<Station> {
         let moved = |station: &Station| {
             let mut station = station.clone();
             for s in &mut station.sightings {
-                s.place += self.offset(s.place.xy() + station.centre, numbers);
+                s.place += self.offset(s.place.xy() + station.centre, coefficients);
             }
             station
         };

@@ -101,8 +101,8 @@ impl Calibrated {
         };
         let used = chosen.kept.iter().flatten().filter(|k| **k).count();
         let unknowns = 6 * stations.len() + free.iter().filter(|f| **f).count();
-        // A field with a prior takes fewer than its numbers: as many as the data decide.
-        let fixed = chosen.field.as_ref().map_or(0.0, |f| f.fixed.ceil());
+        // A field with a prior takes fewer degrees of freedom than it has coefficients: as many as the data decide.
+        let fixed = chosen.field.as_ref().map_or(0.0, |f| f.effective_parameters.ceil());
         let degrees_of_freedom = (2 * used).saturating_sub(unknowns + fixed as usize);
         let noise_ratio = (settled.cost / degrees_of_freedom.max(1) as f64).sqrt();
         // Residuals larger than the noise given enlarge every covariance; smaller ones do not shrink it.

@@ -20,12 +20,12 @@ pub struct Probe {
 pub struct Chi {
     /// `(mean of the ring - mean inside) / (deviation inside + half the ring's + 1/sqrt(12))`: positive for dark discs.
     ///
-    /// The last term, the deviation of rounding to steps of a sample, is not the thesis's: it gives uniform regions a
+    /// The last term, the deviation of rounding to whole grey levels, is not the thesis's: it gives uniform regions a
     /// value, where 5.3 divides by zero, and is nothing beside real noise.
     pub value: f64,
     /// The same difference beside its standard error (Welch): comparable between probes of different radius.
     pub significance: f64,
-    /// Means inside and in the ring, steps of a sample.
+    /// Means inside and in the ring, grey levels.
     pub means: [f64; 2],
 }
 

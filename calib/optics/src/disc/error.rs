@@ -24,7 +24,7 @@ pub enum FitRefused {
     /// The disc does not stand out.
     #[error("the contrast {found:.2} is not three deviations above its error at a noise of {noise:.2}")]
     NoContrast {
-        /// Disc less surroundings, steps of a sample.
+        /// Disc less surroundings, grey levels.
         found: f64,
         /// Residuals' deviation.
         noise: f64,

@@ -47,11 +47,11 @@ pub struct DiscFit {
     pub ellipse: Ellipse,
     /// The blur's deviation with the pixel's own area in it, pixels.
     pub sigma: f64,
-    /// The disc's grey less that of its surroundings, steps of a sample.
+    /// The disc's grey less that of its surroundings, grey levels.
     pub contrast: f64,
     /// The background's grey at the centre and its slope along x and y.
     pub background: [f64; 3],
-    /// The residuals' standard deviation, steps of a sample: the noise where the model holds.
+    /// The residuals' standard deviation, grey levels: the noise where the model holds.
     pub noise: f64,
     /// Covariance of the centre for that noise, pixels squared.
     pub covariance: Matrix2<f64>,

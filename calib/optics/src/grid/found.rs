@@ -123,7 +123,7 @@ pub struct Found {
     pub radius: f64,
     /// The blur's deviation with the pixel's area, pixels.
     pub sigma: f64,
-    /// The residuals' deviation, steps of a sample.
+    /// The residuals' deviation, grey levels.
     pub noise: f64,
     /// Root mean square distance of the discs from the homography, pixels: lens distortion. 0 for a plane.
     pub homography_rms_px: f64,

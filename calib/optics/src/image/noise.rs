@@ -2,7 +2,7 @@
 
 use super::Image;
 
-/// The noise's standard deviation in steps of a sample, from the median of the absolute response to the mask
+/// The noise's standard deviation in grey levels, from the median of the absolute response to the mask
 /// `[1 -2 1; -2 4 -2; 1 -2 1] / 6` (Immerkaer 1996), which is blind to planes and to straight edges along the axes.
 ///
 /// The median makes edges count little. At least the deviation of rounding, 1/sqrt(12). Images below 3 x 3 have that.

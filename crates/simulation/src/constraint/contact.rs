@@ -8,8 +8,8 @@ use crate::sparse::Triplets;
 
 /// A contact before it is exact: a barrier, or multipliers. See [`Term`] for what its methods return.
 pub(super) trait Contact: std::fmt::Debug + Clone + Send + Sync + 'static {
-    /// What it is where exact contact never takes over.
-    const SOFT: Stage;
+    /// Its last stage where exact contact never takes over.
+    const STAGE_WITHOUT_EXACT: Stage;
 
     fn continuation(&self) -> &Continuation;
 
@@ -78,7 +78,7 @@ impl<C: Contact> Term for C {
 
 impl<C: Contact> Constraint for C {
     fn stage(&self) -> Stage {
-        Contact::continuation(self).stage(C::SOFT)
+        Contact::continuation(self).stage(C::STAGE_WITHOUT_EXACT)
     }
 
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
@@ -91,7 +91,7 @@ impl<C: Contact> Constraint for C {
             return change;
         }
         let exact = Contact::continuation(self).is_due().then(|| self.hand_over(bodies, a));
-        let again = Contact::continuation_mut(self).go_on(exact);
+        let again = Contact::continuation_mut(self).advance(exact);
         Change {
             again: change.again || again,
             ..change

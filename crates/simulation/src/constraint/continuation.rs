@@ -1,19 +1,20 @@
-//! How far a contact has come on its way: a barrier that narrows from search to search, then exact contact.
+//! How far a contact has come on its way: a barrier that acts over less and less distance from search to search, then exact
+//! contact.
 
 use super::exact::Exact;
 
-/// The barrier narrows by this factor from search to search.
-const WIDTH_FACTOR: f64 = 0.25;
+/// The activation distance changes by this factor from search to search.
+const DISTANCE_FACTOR: f64 = 0.25;
 
 /// Where a constraint stands between two searches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// A barrier or multipliers that the next update replaces whatever is found: the search before it need not be exact.
     Provisional,
-    /// A barrier that stays: it stands for contact up to its width.
-    Barrier,
-    /// Energy, or multipliers that tend to exact forces: it stands for what it is.
-    Lasting,
+    /// A barrier that no update replaces any more: its error is its activation distance.
+    FinalBarrier,
+    /// Neither a barrier nor replaced: an energy, or multipliers that updates bring to the exact forces.
+    Final,
     /// Rows of exact contact, whose forces are unknowns of their own.
     Exact,
 }
@@ -21,28 +22,30 @@ pub enum Stage {
 /// The way of a contact from its first, widest barrier to exact contact.
 #[derive(Debug, Clone)]
 pub struct Continuation {
-    /// The distance below which the barrier pushes.
-    width: f64,
-    last_width: f64,
-    /// Exact contact takes over after the last width.
+    /// The distance below which the barrier pushes: its width. Contacts with multipliers push without it; their exact contact
+    /// looks for rows within twice of it.
+    activation_distance: f64,
+    /// The least that it is narrowed to.
+    final_distance: f64,
+    /// Exact contact takes over after the barrier of the final distance.
     wants_exact: bool,
     exact: Option<Exact>,
 }
 
 impl Continuation {
-    /// A barrier of the first width that is to narrow to the last.
+    /// A barrier of the first activation distance that is to narrow to the last.
     pub(super) fn new([first, last]: [f64; 2]) -> Self {
         Self {
-            width: first,
-            last_width: last.min(first),
+            activation_distance: first,
+            final_distance: last.min(first),
             wants_exact: false,
             exact: None,
         }
     }
 
     /// The distance below which the barrier pushes now.
-    pub(super) fn width(&self) -> f64 {
-        self.width
+    pub(super) fn activation_distance(&self) -> f64 {
+        self.activation_distance
     }
 
     /// The exact contact, once it has taken over.
@@ -60,35 +63,39 @@ impl Continuation {
         self.wants_exact = true;
     }
 
-    /// After exact contact that did not converge: one narrower barrier more where `again`, else this barrier for good.
-    pub(crate) fn narrow(&mut self, again: bool) {
-        self.wants_exact &= again;
-        if again {
-            self.width *= WIDTH_FACTOR;
+    /// After exact contact that did not converge, with the contact as it was before: one narrower barrier and then exact
+    /// contact once more where `retry_exact`, else this barrier for good.
+    pub(crate) fn narrow(&mut self, retry_exact: bool) {
+        self.wants_exact &= retry_exact;
+        if retry_exact {
+            self.activation_distance *= DISTANCE_FACTOR;
         }
-        self.last_width = self.width;
+        self.final_distance = self.activation_distance;
     }
 
-    /// Where it stands, if what stays in the place of exact contact is `soft`.
-    pub(super) fn stage(&self, soft: Stage) -> Stage {
+    /// Where it stands; `stage_without_exact` is the last stage of a contact that exact contact never takes over from.
+    pub(super) fn stage(&self, stage_without_exact: Stage) -> Stage {
         match self.exact {
             Some(_) => Stage::Exact,
-            None if self.wants_exact || self.width > self.last_width => Stage::Provisional,
-            None => soft,
+            None if self.wants_exact || self.activation_distance > self.final_distance => Stage::Provisional,
+            None => stage_without_exact,
         }
     }
 
     /// True where exact contact is to take over now.
     pub(super) fn is_due(&self) -> bool {
-        self.wants_exact && self.exact.is_none() && self.width <= self.last_width
+        self.wants_exact && self.exact.is_none() && self.activation_distance <= self.final_distance
     }
 
     /// After a search: to the next narrower barrier, or to `exact` contact where that [`Self::is_due`]. True where that
     /// changes anything.
-    pub(super) fn go_on(&mut self, exact: Option<Exact>) -> bool {
-        let changes = self.width > self.last_width || exact.is_some();
+    ///
+    /// Not to be called once exact contact has taken over: `None` would end it. `Contact`'s `update` then updates the exact
+    /// contact and returns before it comes here.
+    pub(super) fn advance(&mut self, exact: Option<Exact>) -> bool {
+        let changes = self.activation_distance > self.final_distance || exact.is_some();
         self.exact = exact;
-        self.width = (self.width * WIDTH_FACTOR).max(self.last_width);
+        self.activation_distance = (self.activation_distance * DISTANCE_FACTOR).max(self.final_distance);
         changes
     }
 }

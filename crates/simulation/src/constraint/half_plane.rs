@@ -174,7 +174,7 @@ impl HalfPlane {
 }
 
 impl Contact for HalfPlane {
-    const SOFT: Stage = Stage::Lasting;
+    const STAGE_WITHOUT_EXACT: Stage = Stage::Final;
 
     fn continuation(&self) -> &Continuation {
         &self.continuation
@@ -233,7 +233,7 @@ impl Contact for HalfPlane {
         // Dips have rows of their own.
         let own = || self.touches.iter().filter(|t| !t.added);
         let wall = Wall {
-            depth: 2.0 * self.continuation.width(),
+            depth: 2.0 * self.continuation.activation_distance(),
             normal: self.normal,
             offset: self.height(bodies),
             samples: own().map(|t| (t.body, t.cursor)).collect(),

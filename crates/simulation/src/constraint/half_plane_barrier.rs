@@ -132,15 +132,16 @@ impl HalfPlaneBarrier {
         self.samples.iter().filter_map(move |(body, cursor, length)| {
             let gap = at(&heights, *body, cursor);
             // No half as between solids: the plane has no samples of its own.
-            let scale = self.stiffness * bodies.relative_stiffness(*body) * length * self.continuation.width();
-            let energy = barrier(gap / self.continuation.width()).map(|[b, first, second]| {
+            let scale =
+                self.stiffness * bodies.relative_stiffness(*body) * length * self.continuation.activation_distance();
+            let energy = barrier(gap / self.continuation.activation_distance()).map(|[b, first, second]| {
                 [
                     scale * b,
-                    scale * first / self.continuation.width(),
-                    scale * second / self.continuation.width().powi(2),
+                    scale * first / self.continuation.activation_distance(),
+                    scale * second / self.continuation.activation_distance().powi(2),
                 ]
             });
-            (gap < self.continuation.width()).then_some((*body, cursor, gap, energy))
+            (gap < self.continuation.activation_distance()).then_some((*body, cursor, gap, energy))
         })
     }
 }
@@ -152,7 +153,7 @@ fn at(nodes: &[Vec<[f64; 3]>], body: usize, cursor: &Cursor) -> f64 {
 }
 
 impl Contact for HalfPlaneBarrier {
-    const SOFT: Stage = Stage::Barrier;
+    const STAGE_WITHOUT_EXACT: Stage = Stage::FinalBarrier;
 
     fn continuation(&self) -> &Continuation {
         &self.continuation
@@ -225,7 +226,7 @@ impl Contact for HalfPlaneBarrier {
     /// Every sample nearer than twice the width becomes a row, the others as they come near.
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
         let wall = Wall {
-            depth: 2.0 * self.continuation.width(),
+            depth: 2.0 * self.continuation.activation_distance(),
             normal: self.normal,
             offset: self.height(bodies),
             samples: self.samples.iter().map(|(body, cursor, _)| (*body, *cursor)).collect(),
@@ -237,7 +238,7 @@ impl Contact for HalfPlaneBarrier {
                 let gap = self.gap(bodies, a, *body, cursor);
                 // By the gap in widths: the width of the energy's scale has cancelled. What is through begins without a
                 // force.
-                let slope = barrier(gap / self.continuation.width()).map_or(0.0, |b| b[1]);
+                let slope = barrier(gap / self.continuation.activation_distance()).map_or(0.0, |b| b[1]);
                 let row = (
                     *body,
                     *cursor,

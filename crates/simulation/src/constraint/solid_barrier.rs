@@ -77,13 +77,13 @@ impl SolidBarrier {
 
     /// The distance below which solids push each other now.
     pub fn width(&self) -> f64 {
-        self.continuation.width()
+        self.continuation.activation_distance()
     }
 
     fn samples(&self) -> Samples<'_> {
         Samples {
             meeting: &self.meeting,
-            width: self.continuation.width(),
+            width: self.continuation.activation_distance(),
         }
     }
 
@@ -101,12 +101,12 @@ impl SolidBarrier {
     fn energy_of(&self, bodies: &Bodies, near: &Near) -> Option<[f64; 3]> {
         let [own, other] = near.on.map(|body| bodies.relative_stiffness(body));
         // Half, as each of two solids samples the other. Stress times length times width: an energy by depth.
-        let scale = 0.5 * self.stiffness * own.min(other) * near.length * self.continuation.width();
-        let [b, first, second] = barrier(near.at.distance / self.continuation.width())?;
+        let scale = 0.5 * self.stiffness * own.min(other) * near.length * self.continuation.activation_distance();
+        let [b, first, second] = barrier(near.at.distance / self.continuation.activation_distance())?;
         Some([
             scale * b,
-            scale * first / self.continuation.width(),
-            scale * second / (self.continuation.width() * self.continuation.width()),
+            scale * first / self.continuation.activation_distance(),
+            scale * second / (self.continuation.activation_distance() * self.continuation.activation_distance()),
         ])
     }
 
@@ -116,7 +116,7 @@ impl SolidBarrier {
 }
 
 impl Contact for SolidBarrier {
-    const SOFT: Stage = Stage::Barrier;
+    const STAGE_WITHOUT_EXACT: Stage = Stage::FinalBarrier;
 
     fn continuation(&self) -> &Continuation {
         &self.continuation
@@ -207,7 +207,7 @@ impl Contact for SolidBarrier {
     /// Every sample nearer than twice the width becomes a row.
     fn hand_over(&self, bodies: &Bodies, a: &[f64]) -> Exact {
         let between = Between::Solids {
-            width: self.continuation.width(),
+            width: self.continuation.activation_distance(),
             meeting: self.meeting.clone(),
         };
         let mut rows: Vec<(usize, Cursor, Against, f64)> = Vec::new();

@@ -62,15 +62,27 @@ impl Evaluation {
         Balance { residual, load }
     }
 
-    /// True where every free force is below `wanted`, or below `factor` times 2^-52 of its number in `sizes`.
-    pub(super) fn is_within(&self, potential: &impl Potential, wanted: f64, sizes: &[f64], factor: f64) -> bool {
-        let free = self.gradient.iter().zip(potential.fixed()).zip(sizes);
+    /// True where every free force is below `force_tolerance`, or below so many roundings of it by the last matrix:
+    /// `roundings` times 2^-52 of its number in `rounding_scale`.
+    pub(super) fn is_within_matrix_rounding(
+        &self,
+        potential: &impl Potential,
+        force_tolerance: f64,
+        rounding_scale: &[f64],
+        roundings: f64,
+    ) -> bool {
+        let free = self.gradient.iter().zip(potential.fixed()).zip(rounding_scale);
         free.filter(|((_, fixed), _)| !**fixed)
-            .all(|((g, _), size)| g.abs() <= wanted.max(factor * f64::EPSILON * size))
+            .all(|((g, _), scale)| g.abs() <= force_tolerance.max(roundings * f64::EPSILON * scale))
     }
 
-    /// True where every free force is below `wanted` or what rounding leaves of it.
-    pub(super) fn is_rounded(&self, potential: &impl Potential, a: &[f64], wanted: f64) -> bool {
-        Rounding::of(potential, a).covers(potential, &self.gradient, wanted)
+    /// True where every free force is below `force_tolerance` or what rounding may leave of it by the potential's account.
+    pub(super) fn is_within_potential_rounding(
+        &self,
+        potential: &impl Potential,
+        a: &[f64],
+        force_tolerance: f64,
+    ) -> bool {
+        Rounding::of(potential, a).covers(potential, &self.gradient, force_tolerance)
     }
 }

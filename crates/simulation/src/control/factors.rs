@@ -28,10 +28,10 @@ pub(super) struct Factors {
     shift: f64,
     /// Of each unknown, beside the largest.
     stiffness: Vec<f64>,
-    /// The factors are those of the true matrix, without a shift.
-    pub(super) is_true: bool,
+    /// The factors are those of the true second derivatives: no shift has made them positive definite.
+    pub(super) unshifted: bool,
     /// Where the true matrix was not positive definite, a direction of negative curvature.
-    pub(super) falling: Option<Vec<f64>>,
+    pub(super) negative_curvature: Option<Vec<f64>>,
 }
 
 impl Factors {
@@ -74,12 +74,12 @@ impl Factors {
     }
 
     /// Absolute entries of the last matrix times absolute unknowns: times 2^-52 the rounding of the forces.
-    pub(super) fn force_sizes(&self, a: &[f64]) -> Vec<f64> {
+    pub(super) fn rounding_scale(&self, a: &[f64]) -> Vec<f64> {
         self.matrix.absolute_product(a)
     }
 
-    /// The direction in which the energy falls, of the last factorisation.
-    pub(super) fn falling_direction(&self) -> Option<Vec<f64>> {
+    /// The direction of negative curvature that the last factorisation has found.
+    pub(super) fn negative_curvature_of_last(&self) -> Option<Vec<f64>> {
         self.ldl.falling_direction()
     }
 
@@ -95,18 +95,18 @@ impl Factors {
         Some(scale)
     }
 
-    /// Factors the true matrix. False, with the direction of falling energy, where it is not positive definite.
+    /// Factors the true matrix. False, with a direction of negative curvature, where it is not positive definite.
     fn is_definite_as_it_is(&mut self, unit: f64, work: &mut Work) -> bool {
-        (self.falling, self.is_true) = (None, false);
+        (self.negative_curvature, self.unshifted) = (None, false);
         for part in HELD_PARTS {
             work.factorisations += 1;
             match self.ldl.definite(part * unit) {
                 Ok(true) => {
-                    (self.shift, self.is_true) = (0.0, true);
+                    (self.shift, self.unshifted) = (0.0, true);
                     return true;
                 }
                 Ok(false) => {
-                    self.falling = self.ldl.falling_direction();
+                    self.negative_curvature = self.ldl.falling_direction();
                     return false;
                 }
                 // A pivot vanishes: the matrix is singular as it is.
@@ -151,7 +151,8 @@ impl Factors {
         self.ldl.definite(shift).is_ok_and(|definite| definite)
     }
 
-    /// Counts eigenvalues below `-tau` and within `tau` of zero by two factorisations (Sylvester's law of inertia).
+    /// Counts eigenvalues below `-tau` and within `tau` of zero (Sylvester's law of inertia): by one factorisation where none is
+    /// below `tau`, else by two.
     pub(super) fn stability(
         &mut self,
         potential: &impl Potential,
@@ -179,10 +180,10 @@ impl Factors {
         // one below `-tau`: the difference is neutral.
         let below = negative(-tau)?;
         // Where none lies below `tau`, none lies below `-tau`.
-        let falling = if below == 0 { 0 } else { negative(tau)? };
+        let negative_eigenvalues = if below == 0 { 0 } else { negative(tau)? };
         Ok(Stability {
-            falling,
-            neutral: below.saturating_sub(falling),
+            falling: negative_eigenvalues,
+            neutral: below.saturating_sub(negative_eigenvalues),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! A line search that lets no energy rise (Armijo 1966; near rounding Hager and Zhang 2005).
+//! A line search that lets no energy rise by more than its rounding (Armijo 1966; near rounding Hager and Zhang 2005).
 
 use super::Potential;
 use super::evaluation::{Evaluation, largest};
@@ -34,18 +34,18 @@ pub(super) struct Next {
 }
 
 impl<'a, P: Potential> Line<'a, P> {
-    /// Shortens the step to the radius and to what may be passed.
-    pub(super) fn new(potential: &'a P, a: &'a [f64], at: &'a Evaluation, mut step: Vec<f64>, radius: f64) -> Self {
-        // The radius first, so that the way to a touch is looked for only on the step that is left.
+    /// Shortens the step to the longest allowed and to what may be passed.
+    pub(super) fn new(potential: &'a P, a: &'a [f64], at: &'a Evaluation, mut step: Vec<f64>, max_step: f64) -> Self {
+        // The longest step first, so that the way to a touch is looked for only on the step that is left.
         let length = largest(&step);
-        let capped = length > radius;
+        let capped = length > max_step;
         if capped {
-            step.iter_mut().for_each(|s| *s *= radius / length);
+            step.iter_mut().for_each(|s| *s *= max_step / length);
         }
-        let reach = potential.reach(a, &step);
-        let touches = reach < 1.0;
+        let feasible_fraction = potential.reach(a, &step);
+        let touches = feasible_fraction < 1.0;
         if touches {
-            step.iter_mut().for_each(|s| *s *= BEFORE_TOUCH * reach);
+            step.iter_mut().for_each(|s| *s *= BEFORE_TOUCH * feasible_fraction);
         }
         let slope = at.gradient.iter().zip(&step).map(|(g, s)| g * s).sum();
         Self {
@@ -110,14 +110,14 @@ impl<'a, P: Potential> Line<'a, P> {
         next.t >= 1.0 && !self.capped && !self.touches
     }
 
-    /// Wider after a full step that the radius cut, narrower after a short one.
-    pub(super) fn next_radius(&self, next: &Next, radius: f64) -> f64 {
+    /// Wider after a full step that the bound cut, narrower after a short one.
+    pub(super) fn next_max_step(&self, next: &Next, max_step: f64) -> f64 {
         match next.t {
-            1.0 if self.capped && !self.touches => 2.0 * radius,
+            1.0 if self.capped && !self.touches => 2.0 * max_step,
             // Four times what was accepted, so that the next step is not halved at once; one bad step costs a factor
             // 1000 at most.
-            t if t < 0.25 => (4.0 * t * largest(&self.step)).min(radius).max(1e-3 * radius),
-            _ => radius,
+            t if t < 0.25 => (4.0 * t * largest(&self.step)).min(max_step).max(1e-3 * max_step),
+            _ => max_step,
         }
     }
 }

@@ -28,12 +28,12 @@ impl Rounding {
         free.map(|(r, _)| *r).fold(0.0, f64::max)
     }
 
-    /// True where every free force is below `wanted` or what rounding leaves of it.
-    pub(crate) fn covers(&self, potential: &impl Potential, gradient: &[f64], wanted: f64) -> bool {
+    /// True where every free force is below `force_tolerance` or what rounding leaves of it.
+    pub(crate) fn covers(&self, potential: &impl Potential, gradient: &[f64], force_tolerance: f64) -> bool {
         // No sizes means that rounding is not known: then it excuses nothing.
         let least = |i: usize| self.0.get(i).copied().unwrap_or(0.0);
         let each = gradient.iter().zip(potential.fixed()).enumerate();
         each.filter(|(_, (_, fixed))| !**fixed)
-            .all(|(i, (g, _))| g.abs() <= wanted.max(least(i)))
+            .all(|(i, (g, _))| g.abs() <= force_tolerance.max(least(i)))
     }
 }

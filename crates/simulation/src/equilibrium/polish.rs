@@ -96,7 +96,7 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
         // A row with a force of one load has the gap `work / load` at this aim.
         let room = (depth * work / load).max(NO_DEPTH * extent);
         // More than rounding leaves of forces is asked for nowhere.
-        let balanced = residual <= part * load || Newton::rounded(system, a, part * load);
+        let balanced = residual <= part * load || Newton::is_within_potential_rounding(system, a, part * load);
         if balanced && progress.complementarity <= 10.0 * work && progress.violation <= room {
             progress = review(system, a, true);
             if progress.violation <= room {

@@ -17,7 +17,7 @@ const ENERGY_FALL: f64 = 1e-12;
 ///
 /// The rows have no energy, so a line search along the direction would go through walls: the steps to exact contact do not.
 pub(super) fn leave(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Option<usize> {
-    let mut direction = newton.falling()?;
+    let mut direction = newton.negative_curvature()?;
     for (d, fixed) in direction.iter_mut().zip(&system.fixed) {
         *d = if *fixed { 0.0 } else { *d };
     }

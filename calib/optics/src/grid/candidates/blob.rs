@@ -25,7 +25,7 @@ pub(crate) struct Blob {
     pub(crate) shape: Matrix2<f64>,
     /// Pixels.
     pub(crate) area: f64,
-    /// How far below what swallows it its darkest pixel is, steps of a sample.
+    /// How far below what swallows it its darkest pixel is, grey levels.
     pub(crate) depth: f64,
     /// Its ellipse reaches the plane's border: what lies beyond is not seen, and centroid, shape and area are not those of
     /// the disc.
@@ -48,7 +48,7 @@ pub(crate) fn blobs(plane: &Plane, noise: f64, bright: bool) -> Vec<Blob> {
         SAME_AREA_FACTOR * greatest,
     );
     // What noise alone does to a level does not count as growth, nor what rounding does.
-    // Four deviations of the noise and two steps of a sample, and four levels where these are coarser than that.
+    // Four deviations of the noise and two grey levels, and four levels where these are coarser than that.
     let delta = ((4.0 * noise / tree.step).ceil() as u16)
         .max((2.0 / tree.step).ceil() as u16)
         .max(4);

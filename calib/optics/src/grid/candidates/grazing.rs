@@ -36,7 +36,7 @@ pub(crate) fn direction(plane: &Plane, noise: f64) -> Option<Vector2<f64>> {
     let (w, h) = (plane.width, plane.height);
     // Central differences of smoothed white noise: its derivative's deviation is that of the noise over
     // sqrt(8 pi) sigma^2.
-    // A whole step of a sample at least: an image without noise has its rounding.
+    // A whole grey level at least: an image without noise has its rounding.
     let least = (SLOPE_DEVIATIONS * noise / ((8.0 * std::f64::consts::PI).sqrt() * SLOPES * SLOPES)).max(1.0);
     let mut sum = Matrix2::zeros();
     // Every second row tells as much of a direction as all do.

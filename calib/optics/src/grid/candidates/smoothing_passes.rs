@@ -66,7 +66,7 @@ impl<'a> SmoothingPasses<'a> {
     }
 
     fn half(&self, sigma: f64) -> Option<Vec<Blob>> {
-        // `gain` steps of a sample for one: the noise of a mean of four is half of a pixel's.
+        // `gain` grey levels for one: the noise of a mean of four is half of a pixel's.
         let (half, gain) = halved(self.image)?;
         let found = blobs(
             &smoothed(&half, sigma),

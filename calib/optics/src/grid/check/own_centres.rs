@@ -8,7 +8,7 @@ use crate::grid::fit::contrast::light;
 use crate::grid::fit::disc_jacobian::point;
 use crate::grid::fit::grid_fit::{GridFit, MARGIN_DEVIATIONS, MODEL_ERROR_CONTRAST, SLOPE_UNIT_PX};
 use crate::grid::fit::lens_fit::{Fitted, Own, own};
-use crate::grid::fit::normal_equations::{Params, SHAPES};
+use crate::grid::fit::normal_equations::{DISC, PAPER, Params};
 use crate::grid::fit::paper_edge::CLEAR;
 use crate::grid::homography::{jacobian, project};
 use crate::image::Image;
@@ -38,11 +38,11 @@ impl GridFit {
     pub(crate) fn greys(&self, cell: [i32; 2]) -> Greys {
         let off = (self.at(cell) - self.origin) / SLOPE_UNIT_PX;
         let plane = |k: usize| self.params[k] + self.params[k + 1] * off.x + self.params[k + 2] * off.y;
-        let slope = |k: usize| self.params[SHAPES + k] / SLOPE_UNIT_PX;
+        let slope = |k: usize| self.params[DISC + k] / SLOPE_UNIT_PX;
         Greys {
-            contrast: plane(SHAPES),
+            contrast: plane(DISC),
             change: Vector2::new(slope(1), slope(2)),
-            paper: [plane(SHAPES + 3), slope(4), slope(5)],
+            paper: [plane(PAPER), slope(4), slope(5)],
         }
     }
 

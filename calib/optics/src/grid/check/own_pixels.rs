@@ -52,7 +52,7 @@ struct Window {
 /// The light about a disc.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Greys {
-    /// Disc less paper at the disc's middle, steps of a sample.
+    /// Disc less paper at the disc's middle, grey levels.
     pub(crate) contrast: f64,
     /// How that changes along x and y, a pixel: what the discs about it say, not its own pixels.
     pub(crate) change: Vector2<f64>,

@@ -45,7 +45,7 @@ impl Growth<'_> {
         let sized = self.sized;
         let fit = self
             .grid(&sized.small)
-            .near(&sized.placed.h, sized.radius, FIRST_BLUR_PX)?;
+            .fit_coarse(&sized.placed.h, sized.radius, FIRST_BLUR_PX)?;
         let refit = |fit: &GridFit, cells: &[Cell], thin: bool| self.grid(cells).refit(fit, thin);
         let (fit, seat, cells) = match self.bordered(fit, &refit)? {
             Ok(bordered) => bordered,
@@ -84,7 +84,7 @@ impl Growth<'_> {
             image: self.search.image,
             bright: self.search.spec.bright,
         };
-        let fitted = sheet.near(start, &self.sized.small)?;
+        let fitted = sheet.fit_coarse(start, &self.sized.small)?;
         // Always by a part of the pixels: the fit to all of them follows once the border is known.
         let refit = |fit: &GridFit, cells: &[Cell], _| GridFit::of_bent(&sheet.nearer(fit.bent.as_ref()?, cells)?);
         let (fit, seat, cells) = match self.bordered(GridFit::of_bent(&fitted)?, &refit)? {

@@ -79,8 +79,8 @@ impl Total {
 }
 
 impl LensFit<'_> {
-    /// Comes near from what is known to a part of a disc.
-    pub(crate) fn near(&self, start: &LensModel, cells: &[Cell]) -> Option<Fitted> {
+    /// A coarse fit from what is known to a part of a disc.
+    pub(crate) fn fit_coarse(&self, start: &LensModel, cells: &[Cell]) -> Option<Fitted> {
         let first = self.phase(start, cells, MODEL_ERRORS_CONTRAST[0], THIN)?;
         self.phase(&first.bent, cells, MODEL_ERRORS_CONTRAST[1], THIN)
     }
@@ -111,7 +111,7 @@ impl LensFit<'_> {
     /// again with next to no damping, which belongs to no rule of damping.
     fn phase(&self, start: &LensModel, cells: &[Cell], cut: f64, part: Part) -> Option<Fitted> {
         let (mut local, cells, mut greys) = self.chosen(start, cells, part)?;
-        self.clean(&mut local, start, &cells, &greys, cut)?;
+        self.reject_outliers(&mut local, start, &cells, &greys, cut)?;
         let mut bent = start.clone();
         let prior = prior(cells.len());
         let mut now = self.total(&local, &bent, &cells, &greys)?;
@@ -122,7 +122,7 @@ impl LensFit<'_> {
             // Slopes of outlines go with the contrast, and neighbours are taken out with theirs: the best that were
             // found count from now on.
             greys = now.blocks.iter().map(|b| b.greys).collect();
-            // The squares are in steps of a sample: the prior, in units of the numbers, is made comparable by the
+            // The squares are in grey levels: the prior, in units of the numbers, is made comparable by the
             // variance.
             let matrix = now.matrix + Square::from_diagonal(&(prior * variance));
             let vector = now.vector - prior.component_mul(&bent.numbers) * variance;
@@ -237,7 +237,14 @@ impl LensFit<'_> {
     }
 
     /// Leaves out pixels that are farther off than noise and outlines can be.
-    fn clean(&self, local: &mut OwnPixels, bent: &LensModel, cells: &[Cell], greys: &[Greys], cut: f64) -> Option<()> {
+    fn reject_outliers(
+        &self,
+        local: &mut OwnPixels,
+        bent: &LensModel,
+        cells: &[Cell],
+        greys: &[Greys],
+        cut: f64,
+    ) -> Option<()> {
         let outlines = Self::outlines(bent, cells)?;
         let all = Guess {
             outlines: &outlines,

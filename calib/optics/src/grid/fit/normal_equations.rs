@@ -2,14 +2,21 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// Homography 8, radius, blur: what moves outlines.
-pub(crate) const SHAPES: usize = 10;
-/// The place of the blur.
-pub(crate) const BLUR: usize = 9;
+/// The homography's entries, the first parameters.
+pub(crate) const HOMOGRAPHY: usize = 8;
+/// The radius's index: it stands behind the homography.
+pub(crate) const RADIUS: usize = HOMOGRAPHY;
+/// The blur's index: what is before it moves outlines.
+pub(crate) const BLUR: usize = RADIUS + 1;
+/// How many parameters shape the discs' coverage: homography, radius, blur.
+pub(crate) const SHAPES: usize = BLUR + 1;
+/// The first index of the plane of grey of discs less paper, and of that of the paper.
+pub(crate) const DISC: usize = SHAPES;
+pub(crate) const PAPER: usize = DISC + 3;
 /// The least blur, pixels: that of a pixel's own area.
 pub(crate) const LEAST_BLUR: f64 = 0.29;
-/// With grey in discs 3 and around them 3.
-pub(crate) const N: usize = 16;
+/// All parameters.
+pub(crate) const N: usize = PAPER + 3;
 pub(crate) type Params = SVector<f64, N>;
 
 /// Normal equations at one set of parameters.

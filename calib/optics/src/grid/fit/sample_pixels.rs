@@ -64,7 +64,7 @@ pub(crate) struct Outlines<'a> {
     /// One of so many pixels is taken.
     pub(crate) thin: usize,
     /// Whether a place of the grid is left out.
-    pub(crate) without: &'a dyn Fn(Vector2<f64>) -> bool,
+    pub(crate) is_left_out: &'a dyn Fn(Vector2<f64>) -> bool,
 }
 
 /// The list while it grows.
@@ -98,7 +98,7 @@ impl Growing<'_> {
         );
         let takes = |x: usize, y: usize| {
             let place = project(&self.back, Vector2::new(x as f64, y as f64));
-            range.holds(&(place - point(cell))) && !(outlines.without)(place)
+            range.holds(&(place - point(cell))) && !(outlines.is_left_out)(place)
         };
         for y in rows[0]..rows[1] {
             for x in columns[0]..columns[1] {
@@ -244,7 +244,7 @@ mod tests {
             sigma: 0.5,
             margin: 2.0,
             thin: 1,
-            without: &|_| false,
+            is_left_out: &|_| false,
         };
         let cells = [[0, 0], [1, 0]];
         let mut places = SamplePixels::new(&outlines, &cells, &cells, [40, 30]).unwrap();
