@@ -58,7 +58,7 @@ pub(crate) fn message(bytes: &[u8]) {
                 lost_ns: 1000,
             };
             let states = [i64::MIN, 0, i64::MAX].map(|now| m.stamp.state_at(now, ages));
-            (states, m.stamp.texts())
+            (states, m.stamp.texts(), m.slice_plane().is_ok())
         })),
         6 => drop(taken::<Heartbeat>(bytes).map(|m| (m.process_state(), m.note_text()))),
         7 => drop(taken::<ReplyHeader>(bytes).map(|m| format!("{m:?}"))),

@@ -1,7 +1,7 @@
 //! One view of a renderer and the places its images go to.
 
 use bus::clock::Clock;
-use bus::message::{FrameHeader, FrameStamp};
+use bus::message::{FrameHeader, FrameStamp, ImagePlane};
 use bus::port::FramePublisher;
 use bus::topic::{HELD_FRAME, VIEW_FRAME};
 use bus::{Bus, BusError};
@@ -55,6 +55,7 @@ impl Output {
         let canvas = self.renderer.canvas();
         let header = FrameHeader {
             stamp,
+            plane: ImagePlane::of(self.renderer.plane(), self.renderer.view().window),
             width: canvas.width(),
             height: canvas.height(),
         };

@@ -22,6 +22,8 @@ pub struct Renderer {
     view: View,
     canvas: Canvas,
     hu: Vec<f32>,
+    /// Of the image drawn last, where a pose placed it.
+    plane: Option<SlicePlane>,
 }
 
 /// What to draw.
@@ -79,6 +81,7 @@ impl Renderer {
         Self {
             canvas: Canvas::new(width, height),
             hu: vec![0.0; width as usize * height as usize],
+            plane: None,
             view,
         }
     }
@@ -91,6 +94,11 @@ impl Renderer {
     /// The image drawn last.
     pub fn canvas(&self) -> &Canvas {
         &self.canvas
+    }
+
+    /// The plane of the image drawn last; `None` where no pose placed it.
+    pub fn plane(&self) -> Option<&SlicePlane> {
+        self.plane.as_ref()
     }
 
     /// The HU of the slice drawn last, row by row.
@@ -146,6 +154,7 @@ impl Renderer {
             caution: resampler.caution(),
         };
         overlay.draw(&mut self.canvas);
+        self.plane = what.pose.map(|_| plane);
         Ok(plane)
     }
 }

@@ -14,6 +14,7 @@
 
 pub mod clock;
 pub mod continuity;
+pub mod gather;
 pub mod life;
 pub mod lockstep;
 pub mod message;

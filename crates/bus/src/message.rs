@@ -19,7 +19,7 @@ pub use clock_law::{ClockLaw, ReplayState};
 pub use command::{Command, CommandKind, ReplyHeader};
 pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use event::{Event, Level};
-pub use frame::{Ages, FrameHeader, FrameStamp, FrameState};
+pub use frame::{Ages, FrameHeader, FrameStamp, FrameState, ImagePlane};
 pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, ProcessState};
 pub use lost::Lost;
 pub use pose::{PoseError, ToolPose, Tracked};

@@ -103,8 +103,11 @@ pub const SESSION_CLOCK: Topic = Topic {
 /// The images of one view.
 pub const VIEW_FRAME: Topic = Topic {
     name: "view/*",
-    payload: "trocar/FrameHeader/2 + [u8] RGBA",
+    payload: "trocar/FrameHeader/3 + [u8] RGBA",
+    // A viewer holds the set that it shows and two that gather, and is handed one more.
+    borrowed: 4,
     deadline: Some(Duration::from_millis(100)),
+    wakes: true,
     purpose: "the newest image of one view",
     ..BASE
 };
@@ -112,7 +115,7 @@ pub const VIEW_FRAME: Topic = Topic {
 /// Images that were asked for: on a topic of their own, so that live ones never replace them.
 pub const HELD_FRAME: Topic = Topic {
     name: "held/*",
-    payload: "trocar/FrameHeader/2 + [u8] RGBA",
+    payload: "trocar/FrameHeader/3 + [u8] RGBA",
     purpose: "the image of one view for the pose that was asked for last",
     ..BASE
 };

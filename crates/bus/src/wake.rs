@@ -9,7 +9,7 @@ use iceoryx2::waitset::WaitSetRunResult;
 
 use crate::BusError;
 use crate::node::Ipc;
-use crate::port::{CommandServer, Message, Subscriber};
+use crate::port::{CommandServer, FrameSubscriber, Message, Subscriber};
 
 /// What a process waits for.
 #[derive(Debug)]
@@ -34,6 +34,13 @@ impl<'a> Waits<'a> {
         T: Message,
     {
         self.listeners.extend(subscriber.listener().map(|l| (l, deadline)));
+        self
+    }
+
+    /// Also wakes for each image of a view that was opened waking.
+    #[must_use]
+    pub fn frames(mut self, subscriber: &'a FrameSubscriber) -> Self {
+        self.listeners.extend(subscriber.listener().map(|l| (l, None)));
         self
     }
 

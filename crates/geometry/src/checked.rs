@@ -6,7 +6,7 @@ use std::fmt;
 use nalgebra::Vector3;
 
 use crate::rotation::Rotation;
-use crate::{Direction, Frame, Point, Rigid, Vector};
+use crate::{Direction, Frame, PlaneError, Point, Rigid, SlicePlane, Vector};
 
 /// Why numbers from outside were refused.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +27,15 @@ pub enum DoorError {
         /// The largest accepted distance of the norm from 1.
         tolerance: f64,
     },
+    /// A direction's length is further from 1 than rounding makes it.
+    NotUnitDirection {
+        /// What was being read.
+        what: String,
+        /// The length found.
+        length: f64,
+    },
+    /// The plane of an image is none.
+    Plane(PlaneError),
     /// A direction has no length.
     NoDirection {
         /// What was being read.
@@ -44,6 +53,13 @@ impl fmt::Display for DoorError {
                 f,
                 "{what}: a rotation needs a quaternion of norm 1 within {tolerance:e}, found norm {norm}"
             ),
+            Self::NotUnitDirection { what, length } => {
+                write!(
+                    f,
+                    "{what}: a length of 1 within {UNIT_TOLERANCE:e} is needed, found {length}"
+                )
+            }
+            Self::Plane(error) => error.fmt(f),
             Self::NoDirection { what } => write!(f, "{what}: a direction needs a length above zero"),
         }
     }
@@ -80,6 +96,40 @@ pub fn direction<F: Frame>(components: [f64; 3]) -> Result<Direction<F>, DoorErr
     Vector::wrap(Vector3::from(components))
         .direction()
         .ok_or_else(|| DoorError::NoDirection { what: what() })
+}
+
+/// How far a direction's length may be from 1: some roundings.
+const UNIT_TOLERANCE: f64 = 1e-12;
+
+/// A direction in `F` from three numbers of length 1, whose bits are kept.
+///
+/// # Errors
+/// [`DoorError::NotFinite`], [`DoorError::NotUnitDirection`].
+pub fn unit_direction<F: Frame>(components: [f64; 3]) -> Result<Direction<F>, DoorError> {
+    let what = || format!("a direction in {}", F::NAME);
+    finite(what, &components)?;
+    let [x, y, z] = components;
+    // By hypot: squares of numbers from outside may overflow.
+    let length = x.hypot(y).hypot(z);
+    if (length - 1.0).abs() > UNIT_TOLERANCE {
+        return Err(DoorError::NotUnitDirection { what: what(), length });
+    }
+    Ok(Direction::wrap(Vector3::from(components)))
+}
+
+/// The plane of an image of `size` pixels of `pixel_mm`, from the centre of its first pixel and the directions of growing columns and rows
+/// in the CT's frame. All bits are kept, so that a pixel lies where its renderer had it.
+///
+/// # Errors
+/// [`DoorError::NotFinite`], [`DoorError::NotUnitDirection`], [`DoorError::Plane`].
+pub fn slice_plane(
+    origin_mm: [f64; 3],
+    [right, down]: [[f64; 3]; 2],
+    pixel_mm: f64,
+    size: [u32; 2],
+) -> Result<SlicePlane, DoorError> {
+    let axes = [unit_direction(right)?, unit_direction(down)?];
+    SlicePlane::from_origin(point(origin_mm)?, axes, pixel_mm, size).map_err(DoorError::Plane)
 }
 
 /// `to_from_from` from a quaternion (w, x, y, z) and a translation in `To`, mm.
@@ -136,6 +186,34 @@ mod tests {
         assert!(err.to_string().contains("Ct from Tool"), "{err}");
         assert!(rigid::<Ct, Tool>([0.0; 4], [0.0; 3], 1e-3).is_err());
         assert!(rigid::<Ct, Tool>([1e200; 4], [0.0; 3], 1e-3).is_err());
+    }
+
+    #[test]
+    fn a_plane_goes_through_the_door_bit_for_bit() {
+        let r = Rigid::<Ct, Tool>::from_rotation_vector(
+            Vector::wrap([0.3, -1.1, 0.7].into()),
+            Vector::wrap([9.0, 1e4, -3.0].into()),
+        );
+        let axes = [Direction::X, -Direction::Y].map(|d: Direction<Tool>| r.unwrap() * d);
+        let plane = SlicePlane::centred(point([1.0, 2.0, 3.0]).unwrap(), axes, 0.3, [512, 300]).unwrap();
+        let numbers = [plane.right().components(), plane.down().components()];
+        let back = |origin, axes, pixel| slice_plane(origin, axes, pixel, plane.size());
+        assert_eq!(back(plane.origin().mm(), numbers, 0.3), Ok(plane));
+        let stretched = [numbers[0].map(|x| x * (1.0 + 1e-9)), numbers[1]];
+        assert!(matches!(
+            back([0.0; 3], stretched, 0.3),
+            Err(DoorError::NotUnitDirection { .. })
+        ));
+        assert!(matches!(
+            back([0.0; 3], [[1e200; 3], numbers[1]], 0.3),
+            Err(DoorError::NotUnitDirection { .. })
+        ));
+        assert!(matches!(back([0.0; 3], [numbers[0]; 2], 0.3), Err(DoorError::Plane(_))));
+        assert!(matches!(
+            back([0.0, f64::NAN, 0.0], numbers, 0.3),
+            Err(DoorError::NotFinite { .. })
+        ));
+        assert!(matches!(back([0.0; 3], numbers, f64::NAN), Err(DoorError::Plane(_))));
     }
 
     #[test]

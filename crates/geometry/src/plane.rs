@@ -41,7 +41,7 @@ pub enum PlaneError {
     Pixel(f64),
     /// The two image axes are not orthogonal; the cosine between them.
     Skewed(f64),
-    /// The middle is not a place: NaN or infinite, mm.
+    /// The middle or the first pixel is not a place: NaN or infinite, mm.
     Centre([f64; 3]),
 }
 
@@ -77,29 +77,60 @@ impl SlicePlane {
         pixel_mm: f64,
         size: [u32; 2],
     ) -> Result<Self, PlaneError> {
+        // From the centre of the first pixel to that of the last are n - 1 steps.
+        let half = |n: u32| (f64::from(n) - 1.0) / 2.0 * pixel_mm;
+        let plane = Self {
+            origin: centre,
+            right,
+            down,
+            pixel_mm,
+            size,
+        };
+        plane.check()?;
+        Ok(Self {
+            origin: centre - right * half(size[0]) - down * half(size[1]),
+            ..plane
+        })
+    }
+
+    /// The plane whose first pixel (column 0, row 0) has its centre at `origin`; the numbers stay as they are.
+    ///
+    /// # Errors
+    /// As [`SlicePlane::centred`], where `origin` is the place.
+    pub fn from_origin(
+        origin: Point<Ct>,
+        [right, down]: [Direction<Ct>; 2],
+        pixel_mm: f64,
+        size: [u32; 2],
+    ) -> Result<Self, PlaneError> {
+        let plane = Self {
+            origin,
+            right,
+            down,
+            pixel_mm,
+            size,
+        };
+        plane.check().map(|()| plane)
+    }
+
+    fn check(&self) -> Result<(), PlaneError> {
+        let Self { size, pixel_mm, .. } = *self;
         if size.iter().any(|&n| n == 0 || n > MAX_SIDE) {
             return Err(PlaneError::Size(size));
         }
         if !PIXEL_MM.contains(&pixel_mm) {
             return Err(PlaneError::Pixel(pixel_mm));
         }
-        let cosine = right.dot(down);
+        let cosine = self.right.dot(self.down);
         // A comparison with NaN is false: it must not pass as a small angle.
         if cosine.is_nan() || cosine.abs() > 1e-12 {
             return Err(PlaneError::Skewed(cosine));
         }
-        if !centre.mm().iter().all(|c| c.is_finite()) {
-            return Err(PlaneError::Centre(centre.mm()));
+        let place = self.origin.mm();
+        if !place.iter().all(|c| c.is_finite()) {
+            return Err(PlaneError::Centre(place));
         }
-        // From the centre of the first pixel to that of the last are n - 1 steps.
-        let half = |n: u32| (f64::from(n) - 1.0) / 2.0 * pixel_mm;
-        Ok(Self {
-            origin: centre - right * half(size[0]) - down * half(size[1]),
-            right,
-            down,
-            pixel_mm,
-            size,
-        })
+        Ok(())
     }
 
     /// Centre of the first pixel (column 0, row 0).

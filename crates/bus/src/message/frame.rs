@@ -4,7 +4,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::{Lost, VolumeHash};
 use crate::clock;
-use scene::Limits;
+use geometry::SlicePlane;
+use geometry::checked::{self, DoorError};
+use scene::{Limits, WindowLevel};
 
 /// Which pose, which registration and which volume an image shows, and when each stage was passed.
 ///
@@ -151,24 +153,129 @@ impl FrameStamp {
     }
 }
 
+/// Which plane of the patient an image shows, and which window of HU.
+#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("trocar/ImagePlane/1")]
+pub struct ImagePlane {
+    /// Centre of the first pixel (column 0, row 0) in the CT's frame, LPS, mm.
+    pub origin_mm: [f64; 3],
+    /// Unit direction of growing columns, LPS.
+    pub right: [f64; 3],
+    /// Unit direction of growing rows, LPS, orthogonal to `right`.
+    pub down: [f64; 3],
+    /// Side of a pixel, mm; 0 where no pose ever placed the image.
+    pub pixel_mm: f64,
+    /// The HU shown as middle grey.
+    pub centre_hu: f64,
+    /// From black to white, HU.
+    pub width_hu: f64,
+}
+
+impl ImagePlane {
+    /// That of `plane`; `None` where no pose ever placed the image.
+    pub fn of(plane: Option<&SlicePlane>, window: WindowLevel) -> Self {
+        let placed = plane.map(|plane| Self {
+            origin_mm: plane.origin().mm(),
+            right: plane.right().components(),
+            down: plane.down().components(),
+            pixel_mm: plane.pixel_mm(),
+            ..Self::default()
+        });
+        Self {
+            centre_hu: window.centre_hu,
+            width_hu: window.width_hu,
+            ..placed.unwrap_or_default()
+        }
+    }
+}
+
 /// Travels in front of the pixels: RGBA, 8 bits, row by row from the top.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameHeader/2")]
+#[type_name("trocar/FrameHeader/3")]
 pub struct FrameHeader {
     /// What is shown.
     pub stamp: FrameStamp,
+    /// Where.
+    pub plane: ImagePlane,
     /// Columns.
     pub width: u32,
     /// Rows.
     pub height: u32,
 }
 
-const _: () = assert!(size_of::<FrameHeader>() == 120);
+const _: () = assert!(size_of::<FrameHeader>() == 216);
+
+impl FrameHeader {
+    /// Where in the patient the pixels lie, bit for bit as the renderer placed them; `None` where no pose ever did, and nothing may be
+    /// measured on the image.
+    ///
+    /// # Errors
+    /// [`DoorError`] for numbers that are no plane.
+    pub fn slice_plane(&self) -> Result<Option<SlicePlane>, DoorError> {
+        let ImagePlane {
+            origin_mm,
+            right,
+            down,
+            pixel_mm,
+            ..
+        } = self.plane;
+        if pixel_mm == 0.0 {
+            return Ok(None);
+        }
+        checked::slice_plane(origin_mm, [right, down], pixel_mm, [self.width, self.height]).map(Some)
+    }
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geometry::{Direction, Point};
+
+    #[test]
+    fn the_plane_of_an_image_is_that_of_its_renderer_or_refused() {
+        let axes = [Direction::Y, -Direction::Z];
+        let plane = SlicePlane::centred(Point::new(0.1, 2.0, 1e4), axes, 0.7, [7, 5]).unwrap();
+        let window = WindowLevel {
+            centre_hu: 40.0,
+            width_hu: 400.0,
+        };
+        let header = |plane| FrameHeader {
+            plane,
+            width: 7,
+            height: 5,
+            ..FrameHeader::default()
+        };
+        let placed = ImagePlane::of(Some(&plane), window);
+        assert_eq!(header(placed).slice_plane(), Ok(Some(plane)));
+        assert_eq!((placed.centre_hu, placed.width_hu), (40.0, 400.0));
+        assert_eq!(header(ImagePlane::of(None, window)).slice_plane(), Ok(None));
+        let bad = [
+            ImagePlane {
+                pixel_mm: f64::NAN,
+                ..placed
+            },
+            ImagePlane {
+                pixel_mm: -0.7,
+                ..placed
+            },
+            ImagePlane {
+                right: [0.0, f64::INFINITY, 0.0],
+                ..placed
+            },
+            ImagePlane {
+                down: placed.right,
+                ..placed
+            },
+            ImagePlane {
+                origin_mm: [f64::NAN; 3],
+                ..placed
+            },
+        ];
+        bad.iter()
+            .for_each(|plane| assert!(header(*plane).slice_plane().is_err(), "{plane:?}"));
+    }
 
     #[test]
     fn a_live_image_grows_stale() {

@@ -2,17 +2,19 @@
 
 use std::rc::Rc;
 
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher as IoxPublisher;
 use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::places::take_place;
-use super::{limited, open_error, service_name, transfer_error};
+use super::{event_service, limited, open_error, service_name, transfer_error};
 use crate::clock::Clock;
 use crate::message::{Ages, FrameHeader, FrameStamp, FrameState};
 use crate::node::{Ipc, patiently};
-use crate::topic::Topic;
+use crate::topic::{Topic, VIEW_FRAME};
 use crate::{Bus, BusError};
 
 pub(super) fn service(bus: &Bus, topic: &Topic, name: &str) -> Result<PortFactory<Ipc, [u8], FrameHeader>, BusError> {
@@ -30,6 +32,7 @@ pub(super) fn service(bus: &Bus, topic: &Topic, name: &str) -> Result<PortFactor
 #[derive(Debug)]
 pub struct FramePublisher {
     port: IoxPublisher<Ipc, [u8], FrameHeader>,
+    notifier: Option<Notifier<Ipc>>,
     name: String,
 }
 
@@ -46,14 +49,24 @@ impl FramePublisher {
                 .initial_max_slice_len(bytes)
                 .create()
                 .map_err(open_error(&name, "publish"))?;
+            let notifier = match topic.wakes {
+                true => Some(
+                    event_service(bus, topic, &name)?
+                        .notifier_builder()
+                        .create()
+                        .map_err(open_error(&name, "notify"))?,
+                ),
+                false => None,
+            };
             Ok(Self {
                 port,
+                notifier,
                 name: name.clone(),
             })
         })
     }
 
-    /// Publishes an image; `rgba` holds `width * height * 4` bytes. Stamps the moment at which it is handed over, and
+    /// Publishes an image and wakes who waits for it; `rgba` holds `width * height * 4` bytes. Stamps the moment at which it is handed over, and
     /// returns the stamp as sent; `None`, and nothing is sent, where that moment is later than `latest_ns`.
     ///
     /// # Errors
@@ -76,6 +89,10 @@ impl FramePublisher {
         }
         *sample.user_header_mut() = header;
         sample.send().map_err(transfer_error(&self.name, "publishing"))?;
+        if let Some(notifier) = &self.notifier {
+            // A viewer that died a moment ago makes this fail; the others were woken.
+            let _ = notifier.notify();
+        }
         Ok(Some(header.stamp))
     }
 }
@@ -84,6 +101,7 @@ impl FramePublisher {
 #[derive(Debug)]
 pub struct FrameSubscriber {
     port: Rc<IoxSubscriber<Ipc, [u8], FrameHeader>>,
+    listener: Option<Listener<Ipc>>,
     name: String,
 }
 
@@ -119,9 +137,30 @@ impl FrameSubscriber {
             })?;
             Ok(Self {
                 port: Rc::new(port),
+                listener: None,
                 name: name.clone(),
             })
         })
+    }
+
+    /// The same for live images, and woken by each of them: see [`crate::wake`].
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn open_waking(bus: &Bus, view: &str) -> Result<Self, BusError> {
+        let mut subscriber = Self::open(bus, &VIEW_FRAME, view)?;
+        let listener = patiently(bus, || {
+            let service = event_service(bus, &VIEW_FRAME, &subscriber.name)?;
+            take_place((bus, &service), (&subscriber.name, "listen"), |service| {
+                service.listener_builder().create()
+            })
+        })?;
+        subscriber.listener = Some(listener);
+        Ok(subscriber)
+    }
+
+    pub(crate) fn listener(&self) -> Option<&Listener<Ipc>> {
+        self.listener.as_ref()
     }
 
     /// The newest image since the last call.
@@ -168,7 +207,9 @@ mod tests {
     use super::*;
     use crate::clock::monotonic_ns;
     use crate::run::RunContext;
-    use crate::topic::VIEW_FRAME;
+    use crate::wake::Waits;
+    use std::ops::ControlFlow;
+    use std::time::Duration;
 
     /// One image on the bus of a run of its own: its stamp as sent and as it came, and when it was sent at the earliest and at the latest.
     fn sent(
@@ -188,6 +229,47 @@ mod tests {
         drop((publisher, subscriber, bus));
         run.sweep();
         (stamp, came, [before, after])
+    }
+
+    #[test]
+    fn a_viewer_is_woken_by_an_image_and_holds_a_set_while_the_next_one_comes() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+        let bus = Bus::join(&run).unwrap();
+        let publisher = FramePublisher::open(&bus, &VIEW_FRAME, "v", 8).unwrap();
+        let subscriber = FrameSubscriber::open_waking(&bus, "v").unwrap();
+        let mut held = Vec::new();
+        for seq in 0..5 {
+            let mut header = header(WHOLE);
+            header.stamp.seq = seq;
+            publisher.send(header, &[seq as u8; 8], bus.clock(), i64::MAX).unwrap();
+            let wait = Waits::every(Duration::from_secs(60)).frames(&subscriber);
+            let mut turns = 0;
+            let frame = wait.run(|| {
+                turns += 1;
+                // The first turn comes before any wait: only what woke it counts.
+                match (turns > 1).then(|| subscriber.newest().unwrap()).flatten() {
+                    Some(frame) => ControlFlow::Break(frame),
+                    None => ControlFlow::Continue(()),
+                }
+            });
+            held.push(frame.unwrap());
+            // As many as a set that is shown and two that gather.
+            if held.len() > 3 {
+                held.remove(0);
+            }
+        }
+        let pixels: Vec<u8> = held.iter().map(|frame| frame.shown(0, ages()).rgba[0]).collect();
+        assert_eq!(pixels, [2, 3, 4]);
+        drop((held, publisher, subscriber, bus));
+        run.sweep();
+    }
+
+    fn ages() -> Ages {
+        Ages {
+            stale_ns: 1,
+            lost_ns: 2,
+        }
     }
 
     const WHOLE: [u32; 2] = [2, 1];

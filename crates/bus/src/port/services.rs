@@ -50,7 +50,11 @@ impl Services {
         }
         for view in &members.views {
             for topic in [&VIEW_FRAME, &HELD_FRAME] {
-                keep(&mut kept, bus, || frame::service(bus, topic, &topic.of(view)))?;
+                let name = topic.of(view);
+                keep(&mut kept, bus, || frame::service(bus, topic, &name))?;
+                if topic.wakes {
+                    keep(&mut kept, bus, || event_service(bus, topic, &name))?;
+                }
             }
         }
         for process in &members.processes {
