@@ -13,6 +13,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("fit", 0),
     ("geometry", 0),
     ("calib", 1),
+    ("guidance", 1),
     ("optics", 1),
     ("phantom", 1),
     ("picture", 1),
