@@ -8,6 +8,8 @@
 //! [`TABLE`] holds every row; [`in_words`] prints it. Whatever has no row changes nothing and is refused by name. Each stage rests on
 //! all before it: a fact that is withdrawn takes the run back to where the fact is needed again, and any change of the volume to
 //! EMPTY. A fact that comes too early is refused, not kept: the actions ask for the next fact, and whoever knows it tells it again.
+//! What speaks against a registration (bumped, check failed) is kept, whenever it comes, until another registration is told or a
+//! check is passed.
 //!
 //! There is no clock here: ages come with the events. Whoever drives the workflow tells the age of the check
 //! ([`Event::CheckAge`]) at least as often as a check may be too old unnoticed; a start names it again.

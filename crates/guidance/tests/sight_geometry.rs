@@ -17,7 +17,7 @@ fn numbers(size: f64) -> impl Strategy<Value = [f64; 3]> {
     prop::array::uniform3(-size..size)
 }
 
-/// Shows every number of a sight that does not depend on where the origin of `Ct` is, and the sum of their sizes' bounds.
+/// Every number of a sight that does not depend on where the origin of `Ct` is.
 fn invariants(ct_from_tool: Rigid<Ct, Tool>, upper: [f64; 21], aim: &Aim) -> Vec<f64> {
     let sight = look(ct_from_tool, Covariance::Upper(upper), aim).unwrap();
     let (line, predicted) = (sight.line.unwrap(), sight.predicted.unwrap());

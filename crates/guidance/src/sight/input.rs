@@ -21,6 +21,10 @@ pub enum Covariance {
 
 /// A pose with its error, or the reason why there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "it lives for one call, and a box would allocate for each pose"
+)]
 pub enum Pose<R> {
     /// A pose that is valid now.
     Valid {

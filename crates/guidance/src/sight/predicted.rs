@@ -1,5 +1,7 @@
 //! The error that a pose's covariance predicts at the target.
 
+use std::f64::consts::PI;
+
 use geometry::uncertain::CovarianceError;
 use geometry::{Ct, Direction, Point, Rigid, Tool, Uncertain};
 
@@ -27,8 +29,8 @@ pub enum Unknown {
     /// The numbers are no covariance.
     #[error("{0}")]
     NotACovariance(CovarianceError),
-    /// The error is too large to be told, above [`MAX_MM`].
-    #[error("the predicted error is beyond {MAX_MM} mm")]
+    /// The error is too large to be told: above [`MAX_MM`], or a turn of more than half a turn in one case of a thousand.
+    #[error("the predicted error is beyond {MAX_MM} mm or half a turn")]
     TooLarge,
 }
 
@@ -96,6 +98,7 @@ pub(super) fn at(
     if !c.iter().all(|x| x.abs() <= MAX_MM * MAX_MM) {
         return Err(Unknown::TooLarge);
     }
+    let turn = turn_999(&uncertain);
     let axes = axes.map(Direction::components);
     let between = |i: usize, j: usize| -> f64 {
         let row = |k: usize| (0..3).map(|l| c[(k, l)] * axes[j][l]).sum::<f64>();
@@ -106,9 +109,9 @@ pub(super) fn at(
         ellipse: Ellipse::new([[between(0, 0), across], [across, between(1, 1)]]),
         along_95_mm: SCALE_95_1D * between(2, 2).max(0.0).sqrt(),
         ball_95_mm: at.radius_95_mm(),
-        remainder_mm: remainder(target, &uncertain),
+        remainder_mm: remainder(target, &ct_from_tool, turn),
     };
-    let is_told = predicted.ball_95_mm <= MAX_MM && predicted.remainder_mm <= MAX_MM;
+    let is_told = predicted.ball_95_mm <= MAX_MM && predicted.remainder_mm <= MAX_MM && turn <= PI;
     is_told.then_some(predicted).ok_or(Unknown::TooLarge)
 }
 
@@ -121,15 +124,15 @@ fn uncertain(ct_from_tool: Rigid<Ct, Tool>, covariance: Covariance) -> Result<Un
     }
 }
 
+/// The turn that is exceeded in at most one case of a thousand, rad.
+fn turn_999(uncertain: &Uncertain<Ct, Tool>) -> f64 {
+    let turns = uncertain.covariance().fixed_view::<3, 3>(0, 0).into_owned();
+    // The squared turn is at most the largest variance times chi-squared of three degrees of freedom.
+    (CHI_SQUARE_999 * turns.symmetric_eigenvalues().max().max(0.0)).sqrt()
+}
+
 /// See [`Predicted::remainder_mm`]: `abs(exp(w) c - c - w x c) <= abs(w)^2 abs(c) / 2` for every turn w.
-fn remainder(target: Point<Ct>, uncertain: &Uncertain<Ct, Tool>) -> f64 {
-    let turn = uncertain
-        .covariance()
-        .fixed_view::<3, 3>(0, 0)
-        .into_owned()
-        .symmetric_eigenvalues()
-        .max();
+fn remainder(target: Point<Ct>, ct_from_tool: &Rigid<Ct, Tool>, turn: f64) -> f64 {
     let far = target.distance(Point::new(0.0, 0.0, 0.0));
-    let tool = uncertain.transform().translation().norm();
-    0.5 * CHI_SQUARE_999 * turn.max(0.0) * far + ROUNDINGS * (far + tool)
+    0.5 * turn * turn * far + ROUNDINGS * (far + ct_from_tool.translation().norm())
 }
