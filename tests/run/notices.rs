@@ -7,10 +7,11 @@ use std::collections::BTreeSet;
 use crate::support::{SMALL, World, pid_in, wait_for};
 use bus::Bus;
 use bus::clock;
-use bus::message::{Ages, FrameStamp, FrameState, Lost};
+use bus::message::{Ages, FrameStamp, FrameState, Lost, ToolPose};
 use bus::port::{Frame, FrameSubscriber, Subscriber};
 use bus::run::RunContext;
-use bus::topic::{FRAME_STAMP, VIEW_FRAME};
+use bus::topic::{FRAME_STAMP, TOOL_POSE, VIEW_FRAME};
+use geometry::Point;
 use rustix::process::{Pid, Signal, kill_process};
 
 const VIEW: &str = "axial-global";
@@ -57,6 +58,33 @@ fn brightness(frame: &Frame) -> f64 {
     greys.iter().sum::<f64>() / greys.len() as f64
 }
 
+/// Where an image says that it lies, beside the pose of the same number as it came from the tracker: the plane goes through the tip, and
+/// an axial image has the patient's left on its right and the back below.
+fn assert_plane_is_of_the_pose(world: &World) {
+    let context = RunContext::load(&world.run_dir("default")).unwrap();
+    let bus = Bus::join(&context).unwrap();
+    let poses = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", 4096).unwrap();
+    let frames = FrameSubscriber::open(&bus, &VIEW_FRAME, VIEW).unwrap();
+    let mut came = Vec::new();
+    let (header, tip_mm) = wait_for("an image and its pose", || {
+        while let Some(pose) = poses.next().unwrap() {
+            came.push((pose.seq, pose.t_mm));
+        }
+        let header = *frames.newest().unwrap()?.header();
+        let (_, tip_mm) = came.iter().find(|(seq, _)| *seq == header.stamp.seq)?;
+        Some((header, *tip_mm))
+    });
+    let plane = header.slice_plane().unwrap().unwrap();
+    assert_eq!(
+        (plane.right().components(), plane.down().components()),
+        ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    );
+    assert_eq!(plane.size(), [header.width, header.height]);
+    // Some roundings of lengths below 300 mm.
+    let depth_mm = plane.project(Point::new(tip_mm[0], tip_mm[1], tip_mm[2])).depth_mm;
+    assert!(depth_mm.abs() < 1e-12 * 300.0, "{depth_mm:e}");
+}
+
 #[test]
 fn a_silent_tracker_turns_the_border_amber() {
     let world = World::new();
@@ -67,6 +95,7 @@ fn a_silent_tracker_turns_the_border_amber() {
     pilot.wait_live();
     let live = frame(&world, |state| state == FrameState::Live);
     assert!(!matches!(border(&live), Some(AMBER | RED)));
+    assert_plane_is_of_the_pose(&world);
     let tracker = Pid::from_raw(pilot.pid("tracker").unwrap() as i32).unwrap();
     kill_process(tracker, Signal::STOP).unwrap();
     let stale = frame(&world, |state| state == FrameState::Stale);
@@ -112,6 +141,7 @@ fn before_the_first_valid_pose_there_is_no_picture_at_all() {
         .flat_map(|x| [h / 3, 2 * h / 3].map(|y| pixel(&lost, x, y)))
         .collect();
     assert_eq!(greys.len(), 2, "{greys:?}");
+    assert_eq!(lost.header().slice_plane(), Ok(None), "nothing is to be measured on it");
     assert_eq!(pilot.stop().code(), Some(3));
     let report = crate::support::report(&world.path("out"));
     assert!(

@@ -273,8 +273,40 @@ mod tests {
             &plane.chain(groove).collect::<Vec<_>>(),
             Rotation::from_vector(RotationVector::ZERO),
         );
-        // The middle of the groove is at x = 10, that of its touches at 100; the small pull is to just there.
-        assert!((found - Vector3::new(90.0, 7.0, 5.0)).norm() < 1e-3, "{found}");
+        // The middle of the groove is at x = 10, that of its touches at 100. The small pull is to just there, so that only rounding of
+        // 100 mm is left.
+        assert!((found - Vector3::new(90.0, 7.0, 5.0)).norm() < 1e-12, "{found}");
+    }
+
+    /// So much damping makes any step short: it said "settled" 30 mm from the base's place.
+    #[test]
+    fn a_step_that_damping_made_short_is_not_the_last() {
+        let at = |axis: Vector3<f64>, place: Vector3<f64>| HeldTouch {
+            place: place + Vector3::new(30.0, 0.0, 0.0),
+            hold: Hold {
+                axes: [axis, axis],
+                count: 1,
+                at: place,
+                along: None,
+            },
+            noise: None,
+        };
+        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let touches = [at(z, x), at(z, y), at(z, -x), at(x, y), at(x, z), at(y, z)];
+        let pose = Pose {
+            turn: Rotation::IDENTITY,
+            shift: Vector3::zeros(),
+        };
+        let problem = Frozen {
+            touches: &touches,
+            turn: pose.matrix(),
+            radius: 1.0,
+        };
+        let (_, equations) = problem.look(&pose).unwrap();
+        let step = problem.step(&pose, &equations, 1e14).unwrap();
+        assert!(step.length <= STEP_END && !problem.is_last(&step, &equations, 1e14));
+        let whole = problem.step(&pose, &equations, 0.0).unwrap();
+        assert!((whole.length - 30.0).abs() < 1e-9, "{}", whole.length);
     }
 
     /// (1) against central differences: the third derivative times h^2 / 6, below 300 mm x 1e-10.

@@ -103,10 +103,8 @@ impl<F> Gather<F> {
     fn newest_of_all(&self) -> Option<PoseId> {
         let (first, others) = self.views.split_first()?;
         let has = |held: &VecDeque<(PoseId, F)>, pose: PoseId| held.iter().any(|(other, _)| *other == pose);
-        let poses = first.iter().rev().map(|(pose, _)| *pose);
-        poses
-            .into_iter()
-            .find(|pose| others.iter().all(|held| has(held, *pose)))
+        let mut poses = first.iter().rev().map(|(pose, _)| *pose);
+        poses.find(|pose| others.iter().all(|held| has(held, *pose)))
     }
 
     /// Whether no view has a later image.

@@ -18,13 +18,16 @@ pub use volume::{LoanedVolume, SharedVolume, VolumePublisher, VolumeSubscriber};
 
 use std::fmt::Debug;
 
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::*;
 use iceoryx2::service::builder::publish_subscribe::Builder;
 use iceoryx2::service::port_factory::event::PortFactory as EventFactory;
 
-use crate::node::{Ipc, MAX_NODES};
+use crate::node::{Ipc, MAX_NODES, patiently};
 use crate::topic::Topic;
 use crate::{Bus, BusError};
+use places::take_place;
 
 /// A plain struct that can lie in shared memory: each struct of [`crate::message`].
 pub trait Message: ZeroCopySend + Debug + Copy + 'static {}
@@ -78,4 +81,23 @@ fn event_service(bus: &Bus, topic: &Topic, name: &str) -> Result<EventFactory<Ip
         .event_id_max_value(1)
         .open_or_create()
         .map_err(open_error(name, "wake"))
+}
+
+/// What wakes the receivers of a topic; `None` where the topic wakes nobody.
+fn notifier(bus: &Bus, topic: &Topic, name: &str) -> Result<Option<Notifier<Ipc>>, BusError> {
+    if !topic.wakes {
+        return Ok(None);
+    }
+    let notifier = event_service(bus, topic, name)?.notifier_builder().create();
+    notifier.map(Some).map_err(open_error(name, "notify"))
+}
+
+/// What a receiver of a topic is woken by.
+fn listener(bus: &Bus, topic: &Topic, name: &str) -> Result<Listener<Ipc>, BusError> {
+    patiently(bus, || {
+        let service = event_service(bus, topic, name)?;
+        take_place((bus, &service), (name, "listen"), |service| {
+            service.listener_builder().create()
+        })
+    })
 }

@@ -17,8 +17,8 @@
 //! # Research
 //!
 //! A run whose rules are not strict skips what a person is asked for: the confirmation of the identity, and the check before the
-//! start. It does not skip what speaks against it: a rejected volume (from then on each needs a confirmation), a check that failed, a reference that was bumped. Nor does
-//! it skip volume, calibration and registration. The state says what was skipped ([`State::skipped`]), and that it is a research run
+//! start. It does not skip what speaks against it: a rejected volume (from then on each needs a confirmation), a check that failed, a
+//! reference that was bumped. Nor does it skip volume, calibration and registration. The state says what was skipped ([`State::skipped`]), and that it is a research run
 //! ([`State::is_research`]), which every screen has to say.
 
 mod event;

@@ -89,7 +89,8 @@ impl<T: Kept> Spline<T> {
         self.coefficients[self.layout.offset(voxel)]
     }
 
-    /// Whether it was made of `volume`: another one of the same layout lies elsewhere.
+    /// Whether it was made of `volume`, as long as that lies in memory: another one beside it lies elsewhere. Where one may have gone and
+    /// another come to its place, [`super::Resampler::prepare`] is due.
     pub(super) fn is_of(&self, volume: &VolumeView<'_>) -> bool {
         self.address == volume.voxels.as_ptr() as usize && self.layout == *volume.layout
     }

@@ -1,6 +1,7 @@
 //! What gives no marker is refused by name.
 
 use super::*;
+use nalgebra::Matrix3;
 
 fn planted(seed: u64, views: usize) -> (Vec<Point<Marker>>, Vec<View>) {
     let truth = ball(24, 30.0);
@@ -277,6 +278,11 @@ fn lines_and_bad_numbers() {
         let refused = calibrate(&good, 24, &Options::new(noise)).unwrap_err();
         assert!(matches!(refused, Refused::BadNoise { .. }), "{refused}");
     }
+    // Only the lower triangle is factorised.
+    let mut each: Vec<Vec<Matrix3<f64>>> = good.iter().map(|view| vec![Matrix3::identity(); view.len()]).collect();
+    each[1][0][(0, 2)] = f64::NAN;
+    let refused = calibrate(&good, 24, &Options::new(Localizer::Each(each))).unwrap_err();
+    assert!(matches!(refused, Refused::BadNoise { view: 1, .. }), "{refused}");
     let refused = calibrate(&good, 24, &Options::new(Localizer::Each(Vec::new()))).unwrap_err();
     assert!(
         matches!(refused, Refused::Unmatched { view: 0, found: 0, .. }),

@@ -10,7 +10,7 @@ use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::places::take_place;
-use super::{event_service, limited, open_error, service_name, transfer_error};
+use super::{limited, listener, notifier, open_error, service_name, transfer_error};
 use crate::clock::Clock;
 use crate::message::{Ages, FrameHeader, FrameStamp, FrameState};
 use crate::node::{Ipc, patiently};
@@ -49,18 +49,9 @@ impl FramePublisher {
                 .initial_max_slice_len(bytes)
                 .create()
                 .map_err(open_error(&name, "publish"))?;
-            let notifier = match topic.wakes {
-                true => Some(
-                    event_service(bus, topic, &name)?
-                        .notifier_builder()
-                        .create()
-                        .map_err(open_error(&name, "notify"))?,
-                ),
-                false => None,
-            };
             Ok(Self {
                 port,
-                notifier,
+                notifier: notifier(bus, topic, &name)?,
                 name: name.clone(),
             })
         })
@@ -149,13 +140,7 @@ impl FrameSubscriber {
     /// [`BusError::Open`].
     pub fn open_waking(bus: &Bus, view: &str) -> Result<Self, BusError> {
         let mut subscriber = Self::open(bus, &VIEW_FRAME, view)?;
-        let listener = patiently(bus, || {
-            let service = event_service(bus, &VIEW_FRAME, &subscriber.name)?;
-            take_place((bus, &service), (&subscriber.name, "listen"), |service| {
-                service.listener_builder().create()
-            })
-        })?;
-        subscriber.listener = Some(listener);
+        subscriber.listener = Some(listener(bus, &VIEW_FRAME, &subscriber.name)?);
         Ok(subscriber)
     }
 
@@ -208,6 +193,7 @@ mod tests {
     use crate::clock::monotonic_ns;
     use crate::run::RunContext;
     use crate::wake::Waits;
+    use iceoryx2::prelude::ZeroCopySend;
     use std::ops::ControlFlow;
     use std::time::Duration;
 
@@ -262,6 +248,35 @@ mod tests {
         let pixels: Vec<u8> = held.iter().map(|frame| frame.shown(0, ages()).rgba[0]).collect();
         assert_eq!(pixels, [2, 3, 4]);
         drop((held, publisher, subscriber, bus));
+        run.sweep();
+    }
+
+    /// As long as the header of the version before, under its name.
+    #[derive(Debug, Default, Clone, Copy, ZeroCopySend)]
+    #[repr(C)]
+    #[type_name("trocar/FrameHeader/2")]
+    struct HeaderBefore {
+        stamp: FrameStamp,
+        size: [u32; 2],
+    }
+
+    #[test]
+    fn a_renderer_of_another_version_is_refused_with_the_name_of_the_view() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+        let bus = Bus::join(&run).unwrap();
+        let publisher = FramePublisher::open(&bus, &VIEW_FRAME, "v", 8).unwrap();
+        let builder = bus.node.service_builder(&service_name("view/v").unwrap());
+        let builder = builder.publish_subscribe::<[u8]>().user_header::<HeaderBefore>();
+        let before = limited(builder, &VIEW_FRAME)
+            .open()
+            .map_err(open_error("view/v", "join"));
+        let words = before.unwrap_err().to_string();
+        assert!(
+            words.contains("view/v") && words.contains("IncompatibleTypes"),
+            "{words}"
+        );
+        drop((publisher, bus));
         run.sweep();
     }
 

@@ -8,7 +8,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::places::take_place;
-use super::{Message, event_service, limited, open_error, service_name, transfer_error};
+use super::{Message, limited, listener, notifier, open_error, service_name, transfer_error};
 use crate::node::{Ipc, patiently};
 use crate::topic::Topic;
 use crate::{Bus, BusError};
@@ -48,18 +48,9 @@ impl<T: Message> Publisher<T> {
                 .publisher_builder()
                 .create()
                 .map_err(open_error(&name, "publish"))?;
-            let notifier = match topic.wakes {
-                true => Some(
-                    event_service(bus, topic, &name)?
-                        .notifier_builder()
-                        .create()
-                        .map_err(open_error(&name, "notify"))?,
-                ),
-                false => None,
-            };
             Ok(Self {
                 port,
-                notifier,
+                notifier: notifier(bus, topic, &name)?,
                 name: name.clone(),
             })
         })
@@ -113,13 +104,7 @@ impl<T: Message> Subscriber<T> {
     /// [`BusError::Open`].
     pub fn open_waking(bus: &Bus, topic: &Topic, part: &str, depth: usize) -> Result<Self, BusError> {
         let mut subscriber = Self::open(bus, topic, part, depth)?;
-        let listener = patiently(bus, || {
-            let service = event_service(bus, topic, &subscriber.name)?;
-            take_place((bus, &service), (&subscriber.name, "listen"), |service| {
-                service.listener_builder().create()
-            })
-        })?;
-        subscriber.listener = Some(listener);
+        subscriber.listener = Some(listener(bus, topic, &subscriber.name)?);
         Ok(subscriber)
     }
 
