@@ -4,7 +4,8 @@ use std::mem::size_of;
 
 use bus::continuity::Continuity;
 use bus::message::{
-    Ages, ClockLaw, Command, EmitterFrame, Event, FrameHeader, Heartbeat, ReplyHeader, ToolPose, VolumeHeader,
+    Ages, ClockLaw, Command, EmitterFrame, Event, FrameHeader, Guide, Heartbeat, Identity, ReplyHeader, ToolPose,
+    VolumeHeader, Workflow,
 };
 use bus::run::RunContext;
 
@@ -18,10 +19,13 @@ impl Numbers for Command {}
 impl Numbers for EmitterFrame {}
 impl Numbers for Event {}
 impl Numbers for FrameHeader {}
+impl Numbers for Guide {}
 impl Numbers for Heartbeat {}
+impl Numbers for Identity {}
 impl Numbers for ReplyHeader {}
 impl Numbers for ToolPose {}
 impl Numbers for VolumeHeader {}
+impl Numbers for Workflow {}
 
 /// The message that lies at the start of `bytes`.
 #[allow(unsafe_code, reason = "what shared memory does: bytes of anybody become a message")]

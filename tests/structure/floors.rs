@@ -28,6 +28,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("slice-view-proc", 3),
     ("tracker-proc", 3),
     ("volume-loader", 3),
+    ("window", 3),
     ("trocar", 4),
     ("trocar-fuzz", 4),
     ("xtask", 4),
@@ -43,6 +44,10 @@ const WALLS: &[(&str, &str)] = &[
     ("nifti", "volume-loader"),
     ("pure_jpegls", "volume-loader"),
     ("wgpu", "slice-view-proc"),
+    ("egui", "window"),
+    ("winit", "window"),
+    ("softbuffer", "window"),
+    ("x11rb", "window"),
     ("ab_glyph", "picture"),
     ("tiny-skia", "picture"),
 ];

@@ -9,10 +9,13 @@ mod command;
 mod emitters;
 mod event;
 mod frame;
+mod guide;
 mod heartbeat;
+mod identity;
 mod lost;
 mod pose;
 mod volume_header;
+mod workflow;
 
 pub use crate::volume::{Marks, VolumeHash};
 pub use clock_law::{ClockLaw, ReplayState};
@@ -20,10 +23,13 @@ pub use command::{Command, CommandKind, ReplyHeader};
 pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use event::{Event, Level};
 pub use frame::{Ages, FrameHeader, FrameStamp, FrameState, ImagePlane};
+pub use guide::{Chosen, Guide, GuideError};
 pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, ProcessState};
+pub use identity::{Identity, IdentitySource};
 pub use lost::Lost;
 pub use pose::{PoseError, ToolPose, Tracked};
 pub use volume_header::{HeaderError, VolumeHeader};
+pub use workflow::Workflow;
 
 /// A fixed-size text field: UTF-8, cut at a character's boundary, zero-padded.
 pub(crate) fn text_field<const N: usize>(text: &str) -> [u8; N] {

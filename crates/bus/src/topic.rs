@@ -120,6 +120,44 @@ pub const HELD_FRAME: Topic = Topic {
     ..BASE
 };
 
+/// Images of a plane that was asked for, whatever the tool does.
+pub const LOOK_FRAME: Topic = Topic {
+    name: "look/*",
+    payload: "trocar/FrameHeader/3 + [u8] RGBA",
+    wakes: true,
+    purpose: "the image of one view for the plane that was asked for last",
+    ..BASE
+};
+
+/// Whose examination it is. A few readers: it is a person's, and goes into no recording unless the scene says so.
+pub const IDENTITY: Topic = Topic {
+    name: "identity",
+    payload: "trocar/Identity/1",
+    subscribers: 8,
+    purpose: "whose examination it is, as the examination or the scene says",
+    ..BASE
+};
+
+/// What is aimed at and what is held: a person's choice, kept by the pilot, in a replay by the recording.
+pub const GUIDE: Topic = Topic {
+    name: "guide",
+    payload: "trocar/Guide/1",
+    buffer: 256,
+    wakes: true,
+    purpose: "the chosen target with its entry and stop, and the pose that is held",
+    ..BASE
+};
+
+/// How far the run has come, and what may be shown.
+pub const WORKFLOW: Topic = Topic {
+    name: "workflow",
+    payload: "trocar/Workflow/1",
+    buffer: 256,
+    wakes: true,
+    purpose: "how far the run has come from loading to navigating, and what it skipped",
+    ..BASE
+};
+
 /// The stamps of all images of one renderer.
 pub const FRAME_STAMP: Topic = Topic {
     name: "stamp/*",
@@ -132,7 +170,7 @@ pub const FRAME_STAMP: Topic = Topic {
 /// Signs of life.
 pub const HEARTBEAT: Topic = Topic {
     name: "heartbeat/*",
-    payload: "trocar/Heartbeat/1",
+    payload: "trocar/Heartbeat/2",
     deadline: Some(Duration::from_secs(2)),
     purpose: "state and counters of one process",
     ..BASE
@@ -152,16 +190,16 @@ pub const EVENT: Topic = Topic {
 /// Requests to a process.
 pub const COMMAND: Topic = Topic {
     name: "command/*",
-    payload: "trocar/Command/3 -> trocar/ReplyHeader/1 + [u8]",
+    payload: "trocar/Command/4 -> trocar/ReplyHeader/1 + [u8]",
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
-    purpose: "status, stop and restart (pilot), render one pose or none (renderers), steer a replay (replayer)",
+    purpose: "status, stop, restart, choose, mark, hold (pilot), render one pose, one plane or none (renderers), steer a replay (replayer)",
     ..BASE
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 11] = [
+pub const TOPICS: [&Topic; 15] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
@@ -169,6 +207,10 @@ pub const TOPICS: [&Topic; 11] = [
     &SESSION_CLOCK,
     &VIEW_FRAME,
     &HELD_FRAME,
+    &LOOK_FRAME,
+    &IDENTITY,
+    &GUIDE,
+    &WORKFLOW,
     &FRAME_STAMP,
     &HEARTBEAT,
     &EVENT,

@@ -2,26 +2,30 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::ToolPose;
+use super::{ImagePlane, ToolPose, field_text, text_field};
 
 /// A request. The reply is bytes (text or JSON) behind a [`ReplyHeader`].
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Command/3")]
+#[type_name("trocar/Command/4")]
 pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
-    /// Room for alignment; zero.
-    pub reserved: u32,
+    /// For [`CommandKind::Look`]: index of the view in the scene's list. Else 0.
+    pub view: u32,
     /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
     /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Restart`]: which process, by its
     /// place in the status. Else 0.
     pub number: f64,
-    /// For [`CommandKind::Render`]: the pose to draw.
+    /// For [`CommandKind::Render`]: the pose to draw. For [`CommandKind::Hold`]: the pose to be held.
     pub pose: ToolPose,
+    /// For [`CommandKind::Look`]: the plane and window to draw. Else zero.
+    pub plane: ImagePlane,
+    /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. Else empty.
+    pub text: [u8; Self::TEXT],
 }
 
-const _: () = assert!(size_of::<Command>() == 320);
+const _: () = assert!(size_of::<Command>() == 320 + size_of::<ImagePlane>() + Command::TEXT);
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,10 +50,20 @@ pub enum CommandKind {
     Seek,
     /// Replayer: go on at [`Command::number`].
     Speed,
+    /// Renderer: draw this very plane of one view, whatever the tool does, and publish the image.
+    Look,
+    /// Pilot: the target with this name is the one that is aimed at; none where the name is empty.
+    Choose,
+    /// Pilot: note this moment, with these words, in the recording.
+    Mark,
+    /// Pilot: all screens hold this pose until [`CommandKind::Follow`].
+    Hold,
+    /// Pilot: nothing is held any more.
+    Follow,
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 10] = [
+const CODES: [(CommandKind, u32); 15] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -60,9 +74,17 @@ const CODES: [(CommandKind, u32); 10] = [
     (CommandKind::Speed, 8),
     (CommandKind::NoPoses, 9),
     (CommandKind::Restart, 10),
+    (CommandKind::Look, 11),
+    (CommandKind::Choose, 12),
+    (CommandKind::Mark, 13),
+    (CommandKind::Hold, 14),
+    (CommandKind::Follow, 15),
 ];
 
 impl Command {
+    /// Most bytes of a request's words.
+    pub const TEXT: usize = 96;
+
     /// A request without a pose or a number.
     pub fn new(kind: CommandKind) -> Self {
         Self {
@@ -70,9 +92,11 @@ impl Command {
                 .iter()
                 .find(|(known, _)| *known == kind)
                 .map_or(0, |&(_, code)| code),
-            reserved: 0,
+            view: 0,
             number: 0.0,
             pose: ToolPose::EMPTY,
+            plane: ImagePlane::default(),
+            text: [0; Self::TEXT],
         }
     }
 
@@ -90,6 +114,36 @@ impl Command {
             number,
             ..Self::new(kind)
         }
+    }
+
+    /// A request with words: [`CommandKind::Choose`], [`CommandKind::Mark`]. What does not fit is cut off.
+    pub fn with_text(kind: CommandKind, text: &str) -> Self {
+        Self {
+            text: text_field(text),
+            ..Self::new(kind)
+        }
+    }
+
+    /// The request that all screens hold `pose`.
+    pub fn hold(pose: ToolPose) -> Self {
+        Self {
+            pose,
+            ..Self::new(CommandKind::Hold)
+        }
+    }
+
+    /// The request to draw `plane` in the view with this index.
+    pub fn look(view: u32, plane: ImagePlane) -> Self {
+        Self {
+            view,
+            plane,
+            ..Self::new(CommandKind::Look)
+        }
+    }
+
+    /// The request's words.
+    pub fn words(&self) -> String {
+        field_text(&self.text)
     }
 
     /// What is asked for, or `None` for an unknown code.

@@ -10,7 +10,7 @@ pub const GPU_GIVEN_UP: &str = "GPU given up,";
 /// Published by each process a few times a second.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Heartbeat/1")]
+#[type_name("trocar/Heartbeat/2")]
 pub struct Heartbeat {
     /// The process.
     pub pid: u32,
@@ -20,11 +20,15 @@ pub struct Heartbeat {
     pub t_ns: i64,
     /// What the process has done so far.
     pub counters: Counters,
+    /// Of the operator's window: the code that it painted last (24 bits), for whoever reads it back off the screen; 0 of all others.
+    pub painted_code: u64,
+    /// When that was painted, ns on the run's clock.
+    pub t_painted_ns: i64,
     /// Why it waits or what it does, in words.
     pub note: [u8; 96],
 }
 
-const _: () = assert!(size_of::<Heartbeat>() == 152 && size_of::<Counters>() == 40);
+const _: () = assert!(size_of::<Heartbeat>() == 168 && size_of::<Counters>() == 40);
 
 /// What a process has done since it started; each process fills in what applies.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
@@ -73,7 +77,19 @@ impl Heartbeat {
             state: state.code(),
             t_ns,
             counters,
+            painted_code: 0,
+            t_painted_ns: 0,
             note: text_field(note),
+        }
+    }
+
+    /// The same, of a window that painted `code` at `t_ns`.
+    #[must_use]
+    pub fn painted(self, code: u64, t_ns: i64) -> Self {
+        Self {
+            painted_code: code,
+            t_painted_ns: t_ns,
+            ..self
         }
     }
 
