@@ -1,6 +1,6 @@
 //! How long frames of the operator's screen take to paint on the CPU, and how far they are from the reference.
 //!
-//! `cargo bench -p window --bench paint`. Eight image cells with lines, circles and words, twelve words in a strip below; one
+//! `cargo bench -p window --bench paint`, or with `-- 1920x1080` one screen alone. Eight image cells with lines, circles and words, twelve words in a strip below; one
 //! thread, CPU time of painting alone: what egui needs to make its triangles is in a column of its own. Images have 512 x 512
 //! pixels and are scaled to their cells, or have the size of the cells and are copied. The error is the largest
 //! difference of a level, 0 to 255, from a slow painter in `f64` with the same rule of sampling.
@@ -87,12 +87,19 @@ fn main() {
         "{:<12}{:<8}{:<28}{:>16}{:>12}{:>14}{:>14}",
         "screen", "images", "changed", "painting", "egui", "damage, %", "error, levels"
     );
-    for size in [[1280, 800], [1920, 1080], [3840, 2160]] {
+    // Cargo adds --bench.
+    let wanted = std::env::args().skip(1).find(|argument| argument != "--bench");
+    let is_wanted = |size: &[u32; 2]| wanted.as_ref().is_none_or(|wanted| *wanted == name(*size));
+    for size in [[1280, 800], [1920, 1080], [3840, 2160]].into_iter().filter(is_wanted) {
         for is_copied in [false, true] {
             CASES.iter().for_each(|case| row(size, is_copied, *case));
         }
     }
     println!("{}", load());
+}
+
+fn name([columns, rows]: [u32; 2]) -> String {
+    format!("{columns}x{rows}")
 }
 
 fn row(size: [u32; 2], is_copied: bool, case: Case) {
@@ -134,21 +141,23 @@ fn row(size: [u32; 2], is_copied: bool, case: Case) {
         if round > 0 {
             painting.push(painted_at - paint_began);
             making.push(made_at - began);
-            let area: f64 = painted.damage.iter().map(|a| f64::from(a.width() * a.height())).sum();
-            damaged = 100.0 * area / f64::from(size[0] * size[1]);
+            let area: u32 = painted.damage.iter().map(|a| a.width() * a.height()).sum();
+            damaged = 100.0 * f64::from(area) / f64::from(size[0] * size[1]);
         }
         if round == ROUNDS {
             images.iter().for_each(|image| reference.lend(image));
             error = difference(&memory, &reference.paint(size, density, CLEAR, &made.primitives));
         }
     }
-    let screen = format!("{}x{}", size[0], size[1]);
+    let screen = name(size);
     let images = if is_copied { "copied" } else { "scaled" };
     println!(
-        "{screen:<12}{images:<8}{:<28}{:>16}{:>12.2}{damaged:>14.1}{error:>14}",
+        "{screen:<12}{images:<8}{:<28}{:>16}{:>12.2}{:>14.1}{:>14}",
         case.name,
         format!("{:.2} ({:.2})", median(&mut painting), painting[0]),
         median(&mut making),
+        damaged,
+        error,
     );
 }
 

@@ -14,23 +14,25 @@ use super::map::Axis;
 /// A white that changes nothing.
 const WHITE: u32 = 0xFFFF_FFFF;
 
+/// Pixels that are mixed at once: as many channels as a vector of bytes has.
+const AT_ONCE: usize = 4;
+/// 16 bits for each channel of these pixels.
+type Lanes = [u16; 4 * AT_ONCE];
+
 /// Memory that is kept from image to image.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
-    columns: Vec<Column>,
-    /// Two rows of the image at the columns of the screen, four channels of 8 bits and 8 bits behind the point each.
+    /// For which columns of the screen, as places in the image: the first, the step, and of how many texels.
+    across: Option<(i64, i64, usize)>,
+    /// The first byte of the left one of the two texels around a column.
+    starts: Vec<u32>,
+    /// What the channels of both count, of 256.
+    weights: Vec<[u16; 8]>,
+    /// Two rows of the image at the columns of the screen: blue, green, red and nothing, as on the screen, with 8 bits behind
+    /// the point. Filled up to whole [`Lanes`].
     rows: [Vec<u16>; 2],
     /// Which rows of the image these are.
     held: [Option<usize>; 2],
-}
-
-/// The two texels around a column of the screen.
-#[derive(Debug, Clone, Copy)]
-struct Column {
-    /// The left one's first byte.
-    at: u32,
-    /// The weight of the right one, of 256.
-    right: u16,
 }
 
 /// Paints the part of an image that lies in `area`, a part of the rectangle's and the canvas's. The image has at least two
@@ -73,25 +75,23 @@ fn copy(canvas: &mut Canvas<'_>, image: &Image<'_>, tint: u32, area: Area, [x, y
 }
 
 impl Scratch {
-    /// Makes ready for the columns of `area`.
+    /// Makes ready for the columns of `area`, in an image of `count` columns.
     fn begin(&mut self, across: Axis, area: Area, count: usize) {
-        let last = (count as i64 - 1) << 8;
-        let column = |x: i32| {
-            let place = (across.place(x).saturating_add(1 << 23) >> 24).clamp(0, last);
-            // The last texel has none on its right: it is the right one of the two at the end, with all the weight.
-            let left = (place >> 8).min(count as i64 - 2).max(0);
-            Column {
-                at: 4 * left as u32,
-                right: (place - (left << 8)) as u16,
+        let columns = area.width() as usize;
+        let key = (across.place(area.x0), across.place(area.x0 + 1), count);
+        // Most cells of a screen are alike, and so is one from frame to frame.
+        if self.across != Some(key) || self.starts.len() != columns {
+            self.across = Some(key);
+            self.starts.clear();
+            self.weights.clear();
+            for (start, weights) in (area.x0..area.x1).map(|x| pair(across.place(x), count)) {
+                self.starts.push(start);
+                self.weights.push(weights);
             }
-        };
-        self.columns.clear();
-        self.columns.extend((area.x0..area.x1).map(column));
-        self.held = [None; 2];
-        for row in &mut self.rows {
-            row.clear();
-            row.resize(4 * self.columns.len(), 0);
         }
+        self.held = [None; 2];
+        let lanes = columns.next_multiple_of(AT_ONCE) * 4;
+        self.rows.iter_mut().for_each(|row| row.resize(lanes, 0));
     }
 
     /// Holds these two rows of the image.
@@ -105,59 +105,76 @@ impl Scratch {
         for ((to, held), wanted) in slots.filter(|((_, held), wanted)| **held != Some(*wanted)) {
             let stride = 4 * image.size[0] as usize;
             let row = image.rgba.get(wanted * stride..).unwrap_or_default();
-            resample(to, row, &self.columns);
+            resample(to, row, &self.starts, &self.weights);
             *held = Some(wanted);
         }
     }
 }
 
+/// The first byte of the two texels around a place, and what their channels count, of 256.
+fn pair(place: i64, count: usize) -> (u32, [u16; 8]) {
+    let last = (count as i64 - 1) << 8;
+    let place = (place.saturating_add(1 << 23) >> 24).clamp(0, last);
+    // The last texel has none on its right: it is the right one of the two at the end, with all the weight.
+    let start = (place >> 8).min(count as i64 - 2).max(0);
+    let right = (place - (start << 8)) as u16;
+    let left = 256 - right;
+    (4 * start as u32, [left, left, left, left, right, right, right, right])
+}
+
 /// A row of the image at the columns of the screen.
-fn resample(to: &mut [u16], row: &[u8], columns: &[Column]) {
+fn resample(to: &mut [u16], row: &[u8], starts: &[u32], weights: &[[u16; 8]]) {
     let (to, _) = to.as_chunks_mut::<4>();
-    for (to, column) in to.iter_mut().zip(columns) {
-        let Some(Ok(pair)) = row
-            .get(column.at as usize..)
-            .and_then(|row| row.get(..8))
-            .map(<&[u8; 8]>::try_from)
-        else {
+    for ((to, start), weights) in to.iter_mut().zip(starts).zip(weights) {
+        let start = *start as usize;
+        let Some(pair) = row.get(start..start + 8).and_then(<[u8]>::first_chunk::<8>) else {
             continue;
         };
-        let left = 256 - column.right;
-        for channel in 0..4 {
-            to[channel] = u16::from(pair[channel]) * left + u16::from(pair[channel + 4]) * column.right;
-        }
+        let sum = |c: usize| u16::from(pair[c]) * weights[c] + u16::from(pair[c + 4]) * weights[c + 4];
+        let [r, g, b, nothing] = [sum(0), sum(1), sum(2), sum(3)];
+        *to = [b, g, r, nothing];
     }
 }
 
 /// The two rows around a place, and what each counts in each channel, of 65536.
-fn mixture(place: i64, count: usize, tint: u32) -> ([usize; 2], [[u16; 8]; 2]) {
+fn mixture(place: i64, count: usize, tint: u32) -> ([usize; 2], [Lanes; 2]) {
     let last = (count as i64 - 1) << 16;
     let place = (place.saturating_add(1 << 15) >> 16).clamp(0, last);
     let upper = (place >> 16) as usize;
     let part = (place & 0xFFFF) as u32;
     let rows = [upper, (upper + 1).min(count - 1)];
-    let channels = [tint >> 16, tint >> 8, tint, tint >> 24].map(|channel| channel & 0xFF);
+    let [blue, green, red, _] = tint.to_le_bytes().map(u32::from);
     let weights = [65_536 - part, part].map(|part| {
         // 65536 itself does not fit: what is missing is the 256th of a level.
         let weight = |channel: u32| u16::try_from((part * channel + 127) / 255).unwrap_or(u16::MAX);
-        let [r, g, b, a] = channels.map(weight);
-        [r, g, b, a, r, g, b, a]
+        let pixel = [weight(blue), weight(green), weight(red), 0];
+        std::array::from_fn(|lane| pixel[lane % 4])
     });
     (rows, weights)
 }
 
 /// Pixels of two rows with their weights.
-fn mix(to: &mut [u32], rows: &[Vec<u16>; 2], [upper, lower]: [[u16; 8]; 2]) {
-    let product = |a: u16, b: u16| ((u32::from(a) * u32::from(b)) >> 16) as u16;
-    let level = |a: u16, b: u16, channel: usize| {
-        let sum = product(a, upper[channel]) + product(b, lower[channel]);
-        u32::from((sum + 128) >> 8)
-    };
-    let pixel =
-        |a: &[u16], b: &[u16]| (level(a[0], b[0], 0) << 16) | (level(a[1], b[1], 1) << 8) | level(a[2], b[2], 2);
-    let (a, _) = rows[0].as_chunks::<4>();
-    let (b, _) = rows[1].as_chunks::<4>();
-    for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
-        *to = pixel(a, b);
+fn mix(to: &mut [u32], rows: &[Vec<u16>; 2], weights: [Lanes; 2]) {
+    let [upper, lower] = rows.each_ref().map(|row| row.as_chunks().0);
+    let (whole, rest) = to.as_chunks_mut::<AT_ONCE>();
+    let count = whole.len();
+    for ((to, a), b) in whole.iter_mut().zip(upper).zip(lower) {
+        *to = mix_at_once(a, b, &weights);
     }
+    if let (Some(a), Some(b)) = (upper.get(count), lower.get(count)) {
+        let pixels = mix_at_once(a, b, &weights);
+        rest.iter_mut().zip(pixels).for_each(|(to, pixel)| *to = pixel);
+    }
+}
+
+/// In this form, and of this length, compilers make vector instructions of it.
+#[inline(always)]
+fn mix_at_once(a: &Lanes, b: &Lanes, [upper, lower]: &[Lanes; 2]) -> [u32; AT_ONCE] {
+    let product = |a: u16, b: u16| ((u32::from(a) * u32::from(b)) >> 16) as u16;
+    let mut bytes = [0; 4 * AT_ONCE];
+    for (lane, byte) in bytes.iter_mut().enumerate() {
+        *byte = ((product(a[lane], upper[lane]) + product(b[lane], lower[lane]) + 128) >> 8) as u8;
+    }
+    let (pixels, _) = bytes.as_chunks::<4>();
+    std::array::from_fn(|i| u32::from_le_bytes(pixels[i]))
 }
