@@ -1,1 +1,9 @@
 //! The operator's screen: images of one pose, the sight, and what they rest on, read off the bus and painted.
+//!
+//! [`model`] is what is to be shown, made of messages; [`screen`] lays it out and turns it into shapes; a painter turns these into
+//! pixels. Neither knows a bus, a clock or a display, so that every state of the screen is made, painted and read in tests.
+
+pub mod colours;
+pub mod model;
+pub mod screen;
+pub mod sizes;
