@@ -3,6 +3,7 @@
 //! [`model`] is what is to be shown, made of messages; [`screen`] lays it out and turns it into shapes; a painter turns these into
 //! pixels. Neither knows a bus, a clock or a display, so that every state of the screen is made, painted and read in tests.
 
+pub mod code;
 pub mod colours;
 pub mod model;
 pub mod screen;
