@@ -80,3 +80,8 @@ impl Model {
         }
     }
 }
+
+#[cfg(test)]
+pub(crate) mod sample;
+#[cfg(test)]
+mod tests;

@@ -130,3 +130,6 @@ fn enlarged_rects(sizes: &Sizes) -> [egui::Rect; 2] {
     let beside = egui::Rect::from_min_size(egui::pos2(side, top), egui::Vec2::splat(sight));
     [image, beside]
 }
+
+#[cfg(test)]
+mod tests;

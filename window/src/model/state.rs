@@ -7,6 +7,9 @@ use guidance::workflow::Stage;
 
 use super::Known;
 
+/// No image shows a pose that is captured so much later than now, ns: its age would never be noticed.
+const AHEAD_NS: i64 = 100_000_000;
+
 /// How a state is to be taken: each has a colour and a shape of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
@@ -93,6 +96,18 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
             .flatten()
             .map(|h| h.stamp.state_at(known.now_ns, known.ages()))
     };
+    if known
+        .headers
+        .iter()
+        .flatten()
+        .any(|header| header.stamp.t_capture_ns.saturating_sub(known.now_ns) > AHEAD_NS)
+    {
+        return says(
+            Tone::Alarm,
+            "WRONG IMAGES",
+            "captured in the future: a clock stands still or went back",
+        );
+    }
     if states().any(|state| state.is_none()) {
         return says(
             Tone::Alarm,
