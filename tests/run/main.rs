@@ -25,3 +25,4 @@ mod tracker_emitters;
 mod tracker_links;
 mod tracker_rate;
 mod tracker_sequence;
+mod window;
