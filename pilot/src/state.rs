@@ -11,10 +11,12 @@ use bus::process::StopFlag;
 use bus::run::RunContext;
 use bus::session::Session;
 use bus::{Bus, BusError};
+use guidance::workflow::Rules;
 use scene::Scene;
 use scene::raw::Source;
 
 use crate::child::Child;
+use crate::guiding::Guiding;
 use crate::kept::KeptVolume;
 use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
@@ -109,6 +111,8 @@ pub(crate) struct Run {
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
     pub(crate) metrics: Metrics,
+    /// What a person chose, and how far the run has come.
+    pub(crate) guiding: Guiding,
     /// For renderers and trackers that start while no loader serves the run.
     pub(crate) kept: KeptVolume,
     /// The moment of sample 0, once everybody is ready.
@@ -143,8 +147,8 @@ impl Run {
         source: Source,
         scene: Scene,
         context: RunContext,
-        bus: Bus,
-        stop: StopFlag,
+        (bus, stop): (Bus, StopFlag),
+        rules: Rules,
     ) -> Result<Self, BusError> {
         let recording = options.out.join(options.recording());
         let recording = std::path::absolute(&recording).unwrap_or(recording);
@@ -158,6 +162,7 @@ impl Run {
         let roles = planned.iter().map(|p| p.role.clone()).collect();
         Ok(Self {
             ports: Ports::open(&bus, &context, &scene, &planned)?,
+            guiding: Guiding::open(&bus, &scene, rules, options.replay.is_some())?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             unrecorded: Unrecorded::default(),
             metrics: Metrics::new(scene.views.len()),

@@ -7,6 +7,7 @@
 mod accuracy;
 pub mod cli;
 mod grey;
+mod guide;
 mod letters;
 mod mha;
 mod output;

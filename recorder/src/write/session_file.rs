@@ -11,6 +11,7 @@ use mcap::McapResult;
 use mcap::records::Metadata;
 use scene::Compression;
 
+use crate::wire::proto;
 use crate::wire::schema::RunFacts;
 use crate::write::beside::Beside;
 use crate::write::file_error::{FileError, write_error};
@@ -31,6 +32,8 @@ pub struct Content {
     pub compression: Compression,
     /// The views that have small images.
     pub views: Vec<String>,
+    /// What was chosen last before the file began, and when the file began, ns; `None`: nothing that is known.
+    pub guide: Option<(i64, proto::Guide)>,
 }
 
 impl Content {
@@ -42,6 +45,7 @@ impl Content {
             beside: Vec::new(),
             compression: Compression::Zstd,
             views: Vec::new(),
+            guide: None,
         }
     }
 }
@@ -102,6 +106,9 @@ impl SessionFile {
                 log.attach(&beside.name, beside.media_type, &beside.bytes, beside.changed_ns)?;
             }
             log.facts(&content.facts)?;
+            if let Some((now_ns, guide)) = &content.guide {
+                log.put(Entry::Guide(*now_ns, guide))?;
+            }
             log.flush()?;
             Ok(log)
         };
