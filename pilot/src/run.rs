@@ -90,7 +90,7 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     let stop = StopFlag::install(false)?;
     let bus = Bus::keep(context)?;
     let server = ports::server(&bus)?;
-    let mut run = Run::new(options, source, scene, context.clone(), (bus, stop), rules)?;
+    let mut run = Run::new(options, source, scene, context.clone(), bus, stop, rules)?;
     // Last, so that whoever finds this file finds the run on the bus.
     context.store()?;
     run.facts = context.facts_hash(&scene_text);

@@ -141,13 +141,14 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Plans the processes of `scene` and opens the ports; nothing is started yet.
+    /// Plans the processes of `scene` and opens the ports; nothing is started yet. `rules` are those of the workflow.
     pub(crate) fn new(
         options: Options,
         source: Source,
         scene: Scene,
         context: RunContext,
-        (bus, stop): (Bus, StopFlag),
+        bus: Bus,
+        stop: StopFlag,
         rules: Rules,
     ) -> Result<Self, BusError> {
         let recording = options.out.join(options.recording());
