@@ -1,6 +1,7 @@
 //! Lines over the slice: the tube, its tip with the error, targets, the scale bar. All with a dark rim, so that they are seen on
 //! bone and on air.
 
+use bus::message::Chosen;
 use geometry::{Ct, Point, Rigid, Tool};
 use picture::{Canvas, Line, Rgb, palette};
 use scene::{Extent, Target};
@@ -19,6 +20,8 @@ const RIM: f64 = 1.25;
 pub(super) struct Outline<'a> {
     pub(super) target: &'a Target,
     pub(super) circle: Circle,
+    /// What words keep off, pixels from its middle: its outline, or the second ring.
+    pub(super) reach_px: f64,
 }
 
 /// A ball on the image: its cut with the plane, or its outline.
@@ -101,12 +104,26 @@ impl Overlay<'_> {
 
     /// The targets near the plane that the image shows: the cut where the plane meets one, else its outline.
     pub(super) fn outlines(&self) -> impl Iterator<Item = Outline<'_>> {
-        let outline = |target| Outline {
-            target,
-            circle: self.circle(target.centre, target.diameter_mm / 2.0),
-        };
-        let outlines = self.targets.iter().map(outline);
+        let outlines = self.targets.iter().map(|target| {
+            let circle = self.circle(target.centre, target.diameter_mm / 2.0);
+            let ring = if self.is_chosen(target) {
+                RING * self.unit()
+            } else {
+                0.0
+            };
+            Outline {
+                target,
+                circle,
+                reach_px: circle.radius_px + ring,
+            }
+        });
         outlines.filter(|outline| self.is_seen(&outline.circle))
+    }
+
+    /// Whether this target of the scene is the chosen one, by its place.
+    fn is_chosen(&self, target: &Target) -> bool {
+        let is_it = |chosen: &Chosen| (chosen.centre, chosen.radius_mm) == (target.centre, target.diameter_mm / 2.0);
+        self.chosen.is_some_and(is_it)
     }
 
     fn is_seen(&self, outline: &Circle) -> bool {
@@ -146,8 +163,7 @@ impl Overlay<'_> {
             return;
         }
         let line = self.line(palette::TARGET, 1.5, !outline.cut);
-        let is_drawn = |other: &Target| (other.centre, other.diameter_mm / 2.0) == (chosen.centre, chosen.radius_mm);
-        if !self.targets.iter().any(is_drawn) {
+        if !self.targets.iter().any(|target| self.is_chosen(target)) {
             canvas.circle(outline.at, outline.radius_px, line);
         }
         canvas.circle(outline.at, outline.radius_px + RING * self.unit(), line);

@@ -289,13 +289,13 @@ impl Overlay<'_> {
     /// A target's name beside it, with its distance where the plane misses it. Above its right first: the tube comes from the
     /// side or from below more often than from there.
     fn label(&self, outline: &Outline<'_>) -> Caption {
-        let (name, outline) = (&outline.target.name, &outline.circle);
+        let (name, reach, outline) = (&outline.target.name, outline.reach_px, &outline.circle);
         let text = match outline.cut {
             true => name.clone(),
             false => format!("{name} {:+.1} mm", outline.depth_mm),
         };
         let ([x, y], u) = (outline.at, self.word_unit());
-        let (reach, lift) = (outline.radius_px, outline.radius_px + 6.0 * u);
+        let (reach, lift) = (reach, reach + 6.0 * u);
         let beside = reach + 4.0 * u;
         let spots = vec![
             ([x + reach, y - lift], Anchor::Left),
