@@ -71,7 +71,9 @@ impl Progress {
             }
             Tracked::Lost(reason) => {
                 match reason {
-                    Lost::NotCalibrated => self.take(calibration(false)),
+                    Lost::NotCalibrated => {
+                        self.take(calibration(false));
+                    }
                     // The tracker asks for the calibration first.
                     Lost::NotRegistered => {
                         self.take(calibration(true));
