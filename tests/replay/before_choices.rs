@@ -14,11 +14,15 @@ use recorder::replay::facts;
 use recorder::wire::schema::TOOL_POSE;
 
 fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/replay/data").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/replay/data")
+        .join(name)
 }
 
 fn pixels(path: &Path) -> Vec<u8> {
-    let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+    let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap()))
+        .read_info()
+        .unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut pixels).unwrap();
     pixels
@@ -32,13 +36,23 @@ fn a_recording_without_choices_replays_to_the_pictures_of_the_version_that_made_
     let facts = facts::facts(&recording).unwrap();
     assert!(facts.damage.is_empty());
     let out = world.path("out");
-    let arguments = ["replay", &*recording.to_string_lossy(), "--headless", "--speed", "max", "--out"];
+    let arguments = [
+        "replay",
+        &*recording.to_string_lossy(),
+        "--headless",
+        "--speed",
+        "max",
+        "--out",
+    ];
     let output = world.output("pilot", &[&arguments[..], &[&*out.to_string_lossy()]].concat());
     assert!(output.status.success(), "{}\n{}", stdout(&output), stderr(&output));
     let poses = reader::poses(&recording, TOOL_POSE).unwrap().count();
     assert_eq!(report(&out)["poses"]["published"], poses);
     for view in ["axial-global", "frontal-local", "perpendicular"] {
-        let [then, now] = [data(&format!("before-choices-{view}.png")), out.join(format!("{view}.png"))];
+        let [then, now] = [
+            data(&format!("before-choices-{view}.png")),
+            out.join(format!("{view}.png")),
+        ];
         assert_eq!(png_texts(&then), png_texts(&now));
         assert!(pixels(&then) == pixels(&now), "{view}");
     }
