@@ -11,10 +11,12 @@ use bus::process::StopFlag;
 use bus::run::RunContext;
 use bus::session::Session;
 use bus::{Bus, BusError};
+use guidance::workflow::Rules;
 use scene::Scene;
 use scene::raw::Source;
 
 use crate::child::Child;
+use crate::guiding::Guiding;
 use crate::kept::KeptVolume;
 use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
@@ -111,6 +113,8 @@ pub(crate) struct Run {
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
     pub(crate) metrics: Metrics,
+    /// What a person chose, and how far the run has come.
+    pub(crate) guiding: Guiding,
     /// For renderers and trackers that start while no loader serves the run.
     pub(crate) kept: KeptVolume,
     /// The moment of sample 0, once everybody is ready.
@@ -139,7 +143,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Plans the processes of `scene` and opens the ports; nothing is started yet.
+    /// Plans the processes of `scene` and opens the ports; nothing is started yet. `rules` are those of the workflow.
     pub(crate) fn new(
         options: Options,
         source: Source,
@@ -147,6 +151,7 @@ impl Run {
         context: RunContext,
         bus: Bus,
         stop: StopFlag,
+        rules: Rules,
     ) -> Result<Self, BusError> {
         let recording = options.out.join(options.recording());
         let recording = std::path::absolute(&recording).unwrap_or(recording);
@@ -164,6 +169,7 @@ impl Run {
         let roles = planned.iter().map(|p| p.role.clone()).collect();
         Ok(Self {
             ports: Ports::open(&bus, &context, &scene, &planned)?,
+            guiding: Guiding::open(&bus, &scene, rules, options.replay.is_some())?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             unrecorded: Unrecorded::default(),
             metrics: Metrics::new(scene.views.len()),

@@ -7,6 +7,7 @@
 mod accuracy;
 pub mod cli;
 mod grey;
+mod guide;
 mod mha;
 mod output;
 mod outside;

@@ -4,7 +4,7 @@ mod layout;
 mod shapes;
 mod words;
 
-use bus::message::{Lost, Marks};
+use bus::message::{Chosen, Lost, Marks};
 use bus::run::ReplayOf;
 use geometry::{Ct, Rigid, SlicePlane, Tool};
 use picture::{Canvas, Rgb, palette};
@@ -100,6 +100,8 @@ pub struct Overlay<'a> {
     pub tool: &'a ToolSpec,
     /// The targets.
     pub targets: &'a [Target],
+    /// The one that a person chose: told from the others by a second ring, and its distance stands on the image.
+    pub chosen: Option<&'a Chosen>,
     /// What the image claims.
     pub notice: Notice,
     /// Where the pose comes from.

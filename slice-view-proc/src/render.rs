@@ -1,6 +1,6 @@
 //! One image from one pose.
 
-use bus::message::{FrameState, Marks};
+use bus::message::{Chosen, FrameState, Marks};
 use bus::volume::VolumeView;
 use geometry::{Ct, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
@@ -45,6 +45,8 @@ pub struct Rendered<'a> {
     pub origin: Origin,
     /// What a person must be told besides.
     pub remarks: &'a [&'a str],
+    /// The target that a person chose; `None`: none.
+    pub chosen: Option<&'a Chosen>,
     /// Sequence number of the pose, or of the sample that had none.
     pub seq: u64,
     /// The registration.
@@ -144,6 +146,7 @@ impl Renderer {
             remarks: what.remarks,
             tool: &scene.tool,
             targets: &scene.targets,
+            chosen: what.chosen,
             accuracy: what.accuracy.filter(|_| !lost),
             notice: what.notice,
             origin: what.origin,

@@ -8,14 +8,15 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock;
 use bus::continuity::Continuity;
-use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Lost, ProcessState, ToolPose, Tracked};
+use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Guide, Lost, ProcessState, ToolPose, Tracked};
 use bus::port::{CommandServer, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::topic::{FRAME_STAMP, TOOL_POSE};
+use bus::topic::{FRAME_STAMP, GUIDE, TOOL_POSE};
 use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
 use scene::{Plane, Render};
 
+use crate::guide::Chosens;
 use crate::output::{Output, wordless};
 use crate::overlay::{Notice, Origin};
 use crate::remarks::Remarks;
@@ -66,6 +67,9 @@ struct SliceView {
     /// Nobody publishes poses any more.
     no_poses: bool,
     remarks: Remarks,
+    /// What a person chose.
+    guides: Subscriber<Guide>,
+    chosens: Chosens,
     /// What the images say, and when they were drawn, on the session's clock.
     drawn: Option<(FrameState, i64)>,
     /// Until then no image grows old, on the process's clock, as the session's may stand still.
@@ -118,6 +122,8 @@ impl SliceView {
             wordless: wordless(&outputs),
             stamps: Publisher::open(&process.bus, &FRAME_STAMP, &plane.process())?,
             volumes: process.volumes()?,
+            guides: Subscriber::open(&process.bus, &GUIDE, "", GUIDE.buffer)?,
+            chosens: Chosens::default(),
             resampler: Chosen::new(render),
             process,
             outputs,

@@ -96,6 +96,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         notice: Notice::Requested,
         origin: Origin::Tracker,
         remarks: &[],
+        chosen: None,
         seq: 0,
         registration_id: 0,
     };

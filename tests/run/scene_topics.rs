@@ -29,13 +29,15 @@ fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-const ALWAYS: [&str; 6] = [
+const ALWAYS: [&str; 8] = [
     "volume",
     "identity",
     "tool-pose",
     "emitters",
     "ground-truth",
     "event/pilot",
+    "guide",
+    "workflow",
 ];
 
 #[test]

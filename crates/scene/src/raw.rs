@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::error::{Invalid, SceneError};
+use super::guide::RawGuide;
 use super::identity::{self, RawIdentity};
 use super::locate;
 use super::operating_room::RawRoom;
@@ -16,6 +17,7 @@ use super::recording::RawRecording;
 use super::sampling::Render;
 use super::tracking::raw::{RawCalibrationFile, RawEmitterSource, RawRegistrationFile, RawSequence, RawSmoothing};
 use super::volume::RawVolume;
+use super::workflow::RawWorkflow;
 use crate::file::{self, OpenError};
 
 pub use rigid::RawRigid;
@@ -59,6 +61,10 @@ pub struct RawScene {
     pub limits: RawLimits,
     /// `[priorities]`
     pub priorities: Priorities,
+    /// `[guide]`
+    pub guide: RawGuide,
+    /// `[workflow]`
+    pub workflow: RawWorkflow,
     /// `[[targets]]`; absent: those of the generated patient, or none for a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub targets: Option<Vec<RawTarget>>,
@@ -213,6 +219,12 @@ pub struct RawTarget {
     /// Its diameter, mm.
     #[serde(default = "default_target_diameter")]
     pub diameter_mm: f64,
+    /// Where the tube is to enter on its way there, LPS mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub entry_ct_mm: Option<[f64; 3]>,
+    /// How far before its centre the tip is to stop, mm.
+    #[serde(default)]
+    pub stop_mm: f64,
 }
 
 fn default_target_diameter() -> f64 {

@@ -10,7 +10,7 @@ use mcap::McapResult;
 use mcap::records::Metadata;
 use scene::Compression;
 
-use crate::wire::proto::Identity;
+use crate::wire::proto::{self, Identity};
 use crate::wire::schema::RunFacts;
 use crate::write::beside::Beside;
 use crate::write::file_error::{FileError, write_error};
@@ -36,6 +36,8 @@ pub struct Content {
     pub is_named: bool,
     /// Whose it is, once that is known, in a file that says so.
     pub identity: Option<Identity>,
+    /// What was chosen last before the file began, and when the file began, ns; `None`: nothing that is known.
+    pub guide: Option<(i64, proto::Guide)>,
 }
 
 impl Content {
@@ -49,6 +51,7 @@ impl Content {
             views: Vec::new(),
             is_named: false,
             identity: None,
+            guide: None,
         }
     }
 }
@@ -115,6 +118,9 @@ impl SessionFile {
             }
             if let Some(identity) = content.identity.as_ref().filter(|_| content.is_named) {
                 log.put(Entry::Identity(identity))?;
+            }
+            if let Some((now_ns, guide)) = &content.guide {
+                log.put(Entry::Guide(*now_ns, guide))?;
             }
             log.flush()?;
             Ok(log)

@@ -86,8 +86,17 @@ fn with_overlay<T>(drawn: &Drawn, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
         name: name.clone(),
         centre: Point::new(at[0], at[1], at[2]),
         diameter_mm: *diameter_mm,
+        entry: None,
+        stop_mm: 0.0,
     };
     let targets: Vec<Target> = drawn.targets.iter().map(target).collect();
+    let chosen = targets.last().map(|target| Chosen {
+        name: target.name.clone(),
+        centre: target.centre,
+        radius_mm: target.diameter_mm / 2.0,
+        entry: None,
+        stop_mm: 0.0,
+    });
     let message = ToolPose {
         tip_mm: drawn.tip_mm,
         flags: ToolPose::TIP_KNOWN,
@@ -102,6 +111,7 @@ fn with_overlay<T>(drawn: &Drawn, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
         pose: (!lost).then_some(pose),
         tool: &scene.tool,
         targets: &targets,
+        chosen: chosen.as_ref(),
         accuracy: (!lost).then(|| Accuracy::of(&message, pose)),
         outside: drawn.outside && !lost,
         remarks: &["REGISTRATION CHANGED", "POSES ARE COUNTED ANEW"][..drawn.remarks],

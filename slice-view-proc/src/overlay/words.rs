@@ -215,7 +215,7 @@ impl Overlay<'_> {
 
     /// The lines of the four corners, what matters most first.
     fn corners(&self, counted: bool) -> Vec<Caption> {
-        let nearest = self.nearest_target().map(|(name, mm)| format!("{name} {mm:.1} mm"));
+        let chosen = self.chosen_words();
         let accuracy = self.accuracy.as_ref();
         let room = if counted { REMARK_ROOM } else { "" };
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
@@ -231,7 +231,7 @@ impl Overlay<'_> {
                 13.0,
                 palette::TIP,
             ),
-            (BottomRight, nearest.unwrap_or_default(), 13.0, palette::TARGET),
+            (BottomRight, chosen.unwrap_or_default(), 13.0, palette::TARGET),
             (BottomRight, self.caution.to_owned(), 13.0, palette::WARN),
             (BottomRight, self.marks.words(), 13.0, palette::WORDS),
             (
@@ -289,13 +289,13 @@ impl Overlay<'_> {
     /// A target's name beside it, with its distance where the plane misses it. Above its right first: the tube comes from the
     /// side or from below more often than from there.
     fn label(&self, outline: &Outline<'_>) -> Caption {
-        let name = &outline.target.name;
+        let (name, reach, outline) = (&outline.target.name, outline.reach_px, &outline.circle);
         let text = match outline.cut {
             true => name.clone(),
             false => format!("{name} {:+.1} mm", outline.depth_mm),
         };
         let ([x, y], u) = (outline.at, self.word_unit());
-        let (reach, lift) = (outline.radius_px, outline.radius_px + 6.0 * u);
+        let (reach, lift) = (reach, reach + 6.0 * u);
         let beside = reach + 4.0 * u;
         let spots = vec![
             ([x + reach, y - lift], Anchor::Left),
@@ -310,13 +310,10 @@ impl Overlay<'_> {
         self.caption(text, 12.0, palette::TARGET, spots)
     }
 
-    /// The target nearest to the tip and the distance from the tip to its centre, mm.
-    fn nearest_target(&self) -> Option<(&str, f64)> {
-        let tip = self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0);
-        self.targets
-            .iter()
-            .map(|t| (t.name.as_str(), t.centre.distance(tip)))
-            .min_by(|a, b| a.1.total_cmp(&b.1))
+    /// The target that a person chose and the distance from the tip to its centre. No other takes its place, however near.
+    fn chosen_words(&self) -> Option<String> {
+        let (chosen, tip) = (self.chosen?, self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0));
+        Some(format!("{} {:.1} mm", chosen.name, chosen.centre.distance(tip)))
     }
 }
 

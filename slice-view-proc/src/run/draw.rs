@@ -94,8 +94,22 @@ impl SliceView {
         }
     }
 
+    /// Hears what a person chose. Gives the moment whose choice an image shows: when its pose was captured, and now where it is old
+    /// or has none.
+    fn hear_choice(&mut self, drawing: &Drawing<'_>) -> Result<i64, RunError> {
+        if let Some(why) = self.chosens.listen(&self.guides)? {
+            bus::stderr_line!("slice-view-proc: error: {why}. Nothing of it is shown; further ones are only counted");
+        }
+        self.process.counters.refused += std::mem::take(&mut self.chosens.refused_since);
+        Ok(match drawing.notice {
+            Notice::Live | Notice::Requested => drawing.sample.t_capture_ns,
+            Notice::Stale(_) | Notice::Lost(..) => drawing.t_seen_ns,
+        })
+    }
+
     /// Draws and publishes the views that are `chosen`.
     fn draw_some(&mut self, drawing: &Drawing<'_>, chosen: impl Fn(&Output) -> bool) -> Result<(), RunError> {
+        let chosen_ns = self.hear_choice(drawing)?;
         let Some(volume) = &self.volume else { return Ok(()) };
         let (sample, t_seen_ns) = (drawing.sample, drawing.t_seen_ns);
         let is_held = drawing.notice == Notice::Requested;
@@ -114,6 +128,7 @@ impl SliceView {
             notice: drawing.notice,
             origin: self.origin,
             remarks: &remarks,
+            chosen: self.chosens.at(chosen_ns),
             seq: sample.seq,
             registration_id: sample.registration_id,
         };

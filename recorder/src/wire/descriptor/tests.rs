@@ -9,10 +9,12 @@ use super::*;
 use crate::wire::proto;
 
 /// The `.proto` file of each schema, without its ending.
-const SCHEMAS: [(&str, &[u8]); 7] = [
+const SCHEMAS: [(&str, &[u8]); 9] = [
     ("trocar/ToolPose", TOOL_POSE),
     ("trocar/EmitterFrame", EMITTER_FRAME),
     ("trocar/ProcessStatus", PROCESS_STATUS),
+    ("trocar/Guide", GUIDE),
+    ("trocar/Workflow", WORKFLOW),
     ("trocar/Identity", IDENTITY),
     ("foxglove/FrameTransform", FRAME_TRANSFORM),
     ("foxglove/Log", LOG),
@@ -190,6 +192,45 @@ fn an_identity_is_read_by_the_schema() {
     ] {
         assert_eq!(read[name], value, "{name}");
     }
+}
+
+#[test]
+fn what_a_person_chose_is_read_by_the_schema() {
+    let guide = proto::Guide {
+        t_ns: -1,
+        plan_id: 2,
+        held_seq: 3,
+        held_capture_ns: -4,
+        target_mm: vec![5.5],
+        radius_mm: Some(6.5),
+        entry_mm: vec![7.5],
+        stop_mm: Some(8.5),
+        flags: 9,
+        name: vec![65],
+    };
+    let read = fields(GUIDE, "trocar.Guide", &guide.encode_to_vec());
+    for (name, value) in [
+        ("t_ns", "-1"),
+        ("plan_id", "2"),
+        ("held_seq", "3"),
+        ("held_capture_ns", "-4"),
+        ("target_mm", "[5.5]"),
+        ("radius_mm", "6.5"),
+        ("entry_mm", "[7.5]"),
+        ("stop_mm", "8.5"),
+        ("flags", "9"),
+        ("name", "\"A\""),
+    ] {
+        assert_eq!(read[name], value, "{name}");
+    }
+    let workflow = proto::Workflow {
+        t_ns: -1,
+        stage: 2,
+        flags: 3,
+        stage_word: "CONFIRMED".to_owned(),
+    };
+    let read = fields(WORKFLOW, "trocar.Workflow", &workflow.encode_to_vec());
+    assert_eq!([&read["t_ns"], &read["stage"], &read["flags"]], ["-1", "2", "3"]);
 }
 
 #[test]
