@@ -1,6 +1,7 @@
 //! The renderer's process: poses in, images out.
 
 mod draw;
+mod look;
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -214,14 +215,20 @@ impl SliceView {
                 None => Ok(()),
             };
         }
-        if command.command_kind() != Some(CommandKind::Render) {
+        let is_known = matches!(command.command_kind(), Some(CommandKind::Render | CommandKind::Look));
+        if !is_known {
             request.reply(Err(
-                "a renderer answers only requests to render a pose and to show none",
+                "a renderer answers only requests to render a pose or a plane and to show none",
             ))?;
             return Ok(());
         }
         if self.volume.is_none() {
             request.reply(Err("there is no volume yet"))?;
+            return Ok(());
+        }
+        if command.command_kind() == Some(CommandKind::Look) {
+            let answer = self.look(&command)?;
+            request.reply(answer.as_deref().map_err(String::as_str))?;
             return Ok(());
         }
         match command.pose.tracked() {
@@ -344,7 +351,9 @@ impl SliceView {
                 self.draw(sample, placed, Notice::Lost(reason, age))
             }
             // Only what was asked for is held.
-            (FrameState::Requested, Tracked::Valid(pose)) => self.draw(sample, Some(pose), Notice::Requested),
+            (FrameState::Requested | FrameState::Look, Tracked::Valid(pose)) => {
+                self.draw(sample, Some(pose), Notice::Requested)
+            }
         }
     }
 }

@@ -5,6 +5,7 @@
 mod bad_pose;
 mod identity;
 mod injected_faults;
+mod look;
 mod notices;
 mod operating_room;
 mod other_user;

@@ -34,6 +34,7 @@ fn notice() -> impl Strategy<Value = Notice> {
     prop_oneof![
         Just(Notice::Live),
         Just(Notice::Requested),
+        Just(Notice::Look),
         age.clone().prop_map(Notice::Stale),
         (1_u32..=10, prop::option::of(age)).prop_map(|(code, age)| Notice::Lost(Lost::from_code(code).unwrap(), age)),
     ]
@@ -173,15 +174,16 @@ proptest! {
             match drawn.notice {
                 Notice::Lost(reason, _) => prop_assert!(all.contains(&format!("NO POSE: {}", reason.words())), "{}", all),
                 Notice::Stale(_) => prop_assert!(all.contains("\u{a0}OLD"), "{}", all),
+                Notice::Look => prop_assert!(all.contains("NOT FOLLOWING"), "{}", all),
                 Notice::Live | Notice::Requested => {}
             }
             let expected = drawn.outside && !matches!(drawn.notice, Notice::Lost(..));
             let said = ["TIP OUTSIDE THE CT", "TIP OUTSIDE THE LOADED PART"][usize::from(drawn.marks)];
             prop_assert_eq!(all.contains("TIP OUTSIDE"), expected, "{}", all);
             prop_assert_eq!(all.contains(said), expected, "{}", all);
-            prop_assert!(all.contains("seq 4294967295"), "{}", all);
+            prop_assert_eq!(all.contains("seq 4294967295"), drawn.notice != Notice::Look, "{}", all);
             let expected = match drawn.origin {
-                _ if drawn.notice == Notice::Requested => "",
+                _ if matches!(drawn.notice, Notice::Requested | Notice::Look) => "",
                 Origin::Tracker => "",
                 Origin::SimulatedTime => "SIMULATED TIME",
                 _ => "REPLAY",

@@ -207,7 +207,7 @@ impl Overlay<'_> {
                 let text = format!("NO POSE: {}{}", reason.words(), age.unwrap_or_default());
                 alarms.push((text, palette::ALARM));
             }
-            Notice::Live | Notice::Requested => {}
+            Notice::Live | Notice::Requested | Notice::Look => {}
         }
         if self.outside {
             // Of a part nobody here knows where the examination ends.
@@ -306,6 +306,10 @@ impl Overlay<'_> {
     }
 
     fn title(&self) -> String {
+        // Whatever the view's own plane is, this one was asked for.
+        if self.notice == Notice::Look {
+            return "LOOK".to_owned();
+        }
         let extent = match self.view.extent {
             Extent::Global => "global",
             Extent::Local => "local",
@@ -321,6 +325,7 @@ impl Overlay<'_> {
             }
             Notice::Live => (format!("LIVE seq {seq}"), palette::WORDS),
             Notice::Requested => (format!("HELD seq {seq}"), palette::WORDS),
+            Notice::Look => ("NOT FOLLOWING".to_owned(), palette::WARN),
             Notice::Stale(_) => (format!("seq {seq}"), palette::WARN),
             Notice::Lost(..) => (format!("seq {seq}"), palette::ALARM),
         }
