@@ -18,7 +18,7 @@ pub(crate) struct Output {
     live: FramePublisher,
     held: FramePublisher,
     looks: FramePublisher,
-    /// A pose has come of which this view is not drawn yet.
+    /// The pose that came last is not drawn in this view.
     pub(crate) waits: bool,
     /// How long its last drawing took, on the session's clock.
     pub(crate) took_ns: i64,
