@@ -180,7 +180,7 @@ fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
     let state = match last.and_then(|stamp| stamp.state_at(now, Ages::of(&run.scene.limits))) {
         _ if !run.supervisor.is_ready(process) => "down",
         None => "waiting",
-        Some(FrameState::Requested) => "held",
+        Some(FrameState::Requested | FrameState::Look) => "held",
         Some(FrameState::Lost(_)) => "lost",
         Some(FrameState::Live) if run.session.is_replay() => "replay",
         Some(FrameState::Live) if run.session.is_ruled() => "simulated",
@@ -234,7 +234,7 @@ fn pose_status(run: &Run, (pose, tracked): &(ToolPose, Tracked), now: i64) -> Po
     let words = match state {
         FrameState::Lost(reason) => reason.words(),
         FrameState::Stale => "stale",
-        FrameState::Live | FrameState::Requested => "valid",
+        FrameState::Live | FrameState::Requested | FrameState::Look => "valid",
     };
     let is_pose = !matches!(state, FrameState::Lost(_));
     PoseStatus {

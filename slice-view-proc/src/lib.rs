@@ -17,6 +17,7 @@ mod render;
 pub mod reslice;
 mod run;
 mod snapshot;
+mod stride;
 mod view;
 
 pub use accuracy::Accuracy;

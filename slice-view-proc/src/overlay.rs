@@ -21,6 +21,8 @@ pub enum Notice {
     Live,
     /// The pose was asked for and not just measured.
     Requested,
+    /// The plane was asked for, and follows no pose.
+    Look,
     /// The pose is this old, ns.
     Stale(i64),
     /// There is no pose; the slice shown, if any, is of a pose this old, ns.
@@ -155,7 +157,7 @@ impl Overlay<'_> {
     /// Whatever moves in a replay says so, so that nobody takes it for the present: a frame and a word in a colour that
     /// nothing else has. A held image claims nothing of the present, and is the same bytes as in the run that was recorded.
     fn is_moving_replay(&self) -> bool {
-        self.origin != Origin::Tracker && self.notice != Notice::Requested
+        self.origin != Origin::Tracker && !matches!(self.notice, Notice::Requested | Notice::Look)
     }
 
     /// The frame around the image: colour and width, pixels.
@@ -166,6 +168,7 @@ impl Overlay<'_> {
             Notice::Lost(..) => palette::ALARM,
             _ if wordless && !self.origin.warning().is_empty() => palette::ALARM,
             Notice::Stale(_) => palette::WARN,
+            Notice::Look if wordless => palette::WARN,
             _ if self.is_moving_replay() => palette::REPLAY,
             _ if !self.remarks.is_empty() || (wordless && self.outside) => palette::WARN,
             _ => return None,

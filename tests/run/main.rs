@@ -6,6 +6,7 @@ mod bad_pose;
 mod guide;
 mod identity;
 mod injected_faults;
+mod look;
 mod notices;
 mod operating_room;
 mod other_user;

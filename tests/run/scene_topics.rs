@@ -53,6 +53,7 @@ fn a_run_has_the_topics_of_its_scene_and_no_others() {
     expected.extend(set(&[
         "view/perpendicular",
         "held/perpendicular",
+        "look/perpendicular",
         "stamp/view-perpendicular",
         "command/pilot",
         "command/view-perpendicular",
@@ -79,7 +80,7 @@ fn each_renderer_and_view_has_its_topics() {
     expected.extend(names.iter().map(|name| format!("heartbeat/{name}")));
     for view in status["views"].as_array().unwrap() {
         let view = view["name"].as_str().unwrap();
-        expected.extend([format!("view/{view}"), format!("held/{view}")]);
+        expected.extend(["view", "held", "look"].map(|topic| format!("{topic}/{view}")));
     }
     assert_eq!(services(&world.run_dir("default")), expected);
     pilot.stop();

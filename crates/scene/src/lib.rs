@@ -32,7 +32,7 @@ pub use guide::{RawGuide, plan_id};
 pub use identity::RawIdentity;
 pub use limits::Limits;
 pub use priorities::Priorities;
-pub use raw::{Extent, Plane, Up};
+pub use raw::{Drawn, Extent, Plane, Up};
 pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
 pub use view::{View, WindowLevel};

@@ -5,8 +5,8 @@ use super::{command, event_service, frame, stream, volume};
 use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, ToolPose, Workflow};
 use crate::node::patiently;
 use crate::topic::{
-    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, SESSION_CLOCK,
-    TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
+    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME,
+    SESSION_CLOCK, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
 };
 use crate::{Bus, BusError};
 
@@ -52,7 +52,7 @@ impl Services {
             keep_stream::<Heartbeat>(&mut kept, bus, &HEARTBEAT, "pilot")?;
         }
         for view in &members.views {
-            for topic in [&VIEW_FRAME, &HELD_FRAME] {
+            for topic in [&VIEW_FRAME, &HELD_FRAME, &LOOK_FRAME] {
                 let name = topic.of(view);
                 keep(&mut kept, bus, || frame::service(bus, topic, &name))?;
                 if topic.wakes {
