@@ -96,15 +96,15 @@ pub struct State {
 
 /// The next state and the verdict, at `now_ns` of the run's clock, when the pixels were asked for.
 pub fn step(limits: &Limits, state: State, reading: &Reading, now_ns: i64) -> (State, Verdict) {
+    if reading.seen == Seen::NoWindow && reading.is_ending {
+        return (State::default(), Verdict::Closed);
+    }
     let Some(proven_ns) = state.proven_ns.or((reading.seen != Seen::NoWindow).then_some(now_ns)) else {
         return (state, Verdict::Waiting);
     };
     let mut next = state;
     if state.proven_ns.is_none() {
         next.listening_ns = now_ns;
-    }
-    if reading.seen == Seen::NoWindow && reading.is_ending {
-        return (State::default(), Verdict::Closed);
     }
     let is_newer = take(&mut next, reading.seen);
     next.proven_ns = Some(if is_newer { now_ns } else { proven_ns });

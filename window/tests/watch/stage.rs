@@ -49,7 +49,7 @@ pub(crate) struct Stage {
     heard: Option<Heartbeat>,
     server: Child,
     display: String,
-    eye: Option<RunConnection>,
+    eye: Option<RustConnection>,
     window: Option<(Child, ChildStdin)>,
     watcher: Option<Child>,
     _lock: RunLock,
@@ -79,7 +79,7 @@ pub(crate) fn stage() -> Option<Stage> {
         heartbeats: Some(heartbeats),
         heard: None,
         server,
-        eye: Some(RunConnection::connect(Some(&display)).unwrap().0),
+        eye: Some(RustConnection::connect(Some(&display)).unwrap().0),
         display,
         window: None,
         watcher: None,
@@ -175,7 +175,7 @@ impl Stage {
         let _ = std::fs::remove_file(format!("/tmp/.X{number}-lock"));
         let _ = std::fs::remove_file(format!("/tmp/.X11-unix/X{number}"));
         (self.server, _) = serve(Some(&self.display));
-        self.eye = Some(RunConnection::connect(Some(&self.display)).unwrap().0);
+        self.eye = Some(RustConnection::connect(Some(&self.display)).unwrap().0);
     }
 
     /// Process of the watcher.

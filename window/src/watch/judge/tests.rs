@@ -225,7 +225,7 @@ fn who_was_never_there_and_who_was_told_to_go_are_not_missed() {
     let mut stage = Stage::good();
     stage.is_ending = true;
     assert_eq!(stage.look(50, Seen::NoWindow), Verdict::Closed);
-    assert_eq!(stage.look(50_000, Seen::NoWindow), Verdict::Waiting);
+    assert_eq!(stage.look(50_000, Seen::NoWindow), Verdict::Closed);
     // It said so and stayed: its picture is judged like any other.
     let mut stage = Stage::good();
     stage.is_ending = true;
