@@ -45,6 +45,8 @@ fn times(stage: &mut Stage, count: u64, harm: impl Fn(&mut Stage), mend: impl Fn
         harm(stage);
         stage.wait_red(true);
         times.push(began.elapsed());
+        // Else the next round would take the sign of life from before the harm for the one after it.
+        stage.wait_for_note("covers");
         mend(stage);
     }
     times.sort_unstable();

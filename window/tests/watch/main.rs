@@ -7,7 +7,11 @@
     clippy::disallowed_methods,
     reason = "tests start real processes and time their own patience"
 )]
-#![allow(clippy::print_stdout, reason = "figures and reasons for people")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "part of the tests, where both are allowed"
+)]
 
 mod figures;
 mod painter;
