@@ -151,7 +151,10 @@ struct RunArgs {
     /// Replace a session that is already in the output folder.
     #[arg(long)]
     overwrite: bool,
-    /// No window. There is none yet: every run writes its pictures.
+    /// Opens the operator's window on the display that DISPLAY names, with a second program that reads it back off the screen.
+    #[arg(long)]
+    window: bool,
+    /// No window, whatever else is said. Every run writes its pictures.
     #[arg(long)]
     headless: bool,
     /// Names the run; runs of different names do not see each other.
@@ -216,6 +219,7 @@ fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
         overwrite: args.overwrite,
         duration: args.duration,
         simulated_time: args.speed.is_some(),
+        has_window: args.window && !args.headless,
         replay: None,
     };
     carry_out(options, source, scene, "pictures, recording and report")

@@ -1,5 +1,7 @@
 //! The processes that a scene needs, and nothing else.
 
+use std::path::Path;
+
 use scene::{Scene, TrackerSource};
 
 use crate::supervise::Role;
@@ -69,6 +71,21 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
         last(plain(REPLAYER, "recorder", &arguments, 0));
     }
     processes
+}
+
+/// The operator's window, which comes up first: it says what is still missing. Nobody waits for it.
+pub(crate) fn add_window(processes: &mut Vec<Planned>, out: &Path) {
+    let shots = out.to_string_lossy().into_owned();
+    processes.push(Planned {
+        name: "window".to_owned(),
+        binary: "window",
+        arguments: vec!["--shots".to_owned(), shots],
+        role: Role {
+            after: Vec::new(),
+            stop_rank: 0,
+        },
+        views: Vec::new(),
+    });
 }
 
 #[cfg(test)]

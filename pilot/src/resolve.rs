@@ -28,8 +28,8 @@ pub(crate) enum ResolveError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     #[error(
-        "--volume {volume} replaces the examination of scene {scene}, but its {what} were placed in that one and would \
-         point at other anatomy here. Write a scene for this examination, or use one without them, such as config/demo.toml"
+        "--volume {volume} replaces the examination of scene {scene}, but its {what} belongs to that one and would \
+         point at other anatomy, or name another patient, here. Write a scene for this examination, or use one without them, such as config/demo.toml"
     )]
     Misplaced {
         volume: String,
@@ -96,6 +96,9 @@ fn replace_volume(source: &mut Source, volume: &str, overrides: &Overrides) -> R
     }
     if source.scene.volume.region.is_some() {
         return Err(misplaced("[volume.region] corners"));
+    }
+    if source.scene.identity.is_some() {
+        return Err(misplaced("[identity]"));
     }
     source.scene.volume = RawVolume {
         source: volume_path(volume)?,
@@ -203,15 +206,19 @@ mod tests {
     fn targets_of_another_patient_are_refused() {
         let tmp = tempfile::tempdir().unwrap();
         let path = tmp.path().join("s.toml");
-        std::fs::write(&path, "[[targets]]\nname = \"n\"\nct_mm = [0, 0, 0]").unwrap();
         let overrides = Overrides {
             volume: Some("/etc/hostname".to_owned()),
             seed: None,
             ..Overrides::default()
         };
-        assert!(matches!(
-            resolve(Some(&path), &overrides),
-            Err(ResolveError::Misplaced { .. })
-        ));
+        for text in [
+            "[[targets]]\nname = \"n\"\nct_mm = [0, 0, 0]",
+            "[identity]\nname = \"SECRET\"",
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = resolve(Some(&path), &overrides).unwrap_err();
+            assert!(matches!(error, ResolveError::Misplaced { .. }));
+            assert!(!error.to_string().contains("SECRET"), "{error}");
+        }
     }
 }

@@ -18,7 +18,7 @@ use crate::child::Child;
 use crate::kept::KeptVolume;
 use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
-use crate::plan::{Poses, plan};
+use crate::plan::{Poses, add_window, plan};
 use crate::ports::Ports;
 use crate::replay::{Recompute, Recomputed, Replay};
 use crate::report::Pictures;
@@ -34,6 +34,8 @@ pub(crate) struct Options {
     pub(crate) duration: Option<Duration>,
     /// As fast as every view draws every pose, in simulated time.
     pub(crate) simulated_time: bool,
+    /// The operator's window is a process of the run.
+    pub(crate) has_window: bool,
     /// What is replayed; `None`: the run navigates.
     pub(crate) replay: Option<Replay>,
 }
@@ -154,7 +156,11 @@ impl Run {
             (_, Some(arguments)) => Poses::Replayed(arguments),
             _ => Poses::Tracked,
         };
-        let planned = plan(&scene, &recording.to_string_lossy(), poses);
+        let out = std::path::absolute(&options.out).unwrap_or_else(|_| options.out.clone());
+        let mut planned = plan(&scene, &recording.to_string_lossy(), poses);
+        if options.has_window {
+            add_window(&mut planned, &out);
+        }
         let roles = planned.iter().map(|p| p.role.clone()).collect();
         Ok(Self {
             ports: Ports::open(&bus, &context, &scene, &planned)?,

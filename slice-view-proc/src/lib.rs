@@ -7,7 +7,6 @@
 mod accuracy;
 pub mod cli;
 mod grey;
-mod letters;
 mod mha;
 mod output;
 mod outside;
@@ -20,8 +19,8 @@ mod snapshot;
 mod view;
 
 pub use accuracy::Accuracy;
+pub use geometry::letters;
 pub use grey::to_grey;
-pub use letters::letters;
 pub use mha::{MhaError, write_mha};
 pub use overlay::{Notice, Origin, Overlay};
 pub use render::{RenderError, Rendered, Renderer};

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod bad_pose;
+mod identity;
 mod injected_faults;
 mod notices;
 mod operating_room;

@@ -29,7 +29,14 @@ fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-const ALWAYS: [&str; 5] = ["volume", "tool-pose", "emitters", "ground-truth", "event/pilot"];
+const ALWAYS: [&str; 6] = [
+    "volume",
+    "identity",
+    "tool-pose",
+    "emitters",
+    "ground-truth",
+    "event/pilot",
+];
 
 #[test]
 fn a_run_has_the_topics_of_its_scene_and_no_others() {

@@ -20,6 +20,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         tracker: tracker(&raw.tracker, &targets, raw.tool.length_mm)?,
         targets,
         views: views::views(raw.views.as_deref())?,
+        identity: super::identity::checked(raw.identity.as_ref())?,
         render: raw.render,
         recording: super::recording::checked(raw.recording.as_ref())?,
         limits: limits(&raw.limits)?,

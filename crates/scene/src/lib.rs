@@ -6,6 +6,7 @@
 mod check;
 mod error;
 pub mod file;
+pub mod identity;
 mod limits;
 pub mod locate;
 pub mod operating_room;
@@ -25,6 +26,7 @@ use std::time::Duration;
 use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::{Invalid, SceneError};
+pub use identity::RawIdentity;
 pub use limits::Limits;
 pub use priorities::Priorities;
 pub use raw::{Extent, Plane, Up};
@@ -48,6 +50,8 @@ pub struct Scene {
     pub targets: Vec<Target>,
     /// The images, in the order of the file.
     pub views: Vec<View>,
+    /// Whose examination it is, as far as the scene says so.
+    pub identity: Option<RawIdentity>,
     /// Who samples the volume.
     pub render: Render,
     /// What is recorded; `None` starts no recorder.

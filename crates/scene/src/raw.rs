@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::error::{Invalid, SceneError};
+use super::identity::{self, RawIdentity};
 use super::locate;
 use super::operating_room::RawRoom;
 use super::priorities::Priorities;
@@ -42,6 +43,9 @@ pub struct RawScene {
     pub seed: u64,
     /// `[volume]`
     pub volume: RawVolume,
+    /// `[identity]`; absent: what the examination says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identity: Option<RawIdentity>,
     /// `[tool]`
     pub tool: RawTool,
     /// `[tracker]`
@@ -289,12 +293,13 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
     let mut scene: RawScene = toml::from_str(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         let (line, column) = locate::line_and_column(text, at);
+        let key = locate::key_at(text, at);
         SceneError::Syntax {
             path: path.to_owned(),
             line,
             column,
-            key: locate::key_at(text, at),
-            why: error.message().to_owned(),
+            why: told(key.as_deref(), error.message()),
+            key,
         }
     })?;
     anchor(&mut scene.volume.source, path);
@@ -315,6 +320,15 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         text: text.to_owned(),
         scene,
     })
+}
+
+/// What is wrong in the words of the reader, which quote the file; but for whose examination it is.
+fn told(key: Option<&str>, why: &str) -> String {
+    let is_of = |key: &str| key.split('.').next() == Some(identity::TABLE);
+    match key.is_some_and(is_of) {
+        true => "allowed: text in quotes for name, patient_id, birth_date, study_date and description".to_owned(),
+        false => why.to_owned(),
+    }
 }
 
 /// A relative path in a scene file means relative to that file.

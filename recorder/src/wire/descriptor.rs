@@ -9,6 +9,8 @@ pub(crate) const TOOL_POSE: &[u8] = include_bytes!("../../proto/trocar/ToolPose.
 pub(crate) const EMITTER_FRAME: &[u8] = include_bytes!("../../proto/trocar/EmitterFrame.binpb");
 /// The schema of [`crate::wire::proto::ProcessStatus`].
 pub(crate) const PROCESS_STATUS: &[u8] = include_bytes!("../../proto/trocar/ProcessStatus.binpb");
+/// The schema of [`crate::wire::proto::Identity`].
+pub(crate) const IDENTITY: &[u8] = include_bytes!("../../proto/trocar/Identity.binpb");
 /// The schema of [`crate::wire::proto::FrameTransform`].
 pub(crate) const FRAME_TRANSFORM: &[u8] = include_bytes!("../../proto/foxglove/FrameTransform.binpb");
 /// The schema of [`crate::wire::proto::Log`].

@@ -8,9 +8,11 @@ use bus::message::{self, Tracked};
 use prost_types::Timestamp;
 
 mod emitters;
+mod identity;
 mod words;
 
 pub use emitters::{EmitterFrame, decode_emitters};
+pub use identity::Identity;
 pub use words::{CompressedImage, Log, ProcessStatus};
 
 /// `trocar.ToolPose`: every field of [`bus::message::ToolPose`], in its units (ns, mm, rad).

@@ -21,6 +21,8 @@ pub const EMITTERS: &str = "/emitters";
 pub const STATUS: &str = "/status";
 /// The topic of what happened, in words, `foxglove.Log`.
 pub const LOG: &str = "/log";
+/// The topic of whose examination it is, `trocar.Identity`: only where the scene asks for it.
+pub const IDENTITY: &str = "/identity";
 /// In front of the name of a view: the topic of its small images, `foxglove.CompressedImage`.
 pub const VIEW: &str = "/view/";
 /// The name of our lossless schema of emitters.
@@ -29,6 +31,8 @@ pub const EMITTER_SCHEMA: &str = "trocar.EmitterFrame";
 pub const POSE_SCHEMA: &str = "trocar.ToolPose";
 /// The name of our schema of states.
 pub const STATUS_SCHEMA: &str = "trocar.ProcessStatus";
+/// The name of our schema of whose examination it is.
+pub const IDENTITY_SCHEMA: &str = "trocar.Identity";
 /// The name of Foxglove's schema of lines of a log.
 pub const LOG_SCHEMA: &str = "foxglove.Log";
 /// The name of Foxglove's schema.
@@ -49,6 +53,7 @@ const EMITTER_SCHEMA_ID: u16 = 3;
 const STATUS_SCHEMA_ID: u16 = 4;
 const LOG_SCHEMA_ID: u16 = 5;
 const IMAGE_SCHEMA_ID: u16 = 6;
+const IDENTITY_SCHEMA_ID: u16 = 7;
 /// The channel of [`TF`].
 pub(crate) const TF_CHANNEL: u16 = 3;
 /// The channel of [`EMITTERS`].
@@ -57,6 +62,8 @@ pub(crate) const EMITTER_CHANNEL: u16 = 4;
 pub(crate) const STATUS_CHANNEL: u16 = 5;
 /// The channel of [`LOG`].
 pub(crate) const LOG_CHANNEL: u16 = 6;
+/// The channel of [`IDENTITY`].
+pub(crate) const IDENTITY_CHANNEL: u16 = 7;
 /// The channel of the first of the [`VIEW`]s; those of the others follow.
 pub(crate) const VIEW_CHANNEL: u16 = 16;
 
@@ -134,6 +141,15 @@ pub(crate) fn channels() -> Vec<records::Channel> {
         channel(STATUS_CHANNEL, STATUS_SCHEMA_ID, STATUS, stamps),
         channel(LOG_CHANNEL, LOG_SCHEMA_ID, LOG, stamps),
     ]
+}
+
+/// The schema and the channel of whose examination it is, for a file that is asked to say so; no other has them.
+pub(crate) fn identity() -> ((u16, &'static str, &'static [u8]), records::Channel) {
+    let conventions = "stamps ns since the run's epoch; days YYYY-MM-DD";
+    (
+        (IDENTITY_SCHEMA_ID, IDENTITY_SCHEMA, descriptor::IDENTITY),
+        channel(IDENTITY_CHANNEL, IDENTITY_SCHEMA_ID, IDENTITY, conventions),
+    )
 }
 
 /// The channels of the views' small images.

@@ -16,7 +16,8 @@ use scene::Compression;
 
 use crate::wire::proto::{self, file_time, frame_transform_in_metres};
 use crate::wire::schema::{
-    self, EMITTER_CHANNEL, LIBRARY, LOG_CHANNEL, RunFacts, SCENE, STATUS_CHANNEL, Source, TF_CHANNEL, VIEW_CHANNEL,
+    self, EMITTER_CHANNEL, IDENTITY_CHANNEL, LIBRARY, LOG_CHANNEL, RunFacts, SCENE, STATUS_CHANNEL, Source, TF_CHANNEL,
+    VIEW_CHANNEL,
 };
 
 /// A recording that grows.
@@ -38,6 +39,8 @@ pub enum Entry<'a> {
     Emitters(&'a proto::EmitterFrame),
     /// The state of a process.
     Status(&'a proto::ProcessStatus),
+    /// Whose examination it is; only after [`PoseLog::with_identity`].
+    Identity(&'a proto::Identity),
     /// A line of the log, and when, ns.
     Log(i64, &'a proto::Log),
     /// A small image.
@@ -119,6 +122,19 @@ impl<W: Write + Seek> PoseLog<W> {
         })
     }
 
+    /// Makes room for [`Entry::Identity`].
+    ///
+    /// # Errors
+    /// Those of writing to the sink.
+    pub fn with_identity(&mut self) -> McapResult<()> {
+        let ((id, name, data), channel) = schema::identity();
+        self.mcap.add_schema_with_id(id, name, "protobuf", data)?;
+        let (topic, encoding) = (&channel.topic, &channel.message_encoding);
+        self.mcap
+            .add_channel_with_id(channel.id, channel.schema_id, topic, encoding, &channel.metadata)?;
+        self.mcap.flush()
+    }
+
     /// Attaches the scene file; `created_ns` is its wall-clock time, ns since 1970, for people.
     ///
     /// # Errors
@@ -188,6 +204,7 @@ impl<W: Write + Seek> PoseLog<W> {
                 self.message(EMITTER_CHANNEL, frame.seq, times, frame)
             }
             Entry::Status(status) => self.message(STATUS_CHANNEL, 0, [status.t_ns; 2], status),
+            Entry::Identity(identity) => self.message(IDENTITY_CHANNEL, 0, [identity.t_ns; 2], identity),
             Entry::Log(t_ns, log) => self.message(LOG_CHANNEL, 0, [t_ns; 2], log),
             Entry::Image { view, seq, t_ns, image } => self.message(VIEW_CHANNEL + view, seq, [t_ns; 2], image),
         }

@@ -16,7 +16,7 @@ use bus::message::Level;
 use mcap::records::Metadata;
 use scene::RecordingSpec;
 
-use crate::wire::proto::Log;
+use crate::wire::proto::{Identity, Log};
 use crate::wire::schema::RunFacts;
 use crate::write::file_error::FileError;
 use crate::write::leftovers;
@@ -121,6 +121,12 @@ impl Series {
             let written = file.facts(facts);
             self.stop_on(now_ns, written);
         }
+    }
+
+    /// Writes down whose examination it is, in this file and in those to come.
+    pub(crate) fn identity(&mut self, now_ns: i64, identity: Identity) {
+        self.put(now_ns, Entry::Identity(&identity));
+        self.content.identity = Some(identity);
     }
 
     /// Closes a chunk, rotates, looks at the disk, each if it is time. Gives what a person must be told.

@@ -9,7 +9,7 @@ use scene::{Extent, SlabMode, View};
 use super::layout::{Caption, Layout, wrapped};
 use super::shapes::Outline;
 use super::{Notice, Origin, Overlay};
-use crate::letters::letters;
+use geometry::letters;
 
 /// The sides of the smallest image that gets words, pixels: below, letters large enough to be read have no room.
 pub(crate) const SMALLEST_WITH_WORDS: u32 = 192;

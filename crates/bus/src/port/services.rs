@@ -2,11 +2,11 @@
 
 use super::places::{Crowded, Places};
 use super::{command, event_service, frame, stream, volume};
-use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Heartbeat, ToolPose};
+use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Heartbeat, Identity, ToolPose};
 use crate::node::patiently;
 use crate::topic::{
-    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, HEARTBEAT, HELD_FRAME, SESSION_CLOCK, TOOL_POSE, Topic,
-    VIEW_FRAME,
+    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, HEARTBEAT, HELD_FRAME, IDENTITY, SESSION_CLOCK, TOOL_POSE,
+    Topic, VIEW_FRAME,
 };
 use crate::{Bus, BusError};
 
@@ -40,6 +40,7 @@ impl Services {
     pub fn create(bus: &Bus, members: &Members<'_>) -> Result<Self, BusError> {
         let mut kept = Vec::new();
         keep(&mut kept, bus, || volume::service(bus))?;
+        keep_stream::<Identity>(&mut kept, bus, &IDENTITY, "")?;
         keep_stream::<ToolPose>(&mut kept, bus, &TOOL_POSE, "")?;
         keep_stream::<EmitterFrame>(&mut kept, bus, &EMITTERS, "")?;
         keep_stream::<ToolPose>(&mut kept, bus, &GROUND_TRUTH, "")?;
