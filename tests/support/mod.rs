@@ -105,6 +105,7 @@ impl World {
             "calib" => env!("CARGO_BIN_EXE_calib"),
             "recorder" => env!("CARGO_BIN_EXE_recorder"),
             "window" => env!("CARGO_BIN_EXE_window"),
+            "window-watch" => env!("CARGO_BIN_EXE_window-watch"),
             "simulate" => env!("CARGO_BIN_EXE_simulate"),
             other => panic!("no such binary: {other}"),
         };

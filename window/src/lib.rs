@@ -16,4 +16,5 @@ pub mod ports;
 mod run;
 pub mod screen;
 pub mod sizes;
+pub mod watch;
 pub mod wishes;

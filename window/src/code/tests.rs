@@ -43,7 +43,7 @@ fn flip(image: &mut [u8], square: u32, [column, row]: [u32; 2]) {
 
 proptest! {
     #[test]
-    fn every_code_comes_back(code in codes(), key in any::<u32>(), square in SQUARE_PX) {
+    fn every_code_comes_back(code in codes(), key in any::<u32>(), square in 3_u32..=9) {
         prop_assert_eq!(Code::of_word(code.word()), Some(code));
         prop_assert_eq!(Grid::read(&code.grid(key).rgba(square), square, key), Ok(code));
     }
@@ -161,6 +161,10 @@ fn of_a_hundred_thousand_pairs_no_torn_one_passes_for_a_third() {
 fn what_is_no_cell_is_refused_by_name() {
     let code = Code::new(7, 1, Shown::Live);
     let good = code.grid(KEY).rgba(4);
+    assert_eq!(
+        Grid::read(&code.grid(KEY).rgba(*SQUARE_PX.end()), *SQUARE_PX.end(), KEY),
+        Ok(code)
+    );
     for grey in [0, 255] {
         let plain = vec![grey; good.len()];
         assert!(Grid::read(&plain, 4, KEY).is_err(), "all of {grey}");
