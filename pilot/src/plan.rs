@@ -73,19 +73,23 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
     processes
 }
 
-/// The operator's window, which comes up first: it says what is still missing. Nobody waits for it.
+/// The operator's window, which comes up first and says what is still missing, and who reads it back off the screen. Nobody waits
+/// for them.
 pub(crate) fn add_window(processes: &mut Vec<Planned>, out: &Path) {
     let shots = out.to_string_lossy().into_owned();
-    processes.push(Planned {
-        name: "window".to_owned(),
-        binary: "window",
-        arguments: vec!["--shots".to_owned(), shots],
+    let plain = |name: &'static str, arguments: Vec<String>, stop_rank| Planned {
+        name: name.to_owned(),
+        binary: name,
+        arguments,
         role: Role {
             after: Vec::new(),
-            stop_rank: 0,
+            stop_rank,
         },
         views: Vec::new(),
-    });
+    };
+    // The watcher ends first: a window that ends is no window that has died.
+    processes.push(plain("window", vec!["--shots".to_owned(), shots], 1));
+    processes.push(plain("window-watch", Vec::new(), 0));
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ impl SliceView {
         self.process.counters.refused += std::mem::take(&mut self.chosens.refused_since);
         Ok(match drawing.notice {
             Notice::Live | Notice::Requested => drawing.sample.t_capture_ns,
-            Notice::Stale(_) | Notice::Lost(..) => drawing.t_seen_ns,
+            Notice::Stale(_) | Notice::Lost(..) | Notice::Look => drawing.t_seen_ns,
         })
     }
 
