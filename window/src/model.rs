@@ -75,7 +75,7 @@ impl Model {
         Self {
             cells: cells(known, &state),
             sight: aimed(known, &state),
-            facts: facts(known),
+            facts: facts(known, &state),
             state,
         }
     }

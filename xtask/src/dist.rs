@@ -23,6 +23,7 @@ const PROGRAMS: [&str; 8] = [
     "tracker-proc",
     "slice-view-proc",
     "recorder",
+    "window",
     "window-watch",
     "calib",
     "simulate",

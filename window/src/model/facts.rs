@@ -2,7 +2,7 @@
 
 use bus::message::{IdentitySource, Tracked, Workflow};
 
-use super::{Known, Tone};
+use super::{Known, ScreenState, Tone};
 
 /// Words of the top of the screen.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,14 +22,14 @@ pub struct Facts {
 }
 
 /// What is known, in words.
-pub fn facts(known: &Known<'_>) -> Facts {
+pub fn facts(known: &Known<'_>, state: &ScreenState) -> Facts {
     let (identity, identity_tone) = identity(known);
     let (recording, recording_tone) = recording(known);
     Facts {
         identity,
         identity_tone,
         volume: volume(known),
-        registration: registration(known),
+        registration: registration(known, state.follows),
         recording,
         recording_tone,
     }
@@ -75,12 +75,13 @@ fn volume(known: &Known<'_>) -> String {
 }
 
 /// Of the newest pose: its registration, the residual of its marker and the error predicted at the tip.
-fn registration(known: &Known<'_>) -> String {
+fn registration(known: &Known<'_>, follows: bool) -> String {
     let Some(pose) = known.poses.last() else {
         return "no pose yet".to_owned();
     };
     let id = format!("reg {:08x}", pose.registration_id >> 32);
-    if !matches!(pose.tracked(), Ok(Tracked::Valid(_))) {
+    // Where nothing is to be followed, nothing is said of its error.
+    if !follows || !matches!(pose.tracked(), Ok(Tracked::Valid(_))) {
         return id;
     }
     let error = match pose.tip_95_mm() {

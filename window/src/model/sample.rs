@@ -15,41 +15,41 @@ use super::{Known, Model};
 
 /// A run at one moment. Every message may be changed before it is looked at.
 #[derive(Debug, Clone)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// The scene of seven views.
-    pub scene: Scene,
+    pub(crate) scene: Scene,
     /// Now, ns.
-    pub now_ns: i64,
+    pub(crate) now_ns: i64,
     /// Of each view.
-    pub headers: Vec<Option<FrameHeader>>,
+    pub(crate) headers: Vec<Option<FrameHeader>>,
     /// How they belong together.
-    pub set: Option<Set>,
+    pub(crate) set: Option<Set>,
     /// Poses.
-    pub poses: Vec<ToolPose>,
+    pub(crate) poses: Vec<ToolPose>,
     /// What is aimed at.
-    pub guide: Option<Guide>,
+    pub(crate) guide: Option<Guide>,
     /// How far the run has come.
-    pub workflow: Option<Workflow>,
+    pub(crate) workflow: Option<Workflow>,
     /// Whose it is.
-    pub identity: Option<Identity>,
+    pub(crate) identity: Option<Identity>,
     /// The examination.
-    pub volume: Option<VolumeHash>,
+    pub(crate) volume: Option<VolumeHash>,
     /// The recorder.
-    pub recorder: Option<(Option<Heartbeat>, i64)>,
+    pub(crate) recorder: Option<(Option<Heartbeat>, i64)>,
     /// A recording is shown.
-    pub is_replay: bool,
+    pub(crate) is_replay: bool,
     /// Time is simulated.
-    pub is_simulated: bool,
+    pub(crate) is_simulated: bool,
 }
 
 /// The examination of the sample.
-pub const VOLUME: VolumeHash = VolumeHash([0x36; 32]);
+pub(crate) const VOLUME: VolumeHash = VolumeHash([0x36; 32]);
 /// When the sample's pose was captured, ns.
-pub const CAPTURED_NS: i64 = 5_000_000_000;
+pub(crate) const CAPTURED_NS: i64 = 5_000_000_000;
 
 impl Sample {
     /// A tool at `ct_from_tool`, seen 20 ms ago, a target of 5 mm at `target`.
-    pub fn new(ct_from_tool: Rigid<Ct, Tool>, target: Point<Ct>) -> Self {
+    pub(crate) fn new(ct_from_tool: Rigid<Ct, Tool>, target: Point<Ct>) -> Self {
         let scene = Scene::parse("", Path::new("")).unwrap();
         let mut pose = ToolPose {
             seq: 300,
@@ -100,12 +100,12 @@ impl Sample {
     }
 
     /// What a screen would show.
-    pub fn model(&self) -> Model {
+    pub(crate) fn model(&self) -> Model {
         Model::of(&self.known())
     }
 
     /// As it came over the bus.
-    pub fn known(&self) -> Known<'_> {
+    pub(crate) fn known(&self) -> Known<'_> {
         Known {
             scene: &self.scene,
             now_ns: self.now_ns,
@@ -124,7 +124,7 @@ impl Sample {
     }
 
     /// The same with every image in this state.
-    pub fn in_state(mut self, state: FrameState) -> Self {
+    pub(crate) fn in_state(mut self, state: FrameState) -> Self {
         self.headers
             .iter_mut()
             .flatten()
@@ -134,13 +134,13 @@ impl Sample {
 }
 
 /// A pose of the sample: the tip at a place, the tube along +z of the tool turned by a rotation vector.
-pub fn pose(turn: [f64; 3], tip: [f64; 3]) -> Rigid<Ct, Tool> {
+pub(crate) fn pose(turn: [f64; 3], tip: [f64; 3]) -> Rigid<Ct, Tool> {
     let vector = |[x, y, z]: [f64; 3]| Vector::new(x, y, z);
     Rigid::from_rotation_vector(vector(turn), vector(tip)).unwrap()
 }
 
 /// Which pose a message is.
-pub fn id(pose: &ToolPose) -> PoseId {
+pub(crate) fn id(pose: &ToolPose) -> PoseId {
     PoseId {
         seq: pose.seq,
         t_capture_ns: pose.t_capture_ns,
@@ -148,7 +148,7 @@ pub fn id(pose: &ToolPose) -> PoseId {
 }
 
 /// A workflow at a stage.
-pub fn workflow(stage: Stage, flags: u32) -> Workflow {
+pub(crate) fn workflow(stage: Stage, flags: u32) -> Workflow {
     Workflow {
         t_ns: 0,
         stage: Stage::ALL.iter().position(|known| *known == stage).unwrap() as u32,

@@ -107,7 +107,7 @@ fn state(ui: &Ui, state: &ScreenState, part: Rect, sizes: &Sizes, words: &mut Wo
         false => (colours::CELL, colour(Tone::Quiet)),
     };
     ui.painter().rect_filled(part, 6.0, ground);
-    let large = Rect::from_min_size(part.min, vec2(part.width(), 1.15 * sizes.critical));
+    let large = Rect::from_min_size(part.min, vec2(part.width(), 1.02 * sizes.critical));
     let below = Rect::from_min_max(pos2(part.left(), large.bottom()), part.max);
     let side = 0.8 * sizes.critical;
     let middle = pos2(part.left() + sizes.gap + side / 2.0, large.center().y);

@@ -39,7 +39,12 @@ struct Rooms {
 
 pub(super) fn show(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
     ui.painter().rect_filled(rect, 0.0, colours::CELL);
-    let rooms = rooms(rect.shrink(sizes.gap), sizes);
+    let mut rooms = rooms(rect.shrink(sizes.gap), sizes);
+    // The longest verdict takes the whole width.
+    rooms.verdict = rooms
+        .verdict
+        .with_min_x(rect.left() + 2.0)
+        .with_max_x(rect.right() - 2.0);
     let plain = |colour, align| Type {
         size: sizes.plain,
         colour,

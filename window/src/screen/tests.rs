@@ -32,7 +32,9 @@ fn shown(model: &Model, screen: Screen, look: &Look, events: Vec<Event>) -> Outc
             events,
             ..RawInput::default()
         };
-        let _ = context.run_ui(input, |ui| outcome = show(ui, model, screen, look));
+        let mut output = context.run_ui(input, |ui| outcome = show(ui, model, screen, look));
+        // Nothing is painted here, which egui holds for a mistake.
+        output.textures_delta.clear();
     }
     outcome
 }

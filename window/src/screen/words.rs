@@ -8,7 +8,7 @@ use egui::{Align2, Color32, FontId, Id, Rect, Role, Sense, Ui, WidgetInfo, vec2}
 use crate::colours;
 use crate::model::Tone;
 use crate::sizes::{SMALLEST, Screen};
-use picture::palette;
+use picture::{Rgb, palette};
 
 /// A piece of text where it stands.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +44,9 @@ pub struct Type {
     pub align: Align2,
 }
 
+/// The red of alarms and the violet of replays, brighter: words stand on them in black, with a contrast of 7.
+const ALARM_BAND: Rgb = Rgb(0xff, 0x6a, 0x7e);
+const REPLAY_BAND: Rgb = Rgb(0xc7, 0x7a, 0xff);
 /// The type becomes no smaller than this part of what is asked.
 const SMALLEST_PART: f32 = 0.6;
 
@@ -112,8 +115,8 @@ pub fn colour(tone: Tone) -> Color32 {
         Tone::Live => palette::TARGET,
         Tone::Quiet => palette::WORDS,
         Tone::Warning => palette::WARN,
-        Tone::Alarm => palette::ALARM,
-        Tone::Replay => palette::REPLAY,
+        Tone::Alarm => ALARM_BAND,
+        Tone::Replay => REPLAY_BAND,
     })
 }
 
