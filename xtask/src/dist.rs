@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::shell::{cargo, program, quietly, root, run, said, say, target};
 use crate::software;
 
-const PROGRAMS: [&str; 8] = [
+const PROGRAMS: [&str; 9] = [
     "pilot",
     "volume-loader",
     "tracker-proc",
