@@ -1,5 +1,6 @@
 //! The screen of an X server: one window that fills it, pixels out, keys and touches in.
 
+mod error;
 mod keys;
 mod memory;
 mod open;
@@ -17,7 +18,8 @@ use crate::sizes::Screen;
 use keys::Keyboard;
 use memory::Shared;
 
-pub use open::{DisplayError, Wanted};
+pub use error::DisplayError;
+pub use open::Wanted;
 
 /// The most bytes of pixels in one request, where there is no shared memory.
 const MOST_BYTES: usize = 128 * 1024;

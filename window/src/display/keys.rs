@@ -6,7 +6,7 @@ use x11rb::protocol::Event as XEvent;
 use x11rb::protocol::xproto::{ConnectionExt as _, KeyButMask};
 use x11rb::rust_connection::RustConnection;
 
-use super::DisplayError;
+use super::error::DisplayError;
 
 /// Which key bears which sign.
 #[derive(Debug)]

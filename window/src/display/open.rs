@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use x11rb::connection::{Connection, RequestConnection};
-use x11rb::errors::{ConnectError, ConnectionError, ReplyError, ReplyOrIdError};
 use x11rb::protocol::randr::ConnectionExt as _;
 use x11rb::protocol::shm::{self, ConnectionExt as _};
 use x11rb::protocol::xproto::{
@@ -13,6 +12,7 @@ use x11rb::protocol::xproto::{
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
+use super::error::DisplayError;
 use super::keys::Keyboard;
 use super::memory::Shared;
 use super::{Display, Pixels};
@@ -22,45 +22,6 @@ use crate::sizes::Screen;
 const USUAL_PIXEL_MM: f32 = 25.4 / 96.0;
 /// A pixel smaller or larger than this is a monitor that does not know its size.
 const PIXEL_MM: std::ops::RangeInclusive<f32> = 0.05..=1.5;
-
-/// Why there is no window.
-#[derive(Debug, thiserror::Error)]
-pub enum DisplayError {
-    /// Nobody says where a display is.
-    #[error("no display: DISPLAY is not set. Start it where a screen is, or run with --headless")]
-    None,
-    /// The display refuses.
-    #[error("no display: {display} does not answer: {source}")]
-    Connect {
-        /// Its name.
-        display: String,
-        /// What went wrong.
-        source: ConnectError,
-    },
-    /// The pixels of the display are of another kind.
-    #[error("the display has {depth} bits a pixel; 24 bits of red, green and blue are needed")]
-    Depth {
-        /// Bits of a pixel.
-        depth: u8,
-    },
-    /// The display went away.
-    #[error("the display was lost: {0}")]
-    Lost(String),
-    /// Memory for the pixels.
-    #[error("memory for the pixels of the window: {0}")]
-    Memory(#[from] std::io::Error),
-}
-
-macro_rules! lost {
-    ($($error:ty),*) => {
-        $(impl From<$error> for DisplayError {
-            fn from(error: $error) -> Self {
-                Self::Lost(error.to_string())
-            }
-        })*
-    };
-}
-lost!(ConnectionError, ReplyError, ReplyOrIdError);
 
 /// The window that is wanted.
 #[derive(Debug, Clone, Default)]
