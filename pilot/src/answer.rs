@@ -1,4 +1,4 @@
-//! What the pilot answers to `pilot status`, `stop` and `restart`.
+//! What the pilot answers: to `pilot status`, `stop` and `restart`, and to whoever chooses, holds, notes, confirms and starts.
 
 use bus::BusError;
 use bus::message::{Command, CommandKind, Level};
@@ -36,9 +36,24 @@ impl Run {
                 }
             },
             _ => {
-                request.reply(Err("the pilot answers status, stop and restart"))?;
+                self.guided(request)?;
                 Ok(None)
             }
+        }
+    }
+
+    /// Answers what a person chooses or says.
+    fn guided(&mut self, request: Request) -> Result<(), BusError> {
+        let now_ns = self.session.clock().now_ns();
+        match self.guiding.request(request.command(), now_ns)? {
+            Some(Ok(words)) => {
+                self.tell(Level::Info, &words);
+                request.reply(Ok(&words))
+            }
+            Some(Err(why)) => request.reply(Err(&why)),
+            None => request.reply(Err(
+                "the pilot answers status, stop, restart, choose, hold, follow, mark, confirm, reject, navigate and rest",
+            )),
         }
     }
 

@@ -4,6 +4,7 @@ pub(crate) mod ask;
 pub(crate) mod calibrate;
 pub(crate) mod duration;
 pub(crate) mod error;
+pub(crate) mod guide;
 mod help;
 pub(crate) mod stop;
 pub(crate) mod template;
@@ -24,6 +25,7 @@ use crate::check;
 use crate::cli::ask::ask_process;
 use crate::cli::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::cli::error::CliError;
+use crate::cli::guide::GuideVerb;
 use crate::cli::template::{NEW_HELP, NewArgs};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{ReplayArgs, prepare};
@@ -48,6 +50,8 @@ const WITH_PROBLEMS: u8 = 3;
     pilot check config/demo.toml                         reads a scene and says what it would start\n  \
     pilot status                                         what the processes and views of a run do\n  \
     pilot stop                                           ends a run in an orderly way\n  \
+    pilot choose para-aortic-left                        the target that is aimed at\n  \
+    pilot mark first biopsy taken                        notes the moment in the recording\n  \
     pilot restart recorder                               brings a process back that ended too often\n  \
     pilot calibrate pivot --out tip.json                 finds the tip of the run's instrument\n  \
     pilot replay out/session.mcap                        shows a recorded session again\n\n\
@@ -95,6 +99,8 @@ enum Verb {
         #[arg(long, default_value = "default")]
         run: String,
     },
+    #[command(flatten)]
+    Guide(GuideVerb),
     /// Shows a recorded session again: its poses, at their own times, in the examination that it was recorded in.
     #[command(after_help = REPLAY_HELP)]
     Replay(ReplayArgs),
@@ -151,7 +157,10 @@ struct RunArgs {
     /// Replace a session that is already in the output folder.
     #[arg(long)]
     overwrite: bool,
-    /// No window. There is none yet: every run writes its pictures.
+    /// Opens the operator's window on the display that DISPLAY names, with a second program that reads it back off the screen.
+    #[arg(long)]
+    window: bool,
+    /// No window, whatever else is said. Every run writes its pictures.
     #[arg(long)]
     headless: bool,
     /// Names the run; runs of different names do not see each other.
@@ -177,6 +186,7 @@ pub fn main() -> ExitCode {
         Verb::Status { run, json } => exit("pilot", status(&run, json)),
         Verb::Stop { run } => exit("pilot", stop(&run)),
         Verb::Restart { process, run } => exit("pilot", restart(&run, &process)),
+        Verb::Guide(verb) => exit("pilot", verb.carry_out().map(|text| say(&text))),
         Verb::Calibrate(args) => ended(calibrate(args)),
         Verb::Topics => {
             say(&topics());
@@ -216,6 +226,7 @@ fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
         overwrite: args.overwrite,
         duration: args.duration,
         simulated_time: args.speed.is_some(),
+        has_window: args.window && !args.headless,
         replay: None,
     };
     carry_out(options, source, scene, "pictures, recording and report")

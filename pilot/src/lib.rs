@@ -8,6 +8,7 @@ mod check;
 mod child;
 pub mod cli;
 mod ends;
+mod guiding;
 mod kept;
 mod memory;
 mod metrics;

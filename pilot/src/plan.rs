@@ -1,5 +1,7 @@
 //! The processes that a scene needs, and nothing else.
 
+use std::path::Path;
+
 use scene::{Scene, TrackerSource};
 
 use crate::supervise::Role;
@@ -69,6 +71,25 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
         last(plain(REPLAYER, "recorder", &arguments, 0));
     }
     processes
+}
+
+/// The operator's window, which comes up first and says what is still missing, and who reads it back off the screen. Nobody waits
+/// for them.
+pub(crate) fn add_window(processes: &mut Vec<Planned>, out: &Path) {
+    let shots = out.to_string_lossy().into_owned();
+    let plain = |name: &'static str, arguments: Vec<String>, stop_rank| Planned {
+        name: name.to_owned(),
+        binary: name,
+        arguments,
+        role: Role {
+            after: Vec::new(),
+            stop_rank,
+        },
+        views: Vec::new(),
+    };
+    // The watcher ends first: a window that ends is no window that has died.
+    processes.push(plain("window", vec!["--shots".to_owned(), shots], 1));
+    processes.push(plain("window-watch", Vec::new(), 0));
 }
 
 #[cfg(test)]

@@ -28,8 +28,8 @@ pub(crate) enum ResolveError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     #[error(
-        "--volume {volume} replaces the examination of scene {scene}, but its {what} were placed in that one and would \
-         point at other anatomy here. Write a scene for this examination, or use one without them, such as config/demo.toml"
+        "--volume {volume} replaces the examination of scene {scene}, but its {what} belongs to that one and would \
+         point at other anatomy, or name another patient, here. Write a scene for this examination, or use one without them, such as config/demo.toml"
     )]
     Misplaced {
         volume: String,
@@ -97,6 +97,11 @@ fn replace_volume(source: &mut Source, volume: &str, overrides: &Overrides) -> R
     if source.scene.volume.region.is_some() {
         return Err(misplaced("[volume.region] corners"));
     }
+    if source.scene.identity.is_some() {
+        return Err(misplaced("[identity]"));
+    }
+    // Of the generated patient, as the scene lists no targets: it goes with that patient.
+    source.scene.guide.target = None;
     source.scene.volume = RawVolume {
         source: volume_path(volume)?,
         series: overrides.series,
@@ -134,15 +139,17 @@ fn add_phantom_landmarks(source: &mut Source) {
         return;
     }
     let patient = Phantom::new(source.scene.seed);
+    let way = patient.approach();
     let target = |landmark: &phantom::Landmark| RawTarget {
         name: landmark.name.clone(),
         ct_mm: landmark.centre.mm(),
         diameter_mm: landmark.diameter_mm,
+        entry_ct_mm: (landmark.name == way.target).then(|| way.entry.mm()),
+        stop_mm: 0.0,
     };
     source.scene.targets = Some(patient.targets().iter().map(target).collect());
     let approach = &mut source.scene.tracker.approach;
     if approach.target.is_none() && approach.entry_ct_mm.is_none() {
-        let way = patient.approach();
         approach.target = Some(way.target);
         approach.entry_ct_mm = Some(way.entry.mm());
     }
@@ -156,6 +163,11 @@ mod tests {
     fn the_embedded_scene_gets_the_patients_lymph_nodes() {
         let (_, scene) = resolve(None, &Overrides::default()).unwrap();
         assert!(scene.targets.len() >= 3);
+        let chosen = scene
+            .targets
+            .iter()
+            .find(|target| Some(&target.name) == scene.guide.as_ref());
+        assert!(chosen.is_some_and(|chosen| chosen.entry.is_some()));
         assert!(scene.recording.is_some());
         assert_eq!(scene.views.len(), 7);
     }
@@ -191,6 +203,8 @@ mod tests {
         };
         let (_, scene) = resolve(None, &overrides).unwrap();
         assert!(scene.targets.is_empty());
+        // What the demonstration chooses is another patient's.
+        assert_eq!(scene.guide, None);
         let none = Overrides {
             volume: Some("/no/such/file".to_owned()),
             seed: None,
@@ -200,18 +214,34 @@ mod tests {
     }
 
     #[test]
+    fn a_choice_that_the_generated_patient_has_not_is_refused_with_its_line() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("s.toml");
+        std::fs::write(&path, "[guide]\ntarget = \"para-aortic\"").unwrap();
+        let refused = resolve(Some(&path), &Overrides::default()).unwrap_err().to_string();
+        assert!(
+            refused.contains("line 2, column 10, key guide.target") && refused.contains("para-aortic-left, pre-aortic"),
+            "{refused}"
+        );
+    }
+
+    #[test]
     fn targets_of_another_patient_are_refused() {
         let tmp = tempfile::tempdir().unwrap();
         let path = tmp.path().join("s.toml");
-        std::fs::write(&path, "[[targets]]\nname = \"n\"\nct_mm = [0, 0, 0]").unwrap();
         let overrides = Overrides {
             volume: Some("/etc/hostname".to_owned()),
             seed: None,
             ..Overrides::default()
         };
-        assert!(matches!(
-            resolve(Some(&path), &overrides),
-            Err(ResolveError::Misplaced { .. })
-        ));
+        for text in [
+            "[[targets]]\nname = \"n\"\nct_mm = [0, 0, 0]",
+            "[identity]\nname = \"SECRET\"",
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = resolve(Some(&path), &overrides).unwrap_err();
+            assert!(matches!(error, ResolveError::Misplaced { .. }));
+            assert!(!error.to_string().contains("SECRET"), "{error}");
+        }
     }
 }

@@ -11,9 +11,11 @@ use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
 use bus::session::SIMULATED_START_NS;
 use bus::wake::Waits;
 use bus::{Bus, BusError};
+use guidance::workflow::RulesError;
 use scene::Scene;
 use scene::raw::Source;
 
+use crate::guiding;
 use crate::metrics::{Judging, Restart};
 use crate::output::{self, OutputError};
 use crate::plan::REPLAYER;
@@ -50,6 +52,8 @@ pub(crate) enum RunError {
     Spawn(#[from] SpawnError),
     #[error(transparent)]
     Recompute(#[from] RecomputeError),
+    #[error(transparent)]
+    Rules(#[from] RulesError),
     #[error("{0} could not be started, for the reason given above; nothing was navigated and no picture written")]
     Refused(String),
 }
@@ -82,10 +86,11 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     }
     let scene_text = source.to_toml();
     context.store_scene(&scene_text)?;
+    let rules = guiding::rules(&scene, options.replay.is_some())?;
     let stop = StopFlag::install(false)?;
     let bus = Bus::keep(context)?;
     let server = ports::server(&bus)?;
-    let mut run = Run::new(options, source, scene, context.clone(), bus, stop)?;
+    let mut run = Run::new(options, source, scene, context.clone(), bus, stop, rules)?;
     // Last, so that whoever finds this file finds the run on the bus.
     context.store()?;
     run.facts = context.facts_hash(&scene_text);
@@ -123,6 +128,7 @@ impl Run {
         events.push(Event::Tick);
         self.listen()?;
         self.ports.events.serve_late_joiners();
+        self.guide()?;
         for event in events {
             if let Some(outcome) = self.step(event)? {
                 return Ok(Some(outcome));
@@ -241,10 +247,22 @@ impl Run {
         });
     }
 
+    /// Says what has become of the workflow and of what a person chose.
+    fn guide(&mut self) -> Result<(), BusError> {
+        for words in self.guiding.turn(self.session.clock().now_ns())? {
+            self.tell(Level::Info, &words);
+        }
+        Ok(())
+    }
+
     /// Takes in volumes, poses and stamps.
     fn listen(&mut self) -> Result<(), RunError> {
         if let Some(volume) = self.ports.volume.poll()? {
             self.metrics.volume(*volume.header());
+            // The first is the run's: who shows images shows no other.
+            if let Some(hash) = self.metrics.volume_hash() {
+                self.guiding.volume(hash);
+            }
             self.kept.published(&volume);
         }
         // Before the poses: one that goes out behind a jump comes after it here too, and that of an end has come.
@@ -269,6 +287,9 @@ impl Run {
             // Those of a recording were judged when they were made.
             let frozen_ns = (!self.session.is_replay()).then(|| clock::ns(self.scene.limits.frozen));
             self.metrics.pose(pose, Judging { now_ns, frozen_ns });
+            if let Some((pose, tracked)) = self.metrics.newest() {
+                self.guiding.pose(pose, tracked);
+            }
         }
         let stale_ns = clock::ns(self.scene.limits.stale);
         for (process, stamps) in &self.ports.stamps {

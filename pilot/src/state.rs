@@ -11,14 +11,16 @@ use bus::process::StopFlag;
 use bus::run::RunContext;
 use bus::session::Session;
 use bus::{Bus, BusError};
+use guidance::workflow::Rules;
 use scene::Scene;
 use scene::raw::Source;
 
 use crate::child::Child;
+use crate::guiding::Guiding;
 use crate::kept::KeptVolume;
 use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
-use crate::plan::{Poses, plan};
+use crate::plan::{Poses, add_window, plan};
 use crate::ports::Ports;
 use crate::replay::{Recompute, Recomputed, Replay};
 use crate::report::Pictures;
@@ -34,6 +36,8 @@ pub(crate) struct Options {
     pub(crate) duration: Option<Duration>,
     /// As fast as every view draws every pose, in simulated time.
     pub(crate) simulated_time: bool,
+    /// The operator's window is a process of the run.
+    pub(crate) has_window: bool,
     /// What is replayed; `None`: the run navigates.
     pub(crate) replay: Option<Replay>,
 }
@@ -109,6 +113,8 @@ pub(crate) struct Run {
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
     pub(crate) metrics: Metrics,
+    /// What a person chose, and how far the run has come.
+    pub(crate) guiding: Guiding,
     /// For renderers and trackers that start while no loader serves the run.
     pub(crate) kept: KeptVolume,
     /// The moment of sample 0, once everybody is ready.
@@ -137,7 +143,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Plans the processes of `scene` and opens the ports; nothing is started yet.
+    /// Plans the processes of `scene` and opens the ports; nothing is started yet. `rules` are those of the workflow.
     pub(crate) fn new(
         options: Options,
         source: Source,
@@ -145,6 +151,7 @@ impl Run {
         context: RunContext,
         bus: Bus,
         stop: StopFlag,
+        rules: Rules,
     ) -> Result<Self, BusError> {
         let recording = options.out.join(options.recording());
         let recording = std::path::absolute(&recording).unwrap_or(recording);
@@ -154,10 +161,15 @@ impl Run {
             (_, Some(arguments)) => Poses::Replayed(arguments),
             _ => Poses::Tracked,
         };
-        let planned = plan(&scene, &recording.to_string_lossy(), poses);
+        let out = std::path::absolute(&options.out).unwrap_or_else(|_| options.out.clone());
+        let mut planned = plan(&scene, &recording.to_string_lossy(), poses);
+        if options.has_window {
+            add_window(&mut planned, &out);
+        }
         let roles = planned.iter().map(|p| p.role.clone()).collect();
         Ok(Self {
             ports: Ports::open(&bus, &context, &scene, &planned)?,
+            guiding: Guiding::open(&bus, &scene, rules, options.replay.is_some())?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             unrecorded: Unrecorded::default(),
             metrics: Metrics::new(scene.views.len()),

@@ -5,6 +5,7 @@ use bus::message::{Ages, FrameState, Lost, ToolPose, Tracked};
 use serde::{Deserialize, Serialize};
 
 use crate::child::Child;
+use crate::guiding::GuidingStatus;
 use crate::metrics::Restart;
 use crate::problems::times;
 use crate::replay_state::ReplayStatus;
@@ -23,6 +24,9 @@ pub(crate) struct Status {
     pub(crate) replay: Option<ReplayStatus>,
     /// Seconds since navigation began; negative before.
     pub(crate) navigating_s: f64,
+    /// How far the run has come, and what a person chose.
+    #[serde(default)]
+    pub(crate) guiding: GuidingStatus,
     pub(crate) processes: Vec<ProcessStatus>,
     pub(crate) views: Vec<ViewStatus>,
     /// Whether the images show one pose.
@@ -107,6 +111,7 @@ impl Status {
             navigating_s: run
                 .began_ns
                 .map_or(0.0, |began| clock::ms(run.clock().now_ns() - began) / 1e3),
+            guiding: run.guiding.status(),
             processes: run.children.iter().enumerate().map(process).collect(),
             set: SetStatus::of(&views),
             views,
@@ -123,6 +128,7 @@ impl Status {
             self.run, self.scene, self.navigating_s
         )];
         lines.extend(self.replay.as_ref().map(ReplayStatus::line));
+        lines.push(self.guiding.line());
         if let Some(pose) = &self.pose {
             lines.push(pose.line());
         }
@@ -174,7 +180,7 @@ fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
     let state = match last.and_then(|stamp| stamp.state_at(now, Ages::of(&run.scene.limits))) {
         _ if !run.supervisor.is_ready(process) => "down",
         None => "waiting",
-        Some(FrameState::Requested) => "held",
+        Some(FrameState::Requested | FrameState::Look) => "held",
         Some(FrameState::Lost(_)) => "lost",
         Some(FrameState::Live) if run.session.is_replay() => "replay",
         Some(FrameState::Live) if run.session.is_ruled() => "simulated",
@@ -228,7 +234,7 @@ fn pose_status(run: &Run, (pose, tracked): &(ToolPose, Tracked), now: i64) -> Po
     let words = match state {
         FrameState::Lost(reason) => reason.words(),
         FrameState::Stale => "stale",
-        FrameState::Live | FrameState::Requested => "valid",
+        FrameState::Live | FrameState::Requested | FrameState::Look => "valid",
     };
     let is_pose = !matches!(state, FrameState::Lost(_));
     PoseStatus {

@@ -3,6 +3,7 @@
 //!
 //! * [`facts`]: what must be known of a recording before it is replayed, and whether it can be.
 //! * [`tape`]: the messages of a recording in the order in which they were published.
+//! * [`choices`]: what a person chose, told again at its time.
 //! * [`transport`]: play, pause, step, seek, speed, loop, as a state machine without a clock of its own.
 //! * [`bus::lockstep`]: at full speed, waiting until every view has drawn a pose before the next goes out; and until the tracker
 //!   has made it, where it makes poses.
@@ -15,6 +16,7 @@
 //! when that clock shows its `t_publish_ns`, so that it is as old when it is shown as it was then.
 
 pub mod account;
+pub mod choices;
 pub(crate) mod cli;
 pub mod facts;
 pub mod images;

@@ -6,6 +6,7 @@ pub(crate) mod leftovers;
 pub mod paths;
 pub mod pose_log;
 pub(crate) mod record;
+pub(crate) mod scene_text;
 pub(crate) mod series;
 pub mod session_file;
 pub(crate) mod sink;

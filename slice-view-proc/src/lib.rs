@@ -7,7 +7,7 @@
 mod accuracy;
 pub mod cli;
 mod grey;
-mod letters;
+mod guide;
 mod mha;
 mod output;
 mod outside;
@@ -17,11 +17,12 @@ mod render;
 pub mod reslice;
 mod run;
 mod snapshot;
+mod stride;
 mod view;
 
 pub use accuracy::Accuracy;
+pub use geometry::letters;
 pub use grey::to_grey;
-pub use letters::letters;
 pub use mha::{MhaError, write_mha};
 pub use overlay::{Notice, Origin, Overlay};
 pub use render::{RenderError, Rendered, Renderer};

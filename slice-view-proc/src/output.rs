@@ -1,11 +1,11 @@
 //! One view of a renderer and the places its images go to.
 
 use bus::clock::Clock;
-use bus::message::{FrameHeader, FrameStamp, ImagePlane};
+use bus::message::{FrameHeader, FrameStamp, FrameState, ImagePlane};
 use bus::port::FramePublisher;
-use bus::topic::{HELD_FRAME, VIEW_FRAME};
+use bus::topic::{HELD_FRAME, LOOK_FRAME, VIEW_FRAME};
 use bus::{Bus, BusError};
-use scene::{Extent, View};
+use scene::{Extent, View, WindowLevel};
 
 use crate::overlay::SMALLEST_WITH_WORDS;
 use crate::render::Renderer;
@@ -17,7 +17,8 @@ pub(crate) struct Output {
     pub(crate) renderer: Renderer,
     live: FramePublisher,
     held: FramePublisher,
-    /// A pose has come of which this view is not drawn yet.
+    looks: FramePublisher,
+    /// The pose that came last is not drawn in this view.
     pub(crate) waits: bool,
     /// How long its last drawing took, on the session's clock.
     pub(crate) took_ns: i64,
@@ -33,6 +34,7 @@ impl Output {
             index: index as u32,
             live: FramePublisher::open(bus, &VIEW_FRAME, &view.name, bytes)?,
             held: FramePublisher::open(bus, &HELD_FRAME, &view.name, bytes)?,
+            looks: FramePublisher::open(bus, &LOOK_FRAME, &view.name, bytes)?,
             renderer: Renderer::new(view.clone()),
             waits: false,
             took_ns: 0,
@@ -52,14 +54,29 @@ impl Output {
         clock: &Clock,
         latest_ns: i64,
     ) -> Result<Option<FrameStamp>, BusError> {
+        self.send_as(stamp, self.renderer.view().window, clock, latest_ns)
+    }
+
+    /// The same in another window of HU than the view's own.
+    pub(crate) fn send_as(
+        &self,
+        stamp: FrameStamp,
+        window: WindowLevel,
+        clock: &Clock,
+        latest_ns: i64,
+    ) -> Result<Option<FrameStamp>, BusError> {
         let canvas = self.renderer.canvas();
         let header = FrameHeader {
             stamp,
-            plane: ImagePlane::of(self.renderer.plane(), self.renderer.view().window),
+            plane: ImagePlane::of(self.renderer.plane(), window),
             width: canvas.width(),
             height: canvas.height(),
         };
-        let port = if stamp.on_request == 1 { &self.held } else { &self.live };
+        let port = match stamp.frame_state() {
+            Some(FrameState::Look) => &self.looks,
+            _ if stamp.on_request == 1 => &self.held,
+            _ => &self.live,
+        };
         port.send(header, canvas.rgba(), clock, latest_ns)
     }
 }

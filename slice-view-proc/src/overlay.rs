@@ -4,7 +4,7 @@ mod layout;
 mod shapes;
 mod words;
 
-use bus::message::{Lost, Marks};
+use bus::message::{Chosen, Lost, Marks};
 use bus::run::ReplayOf;
 use geometry::{Ct, Rigid, SlicePlane, Tool};
 use picture::{Canvas, Rgb, palette};
@@ -21,6 +21,8 @@ pub enum Notice {
     Live,
     /// The pose was asked for and not just measured.
     Requested,
+    /// The plane was asked for, and follows no pose.
+    Look,
     /// The pose is this old, ns.
     Stale(i64),
     /// There is no pose; the slice shown, if any, is of a pose this old, ns.
@@ -100,6 +102,8 @@ pub struct Overlay<'a> {
     pub tool: &'a ToolSpec,
     /// The targets.
     pub targets: &'a [Target],
+    /// The one that a person chose: told from the others by a second ring, and its distance stands on the image.
+    pub chosen: Option<&'a Chosen>,
     /// What the image claims.
     pub notice: Notice,
     /// Where the pose comes from.
@@ -153,7 +157,7 @@ impl Overlay<'_> {
     /// Whatever moves in a replay says so, so that nobody takes it for the present: a frame and a word in a colour that
     /// nothing else has. A held image claims nothing of the present, and is the same bytes as in the run that was recorded.
     fn is_moving_replay(&self) -> bool {
-        self.origin != Origin::Tracker && self.notice != Notice::Requested
+        self.origin != Origin::Tracker && !matches!(self.notice, Notice::Requested | Notice::Look)
     }
 
     /// The frame around the image: colour and width, pixels.
@@ -164,6 +168,7 @@ impl Overlay<'_> {
             Notice::Lost(..) => palette::ALARM,
             _ if wordless && !self.origin.warning().is_empty() => palette::ALARM,
             Notice::Stale(_) => palette::WARN,
+            Notice::Look if wordless => palette::WARN,
             _ if self.is_moving_replay() => palette::REPLAY,
             _ if !self.remarks.is_empty() || (wordless && self.outside) => palette::WARN,
             _ => return None,

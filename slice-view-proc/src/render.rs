@@ -1,10 +1,10 @@
 //! One image from one pose.
 
-use bus::message::{FrameState, Marks};
+use bus::message::{Chosen, FrameState, Marks};
 use bus::volume::VolumeView;
 use geometry::{Ct, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
-use scene::{Scene, View};
+use scene::{Scene, View, WindowLevel};
 
 use crate::accuracy::Accuracy;
 use crate::grey::to_grey;
@@ -45,6 +45,8 @@ pub struct Rendered<'a> {
     pub origin: Origin,
     /// What a person must be told besides.
     pub remarks: &'a [&'a str],
+    /// The target that a person chose; `None`: none.
+    pub chosen: Option<&'a Chosen>,
     /// Sequence number of the pose, or of the sample that had none.
     pub seq: u64,
     /// The registration.
@@ -68,6 +70,7 @@ impl Notice {
         match self {
             Self::Live => FrameState::Live,
             Self::Requested => FrameState::Requested,
+            Self::Look => FrameState::Look,
             Self::Stale(_) => FrameState::Stale,
             Self::Lost(reason, _) => FrameState::Lost(reason),
         }
@@ -118,18 +121,52 @@ impl Renderer {
     ) -> Result<SlicePlane, RenderError> {
         let placed = what.pose.unwrap_or_else(Rigid::identity);
         let plane = view::plane(&self.view, what.volume.grid, &placed)?;
-        if what.pose.is_some() {
-            resampler.reslice(&what.volume, &plane, &self.view.sampling, &mut self.hu)?;
+        self.paint(what, &plane, scene, resampler)?;
+        self.plane = what.pose.map(|_| plane);
+        Ok(plane)
+    }
+
+    /// Draws the image of `plane` in this window of HU, whatever the tool does: `what` has no pose, and [`Notice::Look`] for its notice.
+    ///
+    /// # Errors
+    /// [`RenderError::Reslice`].
+    pub fn look(
+        &mut self,
+        what: &Rendered<'_>,
+        (plane, window): (SlicePlane, WindowLevel),
+        scene: &Scene,
+        resampler: &mut dyn Resampler,
+    ) -> Result<(), RenderError> {
+        // Neither the window nor the distance in front of the tip is the view's own.
+        let own = (self.view.window, self.view.ahead_mm);
+        (self.view.window, self.view.ahead_mm) = (window, 0.0);
+        let painted = self.paint(what, &plane, scene, resampler);
+        (self.view.window, self.view.ahead_mm) = own;
+        painted?;
+        self.plane = Some(plane);
+        Ok(())
+    }
+
+    fn paint(
+        &mut self,
+        what: &Rendered<'_>,
+        plane: &SlicePlane,
+        scene: &Scene,
+        resampler: &mut dyn Resampler,
+    ) -> Result<(), RenderError> {
+        let is_cut = what.pose.is_some() || what.notice == Notice::Look;
+        if is_cut {
+            resampler.reslice(&what.volume, plane, &self.view.sampling, &mut self.hu)?;
         } else {
             self.hu.fill(f32::from(what.volume.padding_hu));
         }
         to_grey(self.view.window, &self.hu, self.canvas.rgba_mut());
-        match what.pose {
-            Some(_) => {
+        match is_cut {
+            true => {
                 let thickness_mm = self.view.sampling.slab.map_or(0.0, |slab| slab.thickness_mm);
-                hatch(&mut self.canvas, &plane, what.volume.grid, thickness_mm);
+                hatch(&mut self.canvas, plane, what.volume.grid, thickness_mm);
             }
-            None => hatch_all(&mut self.canvas),
+            false => hatch_all(&mut self.canvas),
         }
         let lost = matches!(what.notice, Notice::Lost(..));
         if lost {
@@ -137,13 +174,14 @@ impl Renderer {
         }
         let overlay = Overlay {
             view: &self.view,
-            plane: &plane,
+            plane,
             pose: what.pose.filter(|_| !lost),
             // Asked of the grid itself, whatever the message says.
             outside: !lost && what.pose.is_some_and(|pose| !what.volume.grid.holds(tip(pose))),
             remarks: what.remarks,
             tool: &scene.tool,
             targets: &scene.targets,
+            chosen: what.chosen,
             accuracy: what.accuracy.filter(|_| !lost),
             notice: what.notice,
             origin: what.origin,
@@ -154,8 +192,7 @@ impl Renderer {
             caution: resampler.caution(),
         };
         overlay.draw(&mut self.canvas);
-        self.plane = what.pose.map(|_| plane);
-        Ok(plane)
+        Ok(())
     }
 }
 

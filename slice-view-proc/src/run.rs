@@ -1,26 +1,31 @@
 //! The renderer's process: poses in, images out.
 
 mod draw;
+mod follow;
+mod look;
 
+use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
 use bus::BusError;
 use bus::clock;
 use bus::continuity::Continuity;
-use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Lost, ProcessState, ToolPose, Tracked};
+use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Guide, Lost, ProcessState, ToolPose, Tracked};
 use bus::port::{CommandServer, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::topic::{FRAME_STAMP, TOOL_POSE};
+use bus::topic::{FRAME_STAMP, GUIDE, TOOL_POSE};
 use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
 use scene::{Plane, Render};
 
+use crate::guide::Chosens;
 use crate::output::{Output, wordless};
 use crate::overlay::{Notice, Origin};
 use crate::remarks::Remarks;
 use crate::render::RenderError;
 use crate::reslice::{Chosen, Resampler};
+use follow::Strides;
 
 /// The loop comes round at least this often: for signs of life and for volumes, which do not wake anybody.
 const TICK: Duration = Duration::from_millis(20);
@@ -61,11 +66,18 @@ struct SliceView {
     last: Option<(ToolPose, Tracked)>,
     /// From one sample to the next; 0 where there was but one.
     interval_ns: i64,
+    /// Valid samples that came and were neither drawn nor passed over yet, oldest first.
+    pending: VecDeque<(ToolPose, Rigid<Ct, Tool>)>,
+    /// Which poses are drawn, and which of these in the global views too.
+    strides: Strides,
     /// The last valid pose and when it was captured.
     last_valid: Option<(Rigid<Ct, Tool>, i64)>,
     /// Nobody publishes poses any more.
     no_poses: bool,
     remarks: Remarks,
+    /// What a person chose.
+    guides: Subscriber<Guide>,
+    chosens: Chosens,
     /// What the images say, and when they were drawn, on the session's clock.
     drawn: Option<(FrameState, i64)>,
     /// Until then no image grows old, on the process's clock, as the session's may stand still.
@@ -81,7 +93,7 @@ struct SliceView {
 pub(crate) fn run(plane: Plane, membership: &Membership) -> Result<(), RunError> {
     let name = plane.process();
     let process = Process::join(&name, membership)?;
-    let poses = Subscriber::open_waking(&process.bus, &TOOL_POSE, "", 1)?;
+    let poses = Subscriber::open_waking(&process.bus, &TOOL_POSE, "", follow::ROOM)?;
     let server = CommandServer::open(&process.bus, &name)?;
     let stale = process.scene.limits.stale;
     let mut view = SliceView::new(process, plane)?;
@@ -118,6 +130,8 @@ impl SliceView {
             wordless: wordless(&outputs),
             stamps: Publisher::open(&process.bus, &FRAME_STAMP, &plane.process())?,
             volumes: process.volumes()?,
+            guides: Subscriber::open(&process.bus, &GUIDE, "", GUIDE.buffer)?,
+            chosens: Chosens::default(),
             resampler: Chosen::new(render),
             process,
             outputs,
@@ -127,6 +141,8 @@ impl SliceView {
             continuity: Continuity::default(),
             last: None,
             interval_ns: 0,
+            pending: VecDeque::with_capacity(follow::ROOM),
+            strides: Strides::default(),
             last_valid: None,
             no_poses: false,
             remarks: Remarks::default(),
@@ -149,20 +165,9 @@ impl SliceView {
             self.process.beat(ProcessState::Starting, "waiting for the volume")?;
             return Ok(ControlFlow::Continue(()));
         }
-        let newest = poses.newest()?;
-        // After the pose was taken: its replayer has said before it what time it is.
-        let jumped = self.process.session.follow()?;
-        if jumped {
-            self.forget();
-        }
-        let session = &self.process.session;
-        match newest.filter(|pose| !jumped || !session.is_yet_to_come(pose.t_publish_ns)) {
-            Some(pose) => self.show(pose)?,
-            None => self.age()?,
-        }
-        // Whatever has waited is drawn before the loop sleeps, and not before a pose that is here already.
-        if self.outputs.iter().any(|output| output.waits) && !poses.has_unread()? {
-            self.catch_up()?;
+        match self.process.session.is_ruled() {
+            true => self.follow_ruled(poses)?,
+            false => self.follow(poses)?,
         }
         if let Some(volume) = &self.volume {
             self.resampler.advance(&volume.view());
@@ -214,14 +219,20 @@ impl SliceView {
                 None => Ok(()),
             };
         }
-        if command.command_kind() != Some(CommandKind::Render) {
+        let is_known = matches!(command.command_kind(), Some(CommandKind::Render | CommandKind::Look));
+        if !is_known {
             request.reply(Err(
-                "a renderer answers only requests to render a pose and to show none",
+                "a renderer answers only requests to render a pose or a plane and to show none",
             ))?;
             return Ok(());
         }
         if self.volume.is_none() {
             request.reply(Err("there is no volume yet"))?;
+            return Ok(());
+        }
+        if command.command_kind() == Some(CommandKind::Look) {
+            let answer = self.look(&command)?;
+            request.reply(answer.as_deref().map_err(String::as_str))?;
             return Ok(());
         }
         match command.pose.tracked() {
@@ -235,17 +246,39 @@ impl SliceView {
         Ok(())
     }
 
+    /// The newest pose, in a replay and in simulated time: each of them is drawn in all views.
+    fn follow_ruled(&mut self, poses: &Subscriber<ToolPose>) -> Result<(), RunError> {
+        let newest = poses.newest()?;
+        // After the pose was taken: its replayer has said before it what time it is.
+        let jumped = self.process.session.follow()?;
+        if jumped {
+            self.forget();
+        }
+        let session = &self.process.session;
+        match newest.filter(|pose| !jumped || !session.is_yet_to_come(pose.t_publish_ns)) {
+            Some(pose) => self.show(pose),
+            None => self.age(),
+        }
+    }
+
     /// A replay went elsewhere: what was shown last is neither old nor the one before what comes.
     fn forget(&mut self) {
         self.continuity = Continuity::default();
         self.remarks = Remarks::default();
         self.last = None;
         self.last_valid = None;
+        self.pending.clear();
         self.quiet_until_ns = self.process.clock().now_ns() + clock::ns(AGEING);
     }
 
     /// Draws a sample that came over the bus.
     fn show(&mut self, sample: ToolPose) -> Result<(), RunError> {
+        let tracked = self.take(sample);
+        self.draw_now(&sample, tracked)
+    }
+
+    /// Takes note of a sample that came over the bus; what it came to.
+    fn take(&mut self, sample: ToolPose) -> Tracked {
         self.no_poses = false;
         let tracked = self.judged(&sample);
         if let Some((before, _)) = self.last.filter(|(before, _)| before.seq < sample.seq) {
@@ -254,16 +287,19 @@ impl SliceView {
         }
         self.last = Some((sample, tracked));
         match tracked {
-            Tracked::Valid(pose) => {
-                self.last_valid = Some((pose, sample.t_capture_ns));
-                let age_ns = self.age_ns(&sample);
-                self.draw_aged(&sample, tracked, self.ages().state(age_ns))
-            }
-            Tracked::Lost(reason) => {
-                self.process.counters.lost += 1;
-                self.draw_aged(&sample, tracked, FrameState::Lost(reason))
-            }
+            Tracked::Valid(pose) => self.last_valid = Some((pose, sample.t_capture_ns)),
+            Tracked::Lost(_) => self.process.counters.lost += 1,
         }
+        tracked
+    }
+
+    /// Draws a sample as old as it is.
+    fn draw_now(&mut self, sample: &ToolPose, tracked: Tracked) -> Result<(), RunError> {
+        let state = match tracked {
+            Tracked::Valid(_) => self.ages().state(self.age_ns(sample)),
+            Tracked::Lost(reason) => FrameState::Lost(reason),
+        };
+        self.draw_aged(sample, tracked, state)
     }
 
     /// What may be shown of a sample: by itself, and after those before it.
@@ -344,7 +380,9 @@ impl SliceView {
                 self.draw(sample, placed, Notice::Lost(reason, age))
             }
             // Only what was asked for is held.
-            (FrameState::Requested, Tracked::Valid(pose)) => self.draw(sample, Some(pose), Notice::Requested),
+            (FrameState::Requested | FrameState::Look, Tracked::Valid(pose)) => {
+                self.draw(sample, Some(pose), Notice::Requested)
+            }
         }
     }
 }

@@ -7,7 +7,7 @@ use bus::volume::OwnedVolume;
 use geometry::{Ct, DoorError, PlaneError, Rigid, Tool};
 use picture::PngError;
 use scene::{
-    Extent, Filter, Plane, Render, Sampling, Scene, SceneError, THICKNESS_MM, Up, View, VolumeSpec, WindowLevel,
+    Drawn, Extent, Filter, Plane, Render, Sampling, Scene, SceneError, THICKNESS_MM, Up, View, VolumeSpec, WindowLevel,
 };
 
 use crate::mha::{MhaError, write_mha};
@@ -86,6 +86,8 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         ahead_mm: what.ahead_mm,
         window: what.window,
         up: Up::Superior,
+        text: 1.0,
+        overlay: Drawn::All,
     });
     let rendered = Rendered {
         volume: volume.view(),
@@ -96,6 +98,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         notice: Notice::Requested,
         origin: Origin::Tracker,
         remarks: &[],
+        chosen: None,
         seq: 0,
         registration_id: 0,
     };

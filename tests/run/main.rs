@@ -3,7 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod bad_pose;
+mod guide;
+mod identity;
 mod injected_faults;
+mod look;
 mod notices;
 mod operating_room;
 mod other_user;
@@ -24,3 +27,4 @@ mod tracker_emitters;
 mod tracker_links;
 mod tracker_rate;
 mod tracker_sequence;
+mod window;

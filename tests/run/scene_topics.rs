@@ -29,7 +29,16 @@ fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-const ALWAYS: [&str; 5] = ["volume", "tool-pose", "emitters", "ground-truth", "event/pilot"];
+const ALWAYS: [&str; 8] = [
+    "volume",
+    "identity",
+    "tool-pose",
+    "emitters",
+    "ground-truth",
+    "event/pilot",
+    "guide",
+    "workflow",
+];
 
 #[test]
 fn a_run_has_the_topics_of_its_scene_and_no_others() {
@@ -44,6 +53,7 @@ fn a_run_has_the_topics_of_its_scene_and_no_others() {
     expected.extend(set(&[
         "view/perpendicular",
         "held/perpendicular",
+        "look/perpendicular",
         "stamp/view-perpendicular",
         "command/pilot",
         "command/view-perpendicular",
@@ -70,7 +80,7 @@ fn each_renderer_and_view_has_its_topics() {
     expected.extend(names.iter().map(|name| format!("heartbeat/{name}")));
     for view in status["views"].as_array().unwrap() {
         let view = view["name"].as_str().unwrap();
-        expected.extend([format!("view/{view}"), format!("held/{view}")]);
+        expected.extend(["view", "held", "look"].map(|topic| format!("{topic}/{view}")));
     }
     assert_eq!(services(&world.run_dir("default")), expected);
     pilot.stop();

@@ -8,6 +8,8 @@ pub(crate) fn all() -> Vec<clap::Command> {
         tracker_proc::cli::command(),
         slice_view_proc::cli::command(),
         recorder::cli::command(),
+        window::cli::command(),
+        window::watch::cli::command(),
         calib_cli::cli::command(),
         simulation_cli::cli::command(),
     ]

@@ -26,7 +26,8 @@ use crate::source::VoxelSource;
     volume-loader phantom --seed 7 --spacing-mm 1.0 --out patient.nii\n  \
     volume-loader inspect patient.nii.gz --png patient.png\n  \
     volume-loader export patient.nii.gz series/\n\n\
-    Within a run the pilot starts `volume-loader run`; the scene's [volume] table names the examination."
+    Within a run the pilot starts `volume-loader run`; the scene's [volume] table names the examination. Whose it is goes to the \
+    bus alone, as the examination says it or the scene's [identity] table."
 )]
 struct Cli {
     #[command(subcommand)]

@@ -16,7 +16,7 @@ use bus::message::Marks;
 use geometry::{Affine, Ct, GridError, Point, VolumeGrid, Voxel};
 use scene::{Region, VolumeSpec};
 
-use crate::source::{Conversion, Facts, ReadError, Scratch, SliceReader, Turn, VoxelSource};
+use crate::source::{Conversion, Facts, ReadError, Scratch, SliceReader, Turn, VoxelSource, Whose};
 pub use blocks::Sums;
 use blocks::{Blocks, Loss};
 pub use bounds::RegionError;
@@ -155,6 +155,10 @@ impl VoxelSource for Part {
 
     fn facts(&self) -> Facts {
         self.inner.facts()
+    }
+
+    fn whose(&self) -> Result<Whose, ReadError> {
+        self.inner.whose()
     }
 
     fn remarks(&self) -> Vec<String> {

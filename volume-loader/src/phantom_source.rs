@@ -1,9 +1,10 @@
 //! The generated patient as an examination.
 
+use bus::message::IdentitySource;
 use geometry::{GridError, VolumeGrid};
 use phantom::Phantom;
 
-use crate::source::{Conversion, ReadError, Turn, VoxelSource};
+use crate::source::{Conversion, ReadError, Turn, VoxelSource, Whose};
 
 /// A [`Phantom`] sampled on a grid along the patient's axes.
 #[derive(Debug, Clone)]
@@ -52,6 +53,11 @@ impl VoxelSource for PhantomSource {
             "generated patient, seed {}, {nx} x {ny} x {nz} voxels of {sx} x {sy} x {sz} mm",
             self.seed
         )
+    }
+
+    fn whose(&self) -> Result<Whose, ReadError> {
+        let words = ["PHANTOM", "", "", "", ""].map(str::to_owned);
+        Ok(Whose::said(IdentitySource::Phantom, words))
     }
 
     fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {

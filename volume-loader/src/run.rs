@@ -1,12 +1,15 @@
 //! The loader's process: one volume into shared memory, and there it stays.
 
+mod identified;
+
 use std::time::Duration;
 
 use bus::BusError;
-use bus::message::{ProcessState, VolumeHeader};
-use bus::port::VolumePublisher;
+use bus::message::{ProcessState, VolumeHash, VolumeHeader};
+use bus::port::{Publisher, VolumePublisher};
 use bus::process::{JoinError, Membership, Process};
 use bus::run::{RunError as FolderError, SHM_DIR, shm_free_bytes};
+use bus::topic::IDENTITY;
 use bus::volume::{Layout, LayoutError};
 
 use crate::error::LoadError;
@@ -14,6 +17,7 @@ use crate::fill::{Filled, fill};
 use crate::load::open;
 use crate::progress::Progress;
 use crate::source::VoxelSource;
+use identified::identified;
 
 /// How often late joiners are looked after.
 const PUMP: Duration = Duration::from_millis(10);
@@ -77,11 +81,22 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     })?;
     check_space(layout.stored() * 2, what)?;
     let publisher = VolumePublisher::open(&process.bus, &layout)?;
-    publish(&mut process, source.as_mut(), &layout, &publisher)?;
+    let identities = Publisher::open(&process.bus, &IDENTITY, "")?;
+    let hash = publish(&mut process, source.as_mut(), &layout, &publisher)?;
+    let shown = process
+        .run
+        .replay
+        .as_ref()
+        .and_then(|replay| replay.volume_hash.as_deref());
+    // The words of a scene are of the examination that it was written for.
+    let said = process.scene.identity.as_ref();
+    let said = said.filter(|_| shown.is_none_or(|recorded| recorded == hash.to_string()));
+    identities.send(identified(source.as_ref(), said, hash))?;
     let note = note(source.as_ref());
     process.counters.published = 1;
     while !process.stop.is_set() {
         publisher.serve_late_joiners();
+        identities.serve_late_joiners();
         process.beat(ProcessState::Ready, &note)?;
         std::thread::sleep(PUMP);
     }
@@ -123,7 +138,7 @@ fn publish(
     source: &mut dyn VoxelSource,
     layout: &Layout,
     publisher: &VolumePublisher,
-) -> Result<(), RunError> {
+) -> Result<VolumeHash, RunError> {
     let (grid, padding_hu, marks) = (*source.grid(), source.padding_hu(), source.marks());
     let slices = grid.dims()[2];
     let mut progress = Progress::new(process.clock().clone(), slices);
@@ -155,5 +170,5 @@ fn publish(
             conversion.not_finite
         );
     }
-    Ok(())
+    Ok(hash)
 }

@@ -5,6 +5,7 @@
 
 mod error;
 mod known;
+mod whose;
 
 use std::fmt;
 
@@ -14,6 +15,7 @@ use geometry::VolumeGrid;
 use crate::part::Sums;
 pub use error::ReadError;
 pub(crate) use known::KNOWN;
+pub use whose::Whose;
 
 /// An examination that gives its voxels slice by slice, as HU.
 ///
@@ -52,6 +54,14 @@ pub trait VoxelSource: Send + Sync {
     /// What only the reader of a format knows: for `inspect`, known before the first slice.
     fn facts(&self) -> Facts {
         Facts::default()
+    }
+
+    /// Whose examination it is, for the bus alone: it goes into no error, no line and no file.
+    ///
+    /// # Errors
+    /// [`ReadError`] where what says so cannot be read; the voxels are none the worse for it.
+    fn whose(&self) -> Result<Whose, ReadError> {
+        Ok(Whose::default())
     }
 
     /// What is known only after the last slice, for a person.

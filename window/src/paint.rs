@@ -4,7 +4,7 @@
 //! OpenGL does: a pixel is inside a triangle where its centre is, colours are premultiplied and blended as they are stored
 //! (gamma space), textures are interpolated between the centres of their texels and clamped at their edges.
 //!
-//! The CPU painter: [`cut`] turns meshes into rectangles, images, glyphs and small groups of triangles; [`tiles`] finds what
+//! The CPU painter: `cut` turns meshes into rectangles, images, glyphs and small groups of triangles; `tiles` finds what
 //! of the screen differs from the last frame; each kind has a file that paints it.
 
 mod area;

@@ -17,12 +17,14 @@ use crate::failure::Failure;
 use crate::shell::{cargo, program, quietly, root, run, said, say, target};
 use crate::software;
 
-const PROGRAMS: [&str; 7] = [
+const PROGRAMS: [&str; 9] = [
     "pilot",
     "volume-loader",
     "tracker-proc",
     "slice-view-proc",
     "recorder",
+    "window",
+    "window-watch",
     "calib",
     "simulate",
 ];

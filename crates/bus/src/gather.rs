@@ -1,6 +1,6 @@
 //! Images of one and the same pose, gathered from views that are drawn by several processes.
 //!
-//! Renderers take the newest pose each, so that the newest images of all views show different poses in a fifth to a half of all
+//! Renderers pass poses over each by itself where they fall behind, so that the newest images of all views show different poses in many
 //! moments on a busy machine. A viewer puts what comes into a [`Gather`] and shows what it says: the newest pose that all views have,
 //! or, where there is none that is young enough, the newest image of each with a mark that says how far they differ.
 //!

@@ -22,7 +22,7 @@ pub use clock_law::{ClockLaw, ReplayState};
 pub use command::{Command, CommandKind, ReplyHeader};
 pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use event::{Event, Level};
-pub use frame::{Ages, FrameHeader, FrameStamp, FrameState, ImagePlane};
+pub use frame::{Ages, FrameHeader, FrameStamp, FrameState, ImagePlane, LookError};
 pub use guide::{Chosen, Guide, GuideError};
 pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, ProcessState};
 pub use identity::{Identity, IdentitySource};

@@ -104,6 +104,8 @@ pub struct Process {
     pub stop: StopFlag,
     /// What the process has done so far; goes out with each sign of life.
     pub counters: Counters,
+    /// Of the operator's window: the code painted last and when, ns on the run's clock; goes out with each sign of life.
+    pub painted: (u64, i64),
     heartbeat: Publisher<Heartbeat>,
     handed: Option<HandedVolume>,
     next_beat_ns: i64,
@@ -143,6 +145,7 @@ impl Process {
             bus,
             stop,
             counters: Counters::default(),
+            painted: (0, 0),
             heartbeat,
             handed: is_supervised.then(HandedVolume::received).flatten(),
             next_beat_ns: i64::MIN,
@@ -178,7 +181,9 @@ impl Process {
         }
         self.state = state;
         self.next_beat_ns = now + clock::ns(BEAT);
-        self.heartbeat.send(Heartbeat::new(state, now, self.counters, note))
+        let (code, t_ns) = self.painted;
+        let beat = Heartbeat::new(state, now, self.counters, note).painted(code, t_ns);
+        self.heartbeat.send(beat)
     }
 }
 

@@ -138,10 +138,12 @@ pub const IDENTITY: Topic = Topic {
     ..BASE
 };
 
-/// What is aimed at and what is held: a person's choice, kept by the pilot, in a replay by the recording.
+/// What is aimed at and what is held: a person's choice, kept by the pilot, in a replay by the recording. The newest are kept, so
+/// that who joins late knows also what was chosen when an earlier pose was captured.
 pub const GUIDE: Topic = Topic {
     name: "guide",
     payload: "trocar/Guide/1",
+    history: 64,
     buffer: 256,
     wakes: true,
     purpose: "the chosen target with its entry and stop, and the pose that is held",
@@ -194,7 +196,7 @@ pub const COMMAND: Topic = Topic {
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
-    purpose: "status, stop, restart, choose, mark, hold (pilot), render one pose, one plane or none (renderers), steer a replay (replayer)",
+    purpose: "status, stop, restart, choose, mark, hold, confirm, navigate (pilot), render one pose, one plane or none (renderers), steer a replay (replayer)",
     ..BASE
 };
 

@@ -1,6 +1,8 @@
 //! Sleeping until something happens: a message, a request, a missed deadline, a tick.
 
+use std::marker::PhantomData;
 use std::ops::ControlFlow;
+use std::os::fd::{AsRawFd, BorrowedFd};
 use std::time::Duration;
 
 use iceoryx2::port::listener::Listener;
@@ -11,10 +13,23 @@ use crate::BusError;
 use crate::node::Ipc;
 use crate::port::{CommandServer, FrameSubscriber, Message, Subscriber};
 
+/// Something else that becomes readable, as a connection to a display does.
+#[derive(Debug)]
+struct Descriptor<'a>(FileDescriptor, PhantomData<BorrowedFd<'a>>);
+
+impl FileDescriptorBased for Descriptor<'_> {
+    fn file_descriptor(&self) -> &FileDescriptor {
+        &self.0
+    }
+}
+
+impl SynchronousMultiplexing for Descriptor<'_> {}
+
 /// What a process waits for.
 #[derive(Debug)]
 pub struct Waits<'a> {
     listeners: Vec<(&'a Listener<Ipc>, Option<Duration>)>,
+    descriptors: Vec<Descriptor<'a>>,
     tick: Duration,
 }
 
@@ -23,6 +38,7 @@ impl<'a> Waits<'a> {
     pub fn every(tick: Duration) -> Self {
         Self {
             listeners: Vec::new(),
+            descriptors: Vec::new(),
             tick,
         }
     }
@@ -41,6 +57,16 @@ impl<'a> Waits<'a> {
     #[must_use]
     pub fn frames(mut self, subscriber: &'a FrameSubscriber) -> Self {
         self.listeners.extend(subscriber.listener().map(|l| (l, None)));
+        self
+    }
+
+    /// Also wakes while there is something to be read from `descriptor`: the step reads it all.
+    #[must_use]
+    pub fn readable(mut self, descriptor: BorrowedFd<'a>) -> Self {
+        // Not owned: it is closed by who opened it, and borrowed for as long as this waits.
+        let found = FileDescriptor::non_owning_new(descriptor.as_raw_fd());
+        self.descriptors
+            .extend(found.map(|found| Descriptor(found, PhantomData)));
         self
     }
 
@@ -76,6 +102,10 @@ impl<'a> Waits<'a> {
                 .map_err(|e| fail(format!("{e:?}")))?,
             );
         }
+        for descriptor in &self.descriptors {
+            let guard = waitset.attach_notification(descriptor);
+            guards.push(guard.map_err(|e| fail(format!("{e:?}")))?);
+        }
         loop {
             if let ControlFlow::Break(result) = step() {
                 return Ok(result);
@@ -96,5 +126,39 @@ impl<'a> Waits<'a> {
                 let _ = listener.try_wait(|_| {});
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{Read, Write};
+    use std::os::fd::AsFd;
+    use std::os::unix::net::UnixStream;
+
+    #[test]
+    fn what_becomes_readable_wakes_and_what_is_not_read_wakes_again() {
+        let (mut near, mut far) = UnixStream::pair().unwrap();
+        far.write_all(b"ab").unwrap();
+        // A wait that did not look at it would last an hour.
+        let waits = Waits::every(Duration::from_secs(3600));
+        let socket = near.try_clone().unwrap();
+        let mut turns = 0;
+        let read = waits.readable(socket.as_fd()).run(|| {
+            turns += 1;
+            let mut byte = [0];
+            match turns {
+                1 => ControlFlow::Continue(()),
+                2 => {
+                    near.read_exact(&mut byte).unwrap();
+                    ControlFlow::Continue(())
+                }
+                _ => {
+                    near.read_exact(&mut byte).unwrap();
+                    ControlFlow::Break(byte[0])
+                }
+            }
+        });
+        assert_eq!((read.unwrap(), turns), (b'b', 3));
     }
 }

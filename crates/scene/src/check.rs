@@ -1,25 +1,27 @@
 //! From the raw scene to the checked one.
 
+mod targets;
 mod views;
 
 use geometry::checked;
 
 use super::limits::limits;
-use super::raw::{RawApproach, RawScene, RawTarget, RawTracker, RawTrackerSource};
-use super::values::{Checked, UNIT_TOLERANCE, invalid, number, point, repeated};
+use super::raw::{RawApproach, RawScene, RawTracker, RawTrackerSource};
+use super::values::{Checked, UNIT_TOLERANCE, invalid, number, point};
 use super::{Approach, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, operating_room, tracking};
 
-const MAX_TARGETS: usize = 64;
-
 pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
-    let targets = targets(raw.targets.as_deref().unwrap_or_default())?;
+    let targets = targets::targets(raw.targets.as_deref().unwrap_or_default())?;
     Ok(Scene {
         seed: raw.seed,
         volume: super::volume::checked(&raw.volume, &targets, raw.tracker.approach.entry_ct_mm)?,
         tool: tool(raw)?,
         tracker: tracker(&raw.tracker, &targets, raw.tool.length_mm)?,
+        guide: targets::chosen(raw, &targets)?,
+        workflow: super::workflow::checked(&raw.workflow)?,
         targets,
         views: views::views(raw.views.as_deref())?,
+        identity: super::identity::checked(raw.identity.as_ref())?,
         render: raw.render,
         recording: super::recording::checked(raw.recording.as_ref())?,
         limits: limits(&raw.limits)?,
@@ -109,15 +111,8 @@ fn tables_of_other_sources(raw: &RawTracker) -> Checked<()> {
 }
 
 fn approach(raw: &RawApproach, targets: &[Target]) -> Checked<Approach> {
-    if let Some(name) = &raw.target
-        && !targets.iter().any(|t| t.name == *name)
-    {
-        let names: Vec<_> = targets.iter().map(|t| t.name.as_str()).collect();
-        let allowed = match names.is_empty() {
-            true => "no target, as the scene has none".to_owned(),
-            false => format!("one of the scene's targets: {}", names.join(", ")),
-        };
-        return Err(invalid("tracker.approach.target", format!("{name:?}"), allowed));
+    if let Some(name) = &raw.target {
+        targets::named("tracker.approach.target", name, targets)?;
     }
     let key = |name: &str| format!("tracker.approach.{name}");
     let entry = raw.entry_ct_mm.map(|mm| point(&key("entry_ct_mm"), mm)).transpose()?;
@@ -130,35 +125,6 @@ fn approach(raw: &RawApproach, targets: &[Target]) -> Checked<Approach> {
         sweep_s: number(&key("sweep_s"), raw.sweep_s, 0.0..=3600.0, "s")?,
         sweep_rad: number(&key("sweep_deg"), raw.sweep_deg, 0.0..=60.0, "degrees")?.to_radians(),
     })
-}
-
-fn targets(raw: &[RawTarget]) -> Checked<Vec<Target>> {
-    if raw.len() > MAX_TARGETS {
-        return Err(invalid("targets", raw.len(), format!("at most {MAX_TARGETS} targets")));
-    }
-    let check = |(i, raw): (usize, &RawTarget)| {
-        if raw.name.is_empty() || raw.name.len() > 40 {
-            return Err(invalid(
-                format!("targets.{i}.name"),
-                format!("{:?}", raw.name),
-                "1 to 40 bytes",
-            ));
-        }
-        Ok(Target {
-            name: raw.name.clone(),
-            centre: point(&format!("targets.{i}.ct_mm"), raw.ct_mm)?,
-            diameter_mm: number(&format!("targets.{i}.diameter_mm"), raw.diameter_mm, 0.1..=200.0, "mm")?,
-        })
-    };
-    let targets: Vec<Target> = raw.iter().enumerate().map(check).collect::<Checked<_>>()?;
-    if let Some((i, name)) = repeated(targets.iter().map(|t| t.name.as_str())) {
-        return Err(invalid(
-            format!("targets.{i}.name"),
-            format!("{name:?} a second time"),
-            "a name of its own",
-        ));
-    }
-    Ok(targets)
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@
 mod check;
 mod error;
 pub mod file;
+mod guide;
+pub mod identity;
 mod limits;
 pub mod locate;
 pub mod operating_room;
@@ -18,6 +20,7 @@ pub mod tracking;
 mod values;
 mod view;
 mod volume;
+mod workflow;
 
 use std::path::Path;
 use std::time::Duration;
@@ -25,13 +28,16 @@ use std::time::Duration;
 use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::{Invalid, SceneError};
+pub use guide::{RawGuide, plan_id};
+pub use identity::RawIdentity;
 pub use limits::Limits;
 pub use priorities::Priorities;
-pub use raw::{Extent, Plane, Up};
+pub use raw::{Drawn, Extent, Plane, Up};
 pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
 pub use view::{View, WindowLevel};
 pub use volume::{FileSpec, RawRegion, RawVolume, Region, VolumeSource, VolumeSpec};
+pub use workflow::{Demands, RawWorkflow};
 
 /// A run's scene, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,8 +52,14 @@ pub struct Scene {
     pub tracker: TrackerSpec,
     /// What the surgeon aims at.
     pub targets: Vec<Target>,
+    /// The name of the target that is chosen at the start; `None`: none is.
+    pub guide: Option<String>,
+    /// What the run demands of a person on its way to navigation.
+    pub workflow: Demands,
     /// The images, in the order of the file.
     pub views: Vec<View>,
+    /// Whose examination it is, as far as the scene says so.
+    pub identity: Option<RawIdentity>,
     /// Who samples the volume.
     pub render: Render,
     /// What is recorded; `None` starts no recorder.
@@ -142,6 +154,10 @@ pub struct Target {
     pub centre: Point<Ct>,
     /// Its diameter, mm.
     pub diameter_mm: f64,
+    /// Where the tube is to enter on its way there.
+    pub entry: Option<Point<Ct>>,
+    /// How far before its centre the tip is to stop, mm; 0 or more.
+    pub stop_mm: f64,
 }
 
 impl Scene {

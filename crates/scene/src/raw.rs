@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::error::{Invalid, SceneError};
+use super::guide::RawGuide;
+use super::identity::{self, RawIdentity};
 use super::locate;
 use super::operating_room::RawRoom;
 use super::priorities::Priorities;
@@ -15,10 +17,11 @@ use super::recording::RawRecording;
 use super::sampling::Render;
 use super::tracking::raw::{RawCalibrationFile, RawEmitterSource, RawRegistrationFile, RawSequence, RawSmoothing};
 use super::volume::RawVolume;
+use super::workflow::RawWorkflow;
 use crate::file::{self, OpenError};
 
 pub use rigid::RawRigid;
-pub use view::{Extent, Plane, RawLevels, RawView, RawWindow, Up};
+pub use view::{Drawn, Extent, Plane, RawLevels, RawView, RawWindow, Up};
 
 /// Scene files are short; a longer one is not a scene.
 const MAX_BYTES: u64 = 1 << 20;
@@ -42,6 +45,9 @@ pub struct RawScene {
     pub seed: u64,
     /// `[volume]`
     pub volume: RawVolume,
+    /// `[identity]`; absent: what the examination says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identity: Option<RawIdentity>,
     /// `[tool]`
     pub tool: RawTool,
     /// `[tracker]`
@@ -55,6 +61,10 @@ pub struct RawScene {
     pub limits: RawLimits,
     /// `[priorities]`
     pub priorities: Priorities,
+    /// `[guide]`
+    pub guide: RawGuide,
+    /// `[workflow]`
+    pub workflow: RawWorkflow,
     /// `[[targets]]`; absent: those of the generated patient, or none for a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub targets: Option<Vec<RawTarget>>,
@@ -209,6 +219,12 @@ pub struct RawTarget {
     /// Its diameter, mm.
     #[serde(default = "default_target_diameter")]
     pub diameter_mm: f64,
+    /// Where the tube is to enter on its way there, LPS mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub entry_ct_mm: Option<[f64; 3]>,
+    /// How far before its centre the tip is to stop, mm.
+    #[serde(default)]
+    pub stop_mm: f64,
 }
 
 fn default_target_diameter() -> f64 {
@@ -289,12 +305,13 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
     let mut scene: RawScene = toml::from_str(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         let (line, column) = locate::line_and_column(text, at);
+        let key = locate::key_at(text, at);
         SceneError::Syntax {
             path: path.to_owned(),
             line,
             column,
-            key: locate::key_at(text, at),
-            why: error.message().to_owned(),
+            why: told(key.as_deref(), error.message()),
+            key,
         }
     })?;
     anchor(&mut scene.volume.source, path);
@@ -315,6 +332,15 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         text: text.to_owned(),
         scene,
     })
+}
+
+/// What is wrong in the words of the reader, which quote the file; but for whose examination it is.
+fn told(key: Option<&str>, why: &str) -> String {
+    let is_of = |key: &str| key.split('.').next() == Some(identity::TABLE);
+    match key.is_some_and(is_of) {
+        true => "allowed: text in quotes for name, patient_id, birth_date, study_date and description".to_owned(),
+        false => why.to_owned(),
+    }
 }
 
 /// A relative path in a scene file means relative to that file.

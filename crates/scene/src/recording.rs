@@ -37,6 +37,8 @@ pub struct RawRecording {
     pub min_free_mb: f64,
     /// Small images of each view a second; 0: none.
     pub thumbnails_per_s: f64,
+    /// Whether it says whose examination it is.
+    pub identity: bool,
 }
 
 impl Default for RawRecording {
@@ -49,6 +51,7 @@ impl Default for RawRecording {
             rotate_min: 0.0,
             min_free_mb: 200.0,
             thumbnails_per_s: 0.0,
+            identity: false,
         }
     }
 }
@@ -70,6 +73,8 @@ pub struct RecordingSpec {
     pub min_free_bytes: u64,
     /// Between two small images of a view; `None`: there are none.
     pub thumbnail_every: Option<Duration>,
+    /// Whether it says whose examination it is; else nothing in it does.
+    pub identity: bool,
 }
 
 impl Default for RecordingSpec {
@@ -83,6 +88,7 @@ impl Default for RecordingSpec {
             rotate_after: None,
             min_free_bytes: 200 * MB as u64,
             thumbnail_every: None,
+            identity: false,
         }
     }
 }
@@ -106,6 +112,7 @@ fn spec(raw: &RawRecording) -> Checked<RecordingSpec> {
         rotate_after: rotate_min.map(|min| Duration::from_secs_f64(60.0 * min)),
         min_free_bytes: (min_free_mb * MB) as u64,
         thumbnail_every: thumbnails.map(|per_s| Duration::from_secs_f64(1.0 / per_s)),
+        identity: raw.identity,
     })
 }
 
@@ -140,7 +147,7 @@ mod tests {
     #[test]
     fn every_key_is_taken() {
         let text = "compression = \"lz4\"\nsync_s = 2.0\nrotate_mb = 500.0\nrotate_min = 10.0\nmin_free_mb = 50.0\n\
-                    thumbnails_per_s = 0.5\nchunk_s = 0.25";
+                    thumbnails_per_s = 0.5\nchunk_s = 0.25\nidentity = true";
         let expected = RecordingSpec {
             chunk: Duration::from_millis(250),
             compression: Compression::Lz4,
@@ -149,6 +156,7 @@ mod tests {
             rotate_after: Some(Duration::from_secs(600)),
             min_free_bytes: 50_000_000,
             thumbnail_every: Some(Duration::from_secs(2)),
+            identity: true,
         };
         assert_eq!(parsed(text).unwrap(), expected);
         assert_eq!(parsed("compression = \"none\"").unwrap().compression, Compression::None);

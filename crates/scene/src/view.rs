@@ -1,7 +1,7 @@
 //! One image of a scene.
 
 use super::Sampling;
-use super::raw::{Extent, Plane, Up};
+use super::raw::{Drawn, Extent, Plane, Up};
 
 /// One image, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +24,10 @@ pub struct View {
     pub window: WindowLevel,
     /// Perpendicular views: what points up.
     pub up: Up,
+    /// How large words on the image are: 1 is the type that 512 pixels are meant for.
+    pub text: f64,
+    /// What is drawn over the slice.
+    pub overlay: Drawn,
 }
 
 /// How HU become grey: linear from black at `centre - width/2` to white at `centre + width/2`.
@@ -97,6 +101,8 @@ impl View {
             ahead_mm: 0.0,
             window: WINDOWS[0].1,
             up: Up::Superior,
+            text: 1.0,
+            overlay: Drawn::All,
         };
         vec![
             view(Plane::Axial, Extent::Global, "axial-global"),

@@ -40,6 +40,10 @@ pub(crate) enum CliError {
         process: String,
         names: String,
     },
+    #[error("the words have {found} bytes; at most {most} go with a request")]
+    TooLong { found: usize, most: usize },
+    #[error("run {0:?} has published no pose yet: there is nothing to hold")]
+    NoPose(String),
     #[error("run {0:?} answered with something that is not a status")]
     NoStatus(String),
 }

@@ -58,7 +58,10 @@ pub(crate) struct ReplayArgs {
     /// Pictures as files: of the last pose, of every pose, or of every N-th (into DIR/images; at speed `max`).
     #[arg(long, value_name = "last|every|N", default_value = "last", value_parser = pictured)]
     pub(crate) images: Pictured,
-    /// No window. There is none yet: every run writes its pictures.
+    /// Opens the operator's window on the display that DISPLAY names; everything that moves in it says REPLAY.
+    #[arg(long)]
+    pub(crate) window: bool,
+    /// No window, whatever else is said. Every replay writes its pictures.
     #[arg(long)]
     pub(crate) headless: bool,
     /// Names the run; runs of different names do not see each other.

@@ -105,6 +105,7 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
         overwrite: false,
         duration: None,
         simulated_time: false,
+        has_window: args.window && !args.headless,
         replay: Some(replay),
     };
     Ok((options, source, scene))

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use mcap::records::Metadata;
-use mcap::{McapResult, Writer};
+use mcap::{McapResult, Message, Writer};
 use scene::Compression;
 
 use crate::edit::progress::Progress;
@@ -13,6 +13,7 @@ use crate::edit::recover::put;
 use crate::read::damage::OpenError;
 use crate::read::info::Info;
 use crate::read::scan::{self, Item, Scan};
+use crate::wire::schema::GUIDE;
 use crate::write::file_error::words;
 use crate::write::paths;
 use crate::write::pose_log;
@@ -128,14 +129,28 @@ fn copy(scan: Scan<impl Read>, stretch: Stretch, input: &Path, partial: &Path) -
 fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: &mut Writer<W>) -> McapResult<Info> {
     let mut info = Info::default();
     let mut progress = Progress::new("cutting");
+    // What was chosen before the stretch holds in it; written with the first message of it.
+    let mut chosen = Vec::new();
     while let Some(item) = scan.next() {
         let (read, length) = scan.progress();
         progress.at(read, length);
         match item {
+            Ok(Item::Message(message)) if message.channel.topic == GUIDE => {
+                if message.publish_time <= stretch.to_ns {
+                    let log_time = message.log_time.clamp(stretch.from_ns, stretch.to_ns);
+                    chosen.push(Item::Message(Message { log_time, ..message }));
+                }
+            }
             Ok(Item::Message(message)) if !(stretch.from_ns..=stretch.to_ns).contains(&message.log_time) => {}
             Ok(item) => {
-                put(out, &item)?;
-                info.take(Ok(&item));
+                let before = match item {
+                    Item::Message(_) => std::mem::take(&mut chosen),
+                    _ => Vec::new(),
+                };
+                for item in before.iter().chain([&item]) {
+                    put(out, item)?;
+                    info.take(Ok(item));
+                }
             }
             Err(damage) => info.take(Err(damage)),
         }
@@ -148,7 +163,10 @@ mod tests {
     use super::*;
     use crate::read::reader;
     use crate::testing;
+    use crate::wire::proto;
     use crate::wire::schema::{EMITTERS, SCENE, TOOL_POSE};
+    use crate::write::pose_log::Entry;
+    use bus::message::Guide;
 
     #[test]
     fn a_stretch_is_a_whole_recording_with_what_is_attached() {
@@ -168,6 +186,44 @@ mod tests {
         let session = crate::read::seek::Session::open(&out).unwrap();
         assert!(session.attachment(SCENE).unwrap().is_some());
         assert_eq!(session.metadata(CUT).unwrap().unwrap().metadata["file"], "s.mcap");
+    }
+
+    #[test]
+    fn what_was_chosen_before_a_stretch_holds_in_it() {
+        let tmp = tempfile::tempdir().unwrap();
+        let [input, out] = ["s.mcap", "cut.mcap"].map(|name| tmp.path().join(name));
+        let mut log = testing::log(0, 0);
+        let stamp = |seq: u64| testing::pose(seq).t_publish_ns;
+        for seq in 0..60 {
+            // At the start, before the stretch, in it, and behind it.
+            if [0, 10, 30, 50].contains(&seq) {
+                let guide = Guide {
+                    t_ns: stamp(seq),
+                    plan_id: seq,
+                    ..Guide::default()
+                };
+                log.put(Entry::Guide(stamp(seq), &proto::Guide::from(&guide))).unwrap();
+            }
+            log.pose(crate::wire::schema::Source::Tool, &testing::pose(seq))
+                .unwrap();
+        }
+        fs::write(&input, log.finish().unwrap().into_inner()).unwrap();
+        let [from_ns, to_ns] = [20, 40].map(|seq| testing::pose(seq).t_capture_ns.cast_unsigned());
+        let info = cut(&input, Stretch { from_ns, to_ns }, &out, false).unwrap();
+        assert_eq!(info.tally.span_ns(), Some((from_ns, to_ns)));
+        let guides = reader::guides(&out).unwrap().map(|guide| guide.unwrap().plan_id);
+        assert_eq!(guides.collect::<Vec<_>>(), [0, 10, 30]);
+        let found = crate::read::verify::verify(&out).unwrap();
+        assert!(found.findings.is_empty(), "{:?}", found.findings);
+        // Of a stretch in which nothing was captured it makes no recording.
+        let nowhere = Stretch {
+            from_ns: u64::MAX - 1,
+            to_ns: u64::MAX,
+        };
+        assert!(matches!(
+            cut(&input, nowhere, &out, true),
+            Err(CutError::Nothing { .. })
+        ));
     }
 
     #[test]

@@ -14,14 +14,14 @@ use std::io::BufReader;
 use std::marker::PhantomData;
 use std::path::Path;
 
-use bus::message::{EmitterFrame, ToolPose};
+use bus::message::{EmitterFrame, Guide, ToolPose};
 use mcap::Message;
 use mcap::records::Metadata;
 
 use crate::read::damage::{Damage, OpenError};
 use crate::read::scan::{self, Item, Scan};
-use crate::wire::proto::{DecodeError, decode_emitters, decode_pose};
-use crate::wire::schema::{EMITTER_SCHEMA, EMITTERS, POSE_SCHEMA, RUN, SCENE};
+use crate::wire::proto::{DecodeError, decode_emitters, decode_guide, decode_pose};
+use crate::wire::schema::{EMITTER_SCHEMA, EMITTERS, GUIDE, GUIDE_SCHEMA, POSE_SCHEMA, RUN, SCENE};
 
 /// Why a message could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -85,6 +85,14 @@ impl Recorded for EmitterFrame {
     }
 }
 
+impl Recorded for Guide {
+    const SCHEMA: &'static str = GUIDE_SCHEMA;
+
+    fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        decode_guide(bytes)
+    }
+}
+
 /// The messages of one topic in the order of the file; an error in place of each part that cannot be read, also of a
 /// missing end. Those who can do with less go on behind it.
 #[derive(Debug)]
@@ -97,6 +105,8 @@ pub struct Messages<T> {
 
 /// The poses of one topic.
 pub type Poses = Messages<ToolPose>;
+/// What a person chose.
+pub type Guides = Messages<Guide>;
 /// What the localizer saw.
 pub type Emitters = Messages<EmitterFrame>;
 
@@ -114,6 +124,14 @@ pub fn poses(path: &Path, topic: &str) -> Result<Poses, OpenError> {
 /// [`OpenError`].
 pub fn emitters(path: &Path) -> Result<Emitters, OpenError> {
     Ok(Messages::of(scan::open(path)?, EMITTERS, 0))
+}
+
+/// Opens a recording for what a person chose.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn guides(path: &Path) -> Result<Guides, OpenError> {
+    Ok(Messages::of(scan::open(path)?, GUIDE, 0))
 }
 
 impl<T> Messages<T> {

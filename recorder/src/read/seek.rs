@@ -13,6 +13,7 @@
 //! ```
 
 mod absent;
+mod guides;
 mod places;
 mod sound;
 mod unnamed;
@@ -30,6 +31,7 @@ use crate::read::reader::{Emitters, Messages, Poses};
 use crate::read::scan::{self, Item, Scan};
 use crate::wire::proto::file_time;
 use crate::wire::schema::{self, EMITTERS, TOOL_POSE};
+pub use guides::Found;
 use places::Places;
 pub(crate) use sound::Indexed;
 

@@ -15,7 +15,9 @@ use crate::read::scan::{self, Item};
 use crate::replay::tape::impossible_stamp;
 use crate::wire::descriptor;
 use crate::wire::proto::{DecodeError, decode_pose};
-use crate::wire::schema::{EMITTER_SCHEMA, EMITTERS, GROUND_TRUTH, POSE_SCHEMA, RUN, SCENE, TOOL_POSE};
+use crate::wire::schema::{
+    EMITTER_SCHEMA, EMITTERS, GROUND_TRUTH, GUIDE, GUIDE_SCHEMA, POSE_SCHEMA, RUN, SCENE, TOOL_POSE,
+};
 use crate::write::beside;
 
 /// What a recording says of itself, as far as a replay needs it.
@@ -181,6 +183,7 @@ impl Facts {
     fn declare(&mut self, path: &Path, channel: &Channel<'_>) -> Result<(), FactsError> {
         match channel.topic.as_str() {
             TOOL_POSE | GROUND_TRUTH => check_schema(path, channel, POSE_SCHEMA, descriptor::TOOL_POSE)?,
+            GUIDE => check_schema(path, channel, GUIDE_SCHEMA, descriptor::GUIDE)?,
             EMITTERS => {
                 // Only poses that are made again need these.
                 let refused = check_schema(path, channel, EMITTER_SCHEMA, descriptor::EMITTER_FRAME);

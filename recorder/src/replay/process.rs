@@ -9,17 +9,19 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
 use bus::lockstep::{Lockstep, TRACKER};
-use bus::message::{ClockLaw, ProcessState, ReplayState, ToolPose};
+use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, ToolPose};
 use bus::port::{CommandServer, Publisher};
 use bus::process::{JoinError, Process};
-use bus::topic::{GROUND_TRUTH, SESSION_CLOCK};
+use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK};
 
 use super::Speed;
+use super::choices::Choices;
 use super::images::{Images, ImagesError};
 use super::tape::Tape;
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
+use crate::read::seek::Session;
 use crate::replay::account::AccountError;
 use outlet::Outlet;
 
@@ -108,6 +110,10 @@ struct Replayer<'a> {
     tape: Tape,
     outlet: Outlet,
     truths: Publisher<ToolPose>,
+    guides: Publisher<Guide>,
+    choices: Choices,
+    /// What cannot be read of the choices.
+    unread: Vec<String>,
     laws: Publisher<ClockLaw>,
     told: Option<ClockLaw>,
     lockstep: Lockstep,
@@ -180,6 +186,7 @@ impl<'a> Replayer<'a> {
         if options.begin_ns > options.span_ns[0] {
             transport.control(Control::Seek(options.begin_ns), monotonic_ns());
         }
+        let found = Session::open(&options.recording)?.guides()?;
         let images = options.images.as_ref();
         let images = images.map(|(folder, every)| Images::open(bus, &process.scene, folder, *every));
         Ok(Self {
@@ -191,6 +198,9 @@ impl<'a> Replayer<'a> {
             },
             outlet: Outlet::open(bus, options.emitters)?,
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
+            guides: Publisher::open(bus, &GUIDE, "")?,
+            choices: Choices::new(found.guides),
+            unread: found.unread,
             laws: Publisher::open(bus, &SESSION_CLOCK, "")?,
             told: None,
             lockstep: Lockstep::open(bus, &process.scene, options.emitters)?,
@@ -242,13 +252,16 @@ impl<'a> Replayer<'a> {
             self.say_unread();
             self.laws.serve_late_joiners();
             self.outlet.serve_late_joiners();
+            self.guides.serve_late_joiners();
+            // Also while no pose comes.
+            self.choose(self.transport.law().at(now))?;
         }
         Ok(())
     }
 
     /// Says once what cannot be read of the recording.
     fn say_unread(&mut self) {
-        let unread = self.tape.unread();
+        let unread = self.unread();
         if unread.len() == self.said.len() {
             return;
         }
@@ -256,6 +269,19 @@ impl<'a> Replayer<'a> {
             bus::stderr_line!("replay: {}, {words}: left out", self.options.recording.display());
         }
         self.said = unread;
+    }
+
+    /// What cannot be read of the recording, in words.
+    fn unread(&self) -> Vec<String> {
+        [self.tape.unread(), self.unread.clone()].concat()
+    }
+
+    /// Tells what a person had chosen by `now_ns`.
+    fn choose(&mut self, now_ns: i64) -> Result<(), BusError> {
+        self.choices
+            .due(now_ns)
+            .into_iter()
+            .try_for_each(|guide| self.guides.send(guide))
     }
 
     /// Everybody must know the clock before the pose that it holds for.
@@ -281,6 +307,7 @@ impl<'a> Replayer<'a> {
         } else if let Some(when) = self.transport.law().when(moment.due_ns()) {
             self.timing.saw(monotonic_ns().saturating_sub(when));
         }
+        self.choose(moment.due_ns())?;
         self.outlet.send(&moment)?;
         for truth in &moment.truths {
             self.truths.send(*truth)?;
@@ -335,6 +362,7 @@ impl<'a> Replayer<'a> {
         self.lockstep.forget();
         self.unpictured = None;
         self.tape.near(at_ns)?;
+        self.choices.jump(at_ns);
         let mut passed = 0_usize;
         while self.tape.peek().is_some_and(|next| next.due_ns() < at_ns) && !process.stop.is_set() {
             self.tape.take();

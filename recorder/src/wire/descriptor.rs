@@ -7,8 +7,14 @@
 pub(crate) const TOOL_POSE: &[u8] = include_bytes!("../../proto/trocar/ToolPose.binpb");
 /// The schema of [`crate::wire::proto::EmitterFrame`].
 pub(crate) const EMITTER_FRAME: &[u8] = include_bytes!("../../proto/trocar/EmitterFrame.binpb");
+/// The schema of [`crate::wire::proto::Guide`].
+pub(crate) const GUIDE: &[u8] = include_bytes!("../../proto/trocar/Guide.binpb");
+/// The schema of [`crate::wire::proto::Workflow`].
+pub(crate) const WORKFLOW: &[u8] = include_bytes!("../../proto/trocar/Workflow.binpb");
 /// The schema of [`crate::wire::proto::ProcessStatus`].
 pub(crate) const PROCESS_STATUS: &[u8] = include_bytes!("../../proto/trocar/ProcessStatus.binpb");
+/// The schema of [`crate::wire::proto::Identity`].
+pub(crate) const IDENTITY: &[u8] = include_bytes!("../../proto/trocar/Identity.binpb");
 /// The schema of [`crate::wire::proto::FrameTransform`].
 pub(crate) const FRAME_TRANSFORM: &[u8] = include_bytes!("../../proto/foxglove/FrameTransform.binpb");
 /// The schema of [`crate::wire::proto::Log`].

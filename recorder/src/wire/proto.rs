@@ -2,15 +2,19 @@
 //!
 //! [`ToolPose`] is ours and lossless: what was on the bus can be rebuilt from it bit for bit. [`FrameTransform`] is
 //! Foxglove's, so that its viewer draws the tool; it is in **metres**, the only place of this crate that is.
-//! [`EmitterFrame`] is what the localizer saw, without loss too; the rest is for people.
+//! [`EmitterFrame`] is what the localizer saw and [`Guide`] what a person chose, without loss too; the rest is for people.
 
 use bus::message::{self, Tracked};
 use prost_types::Timestamp;
 
 mod emitters;
+mod guide;
+mod identity;
 mod words;
 
 pub use emitters::{EmitterFrame, decode_emitters};
+pub use guide::{Guide, Workflow, decode_guide};
+pub use identity::Identity;
 pub use words::{CompressedImage, Log, ProcessStatus};
 
 /// `trocar.ToolPose`: every field of [`bus::message::ToolPose`], in its units (ns, mm, rad).

@@ -19,16 +19,28 @@ pub const TF: &str = "/tf";
 pub const EMITTERS: &str = "/emitters";
 /// The topic of the processes' states, `trocar.ProcessStatus`, where they change.
 pub const STATUS: &str = "/status";
+/// The topic of what a person chose and held, `trocar.Guide`, where it changes.
+pub const GUIDE: &str = "/guide";
+/// The topic of how far the run had come, `trocar.Workflow`, where it changes.
+pub const WORKFLOW: &str = "/workflow";
 /// The topic of what happened, in words, `foxglove.Log`.
 pub const LOG: &str = "/log";
+/// The topic of whose examination it is, `trocar.Identity`: only where the scene asks for it.
+pub const IDENTITY: &str = "/identity";
 /// In front of the name of a view: the topic of its small images, `foxglove.CompressedImage`.
 pub const VIEW: &str = "/view/";
 /// The name of our lossless schema of emitters.
 pub const EMITTER_SCHEMA: &str = "trocar.EmitterFrame";
 /// The name of our lossless schema.
 pub const POSE_SCHEMA: &str = "trocar.ToolPose";
+/// The name of our lossless schema of what was chosen.
+pub const GUIDE_SCHEMA: &str = "trocar.Guide";
+/// The name of our schema of how far a run had come.
+pub const WORKFLOW_SCHEMA: &str = "trocar.Workflow";
 /// The name of our schema of states.
 pub const STATUS_SCHEMA: &str = "trocar.ProcessStatus";
+/// The name of our schema of whose examination it is.
+pub const IDENTITY_SCHEMA: &str = "trocar.Identity";
 /// The name of Foxglove's schema of lines of a log.
 pub const LOG_SCHEMA: &str = "foxglove.Log";
 /// The name of Foxglove's schema.
@@ -49,6 +61,9 @@ const EMITTER_SCHEMA_ID: u16 = 3;
 const STATUS_SCHEMA_ID: u16 = 4;
 const LOG_SCHEMA_ID: u16 = 5;
 const IMAGE_SCHEMA_ID: u16 = 6;
+const IDENTITY_SCHEMA_ID: u16 = 9;
+const GUIDE_SCHEMA_ID: u16 = 7;
+const WORKFLOW_SCHEMA_ID: u16 = 8;
 /// The channel of [`TF`].
 pub(crate) const TF_CHANNEL: u16 = 3;
 /// The channel of [`EMITTERS`].
@@ -57,6 +72,12 @@ pub(crate) const EMITTER_CHANNEL: u16 = 4;
 pub(crate) const STATUS_CHANNEL: u16 = 5;
 /// The channel of [`LOG`].
 pub(crate) const LOG_CHANNEL: u16 = 6;
+/// The channel of [`IDENTITY`].
+pub(crate) const IDENTITY_CHANNEL: u16 = 9;
+/// The channel of [`GUIDE`].
+pub(crate) const GUIDE_CHANNEL: u16 = 7;
+/// The channel of [`WORKFLOW`].
+pub(crate) const WORKFLOW_CHANNEL: u16 = 8;
 /// The channel of the first of the [`VIEW`]s; those of the others follow.
 pub(crate) const VIEW_CHANNEL: u16 = 16;
 
@@ -96,7 +117,7 @@ impl Source {
 }
 
 /// The schemas: number, name, descriptor.
-pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 6] {
+pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 8] {
     [
         (POSE_SCHEMA_ID, POSE_SCHEMA, descriptor::TOOL_POSE),
         (TF_SCHEMA_ID, TF_SCHEMA, descriptor::FRAME_TRANSFORM),
@@ -108,6 +129,8 @@ pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 6] {
             "foxglove.CompressedImage",
             descriptor::COMPRESSED_IMAGE,
         ),
+        (GUIDE_SCHEMA_ID, GUIDE_SCHEMA, descriptor::GUIDE),
+        (WORKFLOW_SCHEMA_ID, WORKFLOW_SCHEMA, descriptor::WORKFLOW),
     ]
 }
 
@@ -125,6 +148,7 @@ fn channel(id: u16, schema_id: u16, topic: &str, conventions: &str) -> records::
 pub(crate) fn channels() -> Vec<records::Channel> {
     let pose = "ct_from_tool, LPS; lengths mm, angles rad, stamps ns since the run's epoch; q is w, x, y, z";
     let emitters = "places in the localizer's frame, mm, x y z for each emitter; stamps ns since the run's epoch";
+    let guide = "places in the CT's frame, LPS, mm; stamps ns since the run's epoch; each holds from its t_ns on";
     let stamps = "stamps since the run's epoch";
     vec![
         channel(Source::Tool.channel(), POSE_SCHEMA_ID, TOOL_POSE, pose),
@@ -133,7 +157,18 @@ pub(crate) fn channels() -> Vec<records::Channel> {
         channel(EMITTER_CHANNEL, EMITTER_SCHEMA_ID, EMITTERS, emitters),
         channel(STATUS_CHANNEL, STATUS_SCHEMA_ID, STATUS, stamps),
         channel(LOG_CHANNEL, LOG_SCHEMA_ID, LOG, stamps),
+        channel(GUIDE_CHANNEL, GUIDE_SCHEMA_ID, GUIDE, guide),
+        channel(WORKFLOW_CHANNEL, WORKFLOW_SCHEMA_ID, WORKFLOW, stamps),
     ]
+}
+
+/// The schema and the channel of whose examination it is, for a file that is asked to say so; no other has them.
+pub(crate) fn identity() -> ((u16, &'static str, &'static [u8]), records::Channel) {
+    let conventions = "stamps ns since the run's epoch; days YYYY-MM-DD";
+    (
+        (IDENTITY_SCHEMA_ID, IDENTITY_SCHEMA, descriptor::IDENTITY),
+        channel(IDENTITY_CHANNEL, IDENTITY_SCHEMA_ID, IDENTITY, conventions),
+    )
 }
 
 /// The channels of the views' small images.

@@ -23,10 +23,12 @@ pub struct Beside {
 }
 
 /// The JSON files that the text of a scene names, under whatever key; relative ones lie in `folder`.
-pub(crate) fn named_files(scene: &str, folder: &Path) -> Vec<PathBuf> {
-    let Ok(table) = scene.parse::<toml::Table>() else {
+pub(crate) fn named_files(text: &str, folder: &Path) -> Vec<PathBuf> {
+    let Ok(mut table) = text.parse::<toml::Table>() else {
         return Vec::new();
     };
+    // Whatever a patient is called, it is no file.
+    table.remove(scene::identity::TABLE);
     let mut names = Vec::new();
     table.values().for_each(|value| collect(value, &mut names));
     names.sort();
@@ -86,7 +88,7 @@ mod tests {
     #[test]
     fn json_files_are_found_under_every_key() {
         let scene = "[tracker.calibration]\nfile = \"tool.json\"\n[tracker.registration]\nfile = \"/r/r.JSON\"\n\
-                     [volume]\nsource = \"ct.nii\"\n[[more]]\nfile = \"tool.json\"\nlist = [\"a.json\", 3]";
+                     [volume]\nsource = \"ct.nii\"\n[identity]\nname = \"patient.json\"\n[[more]]\nfile = \"tool.json\"\nlist = [\"a.json\", 3]";
         let expected = ["/r/r.JSON", "/s/a.json", "/s/tool.json"].map(PathBuf::from);
         assert_eq!(named_files(scene, Path::new("/s")), expected);
         assert!(named_files("no = toml = at all", Path::new("/s")).is_empty());

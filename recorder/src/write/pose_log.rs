@@ -16,7 +16,8 @@ use scene::Compression;
 
 use crate::wire::proto::{self, file_time, frame_transform_in_metres};
 use crate::wire::schema::{
-    self, EMITTER_CHANNEL, LIBRARY, LOG_CHANNEL, RunFacts, SCENE, STATUS_CHANNEL, Source, TF_CHANNEL, VIEW_CHANNEL,
+    self, EMITTER_CHANNEL, GUIDE_CHANNEL, IDENTITY_CHANNEL, LIBRARY, LOG_CHANNEL, RunFacts, SCENE, STATUS_CHANNEL,
+    Source, TF_CHANNEL, VIEW_CHANNEL, WORKFLOW_CHANNEL,
 };
 
 /// A recording that grows.
@@ -38,6 +39,12 @@ pub enum Entry<'a> {
     Emitters(&'a proto::EmitterFrame),
     /// The state of a process.
     Status(&'a proto::ProcessStatus),
+    /// Whose examination it is; only after [`PoseLog::with_identity`].
+    Identity(&'a proto::Identity),
+    /// What a person chose, and when that is written down, ns: it may have been chosen before this file.
+    Guide(i64, &'a proto::Guide),
+    /// How far the run has come.
+    Workflow(&'a proto::Workflow),
     /// A line of the log, and when, ns.
     Log(i64, &'a proto::Log),
     /// A small image.
@@ -119,6 +126,19 @@ impl<W: Write + Seek> PoseLog<W> {
         })
     }
 
+    /// Makes room for [`Entry::Identity`].
+    ///
+    /// # Errors
+    /// Those of writing to the sink.
+    pub fn with_identity(&mut self) -> McapResult<()> {
+        let ((id, name, data), channel) = schema::identity();
+        self.mcap.add_schema_with_id(id, name, "protobuf", data)?;
+        let (topic, encoding) = (&channel.topic, &channel.message_encoding);
+        self.mcap
+            .add_channel_with_id(channel.id, channel.schema_id, topic, encoding, &channel.metadata)?;
+        self.mcap.flush()
+    }
+
     /// Attaches the scene file; `created_ns` is its wall-clock time, ns since 1970, for people.
     ///
     /// # Errors
@@ -188,6 +208,9 @@ impl<W: Write + Seek> PoseLog<W> {
                 self.message(EMITTER_CHANNEL, frame.seq, times, frame)
             }
             Entry::Status(status) => self.message(STATUS_CHANNEL, 0, [status.t_ns; 2], status),
+            Entry::Identity(identity) => self.message(IDENTITY_CHANNEL, 0, [identity.t_ns; 2], identity),
+            Entry::Guide(now_ns, guide) => self.message(GUIDE_CHANNEL, 0, [now_ns, guide.t_ns], guide),
+            Entry::Workflow(workflow) => self.message(WORKFLOW_CHANNEL, 0, [workflow.t_ns; 2], workflow),
             Entry::Log(t_ns, log) => self.message(LOG_CHANNEL, 0, [t_ns; 2], log),
             Entry::Image { view, seq, t_ns, image } => self.message(VIEW_CHANNEL + view, seq, [t_ns; 2], image),
         }

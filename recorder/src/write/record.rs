@@ -4,6 +4,7 @@ mod bound;
 mod intake;
 mod thumbnails;
 mod watch;
+mod whose;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,7 @@ use bound::Bound;
 use intake::Intake;
 use thumbnails::Thumbnails;
 use watch::Watch;
+use whose::Whose;
 
 /// Between two looks at the topics; the bus holds fifty times as much, and memory four hundred.
 const TICK: Duration = Duration::from_millis(20);
@@ -95,6 +97,8 @@ pub(crate) struct Recorder {
     emitters: Stream,
     watch: Watch,
     thumbnails: Option<Thumbnails>,
+    /// Where the recording says whose examination it is.
+    whose: Option<Whose>,
     volume: VolumeSubscriber,
     facts: RunFacts,
     series: Series,
@@ -135,6 +139,7 @@ impl Recorder {
             emitters: Stream::default(),
             watch: Watch::open(bus, scene)?,
             thumbnails: thumbnails.transpose()?,
+            whose: spec.identity.then(|| Whose::open(bus)).transpose()?,
             volume: VolumeSubscriber::open(bus)?,
             series: match run.began_ns() {
                 None => Series::start(out, content, &spec, free)?,
@@ -166,6 +171,9 @@ impl Recorder {
         if facts != self.facts {
             self.series.facts(now_ns, &facts);
             self.facts = facts;
+        }
+        if let Some(whose) = &mut self.whose {
+            whose.step(now_ns, self.facts.volume_hash, &mut self.series)?;
         }
         Ok(self.series.step(now_ns))
     }
@@ -252,6 +260,7 @@ fn content(run: &RunContext, scene: &Scene, spec: &RecordingSpec, facts: &RunFac
     Content {
         beside: named.iter().filter_map(|path| read(path).ok()).collect(),
         compression: spec.compression,
+        is_named: spec.identity,
         views: spec.thumbnail_every.map_or(Vec::new(), |_| views.collect()),
         ..Content::new(&path, facts)
     }

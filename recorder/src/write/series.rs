@@ -16,7 +16,7 @@ use bus::message::Level;
 use mcap::records::Metadata;
 use scene::RecordingSpec;
 
-use crate::wire::proto::Log;
+use crate::wire::proto::{self, Identity, Log};
 use crate::wire::schema::RunFacts;
 use crate::write::file_error::FileError;
 use crate::write::leftovers;
@@ -123,6 +123,18 @@ impl Series {
         }
     }
 
+    /// Writes down whose examination it is, in this file and in those to come.
+    pub(crate) fn identity(&mut self, now_ns: i64, identity: Identity) {
+        self.put(now_ns, Entry::Identity(&identity));
+        self.content.identity = Some(identity);
+    }
+
+    /// Writes down what a person chose, in this file and in front of those to come.
+    pub(crate) fn guide(&mut self, now_ns: i64, guide: &proto::Guide) {
+        self.content.guide = Some((now_ns, guide.clone()));
+        self.put(now_ns, Entry::Guide(now_ns, guide));
+    }
+
     /// Closes a chunk, rotates, looks at the disk, each if it is time. Gives what a person must be told.
     pub(crate) fn step(&mut self, now_ns: i64) -> Vec<String> {
         self.look(now_ns);
@@ -215,6 +227,9 @@ impl Series {
         let aside = leftovers::set_aside(&self.out);
         if let Ok(unfinished) = &aside {
             self.left.look_among(unfinished);
+        }
+        if let Some((written_ns, _)) = &mut self.content.guide {
+            *written_ns = now_ns;
         }
         match aside.and_then(|_| SessionFile::create(&self.out, &self.content)) {
             Ok(file) => {

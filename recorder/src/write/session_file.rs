@@ -5,17 +5,18 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::UNIX_EPOCH;
 
 use mcap::McapResult;
 use mcap::records::Metadata;
 use scene::Compression;
 
+use crate::wire::proto::{self, Identity};
 use crate::wire::schema::RunFacts;
 use crate::write::beside::Beside;
 use crate::write::file_error::{FileError, write_error};
 use crate::write::paths;
 use crate::write::pose_log::{Entry, PoseLog, Unwritten};
+use crate::write::scene_text;
 use crate::write::sink::Sink;
 
 /// What every file of a session begins with, and how it is written.
@@ -31,6 +32,12 @@ pub struct Content {
     pub compression: Compression,
     /// The views that have small images.
     pub views: Vec<String>,
+    /// Whether the file says whose examination it is, in the scene and by itself; else nothing in it does.
+    pub is_named: bool,
+    /// Whose it is, once that is known, in a file that says so.
+    pub identity: Option<Identity>,
+    /// What was chosen last before the file began, and when the file began, ns; `None`: nothing that is known.
+    pub guide: Option<(i64, proto::Guide)>,
 }
 
 impl Content {
@@ -42,6 +49,9 @@ impl Content {
             beside: Vec::new(),
             compression: Compression::Zstd,
             views: Vec::new(),
+            is_named: false,
+            identity: None,
+            guide: None,
         }
     }
 }
@@ -83,10 +93,11 @@ impl SessionFile {
     /// [`FileError::Create`] also where a growing file of that name exists; [`FileError::Scene`], [`FileError::Write`].
     pub fn create(out: &Path, content: &Content) -> Result<Self, FileError> {
         let recording = paths::recording(out);
-        let (toml, created_ns) = read_scene(&content.scene).map_err(|source| FileError::Scene {
-            path: content.scene.clone(),
-            source,
-        })?;
+        let (toml, created_ns) =
+            scene_text::read(&content.scene, content.is_named).map_err(|source| FileError::Scene {
+                path: content.scene.clone(),
+                source,
+            })?;
         let file = File::options().write(true).create_new(true).open(&recording);
         let file = file.and_then(locked).map_err(|source| FileError::Create {
             path: recording.clone(),
@@ -102,6 +113,15 @@ impl SessionFile {
                 log.attach(&beside.name, beside.media_type, &beside.bytes, beside.changed_ns)?;
             }
             log.facts(&content.facts)?;
+            if content.is_named {
+                log.with_identity()?;
+            }
+            if let Some(identity) = content.identity.as_ref().filter(|_| content.is_named) {
+                log.put(Entry::Identity(identity))?;
+            }
+            if let Some((now_ns, guide)) = &content.guide {
+                log.put(Entry::Guide(*now_ns, guide))?;
+            }
             log.flush()?;
             Ok(log)
         };
@@ -262,14 +282,6 @@ fn locked(file: File) -> io::Result<File> {
 pub(crate) fn synced(mut file: BufWriter<File>) -> io::Result<()> {
     file.flush()?;
     file.get_ref().sync_all()
-}
-
-/// The scene's text and its wall-clock time, ns since 1970.
-fn read_scene(path: &Path) -> io::Result<(String, u64)> {
-    let text = fs::read_to_string(path)?;
-    let changed = fs::metadata(path)?.modified()?;
-    let since_1970 = changed.duration_since(UNIX_EPOCH).unwrap_or_default();
-    Ok((text, u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX)))
 }
 
 #[cfg(test)]

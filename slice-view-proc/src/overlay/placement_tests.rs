@@ -25,6 +25,8 @@ struct Drawn {
     tip_mm: f64,
     marks: bool,
     remarks: usize,
+    text: f64,
+    overlay: scene::Drawn,
 }
 
 fn notice() -> impl Strategy<Value = Notice> {
@@ -32,6 +34,7 @@ fn notice() -> impl Strategy<Value = Notice> {
     prop_oneof![
         Just(Notice::Live),
         Just(Notice::Requested),
+        Just(Notice::Look),
         age.clone().prop_map(Notice::Stale),
         (1_u32..=10, prop::option::of(age)).prop_map(|(code, age)| Notice::Lost(Lost::from_code(code).unwrap(), age)),
     ]
@@ -51,26 +54,33 @@ fn drawn() -> impl Strategy<Value = Drawn> {
         prop::array::uniform2(192_u32..640),
         prop::array::uniform3(-3.0..3.0),
     );
+    let text = prop_oneof![3 => Just(1.0), 1 => 0.5..4.0];
+    let overlay = prop_oneof![2 => Just(scene::Drawn::All), 1 => Just(scene::Drawn::State)];
     let told = (notice(), origin, any::<bool>(), 0.0..900.0, any::<bool>(), 0..3_usize);
     (
         scene,
         prop::array::uniform3(-50.0..50.0),
         prop::collection::vec(target, 0..20),
         told,
+        (text, overlay),
     )
         .prop_map(
-            |((view, size, turn), tip, targets, (notice, origin, outside, tip_mm, marks, remarks))| Drawn {
-                view,
-                size,
-                turn,
-                tip,
-                targets,
-                notice,
-                origin,
-                outside,
-                tip_mm,
-                marks,
-                remarks,
+            |((view, size, turn), tip, targets, (notice, origin, outside, tip_mm, marks, remarks), (text, overlay))| {
+                Drawn {
+                    view,
+                    size,
+                    turn,
+                    tip,
+                    targets,
+                    notice,
+                    origin,
+                    outside,
+                    tip_mm,
+                    marks,
+                    remarks,
+                    text,
+                    overlay,
+                }
             },
         )
 }
@@ -80,14 +90,25 @@ fn with_overlay<T>(drawn: &Drawn, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
     let affine = Affine::from_rows([[1.0, 0.0, 0.0, -60.0], [0.0, 1.0, 0.0, -60.0], [0.0, 0.0, 1.0, -60.0]]);
     let grid = VolumeGrid::checked([120; 3], affine).unwrap();
     scene.views[drawn.view].size = drawn.size;
+    scene.views[drawn.view].text = drawn.text;
+    scene.views[drawn.view].overlay = drawn.overlay;
     let vector = |[x, y, z]: [f64; 3]| Vector::new(x, y, z);
     let pose = Rigid::from_rotation_vector(vector(drawn.turn), vector(drawn.tip)).unwrap();
     let target = |(name, at, diameter_mm): &(String, [f64; 3], f64)| Target {
         name: name.clone(),
         centre: Point::new(at[0], at[1], at[2]),
         diameter_mm: *diameter_mm,
+        entry: None,
+        stop_mm: 0.0,
     };
     let targets: Vec<Target> = drawn.targets.iter().map(target).collect();
+    let chosen = targets.last().map(|target| Chosen {
+        name: target.name.clone(),
+        centre: target.centre,
+        radius_mm: target.diameter_mm / 2.0,
+        entry: None,
+        stop_mm: 0.0,
+    });
     let message = ToolPose {
         tip_mm: drawn.tip_mm,
         flags: ToolPose::TIP_KNOWN,
@@ -102,6 +123,7 @@ fn with_overlay<T>(drawn: &Drawn, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
         pose: (!lost).then_some(pose),
         tool: &scene.tool,
         targets: &targets,
+        chosen: chosen.as_ref(),
         accuracy: (!lost).then(|| Accuracy::of(&message, pose)),
         outside: drawn.outside && !lost,
         remarks: &["REGISTRATION CHANGED", "POSES ARE COUNTED ANEW"][..drawn.remarks],
@@ -162,16 +184,30 @@ proptest! {
             match drawn.notice {
                 Notice::Lost(reason, _) => prop_assert!(all.contains(&format!("NO POSE: {}", reason.words())), "{}", all),
                 Notice::Stale(_) => prop_assert!(all.contains("\u{a0}OLD"), "{}", all),
+                Notice::Look => prop_assert!(all.contains("NOT FOLLOWING"), "{}", all),
                 Notice::Live | Notice::Requested => {}
             }
             let expected = drawn.outside && !matches!(drawn.notice, Notice::Lost(..));
             let said = ["TIP OUTSIDE THE CT", "TIP OUTSIDE THE LOADED PART"][usize::from(drawn.marks)];
             prop_assert_eq!(all.contains("TIP OUTSIDE"), expected, "{}", all);
             prop_assert_eq!(all.contains(said), expected, "{}", all);
-            prop_assert!(all.contains("seq 4294967295"), "{}", all);
+            prop_assert_eq!(all.contains("seq 4294967295"), drawn.notice != Notice::Look, "{}", all);
+            let expected = match drawn.origin {
+                _ if matches!(drawn.notice, Notice::Requested | Notice::Look) => "",
+                Origin::Tracker => "",
+                Origin::SimulatedTime => "SIMULATED TIME",
+                _ => "REPLAY",
+            };
+            prop_assert!(all.contains(expected), "{}", all);
             let (right, down) = (overlay.plane.right(), overlay.plane.down());
+            let says_all = drawn.overlay == scene::Drawn::All;
             for direction in [right, -right, down, -down] {
-                prop_assert!(texts.contains(&crate::letters(direction).as_str()), "{}", all);
+                prop_assert_eq!(texts.contains(&crate::letters(direction).as_str()), says_all, "{}", all);
+            }
+            if !says_all {
+                let others = ["global", "local", "vol 0", " C "];
+                prop_assert!(!others.iter().any(|other| all.contains(other)), "{}", all);
+                return Ok(());
             }
             // A target near the plane whose label is not there is among those left out.
             let labels = overlay.outlines().filter(|_| overlay.view.extent == Extent::Local);
@@ -202,6 +238,8 @@ fn how_many_labels_are_left_out_does_not_move_the_labels() {
         tip_mm: 0.0,
         marks: true,
         remarks: 0,
+        text: 1.0,
+        overlay: scene::Drawn::All,
     };
     with_overlay(&drawn, |overlay| {
         let layout = overlay.words().layout;
@@ -225,6 +263,8 @@ fn an_image_too_small_for_words_has_none_and_keeps_its_frame() {
         tip_mm: 1.0,
         marks: false,
         remarks: 0,
+        text: 1.0,
+        overlay: scene::Drawn::All,
     };
     let pixels = |drawn: &Drawn, colour: Rgb| {
         let mut canvas = Canvas::new(drawn.size[0], drawn.size[1]);
@@ -263,6 +303,8 @@ fn nothing_is_left_out_of_the_images_as_shipped() {
             tip_mm: 0.9,
             marks: true,
             remarks: 1,
+            text: 1.0,
+            overlay: scene::Drawn::All,
         };
         let left_out = with_overlay(&drawn, |overlay| overlay.words().layout.left_out);
         assert_eq!(left_out, 0, "view {view}");

@@ -1,6 +1,7 @@
 //! Lines over the slice: the tube, its tip with the error, targets, the scale bar. All with a dark rim, so that they are seen on
 //! bone and on air.
 
+use bus::message::Chosen;
 use geometry::{Ct, Point, Rigid, Tool};
 use picture::{Canvas, Line, Rgb, palette};
 use scene::{Extent, Target};
@@ -9,6 +10,8 @@ use super::Overlay;
 
 /// Targets further than this from the plane are not drawn, mm: an outline over other anatomy would mislead.
 const NEAR_PLANE_MM: f64 = 10.0;
+/// From the outline of the chosen target to its second ring, pixels of 512.
+const RING: f64 = 5.0;
 /// The rim of a line, pixels of 512.
 const RIM: f64 = 1.25;
 
@@ -16,6 +19,14 @@ const RIM: f64 = 1.25;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Outline<'a> {
     pub(super) target: &'a Target,
+    pub(super) circle: Circle,
+    /// What words keep off, pixels from its middle: its outline, or the second ring.
+    pub(super) reach_px: f64,
+}
+
+/// A ball on the image: its cut with the plane, or its outline.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Circle {
     /// Its middle, pixels.
     pub(super) at: [f64; 2],
     pub(super) radius_px: f64,
@@ -93,23 +104,41 @@ impl Overlay<'_> {
 
     /// The targets near the plane that the image shows: the cut where the plane meets one, else its outline.
     pub(super) fn outlines(&self) -> impl Iterator<Item = Outline<'_>> {
-        let [width, height] = self.plane.size().map(f64::from);
-        let seen = move |o: &Outline<'_>| {
-            let [x, y] = o.at;
-            let r = o.radius_px;
-            o.depth_mm.abs() <= NEAR_PLANE_MM && x + r >= 0.0 && x - r <= width && y + r >= 0.0 && y - r <= height
-        };
-        self.targets.iter().map(|target| self.outline(target)).filter(seen)
+        let outlines = self.targets.iter().map(|target| {
+            let circle = self.circle(target.centre, target.diameter_mm / 2.0);
+            let ring = if self.is_chosen(target) {
+                RING * self.unit()
+            } else {
+                0.0
+            };
+            Outline {
+                target,
+                circle,
+                reach_px: circle.radius_px + ring,
+            }
+        });
+        outlines.filter(|outline| self.is_seen(&outline.circle))
     }
 
-    fn outline<'b>(&self, target: &'b Target) -> Outline<'b> {
-        let at = self.plane.project(target.centre);
-        let radius = target.diameter_mm / 2.0;
+    /// Whether this target of the scene is the chosen one, by its place.
+    fn is_chosen(&self, target: &Target) -> bool {
+        let is_it = |chosen: &Chosen| (chosen.centre, chosen.radius_mm) == (target.centre, target.diameter_mm / 2.0);
+        self.chosen.is_some_and(is_it)
+    }
+
+    fn is_seen(&self, outline: &Circle) -> bool {
+        let [width, height] = self.plane.size().map(f64::from);
+        let ([x, y], r) = (outline.at, outline.radius_px);
+        outline.depth_mm.abs() <= NEAR_PLANE_MM && x + r >= 0.0 && x - r <= width && y + r >= 0.0 && y - r <= height
+    }
+
+    /// A ball on the image.
+    fn circle(&self, centre: Point<Ct>, radius: f64) -> Circle {
+        let at = self.plane.project(centre);
         let cut_sq = radius * radius - at.depth_mm * at.depth_mm;
         let cut = cut_sq > 0.0;
         let radius_px = if cut { cut_sq.sqrt() } else { radius } / self.plane.pixel_mm();
-        Outline {
-            target,
+        Circle {
             at: [at.x, at.y],
             radius_px: radius_px.max(3.0 * self.unit()),
             depth_mm: at.depth_mm,
@@ -118,10 +147,26 @@ impl Overlay<'_> {
     }
 
     pub(super) fn draw_outlines(&self, canvas: &mut Canvas) {
-        for outline in self.outlines() {
+        for Outline { circle: outline, .. } in self.outlines() {
             let line = self.line(palette::TARGET, 1.5, !outline.cut);
             canvas.circle(outline.at, outline.radius_px, line);
         }
+        self.draw_chosen(canvas);
+    }
+
+    /// The second ring about the chosen target: told by its shape, whoever sees no colours. The first is drawn here too where the
+    /// scene has no target in that place.
+    fn draw_chosen(&self, canvas: &mut Canvas) {
+        let Some(chosen) = self.chosen else { return };
+        let outline = self.circle(chosen.centre, chosen.radius_mm);
+        if !self.is_seen(&outline) {
+            return;
+        }
+        let line = self.line(palette::TARGET, 1.5, !outline.cut);
+        if !self.targets.iter().any(|target| self.is_chosen(target)) {
+            canvas.circle(outline.at, outline.radius_px, line);
+        }
+        canvas.circle(outline.at, outline.radius_px + RING * self.unit(), line);
     }
 
     /// The scale bar: its ends, and its length in mm; a round length, about a quarter of the width.

@@ -19,6 +19,7 @@ fn drawn(notice: Notice, origin: Origin) -> Canvas {
         pose: Some(pose),
         tool: &scene.tool,
         targets: &scene.targets,
+        chosen: None,
         accuracy: None,
         outside: false,
         remarks: &[],
@@ -94,4 +95,116 @@ fn scale_bars_are_round() {
 fn ages_are_words() {
     assert_eq!(age_words(320_000_000), "320\u{a0}ms");
     assert_eq!(age_words(2_340_000_000), "2.3\u{a0}s");
+}
+
+/// A local image of two targets, the near one at the tip, with this one chosen.
+fn of_targets<T>(chosen: Option<&Chosen>, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
+    let text = "[[targets]]\nname = \"near\"\nct_mm = [51, 50, 50]\n[[targets]]\nname = \"far\"\nct_mm = [70, 50, 50]";
+    let scene = scene::Scene::parse(text, std::path::Path::new("")).unwrap();
+    let affine = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
+    let grid = VolumeGrid::checked([100; 3], affine).unwrap();
+    let view = &scene.views[6];
+    let pose = Rigid::from_rotation_vector(
+        geometry::Vector::new(0.0, 0.0, 0.0),
+        geometry::Vector::new(50.0, 50.0, 50.0),
+    );
+    let pose = pose.unwrap();
+    look(&Overlay {
+        view,
+        plane: &view::plane(view, &grid, &pose).unwrap(),
+        pose: Some(pose),
+        tool: &scene.tool,
+        targets: &scene.targets,
+        chosen,
+        accuracy: None,
+        outside: false,
+        remarks: &[],
+        notice: Notice::Requested,
+        origin: Origin::Tracker,
+        seq: 7,
+        registration_id: 1,
+        volume: "01234567",
+        marks: Marks::default(),
+        caution: "",
+    })
+}
+
+fn far() -> Chosen {
+    Chosen {
+        name: "far".to_owned(),
+        centre: geometry::Point::new(70.0, 50.0, 50.0),
+        radius_mm: 2.5,
+        entry: None,
+        stop_mm: 0.0,
+    }
+}
+
+fn pixels(chosen: Option<&Chosen>) -> Vec<u8> {
+    of_targets(chosen, |overlay| {
+        let mut canvas = Canvas::new(overlay.view.size[0], overlay.view.size[1]);
+        overlay.draw(&mut canvas);
+        canvas.rgba().to_vec()
+    })
+}
+
+/// How many pixels have the colour of targets, within this distance of the pixel where the image shows a target, to the left of it and
+/// below: its name stands elsewhere.
+fn target_pixels(rgba: &[u8], middle: [f64; 2], within: f64, width: usize) -> usize {
+    let Rgb(r, g, b) = palette::TARGET;
+    let is_near = |i: usize| {
+        let [dx, dy] = [(i % width) as f64 - middle[0], (i / width) as f64 - middle[1]];
+        dx < 0.0 && dy > 0.0 && dx.hypot(dy) <= within
+    };
+    let pixels = rgba.chunks_exact(4).enumerate();
+    pixels
+        .filter(|(i, pixel)| is_near(*i) && pixel[..3] == [r, g, b])
+        .count()
+}
+
+#[test]
+fn the_distance_is_that_to_the_chosen_target_and_the_nearest_never_takes_its_place() {
+    let texts = |chosen: Option<&Chosen>| {
+        of_targets(chosen, |overlay| {
+            let placed = overlay.words().layout.placed;
+            placed.into_iter().map(|word| word.text).collect::<Vec<_>>()
+        })
+    };
+    let is_distance = |text: &String| text.ends_with(" mm") && (text.starts_with("near ") || text.starts_with("far "));
+    assert!(!texts(None).iter().any(is_distance), "{:?}", texts(None));
+    let far = far();
+    let found: Vec<String> = texts(Some(&far)).into_iter().filter(is_distance).collect();
+    assert_eq!(found, ["far 20.0 mm"]);
+}
+
+#[test]
+fn the_chosen_target_has_a_second_ring_and_the_others_have_not() {
+    let far = far();
+    let (none, chosen) = (pixels(None), pixels(Some(&far)));
+    // 100 mm on 512 pixels; a radius of 2.5 mm, and the second ring 5 pixels further out.
+    let (at, ring) = of_targets(Some(&far), |overlay| {
+        let seen = overlay.plane.project(far.centre);
+        ([seen.x, seen.y], 2.5 / overlay.plane.pixel_mm() + 5.0)
+    });
+    let count = |rgba: &[u8], within| target_pixels(rgba, at, within, 512);
+    assert_eq!(count(&none, ring - 3.0), count(&chosen, ring - 3.0));
+    assert_eq!(count(&none, ring - 3.0), count(&none, ring + 2.0));
+    assert!(count(&chosen, ring + 2.0) > count(&chosen, ring - 3.0) + 8);
+}
+
+#[test]
+fn a_chosen_target_that_the_scene_does_not_list_is_drawn_with_both_rings() {
+    let elsewhere = Chosen {
+        centre: geometry::Point::new(50.0, 75.0, 50.0),
+        ..far()
+    };
+    let (at, radius) = of_targets(Some(&elsewhere), |overlay| {
+        let seen = overlay.plane.project(elsewhere.centre);
+        ([seen.x, seen.y], 2.5 / overlay.plane.pixel_mm())
+    });
+    let drawn = pixels(Some(&elsewhere));
+    let inner = target_pixels(&drawn, at, radius + 2.0, 512);
+    assert!(
+        inner > 5 && target_pixels(&drawn, at, radius + 8.0, 512) > inner + 8,
+        "{inner}"
+    );
 }

@@ -4,12 +4,12 @@ use bus::clock;
 use bus::message::Marks;
 use geometry::{Point, Tool};
 use picture::{Anchor, Rgb, palette};
-use scene::{Extent, SlabMode, View};
+use scene::{Drawn, Extent, SlabMode, View};
 
 use super::layout::{Caption, Layout, wrapped};
 use super::shapes::Outline;
 use super::{Notice, Origin, Overlay};
-use crate::letters::letters;
+use geometry::letters;
 
 /// The sides of the smallest image that gets words, pixels: below, letters large enough to be read have no room.
 pub(crate) const SMALLEST_WITH_WORDS: u32 = 192;
@@ -51,12 +51,17 @@ pub(super) struct Words {
     pub(super) bands: Vec<Band>,
     /// Whether the scale bar has its number.
     pub(super) scale: bool,
+    /// How many of those that say what the image claims, or how it lies, found no room.
+    unsaid: usize,
 }
+
+/// Where words that were made larger have no room, these sizes are tried: what the image claims must stand on it.
+const SMALLER: [f64; 5] = [3.0, 2.0, 1.5, 1.25, 1.0];
 
 impl Overlay<'_> {
     /// The scale of words: sizes are meant for 512 pixels.
     fn word_unit(&self) -> f64 {
-        self.unit().max(SMALLEST_UNIT)
+        self.unit().max(SMALLEST_UNIT) * self.view.text
     }
 
     /// Whether the image has room for words at all.
@@ -67,6 +72,25 @@ impl Overlay<'_> {
     /// The words in their places. Where some are left out, that itself stands on the image, in room kept for it: it must not
     /// push about what it counts.
     pub(super) fn words(&self) -> Words {
+        let mut words = self.words_of_size();
+        for text in SMALLER {
+            if words.unsaid > 0 && text < self.view.text {
+                let view = &View {
+                    text,
+                    ..self.view.clone()
+                };
+                words = Overlay { view, ..*self }.words_of_size();
+            }
+        }
+        words
+    }
+
+    /// Whether the image says all that it can say by itself, or leaves what is no state to a window around it.
+    fn says_all(&self) -> bool {
+        self.view.overlay == Drawn::All
+    }
+
+    fn words_of_size(&self) -> Words {
         let mut words = self.arranged(false);
         if words.layout.left_out > 0 {
             words = self.arranged(true);
@@ -81,7 +105,7 @@ impl Overlay<'_> {
         let mut layout = Layout::new(width, height);
         layout.place(self.replay_word());
         let bands = self.bands(&mut layout);
-        for letter in self.letters() {
+        for letter in self.letters().into_iter().filter(|_| self.says_all()) {
             layout.place(letter);
         }
         // The state may stand on many lines; what comes before may not.
@@ -90,6 +114,7 @@ impl Overlay<'_> {
             .map(|corner| self.spots(corner))
             .concat();
         layout.place(self.caption(state, 13.0, colour, spots));
+        let unsaid = layout.left_out;
         let scale = self.scale_words(&mut layout);
         for caption in self.corners(counted) {
             layout.place(caption);
@@ -98,12 +123,22 @@ impl Overlay<'_> {
             let [low, high] = self.about_the_tip(pose);
             layout.keep_free(low, high);
         }
-        if self.view.extent == Extent::Local {
+        if self.view.extent == Extent::Local && self.says_all() {
             for outline in self.outlines() {
                 layout.place(self.label(&outline));
             }
         }
-        Words { layout, bands, scale }
+        let marks = self.marks.words();
+        let unusual = unusual(self.view).unwrap_or_default();
+        let others = [self.origin.warning(), self.caution, &marks, &unusual];
+        let is_there = |text: &str| text.is_empty() || layout.placed.iter().any(|placed| placed.text == text);
+        let unsaid = unsaid + others.iter().filter(|text| !is_there(text)).count();
+        Words {
+            layout,
+            bands,
+            scale,
+            unsaid,
+        }
     }
 
     fn caption(&self, text: impl Into<String>, size: f64, colour: Rgb, spots: Vec<([f64; 2], Anchor)>) -> Caption {
@@ -172,7 +207,7 @@ impl Overlay<'_> {
                 let text = format!("NO POSE: {}{}", reason.words(), age.unwrap_or_default());
                 alarms.push((text, palette::ALARM));
             }
-            Notice::Live | Notice::Requested => {}
+            Notice::Live | Notice::Requested | Notice::Look => {}
         }
         if self.outside {
             // Of a part nobody here knows where the examination ends.
@@ -215,14 +250,18 @@ impl Overlay<'_> {
 
     /// The lines of the four corners, what matters most first.
     fn corners(&self, counted: bool) -> Vec<Caption> {
-        let nearest = self.nearest_target().map(|(name, mm)| format!("{name} {mm:.1} mm"));
+        let chosen = self.chosen_words().filter(|_| self.says_all());
         let accuracy = self.accuracy.as_ref();
         let room = if counted { REMARK_ROOM } else { "" };
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         let window = format!("W {} C {}", self.view.window.width_hu, self.view.window.centre_hu);
+        let [title, window, ids] = match self.says_all() {
+            true => [self.title(), window, ids],
+            false => Default::default(),
+        };
         use Corner::{BottomLeft, BottomRight, TopLeft, TopRight};
         let lines = [
-            (TopLeft, self.title(), 15.0, palette::WORDS),
+            (TopLeft, title, 15.0, palette::WORDS),
             (BottomRight, self.origin.warning().to_owned(), 13.0, palette::ALARM),
             (BottomRight, room.to_owned(), 12.0, palette::WORDS),
             (
@@ -231,7 +270,7 @@ impl Overlay<'_> {
                 13.0,
                 palette::TIP,
             ),
-            (BottomRight, nearest.unwrap_or_default(), 13.0, palette::TARGET),
+            (BottomRight, chosen.unwrap_or_default(), 13.0, palette::TARGET),
             (BottomRight, self.caution.to_owned(), 13.0, palette::WARN),
             (BottomRight, self.marks.words(), 13.0, palette::WORDS),
             (
@@ -266,6 +305,10 @@ impl Overlay<'_> {
     }
 
     fn title(&self) -> String {
+        // Whatever the view's own plane is, this one was asked for.
+        if self.notice == Notice::Look {
+            return "LOOK".to_owned();
+        }
         let extent = match self.view.extent {
             Extent::Global => "global",
             Extent::Local => "local",
@@ -281,6 +324,7 @@ impl Overlay<'_> {
             }
             Notice::Live => (format!("LIVE seq {seq}"), palette::WORDS),
             Notice::Requested => (format!("HELD seq {seq}"), palette::WORDS),
+            Notice::Look => ("NOT FOLLOWING".to_owned(), palette::WARN),
             Notice::Stale(_) => (format!("seq {seq}"), palette::WARN),
             Notice::Lost(..) => (format!("seq {seq}"), palette::ALARM),
         }
@@ -289,13 +333,13 @@ impl Overlay<'_> {
     /// A target's name beside it, with its distance where the plane misses it. Above its right first: the tube comes from the
     /// side or from below more often than from there.
     fn label(&self, outline: &Outline<'_>) -> Caption {
-        let name = &outline.target.name;
+        let (name, reach, outline) = (&outline.target.name, outline.reach_px, &outline.circle);
         let text = match outline.cut {
             true => name.clone(),
             false => format!("{name} {:+.1} mm", outline.depth_mm),
         };
         let ([x, y], u) = (outline.at, self.word_unit());
-        let (reach, lift) = (outline.radius_px, outline.radius_px + 6.0 * u);
+        let (reach, lift) = (reach, reach + 6.0 * u);
         let beside = reach + 4.0 * u;
         let spots = vec![
             ([x + reach, y - lift], Anchor::Left),
@@ -310,13 +354,10 @@ impl Overlay<'_> {
         self.caption(text, 12.0, palette::TARGET, spots)
     }
 
-    /// The target nearest to the tip and the distance from the tip to its centre, mm.
-    fn nearest_target(&self) -> Option<(&str, f64)> {
-        let tip = self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0);
-        self.targets
-            .iter()
-            .map(|t| (t.name.as_str(), t.centre.distance(tip)))
-            .min_by(|a, b| a.1.total_cmp(&b.1))
+    /// The target that a person chose and the distance from the tip to its centre. No other takes its place, however near.
+    fn chosen_words(&self) -> Option<String> {
+        let (chosen, tip) = (self.chosen?, self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0));
+        Some(format!("{} {:.1} mm", chosen.name, chosen.centre.distance(tip)))
     }
 }
 

@@ -1,10 +1,10 @@
 //! Drawing and handing over, local views first.
 //!
-//! A renderer that is slower than its poses passes poses over. Its global views are the first to be passed over: they show where the
-//! tube is in the body, which changes less than what lies before its tip.
+//! A renderer that is slower than its poses passes poses over, by [`Stride`](crate::stride::Stride). Its global views have a stride of
+//! their own, which is the first to grow: they show where the tube is in the body, which changes less than what lies before its tip.
 
 use bus::clock;
-use bus::message::{FrameStamp, FrameState, ToolPose, Tracked};
+use bus::message::{FrameStamp, FrameState, ToolPose};
 use geometry::{Ct, Rigid, Tool};
 
 use super::{RunError, SliceView};
@@ -14,7 +14,7 @@ use crate::overlay::Notice;
 use crate::render::Rendered;
 use crate::reslice::Resampler;
 
-/// No view waits so long that its pose comes to have more than this part of the age at which it is stale.
+/// No view is passed over for so long that its pose comes to have more than this part of the age at which it is stale.
 const LONGEST_WAIT: f64 = 0.5;
 
 /// What is drawn.
@@ -44,20 +44,21 @@ impl SliceView {
         self.draw_some(&drawing, |_| true)
     }
 
-    /// Draws the views of a pose that has just come, but those that may wait until no newer pose does. A replay and simulated time
-    /// are to give each image of each pose, so nothing waits there.
+    /// Draws the views of a pose: the global ones of the poses that their own stride takes, and of others where their image would else
+    /// grow too old. A replay and simulated time are to give each image of each pose.
     pub(super) fn draw_live(&mut self, sample: &ToolPose, pose: Rigid<Ct, Tool>) -> Result<(), RunError> {
         self.process.counters.published += 1;
         let session = &self.process.session;
-        let longest_ns = clock::ns(self.process.scene.limits.stale.mul_f64(LONGEST_WAIT));
         let (t_seen_ns, is_ruled) = (session.clock().now_ns(), session.is_ruled());
+        let is_taken = is_ruled || self.strides.global.takes(sample.seq);
+        let (oldest_ns, next_ns) = (self.oldest_ns(), self.until_next_ns());
         for output in &mut self.outputs {
-            // Until the next pose is here, and this view drawn of it.
-            let until_ns = self.interval_ns.saturating_add(output.took_ns);
+            // Until the next pose is here that is drawn, and this view drawn of it.
+            let until_ns = next_ns.saturating_add(output.took_ns);
             let is_young = output
                 .live_from_ns
-                .is_some_and(|captured| (t_seen_ns - captured).saturating_add(until_ns) < longest_ns);
-            output.waits = !is_ruled && output.may_wait() && is_young;
+                .is_some_and(|captured| (t_seen_ns - captured).saturating_add(until_ns) < oldest_ns);
+            output.waits = !is_taken && output.may_wait() && is_young;
         }
         let drawing = Drawing {
             sample,
@@ -68,34 +69,27 @@ impl SliceView {
         self.draw_some(&drawing, |output| !output.waits)
     }
 
-    /// Draws the views that wait, where their pose is still live and the next pose will not have to wait for them. Otherwise all
-    /// are due with its age, which is not for here.
-    pub(super) fn catch_up(&mut self) -> Result<(), RunError> {
-        let waiting = self.outputs.iter().filter(|output| output.waits);
-        let needed_ns: i64 = waiting.map(|output| output.took_ns).sum();
-        let (Some((sample, Tracked::Valid(pose))), Some((FrameState::Live, t_seen_ns))) = (self.last, self.drawn)
-        else {
-            return Ok(());
-        };
-        let since_ns = self.process.session.clock().now_ns() - t_seen_ns;
-        let is_next_overdue = since_ns >= self.interval_ns.saturating_mul(2);
-        if since_ns + needed_ns > self.interval_ns && !is_next_overdue {
-            return Ok(());
+    /// No image is left standing for want of a rule beyond this age of its pose, ns.
+    pub(super) fn oldest_ns(&self) -> i64 {
+        clock::ns(self.process.scene.limits.stale.mul_f64(LONGEST_WAIT))
+    }
+
+    /// Hears what a person chose. Gives the moment whose choice an image shows: when its pose was captured, and now where it is old
+    /// or has none.
+    fn hear_choice(&mut self, drawing: &Drawing<'_>) -> Result<i64, RunError> {
+        if let Some(why) = self.chosens.listen(&self.guides)? {
+            bus::stderr_line!("slice-view-proc: error: {why}. Nothing of it is shown; further ones are only counted");
         }
-        let drawing = Drawing {
-            sample: &sample,
-            pose: Some(pose),
-            notice: Notice::Live,
-            t_seen_ns,
-        };
-        match self.ages().state(self.age_ns(&sample)) {
-            FrameState::Live => self.draw_some(&drawing, |output| output.waits),
-            _ => Ok(()),
-        }
+        self.process.counters.refused += std::mem::take(&mut self.chosens.refused_since);
+        Ok(match drawing.notice {
+            Notice::Live | Notice::Requested => drawing.sample.t_capture_ns,
+            Notice::Stale(_) | Notice::Lost(..) | Notice::Look => drawing.t_seen_ns,
+        })
     }
 
     /// Draws and publishes the views that are `chosen`.
     fn draw_some(&mut self, drawing: &Drawing<'_>, chosen: impl Fn(&Output) -> bool) -> Result<(), RunError> {
+        let chosen_ns = self.hear_choice(drawing)?;
         let Some(volume) = &self.volume else { return Ok(()) };
         let (sample, t_seen_ns) = (drawing.sample, drawing.t_seen_ns);
         let is_held = drawing.notice == Notice::Requested;
@@ -114,6 +108,7 @@ impl SliceView {
             notice: drawing.notice,
             origin: self.origin,
             remarks: &remarks,
+            chosen: self.chosens.at(chosen_ns),
             seq: sample.seq,
             registration_id: sample.registration_id,
         };

@@ -1,4 +1,6 @@
-//! The values of the data elements that are read. Everything else in a file is passed over, so that nothing of a patient is even held; of PatientID a digest stays ([`Header::patient`](super::header::Header::patient)).
+//! The values of the data elements that are read. Everything else in a file is passed over, so that nothing of a patient is even held; of
+//! PatientID a digest stays ([`Header::patient`](super::header::Header::patient)). Names are read where a person asks, and once for the
+//! bus, on which they are for the operator's screen ([`identity`](super::header::identity)); no error, line or report has them.
 
 use std::io::{BufRead, Seek};
 

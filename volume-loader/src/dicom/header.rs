@@ -1,5 +1,7 @@
 //! What one file says of itself, as far as it is needed.
 
+pub(super) mod identity;
+
 use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufRead, BufReader, Read, Seek};
@@ -79,20 +81,6 @@ pub(crate) enum Kind {
     Object,
     /// Not DICOM.
     Other,
-}
-
-/// What the file at `path` says of the patient, the visit and the place, by name; elements that are absent or empty are left
-/// out.
-///
-/// # Errors
-/// [`DicomError::File`], [`DicomError::Unreadable`].
-pub(crate) fn identity(path: &Path) -> Result<Vec<(&'static str, String)>, DicomError> {
-    let elements = walk(path, |walker| Elements::read_with(walker, &el::IDENTITY))?;
-    let said = |(tag, name): &(Tag, &'static str)| {
-        let text = elements.as_ref()?.text(*tag)?;
-        (!text.is_empty()).then_some((*name, text))
-    };
-    Ok(el::IDENTITY.iter().filter_map(said).collect())
 }
 
 /// Opens a file and hands it to `parse`, whose errors get its name.

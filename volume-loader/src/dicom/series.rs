@@ -146,7 +146,7 @@ impl Series {
     pub fn identity(&self) -> Result<Vec<(&'static str, String)>, DicomError> {
         self.headers
             .first()
-            .map_or(Ok(Vec::new()), |header| identity(&header.path))
+            .map_or(Ok(Vec::new()), |header| identity::all(&header.path))
     }
 
     /// Whether the slices name no series.

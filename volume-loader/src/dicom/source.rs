@@ -9,14 +9,14 @@ use super::alike;
 use super::error::{DicomError, FileError};
 use super::facts::SeriesFacts;
 use super::geometry::{GeometryError, Stack};
-use super::header::{Header, Placed};
+use super::header::{Header, Placed, identity};
 use super::padding::Padding;
 use super::plan::{self, Take};
 use super::report::{self, Laid};
 use super::scan;
 use super::series::Series;
 use super::slice::Slice;
-use crate::source::{Conversion, Facts, ReadError, Scratch, SliceReader, Turn, VoxelSource};
+use crate::source::{Conversion, Facts, ReadError, Scratch, SliceReader, Turn, VoxelSource, Whose};
 
 /// What may be done to a series that is no even stack.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -215,6 +215,12 @@ impl VoxelSource for DicomSource {
 
     fn facts(&self) -> Facts {
         self.facts.told()
+    }
+
+    /// Of the first slice: all of them have one patient's number.
+    fn whose(&self) -> Result<Whose, ReadError> {
+        let first = self.slices.first();
+        Ok(first.map_or(Ok(Whose::default()), |slice| identity::whose(&slice.path))?)
     }
 
     fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {

@@ -69,17 +69,26 @@ elements! {
     PIXELS = (0x7FE0, 0x0010, "PixelData");
 }
 
-/// Elements that name a patient, a visit or a place: read only where a person asks for them.
-pub(crate) const IDENTITY: [(Tag, &str); 11] = [
-    (tag(0x0010, 0x0010), "PatientName"),
+pub(crate) const CHARACTER_SET: Tag = tag(0x0008, 0x0005);
+pub(crate) const STUDY_DATE: Tag = tag(0x0008, 0x0020);
+pub(crate) const STUDY_DESCRIPTION: Tag = tag(0x0008, 0x1030);
+pub(crate) const SERIES_DESCRIPTION: Tag = tag(0x0008, 0x103E);
+pub(crate) const PATIENT_NAME: Tag = tag(0x0010, 0x0010);
+pub(crate) const BIRTH_DATE: Tag = tag(0x0010, 0x0030);
+
+/// Elements that name a patient, a visit or a place: read only where a person asks for them, and for the bus.
+pub(crate) const IDENTITY: [(Tag, &str); 12] = [
+    // In which the others are written.
+    (CHARACTER_SET, "SpecificCharacterSet"),
+    (PATIENT_NAME, "PatientName"),
     (PATIENT_ID, "PatientID"),
-    (tag(0x0010, 0x0030), "PatientBirthDate"),
+    (BIRTH_DATE, "PatientBirthDate"),
     (tag(0x0010, 0x0040), "PatientSex"),
-    (tag(0x0008, 0x0020), "StudyDate"),
+    (STUDY_DATE, "StudyDate"),
     (tag(0x0008, 0x0050), "AccessionNumber"),
     (tag(0x0008, 0x0080), "InstitutionName"),
-    (tag(0x0008, 0x1030), "StudyDescription"),
-    (tag(0x0008, 0x103E), "SeriesDescription"),
+    (STUDY_DESCRIPTION, "StudyDescription"),
+    (SERIES_DESCRIPTION, "SeriesDescription"),
     (STUDY, "StudyInstanceUID"),
     (SERIES, "SeriesInstanceUID"),
 ];

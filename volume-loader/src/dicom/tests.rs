@@ -9,6 +9,7 @@ mod pixels;
 mod places;
 mod real_sets;
 mod series;
+mod whose;
 mod writer;
 
 use std::path::{Path, PathBuf};

@@ -1,5 +1,7 @@
 //! Text of an element (DICOM PS3.5 section 6.2).
 
+pub(crate) mod charset;
+
 /// The text without the padding around it; what is not ASCII becomes question marks.
 pub(crate) fn text(bytes: &[u8]) -> String {
     let ascii: String = bytes

@@ -189,12 +189,11 @@ pub(crate) fn difference(pixels: &[u32], reference: &[[f64; 3]]) -> f64 {
     assert_eq!(pixels.len(), reference.len());
     let worst = pixels.iter().zip(reference).map(|(pixel, levels)| {
         let [_, r, g, b] = pixel.to_be_bytes().map(f64::from);
-        let apart = [r, g, b]
+        [r, g, b]
             .iter()
             .zip(levels)
             .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        apart
+            .fold(0.0, f64::max)
     });
     worst.fold(0.0, f64::max)
 }

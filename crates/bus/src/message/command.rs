@@ -21,7 +21,8 @@ pub struct Command {
     pub pose: ToolPose,
     /// For [`CommandKind::Look`]: the plane and window to draw. Else zero.
     pub plane: ImagePlane,
-    /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. Else empty.
+    /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. For
+    /// [`CommandKind::Confirm`]: the examination's hash, in hex. Else empty.
     pub text: [u8; Self::TEXT],
 }
 
@@ -60,10 +61,18 @@ pub enum CommandKind {
     Hold,
     /// Pilot: nothing is held any more.
     Follow,
+    /// Pilot: a person says that the examination with this hash, which she saw on her screen, is the patient's.
+    Confirm,
+    /// Pilot: a person says that it is not.
+    Reject,
+    /// Pilot: a person starts the navigation.
+    Navigate,
+    /// Pilot: a person ends it, and the run goes on.
+    Rest,
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 15] = [
+const CODES: [(CommandKind, u32); 19] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -79,6 +88,10 @@ const CODES: [(CommandKind, u32); 15] = [
     (CommandKind::Mark, 13),
     (CommandKind::Hold, 14),
     (CommandKind::Follow, 15),
+    (CommandKind::Confirm, 16),
+    (CommandKind::Reject, 17),
+    (CommandKind::Navigate, 18),
+    (CommandKind::Rest, 19),
 ];
 
 impl Command {
@@ -116,7 +129,7 @@ impl Command {
         }
     }
 
-    /// A request with words: [`CommandKind::Choose`], [`CommandKind::Mark`]. What does not fit is cut off.
+    /// A request with words: [`CommandKind::Choose`], [`CommandKind::Mark`], [`CommandKind::Confirm`]. What does not fit is cut off.
     pub fn with_text(kind: CommandKind, text: &str) -> Self {
         Self {
             text: text_field(text),

@@ -1,5 +1,7 @@
 //! A rendered image and the stamp it can never be parted from.
 
+use std::ops::RangeInclusive;
+
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{Lost, VolumeHash};
@@ -55,6 +57,8 @@ pub enum FrameState {
     Stale,
     /// Shows a valid pose that was asked for: it claims nothing of the present.
     Requested,
+    /// Shows a plane that was asked for, whatever the tool does: it claims nothing of the present, and shows no pose.
+    Look,
     /// There is no pose, and the image says so.
     Lost(Lost),
 }
@@ -94,6 +98,7 @@ impl FrameState {
             Self::Live => 0,
             Self::Stale => 100,
             Self::Requested => 101,
+            Self::Look => 102,
             Self::Lost(reason) => reason.code(),
         }
     }
@@ -104,6 +109,7 @@ impl FrameState {
             0 => Some(Self::Live),
             100 => Some(Self::Stale),
             101 => Some(Self::Requested),
+            102 => Some(Self::Look),
             code => match Lost::from_code(code) {
                 Some(reason) => Some(Self::Lost(reason)),
                 None => None,
@@ -135,6 +141,7 @@ impl FrameStamp {
         let state = match self.frame_state() {
             Some(FrameState::Live | FrameState::Requested) => "valid",
             Some(FrameState::Stale) => "stale",
+            Some(FrameState::Look) => "none",
             Some(FrameState::Lost(reason)) => reason.words(),
             None => "unknown",
         };
@@ -187,6 +194,56 @@ impl ImagePlane {
             width_hu: window.width_hu,
             ..placed.unwrap_or_default()
         }
+    }
+}
+
+/// Most HU of a window's centre either way, and of its width: those of a scene.
+const CENTRE_HU: RangeInclusive<f64> = -32_768.0..=32_767.0;
+const WIDTH_HU: RangeInclusive<f64> = 1.0..=65_536.0;
+/// What the shorter side of an image may show, mm: as a scene's local views.
+const FIELD_MM: RangeInclusive<f64> = 1.0..=2000.0;
+/// No place of an image lies further from the CT's origin along an axis, mm.
+const MAX_MM: f64 = 1e4;
+
+/// Why a plane that was asked for is not drawn.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LookError {
+    /// It is no plane.
+    #[error("the plane asked for: {0}")]
+    Plane(#[from] DoorError),
+    /// A number is none, or beyond what may be asked for.
+    #[error("the plane asked for: {what} is {found}, expected {expected}")]
+    Number {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+}
+
+impl ImagePlane {
+    /// The plane and the window of an image of `size` pixels that somebody asks for: the door from the bus to geometry.
+    ///
+    /// # Errors
+    /// [`LookError`] for numbers that are no plane or no window, and for a plane beyond what a scene's views may show.
+    pub fn asked(&self, size: [u32; 2]) -> Result<(SlicePlane, WindowLevel), LookError> {
+        let within = |what, found: f64, range: RangeInclusive<f64>, expected| match range.contains(&found) {
+            true => Ok(found),
+            false => Err(LookError::Number { what, found, expected }),
+        };
+        let window = WindowLevel {
+            centre_hu: within("centre_hu", self.centre_hu, CENTRE_HU, "-32768 to 32767 HU")?,
+            width_hu: within("width_hu", self.width_hu, WIDTH_HU, "1 to 65536 HU")?,
+        };
+        let plane = checked::slice_plane(self.origin_mm, [self.right, self.down], self.pixel_mm, size)?;
+        for mm in self.origin_mm {
+            within("origin_mm", mm, -MAX_MM..=MAX_MM, "-10000 to 10000 mm")?;
+        }
+        let shorter = f64::from(size[0].min(size[1]));
+        within("the shorter side", self.pixel_mm * shorter, FIELD_MM, "1 to 2000 mm")?;
+        Ok((plane, window))
     }
 }
 
@@ -278,6 +335,101 @@ mod tests {
     }
 
     #[test]
+    fn a_plane_that_is_asked_for_is_taken_to_the_bit_or_refused_by_name() {
+        let good = ImagePlane {
+            origin_mm: [1.0, -2.0, 1e4],
+            right: [0.0, 1.0, 0.0],
+            down: [0.0, 0.0, -1.0],
+            pixel_mm: 0.25,
+            centre_hu: 40.0,
+            width_hu: 400.0,
+        };
+        let (plane, window) = good.asked([64, 512]).unwrap();
+        assert_eq!(ImagePlane::of(Some(&plane), window), good);
+        for (what, bad) in [
+            (
+                "centre_hu",
+                ImagePlane {
+                    centre_hu: f64::NAN,
+                    ..good
+                },
+            ),
+            ("centre_hu", ImagePlane { centre_hu: 4e4, ..good }),
+            ("width_hu", ImagePlane { width_hu: 0.0, ..good }),
+            (
+                "width_hu",
+                ImagePlane {
+                    width_hu: f64::INFINITY,
+                    ..good
+                },
+            ),
+            (
+                "origin_mm",
+                ImagePlane {
+                    origin_mm: [0.0, 1e5, 0.0],
+                    ..good
+                },
+            ),
+            ("shorter side", ImagePlane { pixel_mm: 40.0, ..good }),
+            ("shorter side", ImagePlane { pixel_mm: 0.01, ..good }),
+            ("plane", ImagePlane { pixel_mm: 0.0, ..good }),
+            (
+                "plane",
+                ImagePlane {
+                    pixel_mm: f64::NAN,
+                    ..good
+                },
+            ),
+            (
+                "plane",
+                ImagePlane {
+                    pixel_mm: f64::MAX,
+                    ..good
+                },
+            ),
+            (
+                "plane",
+                ImagePlane {
+                    pixel_mm: -0.25,
+                    ..good
+                },
+            ),
+            (
+                "plane",
+                ImagePlane {
+                    origin_mm: [0.0, f64::NAN, 0.0],
+                    ..good
+                },
+            ),
+            (
+                "plane",
+                ImagePlane {
+                    right: [0.0; 3],
+                    ..good
+                },
+            ),
+            (
+                "plane",
+                ImagePlane {
+                    right: [0.0, 0.6, -0.8],
+                    ..good
+                },
+            ),
+            (
+                "plane",
+                ImagePlane {
+                    down: [0.0, 0.0, -1e200],
+                    ..good
+                },
+            ),
+            ("plane", ImagePlane::default()),
+        ] {
+            let error = bad.asked([64, 512]).map(|_| bad).unwrap_err().to_string();
+            assert!(error.contains(what), "{bad:?}: {error}");
+        }
+    }
+
+    #[test]
     fn a_live_image_grows_stale() {
         let stamp = FrameStamp {
             t_capture_ns: 1000,
@@ -307,6 +459,7 @@ mod tests {
             drawn(FrameState::Requested).state_at(9999, ages),
             Some(FrameState::Requested)
         );
+        assert_eq!(drawn(FrameState::Look).state_at(9999, ages), Some(FrameState::Look));
         let lost = FrameStamp {
             state: Lost::NotSeen.code(),
             ..stamp
@@ -320,6 +473,7 @@ mod tests {
             FrameState::Live,
             FrameState::Stale,
             FrameState::Requested,
+            FrameState::Look,
             FrameState::Lost(Lost::NotSeen),
             FrameState::Lost(Lost::Silent),
             FrameState::Lost(Lost::Refused),

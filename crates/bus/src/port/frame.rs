@@ -139,8 +139,16 @@ impl FrameSubscriber {
     /// # Errors
     /// [`BusError::Open`].
     pub fn open_waking(bus: &Bus, view: &str) -> Result<Self, BusError> {
-        let mut subscriber = Self::open(bus, &VIEW_FRAME, view)?;
-        subscriber.listener = Some(listener(bus, &VIEW_FRAME, &subscriber.name)?);
+        Self::open_waking_on(bus, &VIEW_FRAME, view)
+    }
+
+    /// The same on another topic that wakes.
+    ///
+    /// # Errors
+    /// [`BusError::Open`].
+    pub fn open_waking_on(bus: &Bus, topic: &Topic, view: &str) -> Result<Self, BusError> {
+        let mut subscriber = Self::open(bus, topic, view)?;
+        subscriber.listener = Some(listener(bus, topic, &subscriber.name)?);
         Ok(subscriber)
     }
 

@@ -2,11 +2,11 @@
 
 use super::places::{Crowded, Places};
 use super::{command, event_service, frame, stream, volume};
-use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Heartbeat, ToolPose};
+use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, ToolPose, Workflow};
 use crate::node::patiently;
 use crate::topic::{
-    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, HEARTBEAT, HELD_FRAME, SESSION_CLOCK, TOOL_POSE, Topic,
-    VIEW_FRAME,
+    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME,
+    SESSION_CLOCK, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
 };
 use crate::{Bus, BusError};
 
@@ -40,16 +40,19 @@ impl Services {
     pub fn create(bus: &Bus, members: &Members<'_>) -> Result<Self, BusError> {
         let mut kept = Vec::new();
         keep(&mut kept, bus, || volume::service(bus))?;
+        keep_stream::<Identity>(&mut kept, bus, &IDENTITY, "")?;
         keep_stream::<ToolPose>(&mut kept, bus, &TOOL_POSE, "")?;
         keep_stream::<EmitterFrame>(&mut kept, bus, &EMITTERS, "")?;
         keep_stream::<ToolPose>(&mut kept, bus, &GROUND_TRUTH, "")?;
         keep_stream::<Event>(&mut kept, bus, &EVENT, "pilot")?;
+        keep_stream::<Guide>(&mut kept, bus, &GUIDE, "")?;
+        keep_stream::<Workflow>(&mut kept, bus, &WORKFLOW, "")?;
         if members.is_ruled {
             keep_stream::<ClockLaw>(&mut kept, bus, &SESSION_CLOCK, "")?;
             keep_stream::<Heartbeat>(&mut kept, bus, &HEARTBEAT, "pilot")?;
         }
         for view in &members.views {
-            for topic in [&VIEW_FRAME, &HELD_FRAME] {
+            for topic in [&VIEW_FRAME, &HELD_FRAME, &LOOK_FRAME] {
                 let name = topic.of(view);
                 keep(&mut kept, bus, || frame::service(bus, topic, &name))?;
                 if topic.wakes {

@@ -67,6 +67,26 @@ pub enum Why {
     NotNavigating,
 }
 
+impl Why {
+    /// As a person reads it.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::NoVolume => "there is no examination",
+            Self::OtherVolume => "another examination than the run's",
+            Self::NotConfirmed => "nobody has confirmed whose the examination is",
+            Self::IdentityRejected => "a person says that the examination is not the patient's",
+            Self::NotCalibrated => "the tool has no valid calibration",
+            Self::NotRegistered => "the patient has no registration within its gates",
+            Self::ReferenceBumped => "the marker on the patient was pushed: the registration must be checked",
+            Self::CheckFailed => "the check of the registration failed",
+            Self::CheckTooOld => "the check of the registration is too old",
+            Self::NotChecked => "the registration was not checked",
+            Self::Navigating => "not while the run navigates",
+            Self::NotNavigating => "the run does not navigate",
+        }
+    }
+}
+
 /// The state after an event, and what is to be done. The same state and event always give the same.
 ///
 /// An event without a row of [`TABLE`] leaves the state as it is, and the only action says why.

@@ -56,6 +56,8 @@ fn view((i, raw): (usize, &RawView)) -> Checked<View> {
         ahead_mm: ahead(&key("ahead_mm"), raw)?,
         window: window(&key("window"), &raw.window)?,
         up: raw.up,
+        text: number(&key("text"), raw.text, 0.5..=4.0, "times the usual size")?,
+        overlay: raw.overlay,
     })
 }
 

@@ -38,6 +38,16 @@ pub struct RawView {
     /// Perpendicular views: what points up.
     #[serde(default)]
     pub up: Up,
+    /// How large words on the image are.
+    #[serde(default = "default_text")]
+    pub text: f64,
+    /// What is drawn over the slice.
+    #[serde(default)]
+    pub overlay: Drawn,
+}
+
+fn default_text() -> f64 {
+    1.0
 }
 
 fn default_size() -> [u32; 2] {
@@ -100,6 +110,17 @@ pub enum Up {
     Anterior,
     /// The tool's own +y: the image turns with the handle.
     Tool,
+}
+
+/// What is drawn over the slice.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Drawn {
+    /// Lines and all words.
+    #[default]
+    All,
+    /// Lines, and the words on what the image claims and rests on: a window around it says the rest.
+    State,
 }
 
 /// A named window or its numbers.

@@ -159,6 +159,16 @@ fn other_schemas_and_later_ones_are_refused() {
 }
 
 #[test]
+fn choices_of_a_later_version_are_refused() {
+    let refused = |bytes: &[u8]| of(bytes).unwrap_err().to_string();
+    let text = refused(&foreign_on(GUIDE, "trocar.Guide9", b"", b""));
+    assert!(
+        text.contains("topic /guide holds \"trocar.Guide9\" where \"trocar.Guide\" is needed"),
+        "{text}"
+    );
+}
+
+#[test]
 fn emitters_of_another_kind_are_told_and_refuse_no_replay_of_poses() {
     let facts = read_bytes(&foreign_on(EMITTERS, "trocar.EmitterFrame9", b"", b""));
     let why = facts.emitters_refused.unwrap();

@@ -85,7 +85,7 @@ impl Replayer<'_> {
             published: self.published,
             without_emitters: self.without_emitters,
             unanswered: self.unanswered,
-            unread: self.tape.unread(),
+            unread: self.unread(),
             wall_s: clock::ms(monotonic_ns() - self.began_ns) / 1e3,
             lateness: self.timing.lateness(),
             images: self.images.as_ref().map_or(0, |images| images.written),

@@ -9,10 +9,13 @@ use super::*;
 use crate::wire::proto;
 
 /// The `.proto` file of each schema, without its ending.
-const SCHEMAS: [(&str, &[u8]); 6] = [
+const SCHEMAS: [(&str, &[u8]); 9] = [
     ("trocar/ToolPose", TOOL_POSE),
     ("trocar/EmitterFrame", EMITTER_FRAME),
     ("trocar/ProcessStatus", PROCESS_STATUS),
+    ("trocar/Guide", GUIDE),
+    ("trocar/Workflow", WORKFLOW),
+    ("trocar/Identity", IDENTITY),
     ("foxglove/FrameTransform", FRAME_TRANSFORM),
     ("foxglove/Log", LOG),
     ("foxglove/CompressedImage", COMPRESSED_IMAGE),
@@ -162,6 +165,72 @@ fn a_state_of_a_process_is_read_by_the_schema() {
     assert_eq!([&read["process"], &read["note"]], ["\"tracker\"", "\"note\""]);
     let counters = ["published", "lost", "dropped", "refused", "recorded"].map(|name| read[name].clone());
     assert_eq!(counters, ["6", "7", "8", "9", "10"]);
+}
+
+#[test]
+fn an_identity_is_read_by_the_schema() {
+    let identity = proto::Identity {
+        t_ns: 1,
+        volume_hash: vec![65],
+        source: "scene".to_owned(),
+        name: "4".to_owned(),
+        patient_id: "5".to_owned(),
+        birth_date: "6".to_owned(),
+        study_date: "7".to_owned(),
+        description: "8".to_owned(),
+    };
+    let read = fields(IDENTITY, "trocar.Identity", &identity.encode_to_vec());
+    for (name, value) in [
+        ("t_ns", "1"),
+        ("volume_hash", "\"A\""),
+        ("source", "\"scene\""),
+        ("name", "\"4\""),
+        ("patient_id", "\"5\""),
+        ("birth_date", "\"6\""),
+        ("study_date", "\"7\""),
+        ("description", "\"8\""),
+    ] {
+        assert_eq!(read[name], value, "{name}");
+    }
+}
+
+#[test]
+fn what_a_person_chose_is_read_by_the_schema() {
+    let guide = proto::Guide {
+        t_ns: -1,
+        plan_id: 2,
+        held_seq: 3,
+        held_capture_ns: -4,
+        target_mm: vec![5.5],
+        radius_mm: Some(6.5),
+        entry_mm: vec![7.5],
+        stop_mm: Some(8.5),
+        flags: 9,
+        name: vec![65],
+    };
+    let read = fields(GUIDE, "trocar.Guide", &guide.encode_to_vec());
+    for (name, value) in [
+        ("t_ns", "-1"),
+        ("plan_id", "2"),
+        ("held_seq", "3"),
+        ("held_capture_ns", "-4"),
+        ("target_mm", "[5.5]"),
+        ("radius_mm", "6.5"),
+        ("entry_mm", "[7.5]"),
+        ("stop_mm", "8.5"),
+        ("flags", "9"),
+        ("name", "\"A\""),
+    ] {
+        assert_eq!(read[name], value, "{name}");
+    }
+    let workflow = proto::Workflow {
+        t_ns: -1,
+        stage: 2,
+        flags: 3,
+        stage_word: "CONFIRMED".to_owned(),
+    };
+    let read = fields(WORKFLOW, "trocar.Workflow", &workflow.encode_to_vec());
+    assert_eq!([&read["t_ns"], &read["stage"], &read["flags"]], ["-1", "2", "3"]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 use std::fs;
 
 use bus::clock::{Clock, monotonic_ns};
-use bus::message::{Event, Heartbeat, Level, Lost, ToolPose, Tracked};
+use bus::message::{Event, Guide, Heartbeat, Level, Lost, ToolPose, Tracked, Workflow};
 use bus::port::Publisher;
 
 use super::*;
@@ -97,6 +97,44 @@ fn what_is_published_is_in_the_file_bit_for_bit() {
     let info = crate::read::info::info(&rig.out).unwrap();
     assert_eq!(info.tally.topics["/tf"].messages, 200);
     assert!(info.damage.is_empty());
+}
+
+#[test]
+fn what_a_person_chose_is_in_the_file_bit_for_bit() {
+    let rig = Rig::new();
+    let guides = Publisher::open(&rig.bus, &topic::GUIDE, "").unwrap();
+    let workflows = Publisher::open(&rig.bus, &topic::WORKFLOW, "").unwrap();
+    let mut sent = vec![Guide {
+        radius_mm: f64::from_bits(0x7ff8_0000_0000_0001),
+        ..Guide::default()
+    }];
+    // Before any recorder is there.
+    guides.send(sent[0]).unwrap();
+    let mut recorder = rig.recorder();
+    guides.serve_late_joiners();
+    recorder.step(1).unwrap();
+    sent.push(Guide {
+        t_ns: 77,
+        plan_id: 5,
+        flags: Guide::CHOSEN,
+        name: [0xff; Guide::NAME],
+        ..Guide::default()
+    });
+    guides.send(sent[1]).unwrap();
+    let workflow = Workflow {
+        t_ns: 78,
+        stage: 6,
+        flags: Workflow::RESEARCH,
+    };
+    workflows.send(workflow).unwrap();
+    recorder.finish(100).unwrap();
+    let found: Vec<_> = reader::guides(&rig.out).unwrap().map(Result::unwrap).collect();
+    // A NaN is not itself.
+    let words = |guides: &[Guide]| guides.iter().map(|guide| format!("{guide:?}")).collect::<Vec<_>>();
+    assert_eq!(words(&found), words(&sent));
+    assert_eq!(found[0].radius_mm.to_bits(), sent[0].radius_mm.to_bits());
+    let info = crate::read::info::info(&rig.out).unwrap();
+    assert_eq!(info.tally.topics[crate::wire::schema::WORKFLOW].messages, 1);
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! What happens around the poses: states of the processes, events, changes of tracking.
 
-use bus::message::{Event, Heartbeat, Level, ToolPose, Tracked};
+use bus::message::{Event, Guide, Heartbeat, Level, ToolPose, Tracked, Workflow};
 use bus::port::Subscriber;
-use bus::topic::{EVENT, HEARTBEAT};
+use bus::topic::{EVENT, GUIDE, HEARTBEAT, WORKFLOW};
 use bus::{Bus, BusError};
 use scene::Scene;
 
-use crate::wire::proto::{Log, ProcessStatus};
+use crate::wire::proto::{self, Log, ProcessStatus};
 use crate::write::pose_log::Entry;
 use crate::write::series::Series;
 
@@ -28,6 +28,8 @@ pub(crate) struct Watch {
     followed: Vec<Followed>,
     /// Of the pilot.
     events: Subscriber<Event>,
+    guides: Subscriber<Guide>,
+    workflows: Subscriber<Workflow>,
     tracking: Option<u32>,
 }
 
@@ -49,6 +51,8 @@ impl Watch {
         Ok(Self {
             followed: followed.collect::<Result<_, BusError>>()?,
             events: Subscriber::open(bus, &EVENT, "pilot", EVENT.buffer)?,
+            guides: Subscriber::open(bus, &GUIDE, "", GUIDE.buffer)?,
+            workflows: Subscriber::open(bus, &WORKFLOW, "", WORKFLOW.buffer)?,
             tracking: None,
         })
     }
@@ -70,6 +74,19 @@ impl Watch {
             let Some(event) = self.events.next()? else { break };
             let log = Log::new(event.t_ns, event.level(), "pilot", event.words());
             series.put(now_ns, Entry::Log(event.t_ns, &log));
+        }
+        self.choices(now_ns, series)
+    }
+
+    /// Records what a person chose, and how far the run has come.
+    fn choices(&self, now_ns: i64, series: &mut Series) -> Result<(), BusError> {
+        for _ in 0..EVENTS {
+            let Some(guide) = self.guides.next()? else { break };
+            series.guide(now_ns, &proto::Guide::from(&guide));
+        }
+        for _ in 0..EVENTS {
+            let Some(workflow) = self.workflows.next()? else { break };
+            series.put(now_ns, Entry::Workflow(&proto::Workflow::from(&workflow)));
         }
         Ok(())
     }

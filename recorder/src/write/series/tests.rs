@@ -9,6 +9,7 @@ use crate::testing;
 use crate::wire::schema::{LOG, Source, TOOL_POSE};
 use crate::write::paths;
 
+mod chosen;
 mod removed;
 
 const SECOND: i64 = 1_000_000_000;

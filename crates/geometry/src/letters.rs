@@ -1,6 +1,6 @@
 //! Orientation letters: where the patient's left, front and head are.
 
-use geometry::{Ct, Direction};
+use crate::{Ct, Direction};
 
 /// Components below this are not named: a direction within 11 degrees of an axis gets one letter.
 const SMALLEST: f64 = 0.2;
@@ -21,7 +21,7 @@ pub fn letters(direction: Direction<Ct>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::Vector;
+    use crate::Vector;
 
     #[test]
     fn axes_and_obliques() {

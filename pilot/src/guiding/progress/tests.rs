@@ -1,0 +1,164 @@
+use super::*;
+use geometry::Rigid;
+use guidance::workflow::{Check, Identity};
+
+const HASH: VolumeHash = VolumeHash([7; 32]);
+const LOST_NS: i64 = 1_000_000_000;
+
+fn progress(strict: bool) -> Progress {
+    Progress::new(Rules::new(strict, 2.0, 1_000_000_000).unwrap(), LOST_NS)
+}
+
+fn sample(registration_id: u64, t_capture_ns: i64) -> ToolPose {
+    ToolPose {
+        registration_id,
+        t_capture_ns,
+        ..ToolPose::EMPTY
+    }
+}
+
+fn valid(progress: &mut Progress, registration_id: u64, t_ns: i64) {
+    progress.pose(&sample(registration_id, t_ns), &Tracked::Valid(Rigid::identity()));
+}
+
+fn lost(progress: &mut Progress, reason: Lost) {
+    progress.pose(&sample(0, 0), &Tracked::Lost(reason));
+}
+
+#[test]
+fn a_research_run_navigates_with_its_first_pose() {
+    let mut progress = progress(false);
+    // Before the examination is there a pose means nothing.
+    valid(&mut progress, 1, 0);
+    assert_eq!(progress.state().stage(), Stage::Empty);
+    progress.volume(HASH);
+    lost(&mut progress, Lost::NotSeen);
+    assert_eq!(progress.state().stage(), Stage::Loaded);
+    valid(&mut progress, 1, 0);
+    assert_eq!(progress.state().stage(), Stage::Navigating);
+    assert!(progress.state().is_research() && progress.state().shows_sight());
+    let stages = [
+        "stage LOADED",
+        "stage CALIBRATED",
+        "stage REGISTERED",
+        "stage NAVIGATING",
+    ];
+    assert_eq!(progress.take_said(), stages);
+    // The same again says nothing.
+    valid(&mut progress, 1, 1);
+    progress.turn(2);
+    assert!(progress.take_said().is_empty());
+}
+
+#[test]
+fn what_the_tracker_lacks_takes_the_run_back() {
+    let mut progress = progress(false);
+    progress.volume(HASH);
+    lost(&mut progress, Lost::NotCalibrated);
+    assert_eq!(progress.state().stage(), Stage::Loaded);
+    lost(&mut progress, Lost::NotRegistered);
+    assert_eq!(progress.state().stage(), Stage::Calibrated);
+    valid(&mut progress, 1, 0);
+    assert_eq!(progress.state().stage(), Stage::Navigating);
+    lost(&mut progress, Lost::NotRegistered);
+    assert_eq!(progress.state().stage(), Stage::Calibrated);
+    valid(&mut progress, 1, 0);
+    lost(&mut progress, Lost::NotCalibrated);
+    assert_eq!(progress.state().stage(), Stage::Loaded);
+    assert!(!progress.state().tool_is_seen());
+}
+
+#[test]
+fn a_tool_is_lost_at_once_by_its_sample_and_by_age_after_the_scenes_limit() {
+    let mut progress = progress(false);
+    progress.volume(HASH);
+    for reason in [Lost::NotSeen, Lost::Refused, Lost::Frozen, Lost::Reference] {
+        valid(&mut progress, 1, 0);
+        assert!(progress.state().shows_sight());
+        lost(&mut progress, reason);
+        assert!(!progress.state().shows_sight(), "{reason:?}");
+        assert_eq!(progress.state().stage(), Stage::Navigating);
+    }
+    valid(&mut progress, 1, 5);
+    progress.turn(5 + LOST_NS);
+    assert!(progress.state().tool_is_seen());
+    progress.turn(6 + LOST_NS);
+    assert!(!progress.state().tool_is_seen());
+    valid(&mut progress, 1, i64::MAX);
+    progress.turn(i64::MIN);
+    assert!(progress.state().tool_is_seen());
+}
+
+#[test]
+fn a_navigation_that_a_person_ended_does_not_start_by_itself() {
+    let mut progress = progress(false);
+    assert!(progress.rest().is_err());
+    progress.volume(HASH);
+    valid(&mut progress, 1, 0);
+    progress.rest().unwrap();
+    valid(&mut progress, 1, 1);
+    progress.turn(2);
+    assert_eq!(progress.state().stage(), Stage::Registered);
+    // Nor with another registration.
+    valid(&mut progress, 2, 3);
+    assert_eq!(progress.state().stage(), Stage::Registered);
+    progress.navigate().unwrap();
+    assert_eq!(progress.state().stage(), Stage::Navigating);
+    lost(&mut progress, Lost::NotRegistered);
+    valid(&mut progress, 2, 4);
+    assert_eq!(progress.state().stage(), Stage::Navigating);
+}
+
+#[test]
+fn a_strict_run_waits_for_a_person() {
+    let mut progress = progress(true);
+    assert!(progress.confirm(&HASH.to_string()).is_err());
+    assert!(progress.reject().is_err());
+    progress.volume(HASH);
+    valid(&mut progress, 1, 0);
+    assert_eq!(progress.state().stage(), Stage::Loaded);
+    let said = progress.navigate().unwrap_err();
+    assert_eq!(said, "the run is LOADED: nobody has confirmed whose the examination is");
+    for bad in ["", "07", "yes"] {
+        assert!(progress.confirm(bad).unwrap_err().contains("64 hexadecimal digits"));
+    }
+    progress.confirm(&HASH.to_string()).unwrap();
+    valid(&mut progress, 1, 1);
+    assert_eq!(progress.state().stage(), Stage::Registered);
+    // Nothing was touched to check the registration.
+    assert!(progress.navigate().is_err());
+    valid(&mut progress, 1, 2);
+    assert_eq!(
+        (progress.state().stage(), progress.state().check()),
+        (Stage::Registered, Check::NotMade)
+    );
+}
+
+#[test]
+fn another_examination_is_not_confirmed_and_the_runs_counts_as_not_confirmed() {
+    let mut progress = progress(true);
+    progress.volume(HASH);
+    progress.confirm(&HASH.to_string()).unwrap();
+    let other = VolumeHash([8; 32]).to_string();
+    let said = progress.confirm(&other).unwrap_err();
+    assert!(said.contains(&other) && said.contains(&HASH.to_string()), "{said}");
+    assert_eq!(
+        (progress.state().stage(), progress.state().identity()),
+        (Stage::Loaded, Identity::NotAsked)
+    );
+}
+
+#[test]
+fn a_rejected_examination_needs_a_person_also_in_research() {
+    let mut progress = progress(false);
+    progress.volume(HASH);
+    valid(&mut progress, 1, 0);
+    progress.reject().unwrap();
+    valid(&mut progress, 1, 1);
+    progress.turn(2);
+    assert_eq!(progress.state().stage(), Stage::Loaded);
+    assert!(progress.navigate().is_err());
+    progress.confirm(&HASH.to_string()).unwrap();
+    valid(&mut progress, 1, 3);
+    assert_eq!(progress.state().stage(), Stage::Navigating);
+}

@@ -1,0 +1,57 @@
+//! What a person chose holds in every file of a session.
+
+use bus::message::Guide;
+
+use super::*;
+use crate::read::seek::Session;
+
+fn guide(t_ns: i64, plan_id: u64) -> proto::Guide {
+    proto::Guide::from(&Guide {
+        t_ns,
+        plan_id,
+        ..Guide::default()
+    })
+}
+
+fn plans(path: &Path) -> Vec<(i64, u64)> {
+    let found = Session::open(path).unwrap().guides().unwrap();
+    assert!(found.unread.is_empty(), "{:?}", found.unread);
+    found.guides.iter().map(|guide| (guide.t_ns, guide.plan_id)).collect()
+}
+
+#[test]
+fn every_file_begins_with_what_was_chosen_last() {
+    let spec = rotating(Duration::from_secs(2));
+    let mut rig = Rig::new(&spec, plenty);
+    rig.series.guide(0, &guide(0, 1));
+    rig.record(3);
+    rig.series.guide(rig.now_ns, &guide(rig.now_ns, 2));
+    rig.record(3);
+    assert_eq!(rig.series.parts(), 2);
+    let (now_ns, chosen_ns) = (rig.now_ns, 3 * SECOND);
+    let series = std::mem::replace(&mut rig.series, Rig::new(&spec, plenty).series);
+    series.finish(now_ns, &no_facts()).unwrap();
+    assert_eq!(plans(&rig.path("s.1.mcap")), [(0, 1)]);
+    assert_eq!(plans(&rig.path("s.2.mcap")), [(0, 1), (chosen_ns, 2)]);
+    assert_eq!(plans(&rig.path("s.mcap")), [(chosen_ns, 2)]);
+    // A file is not as long as the session because of it.
+    let span = Session::open(&rig.path("s.mcap")).unwrap().span_ns().unwrap();
+    assert!(span.0 >= 4 * SECOND.unsigned_abs(), "{span:?}");
+}
+
+#[test]
+fn what_is_chosen_while_nothing_can_be_written_stands_in_the_next_file() {
+    let mut rig = Rig::new(&RecordingSpec::default(), plenty);
+    rig.series.guide(0, &guide(0, 1));
+    rig.record(1);
+    rig.fail_to_sync();
+    rig.record(2);
+    assert!(rig.series.stopped().is_some());
+    rig.series.guide(rig.now_ns, &guide(5, 2));
+    rig.record(10);
+    assert!(rig.series.stopped().is_none());
+    let now_ns = rig.now_ns;
+    let series = std::mem::replace(&mut rig.series, Rig::new(&RecordingSpec::default(), plenty).series);
+    series.finish(now_ns, &no_facts()).unwrap();
+    assert_eq!(plans(&rig.path("s.mcap")), [(5, 2)]);
+}

@@ -1,0 +1,5 @@
+//! The `window` process.
+
+fn main() -> std::process::ExitCode {
+    window::cli::main()
+}

@@ -1,0 +1,130 @@
+//! Keys, buttons and the pointer, as egui wants them.
+
+use egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, TouchPhase, vec2};
+use x11rb::connection::Connection;
+use x11rb::protocol::Event as XEvent;
+use x11rb::protocol::xproto::{ConnectionExt as _, KeyButMask};
+use x11rb::rust_connection::RustConnection;
+
+use super::error::DisplayError;
+
+/// Which key bears which sign.
+#[derive(Debug)]
+pub(super) struct Keyboard {
+    first: u8,
+    signs_per_key: usize,
+    signs: Vec<u32>,
+}
+
+/// The keys that the screen knows, by the X keysym of their first sign.
+const KEYS: [(u32, Key); 22] = [
+    (0x0020, Key::Space),
+    (0xff0d, Key::Enter),
+    (0xff1b, Key::Escape),
+    (0xff51, Key::ArrowLeft),
+    (0xff52, Key::ArrowUp),
+    (0xff53, Key::ArrowRight),
+    (0xff54, Key::ArrowDown),
+    (0xff55, Key::PageUp),
+    (0xff56, Key::PageDown),
+    (0xff09, Key::Tab),
+    (0xffbe, Key::F1),
+    (0xffbf, Key::F2),
+    (0xffc0, Key::F3),
+    (0xffc1, Key::F4),
+    (0xffc2, Key::F5),
+    (0xffc3, Key::F6),
+    (0xffc4, Key::F7),
+    (0xffc5, Key::F8),
+    (0xffc6, Key::F9),
+    (0xffc7, Key::F10),
+    (0x0070, Key::P),
+    (0x0073, Key::S),
+];
+
+impl Keyboard {
+    pub(super) fn of(connection: &RustConnection) -> Result<Self, DisplayError> {
+        let (first, last) = (connection.setup().min_keycode, connection.setup().max_keycode);
+        let count = last.saturating_sub(first).saturating_add(1);
+        let reply = connection.get_keyboard_mapping(first, count)?.reply()?;
+        Ok(Self {
+            first,
+            signs_per_key: usize::from(reply.keysyms_per_keycode).max(1),
+            signs: reply.keysyms,
+        })
+    }
+
+    fn key(&self, code: u8) -> Option<Key> {
+        let at = usize::from(code.checked_sub(self.first)?) * self.signs_per_key;
+        let sign = *self.signs.get(at)?;
+        KEYS.iter().find(|(known, _)| *known == sign).map(|&(_, key)| key)
+    }
+
+    /// What egui is to be told of an event.
+    pub(super) fn input(&self, event: &XEvent) -> Option<Event> {
+        match event {
+            XEvent::KeyPress(key) => self.pressed(key.detail, key.state, true),
+            XEvent::KeyRelease(key) => self.pressed(key.detail, key.state, false),
+            XEvent::ButtonPress(button) => clicked(button.detail, [button.event_x, button.event_y], button.state, true),
+            XEvent::ButtonRelease(button) => {
+                clicked(button.detail, [button.event_x, button.event_y], button.state, false)
+            }
+            XEvent::MotionNotify(motion) => Some(Event::PointerMoved(place([motion.event_x, motion.event_y]))),
+            XEvent::LeaveNotify(_) => Some(Event::PointerGone),
+            _ => None,
+        }
+    }
+
+    fn pressed(&self, code: u8, state: KeyButMask, pressed: bool) -> Option<Event> {
+        Some(Event::Key {
+            key: self.key(code)?,
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers: modifiers(state),
+        })
+    }
+}
+
+fn place([x, y]: [i16; 2]) -> Pos2 {
+    Pos2::new(f32::from(x), f32::from(y))
+}
+
+fn modifiers(state: KeyButMask) -> Modifiers {
+    let has = |mask: KeyButMask| u16::from(state) & u16::from(mask) != 0;
+    let ctrl = has(KeyButMask::CONTROL);
+    Modifiers {
+        alt: has(KeyButMask::MOD1),
+        ctrl,
+        shift: has(KeyButMask::SHIFT),
+        mac_cmd: false,
+        command: ctrl,
+    }
+}
+
+/// Buttons 4 and 5 are the wheel.
+fn clicked(button: u8, at: [i16; 2], state: KeyButMask, pressed: bool) -> Option<Event> {
+    let wheel = |lines: f32| {
+        pressed.then(|| Event::MouseWheel {
+            unit: MouseWheelUnit::Line,
+            delta: vec2(0.0, lines),
+            phase: TouchPhase::Move,
+            source: MouseWheelSource::Wheel,
+            modifiers: modifiers(state),
+        })
+    };
+    let button = match button {
+        1 => PointerButton::Primary,
+        2 => PointerButton::Middle,
+        3 => PointerButton::Secondary,
+        4 => return wheel(1.0),
+        5 => return wheel(-1.0),
+        _ => return None,
+    };
+    Some(Event::PointerButton {
+        pos: place(at),
+        button,
+        pressed,
+        modifiers: modifiers(state),
+    })
+}

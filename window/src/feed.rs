@@ -1,0 +1,177 @@
+//! What has come over the bus, kept until it is shown: images gathered by pose, the newest poses, what people chose.
+
+use std::rc::Rc;
+
+use bus::clock;
+use bus::gather::{Gather, PoseId, Set};
+use bus::message::{FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
+use bus::port::{Frame, VolumeSubscriber};
+use bus::{BusError, session::Session};
+use scene::Scene;
+
+use crate::model::Known;
+use crate::ports::Ports;
+
+/// As many poses as are kept for the sight: four seconds of sixty a second.
+const KEPT_POSES: usize = 256;
+
+/// What has come.
+#[derive(Debug)]
+pub struct Feed {
+    gather: Gather<Rc<Frame>>,
+    /// Of each view, the image for the pose that was asked for last.
+    held: Vec<Option<Rc<Frame>>>,
+    poses: Vec<ToolPose>,
+    guide: Option<Guide>,
+    workflow: Option<Workflow>,
+    identity: Option<Identity>,
+    volume: Option<VolumeHash>,
+    volumes: VolumeSubscriber,
+    recorder: Option<Heartbeat>,
+    /// Chosen to be shown, with how they belong together.
+    chosen: Vec<Option<Rc<Frame>>>,
+    headers: Vec<Option<FrameHeader>>,
+    set: Option<Set>,
+}
+
+impl Feed {
+    /// Of a run with so many views; `volumes` says which examination it is of.
+    pub fn new(views: usize, volumes: VolumeSubscriber) -> Self {
+        Self {
+            gather: Gather::new(views),
+            held: (0..views).map(|_| None).collect(),
+            poses: Vec::with_capacity(KEPT_POSES + 1),
+            guide: None,
+            workflow: None,
+            identity: None,
+            volume: None,
+            volumes,
+            recorder: None,
+            chosen: Vec::with_capacity(views),
+            headers: Vec::with_capacity(views),
+            set: None,
+        }
+    }
+
+    /// Takes in what has come.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn take(&mut self, ports: &Ports) -> Result<(), BusError> {
+        for (view, port) in ports.views.iter().enumerate() {
+            if let Some(frame) = port.newest()? {
+                let pose = PoseId::of(&frame.header().stamp);
+                self.gather.put(view, pose, Rc::new(frame));
+            }
+        }
+        for (held, port) in self.held.iter_mut().zip(&ports.held) {
+            if let Some(frame) = port.newest()? {
+                *held = Some(Rc::new(frame));
+            }
+        }
+        while let Some(pose) = ports.poses.next()? {
+            if self.poses.len() == KEPT_POSES {
+                self.poses.remove(0);
+            }
+            self.poses.push(pose);
+        }
+        self.guide = ports.guide.newest()?.or(self.guide);
+        self.workflow = ports.workflow.newest()?.or(self.workflow);
+        self.identity = ports.identity.newest()?.or(self.identity);
+        if let Some(recorder) = &ports.recorder {
+            self.recorder = recorder.newest()?.or(self.recorder);
+        }
+        // The first is the run's: whatever a loader publishes later is shown by nobody.
+        if let (None, Some(volume)) = (self.volume, self.volumes.poll()?) {
+            self.volume = Some(volume.hash());
+        }
+        Ok(())
+    }
+
+    /// Chooses what is to be shown at `now_ns` on the session's clock; returns how the images belong together.
+    pub fn choose(&mut self, now_ns: i64, stale_ns: i64) -> Option<Set> {
+        let live = self.gather.decide(now_ns, stale_ns);
+        let held = self.guide.and_then(|guide| guide.held());
+        self.chosen.clear();
+        match held {
+            Some(pose) => {
+                let of_pose = |frame: &&Rc<Frame>| PoseId::of(&frame.header().stamp) == pose;
+                self.chosen
+                    .extend(self.held.iter().map(|frame| frame.as_ref().filter(of_pose).cloned()));
+                self.set = Some(Set::One(pose));
+            }
+            None => {
+                self.chosen.extend(self.gather.frames().map(|frame| frame.cloned()));
+                self.set = live;
+            }
+        }
+        self.headers.clear();
+        self.headers.extend(
+            self.chosen
+                .iter()
+                .map(|frame| frame.as_ref().map(|frame| *frame.header())),
+        );
+        self.set
+    }
+
+    /// The images chosen, view by view.
+    pub fn frames(&self) -> &[Option<Rc<Frame>>] {
+        &self.chosen
+    }
+
+    /// The pose of the image that the sight is of, or of any image: what is held when a person holds.
+    pub fn pose_shown(&self) -> Option<ToolPose> {
+        let shown = self
+            .headers
+            .iter()
+            .flatten()
+            .max_by_key(|header| header.stamp.t_capture_ns)?;
+        let id = PoseId::of(&shown.stamp);
+        let is_shown = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
+        self.poses.iter().rev().find(is_shown).copied()
+    }
+
+    /// The guide as it came last.
+    pub fn guide(&self) -> Option<Guide> {
+        self.guide
+    }
+
+    /// All of it, for a [`Model`](crate::model::Model).
+    pub fn known<'a>(&'a self, scene: &'a Scene, session: &Session, now: Now) -> Known<'a> {
+        let recorder = scene.recording.as_ref().map(|_| {
+            let age = self.recorder.map_or(0, |beat| now.run_ns.saturating_sub(beat.t_ns));
+            (self.recorder, age)
+        });
+        Known {
+            scene,
+            now_ns: now.session_ns,
+            headers: &self.headers,
+            set: self.set,
+            poses: &self.poses,
+            guide: self.guide,
+            workflow: self.workflow,
+            identity: self.identity,
+            volume: self.volume,
+            recorder,
+            is_replay: session.is_replay(),
+            is_simulated: session.is_ruled() && !session.is_replay(),
+            began_ns: now.began_ns,
+        }
+    }
+}
+
+/// The moment of a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Now {
+    /// On the session's clock.
+    pub session_ns: i64,
+    /// On the run's clock, which never stands still.
+    pub run_ns: i64,
+    /// When the navigation began, on the session's clock.
+    pub began_ns: Option<i64>,
+}
+
+/// The age at which a pose counts as old, ns.
+pub fn stale_ns(scene: &Scene) -> i64 {
+    clock::ns(scene.limits.stale)
+}

@@ -1,0 +1,87 @@
+//! What the screen shows, as one value: made of what came over the bus, painted by [`crate::screen`].
+//!
+//! Pure: the messages and the time are handed in, so that every state of the screen can be made in a test. Whatever cannot be known is
+//! a reason in words, never an old value.
+
+mod cells;
+mod facts;
+mod sight;
+mod state;
+
+pub use cells::{Cell, cells};
+pub use facts::{Facts, facts};
+pub use sight::{Aimed, aimed};
+pub use state::{ScreenState, Tone, state};
+
+use bus::gather::Set;
+use bus::message::{Ages, FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
+use scene::Scene;
+
+/// What has come over the bus.
+#[derive(Debug, Clone, Copy)]
+pub struct Known<'a> {
+    /// The run's scene.
+    pub scene: &'a Scene,
+    /// Now, ns on the session's clock.
+    pub now_ns: i64,
+    /// Of each view of the scene, in its order: the image chosen to be shown.
+    pub headers: &'a [Option<FrameHeader>],
+    /// How the images belong together; `None` where there is none.
+    pub set: Option<Set>,
+    /// The newest poses, oldest first.
+    pub poses: &'a [ToolPose],
+    /// What is aimed at.
+    pub guide: Option<Guide>,
+    /// How far the run has come.
+    pub workflow: Option<Workflow>,
+    /// Whose examination it is.
+    pub identity: Option<Identity>,
+    /// The run's examination.
+    pub volume: Option<VolumeHash>,
+    /// The recorder's newest sign of life, and how old it is, ns; `None` where the scene records nothing.
+    pub recorder: Option<(Option<Heartbeat>, i64)>,
+    /// Poses come out of a recording.
+    pub is_replay: bool,
+    /// Time is simulated.
+    pub is_simulated: bool,
+    /// When the navigation began, ns on the session's clock.
+    pub began_ns: Option<i64>,
+}
+
+impl Known<'_> {
+    /// When poses grow old.
+    pub fn ages(&self) -> Ages {
+        Ages::of(&self.scene.limits)
+    }
+}
+
+/// What the screen shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// The state of the whole screen.
+    pub state: ScreenState,
+    /// Of each view, in the order of the screen.
+    pub cells: Vec<Cell>,
+    /// The sight, or why there is none.
+    pub sight: Result<Aimed, String>,
+    /// What everything rests on.
+    pub facts: Facts,
+}
+
+impl Model {
+    /// What is to be shown of what is known.
+    pub fn of(known: &Known<'_>) -> Self {
+        let state = state(known);
+        Self {
+            cells: cells(known, &state),
+            sight: aimed(known, &state),
+            facts: facts(known, &state),
+            state,
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod sample;
+#[cfg(test)]
+mod tests;

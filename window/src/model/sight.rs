@@ -1,0 +1,130 @@
+//! The sight on the chosen target, of the very pose that the images show.
+
+use bus::gather::PoseId;
+use bus::message::{Chosen, FrameHeader, FrameState, ToolPose, Tracked, Workflow};
+use geometry::{Direction, Point};
+use guidance::sight::{Aim, Covariance, NoSight, Pose, Sight, SightAxes, Thresholds, ToolShape, sight};
+use scene::Plane;
+
+use super::{Known, ScreenState};
+
+/// The tip may be so far off the planned line while it advances, mm.
+const CORRIDOR_MM: f64 = 10.0;
+/// The axis may be so far off the planned direction while it advances, rad: 5 degrees.
+const ALIGN_RAD: f64 = 0.087;
+
+/// The sight with what it aims at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Aimed {
+    /// The target, with its entry and stop.
+    pub target: Chosen,
+    /// What is shown of the pose.
+    pub sight: Sight,
+    /// The pose that it is of.
+    pub pose: PoseId,
+}
+
+/// The sight, or why there is none, in words.
+///
+/// # Errors
+/// In words for the screen: nothing to be followed, nothing chosen, not navigating, a pose that is not here, numbers that are no sight.
+pub fn aimed(known: &Known<'_>, state: &ScreenState) -> Result<Aimed, String> {
+    if !state.follows {
+        return Err(state.word.clone());
+    }
+    let guide = known.guide.ok_or("no target chosen: what is aimed at is not known")?;
+    let target = guide.chosen().map_err(|e| e.to_string())?.ok_or("no target chosen")?;
+    let workflow = known.workflow.ok_or("how far the run has come is not known")?;
+    if !workflow.has(Workflow::SIGHT) {
+        let stage = workflow.stage().map_or("not known", |stage| stage.word());
+        return Err(format!("not navigating: {stage}"));
+    }
+    let header = sighted(known).ok_or("no image to be in step with")?;
+    let pose_id = PoseId::of(&header.stamp);
+    let is_live = header.stamp.state_at(known.now_ns, known.ages()) == Some(FrameState::Live);
+    if !is_live {
+        return Err("the image beside it is not live".to_owned());
+    }
+    // The pose itself, with its covariance, is not in the image: the one of the same number and time.
+    let of_image = |pose: &&ToolPose| pose.seq == pose_id.seq && pose.t_capture_ns == pose_id.t_capture_ns;
+    let pose = known.poses.iter().rev().find(of_image);
+    let pose = pose.ok_or("the pose of the images has not come")?;
+    let sight = of_pose(pose, &header, &target)?;
+    Ok(Aimed {
+        target,
+        sight,
+        pose: pose_id,
+    })
+}
+
+/// The image that the sight is in step with: that across the tube, or else that of the newest pose.
+fn sighted(known: &Known<'_>) -> Option<FrameHeader> {
+    let views = known.scene.views.iter().zip(known.headers);
+    let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
+    let newest = || {
+        known
+            .headers
+            .iter()
+            .flatten()
+            .max_by_key(|header| header.stamp.t_capture_ns)
+            .copied()
+    };
+    across.find_map(|(_, header)| *header).or_else(newest)
+}
+
+fn of_pose(pose: &ToolPose, header: &FrameHeader, target: &Chosen) -> Result<Sight, String> {
+    let ct_from_tool = match pose.tracked() {
+        Ok(Tracked::Valid(pose)) => pose,
+        Ok(Tracked::Lost(reason)) => return Err(reason.words().to_owned()),
+        Err(error) => return Err(error.to_string()),
+    };
+    let covariance = match pose.flags & ToolPose::NOISELESS {
+        0 => Covariance::Upper(pose.covariance),
+        _ => Covariance::Exact,
+    };
+    let tool = ToolShape {
+        tip_in_tool: Point::new(0.0, 0.0, 0.0),
+        axis_in_tool: Direction::Z,
+    };
+    let aim = Aim {
+        target: target.centre,
+        radius_mm: target.radius_mm,
+        entry: target.entry,
+        stop_mm: target.stop_mm,
+    };
+    let thresholds = Thresholds {
+        corridor_mm: CORRIDOR_MM,
+        align_rad: ALIGN_RAD,
+    };
+    let pose = Pose::Valid {
+        ct_from_tool,
+        covariance,
+    };
+    let shown: Result<Sight, NoSight<bus::message::Lost>> =
+        sight(pose, &tool, &aim, &axes(header, ct_from_tool), &thresholds);
+    shown.map_err(|no_sight| match no_sight {
+        NoSight::Lost(reason) => reason.words().to_owned(),
+        NoSight::Refused(why) => why.to_string(),
+    })
+}
+
+/// Right and down of the image across the tube, where there is one along this axis; else the tool's own.
+fn axes(header: &FrameHeader, ct_from_tool: geometry::Rigid<geometry::Ct, geometry::Tool>) -> SightAxes {
+    let along = ct_from_tool * Direction::Z;
+    let across = header
+        .slice_plane()
+        .ok()
+        .flatten()
+        .filter(|plane| plane.into_screen().dot(along) > 1.0 - 1e-9);
+    match across {
+        Some(plane) => SightAxes {
+            right: plane.right(),
+            down: plane.down(),
+        },
+        // As an image with the tool's own up: +y of the tool.
+        None => SightAxes {
+            right: ct_from_tool * -Direction::X,
+            down: ct_from_tool * -Direction::Y,
+        },
+    }
+}

@@ -1,0 +1,301 @@
+//! What the screen may claim, state by state, and the inputs that would make it claim more.
+
+use super::sample::{CAPTURED_NS, Sample, VOLUME, pose, workflow};
+use super::*;
+use bus::gather::PoseId;
+use bus::message::{FrameState, Lost, Tracked, VolumeHash};
+use geometry::{Direction, Point, Tool};
+use guidance::sight::Verdict;
+use guidance::workflow::Stage;
+use proptest::prelude::*;
+
+/// A tube from the patient's left towards a target 30 mm before its tip.
+fn sample() -> Sample {
+    let pose = pose([0.3, 0.9, 0.1], [10.0, -5.0, 70.0]);
+    let target = pose * Point::<Tool>::new(0.5, 0.0, 30.0);
+    Sample::new(pose, target)
+}
+
+#[test]
+fn a_live_pose_navigates_with_a_sight() {
+    let model = sample().model();
+    assert_eq!(
+        (model.state.word.as_str(), model.state.tone),
+        ("NAVIGATING", Tone::Live)
+    );
+    assert_eq!(model.state.age_ms, Some(20.0));
+    assert_eq!(model.state.marks, ["RESEARCH", "NOT CHECKED"]);
+    let aimed = model.sight.unwrap();
+    assert!((aimed.sight.to_go_mm - 30.0).abs() < 1e-9 && (aimed.sight.miss_length_mm - 0.5).abs() < 1e-9);
+    assert_eq!(aimed.sight.verdict, Verdict::OnCourse);
+    assert!(model.cells.iter().all(|cell| cell.over.is_none()));
+}
+
+#[test]
+fn whatever_is_not_live_has_no_sight_and_no_age() {
+    let far = i64::MAX / 2;
+    let lost: Vec<(&str, Sample)> = vec![
+        ("NO POSE", sample().in_state(FrameState::Lost(Lost::NotSeen))),
+        ("OLD", sample().in_state(FrameState::Stale)),
+        // Nobody draws any more: the image itself still says LIVE.
+        (
+            "OLD",
+            Sample {
+                now_ns: CAPTURED_NS + 150_000_000,
+                ..sample()
+            },
+        ),
+        (
+            "NO POSE",
+            Sample {
+                now_ns: far,
+                ..sample()
+            },
+        ),
+        (
+            "NO IMAGES",
+            Sample {
+                headers: vec![None; 7],
+                set: None,
+                ..sample()
+            },
+        ),
+        (
+            "WRONG IMAGES",
+            Sample {
+                volume: Some(VolumeHash([1; 32])),
+                ..sample()
+            },
+        ),
+    ];
+    for (word, sample) in lost {
+        let model = sample.model();
+        assert_eq!(model.state.word, word);
+        assert!(!model.state.follows && model.state.age_ms.is_none(), "{word}");
+        assert!(model.sight.is_err(), "{word}");
+        assert!(model.cells.iter().all(|cell| cell.over.is_some()), "{word}");
+    }
+}
+
+#[test]
+fn one_view_that_is_lost_or_foreign_takes_the_sight_from_all() {
+    for view in 0..7 {
+        let mut lost = sample();
+        lost.headers[view].as_mut().unwrap().stamp.state = Lost::Reference.code();
+        assert_eq!(lost.model().state.word, "NO POSE");
+        assert!(lost.model().sight.is_err());
+        let mut foreign = sample();
+        foreign.headers[view].as_mut().unwrap().stamp.volume_hash = [9; 32];
+        assert_eq!(foreign.model().state.word, "WRONG IMAGES");
+        let mut unknown = sample();
+        unknown.headers[view].as_mut().unwrap().stamp.state = 55;
+        assert_eq!(unknown.model().state.tone, Tone::Alarm);
+        let mut missing = sample();
+        missing.headers[view] = None;
+        assert_eq!(missing.model().state.word, "NO IMAGES");
+    }
+}
+
+#[test]
+fn images_of_different_poses_are_marked_and_the_sight_is_of_the_one_beside_it() {
+    let mut mixed = sample();
+    mixed.set = Some(Set::Mixed { poses: 3, missing: 0 });
+    let older = mixed.headers[0].as_mut().unwrap();
+    older.stamp.seq = 297;
+    older.stamp.t_capture_ns -= 50_000_000;
+    let model = mixed.model();
+    assert!(model.state.is_mixed && model.state.set == "VIEWS DIFFER 3 POSES");
+    // The age is that of the oldest.
+    assert_eq!(model.state.age_ms, Some(70.0));
+    assert_eq!(model.sight.unwrap().pose.seq, 300);
+}
+
+#[test]
+fn a_pose_that_is_not_that_of_the_images_gives_no_sight() {
+    let mut other = sample();
+    other.poses[0].seq = 299;
+    assert_eq!(other.model().sight.unwrap_err(), "the pose of the images has not come");
+    // The same number from a source that was started again is another pose.
+    let mut again = sample();
+    again.poses[0].t_capture_ns -= 1;
+    assert!(again.model().sight.is_err());
+    let mut lost = sample();
+    lost.poses[0].set(Tracked::Lost(Lost::NotSeen));
+    assert!(lost.model().sight.is_err());
+}
+
+#[test]
+fn no_target_no_stage_and_no_navigation_are_told() {
+    let none = Sample {
+        guide: None,
+        ..sample()
+    };
+    assert!(none.model().sight.unwrap_err().contains("no target chosen"));
+    let cleared = Sample {
+        guide: Some(Guide::default()),
+        ..sample()
+    };
+    assert!(cleared.model().sight.unwrap_err().contains("no target chosen"));
+    let unknown = Sample {
+        workflow: None,
+        ..sample()
+    };
+    assert!(unknown.model().sight.is_err());
+    assert_eq!(unknown.model().state.word, "LIVE");
+    for stage in Stage::ALL {
+        let at = Sample {
+            workflow: Some(workflow(stage, 0)),
+            ..sample()
+        };
+        assert!(at.model().sight.is_err(), "{stage:?}");
+    }
+    for (flag, word) in [
+        (Workflow::BUMPED, "REFERENCE MOVED"),
+        (Workflow::CHECK_FAILED, "CHECK FAILED"),
+    ] {
+        let doubted = workflow(Stage::Registered, flag);
+        let model = Sample {
+            workflow: Some(doubted),
+            ..sample()
+        }
+        .model();
+        assert_eq!((model.state.word.as_str(), model.state.tone), (word, Tone::Alarm));
+    }
+}
+
+#[test]
+fn a_replay_is_never_called_navigating() {
+    let marked = |mut sample: Sample, replay: u32| {
+        sample
+            .headers
+            .iter_mut()
+            .flatten()
+            .for_each(|header| header.stamp.replay = replay);
+        sample
+    };
+    for (sample, word) in [
+        (
+            Sample {
+                is_replay: true,
+                ..sample()
+            },
+            "REPLAY",
+        ),
+        (
+            Sample {
+                is_simulated: true,
+                ..sample()
+            },
+            "SIMULATED TIME",
+        ),
+        (marked(sample(), 1), "REPLAY"),
+    ] {
+        let model = sample.model();
+        assert_eq!((model.state.word.as_str(), model.state.tone), (word, Tone::Replay));
+    }
+}
+
+#[test]
+fn what_is_held_says_so() {
+    let mut held = sample();
+    let id = PoseId {
+        seq: 300,
+        t_capture_ns: CAPTURED_NS,
+    };
+    held.guide = held.guide.map(|guide| guide.holding(Some(id)));
+    let held = held.in_state(FrameState::Requested);
+    let model = held.model();
+    assert_eq!((model.state.word.as_str(), model.state.is_held), ("HELD", true));
+    assert!(model.sight.is_err() && !model.state.follows);
+}
+
+#[test]
+fn another_patients_identity_is_none() {
+    let words = ["DOE^JANE", "0000001", "1950-01-01", "2026-11-20", ""];
+    let own = Identity::new(VOLUME, bus::message::IdentitySource::Examination, words);
+    let own = Sample {
+        identity: Some(own),
+        ..sample()
+    };
+    assert_eq!(own.model().facts.identity, "DOE^JANE  *1950-01-01  ID 0000001");
+    let other = Identity::new(VolumeHash([1; 32]), bus::message::IdentitySource::Examination, words);
+    let other = Sample {
+        identity: Some(other),
+        ..sample()
+    };
+    assert_eq!(other.model().facts.identity, "PATIENT NOT KNOWN");
+    assert_eq!(
+        Sample {
+            identity: None,
+            ..sample()
+        }
+        .model()
+        .facts
+        .identity,
+        "PATIENT NOT KNOWN"
+    );
+}
+
+proptest! {
+    /// H8: letters come from the plane; and the sight's right is the right of the image across the tube.
+    #[test]
+    fn a_target_on_the_patients_left_is_on_the_side_of_the_letter_l(
+        turn in prop::array::uniform3(-3.0..3.0), depth in 1.0..80.0, off in 1.0..20.0
+    ) {
+        let ct_from_tool = pose(turn, [10.0, -5.0, 70.0]);
+        let along = ct_from_tool * Direction::<Tool>::Z;
+        let left = Direction::X.vector() - along * Direction::X.dot(along);
+        prop_assume!(left.norm() > 0.3);
+        let tip = ct_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
+        let target = tip + along * depth + left.direction().unwrap() * off;
+        let model = Sample::new(ct_from_tool, target).model();
+        let sight = model.sight.unwrap().sight;
+        let cell = model.cells.last().unwrap();
+        let [at_left, at_right, at_top, at_bottom] = cell.letters.clone().unwrap();
+        let [right, up] = sight.miss_mm;
+        // The side on which the target is drawn most bears an L, in whatever place among its letters.
+        let side = match (right.abs() > up.abs(), right > 0.0, up > 0.0) {
+            (true, true, _) => at_right,
+            (true, false, _) => at_left,
+            (false, _, true) => at_top,
+            (false, _, false) => at_bottom,
+        };
+        prop_assert!(side.contains('L') && !side.contains('R'), "{side} {right} {up}");
+    }
+
+    /// NaN and worse in every number of every message: a word and never a panic, and no sight of numbers that are none.
+    #[test]
+    fn no_number_brings_the_screen_down(
+        bad in prop::sample::select(vec![f64::NAN, f64::INFINITY, -1e300, 0.0, 1e9]), place in 0_usize..9, view in 0_usize..7
+    ) {
+        let mut sample = sample();
+        let header = sample.headers[view].as_mut().unwrap();
+        match place {
+            0 => header.plane.origin_mm[1] = bad,
+            1 => header.plane.right[0] = bad,
+            2 => header.plane.pixel_mm = bad,
+            3 => sample.poses[0].t_mm[2] = bad,
+            4 => sample.poses[0].q[0] = bad,
+            5 => sample.poses[0].covariance.fill(bad),
+            6 => sample.poses[0].tip_mm = bad,
+            7 => sample.guide.as_mut().unwrap().target_mm[0] = bad,
+            _ => sample.guide.as_mut().unwrap().radius_mm = bad,
+        }
+        let model = sample.model();
+        if let Ok(aimed) = &model.sight {
+            let numbers = [aimed.sight.to_go_mm, aimed.sight.miss_length_mm];
+            prop_assert!(numbers.iter().all(|n| n.is_finite()), "{numbers:?}");
+            prop_assert!(aimed.sight.verdict != Verdict::OnTarget);
+        }
+    }
+
+    /// Clocks that stand still, go back or jump: nothing is live that is older than the limit.
+    #[test]
+    fn nothing_older_than_the_limit_is_live(now in any::<i64>()) {
+        let model = Sample { now_ns: now, ..sample() }.model();
+        let age = now.saturating_sub(CAPTURED_NS);
+        if model.state.tone == Tone::Live {
+            prop_assert!((-100_000_000..=100_000_000).contains(&age), "{age}");
+        }
+    }
+}

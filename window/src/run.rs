@@ -1,0 +1,242 @@
+//! The window's process: from the bus to the glass.
+
+use std::ops::ControlFlow;
+use std::os::fd::AsFd;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use bus::BusError;
+use bus::clock;
+use bus::gather::Set;
+use bus::message::ProcessState;
+use bus::process::{JoinError, Membership, Process};
+use bus::wake::Waits;
+
+use crate::display::{Display, DisplayError, Happened, Wanted};
+use crate::feed::{Feed, Now, stale_ns};
+use crate::frame::{Coded, Frames, Painted};
+use crate::look;
+use crate::model::Model;
+use crate::paint::{PaintError, canvas};
+use crate::ports::Ports;
+use crate::screen::{Look, Wish};
+use crate::wishes::Asked;
+
+/// The loop comes round at least this often.
+const TICK: Duration = Duration::from_millis(15);
+/// A frame is painted at least this often: an age on it stays true, and a coded cell that stands still is a window that does.
+const SLOWEST: Duration = Duration::from_millis(50);
+/// Sets of different poses follow one another with each image: not more often than this.
+const MIXED: Duration = Duration::from_millis(33);
+
+/// Why a window ended.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RunError {
+    /// It could not join the run.
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    /// The bus failed.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// There is no display, or it was lost.
+    #[error(transparent)]
+    Display(#[from] DisplayError),
+    /// A frame was not painted.
+    #[error(transparent)]
+    Paint(#[from] PaintError),
+}
+
+/// What the command line says.
+#[derive(Debug, Clone)]
+pub(crate) struct Options {
+    pub(crate) wanted: Wanted,
+    pub(crate) only_sight: bool,
+    /// Where pictures of the screen go.
+    pub(crate) shots: PathBuf,
+    /// The process's name in the run.
+    pub(crate) name: String,
+}
+
+struct Window {
+    process: Process,
+    display: Display,
+    feed: Feed,
+    frames: Frames,
+    asked: Asked,
+    look: Look,
+    coded: Coded,
+    /// Keys and touches since the last frame.
+    events: Vec<egui::Event>,
+    /// What the last frame showed, and when it was painted, ns on the run's clock.
+    painted: Option<(Option<Set>, i64)>,
+    /// What was answered to the last wish, where it was refused.
+    note: String,
+    shots: u32,
+}
+
+/// Shows the run until asked to stop.
+///
+/// # Errors
+/// Each variant of [`RunError`].
+pub(crate) fn run(membership: &Membership, options: Options) -> Result<(), RunError> {
+    let mut process = Process::join(&options.name, membership)?;
+    process.beat(ProcessState::Starting, "opening the display")?;
+    let display = Display::open(&options.wanted)?;
+    let ports = Ports::open(&process.bus, &process.scene)?;
+    let asked = Asked::open(&process.bus, &process.scene, process.session.is_replay(), options.shots)?;
+    let coded = Coded {
+        key: crate::code::key(process.run.epoch_ns),
+        pid: std::process::id(),
+    };
+    let look = look::read(&process.run.dir, &options.name, &process.scene);
+    let mut window = Window {
+        feed: Feed::new(process.scene.views.len(), process.volumes()?),
+        look: Look {
+            only_sight: options.only_sight,
+            ..look
+        },
+        process,
+        display,
+        frames: Frames::default(),
+        asked,
+        coded,
+        events: Vec::new(),
+        painted: None,
+        note: String::new(),
+        shots: 0,
+    };
+    let connection = window.display.connection();
+    let waits = ports.waits(Waits::every(TICK)).readable(connection.stream().as_fd());
+    waits.run(|| match window.step(&ports) {
+        Ok(ControlFlow::Continue(())) => ControlFlow::Continue(()),
+        Ok(ControlFlow::Break(())) => ControlFlow::Break(Ok(())),
+        Err(error) => ControlFlow::Break(Err(error)),
+    })?
+}
+
+impl Window {
+    fn step(&mut self, ports: &Ports) -> Result<ControlFlow<()>, RunError> {
+        if self.process.stop.is_set() {
+            self.process.beat(ProcessState::Stopping, "asked to stop")?;
+            return Ok(ControlFlow::Break(()));
+        }
+        for happened in self.display.happened()? {
+            match happened {
+                Happened::Input(event) => self.events.push(event),
+                Happened::Exposed => self.show_all()?,
+                Happened::Resized(_) => {
+                    self.frames.forget();
+                    self.painted = None;
+                }
+            }
+        }
+        self.feed.take(ports)?;
+        self.process.session.follow()?;
+        let now = self.now();
+        let set = self.feed.choose(now.session_ns, stale_ns(&self.process.scene));
+        if self.is_due(set, now.run_ns) {
+            self.paint(set, now)?;
+        }
+        let note = std::mem::take(&mut self.note);
+        self.process.beat(ProcessState::Ready, &note)?;
+        self.note = note;
+        Ok(ControlFlow::Continue(()))
+    }
+
+    fn now(&self) -> Now {
+        Now {
+            session_ns: self.process.session.clock().now_ns(),
+            run_ns: self.process.clock().now_ns(),
+            began_ns: self.process.run.began_ns(),
+        }
+    }
+
+    fn is_due(&self, set: Option<Set>, now_ns: i64) -> bool {
+        let Some((shown, at_ns)) = self.painted else {
+            return true;
+        };
+        let since = now_ns - at_ns;
+        match set {
+            Some(Set::One(_)) if shown != set => true,
+            Some(Set::Mixed { .. }) if shown != set && since >= clock::ns(MIXED) => true,
+            _ => !self.events.is_empty() || since >= clock::ns(SLOWEST),
+        }
+    }
+
+    fn paint(&mut self, set: Option<Set>, now: Now) -> Result<(), RunError> {
+        let known = self.feed.known(&self.process.scene, &self.process.session, now);
+        let model = Model::of(&known);
+        let screen = self.display.screen();
+        let events = (std::mem::take(&mut self.events), clock::ms(now.run_ns) / 1000.0);
+        let with = (screen, &self.look);
+        let pixels = self.display.pixels();
+        let painted = self
+            .frames
+            .paint((&model, &self.feed), with, events, self.coded, pixels)?;
+        self.tell_place(&painted)?;
+        self.display.present(&painted.parts)?;
+        self.painted = Some((set, now.run_ns));
+        self.process.counters.published += 1;
+        for wish in &painted.outcome.wishes {
+            self.carry_out(wish);
+        }
+        Ok(())
+    }
+
+    /// Where the coded cell lies, before the first frame that has it is on the glass.
+    fn tell_place(&mut self, painted: &Painted) -> Result<(), RunError> {
+        let Some((code, place)) = painted.code else {
+            return Ok(());
+        };
+        self.process.painted = (code.word(), self.process.clock().now_ns());
+        if self.frames.has_moved(place) {
+            self.display.set_place(place)?;
+        }
+        Ok(())
+    }
+
+    fn show_all(&mut self) -> Result<(), RunError> {
+        let [width, height] = self.display.screen().pixels;
+        self.display.present(&[[0, 0, width, height]])?;
+        Ok(())
+    }
+
+    fn carry_out(&mut self, wish: &Wish) {
+        let answer = match wish {
+            Wish::Enlarge(view) => {
+                // The same again shows all.
+                self.look.enlarged = view.filter(|_| self.look.enlarged != *view);
+                look::write(
+                    &self.process.run.dir,
+                    self.process_name(),
+                    &self.look,
+                    &self.process.scene,
+                )
+            }
+            Wish::Shot => self.shot(),
+            wish => {
+                let now_ns = self.process.session.clock().now_ns();
+                let replay = self.process.session.replay().map(|law| (*law, now_ns));
+                self.asked.carry_out(wish, &self.feed, &self.process.scene, replay)
+            }
+        };
+        self.note = answer.err().unwrap_or_default();
+        if !self.note.is_empty() {
+            bus::stderr_line!("window: {}", self.note);
+        }
+    }
+
+    fn process_name(&self) -> &'static str {
+        if self.look.only_sight { "sight" } else { "window" }
+    }
+
+    /// A picture of the screen as it stands there.
+    fn shot(&mut self) -> Result<(), String> {
+        self.shots += 1;
+        let size = self.display.screen().pixels;
+        let picture = canvas(self.display.pixels(), size);
+        let at_ms = self.process.clock().now_ns() / 1_000_000;
+        let path = self.asked.shots.join(format!("screen-{at_ms}-{}.png", self.shots));
+        picture::write_png(&path, &picture, &[]).map_err(|error| error.to_string())
+    }
+}

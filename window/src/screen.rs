@@ -1,0 +1,135 @@
+//! The screen: from a [`Model`] to shapes, and from touches and keys to what a person wishes.
+
+mod bar;
+mod buttons;
+mod cell;
+mod sight;
+pub mod words;
+
+use std::sync::Arc;
+
+use egui::{Context, FontData, FontDefinitions, FontFamily, TextureId, Ui};
+
+use crate::colours;
+use crate::model::Model;
+use crate::sizes::{Screen, Sizes};
+pub use bar::Shown;
+use words::Words;
+
+/// What a person wishes, by a key, a button or a touch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Wish {
+    /// Aim at the next target of the scene, or at the one before.
+    NextTarget {
+        /// Forwards.
+        is_forward: bool,
+    },
+    /// Note this moment in the recording.
+    Mark,
+    /// A picture of the screen as a file.
+    Shot,
+    /// Hold what is shown, or follow again.
+    Hold,
+    /// Enlarge the image of this view, or show all again.
+    Enlarge(Option<usize>),
+    /// A replay: stand still, or go on.
+    Pause,
+    /// A replay: one pose on.
+    Step,
+    /// A replay: so many seconds on, or back.
+    Skip(i32),
+}
+
+/// What this screen shows of the model: kept in a file, as a window that comes back shows the same.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Look {
+    /// The view whose image fills the screen.
+    pub enlarged: Option<usize>,
+    /// The sight alone, for a second display.
+    pub only_sight: bool,
+}
+
+/// What the painter has to know of one frame beside the shapes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Outcome {
+    /// What the person wished.
+    pub wishes: Vec<Wish>,
+    /// Every piece of text, with its room: for tests.
+    pub words: Words,
+    /// Where the coded cell is to be painted, pixels; nothing else lies there.
+    pub code: Option<egui::Rect>,
+}
+
+/// The font of the screen: that of the images, whose letters are all equally wide, so that digits stay where they are.
+pub fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::empty();
+    let hack = FontData::from_static(epaint_default_fonts::HACK_REGULAR);
+    fonts.font_data.insert("Hack".to_owned(), Arc::new(hack));
+    for family in [FontFamily::Proportional, FontFamily::Monospace] {
+        fonts.families.insert(family, vec!["Hack".to_owned()]);
+    }
+    fonts
+}
+
+/// A context without animations, so that a frame is a function of the model and of what was touched.
+pub fn context() -> Context {
+    let context = Context::default();
+    context.set_fonts(fonts());
+    context.all_styles_mut(|style| {
+        style.animation_time = 0.0;
+        style.interaction.selectable_labels = false;
+        style.visuals.panel_fill = colours::GROUND;
+    });
+    context
+}
+
+/// The texture of a view's image.
+pub const fn texture(view: usize) -> TextureId {
+    TextureId::User(view as u64)
+}
+
+/// Lays the screen out. `ui` covers it all, in pixels.
+pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome {
+    let mut outcome = Outcome::default();
+    let images = if look.only_sight { 0 } else { model.cells.len() };
+    let Some(sizes) = Sizes::of(screen, images) else {
+        words::too_small(ui, screen, &mut outcome.words);
+        return outcome;
+    };
+    outcome.code = Some(bar::show(ui, model, &sizes, &mut outcome.words));
+    cells(ui, model, &sizes, look, &mut outcome);
+    buttons::show(ui, model, &sizes, look, &mut outcome);
+    outcome
+}
+
+fn cells(ui: &mut Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: &mut Outcome) {
+    let enlarged = look
+        .enlarged
+        .and_then(|view| model.cells.iter().find(|cell| cell.view == view));
+    if let (Some(cell), false) = (enlarged, look.only_sight) {
+        let [image, sight] = enlarged_rects(sizes);
+        cell::show(ui, cell, image, sizes, outcome);
+        sight::show(ui, model, sight, sizes, &mut outcome.words);
+        return;
+    }
+    sight::show(ui, model, sizes.cells[sizes.sight], sizes, &mut outcome.words);
+    let rects = sizes.cells.iter().enumerate().filter(|(k, _)| *k != sizes.sight);
+    if !look.only_sight {
+        for (cell, (_, rect)) in model.cells.iter().zip(rects) {
+            cell::show(ui, cell, *rect, sizes, outcome);
+        }
+    }
+}
+
+/// One image as large as it goes, with the sight beside it.
+fn enlarged_rects(sizes: &Sizes) -> [egui::Rect; 2] {
+    let (top, bottom) = (sizes.top.bottom(), sizes.foot.top());
+    let sight = sizes.cells[sizes.sight].width();
+    let side = (bottom - top).min(sizes.top.width() - sight);
+    let image = egui::Rect::from_min_size(egui::pos2(0.0, top), egui::Vec2::splat(side));
+    let beside = egui::Rect::from_min_size(egui::pos2(side, top), egui::Vec2::splat(sight));
+    [image, beside]
+}
+
+#[cfg(test)]
+mod tests;

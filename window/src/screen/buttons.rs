@@ -1,0 +1,90 @@
+//! The buttons at the bottom, each with its key; a pedal sends the same keys.
+
+use egui::{Align2, Id, Key, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+
+use super::words::{Type, colour};
+use super::{Look, Outcome, Wish};
+use crate::colours;
+use crate::model::{Model, Tone};
+use crate::sizes::Sizes;
+
+/// A button: its word, its key as it is printed on the keyboard, the key, and what it does.
+struct Button {
+    word: String,
+    key: &'static str,
+    pressed: Key,
+    wish: Wish,
+}
+
+fn button(word: impl Into<String>, key: &'static str, pressed: Key, wish: Wish) -> Button {
+    Button {
+        word: word.into(),
+        key,
+        pressed,
+        wish,
+    }
+}
+
+/// The buttons of this screen.
+fn buttons(model: &Model, look: &Look) -> Vec<Button> {
+    let hold = if model.state.is_held { "Follow" } else { "Hold" };
+    let mut all = vec![
+        button(
+            "Target before",
+            "Page up",
+            Key::PageUp,
+            Wish::NextTarget { is_forward: false },
+        ),
+        button(
+            "Next target",
+            "Page down",
+            Key::PageDown,
+            Wish::NextTarget { is_forward: true },
+        ),
+        button("Mark", "Space", Key::Space, Wish::Mark),
+        button("Screenshot", "F9", Key::F9, Wish::Shot),
+        button(hold, "F6", Key::F6, Wish::Hold),
+    ];
+    if look.enlarged.is_some() {
+        all.push(button("All views", "Esc", Key::Escape, Wish::Enlarge(None)));
+    }
+    if model.state.is_replay {
+        all.push(button("Back 5 s", "Left", Key::ArrowLeft, Wish::Skip(-5)));
+        all.push(button("Pause", "P", Key::P, Wish::Pause));
+        all.push(button("Step", "S", Key::S, Wish::Step));
+        all.push(button("On 5 s", "Right", Key::ArrowRight, Wish::Skip(5)));
+    }
+    all
+}
+
+pub(super) fn show(ui: &Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: &mut Outcome) {
+    let all = buttons(model, look);
+    let width = sizes.foot.width() / all.len() as f32;
+    for (k, button) in all.iter().enumerate() {
+        let left = sizes.foot.left() + width * k as f32;
+        let rect = Rect::from_min_size(pos2(left, sizes.foot.top()), vec2(width, sizes.foot.height()));
+        if is_pressed(ui, button, rect.shrink(2.0), sizes, outcome) {
+            outcome.wishes.push(button.wish.clone());
+        }
+    }
+}
+
+fn is_pressed(ui: &Ui, button: &Button, rect: Rect, sizes: &Sizes, outcome: &mut Outcome) -> bool {
+    let response = ui.interact(rect, Id::unique(("button", button.key)), Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &button.word));
+    let ground = match response.is_pointer_button_down_on() {
+        true => colours::LINE,
+        false => colours::BUTTON,
+    };
+    ui.painter().rect_filled(rect, 4.0, ground);
+    let how = Type {
+        size: sizes.plain,
+        colour: colour(Tone::Quiet),
+        ground,
+        align: Align2::CENTER_CENTER,
+    };
+    let (upper, lower) = rect.shrink2(vec2(sizes.gap, 2.0)).split_top_bottom_at_fraction(0.5);
+    outcome.words.put(ui, upper, &button.word, how);
+    outcome.words.put(ui, lower, button.key, how);
+    response.clicked() || ui.input(|input| input.key_pressed(button.pressed))
+}
