@@ -15,6 +15,7 @@ mod image;
 mod item;
 mod map;
 mod quad;
+mod rectangle;
 mod shot;
 mod texture;
 mod tiles;

@@ -4,8 +4,9 @@ use egui::TextureId;
 use egui::epaint::{Mesh, Primitive, Vertex};
 
 use super::area::Area;
-use super::blend::{argb, multiply};
-use super::item::{Corner, Item, Kind, Quad, first_pixel, snap_clamped, step, step_vertex};
+use super::blend::multiply;
+use super::item::{Corner, Item, Kind, Quad, first_pixel, step, step_vertex};
+use super::rectangle;
 use super::texture::{Source, Textures};
 use super::{Frame, Skipped};
 
@@ -120,58 +121,7 @@ impl Cutter<'_> {
 
     /// The two triangles at `at` as a rectangle, if they are one.
     fn quad(&self, at: usize) -> Option<Quad> {
-        let six = self.vertices::<6>(at)??;
-        if six.iter().any(|vertex| vertex.color != six[0].color) {
-            return None;
-        }
-        let [low, high] = bounds(&six)?;
-        // Bit 0: on the right side, bit 1: on the lower one.
-        let code = |vertex: Vertex| -> Option<usize> {
-            let side = |v: f32, axis: usize| match v {
-                v if v == low[axis] => Some(0),
-                v if v == high[axis] => Some(1),
-                _ => None,
-            };
-            Some(side(vertex.pos.x, 0)? | (side(vertex.pos.y, 1)? << 1))
-        };
-        let mut corners: [Option<Vertex>; 4] = [None; 4];
-        let mut seen = [0_usize; 2];
-        for (i, vertex) in six.into_iter().enumerate() {
-            let code = code(vertex)?;
-            seen[i / 3] |= 1 << code;
-            // Where two vertices share a corner they agree in everything.
-            if corners[code]
-                .replace(vertex)
-                .is_some_and(|other| !same_uv(&other, &vertex))
-            {
-                return None;
-            }
-        }
-        let missing = seen.map(|seen| 15 ^ seen);
-        // Each triangle has three corners, and what one lacks is diagonal to what the other lacks.
-        let is_whole = missing.iter().all(|m| m.count_ones() == 1)
-            && missing[0].trailing_zeros() ^ missing[1].trailing_zeros() == 3;
-        let [left_top, right_top, left_bottom, right_bottom] = corners;
-        let (a, b, c, d) = (left_top?.uv, right_top?.uv, left_bottom?.uv, right_bottom?.uv);
-        let is_even = a.x == c.x && b.x == d.x && a.y == b.y && c.y == d.y;
-        (is_whole && is_even).then(|| self.quad_of([low, high], [a.x, a.y, d.x, d.y], six[0]))?
-    }
-
-    fn quad_of(&self, [low, high]: [[f32; 2]; 2], uv: [f32; 4], vertex: Vertex) -> Option<Quad> {
-        let is_finite = low.iter().chain(&high).all(|side| side.is_finite());
-        let ends = [(low, [uv[0], uv[1]]), (high, [uv[2], uv[3]])].map(|(pos, uv)| {
-            let (pos, uv) = (pos.into(), uv.into());
-            Corner::new(&Vertex { pos, uv, ..vertex }, self.pixels_per_point)
-        });
-        // A fill may be as large as it likes; a texture on it would be placed wrongly.
-        let is_near = ends.iter().all(Option::is_some);
-        let is_usable = is_near || (is_finite && is_solid(uv) && uv[0].is_finite() && uv[1].is_finite());
-        let side = |v: f32| snap_clamped(v, self.pixels_per_point);
-        is_usable.then(|| Quad {
-            sides: [side(low[0]), side(low[1]), side(high[0]), side(high[1])],
-            uv,
-            tint: argb(vertex.color),
-        })
+        rectangle::find(self.vertices::<6>(at)??, self.pixels_per_point)
     }
 
     fn push_quad(&mut self, quad: Quad, at: usize) {
@@ -180,7 +130,7 @@ impl Cutter<'_> {
             return;
         }
         let kind = match self.source {
-            source if is_solid(quad.uv) => Kind::Fill(multiply(quad.tint, source.at([quad.uv[0], quad.uv[1]]))),
+            source if quad.is_solid() => Kind::Fill(multiply(quad.tint, source.at([quad.uv[0], quad.uv[1]]))),
             Source::Lent(_) if quad.tint >> 24 == 0xFF => Kind::Image(quad),
             _ => Kind::Blend(quad),
         };
@@ -257,22 +207,4 @@ impl Cutter<'_> {
             hash,
         });
     }
-}
-
-/// Compares numbers: positions of egui panic where they are none.
-fn same_uv(a: &Vertex, b: &Vertex) -> bool {
-    a.uv.x == b.uv.x && a.uv.y == b.uv.y
-}
-
-/// Whether the texture is the same everywhere.
-fn is_solid(uv: [f32; 4]) -> bool {
-    uv[0] == uv[2] && uv[1] == uv[3]
-}
-
-/// The least and greatest position; `None` where they are the same in one axis or not numbers.
-fn bounds(vertices: &[Vertex; 6]) -> Option<[[f32; 2]; 2]> {
-    let [a, b, c] = [vertices[0].pos, vertices[1].pos, vertices[2].pos];
-    let low = [a.x.min(b.x).min(c.x), a.y.min(b.y).min(c.y)];
-    let high = [a.x.max(b.x).max(c.x), a.y.max(b.y).max(c.y)];
-    (low[0] < high[0] && low[1] < high[1]).then_some([low, high])
 }

@@ -67,6 +67,12 @@ pub(crate) struct Quad {
 }
 
 impl Quad {
+    /// Whether the texture is the same everywhere.
+    pub(crate) fn is_solid(&self) -> bool {
+        let [u0, v0, u1, v1] = self.uv;
+        u0 == u1 && v0 == v1
+    }
+
     /// The pixels whose centres are inside; one on the left or upper side is.
     pub(crate) fn area(&self) -> Area {
         let [x0, y0, x1, y1] = self.sides.map(first_pixel);
