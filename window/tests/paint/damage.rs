@@ -55,6 +55,7 @@ enum Change {
     Replace(usize, Shape),
     Swap(usize, usize),
     Image(usize),
+    Clip(u8),
     Font(usize),
 }
 
@@ -66,6 +67,7 @@ fn change() -> impl Strategy<Value = Change> {
         (any::<usize>(), shape()).prop_map(|(i, shape)| Change::Replace(i, shape)),
         (any::<usize>(), any::<usize>()).prop_map(|(i, j)| Change::Swap(i, j)),
         (0_usize..3).prop_map(Change::Image),
+        any::<u8>().prop_map(Change::Clip),
         any::<usize>().prop_map(|seed| Change::Font(seed % 1000)),
     ]
 }
@@ -76,6 +78,8 @@ struct World {
     shapes: Vec<Shape>,
     versions: [u64; 3],
     font: Option<usize>,
+    /// How far the clip has moved, pixels.
+    clip: u8,
 }
 
 impl World {
@@ -87,6 +91,7 @@ impl World {
             Change::Remove(i) if !self.shapes.is_empty() => drop(self.shapes.remove(i % count)),
             Change::Replace(i, shape) if !self.shapes.is_empty() => self.shapes[i % count] = shape,
             Change::Swap(i, j) if !self.shapes.is_empty() => self.shapes.swap(i % count, j % count),
+            Change::Clip(moved) => self.clip = moved % 16,
             Change::Image(i) => self.versions[i] += 1,
             Change::Font(seed) => self.font = Some(seed),
             _ => {}
@@ -98,7 +103,7 @@ impl World {
         for shape in &self.shapes {
             // Some clipped, the others without.
             let clip = match shape.2[1] % 3 {
-                0 => rect(20.0, 10.0, 101.0, 77.0),
+                0 => rect(20.0 + f32::from(self.clip), 10.0, 101.0, 77.0 - f32::from(self.clip)),
                 _ => egui::Rect::EVERYTHING,
             };
             primitives.push(clipped(mesh(*shape), clip));
