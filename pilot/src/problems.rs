@@ -3,14 +3,14 @@
 pub(crate) mod missing;
 
 use bus::clock::ms;
-use bus::message::Lost;
+use bus::message::{Lost, NOT_RECORDING};
 use scene::{Limits, TrackerSource};
 
 use crate::metrics::{Latency, Restart};
 use crate::output;
 use crate::replay::{self, ReplayReport};
 use crate::report::Pictures;
-use crate::state::{NOT_RECORDING, Run};
+use crate::state::Run;
 
 /// What was wrong with `run`, in words; empty for one that went as it should.
 pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {

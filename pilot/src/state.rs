@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::Clock;
-use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level};
+use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level, NOT_RECORDING};
 use bus::port::Crowded;
 use bus::process::StopFlag;
 use bus::run::RunContext;
@@ -57,9 +57,6 @@ impl Options {
         Some((replay, replay.recompute.as_ref()?))
     }
 }
-
-/// How a recorder's words begin while it cannot write.
-pub(crate) const NOT_RECORDING: &str = "NOT RECORDING";
 
 /// What the recorder, and those that it followed on, counted as not recorded.
 #[derive(Debug, Clone, Default)]

@@ -65,10 +65,25 @@ def image(message) -> dict:
     return {"frame_id": message.frame_id, "format": message.format, "head": message.data[:8].hex()}
 
 
+def every_field(message) -> dict:
+    def shown(value):
+        if isinstance(value, float):
+            return bits(value)
+        return value.hex() if isinstance(value, bytes) else value
+
+    def one(value):
+        return shown(value) if isinstance(value, (float, bytes, int, str, bool)) else [shown(each) for each in value]
+
+    return {field.name: one(getattr(message, field.name)) for field in message.DESCRIPTOR.fields}
+
+
 SHOW = {
     "trocar.ToolPose": pose,
     "trocar.EmitterFrame": emitters,
     "trocar.ProcessStatus": status,
+    "trocar.Guide": every_field,
+    "trocar.Workflow": every_field,
+    "trocar.Identity": every_field,
     "foxglove.FrameTransform": transform,
     "foxglove.Log": log,
     "foxglove.CompressedImage": image,

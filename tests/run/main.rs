@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod bad_pose;
+#[path = "../support/display.rs"]
+mod display;
 mod guide;
 mod identity;
 mod injected_faults;

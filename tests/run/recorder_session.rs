@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::support::{SMALL, World, stderr, stdout};
+use bus::message::Workflow;
 use recorder::read::info;
 use recorder::read::seek::Session;
-use recorder::wire::schema::{LOG, STATUS, TF, TOOL_POSE};
+use recorder::wire::schema::{GUIDE, LOG, STATUS, TF, TOOL_POSE, WORKFLOW};
 
 /// A session of a second, with small images.
 fn session(world: &World) -> PathBuf {
     let scene = SMALL.replace(
         "[recording]",
-        "[recording]\ncompression = \"lz4\"\nthumbnails_per_s = 4.0",
+        "[guide]\ntarget = \"iliac-left\"\n[recording]\ncompression = \"lz4\"\nthumbnails_per_s = 4.0",
     );
     let scene = world.file("scene.toml", &scene);
     let out = world.path("out");
@@ -154,6 +155,20 @@ fn python_reads_a_whole_session_and_foxgloves_messages_are_as_foxglove_publishes
     for (topic, found) in &counts.topics {
         assert_eq!(seen["counts"][topic].as_u64().unwrap_or(0), found.messages, "{topic}");
     }
+    let guide = recorder::read::reader::guides(&path).unwrap().next().unwrap().unwrap();
+    let bits = |mm: [f64; 3]| mm.map(|mm| format!("{:016x}", mm.to_bits()));
+    let read = &seen["first"][GUIDE];
+    assert_eq!(
+        read["name"],
+        "iliac-left"
+            .bytes()
+            .map(|byte| format!("{byte:02x}"))
+            .collect::<String>()
+    );
+    assert_eq!(read["target_mm"], serde_json::json!(bits(guide.target_mm)));
+    assert_eq!(read["plan_id"], guide.plan_id);
+    let flags = seen["first"][WORKFLOW]["flags"].as_u64().unwrap() as u32;
+    assert_eq!(flags & Workflow::RESEARCH, Workflow::RESEARCH);
     // PNGs by their first bytes, and every byte of what is attached.
     assert_eq!(seen["first"]["/view/perpendicular"]["head"], "89504e470d0a1a0a");
     for name in ["scene.toml", "report.json"] {

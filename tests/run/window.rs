@@ -1,105 +1,28 @@
 //! The operator's window of a real run, on a real X server: what stands on the glass is read back from there.
 
-#![allow(clippy::print_stdout, reason = "why something is skipped")]
+use std::process::Stdio;
 
-use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
-
+use crate::display::Display;
 use crate::support::{Pilot, SMALL, World, is_alive, kill_9, stderr, wait_for};
 use bus::run::RunContext;
 use rustix::process::{Pid, Signal, kill_process};
-use window::code::{Code, PROPERTY, Place, Shown, key};
-use x11rb::connection::Connection;
-use x11rb::protocol::xproto::{AtomEnum, ConnectionExt as _, ImageFormat, KEY_PRESS_EVENT, KEY_RELEASE_EVENT};
+use window::code::Shown;
+use x11rb::connection::Connection as _;
+use x11rb::protocol::xproto::{KEY_PRESS_EVENT, KEY_RELEASE_EVENT};
 use x11rb::protocol::xtest::ConnectionExt as _;
-use x11rb::rust_connection::RustConnection;
 
 /// F9 on the keyboard of every X server with an evdev map, as Xvfb has.
 const F9: u8 = 75;
 
-/// A display in memory; gone when dropped.
-struct Display {
-    server: Child,
-    name: String,
-    eye: RustConnection,
-    root: u32,
-}
-
-impl Drop for Display {
-    fn drop(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
-    }
-}
-
-impl Display {
-    /// `None`, with a word, where there is no Xvfb.
-    fn new() -> Option<Self> {
-        if !Path::new("/usr/bin/Xvfb").exists() {
-            println!("skipped: there is no /usr/bin/Xvfb (Debian: xvfb)");
-            return None;
-        }
-        #[allow(
-            clippy::disallowed_methods,
-            reason = "a server of others, which this test alone uses"
-        )]
-        let mut server = Command::new("/usr/bin/Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut number = String::new();
-        BufReader::new(server.stdout.take().unwrap())
-            .read_line(&mut number)
-            .unwrap();
-        let name = format!(":{}", number.trim());
-        let (eye, screen) = RustConnection::connect(Some(&name)).unwrap();
-        let root = eye.setup().roots[screen].root;
-        Some(Self {
-            server,
-            name,
-            eye,
-            root,
-        })
-    }
-
-    /// The coded cell as it stands on the screen, where it can be read.
-    fn code(&self, run: &RunContext) -> Option<(Code, u32)> {
-        let property = self
+/// Presses a key, and lets go of it.
+fn press(display: &Display, key: u8) {
+    for kind in [KEY_PRESS_EVENT, KEY_RELEASE_EVENT] {
+        display
             .eye
-            .intern_atom(false, PROPERTY.as_bytes())
-            .ok()?
-            .reply()
-            .ok()?
-            .atom;
-        let tree = self.eye.query_tree(self.root).ok()?.reply().ok()?;
-        let place = tree.children.into_iter().find_map(|window| {
-            let asked = self
-                .eye
-                .get_property(false, window, property, AtomEnum::CARDINAL, 0, 16)
-                .ok()?;
-            let cardinals: Vec<u32> = asked.reply().ok()?.value32()?.collect();
-            Place::of_cardinals(&cardinals).ok()
-        })?;
-        let [width, height] = place.size().map(|n| n as u16);
-        let [x, y] = place.at.map(|n| n as i16);
-        let asked = self
-            .eye
-            .get_image(ImageFormat::Z_PIXMAP, self.root, x, y, width, height, !0)
-            .ok()?;
-        let pixels = asked.reply().ok()?.data;
-        let code = window::code::Grid::read(&pixels, place.square, key(run.epoch_ns)).ok()?;
-        Some((code, place.pid))
+            .xtest_fake_input(kind, key, 0, display.root, 0, 0, 0)
+            .unwrap();
     }
-
-    fn press(&self, key: u8) {
-        for kind in [KEY_PRESS_EVENT, KEY_RELEASE_EVENT] {
-            self.eye.xtest_fake_input(kind, key, 0, self.root, 0, 0, 0).unwrap();
-        }
-        self.eye.flush().unwrap();
-    }
+    display.eye.flush().unwrap();
 }
 
 fn start<'a>(world: &'a World, display: &Display) -> (Pilot<'a>, RunContext) {
@@ -124,7 +47,9 @@ fn start<'a>(world: &'a World, display: &Display) -> (Pilot<'a>, RunContext) {
 #[test]
 fn h7_a_killed_window_comes_back_with_live_images() {
     let world = World::new();
-    let Some(display) = Display::new() else { return };
+    let Some(display) = Display::new([1280, 800]) else {
+        return;
+    };
     let (pilot, run) = start(&world, &display);
     let mut last = None;
     for _ in 0..3 {
@@ -150,7 +75,9 @@ fn h7_a_killed_window_comes_back_with_live_images() {
 #[test]
 fn h1_a_silent_tracker_is_not_live_on_the_glass() {
     let world = World::new();
-    let Some(display) = Display::new() else { return };
+    let Some(display) = Display::new([1280, 800]) else {
+        return;
+    };
     let (pilot, run) = start(&world, &display);
     let shows = |wanted: Shown| {
         wait_for("that on the glass", || {
@@ -169,10 +96,12 @@ fn h1_a_silent_tracker_is_not_live_on_the_glass() {
 #[test]
 fn a_key_takes_a_picture_of_the_screen() {
     let world = World::new();
-    let Some(display) = Display::new() else { return };
+    let Some(display) = Display::new([1280, 800]) else {
+        return;
+    };
     let (pilot, run) = start(&world, &display);
     wait_for("the window", || display.code(&run));
-    display.press(F9);
+    press(&display, F9);
     let picture = wait_for("the picture", || {
         let files = std::fs::read_dir(world.path("out"))
             .ok()?
@@ -201,7 +130,9 @@ fn without_a_display_a_window_is_refused_and_a_display_that_is_lost_ends_no_navi
     let output = refused.output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("DISPLAY is not set"), "{}", stderr(&output));
-    let Some(mut display) = Display::new() else { return };
+    let Some(mut display) = Display::new([1280, 800]) else {
+        return;
+    };
     let (pilot, run) = start(&world, &display);
     wait_for("the window", || display.code(&run));
     let before = pilot.pid("view-axial").unwrap();

@@ -171,8 +171,12 @@ impl Display {
     /// # Errors
     /// [`DisplayError::Lost`].
     pub fn happened(&mut self) -> Result<Vec<Happened>, DisplayError> {
-        let mut happened = Vec::new();
+        let mut events = Vec::new();
         while let Some(event) = self.connection.poll_for_event()? {
+            events.push(event);
+        }
+        let mut happened = Vec::new();
+        for event in keys::without_repeats(events) {
             match event {
                 XEvent::Expose(_) => happened.push(Happened::Exposed),
                 XEvent::ConfigureNotify(event) if event.window == self.window => {

@@ -6,10 +6,11 @@ use bus::clock;
 use bus::gather::{Gather, PoseId, Set};
 use bus::message::{FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
 use bus::port::{Frame, VolumeSubscriber};
+use bus::run::ReplayOf;
 use bus::{BusError, session::Session};
 use scene::Scene;
 
-use crate::model::Known;
+use crate::model::{Known, Recorded};
 use crate::ports::Ports;
 
 /// As many poses as are kept for the sight: four seconds of sixty a second.
@@ -51,6 +52,12 @@ impl Feed {
             headers: Vec::with_capacity(views),
             set: None,
         }
+    }
+
+    /// A replay went elsewhere: what came before says nothing of what comes.
+    pub fn forget(&mut self) {
+        self.gather = Gather::new(self.held.len());
+        self.poses.clear();
     }
 
     /// Takes in what has come.
@@ -137,7 +144,13 @@ impl Feed {
     }
 
     /// All of it, for a [`Model`](crate::model::Model).
-    pub fn known<'a>(&'a self, scene: &'a Scene, session: &Session, now: Now) -> Known<'a> {
+    pub fn known<'a>(
+        &'a self,
+        scene: &'a Scene,
+        session: &Session,
+        now: Now,
+        replay: Option<&'a ReplayOf>,
+    ) -> Known<'a> {
         let recorder = scene.recording.as_ref().map(|_| {
             let age = self.recorder.map_or(0, |beat| now.run_ns.saturating_sub(beat.t_ns));
             (self.recorder, age)
@@ -154,6 +167,7 @@ impl Feed {
             volume: self.volume,
             recorder,
             is_replay: session.is_replay(),
+            recorded_in: replay.map(|replay| replay.volume_hash.as_deref().map_or(Recorded::Unknown, Recorded::In)),
             is_simulated: session.is_ruled() && !session.is_replay(),
             began_ns: now.began_ns,
         }

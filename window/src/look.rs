@@ -21,7 +21,7 @@ pub fn read(run_dir: &Path, window: &str, scene: &Scene) -> Look {
     let enlarged = name.and_then(|name| scene.views.iter().position(|view| view.name == name));
     Look {
         enlarged,
-        only_sight: false,
+        ..Look::default()
     }
 }
 

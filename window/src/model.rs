@@ -13,9 +13,9 @@ pub use facts::{Facts, facts};
 pub use sight::{Aimed, aimed};
 pub use state::{ScreenState, Tone, state};
 
-use bus::gather::Set;
+use bus::gather::{PoseId, Set};
 use bus::message::{Ages, FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
-use scene::Scene;
+use scene::{Plane, Scene};
 
 /// What has come over the bus.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +42,8 @@ pub struct Known<'a> {
     pub recorder: Option<(Option<Heartbeat>, i64)>,
     /// Poses come out of a recording.
     pub is_replay: bool,
+    /// In a replay: the examination that the recording was made in.
+    pub recorded_in: Option<Recorded<'a>>,
     /// Time is simulated.
     pub is_simulated: bool,
     /// When the navigation began, ns on the session's clock.
@@ -49,10 +51,40 @@ pub struct Known<'a> {
 }
 
 impl Known<'_> {
+    /// The image that the sight and the numbers are in step with: that across the tube, or else that of the newest pose.
+    fn sighted(&self) -> Option<FrameHeader> {
+        let views = self.scene.views.iter().zip(self.headers);
+        let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
+        let newest = || {
+            self.headers
+                .iter()
+                .flatten()
+                .max_by_key(|header| header.stamp.t_capture_ns)
+                .copied()
+        };
+        across.find_map(|(_, header)| *header).or_else(newest)
+    }
+
+    /// The pose of an image, with what images do not carry; `None` where it has not come.
+    fn pose_of(&self, header: &FrameHeader) -> Option<&ToolPose> {
+        let id = PoseId::of(&header.stamp);
+        let is_it = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
+        self.poses.iter().rev().find(is_it)
+    }
+
     /// When poses grow old.
     pub fn ages(&self) -> Ages {
         Ages::of(&self.scene.limits)
     }
+}
+
+/// The examination that a recording was made in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Recorded<'a> {
+    /// The one with this hash, in hex.
+    In(&'a str),
+    /// It does not say.
+    Unknown,
 }
 
 /// What the screen shows.

@@ -29,6 +29,9 @@ const SLOWEST: Duration = Duration::from_millis(50);
 /// Sets of different poses follow one another with each image: not more often than this.
 const MIXED: Duration = Duration::from_millis(33);
 
+/// So long a refusal stands on the screen.
+const SAID: Duration = Duration::from_secs(5);
+
 /// Why a window ended.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum RunError {
@@ -69,8 +72,8 @@ struct Window {
     events: Vec<egui::Event>,
     /// What the last frame showed, and when it was painted, ns on the run's clock.
     painted: Option<(Option<Set>, i64)>,
-    /// What was answered to the last wish, where it was refused.
-    note: String,
+    /// Until then the answer to a wish that was refused stands on the screen, ns on the run's clock.
+    said_until_ns: i64,
     shots: u32,
 }
 
@@ -102,7 +105,7 @@ pub(crate) fn run(membership: &Membership, options: Options) -> Result<(), RunEr
         coded,
         events: Vec::new(),
         painted: None,
-        note: String::new(),
+        said_until_ns: 0,
         shots: 0,
     };
     let connection = window.display.connection();
@@ -130,17 +133,26 @@ impl Window {
                 }
             }
         }
+        // Before the images: those of poses behind a jump come after it.
+        if self.follow()? {
+            self.feed.forget();
+        }
         self.feed.take(ports)?;
-        self.process.session.follow()?;
         let now = self.now();
         let set = self.feed.choose(now.session_ns, stale_ns(&self.process.scene));
         if self.is_due(set, now.run_ns) {
             self.paint(set, now)?;
         }
-        let note = std::mem::take(&mut self.note);
-        self.process.beat(ProcessState::Ready, &note)?;
-        self.note = note;
+        self.process.beat(ProcessState::Ready, &self.look.note)?;
         Ok(ControlFlow::Continue(()))
+    }
+
+    /// Takes over the clock of a replay; returns whether that went elsewhere. An impossible clock is refused, and the one before goes on.
+    fn follow(&mut self) -> Result<bool, BusError> {
+        match self.process.session.follow() {
+            Err(BusError::Law(_)) => Ok(false),
+            followed => followed,
+        }
     }
 
     fn now(&self) -> Now {
@@ -164,8 +176,12 @@ impl Window {
     }
 
     fn paint(&mut self, set: Option<Set>, now: Now) -> Result<(), RunError> {
-        let known = self.feed.known(&self.process.scene, &self.process.session, now);
+        let (scene, replay) = (&self.process.scene, self.process.run.replay.as_ref());
+        let known = self.feed.known(scene, &self.process.session, now, replay);
         let model = Model::of(&known);
+        if self.said_until_ns <= now.run_ns {
+            self.look.note.clear();
+        }
         let screen = self.display.screen();
         let events = (std::mem::take(&mut self.events), clock::ms(now.run_ns) / 1000.0);
         let with = (screen, &self.look);
@@ -220,9 +236,10 @@ impl Window {
                 self.asked.carry_out(wish, &self.feed, &self.process.scene, replay)
             }
         };
-        self.note = answer.err().unwrap_or_default();
-        if !self.note.is_empty() {
-            bus::stderr_line!("window: {}", self.note);
+        if let Err(why) = answer {
+            bus::stderr_line!("window: {why}");
+            self.look.note = why;
+            self.said_until_ns = self.process.clock().now_ns() + clock::ns(SAID);
         }
     }
 
@@ -230,13 +247,19 @@ impl Window {
         if self.look.only_sight { "sight" } else { "window" }
     }
 
-    /// A picture of the screen as it stands there.
+    /// A picture of the screen as it stands there. Written by a thread of its own: a window that stands still while a file is
+    /// compressed is taken for frozen.
     fn shot(&mut self) -> Result<(), String> {
         self.shots += 1;
         let size = self.display.screen().pixels;
         let picture = canvas(self.display.pixels(), size);
         let at_ms = self.process.clock().now_ns() / 1_000_000;
         let path = self.asked.shots.join(format!("screen-{at_ms}-{}.png", self.shots));
-        picture::write_png(&path, &picture, &[]).map_err(|error| error.to_string())
+        let write = move || match picture::write_png(&path, &picture, &[]) {
+            Ok(()) => {}
+            Err(error) => bus::stderr_line!("window: {error}"),
+        };
+        let started = std::thread::Builder::new().name("screenshot".to_owned()).spawn(write);
+        started.map(drop).map_err(|error| format!("no screenshot: {error}"))
     }
 }

@@ -47,6 +47,8 @@ pub struct Look {
     pub enlarged: Option<usize>,
     /// The sight alone, for a second display.
     pub only_sight: bool,
+    /// Why the last wish was refused; not kept.
+    pub note: String,
 }
 
 /// What the painter has to know of one frame beside the shapes.
@@ -96,7 +98,7 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
         words::too_small(ui, screen, &mut outcome.words);
         return outcome;
     };
-    outcome.code = Some(bar::show(ui, model, &sizes, &mut outcome.words));
+    outcome.code = Some(bar::show(ui, model, (&sizes, &look.note), &mut outcome.words));
     cells(ui, model, &sizes, look, &mut outcome);
     buttons::show(ui, model, &sizes, look, &mut outcome);
     outcome

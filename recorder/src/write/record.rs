@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bus::clock;
-use bus::message::{Counters, ProcessState};
+use bus::message::{Counters, NOT_RECORDING, ProcessState};
 use bus::port::VolumeSubscriber;
 use bus::process::{JoinError, Process};
 use bus::run::RunContext;
@@ -292,7 +292,7 @@ impl std::fmt::Display for Progress {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Counters { recorded, dropped, .. } = self.counters;
         if let Some(why) = &self.stopped {
-            return write!(f, "NOT RECORDING, {dropped} lost: {why}");
+            return write!(f, "{NOT_RECORDING}, {dropped} lost: {why}");
         }
         let (waited, room) = self.waited;
         write!(

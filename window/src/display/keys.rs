@@ -86,6 +86,23 @@ impl Keyboard {
     }
 }
 
+/// A key that is held down comes as a release with a press at the same moment, again and again: neither happened. What is held down
+/// marks one moment, and does not hold and follow in turn.
+pub(super) fn without_repeats(events: Vec<XEvent>) -> Vec<XEvent> {
+    let mut kept: Vec<XEvent> = Vec::with_capacity(events.len());
+    for event in events {
+        match (kept.last(), &event) {
+            (Some(XEvent::KeyRelease(up)), XEvent::KeyPress(down))
+                if (up.detail, up.time) == (down.detail, down.time) =>
+            {
+                kept.pop();
+            }
+            _ => kept.push(event),
+        }
+    }
+    kept
+}
+
 fn place([x, y]: [i16; 2]) -> Pos2 {
     Pos2::new(f32::from(x), f32::from(y))
 }
@@ -127,4 +144,41 @@ fn clicked(button: u8, at: [i16; 2], state: KeyButMask, pressed: bool) -> Option
         pressed,
         modifiers: modifiers(state),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use x11rb::protocol::xproto::KeyPressEvent;
+
+    fn key(detail: u8, time: u32) -> KeyPressEvent {
+        KeyPressEvent {
+            response_type: 2,
+            detail,
+            sequence: 0,
+            time,
+            root: 0,
+            event: 0,
+            child: 0,
+            root_x: 0,
+            root_y: 0,
+            event_x: 0,
+            event_y: 0,
+            state: KeyButMask::default(),
+            same_screen: true,
+        }
+    }
+
+    #[test]
+    fn a_key_that_is_held_down_is_pressed_once() {
+        let (down, up) = (|t| XEvent::KeyPress(key(65, t)), |t| XEvent::KeyRelease(key(65, t)));
+        let held = vec![down(1), up(500), down(500), up(530), down(530), up(700)];
+        let words = |events: &[XEvent]| format!("{events:?}");
+        assert_eq!(words(&without_repeats(held)), words(&[down(1), up(700)]));
+        // Pressed again by a person, and another key at the same moment.
+        let again = vec![down(1), up(50), down(90), up(120)];
+        assert_eq!(words(&without_repeats(again.clone())), words(&again));
+        let other = vec![up(50), XEvent::KeyPress(key(66, 50))];
+        assert_eq!(words(&without_repeats(other.clone())), words(&other));
+    }
 }

@@ -1,6 +1,6 @@
 //! What everything on the screen rests on, in words: whose examination, which registration, how good, recorded or not.
 
-use bus::message::{IdentitySource, Tracked, Workflow};
+use bus::message::{Heartbeat, Identity, IdentitySource, NOT_RECORDING, ProcessState, Tracked, Workflow};
 
 use super::{Known, ScreenState, Tone};
 
@@ -11,7 +11,7 @@ pub struct Facts {
     pub identity: String,
     /// Whether that is to be taken as a warning.
     pub identity_tone: Tone,
-    /// The examination.
+    /// The patient's birth date and number, and the examination.
     pub volume: String,
     /// The registration and the error that it leads to.
     pub registration: String,
@@ -28,7 +28,7 @@ pub fn facts(known: &Known<'_>, state: &ScreenState) -> Facts {
     Facts {
         identity,
         identity_tone,
-        volume: volume(known),
+        volume: patient(known) + &volume(known),
         registration: registration(known, state.follows),
         recording,
         recording_tone,
@@ -36,37 +36,45 @@ pub fn facts(known: &Known<'_>, state: &ScreenState) -> Facts {
 }
 
 fn identity(known: &Known<'_>) -> (String, Tone) {
-    let of_this = known
-        .identity
-        .filter(|identity| known.volume.is_none_or(|volume| volume == identity.volume()));
-    let Some(identity) = of_this else {
+    let Some(identity) = of_this_volume(known) else {
         return ("PATIENT NOT KNOWN".to_owned(), Tone::Warning);
     };
     if known.workflow.is_some_and(|workflow| workflow.has(Workflow::REJECTED)) {
         return ("NOT THIS PATIENT'S EXAMINATION".to_owned(), Tone::Alarm);
     }
-    let [name, patient_id, birth_date, ..] = identity.words();
+    let [name, ..] = identity.words();
     match identity.source() {
         IdentitySource::Phantom => ("PHANTOM".to_owned(), Tone::Quiet),
         IdentitySource::Unknown => ("PATIENT NOT KNOWN".to_owned(), Tone::Warning),
         IdentitySource::Examination | IdentitySource::Scene => {
-            let labelled = |label: &str, text: &str| match text.is_empty() {
-                true => String::new(),
-                false => format!("  {label}{text}"),
-            };
-            let name = if name.is_empty() { "NO NAME" } else { &name };
-            let words = format!("{name}{}{}", labelled("*", &birth_date), labelled("ID ", &patient_id));
-            (words, Tone::Quiet)
+            let name = if name.is_empty() { "NO NAME".to_owned() } else { name };
+            (name, Tone::Quiet)
         }
     }
 }
 
+/// Birth date and number: apart from the name, which may be so long that it ends in an ellipsis.
+fn patient(known: &Known<'_>) -> String {
+    let Some(identity) = of_this_volume(known) else {
+        return String::new();
+    };
+    let [_, patient_id, birth_date, ..] = identity.words();
+    let labelled = [("*", birth_date), ("ID ", patient_id)];
+    let said = labelled.into_iter().filter(|(_, text)| !text.is_empty());
+    said.map(|(label, text)| format!("{label}{text}  ")).collect()
+}
+
+/// The identity of the run's examination; that of another is none.
+fn of_this_volume(known: &Known<'_>) -> Option<Identity> {
+    known
+        .identity
+        .filter(|identity| known.volume == Some(identity.volume()))
+}
+
 fn volume(known: &Known<'_>) -> String {
     let hash = known.volume.map(|hash| hash.to_string()[..8].to_owned());
-    let date = known
-        .identity
-        .map(|identity| identity.words()[3].clone())
-        .filter(|date| !date.is_empty());
+    let date = of_this_volume(known).map(|identity| identity.words()[3].clone());
+    let date = date.filter(|date| !date.is_empty());
     match (hash, date) {
         (None, _) => "no examination".to_owned(),
         (Some(hash), None) => format!("CT {hash}"),
@@ -74,10 +82,10 @@ fn volume(known: &Known<'_>) -> String {
     }
 }
 
-/// Of the newest pose: its registration, the residual of its marker and the error predicted at the tip.
+/// Of the pose that the sight is of: its registration, the residual of its marker and the error predicted at the tip.
 fn registration(known: &Known<'_>, follows: bool) -> String {
-    let Some(pose) = known.poses.last() else {
-        return "no pose yet".to_owned();
+    let Some(pose) = known.sighted().and_then(|header| known.pose_of(&header)) else {
+        return "no pose".to_owned();
     };
     let id = format!("reg {:08x}", pose.registration_id >> 32);
     // Where nothing is to be followed, nothing is said of its error.
@@ -93,19 +101,33 @@ fn registration(known: &Known<'_>, follows: bool) -> String {
     format!("{id}  {error}")
 }
 
+/// The recorder gives a sign of life ten times a second.
+const SILENT_NS: i64 = 2_000_000_000;
+
+/// REC says that everything so far is on its way to a file: a recorder that starts, cannot write, has lost something or is silent
+/// never has it.
 fn recording(known: &Known<'_>) -> (String, Tone) {
-    /// The recorder gives a sign of life ten times a second.
-    const SILENT_NS: i64 = 2_000_000_000;
-    match known.recorder {
-        None => ("NOT RECORDED".to_owned(), Tone::Quiet),
-        Some((Some(beat), age_ns)) if age_ns <= SILENT_NS && beat.counters.lost == 0 => {
-            ("REC".to_owned() + &since(known), Tone::Live)
-        }
-        Some((Some(beat), age_ns)) if age_ns <= SILENT_NS => {
-            (format!("REC HAS GAPS: {} lost", beat.counters.lost), Tone::Warning)
-        }
-        Some(_) => ("RECORDER SILENT".to_owned(), Tone::Warning),
+    let Some((beat, age_ns)) = known.recorder else {
+        return ("NOT RECORDED".to_owned(), Tone::Quiet);
+    };
+    let Some(beat) = beat.filter(|_| age_ns <= SILENT_NS) else {
+        return ("RECORDER SILENT".to_owned(), Tone::Warning);
+    };
+    if is_refused(&beat) {
+        return (NOT_RECORDING.to_owned(), Tone::Alarm);
     }
+    if beat.counters.lost > 0 {
+        return (format!("REC HAS GAPS: {} lost", beat.counters.lost), Tone::Warning);
+    }
+    match beat.process_state() {
+        ProcessState::Ready => ("REC".to_owned() + &since(known), Tone::Live),
+        ProcessState::Starting => ("NOT RECORDING YET".to_owned(), Tone::Warning),
+        ProcessState::Stopping => ("RECORDING ENDS".to_owned(), Tone::Warning),
+    }
+}
+
+fn is_refused(beat: &Heartbeat) -> bool {
+    beat.note_text().starts_with(NOT_RECORDING)
 }
 
 fn since(known: &Known<'_>) -> String {

@@ -11,7 +11,7 @@ use geometry::{Ct, Direction, Point, Rigid, SlicePlane, Tool, Vector};
 use guidance::workflow::Stage;
 use scene::{Plane, Scene};
 
-use super::{Known, Model};
+use super::{Known, Model, Recorded};
 
 /// A run at one moment. Every message may be changed before it is looked at.
 #[derive(Debug, Clone)]
@@ -38,6 +38,8 @@ pub(crate) struct Sample {
     pub(crate) recorder: Option<(Option<Heartbeat>, i64)>,
     /// A recording is shown.
     pub(crate) is_replay: bool,
+    /// Where it was made: `Some(None)` does not say.
+    pub(crate) recorded_in: Option<Option<String>>,
     /// Time is simulated.
     pub(crate) is_simulated: bool,
 }
@@ -83,7 +85,7 @@ impl Sample {
             guide: Some(Guide::default().choosing(Some(&chosen), 7)),
             workflow: Some(workflow(
                 Stage::Navigating,
-                Workflow::RESEARCH | Workflow::SIGHT | Workflow::NOT_CHECKED,
+                Workflow::RESEARCH | Workflow::SIGHT | Workflow::NOT_CHECKED | Workflow::IMAGES,
             )),
             identity: Some(Identity::new(
                 VOLUME,
@@ -93,6 +95,7 @@ impl Sample {
             volume: Some(VOLUME),
             recorder: Some((Some(beat()), 50_000_000)),
             is_replay: false,
+            recorded_in: None,
             is_simulated: false,
             now_ns: CAPTURED_NS + 20_000_000,
             scene,
@@ -118,6 +121,10 @@ impl Sample {
             volume: self.volume,
             recorder: self.recorder,
             is_replay: self.is_replay,
+            recorded_in: self
+                .recorded_in
+                .as_ref()
+                .map(|hash| hash.as_deref().map_or(Recorded::Unknown, Recorded::In)),
             is_simulated: self.is_simulated,
             began_ns: Some(0),
         }

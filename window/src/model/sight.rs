@@ -4,8 +4,8 @@ use bus::gather::PoseId;
 use bus::message::{Chosen, FrameHeader, FrameState, ToolPose, Tracked, Workflow};
 use geometry::{Direction, Point};
 use guidance::sight::{Aim, Covariance, NoSight, Pose, Sight, SightAxes, Thresholds, ToolShape, sight};
-use scene::Plane;
 
+use super::state::other_recording;
 use super::{Known, ScreenState};
 
 /// The tip may be so far off the planned line while it advances, mm.
@@ -32,6 +32,9 @@ pub fn aimed(known: &Known<'_>, state: &ScreenState) -> Result<Aimed, String> {
     if !state.follows {
         return Err(state.word.clone());
     }
+    if let Some(why) = other_recording(known) {
+        return Err(why.to_owned());
+    }
     let guide = known.guide.ok_or("no target chosen: what is aimed at is not known")?;
     let target = guide.chosen().map_err(|e| e.to_string())?.ok_or("no target chosen")?;
     let workflow = known.workflow.ok_or("how far the run has come is not known")?;
@@ -39,15 +42,13 @@ pub fn aimed(known: &Known<'_>, state: &ScreenState) -> Result<Aimed, String> {
         let stage = workflow.stage().map_or("not known", |stage| stage.word());
         return Err(format!("not navigating: {stage}"));
     }
-    let header = sighted(known).ok_or("no image to be in step with")?;
+    let header = known.sighted().ok_or("no image to be in step with")?;
     let pose_id = PoseId::of(&header.stamp);
     let is_live = header.stamp.state_at(known.now_ns, known.ages()) == Some(FrameState::Live);
     if !is_live {
         return Err("the image beside it is not live".to_owned());
     }
-    // The pose itself, with its covariance, is not in the image: the one of the same number and time.
-    let of_image = |pose: &&ToolPose| pose.seq == pose_id.seq && pose.t_capture_ns == pose_id.t_capture_ns;
-    let pose = known.poses.iter().rev().find(of_image);
+    let pose = known.pose_of(&header);
     let pose = pose.ok_or("the pose of the images has not come")?;
     let sight = of_pose(pose, &header, &target)?;
     Ok(Aimed {
@@ -57,31 +58,13 @@ pub fn aimed(known: &Known<'_>, state: &ScreenState) -> Result<Aimed, String> {
     })
 }
 
-/// The image that the sight is in step with: that across the tube, or else that of the newest pose.
-fn sighted(known: &Known<'_>) -> Option<FrameHeader> {
-    let views = known.scene.views.iter().zip(known.headers);
-    let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
-    let newest = || {
-        known
-            .headers
-            .iter()
-            .flatten()
-            .max_by_key(|header| header.stamp.t_capture_ns)
-            .copied()
-    };
-    across.find_map(|(_, header)| *header).or_else(newest)
-}
-
 fn of_pose(pose: &ToolPose, header: &FrameHeader, target: &Chosen) -> Result<Sight, String> {
     let ct_from_tool = match pose.tracked() {
         Ok(Tracked::Valid(pose)) => pose,
         Ok(Tracked::Lost(reason)) => return Err(reason.words().to_owned()),
         Err(error) => return Err(error.to_string()),
     };
-    let covariance = match pose.flags & ToolPose::NOISELESS {
-        0 => Covariance::Upper(pose.covariance),
-        _ => Covariance::Exact,
-    };
+    let covariance = covariance(pose);
     let tool = ToolShape {
         tip_in_tool: Point::new(0.0, 0.0, 0.0),
         axis_in_tool: Direction::Z,
@@ -106,6 +89,17 @@ fn of_pose(pose: &ToolPose, header: &FrameHeader, target: &Chosen) -> Result<Sig
         NoSight::Lost(reason) => reason.words().to_owned(),
         NoSight::Refused(why) => why.to_string(),
     })
+}
+
+/// What is known of the pose's error. A source without noise may stand on a registration with one: exact is only what has no variance
+/// and says that its tip is known without an error.
+fn covariance(pose: &ToolPose) -> Covariance {
+    let is_zero = pose.covariance.iter().all(|variance| *variance == 0.0);
+    match pose.tip_95_mm() {
+        None => Covariance::Missing,
+        Some(0.0) if is_zero && pose.flags & ToolPose::NOISELESS != 0 => Covariance::Exact,
+        Some(_) => Covariance::Upper(pose.covariance),
+    }
 }
 
 /// Right and down of the image across the tube, where there is one along this axis; else the tool's own.

@@ -5,7 +5,7 @@ use bus::gather::{PoseId, Set};
 use bus::message::{FrameState, Workflow};
 use guidance::workflow::Stage;
 
-use super::Known;
+use super::{Known, Recorded};
 
 /// No image shows a pose that is captured so much later than now, ns: its age would never be noticed.
 const AHEAD_NS: i64 = 100_000_000;
@@ -130,13 +130,22 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
         let age = known.now_ns.saturating_sub(oldest.unwrap_or(known.now_ns));
         return (Tone::Warning, "OLD".to_owned(), format!("pose {} old", age_words(age)));
     }
+    // Anything else than live has no place among images that follow the tool, whoever sent it.
+    let is_other = |state: FrameState| state != FrameState::Live;
+    if held(known).is_none() && states().flatten().any(is_other) {
+        return says(
+            Tone::Alarm,
+            "WRONG IMAGES",
+            "images that were asked for among those that follow the tool",
+        );
+    }
     if let Some(held) = held(known) {
         let age = known.now_ns.saturating_sub(held.t_capture_ns);
         return (Tone::Warning, "HELD".to_owned(), format!("pose {} old", age_words(age)));
     }
     if is_not_now(known) {
         let word = if known.is_simulated { "SIMULATED TIME" } else { "REPLAY" };
-        return says(Tone::Replay, word, "not the present");
+        return says(Tone::Replay, word, other_recording(known).unwrap_or("not the present"));
     }
     of_the_workflow(known.workflow)
 }
@@ -144,6 +153,16 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
 /// The pose that is held.
 fn held(known: &Known<'_>) -> Option<PoseId> {
     known.guide.and_then(|guide| guide.held())
+}
+
+/// Why a replay's tube and anatomy do not belong together: poses of one examination over images of another, or of one that is not known.
+pub(super) fn other_recording(known: &Known<'_>) -> Option<&'static str> {
+    match (known.recorded_in?, known.volume) {
+        (Recorded::In(recorded), Some(shown)) if recorded == shown.to_string() => None,
+        (Recorded::In(_), None) => None,
+        (Recorded::In(_), Some(_)) => Some("not the examination of the recording"),
+        (Recorded::Unknown, _) => Some("the recording does not say in which examination it was made"),
+    }
 }
 
 /// Whether what moves is not the present. Whoever replays or simulates may have been started after this window: images say it too.
@@ -186,6 +205,10 @@ fn of_the_workflow(workflow: Option<Workflow>) -> (Tone, String, String) {
     }
     if workflow.has(Workflow::CHECK_FAILED) {
         return (Tone::Alarm, "CHECK FAILED".to_owned(), "register again".to_owned());
+    }
+    if !workflow.has(Workflow::IMAGES) {
+        let detail = "images may not be followed yet".to_owned();
+        return (Tone::Warning, stage.word().to_owned(), detail);
     }
     match stage {
         Stage::Navigating => (Tone::Live, "NAVIGATING".to_owned(), String::new()),

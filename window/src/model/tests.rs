@@ -217,13 +217,25 @@ fn another_patients_identity_is_none() {
         identity: Some(own),
         ..sample()
     };
-    assert_eq!(own.model().facts.identity, "DOE^JANE  *1950-01-01  ID 0000001");
+    assert_eq!(own.model().facts.identity, "DOE^JANE");
     let other = Identity::new(VolumeHash([1; 32]), bus::message::IdentitySource::Examination, words);
     let other = Sample {
         identity: Some(other),
         ..sample()
     };
     assert_eq!(other.model().facts.identity, "PATIENT NOT KNOWN");
+    // Before the run has an examination, nobody's is shown.
+    let early = Sample {
+        identity: own.identity,
+        volume: None,
+        ..sample()
+    };
+    assert_eq!(early.model().facts.identity, "PATIENT NOT KNOWN");
+    assert_eq!(other.model().facts.volume, "CT 36363636");
+    assert_eq!(
+        own.model().facts.volume,
+        "*1950-01-01  ID 0000001  CT 2026-11-20 36363636"
+    );
     assert_eq!(
         Sample {
             identity: None,
@@ -234,6 +246,157 @@ fn another_patients_identity_is_none() {
         .identity,
         "PATIENT NOT KNOWN"
     );
+}
+
+/// Images that were asked for claim nothing of the present; on the topic of live ones they would be followed.
+#[test]
+fn an_image_that_was_asked_for_is_never_followed_as_live() {
+    for state in [FrameState::Requested, FrameState::Look] {
+        for view in 0..7 {
+            let mut other = sample();
+            other.headers[view].as_mut().unwrap().stamp.state = state.code();
+            let model = other.model();
+            assert_eq!(model.state.word, "WRONG IMAGES", "{state:?}");
+            assert!(model.sight.is_err());
+        }
+    }
+}
+
+/// A tip in the middle of a target, so that only the error speaks against ON TARGET.
+fn arrived() -> Sample {
+    let pose = pose([0.3, 0.9, 0.1], [10.0, -5.0, 70.0]);
+    let mut sample = Sample::new(pose, pose * Point::<Tool>::new(0.0, 0.0, 0.0));
+    sample.poses[0].covariance = [0.0; 21];
+    sample
+}
+
+#[test]
+fn an_error_that_is_not_known_is_never_on_target() {
+    let verdict = |change: &dyn Fn(&mut ToolPose)| {
+        let mut sample = arrived();
+        change(&mut sample.poses[0]);
+        sample.model().sight.unwrap().sight.verdict
+    };
+    let small = |pose: &mut ToolPose| [15, 18, 20].into_iter().for_each(|place| pose.covariance[place] = 0.01);
+    assert_eq!(verdict(&small), Verdict::OnTarget);
+    // Nobody predicted it, whatever stands in the covariance.
+    assert_eq!(
+        verdict(&|pose| {
+            small(pose);
+            pose.flags = 0;
+        }),
+        Verdict::ErrorUnknown
+    );
+    // All zero: exact only from a source without noise that says that its tip has no error.
+    assert_eq!(verdict(&|_| {}), Verdict::ErrorUnknown);
+    assert_eq!(
+        verdict(&|pose| pose.flags |= ToolPose::NOISELESS),
+        Verdict::ErrorUnknown
+    );
+    let exact = |pose: &mut ToolPose| {
+        pose.flags |= ToolPose::NOISELESS;
+        pose.tip_mm = 0.0;
+    };
+    assert_eq!(verdict(&exact), Verdict::OnTarget);
+    // Without noise, on a registration with an error of centimetres.
+    assert_ne!(
+        verdict(&|pose| {
+            exact(pose);
+            [15, 18, 20]
+                .into_iter()
+                .for_each(|place| pose.covariance[place] = 400.0);
+        }),
+        Verdict::OnTarget
+    );
+}
+
+#[test]
+fn rec_stands_only_where_all_is_recorded() {
+    use bus::message::{Counters, NOT_RECORDING, ProcessState};
+    let words = |state, lost, note: &str, age_ns| {
+        let counters = Counters {
+            lost,
+            ..Counters::default()
+        };
+        let beat = bus::message::Heartbeat::new(state, CAPTURED_NS, counters, note);
+        Sample {
+            recorder: Some((Some(beat), age_ns)),
+            ..sample()
+        }
+        .model()
+        .facts
+        .recording
+    };
+    let ready = ProcessState::Ready;
+    assert_eq!(words(ready, 0, "300 on disk", 0), "REC 00:00:05");
+    assert_eq!(
+        words(ready, 0, &format!("{NOT_RECORDING}, 0 lost: no space"), 0),
+        NOT_RECORDING
+    );
+    assert_eq!(words(ready, 3, "300 on disk", 0), "REC HAS GAPS: 3 lost");
+    assert_eq!(words(ready, 0, "300 on disk", 3_000_000_000), "RECORDER SILENT");
+    assert_eq!(words(ProcessState::Starting, 0, "joined", 0), "NOT RECORDING YET");
+    assert!(!words(ProcessState::Stopping, 0, "asked to stop", 0).starts_with("REC "));
+    let silent = Sample {
+        recorder: Some((None, 0)),
+        ..sample()
+    };
+    assert_eq!(silent.model().facts.recording, "RECORDER SILENT");
+    let none = Sample {
+        recorder: None,
+        ..sample()
+    };
+    assert_eq!(none.model().facts.recording, "NOT RECORDED");
+}
+
+#[test]
+fn the_numbers_at_the_top_are_of_the_pose_that_is_shown() {
+    let mut later = sample();
+    let mut next = later.poses[0];
+    next.seq += 1;
+    next.t_capture_ns += 16_000_000;
+    next.tip_mm = 9.0;
+    later.poses.push(next);
+    assert!(later.model().facts.registration.ends_with("tip 95 % 0.6 mm"));
+    let lost = sample().in_state(FrameState::Lost(Lost::NotSeen));
+    assert_eq!(lost.model().facts.registration, "reg b70989f4");
+}
+
+#[test]
+fn a_recording_of_another_examination_has_no_sight() {
+    let replay = |recorded_in| Sample {
+        is_replay: true,
+        recorded_in: Some(recorded_in),
+        ..sample()
+    };
+    assert!(replay(Some(VOLUME.to_string())).model().sight.is_ok());
+    for (recorded, words) in [
+        (
+            Some(VolumeHash([1; 32]).to_string()),
+            "not the examination of the recording",
+        ),
+        (None, "does not say"),
+    ] {
+        let model = replay(recorded).model();
+        assert!(model.state.detail.contains(words), "{}", model.state.detail);
+        assert!(model.sight.unwrap_err().contains(words));
+    }
+}
+
+#[test]
+fn images_are_not_followed_before_the_workflow_allows_it() {
+    for stage in [Stage::Loaded, Stage::Confirmed, Stage::Calibrated] {
+        let early = Sample {
+            workflow: Some(workflow(stage, 0)),
+            ..sample()
+        };
+        let model = early.model();
+        assert_eq!(
+            (model.state.word.as_str(), model.state.tone),
+            (stage.word(), Tone::Warning)
+        );
+        assert!(!model.state.follows);
+    }
 }
 
 proptest! {

@@ -39,11 +39,11 @@ impl Shown {
 }
 
 /// Lays out the band; returns the room of the coded cell.
-pub(super) fn show(ui: &Ui, model: &Model, sizes: &Sizes, words: &mut Words) -> Rect {
+pub(super) fn show(ui: &Ui, model: &Model, (sizes, note): (&Sizes, &str), words: &mut Words) -> Rect {
     let [left, middle, right] = parts(sizes);
     identity(ui, model, left, sizes, words);
     state(ui, &model.state, middle, sizes, words);
-    recording(ui, model, right, sizes, words);
+    recording(ui, model, right, (sizes, note), words);
     Rect::from_min_max(pos2(right.right() + sizes.gap, sizes.top.top()), sizes.top.max).shrink(sizes.gap)
 }
 
@@ -137,7 +137,7 @@ fn state(ui: &Ui, state: &ScreenState, part: Rect, sizes: &Sizes, words: &mut Wo
     );
 }
 
-fn recording(ui: &Ui, model: &Model, part: Rect, sizes: &Sizes, words: &mut Words) {
+fn recording(ui: &Ui, model: &Model, part: Rect, (sizes, note): (&Sizes, &str), words: &mut Words) {
     let facts = &model.facts;
     words_in_tone(
         ui,
@@ -157,7 +157,11 @@ fn recording(ui: &Ui, model: &Model, part: Rect, sizes: &Sizes, words: &mut Word
         mm if mm < 1990.0 => format!("READABLE TO {:.1} m", mm / 1000.0),
         _ => String::new(),
     };
-    words_in_tone(ui, line(part, 2, 3), &reach, Tone::Quiet, sizes, words);
+    let (last, tone) = match note.is_empty() {
+        true => (reach.as_str(), Tone::Quiet),
+        false => (note, Tone::Warning),
+    };
+    words_in_tone(ui, line(part, 2, 3), last, tone, sizes, words);
 }
 
 fn shape(ui: &Ui, middle: Pos2, radius: f32, shown: Shown, ink: Color32) {

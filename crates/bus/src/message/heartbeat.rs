@@ -7,6 +7,9 @@ use super::{field_text, text_field};
 /// In the note of a renderer whose graphics card is used no more; why follows.
 pub const GPU_GIVEN_UP: &str = "GPU given up,";
 
+/// In front of the note of a recorder that cannot write.
+pub const NOT_RECORDING: &str = "NOT RECORDING";
+
 /// Published by each process a few times a second.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
