@@ -1,8 +1,8 @@
 //! From a pose's capture to its pixels on the glass, and from a killed window to the next.
 //!
 //! `cargo bench --bench glass -- [SECONDS] [load N]`: navigates in config/demo.toml with the operator's window on an X server in memory of
-//! 1920 x 1080, beside N busy loops (0). Reads the coded cell back off the screen every 2 ms, for SECONDS (20), three times: of each
-//! new picture the age of its oldest pose when its pixels had come back, and how many pictures there were. Then kills the window 20
+//! 1920 x 1080, beside N busy loops (0). Reads the coded cell back off the screen every 5 ms, for SECONDS (20), three times: of each
+//! new picture the age of its oldest pose when its pixels had come back, and how many pictures there were. Then kills the window 100
 //! times and waits for a live picture of the next. Needs Xvfb.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
@@ -28,9 +28,11 @@ use support::{Pilot, World, kill_9, wait_for};
 use window::code::Shown;
 
 /// Between two looks: one that never rests takes one of two cores from what it looks at.
-const LOOK: Duration = Duration::from_millis(2);
+const LOOK: Duration = Duration::from_millis(5);
 /// How often the window is killed.
-const KILLS: usize = 20;
+const KILLS: usize = 100;
+/// Between one kill and the next: behind the time in which the supervisor counts them.
+const PAUSE: Duration = Duration::from_millis(1500);
 
 fn main() {
     let (_, seconds, load) = load::asked();
@@ -40,10 +42,10 @@ fn main() {
     };
     let world = World::new();
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.toml");
-    // More often killed than a scene usually allows.
+    // Killed more often than a scene usually allows, and each time as if for the first: at once started again.
     let text = std::fs::read_to_string(demo)
         .unwrap()
-        .replace("[limits]", "[limits]\nrestarts = 100");
+        .replace("[limits]", "[limits]\nrestarts = 1000\nrestart_window_s = 1.0");
     let scene = world.file("demo.toml", &text);
     let mut command = world.command("pilot");
     command
@@ -102,6 +104,7 @@ fn watched(display: &Display, run: &RunContext, bus: &Bus, seconds: f64) -> Stri
 fn killed(display: &Display, run: &RunContext, bus: &Bus, pilot: &Pilot<'_>) -> String {
     let mut took_ms: Vec<i64> = (0..KILLS)
         .map(|_| {
+            std::thread::sleep(PAUSE);
             let (_, pid) = wait_for("a live picture", || {
                 display.code(run).filter(|(code, _)| code.shown() == Shown::Live)
             });

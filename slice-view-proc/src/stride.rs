@@ -6,7 +6,7 @@
 
 /// Taken of the time from one pose that is drawn to the next: more is too much, and at half the stride this would be little.
 const TOO_MUCH: f64 = 0.8;
-const LITTLE: f64 = 0.5;
+const LITTLE: f64 = 0.6;
 /// The stride grows once this share of the last few drawings, of which the newest counts so much, took too much.
 const MOST_LATE: f64 = 0.4;
 const NEWEST: f64 = 0.125;
@@ -15,7 +15,7 @@ const LATELY: f64 = 0.5;
 /// So many drawings that took little, more than took more, before it shrinks: two seconds of 60 poses.
 const CALM: u32 = 120;
 /// One that took more takes away so many of these.
-const RESTLESS: u32 = 4;
+const RESTLESS: u32 = 1;
 
 /// The stride of one process, by its own recent cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

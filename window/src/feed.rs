@@ -29,6 +29,7 @@ pub struct Feed {
     volume: Option<VolumeHash>,
     volumes: VolumeSubscriber,
     recorder: Option<Heartbeat>,
+    watcher: Option<Heartbeat>,
     /// Chosen to be shown, with how they belong together.
     chosen: Vec<Option<Rc<Frame>>>,
     headers: Vec<Option<FrameHeader>>,
@@ -48,6 +49,7 @@ impl Feed {
             volume: None,
             volumes,
             recorder: None,
+            watcher: None,
             chosen: Vec::with_capacity(views),
             headers: Vec::with_capacity(views),
             set: None,
@@ -88,6 +90,7 @@ impl Feed {
         if let Some(recorder) = &ports.recorder {
             self.recorder = recorder.newest()?.or(self.recorder);
         }
+        self.watcher = ports.watcher.newest()?.or(self.watcher);
         // The first is the run's: whatever a loader publishes later is shown by nobody.
         if let (None, Some(volume)) = (self.volume, self.volumes.poll()?) {
             self.volume = Some(volume.hash());
@@ -166,6 +169,10 @@ impl Feed {
             identity: self.identity,
             volume: self.volume,
             recorder,
+            watched_ns: self
+                .watcher
+                .filter(|beat| beat.t_painted_ns > 0)
+                .map(|beat| now.run_ns.saturating_sub(beat.t_painted_ns)),
             is_replay: session.is_replay(),
             recorded_in: replay.map(|replay| replay.volume_hash.as_deref().map_or(Recorded::Unknown, Recorded::In)),
             is_simulated: session.is_ruled() && !session.is_replay(),

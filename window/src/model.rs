@@ -40,6 +40,8 @@ pub struct Known<'a> {
     pub volume: Option<VolumeHash>,
     /// The recorder's newest sign of life, and how old it is, ns; `None` where the scene records nothing.
     pub recorder: Option<(Option<Heartbeat>, i64)>,
+    /// How long ago a picture of this screen was read back by the program that watches it, ns; `None` where none was.
+    pub watched_ns: Option<i64>,
     /// Poses come out of a recording.
     pub is_replay: bool,
     /// In a replay: the examination that the recording was made in.

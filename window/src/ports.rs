@@ -27,6 +27,8 @@ pub struct Ports {
     pub identity: Subscriber<Identity>,
     /// The recorder's signs of life, where the scene records.
     pub recorder: Option<Subscriber<Heartbeat>>,
+    /// Those of the program that reads the screen back.
+    pub watcher: Subscriber<Heartbeat>,
 }
 
 impl Ports {
@@ -51,6 +53,7 @@ impl Ports {
             recorder: records
                 .then(|| Subscriber::open(bus, &HEARTBEAT, "recorder", 1))
                 .transpose()?,
+            watcher: Subscriber::open(bus, &HEARTBEAT, crate::watch::NAME, 1)?,
         })
     }
 

@@ -177,7 +177,9 @@ impl Window {
 
     fn paint(&mut self, set: Option<Set>, now: Now) -> Result<(), RunError> {
         let (scene, replay) = (&self.process.scene, self.process.run.replay.as_ref());
-        let known = self.feed.known(scene, &self.process.session, now, replay);
+        let mut known = self.feed.known(scene, &self.process.session, now, replay);
+        // What is read back is the window with the images.
+        known.watched_ns = known.watched_ns.filter(|_| !self.look.only_sight);
         let model = Model::of(&known);
         if self.said_until_ns <= now.run_ns {
             self.look.note.clear();

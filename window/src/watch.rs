@@ -18,3 +18,4 @@ mod stream;
 pub mod words;
 
 pub use error::RunError;
+pub(crate) use run::NAME;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use bus::clock::Clock;
 use bus::message::{ClockLaw, Command, CommandKind, ReplayState, ToolPose};
 use bus::port::CommandClient;
 use bus::{Bus, BusError};
@@ -11,7 +12,7 @@ use scene::Scene;
 use crate::feed::Feed;
 use crate::screen::Wish;
 
-/// So long an answer is waited for: a window that stands still for longer is taken for frozen.
+/// So long the answers to a wish are waited for, all together: a window that stands still for longer is taken for frozen.
 const PATIENCE: Duration = Duration::from_millis(150);
 /// The replayer's process.
 const REPLAYER: &str = "replay";
@@ -22,6 +23,7 @@ pub struct Asked {
     pilot: CommandClient,
     renderers: Vec<CommandClient>,
     replayer: Option<CommandClient>,
+    clock: Clock,
     /// Where pictures of the screen go.
     pub shots: PathBuf,
 }
@@ -39,6 +41,7 @@ impl Asked {
                 .map(|name| CommandClient::open(bus, &name))
                 .collect::<Result<_, _>>()?,
             replayer: is_replay.then(|| CommandClient::open(bus, REPLAYER)).transpose()?,
+            clock: bus.clock().clone(),
             shots,
         })
     }
@@ -83,10 +86,12 @@ impl Asked {
             return ask(&self.pilot, Command::new(CommandKind::Follow));
         }
         let pose: ToolPose = feed.pose_shown().ok_or("there is no pose to hold")?;
+        let until_ns = self.clock.now_ns() + bus::clock::ns(PATIENCE);
+        let left = || Duration::from_nanos(u64::try_from(until_ns - self.clock.now_ns()).unwrap_or(0));
         for renderer in &self.renderers {
-            ask(renderer, Command::render(pose))?;
+            ask_for(renderer, Command::render(pose), left())?;
         }
-        ask(&self.pilot, Command::hold(pose))
+        ask_for(&self.pilot, Command::hold(pose), left())
     }
 
     fn pause(&self, state: Option<ReplayState>) -> Result<(), String> {
@@ -103,7 +108,11 @@ impl Asked {
 }
 
 fn ask(client: &CommandClient, command: Command) -> Result<(), String> {
-    match client.ask(command, PATIENCE) {
+    ask_for(client, command, PATIENCE)
+}
+
+fn ask_for(client: &CommandClient, command: Command, patience: Duration) -> Result<(), String> {
+    match client.ask(command, patience) {
         Ok(reply) if reply.refused => Err(reply.text),
         Ok(_) => Ok(()),
         Err(error) => Err(error.to_string()),

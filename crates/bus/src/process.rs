@@ -104,7 +104,8 @@ pub struct Process {
     pub stop: StopFlag,
     /// What the process has done so far; goes out with each sign of life.
     pub counters: Counters,
-    /// Of the operator's window: the code painted last and when, ns on the run's clock; goes out with each sign of life.
+    /// Of the operator's window: the code painted last and when, ns on the run's clock; of its watcher, the code read last. Goes out with
+    /// each sign of life.
     pub painted: (u64, i64),
     heartbeat: Publisher<Heartbeat>,
     handed: Option<HandedVolume>,

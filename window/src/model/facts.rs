@@ -19,6 +19,8 @@ pub struct Facts {
     pub recording: String,
     /// Whether that is a warning.
     pub recording_tone: Tone,
+    /// Whether nobody reads this screen back: a window that froze would not be covered.
+    pub is_unwatched: bool,
 }
 
 /// What is known, in words.
@@ -32,6 +34,7 @@ pub fn facts(known: &Known<'_>, state: &ScreenState) -> Facts {
         registration: registration(known, state.follows),
         recording,
         recording_tone,
+        is_unwatched: known.watched_ns.is_none_or(|age_ns| age_ns > UNWATCHED_NS),
     }
 }
 
@@ -100,6 +103,9 @@ fn registration(known: &Known<'_>, follows: bool) -> String {
     };
     format!("{id}  {error}")
 }
+
+/// The watcher says ten times a second what it read. This is three times what its successor takes to start.
+const UNWATCHED_NS: i64 = 1_500_000_000;
 
 /// The recorder gives a sign of life ten times a second.
 const SILENT_NS: i64 = 2_000_000_000;

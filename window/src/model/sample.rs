@@ -36,6 +36,7 @@ pub(crate) struct Sample {
     pub(crate) volume: Option<VolumeHash>,
     /// The recorder.
     pub(crate) recorder: Option<(Option<Heartbeat>, i64)>,
+    pub(crate) watched_ns: Option<i64>,
     /// A recording is shown.
     pub(crate) is_replay: bool,
     /// Where it was made: `Some(None)` does not say.
@@ -94,6 +95,7 @@ impl Sample {
             )),
             volume: Some(VOLUME),
             recorder: Some((Some(beat()), 50_000_000)),
+            watched_ns: Some(50_000_000),
             is_replay: false,
             recorded_in: None,
             is_simulated: false,
@@ -120,6 +122,7 @@ impl Sample {
             identity: self.identity,
             volume: self.volume,
             recorder: self.recorder,
+            watched_ns: self.watched_ns,
             is_replay: self.is_replay,
             recorded_in: self
                 .recorded_in

@@ -86,6 +86,9 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
     if missing == known.headers.len() {
         return says(Tone::Alarm, "NO IMAGES", "no view has sent an image yet");
     }
+    if known.volume.is_none() {
+        return says(Tone::Alarm, "NO EXAMINATION", "what the images are of cannot be told");
+    }
     if let Some(why) = foreign(known) {
         return says(Tone::Alarm, "WRONG IMAGES", why);
     }

@@ -16,6 +16,19 @@ fn sample() -> Sample {
     Sample::new(pose, target)
 }
 
+/// A window that froze would be covered by nobody: the screen says so.
+#[test]
+fn a_screen_that_nobody_reads_back_says_so() {
+    let unwatched = |watched_ns| {
+        let sample = Sample { watched_ns, ..sample() };
+        sample.model().facts.is_unwatched
+    };
+    assert_eq!(
+        [None, Some(0), Some(1_400_000_000), Some(1_600_000_000), Some(i64::MAX)].map(unwatched),
+        [true, false, false, true, true]
+    );
+}
+
 #[test]
 fn a_live_pose_navigates_with_a_sight() {
     let model = sample().model();

@@ -157,9 +157,10 @@ fn recording(ui: &Ui, model: &Model, part: Rect, (sizes, note): (&Sizes, &str), 
         mm if mm < 1990.0 => format!("READABLE TO {:.1} m", mm / 1000.0),
         _ => String::new(),
     };
-    let (last, tone) = match note.is_empty() {
-        true => (reach.as_str(), Tone::Quiet),
-        false => (note, Tone::Warning),
+    let (last, tone) = match facts.is_unwatched {
+        _ if !note.is_empty() => (note, Tone::Warning),
+        true => ("NOT WATCHED", Tone::Warning),
+        false => (reach.as_str(), Tone::Quiet),
     };
     words_in_tone(ui, line(part, 2, 3), last, tone, sizes, words);
 }

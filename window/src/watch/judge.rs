@@ -108,7 +108,11 @@ pub fn step(limits: &Limits, state: State, reading: &Reading, now_ns: i64) -> (S
     }
     let is_newer = take(&mut next, reading.seen);
     next.proven_ns = Some(if is_newer { now_ns } else { proven_ns });
-    let fault = fault(limits, &next, reading, now_ns);
+    let fault = fault(limits, &next, reading, now_ns).map(|found| match found {
+        // The pose has grown old because the picture stands.
+        (Fault::Old, _) if !is_newer => (Fault::Standing, now_ns - proven_ns),
+        found => found,
+    });
     next.fault = match (fault, state.fault) {
         (Some((fault, _)), _) => Some((fault, 0)),
         (None, Some((fault, good))) => {
@@ -177,7 +181,8 @@ fn lie(limits: &Limits, code: Code, reading: &Reading) -> Option<(Fault, i64)> {
     let age_ns = code.age_ms(reading.t_session_ns) * MS;
     if reading.is_replay {
         Some((Fault::LiveInReplay, age_ns))
-    } else if age_ns > limits.stale_ns + limits.standing_ns {
+    } else if age_ns > limits.stale_ns + limits.standing_ns / 2 {
+        // A window paints at least every 50 ms: several pictures in a row are missing, or say what is not.
         Some((Fault::Old, age_ns))
     } else if age_ns < -limits.standing_ns {
         Some((Fault::Ahead, -age_ns))

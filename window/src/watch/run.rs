@@ -12,12 +12,12 @@ use bus::topic::{EVENT, HEARTBEAT};
 use super::cover::Extent;
 use super::error::{RunError, ScreenError};
 use super::eyes::{Eyes, Glance};
-use super::judge::{Fault, Limits, Reading, State, Verdict, step};
+use super::judge::{Fault, Limits, Reading, Seen, State, Verdict, step};
 use super::words;
 use crate::code::key;
 
 /// The process's name in the run, and that of the one it watches.
-pub(super) const NAME: &str = "window-watch";
+pub(crate) const NAME: &str = "window-watch";
 const WATCHED: &str = "window";
 /// Between two tries to reach a display that is not there.
 const RETRY: Duration = Duration::from_secs(1);
@@ -137,6 +137,9 @@ impl Watcher {
         };
         let glance = eyes.look(self.key, process.clock())?;
         process.counters.published += 1;
+        if let Seen::Code(_, code) = glance.seen {
+            process.painted = (code.word(), glance.t_ns);
+        }
         let verdict = self.judge(process, &glance);
         match (verdict, self.last) {
             (Verdict::Bad(fault, for_ns), Some(extent)) => eyes.cover(extent, fault, for_ns, glance.t_ns)?,

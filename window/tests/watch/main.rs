@@ -103,6 +103,24 @@ fn two_pictures_shown_in_turn_and_another_runs_cell_do_not_pass() {
     is_covered_and_uncovered(&mut stage, |stage| stage.order("hide"), "no-window", mend);
 }
 
+/// What the window hears of its watcher: the time of a reading stands still while the cell cannot be read.
+#[test]
+fn the_watcher_says_when_it_read_a_picture_last() {
+    let Some(mut stage) = stage() else { return };
+    stage.wait_for_note("is what it says");
+    let first = stage.wait_for_reading(0);
+    let second = stage.wait_for_reading(first);
+    stage.order("foreign");
+    stage.wait_for_note("unread");
+    let last = stage.heard().unwrap().t_painted_ns;
+    assert!(last >= second);
+    // Ten looks later it is the same.
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    assert_eq!(stage.heard().unwrap().t_painted_ns, last);
+    stage.order("paint");
+    stage.wait_for_reading(last);
+}
+
 #[test]
 fn a_window_that_ends_as_it_was_asked_is_not_missed() {
     let Some(mut stage) = stage() else { return };

@@ -210,6 +210,14 @@ impl Stage {
         });
     }
 
+    /// When the watcher read a picture, behind that moment, ns.
+    pub(crate) fn wait_for_reading(&mut self, behind_ns: i64) -> i64 {
+        self.wait("a reading", |stage| {
+            stage.heard().is_some_and(|beat| beat.t_painted_ns > behind_ns)
+        });
+        self.heard().map_or(0, |beat| beat.t_painted_ns)
+    }
+
     /// Waits until the window is red, or is not.
     pub(crate) fn wait_red(&mut self, red: bool) {
         self.wait(if red { "red" } else { "no red" }, |stage| stage.is_red() == red);

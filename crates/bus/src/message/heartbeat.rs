@@ -23,9 +23,10 @@ pub struct Heartbeat {
     pub t_ns: i64,
     /// What the process has done so far.
     pub counters: Counters,
-    /// Of the operator's window: the code that it painted last (24 bits), for whoever reads it back off the screen; 0 of all others.
+    /// Of the operator's window: the code that it painted last (24 bits), for whoever reads it back off the screen; of its watcher, the
+    /// code that it read last; 0 of all others.
     pub painted_code: u64,
-    /// When that was painted, ns on the run's clock.
+    /// When that was painted or read, ns on the run's clock.
     pub t_painted_ns: i64,
     /// Why it waits or what it does, in words.
     pub note: [u8; 96],

@@ -117,8 +117,8 @@ fn a_lively_picture_of_an_old_pose_is_found_by_the_age_it_carries() {
         (stage.seq, stage.heard_ms) = (stage.seq + 1, stage.now_ms + 50);
         Seen::Code(LIFE, Code::new(stage.seq, captured, Shown::Live))
     });
-    // 500 ms are tolerated; one more look.
-    assert_eq!((fault, after_ms), (Fault::Old, 550));
+    // 350 ms are tolerated; one more look.
+    assert_eq!((fault, after_ms), (Fault::Old, 400));
     // The same pose under a picture that says itself that it is old is no fault.
     for _ in 0..20 {
         (stage.seq, stage.heard_ms) = (stage.seq + 1, stage.now_ms + 50);
