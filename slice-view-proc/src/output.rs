@@ -47,6 +47,12 @@ impl Output {
         self.renderer.view().extent == Extent::Global
     }
 
+    /// Gives viewers that come late the images drawn last: a replay stands still, and a pose that is held is drawn once.
+    pub(crate) fn serve_late_joiners(&self) {
+        self.live.serve_late_joiners();
+        self.held.serve_late_joiners();
+    }
+
     /// Hands over the image drawn last, to the topic that fits its stamp; `None` where that would be later than `latest_ns`.
     pub(crate) fn send(
         &self,

@@ -169,6 +169,7 @@ impl SliceView {
             true => self.follow_ruled(poses)?,
             false => self.follow(poses)?,
         }
+        self.outputs.iter().for_each(Output::serve_late_joiners);
         if let Some(volume) = &self.volume {
             self.resampler.advance(&volume.view());
         }

@@ -1,5 +1,7 @@
 //! The operator's window of a real run, on a real X server: what stands on the glass is read back from there.
 
+mod restart;
+
 use std::process::Stdio;
 
 use crate::display::Display;

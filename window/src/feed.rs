@@ -67,6 +67,8 @@ impl Feed {
     /// # Errors
     /// [`BusError::Transfer`].
     pub fn take(&mut self, ports: &Ports) -> Result<(), BusError> {
+        // What was shown is let go of first, as only so many images may be held.
+        self.chosen.clear();
         for (view, port) in ports.views.iter().enumerate() {
             if let Some(frame) = port.newest()? {
                 let pose = PoseId::of(&frame.header().stamp);

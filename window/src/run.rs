@@ -138,6 +138,9 @@ impl Window {
             self.feed.forget();
         }
         self.feed.take(ports)?;
+        if let Err(why) = self.asked.hear() {
+            self.say(why);
+        }
         let now = self.now();
         let set = self.feed.choose(now.session_ns, stale_ns(&self.process.scene));
         if self.is_due(set, now.run_ns) {
@@ -239,10 +242,15 @@ impl Window {
             }
         };
         if let Err(why) = answer {
-            bus::stderr_line!("window: {why}");
-            self.look.note = why;
-            self.said_until_ns = self.process.clock().now_ns() + clock::ns(SAID);
+            self.say(why);
         }
+    }
+
+    /// Why a wish was refused stands on the screen for a while.
+    fn say(&mut self, why: String) {
+        bus::stderr_line!("window: {why}");
+        self.look.note = why;
+        self.said_until_ns = self.process.clock().now_ns() + clock::ns(SAID);
     }
 
     fn process_name(&self) -> &'static str {

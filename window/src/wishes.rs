@@ -1,19 +1,19 @@
 //! What a person wishes becomes requests to the processes that keep it: the window keeps nothing.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
-use bus::clock::Clock;
 use bus::message::{ClockLaw, Command, CommandKind, ReplayState, ToolPose};
-use bus::port::CommandClient;
+use bus::port::{CommandClient, Pending};
 use bus::{Bus, BusError};
 use scene::Scene;
 
 use crate::feed::Feed;
 use crate::screen::Wish;
 
-/// So long the answers to a wish are waited for, all together: a window that stands still for longer is taken for frozen.
-const PATIENCE: Duration = Duration::from_millis(150);
+/// So long the answers to a wish are waited for. The window goes on painting meanwhile.
+const PATIENCE_NS: i64 = 1_000_000_000;
+/// So many wishes may be without an answer.
+const MOST_OPEN: usize = 8;
 /// The replayer's process.
 const REPLAYER: &str = "replay";
 
@@ -23,9 +23,17 @@ pub struct Asked {
     pilot: CommandClient,
     renderers: Vec<CommandClient>,
     replayer: Option<CommandClient>,
-    clock: Clock,
+    open: Vec<Open>,
     /// Where pictures of the screen go.
     pub shots: PathBuf,
+}
+
+/// What was asked for a wish and is not answered yet.
+#[derive(Debug)]
+struct Open {
+    pending: Vec<Pending>,
+    /// What the pilot is asked once all have agreed.
+    then: Option<Command>,
 }
 
 impl Asked {
@@ -41,82 +49,135 @@ impl Asked {
                 .map(|name| CommandClient::open(bus, &name))
                 .collect::<Result<_, _>>()?,
             replayer: is_replay.then(|| CommandClient::open(bus, REPLAYER)).transpose()?,
-            clock: bus.clock().clone(),
+            open: Vec::with_capacity(MOST_OPEN),
             shots,
         })
     }
 
-    /// Asks for what is wished; `replay` is the clock of a replay with what it shows now, ns.
+    /// Asks for what is wished, and waits for nothing; `replay` is the clock of a replay with what it shows now, ns.
     ///
     /// # Errors
-    /// In words: what was answered, or that nobody did.
+    /// In words: that it cannot be asked for.
     pub fn carry_out(
-        &self,
+        &mut self,
         wish: &Wish,
         feed: &Feed,
         scene: &Scene,
         replay: Option<(ClockLaw, i64)>,
     ) -> Result<(), String> {
-        match wish {
+        let asked = match wish {
             Wish::NextTarget { is_forward } => {
                 let name = next_target(feed, scene, *is_forward).ok_or("the scene has no targets")?;
-                ask(&self.pilot, Command::with_text(CommandKind::Choose, &name))
+                self.pilot(Command::with_text(CommandKind::Choose, &name))
             }
-            Wish::Mark => ask(
-                &self.pilot,
-                Command::with_text(CommandKind::Mark, "marked on the screen"),
-            ),
+            Wish::Mark => self.pilot(Command::with_text(CommandKind::Mark, "marked on the screen")),
             Wish::Hold => self.hold(feed),
-            Wish::Pause => self.pause(replay.map(|(law, _)| law.replay_state())),
-            Wish::Step => self.replay(Command::new(CommandKind::Step)),
+            Wish::Pause => {
+                let is_paused = replay.is_some_and(|(law, _)| law.replay_state() == ReplayState::Paused);
+                self.replayer(Command::new(if is_paused {
+                    CommandKind::Play
+                } else {
+                    CommandKind::Pause
+                }))
+            }
+            Wish::Step => self.replayer(Command::new(CommandKind::Step)),
             Wish::Skip(by_s) => {
                 let (law, now_ns) = replay.ok_or("there is no recording to go through")?;
                 let now_s = bus::clock::ms(now_ns.saturating_sub(law.first_ns)) / 1000.0;
                 let to_s = (now_s + f64::from(*by_s)).max(0.0);
-                self.replay(Command::with_number(CommandKind::Seek, to_s))
+                self.replayer(Command::with_number(CommandKind::Seek, to_s))
             }
             // Of this screen alone.
-            Wish::Shot | Wish::Enlarge(_) => Ok(()),
+            Wish::Shot | Wish::Enlarge(_) => return Ok(()),
+        };
+        let asked = asked?;
+        if self.open.len() == MOST_OPEN {
+            return Err(format!("{MOST_OPEN} wishes are without an answer already"));
         }
+        self.open.push(asked);
+        Ok(())
+    }
+
+    /// Takes in the answers that have come. To be called again and again.
+    ///
+    /// # Errors
+    /// In words, of the first wish that was refused, or that nobody answered in time.
+    pub fn hear(&mut self) -> Result<(), String> {
+        let mut heard = Ok(());
+        for mut open in std::mem::take(&mut self.open) {
+            let next = open
+                .hear()
+                .and_then(|()| match (open.pending.is_empty(), open.then.take()) {
+                    (true, Some(command)) => self.pilot(command).map(Some),
+                    (true, None) => Ok(None),
+                    (false, then) => Ok(Some(Open { then, ..open })),
+                });
+            match next {
+                Ok(next) => self.open.extend(next),
+                Err(why) => heard = heard.and(Err(why)),
+            }
+        }
+        heard
+    }
+
+    fn pilot(&self, command: Command) -> Result<Open, String> {
+        Ok(Open::one(send(&self.pilot, command)?))
+    }
+
+    fn replayer(&self, command: Command) -> Result<Open, String> {
+        let replayer = self.replayer.as_ref().ok_or("this is no replay")?;
+        Ok(Open::one(send(replayer, command)?))
     }
 
     /// Has every view drawn of the pose shown, and then says that it is held; or follows again.
-    fn hold(&self, feed: &Feed) -> Result<(), String> {
+    fn hold(&self, feed: &Feed) -> Result<Open, String> {
         if feed.guide().is_some_and(|guide| guide.held().is_some()) {
-            return ask(&self.pilot, Command::new(CommandKind::Follow));
+            return self.pilot(Command::new(CommandKind::Follow));
         }
         let pose: ToolPose = feed.pose_shown().ok_or("there is no pose to hold")?;
-        let until_ns = self.clock.now_ns() + bus::clock::ns(PATIENCE);
-        let left = || Duration::from_nanos(u64::try_from(until_ns - self.clock.now_ns()).unwrap_or(0));
-        for renderer in &self.renderers {
-            ask_for(renderer, Command::render(pose), left())?;
+        let renderers = self.renderers.iter();
+        Ok(Open {
+            pending: renderers
+                .map(|renderer| send(renderer, Command::render(pose)))
+                .collect::<Result<_, _>>()?,
+            then: Some(Command::hold(pose)),
+        })
+    }
+}
+
+impl Open {
+    fn one(pending: Pending) -> Self {
+        Self {
+            pending: vec![pending],
+            then: None,
         }
-        ask_for(&self.pilot, Command::hold(pose), left())
     }
 
-    fn pause(&self, state: Option<ReplayState>) -> Result<(), String> {
-        self.replay(Command::new(match state {
-            Some(ReplayState::Paused) => CommandKind::Play,
-            _ => CommandKind::Pause,
-        }))
-    }
-
-    fn replay(&self, command: Command) -> Result<(), String> {
-        let replayer = self.replayer.as_ref().ok_or("this is no replay")?;
-        ask(replayer, command)
+    /// Lets go of those that have agreed.
+    fn hear(&mut self) -> Result<(), String> {
+        let mut heard = Ok(());
+        self.pending.retain(|pending| match pending.reply() {
+            Ok(None) if pending.waited_ns() <= PATIENCE_NS => true,
+            Ok(Some(reply)) if !reply.refused => false,
+            Ok(Some(reply)) => {
+                heard = Err(reply.text);
+                false
+            }
+            Ok(None) => {
+                heard = Err(pending.no_answer().to_string());
+                false
+            }
+            Err(error) => {
+                heard = Err(error.to_string());
+                false
+            }
+        });
+        heard
     }
 }
 
-fn ask(client: &CommandClient, command: Command) -> Result<(), String> {
-    ask_for(client, command, PATIENCE)
-}
-
-fn ask_for(client: &CommandClient, command: Command, patience: Duration) -> Result<(), String> {
-    match client.ask(command, patience) {
-        Ok(reply) if reply.refused => Err(reply.text),
-        Ok(_) => Ok(()),
-        Err(error) => Err(error.to_string()),
-    }
+fn send(client: &CommandClient, command: Command) -> Result<Pending, String> {
+    client.send(command).map_err(|error| error.to_string())
 }
 
 /// The target of the scene after the chosen one, or before it; the first where none is chosen.

@@ -8,7 +8,7 @@ mod services;
 mod stream;
 mod volume;
 
-pub use command::{CommandClient, CommandServer, Reply, Request};
+pub use command::{CommandClient, CommandServer, Pending, Reply, Request};
 pub use frame::{Frame, FramePublisher, FrameSubscriber, Shown};
 pub use handed::HandedVolume;
 pub use places::Crowded;

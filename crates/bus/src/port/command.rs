@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -150,6 +151,45 @@ pub struct Reply {
     pub text: String,
 }
 
+/// A request that was sent. Dropped, its answer goes nowhere.
+#[derive(Debug)]
+pub struct Pending {
+    port: PendingResponse<Ipc, Command, (), [u8], ReplyHeader>,
+    name: String,
+    clock: clock::Clock,
+    asked_ns: i64,
+}
+
+impl Pending {
+    /// The answer, where it has come. Never waits.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn reply(&self) -> Result<Option<Reply>, BusError> {
+        let response = self
+            .port
+            .receive()
+            .map_err(transfer_error(&self.name, "receiving the answer"))?;
+        Ok(response.map(|response| Reply {
+            refused: response.user_header().refused != 0,
+            text: String::from_utf8_lossy(response.payload()).into_owned(),
+        }))
+    }
+
+    /// How long it has been waited for, ns.
+    pub fn waited_ns(&self) -> i64 {
+        self.clock.now_ns() - self.asked_ns
+    }
+
+    /// That it is not waited for any longer.
+    pub fn no_answer(&self) -> BusError {
+        BusError::NoAnswer {
+            service: self.name.clone(),
+            waited: Duration::from_nanos(self.waited_ns().max(0) as u64),
+        }
+    }
+}
+
 impl CommandClient {
     /// Prepares to ask `process`.
     ///
@@ -193,36 +233,40 @@ impl CommandClient {
         patience: Duration,
         is_there: impl Fn() -> bool,
     ) -> Result<Reply, BusError> {
-        let pending = self
+        let pending = self.send(command)?;
+        let mut next_look = clock::ns(LOOK_FOR_SERVER);
+        loop {
+            if let Some(reply) = pending.reply()? {
+                return Ok(reply);
+            }
+            let waited = pending.waited_ns();
+            let is_late = waited > clock::ns(patience);
+            if is_late || waited > next_look && !is_there() {
+                return Err(pending.no_answer());
+            }
+            if waited > next_look {
+                next_look = waited + clock::ns(LOOK_FOR_SERVER);
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Asks, and waits for nothing.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn send(&self, command: Command) -> Result<Pending, BusError> {
+        let port = self
             .port
             .send_copy(command)
             .map_err(transfer_error(&self.name, "asking"))?;
         let _ = self.notifier.notify();
-        let asked = self.clock.now_ns();
-        let mut next_look = asked + clock::ns(LOOK_FOR_SERVER);
-        loop {
-            let response = pending
-                .receive()
-                .map_err(transfer_error(&self.name, "receiving the answer"))?;
-            if let Some(response) = response {
-                return Ok(Reply {
-                    refused: response.user_header().refused != 0,
-                    text: String::from_utf8_lossy(response.payload()).into_owned(),
-                });
-            }
-            let now = self.clock.now_ns();
-            let is_late = now > asked + clock::ns(patience);
-            if is_late || now > next_look && !is_there() {
-                return Err(BusError::NoAnswer {
-                    service: self.name.clone(),
-                    waited: Duration::from_nanos((now - asked).max(0) as u64),
-                });
-            }
-            if now > next_look {
-                next_look = now + clock::ns(LOOK_FOR_SERVER);
-            }
-            std::thread::sleep(LOOK);
-        }
+        Ok(Pending {
+            port,
+            name: self.name.clone(),
+            clock: self.clock.clone(),
+            asked_ns: self.clock.now_ns(),
+        })
     }
 }
 

@@ -2,10 +2,12 @@
 
 use std::rc::Rc;
 
+use iceoryx2::port::ReceiveError;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher as IoxPublisher;
 use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
+use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
@@ -86,6 +88,11 @@ impl FramePublisher {
         }
         Ok(Some(header.stamp))
     }
+
+    /// Gives late joiners the last image, also while nothing new is drawn.
+    pub fn serve_late_joiners(&self) {
+        let _ = self.port.update_connections();
+    }
 }
 
 /// A viewer's end of one view.
@@ -159,10 +166,17 @@ impl FrameSubscriber {
     /// The newest image since the last call.
     ///
     /// # Errors
-    /// [`BusError::Transfer`].
+    /// [`BusError::Transfer`], also where as many images are held as may be borrowed.
     pub fn newest(&self) -> Result<Option<Frame>, BusError> {
         let mut newest = None;
-        while let Some(sample) = self.port.receive().map_err(transfer_error(&self.name, "receiving"))? {
+        loop {
+            let sample = match self.port.receive() {
+                Ok(Some(sample)) => sample,
+                Ok(None) => break,
+                // One came while another was taken, and there is no room for both: it is had with the next call.
+                Err(ReceiveError::ExceedsMaxBorrows) if newest.is_some() => break,
+                Err(error) => return Err(transfer_error(&self.name, "receiving")(error)),
+            };
             newest = Some(Frame {
                 sample,
                 _port: Rc::clone(&self.port),
@@ -203,6 +217,7 @@ mod tests {
     use crate::wake::Waits;
     use iceoryx2::prelude::ZeroCopySend;
     use std::ops::ControlFlow;
+    use std::sync::atomic::{AtomicBool, Ordering};
     use std::time::Duration;
 
     /// One image on the bus of a run of its own: its stamp as sent and as it came, and when it was sent at the earliest and at the latest.
@@ -223,6 +238,48 @@ mod tests {
         drop((publisher, subscriber, bus));
         run.sweep();
         (stamp, came, [before, after])
+    }
+
+    /// A window that held a set and two more ended where an image came between the taking of another and the look for a newer one.
+    #[test]
+    fn an_image_that_comes_while_another_is_taken_is_had_with_the_next_call() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+        run.store().unwrap();
+        let bus = Bus::join(&run).unwrap();
+        let subscriber = FrameSubscriber::open(&bus, &VIEW_FRAME, "v").unwrap();
+        let ended = AtomicBool::new(false);
+        std::thread::scope(|threads| {
+            threads.spawn(|| {
+                let bus = Bus::join(&run).unwrap();
+                let publisher = FramePublisher::open(&bus, &VIEW_FRAME, "v", 4).unwrap();
+                let header = FrameHeader {
+                    width: 1,
+                    height: 1,
+                    ..FrameHeader::default()
+                };
+                while !ended.load(Ordering::Relaxed) {
+                    publisher.send(header, &[0; 4], bus.clock(), i64::MAX).unwrap();
+                }
+            });
+            let mut held: std::collections::VecDeque<Frame> = Default::default();
+            let (mut taken, mut failed) = (0, None);
+            while taken < 20_000 && failed.is_none() {
+                match subscriber.newest() {
+                    Ok(frame) => {
+                        taken += usize::from(frame.is_some());
+                        held.extend(frame);
+                        // One less than may be borrowed, as whoever gathers holds.
+                        held.drain(..held.len().saturating_sub(VIEW_FRAME.borrowed - 1));
+                    }
+                    Err(error) => failed = Some(error),
+                }
+            }
+            ended.store(true, Ordering::Relaxed);
+            assert!(failed.is_none(), "{failed:?}");
+        });
+        drop((subscriber, bus));
+        run.sweep();
     }
 
     #[test]
