@@ -11,8 +11,6 @@ pub const CELL: Color32 = Color32::from_rgb(14, 17, 22);
 pub const LINE: Color32 = Color32::from_rgb(88, 98, 112);
 /// A button.
 pub const BUTTON: Color32 = Color32::from_rgb(38, 46, 58);
-/// Words on a band that is filled with a colour.
-pub const ON_BAND: Color32 = Color32::BLACK;
 
 /// A colour of the images.
 pub const fn of(Rgb(r, g, b): Rgb) -> Color32 {

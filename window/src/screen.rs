@@ -4,6 +4,7 @@ mod bar;
 mod buttons;
 mod cell;
 mod sight;
+mod tree;
 pub mod words;
 
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use egui::{Context, FontData, FontDefinitions, FontFamily, TextureId, Ui};
 
 use crate::colours;
 use crate::model::Model;
-use crate::sizes::{Screen, Sizes};
+use crate::sizes::{Screen, Sizes, smallest};
 pub use bar::Shown;
 use words::Words;
 
@@ -76,13 +77,17 @@ pub fn fonts() -> FontDefinitions {
 /// A context without animations, so that a frame is a function of the model and of what was touched.
 pub fn context() -> Context {
     let context = Context::default();
+    set_up(&context);
+    context
+}
+
+fn set_up(context: &Context) {
     context.set_fonts(fonts());
     context.all_styles_mut(|style| {
         style.animation_time = 0.0;
         style.interaction.selectable_labels = false;
         style.visuals.panel_fill = colours::GROUND;
     });
-    context
 }
 
 /// The texture of a view's image.
@@ -95,7 +100,7 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
     let mut outcome = Outcome::default();
     let images = if look.only_sight { 0 } else { model.cells.len() };
     let Some(sizes) = Sizes::of(screen, images) else {
-        words::too_small(ui, screen, &mut outcome.words);
+        words::too_small(ui, screen, smallest(images), &mut outcome.words);
         return outcome;
     };
     outcome.code = Some(bar::show(ui, model, (&sizes, &look.note), &mut outcome.words));
@@ -126,10 +131,11 @@ fn cells(ui: &mut Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: &mut O
 /// One image as large as it goes, with the sight beside it.
 fn enlarged_rects(sizes: &Sizes) -> [egui::Rect; 2] {
     let (top, bottom) = (sizes.top.bottom(), sizes.foot.top());
-    let sight = sizes.cells[sizes.sight].width();
-    let side = (bottom - top).min(sizes.top.width() - sight);
+    let least = sizes.cells[sizes.sight].width();
+    let side = (bottom - top).min(sizes.top.width() - least);
     let image = egui::Rect::from_min_size(egui::pos2(0.0, top), egui::Vec2::splat(side));
-    let beside = egui::Rect::from_min_size(egui::pos2(side, top), egui::Vec2::splat(sight));
+    let left = egui::vec2(sizes.top.width() - side, bottom - top);
+    let beside = egui::Rect::from_min_size(egui::pos2(side, top), egui::Vec2::splat(left.min_elem()));
     [image, beside]
 }
 

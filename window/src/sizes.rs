@@ -10,16 +10,24 @@ use egui::{Pos2, Rect, vec2};
 pub const CAPITAL: f32 = 0.729;
 /// Width of a letter, parts of the type's size: all are equally wide.
 pub const ADVANCE: f32 = 0.602;
+/// Height of a line, parts of the type's size.
+pub const LINE: f32 = 1.17;
 /// The least angle of what is critical, minutes of arc, and from how far, mm.
 pub const CRITICAL: (f32, f32) = (20.0, 2000.0);
 /// The same of all other words.
 pub const PLAIN: (f32, f32) = (16.0, 1000.0);
 /// The least side of what is touched with a gloved finger, mm.
 pub const TOUCH_MM: f32 = 20.0;
+/// The type of a piece of text becomes no smaller than this part of what is asked.
+pub const SMALLEST_PART: f32 = 0.6;
+/// What a distance is of, under it: so many letters.
+const LONGEST_CAPTION: f32 = 17.0;
 /// The longest verdict is so many letters: the sight's cell must hold it in one line.
 const LONGEST_VERDICT: f32 = 13.0;
 /// A screen with fewer pixels has no room for eight cells with words in them.
 pub const SMALLEST: [u32; 2] = [1024, 640];
+/// The same for the sight alone: numbers would be cut.
+pub const SMALLEST_SIGHT: [u32; 2] = [640, 480];
 
 /// A screen, and what it is seen by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +47,8 @@ pub struct Sizes {
     pub plain: f32,
     /// Between things.
     pub gap: f32,
+    /// Of a thin line: on every screen as wide to the eye.
+    pub line: f32,
     /// The band at the top.
     pub top: Rect,
     /// The buttons at the bottom.
@@ -66,35 +76,38 @@ impl Screen {
 impl Sizes {
     /// For so many images and the sight, or for the sight alone; `None` where the screen is too small for words.
     pub fn of(screen: Screen, images: usize) -> Option<Self> {
-        let is_too_small = screen.pixels[0] < SMALLEST[0] || screen.pixels[1] < SMALLEST[1];
-        if is_too_small && images > 0 {
+        let least = smallest(images);
+        if screen.pixels[0] < least[0] || screen.pixels[1] < least[1] {
             return None;
         }
         let [width, height] = screen.pixels.map(|n| n as f32);
-        let plain = screen
-            .type_px(PLAIN)
-            .ceil()
-            .clamp(10.0, (height / 24.0).floor().max(10.0));
+        // No larger than that the bands hold it: at the top left stand 44 letters of birth date, number and examination.
+        let most = (height / 24.0).min(width / 60.0).floor().max(10.0);
+        let mut plain = screen.type_px(PLAIN).ceil().clamp(10.0, most);
         let wanted = screen.type_px(CRITICAL).ceil();
         // First as large as it should be; where the cells are too small for that, as large as they hold.
-        let side = |critical: f32| {
+        let side = |critical: f32, plain: f32| {
             let top = top_height(critical, plain);
-            let foot = foot_height(screen, height);
+            let foot = foot_height(screen, height, plain);
             best_grid(images + 1, [width, height - top - foot])
         };
         let mut critical = wanted;
         for _ in 0..4 {
-            let (cell, _) = side(critical);
+            let (cell, _) = side(critical, plain);
+            while plain > 10.0 && !holds_captions(cell, plain) {
+                plain -= 1.0;
+            }
             critical = wanted.min(0.99 * cell / (LONGEST_VERDICT * ADVANCE));
         }
         let critical = critical.floor().max(plain);
-        let (cell, columns) = side(critical);
-        let (top, foot) = (top_height(critical, plain), foot_height(screen, height));
+        let (cell, columns) = side(critical, plain);
+        let (top, foot) = (top_height(critical, plain), foot_height(screen, height, plain));
         let cells = grid(images + 1, columns, cell, [width, height - top - foot], top);
         Some(Self {
             critical,
             plain,
-            gap: (0.3 * plain).round(),
+            gap: gap(plain),
+            line: (plain / 16.0).max(1.0),
             top: Rect::from_min_size(Pos2::ZERO, vec2(width, top)),
             foot: Rect::from_min_size(Pos2::new(0.0, height - foot), vec2(width, foot)),
             cells,
@@ -104,12 +117,32 @@ impl Sizes {
     }
 }
 
-fn top_height(critical: f32, plain: f32) -> f32 {
-    (1.05 * critical + 1.12 * plain).round()
+/// The fewest pixels for so many images.
+pub const fn smallest(images: usize) -> [u32; 2] {
+    if images == 0 { SMALLEST_SIGHT } else { SMALLEST }
 }
 
-fn foot_height(screen: Screen, height: f32) -> f32 {
-    (TOUCH_MM / screen.pixel_mm).min(height / 8.0).round()
+/// Whether the sight's cell has room for what its two distances are of, side by side, in the smallest type.
+fn holds_captions(cell: f32, plain: f32) -> bool {
+    let caption = LONGEST_CAPTION * ADVANCE * (SMALLEST_PART * plain).floor();
+    2.0 * (caption + gap(plain) + 1.0) <= cell
+}
+
+fn gap(plain: f32) -> f32 {
+    (0.3 * plain).round()
+}
+
+/// The state above and a plain line below; beside them three plain lines.
+fn top_height(critical: f32, plain: f32) -> f32 {
+    (critical.max(2.0 * LINE * plain) + LINE * plain + 4.0).round()
+}
+
+/// A button has two plain lines, however coarse the pixels are.
+fn foot_height(screen: Screen, height: f32, plain: f32) -> f32 {
+    (TOUCH_MM / screen.pixel_mm)
+        .min(height / 8.0)
+        .max(2.0 * LINE * plain + 8.0)
+        .round()
 }
 
 /// The largest square cells, and how many columns of them.

@@ -10,6 +10,7 @@ pub mod chart;
 pub mod palette;
 mod png_file;
 mod text;
+pub mod vision;
 
 pub use animation::{encode_animation, write_animation};
 pub use canvas::{Canvas, Line};

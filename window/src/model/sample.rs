@@ -53,7 +53,12 @@ pub(crate) const CAPTURED_NS: i64 = 5_000_000_000;
 impl Sample {
     /// A tool at `ct_from_tool`, seen 20 ms ago, a target of 5 mm at `target`.
     pub(crate) fn new(ct_from_tool: Rigid<Ct, Tool>, target: Point<Ct>) -> Self {
-        let scene = Scene::parse("", Path::new("")).unwrap();
+        Self::of("", ct_from_tool, target)
+    }
+
+    /// The same with the views of this scene.
+    pub(crate) fn of(scene: &str, ct_from_tool: Rigid<Ct, Tool>, target: Point<Ct>) -> Self {
+        let scene = Scene::parse(scene, Path::new("")).unwrap();
         let mut pose = ToolPose {
             seq: 300,
             t_capture_ns: CAPTURED_NS,

@@ -1,14 +1,15 @@
 //! The band at the top: whose examination, the state, what it rests on, recorded or not, and room for the coded cell.
 
-use egui::{Align2, Color32, Pos2, Rect, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Color32, Pos2, Rect, Role, Stroke, Ui, pos2, vec2};
 
-use super::words::{Type, Words, colour};
+use super::tree;
+use super::words::{Type, UNREADABLE, Words, colour, has_letters, on_band};
 use crate::colours;
 use crate::model::{Model, ScreenState, Tone};
-use crate::sizes::Sizes;
+use crate::sizes::{ADVANCE, LINE, Sizes};
 
 /// Of the band's width: identity, state, recording. The coded cell takes what is left.
-const PARTS: [f32; 3] = [0.31, 0.37, 0.26];
+const PARTS: [f32; 3] = [0.29, 0.43, 0.22];
 
 /// What a tone looks like beside its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,65 +77,90 @@ fn plain(sizes: &Sizes, colour: Color32) -> Type {
 fn identity(ui: &Ui, model: &Model, part: Rect, sizes: &Sizes, words: &mut Words) {
     let facts = &model.facts;
     let lines = [
-        (&facts.identity, facts.identity_tone),
-        (&facts.volume, Tone::Quiet),
-        (&facts.registration, Tone::Quiet),
+        readable(ui, &facts.identity, facts.identity_tone, sizes),
+        (facts.volume.as_str(), Tone::Quiet),
+        (facts.registration.as_str(), Tone::Quiet),
     ];
     for (k, (text, tone)) in lines.into_iter().enumerate() {
         words_in_tone(ui, line(part, k, lines.len()), text, tone, sizes, words);
     }
 }
 
-/// Words of a tone: alarms, warnings and replays on a band of their colour, as black on it has the contrast that reading takes.
+fn readable<'a>(ui: &Ui, name: &'a str, tone: Tone, sizes: &Sizes) -> (&'a str, Tone) {
+    match has_letters(ui, name, sizes.plain) {
+        true => (name, tone),
+        false => (UNREADABLE, Tone::Warning),
+    }
+}
+
+/// Whether words of a tone stand on a band of its colour: in black or white, as these have the contrast that reading takes.
+const fn has_band(tone: Tone) -> bool {
+    matches!(tone, Tone::Warning | Tone::Alarm | Tone::Replay)
+}
+
+/// Words of a tone, alarms, warnings and replays on a band.
 fn words_in_tone(ui: &Ui, room: Rect, text: &str, tone: Tone, sizes: &Sizes, words: &mut Words) {
-    let on_band = matches!(tone, Tone::Warning | Tone::Alarm | Tone::Replay);
-    let ground = if on_band { colour(tone) } else { colours::GROUND };
-    if on_band && !text.is_empty() {
+    let has_band = has_band(tone);
+    let ground = if has_band { colour(tone) } else { colours::GROUND };
+    if has_band && !text.is_empty() {
         ui.painter().rect_filled(room, 3.0, ground);
     }
-    let ink = if on_band { colours::ON_BAND } else { colour(Tone::Quiet) };
+    let ink = if has_band { on_band(tone) } else { colour(Tone::Quiet) };
     let how = Type {
         ground,
         ..plain(sizes, ink)
     };
-    words.put(ui, room.shrink2(vec2(sizes.gap, 0.0)), text, how);
+    let role = if has_band { tree::role(tone) } else { Role::Label };
+    words.put_as(ui, room.shrink2(vec2(sizes.gap, 0.0)), text, how, role);
 }
 
 fn state(ui: &Ui, state: &ScreenState, part: Rect, sizes: &Sizes, words: &mut Words) {
-    let filled = matches!(state.tone, Tone::Warning | Tone::Alarm | Tone::Replay);
-    let (ground, ink) = match filled {
-        true => (colour(state.tone), colours::ON_BAND),
+    let (ground, ink) = match has_band(state.tone) {
+        true => (colour(state.tone), on_band(state.tone)),
         false => (colours::CELL, colour(Tone::Quiet)),
     };
     ui.painter().rect_filled(part, 6.0, ground);
-    let large = Rect::from_min_size(part.min, vec2(part.width(), 1.02 * sizes.critical));
-    let below = Rect::from_min_max(pos2(part.left(), large.bottom()), part.max);
+    let (large, below) = part.split_top_bottom_at_y(part.bottom() - LINE * sizes.plain);
     let side = 0.8 * sizes.critical;
     let middle = pos2(part.left() + sizes.gap + side / 2.0, large.center().y);
     shape(ui, middle, side / 2.0, Shown::of(state.tone), ink);
-    let room = Rect::from_min_max(pos2(part.left() + side + 2.0 * sizes.gap, large.top()), large.max);
+    let (before, marked) = large.split_left_right_at_x(large.right() - marks_width(state, sizes));
+    let room = before.with_min_x(part.left() + side + 2.0 * sizes.gap);
     let how = |size, align| Type {
         size,
         colour: ink,
         ground,
         align,
     };
-    words.put(
+    words.put_as(
         ui,
         room.shrink2(vec2(sizes.gap, 0.0)),
         &state.word,
         how(sizes.critical, Align2::LEFT_CENTER),
+        tree::role(state.tone),
     );
     let age = state.age_ms.map(|ms| format!("{ms:.0} ms")).unwrap_or_default();
-    let mut second: Vec<&str> = vec![&state.detail, &age];
-    second.extend(&state.marks);
-    second.retain(|text| !text.is_empty());
-    words.put(
-        ui,
-        below.shrink2(vec2(sizes.gap, 0.0)),
-        &second.join("   "),
-        how(sizes.plain, Align2::LEFT_CENTER),
-    );
+    let plain = how(sizes.plain, Align2::LEFT_CENTER);
+    let width = |text: &str| text.chars().count() as f32 * ADVANCE * sizes.plain;
+    let below = below.shrink2(vec2(sizes.gap, 0.0));
+    // An age is a number: a reason of any length leaves it its room.
+    let after = if age.is_empty() {
+        0.0
+    } else {
+        width(&age) + width("   ")
+    };
+    let (aged, reason) = below.split_left_right_at_x(below.left() + after);
+    words.put(ui, aged, &age, plain);
+    words.put(ui, reason, &state.detail, plain);
+    for (k, mark) in state.marks.iter().enumerate() {
+        words.put(ui, line(marked, k, state.marks.len()), mark, plain);
+    }
+}
+
+/// Marks stand one above the other beside the state, where no reason of any length takes their room.
+fn marks_width(state: &ScreenState, sizes: &Sizes) -> f32 {
+    let letters = state.marks.iter().map(|mark| mark.chars().count()).max().unwrap_or(0);
+    letters as f32 * ADVANCE * sizes.plain + 2.0 * sizes.gap
 }
 
 fn recording(ui: &Ui, model: &Model, part: Rect, (sizes, note): (&Sizes, &str), words: &mut Words) {

@@ -1,9 +1,9 @@
 //! The buttons at the bottom, each with its key; a pedal sends the same keys.
 
-use egui::{Align2, Id, Key, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Id, Key, Rect, Sense, Ui, pos2, vec2};
 
 use super::words::{Type, colour};
-use super::{Look, Outcome, Wish};
+use super::{Look, Outcome, Wish, tree};
 use crate::colours;
 use crate::model::{Model, Tone};
 use crate::sizes::Sizes;
@@ -71,7 +71,7 @@ pub(super) fn show(ui: &Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: 
 
 fn is_pressed(ui: &Ui, button: &Button, rect: Rect, sizes: &Sizes, outcome: &mut Outcome) -> bool {
     let response = ui.interact(rect, Id::unique(("button", button.key)), Sense::click());
-    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &button.word));
+    tree::button(&response, &button.word, button.key);
     let ground = match response.is_pointer_button_down_on() {
         true => colours::LINE,
         false => colours::BUTTON,
@@ -84,7 +84,7 @@ fn is_pressed(ui: &Ui, button: &Button, rect: Rect, sizes: &Sizes, outcome: &mut
         align: Align2::CENTER_CENTER,
     };
     let (upper, lower) = rect.shrink2(vec2(sizes.gap, 2.0)).split_top_bottom_at_fraction(0.5);
-    outcome.words.put(ui, upper, &button.word, how);
-    outcome.words.put(ui, lower, button.key, how);
+    outcome.words.paint(ui, upper, &button.word, how);
+    outcome.words.paint(ui, lower, button.key, how);
     response.clicked() || ui.input(|input| input.key_pressed(button.pressed))
 }

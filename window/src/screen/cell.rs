@@ -1,9 +1,9 @@
 //! One image with its letters and title, and what lies over it where it is not to be followed.
 
-use egui::{Align2, Color32, Id, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Color32, Id, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
-use super::words::{Type, colour};
-use super::{Outcome, Wish, texture};
+use super::words::{Type, colour, on_band};
+use super::{Outcome, Wish, texture, tree};
 use crate::colours;
 use crate::model::Cell;
 use crate::sizes::Sizes;
@@ -14,6 +14,14 @@ const DIMMED: u8 = 90;
 /// Shows the image in the largest part of `rect` that has its shape, below a strip with its title and the letter of its upper side: the
 /// alarms that renderers draw stand in the upper two thirds of an image, where nothing may cover them.
 pub(super) fn show(ui: &mut Ui, cell: &Cell, rect: Rect, sizes: &Sizes, outcome: &mut Outcome) {
+    let name = || format!("view {}", cell.view + 1);
+    tree::group(ui, Id::unique(("cell", cell.view)), name, |ui| {
+        touch(ui, cell, rect, outcome);
+        draw(ui, cell, rect, sizes, outcome);
+    });
+}
+
+fn draw(ui: &Ui, cell: &Cell, rect: Rect, sizes: &Sizes, outcome: &mut Outcome) {
     ui.painter().rect_filled(rect, 0.0, colours::CELL);
     let row = 1.2 * sizes.plain;
     let (strip, below) = rect.split_top_bottom_at_y(rect.top() + row);
@@ -25,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, cell: &Cell, rect: Rect, sizes: &Sizes, outcome:
             .image(texture(cell.view), image, whole, Color32::from_gray(light));
     }
     ui.painter()
-        .rect_stroke(rect, 0.0, Stroke::new(1.0, colours::LINE), StrokeKind::Inside);
+        .rect_stroke(rect, 0.0, Stroke::new(sizes.line, colours::LINE), StrokeKind::Inside);
     let how = |align, ground| Type {
         size: sizes.plain,
         colour: colours::of(picture::palette::WORDS),
@@ -48,7 +56,6 @@ pub(super) fn show(ui: &mut Ui, cell: &Cell, rect: Rect, sizes: &Sizes, outcome:
         }
     }
     over(ui, cell, below.shrink(sizes.gap), sizes, outcome);
-    touch(ui, cell, rect, outcome);
 }
 
 /// The largest part of the cell with the image's shape; an image of the cell's own size is not scaled at all.
@@ -93,7 +100,7 @@ fn over(ui: &Ui, cell: &Cell, inner: Rect, sizes: &Sizes, outcome: &mut Outcome)
     ui.painter().rect_filled(band, 0.0, colour(*tone));
     let how = Type {
         size: sizes.critical,
-        colour: colours::ON_BAND,
+        colour: on_band(*tone),
         ground: colour(*tone),
         align: Align2::CENTER_CENTER,
     };
@@ -103,7 +110,7 @@ fn over(ui: &Ui, cell: &Cell, inner: Rect, sizes: &Sizes, outcome: &mut Outcome)
 /// A touch enlarges the image, or brings the others back.
 fn touch(ui: &Ui, cell: &Cell, rect: Rect, outcome: &mut Outcome) {
     let response = ui.interact(rect, Id::unique(("view", cell.view)), Sense::click());
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("{}: enlarge", cell.title)));
+    tree::image(&response, cell);
     if response.clicked() {
         outcome.wishes.push(Wish::Enlarge(Some(cell.view)));
     }

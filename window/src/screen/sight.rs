@@ -4,16 +4,19 @@
 //! target's depth; the target moves, and the tool is steered towards it. Distances from the middle are drawn by `asinh`, linear near the
 //! middle and ever more compressed outwards, so that the target is seen at 1 mm and at 100 mm without a change of scale in between.
 
+pub(super) mod readout;
+
 use std::f32::consts::TAU;
 
-use egui::{Align2, Color32, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
-use guidance::sight::{Ellipse, Shape as VerdictShape, Verdict};
+use egui::{Align2, Color32, Id, Pos2, Rect, Role, Shape, Stroke, Ui, pos2, vec2};
+use guidance::sight::{Ellipse, Sight};
 use picture::palette;
 
-use super::words::{Type, Words, colour};
+use super::tree;
+use super::words::{Type, UNREADABLE, Words, colour, has_letters};
 use crate::colours;
 use crate::model::{Aimed, Model, Tone};
-use crate::sizes::Sizes;
+use crate::sizes::{ADVANCE, Sizes};
 
 /// Up to this distance the sight is about linear, mm.
 const LINEAR_MM: f64 = 5.0;
@@ -21,8 +24,6 @@ const LINEAR_MM: f64 = 5.0;
 const REACH_MM: f64 = 100.0;
 /// The rings, mm.
 const RINGS_MM: [f64; 4] = [2.0, 5.0, 20.0, 50.0];
-/// What the depth bar shows, mm to go.
-const DEPTH_MM: [f64; 2] = [-10.0, 50.0];
 const SIDES: usize = 64;
 
 /// The rooms of the sight's cell.
@@ -37,9 +38,37 @@ struct Rooms {
     right_caption: Rect,
 }
 
-pub(super) fn show(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
+pub(super) fn show(ui: &mut Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
+    let name = || match &model.sight {
+        Ok(aimed) => format!("the sight: {}", drawing(&aimed.sight)),
+        Err(_) => "the sight".to_owned(),
+    };
+    tree::group(ui, Id::unique("sight"), name, |ui| draw(ui, model, rect, sizes, words));
+}
+
+/// What the drawing says, in words, for those who do not see it.
+fn drawing(sight: &Sight) -> String {
+    let [right, up] = sight.miss_mm;
+    let across = format!(
+        "{:.1} mm to the {}",
+        right.abs(),
+        if right < 0.0 { "left" } else { "right" }
+    );
+    let upright = format!("{:.1} mm {}", up.abs(), if up < 0.0 { "down" } else { "up" });
+    let error = match &sight.predicted {
+        Ok(predicted) => {
+            let [long, short] = predicted.ellipse.half_axes_mm.map(|mm| format!("{mm:.1}"));
+            format!("error in 95 of 100 cases {long} by {short} mm")
+        }
+        Err(_) => "error not known".to_owned(),
+    };
+    format!("target {across}, {upright}; {error}")
+}
+
+fn draw(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
     ui.painter().rect_filled(rect, 0.0, colours::CELL);
     let mut rooms = rooms(rect.shrink(sizes.gap), sizes);
+    let line = thin(rooms.sight, sizes);
     // The longest verdict takes the whole width.
     rooms.verdict = rooms
         .verdict
@@ -57,31 +86,31 @@ pub(super) fn show(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mu
             let quiet = plain(colour(Tone::Quiet), Align2::LEFT_CENTER);
             words.put(ui, rooms.title, "SIGHT", quiet);
             let how = plain(colour(Tone::Warning), Align2::CENTER_CENTER);
-            words.put(
-                ui,
-                rooms.verdict,
-                "NO SIGHT",
-                Type {
-                    size: sizes.critical,
-                    ..how
-                },
-            );
+            let large = Type {
+                size: sizes.critical,
+                ..how
+            };
+            words.put_as(ui, rooms.verdict, "NO SIGHT", large, Role::Status);
             words.put(ui, rooms.sight, why, how);
             return;
         }
     };
-    let title = format!("{}  {}", aimed.sight.phase.word(), aimed.target.name);
+    let name = match has_letters(ui, &aimed.target.name, sizes.plain) {
+        true => &aimed.target.name,
+        false => UNREADABLE,
+    };
+    let title = format!("{}  {name}", aimed.sight.phase.word());
     words.put(
         ui,
         rooms.title,
         &title,
         plain(colours::of(palette::TARGET), Align2::LEFT_CENTER),
     );
-    verdict(ui, aimed.sight.verdict, rooms.verdict, sizes, words);
+    readout::verdict(ui, aimed.sight.verdict, rooms.verdict, sizes, words);
     rings(ui, &rooms, sizes, words);
-    aim(ui, aimed, rooms.sight);
-    depth(ui, aimed, &rooms, words, sizes);
-    numbers(ui, aimed, &rooms, sizes, words);
+    aim(ui, aimed, rooms.sight, line);
+    readout::depth(ui, aimed, &rooms, words, sizes);
+    readout::numbers(ui, aimed, &rooms, sizes, words);
 }
 
 fn rooms(inner: Rect, sizes: &Sizes) -> Rooms {
@@ -111,6 +140,12 @@ fn rooms(inner: Rect, sizes: &Sizes) -> Rooms {
     }
 }
 
+/// The width of a thin line on the sight: as everywhere, and thinner where the sight is so small that lines would hide one another.
+fn thin(room: Rect, sizes: &Sizes) -> f32 {
+    let side = room.width().min(room.height());
+    sizes.line.min(side / 200.0).max(0.5)
+}
+
 /// How far from the middle a distance is drawn, parts of the rim's.
 pub(super) fn drawn(mm: f64) -> f64 {
     (mm / LINEAR_MM).asinh() / (REACH_MM / LINEAR_MM).asinh()
@@ -132,7 +167,7 @@ fn rings(ui: &Ui, rooms: &Rooms, sizes: &Sizes, words: &mut Words) {
     for mm in RINGS_MM.into_iter().chain([REACH_MM]) {
         let ring: Vec<Pos2> = circle([0.0, 0.0], mm).map(|p| at(rooms.sight, p)).collect();
         ui.painter()
-            .add(Shape::closed_line(ring, Stroke::new(1.0, colours::LINE)));
+            .add(Shape::closed_line(ring, Stroke::new(sizes.line, colours::LINE)));
     }
     let how = Type {
         size: 0.8 * sizes.plain,
@@ -141,9 +176,13 @@ fn rings(ui: &Ui, rooms: &Rooms, sizes: &Sizes, words: &mut Words) {
         align: Align2::LEFT_CENTER,
     };
     // One number says what the rings are; the others follow.
-    let place = at(rooms.sight, [0.0, -20.0]);
-    let room = Rect::from_min_size(place + vec2(2.0, 1.0), vec2(5.0 * sizes.plain, sizes.plain));
-    words.put(ui, room, "20 mm", how);
+    let place = at(rooms.sight, [0.0, -20.0]) + vec2(2.0, 1.0) * sizes.line;
+    let text = "20 mm";
+    let size = vec2(text.len() as f32 * ADVANCE * how.size + 2.0, sizes.plain);
+    let room = Rect::from_min_size(place, size);
+    // Where the sight is small, other rings cross the word.
+    ui.painter().rect_filled(room, 0.0, colours::CELL);
+    words.put(ui, room, text, how);
 }
 
 fn circle([x, y]: [f64; 2], radius: f64) -> impl Iterator<Item = [f64; 2]> {
@@ -154,27 +193,27 @@ fn circle([x, y]: [f64; 2], radius: f64) -> impl Iterator<Item = [f64; 2]> {
 }
 
 /// The tool's axis, its error, the target, and the entry.
-fn aim(ui: &Ui, aimed: &Aimed, room: Rect) {
+fn aim(ui: &Ui, aimed: &Aimed, room: Rect, line: f32) {
     let (painter, sight) = (ui.painter(), &aimed.sight);
     if let Ok(predicted) = &sight.predicted {
         let ring: Vec<Pos2> = ellipse(&predicted.ellipse).map(|p| at(room, p)).collect();
-        rimmed(ui, ring, 2.0, colours::of(palette::TIP));
+        rimmed(ui, ring, 2.0 * line, line, colours::of(palette::TIP));
     }
     let arm = 0.06 * room.width().min(room.height());
     for direction in [vec2(1.0, 0.0), vec2(-1.0, 0.0), vec2(0.0, 1.0), vec2(0.0, -1.0)] {
-        let line = [room.center() + 0.3 * arm * direction, room.center() + arm * direction];
-        painter.line_segment(line, Stroke::new(5.0, Color32::BLACK));
-        painter.line_segment(line, Stroke::new(2.5, colours::of(palette::TUBE)));
+        let ends = [room.center() + 0.3 * arm * direction, room.center() + arm * direction];
+        painter.line_segment(ends, Stroke::new(5.0 * line, Color32::BLACK));
+        painter.line_segment(ends, Stroke::new(2.5 * line, colours::of(palette::TUBE)));
     }
     let target: Vec<Pos2> = circle(sight.miss_mm, aimed.target.radius_mm)
         .map(|p| at(room, p))
         .collect();
-    rimmed(ui, target, 3.0, colours::of(palette::TARGET));
-    painter.circle_filled(at(room, sight.miss_mm), 3.0, colours::of(palette::TARGET));
-    if let Some(line) = &sight.line {
-        let entry = at(room, line.entry_mm);
-        let square = Rect::from_center_size(entry, vec2(12.0, 12.0));
-        let stroke = Stroke::new(2.0, colours::of(palette::TARGET));
+    rimmed(ui, target, 3.0 * line, line, colours::of(palette::TARGET));
+    painter.circle_filled(at(room, sight.miss_mm), 3.0 * line, colours::of(palette::TARGET));
+    if let Some(planned) = &sight.line {
+        let entry = at(room, planned.entry_mm);
+        let square = Rect::from_center_size(entry, egui::Vec2::splat(12.0 * line));
+        let stroke = Stroke::new(2.0 * line, colours::of(palette::TARGET));
         painter.rect_stroke(square, 0.0, stroke, egui::StrokeKind::Middle);
     }
 }
@@ -187,124 +226,11 @@ fn ellipse(ellipse: &Ellipse) -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-/// A closed line with a dark rim, so that it is seen on whatever it crosses.
-fn rimmed(ui: &Ui, points: Vec<Pos2>, width: f32, ink: Color32) {
+/// A closed line with a dark rim on each side, so that it is seen on whatever it crosses.
+fn rimmed(ui: &Ui, points: Vec<Pos2>, width: f32, rim: f32, ink: Color32) {
     ui.painter().add(Shape::closed_line(
         points.clone(),
-        Stroke::new(width + 3.0, Color32::BLACK),
+        Stroke::new(width + 3.0 * rim, Color32::BLACK),
     ));
     ui.painter().add(Shape::closed_line(points, Stroke::new(width, ink)));
-}
-
-/// How far there is to go: a bar of its own, zero where the tool is to stop.
-fn depth(ui: &Ui, aimed: &Aimed, rooms: &Rooms, words: &mut Words, sizes: &Sizes) {
-    let bar = rooms.bar;
-    let painter = ui.painter();
-    painter.rect_stroke(bar, 0.0, Stroke::new(1.0, colours::LINE), egui::StrokeKind::Inside);
-    let y = |mm: f64| {
-        let part = (mm - DEPTH_MM[0]) / (DEPTH_MM[1] - DEPTH_MM[0]);
-        bar.bottom() - part.clamp(0.0, 1.0) as f32 * bar.height()
-    };
-    let zero = y(0.0);
-    let to_go = aimed.sight.to_go_mm;
-    let ink = if to_go < 0.0 {
-        colour(Tone::Warning)
-    } else {
-        colours::of(palette::TUBE)
-    };
-    let filled = Rect::from_two_pos(pos2(bar.left(), zero), pos2(bar.right(), y(to_go)));
-    painter.rect_filled(filled, 0.0, ink);
-    painter.line_segment(
-        [pos2(bar.left() - 4.0, zero), pos2(bar.right() + 4.0, zero)],
-        Stroke::new(3.0, Color32::WHITE),
-    );
-    let how = Type {
-        size: 0.8 * sizes.plain,
-        colour: colour(Tone::Quiet),
-        ground: colours::CELL,
-        align: Align2::RIGHT_CENTER,
-    };
-    let room = Rect::from_min_size(
-        pos2(bar.left() - 5.0 * sizes.plain - 4.0, zero - sizes.plain / 2.0),
-        vec2(5.0 * sizes.plain, sizes.plain),
-    );
-    words.put(ui, room, "stop", how);
-}
-
-/// A distance, mm, with a decimal up to 99.9: never more than five characters.
-pub(super) fn millimetres(mm: f64) -> String {
-    match mm {
-        mm if mm.abs() < 99.95 => {
-            let rounded = (10.0 * mm).round() / 10.0;
-            // A negative zero would say that it is past.
-            format!("{:.1}", if rounded == 0.0 { 0.0 } else { rounded })
-        }
-        mm if mm.abs() < 9999.5 => format!("{mm:.0}"),
-        mm if mm > 0.0 => ">9999".to_owned(),
-        _ => "<-999".to_owned(),
-    }
-}
-
-fn numbers(ui: &Ui, aimed: &Aimed, rooms: &Rooms, sizes: &Sizes, words: &mut Words) {
-    let sight = &aimed.sight;
-    let large = Type {
-        size: sizes.critical,
-        colour: colour(Tone::Quiet),
-        ground: colours::CELL,
-        align: Align2::CENTER_CENTER,
-    };
-    words.put(ui, rooms.left, &millimetres(sight.to_go_mm), large);
-    words.put(ui, rooms.right, &millimetres(sight.miss_length_mm), large);
-    let small = Type {
-        size: sizes.plain,
-        ..large
-    };
-    let to_go = match aimed.target.stop_mm {
-        0.0 => "mm to go".to_owned(),
-        stop => format!("mm to {stop:.1} before"),
-    };
-    words.put(ui, rooms.left_caption, &to_go, small);
-    words.put(ui, rooms.right_caption, "mm off", small);
-}
-
-/// The verdict in words and by its shape.
-fn verdict(ui: &Ui, verdict: Verdict, room: Rect, sizes: &Sizes, words: &mut Words) {
-    let (ground, ink) = match verdict {
-        Verdict::OnTarget => (colours::of(palette::TARGET), colours::ON_BAND),
-        Verdict::PastTarget | Verdict::ErrorUnknown => (colour(Tone::Warning), colours::ON_BAND),
-        Verdict::OnCourse | Verdict::WithinError | Verdict::Steer => (colours::CELL, colour(Tone::Quiet)),
-    };
-    ui.painter().rect_filled(room, 4.0, ground);
-    let how = Type {
-        size: sizes.critical,
-        colour: ink,
-        ground,
-        align: Align2::CENTER_CENTER,
-    };
-    words.put(ui, room, verdict.word(), how);
-    let frame = Stroke::new(3.0, ink);
-    let inset = room.shrink(2.0);
-    // The frame's shape says the same again: whole for what may be done, broken for what is not sure.
-    match verdict.shape() {
-        VerdictShape::Disc | VerdictShape::Bar | VerdictShape::QuestionMark => {}
-        VerdictShape::Ring => {
-            ui.painter().rect_stroke(inset, 4.0, frame, egui::StrokeKind::Inside);
-        }
-        VerdictShape::DashedRing => {
-            let corners = [
-                inset.left_top(),
-                inset.right_top(),
-                inset.right_bottom(),
-                inset.left_bottom(),
-                inset.left_top(),
-            ];
-            ui.painter().extend(Shape::dashed_line(&corners, frame, 12.0, 10.0));
-        }
-        VerdictShape::Arrow => {
-            for y in [inset.top(), inset.bottom()] {
-                ui.painter()
-                    .line_segment([pos2(inset.left(), y), pos2(inset.right(), y)], Stroke::new(1.0, ink));
-            }
-        }
-    }
 }

@@ -1,13 +1,14 @@
-//! Words in their rooms: never cut, never over one another, and in the accessibility tree.
+//! Words in their rooms: never cut, never over one another, and in the accessibility tree ([`super::tree`]).
 //!
 //! A distance that has lost a digit is another distance. So each piece of text has a room of its own; where it is wider than that, its
 //! type becomes smaller; and what is wider still at the smallest type is words and not numbers, and ends in an ellipsis.
 
-use egui::{Align2, Color32, FontId, Id, Rect, Role, Sense, Ui, WidgetInfo, vec2};
+use egui::{Align2, Color32, FontId, Rect, Role, Ui, vec2};
 
+use super::tree;
 use crate::colours;
 use crate::model::Tone;
-use crate::sizes::{SMALLEST, Screen};
+use crate::sizes::{SMALLEST_PART, Screen};
 use picture::{Rgb, palette};
 
 /// A piece of text where it stands.
@@ -44,17 +45,32 @@ pub struct Type {
     pub align: Align2,
 }
 
-/// The red of alarms and the violet of replays, brighter: words stand on them in black, with a contrast of 7.
-const ALARM_BAND: Rgb = Rgb(0xff, 0x6a, 0x7e);
-const REPLAY_BAND: Rgb = Rgb(0xc7, 0x7a, 0xff);
-/// The type becomes no smaller than this part of what is asked.
-const SMALLEST_PART: f32 = 0.6;
+/// The red of alarms, brighter: words stand on it in black, with a contrast of 7.
+const ALARM_BAND: Rgb = Rgb(0xff, 0x5c, 0x74);
+/// The violet of replays, darker: words stand on it in white. No violet that is bright enough for black words is told apart from the
+/// tube by a deuteranope.
+const REPLAY_BAND: Rgb = Rgb(0x78, 0x28, 0xc8);
+
+/// Stands for a name in letters that the type does not have.
+pub(super) const UNREADABLE: &str = "NAME IN OTHER LETTERS";
 
 impl Words {
-    /// Puts `text` into `room`, and its name into the tree.
+    /// Puts `text` into `room`, and into the tree.
     pub fn put(&mut self, ui: &Ui, room: Rect, text: &str, how: Type) {
+        self.put_as(ui, room, text, how, Role::Label);
+    }
+
+    /// The same for words that are more than a label: a state that is to be said when it changes.
+    pub fn put_as(&mut self, ui: &Ui, room: Rect, text: &str, how: Type, role: Role) {
+        if let Some(covers) = self.paint(ui, room, text, how) {
+            tree::word(ui, room, covers, text, role);
+        }
+    }
+
+    /// Puts `text` into `room` and leaves its name to whoever calls; returns what it covers.
+    pub(super) fn paint(&mut self, ui: &Ui, room: Rect, text: &str, how: Type) -> Option<Rect> {
         if text.is_empty() {
-            return;
+            return None;
         }
         let layout = |text: &str, size: f32| {
             let font = FontId::monospace(size);
@@ -63,11 +79,11 @@ impl Words {
         let mut size = how.size;
         let mut painted = text.to_owned();
         let mut galley = layout(text, size);
-        if galley.size().x > room.width() {
-            size = (size * room.width() / galley.size().x)
-                .max(how.size * SMALLEST_PART)
-                .floor()
-                .max(1.0);
+        // Once by the ratio, and then pixel by pixel: widths do not go exactly with the type's size.
+        let smallest = (how.size * SMALLEST_PART).floor().max(1.0);
+        while galley.size().x > room.width() && size > smallest {
+            let ratio = room.width() / galley.size().x;
+            size = (size * ratio).floor().clamp(smallest, (size - 1.0).max(smallest));
             galley = layout(text, size);
         }
         while galley.size().x > room.width() && !painted.is_empty() {
@@ -84,7 +100,7 @@ impl Words {
             size,
             colours: [how.colour, how.ground],
         });
-        name(ui, covers, text, self.0.len());
+        Some(covers)
     }
 
     /// Whether the tree and the screen say `text` somewhere.
@@ -103,12 +119,6 @@ fn shorter(text: &str) -> String {
     }
 }
 
-/// Tells those who cannot see the screen, and tests, what stands there.
-fn name(ui: &Ui, rect: Rect, text: &str, number: usize) {
-    let response = ui.interact(rect, Id::unique(("words", number)), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, text));
-}
-
 /// The colour of a tone.
 pub fn colour(tone: Tone) -> Color32 {
     colours::of(match tone {
@@ -120,20 +130,33 @@ pub fn colour(tone: Tone) -> Color32 {
     })
 }
 
+/// Whether the type has every letter of a name. Of those that it does not have it would make boxes, the same for every name.
+pub(super) fn has_letters(ui: &Ui, name: &str, size: f32) -> bool {
+    ui.fonts_mut(|fonts| fonts.has_glyphs(&FontId::monospace(size), name))
+}
+
+/// Words on a band of a tone.
+pub(super) const fn on_band(tone: Tone) -> Color32 {
+    match tone {
+        Tone::Replay => Color32::WHITE,
+        Tone::Live | Tone::Quiet | Tone::Warning | Tone::Alarm => Color32::BLACK,
+    }
+}
+
 /// A screen on which nothing could be read says so and nothing else.
-pub fn too_small(ui: &Ui, screen: Screen, words: &mut Words) {
+pub fn too_small(ui: &Ui, screen: Screen, [least_width, least_height]: [u32; 2], words: &mut Words) {
     let [width, height] = screen.pixels;
     let room = Rect::from_min_size(egui::Pos2::ZERO, vec2(width as f32, height as f32));
     ui.painter().rect_filled(room, 0.0, colour(Tone::Alarm));
     let how = Type {
         size: 24.0,
-        colour: colours::ON_BAND,
+        colour: on_band(Tone::Alarm),
         ground: colour(Tone::Alarm),
         align: Align2::CENTER_CENTER,
     };
-    let [least_width, least_height] = SMALLEST;
     let (upper, lower) = room.split_top_bottom_at_fraction(0.5);
-    words.put(ui, upper, &format!("SCREEN TOO SMALL: {width} x {height}"), how);
+    let what = format!("SCREEN TOO SMALL: {width} x {height}");
+    words.put_as(ui, upper, &what, how, tree::role(Tone::Alarm));
     words.put(
         ui,
         lower,

@@ -1,0 +1,190 @@
+//! Each action is found by its name in the accessibility tree, and what it is clicked for is what its key does; keys and touches without a
+//! tree as well.
+
+use std::collections::BTreeSet;
+
+use egui::{Event, Key, Modifiers, Role};
+use egui_kittest::kittest::Queryable as _;
+
+use super::samples::{held, replay};
+use super::stage::{stage, told};
+use super::{monitor, sample, shown};
+use crate::model::Model;
+use crate::screen::{Look, Wish};
+use crate::sizes::Sizes;
+
+/// An action: its name, its key, and what it is for.
+type Action = (&'static str, Key, Wish);
+
+fn always() -> Vec<Action> {
+    vec![
+        ("Target before", Key::PageUp, Wish::NextTarget { is_forward: false }),
+        ("Next target", Key::PageDown, Wish::NextTarget { is_forward: true }),
+        ("Mark", Key::Space, Wish::Mark),
+        ("Screenshot", Key::F9, Wish::Shot),
+        ("Hold", Key::F6, Wish::Hold),
+    ]
+}
+
+fn of_a_replay() -> Vec<Action> {
+    vec![
+        ("Back 5 s", Key::ArrowLeft, Wish::Skip(-5)),
+        ("Pause", Key::P, Wish::Pause),
+        ("Step", Key::S, Wish::Step),
+        ("On 5 s", Key::ArrowRight, Wish::Skip(5)),
+    ]
+}
+
+fn enlarged() -> Look {
+    Look {
+        enlarged: Some(1),
+        ..Look::default()
+    }
+}
+
+/// What is wished by a click of the pointer, by a click of whoever reads the tree, and by the key.
+fn wished(model: &Model, look: &Look, (name, key, _): &Action) -> [Vec<Wish>; 3] {
+    let new = || stage(model.clone(), monitor([1920, 1080]), look.clone());
+    let mut pointer = new();
+    pointer.get_by_role_and_label(Role::Button, name).click();
+    pointer.run();
+    let mut reader = new();
+    reader.get_by_label(name).click_accesskit();
+    reader.run();
+    let mut pressed = new();
+    pressed.key_press(*key);
+    pressed.run();
+    [pointer, reader, pressed].map(|harness| harness.into_state().wishes)
+}
+
+#[test]
+fn a_click_on_a_name_does_what_its_key_does() {
+    let navigation = sample(37.4, 1.3).model();
+    let mut cases: Vec<(Model, Look, Action)> = Vec::new();
+    cases.extend(
+        always()
+            .into_iter()
+            .map(|action| (navigation.clone(), Look::default(), action)),
+    );
+    let all = always().into_iter().chain(of_a_replay());
+    cases.extend(all.map(|action| (replay().model(), Look::default(), action)));
+    cases.push((held().model(), Look::default(), ("Follow", Key::F6, Wish::Hold)));
+    let show_all = ("All views", Key::Escape, Wish::Enlarge(None));
+    cases.push((navigation, enlarged(), show_all));
+    for (model, look, action) in cases {
+        let [pointer, reader, key] = wished(&model, &look, &action);
+        let wish = [action.2.clone()];
+        assert_eq!(
+            (&pointer[..], &reader[..], &key[..]),
+            (&wish[..], &wish[..], &wish[..]),
+            "{action:?}"
+        );
+    }
+}
+
+#[test]
+fn an_image_is_enlarged_by_its_name() {
+    let model = sample(37.4, 1.3).model();
+    for cell in &model.cells {
+        let mut harness = stage(model.clone(), monitor([1920, 1080]), Look::default());
+        let [left, ..] = cell.letters.as_ref().unwrap();
+        let name = format!("{}, {left} at the left", cell.title);
+        let image = harness.get_by_label_contains(&name);
+        image.click();
+        harness.run();
+        assert_eq!(harness.state().wishes, [Wish::Enlarge(Some(cell.view))]);
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_not_there() {
+    let mut navigation = stage(sample(37.4, 1.3).model(), monitor([1920, 1080]), Look::default());
+    let absent = of_a_replay().into_iter().chain([
+        ("Follow", Key::Enter, Wish::Hold),
+        ("All views", Key::Escape, Wish::Enlarge(None)),
+    ]);
+    for (name, key, _) in absent {
+        assert!(navigation.query_by_label(name).is_none(), "{name}");
+        navigation.key_press(key);
+    }
+    navigation.run();
+    assert_eq!(navigation.state().wishes, []);
+    let alone = Look {
+        only_sight: true,
+        ..Look::default()
+    };
+    let sight = stage(sample(37.4, 1.3).model(), monitor([1024, 768]), alone);
+    assert_eq!(sight.query_all_by_role(Role::Image).count(), 0);
+}
+
+/// Each key of the guide is a button's, and each button's key is in the guide.
+#[test]
+fn the_guide_names_every_key_and_no_other() {
+    let guide = include_str!("../../../../docs/window.md");
+    let keys = guide.split("## Keys").nth(1).unwrap().split("\n## ").next().unwrap();
+    let first_column = keys
+        .lines()
+        .filter_map(|line| line.strip_prefix("| ")?.split(" |").next());
+    let mut named: BTreeSet<&str> = first_column
+        .filter(|cell| *cell != "key" && !cell.contains("click"))
+        .flat_map(|cell| cell.split(", "))
+        .collect();
+    // It stands in the row of the click that it undoes.
+    assert!(keys.contains("; Esc shows all again"));
+    named.insert("Esc");
+    let mut found = BTreeSet::new();
+    for (model, look) in [(sample(37.4, 1.3).model(), enlarged()), (replay().model(), enlarged())] {
+        found.extend(
+            told(&stage(model, monitor([1920, 1080]), look))
+                .into_iter()
+                .filter_map(|node| node.key),
+        );
+    }
+    assert_eq!(named, found.iter().map(String::as_str).collect());
+}
+
+#[test]
+fn every_button_has_its_key_and_its_name() {
+    let model = sample(30.0, 1.0).model();
+    let key = |key| Event::Key {
+        key,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    };
+    for (pressed, wish) in [
+        (Key::Space, Wish::Mark),
+        (Key::F9, Wish::Shot),
+        (Key::F6, Wish::Hold),
+        (Key::PageUp, Wish::NextTarget { is_forward: false }),
+        (Key::PageDown, Wish::NextTarget { is_forward: true }),
+    ] {
+        let outcome = shown(&model, monitor([1920, 1080]), &Look::default(), vec![key(pressed)]);
+        assert_eq!(outcome.wishes, [wish]);
+    }
+    // What steers a replay does nothing in a navigation.
+    let outcome = shown(
+        &model,
+        monitor([1920, 1080]),
+        &Look::default(),
+        vec![key(Key::S), key(Key::P)],
+    );
+    assert_eq!(outcome.wishes, []);
+}
+
+#[test]
+fn a_touch_on_an_image_enlarges_it() {
+    let model = sample(30.0, 1.0).model();
+    let screen = monitor([1920, 1080]);
+    let at = Sizes::of(screen, 7).unwrap().cells[1].center();
+    let button = |pressed| Event::PointerButton {
+        pos: at,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    let touch = vec![Event::PointerMoved(at), button(true), button(false)];
+    let outcome = shown(&model, screen, &Look::default(), touch);
+    assert_eq!(outcome.wishes, [Wish::Enlarge(Some(model.cells[1].view))]);
+}
