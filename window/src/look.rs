@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use scene::Scene;
 
-use crate::screen::Look;
+use crate::screen::{Look, Views};
 
 /// A view's name and some room.
 const MOST_BYTES: u64 = 4096;
@@ -17,10 +17,15 @@ fn path(run_dir: &Path, window: &str) -> PathBuf {
 /// The arrangement in the file; that of a new window where there is none, or one of another scene.
 pub fn read(run_dir: &Path, window: &str, scene: &Scene) -> Look {
     let text = scene::file::read_text(&path(run_dir, window), MOST_BYTES).unwrap_or_default();
-    let name = text.lines().find_map(|line| line.strip_prefix("enlarged = "));
-    let enlarged = name.and_then(|name| scene.views.iter().position(|view| view.name == name));
+    let value = |key: &str| {
+        text.lines()
+            .find_map(|line| line.strip_prefix(key)?.strip_prefix(" = "))
+    };
+    let of_name = |name: &str| scene.views.iter().position(|view| view.name == name);
+    let of_word = |word: &str| Views::ALL.into_iter().find(|views| views.word() == word);
     Look {
-        enlarged,
+        enlarged: value("enlarged").and_then(of_name),
+        views: value("views").and_then(of_word).unwrap_or_default(),
         ..Look::default()
     }
 }
@@ -34,7 +39,8 @@ pub fn write(run_dir: &Path, window: &str, look: &Look, scene: &Scene) -> Result
         .enlarged
         .and_then(|view| scene.views.get(view))
         .map(|view| view.name.as_str());
-    let text = name.map(|name| format!("enlarged = {name}\n")).unwrap_or_default();
+    let enlarged = name.map(|name| format!("enlarged = {name}\n")).unwrap_or_default();
+    let text = format!("{enlarged}views = {}\n", look.views.word());
     let path = path(run_dir, window);
     // Whole or not at all: a window may be killed while it writes.
     let aside = path.with_extension("look.new");

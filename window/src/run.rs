@@ -227,12 +227,11 @@ impl Window {
             Wish::Enlarge(view) => {
                 // The same again shows all.
                 self.look.enlarged = view.filter(|_| self.look.enlarged != *view);
-                look::write(
-                    &self.process.run.dir,
-                    self.process_name(),
-                    &self.look,
-                    &self.process.scene,
-                )
+                self.keep_look()
+            }
+            Wish::Views(views) => {
+                self.look.views = *views;
+                self.keep_look()
             }
             Wish::Shot => self.shot(),
             wish => {
@@ -251,6 +250,11 @@ impl Window {
         bus::stderr_line!("window: {why}");
         self.look.note = why;
         self.said_until_ns = self.process.clock().now_ns() + clock::ns(SAID);
+    }
+
+    fn keep_look(&self) -> Result<(), String> {
+        let (run, scene) = (&self.process.run, &self.process.scene);
+        look::write(&run.dir, self.process_name(), &self.look, scene)
     }
 
     fn process_name(&self) -> &'static str {

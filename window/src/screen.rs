@@ -5,6 +5,7 @@ mod buttons;
 mod cell;
 mod sight;
 mod tree;
+mod views;
 pub mod words;
 
 use std::sync::Arc;
@@ -12,9 +13,10 @@ use std::sync::Arc;
 use egui::{Context, FontData, FontDefinitions, FontFamily, TextureId, Ui};
 
 use crate::colours;
-use crate::model::Model;
+use crate::model::{Cell, Model};
 use crate::sizes::{Screen, Sizes, smallest};
 pub use bar::Shown;
+pub use views::Views;
 use words::Words;
 
 /// What a person wishes, by a key, a button or a touch.
@@ -33,6 +35,8 @@ pub enum Wish {
     Hold,
     /// Enlarge the image of this view, or show all again.
     Enlarge(Option<usize>),
+    /// Show these images.
+    Views(Views),
     /// A replay: stand still, or go on.
     Pause,
     /// A replay: one pose on.
@@ -46,6 +50,8 @@ pub enum Wish {
 pub struct Look {
     /// The view whose image fills the screen.
     pub enlarged: Option<usize>,
+    /// Which images are shown where none is enlarged.
+    pub views: Views,
     /// The sight alone, for a second display.
     pub only_sight: bool,
     /// Why the last wish was refused; not kept.
@@ -98,18 +104,23 @@ pub const fn texture(view: usize) -> TextureId {
 /// Lays the screen out. `ui` covers it all, in pixels.
 pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome {
     let mut outcome = Outcome::default();
-    let images = if look.only_sight { 0 } else { model.cells.len() };
+    let shown = if look.only_sight {
+        Vec::new()
+    } else {
+        look.views.of(&model.cells)
+    };
+    let images = shown.len();
     let Some(sizes) = Sizes::of(screen, images) else {
         words::too_small(ui, screen, smallest(images), &mut outcome.words);
         return outcome;
     };
     outcome.code = Some(bar::show(ui, model, (&sizes, &look.note), &mut outcome.words));
-    cells(ui, model, &sizes, look, &mut outcome);
+    cells((ui, model, &shown), &sizes, look, &mut outcome);
     buttons::show(ui, model, &sizes, look, &mut outcome);
     outcome
 }
 
-fn cells(ui: &mut Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: &mut Outcome) {
+fn cells((ui, model, shown): (&mut Ui, &Model, &[&Cell]), sizes: &Sizes, look: &Look, outcome: &mut Outcome) {
     let enlarged = look
         .enlarged
         .and_then(|view| model.cells.iter().find(|cell| cell.view == view));
@@ -121,10 +132,8 @@ fn cells(ui: &mut Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: &mut O
     }
     sight::show(ui, model, sizes.cells[sizes.sight], sizes, &mut outcome.words);
     let rects = sizes.cells.iter().enumerate().filter(|(k, _)| *k != sizes.sight);
-    if !look.only_sight {
-        for (cell, (_, rect)) in model.cells.iter().zip(rects) {
-            cell::show(ui, cell, *rect, sizes, outcome);
-        }
+    for (cell, (_, rect)) in shown.iter().zip(rects) {
+        cell::show(ui, cell, *rect, sizes, outcome);
     }
 }
 

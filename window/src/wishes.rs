@@ -88,7 +88,7 @@ impl Asked {
                 self.replayer(Command::with_number(CommandKind::Seek, to_s))
             }
             // Of this screen alone.
-            Wish::Shot | Wish::Enlarge(_) => return Ok(()),
+            Wish::Shot | Wish::Enlarge(_) | Wish::Views(_) => return Ok(()),
         };
         let asked = asked?;
         if self.open.len() == MOST_OPEN {

@@ -17,7 +17,7 @@ pub(super) struct Keyboard {
 }
 
 /// The keys that the screen knows, by the X keysym of their first sign.
-const KEYS: [(u32, Key); 22] = [
+const KEYS: [(u32, Key); 23] = [
     (0x0020, Key::Space),
     (0xff0d, Key::Enter),
     (0xff1b, Key::Escape),
@@ -40,6 +40,7 @@ const KEYS: [(u32, Key); 22] = [
     (0xffc7, Key::F10),
     (0x0070, Key::P),
     (0x0073, Key::S),
+    (0x0076, Key::V),
 ];
 
 impl Keyboard {

@@ -14,6 +14,8 @@ pub struct Cell {
     pub view: usize,
     /// For people, and its name in the accessibility tree.
     pub title: String,
+    /// Whether it shows the whole body or what lies before the tip.
+    pub extent: Extent,
     /// Columns and rows; `None` where there is no image.
     pub size: Option<[u32; 2]>,
     /// Letters of the patient's directions at left, right, top and bottom; `None` where the image has no place in the patient.
@@ -42,6 +44,7 @@ fn cell(known: &Known<'_>, index: usize, state: &ScreenState) -> Cell {
     Cell {
         view: index,
         title: title(&known.scene.views[index]),
+        extent: known.scene.views[index].extent,
         size: header.map(|header| [header.width, header.height]),
         letters: placed.as_ref().map(sides),
         pixel_mm: placed.as_ref().map(SlicePlane::pixel_mm),

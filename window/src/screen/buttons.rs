@@ -47,6 +47,8 @@ fn buttons(model: &Model, look: &Look) -> Vec<Button> {
     ];
     if look.enlarged.is_some() {
         all.push(button("All views", "Esc", Key::Escape, Wish::Enlarge(None)));
+    } else if let (Some(next), false) = (look.views.next(&model.cells), look.only_sight) {
+        all.push(button("Views", "V", Key::V, Wish::Views(next)));
     }
     if model.state.is_replay {
         all.push(button("Back 5 s", "Left", Key::ArrowLeft, Wish::Skip(-5)));

@@ -1,6 +1,7 @@
 //! The screen itself: where words stand, what they say, and what keys and touches do.
 
 mod actions;
+mod depth;
 mod lost;
 mod paint;
 mod palette;
@@ -10,6 +11,7 @@ mod samples;
 mod sheet;
 mod stage;
 mod tree;
+mod views;
 
 use bus::message::{Chosen, FrameState, Guide, Identity, IdentitySource, Lost};
 use egui::{Event, RawInput, Rect, vec2};

@@ -10,7 +10,7 @@ use super::samples::{held, replay};
 use super::stage::{stage, told};
 use super::{monitor, sample, shown};
 use crate::model::Model;
-use crate::screen::{Look, Wish};
+use crate::screen::{Look, Views, Wish};
 use crate::sizes::Sizes;
 
 /// An action: its name, its key, and what it is for.
@@ -23,6 +23,7 @@ fn always() -> Vec<Action> {
         ("Mark", Key::Space, Wish::Mark),
         ("Screenshot", Key::F9, Wish::Shot),
         ("Hold", Key::F6, Wish::Hold),
+        ("Views", Key::V, Wish::Views(Views::Local)),
     ]
 }
 
@@ -133,9 +134,15 @@ fn the_guide_names_every_key_and_no_other() {
     assert!(keys.contains("; Esc shows all again"));
     named.insert("Esc");
     let mut found = BTreeSet::new();
-    for (model, look) in [(sample(37.4, 1.3).model(), enlarged()), (replay().model(), enlarged())] {
+    let navigation = sample(37.4, 1.3).model();
+    let all = [
+        (&navigation, Look::default()),
+        (&navigation, enlarged()),
+        (&replay().model(), enlarged()),
+    ];
+    for (model, look) in all {
         found.extend(
-            told(&stage(model, monitor([1920, 1080]), look))
+            told(&stage(model.clone(), monitor([1920, 1080]), look))
                 .into_iter()
                 .filter_map(|node| node.key),
         );
