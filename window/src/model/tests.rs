@@ -325,7 +325,7 @@ fn an_error_that_is_not_known_is_never_on_target() {
 
 #[test]
 fn rec_stands_only_where_all_is_recorded() {
-    use bus::message::{Counters, NOT_RECORDING, ProcessState};
+    use bus::message::{Counters, NOT_RECORDING, ProcessState, RECORDED_ANEW};
     let words = |state, lost, note: &str, age_ns| {
         let counters = Counters {
             lost,
@@ -347,6 +347,11 @@ fn rec_stands_only_where_all_is_recorded() {
         NOT_RECORDING
     );
     assert_eq!(words(ready, 3, "300 on disk", 0), "REC HAS GAPS: 3 lost");
+    // The one before was killed, and half a second of poses was in no file: REC stood there as if nothing had been.
+    assert_eq!(
+        words(ready, 0, &format!("300 on disk; {RECORDED_ANEW}"), 0),
+        "REC HAS GAPS"
+    );
     assert_eq!(words(ready, 0, "300 on disk", 3_000_000_000), "RECORDER SILENT");
     assert_eq!(words(ProcessState::Starting, 0, "joined", 0), "NOT RECORDING YET");
     assert!(!words(ProcessState::Stopping, 0, "asked to stop", 0).starts_with("REC "));
