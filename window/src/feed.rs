@@ -110,7 +110,11 @@ impl Feed {
                 let of_pose = |frame: &&Rc<Frame>| PoseId::of(&frame.header().stamp) == pose;
                 self.chosen
                     .extend(self.held.iter().map(|frame| frame.as_ref().filter(of_pose).cloned()));
-                self.set = Some(Set::One(pose));
+                let missing = self.chosen.iter().filter(|frame| frame.is_none()).count();
+                self.set = Some(match missing {
+                    0 => Set::One(pose),
+                    missing => Set::Mixed { poses: 0, missing },
+                });
             }
             None => {
                 self.chosen.extend(self.gather.frames().map(|frame| frame.cloned()));
@@ -138,9 +142,19 @@ impl Feed {
             .iter()
             .flatten()
             .max_by_key(|header| header.stamp.t_capture_ns)?;
-        let id = PoseId::of(&shown.stamp);
-        let is_shown = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
-        self.poses.iter().rev().find(is_shown).copied()
+        self.pose(PoseId::of(&shown.stamp))
+    }
+
+    /// The pose that is held, where the image of a view is missing: whoever holds without a screen has none drawn, nor has a recording.
+    pub fn held_undrawn(&self) -> Option<ToolPose> {
+        let held = self.guide.and_then(|guide| guide.held())?;
+        let is_missing = self.chosen.iter().any(Option::is_none);
+        self.pose(held).filter(|_| is_missing)
+    }
+
+    fn pose(&self, id: PoseId) -> Option<ToolPose> {
+        let is_it = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
+        self.poses.iter().rev().find(is_it).copied()
     }
 
     /// The guide as it came last.

@@ -143,6 +143,9 @@ impl Window {
         }
         let now = self.now();
         let set = self.feed.choose(now.session_ns, stale_ns(&self.process.scene));
+        if let Err(why) = self.asked.draw_held(&self.feed, now.run_ns) {
+            self.say(why);
+        }
         if self.is_due(set, now.run_ns) {
             self.paint(set, now)?;
         }

@@ -220,6 +220,21 @@ fn what_is_held_says_so() {
     let model = held.model();
     assert_eq!((model.state.word.as_str(), model.state.is_held), ("HELD", true));
     assert!(model.sight.is_err() && !model.state.follows);
+    assert_eq!(model.state.detail, "pose 20 ms old");
+    let replay = Sample {
+        is_replay: true,
+        ..held.clone()
+    };
+    assert_eq!(replay.model().state.detail, "pose 20 ms old, not the present");
+    let undrawn = Sample {
+        headers: vec![None; 7],
+        ..held
+    };
+    let state = undrawn.model().state;
+    assert_eq!(
+        (state.word.as_str(), state.detail.as_str()),
+        ("NO IMAGES", "no view has sent an image of the pose that is held")
+    );
 }
 
 #[test]
