@@ -10,7 +10,7 @@ use bus::run::ReplayOf;
 use bus::{BusError, session::Session};
 use scene::Scene;
 
-use crate::model::{Known, Recorded};
+use crate::model::{Known, Recorded, sighted};
 use crate::ports::Ports;
 
 /// As many poses as are kept for the sight: four seconds of sixty a second.
@@ -136,12 +136,8 @@ impl Feed {
     }
 
     /// The pose of the image that the sight is of, or of any image: what is held when a person holds.
-    pub fn pose_shown(&self) -> Option<ToolPose> {
-        let shown = self
-            .headers
-            .iter()
-            .flatten()
-            .max_by_key(|header| header.stamp.t_capture_ns)?;
+    pub fn pose_shown(&self, scene: &Scene) -> Option<ToolPose> {
+        let shown = sighted(scene, &self.headers)?;
         self.pose(PoseId::of(&shown.stamp))
     }
 

@@ -53,18 +53,9 @@ pub struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// The image that the sight and the numbers are in step with: that across the tube, or else that of the newest pose.
+    /// The image that the sight and the numbers are in step with.
     fn sighted(&self) -> Option<FrameHeader> {
-        let views = self.scene.views.iter().zip(self.headers);
-        let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
-        let newest = || {
-            self.headers
-                .iter()
-                .flatten()
-                .max_by_key(|header| header.stamp.t_capture_ns)
-                .copied()
-        };
-        across.find_map(|(_, header)| *header).or_else(newest)
+        sighted(self.scene, self.headers)
     }
 
     /// The pose of an image, with what images do not carry; `None` where it has not come.
@@ -78,6 +69,17 @@ impl Known<'_> {
     pub fn ages(&self) -> Ages {
         Ages::of(&self.scene.limits)
     }
+}
+
+/// Of the images shown, that which the sight and the numbers are in step with: that across the tube, or else that of the newest pose.
+pub(crate) fn sighted(scene: &Scene, headers: &[Option<FrameHeader>]) -> Option<FrameHeader> {
+    let views = scene.views.iter().zip(headers);
+    let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
+    let newest = || {
+        let headers = headers.iter().flatten();
+        headers.max_by_key(|header| header.stamp.t_capture_ns).copied()
+    };
+    across.find_map(|(_, header)| *header).or_else(newest)
 }
 
 /// The examination that a recording was made in.

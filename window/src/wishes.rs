@@ -75,7 +75,7 @@ impl Asked {
                 self.pilot(Command::with_text(CommandKind::Choose, &name))
             }
             Wish::Mark => self.pilot(Command::with_text(CommandKind::Mark, "marked on the screen")),
-            Wish::Hold => self.hold(feed),
+            Wish::Hold => self.hold(feed, scene),
             Wish::Pause => {
                 let is_paused = replay.is_some_and(|(law, _)| law.replay_state() == ReplayState::Paused);
                 self.replayer(Command::new(if is_paused {
@@ -162,11 +162,11 @@ impl Asked {
     }
 
     /// Has every view drawn of the pose shown, and then says that it is held; or follows again.
-    fn hold(&self, feed: &Feed) -> Result<Open, String> {
+    fn hold(&self, feed: &Feed, scene: &Scene) -> Result<Open, String> {
         if feed.guide().is_some_and(|guide| guide.held().is_some()) {
             return self.pilot(Command::new(CommandKind::Follow));
         }
-        let pose: ToolPose = feed.pose_shown().ok_or("there is no pose to hold")?;
+        let pose: ToolPose = feed.pose_shown(scene).ok_or("there is no pose to hold")?;
         Ok(Open {
             pending: self.render(pose)?,
             then: Some(Command::hold(pose)),

@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 use bus::Bus;
 use bus::clock::monotonic_ns;
 use bus::gather::{PoseId, Set};
-use bus::message::{FrameHeader, FrameStamp, Guide, ToolPose};
+use bus::message::{Command, CommandKind, FrameHeader, FrameStamp, Guide, ToolPose};
 use bus::port::{CommandServer, FramePublisher, Publisher, VolumeSubscriber};
 use bus::run::RunContext;
 use bus::topic::{GUIDE, HELD_FRAME, TOOL_POSE, VIEW_FRAME};
 use scene::{Plane, Scene};
 use window::feed::{Feed, stale_ns};
 use window::ports::Ports;
+use window::screen::Wish;
 use window::wishes::Asked;
 
 /// A run with its renderers and its pilot, which answer when they are told to, and what a window has of it.
@@ -25,6 +26,7 @@ struct Rig {
     poses: Publisher<ToolPose>,
     guides: Publisher<Guide>,
     renderers: Vec<CommandServer>,
+    pilot: CommandServer,
     asked: Asked,
     feed: Feed,
     ports: Ports,
@@ -53,6 +55,7 @@ impl Rig {
             poses: Publisher::open(&bus, &TOOL_POSE, "").unwrap(),
             guides: Publisher::open(&bus, &GUIDE, "").unwrap(),
             renderers: renderers.map(serve).collect(),
+            pilot: CommandServer::open(&bus, "pilot").unwrap(),
             asked: Asked::open(&bus, &scene, false, PathBuf::new()).unwrap(),
             feed: Feed::new(scene.views.len(), VolumeSubscriber::open(&bus).unwrap()),
             ports: Ports::open(&bus, &scene).unwrap(),
@@ -90,6 +93,12 @@ impl Rig {
         set
     }
 
+    fn hold_or_follow(&mut self) {
+        self.asked
+            .carry_out(&Wish::Hold, &self.feed, &self.scene, None)
+            .unwrap();
+    }
+
     /// The renderers draw what was asked for first; returns of which pose.
     fn draw(&self) -> Option<u64> {
         let mut drawn = None;
@@ -103,6 +112,16 @@ impl Rig {
             request.reply(Ok("drawn")).unwrap();
         }
         drawn
+    }
+
+    /// The pilot does what was asked for first; returns what that was.
+    fn obey(&self) -> Option<Command> {
+        let request = self.pilot.next().unwrap()?;
+        let command = *request.command();
+        let held = (command.command_kind() == Some(CommandKind::Hold)).then(|| id(&command.pose));
+        self.guides.send(Guide::default().holding(held)).unwrap();
+        request.reply(Ok("")).unwrap();
+        Some(command)
     }
 }
 
@@ -147,4 +166,27 @@ fn a_pose_that_is_held_without_this_window_is_drawn() {
     assert_eq!((rig.draw(), rig.draw()), (Some(7), None));
     assert_eq!(rig.turn(), Some(Set::One(id(&pose))));
     assert!(rig.feed.frames().iter().all(Option::is_some));
+}
+
+/// Where views differ it was the newest pose, of an image that the sight with its numbers is not of.
+#[test]
+fn where_views_differ_the_pose_of_the_sight_is_held() {
+    let mut rig = Rig::new();
+    let pose = rig.pose(7, |_| true);
+    rig.turn();
+    // Of the next pose all have come but that across the tube; of the first the others have been passed over.
+    for seq in [8, 9, 10] {
+        rig.pose(seq, |plane| plane != Plane::Perpendicular);
+        rig.turn();
+    }
+    std::thread::sleep(rig.scene.limits.stale);
+    assert!(matches!(rig.turn(), Some(Set::Mixed { missing: 0, .. })));
+    rig.hold_or_follow();
+    assert_eq!(rig.draw(), Some(7));
+    rig.turn();
+    let asked = rig.obey().unwrap();
+    assert_eq!(
+        (asked.command_kind(), id(&asked.pose)),
+        (Some(CommandKind::Hold), id(&pose))
+    );
 }
