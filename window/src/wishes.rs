@@ -145,7 +145,8 @@ impl Asked {
             t_capture_ns: pose.t_capture_ns,
         };
         let was_asked = |(asked, at_ns): (PoseId, i64)| asked == id && now_ns.saturating_sub(at_ns) <= PATIENCE_NS;
-        if self.drawn.is_some_and(was_asked) || self.open.len() == MOST_OPEN {
+        // A renderer is asked for one thing at a time.
+        if self.drawn.is_some_and(was_asked) || !self.open.is_empty() {
             return Ok(());
         }
         self.drawn = Some((id, now_ns));
@@ -162,9 +163,14 @@ impl Asked {
     }
 
     /// Has every view drawn of the pose shown, and then says that it is held; or follows again.
-    fn hold(&self, feed: &Feed, scene: &Scene) -> Result<Open, String> {
+    fn hold(&mut self, feed: &Feed, scene: &Scene) -> Result<Open, String> {
         if feed.guide().is_some_and(|guide| guide.held().is_some()) {
+            // Who follows again has done with what she wished to hold before, though its images are still being drawn.
+            self.open.retain(|open| open.then.is_none());
             return self.pilot(Command::new(CommandKind::Follow));
+        }
+        if self.open.iter().any(|open| open.then.is_some()) {
+            return Err("what is to be held is being drawn".to_owned());
         }
         let pose: ToolPose = feed.pose_shown(scene).ok_or("there is no pose to hold")?;
         Ok(Open {

@@ -190,3 +190,23 @@ fn where_views_differ_the_pose_of_the_sight_is_held() {
         (Some(CommandKind::Hold), id(&pose))
     );
 }
+
+/// Renderers took their time, and meanwhile another window held: the screen stood still again after somebody had followed.
+#[test]
+fn who_follows_again_is_not_held_by_an_earlier_wish() {
+    let mut rig = Rig::new();
+    let pose = rig.pose(7, |_| true);
+    rig.turn();
+    rig.hold_or_follow();
+    // A person who presses the key again meanwhile is told why nothing more happens.
+    let again = rig.asked.carry_out(&Wish::Hold, &rig.feed, &rig.scene, None);
+    assert_eq!(again.unwrap_err(), "what is to be held is being drawn");
+    rig.guides.send(Guide::default().holding(Some(id(&pose)))).unwrap();
+    rig.turn();
+    rig.hold_or_follow();
+    assert_eq!(rig.draw(), Some(7));
+    rig.turn();
+    assert_eq!(rig.obey().unwrap().command_kind(), Some(CommandKind::Follow));
+    rig.turn();
+    assert!(rig.obey().is_none());
+}
