@@ -221,6 +221,7 @@ fn what_is_held_says_so() {
     assert_eq!((model.state.word.as_str(), model.state.is_held), ("HELD", true));
     assert!(model.sight.is_err() && !model.state.follows);
     assert_eq!(model.state.detail, "pose 20 ms old");
+    assert!(model.cells.iter().all(|cell| cell.over.is_none()));
     let replay = Sample {
         is_replay: true,
         ..held.clone()
@@ -429,6 +430,9 @@ fn images_are_not_followed_before_the_workflow_allows_it() {
             (stage.word(), Tone::Warning)
         );
         assert!(!model.state.follows);
+        // They stood there bright, with the distances that are drawn on them.
+        let over = Some((Tone::Warning, stage.word().to_owned()));
+        assert!(model.cells.iter().all(|cell| cell.over == over), "{:?}", model.cells);
     }
 }
 
