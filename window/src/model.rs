@@ -14,7 +14,9 @@ pub use sight::{Aimed, aimed};
 pub use state::{ScreenState, Tone, state};
 
 use bus::gather::{PoseId, Set};
-use bus::message::{Ages, FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
+use bus::message::{
+    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow,
+};
 use scene::{Plane, Scene};
 
 /// What has come over the bus.
@@ -63,6 +65,20 @@ impl Known<'_> {
         let id = PoseId::of(&header.stamp);
         let is_it = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
         self.poses.iter().rev().find(is_it)
+    }
+
+    /// How many views show a pose that has long been none while others are live: nobody draws them, and the tracker is well. 0 where
+    /// there is a view that says itself that there is no pose, or none that is live.
+    fn standing_still(&self) -> usize {
+        let images = self.headers.iter().flatten().map(|header| header.stamp);
+        let is_lost = |state: Option<FrameState>| matches!(state, Some(FrameState::Lost(_)));
+        let is_live = |stamp: FrameStamp| stamp.state_at(self.now_ns, self.ages()) == Some(FrameState::Live);
+        match images.clone().any(|stamp| is_lost(stamp.frame_state())) || !images.clone().any(is_live) {
+            true => 0,
+            false => images
+                .filter(|stamp| is_lost(stamp.state_at(self.now_ns, self.ages())))
+                .count(),
+        }
     }
 
     /// When poses grow old.

@@ -123,6 +123,15 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
         );
     }
     if let Some(FrameState::Lost(reason)) = states().flatten().find(|state| matches!(state, FrameState::Lost(_))) {
+        let still = known.standing_still();
+        if still > 0 {
+            let views = known.headers.len();
+            return says(
+                Tone::Alarm,
+                "NO IMAGES",
+                &format!("{still} of {views} views stand still"),
+            );
+        }
         return says(Tone::Alarm, "NO POSE", reason.words());
     }
     if missing > 0 {

@@ -109,6 +109,25 @@ fn one_view_that_is_lost_or_foreign_takes_the_sight_from_all() {
     }
 }
 
+/// A renderer died, and the screen said NO POSE, tracker silent, while the tracker was well.
+#[test]
+fn a_view_that_nobody_draws_is_not_the_trackers_fault() {
+    let mut still = sample();
+    still.headers[2].as_mut().unwrap().stamp.t_capture_ns -= 60_000_000_000;
+    let model = still.model();
+    assert_eq!(
+        (model.state.word.as_str(), model.state.detail.as_str()),
+        ("NO IMAGES", "1 of 7 views stand still")
+    );
+    assert!(model.sight.is_err());
+    let over = |view| model.cells.iter().find(|cell| cell.view == view).unwrap().over.clone();
+    assert_eq!(over(2), Some((Tone::Alarm, "STANDS STILL, 60.0 s OLD".to_owned())));
+    assert_eq!(over(0), Some((Tone::Alarm, "NO IMAGES".to_owned())));
+    // Where the tracker is silent, renderers that live say so.
+    still.headers[1].as_mut().unwrap().stamp.state = Lost::Silent.code();
+    assert_eq!(still.model().state.word, "NO POSE");
+}
+
 #[test]
 fn images_of_different_poses_are_marked_and_the_sight_is_of_the_one_beside_it() {
     let mut mixed = sample();
