@@ -2,12 +2,13 @@
 
 use std::rc::Rc;
 
+use bus::BusError;
 use bus::clock;
 use bus::gather::{Gather, PoseId, Set};
 use bus::message::{FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
 use bus::port::{Frame, VolumeSubscriber};
-use bus::run::ReplayOf;
-use bus::{BusError, session::Session};
+use bus::run::{ReplayOf, RunContext};
+use bus::session::{SIMULATED_START_NS, Session};
 use scene::Scene;
 
 use crate::model::{Known, Recorded, sighted};
@@ -207,4 +208,35 @@ pub struct Now {
 /// The age at which a pose counts as old, ns.
 pub fn stale_ns(scene: &Scene) -> i64 {
     clock::ns(scene.limits.stale)
+}
+
+/// When the navigation began, ns on the session's clock: simulated time begins with it, and a replay's clock shows the recorded run's.
+pub fn began_ns(run: &RunContext) -> Option<i64> {
+    let began_ns = run.began_ns().filter(|_| run.replay.is_none());
+    match run.simulated_time {
+        true => began_ns.map(|_| SIMULATED_START_NS),
+        false => began_ns,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a machine that loaded for a minute, REC stood at 00:00:00 for the first minute of simulated time.
+    #[test]
+    fn simulated_time_begins_with_the_navigation() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut run = RunContext::new(folder.path(), 0).unwrap();
+        assert_eq!(began_ns(&run), None);
+        run.begin(60_000_000_000).unwrap();
+        assert_eq!(began_ns(&run), Some(60_000_000_000));
+        run.simulated_time = true;
+        assert_eq!(began_ns(&run), Some(SIMULATED_START_NS));
+        run.replay = Some(ReplayOf {
+            recording: "s.mcap".into(),
+            volume_hash: None,
+        });
+        assert_eq!(began_ns(&run), None);
+    }
 }
