@@ -52,8 +52,11 @@ fn identity(known: &Known<'_>) -> (String, Tone) {
         IdentitySource::Phantom => ("PHANTOM".to_owned(), Tone::Quiet),
         IdentitySource::Unknown => ("PATIENT NOT KNOWN".to_owned(), Tone::Warning),
         IdentitySource::Examination | IdentitySource::Scene => {
-            let name = if name.is_empty() { "NO NAME".to_owned() } else { name };
-            (name, Tone::Quiet)
+            // Spaces, or the signs between the parts of a name that has none, would be the same for every patient.
+            match name.chars().any(char::is_alphanumeric) {
+                true => (name, Tone::Quiet),
+                false => ("NO NAME".to_owned(), Tone::Warning),
+            }
         }
     }
 }

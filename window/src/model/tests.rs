@@ -296,6 +296,28 @@ fn another_patients_identity_is_none() {
     );
 }
 
+/// A blank stood where the patient's name stands, and nothing spoke against it.
+#[test]
+fn a_name_without_a_letter_is_no_name() {
+    for name in ["", " ", "^^^^", "\u{3000}", "\u{200b}", "-"] {
+        let identity = Identity::new(
+            VOLUME,
+            bus::message::IdentitySource::Examination,
+            [name, "4711", "", "", ""],
+        );
+        let facts = Sample {
+            identity: Some(identity),
+            ..sample()
+        };
+        let facts = facts.model().facts;
+        assert_eq!(
+            (facts.identity.as_str(), facts.identity_tone),
+            ("NO NAME", Tone::Warning),
+            "{name:?}"
+        );
+    }
+}
+
 /// Images that were asked for claim nothing of the present; on the topic of live ones they would be followed.
 #[test]
 fn an_image_that_was_asked_for_is_never_followed_as_live() {
