@@ -15,7 +15,7 @@ use x11rb::rust_connection::RustConnection;
 
 use crate::code::Place;
 use crate::sizes::Screen;
-use keys::Keyboard;
+use keys::{Keyboard, Released};
 use memory::Shared;
 
 pub use error::DisplayError;
@@ -47,6 +47,7 @@ pub struct Display {
     depth: u8,
     screen: Screen,
     keyboard: Keyboard,
+    released: Released,
     code_property: u32,
     pixels: Pixels,
 }
@@ -176,7 +177,7 @@ impl Display {
             events.push(event);
         }
         let mut happened = Vec::new();
-        for event in keys::without_repeats(events) {
+        for event in keys::without_repeats(events, &mut self.released) {
             match event {
                 XEvent::Expose(_) => happened.push(Happened::Exposed),
                 XEvent::ConfigureNotify(event) if event.window == self.window => {

@@ -2,15 +2,16 @@
 
 use std::rc::Rc;
 
+use bus::BusError;
 use bus::clock;
 use bus::gather::{Gather, PoseId, Set};
 use bus::message::{FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
 use bus::port::{Frame, VolumeSubscriber};
-use bus::run::ReplayOf;
-use bus::{BusError, session::Session};
+use bus::run::{ReplayOf, RunContext};
+use bus::session::{SIMULATED_START_NS, Session};
 use scene::Scene;
 
-use crate::model::{Known, Recorded};
+use crate::model::{Known, Recorded, sighted};
 use crate::ports::Ports;
 
 /// As many poses as are kept for the sight: four seconds of sixty a second.
@@ -110,7 +111,11 @@ impl Feed {
                 let of_pose = |frame: &&Rc<Frame>| PoseId::of(&frame.header().stamp) == pose;
                 self.chosen
                     .extend(self.held.iter().map(|frame| frame.as_ref().filter(of_pose).cloned()));
-                self.set = Some(Set::One(pose));
+                let missing = self.chosen.iter().filter(|frame| frame.is_none()).count();
+                self.set = Some(match missing {
+                    0 => Set::One(pose),
+                    missing => Set::Mixed { poses: 0, missing },
+                });
             }
             None => {
                 self.chosen.extend(self.gather.frames().map(|frame| frame.cloned()));
@@ -132,15 +137,21 @@ impl Feed {
     }
 
     /// The pose of the image that the sight is of, or of any image: what is held when a person holds.
-    pub fn pose_shown(&self) -> Option<ToolPose> {
-        let shown = self
-            .headers
-            .iter()
-            .flatten()
-            .max_by_key(|header| header.stamp.t_capture_ns)?;
-        let id = PoseId::of(&shown.stamp);
-        let is_shown = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
-        self.poses.iter().rev().find(is_shown).copied()
+    pub fn pose_shown(&self, scene: &Scene) -> Option<ToolPose> {
+        let shown = sighted(scene, &self.headers)?;
+        self.pose(PoseId::of(&shown.stamp))
+    }
+
+    /// The pose that is held, where the image of a view is missing: whoever holds without a screen has none drawn, nor has a recording.
+    pub fn held_undrawn(&self) -> Option<ToolPose> {
+        let held = self.guide.and_then(|guide| guide.held())?;
+        let is_missing = self.chosen.iter().any(Option::is_none);
+        self.pose(held).filter(|_| is_missing)
+    }
+
+    fn pose(&self, id: PoseId) -> Option<ToolPose> {
+        let is_it = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
+        self.poses.iter().rev().find(is_it).copied()
     }
 
     /// The guide as it came last.
@@ -197,4 +208,35 @@ pub struct Now {
 /// The age at which a pose counts as old, ns.
 pub fn stale_ns(scene: &Scene) -> i64 {
     clock::ns(scene.limits.stale)
+}
+
+/// When the navigation began, ns on the session's clock: simulated time begins with it, and a replay's clock shows the recorded run's.
+pub fn began_ns(run: &RunContext) -> Option<i64> {
+    let began_ns = run.began_ns().filter(|_| run.replay.is_none());
+    match run.simulated_time {
+        true => began_ns.map(|_| SIMULATED_START_NS),
+        false => began_ns,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a machine that loaded for a minute, REC stood at 00:00:00 for the first minute of simulated time.
+    #[test]
+    fn simulated_time_begins_with_the_navigation() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut run = RunContext::new(folder.path(), 0).unwrap();
+        assert_eq!(began_ns(&run), None);
+        run.begin(60_000_000_000).unwrap();
+        assert_eq!(began_ns(&run), Some(60_000_000_000));
+        run.simulated_time = true;
+        assert_eq!(began_ns(&run), Some(SIMULATED_START_NS));
+        run.replay = Some(ReplayOf {
+            recording: "s.mcap".into(),
+            volume_hash: None,
+        });
+        assert_eq!(began_ns(&run), None);
+    }
 }

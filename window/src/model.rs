@@ -14,7 +14,9 @@ pub use sight::{Aimed, aimed};
 pub use state::{ScreenState, Tone, state};
 
 use bus::gather::{PoseId, Set};
-use bus::message::{Ages, FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
+use bus::message::{
+    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow,
+};
 use scene::{Plane, Scene};
 
 /// What has come over the bus.
@@ -53,18 +55,9 @@ pub struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// The image that the sight and the numbers are in step with: that across the tube, or else that of the newest pose.
+    /// The image that the sight and the numbers are in step with.
     fn sighted(&self) -> Option<FrameHeader> {
-        let views = self.scene.views.iter().zip(self.headers);
-        let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
-        let newest = || {
-            self.headers
-                .iter()
-                .flatten()
-                .max_by_key(|header| header.stamp.t_capture_ns)
-                .copied()
-        };
-        across.find_map(|(_, header)| *header).or_else(newest)
+        sighted(self.scene, self.headers)
     }
 
     /// The pose of an image, with what images do not carry; `None` where it has not come.
@@ -74,10 +67,35 @@ impl Known<'_> {
         self.poses.iter().rev().find(is_it)
     }
 
+    /// How many views show a pose that has long been none while others are live: nobody draws them, and the tracker is well. 0 where
+    /// there is a view that says itself that there is no pose, or none that is live.
+    fn standing_still(&self) -> usize {
+        let images = self.headers.iter().flatten().map(|header| header.stamp);
+        let is_lost = |state: Option<FrameState>| matches!(state, Some(FrameState::Lost(_)));
+        let is_live = |stamp: FrameStamp| stamp.state_at(self.now_ns, self.ages()) == Some(FrameState::Live);
+        match images.clone().any(|stamp| is_lost(stamp.frame_state())) || !images.clone().any(is_live) {
+            true => 0,
+            false => images
+                .filter(|stamp| is_lost(stamp.state_at(self.now_ns, self.ages())))
+                .count(),
+        }
+    }
+
     /// When poses grow old.
     pub fn ages(&self) -> Ages {
         Ages::of(&self.scene.limits)
     }
+}
+
+/// Of the images shown, that which the sight and the numbers are in step with: that across the tube, or else that of the newest pose.
+pub(crate) fn sighted(scene: &Scene, headers: &[Option<FrameHeader>]) -> Option<FrameHeader> {
+    let views = scene.views.iter().zip(headers);
+    let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
+    let newest = || {
+        let headers = headers.iter().flatten();
+        headers.max_by_key(|header| header.stamp.t_capture_ns).copied()
+    };
+    across.find_map(|(_, header)| *header).or_else(newest)
 }
 
 /// The examination that a recording was made in.

@@ -13,7 +13,7 @@ use bus::process::{JoinError, Membership, Process};
 use bus::wake::Waits;
 
 use crate::display::{Display, DisplayError, Happened, Wanted};
-use crate::feed::{Feed, Now, stale_ns};
+use crate::feed::{Feed, Now, began_ns, stale_ns};
 use crate::frame::{Coded, Frames, Painted};
 use crate::look;
 use crate::model::Model;
@@ -143,6 +143,9 @@ impl Window {
         }
         let now = self.now();
         let set = self.feed.choose(now.session_ns, stale_ns(&self.process.scene));
+        if let Err(why) = self.asked.draw_held(&self.feed, now.run_ns) {
+            self.say(why);
+        }
         if self.is_due(set, now.run_ns) {
             self.paint(set, now)?;
         }
@@ -162,7 +165,7 @@ impl Window {
         Now {
             session_ns: self.process.session.clock().now_ns(),
             run_ns: self.process.clock().now_ns(),
-            began_ns: self.process.run.began_ns(),
+            began_ns: began_ns(&self.process.run),
         }
     }
 

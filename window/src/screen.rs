@@ -65,7 +65,7 @@ pub struct Outcome {
     pub wishes: Vec<Wish>,
     /// Every piece of text, with its room: for tests.
     pub words: Words,
-    /// Where the coded cell is to be painted, pixels; nothing else lies there.
+    /// Where the coded cell is to be painted, pixels; nothing else lies there. The sight alone has none.
     pub code: Option<egui::Rect>,
 }
 
@@ -114,7 +114,9 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
         words::too_small(ui, screen, smallest(images), &mut outcome.words);
         return outcome;
     };
-    outcome.code = Some(bar::show(ui, model, (&sizes, &look.note), &mut outcome.words));
+    let room = bar::show(ui, model, (&sizes, &look.note), &mut outcome.words);
+    // Its watcher takes one window of a run for the run's: the sight alone is not to be taken for the window with the images.
+    outcome.code = (!look.only_sight).then_some(room);
     cells((ui, model, &shown), &sizes, look, &mut outcome);
     buttons::show(ui, model, &sizes, look, &mut outcome);
     outcome

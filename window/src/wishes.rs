@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use bus::gather::PoseId;
 use bus::message::{ClockLaw, Command, CommandKind, ReplayState, ToolPose};
 use bus::port::{CommandClient, Pending};
 use bus::{Bus, BusError};
@@ -24,6 +25,8 @@ pub struct Asked {
     renderers: Vec<CommandClient>,
     replayer: Option<CommandClient>,
     open: Vec<Open>,
+    /// The pose held that was asked for last, and when, ns on the run's clock.
+    drawn: Option<(PoseId, i64)>,
     /// Where pictures of the screen go.
     pub shots: PathBuf,
 }
@@ -50,6 +53,7 @@ impl Asked {
                 .collect::<Result<_, _>>()?,
             replayer: is_replay.then(|| CommandClient::open(bus, REPLAYER)).transpose()?,
             open: Vec::with_capacity(MOST_OPEN),
+            drawn: None,
             shots,
         })
     }
@@ -71,7 +75,7 @@ impl Asked {
                 self.pilot(Command::with_text(CommandKind::Choose, &name))
             }
             Wish::Mark => self.pilot(Command::with_text(CommandKind::Mark, "marked on the screen")),
-            Wish::Hold => self.hold(feed),
+            Wish::Hold => self.hold(feed, scene),
             Wish::Pause => {
                 let is_paused = replay.is_some_and(|(law, _)| law.replay_state() == ReplayState::Paused);
                 self.replayer(Command::new(if is_paused {
@@ -129,17 +133,48 @@ impl Asked {
         Ok(Open::one(send(replayer, command)?))
     }
 
+    /// Has every view drawn of the pose that is held where an image of it is missing, at `now_ns` on the run's clock; again and again,
+    /// as a renderer may be about to come back.
+    ///
+    /// # Errors
+    /// In words: that it cannot be asked for.
+    pub fn draw_held(&mut self, feed: &Feed, now_ns: i64) -> Result<(), String> {
+        let Some(pose) = feed.held_undrawn() else { return Ok(()) };
+        let id = PoseId {
+            seq: pose.seq,
+            t_capture_ns: pose.t_capture_ns,
+        };
+        let was_asked = |(asked, at_ns): (PoseId, i64)| asked == id && now_ns.saturating_sub(at_ns) <= PATIENCE_NS;
+        // A renderer is asked for one thing at a time.
+        if self.drawn.is_some_and(was_asked) || !self.open.is_empty() {
+            return Ok(());
+        }
+        self.drawn = Some((id, now_ns));
+        let pending = self.render(pose)?;
+        self.open.push(Open { pending, then: None });
+        Ok(())
+    }
+
+    fn render(&self, pose: ToolPose) -> Result<Vec<Pending>, String> {
+        let renderers = self.renderers.iter();
+        renderers
+            .map(|renderer| send(renderer, Command::render(pose)))
+            .collect()
+    }
+
     /// Has every view drawn of the pose shown, and then says that it is held; or follows again.
-    fn hold(&self, feed: &Feed) -> Result<Open, String> {
+    fn hold(&mut self, feed: &Feed, scene: &Scene) -> Result<Open, String> {
         if feed.guide().is_some_and(|guide| guide.held().is_some()) {
+            // Who follows again has done with what she wished to hold before, though its images are still being drawn.
+            self.open.retain(|open| open.then.is_none());
             return self.pilot(Command::new(CommandKind::Follow));
         }
-        let pose: ToolPose = feed.pose_shown().ok_or("there is no pose to hold")?;
-        let renderers = self.renderers.iter();
+        if self.open.iter().any(|open| open.then.is_some()) {
+            return Err("what is to be held is being drawn".to_owned());
+        }
+        let pose: ToolPose = feed.pose_shown(scene).ok_or("there is no pose to hold")?;
         Ok(Open {
-            pending: renderers
-                .map(|renderer| send(renderer, Command::render(pose)))
-                .collect::<Result<_, _>>()?,
+            pending: self.render(pose)?,
             then: Some(Command::hold(pose)),
         })
     }

@@ -24,7 +24,7 @@ pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use event::{Event, Level};
 pub use frame::{Ages, FrameHeader, FrameStamp, FrameState, ImagePlane, LookError};
 pub use guide::{Chosen, Guide, GuideError};
-pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, NOT_RECORDING, ProcessState};
+pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, NOT_RECORDING, ProcessState, RECORDED_ANEW};
 pub use identity::{Identity, IdentitySource};
 pub use lost::Lost;
 pub use pose::{PoseError, ToolPose, Tracked};

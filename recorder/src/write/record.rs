@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bus::clock;
-use bus::message::{Counters, NOT_RECORDING, ProcessState};
+use bus::message::{Counters, NOT_RECORDING, ProcessState, RECORDED_ANEW};
 use bus::port::VolumeSubscriber;
 use bus::process::{JoinError, Process};
 use bus::run::RunContext;
@@ -71,6 +71,8 @@ pub(crate) struct Progress {
     pub parts: u32,
     /// Why nothing is recorded at the moment.
     pub stopped: Option<String>,
+    /// Another recorder of this run died before.
+    pub is_anew: bool,
 }
 
 /// One topic being recorded.
@@ -104,6 +106,8 @@ pub(crate) struct Recorder {
     series: Series,
     refused: u64,
     bound: Bound,
+    /// Another recorder was there before.
+    is_anew: bool,
 }
 
 impl Recorder {
@@ -132,6 +136,7 @@ impl Recorder {
         };
         let content = content(run, scene, &spec, &facts);
         let thumbnails = spec.thumbnail_every.map(|every| Thumbnails::open(bus, scene, every));
+        let is_anew = run.began_ns().is_some();
         Ok(Self {
             intake: Intake::start(run, intake::ROOM, bus.life_line())?,
             tool: Stream::default(),
@@ -141,11 +146,12 @@ impl Recorder {
             thumbnails: thumbnails.transpose()?,
             whose: spec.identity.then(|| Whose::open(bus)).transpose()?,
             volume: VolumeSubscriber::open(bus)?,
-            series: match run.began_ns() {
-                None => Series::start(out, content, &spec, free)?,
-                // Another recorder was there before. Navigation does not wait for the disk.
-                Some(_) => Series::follow(out, content, &spec, free, bus.clock().now_ns()),
+            series: match is_anew {
+                false => Series::start(out, content, &spec, free)?,
+                // Navigation does not wait for the disk.
+                true => Series::follow(out, content, &spec, free, bus.clock().now_ns()),
             },
+            is_anew,
             bound: Bound::new(run, scene),
             facts,
             refused: 0,
@@ -227,6 +233,7 @@ impl Recorder {
             waited: waits.into_iter().max().unwrap_or_default(),
             parts: self.series.parts(),
             stopped: self.series.stopped(),
+            is_anew: self.is_anew,
         }
     }
 
@@ -295,11 +302,11 @@ impl std::fmt::Display for Progress {
             return write!(f, "{NOT_RECORDING}, {dropped} lost: {why}");
         }
         let (waited, room) = self.waited;
-        write!(
-            f,
-            "{recorded} on disk, {} synced; {dropped} missing, {} gaps; ",
-            self.durable, self.gaps
-        )?;
+        write!(f, "{recorded} on disk, {} synced; ", self.durable)?;
+        if self.is_anew {
+            write!(f, "{RECORDED_ANEW}; ")?;
+        }
+        write!(f, "{dropped} missing, {} gaps; ", self.gaps)?;
         write!(f, "{waited} of {room} waited")
     }
 }

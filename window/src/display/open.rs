@@ -68,6 +68,7 @@ impl Display {
         connection.flush()?;
         Ok(Self {
             keyboard: Keyboard::of(&connection)?,
+            released: None,
             connection: Arc::new(connection),
             window,
             gc,

@@ -62,12 +62,16 @@ fn over(known: &Known<'_>, header: Option<&FrameHeader>, is_bad: bool, screen: &
     }
     let age = known.now_ns.saturating_sub(header.stamp.t_capture_ns);
     match header.stamp.state_at(known.now_ns, known.ages()) {
+        Some(FrameState::Lost(_)) if known.standing_still() > 0 => {
+            Some((Tone::Alarm, format!("STANDS STILL, {} OLD", age_words(age))))
+        }
         Some(FrameState::Lost(_)) => Some((Tone::Alarm, format!("NO POSE, {} OLD", age_words(age)))),
         Some(FrameState::Stale) => Some((Tone::Warning, format!("{} OLD", age_words(age)))),
         None => Some((Tone::Alarm, "UNKNOWN KIND OF IMAGE".to_owned())),
+        // What is held is shown as it is.
+        Some(_) if screen.follows || screen.is_held && screen.tone == Tone::Warning => None,
         // All of them are dimmed where the screen as a whole must not be followed.
-        Some(_) if screen.tone == Tone::Alarm => Some((Tone::Alarm, screen.word.clone())),
-        Some(_) => None,
+        Some(_) => Some((screen.tone, screen.word.clone())),
     }
 }
 

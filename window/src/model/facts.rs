@@ -1,6 +1,8 @@
 //! What everything on the screen rests on, in words: whose examination, which registration, how good, recorded or not.
 
-use bus::message::{Heartbeat, Identity, IdentitySource, NOT_RECORDING, ProcessState, Tracked, Workflow};
+use bus::message::{
+    Heartbeat, Identity, IdentitySource, NOT_RECORDING, ProcessState, RECORDED_ANEW, Tracked, Workflow,
+};
 
 use super::{Known, ScreenState, Tone};
 
@@ -50,8 +52,11 @@ fn identity(known: &Known<'_>) -> (String, Tone) {
         IdentitySource::Phantom => ("PHANTOM".to_owned(), Tone::Quiet),
         IdentitySource::Unknown => ("PATIENT NOT KNOWN".to_owned(), Tone::Warning),
         IdentitySource::Examination | IdentitySource::Scene => {
-            let name = if name.is_empty() { "NO NAME".to_owned() } else { name };
-            (name, Tone::Quiet)
+            // Spaces, or the signs between the parts of a name that has none, would be the same for every patient.
+            match name.chars().any(char::is_alphanumeric) {
+                true => (name, Tone::Quiet),
+                false => ("NO NAME".to_owned(), Tone::Warning),
+            }
         }
     }
 }
@@ -110,8 +115,8 @@ const UNWATCHED_NS: i64 = 1_500_000_000;
 /// The recorder gives a sign of life ten times a second.
 const SILENT_NS: i64 = 2_000_000_000;
 
-/// REC says that everything so far is on its way to a file: a recorder that starts, cannot write, has lost something or is silent
-/// never has it.
+/// REC says that everything so far is on its way to a file: a recorder that starts, cannot write, has lost something, came after one
+/// that died, or is silent never has it.
 fn recording(known: &Known<'_>) -> (String, Tone) {
     let Some((beat, age_ns)) = known.recorder else {
         return ("NOT RECORDED".to_owned(), Tone::Quiet);
@@ -124,6 +129,9 @@ fn recording(known: &Known<'_>) -> (String, Tone) {
     }
     if beat.counters.lost > 0 {
         return (format!("REC HAS GAPS: {} lost", beat.counters.lost), Tone::Warning);
+    }
+    if beat.note_text().contains(RECORDED_ANEW) {
+        return ("REC HAS GAPS".to_owned(), Tone::Warning);
     }
     match beat.process_state() {
         ProcessState::Ready => ("REC".to_owned() + &since(known), Tone::Live),

@@ -84,7 +84,11 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
     let says = |tone, word: &str, detail: &str| (tone, word.to_owned(), detail.to_owned());
     let missing = known.headers.iter().filter(|header| header.is_none()).count();
     if missing == known.headers.len() {
-        return says(Tone::Alarm, "NO IMAGES", "no view has sent an image yet");
+        let why = match held(known) {
+            Some(_) => "no view has sent an image of the pose that is held",
+            None => "no view has sent an image yet",
+        };
+        return says(Tone::Alarm, "NO IMAGES", why);
     }
     if known.volume.is_none() {
         return says(Tone::Alarm, "NO EXAMINATION", "what the images are of cannot be told");
@@ -119,6 +123,15 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
         );
     }
     if let Some(FrameState::Lost(reason)) = states().flatten().find(|state| matches!(state, FrameState::Lost(_))) {
+        let still = known.standing_still();
+        if still > 0 {
+            let views = known.headers.len();
+            return says(
+                Tone::Alarm,
+                "NO IMAGES",
+                &format!("{still} of {views} views stand still"),
+            );
+        }
         return says(Tone::Alarm, "NO POSE", reason.words());
     }
     if missing > 0 {
@@ -143,8 +156,9 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
         );
     }
     if let Some(held) = held(known) {
-        let age = known.now_ns.saturating_sub(held.t_capture_ns);
-        return (Tone::Warning, "HELD".to_owned(), format!("pose {} old", age_words(age)));
+        let age = age_words(known.now_ns.saturating_sub(held.t_capture_ns));
+        let when = if is_not_now(known) { ", not the present" } else { "" };
+        return (Tone::Warning, "HELD".to_owned(), format!("pose {age} old{when}"));
     }
     if is_not_now(known) {
         let word = if known.is_simulated { "SIMULATED TIME" } else { "REPLAY" };

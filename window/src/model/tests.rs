@@ -109,6 +109,25 @@ fn one_view_that_is_lost_or_foreign_takes_the_sight_from_all() {
     }
 }
 
+/// A renderer died, and the screen said NO POSE, tracker silent, while the tracker was well.
+#[test]
+fn a_view_that_nobody_draws_is_not_the_trackers_fault() {
+    let mut still = sample();
+    still.headers[2].as_mut().unwrap().stamp.t_capture_ns -= 60_000_000_000;
+    let model = still.model();
+    assert_eq!(
+        (model.state.word.as_str(), model.state.detail.as_str()),
+        ("NO IMAGES", "1 of 7 views stand still")
+    );
+    assert!(model.sight.is_err());
+    let over = |view| model.cells.iter().find(|cell| cell.view == view).unwrap().over.clone();
+    assert_eq!(over(2), Some((Tone::Alarm, "STANDS STILL, 60.0 s OLD".to_owned())));
+    assert_eq!(over(0), Some((Tone::Alarm, "NO IMAGES".to_owned())));
+    // Where the tracker is silent, renderers that live say so.
+    still.headers[1].as_mut().unwrap().stamp.state = Lost::Silent.code();
+    assert_eq!(still.model().state.word, "NO POSE");
+}
+
 #[test]
 fn images_of_different_poses_are_marked_and_the_sight_is_of_the_one_beside_it() {
     let mut mixed = sample();
@@ -220,6 +239,22 @@ fn what_is_held_says_so() {
     let model = held.model();
     assert_eq!((model.state.word.as_str(), model.state.is_held), ("HELD", true));
     assert!(model.sight.is_err() && !model.state.follows);
+    assert_eq!(model.state.detail, "pose 20 ms old");
+    assert!(model.cells.iter().all(|cell| cell.over.is_none()));
+    let replay = Sample {
+        is_replay: true,
+        ..held.clone()
+    };
+    assert_eq!(replay.model().state.detail, "pose 20 ms old, not the present");
+    let undrawn = Sample {
+        headers: vec![None; 7],
+        ..held
+    };
+    let state = undrawn.model().state;
+    assert_eq!(
+        (state.word.as_str(), state.detail.as_str()),
+        ("NO IMAGES", "no view has sent an image of the pose that is held")
+    );
 }
 
 #[test]
@@ -259,6 +294,28 @@ fn another_patients_identity_is_none() {
         .identity,
         "PATIENT NOT KNOWN"
     );
+}
+
+/// A blank stood where the patient's name stands, and nothing spoke against it.
+#[test]
+fn a_name_without_a_letter_is_no_name() {
+    for name in ["", " ", "^^^^", "\u{3000}", "\u{200b}", "-"] {
+        let identity = Identity::new(
+            VOLUME,
+            bus::message::IdentitySource::Examination,
+            [name, "4711", "", "", ""],
+        );
+        let facts = Sample {
+            identity: Some(identity),
+            ..sample()
+        };
+        let facts = facts.model().facts;
+        assert_eq!(
+            (facts.identity.as_str(), facts.identity_tone),
+            ("NO NAME", Tone::Warning),
+            "{name:?}"
+        );
+    }
 }
 
 /// Images that were asked for claim nothing of the present; on the topic of live ones they would be followed.
@@ -325,7 +382,7 @@ fn an_error_that_is_not_known_is_never_on_target() {
 
 #[test]
 fn rec_stands_only_where_all_is_recorded() {
-    use bus::message::{Counters, NOT_RECORDING, ProcessState};
+    use bus::message::{Counters, NOT_RECORDING, ProcessState, RECORDED_ANEW};
     let words = |state, lost, note: &str, age_ns| {
         let counters = Counters {
             lost,
@@ -347,6 +404,11 @@ fn rec_stands_only_where_all_is_recorded() {
         NOT_RECORDING
     );
     assert_eq!(words(ready, 3, "300 on disk", 0), "REC HAS GAPS: 3 lost");
+    // The one before was killed, and half a second of poses was in no file: REC stood there as if nothing had been.
+    assert_eq!(
+        words(ready, 0, &format!("300 on disk; {RECORDED_ANEW}"), 0),
+        "REC HAS GAPS"
+    );
     assert_eq!(words(ready, 0, "300 on disk", 3_000_000_000), "RECORDER SILENT");
     assert_eq!(words(ProcessState::Starting, 0, "joined", 0), "NOT RECORDING YET");
     assert!(!words(ProcessState::Stopping, 0, "asked to stop", 0).starts_with("REC "));
@@ -409,6 +471,9 @@ fn images_are_not_followed_before_the_workflow_allows_it() {
             (stage.word(), Tone::Warning)
         );
         assert!(!model.state.follows);
+        // They stood there bright, with the distances that are drawn on them.
+        let over = Some((Tone::Warning, stage.word().to_owned()));
+        assert!(model.cells.iter().all(|cell| cell.over == over), "{:?}", model.cells);
     }
 }
 

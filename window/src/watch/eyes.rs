@@ -53,6 +53,7 @@ impl Eyes {
     /// # Errors
     /// [`ScreenError`].
     pub(super) fn look(&mut self, key: u32, clock: &Clock) -> Result<Glance, ScreenError> {
+        self.screen.measure()?;
         let found = find(&self.screen, self.known, key)?;
         self.known = found.map(|found| found.window);
         // Before the pixels are asked for: what is on the screen now is not older than what comes back.

@@ -41,7 +41,7 @@ impl Area {
 pub(super) struct Screen {
     pub(super) connection: RustConnection<Patient>,
     pub(super) root: Window,
-    /// The whole root, as large as it was when this connected.
+    /// The whole root, as large as it was when it was measured last.
     pub(super) whole: Area,
     pub(super) depth: u8,
     pub(super) layout: Layout,
@@ -65,13 +65,7 @@ impl Screen {
         let (root, depth) = (found.root, found.root_depth);
         let layout = layout.ok_or(ScreenError::Pixels)?;
         let property = connection.intern_atom(false, PROPERTY.as_bytes())?.reply()?.atom;
-        let size = connection.get_geometry(root)?.reply()?;
-        let whole = Area {
-            x: 0,
-            y: 0,
-            width: size.width.into(),
-            height: size.height.into(),
-        };
+        let whole = measured(&connection, root)?;
         Ok(Self {
             connection,
             root,
@@ -80,6 +74,15 @@ impl Screen {
             layout,
             property,
         })
+    }
+
+    /// Measures the root anew: monitors come and go.
+    ///
+    /// # Errors
+    /// [`ScreenError`].
+    pub(super) fn measure(&mut self) -> Result<(), ScreenError> {
+        self.whole = measured(&self.connection, self.root)?;
+        Ok(())
     }
 
     /// The pixels of the screen there, whoever painted them, 4 bytes each; `None` where not all of `area` lies on the screen.
@@ -107,6 +110,16 @@ impl Screen {
             .decode(&image.data, size)
             .filter(|_| image.depth == self.depth))
     }
+}
+
+fn measured(connection: &RustConnection<Patient>, root: Window) -> Result<Area, ScreenError> {
+    let size = connection.get_geometry(root)?.reply()?;
+    Ok(Area {
+        x: 0,
+        y: 0,
+        width: size.width.into(),
+        height: size.height.into(),
+    })
 }
 
 /// `None` for a request that the server refused: windows vanish at any time, and what is asked of them then is an error to it.

@@ -150,3 +150,17 @@ fn a_server_that_hangs_does_not_hang_its_watcher() {
     stage.signal_server(Signal::CONT);
     stage.wait_for_note("is what it says");
 }
+
+/// A monitor that was unplugged when the watcher started: what lay beyond the first one was DISPLAY NOT READABLE ever after.
+#[test]
+fn a_screen_that_grows_is_read_as_far_as_it_goes() {
+    let Some(mut stage) = stage() else { return };
+    stage.wait_for_note("is what it says");
+    stage.kill_watcher();
+    stage.resize_screen([120, 100]);
+    stage.start_watcher();
+    stage.wait_for_note("unread");
+    stage.resize_screen([1280, 800]);
+    stage.wait_for_note("is what it says");
+    stage.wait_red(false);
+}

@@ -14,6 +14,7 @@ use bus::run::{RunContext, RunLock};
 use bus::topic::HEARTBEAT;
 use rustix::process::{Pid, Signal, kill_process};
 use x11rb::connection::Connection;
+use x11rb::protocol::randr::{ConnectionExt as _, Rotation};
 use x11rb::protocol::xproto::{ConnectionExt as _, CreateWindowAux, ImageFormat, Window, WindowClass};
 use x11rb::rust_connection::RustConnection;
 
@@ -88,7 +89,7 @@ pub(crate) fn stage() -> Option<Stage> {
         _one: one,
     };
     stage.start_window();
-    stage.watcher = Some(stage.part("watcher").spawn().unwrap());
+    stage.start_watcher();
     Some(stage)
 }
 
@@ -138,6 +139,29 @@ impl Stage {
         let mut child = self.part("window").stdin(Stdio::piped()).spawn().unwrap();
         let orders = child.stdin.take().unwrap();
         self.window = Some((child, orders));
+    }
+
+    pub(crate) fn start_watcher(&mut self) {
+        self.watcher = Some(self.part("watcher").spawn().unwrap());
+    }
+
+    pub(crate) fn kill_watcher(&mut self) {
+        let mut watcher = self.watcher.take().unwrap();
+        watcher.kill().unwrap();
+        watcher.wait().unwrap();
+    }
+
+    /// Gives the screen another size, as where monitors come and go.
+    pub(crate) fn resize_screen(&self, [width, height]: [u16; 2]) {
+        let eye = self.eye.as_ref().unwrap();
+        let root = eye.setup().roots[0].root;
+        let found = eye.randr_get_screen_resources_current(root).unwrap().reply().unwrap();
+        for crtc in found.crtcs {
+            let off = eye.randr_set_crtc_config(crtc, 0, found.config_timestamp, 0, 0, 0, Rotation::ROTATE0, &[]);
+            off.unwrap().reply().unwrap();
+        }
+        let resized = eye.randr_set_screen_size(root, width, height, width.into(), height.into());
+        resized.unwrap().check().unwrap();
     }
 
     fn end_window(&mut self) {

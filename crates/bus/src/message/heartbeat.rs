@@ -10,6 +10,9 @@ pub const GPU_GIVEN_UP: &str = "GPU given up,";
 /// In front of the note of a recorder that cannot write.
 pub const NOT_RECORDING: &str = "NOT RECORDING";
 
+/// In the note of a recorder that came after another had died in the middle of the run: what went out in between is in no file.
+pub const RECORDED_ANEW: &str = "begun anew";
+
 /// Published by each process a few times a second.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
