@@ -141,6 +141,11 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
             format!("of {missing} of {} views", known.headers.len()),
         );
     }
+    let of_the_workflow = of_the_workflow(known.workflow);
+    // A marker that was pushed outweighs whatever is old or held.
+    if of_the_workflow.0 == Tone::Alarm && !is_not_now(known) {
+        return of_the_workflow;
+    }
     if states().flatten().any(|state| state == FrameState::Stale) {
         let oldest = known.headers.iter().flatten().map(|h| h.stamp.t_capture_ns).min();
         let age = known.now_ns.saturating_sub(oldest.unwrap_or(known.now_ns));
@@ -164,7 +169,7 @@ fn judged(known: &Known<'_>) -> (Tone, String, String) {
         let word = if known.is_simulated { "SIMULATED TIME" } else { "REPLAY" };
         return says(Tone::Replay, word, other_recording(known).unwrap_or("not the present"));
     }
-    of_the_workflow(known.workflow)
+    of_the_workflow
 }
 
 /// The pose that is held.

@@ -257,6 +257,27 @@ fn what_is_held_says_so() {
     );
 }
 
+/// HELD and OLD stood there alone while the marker on the patient was pushed.
+#[test]
+fn a_pushed_marker_is_said_whatever_is_held_or_old() {
+    let mut pushed = sample();
+    pushed.workflow = Some(workflow(Stage::Registered, Workflow::BUMPED));
+    let old = Sample {
+        now_ns: CAPTURED_NS + 150_000_000,
+        ..pushed.clone()
+    };
+    let id = PoseId {
+        seq: 300,
+        t_capture_ns: CAPTURED_NS,
+    };
+    let mut held = pushed.clone().in_state(FrameState::Requested);
+    held.guide = held.guide.map(|guide| guide.holding(Some(id)));
+    for sample in [pushed, old, held] {
+        let state = sample.model().state;
+        assert_eq!((state.word.as_str(), state.tone), ("REFERENCE MOVED", Tone::Alarm));
+    }
+}
+
 #[test]
 fn another_patients_identity_is_none() {
     let words = ["DOE^JANE", "0000001", "1950-01-01", "2026-11-20", ""];
