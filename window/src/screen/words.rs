@@ -1,4 +1,4 @@
-//! Words in their rooms: never cut, never over one another, and in the accessibility tree ([`super::tree`]).
+//! Words in their rooms: never cut, never over one another, and in the accessibility tree (`tree`).
 //!
 //! A distance that has lost a digit is another distance. So each piece of text has a room of its own; where it is wider than that, its
 //! type becomes smaller; and what is wider still at the smallest type is words and not numbers, and ends in an ellipsis.
