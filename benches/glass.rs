@@ -45,7 +45,7 @@ fn main() {
     // Killed more often than a scene usually allows, and each time as if for the first: at once started again.
     let text = std::fs::read_to_string(demo)
         .unwrap()
-        .replace("[limits]", "[limits]\nrestarts = 1000\nrestart_window_s = 1.0");
+        .replace("[limits]", "[limits]\nrestarts = 100\nrestart_window_s = 1.0");
     let scene = world.file("demo.toml", &text);
     let mut command = world.command("pilot");
     command
