@@ -21,7 +21,7 @@ use guidance::workflow::Stage;
 use scene::{Plane, Scene};
 use window::code::Shown;
 use window::feed::{Feed, Now};
-use window::frame::{Coded, Frames};
+use window::frame::{Coded, Frames, Painted};
 use window::model::Model;
 use window::ports::Ports;
 use window::screen::{Look, Outcome};
@@ -246,87 +246,85 @@ fn says_to_go(outcome: &Outcome, mm: f64) -> bool {
     })
 }
 
+/// A pose comes now and then, and one of the renderers goes on with what it draws. `apart`: each draws poses that no other draws.
+fn go_on(rig: &Rig, renderers: &mut [Renderer], newest: &mut ToolPose, chance: &mut Chance, apart: bool) {
+    if chance.below(8) == 0 {
+        *newest = pose(newest.seq + 1, rig.bus.clock().now_ns());
+        rig.poses.send(*newest).unwrap();
+    }
+    let which = chance.below(4);
+    let renderer = &mut renderers[which as usize];
+    let draws = !apart || newest.seq % 4 == which;
+    match renderer.left.pop() {
+        Some(view) => rig.send(view, &renderer.pose),
+        // Now and then it sleeps.
+        None if draws && newest.seq > renderer.pose.seq && chance.below(3) > 0 => {
+            (renderer.pose, renderer.left) = (*newest, renderer.views.clone());
+        }
+        None => {}
+    }
+}
+
+/// Takes what has come and paints a frame of it.
+fn frame(rig: &mut Rig, painter: &mut Frames, pixels: &mut [u32]) -> Painted {
+    rig.feed.take(&rig.ports).unwrap();
+    let now_ns = rig.session.clock().now_ns();
+    let now = Now {
+        session_ns: now_ns,
+        run_ns: now_ns,
+        began_ns: None,
+    };
+    rig.feed.choose(now_ns, window::feed::stale_ns(&rig.scene));
+    let model = Model::of(&rig.feed.known(&rig.scene, &rig.session, now, None));
+    let (look, coded) = (Look::default(), Coded { key: 1, pid: 1 });
+    let what = (&model, &rig.feed);
+    painter
+        .paint(what, (SCREEN, &look), (Vec::new(), 0.0), coded, pixels)
+        .unwrap()
+}
+
+/// Holds what a frame says against its pixels, `found`; returns whether it showed several poses.
+fn is_mixed(found: &[Option<u64>], painted: &Painted, feed: &Feed) -> bool {
+    let numbers: Option<Vec<u64>> = found.iter().copied().collect();
+    let numbers = numbers.unwrap_or_else(|| panic!("{found:?}"));
+    let (least, most) = (numbers.iter().min().unwrap(), numbers.iter().max().unwrap());
+    let words = &painted.outcome.words;
+    let says = |text: &str| words.0.iter().any(|placed| placed.painted.contains(text));
+    let differ = most - least;
+    assert_eq!(says("one pose"), differ == 0, "{numbers:?}");
+    let plural = if differ == 1 { "" } else { "S" };
+    let mark = format!("VIEWS DIFFER {differ} POSE{plural}");
+    assert_eq!(says(&mark), differ > 0, "{numbers:?}");
+    let to_go_mm = to_go_mm(*numbers.last().unwrap());
+    assert!(says_to_go(&painted.outcome, to_go_mm), "{numbers:?}");
+    let captured = feed.frames().iter().flatten().map(|frame| frame.header().stamp);
+    let oldest = captured.min_by_key(|stamp| stamp.seq).unwrap();
+    assert_eq!(oldest.seq, *least);
+    // The cell holds whole milliseconds.
+    let (code, _) = painted.code.unwrap();
+    assert!((0..=1).contains(&code.age_ms(oldest.t_capture_ns)), "{numbers:?}");
+    differ > 0
+}
+
 /// Paints `frames` frames between drawings; the numbers of frames that showed one pose, and several.
 fn watch(frames: usize, seed: u64) -> [usize; 2] {
     let mut rig = Rig::new();
-    let mut chance = Chance(seed);
-    let mut renderers = rig.renderers();
-    let mut painter = Frames::default();
+    let (mut chance, mut renderers) = (Chance(seed), rig.renderers());
+    let (mut painter, mut newest, mut counts) = (Frames::default(), ToolPose::EMPTY, [0, 0]);
     let sizes = Sizes::of(SCREEN, rig.views.len()).unwrap();
     let mut pixels = vec![0; (SCREEN.pixels[0] * SCREEN.pixels[1]) as usize];
-    let coded = Coded { key: 1, pid: 1 };
-    let (mut newest, mut seq, mut counts) = (ToolPose::EMPTY, 0, [0, 0]);
     while counts[0] + counts[1] < frames {
-        if chance.below(8) == 0 {
-            seq += 1;
-            newest = pose(seq, rig.bus.clock().now_ns());
-            rig.poses.send(newest).unwrap();
-        }
-        // Half of the time, each renderer draws poses that no other draws.
         let apart = (counts[0] + counts[1]) / 300 % 2 == 1;
-        let which = chance.below(4);
-        let renderer = &mut renderers[which as usize];
-        let draws = !apart || newest.seq % 4 == which;
-        match renderer.left.pop() {
-            Some(view) => rig.send(view, &renderer.pose),
-            // Now and then it sleeps.
-            None if draws && newest.seq > renderer.pose.seq && chance.below(3) > 0 => {
-                (renderer.pose, renderer.left) = (newest, renderer.views.clone());
-            }
-            None => {}
-        }
+        go_on(&rig, &mut renderers, &mut newest, &mut chance, apart);
         if chance.below(6) > 0 {
             continue;
         }
-        rig.feed.take(&rig.ports).unwrap();
-        let now = Now {
-            session_ns: rig.session.clock().now_ns(),
-            run_ns: rig.session.clock().now_ns(),
-            began_ns: None,
-        };
-        rig.feed.choose(now.session_ns, window::feed::stale_ns(&rig.scene));
-        let model = Model::of(&rig.feed.known(&rig.scene, &rig.session, now, None));
-        let look = Look::default();
-        let painted = painter.paint(
-            (&model, &rig.feed),
-            (SCREEN, &look),
-            (Vec::new(), 0.0),
-            coded,
-            &mut pixels,
-        );
-        let painted = painted.unwrap();
-        let (code, _) = painted.code.unwrap();
+        let painted = frame(&mut rig, &mut painter, &mut pixels);
         // Images that are dimmed say why and are not to be followed.
-        if code.shown() != Shown::Live {
-            continue;
+        if painted.code.unwrap().0.shown() == Shown::Live {
+            let found = on_glass(&pixels, &sizes);
+            counts[usize::from(is_mixed(&found, &painted, &rig.feed))] += 1;
         }
-        let found = on_glass(&pixels, &sizes);
-        let numbers: Vec<u64> = found
-            .iter()
-            .copied()
-            .collect::<Option<_>>()
-            .unwrap_or_else(|| panic!("{found:?}"));
-        let (least, most) = (numbers.iter().min().unwrap(), numbers.iter().max().unwrap());
-        let words = &painted.outcome.words;
-        let says = |text: &str| words.0.iter().any(|placed| placed.painted.contains(text));
-        let differ = most - least;
-        assert_eq!(says("one pose"), differ == 0, "{numbers:?}");
-        let plural = if differ == 1 { "" } else { "S" };
-        assert_eq!(
-            says(&format!("VIEWS DIFFER {differ} POSE{plural}")),
-            differ > 0,
-            "{numbers:?}"
-        );
-        assert!(
-            says_to_go(&painted.outcome, to_go_mm(*numbers.last().unwrap())),
-            "{numbers:?}"
-        );
-        let captured = rig.feed.frames().iter().flatten().map(|frame| frame.header().stamp);
-        let oldest = captured.min_by_key(|stamp| stamp.seq).unwrap();
-        assert_eq!(oldest.seq, *least);
-        // The cell holds whole milliseconds.
-        assert!((0..=1).contains(&code.age_ms(oldest.t_capture_ns)), "{numbers:?}");
-        counts[usize::from(differ > 0)] += 1;
     }
     rig.run.sweep();
     counts
