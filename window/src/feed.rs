@@ -11,7 +11,7 @@ use bus::run::{ReplayOf, RunContext};
 use bus::session::{SIMULATED_START_NS, Session};
 use scene::Scene;
 
-use crate::model::{Known, Recorded, sighted};
+use crate::model::{Known, Recorded, pose_of, sighted};
 use crate::ports::Ports;
 
 /// As many poses as are kept for the sight: four seconds of sixty a second.
@@ -150,8 +150,7 @@ impl Feed {
     }
 
     fn pose(&self, id: PoseId) -> Option<ToolPose> {
-        let is_it = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
-        self.poses.iter().rev().find(is_it).copied()
+        pose_of(&self.poses, id).copied()
     }
 
     /// The guide as it came last.

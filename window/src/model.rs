@@ -62,9 +62,7 @@ impl Known<'_> {
 
     /// The pose of an image, with what images do not carry; `None` where it has not come.
     fn pose_of(&self, header: &FrameHeader) -> Option<&ToolPose> {
-        let id = PoseId::of(&header.stamp);
-        let is_it = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
-        self.poses.iter().rev().find(is_it)
+        pose_of(self.poses, PoseId::of(&header.stamp))
     }
 
     /// How many views show a pose that has long been none while others are live: nobody draws them, and the tracker is well. 0 where
@@ -96,6 +94,12 @@ pub(crate) fn sighted(scene: &Scene, headers: &[Option<FrameHeader>]) -> Option<
         headers.max_by_key(|header| header.stamp.t_capture_ns).copied()
     };
     across.find_map(|(_, header)| *header).or_else(newest)
+}
+
+/// Which of the poses it is; `None` where it is none of them.
+pub(crate) fn pose_of(poses: &[ToolPose], id: PoseId) -> Option<&ToolPose> {
+    let is_it = |pose: &&ToolPose| pose.seq == id.seq && pose.t_capture_ns == id.t_capture_ns;
+    poses.iter().rev().find(is_it)
 }
 
 /// The examination that a recording was made in.

@@ -36,6 +36,7 @@ pub(crate) struct Sample {
     pub(crate) volume: Option<VolumeHash>,
     /// The recorder.
     pub(crate) recorder: Option<(Option<Heartbeat>, i64)>,
+    /// How long ago this screen was read back, ns.
     pub(crate) watched_ns: Option<i64>,
     /// A recording is shown.
     pub(crate) is_replay: bool,
