@@ -1,5 +1,5 @@
 //! The `pilot` process.
 
 fn main() -> std::process::ExitCode {
-    pilot::cli::main()
+    pilot::cli::main(volume_loader::load_seeded)
 }

@@ -71,6 +71,7 @@ fn read(file: FileSpec) {
         source: VolumeSource::File(file),
         region: None,
         downsample: [1; 3],
+        hash: None,
     };
     let mut source = match open(&spec, 1) {
         Ok(source) => source,

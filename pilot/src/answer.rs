@@ -8,6 +8,9 @@ use crate::state::Run;
 use crate::status::Status;
 use crate::supervise::Event;
 
+/// Images of poses show the plan that the run began with, and a replay shows them again.
+const NOT_PLANNING: &str = "the plan of a run that navigates does not change: change it with `pilot plan`, and start again";
+
 impl Run {
     /// Answers a request; returns what it means for the supervisor.
     pub(crate) fn answer(&mut self, request: Request) -> Result<Option<Event>, BusError> {
@@ -45,14 +48,19 @@ impl Run {
     /// Answers what a person chooses or says.
     fn guided(&mut self, request: Request) -> Result<(), BusError> {
         let now_ns = self.session.clock().now_ns();
-        match self.guiding.request(request.command(), now_ns)? {
+        let done = match (request.command().command_kind(), &mut self.desk) {
+            (Some(CommandKind::Plan), Some(desk)) => Some(desk.request(request.command(), now_ns)?),
+            (Some(CommandKind::Plan), None) => Some(Err(NOT_PLANNING.to_owned())),
+            _ => self.guiding.request(request.command(), now_ns)?,
+        };
+        match done {
             Some(Ok(words)) => {
                 self.tell(Level::Info, &words);
                 request.reply(Ok(&words))
             }
             Some(Err(why)) => request.reply(Err(&why)),
             None => request.reply(Err(
-                "the pilot answers status, stop, restart, choose, hold, follow, mark, confirm, reject, navigate and rest",
+                "the pilot answers status, stop, restart, choose, hold, follow, mark, confirm, reject, navigate, rest and plan",
             )),
         }
     }

@@ -6,6 +6,7 @@ pub(crate) mod duration;
 pub(crate) mod error;
 pub(crate) mod guide;
 mod help;
+pub(crate) mod plan;
 pub(crate) mod stop;
 pub(crate) mod template;
 
@@ -26,6 +27,7 @@ use crate::cli::ask::ask_process;
 use crate::cli::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::cli::error::CliError;
 use crate::cli::guide::GuideVerb;
+use crate::cli::plan::{PLAN_HELP, PlanArgs, Planned};
 use crate::cli::template::{NEW_HELP, NewArgs};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{ReplayArgs, prepare};
@@ -54,6 +56,7 @@ const WITH_PROBLEMS: u8 = 3;
     pilot mark first biopsy taken                        notes the moment in the recording\n  \
     pilot restart recorder                               brings a process back that ended too often\n  \
     pilot calibrate pivot --out tip.json                 finds the tip of the run's instrument\n  \
+    pilot plan plan.json --volume ct --window            plans an operation on a screen\n  \
     pilot replay out/session.mcap                        shows a recorded session again\n\n\
     Exit codes: 0 all well; 1 refused or failed; 3 the run went to its end, but see `problems` in report.json."
 )]
@@ -101,6 +104,9 @@ enum Verb {
     },
     #[command(flatten)]
     Guide(GuideVerb),
+    /// Makes a plan of an operation, on a screen or from the command line, and says what speaks against it.
+    #[command(after_help = PLAN_HELP)]
+    Plan(Box<PlanArgs>),
     /// Shows a recorded session again: its poses, at their own times, in the examination that it was recorded in.
     #[command(after_help = REPLAY_HELP)]
     Replay(ReplayArgs),
@@ -125,6 +131,13 @@ enum Verb {
 struct SceneArgs {
     /// The scene file; without one, the embedded demonstration.
     scene: Option<PathBuf>,
+    #[command(flatten)]
+    volume: VolumeArgs,
+}
+
+/// Another examination than the scene's.
+#[derive(Debug, clap::Args)]
+pub(crate) struct VolumeArgs {
     /// Another examination than the scene's: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha,
     /// .mhd), or `phantom`.
     #[arg(long)]
@@ -174,7 +187,9 @@ pub fn command() -> clap::Command {
 }
 
 /// The binary.
-pub fn main() -> ExitCode {
+///
+/// `load` reads an examination for `pilot plan`.
+pub fn main(load: plan::LoadVolume) -> ExitCode {
     // Recordings, pictures and reports are a patient's: nobody else reads them. What the pilot starts inherits this.
     bus::process::keep_to_oneself();
     match Cli::parse().command {
@@ -186,6 +201,7 @@ pub fn main() -> ExitCode {
         Verb::Status { run, json } => exit("pilot", status(&run, json)),
         Verb::Stop { run } => exit("pilot", stop(&run)),
         Verb::Restart { process, run } => exit("pilot", restart(&run, &process)),
+        Verb::Plan(args) => ended(plan(&args, load)),
         Verb::Guide(verb) => exit("pilot", verb.carry_out().map(|text| say(&text))),
         Verb::Calibrate(args) => ended(calibrate(args)),
         Verb::Topics => {
@@ -204,18 +220,42 @@ fn say(text: &str) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
-fn load(args: &SceneArgs) -> Result<(Source, Scene), ResolveError> {
-    let overrides = Overrides {
-        volume: args.volume.clone(),
-        series: args.series,
-        regrid: args.regrid,
-        seed: args.seed,
-    };
-    resolve(args.scene.as_deref(), &overrides)
+impl VolumeArgs {
+    /// The scene of this file, or the embedded one, with this examination.
+    pub(crate) fn load(&self, scene: Option<&Path>) -> Result<(Source, Scene), ResolveError> {
+        let overrides = Overrides {
+            volume: self.volume.clone(),
+            series: self.series,
+            regrid: self.regrid,
+            seed: self.seed,
+        };
+        resolve(scene, &overrides)
+    }
+}
+
+fn load_scene(args: &SceneArgs) -> Result<(Source, Scene), ResolveError> {
+    args.volume.load(args.scene.as_deref())
+}
+
+fn plan(args: &PlanArgs, load: plan::LoadVolume) -> Result<ExitCode, CliError> {
+    match args.carry_out(load)? {
+        Planned::Said(words, is_doubtful) => {
+            say(&words);
+            Ok(match is_doubtful {
+                true => ExitCode::from(WITH_PROBLEMS),
+                false => ExitCode::SUCCESS,
+            })
+        }
+        Planned::Window(prepared) => {
+            let (options, source, scene) = *prepared;
+            run(options, source, scene)?;
+            Ok(ExitCode::SUCCESS)
+        }
+    }
 }
 
 fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
-    let (source, scene) = load(&args.scene)?;
+    let (source, scene) = load_scene(&args.scene)?;
     no_faults(check::cheap_faults(&source, &scene))?;
     if args.speed.is_some() {
         simulated_time_for(&scene)?;
@@ -228,6 +268,7 @@ fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
         simulated_time: args.speed.is_some(),
         has_window: args.window && !args.headless,
         replay: None,
+        planning: None,
     };
     carry_out(options, source, scene, "pictures, recording and report")
 }
@@ -265,7 +306,7 @@ fn display(path: &Path) -> String {
 }
 
 fn check(args: &SceneArgs) -> Result<(), CliError> {
-    let (source, scene) = load(args)?;
+    let (source, scene) = load_scene(args)?;
     let found = check::check(&source, &scene);
     let path = source.path.display();
     match found.faults.len() {

@@ -14,6 +14,7 @@ mod memory;
 mod metrics;
 mod output;
 mod plan;
+mod planning;
 mod ports;
 mod problems;
 mod replay;

@@ -6,6 +6,8 @@ use phantom::Phantom;
 use scene::raw::{self, RawTarget, Source};
 use scene::{RawVolume, Scene, SceneError};
 
+use crate::planning::{FollowError, follow};
+
 /// The scene that runs when none is named: see the file itself.
 pub(crate) const EMBEDDED: &str = include_str!("../../config/demo.toml");
 
@@ -27,6 +29,8 @@ pub(crate) struct Overrides {
 pub(crate) enum ResolveError {
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Plan(#[from] FollowError),
     #[error(
         "--volume {volume} replaces the examination of scene {scene}, but its {what} belongs to that one and would \
          point at other anatomy, or name another patient, here. Write a scene for this examination, or use one without them, such as config/demo.toml"
@@ -65,6 +69,7 @@ pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Sou
     if let Some(seed) = overrides.seed {
         source.scene.seed = seed;
     }
+    follow(&mut source)?;
     add_phantom_landmarks(&mut source);
     make_paths_absolute(&mut source);
     let scene = Scene::from_raw(&source)?;
@@ -100,6 +105,12 @@ fn replace_volume(source: &mut Source, volume: &str, overrides: &Overrides) -> R
     if source.scene.identity.is_some() {
         return Err(misplaced("[identity]"));
     }
+    if source.scene.plan.is_some() {
+        return Err(misplaced("[plan]"));
+    }
+    if source.scene.volume.hash.is_some() {
+        return Err(misplaced("[volume] hash"));
+    }
     // Of the generated patient, as the scene lists no targets: it goes with that patient.
     source.scene.guide.target = None;
     source.scene.volume = RawVolume {
@@ -124,6 +135,7 @@ fn make_paths_absolute(source: &mut Source) {
         tracker.sequence.as_mut().map(|sequence| &mut sequence.file),
         tracker.calibration.as_mut().map(|link| &mut link.file),
         tracker.registration.as_mut().map(|link| &mut link.file),
+        scene.plan.as_mut().and_then(|plan| plan.labels.as_mut()),
     ];
     for file in files.into_iter().flatten() {
         // Fails for an empty path, which was refused before.

@@ -66,7 +66,12 @@ pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Repo
     context.replay = options.replay.as_ref().map(Replay::of);
     context.duration_ns = options.duration.map(clock::ns);
     context.simulated_time = options.simulated_time;
-    let replaced = output::prepare(&options.out, &shutdown::picture_names(&scene), options.overwrite)?;
+    context.planning = options.planning.is_some();
+    // Who plans writes a plan and no pictures of a session.
+    let replaced = match &options.planning {
+        None => output::prepare(&options.out, &shutdown::picture_names(&scene), options.overwrite)?,
+        Some(_) => output::Replaced::default(),
+    };
     // With the lock held, facts and whatever bears this run's prefix are left over from a pilot that was killed.
     context.remove_facts();
     context.sweep();
@@ -107,6 +112,9 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     }
     run.recomputed = shutdown::compare_recomputed(&run.options);
     let mut report = shutdown::report(&run);
+    if run.options.planning.is_some() {
+        return Ok(report);
+    }
     match report.write(&run.options.out) {
         Ok(()) => shutdown::attach_report(&run.options),
         // The terminal still says how the run went.
@@ -249,6 +257,9 @@ impl Run {
 
     /// Says what has become of the workflow and of what a person chose.
     fn guide(&mut self) -> Result<(), BusError> {
+        if let Some(desk) = &self.desk {
+            desk.serve_late_joiners();
+        }
         for words in self.guiding.turn(self.session.clock().now_ns())? {
             self.tell(Level::Info, &words);
         }
@@ -262,6 +273,8 @@ impl Run {
             // The first is the run's: who shows images shows no other.
             if let Some(hash) = self.metrics.volume_hash() {
                 self.guiding.volume(hash);
+                let now_ns = self.session.clock().now_ns();
+                self.desk.iter_mut().try_for_each(|desk| desk.volume(hash, now_ns))?;
             }
             self.kept.published(&volume);
         }
@@ -311,7 +324,7 @@ impl Run {
 
     /// Once, before anything is stopped.
     fn take_pictures(&mut self) {
-        if self.pictures.is_none() && self.began_ns.is_some() {
+        if self.pictures.is_none() && self.began_ns.is_some() && self.desk.is_none() {
             self.tell(
                 Level::Info,
                 &format!("ending: the pictures show pose {}", self.last_seq()),

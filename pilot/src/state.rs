@@ -21,6 +21,7 @@ use crate::kept::KeptVolume;
 use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
 use crate::plan::{Poses, add_window, plan};
+use crate::planning::{Desk, PlanStore};
 use crate::ports::Ports;
 use crate::replay::{Recompute, Recomputed, Replay};
 use crate::report::Pictures;
@@ -40,6 +41,8 @@ pub(crate) struct Options {
     pub(crate) has_window: bool,
     /// What is replayed; `None`: the run navigates.
     pub(crate) replay: Option<Replay>,
+    /// The plan that is made; `None`: the run navigates.
+    pub(crate) planning: Option<PlanStore>,
 }
 
 impl Options {
@@ -112,6 +115,8 @@ pub(crate) struct Run {
     pub(crate) metrics: Metrics,
     /// What a person chose, and how far the run has come.
     pub(crate) guiding: Guiding,
+    /// The plan that is made, in a run for that.
+    pub(crate) desk: Option<Desk>,
     /// For renderers and trackers that start while no loader serves the run.
     pub(crate) kept: KeptVolume,
     /// The moment of sample 0, once everybody is ready.
@@ -167,6 +172,7 @@ impl Run {
         Ok(Self {
             ports: Ports::open(&bus, &context, &scene, &planned)?,
             guiding: Guiding::open(&bus, &scene, rules, options.replay.is_some())?,
+            desk: options.planning.clone().map(|store| Desk::open(&bus, store)).transpose()?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             unrecorded: Unrecorded::default(),
             metrics: Metrics::new(scene.views.len()),

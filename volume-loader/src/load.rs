@@ -75,16 +75,24 @@ fn unknown(path: &Path, error: ReadError) -> Result<ReadError, ReadError> {
     })
 }
 
-/// Reads an examination into this process's own memory; the generated patient is that of seed 1.
+/// Reads an examination into this process's own memory; the generated patient is that of this seed.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn load_seeded(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
+    Ok(load_owned(spec, seed)?)
+}
+
+/// The same; the generated patient is that of seed 1.
 ///
 /// # Errors
 /// [`LoadError`].
 pub fn load(spec: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
-    Ok(load_owned(spec)?)
+    load_seeded(spec, 1)
 }
 
-fn load_owned(spec: &VolumeSpec) -> Result<OwnedVolume, LoadError> {
-    let mut source = open(spec, 1)?;
+fn load_owned(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, LoadError> {
+    let mut source = open(spec, seed)?;
     let grid = *source.grid();
     let layout = Layout::choose(grid.dims())?;
     let padding_hu = source.padding_hu();

@@ -44,6 +44,19 @@ pub enum RunError {
         /// What is wrong.
         source: LayoutError,
     },
+    /// Another examination than the scene's.
+    #[error(
+        "loading {what}: its hash is {found}, and the scene is for the examination {expected} alone ([volume] hash, or that of its plan). \
+         Nothing of it is shown"
+    )]
+    Other {
+        /// The volume, as it describes itself.
+        what: String,
+        /// Its hash.
+        found: VolumeHash,
+        /// The hash that the scene names.
+        expected: String,
+    },
     /// Shared memory cannot be asked.
     #[error(transparent)]
     Folder(#[from] FolderError),
@@ -151,6 +164,14 @@ fn publish(
     });
     beat?;
     let Filled { hash, conversion } = filled?;
+    let expected = process.scene.volume.hash.clone();
+    if let Some(expected) = expected.filter(|expected| *expected != hash.to_string()) {
+        return Err(RunError::Other {
+            what: source.describe(),
+            found: hash,
+            expected,
+        });
+    }
     loan.publish(VolumeHeader::new(&grid, layout, padding_hu, hash, marks))?;
     let seconds = progress.finish();
     let mib = (layout.stored() * 2) as f64 / f64::from(1 << 20);

@@ -1,6 +1,6 @@
 //! One frame of the screen: from what is known to pixels.
 
-use egui::{Context, Pos2, RawInput, Rect, vec2};
+use egui::{Context, Pos2, RawInput, Rect, Ui, vec2};
 
 use crate::code::{COLUMNS, Code, Place, ROWS, SQUARE_PX, Shown};
 use crate::colours;
@@ -72,6 +72,28 @@ impl Frames {
         coded: Coded,
         pixels: &mut [u32],
     ) -> Result<Painted, PaintError> {
+        let frames = feed.frames().iter().enumerate();
+        let images: Vec<Image<'_>> = frames
+            .filter_map(|(view, frame)| image(view, frame.as_deref()?))
+            .collect();
+        let show = |ui: &mut Ui| screen::show(ui, model, screen, look);
+        let (outcome, mut parts) = self.paint_ui(screen, (events, time_s), &images, pixels, show)?;
+        let code = self.stamp((outcome.code, coded), shown(model), screen, (pixels, &mut parts));
+        Ok(Painted { outcome, parts, code })
+    }
+
+    /// Paints what `show` lays out, with these images, into `pixels`; what it gave, and what has changed on the screen.
+    ///
+    /// # Errors
+    /// [`PaintError`] for memory of another size than the screen's.
+    pub fn paint_ui<T: Default>(
+        &mut self,
+        screen: Screen,
+        (events, time_s): (Vec<egui::Event>, f64),
+        images: &[Image<'_>],
+        pixels: &mut [u32],
+        mut show: impl FnMut(&mut Ui) -> T,
+    ) -> Result<(T, Vec<Part>), PaintError> {
         self.seq += 1;
         let [width, height] = screen.pixels.map(|n| n as f32);
         let input = RawInput {
@@ -81,17 +103,11 @@ impl Frames {
             focused: true,
             ..RawInput::default()
         };
-        let mut outcome = Outcome::default();
-        let mut output = self
-            .context
-            .run_ui(input, |ui| outcome = screen::show(ui, model, screen, look));
+        let mut outcome = T::default();
+        let mut output = self.context.run_ui(input, |ui| outcome = show(ui));
         let primitives = self
             .context
             .tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
-        let frames = feed.frames().iter().enumerate();
-        let images: Vec<Image<'_>> = frames
-            .filter_map(|(view, frame)| image(view, frame.as_deref()?))
-            .collect();
         let painted = self.painter.paint(
             Frame {
                 size: screen.pixels,
@@ -99,7 +115,7 @@ impl Frames {
                 clear: colours::GROUND,
                 textures: &mut output.textures_delta,
                 primitives: &primitives,
-                images: &images,
+                images,
             },
             Pixels { pixels, age: 1 },
         )?;
@@ -111,35 +127,44 @@ impl Frames {
                 area.height(),
             ]
         };
-        let mut parts: Vec<Part> = painted.damage.iter().map(part).collect();
-        let code = outcome.code.and_then(|room| place(room, coded));
-        let code = code.map(|place| (self.code(model), place));
-        if let Some((code, place)) = code {
-            parts.push(stamp(code, place, screen.pixels[0], pixels));
-        }
-        Ok(Painted { outcome, parts, code })
+        Ok((outcome, painted.damage.iter().map(part).collect()))
+    }
+
+    /// Puts the coded cell of this frame into its room, if it has one: the oldest pose shown and what is claimed of it.
+    pub fn stamp(
+        &self,
+        (room, coded): (Option<Rect>, Coded),
+        (oldest_ns, shown): (i64, Shown),
+        screen: Screen,
+        (pixels, parts): (&mut [u32], &mut Vec<Part>),
+    ) -> Option<(Code, Place)> {
+        let place = place(room?, coded)?;
+        let code = Code::new(self.seq, oldest_ns, shown);
+        parts.push(stamp(code, place, screen.pixels[0], pixels));
+        Some((code, place))
     }
 
     /// Whether the coded cell lies elsewhere than when this was asked last.
     pub fn has_moved(&mut self, place: Place) -> bool {
         self.place.replace(place) != Some(place)
     }
+}
 
-    fn code(&self, model: &Model) -> Code {
-        let state = &model.state;
-        let has_images = model.cells.iter().any(|cell| cell.size.is_some());
-        let shown = match state.tone {
-            _ if !has_images => Shown::Nothing,
-            Tone::Replay => Shown::Replay,
-            Tone::Live | Tone::Quiet => Shown::Live,
-            Tone::Warning | Tone::Alarm => Shown::NotLive,
-        };
-        Code::new(self.seq, state.oldest_ns.unwrap_or(0), shown)
-    }
+/// What the coded cell says of a screen: the oldest pose shown, ns, and what is claimed of it.
+fn shown(model: &Model) -> (i64, Shown) {
+    let state = &model.state;
+    let has_images = model.cells.iter().any(|cell| cell.size.is_some());
+    let shown = match state.tone {
+        _ if !has_images => Shown::Nothing,
+        Tone::Replay => Shown::Replay,
+        Tone::Live | Tone::Quiet => Shown::Live,
+        Tone::Warning | Tone::Alarm => Shown::NotLive,
+    };
+    (state.oldest_ns.unwrap_or(0), shown)
 }
 
 /// The image of a view, where it lies in shared memory.
-fn image(view: usize, frame: &bus::port::Frame) -> Option<Image<'_>> {
+pub(crate) fn image(view: usize, frame: &bus::port::Frame) -> Option<Image<'_>> {
     let header = frame.header();
     // What it may claim has been judged by the model, from the same header.
     let ages = bus::message::Ages {

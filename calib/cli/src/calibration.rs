@@ -1,7 +1,6 @@
 //! Calibrations on disk: JSON that says what it is, what it rests on and how good it is.
 
 mod bodies;
-mod date;
 mod file;
 mod parts;
 mod read;
@@ -10,7 +9,7 @@ pub use bodies::{
     BaseRecord, EmitterRecord, FeatureRecord, GroupRecord, MarkerRecord, RejectedSighting, RejectedTouchRecord,
     SeatDrawing, SeatRecord,
 };
-pub(crate) use date::now;
+pub(crate) use bus::clock::date::now;
 pub use file::{CalibrationFile, Kind};
 pub use parts::{
     CoverageRecord, Gate, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord, ToolRecord,

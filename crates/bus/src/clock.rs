@@ -5,6 +5,7 @@
 //!
 //! A replay has a second clock beside it, the recorded run's, which follows a [`Law`]: see [`crate::session`].
 
+pub mod date;
 mod law;
 
 use std::cell::Cell;

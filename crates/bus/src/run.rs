@@ -57,6 +57,9 @@ pub struct RunContext {
     /// Whether time is made up: each sample waits until every view has drawn the one before ([`crate::session`]).
     #[serde(default)]
     pub simulated_time: bool,
+    /// Whether an operation is planned: no pose is published, and the pilot tells the plan.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub planning: bool,
     /// What its files in shared memory are called beside those of other runs in the same folder: nobody can guess it.
     key: String,
 }
@@ -143,6 +146,7 @@ impl RunContext {
             replay: None,
             duration_ns: None,
             simulated_time: false,
+            planning: false,
             key: key()?,
         })
     }

@@ -150,6 +150,15 @@ pub const GUIDE: Topic = Topic {
     ..BASE
 };
 
+/// The plan of the operation, in a planning run: kept and written by its pilot.
+pub const PLAN: Topic = Topic {
+    name: "plan",
+    payload: "trocar/Plan/1",
+    wakes: true,
+    purpose: "targets, ways to them and what was measured (planning runs only)",
+    ..BASE
+};
+
 /// How far the run has come, and what may be shown.
 pub const WORKFLOW: Topic = Topic {
     name: "workflow",
@@ -192,16 +201,16 @@ pub const EVENT: Topic = Topic {
 /// Requests to a process.
 pub const COMMAND: Topic = Topic {
     name: "command/*",
-    payload: "trocar/Command/4 -> trocar/ReplyHeader/1 + [u8]",
+    payload: "trocar/Command/5 -> trocar/ReplyHeader/1 + [u8]",
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
-    purpose: "status, stop, restart, choose, mark, hold, confirm, navigate (pilot), render one pose, one plane or none (renderers), steer a replay (replayer)",
+    purpose: "status, stop, restart, choose, mark, hold, confirm, navigate, change the plan (pilot), render one pose, one plane or none (renderers), steer a replay (replayer)",
     ..BASE
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 15] = [
+pub const TOPICS: [&Topic; 16] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
@@ -212,6 +221,7 @@ pub const TOPICS: [&Topic; 15] = [
     &LOOK_FRAME,
     &IDENTITY,
     &GUIDE,
+    &PLAN,
     &WORKFLOW,
     &FRAME_STAMP,
     &HEARTBEAT,

@@ -11,6 +11,7 @@ pub mod identity;
 mod limits;
 pub mod locate;
 pub mod operating_room;
+pub mod plan;
 mod priorities;
 pub mod raw;
 mod recording;
@@ -58,6 +59,8 @@ pub struct Scene {
     pub workflow: Demands,
     /// The images, in the order of the file.
     pub views: Vec<View>,
+    /// The plan that the run follows, and what its ways are measured against.
+    pub plan: plan::PlanSpec,
     /// Whose examination it is, as far as the scene says so.
     pub identity: Option<RawIdentity>,
     /// Who samples the volume.

@@ -12,6 +12,7 @@ use super::guide::RawGuide;
 use super::identity::{self, RawIdentity};
 use super::locate;
 use super::operating_room::RawRoom;
+use super::plan::RawPlan;
 use super::priorities::Priorities;
 use super::recording::RawRecording;
 use super::sampling::Render;
@@ -65,6 +66,9 @@ pub struct RawScene {
     pub guide: RawGuide,
     /// `[workflow]`
     pub workflow: RawWorkflow,
+    /// `[plan]`; absent: the run follows none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plan: Option<RawPlan>,
     /// `[[targets]]`; absent: those of the generated patient, or none for a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub targets: Option<Vec<RawTarget>>,
@@ -316,6 +320,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
     })?;
     anchor(&mut scene.volume.source, path);
     let tracker = &mut scene.tracker;
+    let plan = scene.plan.as_mut().map(|plan| [plan.file.as_mut(), plan.labels.as_mut()]);
     let files = [
         tracker
             .room
@@ -326,7 +331,8 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         tracker.calibration.as_mut().map(|link| &mut link.file),
         tracker.registration.as_mut().map(|link| &mut link.file),
     ];
-    files.into_iter().flatten().for_each(|file| anchor(file, path));
+    let files = files.into_iter().chain(plan.into_iter().flatten());
+    files.flatten().for_each(|file| anchor(file, path));
     Ok(Source {
         path: path.to_owned(),
         text: text.to_owned(),

@@ -30,6 +30,9 @@ pub struct RawVolume {
     pub assume_lps: bool,
     /// How many voxels along each axis become one.
     pub downsample: [u32; 3],
+    /// The only examination that may be loaded, by its hash; absent: whichever lies there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hash: Option<String>,
     /// The part to load; absent: all of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<RawRegion>,
@@ -59,6 +62,7 @@ impl Default for RawVolume {
             regrid: false,
             assume_lps: false,
             downsample: [1; 3],
+            hash: None,
             region: None,
         }
     }
@@ -73,6 +77,8 @@ pub struct VolumeSpec {
     pub region: Option<Region>,
     /// How many voxels along each axis become one; 1 to 16.
     pub downsample: [u32; 3],
+    /// The only examination that may be loaded: 64 hexadecimal digits, lower case.
+    pub hash: Option<String>,
 }
 
 /// Where the examination comes from.
@@ -142,6 +148,7 @@ impl VolumeSpec {
             source,
             region: None,
             downsample: [1; 3],
+            hash: None,
         }
     }
 }
@@ -159,7 +166,16 @@ pub(super) fn checked(raw: &RawVolume, targets: &[Target], entry: Option<[f64; 3
             None => None,
         },
         downsample: raw.downsample,
+        hash: raw.hash.as_deref().map(hash).transpose()?,
     })
+}
+
+fn hash(text: &str) -> Checked<String> {
+    let is_hash = text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
+    match is_hash {
+        true => Ok(text.to_ascii_lowercase()),
+        false => Err(invalid("volume.hash", format!("{text:?}"), "64 hexadecimal digits")),
+    }
 }
 
 fn source(raw: &RawVolume) -> Checked<VolumeSource> {

@@ -3,6 +3,7 @@
 use bus::BusError;
 use bus::run::RunError as FolderError;
 
+use crate::cli::plan::PlanCliError;
 use crate::replay::PrepareError;
 use crate::resolve::ResolveError;
 use crate::run::RunError;
@@ -17,6 +18,8 @@ pub(crate) enum CliError {
     NoReplay(String),
     #[error(transparent)]
     Resolve(#[from] ResolveError),
+    #[error(transparent)]
+    Plan(#[from] PlanCliError),
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]

@@ -11,6 +11,7 @@ use super::args::{Pictured, ReplayArgs};
 use super::facts::{self, Facts, FactsError};
 use super::recompute::{Recompute, RecomputeError};
 use crate::output;
+use crate::planning::follow;
 use crate::resolve::{ResolveError, volume_path};
 use crate::state::Options;
 
@@ -107,6 +108,7 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
         simulated_time: false,
         has_window: args.window && !args.headless,
         replay: Some(replay),
+        planning: None,
     };
     Ok((options, source, scene))
 }
@@ -162,6 +164,9 @@ fn scene(
         (None, Some(text)) => raw::parse(text, &recording.join("scene.toml"))?,
         (None, None) => return Err(PrepareError::NoScene(recording.to_owned())),
     };
+    follow(&mut source).map_err(ResolveError::from)?;
+    // The recording says in which examination it was made, and each image whether it is that one.
+    source.scene.volume.hash = None;
     let recompute = match args.recompute {
         true => Some(Recompute::prepare(args, facts, recording, &mut source.scene)?),
         false => {

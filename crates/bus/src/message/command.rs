@@ -2,12 +2,12 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{ImagePlane, ToolPose, field_text, text_field};
+use super::{ImagePlane, PlanEdit, PlanWish, ToolPose, field_text, text_field};
 
 /// A request. The reply is bytes (text or JSON) behind a [`ReplyHeader`].
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Command/4")]
+#[type_name("trocar/Command/5")]
 pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
@@ -22,11 +22,13 @@ pub struct Command {
     /// For [`CommandKind::Look`]: the plane and window to draw. Else zero.
     pub plane: ImagePlane,
     /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. For
-    /// [`CommandKind::Confirm`]: the examination's hash, in hex. Else empty.
+    /// [`CommandKind::Confirm`]: the examination's hash, in hex. For [`CommandKind::Plan`]: the words of the change. Else empty.
     pub text: [u8; Self::TEXT],
+    /// For [`CommandKind::Plan`]: the change. Else none.
+    pub edit: PlanEdit,
 }
 
-const _: () = assert!(size_of::<Command>() == 320 + size_of::<ImagePlane>() + Command::TEXT);
+const _: () = assert!(size_of::<Command>() == 320 + size_of::<ImagePlane>() + Command::TEXT + size_of::<PlanEdit>());
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,10 +71,12 @@ pub enum CommandKind {
     Navigate,
     /// Pilot: a person ends it, and the run goes on.
     Rest,
+    /// Pilot of a planning run: change the plan, take a change back, or confirm it.
+    Plan,
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 19] = [
+const CODES: [(CommandKind, u32); 20] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -92,6 +96,7 @@ const CODES: [(CommandKind, u32); 19] = [
     (CommandKind::Reject, 17),
     (CommandKind::Navigate, 18),
     (CommandKind::Rest, 19),
+    (CommandKind::Plan, 20),
 ];
 
 impl Command {
@@ -110,6 +115,7 @@ impl Command {
             pose: ToolPose::EMPTY,
             plane: ImagePlane::default(),
             text: [0; Self::TEXT],
+            edit: PlanEdit::NONE,
         }
     }
 
@@ -152,6 +158,15 @@ impl Command {
             plane,
             ..Self::new(CommandKind::Look)
         }
+    }
+
+    /// The request to change the plan; `None` for a change that has no room in one, and for words that would be cut off.
+    pub fn plan(wish: &PlanWish) -> Option<Self> {
+        let (edit, words) = PlanEdit::of(wish)?;
+        (words.len() <= Self::TEXT).then(|| Self {
+            edit,
+            ..Self::with_text(CommandKind::Plan, &words)
+        })
     }
 
     /// The request's words.

@@ -2,10 +2,10 @@
 
 use super::places::{Crowded, Places};
 use super::{command, event_service, frame, stream, volume};
-use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, ToolPose, Workflow};
+use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, Plan, ToolPose, Workflow};
 use crate::node::patiently;
 use crate::topic::{
-    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME,
+    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME, PLAN,
     SESSION_CLOCK, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
 };
 use crate::{Bus, BusError};
@@ -23,6 +23,8 @@ pub struct Members<'a> {
     pub views: Vec<&'a str>,
     /// Whether somebody rules the clock: in a replay, and in simulated time. The pilot then gives signs of life too.
     pub is_ruled: bool,
+    /// Whether an operation is planned: the pilot then tells the plan.
+    pub is_planning: bool,
 }
 
 /// Every service of a run, held open by its pilot for as long as the run lasts. Whoever is killed while it makes a service
@@ -50,6 +52,9 @@ impl Services {
         if members.is_ruled {
             keep_stream::<ClockLaw>(&mut kept, bus, &SESSION_CLOCK, "")?;
             keep_stream::<Heartbeat>(&mut kept, bus, &HEARTBEAT, "pilot")?;
+        }
+        if members.is_planning {
+            keep_stream::<Plan>(&mut kept, bus, &PLAN, "")?;
         }
         for view in &members.views {
             for topic in [&VIEW_FRAME, &HELD_FRAME, &LOOK_FRAME] {

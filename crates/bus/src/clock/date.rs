@@ -1,4 +1,4 @@
-//! The date of a calibration, for people: RFC 3339 in UTC.
+//! The date of a file, for people: RFC 3339 in UTC.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -7,7 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
     clippy::disallowed_methods,
     reason = "the date of a file is wall time for people; nothing is computed from it"
 )]
-pub(crate) fn now() -> String {
+pub fn now() -> String {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     rfc3339(since.map_or(0, |d| d.as_secs()))
 }

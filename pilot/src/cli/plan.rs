@@ -1,0 +1,180 @@
+//! `pilot plan`: makes a plan of an operation, on a screen or from the command line, and says what is in it.
+
+mod edits;
+
+use std::path::PathBuf;
+
+use bus::clock::date;
+use bus::volume::OwnedVolume;
+use clap::Args;
+use guidance::plan::file::Changed;
+use guidance::plan::{Confirmed, Editor, Plan, PlanError};
+use guidance::workflow::VolumeId;
+use scene::raw::Source;
+use scene::{Scene, VolumeSpec};
+
+use crate::cli::VolumeArgs;
+use crate::planning::{Findings, PlanStore, StoreError, planning_scene};
+use crate::resolve::ResolveError;
+use crate::state::Options;
+use edits::EditArgs;
+
+pub(crate) const PLAN_HELP: &str = "\
+A plan is a file of targets, ways to them and measures in one examination, which it names by its hash; it is of no use with any other. With
+--window it is made on a screen (docs/plan.md); without, it is changed as the options say, written, and printed with what speaks against it.
+A scene follows it with [plan] file.
+
+Examples:
+  pilot plan plan.json --volume ct --window                          makes it on a screen
+  pilot plan plan.json --volume ct                                   what is in it, and what lies outside the CT
+  pilot plan plan.json --volume ct --target node=33.5,4,50.5 --entry node=120,60,40
+  pilot plan plan.json --volume ct --diameter node=8 --stop node=5 --rename node=left-node
+  pilot plan plan.json --volume ct --measure 33.5,4,50.5:120,60,40   a distance; with three points an angle
+  pilot plan plan.json --volume ct --confirm \"Dr. A\"                 read-only from now on
+
+Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something speaks against the plan.";
+
+/// Reads an examination: handed in by the binary, as this crate knows no formats of volumes. The number is the generated patient's seed.
+pub type LoadVolume = fn(&VolumeSpec, u64) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArgs {
+    /// The plan; made where there is none.
+    plan: PathBuf,
+    /// A scene with the examination, the tool and what ways are measured against; without one, the embedded demonstration.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    volume: VolumeArgs,
+    /// Take a plan that was changed by other means as it is; it is then no plan that anybody confirmed.
+    #[arg(long)]
+    accept_changes: bool,
+    /// A new plan begins with the targets of the scene.
+    #[arg(long)]
+    from_scene: bool,
+    #[command(flatten)]
+    edits: EditArgs,
+    /// A person says that the plan is to be followed: it is read-only from now on.
+    #[arg(long, value_name = "NAME")]
+    confirm: Option<String>,
+    /// Print it as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Make it on a screen, on the display that DISPLAY names.
+    #[arg(long, conflicts_with_all = ["confirm", "json"])]
+    window: bool,
+    /// Names the run in which it is made on a screen.
+    #[arg(long, default_value = "plan", requires = "window")]
+    run: String,
+}
+
+/// Why a plan was not made.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum PlanCliError {
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Resolve(#[from] ResolveError),
+    #[error("changing the plan: {0}. Nothing was written")]
+    Edit(#[from] PlanError),
+    #[error("reading the examination: {0}")]
+    Volume(Box<dyn std::error::Error + Send + Sync>),
+    #[error(
+        "plan {path}: it was made for the examination {expected}, and this one is {found}. Give the examination that it was made for, all of \
+         it and read in the same way"
+    )]
+    OtherExamination {
+        path: PathBuf,
+        found: String,
+        expected: String,
+    },
+    #[error("plan {path}: there is one already, and --from-scene begins a new one; give another name")]
+    NotNew { path: PathBuf },
+}
+
+/// What `pilot plan` is to do.
+pub(crate) enum Planned {
+    /// It was done: what is to be said, and whether something speaks against the plan.
+    Said(String, bool),
+    /// It is made on a screen.
+    Window(Box<(Options, Source, Scene)>),
+}
+
+impl PlanArgs {
+    /// Changes and prints the plan, or prepares the run in which it is made on a screen.
+    pub(crate) fn carry_out(&self, load: LoadVolume) -> Result<Planned, PlanCliError> {
+        let changed = match self.accept_changes {
+            true => Changed::Taken,
+            false => Changed::Refused,
+        };
+        let mut store = PlanStore::open(&self.plan, changed)?;
+        let (mut source, scene) = self.volume.load(self.scene.as_deref())?;
+        if self.from_scene && store.plan().is_some() {
+            let path = store.path().to_owned();
+            return Err(PlanCliError::NotNew { path });
+        }
+        if self.window && !self.edits.is_some() && !self.from_scene {
+            return self.on_screen(store, &mut source);
+        }
+        bus::stderr_line!("pilot: reading the examination");
+        let volume = load(&scene.volume, scene.seed).map_err(PlanCliError::Volume)?;
+        let plan = self.changed(&store, &scene, &volume)?;
+        // A plan with nothing in it is written by nobody's wish.
+        if store.plan().is_some() || plan != Plan::new(plan.volume) {
+            store.save(&plan)?;
+        }
+        if self.window {
+            return self.on_screen(store, &mut source);
+        }
+        let found = Findings::of(&store, &plan, &volume.view());
+        let words = match self.json {
+            true => serde_json::to_string_pretty(&found).unwrap_or_default(),
+            false => found.table(),
+        };
+        Ok(Planned::Said(words, found.is_doubtful()))
+    }
+
+    /// The plan with all changes made.
+    fn changed(&self, store: &PlanStore, scene: &Scene, volume: &OwnedVolume) -> Result<Plan, PlanCliError> {
+        let hash = VolumeId(volume.hash.0);
+        let plan = match store.plan() {
+            Some(plan) if plan.volume != hash => {
+                return Err(PlanCliError::OtherExamination {
+                    path: store.path().to_owned(),
+                    found: volume.hash.to_string(),
+                    expected: bus::message::VolumeHash(plan.volume.0).to_string(),
+                });
+            }
+            Some(plan) => plan.clone(),
+            None => Plan::new(hash),
+        };
+        let mut editor = Editor::new(plan);
+        let given = if self.from_scene { &scene.targets[..] } else { &[] };
+        for edit in edits::of_scene(given) {
+            editor.edit(edit)?;
+        }
+        self.edits.make(&mut editor)?;
+        if let Some(by) = &self.confirm {
+            let (by, at) = (by.clone(), date::now());
+            editor.confirm(Confirmed { by, at })?;
+        }
+        Ok(editor.plan().clone())
+    }
+
+    fn on_screen(&self, store: PlanStore, source: &mut Source) -> Result<Planned, PlanCliError> {
+        planning_scene(source, &store);
+        let scene = Scene::from_raw(source).map_err(ResolveError::from)?;
+        let folder = store.path().parent().unwrap_or(store.path()).to_owned();
+        let options = Options {
+            run: self.run.clone(),
+            out: folder,
+            overwrite: false,
+            duration: None,
+            simulated_time: false,
+            has_window: true,
+            replay: None,
+            planning: Some(store),
+        };
+        Ok(Planned::Window(Box::new((options, source.clone(), scene))))
+    }
+}

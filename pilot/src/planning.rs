@@ -1,0 +1,13 @@
+//! Planning an operation: the plan's file, a run in which it is made on a screen, and what is said of it on the command line.
+
+mod desk;
+mod follow;
+mod scene;
+mod store;
+mod text;
+
+pub(crate) use desk::Desk;
+pub(crate) use follow::{FollowError, follow};
+pub(crate) use scene::planning_scene;
+pub(crate) use store::{PlanStore, StoreError};
+pub(crate) use text::Findings;

@@ -1,0 +1,291 @@
+//! The file of a plan: read whole, written whole, and never over what somebody else wrote meanwhile.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use bus::clock::date;
+use guidance::plan::file::{Changed, FileError, MAX_BYTES, PlanFile};
+use guidance::plan::{Plan, PlanError};
+use rustix::fs::{FlockOperation, flock};
+use scene::file::{OpenError, read_text};
+
+/// What the file says wrote it.
+const WRITER: &str = concat!("trocar ", env!("CARGO_PKG_VERSION"));
+/// How often the file is tried while somebody else writes it, and how long is waited in between.
+const LOOKS: u32 = 40;
+const BETWEEN_LOOKS: Duration = Duration::from_millis(5);
+
+/// Why a plan is not read or not written.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StoreError {
+    #[error("plan {path}: {source}")]
+    Open { path: PathBuf, source: OpenError },
+    #[error("plan {path}: {source}")]
+    Content { path: PathBuf, source: Box<FileError> },
+    #[error(
+        "plan {path}: it was changed by somebody else meanwhile ({found}, and what was changed here rests on {known}). Nothing was \
+         written and nothing of theirs is lost; close this and open the plan again"
+    )]
+    Changed {
+        path: PathBuf,
+        found: String,
+        known: String,
+    },
+    #[error("plan {path}: somebody else is writing it; try again")]
+    Busy { path: PathBuf },
+    #[error("plan {path}: writing it: {source}. What was there before is still there")]
+    Write { path: PathBuf, source: io::Error },
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+}
+
+/// A plan's file, and what is known to stand in it.
+#[derive(Debug, Clone)]
+pub(crate) struct PlanStore {
+    path: PathBuf,
+    /// What was read or written last; `None`: there is no file yet.
+    file: Option<PlanFile>,
+}
+
+impl PlanStore {
+    /// Reads the plan at `path`, if there is one.
+    pub(crate) fn open(path: &Path, changed: Changed) -> Result<Self, StoreError> {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let file = read(&path, changed)?;
+        Ok(Self { path, file })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The plan, as it stands in the file.
+    pub(crate) fn plan(&self) -> Option<&Plan> {
+        self.file.as_ref().map(|file| &file.plan)
+    }
+
+    /// The id of the file's content; empty where there is none.
+    pub(crate) fn id(&self) -> String {
+        self.file.as_ref().map(PlanFile::id).unwrap_or_default()
+    }
+
+    /// The same as a number; 0 where there is none.
+    pub(crate) fn id_number(&self) -> u64 {
+        u64::from_str_radix(&self.id(), 16).unwrap_or(0)
+    }
+
+    /// Writes `plan`, unless that is what stands there.
+    pub(crate) fn save(&mut self, plan: &Plan) -> Result<(), StoreError> {
+        if self.plan() == Some(plan) {
+            return Ok(());
+        }
+        let now = date::now();
+        let file = PlanFile {
+            plan: plan.clone(),
+            written_by: WRITER.to_owned(),
+            made_at: self.file.as_ref().map_or(now.clone(), |file| file.made_at.clone()),
+            changed_at: now,
+        };
+        let (part, part_path) = self.lock()?;
+        self.is_as_known()?;
+        write(part, &part_path, &self.path, &file).map_err(|source| StoreError::Write {
+            path: self.path.clone(),
+            source,
+        })?;
+        self.file = Some(file);
+        Ok(())
+    }
+
+    /// The file beside it into which it is written, locked: whoever else writes this plan waits, and a lock ends with its process.
+    fn lock(&self) -> Result<(File, PathBuf), StoreError> {
+        let mut part = self.path.as_os_str().to_owned();
+        part.push(".part");
+        let part = PathBuf::from(part);
+        let fail = |source| StoreError::Write {
+            path: self.path.clone(),
+            source,
+        };
+        for _ in 0..LOOKS {
+            let mut options = OpenOptions::new();
+            let file = options.write(true).create(true).truncate(false).mode(0o600);
+            let file = file.custom_flags(rustix::fs::OFlags::NOFOLLOW.bits() as i32);
+            let file = file.open(&part).map_err(fail)?;
+            let is_locked = flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok();
+            // Who had the lock may have renamed the file since: what is locked is then the plan itself.
+            let here = fs::symlink_metadata(&part).map(|found| found.ino()).ok();
+            if is_locked && here == file.metadata().map(|found| found.ino()).ok() {
+                return Ok((file, part));
+            }
+            std::thread::sleep(BETWEEN_LOOKS);
+        }
+        Err(StoreError::Busy {
+            path: self.path.clone(),
+        })
+    }
+
+    /// Refuses to write over what somebody else wrote.
+    fn is_as_known(&self) -> Result<(), StoreError> {
+        let words = |file: Option<&PlanFile>| file.map_or("no file".to_owned(), |file| format!("id {}", file.id()));
+        let found = read(&self.path, Changed::Refused)?;
+        if found.as_ref().map(PlanFile::id) == self.file.as_ref().map(PlanFile::id) {
+            return Ok(());
+        }
+        Err(StoreError::Changed {
+            path: self.path.clone(),
+            found: words(found.as_ref()),
+            known: words(self.file.as_ref()),
+        })
+    }
+}
+
+fn read(path: &Path, changed: Changed) -> Result<Option<PlanFile>, StoreError> {
+    let text = match read_text(path, MAX_BYTES as u64) {
+        Ok(text) => text,
+        Err(_) if fs::symlink_metadata(path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound) => {
+            return Ok(None);
+        }
+        Err(source) => {
+            return Err(StoreError::Open {
+                path: path.to_owned(),
+                source,
+            });
+        }
+    };
+    PlanFile::parse(&text, changed).map(Some).map_err(|source| StoreError::Content {
+        path: path.to_owned(),
+        source: Box::new(source),
+    })
+}
+
+/// Under another name first, so that a plan is always whole. One that is confirmed is written by nobody any more.
+fn write(mut part: File, part_path: &Path, path: &Path, file: &PlanFile) -> io::Result<()> {
+    part.set_len(0)?;
+    part.write_all(file.text().as_bytes())?;
+    let mode = if file.plan.confirmed.is_some() { 0o400 } else { 0o600 };
+    part.set_permissions(fs::Permissions::from_mode(mode))?;
+    // Else a crash of the machine could leave the name on an empty file.
+    part.sync_all()?;
+    fs::rename(part_path, path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Point;
+    use guidance::plan::{Confirmed, Edit, Editor, Target};
+    use guidance::workflow::VolumeId;
+
+    fn target(name: &str) -> Edit {
+        Edit::Add(Target {
+            name: name.to_owned(),
+            centre: Point::new(1.0, 2.0, 3.0),
+            diameter_mm: 5.0,
+            entry: None,
+            stop_mm: 0.0,
+        })
+    }
+
+    fn changed(store: &PlanStore, edit: Edit) -> Plan {
+        let plan = store.plan().cloned().unwrap_or_else(|| Plan::new(VolumeId([1; 32])));
+        let mut editor = Editor::new(plan);
+        editor.edit(edit).unwrap();
+        editor.plan().clone()
+    }
+
+    #[test]
+    fn two_that_write_one_plan_lose_nothing() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("plan.json");
+        let open = || PlanStore::open(&path, Changed::Refused).unwrap();
+        let (mut a, mut b) = (open(), open());
+        a.save(&changed(&a, target("a"))).unwrap();
+        let said = b.save(&changed(&b, target("b"))).unwrap_err().to_string();
+        assert!(said.contains("changed by somebody else") && said.contains("rests on no file"), "{said}");
+        assert_eq!(open().plan(), a.plan());
+        let mut b = open();
+        b.save(&changed(&b, target("b"))).unwrap();
+        let said = a.save(&changed(&a, target("c"))).unwrap_err().to_string();
+        assert!(said.contains(&format!("id {}", b.id())), "{said}");
+        let names: Vec<String> = open().plan().unwrap().targets.iter().map(|t| t.name.clone()).collect();
+        assert_eq!(names, ["a", "b"]);
+        // One that was removed is not written again unasked.
+        fs::remove_file(&path).unwrap();
+        let said = b.save(&changed(&b, target("c"))).unwrap_err().to_string();
+        assert!(said.contains("(no file"), "{said}");
+    }
+
+    #[test]
+    fn many_that_write_at_once_each_write_whole_or_say_why_not() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("plan.json");
+        let written = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..8)
+                .map(|i| {
+                    let path = path.clone();
+                    scope.spawn(move || {
+                        let mut written = Vec::new();
+                        for k in 0..20 {
+                            let mut store = PlanStore::open(&path, Changed::Refused).unwrap();
+                            let name = format!("{i}-{k}");
+                            if store.plan().is_some_and(|plan| plan.targets.len() >= 60) {
+                                break;
+                            }
+                            if store.save(&changed(&store, target(&name))).is_ok() {
+                                written.push(name);
+                            }
+                        }
+                        written
+                    })
+                })
+                .collect();
+            let all = threads.into_iter().flat_map(|thread| thread.join().unwrap());
+            all.collect::<std::collections::BTreeSet<String>>()
+        });
+        let store = PlanStore::open(&path, Changed::Refused).unwrap();
+        let there = store.plan().unwrap().targets.iter().map(|target| target.name.clone());
+        assert_eq!(there.collect::<std::collections::BTreeSet<String>>(), written);
+        assert!(!written.is_empty());
+    }
+
+    #[test]
+    fn a_confirmed_plan_is_a_file_that_nobody_writes() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("plan.json");
+        let mut store = PlanStore::open(&path, Changed::Refused).unwrap();
+        let mut editor = Editor::new(changed(&store, target("a")));
+        store.save(editor.plan()).unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+        let confirmed = Confirmed {
+            by: "Dr. A".to_owned(),
+            at: date::now(),
+        };
+        editor.confirm(confirmed).unwrap();
+        store.save(editor.plan()).unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o400);
+        assert_eq!(PlanStore::open(&path, Changed::Refused).unwrap().plan(), Some(editor.plan()));
+    }
+
+    #[test]
+    fn what_is_no_plan_is_refused_with_its_path() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("plan.json");
+        let said = |path: &Path| PlanStore::open(path, Changed::Refused).unwrap_err().to_string();
+        fs::write(&path, "{\"format\": \"trocar-plan\", \"version\": 7}").unwrap();
+        assert!(said(&path).contains("plan.json: found format \"trocar-plan\", version 7"), "{}", said(&path));
+        fs::write(&path, [0xff, 0xfe]).unwrap();
+        assert!(said(&path).contains("plan.json"));
+        assert!(said(tmp.path()).contains(&tmp.path().display().to_string()));
+        assert!(said(Path::new("/dev/zero")).contains("/dev/zero"));
+        // A link that leads nowhere is no plan that could be begun.
+        let link = tmp.path().join("link.json");
+        std::os::unix::fs::symlink("nowhere", &link).unwrap();
+        assert!(said(&link).contains("link.json"));
+        // A folder that is not there is said when the plan is written.
+        let mut store = PlanStore::open(&tmp.path().join("no/plan.json"), Changed::Refused).unwrap();
+        let said = store.save(&changed(&store, target("a"))).unwrap_err().to_string();
+        assert!(said.contains("no/plan.json: writing it"), "{said}");
+    }
+}

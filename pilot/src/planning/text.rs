@@ -1,0 +1,166 @@
+//! What is said of a plan: its targets with their ways, and what speaks against it in its examination.
+
+use bus::volume::VolumeView;
+use geometry::{Ct, Point};
+use guidance::plan::{Concern, Measure, Plan, Target, Trajectory, concerns};
+use serde::Serialize;
+
+use super::store::PlanStore;
+
+/// What was found of a plan in its examination.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Findings {
+    file: String,
+    /// Of the file's content; empty where nothing was written yet.
+    id: String,
+    volume_hash: String,
+    /// Who confirmed it; `null`: nobody, and it may still be changed.
+    confirmed_by: Option<String>,
+    confirmed_at: Option<String>,
+    targets: Vec<TargetFindings>,
+    measures: Vec<MeasureFindings>,
+    notes: String,
+    /// What speaks against it.
+    concerns: Vec<String>,
+    /// That points lie outside the examination or in its bone, and the like: more than that a way is missing.
+    #[serde(skip)]
+    is_doubtful: bool,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct TargetFindings {
+    name: String,
+    ct_mm: [f64; 3],
+    diameter_mm: f64,
+    entry_ct_mm: Option<[f64; 3]>,
+    stop_mm: f64,
+    /// From the entry to where the tip stops.
+    depth_mm: Option<f64>,
+    /// Between the tube and the axial plane, positive towards the head.
+    to_head_deg: Option<f64>,
+    /// On the axial plane, between the tube and straight from front to back, positive towards the patient's left.
+    to_left_deg: Option<f64>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct MeasureFindings {
+    distance_mm: Option<f64>,
+    angle_deg: Option<f64>,
+    ct_mm: Vec<[f64; 3]>,
+}
+
+impl Findings {
+    /// Of a plan and the examination that it was made for.
+    pub(crate) fn of(store: &PlanStore, plan: &Plan, volume: &VolumeView<'_>) -> Self {
+        let hu = |p: Point<Ct>| nearest_hu(volume, p);
+        let concerns = concerns(plan, volume.grid, &hu);
+        let is_doubt = |concern: &Concern| !matches!(concern, Concern::NoEntry { .. });
+        Self {
+            file: store.path().display().to_string(),
+            id: store.id(),
+            volume_hash: bus::message::VolumeHash(plan.volume.0).to_string(),
+            confirmed_by: plan.confirmed.as_ref().map(|confirmed| confirmed.by.clone()),
+            confirmed_at: plan.confirmed.as_ref().map(|confirmed| confirmed.at.clone()),
+            targets: plan.targets.iter().map(TargetFindings::of).collect(),
+            measures: plan.measures.iter().map(MeasureFindings::of).collect(),
+            notes: plan.notes.clone(),
+            is_doubtful: concerns.iter().any(is_doubt),
+            concerns: concerns.iter().map(Concern::to_string).collect(),
+        }
+    }
+
+    /// Whether something speaks against the plan.
+    pub(crate) fn is_doubtful(&self) -> bool {
+        self.is_doubtful
+    }
+
+    /// For people.
+    pub(crate) fn table(&self) -> String {
+        let state = match (&self.confirmed_by, self.id.is_empty()) {
+            (Some(by), _) => format!("confirmed by {by} at {}", self.confirmed_at.as_deref().unwrap_or("?")),
+            (None, true) => "not written yet: there is nothing in it".to_owned(),
+            (None, false) => "not confirmed".to_owned(),
+        };
+        let mut lines = vec![format!("plan {}: id {}, {state}", self.file, or_none(&self.id))];
+        lines.push(format!("examination {}", self.volume_hash));
+        lines.extend((!self.targets.is_empty()).then(|| {
+            format!(
+                "{:<24}{:>24}{:>8}{:>24}{:>7}{:>8}{:>9}{:>9}",
+                "target", "centre, mm", "diam.", "entry, mm", "stop", "depth", "to head", "to left"
+            )
+        }));
+        lines.extend(self.targets.iter().map(TargetFindings::line));
+        lines.extend(self.measures.iter().enumerate().map(MeasureFindings::line));
+        lines.extend((!self.notes.is_empty()).then(|| format!("notes: {}", self.notes.replace(char::is_control, " "))));
+        match self.concerns.is_empty() {
+            true => lines.push("nothing was found against it in the CT".to_owned()),
+            false => lines.extend(self.concerns.iter().map(|concern| format!("! {concern}"))),
+        }
+        lines.join("\n")
+    }
+}
+
+fn or_none(id: &str) -> &str {
+    if id.is_empty() { "-" } else { id }
+}
+
+/// The voxel in which a point lies.
+fn nearest_hu(volume: &VolumeView<'_>, p: Point<Ct>) -> Option<i16> {
+    if !volume.grid.holds(p) {
+        return None;
+    }
+    let index = (volume.grid.voxel_from_ct() * p).mm();
+    let voxel: [u32; 3] = std::array::from_fn(|axis| (index[axis].round() as u32).min(volume.grid.dims()[axis] - 1));
+    Some(volume.at(voxel))
+}
+
+impl TargetFindings {
+    fn of(target: &Target) -> Self {
+        let way = Trajectory::of(target);
+        Self {
+            name: target.name.clone(),
+            ct_mm: target.centre.mm(),
+            diameter_mm: target.diameter_mm,
+            entry_ct_mm: target.entry.map(Point::mm),
+            stop_mm: target.stop_mm,
+            depth_mm: way.map(|way| way.depth_mm),
+            to_head_deg: way.map(|way| way.to_head_rad().to_degrees()),
+            to_left_deg: way.and_then(|way| way.to_left_rad()).map(f64::to_degrees),
+        }
+    }
+
+    fn line(&self) -> String {
+        let place = |mm: [f64; 3]| format!("{:.1} {:.1} {:.1}", mm[0], mm[1], mm[2]);
+        let or_dash = |number: Option<f64>| number.map_or("-".to_owned(), |number| format!("{number:.1}"));
+        format!(
+            "{:<24}{:>24}{:>8.1}{:>24}{:>7.1}{:>8}{:>9}{:>9}",
+            self.name,
+            place(self.ct_mm),
+            self.diameter_mm,
+            self.entry_ct_mm.map_or("-".to_owned(), place),
+            self.stop_mm,
+            or_dash(self.depth_mm),
+            or_dash(self.to_head_deg),
+            or_dash(self.to_left_deg)
+        )
+    }
+}
+
+impl MeasureFindings {
+    fn of(measure: &Measure) -> Self {
+        Self {
+            distance_mm: measure.distance_mm(),
+            angle_deg: measure.angle_rad().map(f64::to_degrees),
+            ct_mm: measure.points().iter().map(|p| p.mm()).collect(),
+        }
+    }
+
+    fn line((place, measure): (usize, &Self)) -> String {
+        let place = place + 1;
+        match (measure.distance_mm, measure.angle_deg) {
+            (Some(mm), _) => format!("distance {place}: {mm:.1} mm"),
+            (None, Some(deg)) => format!("angle {place}: {deg:.1} degrees"),
+            (None, None) => format!("angle {place}: two of its points lie together"),
+        }
+    }
+}
