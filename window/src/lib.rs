@@ -12,6 +12,7 @@ pub mod frame;
 pub mod look;
 pub mod model;
 pub mod paint;
+mod planning;
 pub mod ports;
 mod run;
 pub mod screen;

@@ -18,6 +18,7 @@ use crate::frame::{Coded, Frames, Painted};
 use crate::look;
 use crate::model::Model;
 use crate::paint::{PaintError, canvas};
+use crate::planning;
 use crate::ports::Ports;
 use crate::screen::{Look, Wish};
 use crate::wishes::Asked;
@@ -85,6 +86,9 @@ pub(crate) fn run(membership: &Membership, options: Options) -> Result<(), RunEr
     let mut process = Process::join(&options.name, membership)?;
     process.beat(ProcessState::Starting, "opening the display")?;
     let display = Display::open(&options.wanted)?;
+    if process.run.planning {
+        return planning::run(process, display, options);
+    }
     let ports = Ports::open(&process.bus, &process.scene)?;
     let asked = Asked::open(&process.bus, &process.scene, process.session.is_replay(), options.shots)?;
     let coded = Coded {
@@ -269,14 +273,19 @@ impl Window {
     fn shot(&mut self) -> Result<(), String> {
         self.shots += 1;
         let size = self.display.screen().pixels;
-        let picture = canvas(self.display.pixels(), size);
         let at_ms = self.process.clock().now_ns() / 1_000_000;
         let path = self.asked.shots.join(format!("screen-{at_ms}-{}.png", self.shots));
-        let write = move || match picture::write_png(&path, &picture, &[]) {
-            Ok(()) => {}
-            Err(error) => bus::stderr_line!("window: {error}"),
-        };
-        let started = std::thread::Builder::new().name("screenshot".to_owned()).spawn(write);
-        started.map(drop).map_err(|error| format!("no screenshot: {error}"))
+        write_shot(self.display.pixels(), size, path)
     }
+}
+
+/// Writes a picture of the screen, by a thread of its own.
+pub(crate) fn write_shot(pixels: &[u32], size: [u32; 2], path: PathBuf) -> Result<(), String> {
+    let picture = canvas(pixels, size);
+    let write = move || match picture::write_png(&path, &picture, &[]) {
+        Ok(()) => {}
+        Err(error) => bus::stderr_line!("window: {error}"),
+    };
+    let started = std::thread::Builder::new().name("screenshot".to_owned()).spawn(write);
+    started.map(drop).map_err(|error| format!("no screenshot: {error}"))
 }

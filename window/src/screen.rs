@@ -4,7 +4,7 @@ mod bar;
 mod buttons;
 mod cell;
 mod sight;
-mod tree;
+pub(crate) mod tree;
 mod views;
 pub mod words;
 
@@ -15,7 +15,9 @@ use egui::{Context, FontData, FontDefinitions, FontFamily, TextureId, Ui};
 use crate::colours;
 use crate::model::{Cell, Model};
 use crate::sizes::{Screen, Sizes, smallest};
+pub(crate) use bar::Band;
 pub use bar::Shown;
+pub(crate) use buttons::touched;
 pub use views::Views;
 use words::Words;
 
@@ -114,7 +116,10 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
         words::too_small(ui, screen, smallest(images), &mut outcome.words);
         return outcome;
     };
-    let room = bar::show(ui, model, (&sizes, &look.note), &mut outcome.words);
+    let room = {
+        let (sizes, note) = (&sizes, look.note.as_str());
+        Band { model, sizes, note }.show(ui, &mut outcome.words)
+    };
     // Its watcher takes one window of a run for the run's: the sight alone is not to be taken for the window with the images.
     outcome.code = (!look.only_sight).then_some(room);
     cells((ui, model, &shown), &sizes, look, &mut outcome);

@@ -11,7 +11,7 @@
 mod identity;
 mod voxels;
 
-use geometry::VolumeGrid;
+use geometry::{Ct, Point, VolumeGrid};
 
 pub use identity::{Hasher, Marks, SliceHash, VolumeHash};
 pub use voxels::{ALIGNMENT, Voxels};
@@ -227,6 +227,17 @@ impl VolumeView<'_> {
     /// The HU of one voxel.
     pub fn at(&self, voxel: [u32; 3]) -> i16 {
         self.voxels[self.layout.offset(voxel)]
+    }
+
+    /// The HU of the voxel in which a point lies; `None` outside.
+    pub fn nearest(&self, p: Point<Ct>) -> Option<i16> {
+        if !self.grid.holds(p) {
+            return None;
+        }
+        let index = (self.grid.voxel_from_ct() * p).mm();
+        // The upper border of the last voxel rounds to one behind it.
+        let voxel = std::array::from_fn(|axis| (index[axis].round().max(0.0) as u32).min(self.grid.dims()[axis] - 1));
+        Some(self.at(voxel))
     }
 }
 

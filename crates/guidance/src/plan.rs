@@ -10,7 +10,7 @@ mod error;
 pub mod file;
 mod trajectory;
 
-pub use concern::{Concern, Hu, What, concerns};
+pub use concern::{Concern, DENSE_HU, Hu, What, concerns};
 pub use editor::{Edit, Editor};
 pub use error::PlanError;
 pub use trajectory::Trajectory;

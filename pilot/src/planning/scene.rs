@@ -42,7 +42,7 @@ fn view(plane: Plane) -> RawView {
         ahead_mm: 0.0,
         window: RawWindow::default(),
         up: Up::default(),
-        text: 1.0,
+        text: 1.8,
         overlay: Drawn::State,
     }
 }

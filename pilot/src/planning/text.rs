@@ -52,7 +52,7 @@ struct MeasureFindings {
 impl Findings {
     /// Of a plan and the examination that it was made for.
     pub(crate) fn of(store: &PlanStore, plan: &Plan, volume: &VolumeView<'_>) -> Self {
-        let hu = |p: Point<Ct>| nearest_hu(volume, p);
+        let hu = |p: Point<Ct>| volume.nearest(p);
         let concerns = concerns(plan, volume.grid, &hu);
         let is_doubt = |concern: &Concern| !matches!(concern, Concern::NoEntry { .. });
         Self {
@@ -102,16 +102,6 @@ impl Findings {
 
 fn or_none(id: &str) -> &str {
     if id.is_empty() { "-" } else { id }
-}
-
-/// The voxel in which a point lies.
-fn nearest_hu(volume: &VolumeView<'_>, p: Point<Ct>) -> Option<i16> {
-    if !volume.grid.holds(p) {
-        return None;
-    }
-    let index = (volume.grid.voxel_from_ct() * p).mm();
-    let voxel: [u32; 3] = std::array::from_fn(|axis| (index[axis].round() as u32).min(volume.grid.dims()[axis] - 1));
-    Some(volume.at(voxel))
 }
 
 impl TargetFindings {

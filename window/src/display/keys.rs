@@ -16,9 +16,15 @@ pub(super) struct Keyboard {
     signs: Vec<u32>,
 }
 
-/// The keys that the screen knows, by the X keysym of their first sign.
-const KEYS: [(u32, Key); 23] = [
+/// The keys that the screen knows beside letters and digits, by the X keysym of their first sign.
+const KEYS: [(u32, Key); 27] = [
     (0x0020, Key::Space),
+    (0x002b, Key::Plus),
+    (0x002d, Key::Minus),
+    (0x003d, Key::Equals),
+    (0x005b, Key::OpenBracket),
+    (0x005d, Key::CloseBracket),
+    (0xff08, Key::Backspace),
     (0xff0d, Key::Enter),
     (0xff1b, Key::Escape),
     (0xff51, Key::ArrowLeft),
@@ -27,6 +33,7 @@ const KEYS: [(u32, Key); 23] = [
     (0xff54, Key::ArrowDown),
     (0xff55, Key::PageUp),
     (0xff56, Key::PageDown),
+    (0xffff, Key::Delete),
     (0xff09, Key::Tab),
     (0xffbe, Key::F1),
     (0xffbf, Key::F2),
@@ -38,10 +45,26 @@ const KEYS: [(u32, Key); 23] = [
     (0xffc5, Key::F8),
     (0xffc6, Key::F9),
     (0xffc7, Key::F10),
-    (0x0070, Key::P),
-    (0x0073, Key::S),
-    (0x0076, Key::V),
 ];
+
+/// The key with this sign.
+fn key_of(sign: u32) -> Option<Key> {
+    let known = KEYS.iter().find(|(known, _)| *known == sign).map(|&(_, key)| key);
+    known.or_else(|| {
+        let sign = char::from_u32(sign).filter(char::is_ascii_alphanumeric)?;
+        Key::from_name(&sign.to_ascii_uppercase().to_string())
+    })
+}
+
+/// The letter of a sign: Latin 1 stands for itself, the rest of Unicode above a million (X11, appendix A).
+fn letter_of(sign: u32) -> Option<char> {
+    let code = match sign {
+        0x20..=0x7e | 0xa0..=0xff => sign,
+        0x0100_0100..=0x0110_ffff => sign - 0x0100_0000,
+        _ => return None,
+    };
+    char::from_u32(code).filter(|letter| !letter.is_control())
+}
 
 impl Keyboard {
     pub(super) fn of(connection: &RustConnection) -> Result<Self, DisplayError> {
@@ -55,14 +78,31 @@ impl Keyboard {
         })
     }
 
-    fn key(&self, code: u8) -> Option<Key> {
+    /// The sign of a key by itself, or with Shift.
+    fn sign(&self, code: u8, is_shifted: bool) -> Option<u32> {
         let at = usize::from(code.checked_sub(self.first)?) * self.signs_per_key;
-        let sign = *self.signs.get(at)?;
-        KEYS.iter().find(|(known, _)| *known == sign).map(|&(_, key)| key)
+        let signs = self.signs.get(at..at + self.signs_per_key)?;
+        let sign = signs.get(usize::from(is_shifted)).copied().filter(|sign| *sign != 0);
+        sign.or_else(|| signs.first().copied())
     }
 
-    /// What egui is to be told of an event.
-    pub(super) fn input(&self, event: &XEvent) -> Option<Event> {
+    /// What egui is to be told of an event: the key, and the letter that it types.
+    pub(super) fn input(&self, event: &XEvent) -> Vec<Event> {
+        let typed = match event {
+            XEvent::KeyPress(key) => self.typed(key.detail, key.state),
+            _ => None,
+        };
+        self.told(event).into_iter().chain(typed).collect()
+    }
+
+    fn typed(&self, code: u8, state: KeyButMask) -> Option<Event> {
+        let modifiers = modifiers(state);
+        let is_command = modifiers.ctrl || modifiers.alt;
+        let sign = self.sign(code, modifiers.shift).filter(|_| !is_command)?;
+        letter_of(sign).map(|letter| Event::Text(letter.to_string()))
+    }
+
+    fn told(&self, event: &XEvent) -> Option<Event> {
         match event {
             XEvent::KeyPress(key) => self.pressed(key.detail, key.state, true),
             XEvent::KeyRelease(key) => self.pressed(key.detail, key.state, false),
@@ -76,9 +116,15 @@ impl Keyboard {
         }
     }
 
+    fn key(&self, code: u8, state: KeyButMask) -> Option<Key> {
+        let shifted = modifiers(state).shift.then(|| self.sign(code, true)).flatten();
+        shifted.and_then(key_of).or_else(|| key_of(self.sign(code, false)?))
+    }
+
     fn pressed(&self, code: u8, state: KeyButMask, pressed: bool) -> Option<Event> {
         Some(Event::Key {
-            key: self.key(code)?,
+            // The key is what its sign says: + lies on another key, or behind Shift, as the keyboard has it.
+            key: self.key(code, state)?,
             physical_key: None,
             pressed,
             repeat: false,

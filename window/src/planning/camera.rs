@@ -1,7 +1,7 @@
 //! Which planes are looked at, and in which window. Pure.
 
 use geometry::{Ct, Direction, PlaneError, Point, SlicePlane, Vector, VolumeGrid};
-use guidance::plan::Trajectory;
+use guidance::plan::{Target, Trajectory};
 use scene::WindowLevel;
 use serde::{Deserialize, Serialize};
 
@@ -91,14 +91,28 @@ impl Camera {
         }
     }
 
+    /// The same in the window that there is.
+    pub(crate) fn reset(&mut self, grid: &VolumeGrid) {
+        *self = Self {
+            window: self.window,
+            ..Self::home(grid)
+        };
+    }
+
     /// Looks at `p` in all three slices.
     pub(crate) fn look_at(&mut self, p: Point<Ct>) {
         self.cursor = p;
         self.focus[..3].fill(p);
     }
 
-    /// The slice along `way` shows all of it.
-    pub(crate) fn fit_way(&mut self, way: &Trajectory) {
+    /// The slice along the way to `target` shows all of it.
+    pub(crate) fn fit(&mut self, target: &Target) {
+        if let Some(way) = Trajectory::of(target) {
+            self.fit_way(&way);
+        }
+    }
+
+    fn fit_way(&mut self, way: &Trajectory) {
         self.focus[3] = way.at(way.depth_mm / 2.0);
         self.field_mm[3] = (way.depth_mm * 1.5).clamp(40.0, *FIELD_MM.end());
         self.around_rad = 0.0;
@@ -195,7 +209,6 @@ fn around(axis: Direction<Ct>, turned_rad: f64) -> Option<Direction<Ct>> {
 mod tests {
     use super::*;
     use geometry::{Affine, letters};
-    use guidance::plan::Target;
     use proptest::prelude::*;
 
     fn grid() -> VolumeGrid {

@@ -39,13 +39,24 @@ impl Shown {
     }
 }
 
-/// Lays out the band; returns the room of the coded cell.
-pub(super) fn show(ui: &Ui, model: &Model, (sizes, note): (&Sizes, &str), words: &mut Words) -> Rect {
-    let [left, middle, right] = parts(sizes);
-    identity(ui, model, left, sizes, words);
-    state(ui, &model.state, middle, sizes, words);
-    recording(ui, model, right, (sizes, note), words);
-    Rect::from_min_max(pos2(right.right() + sizes.gap, sizes.top.top()), sizes.top.max).shrink(sizes.gap)
+/// What the band shows.
+pub(crate) struct Band<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) sizes: &'a Sizes,
+    /// Why the last wish was refused.
+    pub(crate) note: &'a str,
+}
+
+impl Band<'_> {
+    /// Lays out the band; returns the room of the coded cell.
+    pub(crate) fn show(&self, ui: &Ui, words: &mut Words) -> Rect {
+        let Self { model, sizes, note } = *self;
+        let [left, middle, right] = parts(sizes);
+        identity(ui, model, left, sizes, words);
+        state(ui, &model.state, middle, sizes, words);
+        recording(ui, model, right, (sizes, note), words);
+        Rect::from_min_max(pos2(right.right() + sizes.gap, sizes.top.top()), sizes.top.max).shrink(sizes.gap)
+    }
 }
 
 fn parts(sizes: &Sizes) -> [Rect; 3] {

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Id, Key, Rect, Sense, Ui, pos2, vec2};
 
-use super::words::{Type, colour};
+use super::words::{Type, Words, colour};
 use super::{Look, Outcome, Wish, tree};
 use crate::colours;
 use crate::model::{Model, Tone};
@@ -72,8 +72,14 @@ pub(super) fn show(ui: &Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: 
 }
 
 fn is_pressed(ui: &Ui, button: &Button, rect: Rect, sizes: &Sizes, outcome: &mut Outcome) -> bool {
-    let response = ui.interact(rect, Id::unique(("button", button.key)), Sense::click());
-    tree::button(&response, &button.word, button.key);
+    let is_touched = touched(ui, (&button.word, button.key), rect, sizes, &mut outcome.words);
+    is_touched || ui.input(|input| input.key_pressed(button.pressed))
+}
+
+/// A button with its word, and its key as it is printed on the keyboard; whether it was touched.
+pub(crate) fn touched(ui: &Ui, (word, key): (&str, &str), rect: Rect, sizes: &Sizes, words: &mut Words) -> bool {
+    let response = ui.interact(rect, Id::unique(("button", key)), Sense::click());
+    tree::button(&response, word, key);
     let ground = match response.is_pointer_button_down_on() {
         true => colours::LINE,
         false => colours::BUTTON,
@@ -86,7 +92,7 @@ fn is_pressed(ui: &Ui, button: &Button, rect: Rect, sizes: &Sizes, outcome: &mut
         align: Align2::CENTER_CENTER,
     };
     let (upper, lower) = rect.shrink2(vec2(sizes.gap, 2.0)).split_top_bottom_at_fraction(0.5);
-    outcome.words.paint(ui, upper, &button.word, how);
-    outcome.words.paint(ui, lower, button.key, how);
-    response.clicked() || ui.input(|input| input.key_pressed(button.pressed))
+    words.paint(ui, upper, word, how);
+    words.paint(ui, lower, key, how);
+    response.clicked()
 }

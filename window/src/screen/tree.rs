@@ -15,7 +15,7 @@ fn is_wanted(ui: &Ui) -> bool {
 }
 
 /// What a state of this tone is: an alarm interrupts whoever reads the screen aloud, everything else waits its turn.
-pub(super) const fn role(tone: Tone) -> Role {
+pub(crate) const fn role(tone: Tone) -> Role {
     match tone {
         Tone::Alarm => Role::Alert,
         Tone::Live | Tone::Quiet | Tone::Warning | Tone::Replay => Role::Status,
@@ -24,7 +24,7 @@ pub(super) const fn role(tone: Tone) -> Role {
 
 /// A piece of text that covers `covers` of its `room`. Rooms do not overlap and stay where they are, so that a word that changes is the
 /// same node with another text.
-pub(super) fn word(ui: &Ui, room: Rect, covers: Rect, text: &str, role: Role) {
+pub(crate) fn word(ui: &Ui, room: Rect, covers: Rect, text: &str, role: Role) {
     if !is_wanted(ui) {
         return;
     }
@@ -40,7 +40,7 @@ pub(super) fn word(ui: &Ui, room: Rect, covers: Rect, text: &str, role: Role) {
 }
 
 /// Nodes that belong together, called `name`.
-pub(super) fn group<R>(ui: &mut Ui, id: Id, name: impl FnOnce() -> String, contents: impl FnOnce(&mut Ui) -> R) -> R {
+pub(crate) fn group<R>(ui: &mut Ui, id: Id, name: impl FnOnce() -> String, contents: impl FnOnce(&mut Ui) -> R) -> R {
     if !is_wanted(ui) {
         return contents(ui);
     }
@@ -53,7 +53,7 @@ pub(super) fn group<R>(ui: &mut Ui, id: Id, name: impl FnOnce() -> String, conte
 }
 
 /// An image, which a touch enlarges.
-pub(super) fn image(response: &Response, cell: &Cell) {
+pub(crate) fn image(response: &Response, cell: &Cell) {
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, name(cell)));
     response
         .ctx
@@ -72,9 +72,18 @@ fn name(cell: &Cell) -> String {
 }
 
 /// A button with its word and the key that does the same.
-pub(super) fn button(response: &Response, word: &str, key: &str) {
+pub(crate) fn button(response: &Response, word: &str, key: &str) {
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, word));
     response
         .ctx
         .accesskit_node_builder(response.id, |node| node.set_keyboard_shortcut(key));
+}
+
+/// An image of the planning screen.
+pub(crate) fn cut(response: &Response, title: &str) {
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, title));
+    let what = "the wheel goes through slices, a click points, two enlarge it";
+    response
+        .ctx
+        .accesskit_node_builder(response.id, |node| node.set_description(what));
 }

@@ -136,7 +136,7 @@ pub(super) fn has_letters(ui: &Ui, name: &str, size: f32) -> bool {
 }
 
 /// Words on a band of a tone.
-pub(super) const fn on_band(tone: Tone) -> Color32 {
+pub(crate) const fn on_band(tone: Tone) -> Color32 {
     match tone {
         Tone::Replay => Color32::WHITE,
         Tone::Live | Tone::Quiet | Tone::Warning | Tone::Alarm => Color32::BLACK,

@@ -1,0 +1,326 @@
+//! What a person has in hand on the planning screen: where she looks, which target she has chosen, what she is about to do. Nothing of it
+//! is the plan's.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bus::message::PlanWish;
+use geometry::{Ct, Point, VolumeGrid};
+use guidance::plan::{Edit, Measure, Plan, Target, Trajectory};
+use serde::{Deserialize, Serialize};
+
+use super::camera::{Camera, Cut};
+use super::typing::Typing;
+
+/// The diameter of a new target, mm.
+const DIAMETER_MM: f64 = 5.0;
+/// One press of a key changes a diameter or a stop distance by so much, mm.
+const STEP_MM: f64 = 0.5;
+
+/// What the pointer does on an image.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) enum Mode {
+    /// Moves the point that the slices go through, or what it takes hold of.
+    #[default]
+    Point,
+    /// Changes the window.
+    Level,
+    /// Collects points of a distance (2) or an angle (3).
+    Measure(Vec<Point<Ct>>, usize),
+}
+
+/// A point of the plan that the pointer has taken hold of.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Held {
+    /// The target's name.
+    pub(crate) name: String,
+    /// Its entry, and not its centre.
+    pub(crate) is_entry: bool,
+    /// Where it is now.
+    pub(crate) at: Point<Ct>,
+}
+
+/// What a person has in hand.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Desk {
+    pub(crate) camera: Camera,
+    /// The name of the target that keys work on.
+    pub(crate) selected: Option<String>,
+    pub(crate) mode: Mode,
+    /// The image that fills the room of all four.
+    pub(crate) enlarged: Option<Cut>,
+    pub(crate) held: Option<Held>,
+    /// The image that a drag began on: it goes on there, wherever the pointer is.
+    pub(crate) dragged: Option<Cut>,
+    /// Words that are being typed.
+    pub(crate) typing: Option<Typing>,
+    /// What is to be said to the person: why something was refused, what is to be done next.
+    pub(crate) note: String,
+}
+
+/// What is kept of it while the window is away.
+#[derive(Debug, Serialize, Deserialize)]
+struct Kept {
+    cursor_ct_mm: [f64; 3],
+    centre_hu: f64,
+    width_hu: f64,
+    selected: Option<String>,
+    enlarged: Option<Cut>,
+}
+
+impl Desk {
+    pub(crate) fn new(grid: &VolumeGrid) -> Self {
+        Self {
+            camera: Camera::home(grid),
+            selected: None,
+            mode: Mode::Point,
+            enlarged: None,
+            held: None,
+            dragged: None,
+            typing: None,
+            note: String::new(),
+        }
+    }
+
+    /// The plan as it is while a point of it is being dragged.
+    pub(crate) fn shown(&self, plan: &Plan) -> Plan {
+        let mut plan = plan.clone();
+        let Some(held) = &self.held else { return plan };
+        if let Some(target) = plan.targets.iter_mut().find(|target| target.name == held.name) {
+            *target = moved(target, held);
+        }
+        plan
+    }
+
+    /// The target that keys work on.
+    pub(crate) fn target<'a>(&self, plan: &'a Plan) -> Option<&'a Target> {
+        plan.target(self.selected.as_deref()?)
+    }
+
+    /// The way of the selected target.
+    pub(crate) fn way(&self, plan: &Plan) -> Option<Trajectory> {
+        Trajectory::of(self.target(plan)?)
+    }
+
+    /// The plan has changed: what was selected may be gone.
+    pub(crate) fn follow(&mut self, plan: &Plan) {
+        if self.target(plan).is_none() {
+            self.selected = None;
+            if let Some(first) = plan.targets.first() {
+                self.select(first);
+            }
+        }
+    }
+
+    /// Selects a target, and looks at it.
+    pub(crate) fn select(&mut self, target: &Target) {
+        self.selected = Some(target.name.clone());
+        self.camera.look_at(target.centre);
+        self.camera.fit(target);
+    }
+
+    /// The target after the selected one, or before it.
+    pub(crate) fn select_next(&mut self, plan: &Plan, is_forward: bool) {
+        let count = plan.targets.len();
+        let place = plan.targets.iter().position(|target| Some(&target.name) == self.selected.as_ref());
+        let next = match (place, is_forward) {
+            (None, _) => 0,
+            (Some(place), true) => (place + 1) % count,
+            (Some(place), false) => (place + count - 1) % count,
+        };
+        if let Some(target) = plan.targets.get(next) {
+            self.select(target);
+        }
+    }
+
+    /// A new target at `p`, under a name that no other has; it becomes the selected one.
+    pub(crate) fn add(&mut self, plan: &Plan, p: Point<Ct>) -> PlanWish {
+        let names = (plan.targets.len() + 1..).map(|n| format!("target {n}"));
+        let mut free = names.filter(|name| plan.target(name).is_none());
+        let name = free.next().unwrap_or_default();
+        self.selected = Some(name.clone());
+        PlanWish::Edit(Edit::Add(Target {
+            name,
+            centre: p,
+            diameter_mm: DIAMETER_MM,
+            entry: None,
+            stop_mm: 0.0,
+        }))
+    }
+
+    /// Changes the selected target; `None` where none is, which is then said.
+    pub(crate) fn change(&mut self, plan: &Plan, how: impl FnOnce(&mut Target)) -> Option<PlanWish> {
+        let Some(target) = self.target(plan) else {
+            self.note = "no target is selected: T makes one, Tab selects one".to_owned();
+            return None;
+        };
+        let mut changed = target.clone();
+        how(&mut changed);
+        let name = target.name.clone();
+        self.selected = Some(changed.name.clone());
+        Some(PlanWish::Edit(Edit::Change(name, changed)))
+    }
+
+    /// Larger or smaller by a step, or deeper.
+    pub(crate) fn step_diameter(target: &mut Target, steps: f64) {
+        target.diameter_mm += steps * STEP_MM;
+    }
+
+    pub(crate) fn step_stop(target: &mut Target, steps: f64) {
+        target.stop_mm += steps * STEP_MM;
+    }
+
+    /// One more point of what is being measured; the measure where that was the last.
+    pub(crate) fn measure(&mut self, p: Point<Ct>) -> Option<PlanWish> {
+        let Mode::Measure(points, count) = &mut self.mode else { return None };
+        points.push(p);
+        let done = match (points[..].try_into(), points[..].try_into(), count) {
+            (Ok(two), _, 2) => Measure::Distance(two),
+            (_, Ok(three), 3) => Measure::Angle(three),
+            _ => return None,
+        };
+        self.mode = Mode::Point;
+        Some(PlanWish::Edit(Edit::Measure(done)))
+    }
+
+    /// What was taken hold of is let go of: the change that comes of it.
+    pub(crate) fn release(&mut self, plan: &Plan) -> Option<PlanWish> {
+        let held = self.held.take()?;
+        let target = plan.target(&held.name)?;
+        let changed = moved(target, &held);
+        (changed != *target).then_some(PlanWish::Edit(Edit::Change(held.name, changed)))
+    }
+}
+
+fn moved(target: &Target, held: &Held) -> Target {
+    let mut target = target.clone();
+    match held.is_entry {
+        true => target.entry = Some(held.at),
+        false => target.centre = held.at,
+    }
+    target
+}
+
+fn path(run_dir: &Path) -> PathBuf {
+    run_dir.join("planning.look")
+}
+
+impl Desk {
+    /// What was kept of a window that has gone; that of a new one where nothing was, or nothing that is of use.
+    pub(crate) fn restored(run_dir: &Path, grid: &VolumeGrid) -> Self {
+        let mut desk = Self::new(grid);
+        let text = scene::file::read_text(&path(run_dir), 4096).unwrap_or_default();
+        let Ok(kept) = serde_json::from_str::<Kept>(&text) else { return desk };
+        let [x, y, z] = kept.cursor_ct_mm;
+        let cursor = Point::new(x, y, z);
+        if grid.holds(cursor) && kept.centre_hu.is_finite() && kept.width_hu.is_finite() {
+            desk.camera.look_at(cursor);
+            let window = desk.camera.window;
+            desk.camera
+                .level(kept.width_hu - window.width_hu, kept.centre_hu - window.centre_hu);
+        }
+        (desk.selected, desk.enlarged) = (kept.selected, kept.enlarged);
+        desk
+    }
+
+    /// Keeps it, whole or not at all.
+    pub(crate) fn keep(&self, run_dir: &Path) -> std::io::Result<()> {
+        let kept = Kept {
+            cursor_ct_mm: self.camera.cursor.mm(),
+            centre_hu: self.camera.window.centre_hu,
+            width_hu: self.camera.window.width_hu,
+            selected: self.selected.clone(),
+            enlarged: self.enlarged,
+        };
+        let aside = path(run_dir).with_extension("look.new");
+        fs::write(&aside, serde_json::to_string(&kept)?)?;
+        fs::rename(&aside, path(run_dir))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Affine;
+    use guidance::plan::Editor;
+    use guidance::workflow::VolumeId;
+
+    fn grid() -> VolumeGrid {
+        let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        VolumeGrid::checked([100; 3], Affine::from_rows(rows)).unwrap()
+    }
+
+    fn edit(editor: &mut Editor, wish: Option<PlanWish>) {
+        let Some(PlanWish::Edit(edit)) = wish else { panic!("{wish:?}") };
+        editor.edit(edit).unwrap();
+    }
+
+    #[test]
+    fn a_plan_is_made_by_keys_and_the_pointer() {
+        let (mut desk, mut editor) = (Desk::new(&grid()), Editor::new(Plan::new(VolumeId([0; 32]))));
+        assert_eq!(desk.change(editor.plan(), |_| ()), None);
+        assert!(desk.note.contains("T makes one"), "{}", desk.note);
+        let wish = desk.add(editor.plan(), Point::new(50.0, 50.0, 50.0));
+        edit(&mut editor, Some(wish));
+        let entry = desk.change(editor.plan(), |target| target.entry = Some(Point::new(90.0, 50.0, 50.0)));
+        edit(&mut editor, entry);
+        assert_eq!(desk.way(editor.plan()).unwrap().depth_mm, 40.0);
+        // A name that somebody gave to the second is not given again.
+        let wish = desk.add(editor.plan(), Point::new(1.0, 1.0, 1.0));
+        edit(&mut editor, Some(wish));
+        let wish = desk.change(editor.plan(), |target| target.name = "target 3".to_owned());
+        edit(&mut editor, wish);
+        let wish = desk.add(editor.plan(), Point::new(2.0, 2.0, 2.0));
+        edit(&mut editor, Some(wish));
+        let names: Vec<&str> = editor.plan().targets.iter().map(|target| target.name.as_str()).collect();
+        assert_eq!(names, ["target 1", "target 3", "target 4"]);
+        // Dragged: seen at once, changed when it is let go of.
+        let at = Point::new(80.0, 20.0, 50.0);
+        desk.held = Some(Held { name: "target 1".to_owned(), is_entry: true, at });
+        assert_eq!(desk.shown(editor.plan()).targets[0].entry, Some(at));
+        let wish = desk.release(editor.plan());
+        edit(&mut editor, wish);
+        assert_eq!(editor.plan().targets[0].entry, Some(at));
+        assert_eq!(desk.release(editor.plan()), None);
+        desk.select_next(editor.plan(), true);
+        desk.select_next(editor.plan(), true);
+        assert_eq!(desk.selected.as_deref(), Some("target 3"));
+        edit(&mut editor, Some(PlanWish::Edit(Edit::Remove("target 3".to_owned()))));
+        desk.follow(editor.plan());
+        assert_eq!(desk.selected.as_deref(), Some("target 1"));
+    }
+
+    #[test]
+    fn a_measure_is_there_with_its_last_point() {
+        let mut desk = Desk::new(&grid());
+        let p = |x: f64| Point::new(x, 0.0, 0.0);
+        for count in [2, 3] {
+            desk.mode = Mode::Measure(Vec::new(), count);
+            for k in 1..count {
+                assert_eq!(desk.measure(p(k as f64)), None);
+            }
+            let made = desk.measure(p(9.0)).unwrap();
+            let PlanWish::Edit(Edit::Measure(measure)) = made else { panic!() };
+            assert_eq!((measure.points().len(), &desk.mode), (count, &Mode::Point));
+        }
+        assert_eq!(desk.measure(p(0.0)), None);
+    }
+
+    #[test]
+    fn a_window_that_comes_back_looks_where_it_looked() {
+        let tmp = tempfile::tempdir().unwrap();
+        let mut desk = Desk::new(&grid());
+        desk.camera.look_at(Point::new(3.0, 4.0, 5.0));
+        desk.camera.level(100.0, 20.0);
+        (desk.selected, desk.enlarged) = (Some("node".to_owned()), Some(Cut::Sagittal));
+        desk.keep(tmp.path()).unwrap();
+        let back = Desk::restored(tmp.path(), &grid());
+        assert_eq!((back.camera.cursor, back.camera.window), (desk.camera.cursor, desk.camera.window));
+        assert_eq!((back.selected, back.enlarged), (desk.selected, desk.enlarged));
+        // Of another examination, or no look at all.
+        for bad in ["{\"cursor_ct_mm\":[1e9,0,0],\"centre_hu\":0,\"width_hu\":1,\"selected\":null,\"enlarged\":null}", "x"] {
+            fs::write(path(tmp.path()), bad).unwrap();
+            assert_eq!(Desk::restored(tmp.path(), &grid()).camera, Camera::home(&grid()));
+        }
+    }
+}

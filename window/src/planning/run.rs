@@ -1,0 +1,406 @@
+//! The loop of the planning screen: from the bus and the person to the glass and back.
+
+use std::ops::ControlFlow;
+use std::os::fd::AsFd;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use bus::clock;
+use bus::message::{Command, Heartbeat, Identity, ImagePlane, Plan as Told, PlanWish, ProcessState, Workflow};
+use bus::port::{CommandClient, Pending, Subscriber};
+use bus::process::Process;
+use bus::topic::{HEARTBEAT, IDENTITY, PLAN, WORKFLOW};
+use bus::wake::Waits;
+use bus::{Bus, BusError};
+use guidance::plan::{Concern, Editor, Plan};
+use guidance::workflow::VolumeId;
+
+use super::camera::CUTS;
+use super::desk::Desk;
+use super::looks::Looks;
+use super::screen::{self, Known, Outcome};
+use super::volume::Examination;
+use crate::code::Shown;
+use crate::display::{Display, Happened};
+use crate::frame::{Coded, Frames, image};
+use crate::model::{Facts, Model, ScreenState, Tone};
+use crate::run::{Options, RunError, write_shot};
+
+/// The loop comes round at least this often: an answer does not wake it, and the next request waits for the answer.
+const TICK: Duration = Duration::from_millis(4);
+/// A frame is painted at least this often: a coded cell that stands still is a window that does.
+const SLOWEST: Duration = Duration::from_millis(100);
+/// So long a refusal stands on the screen.
+const SAID: Duration = Duration::from_secs(5);
+/// A change that was not answered for so long is said to have no answer.
+const PATIENCE_NS: i64 = 2_000_000_000;
+/// Changes that wait for their answer, at most.
+const MOST_OPEN: usize = 8;
+
+/// What comes over the bus.
+struct Ports {
+    plan: Subscriber<Told>,
+    identity: Subscriber<Identity>,
+    workflow: Subscriber<Workflow>,
+    watcher: Subscriber<Heartbeat>,
+}
+
+/// What has come of it.
+#[derive(Default)]
+struct Heard {
+    plan: Option<(Told, Plan)>,
+    identity: Option<Identity>,
+    workflow: Option<Workflow>,
+    watcher: Option<Heartbeat>,
+    concerns: Vec<Concern>,
+}
+
+struct Planning {
+    process: Process,
+    display: Display,
+    options: Options,
+    frames: Frames,
+    coded: Coded,
+    examination: Examination,
+    heard: Heard,
+    desk: Option<Desk>,
+    kept: Option<Desk>,
+    pilot: CommandClient,
+    /// What was asked for and not answered yet.
+    open: Option<(PlanWish, Pending)>,
+    waiting: Vec<PlanWish>,
+    events: Vec<egui::Event>,
+    painted_ns: i64,
+    is_due: bool,
+    said_until_ns: i64,
+    shots: u32,
+}
+
+impl Ports {
+    fn open(bus: &Bus) -> Result<Self, BusError> {
+        Ok(Self {
+            plan: Subscriber::open_waking(bus, &PLAN, "", 1)?,
+            identity: Subscriber::open(bus, &IDENTITY, "", 1)?,
+            workflow: Subscriber::open(bus, &WORKFLOW, "", 1)?,
+            watcher: Subscriber::open(bus, &HEARTBEAT, crate::watch::NAME, 1)?,
+        })
+    }
+}
+
+/// Shows the planning screen until asked to stop.
+///
+/// # Errors
+/// Each variant of [`RunError`].
+pub(crate) fn run(mut process: Process, display: Display, options: Options) -> Result<(), RunError> {
+    let ports = Ports::open(&process.bus)?;
+    let mut looks = Looks::open(&process.bus, &process.scene)?;
+    let coded = Coded {
+        key: crate::code::key(process.run.epoch_ns),
+        pid: std::process::id(),
+    };
+    let mut planning = Planning {
+        examination: Examination::new(process.volumes()?),
+        pilot: CommandClient::open(&process.bus, "pilot")?,
+        process,
+        display,
+        options,
+        frames: Frames::default(),
+        coded,
+        heard: Heard::default(),
+        desk: None,
+        kept: None,
+        open: None,
+        waiting: Vec::new(),
+        events: Vec::new(),
+        painted_ns: i64::MIN / 2,
+        is_due: true,
+        said_until_ns: 0,
+        shots: 0,
+    };
+    let connection = planning.display.connection();
+    // Images wake through ports that the step needs as well.
+    let wakes = Looks::open(&planning.process.bus, &planning.process.scene)?;
+    let waits = Waits::every(TICK)
+        .message(&ports.plan, None)
+        .readable(connection.stream().as_fd());
+    let waits = wakes.waits(waits);
+    waits.run(|| match planning.step(&ports, &mut looks) {
+        Ok(ControlFlow::Continue(())) => ControlFlow::Continue(()),
+        Ok(ControlFlow::Break(())) => ControlFlow::Break(Ok(())),
+        Err(error) => ControlFlow::Break(Err(error)),
+    })?
+}
+
+impl Planning {
+    fn step(&mut self, ports: &Ports, looks: &mut Looks) -> Result<ControlFlow<()>, RunError> {
+        if self.process.stop.is_set() {
+            self.process.beat(ProcessState::Stopping, "asked to stop")?;
+            return Ok(ControlFlow::Break(()));
+        }
+        self.happened()?;
+        self.hear(ports)?;
+        self.answers();
+        let (came, refused) = looks.turn()?;
+        self.is_due |= came;
+        if let Some(why) = refused {
+            self.say(why);
+        }
+        let now_ns = self.process.clock().now_ns();
+        if self.is_due || !self.events.is_empty() || now_ns - self.painted_ns >= clock::ns(SLOWEST) {
+            self.paint(looks, now_ns)?;
+        }
+        let note = self.desk.as_ref().map_or("", |desk| &desk.note);
+        self.process.beat(ProcessState::Ready, note)?;
+        Ok(ControlFlow::Continue(()))
+    }
+
+    fn happened(&mut self) -> Result<(), RunError> {
+        for happened in self.display.happened()? {
+            match happened {
+                Happened::Input(event) => self.events.push(event),
+                Happened::Exposed => {
+                    let [width, height] = self.display.screen().pixels;
+                    self.display.present(&[[0, 0, width, height]])?;
+                }
+                Happened::Resized(_) => {
+                    self.frames.forget();
+                    self.is_due = true;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self, ports: &Ports) -> Result<(), RunError> {
+        let heard = &mut self.heard;
+        heard.identity = ports.identity.newest()?.or(heard.identity);
+        heard.workflow = ports.workflow.newest()?.or(heard.workflow);
+        heard.watcher = ports.watcher.newest()?.or(heard.watcher);
+        if self.examination.take()? {
+            let grid = self.examination.grid();
+            self.desk = grid.map(|grid| Desk::restored(&self.process.run.dir, grid));
+            self.is_due = true;
+        }
+        let Some(told) = ports.plan.newest()? else { return Ok(()) };
+        match told.plan() {
+            Ok(plan) => {
+                self.heard.concerns = self.examination.concerns(&plan);
+                self.heard.plan = Some((told, plan));
+            }
+            // A plan that is none is shown by nobody, nor the one before it.
+            Err(error) => {
+                self.heard.plan = None;
+                self.say(error.to_string());
+            }
+        }
+        self.is_due = true;
+        Ok(())
+    }
+
+    /// Takes the answers that have come, and asks for the next change: one after another, in the order in which they were wished.
+    fn answers(&mut self) {
+        if let Some((_, pending)) = &self.open {
+            let answer = match pending.reply() {
+                Ok(None) if pending.waited_ns() <= PATIENCE_NS => return,
+                Ok(Some(reply)) if !reply.refused => Ok(()),
+                Ok(Some(reply)) => Err(reply.text),
+                Ok(None) => Err(pending.no_answer().to_string()),
+                Err(error) => Err(error.to_string()),
+            };
+            self.open = None;
+            if let Err(why) = answer {
+                // What was wished after it was wished of a plan that there is not.
+                self.waiting.clear();
+                self.say(why);
+            }
+        }
+        if self.waiting.is_empty() {
+            return;
+        }
+        let wish = self.waiting.remove(0);
+        match Command::plan(&wish).map(|command| self.pilot.send(command)) {
+            Some(Ok(pending)) => self.open = Some((wish, pending)),
+            Some(Err(error)) => self.say(error.to_string()),
+            None => self.say("these words are too long".to_owned()),
+        }
+    }
+
+    /// The plan as it was told, with what has been asked for since: two presses of a key are two steps.
+    fn wished(&self) -> Option<Plan> {
+        let (_, told) = self.heard.plan.as_ref()?;
+        let mut editor = Editor::new(told.clone());
+        let asked = self.open.iter().map(|(wish, _)| wish).chain(&self.waiting);
+        for wish in asked {
+            if let PlanWish::Edit(edit) = wish {
+                // Whoever keeps the plan says what is wrong with it.
+                let _ = editor.edit(edit.clone());
+            }
+        }
+        Some(editor.plan().clone())
+    }
+
+    fn say(&mut self, why: String) {
+        bus::stderr_line!("window: {why}");
+        if let Some(desk) = &mut self.desk {
+            desk.note = why;
+        }
+        self.said_until_ns = self.process.clock().now_ns() + clock::ns(SAID);
+        self.is_due = true;
+    }
+
+    fn paint(&mut self, looks: &mut Looks, now_ns: i64) -> Result<(), RunError> {
+        self.is_due = false;
+        self.painted_ns = now_ns;
+        let screen = self.display.screen();
+        let model = self.model(now_ns);
+        let told = self.heard.plan.as_ref().map(|(told, _)| *told);
+        let plan = self.wished().unwrap_or_else(|| Plan::new(VolumeId([0; 32])));
+        if let (Some(desk), true) = (&mut self.desk, told.is_some()) {
+            desk.follow(&plan);
+        }
+        let is_writing = self.open.is_some() || !self.waiting.is_empty();
+        let hash = self.examination.hash();
+        // Of another examination than the plan's nothing is shown.
+        let header = |cut: usize| looks.header(cut).filter(|(header, _)| Some(header.stamp.volume()) == hash);
+        let images = std::array::from_fn(header);
+        let frames: Vec<_> = (0..CUTS.len()).filter_map(|cut| Some((cut, looks.frame(cut)?))).collect();
+        let frames: Vec<_> = frames.iter().filter_map(|(cut, frame)| image(*cut, frame)).collect();
+        let events = (std::mem::take(&mut self.events), clock::ms(now_ns) / 1000.0);
+        let (examination, desk, heard) = (&self.examination, &mut self.desk, &self.heard);
+        let hu = |p| examination.hu(p);
+        let tube_mm = self.process.scene.tool.diameter_mm;
+        let show = |ui: &mut egui::Ui| {
+            let (Some(desk), Some(grid)) = (desk.as_mut(), examination.grid()) else {
+                return screen::waiting(ui, &model, screen);
+            };
+            let known = Known {
+                model: &model,
+                plan: &plan,
+                is_writing,
+                file_id: told.map_or(0, |told| told.file_id),
+                depth: told.map_or([0; 2], |told| [told.undos, told.redos]),
+                concerns: &heard.concerns,
+                grid,
+                hu: &hu,
+                images,
+                tube_mm,
+            };
+            screen::show(ui, &known, desk, screen)
+        };
+        let pixels = self.display.pixels();
+        let (outcome, mut parts) = self.frames.paint_ui(screen, events, &frames, pixels, show)?;
+        let shown = if frames.is_empty() { Shown::Nothing } else { Shown::NotLive };
+        let code = self.frames.stamp((outcome.code, self.coded), (0, shown), screen, (pixels, &mut parts));
+        if let Some((code, place)) = code {
+            self.process.painted = (code.word(), self.process.clock().now_ns());
+            if self.frames.has_moved(place) {
+                self.display.set_place(place)?;
+            }
+        }
+        self.want(looks, &plan);
+        self.display.present(&parts)?;
+        self.process.counters.published += 1;
+        self.carry_out(outcome);
+        Ok(())
+    }
+
+    /// Asks for the planes that are to be seen now: before the pixels go out, which takes as long as a renderer needs.
+    fn want(&mut self, looks: &mut Looks, plan: &Plan) {
+        let Some(desk) = &self.desk else { return };
+        let way = desk.way(&desk.shown(plan));
+        for cut in CUTS {
+            let size = self.process.scene.views.get(cut.place()).map(|view| view.size);
+            let plane = size.and_then(|size| desk.camera.plane(cut, way.as_ref(), size));
+            looks.want(cut.place(), plane.map(|plane| ImagePlane::of(Some(&plane), desk.camera.window)));
+        }
+    }
+
+    fn carry_out(&mut self, outcome: Outcome) {
+        for wish in outcome.wishes {
+            match self.waiting.len() < MOST_OPEN {
+                true => self.waiting.push(wish),
+                false => self.say(format!("{MOST_OPEN} changes are without an answer already")),
+            }
+            self.is_due = true;
+        }
+        if outcome.shot {
+            self.shots += 1;
+            let (size, folder) = (self.display.screen().pixels, self.options.shots.clone());
+            let at_ms = self.process.clock().now_ns() / 1_000_000;
+            let path: PathBuf = folder.join(format!("plan-{at_ms}-{}.png", self.shots));
+            if let Err(why) = write_shot(self.display.pixels(), size, path) {
+                self.say(why);
+            }
+        }
+        let now_ns = self.process.clock().now_ns();
+        let Some(desk) = &mut self.desk else { return };
+        if self.said_until_ns <= now_ns {
+            desk.note.clear();
+        }
+        if desk.dragged.is_none() && self.kept.as_ref() != Some(&*desk) {
+            // A window that cannot keep where it looked looks at all of the examination when it comes back.
+            let _ = desk.keep(&self.process.run.dir);
+            self.kept = Some(desk.clone());
+        }
+    }
+
+    /// The band at the top.
+    fn model(&self, now_ns: i64) -> Model {
+        let known = crate::model::Known {
+            scene: &self.process.scene,
+            now_ns,
+            headers: &[],
+            set: None,
+            poses: &[],
+            guide: None,
+            workflow: self.heard.workflow,
+            identity: self.heard.identity,
+            volume: self.examination.hash(),
+            recorder: None,
+            watched_ns: self.heard.watcher.map(|beat| now_ns.saturating_sub(beat.t_painted_ns)),
+            is_replay: false,
+            recorded_in: None,
+            is_simulated: false,
+            began_ns: None,
+        };
+        let state = self.state();
+        Model {
+            cells: Vec::new(),
+            sight: Err(String::new()),
+            facts: Facts {
+                registration: String::new(),
+                recording: String::new(),
+                recording_tone: Tone::Quiet,
+                ..crate::model::facts(&known, &state)
+            },
+            state,
+        }
+    }
+
+    fn state(&self) -> ScreenState {
+        let (tone, word, detail) = match (self.examination.hash(), &self.heard.plan) {
+            (None, _) => (Tone::Warning, "NO EXAMINATION", "it is being read".to_owned()),
+            (_, None) => (Tone::Warning, "NO PLAN", "it has not been told yet".to_owned()),
+            (Some(hash), Some((_, plan))) if plan.volume.0 != hash.0 => {
+                (Tone::Alarm, "WRONG PLAN", "it is of another examination".to_owned())
+            }
+            (_, Some((_, plan))) => match &plan.confirmed {
+                Some(confirmed) => (Tone::Quiet, "CONFIRMED PLAN", format!("by {}", confirmed.by)),
+                None => (Tone::Quiet, "PLANNING", "images follow no tool".to_owned()),
+            },
+        };
+        ScreenState {
+            word: word.to_owned(),
+            detail,
+            tone,
+            follows: false,
+            age_ms: None,
+            oldest_ns: None,
+            set: String::new(),
+            is_mixed: false,
+            is_held: false,
+            is_replay: false,
+            marks: Vec::new(),
+        }
+    }
+}
