@@ -17,13 +17,16 @@ pub(super) struct Keyboard {
 }
 
 /// The keys that the screen knows beside letters and digits, by the X keysym of their first sign.
-const KEYS: [(u32, Key); 27] = [
+const KEYS: [(u32, Key); 30] = [
     (0x0020, Key::Space),
     (0x002b, Key::Plus),
     (0x002d, Key::Minus),
     (0x003d, Key::Equals),
     (0x005b, Key::OpenBracket),
     (0x005d, Key::CloseBracket),
+    (0xffab, Key::Plus),
+    (0xffad, Key::Minus),
+    (0xff8d, Key::Enter),
     (0xff08, Key::Backspace),
     (0xff0d, Key::Enter),
     (0xff1b, Key::Escape),

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use bus::message::PlanWish;
+use egui::Pos2;
 use geometry::{Ct, Point, VolumeGrid};
 use guidance::plan::{Edit, Measure, Plan, Target, Trajectory};
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,9 @@ pub(crate) struct Desk {
     pub(crate) held: Option<Held>,
     /// The image that a drag began on: it goes on there, wherever the pointer is.
     pub(crate) dragged: Option<Cut>,
+    /// Where the pointer was pressed last, and whether that was where it was pressed before.
+    pub(crate) pressed: Option<Pos2>,
+    pub(crate) is_same_place: bool,
     /// Words that are being typed.
     pub(crate) typing: Option<Typing>,
     /// What is to be said to the person: why something was refused, what is to be done next.
@@ -77,6 +81,8 @@ impl Desk {
             enlarged: None,
             held: None,
             dragged: None,
+            pressed: None,
+            is_same_place: false,
             typing: None,
             note: String::new(),
         }

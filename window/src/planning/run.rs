@@ -265,7 +265,7 @@ impl Planning {
         let images = std::array::from_fn(header);
         let frames: Vec<_> = (0..CUTS.len()).filter_map(|cut| Some((cut, looks.frame(cut)?))).collect();
         let frames: Vec<_> = frames.iter().filter_map(|(cut, frame)| image(*cut, frame)).collect();
-        let events = (std::mem::take(&mut self.events), clock::ms(now_ns) / 1000.0);
+        let events = (self.next_events(), clock::ms(now_ns) / 1000.0);
         let (examination, desk, heard) = (&self.examination, &mut self.desk, &self.heard);
         let hu = |p| examination.hu(p);
         let tube_mm = self.process.scene.tool.diameter_mm;
@@ -302,6 +302,14 @@ impl Planning {
         self.process.counters.published += 1;
         self.carry_out(outcome);
         Ok(())
+    }
+
+    /// What happened up to the first press or release: a frame sees the pointer where it was then. The rest has frames of its own.
+    fn next_events(&mut self) -> Vec<egui::Event> {
+        let is_press = |event: &egui::Event| matches!(event, egui::Event::PointerButton { .. });
+        let end = self.events.iter().position(is_press).map_or(self.events.len(), |place| place + 1);
+        let rest = self.events.split_off(end);
+        std::mem::replace(&mut self.events, rest)
     }
 
     /// Asks for the planes that are to be seen now: before the pixels go out, which takes as long as a renderer needs.

@@ -11,7 +11,8 @@ mod pointer;
 use bus::message::{FrameHeader, PlanWish};
 use egui::{Rect, Ui, pos2, vec2};
 use geometry::{Ct, Point, VolumeGrid};
-use guidance::plan::{Concern, Plan};
+use guidance::plan::{Concern, Editor, Plan};
+use guidance::workflow::VolumeId;
 
 use super::camera::{CUTS, Cut};
 use super::desk::Desk;
@@ -50,16 +51,44 @@ pub(crate) struct Known<'a> {
 }
 
 /// What came of a frame.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Outcome {
     /// What the person asks of the plan.
     pub(crate) wishes: Vec<PlanWish>,
+    /// The plan with these made: what comes later in the same frame is wished of it.
+    plan: Editor,
     /// A picture of the screen is to be written.
     pub(crate) shot: bool,
     /// Every piece of text.
     pub(crate) words: Words,
     /// Where the coded cell is to be painted.
     pub(crate) code: Option<Rect>,
+}
+
+impl Default for Outcome {
+    fn default() -> Self {
+        Self::of(&Plan::new(VolumeId([0; 32])))
+    }
+}
+
+impl Outcome {
+    fn of(plan: &Plan) -> Self {
+        Self {
+            wishes: Vec::new(),
+            plan: Editor::new(plan.clone()),
+            shot: false,
+            words: Words::default(),
+            code: None,
+        }
+    }
+
+    fn wish(&mut self, wish: PlanWish) {
+        if let PlanWish::Edit(edit) = &wish {
+            // Who keeps the plan says what is wrong with a change.
+            let _ = self.plan.edit(edit.clone());
+        }
+        self.wishes.push(wish);
+    }
 }
 
 /// Where the images and the panel beside them stand.
@@ -70,7 +99,7 @@ struct Rooms {
 
 /// Lays the screen out, and takes what the person does.
 pub(crate) fn show(ui: &mut Ui, known: &Known<'_>, desk: &mut Desk, screen: Screen) -> Outcome {
-    let mut outcome = Outcome::default();
+    let mut outcome = Outcome::of(known.plan);
     let Some(sizes) = Sizes::of(screen, CUTS.len()) else {
         words::too_small(ui, screen, smallest(CUTS.len()), &mut outcome.words);
         return outcome;

@@ -2,6 +2,7 @@
 
 use bus::message::PlanWish;
 use egui::{Rect, Ui, pos2, vec2};
+use guidance::plan::Edit;
 
 use super::super::desk::{Desk, Mode};
 use super::super::typing::For;
@@ -38,15 +39,14 @@ pub(super) fn show(ui: &Ui, known: &Known<'_>, desk: &mut Desk, sizes: &Sizes, o
 fn carry_out(word: &str, known: &Known<'_>, desk: &mut Desk, outcome: &mut Outcome) {
     let removed = || desk.target(known.plan).map(|target| target.name.clone());
     match word {
-        "Undo" => outcome.wishes.push(PlanWish::Undo),
-        "Redo" => outcome.wishes.push(PlanWish::Redo),
+        "Undo" => outcome.wish(PlanWish::Undo),
+        "Redo" => outcome.wish(PlanWish::Redo),
         "Next target" => desk.select_next(known.plan, true),
         "Name" => keys::begin(desk, For::Name, known),
         "Remove" => {
             let name = removed();
-            outcome
-                .wishes
-                .extend(name.map(|name| PlanWish::Edit(guidance::plan::Edit::Remove(name))));
+            let wish = name.map(|name| PlanWish::Edit(Edit::Remove(name)));
+            wish.into_iter().for_each(|wish| outcome.wish(wish));
         }
         "Distance" => desk.mode = Mode::Measure(Vec::new(), 2),
         "Angle" => desk.mode = Mode::Measure(Vec::new(), 3),

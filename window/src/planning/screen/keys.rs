@@ -23,7 +23,7 @@ pub(super) fn take(
 ) {
     let events = ui.input(|input| input.events.clone());
     if desk.typing.is_some() {
-        typed(known, desk, &events, outcome);
+        typed(desk, &events, outcome);
         return;
     }
     for event in events {
@@ -39,7 +39,7 @@ pub(super) fn take(
     }
 }
 
-fn typed(known: &Known<'_>, desk: &mut Desk, events: &[Event], outcome: &mut Outcome) {
+fn typed(desk: &mut Desk, events: &[Event], outcome: &mut Outcome) {
     let Some(mut typing) = desk.typing.take() else { return };
     let most = match typing.what {
         For::Name => MAX_NAME,
@@ -49,8 +49,12 @@ fn typed(known: &Known<'_>, desk: &mut Desk, events: &[Event], outcome: &mut Out
         Typed::Goes => desk.typing = Some(typing),
         Typed::GivenUp => {}
         Typed::Done => match typing.what {
-            For::Name => outcome.wishes.extend(desk.change(known.plan, |target| target.name = typing.text)),
-            For::Confirm => outcome.wishes.push(PlanWish::Confirm(typing.text)),
+            For::Name => {
+                let plan = outcome.plan.plan().clone();
+                let wish = desk.change(&plan, |target| target.name = typing.text);
+                wish.into_iter().for_each(|wish| outcome.wish(wish));
+            }
+            For::Confirm => outcome.wish(PlanWish::Confirm(typing.text)),
         },
     }
 }
@@ -62,11 +66,12 @@ fn pressed(
     pointed: Option<(Cut, Point<Ct>)>,
     outcome: &mut Outcome,
 ) {
-    let Known { plan, grid, .. } = *known;
+    let grid = known.grid;
+    let plan = &outcome.plan.plan().clone();
     if modifiers.ctrl {
         match key {
-            Key::Z => outcome.wishes.push(PlanWish::Undo),
-            Key::Y => outcome.wishes.push(PlanWish::Redo),
+            Key::Z => outcome.wish(PlanWish::Undo),
+            Key::Y => outcome.wish(PlanWish::Redo),
             _ => {}
         }
         return;
@@ -119,7 +124,7 @@ fn edit(
     pointed: Option<(Cut, Point<Ct>)>,
     outcome: &mut Outcome,
 ) {
-    let plan = known.plan;
+    let plan = &outcome.plan.plan().clone();
     let wish = match (key, pointed) {
         (Key::T | Key::E, None) => {
             POINT.clone_into(&mut desk.note);
@@ -153,7 +158,7 @@ fn edit(
         }
         _ => None,
     };
-    outcome.wishes.extend(wish);
+    wish.into_iter().for_each(|wish| outcome.wish(wish));
 }
 
 /// Asks for words.

@@ -21,7 +21,7 @@ const REACH: f32 = 12.0;
 pub(super) fn take(ui: &Ui, known: &Known<'_>, desk: &mut Desk, cell: &Cell, outcome: &mut Outcome) {
     let response = ui.interact(cell.image, Id::unique(("cut", cell.cut.place())), Sense::click_and_drag());
     tree::cut(&response, cell.cut.title());
-    if response.double_clicked() {
+    if response.double_clicked() && desk.is_same_place {
         desk.enlarged = match desk.enlarged {
             None => Some(cell.cut),
             Some(_) => None,
@@ -74,6 +74,9 @@ fn buttons(
     });
     if pressed.contains(&true) && cell.image.contains(at) {
         desk.dragged = Some(cell.cut);
+        // Two clicks in two places measure, and enlarge nothing.
+        desk.is_same_place = desk.pressed.is_some_and(|before| (before - at).length() < REACH);
+        desk.pressed = Some(at);
         if pressed[0] && !shift {
             press(known, desk, (placed, at), outcome);
         }
@@ -92,14 +95,14 @@ fn buttons(
     }
     if released {
         desk.dragged = None;
-        outcome.wishes.extend(desk.release(known.plan));
+        desk.release(known.plan).into_iter().for_each(|wish| outcome.wish(wish));
     }
 }
 
 /// Takes hold of a point of the plan that is near, or points.
 fn press(known: &Known<'_>, desk: &mut Desk, (placed, at): (&Placed, Pos2), outcome: &mut Outcome) {
     match desk.mode {
-        Mode::Measure(..) => outcome.wishes.extend(desk.measure(placed.in_patient(at))),
+        Mode::Measure(..) => desk.measure(placed.in_patient(at)).into_iter().for_each(|wish| outcome.wish(wish)),
         Mode::Level => {}
         Mode::Point => match near(known.plan, placed, at) {
             Some(held) if known.plan.confirmed.is_none() => {
