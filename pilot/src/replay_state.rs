@@ -66,6 +66,9 @@ impl Options {
                 format!("navigating for {s:.1} s of simulated time, as fast as every view draws every pose")
             }
             (None, Some(duration)) => format!("navigating for {:.1} s", duration.as_secs_f64()),
+            (None, None) if self.planning.is_some() => {
+                format!("planning until `pilot stop --run {}` or Ctrl-C", self.run)
+            }
             (None, None) => format!("navigating until `pilot stop --run {}` or Ctrl-C", self.run),
         }
     }

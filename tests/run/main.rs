@@ -13,6 +13,7 @@ mod notices;
 mod operating_room;
 mod other_user;
 mod pipeline;
+mod plan;
 mod pose_stream;
 mod recorder;
 mod recorder_faults;
