@@ -39,6 +39,7 @@ mod profile;
 mod refusal;
 mod search;
 mod sections;
+mod slab;
 mod structures;
 mod tube;
 mod window;

@@ -86,6 +86,8 @@ impl Builder {
             let (voxel, found) = ([(at % width) as u32, (at / width) as u32, z], labels[at]);
             return Err(MapError::Negative { voxel, found });
         }
+        // Of a map that was refused nothing more is taken: its window is full.
+        self.bounded()?;
         self.slices += 1;
         if self.window.take(labels) {
             self.layer()?;
@@ -123,25 +125,29 @@ impl Builder {
 
     /// The blocks of the layer that the window holds.
     fn layer(&mut self) -> Result<(), MapError> {
-        let [nx, ny, of] = self.grid.dims();
+        let [nx, ny, _] = self.grid.dims();
         for y in 0..Window::blocks(ny as usize) {
             for x in 0..Window::blocks(nx as usize) {
                 if !self.window.is_background([x, y]) {
                     self.block([x, y]);
                 }
             }
-            if self.bytes > self.max_bytes {
-                let (boundary, slices) = (self.list.iter().map(Structure::boundary_voxels).sum(), self.slices);
-                let allowed = self.max_bytes;
-                return Err(MapError::TooLarge {
-                    allowed,
-                    boundary,
-                    slices,
-                    of,
-                });
-            }
+            self.bounded()?;
         }
         Ok(())
+    }
+
+    /// Refuses what takes too much memory.
+    fn bounded(&self) -> Result<(), MapError> {
+        if self.bytes <= self.max_bytes {
+            return Ok(());
+        }
+        Err(MapError::TooLarge {
+            allowed: self.max_bytes,
+            boundary: self.list.iter().map(Structure::boundary_voxels).sum(),
+            slices: self.slices,
+            of: self.grid.dims()[2],
+        })
     }
 
     /// Sorts the voxels of a block by their labels.

@@ -117,16 +117,16 @@ impl Line {
     /// Whether the axis, from entry to tip, meets the cell of a voxel, with its faces.
     pub(super) fn meets(&self, voxel: [u32; 3]) -> bool {
         let (mut from, mut to) = (0.0_f64, 1.0_f64);
-        for k in 0..3 {
-            let middle = f64::from(voxel[k]) - self.entry[k];
-            if self.way[k] == 0.0 {
+        for ((index, entry), way) in voxel.into_iter().zip(self.entry).zip(self.way) {
+            let middle = f64::from(index) - entry;
+            if way == 0.0 {
                 if middle.abs() > 0.5 {
                     return false;
                 }
                 continue;
             }
             // Where it passes the two faces, as a share of its length.
-            let faces = [middle - 0.5, middle + 0.5].map(|x| x / self.way[k]);
+            let faces = [middle - 0.5, middle + 0.5].map(|x| x / way);
             from = from.max(faces[0].min(faces[1]));
             to = to.min(faces[0].max(faces[1]));
         }

@@ -4,8 +4,8 @@ use super::clearance::Nearest;
 use super::coverage::Coverage;
 use super::placed::Placed;
 use super::refusal::{Input, TubeError};
-use super::search::Found;
-use super::sections::{Sections, Slab};
+use super::sections::Sections;
+use super::slab::Slab;
 use super::structures::Structures;
 use super::tube::{MAX_LENGTH_MM, Tube, within};
 
@@ -42,20 +42,22 @@ impl Structures {
         within(Input::Sections, sections as f64, [1.0, MAX_SECTIONS as f64])?;
         let placed = Placed::new(tube, &self.grid);
         let coverage = Coverage::of(tube, &self.grid);
-        let mut search = Sections::new(self, &placed, within_mm);
-        let depth = |k: usize| tube.length_mm() * k as f64 / sections as f64;
-        let mut last: Option<(i16, Found)> = None;
-        let section = |k| {
-            let [from, to] = [depth(k), depth(k + 1)];
-            // What was nearest to the section before is near to this one too.
-            last = search.nearest(&Slab { from, to }, last);
-            Section {
-                from_mm: from,
-                to_mm: to,
-                nearest: last.map(|(label, found)| (label, Nearest::of(found, &self.grid))),
-                is_inside_map: coverage.holds(from, to),
-            }
+        // The share first, so that the last section ends where the tube does to the last bit.
+        let depth = |k: usize| tube.length_mm() * (k as f64 / sections as f64);
+        let slab = |k| Slab {
+            from: depth(k),
+            to: depth(k + 1),
         };
-        Ok((0..sections).map(section).collect())
+        let slabs: Vec<Slab> = (0..sections).map(slab).collect();
+        let search = Sections::new(self, &placed, slabs.clone(), within_mm);
+        let section = |(k, slab): (usize, Slab)| Section {
+            from_mm: slab.from,
+            to_mm: slab.to,
+            nearest: search
+                .found(k)
+                .map(|(label, found)| (label, Nearest::of(found, &self.grid))),
+            is_inside_map: coverage.holds(slab.from, slab.to),
+        };
+        Ok(slabs.into_iter().enumerate().map(section).collect())
     }
 }

@@ -125,7 +125,7 @@ fn check_profile(map: &Map, tube: &Tube, sections: usize, within_mm: f64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn clearance_is_that_of_every_voxel(seed: u64, within in prop_oneof![Just(0.0), 0.0..20.0, Just(1e4)]) {

@@ -179,6 +179,19 @@ fn beyond_is_a_bound_and_no_distance() {
     assert!(found[1].is_clear() && found[1].at_least_mm(Some(0.0)).unwrap() <= 10.0);
 }
 
+/// The sections of a tube within the field are within it, and are the tube to the last bit, however many they are.
+#[test]
+fn sections_leave_nothing_out() {
+    let structures = Map::of(straight([30, 30, 30], [0.9; 3]), |v| i16::from(v[0] > 20)).build();
+    let way = tube([4.1, 7.3, 5.9], [16.7, 19.3, 17.1], 1.1);
+    for sections in (1..400).chain([9_999, 10_000]) {
+        let found = structures.profile(&way, sections, 40.0).unwrap();
+        assert!(found.iter().all(|s| s.is_inside_map), "{sections}");
+        assert_eq!((found[0].from_mm, found[sections - 1].to_mm), (0.0, way.length_mm()));
+        assert!(found.windows(2).all(|pair| pair[0].to_mm == pair[1].from_mm));
+    }
+}
+
 /// Ten thousand structures, each of some voxels, in one map; all are told, in order.
 #[test]
 fn ten_thousand_labels() {

@@ -196,5 +196,14 @@ fn a_map_too_ragged_for_its_memory_is_refused() {
         allowed == 10 << 20 && boundary >= (10 << 20) / 152 && slices == 25 && of == 64,
         "{error}"
     );
+    // Refused once, refused for good.
+    assert_eq!(builder.slice(&ragged.labels[..64 * 64]).unwrap_err(), error);
+    assert_eq!(
+        builder.finish().unwrap_err(),
+        MapError::Slices {
+            found: 25,
+            expected: 64
+        }
+    );
     assert_eq!(MAX_BYTES, 1 << 30);
 }

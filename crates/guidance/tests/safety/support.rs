@@ -147,7 +147,7 @@ pub(crate) fn random_labels(grid: VolumeGrid, random: &mut SplitMix64) -> Map {
         1 => 7,
         // Noise, dense or thin.
         2 => {
-            if random.bits() % noise == 0 {
+            if random.bits().is_multiple_of(noise) {
                 1 + (random.bits() % 300) as i16
             } else {
                 0
