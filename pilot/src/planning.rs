@@ -2,12 +2,14 @@
 
 mod desk;
 mod follow;
+mod safety;
 mod scene;
 mod store;
 mod text;
 
 pub(crate) use desk::Desk;
 pub(crate) use follow::{FollowError, follow};
+pub(crate) use safety::Measured;
 pub(crate) use scene::planning_scene;
 pub(crate) use store::{PlanStore, StoreError};
 pub(crate) use text::Findings;

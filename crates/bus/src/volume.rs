@@ -9,6 +9,7 @@
 //! The offset of a voxel is a sum of one term per axis, so a reader needs three small tables and no arithmetic on bricks.
 
 mod identity;
+mod labels;
 mod voxels;
 
 use geometry::{Ct, Point, VolumeGrid};

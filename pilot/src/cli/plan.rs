@@ -9,12 +9,13 @@ use bus::volume::OwnedVolume;
 use clap::Args;
 use guidance::plan::file::Changed;
 use guidance::plan::{Confirmed, Editor, Plan, PlanError};
+use guidance::safety::TubeError;
 use guidance::workflow::VolumeId;
 use scene::raw::Source;
 use scene::{Scene, VolumeSpec};
 
-use crate::cli::VolumeArgs;
-use crate::planning::{Findings, PlanStore, StoreError, planning_scene};
+use crate::cli::{VolumeArgs, display};
+use crate::planning::{Findings, Measured, PlanStore, StoreError, planning_scene};
 use crate::resolve::ResolveError;
 use crate::state::Options;
 use edits::EditArgs;
@@ -30,6 +31,7 @@ Examples:
   pilot plan plan.json --volume ct --target node=33.5,4,50.5 --entry node=120,60,40
   pilot plan plan.json --volume ct --diameter node=8 --stop node=5 --rename node=left-node
   pilot plan plan.json --volume ct --measure 33.5,4,50.5:120,60,40   a distance; with three points an angle
+  pilot plan plan.json --volume ct --labels organs.nii.gz --error-mm 2   how far the ways stay from each structure
   pilot plan plan.json --volume ct --confirm \"Dr. A\"                 read-only from now on
 
 Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something speaks against the plan.";
@@ -52,6 +54,12 @@ pub(crate) struct PlanArgs {
     /// A new plan begins with the targets of the scene.
     #[arg(long)]
     from_scene: bool,
+    /// A label map, against which ways are measured [default: the scene's]
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
+    /// The error of navigation that distances to structures are lessened by, mm [default: the scene's; else not known]
+    #[arg(long, value_name = "MM", value_parser = length)]
+    error_mm: Option<f64>,
     #[command(flatten)]
     edits: EditArgs,
     /// A person says that the plan is to be followed: it is read-only from now on.
@@ -68,6 +76,11 @@ pub(crate) struct PlanArgs {
     run: String,
 }
 
+fn length(text: &str) -> Result<f64, String> {
+    let mm = text.parse().ok().filter(|mm| (0.0..=100.0).contains(mm));
+    mm.ok_or_else(|| "expected 0 to 100 mm".to_owned())
+}
+
 /// Why a plan was not made.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum PlanCliError {
@@ -77,6 +90,13 @@ pub(crate) enum PlanCliError {
     Resolve(#[from] ResolveError),
     #[error("changing the plan: {0}. Nothing was written")]
     Edit(#[from] PlanError),
+    #[error(transparent)]
+    Tube(#[from] TubeError),
+    #[error("label map {path}: {source}")]
+    Labels {
+        path: PathBuf,
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     #[error("reading the examination: {0}")]
     Volume(Box<dyn std::error::Error + Send + Sync>),
     #[error(
@@ -126,12 +146,28 @@ impl PlanArgs {
         if self.window {
             return self.on_screen(store, &mut source);
         }
-        let found = Findings::of(&store, &plan, &volume.view());
+        let measured = self.measured(&scene, load)?;
+        let found = Findings::of(&store, &plan, &volume.view(), measured.as_ref())?;
         let words = match self.json {
             true => serde_json::to_string_pretty(&found).unwrap_or_default(),
             false => found.table(),
         };
         Ok(Planned::Said(words, found.is_doubtful()))
+    }
+
+    /// What ways are measured against, where there is a label map.
+    fn measured(&self, scene: &Scene, load: LoadVolume) -> Result<Option<Measured>, PlanCliError> {
+        let Some(path) = self.labels.clone().or_else(|| scene.plan.labels.clone()) else {
+            return Ok(None);
+        };
+        let fail = |source| PlanCliError::Labels {
+            path: path.clone(),
+            source,
+        };
+        let labels = load(&VolumeSpec::of_path(path.clone()), 0).map_err(fail)?;
+        let error_mm = self.error_mm.or(scene.plan.error_mm);
+        let measured = Measured::of(&labels, scene.tool.diameter_mm, error_mm).map_err(|error| fail(error.into()))?;
+        Ok(Some(measured))
     }
 
     /// The plan with all changes made.
@@ -163,6 +199,11 @@ impl PlanArgs {
 
     fn on_screen(&self, store: PlanStore, source: &mut Source) -> Result<Planned, PlanCliError> {
         planning_scene(source, &store);
+        if self.labels.is_some() || self.error_mm.is_some() {
+            let plan = source.scene.plan.get_or_insert_default();
+            let labels = self.labels.as_ref().map(|path| display(path));
+            (plan.labels, plan.error_mm) = (labels.or(plan.labels.take()), self.error_mm.or(plan.error_mm));
+        }
         let scene = Scene::from_raw(source).map_err(ResolveError::from)?;
         let folder = store.path().parent().unwrap_or(store.path()).to_owned();
         let options = Options {

@@ -3,8 +3,10 @@
 use bus::volume::VolumeView;
 use geometry::{Ct, Point};
 use guidance::plan::{Concern, Measure, Plan, Target, Trajectory, concerns};
+use guidance::safety::TubeError;
 use serde::Serialize;
 
+use super::safety::{Measured, WaySafety};
 use super::store::PlanStore;
 
 /// What was found of a plan in its examination.
@@ -22,6 +24,8 @@ pub(crate) struct Findings {
     notes: String,
     /// What speaks against it.
     concerns: Vec<String>,
+    /// The ways beside the structures of the label map; `null`: there is none, and nothing was checked.
+    structures: Option<Vec<WaySafety>>,
     /// That points lie outside the examination or in its bone, and the like: more than that a way is missing.
     #[serde(skip)]
     is_doubtful: bool,
@@ -51,11 +55,20 @@ struct MeasureFindings {
 
 impl Findings {
     /// Of a plan and the examination that it was made for.
-    pub(crate) fn of(store: &PlanStore, plan: &Plan, volume: &VolumeView<'_>) -> Self {
+    ///
+    /// # Errors
+    /// [`TubeError`] of a way that is no tube.
+    pub(crate) fn of(
+        store: &PlanStore,
+        plan: &Plan,
+        volume: &VolumeView<'_>,
+        measured: Option<&Measured>,
+    ) -> Result<Self, TubeError> {
+        let structures = measured.map(|measured| measured.ways(plan)).transpose()?;
         let hu = |p: Point<Ct>| volume.nearest(p);
         let concerns = concerns(plan, volume.grid, &hu);
         let is_doubt = |concern: &Concern| !matches!(concern, Concern::NoEntry { .. });
-        Self {
+        Ok(Self {
             file: store.path().display().to_string(),
             id: store.id(),
             volume_hash: bus::message::VolumeHash(plan.volume.0).to_string(),
@@ -64,9 +77,10 @@ impl Findings {
             targets: plan.targets.iter().map(TargetFindings::of).collect(),
             measures: plan.measures.iter().map(MeasureFindings::of).collect(),
             notes: plan.notes.clone(),
-            is_doubtful: concerns.iter().any(is_doubt),
+            is_doubtful: concerns.iter().any(is_doubt) || structures.iter().flatten().any(WaySafety::is_doubtful),
             concerns: concerns.iter().map(Concern::to_string).collect(),
-        }
+            structures,
+        })
     }
 
     /// Whether something speaks against the plan.
@@ -95,6 +109,10 @@ impl Findings {
         match self.concerns.is_empty() {
             true => lines.push("nothing was found against it in the CT".to_owned()),
             false => lines.extend(self.concerns.iter().map(|concern| format!("! {concern}"))),
+        }
+        match &self.structures {
+            Some(ways) => lines.extend(ways.iter().flat_map(WaySafety::lines)),
+            None => lines.push("structures beside the ways: NOT CHECKED, there is no label map (--labels)".to_owned()),
         }
         lines.join("\n")
     }

@@ -1,0 +1,56 @@
+//! A label map that was read as a volume: its structures.
+
+use guidance::safety::{MapError, Structures};
+
+use super::OwnedVolume;
+
+impl OwnedVolume {
+    /// The structures of a label map: its voxels are labels, 0 for none.
+    ///
+    /// # Errors
+    /// [`MapError`] for what is no label map: negative labels, none at all, more than can be held.
+    pub fn structures(&self) -> Result<Structures, MapError> {
+        let columns = self.layout.table(0);
+        Structures::build(&self.grid, |z, slice| {
+            for (row, y) in slice.chunks_mut(columns.len()).zip(self.layout.table(1)) {
+                let first = y + self.layout.table(2)[z as usize];
+                for (label, x) in row.iter_mut().zip(columns) {
+                    *label = self.voxels[(first + x) as usize];
+                }
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{Hasher, Layout, Marks, Voxels};
+    use geometry::{Affine, VolumeGrid};
+
+    #[test]
+    fn each_label_is_found_where_its_voxel_lies() {
+        let dims = [9, 6, 5];
+        let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        let grid = VolumeGrid::checked(dims.map(i64::from), Affine::from_rows(rows)).unwrap();
+        for brick in [[1, 1, 1], [4, 4, 4]] {
+            let layout = Layout::new(dims, brick).unwrap();
+            let mut voxels = Voxels::zeroed(layout.stored() as usize);
+            let places = [[0, 0, 0], [8, 5, 4], [3, 4, 2]];
+            for (label, place) in (1..).zip(places) {
+                voxels[layout.offset(place)] = label;
+            }
+            let volume = OwnedVolume {
+                grid,
+                layout,
+                voxels,
+                padding_hu: 0,
+                hash: Hasher::new(&grid, 0).finish(),
+                marks: Marks::NONE,
+            };
+            let structures = volume.structures().unwrap();
+            let found: Vec<_> = structures.list().iter().map(|s| (s.label(), s.extent().0, s.voxels())).collect();
+            assert_eq!(found, [(1, places[0], 1), (2, places[1], 1), (3, places[2], 1)]);
+        }
+    }
+}

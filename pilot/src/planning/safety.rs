@@ -1,0 +1,122 @@
+//! How far planned ways stay from the structures of a label map, in words and numbers.
+
+use bus::volume::OwnedVolume;
+use guidance::plan::{Plan, Trajectory};
+use guidance::safety::{Clearance, Distance, MapError, Structures, Tube, TubeError};
+use serde::Serialize;
+
+/// Structures are looked for so far from a way, mm.
+const WITHIN_MM: f64 = 30.0;
+/// So many of them are told.
+const TOLD: usize = 6;
+
+/// What ways are measured against.
+pub(crate) struct Measured {
+    structures: Structures,
+    radius_mm: f64,
+    /// The error of navigation, where it is known.
+    error_mm: Option<f64>,
+}
+
+/// A way beside the structures.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct WaySafety {
+    target: String,
+    /// Parts of the way that lie outside the label map, from where to where, mm: NOT CHECKED.
+    outside_map_mm: Vec<[f64; 2]>,
+    /// The nearest, nearest first.
+    nearest: Vec<StructureSafety>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct StructureSafety {
+    label: i16,
+    cuts: bool,
+    /// From the tube to the nearest centre of its voxels; below zero within the tube.
+    distance_mm: f64,
+    /// How deep that is on the way.
+    depth_mm: f64,
+    /// What is left of it at least: less half a voxel's diagonal and the error of navigation; `null` where that is not known.
+    at_least_mm: Option<f64>,
+    /// Whether no voxel of it meets the tube.
+    is_clear: bool,
+}
+
+impl Measured {
+    /// Of a label map that was read as a volume, and a tube of this diameter.
+    pub(crate) fn of(labels: &OwnedVolume, tube_mm: f64, error_mm: Option<f64>) -> Result<Self, MapError> {
+        Ok(Self {
+            structures: labels.structures()?,
+            radius_mm: tube_mm / 2.0,
+            error_mm,
+        })
+    }
+
+    /// Each way of a plan.
+    pub(super) fn ways(&self, plan: &Plan) -> Result<Vec<WaySafety>, TubeError> {
+        let ways = plan.targets.iter().filter_map(|target| Some((target, Trajectory::of(target)?)));
+        ways.map(|(target, way)| self.way(&target.name, &way)).collect()
+    }
+
+    fn way(&self, target: &str, way: &Trajectory) -> Result<WaySafety, TubeError> {
+        let tube = Tube::new(way.entry, way.stop, self.radius_mm)?;
+        let found = self.structures.clearance(&tube, WITHIN_MM)?;
+        let told = found.structures.iter().filter_map(|one| self.told(one));
+        Ok(WaySafety {
+            target: target.to_owned(),
+            outside_map_mm: found.coverage.outside_mm(),
+            nearest: told.take(TOLD).collect(),
+        })
+    }
+
+    fn told(&self, one: &Clearance) -> Option<StructureSafety> {
+        let Distance::Nearest(nearest) = one.distance else { return None };
+        Some(StructureSafety {
+            label: one.label,
+            cuts: one.cuts,
+            distance_mm: nearest.distance_mm,
+            depth_mm: nearest.depth_mm,
+            at_least_mm: one.at_least_mm(self.error_mm),
+            is_clear: one.is_clear(),
+        })
+    }
+}
+
+impl WaySafety {
+    /// Whether the way meets a structure, or is not checked in part.
+    pub(super) fn is_doubtful(&self) -> bool {
+        !self.outside_map_mm.is_empty() || self.nearest.iter().any(|one| !one.is_clear)
+    }
+
+    /// For people.
+    pub(super) fn lines(&self) -> Vec<String> {
+        let outside = self.outside_map_mm.iter().map(|[from, to]| {
+            format!("! {}: from {from:.1} to {to:.1} mm its way lies outside the label map: NOT CHECKED", self.target)
+        });
+        let near = self.nearest.iter().map(|one| format!("{} {}: {}", one.sign(), self.target, one.words()));
+        let mut lines: Vec<String> = outside.chain(near).collect();
+        if self.nearest.is_empty() {
+            lines.push(format!("  {}: no structure of the label map within {WITHIN_MM} mm of its way", self.target));
+        }
+        lines
+    }
+}
+
+impl StructureSafety {
+    fn sign(&self) -> char {
+        if self.is_clear { ' ' } else { '!' }
+    }
+
+    fn words(&self) -> String {
+        let (label, mm, depth) = (self.label, self.distance_mm, self.depth_mm);
+        let least = match self.at_least_mm {
+            Some(least) => format!("at least {least:.1} mm"),
+            None => "the least is not known without the error of navigation, or at the map's border".to_owned(),
+        };
+        match (self.cuts, self.is_clear) {
+            (true, _) => format!("CUTS label {label}, {depth:.1} mm deep"),
+            (false, true) => format!("label {label} is {mm:.1} mm away, {depth:.1} mm deep; {least}"),
+            (false, false) => format!("MAY CUT label {label}: {mm:.1} mm to the middle of a voxel, {depth:.1} mm deep"),
+        }
+    }
+}
