@@ -40,6 +40,32 @@ fn a_tube_within_an_organ_cuts_it() {
     );
 }
 
+/// As far from all centres as a place can be, half a diagonal: between the corners of eight blocks, and along an edge of four. The nearest
+/// voxels are no boundary, and lie as far away as such voxels may.
+#[test]
+fn the_nearest_voxel_may_be_no_boundary() {
+    let map = Map::of(straight([24, 24, 24], [1.0; 3]), |_| 5);
+    let found = all(&map, &tube([7.5, 7.5, 7.495], [7.5, 7.5, 7.505], 0.005));
+    // The corner of the tube that is nearest to the eight centres.
+    let truth = (0.5_f64.sqrt() - 0.005).hypot(0.495);
+    assert!(
+        (found[0].distance_mm() - truth).abs() < 1e-12 && found[0].cuts,
+        "{found:?} {truth}"
+    );
+    let sections = map
+        .build()
+        .profile(&tube([7.5, 7.5, 3.2], [7.5, 7.5, 20.2], 0.1), 17, 10.0)
+        .unwrap();
+    let distances: Vec<f64> = sections
+        .iter()
+        .map(|s| s.nearest.map_or(f64::NAN, |(_, n)| n.distance_mm))
+        .collect();
+    assert!(
+        distances.iter().all(|mm| (mm - (0.5_f64.sqrt() - 0.1)).abs() < 1e-12),
+        "{distances:?}"
+    );
+}
+
 #[test]
 fn a_tube_through_a_thin_plate_cuts_it() {
     let grid = straight([30, 30, 30], [0.8, 0.8, 2.0]);
