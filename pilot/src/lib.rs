@@ -10,7 +10,6 @@ pub mod cli;
 mod ends;
 mod guiding;
 mod kept;
-mod memory;
 mod metrics;
 mod output;
 mod plan;

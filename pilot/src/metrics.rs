@@ -1,6 +1,7 @@
 //! What happened: poses, images, latencies, restarts. Fed by the run, read by the report and the status.
 
 pub(crate) mod accuracy;
+pub(crate) mod memory;
 
 use bus::clock::ms;
 use bus::continuity::{Break, Continuity};

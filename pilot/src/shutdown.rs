@@ -11,7 +11,7 @@ use picture::{Canvas, Rgb, palette, write_png};
 use scene::Scene;
 
 use crate::child::Child;
-use crate::memory;
+use crate::metrics::memory;
 use crate::output;
 use crate::problems::{missing, problems};
 use crate::replay::Recomputed;

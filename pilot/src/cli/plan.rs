@@ -37,7 +37,7 @@ Examples:
 Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something speaks against the plan.";
 
 /// Reads an examination: handed in by the binary, as this crate knows no formats of volumes. The number is the generated patient's seed.
-pub(crate) type LoadVolume = fn(&VolumeSpec, u64) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+pub type LoadVolume = fn(&VolumeSpec, u64) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
 
 #[derive(Debug, Args)]
 pub(crate) struct PlanArgs {
