@@ -36,6 +36,7 @@ Examples:
   recorder info session.mcap
   recorder verify session.mcap
   recorder export csv session.mcap --out poses.csv
+  recorder report session.mcap --out report.html
   recorder cut session.mcap --from 3.2s --to 9s --out insertion.mcap
   recorder recover session.mcap.recording";
 
@@ -250,6 +251,7 @@ mod tests {
         command.clone().debug_assert();
         for name in [
             "record", "recover", "info", "export", "import", "cut", "verify", "attach", "replay", "facts", "compare",
+            "report",
         ] {
             let help = command.find_subcommand_mut(name).unwrap().render_help().to_string();
             assert!(help.contains("Example"), "{help}");

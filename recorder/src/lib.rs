@@ -5,6 +5,7 @@
 //! * [`read`]: from files, whole or not; built on one tolerant reader, [`read::scan`].
 //! * [`edit`]: from files to files.
 //! * [`replay`]: from a file back onto the bus.
+//! * [`report`](mod@report): from a file to one page that says what was done.
 //! * [`wire`]: what is in the file, so that other programs can read it.
 //!
 //! While it grows, a recording is named `FILE.mcap.recording`; only a finished one is named `FILE.mcap`.
@@ -13,6 +14,7 @@ pub mod cli;
 pub mod edit;
 pub mod read;
 pub mod replay;
+pub mod report;
 #[cfg(test)]
 mod testing;
 pub mod wire;

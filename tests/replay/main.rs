@@ -11,5 +11,6 @@ mod replay_control;
 mod replay_ends;
 mod replay_recompute;
 mod replay_refused;
+mod session_report;
 #[path = "../support/mod.rs"]
 mod support;

@@ -11,6 +11,7 @@ use crate::edit::export::{ExportError, Exported, Format, export};
 use crate::edit::import::{ImportError, import};
 use crate::read::damage::OpenError;
 use crate::read::verify::verify;
+use crate::report::{Made, ReportError, Wanted, report};
 
 const EXPORT_HELP: &str = "\
 CSV and JSON bring back every number bit for bit; a lost pose has no numbers there, and its words say why. MHA is the \
@@ -52,6 +53,17 @@ Only whole recordings. Messages are not touched; the index is written anew.
 Example:
   recorder attach session.mcap report.json";
 
+const REPORT_HELP: &str = "\
+One HTML file that needs no other, no network and no script: what the session rests on, chosen targets, marks with their pictures, \
+times without a pose, errors at the tip, latencies, restarts and problems. It prints on A4. What makes less of a recording than it \
+seems (damage, a missing end, a replay, simulated time) stands at its top, and on stderr. Whose examination it is, is in it only with \
+--identity. The files are readable by their user only. Unfinished and damaged recordings are reported as far as they can be read.
+
+Examples:
+  recorder report session.mcap --out report.html
+  recorder report session.mcap --out report.html --json      report.json beside it: the same facts
+  recorder report session.mcap.recording --out report.html   of a run that was killed";
+
 #[derive(Debug, Subcommand)]
 pub(super) enum Tool {
     /// Write the messages of a topic as CSV, JSON or MHA
@@ -63,6 +75,9 @@ pub(super) enum Tool {
     /// Make a recording of a stretch of another
     #[command(after_help = CUT_HELP)]
     Cut(CutArgs),
+    /// Make one page of a recording: what was done, on what it rested, what went wrong
+    #[command(after_help = REPORT_HELP)]
+    Report(ReportArgs),
     /// Check every CRC, message and count of a recording
     #[command(after_help = VERIFY_HELP)]
     Verify {
@@ -129,8 +144,28 @@ pub(super) struct CutArgs {
     force: bool,
 }
 
+#[derive(Debug, Args)]
+pub(super) struct ReportArgs {
+    /// The recording, whole or not
+    input: PathBuf,
+    /// The page
+    #[arg(long, value_name = "FILE.html")]
+    out: PathBuf,
+    /// Say whose examination it is, where the recording says so
+    #[arg(long)]
+    identity: bool,
+    /// Write the same facts as JSON too, beside the page
+    #[arg(long)]
+    json: bool,
+    /// Replace the files if they exist
+    #[arg(long)]
+    force: bool,
+}
+
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ToolError {
+    #[error(transparent)]
+    Report(#[from] ReportError),
     #[error(transparent)]
     Export(#[from] ExportError),
     #[error(transparent)]
@@ -172,6 +207,11 @@ pub(super) fn run(tool: Tool) -> Result<String, ToolError> {
             let info = cut(&args.input, stretch, &args.out, args.force)?;
             Ok(format!("{}\n{info}", args.out.display()))
         }
+        Tool::Report(args) => {
+            let (identity, json, force) = (args.identity, args.json, args.force);
+            let made = report(&args.input, &args.out, Wanted { identity, json, force })?;
+            Ok(said_of_report(&made))
+        }
         Tool::Verify { file } => verified(file),
         Tool::Attach { session, file } => {
             attach(&session, &file)?;
@@ -187,6 +227,14 @@ fn said_of_export(out: &Path, exported: Exported) -> String {
         n => format!("; {n} parts of the recording could not be read: `recorder verify` names them"),
     };
     format!("{}: {messages} messages{rest}\n", out.display())
+}
+
+fn said_of_report(made: &Made) -> String {
+    for notice in &made.notices {
+        bus::stderr_line!("recorder: {notice}");
+    }
+    let names = made.files.iter().map(|file| format!("{}\n", file.display()));
+    names.collect()
 }
 
 fn verified(path: PathBuf) -> Result<String, ToolError> {

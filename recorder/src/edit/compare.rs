@@ -79,17 +79,22 @@ pub(crate) struct Samples {
     pub(crate) repeated: u64,
 }
 
-impl Samples {
-    fn add(&mut self, pose: &ToolPose) {
-        let sample = Sample {
+impl Sample {
+    pub(crate) fn of(pose: &ToolPose) -> Self {
+        Self {
             t_device_ns: pose.t_device_ns,
             status: pose.status,
             pose: match pose.tracked() {
                 Ok(Tracked::Valid(pose)) => Some(pose),
                 _ => None,
             },
-        };
-        self.repeated += u64::from(self.by_seq.insert(pose.seq, sample).is_some());
+        }
+    }
+}
+
+impl Samples {
+    fn add(&mut self, pose: &ToolPose) {
+        self.repeated += u64::from(self.by_seq.insert(pose.seq, Sample::of(pose)).is_some());
     }
 
     fn range(&self) -> (u64, u64) {

@@ -31,6 +31,9 @@ pub const MOST_OFF: f64 = 1e-3;
 /// A chunk is closed after so many poses.
 const PER_CHUNK: usize = 1000;
 
+/// The name of the metadata record that says what was imported.
+pub const IMPORTED: &str = "imported";
+
 /// Why nothing was imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
@@ -227,7 +230,7 @@ fn write_poses(partial: &Path, input: &Path, transform: &str, poses: &[ToolPose]
         ),
     ];
     log.metadata(&Metadata {
-        name: "imported".to_owned(),
+        name: IMPORTED.to_owned(),
         metadata: facts.map(|(key, value)| (key.to_owned(), value)).into(),
     })?;
     for chunk in poses.chunks(PER_CHUNK) {

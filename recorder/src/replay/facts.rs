@@ -264,10 +264,7 @@ impl Facts {
 /// Refuses messages of another kind than `wanted`, or with fields that would be lost on the way.
 fn check_schema(path: &Path, channel: &Channel<'_>, wanted: &'static str, known: &[u8]) -> Result<(), FactsError> {
     let topic = &channel.topic;
-    let (name, data) = channel
-        .schema
-        .as_ref()
-        .map_or(("", &[][..]), |s| (s.name.as_str(), &*s.data));
+    let name = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
     if name != wanted {
         return Err(FactsError::Schema {
             path: path.to_owned(),
@@ -276,19 +273,26 @@ fn check_schema(path: &Path, channel: &Channel<'_>, wanted: &'static str, known:
             wanted,
         });
     }
-    let known = fields(known);
-    let unknown: Vec<String> = fields(data)
-        .difference(&known)
-        .map(|(number, name)| format!("{name} = {number}"))
-        .collect();
+    let unknown = unknown_fields(channel, known);
     if unknown.is_empty() {
         return Ok(());
     }
     Err(FactsError::Newer {
         path: path.to_owned(),
         topic: topic.clone(),
-        unknown: unknown.join(", "),
+        unknown,
     })
+}
+
+/// The fields of a channel's messages that the schema `known` has not, as names with numbers; empty where there are none.
+pub(crate) fn unknown_fields(channel: &Channel<'_>, known: &[u8]) -> String {
+    let data = channel.schema.as_ref().map_or(&[][..], |schema| &*schema.data);
+    let known = fields(known);
+    let unknown: Vec<String> = fields(data)
+        .difference(&known)
+        .map(|(number, name)| format!("{name} = {number}"))
+        .collect();
+    unknown.join(", ")
 }
 
 /// Numbers and names of the fields of every message of a schema; none where it cannot be read.

@@ -43,6 +43,8 @@ pub const STATUS_SCHEMA: &str = "trocar.ProcessStatus";
 pub const IDENTITY_SCHEMA: &str = "trocar.Identity";
 /// The name of Foxglove's schema of lines of a log.
 pub const LOG_SCHEMA: &str = "foxglove.Log";
+/// The name of Foxglove's schema of images.
+pub const IMAGE_SCHEMA: &str = "foxglove.CompressedImage";
 /// The name of Foxglove's schema.
 pub const TF_SCHEMA: &str = "foxglove.FrameTransform";
 /// The attached scene file.
@@ -124,11 +126,7 @@ pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 8] {
         (EMITTER_SCHEMA_ID, EMITTER_SCHEMA, descriptor::EMITTER_FRAME),
         (STATUS_SCHEMA_ID, STATUS_SCHEMA, descriptor::PROCESS_STATUS),
         (LOG_SCHEMA_ID, LOG_SCHEMA, descriptor::LOG),
-        (
-            IMAGE_SCHEMA_ID,
-            "foxglove.CompressedImage",
-            descriptor::COMPRESSED_IMAGE,
-        ),
+        (IMAGE_SCHEMA_ID, IMAGE_SCHEMA, descriptor::COMPRESSED_IMAGE),
         (GUIDE_SCHEMA_ID, GUIDE_SCHEMA, descriptor::GUIDE),
         (WORKFLOW_SCHEMA_ID, WORKFLOW_SCHEMA, descriptor::WORKFLOW),
     ]

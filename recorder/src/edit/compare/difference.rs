@@ -21,7 +21,7 @@ pub(crate) struct Difference {
 }
 
 impl Difference {
-    fn of(seq: u64, a: &Sample, b: &Sample) -> Self {
+    pub(crate) fn of(seq: u64, a: &Sample, b: &Sample) -> Self {
         Self {
             seq,
             t_device_ns: a.t_device_ns,

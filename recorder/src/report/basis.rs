@@ -1,0 +1,215 @@
+//! What a session rests on: the attached scene, calibrations and registrations, and the records beside the messages.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use bus::message::Ages;
+use calib::file::{RegistrationFile, ToolFile};
+use mcap::Attachment;
+use mcap::records::Metadata;
+use scene::{Scene, TrackerSource};
+use serde::Serialize;
+
+use super::run_report::{self, RunReport, last_name};
+use super::short::{List, short};
+use crate::edit::cut::CUT;
+use crate::edit::import::IMPORTED;
+use crate::wire::schema::{RUN, SCENE};
+use crate::write::beside::MAX_BYTES;
+use crate::write::record::Progress;
+
+/// What lies beside the messages.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Basis {
+    /// The scene; `None`: none is attached.
+    pub(super) scene: Option<Result<SceneFacts, String>>,
+    /// The run's own report; `None`: none is attached.
+    pub(super) report: Option<Result<RunReport, String>>,
+    /// The other attached files.
+    pub(super) files: List<Attached>,
+    /// The newest record of the run's facts.
+    pub(super) run: BTreeMap<String, String>,
+    /// What the recorder says at the end of its work; empty: it never came to its end.
+    pub(super) recorder: BTreeMap<String, String>,
+    /// Where the file is a stretch of another.
+    pub(super) cut: BTreeMap<String, String>,
+    /// Where its poses were imported.
+    pub(super) imported: BTreeMap<String, String>,
+    /// When the run wrote down its scene, ns since 1970 by the wall clock; 0: nobody says.
+    pub(super) begun_wall_ns: u64,
+    /// When it wrote its report.
+    pub(super) reported_wall_ns: u64,
+}
+
+/// What a person wants to know of a scene; nothing of whose examination it is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct SceneFacts {
+    pub(super) tool: String,
+    pub(super) tool_length_mm: f64,
+    pub(super) tool_diameter_mm: f64,
+    /// Where poses came from, in words.
+    pub(super) source: &'static str,
+    /// Whether the localizer, or the tool, was made up.
+    pub(super) is_simulated: bool,
+    pub(super) rate_hz: f64,
+    pub(super) targets: usize,
+    pub(super) views: usize,
+    pub(super) stale_ms: f64,
+    pub(super) lost_ms: f64,
+    #[serde(skip)]
+    pub(super) ages: (i64, i64, i64),
+}
+
+/// An attached file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Attached {
+    pub(super) name: String,
+    pub(super) bytes: u64,
+    /// What it is, in words.
+    pub(super) kind: &'static str,
+    /// Its id, where it has one.
+    pub(super) id: Option<String>,
+    /// How good it is, or why it cannot be used, in words.
+    pub(super) stated: String,
+}
+
+impl Basis {
+    /// Takes an attached file.
+    pub(super) fn attachment(&mut self, file: &Attachment<'_>) {
+        match file.name.as_str() {
+            SCENE => {
+                self.begun_wall_ns = file.create_time;
+                self.scene = Some(SceneFacts::read(&file.data));
+            }
+            run_report::NAME => {
+                self.reported_wall_ns = file.create_time;
+                self.report = Some(RunReport::parse(&file.data));
+            }
+            name => self.files.push(attached(name, &file.data)),
+        }
+    }
+
+    /// Takes a record beside the messages; the last one of a name counts.
+    pub(super) fn metadata(&mut self, record: Metadata) {
+        let of = match record.name.as_str() {
+            RUN => &mut self.run,
+            Progress::RECORD => &mut self.recorder,
+            CUT => &mut self.cut,
+            IMPORTED => &mut self.imported,
+            _ => return,
+        };
+        // Names of recordings come with their folders, which are called after patients.
+        let told = |(key, value): (String, String)| match key.as_str() {
+            "remade_from" | "file" => (key, last_name(&value)),
+            _ => (short(&key), short(&value)),
+        };
+        *of = record.metadata.into_iter().take(64).map(told).collect();
+    }
+
+    /// The run's own report, where it can be read.
+    pub(super) fn run_report(&self) -> Option<&RunReport> {
+        self.report.as_ref()?.as_ref().ok()
+    }
+
+    /// The scene, where it can be read.
+    pub(super) fn scene_facts(&self) -> Option<&SceneFacts> {
+        self.scene.as_ref()?.as_ref().ok()
+    }
+
+    /// A number that the recorder said at its end.
+    pub(super) fn recorder_says(&self, key: &str) -> Option<u64> {
+        self.recorder.get(key)?.parse().ok()
+    }
+}
+
+impl SceneFacts {
+    fn read(bytes: &[u8]) -> Result<Self, String> {
+        let text = std::str::from_utf8(bytes).map_err(|error| error.to_string())?;
+        if text.len() as u64 > MAX_BYTES {
+            return Err(format!("it has {} bytes, at most {MAX_BYTES} are read", text.len()));
+        }
+        let scene = Scene::parse(text, Path::new(SCENE)).map_err(|error| short(&error.to_string()))?;
+        Ok(Self::of(&scene))
+    }
+
+    fn of(scene: &Scene) -> Self {
+        let (source, is_simulated) = match &scene.tracker.source {
+            TrackerSource::Simulated(_) => ("a simulated tool", true),
+            TrackerSource::OperatingRoom(_) => ("a simulated operating room", true),
+            TrackerSource::Emitters(_) => ("emitters that another program published", false),
+            TrackerSource::Sequence(_) => ("a sequence from a file", false),
+            TrackerSource::External => ("another program", false),
+        };
+        let ages = Ages::of(&scene.limits);
+        Self {
+            tool: short(&scene.tool.name),
+            tool_length_mm: scene.tool.length_mm,
+            tool_diameter_mm: scene.tool.diameter_mm,
+            source,
+            is_simulated,
+            rate_hz: scene.tracker.rate_hz,
+            targets: scene.targets.len(),
+            views: scene.views.len(),
+            stale_ms: bus::clock::ms(ages.stale_ns),
+            lost_ms: bus::clock::ms(ages.lost_ns),
+            ages: (ages.stale_ns, ages.lost_ns, bus::clock::ns(scene.limits.frozen)),
+        }
+    }
+}
+
+/// An attached file of which nothing is known but its name: what it is, is told by what it says.
+fn attached(name: &str, bytes: &[u8]) -> Attached {
+    let text = std::str::from_utf8(bytes).unwrap_or_default();
+    let (kind, id, stated) = if bytes.len() as u64 > MAX_BYTES {
+        ("file", None, "too long to be looked at".to_owned())
+    } else if text.contains("\"trocar-registration\"") {
+        registration(text)
+    } else if text.contains("\"trocar_calibration\"") {
+        calibration(text)
+    } else {
+        ("file", None, "not looked at".to_owned())
+    };
+    Attached {
+        name: short(name),
+        bytes: bytes.len() as u64,
+        kind,
+        id: id.map(|id| short(&id)),
+        stated,
+    }
+}
+
+fn registration(text: &str) -> (&'static str, Option<String>, String) {
+    match RegistrationFile::parse(text) {
+        Ok(file) => {
+            let reached = file.reached(geometry::Point::new(0.0, 0.0, 0.0));
+            let fre = reached.rms_mm.map_or("unknown".to_owned(), |mm| format!("{mm:.2} mm"));
+            (
+                "registration",
+                Some(file.id),
+                format!("fiducial registration error (rms) {fre}"),
+            )
+        }
+        Err(error) => (
+            "registration",
+            None,
+            format!("cannot be used: {}", short(&error.to_string())),
+        ),
+    }
+}
+
+fn calibration(text: &str) -> (&'static str, Option<String>, String) {
+    match ToolFile::parse(text) {
+        Ok(file) => {
+            let mm = |found: Option<f64>| found.map_or("unknown".to_owned(), |mm| format!("{mm:.2} mm"));
+            let (tip, rms) = (mm(file.reached.tip_error_mm), mm(file.reached.rms_mm));
+            let (date, tool) = (short(&file.date_utc), short(&file.tool));
+            let words = format!("error of the tip (rms) {tip}, residuals (rms) {rms}; tool {tool:?}, made {date}");
+            ("calibration of the tool", Some(file.id), words)
+        }
+        Err(error) => (
+            "calibration",
+            None,
+            format!("not a tool's in use: {}", short(&error.to_string())),
+        ),
+    }
+}
