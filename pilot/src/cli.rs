@@ -35,6 +35,8 @@ use crate::resolve::{Overrides, ResolveError, resolve};
 use crate::run::run;
 use crate::state::Options;
 use crate::status::Status;
+pub use plan::LoadVolume;
+
 use help::{CHECK_HELP, CONTROL_HELP, REPLAY_HELP, RESTART_HELP, RUN_HELP, STATUS_HELP, STOP_HELP, TOPICS_HELP};
 
 /// Exit code of a run that went to its end with something wrong: see `problems` in its report.
@@ -189,7 +191,7 @@ pub fn command() -> clap::Command {
 /// The binary.
 ///
 /// `load` reads an examination for `pilot plan`.
-pub fn main(load: plan::LoadVolume) -> ExitCode {
+pub fn main(load: LoadVolume) -> ExitCode {
     // Recordings, pictures and reports are a patient's: nobody else reads them. What the pilot starts inherits this.
     bus::process::keep_to_oneself();
     match Cli::parse().command {
@@ -237,7 +239,7 @@ fn load_scene(args: &SceneArgs) -> Result<(Source, Scene), ResolveError> {
     args.volume.load(args.scene.as_deref())
 }
 
-fn plan(args: &PlanArgs, load: plan::LoadVolume) -> Result<ExitCode, CliError> {
+fn plan(args: &PlanArgs, load: LoadVolume) -> Result<ExitCode, CliError> {
     match args.carry_out(load)? {
         Planned::Said(words, is_doubtful) => {
             say(&words);

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bus::process::{Membership, exit};
+use bus::volume::OwnedVolume;
 use clap::Parser;
+use scene::VolumeSpec;
 
 use crate::display::Wanted;
 use crate::run::{Options, run};
@@ -55,8 +57,11 @@ pub fn command() -> clap::Command {
     <Cli as clap::CommandFactory>::command()
 }
 
+/// Reads a label map as a volume: handed in by the binary, as this crate knows no formats of volumes.
+pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+
 /// The binary.
-pub fn main() -> ExitCode {
+pub fn main(load: LoadVolume) -> ExitCode {
     let cli = Cli::parse();
     let membership = Membership {
         run_dir: cli.run_dir,
@@ -71,6 +76,7 @@ pub fn main() -> ExitCode {
         },
         only_sight,
         shots: cli.shots,
+        load,
         name: if only_sight { "sight" } else { "window" }.to_owned(),
     };
     exit("window", run(&membership, options))

@@ -5,6 +5,7 @@
 
 mod camera;
 mod desk;
+mod labels;
 mod looks;
 mod placed;
 mod run;

@@ -12,6 +12,7 @@ use bus::message::ProcessState;
 use bus::process::{JoinError, Membership, Process};
 use bus::wake::Waits;
 
+use crate::cli::LoadVolume;
 use crate::display::{Display, DisplayError, Happened, Wanted};
 use crate::feed::{Feed, Now, began_ns, stale_ns};
 use crate::frame::{Coded, Frames, Painted};
@@ -59,6 +60,8 @@ pub(crate) struct Options {
     pub(crate) shots: PathBuf,
     /// The process's name in the run.
     pub(crate) name: String,
+    /// Reads a label map, for the planning screen.
+    pub(crate) load: LoadVolume,
 }
 
 struct Window {

@@ -17,6 +17,7 @@ use guidance::workflow::VolumeId;
 
 use super::camera::CUTS;
 use super::desk::Desk;
+use super::labels::Labels;
 use super::looks::Looks;
 use super::screen::{self, Known, Outcome};
 use super::volume::Examination;
@@ -62,6 +63,7 @@ struct Planning {
     frames: Frames,
     coded: Coded,
     examination: Examination,
+    labels: Labels,
     heard: Heard,
     desk: Option<Desk>,
     kept: Option<Desk>,
@@ -100,6 +102,11 @@ pub(crate) fn run(mut process: Process, display: Display, options: Options) -> R
     };
     let mut planning = Planning {
         examination: Examination::new(process.volumes()?),
+        labels: Labels::open(
+            process.scene.plan.labels.as_deref(),
+            process.scene.tool.diameter_mm,
+            options.load,
+        ),
         pilot: CommandClient::open(&process.bus, "pilot")?,
         process,
         display,
@@ -141,7 +148,7 @@ impl Planning {
         self.hear(ports)?;
         self.answers();
         let (came, refused) = looks.turn()?;
-        self.is_due |= came;
+        self.is_due |= came || self.labels.take();
         if let Some(why) = refused {
             self.say(why);
         }
@@ -258,6 +265,9 @@ impl Planning {
         if let (Some(desk), true) = (&mut self.desk, told.is_some()) {
             desk.follow(&plan);
         }
+        let way = self.desk.as_ref().and_then(|desk| desk.way(&desk.shown(&plan)));
+        let beside = self.labels.beside(way.as_ref());
+        let error_mm = self.process.scene.plan.error_mm;
         let is_writing = self.open.is_some() || !self.waiting.is_empty();
         let hash = self.examination.hash();
         // Of another examination than the plan's nothing is shown.
@@ -284,6 +294,8 @@ impl Planning {
                 hu: &hu,
                 images,
                 tube_mm,
+                beside: &beside,
+                error_mm,
             };
             screen::show(ui, &known, desk, screen)
         };

@@ -7,6 +7,7 @@ mod keys;
 mod marks;
 mod panel;
 mod pointer;
+mod structures;
 
 use bus::message::{FrameHeader, PlanWish};
 use egui::{Rect, Ui, pos2, vec2};
@@ -16,6 +17,7 @@ use guidance::workflow::VolumeId;
 
 use super::camera::{CUTS, Cut};
 use super::desk::Desk;
+use super::labels::Beside;
 use super::placed::Placed;
 use crate::model::Model;
 use crate::screen::words::{self, Words};
@@ -48,6 +50,10 @@ pub(crate) struct Known<'a> {
     pub(crate) images: [Option<(FrameHeader, bool)>; 4],
     /// Outer diameter of the tube, mm.
     pub(crate) tube_mm: f64,
+    /// The structures beside the selected way.
+    pub(crate) beside: &'a Beside,
+    /// The error of navigation, mm; `None`: not known.
+    pub(crate) error_mm: Option<f64>,
 }
 
 /// What came of a frame.
@@ -121,7 +127,7 @@ pub(crate) fn show(ui: &mut Ui, known: &Known<'_>, desk: &mut Desk, screen: Scre
         pointer::take(ui, known, desk, cell, &mut outcome);
         image::show(ui, known, desk, cell, (&sizes, &mut outcome.words));
     }
-    let beside = panel::Beside { known, pointed };
+    let beside = panel::Panel { known, pointed };
     beside.show(ui, desk, rooms.panel, (&sizes, &mut outcome.words));
     foot::show(ui, known, desk, &sizes, &mut outcome);
     outcome

@@ -2,8 +2,10 @@
 
 use egui::{Align2, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 use guidance::plan::{DENSE_HU, Trajectory};
+use guidance::safety::Section;
 use picture::palette;
 
+use super::super::labels::{Beside, WITHIN_MM};
 use super::Known;
 use crate::colours;
 use crate::screen::words::{Type, Words};
@@ -34,17 +36,42 @@ pub(super) fn show(
         ground: colours::GROUND,
         align,
     };
-    words.put(ui, title, "HU along the tube's axis", how(Align2::LEFT_CENTER));
+    let (title, middle) = title.split_left_right_at_fraction(0.38);
+    words.put(ui, title, "HU along the axis", how(Align2::LEFT_CENTER));
     let (left, right) = foot.split_left_right_at_fraction(0.5);
     words.put(ui, left, "entry", how(Align2::LEFT_CENTER));
     words.put(ui, right, &format!("{:.1} mm", way.depth_mm), how(Align2::RIGHT_CENTER));
     dense(ui, plot, (sizes, words));
+    if let Beside::Found(found) = known.beside {
+        distances(ui, &found.sections, way.depth_mm, plot, sizes);
+        words.put(ui, middle, "line: distance to the nearest structure, 0 to 20 mm", how(Align2::CENTER_CENTER));
+    }
     for run in runs(known, way, plot) {
         let points = run.len();
         let stroke = Stroke::new(1.6 * sizes.line, colours::of(palette::TUBE));
         if points > 1 {
             painter.add(Shape::line(run, stroke));
         }
+    }
+}
+
+/// The distance from the tube's wall to the nearest structure, part by part: 0 at the bottom, [`WITHIN_MM`] at the top, broken where none
+/// is so near. Parts that are not checked are hatched by bars over the whole height.
+fn distances(ui: &Ui, sections: &[Section], length_mm: f64, plot: Rect, sizes: &Sizes) {
+    let x = |mm: f64| plot.left() + (mm / length_mm) as f32 * plot.width();
+    for section in sections {
+        let [from, to] = [x(section.from_mm), x(section.to_mm)];
+        if !section.is_inside_map {
+            let bar = Rect::from_min_max(pos2(from, plot.top()), pos2((from + to) / 2.0, plot.bottom()));
+            ui.painter().rect_filled(bar, 0.0, colours::of(palette::WARN));
+            continue;
+        }
+        let Some((_, nearest)) = section.nearest else { continue };
+        let part = (nearest.distance_mm / WITHIN_MM).clamp(0.0, 1.0) as f32;
+        let y = plot.bottom() - part * plot.height();
+        let colour = if nearest.distance_mm <= 0.0 { palette::ALARM } else { palette::TARGET };
+        let stroke = Stroke::new(2.0 * sizes.line, colours::of(colour));
+        ui.painter().line_segment([pos2(from, y), pos2(to, y)], stroke);
     }
 }
 

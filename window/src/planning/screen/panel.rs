@@ -7,7 +7,7 @@ use picture::palette;
 
 use super::super::camera::{Cut, PRESETS};
 use super::super::desk::{Desk, Mode};
-use super::{Known, chart};
+use super::{Known, chart, structures};
 use crate::colours;
 use crate::model::Tone;
 use crate::screen::tree;
@@ -22,14 +22,14 @@ const MOST_TARGETS: usize = 8;
 const CHART: f32 = 0.24;
 
 /// What is beside the images.
-pub(super) struct Beside<'a> {
+pub(super) struct Panel<'a> {
     pub(super) known: &'a Known<'a>,
     /// What the pointer is on.
     pub(super) pointed: Option<(Cut, Point<Ct>)>,
 }
 
 /// Puts one line after another.
-struct Lines<'a, 'w> {
+pub(super) struct Lines<'a, 'w> {
     ui: &'a Ui,
     room: Rect,
     sizes: &'a Sizes,
@@ -52,7 +52,7 @@ impl Lines<'_, '_> {
         Some(line)
     }
 
-    fn put(&mut self, text: &str, tone: Tone) {
+    pub(super) fn put(&mut self, text: &str, tone: Tone) {
         let Some(line) = self.next() else { return };
         self.put_in(line, text, tone, Align2::LEFT_CENTER);
     }
@@ -76,7 +76,7 @@ impl Lines<'_, '_> {
     }
 }
 
-impl Beside<'_> {
+impl Panel<'_> {
     pub(super) fn show(&self, ui: &Ui, desk: &mut Desk, room: Rect, (sizes, words): (&Sizes, &mut Words)) {
         let (upper, lower) = room.split_top_bottom_at_fraction(1.0 - CHART);
         let mut lines = Lines {
@@ -90,6 +90,7 @@ impl Beside<'_> {
         self.targets(desk, &plan.targets, &mut lines);
         if let Some(target) = desk.target(&plan) {
             way(target, &mut lines);
+            structures::show(self.known, &mut lines);
         }
         for (k, measure) in plan.measures.iter().enumerate() {
             measured(k + 1, measure, &mut lines);
