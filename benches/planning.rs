@@ -18,7 +18,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-use bus::clock::{ms, monotonic_ns};
+use bus::clock::{monotonic_ns, ms};
 use bus::run::RunContext;
 use display::Display;
 use load::Load;
@@ -64,7 +64,10 @@ fn main() {
     println!("|---|---|---|");
     // There and back, so that it stays in the examination.
     let wheel = |k: usize| if k / 40 % 2 == 0 { 4 } else { 5 };
-    println!("| a step of the wheel | {} |", changes(&display, steps, |k| button(&display, wheel(k))));
+    println!(
+        "| a step of the wheel | {} |",
+        changes(&display, steps, |k| button(&display, wheel(k)))
+    );
     pilot.stop();
 }
 
@@ -114,5 +117,11 @@ fn changes(display: &Display, times: usize, change: impl Fn(usize)) -> String {
     took.sort_unstable_by(f64::total_cmp);
     let at = |part: f64| took[((took.len() - 1) as f64 * part) as usize];
     let late = took.iter().filter(|took_ms| **took_ms > 33.0).count();
-    format!("{:.1} / {:.1} / {:.1} | {late} of {}", at(0.5), at(0.99), at(1.0), took.len())
+    format!(
+        "{:.1} / {:.1} / {:.1} | {late} of {}",
+        at(0.5),
+        at(0.99),
+        at(1.0),
+        took.len()
+    )
 }

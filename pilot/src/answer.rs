@@ -9,7 +9,8 @@ use crate::status::Status;
 use crate::supervise::Event;
 
 /// Images of poses show the plan that the run began with, and a replay shows them again.
-const NOT_PLANNING: &str = "the plan of a run that navigates does not change: change it with `pilot plan`, and start again";
+const NOT_PLANNING: &str =
+    "the plan of a run that navigates does not change: change it with `pilot plan`, and start again";
 
 impl Run {
     /// Answers a request; returns what it means for the supervisor.

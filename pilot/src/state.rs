@@ -172,7 +172,11 @@ impl Run {
         Ok(Self {
             ports: Ports::open(&bus, &context, &scene, &planned)?,
             guiding: Guiding::open(&bus, &scene, rules, options.replay.is_some())?,
-            desk: options.planning.clone().map(|store| Desk::open(&bus, store)).transpose()?,
+            desk: options
+                .planning
+                .clone()
+                .map(|store| Desk::open(&bus, store))
+                .transpose()?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
             unrecorded: Unrecorded::default(),
             metrics: Metrics::new(scene.views.len()),

@@ -9,7 +9,10 @@ const SMALL: &str = crate::support::SMALL;
 
 /// The small scene with a plan.
 fn following(world: &World, name: &str, table: &str, changed: impl Fn(&str) -> String) -> String {
-    let scene = world.file(name, &format!("{}\n[plan]\nfile = \"plan.json\"\n{table}", changed(SMALL)));
+    let scene = world.file(
+        name,
+        &format!("{}\n[plan]\nfile = \"plan.json\"\n{table}", changed(SMALL)),
+    );
     scene.to_string_lossy().into_owned()
 }
 
@@ -30,7 +33,17 @@ fn run(world: &World, scene: &str, out: &Path) -> std::process::Output {
 #[test]
 fn h5_a_plan_is_followed_in_its_own_examination_alone() {
     let world = World::new();
-    let made = planned(&world, &["--target", "node=10,20,30", "--entry", "node=100,50,30", "--stop", "node=4"]);
+    let made = planned(
+        &world,
+        &[
+            "--target",
+            "node=10,20,30",
+            "--entry",
+            "node=100,50,30",
+            "--stop",
+            "node=4",
+        ],
+    );
     assert!(made.status.success(), "{}", stderr(&made));
     let scene = following(&world, "follows.toml", "[guide]\ntarget = \"node\"", str::to_owned);
     let out = world.path("out");
@@ -47,14 +60,29 @@ fn h5_a_plan_is_followed_in_its_own_examination_alone() {
     assert_eq!(ran.status.code(), Some(1));
     let said = stderr(&ran);
     let hash = plan["volume"]["hash"].as_str().unwrap();
-    assert!(said.contains(&format!("the scene is for the examination {hash} alone")), "{said}");
+    assert!(
+        said.contains(&format!("the scene is for the examination {hash} alone")),
+        "{said}"
+    );
     let pictures = std::fs::read_dir(&out).into_iter().flatten().flatten();
-    assert_eq!(pictures.filter(|file| file.path().extension().is_some_and(|e| e == "png")).count(), 0);
+    assert_eq!(
+        pictures
+            .filter(|file| file.path().extension().is_some_and(|e| e == "png"))
+            .count(),
+        0
+    );
     // The same patient at another spacing is other voxels, and in the command line it is refused as well.
     let coarse = world.file("coarse.toml", &SMALL.replace("spacing_mm = 6.0", "spacing_mm = 5.0"));
     let plan = world.path("plan.json");
-    let asked = world.output("pilot", &["plan", plan.to_str().unwrap(), "--scene", coarse.to_str().unwrap()]);
-    assert!(stderr(&asked).contains("it was made for the examination"), "{}", stderr(&asked));
+    let asked = world.output(
+        "pilot",
+        &["plan", plan.to_str().unwrap(), "--scene", coarse.to_str().unwrap()],
+    );
+    assert!(
+        stderr(&asked).contains("it was made for the examination"),
+        "{}",
+        stderr(&asked)
+    );
 }
 
 #[test]
@@ -76,8 +104,14 @@ fn plans_that_cannot_be_followed_are_refused_by_name_before_a_process_starts() {
         &follows("both.toml", "[[targets]]\nname = \"a\"\nct_mm = [1, 2, 3]"),
         "whose targets are others",
     );
-    refused(&follows("id.toml", "id = \"0123456789abcdef\""), "the scene follows 0123456789abcdef alone");
-    refused(&follows("strict.toml", "[workflow]\nstrict = true"), "nobody has confirmed the plan");
+    refused(
+        &follows("id.toml", "id = \"0123456789abcdef\""),
+        "the scene follows 0123456789abcdef alone",
+    );
+    refused(
+        &follows("strict.toml", "[workflow]\nstrict = true"),
+        "nobody has confirmed the plan",
+    );
     let bad = format!("{}", "ab".repeat(32));
     let other = following(&world, "hash.toml", "", |small| {
         small.replace("[volume]", &format!("[volume]\nhash = \"{bad}\""))
@@ -85,7 +119,10 @@ fn plans_that_cannot_be_followed_are_refused_by_name_before_a_process_starts() {
     refused(&other, "and the scene loads abab");
     for (changed, words) in [
         (text.replace("10.0", "11.0"), "changed by other means"),
-        (text.replace("\"version\": 1", "\"version\": 9"), "written by a later Trocar"),
+        (
+            text.replace("\"version\": 1", "\"version\": 9"),
+            "written by a later Trocar",
+        ),
         (text[..text.len() / 2].to_owned(), "EOF while parsing"),
         (String::new(), "EOF while parsing"),
     ] {

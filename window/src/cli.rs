@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bus::process::{Membership, exit};
-use bus::volume::OwnedVolume;
 use clap::Parser;
-use scene::VolumeSpec;
 
 use crate::display::Wanted;
-use crate::run::{Options, run};
+pub use crate::program::LoadVolume;
+use crate::program::Options;
+use crate::run::run;
 
 /// Shows a run on the screen: its images, the sight on the chosen target, and what they rest on.
 #[derive(Debug, Parser)]
@@ -56,9 +56,6 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 pub fn command() -> clap::Command {
     <Cli as clap::CommandFactory>::command()
 }
-
-/// Reads a label map as a volume: handed in by the binary, as this crate knows no formats of volumes.
-pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
 
 /// The binary.
 pub fn main(load: LoadVolume) -> ExitCode {

@@ -14,6 +14,7 @@ pub mod model;
 pub mod paint;
 mod planning;
 pub mod ports;
+mod program;
 mod run;
 pub mod screen;
 pub mod sizes;

@@ -2,25 +2,23 @@
 
 use std::ops::ControlFlow;
 use std::os::fd::AsFd;
-use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::BusError;
 use bus::clock;
 use bus::gather::Set;
 use bus::message::ProcessState;
-use bus::process::{JoinError, Membership, Process};
+use bus::process::{Membership, Process};
 use bus::wake::Waits;
 
-use crate::cli::LoadVolume;
-use crate::display::{Display, DisplayError, Happened, Wanted};
+use crate::display::{Display, Happened};
 use crate::feed::{Feed, Now, began_ns, stale_ns};
 use crate::frame::{Coded, Frames, Painted};
 use crate::look;
 use crate::model::Model;
-use crate::paint::{PaintError, canvas};
 use crate::planning;
 use crate::ports::Ports;
+use crate::program::{Options, RunError, write_shot};
 use crate::screen::{Look, Wish};
 use crate::wishes::Asked;
 
@@ -33,36 +31,6 @@ const MIXED: Duration = Duration::from_millis(33);
 
 /// So long a refusal stands on the screen.
 const SAID: Duration = Duration::from_secs(5);
-
-/// Why a window ended.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum RunError {
-    /// It could not join the run.
-    #[error(transparent)]
-    Join(#[from] JoinError),
-    /// The bus failed.
-    #[error(transparent)]
-    Bus(#[from] BusError),
-    /// There is no display, or it was lost.
-    #[error(transparent)]
-    Display(#[from] DisplayError),
-    /// A frame was not painted.
-    #[error(transparent)]
-    Paint(#[from] PaintError),
-}
-
-/// What the command line says.
-#[derive(Debug, Clone)]
-pub(crate) struct Options {
-    pub(crate) wanted: Wanted,
-    pub(crate) only_sight: bool,
-    /// Where pictures of the screen go.
-    pub(crate) shots: PathBuf,
-    /// The process's name in the run.
-    pub(crate) name: String,
-    /// Reads a label map, for the planning screen.
-    pub(crate) load: LoadVolume,
-}
 
 struct Window {
     process: Process,
@@ -280,15 +248,4 @@ impl Window {
         let path = self.asked.shots.join(format!("screen-{at_ms}-{}.png", self.shots));
         write_shot(self.display.pixels(), size, path)
     }
-}
-
-/// Writes a picture of the screen, by a thread of its own.
-pub(crate) fn write_shot(pixels: &[u32], size: [u32; 2], path: PathBuf) -> Result<(), String> {
-    let picture = canvas(pixels, size);
-    let write = move || match picture::write_png(&path, &picture, &[]) {
-        Ok(()) => {}
-        Err(error) => bus::stderr_line!("window: {error}"),
-    };
-    let started = std::thread::Builder::new().name("screenshot".to_owned()).spawn(write);
-    started.map(drop).map_err(|error| format!("no screenshot: {error}"))
 }

@@ -5,9 +5,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use geometry::{Affine, Ct, Point, VolumeGrid};
-use guidance::plan::{
-    Concern, Confirmed, Edit, Editor, Measure, Plan, PlanError, Target, Trajectory, What, concerns,
-};
+use guidance::plan::{Concern, Confirmed, Edit, Editor, Measure, Plan, PlanError, Target, Trajectory, What, concerns};
 use guidance::workflow::VolumeId;
 use proptest::prelude::*;
 
@@ -57,12 +55,24 @@ fn each_part_outside_its_domain_is_refused_by_name() {
         (&|t| t.name = "é".repeat(21), "1 to 40 bytes"),
         (&|t| t.centre = p(f64::NAN, 0.0, 0.0), "centre of node: found NaN"),
         (&|t| t.centre = p(0.0, 1.1e4, 0.0), "centre of node: found 11000"),
-        (&|t| t.entry = Some(p(0.0, 0.0, f64::INFINITY)), "entry of node: found inf"),
-        (&|t| t.diameter_mm = 0.0, "diameter of node: found 0; allowed: 0.1 to 200 mm"),
+        (
+            &|t| t.entry = Some(p(0.0, 0.0, f64::INFINITY)),
+            "entry of node: found inf",
+        ),
+        (
+            &|t| t.diameter_mm = 0.0,
+            "diameter of node: found 0; allowed: 0.1 to 200 mm",
+        ),
         (&|t| t.diameter_mm = f64::NAN, "diameter of node: found NaN"),
-        (&|t| t.stop_mm = -0.1, "stop distance of node: found -0.1; allowed: 0 to 500 mm"),
+        (
+            &|t| t.stop_mm = -0.1,
+            "stop distance of node: found -0.1; allowed: 0 to 500 mm",
+        ),
         (&|t| t.entry = Some(t.centre), "its entry is 0.00 mm from its centre"),
-        (&|t| t.stop_mm = 99.5, "its entry is 100.00 mm from its centre; the tube needs more than 100.5 mm"),
+        (
+            &|t| t.stop_mm = 99.5,
+            "its entry is 100.00 mm from its centre; the tube needs more than 100.5 mm",
+        ),
     ];
     for (change, said) in cases {
         let found = with(change);
@@ -70,8 +80,16 @@ fn each_part_outside_its_domain_is_refused_by_name() {
     }
     let twice = plan(&[node(), node()]).checked().unwrap_err();
     assert_eq!(twice, PlanError::NameTaken("node".to_owned()));
-    let many: Vec<Target> = (0..65).map(|i| target(&i.to_string(), p(0.0, 0.0, 0.0), None)).collect();
-    assert!(plan(&many).checked().unwrap_err().to_string().contains("65 targets; at most 64"));
+    let many: Vec<Target> = (0..65)
+        .map(|i| target(&i.to_string(), p(0.0, 0.0, 0.0), None))
+        .collect();
+    assert!(
+        plan(&many)
+            .checked()
+            .unwrap_err()
+            .to_string()
+            .contains("65 targets; at most 64")
+    );
     let far = Measure::Distance([p(0.0, 0.0, 0.0), p(0.0, f64::NAN, 0.0)]);
     let measured = Plan {
         measures: vec![far],
@@ -129,7 +147,8 @@ fn edits() -> impl Strategy<Value = Edit> {
         (name, name, place.clone())
             .prop_map(|(n, to, [x, y, z])| Edit::Change(n, target(&to, p(x, y, z), Some(p(0.0, 0.0, 300.0))))),
         name.prop_map(Edit::Remove),
-        (place.clone(), place).prop_map(|([a, b, c], [d, e, f])| Edit::Measure(Measure::Distance([p(a, b, c), p(d, e, f)]))),
+        (place.clone(), place)
+            .prop_map(|([a, b, c], [d, e, f])| Edit::Measure(Measure::Distance([p(a, b, c), p(d, e, f)]))),
         (0..3_usize).prop_map(Edit::RemoveMeasure),
         "[a-z]{0,3}".prop_map(Edit::Notes),
     ]
@@ -165,7 +184,11 @@ proptest! {
 
 #[test]
 fn the_numbers_of_a_way_are_those_of_its_triangle() {
-    let way = Trajectory::of(&Target { stop_mm: 10.0, ..node() }).unwrap();
+    let way = Trajectory::of(&Target {
+        stop_mm: 10.0,
+        ..node()
+    })
+    .unwrap();
     // 60-80-100: roundings of lengths of 100.
     assert!((way.depth_mm - 90.0).abs() < 1e-12 * 100.0);
     assert!(way.stop.distance(p(6.0, 8.0, 0.0)) < 1e-12 * 100.0);
@@ -243,7 +266,11 @@ fn what_lies_outside_the_ct_or_at_its_border_is_named() {
         })
         .collect();
     assert_eq!(whats, [What::Centre, What::Entry, What::Measure]);
-    assert!(found[2].to_string().starts_with("distance 1: its measured point"), "{}", found[2]);
+    assert!(
+        found[2].to_string().starts_with("distance 1: its measured point"),
+        "{}",
+        found[2]
+    );
     // The ball just inside, and its centre outside by a hair.
     let whole = p(inside.mm()[0], inside.mm()[1] + 1.0, inside.mm()[2]);
     let found = concerns(&plan(&[target("whole", whole, None)]), &grid, &air);
@@ -256,11 +283,23 @@ fn bone_at_the_entry_and_on_the_way_is_told_with_its_place() {
     let entry = p(0.0, 40.0, 0.0);
     let hu = |at: Point<Ct>| {
         let y = at.mm()[1];
-        Some(if (20.0..=24.0).contains(&y) || at.distance(entry) < 0.3 { 900 } else { 40 })
+        Some(if (20.0..=24.0).contains(&y) || at.distance(entry) < 0.3 {
+            900
+        } else {
+            40
+        })
     };
     let way = plan(&[target("n", p(0.0, 0.0, 0.0), Some(entry))]);
     let found = concerns(&way, &grid(), &hu);
-    let [Concern::EntryInBone { hu: 900, .. }, Concern::WayThroughBone { from_mm, to_mm, hu: 900, .. }] = &found[..]
+    let [
+        Concern::EntryInBone { hu: 900, .. },
+        Concern::WayThroughBone {
+            from_mm,
+            to_mm,
+            hu: 900,
+            ..
+        },
+    ] = &found[..]
     else {
         panic!("{found:?}")
     };

@@ -20,7 +20,11 @@ fn file() -> PlanFile {
         targets: vec![target],
         measures: vec![
             Measure::Distance([Point::new(0.0, 0.0, 0.0), Point::new(1.0, 2.0, 3.0)]),
-            Measure::Angle([Point::new(0.0, 0.0, 1.0), Point::new(0.0, 0.0, 0.0), Point::new(0.0, 1.0, 0.0)]),
+            Measure::Angle([
+                Point::new(0.0, 0.0, 1.0),
+                Point::new(0.0, 0.0, 0.0),
+                Point::new(0.0, 1.0, 0.0),
+            ]),
         ],
         notes: "left \"flank\"\nsecond line".to_owned(),
         confirmed: Some(Confirmed {
@@ -89,7 +93,10 @@ fn what_was_changed_by_hand_is_refused_and_taken_only_as_not_confirmed() {
             continue;
         }
         let said = refused(&changed).to_string();
-        assert!(said.contains(&format!("it states the id {}", file().id())), "{was}: {said}");
+        assert!(
+            said.contains(&format!("it states the id {}", file().id())),
+            "{was}: {said}"
+        );
         let taken = PlanFile::parse(&changed, Changed::Taken).unwrap();
         assert_eq!(taken.plan.confirmed, None);
     }
@@ -108,14 +115,30 @@ fn what_is_no_plan_is_refused_by_name() {
     let text = file().text();
     for (was, is, said) in [
         ("\"version\": 1", "\"version\": 2", "written by a later Trocar"),
-        ("\"version\": 1", "\"version\": -1", "Give a plan that `pilot plan` wrote"),
-        ("trocar-plan", "trocar-registration", "found format \"trocar-registration\""),
+        (
+            "\"version\": 1",
+            "\"version\": -1",
+            "Give a plan that `pilot plan` wrote",
+        ),
+        (
+            "trocar-plan",
+            "trocar-registration",
+            "found format \"trocar-registration\"",
+        ),
         ("LPS, mm", "RAS, mm", "found frame \"ct, RAS, mm\""),
         ("\"stop_mm\"", "\"stopp_mm\"", "unknown field `stopp_mm`"),
         ("abababab", "xyxyxyxy", "key volume.hash"),
-        ("\"diameter_mm\": 5.0", "\"diameter_mm\": 0.0", "diameter of para-aortic-left: found 0"),
+        (
+            "\"diameter_mm\": 5.0",
+            "\"diameter_mm\": 0.0",
+            "diameter of para-aortic-left: found 0",
+        ),
         ("\"diameter_mm\": 5.0", "\"diameter_mm\": \"5\"", "expected f64 at line"),
-        ("\"distance\"", "\"angle\"", "measures.0.ct_mm: found 2 points; expected 3"),
+        (
+            "\"distance\"",
+            "\"angle\"",
+            "measures.0.ct_mm: found 2 points; expected 3",
+        ),
         ("\"distance\"", "\"area\"", "unknown variant `area`"),
     ] {
         let changed = text.replacen(was, is, 1);

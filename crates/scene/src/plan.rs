@@ -62,10 +62,16 @@ mod tests {
         assert_eq!(scene.plan.labels.as_deref(), Some(Path::new("/l.nii.gz")));
         assert_eq!((scene.plan.error_mm, of("").unwrap().plan.error_mm), (Some(2.5), None));
         for (text, said) in [
-            ("[plan]\nerror_mm = -1", "line 2, column 12, key plan.error_mm: found -1; allowed: 0 to 100 mm"),
+            (
+                "[plan]\nerror_mm = -1",
+                "line 2, column 12, key plan.error_mm: found -1; allowed: 0 to 100 mm",
+            ),
             ("[plan]\nerror_mm = nan", "key plan.error_mm: found NaN"),
             ("[plan]\nfiles = \"p\"", "unknown field `files`"),
-            ("[volume]\nhash = \"00ff\"", "key volume.hash: found \"00ff\"; allowed: 64 hexadecimal digits"),
+            (
+                "[volume]\nhash = \"00ff\"",
+                "key volume.hash: found \"00ff\"; allowed: 64 hexadecimal digits",
+            ),
         ] {
             let found = of(text).unwrap_err();
             assert!(found.contains(said), "{text}: {found}");

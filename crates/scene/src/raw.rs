@@ -320,7 +320,10 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
     })?;
     anchor(&mut scene.volume.source, path);
     let tracker = &mut scene.tracker;
-    let plan = scene.plan.as_mut().map(|plan| [plan.file.as_mut(), plan.labels.as_mut()]);
+    let plan = scene
+        .plan
+        .as_mut()
+        .map(|plan| [plan.file.as_mut(), plan.labels.as_mut()]);
     let files = [
         tracker
             .room

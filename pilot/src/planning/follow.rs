@@ -45,7 +45,9 @@ pub(crate) enum FollowError {
 /// Takes the plan into the scene. What is left of `[plan]` is its id, so that the scene of a recording stands by itself.
 pub(crate) fn follow(source: &mut Source) -> Result<(), FollowError> {
     let scene = source.path.clone();
-    let Some(raw) = source.scene.plan.as_mut() else { return Ok(()) };
+    let Some(raw) = source.scene.plan.as_mut() else {
+        return Ok(());
+    };
     let Some(file) = raw.file.take() else { return Ok(()) };
     let path = PathBuf::from(file);
     if source.scene.targets.is_some() {

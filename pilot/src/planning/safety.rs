@@ -54,7 +54,10 @@ impl Measured {
 
     /// Each way of a plan.
     pub(super) fn ways(&self, plan: &Plan) -> Result<Vec<WaySafety>, TubeError> {
-        let ways = plan.targets.iter().filter_map(|target| Some((target, Trajectory::of(target)?)));
+        let ways = plan
+            .targets
+            .iter()
+            .filter_map(|target| Some((target, Trajectory::of(target)?)));
         ways.map(|(target, way)| self.way(&target.name, &way)).collect()
     }
 
@@ -70,7 +73,9 @@ impl Measured {
     }
 
     fn told(&self, one: &Clearance) -> Option<StructureSafety> {
-        let Distance::Nearest(nearest) = one.distance else { return None };
+        let Distance::Nearest(nearest) = one.distance else {
+            return None;
+        };
         Some(StructureSafety {
             label: one.label,
             cuts: one.cuts,
@@ -91,12 +96,22 @@ impl WaySafety {
     /// For people.
     pub(super) fn lines(&self) -> Vec<String> {
         let outside = self.outside_map_mm.iter().map(|[from, to]| {
-            format!("! {}: from {from:.1} to {to:.1} mm its way lies outside the label map: NOT CHECKED", self.target)
+            format!(
+                "! {}: from {from:.1} to {to:.1} mm its way lies outside the label map: NOT CHECKED",
+                self.target
+            )
         });
-        let near = self.nearest.iter().map(|one| format!("{} {}: {}", one.sign(), self.target, one.words()));
+        let near = self
+            .nearest
+            .iter()
+            .map(|one| format!("{} {}: {}", one.sign(), self.target, one.words()));
         let mut lines: Vec<String> = outside.chain(near).collect();
-        if self.nearest.is_empty() {
-            lines.push(format!("  {}: no structure of the label map within {WITHIN_MM} mm of its way", self.target));
+        // Where the map says nothing, nothing is said.
+        if lines.is_empty() {
+            lines.push(format!(
+                "  {}: no structure of the label map within {WITHIN_MM} mm of its way",
+                self.target
+            ));
         }
         lines
     }

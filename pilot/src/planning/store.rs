@@ -154,10 +154,12 @@ fn read(path: &Path, changed: Changed) -> Result<Option<PlanFile>, StoreError> {
             });
         }
     };
-    PlanFile::parse(&text, changed).map(Some).map_err(|source| StoreError::Content {
-        path: path.to_owned(),
-        source: Box::new(source),
-    })
+    PlanFile::parse(&text, changed)
+        .map(Some)
+        .map_err(|source| StoreError::Content {
+            path: path.to_owned(),
+            source: Box::new(source),
+        })
 }
 
 /// Under another name first, so that a plan is always whole. One that is confirmed is written by nobody any more.
@@ -203,7 +205,10 @@ mod tests {
         let (mut a, mut b) = (open(), open());
         a.save(&changed(&a, target("a"))).unwrap();
         let said = b.save(&changed(&b, target("b"))).unwrap_err().to_string();
-        assert!(said.contains("changed by somebody else") && said.contains("rests on no file"), "{said}");
+        assert!(
+            said.contains("changed by somebody else") && said.contains("rests on no file"),
+            "{said}"
+        );
         assert_eq!(open().plan(), a.plan());
         let mut b = open();
         b.save(&changed(&b, target("b"))).unwrap();
@@ -265,7 +270,10 @@ mod tests {
         editor.confirm(confirmed).unwrap();
         store.save(editor.plan()).unwrap();
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o400);
-        assert_eq!(PlanStore::open(&path, Changed::Refused).unwrap().plan(), Some(editor.plan()));
+        assert_eq!(
+            PlanStore::open(&path, Changed::Refused).unwrap().plan(),
+            Some(editor.plan())
+        );
     }
 
     #[test]
@@ -274,7 +282,11 @@ mod tests {
         let path = tmp.path().join("plan.json");
         let said = |path: &Path| PlanStore::open(path, Changed::Refused).unwrap_err().to_string();
         fs::write(&path, "{\"format\": \"trocar-plan\", \"version\": 7}").unwrap();
-        assert!(said(&path).contains("plan.json: found format \"trocar-plan\", version 7"), "{}", said(&path));
+        assert!(
+            said(&path).contains("plan.json: found format \"trocar-plan\", version 7"),
+            "{}",
+            said(&path)
+        );
         fs::write(&path, [0xff, 0xfe]).unwrap();
         assert!(said(&path).contains("plan.json"));
         assert!(said(tmp.path()).contains(&tmp.path().display().to_string()));

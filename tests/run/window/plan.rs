@@ -18,7 +18,8 @@ use x11rb::protocol::xproto::{
 };
 use x11rb::protocol::xtest::ConnectionExt as _;
 
-const SCENE: &str = "seed = 1\n[volume]\nspacing_mm = 2.5\n[limits]\nsilent_s = 30.0\nstop_s = 30.0\nrestart_window_s = 3600.0";
+const SCENE: &str =
+    "seed = 1\n[volume]\nspacing_mm = 2.5\n[limits]\nsilent_s = 30.0\nstop_s = 30.0\nrestart_window_s = 3600.0";
 const SPACING_MM: f64 = 2.5;
 /// Keys of every X server with an evdev map, as Xvfb has.
 const T: u8 = 28;
@@ -134,16 +135,24 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
         point(&display, at);
         press(&display, T);
         let count = usize::from(k as u16) + 1;
-        let plan = plan_with(&path, "a target more", |plan| plan["targets"].as_array().is_some_and(|t| t.len() == count));
+        let plan = plan_with(&path, "a target more", |plan| {
+            plan["targets"].as_array().is_some_and(|t| t.len() == count)
+        });
         let p = place(&plan["targets"][count - 1]["ct_mm"]);
         let [least, most] = greys_about(&patient, p);
         // Rounded to whole HU and to whole greys, and blended between two pixels.
-        assert!((least - 3.0..=most + 3.0).contains(&seen), "{at:?}: {seen} at {p:?}, expected {least} to {most}");
+        assert!(
+            (least - 3.0..=most + 3.0).contains(&seen),
+            "{at:?}: {seen} at {p:?}, expected {least} to {most}"
+        );
     }
     // From the feet: what lies further right on the image lies further to the patient's left; further down, to her back.
     let plan = read(&path).unwrap();
     let [first, last] = [0, 7].map(|k| place(&plan["targets"][k]["ct_mm"]).mm());
-    assert!(last[0] > first[0] + 20.0 && last[1] > first[1] + 10.0, "{first:?} {last:?}");
+    assert!(
+        last[0] > first[0] + 20.0 && last[1] > first[1] + 10.0,
+        "{first:?} {last:?}"
+    );
 
     // Two presses are two steps, also where the second comes before the first is written.
     point(&display, [240, 330]);
@@ -167,7 +176,10 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
     let apart = |k: usize| place(&plan["targets"][k]["ct_mm"]).mm()[0];
     // Along x, the targets are 20 pixels apart.
     let px_mm = (apart(7) - apart(0)) / 140.0;
-    assert!((a.distance(b) - 60.0 * px_mm).abs() < 1.5 * px_mm, "{a:?} {b:?} {px_mm}");
+    assert!(
+        (a.distance(b) - 60.0 * px_mm).abs() < 1.5 * px_mm,
+        "{a:?} {b:?} {px_mm}"
+    );
 
     // A window that is killed comes back; what it shows is the pilot's.
     let (_, pid) = wait_for("a picture", || display.code(&run));
@@ -178,7 +190,9 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
             .filter(|(code, by)| *by != pid && code.shown() == Shown::NotLive)
     });
     // As long as the cover lies over the screen no key reaches it.
-    pilot.wait_for("an uncovered screen", |status| note(status, "window-watch").contains("is what it says"));
+    pilot.wait_for("an uncovered screen", |status| {
+        note(status, "window-watch").contains("is what it says")
+    });
     with_control(&display, Z);
     plan_with(&path, "the distance taken back", |plan| plan["measures"].is_null());
     assert!(pilot.stop().success());
@@ -195,10 +209,15 @@ fn two_that_make_one_plan_lose_nothing() {
     let (pilot, _) = start(&world, &display, &path);
     point(&display, [150, 250]);
     press(&display, T);
-    plan_with(&path, "a target", |plan| plan["targets"].as_array().is_some_and(|t| t.len() == 1));
+    plan_with(&path, "a target", |plan| {
+        plan["targets"].as_array().is_some_and(|t| t.len() == 1)
+    });
     let plan = path.to_str().unwrap();
     let scene = world.path("s.toml");
-    let other = world.output("pilot", &["plan", plan, "--scene", scene.to_str().unwrap(), "--notes", "theirs"]);
+    let other = world.output(
+        "pilot",
+        &["plan", plan, "--scene", scene.to_str().unwrap(), "--notes", "theirs"],
+    );
     assert!(other.status.code() != Some(1), "{}", stderr(&other));
     let theirs = read(&path).unwrap();
     press(&display, T);

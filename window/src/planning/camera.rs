@@ -232,7 +232,11 @@ mod tests {
     fn slices_go_through_the_cursor_and_the_patients_sides_are_where_radiologists_look_for_them() {
         let mut camera = Camera::home(&grid());
         camera.look_at(Point::new(12.0, -7.0, 33.0));
-        let expected = [(Cut::Axial, ["L", "P"]), (Cut::Frontal, ["L", "I"]), (Cut::Sagittal, ["P", "I"])];
+        let expected = [
+            (Cut::Axial, ["L", "P"]),
+            (Cut::Frontal, ["L", "I"]),
+            (Cut::Sagittal, ["P", "I"]),
+        ];
         for (cut, [right, down]) in expected {
             let plane = camera.plane(cut, None, [512, 512]).unwrap();
             assert_eq!([letters(plane.right()), letters(plane.down())], [right, down]);
@@ -247,7 +251,11 @@ mod tests {
         let grid = grid();
         let mut camera = Camera::home(&grid);
         let before = camera.cursor;
-        for (cut, moved) in [(Cut::Axial, [0.0, 0.0, 2.5]), (Cut::Frontal, [0.0, 0.8, 0.0]), (Cut::Sagittal, [-0.8, 0.0, 0.0])] {
+        for (cut, moved) in [
+            (Cut::Axial, [0.0, 0.0, 2.5]),
+            (Cut::Frontal, [0.0, 0.8, 0.0]),
+            (Cut::Sagittal, [-0.8, 0.0, 0.0]),
+        ] {
             let mut camera = camera;
             camera.turn_wheel(cut, 1.0, &grid);
             let by = (camera.cursor - before).mm();

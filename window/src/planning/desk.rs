@@ -128,7 +128,10 @@ impl Desk {
     /// The target after the selected one, or before it.
     pub(crate) fn select_next(&mut self, plan: &Plan, is_forward: bool) {
         let count = plan.targets.len();
-        let place = plan.targets.iter().position(|target| Some(&target.name) == self.selected.as_ref());
+        let place = plan
+            .targets
+            .iter()
+            .position(|target| Some(&target.name) == self.selected.as_ref());
         let next = match (place, is_forward) {
             (None, _) => 0,
             (Some(place), true) => (place + 1) % count,
@@ -178,7 +181,9 @@ impl Desk {
 
     /// One more point of what is being measured; the measure where that was the last.
     pub(crate) fn measure(&mut self, p: Point<Ct>) -> Option<PlanWish> {
-        let Mode::Measure(points, count) = &mut self.mode else { return None };
+        let Mode::Measure(points, count) = &mut self.mode else {
+            return None;
+        };
         points.push(p);
         let done = match (points[..].try_into(), points[..].try_into(), count) {
             (Ok(two), _, 2) => Measure::Distance(two),
@@ -216,7 +221,9 @@ impl Desk {
     pub(crate) fn restored(run_dir: &Path, grid: &VolumeGrid) -> Self {
         let mut desk = Self::new(grid);
         let text = scene::file::read_text(&path(run_dir), 4096).unwrap_or_default();
-        let Ok(kept) = serde_json::from_str::<Kept>(&text) else { return desk };
+        let Ok(kept) = serde_json::from_str::<Kept>(&text) else {
+            return desk;
+        };
         let [x, y, z] = kept.cursor_ct_mm;
         let cursor = Point::new(x, y, z);
         if grid.holds(cursor) && kept.centre_hu.is_finite() && kept.width_hu.is_finite() {
@@ -257,7 +264,9 @@ mod tests {
     }
 
     fn edit(editor: &mut Editor, wish: Option<PlanWish>) {
-        let Some(PlanWish::Edit(edit)) = wish else { panic!("{wish:?}") };
+        let Some(PlanWish::Edit(edit)) = wish else {
+            panic!("{wish:?}")
+        };
         editor.edit(edit).unwrap();
     }
 
@@ -268,7 +277,9 @@ mod tests {
         assert!(desk.note.contains("T makes one"), "{}", desk.note);
         let wish = desk.add(editor.plan(), Point::new(50.0, 50.0, 50.0));
         edit(&mut editor, Some(wish));
-        let entry = desk.change(editor.plan(), |target| target.entry = Some(Point::new(90.0, 50.0, 50.0)));
+        let entry = desk.change(editor.plan(), |target| {
+            target.entry = Some(Point::new(90.0, 50.0, 50.0))
+        });
         edit(&mut editor, entry);
         assert_eq!(desk.way(editor.plan()).unwrap().depth_mm, 40.0);
         // A name that somebody gave to the second is not given again.
@@ -278,11 +289,20 @@ mod tests {
         edit(&mut editor, wish);
         let wish = desk.add(editor.plan(), Point::new(2.0, 2.0, 2.0));
         edit(&mut editor, Some(wish));
-        let names: Vec<&str> = editor.plan().targets.iter().map(|target| target.name.as_str()).collect();
+        let names: Vec<&str> = editor
+            .plan()
+            .targets
+            .iter()
+            .map(|target| target.name.as_str())
+            .collect();
         assert_eq!(names, ["target 1", "target 3", "target 4"]);
         // Dragged: seen at once, changed when it is let go of.
         let at = Point::new(80.0, 20.0, 50.0);
-        desk.held = Some(Held { name: "target 1".to_owned(), is_entry: true, at });
+        desk.held = Some(Held {
+            name: "target 1".to_owned(),
+            is_entry: true,
+            at,
+        });
         assert_eq!(desk.shown(editor.plan()).targets[0].entry, Some(at));
         let wish = desk.release(editor.plan());
         edit(&mut editor, wish);
@@ -306,7 +326,9 @@ mod tests {
                 assert_eq!(desk.measure(p(k as f64)), None);
             }
             let made = desk.measure(p(9.0)).unwrap();
-            let PlanWish::Edit(Edit::Measure(measure)) = made else { panic!() };
+            let PlanWish::Edit(Edit::Measure(measure)) = made else {
+                panic!()
+            };
             assert_eq!((measure.points().len(), &desk.mode), (count, &Mode::Point));
         }
         assert_eq!(desk.measure(p(0.0)), None);
@@ -321,10 +343,16 @@ mod tests {
         (desk.selected, desk.enlarged) = (Some("node".to_owned()), Some(Cut::Sagittal));
         desk.keep(tmp.path()).unwrap();
         let back = Desk::restored(tmp.path(), &grid());
-        assert_eq!((back.camera.cursor, back.camera.window), (desk.camera.cursor, desk.camera.window));
+        assert_eq!(
+            (back.camera.cursor, back.camera.window),
+            (desk.camera.cursor, desk.camera.window)
+        );
         assert_eq!((back.selected, back.enlarged), (desk.selected, desk.enlarged));
         // Of another examination, or no look at all.
-        for bad in ["{\"cursor_ct_mm\":[1e9,0,0],\"centre_hu\":0,\"width_hu\":1,\"selected\":null,\"enlarged\":null}", "x"] {
+        for bad in [
+            "{\"cursor_ct_mm\":[1e9,0,0],\"centre_hu\":0,\"width_hu\":1,\"selected\":null,\"enlarged\":null}",
+            "x",
+        ] {
             fs::write(path(tmp.path()), bad).unwrap();
             assert_eq!(Desk::restored(tmp.path(), &grid()).camera, Camera::home(&grid()));
         }

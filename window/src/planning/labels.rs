@@ -7,7 +7,7 @@ use guidance::plan::Trajectory;
 use guidance::safety::{Clearances, Section, Structures, Tube};
 use scene::VolumeSpec;
 
-use crate::cli::LoadVolume;
+use crate::program::LoadVolume;
 
 /// Structures are looked for so far from the way, mm.
 pub(crate) const WITHIN_MM: f64 = 20.0;

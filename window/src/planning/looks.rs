@@ -96,13 +96,18 @@ impl Looks {
     pub(crate) fn header(&self, cut: usize) -> Option<(FrameHeader, bool)> {
         let look = self.0.get(cut)?;
         let header = *look.shown.as_ref()?.header();
-        Some((header, look.wanted.is_some_and(|wanted| is_same(&wanted, &header.plane))))
+        Some((
+            header,
+            look.wanted.is_some_and(|wanted| is_same(&wanted, &header.plane)),
+        ))
     }
 }
 
 impl Look {
     fn take(&mut self) -> Result<bool, BusError> {
-        let Some(frame) = self.frames.newest()? else { return Ok(false) };
+        let Some(frame) = self.frames.newest()? else {
+            return Ok(false);
+        };
         // Somebody else may ask for planes of this view too.
         let is_known = |known: &ImagePlane| is_same(known, &frame.header().plane);
         if !self.known.iter().flatten().any(is_known) || self.wanted.is_none() {

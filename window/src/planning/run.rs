@@ -25,7 +25,7 @@ use crate::code::Shown;
 use crate::display::{Display, Happened};
 use crate::frame::{Coded, Frames, image};
 use crate::model::{Facts, Model, ScreenState, Tone};
-use crate::run::{Options, RunError, write_shot};
+use crate::program::{Options, RunError, write_shot};
 
 /// The loop comes round at least this often: an answer does not wake it, and the next request waits for the answer.
 const TICK: Duration = Duration::from_millis(4);
@@ -188,7 +188,9 @@ impl Planning {
             self.desk = grid.map(|grid| Desk::restored(&self.process.run.dir, grid));
             self.is_due = true;
         }
-        let Some(told) = ports.plan.newest()? else { return Ok(()) };
+        let Some(told) = ports.plan.newest()? else {
+            return Ok(());
+        };
         match told.plan() {
             Ok(plan) => {
                 self.heard.concerns = self.examination.concerns(&plan);
@@ -271,9 +273,15 @@ impl Planning {
         let is_writing = self.open.is_some() || !self.waiting.is_empty();
         let hash = self.examination.hash();
         // Of another examination than the plan's nothing is shown.
-        let header = |cut: usize| looks.header(cut).filter(|(header, _)| Some(header.stamp.volume()) == hash);
+        let header = |cut: usize| {
+            looks
+                .header(cut)
+                .filter(|(header, _)| Some(header.stamp.volume()) == hash)
+        };
         let images = std::array::from_fn(header);
-        let frames: Vec<_> = (0..CUTS.len()).filter_map(|cut| Some((cut, looks.frame(cut)?))).collect();
+        let frames: Vec<_> = (0..CUTS.len())
+            .filter_map(|cut| Some((cut, looks.frame(cut)?)))
+            .collect();
         let frames: Vec<_> = frames.iter().filter_map(|(cut, frame)| image(*cut, frame)).collect();
         let events = (self.next_events(), clock::ms(now_ns) / 1000.0);
         let (examination, desk, heard) = (&self.examination, &mut self.desk, &self.heard);
@@ -301,8 +309,14 @@ impl Planning {
         };
         let pixels = self.display.pixels();
         let (outcome, mut parts) = self.frames.paint_ui(screen, events, &frames, pixels, show)?;
-        let shown = if frames.is_empty() { Shown::Nothing } else { Shown::NotLive };
-        let code = self.frames.stamp((outcome.code, self.coded), (0, shown), screen, (pixels, &mut parts));
+        let shown = if frames.is_empty() {
+            Shown::Nothing
+        } else {
+            Shown::NotLive
+        };
+        let code = self
+            .frames
+            .stamp((outcome.code, self.coded), (0, shown), screen, (pixels, &mut parts));
         if let Some((code, place)) = code {
             self.process.painted = (code.word(), self.process.clock().now_ns());
             if self.frames.has_moved(place) {
@@ -319,7 +333,11 @@ impl Planning {
     /// What happened up to the first press or release: a frame sees the pointer where it was then. The rest has frames of its own.
     fn next_events(&mut self) -> Vec<egui::Event> {
         let is_press = |event: &egui::Event| matches!(event, egui::Event::PointerButton { .. });
-        let end = self.events.iter().position(is_press).map_or(self.events.len(), |place| place + 1);
+        let end = self
+            .events
+            .iter()
+            .position(is_press)
+            .map_or(self.events.len(), |place| place + 1);
         let rest = self.events.split_off(end);
         std::mem::replace(&mut self.events, rest)
     }
@@ -331,7 +349,10 @@ impl Planning {
         for cut in CUTS {
             let size = self.process.scene.views.get(cut.place()).map(|view| view.size);
             let plane = size.and_then(|size| desk.camera.plane(cut, way.as_ref(), size));
-            looks.want(cut.place(), plane.map(|plane| ImagePlane::of(Some(&plane), desk.camera.window)));
+            looks.want(
+                cut.place(),
+                plane.map(|plane| ImagePlane::of(Some(&plane), desk.camera.window)),
+            );
         }
     }
 

@@ -4,6 +4,7 @@ mod chart;
 mod foot;
 mod image;
 mod keys;
+mod lines;
 mod marks;
 mod panel;
 mod pointer;
@@ -20,8 +21,8 @@ use super::desk::Desk;
 use super::labels::Beside;
 use super::placed::Placed;
 use crate::model::Model;
-use crate::screen::words::{self, Words};
 use crate::screen::Band;
+use crate::screen::words::{self, Words};
 use crate::sizes::{Screen, Sizes, smallest};
 
 /// So much of the screen's width is the images' at most.
@@ -170,5 +171,5 @@ fn placed(header: &FrameHeader, rect: Rect) -> Option<Placed> {
     Some(Placed { rect, plane })
 }
 
-
-
+#[cfg(test)]
+mod tests;

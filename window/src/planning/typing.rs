@@ -42,7 +42,11 @@ impl Typing {
                     Key::Escape => return Typed::GivenUp,
                     Key::Enter => {
                         self.text = self.text.trim().to_owned();
-                        return if self.text.is_empty() { Typed::GivenUp } else { Typed::Done };
+                        return if self.text.is_empty() {
+                            Typed::GivenUp
+                        } else {
+                            Typed::Done
+                        };
                     }
                     _ => {}
                 },
@@ -83,8 +87,14 @@ mod tests {
             text: "a".to_owned(),
         };
         let text = |text: &str| Event::Text(text.to_owned());
-        assert_eq!(typing.take(&[text("b"), text("é"), key(Key::Backspace), text(" ")], 40), Typed::Goes);
-        assert_eq!((typing.take(&[key(Key::Enter)], 40), typing.text.as_str()), (Typed::Done, "ab"));
+        assert_eq!(
+            typing.take(&[text("b"), text("é"), key(Key::Backspace), text(" ")], 40),
+            Typed::Goes
+        );
+        assert_eq!(
+            (typing.take(&[key(Key::Enter)], 40), typing.text.as_str()),
+            (Typed::Done, "ab")
+        );
         // No longer than there is room for, never half a letter.
         assert_eq!(typing.take(&[text("é"), text("é")], 4), Typed::Goes);
         assert_eq!(typing.text, "abé");

@@ -332,7 +332,14 @@ mod tests {
     fn plan() -> plan::Plan {
         let zero = Point::new(0.0, 0.0, 0.0);
         plan::Plan {
-            targets: vec![target(), Target { name: "b".to_owned(), entry: None, ..target() }],
+            targets: vec![
+                target(),
+                Target {
+                    name: "b".to_owned(),
+                    entry: None,
+                    ..target()
+                },
+            ],
             measures: vec![
                 Measure::Distance([zero, Point::new(1.0, 0.0, 0.0)]),
                 Measure::Angle([zero, Point::new(1.0, 0.0, 0.0), Point::new(1.0, 1.0, 0.0)]),
@@ -349,7 +356,10 @@ mod tests {
     fn a_plan_comes_back_over_the_bus() {
         let told = Plan::of(&plan(), 5, [3, 2]);
         assert_eq!((told.plan(), told.undos, told.redos), (Ok(plan()), 3, 2));
-        let open = plan::Plan { confirmed: None, ..plan() };
+        let open = plan::Plan {
+            confirmed: None,
+            ..plan()
+        };
         assert_eq!(Plan::of(&open, 5, [0, 0]).plan(), Ok(open));
     }
 
@@ -358,7 +368,13 @@ mod tests {
         let good = Plan::of(&plan(), 5, [0, 0]);
         let said = |plan: Plan| plan.plan().unwrap_err().to_string();
         assert!(said(Plan { targets: 65, ..good }).contains("65 targets, and room for 64"));
-        assert!(said(Plan { measures: u32::MAX, ..good }).contains("room for 32"));
+        assert!(
+            said(Plan {
+                measures: u32::MAX,
+                ..good
+            })
+            .contains("room for 32")
+        );
         let mut bad = good;
         bad.measure[1].count = 4;
         assert!(said(bad).contains("a measure of 4 points"));
@@ -390,7 +406,10 @@ mod tests {
         for kind in [0, 9, u64::MAX] {
             assert_eq!(PlanEdit { kind, ..PlanEdit::NONE }.wish("x"), None);
         }
-        let no_measure = PlanEdit { kind: 4, ..PlanEdit::NONE };
+        let no_measure = PlanEdit {
+            kind: 4,
+            ..PlanEdit::NONE
+        };
         assert_eq!(no_measure.wish(""), None);
     }
 }

@@ -49,7 +49,11 @@ mod tests {
                 marks: Marks::NONE,
             };
             let structures = volume.structures().unwrap();
-            let found: Vec<_> = structures.list().iter().map(|s| (s.label(), s.extent().0, s.voxels())).collect();
+            let found: Vec<_> = structures
+                .list()
+                .iter()
+                .map(|s| (s.label(), s.extent().0, s.voxels()))
+                .collect();
             assert_eq!(found, [(1, places[0], 1), (2, places[1], 1), (3, places[2], 1)]);
         }
     }

@@ -65,7 +65,7 @@ pub enum Concern {
         hu: i16,
     },
     /// The tube's axis passes something as dense as bone.
-    #[error("{name}: from {from_mm:.1} to {to_mm:.1} mm of its way the tube's axis meets up to {hu} HU, as dense as bone (or contrast medium)")]
+    #[error("{name}: {hu} HU {from_mm:.1} to {to_mm:.1} mm deep: bone or contrast medium")]
     WayThroughBone {
         /// The target's name.
         name: String,
@@ -125,7 +125,10 @@ fn on_border(target: &Target, grid: &VolumeGrid) -> Option<Concern> {
         return None;
     }
     let inverse = grid.voxel_from_ct();
-    let [rows, place] = [inverse.rows(), (inverse * target.centre).mm().map(|x| [x, 0.0, 0.0, 0.0])];
+    let [rows, place] = [
+        inverse.rows(),
+        (inverse * target.centre).mm().map(|x| [x, 0.0, 0.0, 0.0]),
+    ];
     let left_mm = (0..3)
         .map(|axis| {
             // Planes of a constant index lie 1 / |gradient of the index| apart, also on a sheared grid.

@@ -39,7 +39,9 @@ pub enum PlanError {
     #[error("there is a target {0:?} already; give this one another name")]
     NameTaken(String),
     /// The entry lies so near to the target that the tube has no way to go.
-    #[error("target {name:?}: its entry is {way_mm:.2} mm from its centre; the tube needs more than {least_mm} mm to where it stops")]
+    #[error(
+        "target {name:?}: its entry is {way_mm:.2} mm from its centre; the tube needs more than {least_mm} mm to where it stops"
+    )]
     NoWay {
         /// The target's name.
         name: String,

@@ -103,7 +103,9 @@ impl EditArgs {
         for measure in &self.measure {
             editor.edit(Edit::Measure(*measure))?;
         }
-        self.notes.iter().try_for_each(|notes| editor.edit(Edit::Notes(notes.clone())))
+        self.notes
+            .iter()
+            .try_for_each(|notes| editor.edit(Edit::Notes(notes.clone())))
     }
 }
 
@@ -177,7 +179,10 @@ mod tests {
 
     #[test]
     fn points_and_numbers_are_read_whole_or_refused() {
-        assert_eq!(named_point("a=b=1,-2.5, 3"), Ok(("a=b".to_owned(), Point::new(1.0, -2.5, 3.0))));
+        assert_eq!(
+            named_point("a=b=1,-2.5, 3"),
+            Ok(("a=b".to_owned(), Point::new(1.0, -2.5, 3.0)))
+        );
         for (text, said) in [
             ("a", "expected NAME="),
             ("=1,2,3", "expected NAME="),

@@ -44,7 +44,12 @@ pub(super) fn show(
     dense(ui, plot, (sizes, words));
     if let Beside::Found(found) = known.beside {
         distances(ui, &found.sections, way.depth_mm, plot, sizes);
-        words.put(ui, middle, "line: distance to the nearest structure, 0 to 20 mm", how(Align2::CENTER_CENTER));
+        words.put(
+            ui,
+            middle,
+            "line: distance to the nearest structure, 0 to 20 mm",
+            how(Align2::CENTER_CENTER),
+        );
     }
     for run in runs(known, way, plot) {
         let points = run.len();
@@ -69,7 +74,11 @@ fn distances(ui: &Ui, sections: &[Section], length_mm: f64, plot: Rect, sizes: &
         let Some((_, nearest)) = section.nearest else { continue };
         let part = (nearest.distance_mm / WITHIN_MM).clamp(0.0, 1.0) as f32;
         let y = plot.bottom() - part * plot.height();
-        let colour = if nearest.distance_mm <= 0.0 { palette::ALARM } else { palette::TARGET };
+        let colour = if nearest.distance_mm <= 0.0 {
+            palette::ALARM
+        } else {
+            palette::TARGET
+        };
         let stroke = Stroke::new(2.0 * sizes.line, colours::of(colour));
         ui.painter().line_segment([pos2(from, y), pos2(to, y)], stroke);
     }
@@ -84,7 +93,10 @@ fn dense(ui: &Ui, plot: Rect, (sizes, words): (&Sizes, &mut Words)) {
     ui.painter().extend(Shape::dashed_line(&ends, stroke, dash, dash));
     let text = format!("{DENSE_HU} HU: bone");
     let wide = crate::sizes::ADVANCE * sizes.plain * text.len() as f32;
-    let room = Rect::from_min_size(pos2(plot.right() - wide - sizes.gap, y - 1.2 * sizes.plain), vec2(wide, 1.2 * sizes.plain));
+    let room = Rect::from_min_size(
+        pos2(plot.right() - wide - sizes.gap, y - 1.2 * sizes.plain),
+        vec2(wide, 1.2 * sizes.plain),
+    );
     let how = Type {
         size: sizes.plain,
         colour: colours::of(palette::WORDS),

@@ -50,7 +50,13 @@ fn carry_out(word: &str, known: &Known<'_>, desk: &mut Desk, outcome: &mut Outco
         }
         "Distance" => desk.mode = Mode::Measure(Vec::new(), 2),
         "Angle" => desk.mode = Mode::Measure(Vec::new(), 3),
-        "Window" => desk.mode = if desk.mode == Mode::Level { Mode::Point } else { Mode::Level },
+        "Window" => {
+            desk.mode = if desk.mode == Mode::Level {
+                Mode::Point
+            } else {
+                Mode::Level
+            }
+        }
         "Reset" => desk.camera.reset(known.grid),
         "Screenshot" => outcome.shot = true,
         "Confirm" => keys::begin(desk, For::Confirm, known),

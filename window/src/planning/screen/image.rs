@@ -61,7 +61,12 @@ pub(super) fn show(ui: &Ui, known: &Known<'_>, desk: &Desk, cell: &Cell, (sizes,
     if let Some(placed) = &cell.placed {
         over(ui, known, desk, cell, placed, (sizes, words));
     }
-    painter.rect_stroke(cell.rect, 0.0, Stroke::new(sizes.line, colours::LINE), StrokeKind::Inside);
+    painter.rect_stroke(
+        cell.rect,
+        0.0,
+        Stroke::new(sizes.line, colours::LINE),
+        StrokeKind::Inside,
+    );
     title(ui, desk, cell, (sizes, words));
     if !cell.has_image {
         missing(ui, known, desk, cell, (sizes, words));
@@ -69,14 +74,7 @@ pub(super) fn show(ui: &Ui, known: &Known<'_>, desk: &Desk, cell: &Cell, (sizes,
 }
 
 /// Targets, ways and measures, within the image alone.
-fn over(
-    ui: &Ui,
-    known: &Known<'_>,
-    desk: &Desk,
-    cell: &Cell,
-    placed: &Placed,
-    (sizes, words): (&Sizes, &mut Words),
-) {
+fn over(ui: &Ui, known: &Known<'_>, desk: &Desk, cell: &Cell, placed: &Placed, (sizes, words): (&Sizes, &mut Words)) {
     let painter = ui.painter().with_clip_rect(cell.image);
     let pen = marks::Pen {
         painter: &painter,
@@ -111,18 +109,19 @@ fn name(ui: &Ui, target: &Target, placed: &Placed, cell: &Cell, with: (&Sizes, &
     if depth_mm.abs() <= target.diameter_mm / 2.0 {
         // Above: the way may leave at either side.
         let reach = placed.px(target.diameter_mm / 2.0) + 6.0 * with.0.line;
-        beside(ui, at - egui::vec2(0.0, reach + 0.7 * with.0.plain), -with.0.gap, &target.name, cell, with);
+        beside(
+            ui,
+            at - egui::vec2(0.0, reach + 0.7 * with.0.plain),
+            -with.0.gap,
+            &target.name,
+            cell,
+            with,
+        );
     }
 }
 
 /// What was measured, beside its last point, where the plane is near all of its points.
-fn value(
-    ui: &Ui,
-    measure: &guidance::plan::Measure,
-    placed: &Placed,
-    cell: &Cell,
-    with: (&Sizes, &mut Words),
-) {
+fn value(ui: &Ui, measure: &guidance::plan::Measure, placed: &Placed, cell: &Cell, with: (&Sizes, &mut Words)) {
     let is_near = |p: &Point<Ct>| placed.on_screen(*p).1.abs() <= marks::NEAR_MM;
     let Some(last) = measure.points().last() else { return };
     if !measure.points().iter().all(is_near) {
@@ -141,9 +140,16 @@ fn beside(ui: &Ui, at: Pos2, reach: f32, text: &str, cell: &Cell, (sizes, words)
     if !cell.image.contains(at) {
         return;
     }
-    let (wide, high) = (crate::sizes::ADVANCE * sizes.plain * (text.chars().count() as f32 + 0.5), 1.2 * sizes.plain);
+    let (wide, high) = (
+        crate::sizes::ADVANCE * sizes.plain * (text.chars().count() as f32 + 0.5),
+        1.2 * sizes.plain,
+    );
     let right = at.x + reach + sizes.gap;
-    let left = if right + wide <= cell.image.right() { right } else { at.x - reach - sizes.gap - wide };
+    let left = if right + wide <= cell.image.right() {
+        right
+    } else {
+        at.x - reach - sizes.gap - wide
+    };
     let top = (at.y - high / 2.0).clamp(cell.image.top(), cell.image.bottom() - high);
     let room = Rect::from_min_size(pos2(left, top), egui::vec2(wide, high)).intersect(cell.image);
     // Names that would cover one another are told in the panel.
@@ -169,7 +175,10 @@ fn sides(ui: &Ui, placed: &Placed, cell: &Cell, (sizes, words): (&Sizes, &mut Wo
     let rooms = [
         (letters(-right), pos2(inner.left(), middle)),
         (letters(right), pos2(inner.right() - wide, middle)),
-        (letters(down), pos2(inner.center().x - wide / 2.0, inner.bottom() - high)),
+        (
+            letters(down),
+            pos2(inner.center().x - wide / 2.0, inner.bottom() - high),
+        ),
     ];
     for (text, at) in rooms {
         let room = Rect::from_min_size(at, egui::vec2(wide, high));
@@ -187,7 +196,9 @@ fn sides(ui: &Ui, placed: &Placed, cell: &Cell, (sizes, words): (&Sizes, &mut Wo
 /// The cut and where it lies, and the letter of its upper side.
 fn title(ui: &Ui, desk: &Desk, cell: &Cell, (sizes, words): (&Sizes, &mut Words)) {
     let strip = Rect::from_min_max(cell.rect.min, pos2(cell.rect.right(), cell.image.top()));
-    let (left, right) = strip.shrink2(egui::vec2(sizes.gap, 0.0)).split_left_right_at_fraction(0.8);
+    let (left, right) = strip
+        .shrink2(egui::vec2(sizes.gap, 0.0))
+        .split_left_right_at_fraction(0.8);
     let how = |align| Type {
         size: sizes.plain,
         colour: colours::of(palette::WORDS),
@@ -230,10 +241,21 @@ fn missing(ui: &Ui, known: &Known<'_>, desk: &Desk, cell: &Cell, (sizes, words):
         (Cut::Along, Some(target)) if target.entry.is_none() => (Tone::Quiet, "no entry: E sets it"),
         _ => (Tone::Alarm, "NO IMAGE"),
     };
-    let band = Rect::from_center_size(cell.image.center(), egui::vec2(cell.image.width() * 0.8, 1.4 * sizes.plain));
-    let ground = if tone == Tone::Alarm { colour(tone) } else { colours::CELL };
+    let band = Rect::from_center_size(
+        cell.image.center(),
+        egui::vec2(cell.image.width() * 0.8, 1.4 * sizes.plain),
+    );
+    let ground = if tone == Tone::Alarm {
+        colour(tone)
+    } else {
+        colours::CELL
+    };
     ui.painter().rect_filled(band, 3.0, ground);
-    let ink = if tone == Tone::Alarm { on_band(tone) } else { colour(Tone::Quiet) };
+    let ink = if tone == Tone::Alarm {
+        on_band(tone)
+    } else {
+        colour(Tone::Quiet)
+    };
     let how = Type {
         size: sizes.plain,
         colour: ink,

@@ -80,7 +80,13 @@ fn pressed(
         Key::Tab => desk.select_next(plan, !modifiers.shift),
         Key::PageDown => desk.select_next(plan, true),
         Key::PageUp => desk.select_next(plan, false),
-        Key::W => desk.mode = if desk.mode == Mode::Level { Mode::Point } else { Mode::Level },
+        Key::W => {
+            desk.mode = if desk.mode == Mode::Level {
+                Mode::Point
+            } else {
+                Mode::Level
+            }
+        }
         Key::M => desk.mode = Mode::Measure(Vec::new(), 2),
         Key::A => desk.mode = Mode::Measure(Vec::new(), 3),
         Key::R => desk.camera.reset(grid),
@@ -117,13 +123,7 @@ fn slice(desk: &mut Desk, pointed: Option<(Cut, Point<Ct>)>, steps: f64, known: 
 }
 
 /// Keys that change the plan.
-fn edit(
-    known: &Known<'_>,
-    desk: &mut Desk,
-    key: Key,
-    pointed: Option<(Cut, Point<Ct>)>,
-    outcome: &mut Outcome,
-) {
+fn edit(known: &Known<'_>, desk: &mut Desk, key: Key, pointed: Option<(Cut, Point<Ct>)>, outcome: &mut Outcome) {
     let plan = &outcome.plan.plan().clone();
     let wish = match (key, pointed) {
         (Key::T | Key::E, None) => {

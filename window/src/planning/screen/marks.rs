@@ -93,7 +93,13 @@ impl Pen<'_> {
             return;
         }
         let reach = 7.0 * self.width;
-        let corners = [vec2(reach, 0.0), vec2(0.0, reach), vec2(-reach, 0.0), vec2(0.0, -reach), vec2(reach, 0.0)];
+        let corners = [
+            vec2(reach, 0.0),
+            vec2(0.0, reach),
+            vec2(-reach, 0.0),
+            vec2(0.0, -reach),
+            vec2(reach, 0.0),
+        ];
         let points = corners.map(|by| at + by);
         self.line(&points, colours::of(palette::TIP), depth_mm.abs() > 1.0);
     }

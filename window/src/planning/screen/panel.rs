@@ -7,11 +7,11 @@ use picture::palette;
 
 use super::super::camera::{Cut, PRESETS};
 use super::super::desk::{Desk, Mode};
+use super::lines::Lines;
 use super::{Known, chart, structures};
 use crate::colours;
 use crate::model::Tone;
-use crate::screen::tree;
-use crate::screen::words::{Type, Words, colour, on_band};
+use crate::screen::words::{Type, Words};
 use crate::sizes::Sizes;
 
 /// Parts of the panel's width: a target's name, its place, its diameter, the depth of its way.
@@ -28,63 +28,10 @@ pub(super) struct Panel<'a> {
     pub(super) pointed: Option<(Cut, Point<Ct>)>,
 }
 
-/// Puts one line after another.
-pub(super) struct Lines<'a, 'w> {
-    ui: &'a Ui,
-    room: Rect,
-    sizes: &'a Sizes,
-    words: &'w mut Words,
-}
-
-impl Lines<'_, '_> {
-    fn height(&self) -> f32 {
-        1.3 * self.sizes.plain
-    }
-
-    /// The next line, while there is room for one.
-    fn next(&mut self) -> Option<Rect> {
-        let height = self.height();
-        if self.room.height() < height {
-            return None;
-        }
-        let line = Rect::from_min_size(self.room.min, vec2(self.room.width(), height));
-        self.room.min.y += height;
-        Some(line)
-    }
-
-    pub(super) fn put(&mut self, text: &str, tone: Tone) {
-        let Some(line) = self.next() else { return };
-        self.put_in(line, text, tone, Align2::LEFT_CENTER);
-    }
-
-    /// Words in a part of a line; warnings and alarms on a band.
-    fn put_in(&mut self, room: Rect, text: &str, tone: Tone, align: Align2) {
-        let has_band = matches!(tone, Tone::Warning | Tone::Alarm);
-        let ground = if has_band { colour(tone) } else { colours::GROUND };
-        if has_band {
-            self.ui.painter().rect_filled(room, 3.0, ground);
-        }
-        let how = Type {
-            size: self.sizes.plain,
-            colour: if has_band { on_band(tone) } else { colour(Tone::Quiet) },
-            ground,
-            align,
-        };
-        let role = if has_band { tree::role(tone) } else { egui::Role::Label };
-        let inner = room.shrink2(vec2(self.sizes.gap, 0.0));
-        self.words.put_as(self.ui, inner, text, how, role);
-    }
-}
-
 impl Panel<'_> {
     pub(super) fn show(&self, ui: &Ui, desk: &mut Desk, room: Rect, (sizes, words): (&Sizes, &mut Words)) {
         let (upper, lower) = room.split_top_bottom_at_fraction(1.0 - CHART);
-        let mut lines = Lines {
-            ui,
-            room: upper,
-            sizes,
-            words,
-        };
+        let mut lines = Lines::new(ui, upper, (sizes, words));
         let plan = desk.shown(self.known.plan);
         self.head(desk, &mut lines);
         self.targets(desk, &plan.targets, &mut lines);
@@ -92,10 +39,11 @@ impl Panel<'_> {
             way(target, &mut lines);
             structures::show(self.known, &mut lines);
         }
+        self.against(&mut lines);
         for (k, measure) in plan.measures.iter().enumerate() {
             measured(k + 1, measure, &mut lines);
         }
-        self.against(&mut lines);
+        lines.put_waiting();
         let way = desk.way(&plan);
         chart::show(ui, self.known, way.as_ref(), lower, (sizes, words));
     }
@@ -108,31 +56,39 @@ impl Panel<'_> {
             None if self.known.is_writing => "the plan is being written".to_owned(),
             None => format!("plan {:016x}, not confirmed", self.known.file_id),
         };
-        lines.put(&state, Tone::Quiet);
+        lines.put_now(&state, Tone::Quiet);
         match &desk.typing {
             Some(typing) => {
-                lines.put(typing.question(), Tone::Quiet);
-                lines.put(&format!("{}_", typing.text), Tone::Warning);
+                lines.put_now(typing.question(), Tone::Quiet);
+                lines.put_now(&format!("{}_", typing.text), Tone::Warning);
             }
-            None => lines.put(&doing(&desk.mode, self.known), Tone::Quiet),
+            None => lines.put_now(&doing(&desk.mode, self.known), Tone::Quiet),
         }
         let window = desk.camera.window;
-        let preset = PRESETS.iter().find(|(_, preset)| *preset == window).map_or("", |(name, _)| name);
+        let preset = PRESETS
+            .iter()
+            .find(|(_, preset)| *preset == window)
+            .map_or("", |(name, _)| name);
         let pointed = self.pointed.map_or(String::new(), |(_, p)| {
             let hu = (self.known.hu)(p).map_or("outside the CT".to_owned(), |hu| format!("{hu} HU"));
             format!("{}  {hu}    ", p.in_words(1))
         });
-        let level = format!("{pointed}window {:.0} / {:.0} {preset}", window.centre_hu, window.width_hu);
-        lines.put(&level, Tone::Quiet);
+        let level = format!(
+            "{pointed}window {:.0} / {:.0} {preset}",
+            window.centre_hu, window.width_hu
+        );
+        lines.put_now(&level, Tone::Quiet);
     }
 
     fn targets(&self, desk: &mut Desk, targets: &[Target], lines: &mut Lines<'_, '_>) {
         if targets.is_empty() {
-            lines.put("no target yet: T sets one under the pointer", Tone::Quiet);
+            lines.put_now("no target yet: T sets one under the pointer", Tone::Quiet);
             return;
         }
         row(lines, ["target", "centre", "mm", "depth"].map(str::to_owned), false);
-        let place = targets.iter().position(|target| desk.selected.as_ref() == Some(&target.name));
+        let place = targets
+            .iter()
+            .position(|target| desk.selected.as_ref() == Some(&target.name));
         let first = place.unwrap_or(0).saturating_sub(MOST_TARGETS - 1);
         for target in targets.iter().skip(first).take(MOST_TARGETS) {
             let depth = Trajectory::of(target).map_or("-".to_owned(), |way| format!("{:.1}", way.depth_mm));
@@ -148,7 +104,7 @@ impl Panel<'_> {
             }
         }
         if targets.len() > MOST_TARGETS {
-            lines.put(&format!("{} targets; Tab goes on", targets.len()), Tone::Quiet);
+            lines.put_now(&format!("{} targets; Tab goes on", targets.len()), Tone::Quiet);
         }
     }
 
@@ -172,7 +128,11 @@ fn row(lines: &mut Lines<'_, '_>, cells: [String; 4], is_selected: bool) -> bool
     for (k, (text, part)) in cells.iter().zip(COLUMNS).enumerate() {
         let room = Rect::from_min_size(pos2(left, line.top()), vec2(part * line.width(), line.height()));
         left += part * line.width();
-        let align = if k < 2 { Align2::LEFT_CENTER } else { Align2::RIGHT_CENTER };
+        let align = if k < 2 {
+            Align2::LEFT_CENTER
+        } else {
+            Align2::RIGHT_CENTER
+        };
         let how = Type {
             size: lines.sizes.plain,
             colour: colours::of(palette::WORDS),
@@ -182,7 +142,9 @@ fn row(lines: &mut Lines<'_, '_>, cells: [String; 4], is_selected: bool) -> bool
         let inner = room.shrink2(vec2(lines.sizes.gap, 0.0));
         lines.words.put(lines.ui, inner, text, how);
     }
-    let response = lines.ui.interact(line, Id::unique(("row", line.top().to_bits())), Sense::click());
+    let response = lines
+        .ui
+        .interact(line, Id::unique(("row", line.top().to_bits())), Sense::click());
     response.clicked()
 }
 
@@ -201,18 +163,29 @@ fn doing(mode: &Mode, known: &Known<'_>) -> String {
 /// The numbers of the selected way.
 fn way(target: &Target, lines: &mut Lines<'_, '_>) {
     let Some(way) = Trajectory::of(target) else {
-        lines.put(&format!("{}: no entry; E sets it under the pointer", target.name), Tone::Quiet);
+        lines.put(
+            &format!("{}: no entry; E sets it under the pointer", target.name),
+            Tone::Quiet,
+        );
         return;
     };
     let entry = way.entry.in_words(1);
-    lines.put(&format!("entry {entry}, stops {:.1} mm before the centre", target.stop_mm), Tone::Quiet);
+    lines.put(
+        &format!("entry {entry}, stops {:.1} mm before the centre", target.stop_mm),
+        Tone::Quiet,
+    );
     let to = |rad: f64, sides: [&str; 2]| {
         let side = if rad < 0.0 { sides[1] } else { sides[0] };
         format!("{:.1}\u{b0} to the {side}", rad.abs().to_degrees())
     };
     let head = to(way.to_head_rad(), ["head", "feet"]);
-    let left = way.to_left_rad().map_or("along the body".to_owned(), |rad| to(rad, ["left", "right"]));
-    lines.put(&format!("{:.1} mm deep, {head}, {left} from straight back", way.depth_mm), Tone::Quiet);
+    let left = way
+        .to_left_rad()
+        .map_or("along the body".to_owned(), |rad| to(rad, ["left", "right"]));
+    lines.put(
+        &format!("{:.1} mm deep, {head}, {left} from straight back", way.depth_mm),
+        Tone::Quiet,
+    );
 }
 
 fn measured(number: usize, measure: &Measure, lines: &mut Lines<'_, '_>) {

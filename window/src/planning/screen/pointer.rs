@@ -19,7 +19,11 @@ const HU_PX: f32 = 2.0;
 const REACH: f32 = 12.0;
 
 pub(super) fn take(ui: &Ui, known: &Known<'_>, desk: &mut Desk, cell: &Cell, outcome: &mut Outcome) {
-    let response = ui.interact(cell.image, Id::unique(("cut", cell.cut.place())), Sense::click_and_drag());
+    let response = ui.interact(
+        cell.image,
+        Id::unique(("cut", cell.cut.place())),
+        Sense::click_and_drag(),
+    );
     tree::cut(&response, cell.cut.title());
     if response.double_clicked() && desk.is_same_place {
         desk.enlarged = match desk.enlarged {
@@ -32,7 +36,9 @@ pub(super) fn take(ui: &Ui, known: &Known<'_>, desk: &mut Desk, cell: &Cell, out
     if is_over {
         wheel(ui, known, desk, cell.cut);
     }
-    let (Some(placed), Some(at)) = (&cell.placed, at) else { return };
+    let (Some(placed), Some(at)) = (&cell.placed, at) else {
+        return;
+    };
     if is_over && ui.input(|input| input.modifiers.shift && !input.pointer.any_down()) {
         // The other slices follow the pointer.
         desk.camera.cursor = placed.in_patient(at);
@@ -65,7 +71,8 @@ fn buttons(
     let (pressed, released, down, moved, shift) = ui.input(|input| {
         let pointer = &input.pointer;
         (
-            [PointerButton::Primary, PointerButton::Middle, PointerButton::Secondary].map(|b| pointer.button_pressed(b)),
+            [PointerButton::Primary, PointerButton::Middle, PointerButton::Secondary]
+                .map(|b| pointer.button_pressed(b)),
             pointer.any_released(),
             [PointerButton::Primary, PointerButton::Middle, PointerButton::Secondary].map(|b| pointer.button_down(b)),
             pointer.delta(),
@@ -102,7 +109,10 @@ fn buttons(
 /// Takes hold of a point of the plan that is near, or points.
 fn press(known: &Known<'_>, desk: &mut Desk, (placed, at): (&Placed, Pos2), outcome: &mut Outcome) {
     match desk.mode {
-        Mode::Measure(..) => desk.measure(placed.in_patient(at)).into_iter().for_each(|wish| outcome.wish(wish)),
+        Mode::Measure(..) => desk
+            .measure(placed.in_patient(at))
+            .into_iter()
+            .for_each(|wish| outcome.wish(wish)),
         Mode::Level => {}
         Mode::Point => match near(known.plan, placed, at) {
             Some(held) if known.plan.confirmed.is_none() => {
@@ -139,7 +149,10 @@ fn near(plan: &Plan, placed: &Placed, at: Pos2) -> Option<Held> {
             is_entry,
             at,
         };
-        [Some(held(target.centre, false)), target.entry.map(|entry| held(entry, true))]
+        [
+            Some(held(target.centre, false)),
+            target.entry.map(|entry| held(entry, true)),
+        ]
     });
     let distance = |held: &Held| {
         let (there, depth_mm) = placed.on_screen(held.at);

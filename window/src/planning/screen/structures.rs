@@ -4,7 +4,7 @@ use guidance::safety::{Clearance, Distance};
 
 use super::super::labels::{Beside, Found, WITHIN_MM};
 use super::Known;
-use super::panel::Lines;
+use super::lines::Lines;
 use crate::model::Tone;
 
 /// So many structures are named.
@@ -26,13 +26,24 @@ fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
         lines.put(&text, Tone::Alarm);
     }
     let near = found.clearances.structures.iter();
-    let near: Vec<&Clearance> = near.filter(|one| matches!(one.distance, Distance::Nearest(_))).collect();
+    let near: Vec<&Clearance> = near
+        .filter(|one| matches!(one.distance, Distance::Nearest(_)))
+        .collect();
     if near.is_empty() {
-        lines.put(&format!("no structure of the label map within {WITHIN_MM} mm"), Tone::Quiet);
+        lines.put(
+            &format!("no structure of the label map within {WITHIN_MM} mm"),
+            Tone::Quiet,
+        );
     }
     for one in near.iter().take(NAMED) {
         let (text, tone) = words(one, error_mm);
         lines.put(&text, tone);
+    }
+    let rest = near.get(NAMED..).unwrap_or_default();
+    if !rest.is_empty() {
+        let are_clear = rest.iter().all(|one| one.is_clear());
+        let tone = if are_clear { Tone::Quiet } else { Tone::Alarm };
+        lines.put(&format!("{} more structures within {WITHIN_MM} mm", rest.len()), tone);
     }
     if error_mm.is_none() {
         lines.put("ERROR UNKNOWN: no distance is lessened by it", Tone::Warning);
@@ -53,9 +64,15 @@ fn words(one: &Clearance, error_mm: Option<f64>) -> (String, Tone) {
             (text, Tone::Warning)
         }
         (false, true, Some(least)) => {
-            let text = format!("label {label}: {:.1} mm, at least {least:.1}, {at}", nearest.distance_mm);
+            let text = format!(
+                "label {label}: {:.1} mm, at least {least:.1}, {at}",
+                nearest.distance_mm
+            );
             (text, Tone::Quiet)
         }
-        (false, true, None) => (format!("label {label}: {:.1} mm, {at}", nearest.distance_mm), Tone::Quiet),
+        (false, true, None) => (
+            format!("label {label}: {:.1} mm, {at}", nearest.distance_mm),
+            Tone::Quiet,
+        ),
     }
 }

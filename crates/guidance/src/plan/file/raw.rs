@@ -203,7 +203,11 @@ impl RawMeasure {
             expected,
         };
         match raw.kind {
-            RawKind::Distance => points.as_slice().try_into().map(Measure::Distance).map_err(|_| refused(2)),
+            RawKind::Distance => points
+                .as_slice()
+                .try_into()
+                .map(Measure::Distance)
+                .map_err(|_| refused(2)),
             RawKind::Angle => points.as_slice().try_into().map(Measure::Angle).map_err(|_| refused(3)),
         }
     }
