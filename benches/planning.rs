@@ -63,7 +63,7 @@ fn main() {
     println!("| beside {load} busy loops: {steps} times | to another picture, ms, p50 / p99 / largest | above 33 ms |");
     println!("|---|---|---|");
     // There and back, so that it stays in the examination.
-    let wheel = |k: usize| if k / 40 % 2 == 0 { 4 } else { 5 };
+    let wheel = |k: usize| if (k / 40).is_multiple_of(2) { 4 } else { 5 };
     println!(
         "| a step of the wheel | {} |",
         changes(&display, steps, |k| button(&display, wheel(k)))

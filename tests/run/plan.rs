@@ -112,7 +112,7 @@ fn plans_that_cannot_be_followed_are_refused_by_name_before_a_process_starts() {
         &follows("strict.toml", "[workflow]\nstrict = true"),
         "nobody has confirmed the plan",
     );
-    let bad = format!("{}", "ab".repeat(32));
+    let bad = "ab".repeat(32);
     let other = following(&world, "hash.toml", "", |small| {
         small.replace("[volume]", &format!("[volume]\nhash = \"{bad}\""))
     });

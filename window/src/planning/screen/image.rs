@@ -153,7 +153,7 @@ fn beside(ui: &Ui, at: Pos2, reach: f32, text: &str, cell: &Cell, (sizes, words)
     let top = (at.y - high / 2.0).clamp(cell.image.top(), cell.image.bottom() - high);
     let room = Rect::from_min_size(pos2(left, top), egui::vec2(wide, high)).intersect(cell.image);
     // Names that would cover one another are told in the panel.
-    if words.0.iter().any(|other| other.covers.intersects(room)) || room.width() < wide {
+    if words.0.iter().any(|other| other.covers.intersects(room)) || room.width() < wide - 1.0 {
         return;
     }
     ui.painter().rect_filled(room, 2.0, Color32::from_black_alpha(170));
