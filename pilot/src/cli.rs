@@ -35,7 +35,7 @@ use crate::resolve::{Overrides, ResolveError, resolve};
 use crate::run::run;
 use crate::state::Options;
 use crate::status::Status;
-pub use plan::LoadVolume;
+pub use plan::Hands;
 
 use help::{CHECK_HELP, CONTROL_HELP, REPLAY_HELP, RESTART_HELP, RUN_HELP, STATUS_HELP, STOP_HELP, TOPICS_HELP};
 
@@ -190,8 +190,8 @@ pub fn command() -> clap::Command {
 
 /// The binary.
 ///
-/// `load` reads an examination for `pilot plan`.
-pub fn main(load: LoadVolume) -> ExitCode {
+/// `hands` read examinations and label maps for `pilot plan`.
+pub fn main(hands: Hands) -> ExitCode {
     // Recordings, pictures and reports are a patient's: nobody else reads them. What the pilot starts inherits this.
     bus::process::keep_to_oneself();
     match Cli::parse().command {
@@ -203,7 +203,7 @@ pub fn main(load: LoadVolume) -> ExitCode {
         Verb::Status { run, json } => exit("pilot", status(&run, json)),
         Verb::Stop { run } => exit("pilot", stop(&run)),
         Verb::Restart { process, run } => exit("pilot", restart(&run, &process)),
-        Verb::Plan(args) => ended(plan(&args, load)),
+        Verb::Plan(args) => ended(plan(&args, hands)),
         Verb::Guide(verb) => exit("pilot", verb.carry_out().map(|text| say(&text))),
         Verb::Calibrate(args) => ended(calibrate(args)),
         Verb::Topics => {
@@ -239,8 +239,8 @@ fn load_scene(args: &SceneArgs) -> Result<(Source, Scene), ResolveError> {
     args.volume.load(args.scene.as_deref())
 }
 
-fn plan(args: &PlanArgs, load: LoadVolume) -> Result<ExitCode, CliError> {
-    match args.carry_out(load)? {
+fn plan(args: &PlanArgs, hands: Hands) -> Result<ExitCode, CliError> {
+    match args.carry_out(hands)? {
         Planned::Said(words, is_doubtful) => {
             say(&words);
             Ok(match is_doubtful {

@@ -12,6 +12,19 @@ pub enum LoadError {
     /// The file was refused.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// Voxels that are no labels.
+    #[error(
+        "this is no label map: of its voxels {rounded} are no whole numbers, {clamped} are below -32768 or above 32767, and {not_finite} are no \
+         numbers. Each would come to be another structure's label; write the map anew with whole numbers from 0 to 32767"
+    )]
+    NotLabels {
+        /// No whole numbers.
+        rounded: u64,
+        /// Beyond what can be held.
+        clamped: u64,
+        /// No numbers.
+        not_finite: u64,
+    },
     /// The generated patient cannot be sampled like this.
     #[error("the generated patient: {0}")]
     Grid(#[from] GridError),

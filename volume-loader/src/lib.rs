@@ -32,7 +32,7 @@ mod write_error;
 
 pub use error::LoadError;
 pub use fill::{Filled, fill};
-pub use load::{load, load_seeded, open};
+pub use load::{load, load_labels, load_seeded, open};
 pub use run::RunError;
 pub use write::WriteOptions;
 pub use write_error::WriteError;

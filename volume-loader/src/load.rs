@@ -13,7 +13,7 @@ use crate::nifti::{HeaderError, NiftiSource};
 use crate::part::part;
 use crate::phantom_source::PhantomSource;
 use crate::raster::{Head, OpenOptions};
-use crate::source::{Place, ReadError, VoxelSource};
+use crate::source::{Conversion, Place, ReadError, VoxelSource};
 use crate::{metaimage, nrrd};
 
 /// Opens the source of a scene's volume, or of its part; `seed` is the generated patient's.
@@ -83,7 +83,24 @@ pub fn load_seeded(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, Box<dyn 
     Ok(load_owned(spec, seed)?)
 }
 
-/// The same; the generated patient is that of seed 1.
+/// Reads a label map: each voxel as it stands in the file.
+///
+/// # Errors
+/// [`LoadError`]; [`LoadError::NotLabels`] where a voxel would have to be changed.
+pub fn load_labels(spec: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
+    let (volume, changed) = load_counted(spec, 1)?;
+    let clamped = changed.clamped_low + changed.clamped_high;
+    match changed.rounded + changed.not_finite + clamped {
+        0 => Ok(volume),
+        _ => Err(Box::new(LoadError::NotLabels {
+            rounded: changed.rounded,
+            clamped,
+            not_finite: changed.not_finite,
+        })),
+    }
+}
+
+/// As [`load_seeded`]; the generated patient is that of seed 1.
 ///
 /// # Errors
 /// [`LoadError`].
@@ -92,6 +109,10 @@ pub fn load(spec: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error 
 }
 
 fn load_owned(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, LoadError> {
+    Ok(load_counted(spec, seed)?.0)
+}
+
+fn load_counted(spec: &VolumeSpec, seed: u64) -> Result<(OwnedVolume, Conversion), LoadError> {
     let mut source = open(spec, seed)?;
     let grid = *source.grid();
     let layout = Layout::choose(grid.dims())?;
@@ -99,14 +120,15 @@ fn load_owned(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, LoadError> {
     check_memory(layout.stored() * 2)?;
     let mut voxels = Voxels::zeroed(layout.stored() as usize);
     let filled = fill(source.as_mut(), &layout, &mut voxels, |_| true)?;
-    Ok(OwnedVolume {
+    let volume = OwnedVolume {
         grid,
         layout,
         voxels,
         padding_hu,
         hash: filled.hash,
         marks: source.marks(),
-    })
+    };
+    Ok((volume, filled.conversion))
 }
 
 /// A header may promise more than any machine holds: asked before anything is allocated.

@@ -187,7 +187,7 @@ fn at_most(what: &'static str, found: usize, most: usize) -> Result<(), PlanErro
 /// Words that go over the bus in fields of fixed length, and onto a screen in one line.
 fn check_words(what: &'static str, words: &str, most: usize) -> Result<(), PlanError> {
     let found = words.len();
-    match found == 0 || found > most || words.trim() != words || words.contains(char::is_control) {
+    match found == 0 || found > most || words.trim() != words || words.contains(is_unseen) {
         true => Err(PlanError::Words {
             what,
             found: words.chars().take(64).collect(),
@@ -195,6 +195,12 @@ fn check_words(what: &'static str, words: &str, most: usize) -> Result<(), PlanE
         }),
         false => Ok(()),
     }
+}
+
+/// Control characters, and those that change how others are read, or are not seen at all: two names would look alike.
+fn is_unseen(letter: char) -> bool {
+    let is_format = matches!(letter, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+    letter.is_control() || is_format
 }
 
 fn number(what: impl Fn() -> String, found: f64, least: f64, most: f64) -> Result<(), PlanError> {

@@ -48,11 +48,14 @@ fn each_part_outside_its_domain_is_refused_by_name() {
         change(&mut changed);
         plan(&[changed]).checked().unwrap_err().to_string()
     };
-    let cases: [(&dyn Fn(&mut Target), &str); 12] = [
+    type Change<'a> = &'a dyn Fn(&mut Target);
+    let cases: [(Change<'_>, &str); 14] = [
         (&|t| t.name = String::new(), "the target's name"),
         (&|t| t.name = " node".to_owned(), "the target's name"),
         (&|t| t.name = "a\nb".to_owned(), "the target's name"),
         (&|t| t.name = "é".repeat(21), "1 to 40 bytes"),
+        (&|t| t.name = "a\u{200b}b".to_owned(), "the target's name"),
+        (&|t| t.name = "\u{202e}ab".to_owned(), "the target's name"),
         (&|t| t.centre = p(f64::NAN, 0.0, 0.0), "centre of node: found NaN"),
         (&|t| t.centre = p(0.0, 1.1e4, 0.0), "centre of node: found 11000"),
         (

@@ -36,8 +36,16 @@ Examples:
 
 Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something speaks against the plan.";
 
-/// Reads an examination: handed in by the binary, as this crate knows no formats of volumes. The number is the generated patient's seed.
-pub type LoadVolume = fn(&VolumeSpec, u64) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+type Read = Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+
+/// Who reads volumes: handed in by the binary, as this crate knows no formats of them.
+#[derive(Debug, Clone, Copy)]
+pub struct Hands {
+    /// Reads an examination; the number is the generated patient's seed.
+    pub load: fn(&VolumeSpec, u64) -> Read,
+    /// Reads a label map.
+    pub load_labels: fn(&VolumeSpec) -> Read,
+}
 
 #[derive(Debug, Args)]
 pub(crate) struct PlanArgs {
@@ -112,6 +120,10 @@ pub(crate) enum PlanCliError {
     NotNew { path: PathBuf },
 }
 
+/// Of a label map that was not made of this very CT, voxel by voxel.
+const OTHER_GRID: &str = "the label map lies on another grid than the CT. Whether it is of this CT, and where it is moved against it, is not known: \
+                          compare the two before a distance is believed";
+
 /// What `pilot plan` is to do.
 pub(crate) enum Planned {
     /// It was done: what is to be said, and whether something speaks against the plan.
@@ -122,7 +134,7 @@ pub(crate) enum Planned {
 
 impl PlanArgs {
     /// Changes and prints the plan, or prepares the run in which it is made on a screen.
-    pub(crate) fn carry_out(&self, load: LoadVolume) -> Result<Planned, PlanCliError> {
+    pub(crate) fn carry_out(&self, hands: Hands) -> Result<Planned, PlanCliError> {
         let changed = match self.accept_changes {
             true => Changed::Taken,
             false => Changed::Refused,
@@ -137,8 +149,11 @@ impl PlanArgs {
             return self.on_screen(store, &mut source);
         }
         bus::stderr_line!("pilot: reading the examination");
-        let volume = load(&scene.volume, scene.seed).map_err(PlanCliError::Volume)?;
+        let volume = (hands.load)(&scene.volume, scene.seed).map_err(PlanCliError::Volume)?;
         let plan = self.changed(&store, &scene, &volume)?;
+        // Everything that can be refused is looked at before anything is written.
+        let measured = self.measured(&scene, &volume, hands)?;
+        let ways = measured.as_ref().map(|measured| measured.ways(&plan)).transpose()?;
         // A plan with nothing in it is written by nobody's wish.
         if store.plan().is_some() || plan != Plan::new(plan.volume) {
             store.save(&plan)?;
@@ -146,8 +161,7 @@ impl PlanArgs {
         if self.window {
             return self.on_screen(store, &mut source);
         }
-        let measured = self.measured(&scene, load)?;
-        let found = Findings::of(&store, &plan, &volume.view(), measured.as_ref())?;
+        let found = Findings::of(&store, &plan, &volume.view(), ways);
         let words = match self.json {
             true => serde_json::to_string_pretty(&found).unwrap_or_default(),
             false => found.table(),
@@ -156,7 +170,7 @@ impl PlanArgs {
     }
 
     /// What ways are measured against, where there is a label map.
-    fn measured(&self, scene: &Scene, load: LoadVolume) -> Result<Option<Measured>, PlanCliError> {
+    fn measured(&self, scene: &Scene, volume: &OwnedVolume, hands: Hands) -> Result<Option<Measured>, PlanCliError> {
         let Some(path) = self.labels.clone().or_else(|| scene.plan.labels.clone()) else {
             return Ok(None);
         };
@@ -164,7 +178,10 @@ impl PlanArgs {
             path: path.clone(),
             source,
         };
-        let labels = load(&VolumeSpec::of_path(path.clone()), 0).map_err(fail)?;
+        let labels = (hands.load_labels)(&VolumeSpec::of_path(path.clone())).map_err(fail)?;
+        if labels.grid != volume.grid {
+            bus::stderr_line!("pilot: warning: {}: {OTHER_GRID}", path.display());
+        }
         let error_mm = self.error_mm.or(scene.plan.error_mm);
         let measured = Measured::of(&labels, scene.tool.diameter_mm, error_mm).map_err(|error| fail(error.into()))?;
         Ok(Some(measured))

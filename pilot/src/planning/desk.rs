@@ -8,7 +8,7 @@ use bus::{Bus, BusError};
 use guidance::plan::{Confirmed, Edit, Editor, Plan};
 use guidance::workflow::VolumeId;
 
-use super::store::PlanStore;
+use super::store::{PlanStore, StoreError};
 
 /// The plan that is being made.
 #[derive(Debug)]
@@ -71,7 +71,10 @@ impl Desk {
             PlanWish::Confirm(by) => changed.confirm(Confirmed { by, at: date::now() }),
         };
         done.map_err(|error| error.to_string())?;
-        self.store.save(changed.plan()).map_err(|error| error.to_string())?;
+        // Which plan it is stands on the screen: there the reason comes first.
+        let name = format!("plan {}: ", self.store.path().display());
+        let why = |error: StoreError| error.to_string().replacen(&name, "", 1);
+        self.store.save(changed.plan()).map_err(why)?;
         *editor = changed;
         Ok(words)
     }

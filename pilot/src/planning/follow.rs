@@ -15,8 +15,10 @@ use super::store::{PlanStore, StoreError};
 pub(crate) enum FollowError {
     #[error("[plan] file of scene {scene}: {source}")]
     Store { scene: PathBuf, source: Box<StoreError> },
-    #[error("[plan] file of scene {scene}: plan {path}: there is no such file; `pilot plan {}` makes it", path.display())]
+    #[error("[plan] file of scene {scene}: plan {path}: there is no such file; `pilot plan {}` with the scene's --volume makes it", path.display())]
     None { scene: PathBuf, path: PathBuf },
+    #[error("[plan] labels of scene {scene}: there is no file {path}")]
+    Labels { scene: PathBuf, path: PathBuf },
     #[error("scene {scene}: it has [[targets]] and a [plan] file, whose targets are others; leave one of them out")]
     Both { scene: PathBuf },
     #[error("[plan] of scene {scene}: the plan {path} has the id {found}, and the scene follows {expected} alone")]
@@ -28,7 +30,7 @@ pub(crate) enum FollowError {
     },
     #[error(
         "[plan] file of scene {scene}: nobody has confirmed the plan {path}, and the scene is strict; `pilot plan {} --confirm NAME` \
-         confirms it", path.display()
+         with the scene's --volume confirms it", path.display()
     )]
     NotConfirmed { scene: PathBuf, path: PathBuf },
     #[error(
@@ -48,6 +50,9 @@ pub(crate) fn follow(source: &mut Source) -> Result<(), FollowError> {
     let Some(raw) = source.scene.plan.as_mut() else {
         return Ok(());
     };
+    if let Some(labels) = raw.labels.as_ref().map(PathBuf::from).filter(|path| !path.exists()) {
+        return Err(FollowError::Labels { scene, path: labels });
+    }
     let Some(file) = raw.file.take() else { return Ok(()) };
     let path = PathBuf::from(file);
     if source.scene.targets.is_some() {

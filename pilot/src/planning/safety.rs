@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// Structures are looked for so far from a way, mm.
 const WITHIN_MM: f64 = 30.0;
-/// So many of them are told.
+/// So many of those that are clear are told; of those that are not, all.
 const TOLD: usize = 6;
 
 /// What ways are measured against.
@@ -20,12 +20,14 @@ pub(crate) struct Measured {
 
 /// A way beside the structures.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct WaySafety {
+pub(crate) struct WaySafety {
     target: String,
     /// Parts of the way that lie outside the label map, from where to where, mm: NOT CHECKED.
     outside_map_mm: Vec<[f64; 2]>,
     /// The nearest, nearest first.
     nearest: Vec<StructureSafety>,
+    /// How many more are looked for so far and clear.
+    more: usize,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -53,7 +55,7 @@ impl Measured {
     }
 
     /// Each way of a plan.
-    pub(super) fn ways(&self, plan: &Plan) -> Result<Vec<WaySafety>, TubeError> {
+    pub(crate) fn ways(&self, plan: &Plan) -> Result<Vec<WaySafety>, TubeError> {
         let ways = plan
             .targets
             .iter()
@@ -64,11 +66,15 @@ impl Measured {
     fn way(&self, target: &str, way: &Trajectory) -> Result<WaySafety, TubeError> {
         let tube = Tube::new(way.entry, way.stop, self.radius_mm)?;
         let found = self.structures.clearance(&tube, WITHIN_MM)?;
-        let told = found.structures.iter().filter_map(|one| self.told(one));
+        let all: Vec<StructureSafety> = found.structures.iter().filter_map(|one| self.told(one)).collect();
+        let not_clear = all.iter().filter(|one| !one.is_safe()).count();
+        let told = all.len().min(not_clear.max(TOLD));
         Ok(WaySafety {
             target: target.to_owned(),
             outside_map_mm: found.coverage.outside_mm(),
-            nearest: told.take(TOLD).collect(),
+            more: all.len() - told,
+            // The nearest first: those that are not clear are before all that are.
+            nearest: all.into_iter().take(told).collect(),
         })
     }
 
@@ -90,7 +96,7 @@ impl Measured {
 impl WaySafety {
     /// Whether the way meets a structure, or is not checked in part.
     pub(super) fn is_doubtful(&self) -> bool {
-        !self.outside_map_mm.is_empty() || self.nearest.iter().any(|one| !one.is_clear)
+        !self.outside_map_mm.is_empty() || self.nearest.iter().any(|one| !one.is_safe())
     }
 
     /// For people.
@@ -106,6 +112,12 @@ impl WaySafety {
             .iter()
             .map(|one| format!("{} {}: {}", one.sign(), self.target, one.words()));
         let mut lines: Vec<String> = outside.chain(near).collect();
+        if self.more > 0 {
+            lines.push(format!(
+                "  {}: {} more structures within {WITHIN_MM} mm, all clear",
+                self.target, self.more
+            ));
+        }
         // Where the map says nothing, nothing is said.
         if lines.is_empty() {
             lines.push(format!(
@@ -118,13 +130,19 @@ impl WaySafety {
 }
 
 impl StructureSafety {
+    /// Whether the tube meets no voxel of it, also where it is off by the error of navigation.
+    fn is_safe(&self) -> bool {
+        self.is_clear && self.at_least_mm.is_none_or(|least| least > 0.0)
+    }
+
     fn sign(&self) -> char {
-        if self.is_clear { ' ' } else { '!' }
+        if self.is_safe() { ' ' } else { '!' }
     }
 
     fn words(&self) -> String {
         let (label, mm, depth) = (self.label, self.distance_mm, self.depth_mm);
         let least = match self.at_least_mm {
+            Some(least) if least <= 0.0 => format!("WITHIN THE ERROR: {least:.1} mm at least"),
             Some(least) => format!("at least {least:.1} mm"),
             None => "the least is not known without the error of navigation, or at the map's border".to_owned(),
         };

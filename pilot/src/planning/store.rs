@@ -9,7 +9,7 @@ use std::time::Duration;
 use bus::clock::date;
 use guidance::plan::file::{Changed, FileError, MAX_BYTES, PlanFile};
 use guidance::plan::{Plan, PlanError};
-use rustix::fs::{FlockOperation, flock};
+use rustix::fs::{FlockOperation, OFlags, flock};
 use scene::file::{OpenError, read_text};
 
 /// What the file says wrote it.
@@ -36,7 +36,11 @@ pub(crate) enum StoreError {
     },
     #[error("plan {path}: somebody else is writing it; try again")]
     Busy { path: PathBuf },
-    #[error("plan {path}: writing it: {source}. What was there before is still there")]
+    #[error(
+        "plan {path}: {part} lies beside it, through which it is written, and is no plain file of its own name; remove it"
+    )]
+    Part { path: PathBuf, part: PathBuf },
+    #[error("plan {path}: writing it through {path}.part: {source}. What was there before is still there")]
     Write { path: PathBuf, source: io::Error },
     #[error(transparent)]
     Plan(#[from] PlanError),
@@ -48,14 +52,18 @@ pub(crate) struct PlanStore {
     path: PathBuf,
     /// What was read or written last; `None`: there is no file yet.
     file: Option<PlanFile>,
+    /// Whether what stands in the file was changed by other means, and was taken: its id is then not that of its content.
+    changed: Changed,
 }
 
 impl PlanStore {
     /// Reads the plan at `path`, if there is one.
-    pub(crate) fn open(path: &Path, changed: Changed) -> Result<Self, StoreError> {
-        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    pub(crate) fn open(given: &Path, changed: Changed) -> Result<Self, StoreError> {
+        // Through links: a plan that is reached by two names is one plan.
+        let path = fs::canonicalize(given).or_else(|_| std::path::absolute(given));
+        let path = path.unwrap_or_else(|_| given.to_owned());
         let file = read(&path, changed)?;
-        Ok(Self { path, file })
+        Ok(Self { path, file, changed })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -79,7 +87,7 @@ impl PlanStore {
 
     /// Writes `plan`, unless that is what stands there.
     pub(crate) fn save(&mut self, plan: &Plan) -> Result<(), StoreError> {
-        if self.plan() == Some(plan) {
+        if self.plan() == Some(plan) && self.changed == Changed::Refused {
             return Ok(());
         }
         let now = date::now();
@@ -95,7 +103,7 @@ impl PlanStore {
             path: self.path.clone(),
             source,
         })?;
-        self.file = Some(file);
+        (self.file, self.changed) = (Some(file), Changed::Refused);
         Ok(())
     }
 
@@ -111,12 +119,20 @@ impl PlanStore {
         for _ in 0..LOOKS {
             let mut options = OpenOptions::new();
             let file = options.write(true).create(true).truncate(false).mode(0o600);
-            let file = file.custom_flags(rustix::fs::OFlags::NOFOLLOW.bits() as i32);
+            let file = file.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32);
             let file = file.open(&part).map_err(fail)?;
+            let about = file.metadata().map_err(fail)?;
+            // Through another name of a file that file would be written over.
+            if !about.is_file() || about.nlink() > 1 {
+                return Err(StoreError::Part {
+                    path: self.path.clone(),
+                    part,
+                });
+            }
             let is_locked = flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok();
             // Who had the lock may have renamed the file since: what is locked is then the plan itself.
             let here = fs::symlink_metadata(&part).map(|found| found.ino()).ok();
-            if is_locked && here == file.metadata().map(|found| found.ino()).ok() {
+            if is_locked && here == Some(about.ino()) {
                 return Ok((file, part));
             }
             std::thread::sleep(BETWEEN_LOOKS);
@@ -129,7 +145,7 @@ impl PlanStore {
     /// Refuses to write over what somebody else wrote.
     fn is_as_known(&self) -> Result<(), StoreError> {
         let words = |file: Option<&PlanFile>| file.map_or("no file".to_owned(), |file| format!("id {}", file.id()));
-        let found = read(&self.path, Changed::Refused)?;
+        let found = read(&self.path, self.changed)?;
         if found.as_ref().map(PlanFile::id) == self.file.as_ref().map(PlanFile::id) {
             return Ok(());
         }
@@ -274,6 +290,47 @@ mod tests {
             PlanStore::open(&path, Changed::Refused).unwrap().plan(),
             Some(editor.plan())
         );
+    }
+
+    #[test]
+    fn a_plan_that_was_changed_by_hand_and_taken_is_mended_by_writing_it() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("plan.json");
+        let mut store = PlanStore::open(&path, Changed::Refused).unwrap();
+        store.save(&changed(&store, target("a"))).unwrap();
+        let text = fs::read_to_string(&path).unwrap().replace("2.0", "2.5");
+        fs::write(&path, text).unwrap();
+        assert!(PlanStore::open(&path, Changed::Refused).is_err());
+        let mut taken = PlanStore::open(&path, Changed::Taken).unwrap();
+        let plan = taken.plan().unwrap().clone();
+        taken.save(&plan).unwrap();
+        let store = PlanStore::open(&path, Changed::Refused).unwrap();
+        assert_eq!(store.plan().unwrap().targets[0].centre, Point::new(1.0, 2.5, 3.0));
+    }
+
+    #[test]
+    fn what_lies_where_it_is_written_through_is_refused_and_links_are_one_plan() {
+        let tmp = tempfile::tempdir().unwrap();
+        let (path, other) = (tmp.path().join("plan.json"), tmp.path().join("other.json"));
+        let mut store = PlanStore::open(&path, Changed::Refused).unwrap();
+        store.save(&changed(&store, target("a"))).unwrap();
+        fs::write(&other, "theirs").unwrap();
+        let part = tmp.path().join("plan.json.part");
+        let refused = |store: &mut PlanStore| store.save(&changed(store, target("b"))).unwrap_err().to_string();
+        fs::hard_link(&other, &part).unwrap();
+        let said = refused(&mut store);
+        assert!(said.contains("plan.json.part lies beside it"), "{said}");
+        assert_eq!(fs::read_to_string(&other).unwrap(), "theirs");
+        fs::remove_file(&part).unwrap();
+        std::os::unix::fs::symlink(&other, &part).unwrap();
+        assert!(refused(&mut store).contains("plan.json.part"));
+        fs::remove_file(&part).unwrap();
+        let link = tmp.path().join("link.json");
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        let mut linked = PlanStore::open(&link, Changed::Refused).unwrap();
+        linked.save(&changed(&linked, target("b"))).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert!(refused(&mut store).contains("changed by somebody else"));
     }
 
     #[test]

@@ -3,10 +3,9 @@
 use bus::volume::VolumeView;
 use geometry::{Ct, Point};
 use guidance::plan::{Concern, Measure, Plan, Target, Trajectory, concerns};
-use guidance::safety::TubeError;
 use serde::Serialize;
 
-use super::safety::{Measured, WaySafety};
+use super::safety::WaySafety;
 use super::store::PlanStore;
 
 /// What was found of a plan in its examination.
@@ -56,19 +55,17 @@ struct MeasureFindings {
 impl Findings {
     /// Of a plan and the examination that it was made for.
     ///
-    /// # Errors
-    /// [`TubeError`] of a way that is no tube.
+    /// `structures`: its ways beside those of a label map, where there is one.
     pub(crate) fn of(
         store: &PlanStore,
         plan: &Plan,
         volume: &VolumeView<'_>,
-        measured: Option<&Measured>,
-    ) -> Result<Self, TubeError> {
-        let structures = measured.map(|measured| measured.ways(plan)).transpose()?;
+        structures: Option<Vec<WaySafety>>,
+    ) -> Self {
         let hu = |p: Point<Ct>| volume.nearest(p);
         let concerns = concerns(plan, volume.grid, &hu);
         let is_doubt = |concern: &Concern| !matches!(concern, Concern::NoEntry { .. });
-        Ok(Self {
+        Self {
             file: store.path().display().to_string(),
             id: store.id(),
             volume_hash: bus::message::VolumeHash(plan.volume.0).to_string(),
@@ -80,7 +77,7 @@ impl Findings {
             is_doubtful: concerns.iter().any(is_doubt) || structures.iter().flatten().any(WaySafety::is_doubtful),
             concerns: concerns.iter().map(Concern::to_string).collect(),
             structures,
-        })
+        }
     }
 
     /// Whether something speaks against the plan.

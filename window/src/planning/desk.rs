@@ -47,6 +47,10 @@ pub(crate) struct Desk {
     pub(crate) camera: Camera,
     /// The name of the target that keys work on.
     pub(crate) selected: Option<String>,
+    /// The one before a change that made another: it is that again where the change is refused.
+    selected_before: Option<String>,
+    /// A plan has come.
+    has_plan: bool,
     pub(crate) mode: Mode,
     /// The image that fills the room of all four.
     pub(crate) enlarged: Option<Cut>,
@@ -77,6 +81,8 @@ impl Desk {
         Self {
             camera: Camera::home(grid),
             selected: None,
+            selected_before: None,
+            has_plan: false,
             mode: Mode::Point,
             enlarged: None,
             held: None,
@@ -108,13 +114,22 @@ impl Desk {
         Trajectory::of(self.target(plan)?)
     }
 
-    /// The plan has changed: what was selected may be gone.
+    /// The plan has changed: what was selected may be gone. Nothing is then selected that nobody chose: the next key would change it.
     pub(crate) fn follow(&mut self, plan: &Plan) {
-        if self.target(plan).is_none() {
-            self.selected = None;
-            if let Some(first) = plan.targets.first() {
-                self.select(first);
-            }
+        let is_first = !std::mem::replace(&mut self.has_plan, true);
+        if self.target(plan).is_some() {
+            return;
+        }
+        self.selected = self.selected_before.take().filter(|name| plan.target(name).is_some());
+        if let (true, None, Some(first)) = (is_first, &self.selected, plan.targets.first()) {
+            self.select(first);
+        }
+    }
+
+    /// What a change makes of the selection, if it is made.
+    fn select_made(&mut self, name: String) {
+        if self.selected.as_ref() != Some(&name) {
+            self.selected_before = self.selected.replace(name);
         }
     }
 
@@ -147,7 +162,7 @@ impl Desk {
         let names = (plan.targets.len() + 1..).map(|n| format!("target {n}"));
         let mut free = names.filter(|name| plan.target(name).is_none());
         let name = free.next().unwrap_or_default();
-        self.selected = Some(name.clone());
+        self.select_made(name.clone());
         PlanWish::Edit(Edit::Add(Target {
             name,
             centre: p,
@@ -166,7 +181,10 @@ impl Desk {
         let mut changed = target.clone();
         how(&mut changed);
         let name = target.name.clone();
-        self.selected = Some(changed.name.clone());
+        // A name that another has is refused, and selects nobody.
+        if plan.target(&changed.name).is_none() {
+            self.select_made(changed.name.clone());
+        }
         Some(PlanWish::Edit(Edit::Change(name, changed)))
     }
 
@@ -273,6 +291,7 @@ mod tests {
     #[test]
     fn a_plan_is_made_by_keys_and_the_pointer() {
         let (mut desk, mut editor) = (Desk::new(&grid()), Editor::new(Plan::new(VolumeId([0; 32]))));
+        desk.follow(editor.plan());
         assert_eq!(desk.change(editor.plan(), |_| ()), None);
         assert!(desk.note.contains("T makes one"), "{}", desk.note);
         let wish = desk.add(editor.plan(), Point::new(50.0, 50.0, 50.0));
@@ -313,7 +332,32 @@ mod tests {
         assert_eq!(desk.selected.as_deref(), Some("target 3"));
         edit(&mut editor, Some(PlanWish::Edit(Edit::Remove("target 3".to_owned()))));
         desk.follow(editor.plan());
-        assert_eq!(desk.selected.as_deref(), Some("target 1"));
+        assert_eq!(desk.selected, None);
+    }
+
+    /// The next key changed or removed another target than the one that was looked at.
+    #[test]
+    fn a_refused_change_leaves_the_selection_where_it_was() {
+        let (mut desk, mut editor) = (Desk::new(&grid()), Editor::new(Plan::new(VolumeId([0; 32]))));
+        desk.follow(editor.plan());
+        for x in [10.0, 20.0, 30.0] {
+            let wish = desk.add(editor.plan(), Point::new(x, 50.0, 50.0));
+            edit(&mut editor, Some(wish));
+            desk.follow(editor.plan());
+        }
+        assert_eq!(desk.selected.as_deref(), Some("target 3"));
+        let taken = desk.change(editor.plan(), |target| target.name = "target 1".to_owned());
+        let Some(PlanWish::Edit(taken)) = taken else { panic!() };
+        editor.edit(taken).unwrap_err();
+        desk.follow(editor.plan());
+        assert_eq!(desk.selected.as_deref(), Some("target 3"));
+        // A new one that is refused, as of the sixty-fifth; and another name that cannot be written.
+        desk.add(editor.plan(), Point::new(1.0, 1.0, 1.0));
+        desk.follow(editor.plan());
+        assert_eq!(desk.selected.as_deref(), Some("target 3"));
+        desk.change(editor.plan(), |target| target.name = "new".to_owned());
+        desk.follow(editor.plan());
+        assert_eq!(desk.selected.as_deref(), Some("target 3"));
     }
 
     #[test]

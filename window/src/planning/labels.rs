@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
+use geometry::VolumeGrid;
 use guidance::plan::Trajectory;
 use guidance::safety::{Clearances, Section, Structures, Tube};
 use scene::VolumeSpec;
@@ -37,6 +38,8 @@ pub(crate) struct Found {
     pub(crate) clearances: Clearances,
     /// Of each part of it.
     pub(crate) sections: Vec<Section>,
+    /// The label map was not made of this CT, voxel by voxel: whether it belongs to it is not known.
+    pub(crate) is_other_grid: bool,
 }
 
 type Read = Result<Structures, String>;
@@ -95,7 +98,7 @@ impl Labels {
     }
 
     /// What lies beside this way.
-    pub(crate) fn beside(&mut self, way: Option<&Trajectory>) -> Beside {
+    pub(crate) fn beside(&mut self, way: Option<&Trajectory>, grid: Option<&VolumeGrid>) -> Beside {
         let structures = match (&self.reading, &self.read) {
             (Some(_), _) => return Beside::Reading,
             (None, None) => return Beside::NotGiven,
@@ -106,17 +109,18 @@ impl Labels {
         if let Some((_, answer)) = self.asked.as_ref().filter(|(asked, _)| asked == way) {
             return answer.clone();
         }
-        let answer = found(structures, way, self.radius_mm);
+        let answer = found(structures, way, self.radius_mm, grid);
         self.asked = Some((*way, answer.clone()));
         answer
     }
 }
 
-fn found(structures: &Structures, way: &Trajectory, radius_mm: f64) -> Beside {
+fn found(structures: &Structures, way: &Trajectory, radius_mm: f64, grid: Option<&VolumeGrid>) -> Beside {
     let found = Tube::new(way.entry, way.stop, radius_mm).and_then(|tube| {
         Ok(Found {
             clearances: structures.clearance(&tube, WITHIN_MM)?,
             sections: structures.profile(&tube, SECTIONS, WITHIN_MM)?,
+            is_other_grid: grid != Some(structures.grid()),
         })
     });
     match found {

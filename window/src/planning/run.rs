@@ -145,8 +145,9 @@ impl Planning {
             return Ok(ControlFlow::Break(()));
         }
         self.happened()?;
-        self.hear(ports)?;
+        // The pilot tells the plan before it answers: a change that was answered is in the plan that is heard after it.
         self.answers();
+        self.hear(ports)?;
         let (came, refused) = looks.turn()?;
         self.is_due |= came || self.labels.take();
         if let Some(why) = refused {
@@ -268,7 +269,7 @@ impl Planning {
             desk.follow(&plan);
         }
         let way = self.desk.as_ref().and_then(|desk| desk.way(&desk.shown(&plan)));
-        let beside = self.labels.beside(way.as_ref());
+        let beside = self.labels.beside(way.as_ref(), self.examination.grid());
         let error_mm = self.process.scene.plan.error_mm;
         let is_writing = self.open.is_some() || !self.waiting.is_empty();
         let hash = self.examination.hash();
@@ -324,7 +325,13 @@ impl Planning {
             }
         }
         self.want(looks, &plan);
+        // Renderers draw while the pixels go out.
+        let (came, refused) = looks.turn()?;
+        self.is_due |= came;
         self.display.present(&parts)?;
+        if let Some(why) = refused {
+            self.say(why);
+        }
         self.process.counters.published += 1;
         self.carry_out(outcome);
         Ok(())
@@ -342,7 +349,7 @@ impl Planning {
         std::mem::replace(&mut self.events, rest)
     }
 
-    /// Asks for the planes that are to be seen now: before the pixels go out, which takes as long as a renderer needs.
+    /// Says which planes are to be seen now.
     fn want(&mut self, looks: &mut Looks, plan: &Plan) {
         let Some(desk) = &self.desk else { return };
         let way = desk.way(&desk.shown(plan));

@@ -6,7 +6,7 @@ use crate::colours;
 use crate::model::Tone;
 use crate::screen::tree;
 use crate::screen::words::{Type, Words, colour, on_band};
-use crate::sizes::Sizes;
+use crate::sizes::{ADVANCE, Sizes};
 
 /// Puts one line after another.
 pub(super) struct Lines<'a, 'w> {
@@ -44,6 +44,20 @@ impl<'a, 'w> Lines<'a, 'w> {
         Some(line)
     }
 
+    /// How many lines there is room for.
+    pub(super) fn left(&self) -> usize {
+        (self.room.height() / self.height()).floor() as usize
+    }
+
+    /// Words over up to three lines.
+    pub(super) fn put_wrapped(&mut self, text: &str, tone: Tone) {
+        let columns = (self.room.width() / (ADVANCE * self.sizes.plain)) as usize;
+        let letters: Vec<char> = text.chars().collect();
+        for part in letters.chunks(columns.saturating_sub(2).max(1)).take(3) {
+            self.put_now(&part.iter().collect::<String>(), tone);
+        }
+    }
+
     pub(super) fn put_now(&mut self, text: &str, tone: Tone) {
         let Some(line) = self.next() else { return };
         self.put_in(line, text, tone, Align2::LEFT_CENTER);
@@ -57,7 +71,7 @@ impl<'a, 'w> Lines<'a, 'w> {
     /// What waits, and how much of it found no room: nothing is left out in silence.
     pub(super) fn put_waiting(&mut self) {
         let waiting = std::mem::take(&mut self.waiting);
-        let room = (self.room.height() / self.height()).floor() as usize;
+        let room = self.left();
         let shown = if waiting.len() <= room {
             room
         } else {

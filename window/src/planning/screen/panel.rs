@@ -18,6 +18,8 @@ use crate::sizes::Sizes;
 const COLUMNS: [f32; 4] = [0.34, 0.36, 0.14, 0.16];
 /// Lines of targets at most; the selected one is among them.
 const MOST_TARGETS: usize = 8;
+/// So many lines are left for what is to be said of the selected one.
+const FOR_THE_WAY: usize = 9;
 /// Of the panel's height, the chart's.
 const CHART: f32 = 0.24;
 
@@ -50,6 +52,8 @@ impl Panel<'_> {
 
     /// What is to be done next, what the pointer is on, the window.
     fn head(&self, desk: &Desk, lines: &mut Lines<'_, '_>) {
+        // In the band above it may be cut.
+        lines.put_wrapped(&desk.note, Tone::Warning);
         let plan = self.known.plan;
         let state = match &plan.confirmed {
             Some(confirmed) => format!("CONFIRMED by {}: read-only", confirmed.by),
@@ -89,8 +93,9 @@ impl Panel<'_> {
         let place = targets
             .iter()
             .position(|target| desk.selected.as_ref() == Some(&target.name));
-        let first = place.unwrap_or(0).saturating_sub(MOST_TARGETS - 1);
-        for target in targets.iter().skip(first).take(MOST_TARGETS) {
+        let most = lines.left().saturating_sub(FOR_THE_WAY).clamp(1, MOST_TARGETS);
+        let first = place.unwrap_or(0).saturating_sub(most - 1);
+        for target in targets.iter().skip(first).take(most) {
             let depth = Trajectory::of(target).map_or("-".to_owned(), |way| format!("{:.1}", way.depth_mm));
             let is_selected = desk.selected.as_ref() == Some(&target.name);
             let cells = [
@@ -103,7 +108,7 @@ impl Panel<'_> {
                 desk.select(target);
             }
         }
-        if targets.len() > MOST_TARGETS {
+        if targets.len() > most {
             lines.put_now(&format!("{} targets; Tab goes on", targets.len()), Tone::Quiet);
         }
     }

@@ -126,6 +126,8 @@ fn press(known: &Known<'_>, desk: &mut Desk, (placed, at): (&Placed, Pos2), outc
 }
 
 fn drag(desk: &mut Desk, placed: &Placed, at: Pos2, moved: egui::Vec2) {
+    // Beside the image there is nothing to be seen of where a point would come to lie.
+    let at = at.clamp(placed.rect.min, placed.rect.max);
     match (&desk.mode, &mut desk.held) {
         (Mode::Level, _) => desk
             .camera

@@ -21,6 +21,9 @@ pub(super) fn show(known: &Known<'_>, lines: &mut Lines<'_, '_>) {
 }
 
 fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
+    if found.is_other_grid {
+        lines.put("LABELS LIE ON ANOTHER GRID THAN THE CT: compare them", Tone::Warning);
+    }
     for [from, to] in found.clearances.coverage.outside_mm() {
         let text = format!("NOT CHECKED from {from:.1} to {to:.1} mm: outside the label map");
         lines.put(&text, Tone::Alarm);
@@ -41,7 +44,8 @@ fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
     }
     let rest = near.get(NAMED..).unwrap_or_default();
     if !rest.is_empty() {
-        let are_clear = rest.iter().all(|one| one.is_clear());
+        let is_safe = |one: &&Clearance| one.is_clear() && one.at_least_mm(error_mm).is_none_or(|least| least > 0.0);
+        let are_clear = rest.iter().all(is_safe);
         let tone = if are_clear { Tone::Quiet } else { Tone::Alarm };
         lines.put(&format!("{} more structures within {WITHIN_MM} mm", rest.len()), tone);
     }

@@ -76,6 +76,7 @@ fn found(desk: &Desk, plan: &Plan) -> Beside {
     Beside::Found(Box::new(Found {
         clearances: structures.clearance(&tube, WITHIN_MM).unwrap(),
         sections: structures.profile(&tube, 150, WITHIN_MM).unwrap(),
+        is_other_grid: true,
     }))
 }
 
