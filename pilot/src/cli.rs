@@ -224,8 +224,9 @@ fn say(text: &str) {
 
 impl VolumeArgs {
     /// The scene of this file, or the embedded one, with this examination.
-    pub(crate) fn load(&self, scene: Option<&Path>) -> Result<(Source, Scene), ResolveError> {
+    pub(crate) fn load(&self, scene: Option<&Path>, is_planning: bool) -> Result<(Source, Scene), ResolveError> {
         let overrides = Overrides {
+            is_planning,
             volume: self.volume.clone(),
             series: self.series,
             regrid: self.regrid,
@@ -236,7 +237,7 @@ impl VolumeArgs {
 }
 
 fn load_scene(args: &SceneArgs) -> Result<(Source, Scene), ResolveError> {
-    args.volume.load(args.scene.as_deref())
+    args.volume.load(args.scene.as_deref(), false)
 }
 
 fn plan(args: &PlanArgs, hands: Hands) -> Result<ExitCode, CliError> {

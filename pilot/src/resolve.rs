@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use phantom::Phantom;
+use scene::plan::RawPlan;
 use scene::raw::{self, RawTarget, Source};
 use scene::{RawVolume, Scene, SceneError};
 
@@ -22,6 +23,8 @@ pub(crate) struct Overrides {
     pub(crate) regrid: bool,
     /// Another seed.
     pub(crate) seed: Option<u64>,
+    /// A plan is made: the one that the scene follows, which may be this one, is not asked for.
+    pub(crate) is_planning: bool,
 }
 
 /// Why there is no scene.
@@ -63,6 +66,9 @@ pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Sou
     };
     // As written, before anything is changed: errors then point at the file's own lines.
     Scene::from_raw(&source)?;
+    if let (true, Some(plan)) = (overrides.is_planning, source.scene.plan.as_mut()) {
+        (plan.file, plan.id) = (None, None);
+    }
     if let Some(volume) = &overrides.volume {
         replace_volume(&mut source, volume, overrides)?;
     }
@@ -105,7 +111,12 @@ fn replace_volume(source: &mut Source, volume: &str, overrides: &Overrides) -> R
     if source.scene.identity.is_some() {
         return Err(misplaced("[identity]"));
     }
-    if source.scene.plan.is_some() {
+    if source
+        .scene
+        .plan
+        .as_ref()
+        .is_some_and(|plan| *plan != RawPlan::default())
+    {
         return Err(misplaced("[plan]"));
     }
     if source.scene.volume.hash.is_some() {

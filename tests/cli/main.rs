@@ -14,6 +14,7 @@ mod calib_pivot;
 mod calib_register;
 mod configs;
 mod help;
+mod plan_labels;
 mod simulate;
 mod snapshot;
 #[path = "../support/mod.rs"]

@@ -130,9 +130,12 @@ fn plans_that_cannot_be_followed_are_refused_by_name_before_a_process_starts() {
         std::fs::write(&plan, changed).unwrap();
         refused(&plain, words);
     }
-    // Confirmed, it is followed also by a strict scene.
+    // Confirmed, it is followed also by a strict scene: with that very scene, as the refusal says.
     std::fs::write(&plan, text).unwrap();
-    assert!(planned(&world, &["--confirm", "Dr. A"]).status.success());
+    let (plan, strict) = (world.path("plan.json"), world.path("strict.toml"));
+    let (plan, strict) = (plan.to_str().unwrap(), strict.to_str().unwrap());
+    let confirmed = world.output("pilot", &["plan", plan, "--scene", strict, "--confirm", "Dr. A"]);
+    assert!(confirmed.status.success(), "{}", stderr(&confirmed));
     let strict = world.path("strict.toml");
     let checked = world.output("pilot", &["check", strict.to_str().unwrap()]);
     assert!(checked.status.success(), "{}", stderr(&checked));

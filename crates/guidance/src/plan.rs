@@ -29,6 +29,8 @@ pub const MAX_NAME: usize = 40;
 pub const MAX_NOTES: usize = 4096;
 /// Most bytes of the words that say who confirmed it.
 pub const MAX_WHO: usize = 64;
+/// Most bytes of a time, RFC 3339.
+pub const MAX_TIME: usize = 24;
 /// No coordinate is larger, mm.
 pub const MAX_MM: f64 = 1e4;
 
@@ -114,6 +116,7 @@ impl Plan {
         self.measures.iter().try_for_each(Measure::check)?;
         if let Some(confirmed) = &self.confirmed {
             check_words("the name of who confirmed it", &confirmed.by, MAX_WHO)?;
+            check_words("the time of its confirmation", &confirmed.at, MAX_TIME)?;
         }
         Ok(self)
     }

@@ -140,7 +140,7 @@ impl PlanArgs {
             false => Changed::Refused,
         };
         let mut store = PlanStore::open(&self.plan, changed)?;
-        let (mut source, scene) = self.volume.load(self.scene.as_deref())?;
+        let (mut source, scene) = self.volume.load(self.scene.as_deref(), true)?;
         if self.from_scene && store.plan().is_some() {
             let path = store.path().to_owned();
             return Err(PlanCliError::NotNew { path });

@@ -15,7 +15,7 @@ use super::store::{PlanStore, StoreError};
 pub(crate) enum FollowError {
     #[error("[plan] file of scene {scene}: {source}")]
     Store { scene: PathBuf, source: Box<StoreError> },
-    #[error("[plan] file of scene {scene}: plan {path}: there is no such file; `pilot plan {}` with the scene's --volume makes it", path.display())]
+    #[error("[plan] file of scene {scene}: plan {path}: there is no such file; `pilot plan {}` with this --scene makes it", path.display())]
     None { scene: PathBuf, path: PathBuf },
     #[error("[plan] labels of scene {scene}: there is no file {path}")]
     Labels { scene: PathBuf, path: PathBuf },
@@ -30,7 +30,7 @@ pub(crate) enum FollowError {
     },
     #[error(
         "[plan] file of scene {scene}: nobody has confirmed the plan {path}, and the scene is strict; `pilot plan {} --confirm NAME` \
-         with the scene's --volume confirms it", path.display()
+         with this --scene confirms it", path.display()
     )]
     NotConfirmed { scene: PathBuf, path: PathBuf },
     #[error(

@@ -24,6 +24,8 @@ pub(crate) struct WaySafety {
     target: String,
     /// Parts of the way that lie outside the label map, from where to where, mm: NOT CHECKED.
     outside_map_mm: Vec<[f64; 2]>,
+    /// How near the label map ends beside the way, mm, where that is nearer than the error of navigation: beyond it NOT CHECKED.
+    beyond_map_mm: Option<f64>,
     /// The nearest, nearest first.
     nearest: Vec<StructureSafety>,
     /// How many more are looked for so far and clear.
@@ -42,6 +44,8 @@ struct StructureSafety {
     at_least_mm: Option<f64>,
     /// Whether no voxel of it meets the tube.
     is_clear: bool,
+    /// The same where the tube is off by the error of navigation.
+    is_clear_within_error: bool,
 }
 
 impl Measured {
@@ -67,11 +71,12 @@ impl Measured {
         let tube = Tube::new(way.entry, way.stop, self.radius_mm)?;
         let found = self.structures.clearance(&tube, WITHIN_MM)?;
         let all: Vec<StructureSafety> = found.structures.iter().filter_map(|one| self.told(one)).collect();
-        let not_clear = all.iter().filter(|one| !one.is_safe()).count();
+        let not_clear = all.iter().filter(|one| !one.is_clear_within_error).count();
         let told = all.len().min(not_clear.max(TOLD));
         Ok(WaySafety {
             target: target.to_owned(),
             outside_map_mm: found.coverage.outside_mm(),
+            beyond_map_mm: found.coverage.nearer_than(self.error_mm),
             more: all.len() - told,
             // The nearest first: those that are not clear are before all that are.
             nearest: all.into_iter().take(told).collect(),
@@ -89,6 +94,7 @@ impl Measured {
             depth_mm: nearest.depth_mm,
             at_least_mm: one.at_least_mm(self.error_mm),
             is_clear: one.is_clear(),
+            is_clear_within_error: one.is_clear_within(self.error_mm),
         })
     }
 }
@@ -96,7 +102,9 @@ impl Measured {
 impl WaySafety {
     /// Whether the way meets a structure, or is not checked in part.
     pub(super) fn is_doubtful(&self) -> bool {
-        !self.outside_map_mm.is_empty() || self.nearest.iter().any(|one| !one.is_safe())
+        !self.outside_map_mm.is_empty()
+            || self.beyond_map_mm.is_some()
+            || self.nearest.iter().any(|one| !one.is_clear_within_error)
     }
 
     /// For people.
@@ -111,7 +119,11 @@ impl WaySafety {
             .nearest
             .iter()
             .map(|one| format!("{} {}: {}", one.sign(), self.target, one.words()));
-        let mut lines: Vec<String> = outside.chain(near).collect();
+        let beyond = self.beyond_map_mm.iter().map(|mm| {
+            let target = &self.target;
+            format!("! {target}: the label map ends {mm:.1} mm beside its way, within the error: NOT CHECKED beyond")
+        });
+        let mut lines: Vec<String> = outside.chain(beyond).chain(near).collect();
         if self.more > 0 {
             lines.push(format!(
                 "  {}: {} more structures within {WITHIN_MM} mm, all clear",
@@ -130,19 +142,14 @@ impl WaySafety {
 }
 
 impl StructureSafety {
-    /// Whether the tube meets no voxel of it, also where it is off by the error of navigation.
-    fn is_safe(&self) -> bool {
-        self.is_clear && self.at_least_mm.is_none_or(|least| least > 0.0)
-    }
-
     fn sign(&self) -> char {
-        if self.is_safe() { ' ' } else { '!' }
+        if self.is_clear_within_error { ' ' } else { '!' }
     }
 
     fn words(&self) -> String {
         let (label, mm, depth) = (self.label, self.distance_mm, self.depth_mm);
         let least = match self.at_least_mm {
-            Some(least) if least <= 0.0 => format!("WITHIN THE ERROR: {least:.1} mm at least"),
+            _ if !self.is_clear_within_error => "WITHIN THE ERROR".to_owned(),
             Some(least) => format!("at least {least:.1} mm"),
             None => "the least is not known without the error of navigation, or at the map's border".to_owned(),
         };

@@ -21,9 +21,6 @@ pub(crate) fn planning_scene(source: &mut Source, store: &PlanStore) {
     };
     let planes = [Plane::Axial, Plane::Frontal, Plane::Sagittal, Plane::Perpendicular];
     scene.views = Some(planes.map(view).to_vec());
-    if let Some(plan) = scene.plan.as_mut() {
-        (plan.file, plan.id) = (None, None);
-    }
     if let Some(plan) = store.plan() {
         scene.volume.hash = Some(bus::message::VolumeHash(plan.volume.0).to_string());
     }

@@ -62,7 +62,13 @@ impl PlanStore {
         // Through links: a plan that is reached by two names is one plan.
         let path = fs::canonicalize(given).or_else(|_| std::path::absolute(given));
         let path = path.unwrap_or_else(|_| given.to_owned());
-        let file = read(&path, changed)?;
+        // What was not changed is taken as it is, also where changes would be: a confirmed plan stays one, and is not written again.
+        let (file, changed) = match read(&path, Changed::Refused) {
+            Err(StoreError::Content { source, .. }) if matches!(*source, FileError::OtherContent { .. }) => {
+                (read(&path, changed)?, changed)
+            }
+            file => (file?, Changed::Refused),
+        };
         Ok(Self { path, file, changed })
     }
 
@@ -306,6 +312,16 @@ mod tests {
         taken.save(&plan).unwrap();
         let store = PlanStore::open(&path, Changed::Refused).unwrap();
         assert_eq!(store.plan().unwrap().targets[0].centre, Point::new(1.0, 2.5, 3.0));
+        // One that nobody changed is not written again.
+        let text = fs::read_to_string(&path)
+            .unwrap()
+            .replace(&store.file.as_ref().unwrap().changed_at, "long ago");
+        let good = PlanFile::parse(&text, Changed::Taken).unwrap().text();
+        fs::write(&path, &good).unwrap();
+        let mut taken = PlanStore::open(&path, Changed::Taken).unwrap();
+        let plan = taken.plan().unwrap().clone();
+        taken.save(&plan).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), good);
     }
 
     #[test]

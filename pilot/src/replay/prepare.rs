@@ -164,6 +164,10 @@ fn scene(
         (None, Some(text)) => raw::parse(text, &recording.join("scene.toml"))?,
         (None, None) => return Err(PrepareError::NoScene(recording.to_owned())),
     };
+    // Structures beside planned ways are no part of a replay, and their file may be elsewhere by now.
+    if let Some(plan) = source.scene.plan.as_mut() {
+        plan.labels = None;
+    }
     follow(&mut source).map_err(ResolveError::from)?;
     // The recording says in which examination it was made, and each image whether it is that one.
     source.scene.volume.hash = None;

@@ -27,6 +27,7 @@ const E: u8 = 26;
 const Z: u8 = 52;
 const M: u8 = 58;
 const PLUS: u8 = 86;
+const CLOSING_BRACKET: u8 = 35;
 const CONTROL: u8 = 37;
 
 fn fake(display: &Display, kind: u8, detail: u8, [x, y]: [i16; 2]) {
@@ -154,18 +155,42 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
         "{first:?} {last:?}"
     );
 
-    // Two presses are two steps, also where the second comes before the first is written.
+    // Two keys are two changes, also where the second comes before the first is written. (One key twice within a millisecond of the
+    // server's would be the repetition of a key that is held down.)
     point(&display, [240, 330]);
     press(&display, E);
     press(&display, PLUS);
-    // In the same millisecond it would be the repetition of a key that is held down.
-    std::thread::sleep(std::time::Duration::from_millis(3));
-    press(&display, PLUS);
-    let diameter = |plan: &Value| plan["targets"][7]["diameter_mm"].as_f64();
-    let plan = plan_with(&path, "two steps", |plan| diameter(plan) == Some(6.0));
+    press(&display, CLOSING_BRACKET);
+    let sizes = |plan: &Value| ["diameter_mm", "stop_mm"].map(|key| plan["targets"][7][key].as_f64());
+    let plan = plan_with(&path, "two steps", |plan| sizes(plan) == [Some(5.5), Some(0.5)]);
     assert!(plan["targets"][7]["entry_ct_mm"].is_array());
     with_control(&display, Z);
-    plan_with(&path, "a step taken back", |plan| diameter(plan) == Some(5.5));
+    plan_with(&path, "a step taken back", |plan| sizes(plan) == [Some(5.5), Some(0.0)]);
+
+    // A renderer that is killed comes back, and the slice is that of the next step.
+    point(&display, [150, 250]);
+    let part = |display: &Display| {
+        let asked = display
+            .eye
+            .get_image(ImageFormat::Z_PIXMAP, display.root, 40, 150, 200, 200, !0);
+        asked.unwrap().reply().unwrap().data
+    };
+    let before = part(&display);
+    kill_9(pilot.pid("view-axial").unwrap());
+    for _ in 0..12 {
+        click(&display, 4, [150, 250]);
+    }
+    wait_for("another slice", || (part(&display) != before).then_some(()));
+    let moved = wait_for("a target on it", || {
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        press(&display, T);
+        let plan = read(&path)?;
+        let count = plan["targets"].as_array()?.len();
+        let z = place(&plan["targets"][count - 1]["ct_mm"]).mm()[2];
+        let z_before = place(&plan["targets"][0]["ct_mm"]).mm()[2];
+        ((z - z_before - 12.0 * SPACING_MM).abs() < 1e-6).then_some(count)
+    });
+    assert!(moved > 8);
 
     // A distance: as long as the points are apart.
     press(&display, M);

@@ -1,14 +1,10 @@
 //! What a person has in hand on the planning screen: where she looks, which target she has chosen, what she is about to do. Nothing of it
 //! is the plan's.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
 use bus::message::PlanWish;
 use egui::Pos2;
 use geometry::{Ct, Point, VolumeGrid};
 use guidance::plan::{Edit, Measure, Plan, Target, Trajectory};
-use serde::{Deserialize, Serialize};
 
 use super::camera::{Camera, Cut};
 use super::typing::Typing;
@@ -66,16 +62,6 @@ pub(crate) struct Desk {
     pub(crate) note: String,
 }
 
-/// What is kept of it while the window is away.
-#[derive(Debug, Serialize, Deserialize)]
-struct Kept {
-    cursor_ct_mm: [f64; 3],
-    centre_hu: f64,
-    width_hu: f64,
-    selected: Option<String>,
-    enlarged: Option<Cut>,
-}
-
 impl Desk {
     pub(crate) fn new(grid: &VolumeGrid) -> Self {
         Self {
@@ -117,7 +103,10 @@ impl Desk {
     /// The plan has changed: what was selected may be gone. Nothing is then selected that nobody chose: the next key would change it.
     pub(crate) fn follow(&mut self, plan: &Plan) {
         let is_first = !std::mem::replace(&mut self.has_plan, true);
-        if self.target(plan).is_some() {
+        if let Some(target) = self.target(plan) {
+            if is_first {
+                self.camera.fit(&target.clone());
+            }
             return;
         }
         self.selected = self.selected_before.take().filter(|name| plan.target(name).is_some());
@@ -230,45 +219,6 @@ fn moved(target: &Target, held: &Held) -> Target {
     target
 }
 
-fn path(run_dir: &Path) -> PathBuf {
-    run_dir.join("planning.look")
-}
-
-impl Desk {
-    /// What was kept of a window that has gone; that of a new one where nothing was, or nothing that is of use.
-    pub(crate) fn restored(run_dir: &Path, grid: &VolumeGrid) -> Self {
-        let mut desk = Self::new(grid);
-        let text = scene::file::read_text(&path(run_dir), 4096).unwrap_or_default();
-        let Ok(kept) = serde_json::from_str::<Kept>(&text) else {
-            return desk;
-        };
-        let [x, y, z] = kept.cursor_ct_mm;
-        let cursor = Point::new(x, y, z);
-        if grid.holds(cursor) && kept.centre_hu.is_finite() && kept.width_hu.is_finite() {
-            desk.camera.look_at(cursor);
-            let window = desk.camera.window;
-            desk.camera
-                .level(kept.width_hu - window.width_hu, kept.centre_hu - window.centre_hu);
-        }
-        (desk.selected, desk.enlarged) = (kept.selected, kept.enlarged);
-        desk
-    }
-
-    /// Keeps it, whole or not at all.
-    pub(crate) fn keep(&self, run_dir: &Path) -> std::io::Result<()> {
-        let kept = Kept {
-            cursor_ct_mm: self.camera.cursor.mm(),
-            centre_hu: self.camera.window.centre_hu,
-            width_hu: self.camera.window.width_hu,
-            selected: self.selected.clone(),
-            enlarged: self.enlarged,
-        };
-        let aside = path(run_dir).with_extension("look.new");
-        fs::write(&aside, serde_json::to_string(&kept)?)?;
-        fs::rename(&aside, path(run_dir))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -376,29 +326,5 @@ mod tests {
             assert_eq!((measure.points().len(), &desk.mode), (count, &Mode::Point));
         }
         assert_eq!(desk.measure(p(0.0)), None);
-    }
-
-    #[test]
-    fn a_window_that_comes_back_looks_where_it_looked() {
-        let tmp = tempfile::tempdir().unwrap();
-        let mut desk = Desk::new(&grid());
-        desk.camera.look_at(Point::new(3.0, 4.0, 5.0));
-        desk.camera.level(100.0, 20.0);
-        (desk.selected, desk.enlarged) = (Some("node".to_owned()), Some(Cut::Sagittal));
-        desk.keep(tmp.path()).unwrap();
-        let back = Desk::restored(tmp.path(), &grid());
-        assert_eq!(
-            (back.camera.cursor, back.camera.window),
-            (desk.camera.cursor, desk.camera.window)
-        );
-        assert_eq!((back.selected, back.enlarged), (desk.selected, desk.enlarged));
-        // Of another examination, or no look at all.
-        for bad in [
-            "{\"cursor_ct_mm\":[1e9,0,0],\"centre_hu\":0,\"width_hu\":1,\"selected\":null,\"enlarged\":null}",
-            "x",
-        ] {
-            fs::write(path(tmp.path()), bad).unwrap();
-            assert_eq!(Desk::restored(tmp.path(), &grid()).camera, Camera::home(&grid()));
-        }
     }
 }

@@ -13,6 +13,8 @@ use super::camera::CUTS;
 
 /// A renderer that has not answered for so long may have died: it is asked again.
 const PATIENCE_NS: i64 = 1_000_000_000;
+/// A renderer that refused, or could not be asked, is asked again after so long.
+const PAUSE_NS: i64 = 500_000_000;
 /// Places and directions of one plane differ by roundings at most, mm.
 const SAME_MM: f64 = 1e-6;
 
@@ -27,6 +29,8 @@ struct Look {
     asked: Option<(ImagePlane, Pending)>,
     /// What was asked for last and before: images of these are shown.
     known: [Option<ImagePlane>; 2],
+    /// Nothing is asked for before, ns on the run's clock.
+    pause_until_ns: i64,
     shown: Option<Rc<Frame>>,
 }
 
@@ -49,6 +53,7 @@ impl Looks {
                 wanted: None,
                 asked: None,
                 known: [None; 2],
+                pause_until_ns: 0,
                 shown: None,
             })
         });
@@ -75,13 +80,17 @@ impl Looks {
     ///
     /// # Errors
     /// [`BusError::Transfer`]; in words, what a renderer refused.
-    pub(crate) fn turn(&mut self) -> Result<(bool, Option<String>), BusError> {
+    pub(crate) fn turn(&mut self, now_ns: i64) -> Result<(bool, Option<String>), BusError> {
         let (mut came, mut refused) = (false, None);
         for look in &mut self.0 {
             came |= look.take()?;
-            refused = look.hear().err().or(refused);
-            if look.asked.is_none() {
-                refused = look.ask().err().or(refused);
+            let mut answer = look.hear();
+            if answer.is_ok() && look.asked.is_none() && now_ns >= look.pause_until_ns {
+                answer = look.ask();
+            }
+            if let Err(why) = answer {
+                look.pause_until_ns = now_ns + PAUSE_NS;
+                refused = Some(why);
             }
         }
         Ok((came, refused))

@@ -6,15 +6,17 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock;
-use bus::message::{Command, Heartbeat, Identity, ImagePlane, Plan as Told, PlanWish, ProcessState, Workflow};
-use bus::port::{CommandClient, Pending, Subscriber};
+use bus::message::{Heartbeat, Identity, ImagePlane, Plan as Told, ProcessState, Workflow};
+use bus::port::Subscriber;
 use bus::process::Process;
 use bus::topic::{HEARTBEAT, IDENTITY, PLAN, WORKFLOW};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
-use guidance::plan::{Concern, Editor, Plan};
+use guidance::plan::Plan;
 use guidance::workflow::VolumeId;
 
+use super::asked::Asked;
+use super::band::{self, Heard};
 use super::camera::CUTS;
 use super::desk::Desk;
 use super::labels::Labels;
@@ -24,7 +26,6 @@ use super::volume::Examination;
 use crate::code::Shown;
 use crate::display::{Display, Happened};
 use crate::frame::{Coded, Frames, image};
-use crate::model::{Facts, Model, ScreenState, Tone};
 use crate::program::{Options, RunError, write_shot};
 
 /// The loop comes round at least this often: an answer does not wake it, and the next request waits for the answer.
@@ -33,10 +34,6 @@ const TICK: Duration = Duration::from_millis(4);
 const SLOWEST: Duration = Duration::from_millis(100);
 /// So long a refusal stands on the screen.
 const SAID: Duration = Duration::from_secs(5);
-/// A change that was not answered for so long is said to have no answer.
-const PATIENCE_NS: i64 = 2_000_000_000;
-/// Changes that wait for their answer, at most.
-const MOST_OPEN: usize = 8;
 
 /// What comes over the bus.
 struct Ports {
@@ -44,16 +41,6 @@ struct Ports {
     identity: Subscriber<Identity>,
     workflow: Subscriber<Workflow>,
     watcher: Subscriber<Heartbeat>,
-}
-
-/// What has come of it.
-#[derive(Default)]
-struct Heard {
-    plan: Option<(Told, Plan)>,
-    identity: Option<Identity>,
-    workflow: Option<Workflow>,
-    watcher: Option<Heartbeat>,
-    concerns: Vec<Concern>,
 }
 
 struct Planning {
@@ -67,10 +54,7 @@ struct Planning {
     heard: Heard,
     desk: Option<Desk>,
     kept: Option<Desk>,
-    pilot: CommandClient,
-    /// What was asked for and not answered yet.
-    open: Option<(PlanWish, Pending)>,
-    waiting: Vec<PlanWish>,
+    asked: Asked,
     events: Vec<egui::Event>,
     painted_ns: i64,
     is_due: bool,
@@ -107,7 +91,7 @@ pub(crate) fn run(mut process: Process, display: Display, options: Options) -> R
             process.scene.tool.diameter_mm,
             options.load,
         ),
-        pilot: CommandClient::open(&process.bus, "pilot")?,
+        asked: Asked::open(&process.bus)?,
         process,
         display,
         options,
@@ -116,8 +100,6 @@ pub(crate) fn run(mut process: Process, display: Display, options: Options) -> R
         heard: Heard::default(),
         desk: None,
         kept: None,
-        open: None,
-        waiting: Vec::new(),
         events: Vec::new(),
         painted_ns: i64::MIN / 2,
         is_due: true,
@@ -146,9 +128,11 @@ impl Planning {
         }
         self.happened()?;
         // The pilot tells the plan before it answers: a change that was answered is in the plan that is heard after it.
-        self.answers();
+        if let Err(why) = self.asked.turn() {
+            self.say(why);
+        }
         self.hear(ports)?;
-        let (came, refused) = looks.turn()?;
+        let (came, refused) = looks.turn(self.process.clock().now_ns())?;
         self.is_due |= came || self.labels.take();
         if let Some(why) = refused {
             self.say(why);
@@ -185,8 +169,8 @@ impl Planning {
         heard.workflow = ports.workflow.newest()?.or(heard.workflow);
         heard.watcher = ports.watcher.newest()?.or(heard.watcher);
         if self.examination.take()? {
-            let grid = self.examination.grid();
-            self.desk = grid.map(|grid| Desk::restored(&self.process.run.dir, grid));
+            let (run, grid) = (&self.process.run, self.examination.grid());
+            self.desk = grid.map(|grid| Desk::restored((&run.dir, run.epoch_ns), grid));
             self.is_due = true;
         }
         let Some(told) = ports.plan.newest()? else {
@@ -207,48 +191,6 @@ impl Planning {
         Ok(())
     }
 
-    /// Takes the answers that have come, and asks for the next change: one after another, in the order in which they were wished.
-    fn answers(&mut self) {
-        if let Some((_, pending)) = &self.open {
-            let answer = match pending.reply() {
-                Ok(None) if pending.waited_ns() <= PATIENCE_NS => return,
-                Ok(Some(reply)) if !reply.refused => Ok(()),
-                Ok(Some(reply)) => Err(reply.text),
-                Ok(None) => Err(pending.no_answer().to_string()),
-                Err(error) => Err(error.to_string()),
-            };
-            self.open = None;
-            if let Err(why) = answer {
-                // What was wished after it was wished of a plan that there is not.
-                self.waiting.clear();
-                self.say(why);
-            }
-        }
-        if self.waiting.is_empty() {
-            return;
-        }
-        let wish = self.waiting.remove(0);
-        match Command::plan(&wish).map(|command| self.pilot.send(command)) {
-            Some(Ok(pending)) => self.open = Some((wish, pending)),
-            Some(Err(error)) => self.say(error.to_string()),
-            None => self.say("these words are too long".to_owned()),
-        }
-    }
-
-    /// The plan as it was told, with what has been asked for since: two presses of a key are two steps.
-    fn wished(&self) -> Option<Plan> {
-        let (_, told) = self.heard.plan.as_ref()?;
-        let mut editor = Editor::new(told.clone());
-        let asked = self.open.iter().map(|(wish, _)| wish).chain(&self.waiting);
-        for wish in asked {
-            if let PlanWish::Edit(edit) = wish {
-                // Whoever keeps the plan says what is wrong with it.
-                let _ = editor.edit(edit.clone());
-            }
-        }
-        Some(editor.plan().clone())
-    }
-
     fn say(&mut self, why: String) {
         bus::stderr_line!("window: {why}");
         if let Some(desk) = &mut self.desk {
@@ -262,17 +204,18 @@ impl Planning {
         self.is_due = false;
         self.painted_ns = now_ns;
         let screen = self.display.screen();
-        let model = self.model(now_ns);
+        let hash = self.examination.hash();
+        let model = band::model(&self.process.scene, now_ns, hash, &self.heard);
         let told = self.heard.plan.as_ref().map(|(told, _)| *told);
-        let plan = self.wished().unwrap_or_else(|| Plan::new(VolumeId([0; 32])));
+        let heard = self.heard.plan.as_ref();
+        let plan = heard.map_or(Plan::new(VolumeId([0; 32])), |(_, plan)| self.asked.made_of(plan));
         if let (Some(desk), true) = (&mut self.desk, told.is_some()) {
             desk.follow(&plan);
         }
         let way = self.desk.as_ref().and_then(|desk| desk.way(&desk.shown(&plan)));
         let beside = self.labels.beside(way.as_ref(), self.examination.grid());
         let error_mm = self.process.scene.plan.error_mm;
-        let is_writing = self.open.is_some() || !self.waiting.is_empty();
-        let hash = self.examination.hash();
+        let is_writing = self.asked.is_some();
         // Of another examination than the plan's nothing is shown.
         let header = |cut: usize| {
             looks
@@ -326,7 +269,7 @@ impl Planning {
         }
         self.want(looks, &plan);
         // Renderers draw while the pixels go out.
-        let (came, refused) = looks.turn()?;
+        let (came, refused) = looks.turn(now_ns)?;
         self.is_due |= came;
         self.display.present(&parts)?;
         if let Some(why) = refused {
@@ -365,9 +308,8 @@ impl Planning {
 
     fn carry_out(&mut self, outcome: Outcome) {
         for wish in outcome.wishes {
-            match self.waiting.len() < MOST_OPEN {
-                true => self.waiting.push(wish),
-                false => self.say(format!("{MOST_OPEN} changes are without an answer already")),
+            if let Err(why) = self.asked.ask(wish) {
+                self.say(why);
             }
             self.is_due = true;
         }
@@ -387,68 +329,9 @@ impl Planning {
         }
         if desk.dragged.is_none() && self.kept.as_ref() != Some(&*desk) {
             // A window that cannot keep where it looked looks at all of the examination when it comes back.
-            let _ = desk.keep(&self.process.run.dir);
+            let run = &self.process.run;
+            let _ = desk.keep((&run.dir, run.epoch_ns));
             self.kept = Some(desk.clone());
-        }
-    }
-
-    /// The band at the top.
-    fn model(&self, now_ns: i64) -> Model {
-        let known = crate::model::Known {
-            scene: &self.process.scene,
-            now_ns,
-            headers: &[],
-            set: None,
-            poses: &[],
-            guide: None,
-            workflow: self.heard.workflow,
-            identity: self.heard.identity,
-            volume: self.examination.hash(),
-            recorder: None,
-            watched_ns: self.heard.watcher.map(|beat| now_ns.saturating_sub(beat.t_painted_ns)),
-            is_replay: false,
-            recorded_in: None,
-            is_simulated: false,
-            began_ns: None,
-        };
-        let state = self.state();
-        Model {
-            cells: Vec::new(),
-            sight: Err(String::new()),
-            facts: Facts {
-                registration: String::new(),
-                recording: String::new(),
-                recording_tone: Tone::Quiet,
-                ..crate::model::facts(&known, &state)
-            },
-            state,
-        }
-    }
-
-    fn state(&self) -> ScreenState {
-        let (tone, word, detail) = match (self.examination.hash(), &self.heard.plan) {
-            (None, _) => (Tone::Warning, "NO EXAMINATION", "it is being read".to_owned()),
-            (_, None) => (Tone::Warning, "NO PLAN", "it has not been told yet".to_owned()),
-            (Some(hash), Some((_, plan))) if plan.volume.0 != hash.0 => {
-                (Tone::Alarm, "WRONG PLAN", "it is of another examination".to_owned())
-            }
-            (_, Some((_, plan))) => match &plan.confirmed {
-                Some(confirmed) => (Tone::Quiet, "CONFIRMED PLAN", format!("by {}", confirmed.by)),
-                None => (Tone::Quiet, "PLANNING", "images follow no tool".to_owned()),
-            },
-        };
-        ScreenState {
-            word: word.to_owned(),
-            detail,
-            tone,
-            follows: false,
-            age_ms: None,
-            oldest_ns: None,
-            set: String::new(),
-            is_mixed: false,
-            is_held: false,
-            is_replay: false,
-            marks: Vec::new(),
         }
     }
 }

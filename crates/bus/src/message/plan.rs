@@ -1,7 +1,9 @@
-//! The plan of the operation, as the pilot of a planning run keeps it, and changes of it that a person asks for.
+//! The plan of the operation, as the pilot of a planning run keeps it.
 
 use geometry::{Ct, Point};
-use guidance::plan::{self, Confirmed, Edit, MAX_MEASURES, MAX_NAME, MAX_TARGETS, MAX_WHO, Measure, PlanError, Target};
+use guidance::plan::{
+    self, Confirmed, MAX_MEASURES, MAX_NAME, MAX_TARGETS, MAX_TIME, MAX_WHO, Measure, PlanError, Target,
+};
 use guidance::workflow::VolumeId;
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -59,7 +61,7 @@ pub struct Plan {
     /// Who confirmed it, of meaning with [`Plan::CONFIRMED`].
     pub by: [u8; MAX_WHO],
     /// When, the same.
-    pub at: [u8; 24],
+    pub at: [u8; MAX_TIME],
     /// The targets: as many as [`Plan::targets`] says.
     pub target: [PlanTarget; MAX_TARGETS],
     /// The distances and angles: as many as [`Plan::measures`] says.
@@ -116,7 +118,7 @@ impl PlanTarget {
     }
 
     /// As a plan has it: not checked.
-    fn target(&self) -> Target {
+    pub(super) fn target(&self) -> Target {
         Target {
             name: field_text(&self.name),
             centre: point(self.centre_mm),
@@ -146,7 +148,7 @@ impl PlanMeasure {
         }
     }
 
-    fn measure(&self) -> Result<Measure, PlanMessageError> {
+    pub(super) fn measure(&self) -> Result<Measure, PlanMessageError> {
         let [a, b, c] = self.points_mm.map(point);
         match self.count {
             2 => Ok(Measure::Distance([a, b])),
@@ -220,100 +222,6 @@ fn point([x, y, z]: [f64; 3]) -> Point<Ct> {
     Point::new(x, y, z)
 }
 
-/// A change of the plan that a person asks for: 208 bytes.
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
-#[repr(C)]
-pub struct PlanEdit {
-    /// Code of a [`PlanWish`]; 0: none.
-    pub kind: u64,
-    /// For the removal of a measure: its place, from 0.
-    pub place: u64,
-    /// The target that is to be there.
-    pub target: PlanTarget,
-    /// The distance or angle that is to be there.
-    pub measure: PlanMeasure,
-}
-
-/// What a person asks of a plan.
-#[derive(Debug, Clone, PartialEq)]
-pub enum PlanWish {
-    /// Change it.
-    Edit(Edit),
-    /// Take the last change back.
-    Undo,
-    /// Make it again.
-    Redo,
-    /// It is to be followed: nothing changes after this. With the words that say who confirms it.
-    Confirm(String),
-}
-
-impl PlanEdit {
-    /// None.
-    pub const NONE: Self = Self {
-        kind: 0,
-        place: 0,
-        target: PlanTarget::NONE,
-        measure: PlanMeasure::NONE,
-    };
-
-    /// The wish, with the words that go beside it in the request. `None` for notes, which have no room in one.
-    pub fn of(wish: &PlanWish) -> Option<(Self, String)> {
-        let none = |kind| Self { kind, ..Self::NONE };
-        Some(match wish {
-            PlanWish::Edit(Edit::Add(target)) => (
-                Self {
-                    target: PlanTarget::of(target),
-                    ..none(1)
-                },
-                String::new(),
-            ),
-            PlanWish::Edit(Edit::Change(name, target)) => (
-                Self {
-                    target: PlanTarget::of(target),
-                    ..none(2)
-                },
-                name.clone(),
-            ),
-            PlanWish::Edit(Edit::Remove(name)) => (none(3), name.clone()),
-            PlanWish::Edit(Edit::Measure(measure)) => (
-                Self {
-                    measure: PlanMeasure::of(measure),
-                    ..none(4)
-                },
-                String::new(),
-            ),
-            PlanWish::Edit(Edit::RemoveMeasure(place)) => (
-                Self {
-                    place: *place as u64,
-                    ..none(5)
-                },
-                String::new(),
-            ),
-            PlanWish::Edit(Edit::Notes(_)) => return None,
-            PlanWish::Undo => (none(6), String::new()),
-            PlanWish::Redo => (none(7), String::new()),
-            PlanWish::Confirm(by) => (none(8), by.clone()),
-        })
-    }
-
-    /// What is asked for, with the request's words; `None` for an unknown code and for what is no measure. Its numbers are checked by
-    /// who changes the plan.
-    pub fn wish(&self, words: &str) -> Option<PlanWish> {
-        let words = words.to_owned();
-        Some(match self.kind {
-            1 => PlanWish::Edit(Edit::Add(self.target.target())),
-            2 => PlanWish::Edit(Edit::Change(words, self.target.target())),
-            3 => PlanWish::Edit(Edit::Remove(words)),
-            4 => PlanWish::Edit(Edit::Measure(self.measure.measure().ok()?)),
-            5 => PlanWish::Edit(Edit::RemoveMeasure(usize::try_from(self.place).ok()?)),
-            6 => PlanWish::Undo,
-            7 => PlanWish::Redo,
-            8 => PlanWish::Confirm(words),
-            _ => return None,
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -384,32 +292,5 @@ mod tests {
         let mut bad = good;
         bad.target[1].name = good.target[0].name;
         assert!(said(bad).contains("already"));
-    }
-
-    #[test]
-    fn every_wish_comes_back_with_its_words() {
-        let zero = Point::new(0.0, 0.0, 0.0);
-        for wish in [
-            PlanWish::Edit(Edit::Add(target())),
-            PlanWish::Edit(Edit::Change("old".to_owned(), target())),
-            PlanWish::Edit(Edit::Remove("b".to_owned())),
-            PlanWish::Edit(Edit::Measure(Measure::Distance([zero, zero]))),
-            PlanWish::Edit(Edit::RemoveMeasure(7)),
-            PlanWish::Undo,
-            PlanWish::Redo,
-            PlanWish::Confirm("Dr. A".to_owned()),
-        ] {
-            let (edit, words) = PlanEdit::of(&wish).unwrap();
-            assert_eq!(edit.wish(&words), Some(wish));
-        }
-        assert_eq!(PlanEdit::of(&PlanWish::Edit(Edit::Notes("x".to_owned()))), None);
-        for kind in [0, 9, u64::MAX] {
-            assert_eq!(PlanEdit { kind, ..PlanEdit::NONE }.wish("x"), None);
-        }
-        let no_measure = PlanEdit {
-            kind: 4,
-            ..PlanEdit::NONE
-        };
-        assert_eq!(no_measure.wish(""), None);
     }
 }

@@ -9,6 +9,9 @@ pub const DENSE_HU: i16 = 250;
 /// A way is looked at so often, mm: finer than the voxels of any examination of a body.
 const STEP_MM: f64 = 0.25;
 
+/// Two parts of a way through something dense are told apart where so much lies between them, mm.
+const APART_MM: f64 = 2.0;
+
 /// The HU at a point; `None` outside the examination.
 pub type Hu<'a> = &'a dyn Fn(Point<Ct>) -> Option<i16>;
 
@@ -159,16 +162,22 @@ fn way(target: &Target, entry: Point<Ct>, hu: Hu<'_>) -> Vec<Concern> {
         return found;
     };
     let steps = (trajectory.depth_mm / STEP_MM).ceil() as usize;
-    let dense = (0..=steps).filter_map(|step| {
+    // Where each part begins and ends, and the most that it has.
+    let mut parts: Vec<([f64; 2], i16)> = Vec::new();
+    let met = (0..=steps).filter_map(|step| {
         let depth_mm = (step as f64 * STEP_MM).min(trajectory.depth_mm);
         let hu = hu(trajectory.at(depth_mm)).filter(|hu| *hu >= DENSE_HU)?;
         Some((depth_mm, hu))
     });
-    let span = dense.fold(None, |span: Option<(f64, f64, i16)>, (depth, hu)| match span {
-        None => Some((depth, depth, hu)),
-        Some((from, _, most)) => Some((from, depth, most.max(hu))),
-    });
-    found.extend(span.map(|(from_mm, to_mm, hu)| Concern::WayThroughBone {
+    for (depth_mm, hu) in met {
+        match parts.last_mut() {
+            Some(([_, to_mm], most)) if depth_mm - *to_mm <= APART_MM => {
+                (*to_mm, *most) = (depth_mm, hu.max(*most));
+            }
+            _ => parts.push(([depth_mm, depth_mm], hu)),
+        }
+    }
+    found.extend(parts.into_iter().map(|([from_mm, to_mm], hu)| Concern::WayThroughBone {
         name: target.name.clone(),
         from_mm,
         to_mm,

@@ -77,6 +77,12 @@ impl Clearance {
         self.distance_mm() > self.voxel_half_diagonal_mm
     }
 
+    /// Whether no cell of the structure's voxels meets the tube, also where the tube is off its place by the predicted error; where that is
+    /// not known, as [`Clearance::is_clear`]. Of what lies beyond the map's field it says nothing.
+    pub fn is_clear_within(&self, predicted_error_mm: Option<f64>) -> bool {
+        self.distance_mm() - self.voxel_half_diagonal_mm > predicted_error_mm.unwrap_or(0.0)
+    }
+
     /// The distance that the structure keeps at least, mm; less than zero where it may be cut by so much.
     ///
     /// A cell reaches half its diagonal beyond its centre, and beyond the map's field, [`Coverage::margin_mm`] away, the structure may

@@ -30,6 +30,12 @@ impl Coverage {
         self.inside_mm.is_some_and(|[from, to]| from <= from_mm && to_mm <= to)
     }
 
+    /// How near the field ends beside a tube that lies in it, mm, where that is nearer than the predicted error: the tube may leave it.
+    pub fn nearer_than(&self, predicted_error_mm: Option<f64>) -> Option<f64> {
+        let error = predicted_error_mm?;
+        (0.0..error).contains(&self.margin_mm).then_some(self.margin_mm)
+    }
+
     /// From which depth to which the tube is outside, mm: none, one or two parts, from the entry on.
     pub fn outside_mm(&self) -> Vec<[f64; 2]> {
         let Some([from, to]) = self.inside_mm else {

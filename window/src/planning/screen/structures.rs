@@ -28,6 +28,10 @@ fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
         let text = format!("NOT CHECKED from {from:.1} to {to:.1} mm: outside the label map");
         lines.put(&text, Tone::Alarm);
     }
+    if let Some(mm) = found.clearances.coverage.nearer_than(error_mm) {
+        let text = format!("NOT CHECKED beyond {mm:.1} mm beside the way: the label map ends");
+        lines.put(&text, Tone::Alarm);
+    }
     let near = found.clearances.structures.iter();
     let near: Vec<&Clearance> = near
         .filter(|one| matches!(one.distance, Distance::Nearest(_)))
@@ -44,8 +48,7 @@ fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
     }
     let rest = near.get(NAMED..).unwrap_or_default();
     if !rest.is_empty() {
-        let is_safe = |one: &&Clearance| one.is_clear() && one.at_least_mm(error_mm).is_none_or(|least| least > 0.0);
-        let are_clear = rest.iter().all(is_safe);
+        let are_clear = rest.iter().all(|one| one.is_clear_within(error_mm));
         let tone = if are_clear { Tone::Quiet } else { Tone::Alarm };
         lines.put(&format!("{} more structures within {WITHIN_MM} mm", rest.len()), tone);
     }
@@ -63,7 +66,7 @@ fn words(one: &Clearance, error_mm: Option<f64>) -> (String, Tone) {
     match (one.cuts, one.is_clear(), one.at_least_mm(error_mm)) {
         (true, ..) => (format!("CUTS label {label}, {at}"), Tone::Alarm),
         (false, false, _) => (format!("MAY CUT label {label}, {at}"), Tone::Alarm),
-        (false, true, Some(least)) if least <= 0.0 => {
+        (false, true, _) if !one.is_clear_within(error_mm) => {
             let text = format!("label {label}: {:.1} mm, {at}: WITHIN THE ERROR", nearest.distance_mm);
             (text, Tone::Warning)
         }
