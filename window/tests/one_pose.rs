@@ -213,6 +213,7 @@ fn tell(bus: &Bus) -> (Publisher<Guide>, Publisher<Workflow>) {
         t_ns: 0,
         stage: Stage::ALL.iter().position(|stage| *stage == Stage::Navigating).unwrap() as u32,
         flags: Workflow::SIGHT | Workflow::IMAGES,
+        ..Workflow::default()
     };
     let guides = Publisher::<Guide>::open(bus, &GUIDE, "").unwrap();
     guides.send(Guide::default().choosing(Some(&chosen), 1)).unwrap();

@@ -16,6 +16,8 @@ mod lost;
 mod plan;
 mod plan_edit;
 mod pose;
+mod practice;
+mod steps;
 mod volume_header;
 mod workflow;
 
@@ -32,6 +34,8 @@ pub use lost::Lost;
 pub use plan::{Plan, PlanMeasure, PlanMessageError, PlanTarget};
 pub use plan_edit::{PlanEdit, PlanWish};
 pub use pose::{PoseError, ToolPose, Tracked};
+pub use practice::{Practice, PracticeFrame, PracticeMotion};
+pub use steps::{StepFigure, StepGate, StepPhase, StepPoint, StepTask, StepWish, Steps};
 pub use volume_header::{HeaderError, VolumeHeader};
 pub use workflow::Workflow;
 

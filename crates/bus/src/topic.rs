@@ -162,10 +162,19 @@ pub const PLAN: Topic = Topic {
 /// How far the run has come, and what may be shown.
 pub const WORKFLOW: Topic = Topic {
     name: "workflow",
-    payload: "trocar/Workflow/1",
+    payload: "trocar/Workflow/2",
     buffer: 256,
     wakes: true,
     purpose: "how far the run has come from loading to navigating, and what it skipped",
+    ..BASE
+};
+
+/// Where a person is on her way through calibration, registration and check, and what came of it so far.
+pub const STEPS: Topic = Topic {
+    name: "steps",
+    payload: "trocar/Steps/1",
+    wakes: true,
+    purpose: "the guided calibration, registration and check: what is to be done, and how good it is (scenes with steps only)",
     ..BASE
 };
 
@@ -201,16 +210,16 @@ pub const EVENT: Topic = Topic {
 /// Requests to a process.
 pub const COMMAND: Topic = Topic {
     name: "command/*",
-    payload: "trocar/Command/5 -> trocar/ReplyHeader/1 + [u8]",
+    payload: "trocar/Command/6 -> trocar/ReplyHeader/1 + [u8]",
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
-    purpose: "status, stop, restart, choose, mark, hold, confirm, navigate, change the plan (pilot), render one pose, one plane or none (renderers), steer a replay (replayer)",
+    purpose: "status, stop, restart, choose, mark, hold, confirm, navigate, checked, change the plan (pilot), steps (calib), practise (simulated tracker), render one pose, one plane or none (renderers), steer a replay (replayer)",
     ..BASE
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 16] = [
+pub const TOPICS: [&Topic; 17] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
@@ -223,6 +232,7 @@ pub const TOPICS: [&Topic; 16] = [
     &GUIDE,
     &PLAN,
     &WORKFLOW,
+    &STEPS,
     &FRAME_STAMP,
     &HEARTBEAT,
     &EVENT,

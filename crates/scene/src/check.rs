@@ -19,6 +19,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         tracker: tracker(&raw.tracker, &targets, raw.tool.length_mm)?,
         guide: targets::chosen(raw, &targets)?,
         workflow: super::workflow::checked(&raw.workflow)?,
+        steps: super::steps::checked(raw)?,
         plan: super::plan::checked(raw.plan.as_ref())?,
         targets,
         views: views::views(raw.views.as_deref())?,

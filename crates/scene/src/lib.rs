@@ -17,6 +17,7 @@ pub mod raw;
 mod recording;
 mod sampling;
 pub mod shipped;
+pub mod steps;
 pub mod tracking;
 mod values;
 mod view;
@@ -57,6 +58,8 @@ pub struct Scene {
     pub guide: Option<String>,
     /// What the run demands of a person on its way to navigation.
     pub workflow: Demands,
+    /// What is calibrated, registered and checked while the run goes on; `None`: nothing.
+    pub steps: Option<steps::StepsSpec>,
     /// The images, in the order of the file.
     pub views: Vec<View>,
     /// The plan that the run follows, and what its ways are measured against.

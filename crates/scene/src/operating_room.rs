@@ -12,7 +12,7 @@ mod tests;
 
 use std::path::PathBuf;
 
-use geometry::{Ct, Direction, Frame, Marker, Point, Reference, Rigid, Tool, Tracker, Vector};
+use geometry::{Base, Ct, Direction, Frame, Marker, Point, Reference, Rigid, Tool, Tracker, Vector};
 
 use super::Approach;
 
@@ -57,6 +57,21 @@ pub struct Room {
     pub approach: Approach,
     /// A gesture from a file.
     pub played: Option<PlayedGesture>,
+    /// The hand does what the steps of calibration, registration and check ask for; `None`: it does its gesture and nothing else.
+    pub practice: Option<PracticeRoom>,
+}
+
+/// What is there to practise with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PracticeRoom {
+    /// Where the divot is that a tip is turned in.
+    pub divot: Point<Ct>,
+    /// Where the calibration base stands.
+    pub ct_from_base: Rigid<Ct, Base>,
+    /// How far off the point a touch is, standard deviation along each axis, mm.
+    pub touch_error_mm: f64,
+    /// How the tip trembles while it is held, standard deviation along each axis, mm.
+    pub tremor_mm: f64,
 }
 
 /// A marker: its emitters, and how far to the side each is seen.

@@ -16,6 +16,7 @@ use super::plan::RawPlan;
 use super::priorities::Priorities;
 use super::recording::RawRecording;
 use super::sampling::Render;
+use super::steps::RawSteps;
 use super::tracking::raw::{RawCalibrationFile, RawEmitterSource, RawRegistrationFile, RawSequence, RawSmoothing};
 use super::volume::RawVolume;
 use super::workflow::RawWorkflow;
@@ -66,6 +67,9 @@ pub struct RawScene {
     pub guide: RawGuide,
     /// `[workflow]`
     pub workflow: RawWorkflow,
+    /// `[steps]`; absent: nothing is calibrated, registered and checked while the run goes on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<RawSteps>,
     /// `[plan]`; absent: the run follows none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan: Option<RawPlan>,
@@ -334,7 +338,14 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         tracker.calibration.as_mut().map(|link| &mut link.file),
         tracker.registration.as_mut().map(|link| &mut link.file),
     ];
-    let files = files.into_iter().chain(plan.into_iter().flatten());
+    let steps = scene
+        .steps
+        .as_mut()
+        .map(|steps| [steps.drawing.as_mut(), steps.beads.as_mut()]);
+    let files = files
+        .into_iter()
+        .chain(plan.into_iter().flatten())
+        .chain(steps.into_iter().flatten());
     files.flatten().for_each(|file| anchor(file, path));
     Ok(Source {
         path: path.to_owned(),

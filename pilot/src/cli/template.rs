@@ -140,6 +140,14 @@ mod tests {
             "[tracker.calibration]",
             "file = ",
             "[tracker.registration]",
+            "[steps]",
+            "calibrate = ",
+            "drawing = ",
+            "points = ",
+            "beads = ",
+            "check_points = ",
+            "turn_s = ",
+            "touch_s = ",
         ];
         let mut text: String = all
             .lines()

@@ -171,7 +171,15 @@ impl Gathered {
         match topic {
             WORKFLOW => {
                 let proto::Workflow { t_ns, stage, flags, .. } = proto::Workflow::decode(data)?;
-                self.story.workflow(at_ns, Workflow { t_ns, stage, flags });
+                self.story.workflow(
+                    at_ns,
+                    Workflow {
+                        t_ns,
+                        stage,
+                        flags,
+                        ..Workflow::default()
+                    },
+                );
             }
             STATUS => self.story.status(&ProcessStatus::decode(data)?),
             LOG => match self.story.log(at_ns, &Log::decode(data)?) {

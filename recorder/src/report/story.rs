@@ -300,11 +300,13 @@ mod tests {
             t_ns: 0,
             stage: 4,
             flags,
+            ..Workflow::default()
         };
         let later = Workflow {
             t_ns: 0,
             stage: 77,
             flags: 0,
+            ..Workflow::default()
         };
         for (t_ns, workflow) in [(10, workflow), (20, workflow), (30, later), (25, workflow)] {
             story.workflow(t_ns, workflow);

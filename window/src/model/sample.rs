@@ -169,6 +169,7 @@ pub(crate) fn workflow(stage: Stage, flags: u32) -> Workflow {
         t_ns: 0,
         stage: Stage::ALL.iter().position(|known| *known == stage).unwrap() as u32,
         flags,
+        ..Workflow::default()
     }
 }
 

@@ -7,15 +7,16 @@ use super::{ImagePlane, PlanEdit, PlanWish, ToolPose, field_text, text_field};
 /// A request. The reply is bytes (text or JSON) behind a [`ReplyHeader`].
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Command/5")]
+#[type_name("trocar/Command/6")]
 pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
-    /// For [`CommandKind::Look`]: index of the view in the scene's list. Else 0.
+    /// For [`CommandKind::Look`]: index of the view in the scene's list. For [`CommandKind::Checked`]: how many points were touched. For
+    /// [`CommandKind::Practise`]: the frame of `pose`. Else 0.
     pub view: u32,
     /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
     /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Restart`]: which process, by its
-    /// place in the status. Else 0.
+    /// place in the status. For [`CommandKind::Practise`]: an angle, radians. Else 0.
     pub number: f64,
     /// For [`CommandKind::Render`]: the pose to draw. For [`CommandKind::Hold`]: the pose to be held.
     pub pose: ToolPose,
@@ -73,10 +74,19 @@ pub enum CommandKind {
     Rest,
     /// Pilot of a planning run: change the plan, take a change back, or confirm it.
     Plan,
+    /// Pilot: known points were touched; the largest distance of one from its place is [`Command::number`], mm. `pose` says of which
+    /// registration (`registration_id`) and when the last of them was touched (`t_capture_ns`).
+    Checked,
+    /// Pilot: a person says that the marker on the patient was moved, or may have been.
+    Bumped,
+    /// Calibrator: the step that is asked for, see [`StepWish`](super::StepWish).
+    Steps,
+    /// Simulated tracker: what its hand is to do, see [`Practice`](super::Practice).
+    Practise,
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 20] = [
+const CODES: [(CommandKind, u32); 24] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -97,6 +107,10 @@ const CODES: [(CommandKind, u32); 20] = [
     (CommandKind::Navigate, 18),
     (CommandKind::Rest, 19),
     (CommandKind::Plan, 20),
+    (CommandKind::Checked, 21),
+    (CommandKind::Bumped, 22),
+    (CommandKind::Steps, 23),
+    (CommandKind::Practise, 24),
 ];
 
 impl Command {
@@ -167,6 +181,21 @@ impl Command {
             edit,
             ..Self::with_text(CommandKind::Plan, &words)
         })
+    }
+
+    /// The word of a check of the registration `registration_id`: the touched points lay up to `worst_mm` from their places, the last one
+    /// at `t_ns` on the session's clock.
+    pub fn checked(worst_mm: f64, points: u32, t_ns: i64, registration_id: u64) -> Self {
+        let pose = ToolPose {
+            t_capture_ns: t_ns,
+            registration_id,
+            ..ToolPose::EMPTY
+        };
+        Self {
+            pose,
+            view: points,
+            ..Self::with_number(CommandKind::Checked, worst_mm)
+        }
     }
 
     /// The request's words.

@@ -4,9 +4,9 @@ use guidance::workflow::{Activity, Check, Identity, Mark, May, Stage, State, may
 use iceoryx2::prelude::ZeroCopySend;
 
 /// What every screen has to say of the run's workflow. Published by the pilot, which keeps the state, whenever it changes.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Workflow/1")]
+#[type_name("trocar/Workflow/2")]
 pub struct Workflow {
     /// When it was said, ns on the session's clock.
     pub t_ns: i64,
@@ -14,9 +14,17 @@ pub struct Workflow {
     pub stage: u32,
     /// Bits: [`Workflow::RESEARCH`] and those after it.
     pub flags: u32,
+    /// When the last point of the last check was touched, ns on the session's clock; of no meaning where `check_points` is 0.
+    pub check_t_ns: i64,
+    /// The largest distance of a point of it from its place, mm.
+    pub check_worst_mm: f64,
+    /// How many points were touched; 0: no check was made of the registration in use.
+    pub check_points: u32,
+    /// Room for alignment; zero.
+    pub reserved: u32,
 }
 
-const _: () = assert!(size_of::<Workflow>() == 16);
+const _: () = assert!(size_of::<Workflow>() == 40);
 
 impl Workflow {
     /// Confirmations may be skipped: every screen says RESEARCH.
@@ -55,6 +63,18 @@ impl Workflow {
                 | flag(state.check() == Check::Failed, Self::CHECK_FAILED)
                 | flag(state.check() == Check::Bumped, Self::BUMPED)
                 | flag(images, Self::IMAGES),
+            ..Self::default()
+        }
+    }
+
+    /// With the last check of the registration in use.
+    #[must_use]
+    pub const fn checked(self, worst_mm: f64, points: u32, t_ns: i64) -> Self {
+        Self {
+            check_t_ns: t_ns,
+            check_worst_mm: worst_mm,
+            check_points: points,
+            ..self
         }
     }
 

@@ -3,17 +3,17 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use geometry::{Direction, Frame, Point, Rigid, Vector, checked};
+use geometry::{Ct, Direction, Frame, Point, Rigid, Vector, checked};
 
 use super::super::raw::RawRigid;
 use super::super::values::{Checked, UNIT_TOLERANCE, invalid, number, point};
 use super::raw::{
     RawBall, RawBreathing, RawBump, RawEmitter, RawFaults, RawGates, RawHand, RawHandle, RawLocalizer, RawMarker,
-    RawPatient, RawReference, RawRoom,
+    RawPatient, RawPractice, RawReference, RawRoom,
 };
 use super::{
     Approach, Breathing, Bump, Deviations, Emitters, Faults, Gates, Hand, Handle, ListedEmitter, MAX_EMITTERS,
-    MAX_EYES, Patient, PlayedGesture, ReferenceMarker, Room, Sensor, Shape, Timing,
+    MAX_EYES, Patient, PlayedGesture, PracticeRoom, ReferenceMarker, Room, Sensor, Shape, Timing,
 };
 
 /// Script times that a scene may name, s: a day.
@@ -63,6 +63,7 @@ pub(in super::super) fn room(raw: &RawRoom, approach: Approach, tool_mm: f64) ->
         registration_error: deviations("registration", raw.registration_error_mm, raw.registration_error_deg)?,
         approach,
         played: raw.gesture.as_ref().map(played).transpose()?,
+        practice: raw.practice.as_ref().map(practice).transpose()?,
         marker,
     })
 }
@@ -264,6 +265,25 @@ fn bump(raw: &RawBump) -> Checked<Bump> {
         over_s: within(&at("over_s"), raw.over_s, 0.0..=60.0, "s")?,
         translation: vector(&at("translation_mm"), raw.translation_mm, 1000.0, "mm")?,
         rotation: turn * 1.0_f64.to_radians(),
+    })
+}
+
+fn practice(raw: &RawPractice) -> Checked<PracticeRoom> {
+    let at = |name: &str| format!("practice.{name}");
+    let RawRigid {
+        quaternion,
+        translation_mm,
+    } = raw.ct_from_base.clone();
+    let rigid = checked::rigid(quaternion, translation_mm, UNIT_TOLERANCE).map_err(|error| {
+        let found = format!("{quaternion:?}, {translation_mm:?}");
+        invalid(key(&at("ct_from_base")), found, error.to_string())
+    })?;
+    let divot: Vector<Ct> = vector(&at("divot_ct_mm"), raw.divot_ct_mm, MAX_MM, "mm")?;
+    Ok(PracticeRoom {
+        divot: Point::new(0.0, 0.0, 0.0) + divot,
+        ct_from_base: rigid,
+        touch_error_mm: within(&at("touch_error_mm"), raw.touch_error_mm, 0.0..=50.0, "mm")?,
+        tremor_mm: within(&at("tremor_mm"), raw.tremor_mm, 0.0..=50.0, "mm")?,
     })
 }
 

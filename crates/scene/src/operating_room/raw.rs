@@ -39,6 +39,38 @@ pub struct RawRoom {
     /// `[tracker.room.gesture]`; absent: that of `[tracker.approach]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gesture: Option<RawGesture>,
+    /// `[tracker.room.practice]`; absent: the hand does its gesture and nothing else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub practice: Option<RawPractice>,
+}
+
+/// `[tracker.room.practice]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawPractice {
+    /// Where the divot is that a tip is turned in, LPS mm.
+    pub divot_ct_mm: [f64; 3],
+    /// Where the calibration base stands.
+    pub ct_from_base: RawRigid,
+    /// How far off the point a touch is, standard deviation along each axis, mm.
+    pub touch_error_mm: f64,
+    /// How the tip trembles while it is held, standard deviation along each axis, mm.
+    pub tremor_mm: f64,
+}
+
+impl Default for RawPractice {
+    fn default() -> Self {
+        Self {
+            // Beside the patient, on the left.
+            divot_ct_mm: [300.0, 0.0, 0.0],
+            ct_from_base: RawRigid {
+                quaternion: [1.0, 0.0, 0.0, 0.0],
+                translation_mm: [300.0, 0.0, 100.0],
+            },
+            touch_error_mm: 0.3,
+            tremor_mm: 0.05,
+        }
+    }
 }
 
 /// `[tracker.room.marker]`: a ball or a list of emitters, neither being the thesis's ball.

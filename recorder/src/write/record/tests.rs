@@ -125,6 +125,7 @@ fn what_a_person_chose_is_in_the_file_bit_for_bit() {
         t_ns: 78,
         stage: 6,
         flags: Workflow::RESEARCH,
+        ..Workflow::default()
     };
     workflows.send(workflow).unwrap();
     recorder.finish(100).unwrap();
