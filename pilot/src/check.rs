@@ -3,11 +3,13 @@
 mod files;
 mod place;
 
+use std::path::Path;
+
 use bus::run::{RunContext, run_dir, shm_free_bytes};
 use scene::Scene;
 use scene::raw::Source;
 
-use crate::plan::{Poses, plan};
+use crate::plan::{Poses, add_steps, plan};
 use place::Examination;
 
 /// Below this side an image is too small for its words: they are drawn over one another, px.
@@ -74,7 +76,9 @@ fn lines(source: &Source, scene: &Scene) -> Vec<String> {
         scene.registration_id(),
         scene.seed
     ));
-    for process in plan(scene, "session.mcap", Poses::Tracked) {
+    let mut planned = plan(scene, "session.mcap", Poses::Tracked);
+    add_steps(&mut planned, scene, Path::new(""));
+    for process in planned {
         let views = process.views.iter().map(|&v| scene.views[v].name.as_str());
         lines.push(
             format!("starts {:<20} {}", process.name, views.collect::<Vec<_>>().join(" "))

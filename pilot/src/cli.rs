@@ -7,6 +7,7 @@ pub(crate) mod error;
 pub(crate) mod guide;
 mod help;
 pub(crate) mod plan;
+pub(crate) mod steps;
 pub(crate) mod stop;
 pub(crate) mod template;
 
@@ -28,6 +29,7 @@ use crate::cli::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::cli::error::CliError;
 use crate::cli::guide::GuideVerb;
 use crate::cli::plan::{PLAN_HELP, PlanArgs, Planned};
+use crate::cli::steps::{STEPS_HELP, StepsArgs};
 use crate::cli::template::{NEW_HELP, NewArgs};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{ReplayArgs, prepare};
@@ -106,6 +108,9 @@ enum Verb {
     },
     #[command(flatten)]
     Guide(GuideVerb),
+    /// Calibrates, registers and checks in a run that is going, step by step, as its scene's [steps] say.
+    #[command(after_help = STEPS_HELP)]
+    Steps(StepsArgs),
     /// Makes a plan of an operation, on a screen or from the command line, and says what speaks against it.
     #[command(after_help = PLAN_HELP)]
     Plan(Box<PlanArgs>),
@@ -206,6 +211,10 @@ pub fn main(hands: Hands) -> ExitCode {
         Verb::Plan(args) => ended(plan(&args, hands)),
         Verb::Guide(verb) => exit("pilot", verb.carry_out().map(|text| say(&text))),
         Verb::Calibrate(args) => ended(calibrate(args)),
+        Verb::Steps(args) => ended(args.carry_out().map(|(text, code)| {
+            say(&text);
+            code
+        })),
         Verb::Topics => {
             say(&topics());
             ExitCode::SUCCESS

@@ -88,8 +88,11 @@ impl Guiding {
                 }
             }
         }
-        let workflow = Workflow::of(self.progress.state(), now_ns);
-        let differs = |told: Workflow| (told.stage, told.flags) != (workflow.stage, workflow.flags);
+        let mut workflow = Workflow::of(self.progress.state(), now_ns);
+        if let Some(checked) = self.progress.checked() {
+            workflow = workflow.checked(checked.worst_mm, checked.points, checked.t_ns);
+        }
+        let differs = |told: Workflow| Workflow { t_ns: 0, ..told } != Workflow { t_ns: 0, ..workflow };
         match self.told.is_none_or(differs) {
             true => {
                 self.workflows.send(workflow)?;
@@ -115,7 +118,9 @@ impl Guiding {
             Some(CommandKind::Mark) => self.choice.mark(&words),
             Some(CommandKind::Confirm) => self.progress.confirm(&words),
             Some(CommandKind::Reject) => self.progress.reject(),
-            Some(CommandKind::Navigate) => self.progress.navigate(),
+            Some(CommandKind::Navigate) => self.progress.navigate(now_ns),
+            Some(CommandKind::Checked) => self.progress.check(command, now_ns),
+            Some(CommandKind::Bumped) => self.progress.bumped(),
             Some(CommandKind::Rest) => self.progress.rest(),
             _ => return Ok(None),
         };

@@ -8,6 +8,10 @@ use crate::supervise::Role;
 
 /// The name of the replayer's process.
 pub(crate) const REPLAYER: &str = "replay";
+/// The name of the process that calibrates, registers and checks.
+pub(crate) const CALIBRATOR: &str = "calib";
+/// The tracker's.
+pub(crate) const TRACKER: &str = "tracker";
 
 /// One process of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,13 +68,32 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
     };
     let is_tracked = !matches!(scene.tracker.source, TrackerSource::External);
     if is_tracked && !matches!(poses, Poses::Replayed(_)) {
-        last(plain("tracker", "tracker-proc", &[], 0));
+        last(plain(TRACKER, "tracker-proc", &[], 0));
     }
     if let Poses::Replayed(arguments) | Poses::MadeAgain(arguments) = poses {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         last(plain(REPLAYER, "recorder", &arguments, 0));
     }
     processes
+}
+
+/// Who calibrates, registers and checks with a person, where the scene has steps for it; what is touched is kept in `out`. Nobody
+/// waits for it.
+pub(crate) fn add_steps(processes: &mut Vec<Planned>, scene: &Scene, out: &Path) {
+    if scene.steps.is_none() {
+        return;
+    }
+    let work = out.join("steps").to_string_lossy().into_owned();
+    processes.push(Planned {
+        name: CALIBRATOR.to_owned(),
+        binary: "calib",
+        arguments: vec!["steps".to_owned(), "--work".to_owned(), work],
+        role: Role {
+            after: Vec::new(),
+            stop_rank: 0,
+        },
+        views: Vec::new(),
+    });
 }
 
 /// The operator's window, which comes up first and says what is still missing, and who reads it back off the screen. Nobody waits

@@ -9,7 +9,7 @@ use bus::topic::{EVENT, FRAME_STAMP, HEARTBEAT, HELD_FRAME, TOOL_POSE};
 use bus::{Bus, BusError};
 use scene::Scene;
 
-use crate::plan::{Planned, REPLAYER};
+use crate::plan::{CALIBRATOR, Planned, REPLAYER, TRACKER};
 
 /// Everything the pilot listens to.
 #[derive(Debug)]
@@ -70,9 +70,17 @@ fn members<'a>(run: &RunContext, scene: &'a Scene, planned: &'a [Planned]) -> Me
     let name = |p: &'a Planned| p.name.as_str();
     let renderers: Vec<&str> = planned.iter().filter(|p| !p.views.is_empty()).map(name).collect();
     let replayer = planned.iter().map(name).filter(|name| *name == REPLAYER);
+    let has_steps = planned.iter().any(|p| p.name == CALIBRATOR);
     Members {
+        has_steps,
         processes: planned.iter().map(name).collect(),
-        servers: renderers.iter().copied().chain(replayer).chain(["pilot"]).collect(),
+        servers: renderers
+            .iter()
+            .copied()
+            .chain(replayer)
+            .chain(has_steps.then_some([CALIBRATOR, TRACKER]).into_iter().flatten())
+            .chain(["pilot"])
+            .collect(),
         renderers,
         views: scene.views.iter().map(|v| v.name.as_str()).collect(),
         is_ruled: run.replay.is_some() || run.simulated_time,

@@ -20,7 +20,7 @@ use crate::guiding::Guiding;
 use crate::kept::KeptVolume;
 use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
-use crate::plan::{Poses, add_window, plan};
+use crate::plan::{Poses, add_steps, add_window, plan};
 use crate::planning::{Desk, PlanStore};
 use crate::ports::Ports;
 use crate::replay::{Recompute, Recomputed, Replay};
@@ -165,6 +165,10 @@ impl Run {
         };
         let out = std::path::absolute(&options.out).unwrap_or_else(|_| options.out.clone());
         let mut planned = plan(&scene, &recording.to_string_lossy(), poses);
+        // In a recording all that has been done, and simulated time waits for nobody's hand.
+        if options.replay.is_none() && options.planning.is_none() && !context.simulated_time {
+            add_steps(&mut planned, &scene, &out);
+        }
         if options.has_window {
             add_window(&mut planned, &out);
         }

@@ -67,6 +67,34 @@ fn every_scene_loads_and_says_what_it_is_for() {
     assert!(found >= 3, "found only {found}");
 }
 
+/// What is practised with: each scene is good, and its beads are of the patient that it generates.
+#[test]
+fn the_scenes_for_practice_can_be_gone_through() {
+    for name in ["pivot", "pivot-and-spin", "base"] {
+        let text = checked(Some(&config(&format!("practice/{name}.toml"))));
+        assert!(text.contains("starts calib"), "{text}");
+    }
+    let spins = scene("practice/pivot-and-spin.toml");
+    let Some(scene::steps::Registering::Beads(path)) = spins.steps.unwrap().register else {
+        panic!("no beads")
+    };
+    let beads: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let patient = phantom::Phantom::new(spins.seed);
+    let known: Vec<[f64; 3]> = patient.beads().iter().map(|bead| bead.centre.mm()).collect();
+    for bead in beads["beads"].as_array().unwrap() {
+        let at: Vec<f64> = bead["centre_mm"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|x| x.as_f64().unwrap())
+            .collect();
+        let off = |mm: &[f64; 3]| mm.iter().zip(&at).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let nearest = known.iter().map(off).fold(f64::INFINITY, f64::min);
+        // docs/beads.md: within 0.05 mm in such voxels.
+        assert!(nearest < 0.05, "{at:?} is {nearest} mm from a bead");
+    }
+}
+
 #[test]
 fn the_embedded_demonstration_is_the_shipped_file() {
     assert_eq!(checked(None), checked(Some(&config("demo.toml"))));

@@ -21,6 +21,7 @@ mod hand;
 mod links;
 mod motion;
 mod played;
+mod practice;
 mod script;
 mod sensing;
 mod sight;
@@ -28,6 +29,7 @@ mod sight;
 #[cfg(test)]
 mod tests;
 
+use bus::message::Practice;
 use calib::pose::{Body, BodyError, LocalizerError, Sighting};
 use geometry::uncertain::CovarianceError;
 use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Tracker};
@@ -38,6 +40,7 @@ pub use delivery::Arrival;
 use delivery::Delivery;
 pub(crate) use links::{calibration, chain_of, gates, is_noiseless, weights};
 pub use played::{Played, PlayedError};
+pub use practice::Practised;
 pub use script::{Script, ScriptError};
 use sensing::{Named, Sensing};
 use sight::Capsule;
@@ -139,6 +142,20 @@ impl OperatingRoom {
             script,
             seed,
         })
+    }
+
+    /// From script time `t_s` on the hand does something else.
+    ///
+    /// # Errors
+    /// In words, where the room has nothing to practise with.
+    pub fn order(&mut self, practice: &Practice, t_s: f64) -> Result<(), String> {
+        match &mut self.script {
+            Script::Practised(hand) => {
+                hand.order(practice, t_s);
+                Ok(())
+            }
+            Script::Approach(_) | Script::Played(_) => Err("the scene has no [tracker.room.practice]".to_owned()),
+        }
     }
 
     /// Script time at which frame `seq` is captured, ns.

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use bus::BusError;
 use bus::clock;
 use bus::gather::{Gather, PoseId, Set};
-use bus::message::{FrameHeader, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow};
+use bus::message::{FrameHeader, Guide, Heartbeat, Identity, Steps, ToolPose, VolumeHash, Workflow};
 use bus::port::{Frame, VolumeSubscriber};
 use bus::run::{ReplayOf, RunContext};
 use bus::session::{SIMULATED_START_NS, Session};
@@ -26,6 +26,7 @@ pub struct Feed {
     poses: Vec<ToolPose>,
     guide: Option<Guide>,
     workflow: Option<Workflow>,
+    steps: Option<Steps>,
     identity: Option<Identity>,
     volume: Option<VolumeHash>,
     volumes: VolumeSubscriber,
@@ -46,6 +47,7 @@ impl Feed {
             poses: Vec::with_capacity(KEPT_POSES + 1),
             guide: None,
             workflow: None,
+            steps: None,
             identity: None,
             volume: None,
             volumes,
@@ -89,6 +91,9 @@ impl Feed {
         }
         self.guide = ports.guide.newest()?.or(self.guide);
         self.workflow = ports.workflow.newest()?.or(self.workflow);
+        if let Some(steps) = &ports.steps {
+            self.steps = steps.newest()?.or(self.steps);
+        }
         self.identity = ports.identity.newest()?.or(self.identity);
         if let Some(recorder) = &ports.recorder {
             self.recorder = recorder.newest()?.or(self.recorder);
@@ -153,6 +158,21 @@ impl Feed {
         pose_of(&self.poses, id).copied()
     }
 
+    /// The run's examination.
+    pub const fn volume(&self) -> Option<VolumeHash> {
+        self.volume
+    }
+
+    /// How far the run has come.
+    pub const fn workflow(&self) -> Option<Workflow> {
+        self.workflow
+    }
+
+    /// Where the person stands on her way to it.
+    pub const fn steps(&self) -> Option<&Steps> {
+        self.steps.as_ref()
+    }
+
     /// The guide as it came last.
     pub fn guide(&self) -> Option<Guide> {
         self.guide
@@ -178,6 +198,7 @@ impl Feed {
             poses: &self.poses,
             guide: self.guide,
             workflow: self.workflow,
+            steps: self.steps,
             identity: self.identity,
             volume: self.volume,
             recorder,

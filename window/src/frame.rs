@@ -78,7 +78,7 @@ impl Frames {
             .collect();
         let show = |ui: &mut Ui| screen::show(ui, model, screen, look);
         let (outcome, mut parts) = self.paint_ui(screen, (events, time_s), &images, pixels, show)?;
-        let code = self.stamp((outcome.code, coded), shown(model), screen, (pixels, &mut parts));
+        let code = self.stamp((outcome.code, coded), shown(model, look), screen, (pixels, &mut parts));
         Ok(Painted { outcome, parts, code })
     }
 
@@ -151,8 +151,12 @@ impl Frames {
 }
 
 /// What the coded cell says of a screen: the oldest pose shown, ns, and what is claimed of it.
-fn shown(model: &Model) -> (i64, Shown) {
+fn shown(model: &Model, look: &Look) -> (i64, Shown) {
     let state = &model.state;
+    // In the place of the images.
+    if model.steps.is_some() && look.steps && !look.only_sight {
+        return (0, Shown::NotLive);
+    }
     let has_images = model.cells.iter().any(|cell| cell.size.is_some());
     let shown = match state.tone {
         _ if !has_images => Shown::Nothing,

@@ -26,6 +26,7 @@ pub fn read(run_dir: &Path, window: &str, scene: &Scene) -> Look {
     Look {
         enlarged: value("enlarged").and_then(of_name),
         views: value("views").and_then(of_word).unwrap_or_default(),
+        steps: value("steps") == Some("true"),
         ..Look::default()
     }
 }
@@ -40,7 +41,7 @@ pub fn write(run_dir: &Path, window: &str, look: &Look, scene: &Scene) -> Result
         .and_then(|view| scene.views.get(view))
         .map(|view| view.name.as_str());
     let enlarged = name.map(|name| format!("enlarged = {name}\n")).unwrap_or_default();
-    let text = format!("{enlarged}views = {}\n", look.views.word());
+    let text = format!("{enlarged}views = {}\nsteps = {}\n", look.views.word(), look.steps);
     let path = path(run_dir, window);
     // Whole or not at all: a window may be killed while it writes.
     let aside = path.with_extension("look.new");

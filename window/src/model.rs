@@ -7,15 +7,17 @@ mod cells;
 mod facts;
 mod sight;
 mod state;
+mod steps;
 
 pub use cells::{Cell, cells};
 pub use facts::{Facts, facts};
 pub use sight::{Aimed, aimed};
 pub use state::{ScreenState, Tone, state};
+pub use steps::{Rung, StepsModel, steps};
 
 use bus::gather::{PoseId, Set};
 use bus::message::{
-    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow,
+    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, Steps, ToolPose, VolumeHash, Workflow,
 };
 use scene::{Plane, Scene};
 
@@ -36,6 +38,8 @@ pub struct Known<'a> {
     pub guide: Option<Guide>,
     /// How far the run has come.
     pub workflow: Option<Workflow>,
+    /// Where a person is on her way through calibration, registration and check.
+    pub steps: Option<Steps>,
     /// Whose examination it is.
     pub identity: Option<Identity>,
     /// The run's examination.
@@ -122,6 +126,8 @@ pub struct Model {
     pub sight: Result<Aimed, String>,
     /// What everything rests on.
     pub facts: Facts,
+    /// The way to a navigation; `None` where the run has no steps and demands none.
+    pub steps: Option<StepsModel>,
 }
 
 impl Model {
@@ -132,6 +138,7 @@ impl Model {
             cells: cells(known, &state),
             sight: aimed(known, &state),
             facts: facts(known, &state),
+            steps: steps(known),
             state,
         }
     }

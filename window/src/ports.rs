@@ -1,8 +1,8 @@
 //! The window's ends of the topics.
 
-use bus::message::{Guide, Heartbeat, Identity, ToolPose, Workflow};
+use bus::message::{Guide, Heartbeat, Identity, Steps, ToolPose, Workflow};
 use bus::port::{FrameSubscriber, Subscriber};
-use bus::topic::{GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, TOOL_POSE, WORKFLOW};
+use bus::topic::{GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, STEPS, TOOL_POSE, WORKFLOW};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
 use scene::Scene;
@@ -23,6 +23,8 @@ pub struct Ports {
     pub guide: Subscriber<Guide>,
     /// How far the run has come.
     pub workflow: Subscriber<Workflow>,
+    /// Where a person is on her way to navigation, where the scene has steps.
+    pub steps: Option<Subscriber<Steps>>,
     /// Whose examination it is.
     pub identity: Subscriber<Identity>,
     /// The recorder's signs of life, where the scene records.
@@ -32,11 +34,11 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Opens them all.
+    /// Opens them all; `has_steps` where somebody guides calibration, registration and check.
     ///
     /// # Errors
     /// [`BusError::Open`].
-    pub fn open(bus: &Bus, scene: &Scene) -> Result<Self, BusError> {
+    pub fn open(bus: &Bus, scene: &Scene, has_steps: bool) -> Result<Self, BusError> {
         let names = || scene.views.iter().map(|view| view.name.as_str());
         let records = scene.recording.is_some();
         Ok(Self {
@@ -49,6 +51,9 @@ impl Ports {
             poses: Subscriber::open(bus, &TOOL_POSE, "", POSES)?,
             guide: Subscriber::open_waking(bus, &GUIDE, "", 1)?,
             workflow: Subscriber::open_waking(bus, &WORKFLOW, "", 1)?,
+            steps: has_steps
+                .then(|| Subscriber::open_waking(bus, &STEPS, "", 1))
+                .transpose()?,
             identity: Subscriber::open(bus, &IDENTITY, "", 1)?,
             recorder: records
                 .then(|| Subscriber::open(bus, &HEARTBEAT, "recorder", 1))
@@ -60,6 +65,7 @@ impl Ports {
     /// Wakes for whatever changes the screen. The images do: each pose leads to some.
     pub fn waits<'a>(&'a self, waits: Waits<'a>) -> Waits<'a> {
         let waits = waits.message(&self.guide, None).message(&self.workflow, None);
+        let waits = self.steps.iter().fold(waits, |waits, steps| waits.message(steps, None));
         self.views.iter().fold(waits, Waits::frames)
     }
 }

@@ -60,8 +60,11 @@ pub(crate) fn run(membership: &Membership, options: Options) -> Result<(), RunEr
     if process.run.planning {
         return planning::run(process, display, options);
     }
-    let ports = Ports::open(&process.bus, &process.scene)?;
-    let asked = Asked::open(&process.bus, &process.scene, process.session.is_replay(), options.shots)?;
+    // As the pilot starts somebody who guides.
+    let has_steps = process.scene.steps.is_some() && process.run.replay.is_none() && !process.run.simulated_time;
+    let ports = Ports::open(&process.bus, &process.scene, has_steps)?;
+    let is_replay = process.session.is_replay();
+    let asked = Asked::open(&process.bus, &process.scene, (is_replay, has_steps), options.shots)?;
     let coded = Coded {
         key: crate::code::key(process.run.epoch_ns),
         pid: std::process::id(),
@@ -209,6 +212,10 @@ impl Window {
             }
             Wish::Views(views) => {
                 self.look.views = *views;
+                self.keep_look()
+            }
+            Wish::Steps(steps) => {
+                self.look.steps = *steps;
                 self.keep_look()
             }
             Wish::Shot => self.shot(),

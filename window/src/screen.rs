@@ -1,15 +1,20 @@
 //! The screen: from a [`Model`] to shapes, and from touches and keys to what a person wishes.
 
 mod bar;
+mod button;
 mod buttons;
 mod cell;
+pub(crate) mod lines;
 mod sight;
+mod step_buttons;
+mod steps;
 pub(crate) mod tree;
 mod views;
 pub mod words;
 
 use std::sync::Arc;
 
+use bus::message::StepWish;
 use egui::{Context, FontData, FontDefinitions, FontFamily, TextureId, Ui};
 
 use crate::colours;
@@ -39,10 +44,27 @@ pub enum Wish {
     Enlarge(Option<usize>),
     /// Show these images.
     Views(Views),
+    /// Show the screen of steps, or the images.
+    Steps(bool),
+    /// Calibration, registration, check: something of the calibrator.
+    Step(StepWish),
+    /// The next touch is of the next point, or of the one before.
+    NextPoint {
+        /// Forwards.
+        is_forward: bool,
+    },
+    /// The examination shown is the patient's.
+    Confirm,
+    /// It is not.
+    Reject,
+    /// Start the navigation, or end it.
+    Navigate,
+    /// The marker on the patient was moved.
+    Moved,
     /// A replay: stand still, or go on.
     Pause,
     /// A replay: one pose on.
-    Step,
+    OnePose,
     /// A replay: so many seconds on, or back.
     Skip(i32),
 }
@@ -54,6 +76,8 @@ pub struct Look {
     pub enlarged: Option<usize>,
     /// Which images are shown where none is enlarged.
     pub views: Views,
+    /// The steps of calibration, registration and check in the place of the images.
+    pub steps: bool,
     /// The sight alone, for a second display.
     pub only_sight: bool,
     /// Why the last wish was refused; not kept.
@@ -106,10 +130,10 @@ pub const fn texture(view: usize) -> TextureId {
 /// Lays the screen out. `ui` covers it all, in pixels.
 pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome {
     let mut outcome = Outcome::default();
-    let shown = if look.only_sight {
-        Vec::new()
-    } else {
-        look.views.of(&model.cells)
+    let steps = model.steps.as_ref().filter(|_| look.steps && !look.only_sight);
+    let shown = match look.only_sight {
+        true => Vec::new(),
+        false => look.views.of(&model.cells),
     };
     let images = shown.len();
     let Some(sizes) = Sizes::of(screen, images) else {
@@ -122,7 +146,10 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
     };
     // Its watcher takes one window of a run for the run's: the sight alone is not to be taken for the window with the images.
     outcome.code = (!look.only_sight).then_some(room);
-    cells((ui, model, &shown), &sizes, look, &mut outcome);
+    match steps {
+        Some(steps) => steps::show(ui, steps, &sizes, &mut outcome),
+        None => cells((ui, model, &shown), &sizes, look, &mut outcome),
+    }
     buttons::show(ui, model, &sizes, look, &mut outcome);
     outcome
 }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use bus::gather::PoseId;
-use bus::message::{ClockLaw, Command, CommandKind, ReplayState, ToolPose};
+use bus::message::{ClockLaw, Command, CommandKind, ReplayState, StepWish, ToolPose};
 use bus::port::{CommandClient, Pending};
 use bus::{Bus, BusError};
+use guidance::workflow::Stage;
 use scene::Scene;
 
 use crate::feed::Feed;
@@ -17,6 +18,8 @@ const PATIENCE_NS: i64 = 1_000_000_000;
 const MOST_OPEN: usize = 8;
 /// The replayer's process.
 const REPLAYER: &str = "replay";
+/// The process that calibrates, registers and checks.
+const CALIBRATOR: &str = "calib";
 
 /// Whoever is asked.
 #[derive(Debug)]
@@ -24,6 +27,8 @@ pub struct Asked {
     pilot: CommandClient,
     renderers: Vec<CommandClient>,
     replayer: Option<CommandClient>,
+    /// Who calibrates, registers and checks, where the scene has steps.
+    calibrator: Option<CommandClient>,
     open: Vec<Open>,
     /// The pose held that was asked for last, and when, ns on the run's clock.
     drawn: Option<(PoseId, i64)>,
@@ -44,7 +49,12 @@ impl Asked {
     ///
     /// # Errors
     /// [`BusError::Open`].
-    pub fn open(bus: &Bus, scene: &Scene, is_replay: bool, shots: PathBuf) -> Result<Self, BusError> {
+    pub fn open(
+        bus: &Bus,
+        scene: &Scene,
+        (is_replay, has_steps): (bool, bool),
+        shots: PathBuf,
+    ) -> Result<Self, BusError> {
         let renderers = scene.renderers().into_iter().map(|(plane, _)| plane.process());
         Ok(Self {
             pilot: CommandClient::open(bus, "pilot")?,
@@ -52,6 +62,7 @@ impl Asked {
                 .map(|name| CommandClient::open(bus, &name))
                 .collect::<Result<_, _>>()?,
             replayer: is_replay.then(|| CommandClient::open(bus, REPLAYER)).transpose()?,
+            calibrator: has_steps.then(|| CommandClient::open(bus, CALIBRATOR)).transpose()?,
             open: Vec::with_capacity(MOST_OPEN),
             drawn: None,
             shots,
@@ -84,15 +95,30 @@ impl Asked {
                     CommandKind::Pause
                 }))
             }
-            Wish::Step => self.replayer(Command::new(CommandKind::Step)),
+            Wish::OnePose => self.replayer(Command::new(CommandKind::Step)),
             Wish::Skip(by_s) => {
                 let (law, now_ns) = replay.ok_or("there is no recording to go through")?;
                 let now_s = bus::clock::ms(now_ns.saturating_sub(law.first_ns)) / 1000.0;
                 let to_s = (now_s + f64::from(*by_s)).max(0.0);
                 self.replayer(Command::with_number(CommandKind::Seek, to_s))
             }
+            Wish::Step(wish) => self.calibrator(*wish),
+            Wish::NextPoint { is_forward } => self.calibrator(next_point(feed, *is_forward)?),
+            Wish::Confirm => {
+                let hash = feed.volume().ok_or("there is no examination to be confirmed")?;
+                self.pilot(Command::with_text(CommandKind::Confirm, &hash.to_string()))
+            }
+            Wish::Reject => self.pilot(Command::new(CommandKind::Reject)),
+            Wish::Navigate => {
+                let stage = feed.workflow().and_then(|workflow| workflow.stage());
+                self.pilot(Command::new(match stage {
+                    Some(Stage::Navigating) => CommandKind::Rest,
+                    _ => CommandKind::Navigate,
+                }))
+            }
+            Wish::Moved => self.pilot(Command::new(CommandKind::Bumped)),
             // Of this screen alone.
-            Wish::Shot | Wish::Enlarge(_) | Wish::Views(_) => return Ok(()),
+            Wish::Shot | Wish::Enlarge(_) | Wish::Views(_) | Wish::Steps(_) => return Ok(()),
         };
         let asked = asked?;
         if self.open.len() == MOST_OPEN {
@@ -126,6 +152,11 @@ impl Asked {
 
     fn pilot(&self, command: Command) -> Result<Open, String> {
         Ok(Open::one(send(&self.pilot, command)?))
+    }
+
+    fn calibrator(&self, wish: StepWish) -> Result<Open, String> {
+        let calibrator = self.calibrator.as_ref().ok_or("the scene has no [steps]")?;
+        Ok(Open::one(send(calibrator, wish.command())?))
     }
 
     fn replayer(&self, command: Command) -> Result<Open, String> {
@@ -213,6 +244,27 @@ impl Open {
 
 fn send(client: &CommandClient, command: Command) -> Result<Pending, String> {
     client.send(command).map_err(|error| error.to_string())
+}
+
+/// The choice of the point after the one that is touched next, or before it.
+fn next_point(feed: &Feed, is_forward: bool) -> Result<StepWish, String> {
+    let steps = feed.steps().ok_or("nothing came from the calibrator")?;
+    let count = u32::try_from(steps.points().len()).unwrap_or(u32::MAX);
+    if count == 0 {
+        return Err("there are no points to choose from".to_owned());
+    }
+    let next = match is_forward {
+        _ if steps.next >= count => {
+            if is_forward {
+                0
+            } else {
+                count - 1
+            }
+        }
+        true => (steps.next + 1) % count,
+        false => (steps.next + count - 1) % count,
+    };
+    Ok(StepWish::Point(next))
 }
 
 /// The target of the scene after the chosen one, or before it; the first where none is chosen.

@@ -7,4 +7,5 @@ mod seat;
 mod touches;
 
 pub(crate) use args::{BASE_HELP, BaseArgs};
+pub(crate) use drawing::Drawn;
 pub(crate) use seat::{SEAT_HELP, SeatArgs};

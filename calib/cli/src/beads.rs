@@ -10,7 +10,7 @@ mod sheet;
 mod tests;
 mod volume;
 
-pub(crate) use check::{CHECK_HELP, CheckArgs};
+pub(crate) use check::{CHECK_HELP, CheckArgs, uncertain};
 pub use file::{BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, RejectedRecord, SearchRecord, VolumeRecord};
 pub(crate) use find::{BEADS_HELP, BeadsArgs};
 pub(crate) use matching::{MATCH_HELP, MatchArgs};

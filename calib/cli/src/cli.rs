@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{Parser, Subcommand};
 
@@ -13,9 +14,10 @@ use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_
 use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
 use crate::grid::{GRID_HELP, GridArgs};
-use crate::live::{FollowMarkers, TOUCH_HELP, TouchArgs};
+use crate::live::{FollowMarkers, LiveArgs, TOUCH_HELP, TouchArgs, Watch};
 use crate::register::args::{REGISTER_HELP, RegisterArgs};
 use crate::rom::{ROM_HELP, RomArgs};
+use crate::steps::{STEPS_HELP, StepsArgs};
 
 /// Calibrates and registers from measured points.
 #[derive(Debug, Parser)]
@@ -94,6 +96,32 @@ enum Command {
     /// Hold the error at a known point against the prediction
     #[command(after_help = CHECK_HELP)]
     Check(Box<CheckArgs>),
+    /// Serve a run whose scene has [steps]: calibration, registration and check, step by step
+    #[command(after_help = STEPS_HELP)]
+    Steps(Box<StepsArgs>),
+}
+
+impl Cli {
+    /// While the command listens to a run, this one is told.
+    pub(crate) fn watch(&mut self, watch: &Watch) {
+        if let Some(live) = self.command.live() {
+            live.watch = watch.clone();
+        }
+    }
+}
+
+impl Command {
+    /// How the command listens to a run, where it does.
+    fn live(&mut self) -> Option<&mut LiveArgs> {
+        match self {
+            Self::Pivot(args) => Some(args.live()),
+            Self::Spin(args) => Some(args.live()),
+            Self::Seat(args) => Some(args.live()),
+            Self::Touch(args) => Some(&mut args.live),
+            Self::Check(args) => Some(&mut args.live),
+            _ => None,
+        }
+    }
 }
 
 /// What the binary hands in, as this crate knows neither formats of volumes nor the tracker's chain.
@@ -169,6 +197,20 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Match(args) => told(args.run(load)),
         Command::Touch(args) => told(args.run(follow)),
         Command::Check(args) => told(args.run(follow)),
+        Command::Steps(args) => {
+            let commands = move |words: &[String], watch: &Watch| {
+                let mut cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
+                cli.watch(watch);
+                carry_out(cli, hands)
+            };
+            let nothing = |()| Outcome {
+                text: String::new(),
+                refused: None,
+            };
+            args.run(Arc::new(commands))
+                .map(nothing)
+                .map_err(|error| error.to_string())
+        }
     }
 }
 

@@ -22,6 +22,7 @@ mod refusal;
 mod register;
 mod rom;
 mod scene_context;
+mod steps;
 mod store;
 mod text;
 mod values;

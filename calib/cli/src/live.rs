@@ -9,6 +9,7 @@ mod sequence;
 mod still;
 mod touch;
 mod touches;
+mod watch;
 
 use bus::message::EmitterFrame;
 use clap::{Args, ValueEnum};
@@ -23,7 +24,8 @@ pub(crate) use run::{Listened, Run};
 pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};
 pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs};
-pub(crate) use touches::touched_in;
+pub(crate) use touches::{read_touches, touched_in};
+pub(crate) use watch::{Heard, Watch};
 
 /// Where the markers of a run are, frame by frame. Handed in by the binary, as this crate knows no chain.
 pub trait Follow {
@@ -64,6 +66,9 @@ pub(crate) struct LiveArgs {
     /// The frame of the poses [default: reference, where the scene has a marker on the patient]
     #[arg(long, value_enum, requires = "live")]
     pub(crate) against: Option<Against>,
+    /// Who is told meanwhile.
+    #[arg(skip)]
+    pub(crate) watch: Watch,
 }
 
 /// The longest that is listened, s.

@@ -50,6 +50,8 @@ pub(crate) struct Request {
     pub(crate) marker: Option<String>,
     /// The report lists every pair.
     pub(crate) all: bool,
+    /// The report is the file.
+    pub(crate) json: bool,
 }
 
 /// Why there is no registration.
@@ -88,6 +90,9 @@ pub(crate) fn register(request: &Request, scened: Option<&SceneContext>) -> Resu
         let inputs = input.sources.iter().map(|(_, source)| source.path.as_path());
         store::write(out, file.to_json(), inputs)?;
         text.push_str(&format!("\nwritten to {}\n", out.display()));
+    }
+    if request.json {
+        text = file.to_json().map_err(NotJudged::from)?;
     }
     Ok(Outcome { text, refused })
 }
@@ -132,7 +137,7 @@ pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) ->
         certificate: certificate(registration),
         noise: Noise {
             sigma_mm: solution.noise.sigma_mm,
-            estimated: request.options.noise_mm.is_none(),
+            estimated: request.options.is_estimate(solution.noise.sigma_mm),
         },
         covariance: covariance(solution),
         covariance_convention: COVARIANCE_CONVENTION.to_owned(),

@@ -55,6 +55,16 @@ impl Drawing {
         Ok(drawing)
     }
 
+    /// A point of the plane.
+    pub const fn plane(&self) -> Point<Base> {
+        self.plane
+    }
+
+    /// The plane's normal, to the side that is touched.
+    pub const fn normal(&self) -> Direction<Base> {
+        self.normal
+    }
+
     /// The grooves.
     pub const fn grooves(&self) -> &[Groove; 3] {
         &self.grooves

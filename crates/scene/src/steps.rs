@@ -139,14 +139,18 @@ pub(super) fn checked(raw: &RawScene) -> Checked<Option<StepsSpec>> {
         (None, beads) => beads.map(Registering::Beads),
     };
     let check = steps.check_points.as_deref();
+    let check = check
+        .map(|points| known("check_points", points))
+        .transpose()?
+        .unwrap_or_default();
+    if let Some(Registering::Points(points)) = &register {
+        others(points, &check)?;
+    }
     let spec = StepsSpec {
         calibrate: steps.calibrate,
         drawing,
         register,
-        check: check
-            .map(|points| known("check_points", points))
-            .transpose()?
-            .unwrap_or_default(),
+        check,
         turn_s: number("steps.turn_s", steps.turn_s, 2.0..=120.0, "s")?,
         touch_s: number("steps.touch_s", steps.touch_s, 0.3..=10.0, "s")?,
     };
@@ -209,6 +213,22 @@ fn files_of(raw: &RawScene, steps: &RawSteps) -> Checked<()> {
     }
 }
 
+/// A point that the registration was made of lies near its place whatever that is worth: a check takes others.
+fn others(points: &[KnownPoint], check: &[KnownPoint]) -> Checked<()> {
+    for (i, one) in check.iter().enumerate() {
+        if let Some(same) = points.iter().find(|point| point.place.distance(one.place) < APART_MM) {
+            let found = format!(
+                "{:.1} mm from {:?} of steps.points",
+                same.place.distance(one.place),
+                same.name
+            );
+            let allowed = format!("at least {APART_MM} mm from all points that the patient is registered by");
+            return Err(invalid(format!("steps.check_points.{i}.ct_mm"), found, allowed));
+        }
+    }
+    Ok(())
+}
+
 fn known(table: &str, raw: &[RawKnownPoint]) -> Checked<Vec<KnownPoint>> {
     let key = |i: usize, name: &str| format!("steps.{table}.{i}.{name}");
     if !(FEWEST_POINTS..=MOST_POINTS).contains(&raw.len()) {
@@ -258,6 +278,9 @@ mod tests {
     const THREE: &str = "[{ name = \"a\", ct_mm = [0, 0, 0] }, { name = \"b\", ct_mm = [9, 0, 0] }, \
                          { name = \"c\", ct_mm = [0, 9, 0] }]";
 
+    const OTHERS: &str = "[{ name = \"a\", ct_mm = [0, 0, 50] }, { name = \"b\", ct_mm = [9, 0, 50] }, \
+                          { name = \"c\", ct_mm = [0, 9, 50] }]";
+
     fn of(text: &str) -> Result<Scene, String> {
         Scene::parse(text, Path::new("folder/s.toml")).map_err(|error| error.to_string())
     }
@@ -265,7 +288,7 @@ mod tests {
     #[test]
     fn the_whole_way_is_read() {
         let text =
-            format!("{LINKS}calibrate = \"base\"\ndrawing = \"base.toml\"\npoints = {THREE}\ncheck_points = {THREE}");
+            format!("{LINKS}calibrate = \"base\"\ndrawing = \"base.toml\"\npoints = {THREE}\ncheck_points = {OTHERS}");
         let steps = of(&text).unwrap().steps.unwrap();
         assert_eq!(steps.calibrate, Some(Calibrating::Base));
         assert_eq!(steps.drawing.as_deref(), Some(Path::new("folder/base.toml")));
@@ -308,6 +331,10 @@ mod tests {
             (
                 format!("{LINKS}beads = \"b\"\npoints = {THREE}"),
                 "key steps.beads: found folder/b; allowed: either",
+            ),
+            (
+                format!("{LINKS}points = {THREE}\ncheck_points = {THREE}"),
+                "key steps.check_points.0.ct_mm: found 0.0 mm from \"a\" of steps.points; allowed: at least 5 mm",
             ),
             (points("[]"), "key steps.points: found 0; allowed: 3 to 32 points"),
             (

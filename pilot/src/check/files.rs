@@ -7,10 +7,13 @@ use scene::Scene;
 use scene::raw::Source;
 
 /// What is wrong with the files of a scene, each with the key that names it.
-pub(super) fn faults(source: &Source, _scene: &Scene) -> Vec<String> {
+pub(super) fn faults(source: &Source, scene: &Scene) -> Vec<String> {
     let tracker = &source.scene.tracker;
     let gesture = tracker.room.as_ref().and_then(|room| room.gesture.as_ref());
+    let steps = source.scene.steps.as_ref();
     let named = [
+        ("steps.drawing", steps.and_then(|steps| steps.drawing.as_deref())),
+        ("steps.beads", steps.and_then(|steps| steps.beads.as_deref())),
         ("tracker.room.gesture.file", gesture.map(|g| g.file.as_str())),
         (
             "tracker.sequence.file",
@@ -28,6 +31,14 @@ pub(super) fn faults(source: &Source, _scene: &Scene) -> Vec<String> {
     let named = named
         .into_iter()
         .filter_map(|(key, file)| Some((key, Path::new(file?))));
+    // What is made while the run goes on need not be there before.
+    let steps = scene.steps.as_ref();
+    let is_made = |key: &str| match key {
+        "tracker.calibration.file" => steps.is_some_and(|steps| steps.calibrate.is_some()),
+        "tracker.registration.file" => steps.is_some_and(|steps| steps.register.is_some()),
+        _ => false,
+    };
+    let named = named.filter(|(key, file)| !is_made(key) || file.exists());
     named.filter_map(|(key, file)| fault(key, file)).collect()
 }
 

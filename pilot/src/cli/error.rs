@@ -47,6 +47,15 @@ pub(crate) enum CliError {
     TooLong { found: usize, most: usize },
     #[error("run {0:?} has published no pose yet: there is nothing to hold")]
     NoPose(String),
+    #[error(
+        "run {0:?} has no steps to be taken: its scene has no table [steps], or it is a replay or in simulated time, or its process \
+         `calib` has not come up yet"
+    )]
+    NoSteps(String),
+    #[error("`point` needs the number of a point, from 1")]
+    NoPoint,
+    #[error("{0} is of no meaning here: a number goes with `point` alone")]
+    Number(u32),
     #[error("run {0:?} answered with something that is not a status")]
     NoStatus(String),
 }

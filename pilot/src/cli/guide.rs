@@ -27,6 +27,31 @@ Every screen holds the newest pose until `pilot follow`. The images that rendere
 Example:
   pilot hold";
 
+const CONFIRM_HELP: &str = "\
+Another hash than that of the run's examination is refused, and takes a confirmation back.
+
+Example:
+  pilot confirm 366cff1c...            as `pilot status --json` has it under volume.hash";
+
+const REJECT_HELP: &str = "\
+Example:
+  pilot reject";
+
+const NAVIGATE_HELP: &str = "\
+A scene with `strict = true` under [workflow] demands a confirmed examination and a check that was passed; research runs start by \
+themselves.
+
+Example:
+  pilot navigate";
+
+const REST_HELP: &str = "\
+Example:
+  pilot rest";
+
+const MOVED_HELP: &str = "\
+Example:
+  pilot moved                          and then: pilot steps check";
+
 const FOLLOW_HELP: &str = "\
 Example:
   pilot follow";
@@ -64,6 +89,43 @@ pub(crate) enum GuideVerb {
         #[arg(long, default_value = "default")]
         run: String,
     },
+    /// Says that the examination is the patient's, by its hash as the screen or `pilot status` shows it.
+    #[command(after_help = CONFIRM_HELP)]
+    Confirm {
+        /// The hash: 64 hexadecimal digits.
+        hash: String,
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+    },
+    /// Says that the examination is not the patient's: nothing is navigated until one is confirmed.
+    #[command(after_help = REJECT_HELP)]
+    Reject {
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+    },
+    /// Starts the navigation, where all that the scene demands has been done.
+    #[command(after_help = NAVIGATE_HELP)]
+    Navigate {
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+    },
+    /// Ends the navigation; the run goes on.
+    #[command(after_help = REST_HELP)]
+    Rest {
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+    },
+    /// Says that the marker on the patient was moved, or may have been: the registration must be checked before anybody navigates on.
+    #[command(after_help = MOVED_HELP)]
+    Moved {
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+    },
     /// Has all screens follow the tool again.
     #[command(after_help = FOLLOW_HELP)]
     Follow {
@@ -85,6 +147,11 @@ impl GuideVerb {
                 (run, with_text(CommandKind::Choose, name)?)
             }
             Self::Mark { words, run } => (run, with_text(CommandKind::Mark, &words.join(" "))?),
+            Self::Confirm { hash, run } => (run, with_text(CommandKind::Confirm, hash)?),
+            Self::Reject { run } => (run, Command::new(CommandKind::Reject)),
+            Self::Navigate { run } => (run, Command::new(CommandKind::Navigate)),
+            Self::Rest { run } => (run, Command::new(CommandKind::Rest)),
+            Self::Moved { run } => (run, Command::new(CommandKind::Bumped)),
             Self::Hold { run } => (run, Command::hold(newest_pose(run)?)),
             Self::Follow { run } => (run, Command::new(CommandKind::Follow)),
         };

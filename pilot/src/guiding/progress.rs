@@ -1,12 +1,26 @@
 //! How far the run has come: feeds the workflow with facts and with what a person says.
 
-use bus::message::{Lost, ToolPose, Tracked, VolumeHash};
-use guidance::workflow::{Action, Event, Rules, Stage, State, VolumeId, step};
+use bus::message::{Command, Lost, ToolPose, Tracked, VolumeHash};
+use guidance::workflow::{Action, Check, Event, Rules, Stage, State, VolumeId, step};
 
 use super::identity;
 
-/// Nobody tells the pilot of a check yet: the age of one that never was.
+/// The age of a check that never was.
 const NEVER_NS: i64 = i64::MAX;
+/// What is further ahead is from the future, and not read a moment earlier by another process.
+const CLOCKS_NS: i64 = 5_000_000;
+
+/// The last check of the registration in use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Checked {
+    /// The largest distance of a touched point from its place, mm.
+    pub(super) worst_mm: f64,
+    /// How many points were touched.
+    pub(super) points: u32,
+    /// When the first of them was, ns on the session's clock.
+    pub(super) t_ns: i64,
+    registration_id: u64,
+}
 
 /// The workflow's state, and what it is fed with.
 #[derive(Debug)]
@@ -18,6 +32,7 @@ pub(super) struct Progress {
     seen_ns: Option<i64>,
     /// A person has ended the navigation: it does not start by itself again.
     rests: bool,
+    checked: Option<Checked>,
     /// For the log.
     said: Vec<String>,
 }
@@ -30,6 +45,7 @@ impl Progress {
             lost_ns,
             seen_ns: None,
             rests: false,
+            checked: None,
             said: Vec::new(),
         }
     }
@@ -62,11 +78,13 @@ impl Progress {
         };
         match tracked {
             Tracked::Valid(_) => {
+                // What was checked is another registration than what is in use.
+                self.checked = self.checked.filter(|checked| checked.registration_id == id);
                 self.seen_ns = Some(pose.t_capture_ns);
                 // Again with every pose: what comes too early is refused, and not kept.
                 self.take(calibration(true));
                 self.take(registration(true));
-                self.start_by_itself();
+                self.start_by_itself(pose.t_capture_ns);
                 self.take(Event::ToolSeen);
             }
             Tracked::Lost(reason) => {
@@ -89,7 +107,9 @@ impl Progress {
 
     /// Time goes by.
     pub(super) fn turn(&mut self, now_ns: i64) {
-        self.take(Event::CheckAge { age_ns: NEVER_NS });
+        self.take(Event::CheckAge {
+            age_ns: self.check_age_ns(now_ns),
+        });
         if self
             .seen_ns
             .is_some_and(|seen| now_ns.saturating_sub(seen) > self.lost_ns)
@@ -100,10 +120,11 @@ impl Progress {
     }
 
     /// A research run starts by itself.
-    fn start_by_itself(&mut self) {
+    fn start_by_itself(&mut self, now_ns: i64) {
         let is_ready = matches!(self.state.stage(), Stage::Registered | Stage::Checked);
         if self.state.is_research() && is_ready && !self.rests {
-            self.take(Event::Start { check_age_ns: NEVER_NS });
+            let check_age_ns = self.check_age_ns(now_ns);
+            self.take(Event::Start { check_age_ns });
         }
     }
 
@@ -143,8 +164,9 @@ impl Progress {
     }
 
     /// A person starts the navigation.
-    pub(super) fn navigate(&mut self) -> Result<String, String> {
-        let actions = self.take(Event::Start { check_age_ns: NEVER_NS });
+    pub(super) fn navigate(&mut self, now_ns: i64) -> Result<String, String> {
+        let check_age_ns = self.check_age_ns(now_ns);
+        let actions = self.take(Event::Start { check_age_ns });
         match self.state.stage() {
             Stage::Navigating => {
                 self.rests = false;
@@ -164,6 +186,64 @@ impl Progress {
             }
             stage => Err(format!("the run is {} and does not navigate", stage.word())),
         }
+    }
+
+    /// The last check of the registration in use.
+    pub(super) const fn checked(&self) -> Option<Checked> {
+        self.checked
+    }
+
+    /// How old it is, ns.
+    fn check_age_ns(&self, now_ns: i64) -> i64 {
+        // Clocks are read one after the other: a check that was told is not from the future.
+        let age = self.checked.map(|checked| now_ns.saturating_sub(checked.t_ns).max(0));
+        age.unwrap_or(NEVER_NS)
+    }
+
+    /// Known points were touched; with `fails`, one of them is too far off by what the registration promises. At `now_ns`.
+    pub(super) fn check(&mut self, request: &Command, now_ns: i64) -> Result<String, String> {
+        let (pose, worst_mm, fails) = (&request.pose, request.number, request.words());
+        if self.state.registration() != Some(pose.registration_id) {
+            return Err("the registration that was checked is not the one in use: check that".to_owned());
+        }
+        if !(worst_mm >= 0.0 && worst_mm.is_finite()) || pose.t_capture_ns > now_ns.saturating_add(CLOCKS_NS) {
+            return Err(format!(
+                "a check with a distance of {worst_mm} mm, or from the future, is none"
+            ));
+        }
+        self.checked = Some(Checked {
+            worst_mm,
+            points: request.view,
+            t_ns: pose.t_capture_ns,
+            registration_id: pose.registration_id,
+        });
+        let allowed = if fails.is_empty() { worst_mm } else { f64::INFINITY };
+        let age_ns = now_ns.saturating_sub(pose.t_capture_ns).max(0);
+        self.take(Event::CheckDone {
+            worst_mm: allowed,
+            age_ns,
+        });
+        let because = if fails.is_empty() {
+            String::new()
+        } else {
+            format!(" ({fails})")
+        };
+        let verdict = match self.state.check() {
+            Check::Passed => "passed",
+            Check::Failed => "FAILED",
+            Check::Bumped | Check::NotMade => "does not hold",
+        };
+        Ok(format!(
+            "check {verdict}: {} points, the worst {worst_mm:.2} mm off{because}",
+            request.view
+        ))
+    }
+
+    /// A person says that the marker on the patient was moved, or may have been.
+    pub(super) fn bumped(&mut self) -> Result<String, String> {
+        self.checked = None;
+        self.take(Event::ReferenceBumped);
+        Ok("the marker on the patient was moved: the registration must be checked".to_owned())
     }
 
     fn take(&mut self, event: Event) -> Vec<Action> {

@@ -1,8 +1,8 @@
 //! The simulated operating room: each frame as it arrives, with the truth beside the pose.
 
 use bus::clock;
-use bus::message::{EmitterFrame, EmitterSight, ProcessState, ToolPose, Tracked};
-use bus::port::Publisher;
+use bus::message::{CommandKind, EmitterFrame, EmitterSight, ProcessState, ToolPose, Tracked};
+use bus::port::{CommandServer, Publisher};
 use bus::process::Process;
 use bus::topic::{EMITTERS, GROUND_TRUTH};
 use calib::pose::Sighting;
@@ -17,6 +17,8 @@ use crate::simulated_time::SimulatedTime;
 
 /// In simulated time frames are looked for so far ahead at a time.
 const STRETCH_NS: i64 = 1_000_000_000;
+/// The process that is told what the hand is to do.
+const NAME: &str = "tracker";
 
 /// The room, and where its frames and its truth go.
 struct InRoom {
@@ -24,6 +26,8 @@ struct InRoom {
     chain: Chain,
     frames: Publisher<EmitterFrame>,
     truths: Publisher<ToolPose>,
+    /// What the hand is told; `None` where nobody tells it anything.
+    orders: Option<CommandServer>,
 }
 
 /// Publishes what the chain makes of the frames until asked to stop.
@@ -35,7 +39,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
         return Ok(());
     };
     let scene = &process.scene;
-    let script = Script::of_room(spec, &scene.targets, Some(&examination.grid))?;
+    let script = Script::of_room(spec, &scene.targets, Some(&examination.grid))?.practised(spec, scene.seed);
     let region = region(scene, &examination.grid);
     let tracker = &scene.tracker;
     let room = OperatingRoom::new(script, spec, &tracker.ct_from_tracker, scene.seed, tracker.rate_hz)?;
@@ -48,7 +52,12 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
         noiseless: is_noiseless(&spec.sensor),
     };
     let mut follower = Follower::new(process, output, source, examination);
-    let in_room = InRoom {
+    let mut in_room = InRoom {
+        orders: spec
+            .practice
+            .filter(|_| scene.steps.is_some() && !process.run.simulated_time)
+            .map(|_| CommandServer::open(&process.bus, NAME))
+            .transpose()?,
         frames: Publisher::open(&process.bus, &EMITTERS, "")?,
         truths: Publisher::open(&process.bus, &GROUND_TRUTH, "")?,
         room,
@@ -68,6 +77,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
     };
     while !process.stop.is_set() {
         let now = process.clock().now_ns() - start.at_ns;
+        in_room.obey(now)?;
         after = after.max(now - catch_up);
         in_room.room.arrivals(after, now, &mut arrivals);
         for arrival in &arrivals {
@@ -92,6 +102,20 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
 }
 
 impl InRoom {
+    /// Takes what the hand is told to do from script time `now_ns` on.
+    fn obey(&mut self, now_ns: i64) -> Result<(), RunError> {
+        let Some(orders) = &self.orders else { return Ok(()) };
+        while let Some(request) = orders.next()? {
+            let told = match request.command().command_kind() {
+                Some(CommandKind::Practise) => request.command().practice(),
+                _ => Err("the simulated hand can only practise".to_owned()),
+            };
+            let done = told.and_then(|practice| self.room.order(&practice, now_ns as f64 / 1e9));
+            request.reply(done.as_ref().map(|()| "on its way").map_err(String::as_str))?;
+        }
+        Ok(())
+    }
+
     /// The same in simulated time: one frame after the other, each at the time of its arrival.
     fn follow_in_simulated_time(&self, process: &mut Process, follower: &mut Follower<'_>) -> Result<(), RunError> {
         let (output, start_ns) = (follower.output, follower.output.start_ns());

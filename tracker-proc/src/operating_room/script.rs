@@ -4,7 +4,7 @@ use geometry::{Ct, Point, Rigid, Tool, VolumeGrid};
 use scene::Target;
 use scene::operating_room::Room;
 
-use super::{Played, PlayedError};
+use super::{Played, PlayedError, Practised};
 use crate::gesture::{Gesture, GestureError, aim};
 
 /// Where the tool truly is, as a function of the script's time.
@@ -14,6 +14,8 @@ pub enum Script {
     Approach(Gesture),
     /// Poses from a file.
     Played(Played),
+    /// The approach, until somebody practises.
+    Practised(Box<Practised>),
 }
 
 /// Why a room's gesture cannot be played.
@@ -54,18 +56,31 @@ impl Script {
         Ok(Self::Approach(Gesture::new(&room.approach, target, grid)?))
     }
 
+    /// The same by a hand that does what it is told, where the room has something to practise with; it errs by `seed`. A gesture from
+    /// a file is played as it is.
+    #[must_use]
+    pub fn practised(self, room: &Room, seed: u64) -> Self {
+        match (self, room.practice) {
+            (Self::Approach(gesture), Some(practice)) => {
+                Self::Practised(Box::new(Practised::new(practice, gesture, seed)))
+            }
+            (script, _) => script,
+        }
+    }
+
     /// The true pose at script time `t_s`.
     pub fn ct_from_tool(&self, t_s: f64) -> Rigid<Ct, Tool> {
         match self {
             Self::Approach(gesture) => gesture.ct_from_tool(t_s),
             Self::Played(played) => played.ct_from_tool(t_s),
+            Self::Practised(hand) => hand.ct_from_tool(t_s),
         }
     }
 
     /// When the frames end, s; `None`: never.
     pub fn end_s(&self) -> Option<f64> {
         match self {
-            Self::Approach(_) => None,
+            Self::Approach(_) | Self::Practised(_) => None,
             Self::Played(played) => played.end_s(),
         }
     }

@@ -96,9 +96,10 @@ fn registration(known: &Known<'_>, follows: bool) -> String {
         return "no pose".to_owned();
     };
     let id = format!("reg {:08x}", pose.registration_id >> 32);
+    let checked = checked(known);
     // Where nothing is to be followed, nothing is said of its error.
     if !follows || !matches!(pose.tracked(), Ok(Tracked::Valid(_))) {
-        return id;
+        return id + &checked;
     }
     let error = match pose.tip_95_mm() {
         // `0.0 mm` would say that there is none.
@@ -106,7 +107,24 @@ fn registration(known: &Known<'_>, follows: bool) -> String {
         Some(mm) => format!("tip 95 % {mm:.1} mm"),
         None => "tip error not known".to_owned(),
     };
-    format!("{id}  {error}")
+    format!("{id}  {error}{checked}")
+}
+
+/// The worst distance of the last check of the registration in use, and its age; and whether it holds.
+fn checked(known: &Known<'_>) -> String {
+    let Some(workflow) = known.workflow.filter(|workflow| workflow.check_points > 0) else {
+        return String::new();
+    };
+    let age_min = known.now_ns.saturating_sub(workflow.check_t_ns) / 60_000_000_000;
+    let word = match (
+        workflow.has(Workflow::CHECK_FAILED),
+        workflow.has(Workflow::NOT_CHECKED),
+    ) {
+        (true, _) => "CHECK FAILED",
+        (false, true) => "old check",
+        (false, false) => "check",
+    };
+    format!("  {word} {:.1} mm {age_min} min", workflow.check_worst_mm)
 }
 
 /// The watcher says ten times a second what it read. This is three times what its successor takes to start.

@@ -5,7 +5,7 @@ use std::path::Path;
 use bus::gather::{PoseId, Set};
 use bus::message::{
     Chosen, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, IdentitySource, ImagePlane, ProcessState,
-    ToolPose, Tracked, VolumeHash, Workflow,
+    Steps, ToolPose, Tracked, VolumeHash, Workflow,
 };
 use geometry::{Ct, Direction, Point, Rigid, SlicePlane, Tool, Vector};
 use guidance::workflow::Stage;
@@ -30,6 +30,8 @@ pub(crate) struct Sample {
     pub(crate) guide: Option<Guide>,
     /// How far the run has come.
     pub(crate) workflow: Option<Workflow>,
+    /// The steps.
+    pub(crate) steps: Option<Steps>,
     /// Whose it is.
     pub(crate) identity: Option<Identity>,
     /// The examination.
@@ -94,6 +96,7 @@ impl Sample {
                 Stage::Navigating,
                 Workflow::RESEARCH | Workflow::SIGHT | Workflow::NOT_CHECKED | Workflow::IMAGES,
             )),
+            steps: None,
             identity: Some(Identity::new(
                 VOLUME,
                 IdentitySource::Phantom,
@@ -125,6 +128,7 @@ impl Sample {
             poses: &self.poses,
             guide: self.guide,
             workflow: self.workflow,
+            steps: self.steps,
             identity: self.identity,
             volume: self.volume,
             recorder: self.recorder,

@@ -223,7 +223,11 @@ fn of_the_workflow(workflow: Option<Workflow>) -> (Tone, String, String) {
         );
     };
     if workflow.has(Workflow::BUMPED) {
-        return (Tone::Alarm, "REFERENCE MOVED".to_owned(), "register again".to_owned());
+        return (
+            Tone::Alarm,
+            "REFERENCE MOVED".to_owned(),
+            "check the registration, or register again".to_owned(),
+        );
     }
     if workflow.has(Workflow::CHECK_FAILED) {
         return (Tone::Alarm, "CHECK FAILED".to_owned(), "register again".to_owned());

@@ -21,6 +21,7 @@ pub(crate) struct Heard {
 /// The band, in a run with the examination `volume`, at `now_ns` on the run's clock.
 pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, heard: &Heard) -> Model {
     let known = Known {
+        steps: None,
         scene,
         now_ns,
         headers: &[],
@@ -39,6 +40,7 @@ pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, hear
     };
     let state = state(volume, heard.plan.as_ref().map(|(_, plan)| plan));
     Model {
+        steps: None,
         cells: Vec::new(),
         sight: Err(String::new()),
         facts: Facts {

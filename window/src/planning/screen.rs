@@ -4,7 +4,6 @@ mod chart;
 mod foot;
 mod image;
 mod keys;
-mod lines;
 mod marks;
 mod panel;
 mod pointer;

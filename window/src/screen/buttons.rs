@@ -1,32 +1,19 @@
 //! The buttons at the bottom, each with its key; a pedal sends the same keys.
 
-use egui::{Align2, Id, Key, Rect, Sense, Ui, pos2, vec2};
+use egui::{Align2, Id, Key, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
+use super::button::{Button, button};
 use super::words::{Type, Words, colour};
-use super::{Look, Outcome, Wish, tree};
+use super::{Look, Outcome, Wish, step_buttons, tree};
 use crate::colours;
 use crate::model::{Model, Tone};
 use crate::sizes::Sizes;
 
-/// A button: its word, its key as it is printed on the keyboard, the key, and what it does.
-struct Button {
-    word: String,
-    key: &'static str,
-    pressed: Key,
-    wish: Wish,
-}
-
-fn button(word: impl Into<String>, key: &'static str, pressed: Key, wish: Wish) -> Button {
-    Button {
-        word: word.into(),
-        key,
-        pressed,
-        wish,
-    }
-}
-
 /// The buttons of this screen.
 fn buttons(model: &Model, look: &Look) -> Vec<Button> {
+    if let Some(steps) = model.steps.as_ref().filter(|_| look.steps && !look.only_sight) {
+        return step_buttons::all(steps);
+    }
     let hold = if model.state.is_held { "Follow" } else { "Hold" };
     let mut all = vec![
         button(
@@ -50,10 +37,13 @@ fn buttons(model: &Model, look: &Look) -> Vec<Button> {
     } else if let (Some(next), false) = (look.views.next(&model.cells), look.only_sight) {
         all.push(button("Views", "V", Key::V, Wish::Views(next)));
     }
+    if model.steps.is_some() && !look.only_sight {
+        all.push(button("Steps", "F2", Key::F2, Wish::Steps(true)));
+    }
     if model.state.is_replay {
         all.push(button("Back 5 s", "Left", Key::ArrowLeft, Wish::Skip(-5)));
         all.push(button("Pause", "P", Key::P, Wish::Pause));
-        all.push(button("Step", "S", Key::S, Wish::Step));
+        all.push(button("Step", "S", Key::S, Wish::OnePose));
         all.push(button("On 5 s", "Right", Key::ArrowRight, Wish::Skip(5)));
     }
     all
@@ -72,8 +62,29 @@ pub(super) fn show(ui: &Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: 
 }
 
 fn is_pressed(ui: &Ui, button: &Button, rect: Rect, sizes: &Sizes, outcome: &mut Outcome) -> bool {
+    if !button.is_enabled {
+        disabled(ui, (&button.word, button.key), rect, sizes, &mut outcome.words);
+        return false;
+    }
     let is_touched = touched(ui, (&button.word, button.key), rect, sizes, &mut outcome.words);
     is_touched || ui.input(|input| input.key_pressed(button.pressed))
+}
+
+/// A button that does nothing now: without a ground of its own. Why stands on the screen.
+fn disabled(ui: &Ui, (word, key): (&str, &str), rect: Rect, sizes: &Sizes, words: &mut Words) {
+    let response = ui.interact(rect, Id::unique(("button", key)), Sense::hover());
+    tree::disabled(&response, word, key);
+    ui.painter()
+        .rect_stroke(rect, 4.0, Stroke::new(sizes.line, colours::LINE), StrokeKind::Inside);
+    let how = Type {
+        size: sizes.plain,
+        colour: colour(Tone::Quiet),
+        ground: colours::GROUND,
+        align: Align2::CENTER_CENTER,
+    };
+    let (upper, lower) = rect.shrink2(vec2(sizes.gap, 2.0)).split_top_bottom_at_fraction(0.5);
+    words.paint(ui, upper, &format!("({word})"), how);
+    words.paint(ui, lower, key, how);
 }
 
 /// A button with its word, and its key as it is printed on the keyboard; whether it was touched.

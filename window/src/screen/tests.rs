@@ -10,6 +10,7 @@ mod rooms;
 mod samples;
 mod sheet;
 mod stage;
+mod steps;
 mod tree;
 mod views;
 

@@ -79,6 +79,14 @@ pub(crate) fn button(response: &Response, word: &str, key: &str) {
         .accesskit_node_builder(response.id, |node| node.set_keyboard_shortcut(key));
 }
 
+/// A button that does nothing now.
+pub(crate) fn disabled(response: &Response, word: &str, key: &str) {
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, false, word));
+    response
+        .ctx
+        .accesskit_node_builder(response.id, |node| node.set_keyboard_shortcut(key));
+}
+
 /// An image of the planning screen.
 pub(crate) fn cut(response: &Response, title: &str) {
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, title));

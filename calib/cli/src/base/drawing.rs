@@ -77,14 +77,14 @@ struct RawSeat {
 
 /// The base as drawn, and the seat of the tool in it.
 #[derive(Debug)]
-pub(super) struct Drawn {
-    pub(super) drawing: Drawing,
-    pub(super) base_from_tool: Option<Uncertain<Base, Tool>>,
+pub(crate) struct Drawn {
+    pub(crate) drawing: Drawing,
+    pub(crate) base_from_tool: Option<Uncertain<Base, Tool>>,
 }
 
 impl Drawn {
     /// Reads a drawing.
-    pub(super) fn read(path: &Path) -> Result<Self, DrawingFileError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, DrawingFileError> {
         Self::from_source(&Source::read_whole(path)?)
     }
 

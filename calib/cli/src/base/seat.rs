@@ -13,7 +13,7 @@ use crate::calibration::{BaseRecord, CalibrationFile, Gate, Kind, SeatDrawing, S
 use crate::commands::common::{
     Asked, CommandError, OutArgs, Outcome, OwnError, PosesArgs, recorded, recorded_text, verdict_text,
 };
-use crate::live::{Against, FollowMarkers, Run};
+use crate::live::{Against, FollowMarkers, LiveArgs, Run};
 use crate::poses::Recording;
 use crate::scene_context::SceneContext;
 use crate::values::Positive;
@@ -118,6 +118,11 @@ pub(crate) enum NoSeat {
 impl OwnError for NoSeat {}
 
 impl SeatArgs {
+    /// How it listens to a run.
+    pub(crate) const fn live(&mut self) -> &mut LiveArgs {
+        &mut self.poses.live
+    }
+
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;

@@ -55,7 +55,7 @@ pub(crate) struct CheckArgs {
     )]
     touched: Option<Target>,
     #[command(flatten)]
-    live: LiveArgs,
+    pub(crate) live: LiveArgs,
     /// Standard deviation of the touched point along each axis
     #[arg(long, value_name = "MM", default_value = "0.3", allow_hyphen_values = true)]
     touch_mm: Positive,
@@ -167,8 +167,12 @@ impl CheckArgs {
         };
         let tip = run.follow.marker_from_tool().map_err(none)?;
         let seconds = self.live.seconds_or(TOUCH_S);
-        let heard = run.listen(seconds, |_, _| {})?;
-        Ok(touched(name, &heard, &tip, MostMotion::USUAL, seconds)?.place)
+        let heard = run.listen(seconds, None)?;
+        let place = touched(name, &heard, &tip, MostMotion::USUAL, seconds)?.place;
+        // What the poses say, and how far a hand is off the point.
+        let hand = Matrix3::identity() * (self.touch_mm.0 * self.touch_mm.0);
+        let touched = UncertainPoint::new(place.point(), place.covariance() + hand);
+        touched.map_err(|error| unusable(path, error.to_string()))
     }
 
     /// Refuses a registration of another CT or marker, where the ones in use are told.
@@ -263,7 +267,7 @@ fn unusable(path: &Path, what: impl Into<String>) -> BeadsError {
 }
 
 /// The transform with its covariance; the frames' names are known at run time only, so that the tracker stands for `from`.
-fn uncertain(path: &Path, file: &RegistrationFile) -> Result<Uncertain<Ct, Tracker>, BeadsError> {
+pub(crate) fn uncertain(path: &Path, file: &RegistrationFile) -> Result<Uncertain<Ct, Tracker>, BeadsError> {
     let transform = &file.transform;
     if transform.scale_fitted || transform.scale != 1.0 {
         let what = format!("it has the scale {}; a patient is registered without", transform.scale);

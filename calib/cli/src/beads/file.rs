@@ -172,7 +172,7 @@ impl BeadsFile {
     }
 
     /// Reads such a file and what it was read from.
-    pub(super) fn read(path: &Path) -> Result<(Self, Source), BeadsError> {
+    pub(crate) fn read(path: &Path) -> Result<(Self, Source), BeadsError> {
         let source = Source::read_whole(path)?;
         let file: Self = serde_json::from_str(&source.text).map_err(|source| BeadsError::Json {
             path: path.to_owned(),

@@ -212,6 +212,7 @@ impl MatchArgs {
             ct_hash: Some(ct_hash),
             marker: marker.map(|name| name.0),
             all: true,
+            json: false,
         }
     }
 }

@@ -9,7 +9,7 @@ use geometry::Marker;
 use crate::bounds::NotJudged;
 use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::input_files::columns::TableError;
-use crate::live::{DwellError, FollowMarkers, LiveArgs, LiveError, Run};
+use crate::live::{DwellError, FollowMarkers, Listened, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
 use crate::scene_context::SceneContext;
 use crate::store::{self, StoreError};
@@ -127,13 +127,14 @@ impl PosesArgs {
         }
         let run = run.ok_or(CommandError::NoRun)?;
         let seconds = self.live.seconds_or(asked.seconds);
-        bus::stderr_line!("calib: listening to run {} for {seconds} s; {}", run.name(), asked.what);
-        let heard = run.listen(seconds, |heard, passed_s| {
+        if !self.live.watch.is_there() {
+            bus::stderr_line!("calib: listening to run {} for {seconds} s; {}", run.name(), asked.what);
+        }
+        let lacks = |heard: &Listened| {
             let turned = Coverage::of(heard.poses.iter().map(|pose| pose.transform().rotation()));
-            let advice = turned.map_or_else(|| heard.why.clone(), |coverage| advise(&coverage));
-            let (poses, frames) = (heard.poses.len(), heard.frames);
-            bus::stderr_line!("calib: {passed_s:.0} s of {seconds}, {poses} poses of {frames} frames: {advice}");
-        })?;
+            turned.map_or_else(|| heard.why.clone(), |coverage| advise(&coverage))
+        };
+        let heard = run.listen(seconds, Some(&lacks))?;
         if let Some(path) = &self.keep {
             poses::keep(path, &heard)?;
         }

@@ -14,7 +14,7 @@ use super::pivot_report::{self, Solution};
 use super::tool::tool_frame;
 use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, ToolRecord};
-use crate::live::{FollowMarkers, Run};
+use crate::live::{FollowMarkers, LiveArgs, Run};
 use crate::poses::Recording;
 use crate::scene_context::SceneContext;
 use crate::values::{Positive, Target};
@@ -160,6 +160,11 @@ enum PivotError {
 impl OwnError for PivotError {}
 
 impl PivotArgs {
+    /// How it listens to a run.
+    pub(crate) const fn live(&mut self) -> &mut LiveArgs {
+        &mut self.poses.live
+    }
+
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;

@@ -14,7 +14,7 @@ use super::common::{
 };
 use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
-use crate::live::FollowMarkers;
+use crate::live::{FollowMarkers, LiveArgs};
 use crate::poses::Recording;
 use crate::scene_context::SceneContext;
 use crate::values::{Positive, Target};
@@ -92,6 +92,11 @@ enum SpinError {
 impl OwnError for SpinError {}
 
 impl SpinArgs {
+    /// How it listens to a run.
+    pub(crate) const fn live(&mut self) -> &mut LiveArgs {
+        &mut self.poses.live
+    }
+
     /// Does what is asked.
     pub(crate) fn run(&self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.out.check()?;

@@ -36,6 +36,8 @@ pub(crate) enum LiveError {
     },
     #[error("run {0:?} has no marker on the patient: --against reference has nothing to go by")]
     NoReference(String),
+    #[error("given up; nothing is written")]
+    Cancelled,
     #[error("run {run:?} ended after {seconds:.1} s of {asked} s; nothing is written")]
     Ended { run: String, seconds: f64, asked: f64 },
     #[error(

@@ -8,7 +8,7 @@ use bus::topic::EMITTERS;
 use geometry::{Direction, Marker, Rigid, Tool, Tracker, Uncertain, Vector};
 use scene::TrackerSource;
 
-use super::{Against, Follow, FollowMarkers, LiveArgs, LiveError};
+use super::{Against, Follow, FollowMarkers, Heard, LiveArgs, LiveError, Watch};
 use crate::poses::MAX_POSES;
 use crate::scene_context::{Going, SceneContext};
 
@@ -16,8 +16,8 @@ use crate::scene_context::{Going, SceneContext};
 const DEPTH: usize = 1024;
 /// Between two looks, ns.
 const LOOK_NS: i64 = 5_000_000;
-/// Between two words of progress, ns.
-const TELL_NS: i64 = 1_000_000_000;
+/// Between two words of progress, ns: to a terminal, and to who watches.
+const TELL_NS: [i64; 2] = [1_000_000_000, 100_000_000];
 
 /// A run that is listened to.
 pub(crate) struct Run<'a> {
@@ -25,6 +25,7 @@ pub(crate) struct Run<'a> {
     pub(crate) follow: Box<dyn Follow>,
     pub(crate) against: Against,
     going: &'a Going,
+    watch: Watch,
     frames: Subscriber<EmitterFrame>,
 }
 
@@ -70,6 +71,7 @@ impl<'a> Run<'a> {
             follow,
             against,
             going,
+            watch: args.watch.clone(),
             frames,
         }))
     }
@@ -89,14 +91,20 @@ impl<'a> Run<'a> {
         Some(drawn * Direction::Z)
     }
 
-    /// Listens for so long, and calls `tell` every second and at the end with what was heard and the seconds that have passed.
+    /// Listens for so long. `advise` says of what was heard what it still lacks: to who watches, or else to stderr, where words are
+    /// only written of a motion that takes its time.
     ///
     /// Only what was captured from now on counts, by the localizer's own stamps.
-    pub(crate) fn listen(&mut self, seconds: f64, mut tell: impl FnMut(&Listened, f64)) -> Result<Listened, LiveError> {
+    pub(crate) fn listen(
+        &mut self,
+        seconds: f64,
+        advise: Option<&dyn Fn(&Listened) -> String>,
+    ) -> Result<Listened, LiveError> {
         let clock = self.going.bus.clock().clone();
         let began = clock.now_ns();
         let until = began.saturating_add(clock::seconds(seconds));
-        let (mut heard, mut tell_ns) = (Listened::default(), began.saturating_add(TELL_NS));
+        let between = TELL_NS[usize::from(self.watch.is_there())];
+        let (mut heard, mut tell_ns) = (Listened::default(), began.saturating_add(between));
         loop {
             let now = clock.now_ns();
             while let Some(frame) = self.frames.next()? {
@@ -109,7 +117,7 @@ impl<'a> Run<'a> {
             }
             let passed_s = clock::ms(now - began) / 1e3;
             if now >= until || heard.poses.len() >= MAX_POSES {
-                tell(&heard, passed_s);
+                self.tell(&heard, [passed_s, seconds], advise)?;
                 return self.checked(heard, seconds);
             }
             if now >= tell_ns {
@@ -121,10 +129,41 @@ impl<'a> Run<'a> {
                         asked: seconds,
                     });
                 }
-                tell(&heard, passed_s);
-                tell_ns = tell_ns.saturating_add(TELL_NS);
+                self.tell(&heard, [passed_s, seconds], advise)?;
+                tell_ns = tell_ns.saturating_add(between);
             }
             clock.sleep_until((now + LOOK_NS).min(until));
+        }
+    }
+
+    fn tell(
+        &self,
+        heard: &Listened,
+        [passed_s, asked_s]: [f64; 2],
+        advise: Option<&dyn Fn(&Listened) -> String>,
+    ) -> Result<(), LiveError> {
+        let (frames, poses) = (heard.frames, heard.poses.len());
+        match (self.watch.is_there(), advise) {
+            (true, advise) => {
+                let advice = advise.map_or_else(|| heard.why.clone(), |advise| advise(heard));
+                let told = Heard {
+                    passed_s,
+                    asked_s,
+                    frames,
+                    poses,
+                    advice,
+                };
+                match self.watch.tell(&told).is_break() {
+                    true => Err(LiveError::Cancelled),
+                    false => Ok(()),
+                }
+            }
+            (false, Some(advise)) => {
+                let advice = advise(heard);
+                bus::stderr_line!("calib: {passed_s:.0} s of {asked_s}, {poses} poses of {frames} frames: {advice}");
+                Ok(())
+            }
+            (false, None) => Ok(()),
         }
     }
 

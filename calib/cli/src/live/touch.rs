@@ -49,7 +49,7 @@ pub(crate) struct TouchArgs {
     #[arg(value_name = "NAME")]
     name: Name,
     #[command(flatten)]
-    live: LiveArgs,
+    pub(crate) live: LiveArgs,
     /// The file that the point is added to
     #[arg(long, value_name = "FILE.csv")]
     to: PathBuf,
@@ -170,7 +170,7 @@ impl TouchArgs {
 
     fn touch(&self, run: &mut Run<'_>, tip: &Uncertain<Marker, Tool>) -> Result<Touched, LiveError> {
         let seconds = self.live.seconds_or(TOUCH_S);
-        let heard = run.listen(seconds, |_, _| {})?;
+        let heard = run.listen(seconds, None)?;
         touched(
             self.name.as_str(),
             &heard,

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use geometry::{Tracker, UncertainPoint};
+use geometry::{Point, Tracker, UncertainPoint};
+use nalgebra::Matrix3;
 
 use super::LiveError;
 use crate::calibration::Gate;
@@ -39,6 +40,27 @@ pub(crate) fn touched_in(path: &Path, given: Option<&Name>) -> Result<Option<Nam
         }),
         (found, given) => Ok(given.cloned().or_else(|| found.map(Name::told))),
     }
+}
+
+/// The touches of a file: the name and place of each.
+pub(crate) fn read_touches(path: &Path) -> Result<Vec<(String, UncertainPoint<Tracker>)>, LiveError> {
+    let source = Source::read(path)?;
+    let other = |what: &str| LiveError::OtherTouches {
+        path: path.to_owned(),
+        what: what.to_owned(),
+    };
+    let mut touches = Vec::new();
+    for (_, row) in source.rows().skip(1) {
+        let (name, numbers) = row.split_once(',').ok_or_else(|| other("a line has no columns"))?;
+        let numbers: Result<Vec<f64>, _> = numbers.split(',').map(str::parse).collect();
+        let [x, y, z, xx, xy, xz, yy, yz, zz] = numbers
+            .ok()
+            .and_then(|numbers| <[f64; 9]>::try_from(numbers).ok())
+            .ok_or_else(|| other("a line has not nine numbers behind its name"))?;
+        let covariance = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        touches.push((name.to_owned(), UncertainPoint::new(Point::new(x, y, z), covariance)?));
+    }
+    Ok(touches)
 }
 
 /// Adds a touch to a file, which is made where it is not there, below the gates that it kept. `comment`, the first line, says
@@ -101,8 +123,6 @@ fn existing(path: &Path, comment: &str) -> Result<(String, usize), LiveError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::Point;
-    use nalgebra::Matrix3;
 
     #[test]
     fn touches_are_added_and_touches_of_something_else_refused() {

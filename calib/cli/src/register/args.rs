@@ -78,6 +78,14 @@ pub(crate) struct RegisterArgs {
     /// Standard deviation of a pair's error along each axis [default: estimated from the residuals]
     #[arg(long, value_name = "SIGMA_MM", allow_hyphen_values = true)]
     noise_mm: Option<PositiveMm>,
+    /// Let the estimated deviation not fall below this: residuals of few points are small by chance
+    #[arg(
+        long,
+        value_name = "SIGMA_MM",
+        conflicts_with = "noise_mm",
+        allow_hyphen_values = true
+    )]
+    least_noise_mm: Option<PositiveMm>,
     /// Where to predict the error, in TO, mm; may be given several times
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
     target: Vec<Target>,
@@ -109,6 +117,9 @@ pub(crate) struct RegisterArgs {
     /// Accept pairs and points that occur twice
     #[arg(long)]
     allow_duplicates: bool,
+    /// Print the registration as JSON and nothing else
+    #[arg(long)]
+    json: bool,
     /// List every pair, however many there are
     #[arg(long)]
     all: bool,
@@ -215,6 +226,7 @@ fn request(args: RegisterArgs, of: Of) -> Request {
             robust: args.robust.map(|mm| mm.0),
             min_inliers: args.min_inliers.map(usize::from),
             noise_mm: args.noise_mm.map(|mm| mm.0),
+            least_noise_mm: args.least_noise_mm.map(|mm| mm.0),
         },
         targets: args.target.into_iter().map(|target| target.0).collect(),
         to: of.to.0,
@@ -224,5 +236,6 @@ fn request(args: RegisterArgs, of: Of) -> Request {
         out: args.out,
         overwrite: args.overwrite,
         all: args.all,
+        json: args.json,
     }
 }

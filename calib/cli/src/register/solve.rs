@@ -35,6 +35,8 @@ pub(crate) struct Options {
     pub(crate) min_inliers: Option<usize>,
     /// Standard deviation per axis, mm; `None`: estimated from the residuals.
     pub(crate) noise_mm: Option<f64>,
+    /// Of an estimate, the least, mm.
+    pub(crate) least_noise_mm: Option<f64>,
 }
 
 /// What was found.
@@ -162,7 +164,14 @@ fn noise(registration: &Registration<To, From>, weights: &[f64], options: &Optio
         1.0
     };
     Noise {
-        sigma_mm: sigma_mm * freedom.sqrt(),
+        sigma_mm: f64::max(sigma_mm * freedom.sqrt(), options.least_noise_mm.unwrap_or(0.0)),
+    }
+}
+
+impl Options {
+    /// Whether a deviation is what the residuals suggest.
+    pub(crate) fn is_estimate(&self, sigma_mm: f64) -> bool {
+        self.noise_mm.is_none() && self.least_noise_mm.is_none_or(|least| sigma_mm > least)
     }
 }
 

@@ -74,7 +74,7 @@ pub enum CommandKind {
     Rest,
     /// Pilot of a planning run: change the plan, take a change back, or confirm it.
     Plan,
-    /// Pilot: known points were touched; the largest distance of one from its place is [`Command::number`], mm. `pose` says of which
+    /// Pilot: known points were touched, of which one is too far off where there are words; the largest distance of one from its place is [`Command::number`], mm. `pose` says of which
     /// registration (`registration_id`) and when the last of them was touched (`t_capture_ns`).
     Checked,
     /// Pilot: a person says that the marker on the patient was moved, or may have been.
@@ -195,6 +195,15 @@ impl Command {
             pose,
             view: points,
             ..Self::with_number(CommandKind::Checked, worst_mm)
+        }
+    }
+
+    /// The same with these words.
+    #[must_use]
+    pub fn because(self, words: &str) -> Self {
+        Self {
+            text: text_field(words),
+            ..self
         }
     }
 

@@ -4,6 +4,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::{Command, CommandKind, field_text, text_field};
 
+/// Most bytes of a point's name.
+const NAME: usize = 40;
+
 /// Published by the calibrator whenever something changes. Lengths are mm, times of the session's clock ns; what is not known is NaN.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
@@ -76,7 +79,7 @@ pub struct StepPoint {
     /// How often it was touched.
     pub touches: u32,
     /// Its name.
-    pub name: [u8; Self::NAME],
+    pub name: [u8; NAME],
 }
 
 /// A bound on the result.
@@ -186,6 +189,17 @@ impl StepPhase {
         self as u32
     }
 
+    /// As a person reads it.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Going => "the hand is on its way",
+            Self::Listening => "listening",
+            Self::Working => "computing",
+            Self::Done => "accepted",
+        }
+    }
+
     /// Whether something goes on that ends by itself.
     pub const fn is_busy(self) -> bool {
         matches!(self, Self::Going | Self::Listening | Self::Working)
@@ -229,7 +243,7 @@ impl StepWish {
 
 impl StepPoint {
     /// Most bytes of a point's name.
-    pub const NAME: usize = 40;
+    pub const NAME: usize = NAME;
     /// It was touched.
     pub const TOUCHED: u32 = 1;
     /// Its distance is beyond what is allowed.
@@ -240,7 +254,7 @@ impl StepPoint {
         expected_mm: f64::NAN,
         flags: 0,
         touches: 0,
-        name: [0; Self::NAME],
+        name: [0; NAME],
     };
 
     /// One that was not touched yet.

@@ -2,11 +2,13 @@
 
 use super::places::{Crowded, Places};
 use super::{command, event_service, frame, stream, volume};
-use crate::message::{ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, Plan, ToolPose, Workflow};
+use crate::message::{
+    ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, Plan, Steps, ToolPose, Workflow,
+};
 use crate::node::patiently;
 use crate::topic::{
     COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME, PLAN,
-    SESSION_CLOCK, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
+    SESSION_CLOCK, STEPS, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
 };
 use crate::{Bus, BusError};
 
@@ -25,6 +27,8 @@ pub struct Members<'a> {
     pub is_ruled: bool,
     /// Whether an operation is planned: the pilot then tells the plan.
     pub is_planning: bool,
+    /// Whether calibration, registration and check are guided.
+    pub has_steps: bool,
 }
 
 /// Every service of a run, held open by its pilot for as long as the run lasts. Whoever is killed while it makes a service
@@ -52,6 +56,9 @@ impl Services {
         if members.is_ruled {
             keep_stream::<ClockLaw>(&mut kept, bus, &SESSION_CLOCK, "")?;
             keep_stream::<Heartbeat>(&mut kept, bus, &HEARTBEAT, "pilot")?;
+        }
+        if members.has_steps {
+            keep_stream::<Steps>(&mut kept, bus, &STEPS, "")?;
         }
         if members.is_planning {
             keep_stream::<Plan>(&mut kept, bus, &PLAN, "")?;

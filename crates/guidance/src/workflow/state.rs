@@ -178,6 +178,11 @@ impl State {
         self.identity
     }
 
+    /// The registration within its gates that was told last.
+    pub const fn registration(&self) -> Option<u64> {
+        self.registration
+    }
+
     /// What is known of the check.
     pub const fn check(&self) -> Check {
         self.check

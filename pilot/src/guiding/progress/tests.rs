@@ -102,7 +102,7 @@ fn a_navigation_that_a_person_ended_does_not_start_by_itself() {
     // Nor with another registration.
     valid(&mut progress, 2, 3);
     assert_eq!(progress.state().stage(), Stage::Registered);
-    progress.navigate().unwrap();
+    progress.navigate(0).unwrap();
     assert_eq!(progress.state().stage(), Stage::Navigating);
     lost(&mut progress, Lost::NotRegistered);
     valid(&mut progress, 2, 4);
@@ -117,7 +117,7 @@ fn a_strict_run_waits_for_a_person() {
     progress.volume(HASH);
     valid(&mut progress, 1, 0);
     assert_eq!(progress.state().stage(), Stage::Loaded);
-    let said = progress.navigate().unwrap_err();
+    let said = progress.navigate(0).unwrap_err();
     assert_eq!(said, "the run is LOADED: nobody has confirmed whose the examination is");
     for bad in ["", "07", "yes"] {
         assert!(progress.confirm(bad).unwrap_err().contains("64 hexadecimal digits"));
@@ -126,7 +126,7 @@ fn a_strict_run_waits_for_a_person() {
     valid(&mut progress, 1, 1);
     assert_eq!(progress.state().stage(), Stage::Registered);
     // Nothing was touched to check the registration.
-    assert!(progress.navigate().is_err());
+    assert!(progress.navigate(0).is_err());
     valid(&mut progress, 1, 2);
     assert_eq!(
         (progress.state().stage(), progress.state().check()),
@@ -157,8 +157,105 @@ fn a_rejected_examination_needs_a_person_also_in_research() {
     valid(&mut progress, 1, 1);
     progress.turn(2);
     assert_eq!(progress.state().stage(), Stage::Loaded);
-    assert!(progress.navigate().is_err());
+    assert!(progress.navigate(0).is_err());
     progress.confirm(&HASH.to_string()).unwrap();
     valid(&mut progress, 1, 3);
     assert_eq!(progress.state().stage(), Stage::Navigating);
+}
+
+/// A strict run that is registered under registration 1, as of `t_ns`.
+fn registered(t_ns: i64) -> Progress {
+    let mut progress = progress(true);
+    progress.volume(HASH);
+    progress.confirm(&HASH.to_string()).unwrap();
+    valid(&mut progress, 1, t_ns);
+    assert_eq!(progress.state().stage(), Stage::Registered);
+    progress
+}
+
+#[test]
+fn a_check_leads_on_and_holds_for_its_time() {
+    let mut progress = registered(0);
+    let said = progress
+        .check(&Command::checked(1.5, 3, 400_000_000, 1), 500_000_000)
+        .unwrap();
+    assert_eq!(said, "check passed: 3 points, the worst 1.50 mm off");
+    assert_eq!(progress.state().stage(), Stage::Checked);
+    assert!(progress.navigate(600_000_000).is_ok());
+    let checked = progress.checked().unwrap();
+    assert_eq!((checked.worst_mm, checked.points, checked.t_ns), (1.5, 3, 400_000_000));
+    // A second after the first point was touched it is too old.
+    valid(&mut progress, 1, 1_300_000_000);
+    progress.turn(1_400_000_000);
+    assert_eq!(progress.state().stage(), Stage::Navigating);
+    progress.turn(1_400_000_001);
+    assert_eq!(progress.state().stage(), Stage::Registered);
+    assert!(progress.navigate(1_500_000_000).unwrap_err().contains("not checked"));
+}
+
+#[test]
+fn a_check_that_fails_by_its_distance_or_by_its_words_keeps_from_navigating() {
+    for (worst_mm, fails) in [(2.1, ""), (0.9, "five: 0.90 mm off, 0.40 mm hold 95 % of errors")] {
+        let mut progress = registered(0);
+        let command = Command::checked(worst_mm, 1, 100, 1).because(fails);
+        let said = progress.check(&command, 200).unwrap();
+        assert!(
+            said.starts_with("check FAILED: 1 points") && said.contains(fails),
+            "{said}"
+        );
+        assert!(
+            progress
+                .navigate(300)
+                .unwrap_err()
+                .contains("the check of the registration failed")
+        );
+        // Another registration has no check, good or bad.
+        valid(&mut progress, 2, 400);
+        assert_eq!(progress.checked(), None);
+        assert!(
+            progress
+                .navigate(500)
+                .unwrap_err()
+                .contains("the registration was not checked")
+        );
+    }
+}
+
+#[test]
+fn a_check_of_another_registration_or_of_no_distance_is_refused() {
+    let mut progress = registered(0);
+    let other = progress.check(&Command::checked(0.5, 3, 100, 2), 200).unwrap_err();
+    assert!(other.contains("not the one in use"), "{other}");
+    for worst_mm in [f64::NAN, -0.1, f64::INFINITY] {
+        assert!(progress.check(&Command::checked(worst_mm, 3, 100, 1), 200).is_err());
+    }
+    let future = Command::checked(0.5, 3, 100_000_000, 1);
+    assert!(progress.check(&future, 200).unwrap_err().contains("from the future"));
+    assert_eq!(
+        (progress.state().stage(), progress.checked()),
+        (Stage::Registered, None)
+    );
+}
+
+#[test]
+fn a_marker_that_was_moved_has_to_be_checked() {
+    let mut progress = registered(0);
+    progress.check(&Command::checked(0.5, 3, 100, 1), 200).unwrap();
+    progress.navigate(300).unwrap();
+    progress.bumped().unwrap();
+    assert_eq!(
+        (progress.state().stage(), progress.checked()),
+        (Stage::Registered, None)
+    );
+    assert!(
+        progress
+            .navigate(400)
+            .unwrap_err()
+            .contains("the marker on the patient was pushed")
+    );
+    // The same registration again clears no doubt.
+    valid(&mut progress, 1, 500);
+    assert!(progress.navigate(600).is_err());
+    progress.check(&Command::checked(0.5, 3, 700, 1), 800).unwrap();
+    assert!(progress.navigate(900).is_ok());
 }

@@ -7,10 +7,10 @@ use picture::palette;
 
 use super::super::camera::{Cut, PRESETS};
 use super::super::desk::{Desk, Mode};
-use super::lines::Lines;
 use super::{Known, chart, structures};
 use crate::colours;
 use crate::model::Tone;
+use crate::screen::lines::Lines;
 use crate::screen::words::{Type, Words};
 use crate::sizes::Sizes;
 

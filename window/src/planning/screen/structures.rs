@@ -4,8 +4,8 @@ use guidance::safety::{Clearance, Distance};
 
 use super::super::labels::{Beside, Found, WITHIN_MM};
 use super::Known;
-use super::lines::Lines;
 use crate::model::Tone;
+use crate::screen::lines::Lines;
 
 /// So many structures are named.
 const NAMED: usize = 5;

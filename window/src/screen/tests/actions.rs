@@ -31,7 +31,7 @@ fn of_a_replay() -> Vec<Action> {
     vec![
         ("Back 5 s", Key::ArrowLeft, Wish::Skip(-5)),
         ("Pause", Key::P, Wish::Pause),
-        ("Step", Key::S, Wish::Step),
+        ("Step", Key::S, Wish::OnePose),
         ("On 5 s", Key::ArrowRight, Wish::Skip(5)),
     ]
 }

@@ -1,0 +1,89 @@
+//! Touched points, as their file has them.
+
+use std::fs;
+use std::path::Path;
+
+use geometry::{Tracker, UncertainPoint};
+
+use crate::live::read_touches;
+use crate::store;
+
+/// Touches of one task, in the order in which they were made.
+#[derive(Debug, Default)]
+pub(super) struct Touches {
+    /// What stands above them: what all are of, and the columns.
+    head: String,
+    rows: Vec<Touch>,
+}
+
+/// A touched point.
+#[derive(Debug, Clone)]
+pub(super) struct Touch {
+    /// As it was called on the command line.
+    pub(super) name: String,
+    pub(super) place: UncertainPoint<Tracker>,
+    line: String,
+}
+
+impl Touches {
+    pub(super) fn rows(&self) -> &[Touch] {
+        &self.rows
+    }
+
+    /// Takes the one touch of a file that `calib touch` made.
+    pub(super) fn take(&mut self, path: &Path) -> Result<&Touch, String> {
+        let text = fs::read_to_string(path).map_err(|error| format!("reading {}: {error}", path.display()))?;
+        let touches = read_touches(path).map_err(|error| error.to_string())?;
+        let [(name, place)] = &touches[..] else {
+            return Err(format!(
+                "{}: {} touches, one is expected",
+                path.display(),
+                touches.len()
+            ));
+        };
+        let mut lines = text.lines();
+        let head: Vec<&str> = lines.by_ref().take(1).collect();
+        let rest: Vec<&str> = lines.filter(|line| !line.starts_with('#')).collect();
+        let [columns, line] = rest[..] else {
+            return Err(format!("{}: not the file of a touch", path.display()));
+        };
+        self.head = format!("{}\n{columns}\n", head.join(""));
+        self.rows.push(Touch {
+            name: name.clone(),
+            place: *place,
+            line: line.to_owned(),
+        });
+        Ok(&self.rows[self.rows.len() - 1])
+    }
+
+    /// Leaves the touches of a name out that were made before the last.
+    pub(super) fn keep_last_of(&mut self, name: &str) {
+        let last = self.rows.iter().rposition(|row| row.name == name);
+        let mut at = 0;
+        self.rows.retain(|row| {
+            at += 1;
+            row.name != name || Some(at - 1) == last
+        });
+    }
+
+    /// Leaves the last touch out; whether there was one.
+    pub(super) fn pop(&mut self) -> bool {
+        self.rows.pop().is_some()
+    }
+
+    /// Writes them as one file.
+    pub(super) fn write(&self, path: &Path) -> Result<(), String> {
+        let mut text = self.head.clone();
+        for row in &self.rows {
+            text += &row.line;
+            text.push('\n');
+        }
+        store::write(path, Ok(text), std::iter::empty()).map_err(|error| error.to_string())
+    }
+
+    /// Root mean square of their deviations along an axis, mm; 0 where there are none.
+    pub(super) fn sigma_mm(&self) -> f64 {
+        let squares: f64 = self.rows.iter().map(|row| row.place.rms_mm().powi(2) / 3.0).sum();
+        (squares / self.rows.len().max(1) as f64).sqrt()
+    }
+}
