@@ -17,6 +17,7 @@ mod help;
 mod plan_labels;
 mod simulate;
 mod snapshot;
+mod steps;
 #[path = "../support/mod.rs"]
 mod support;
 mod volume_tools;

@@ -23,7 +23,6 @@ mod recorder_session;
 mod rejoin;
 mod scene_topics;
 mod simulated_time;
-mod steps;
 mod supervision;
 #[path = "../support/mod.rs"]
 mod support;

@@ -19,7 +19,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         tracker: tracker(&raw.tracker, &targets, raw.tool.length_mm)?,
         guide: targets::chosen(raw, &targets)?,
         workflow: super::workflow::checked(&raw.workflow)?,
-        steps: super::steps::checked(raw)?,
+        steps: steps(raw)?,
         plan: super::plan::checked(raw.plan.as_ref())?,
         targets,
         views: views::views(raw.views.as_deref())?,
@@ -29,6 +29,16 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         limits: limits(&raw.limits)?,
         priorities: super::priorities::checked(&raw.priorities)?,
     })
+}
+
+fn steps(raw: &RawScene) -> Checked<Option<super::steps::StepsSpec>> {
+    let tracker = &raw.tracker;
+    let sees_emitters = matches!(
+        tracker.source,
+        RawTrackerSource::OperatingRoom | RawTrackerSource::Emitters
+    );
+    let has_files = [tracker.calibration.is_some(), tracker.registration.is_some()];
+    super::steps::checked(raw.steps.as_ref(), sees_emitters, has_files)
 }
 
 fn tool(raw: &RawScene) -> Checked<ToolSpec> {

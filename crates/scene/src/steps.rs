@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use geometry::{Ct, Point};
 use serde::{Deserialize, Serialize};
 
-use super::raw::{RawScene, RawTrackerSource};
 use super::values::{Checked, invalid, number, point, repeated};
 
 /// Most points to be touched.
@@ -111,10 +110,18 @@ pub struct KnownPoint {
     pub place: Point<Ct>,
 }
 
-pub(super) fn checked(raw: &RawScene) -> Checked<Option<StepsSpec>> {
-    let Some(steps) = &raw.steps else { return Ok(None) };
-    followed(raw)?;
-    files_of(raw, steps)?;
+/// Checks the table of a scene whose tracker sees emitters or not, and reads a calibration and a registration from files or not.
+pub(super) fn checked(
+    steps: Option<&RawSteps>,
+    sees_emitters: bool,
+    has_files: [bool; 2],
+) -> Checked<Option<StepsSpec>> {
+    let Some(steps) = steps else { return Ok(None) };
+    if !sees_emitters {
+        let allowed = "no such table unless tracker.source is \"operating-room\" or \"emitters\"";
+        return Err(invalid("steps", "a table", allowed));
+    }
+    files_of(steps, has_files)?;
     let path = |key: &str, path: &Option<String>| match path.as_deref() {
         Some("") => Err(invalid(format!("steps.{key}"), "\"\"", "the path of a file")),
         path => Ok(path.map(PathBuf::from)),
@@ -161,51 +168,21 @@ pub(super) fn checked(raw: &RawScene) -> Checked<Option<StepsSpec>> {
     Ok(Some(spec))
 }
 
-/// Who is calibrated must be seen by its emitters.
-fn followed(raw: &RawScene) -> Checked<()> {
-    match raw.tracker.source {
-        RawTrackerSource::OperatingRoom | RawTrackerSource::Emitters => Ok(()),
-        _ => {
-            let allowed = "no such table unless tracker.source is \"operating-room\" or \"emitters\"";
-            Err(invalid("steps", "a table", allowed))
-        }
-    }
-}
-
 /// What is made goes into a file that the tracker reads.
-fn files_of(raw: &RawScene, steps: &RawSteps) -> Checked<()> {
+fn files_of(steps: &RawSteps, [has_calibration, has_registration]: [bool; 2]) -> Checked<()> {
+    let registration = ("registration", has_registration);
     let needs = [
-        (
-            "calibrate",
-            steps.calibrate.is_some(),
-            "calibration",
-            raw.tracker.calibration.is_some(),
-        ),
-        (
-            "points",
-            steps.points.is_some(),
-            "registration",
-            raw.tracker.registration.is_some(),
-        ),
-        (
-            "beads",
-            steps.beads.is_some(),
-            "registration",
-            raw.tracker.registration.is_some(),
-        ),
-        (
-            "check_points",
-            steps.check_points.is_some(),
-            "registration",
-            raw.tracker.registration.is_some(),
-        ),
+        ("calibrate", steps.calibrate.is_some(), ("calibration", has_calibration)),
+        ("points", steps.points.is_some(), registration),
+        ("beads", steps.beads.is_some(), registration),
+        ("check_points", steps.check_points.is_some(), registration),
     ];
     match needs
         .into_iter()
-        .find(|(_, is_asked, _, is_there)| *is_asked && !is_there)
+        .find(|(_, is_asked, (_, is_there))| *is_asked && !is_there)
     {
         None => Ok(()),
-        Some((key, _, table, _)) => {
+        Some((key, _, (table, _))) => {
             let allowed =
                 format!("this key only with [tracker.{table}] file, which is the file that is made or checked");
             Err(invalid(format!("steps.{key}"), "no such file", allowed))
