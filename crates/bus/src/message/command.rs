@@ -1,6 +1,8 @@
 //! Requests to a process and the head of its reply.
 
+use geometry::SlicePlane;
 use iceoryx2::prelude::ZeroCopySend;
+use scene::WindowLevel;
 
 use super::{ImagePlane, PlanEdit, PlanWish, ToolPose, field_text, text_field};
 
@@ -11,7 +13,7 @@ use super::{ImagePlane, PlanEdit, PlanWish, ToolPose, field_text, text_field};
 pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
-    /// For [`CommandKind::Look`]: index of the view in the scene's list. Else 0.
+    /// For [`CommandKind::Look`] and [`CommandKind::Turn`]: index of the view in the scene's list. Else 0.
     pub view: u32,
     /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
     /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Restart`]: which process, by its
@@ -19,7 +21,7 @@ pub struct Command {
     pub number: f64,
     /// For [`CommandKind::Render`]: the pose to draw. For [`CommandKind::Hold`]: the pose to be held.
     pub pose: ToolPose,
-    /// For [`CommandKind::Look`]: the plane and window to draw. Else zero.
+    /// For [`CommandKind::Look`]: the plane and window to draw. For [`CommandKind::Turn`]: how the image is to lie, or zero. Else zero.
     pub plane: ImagePlane,
     /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. For
     /// [`CommandKind::Confirm`]: the examination's hash, in hex. For [`CommandKind::Plan`]: the words of the change. Else empty.
@@ -73,10 +75,12 @@ pub enum CommandKind {
     Rest,
     /// Pilot of a planning run: change the plan, take a change back, or confirm it.
     Plan,
+    /// Renderer of a surface: see the patient from elsewhere, until another such request or the process's end.
+    Turn,
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 20] = [
+const CODES: [(CommandKind, u32); 21] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -97,6 +101,7 @@ const CODES: [(CommandKind, u32); 20] = [
     (CommandKind::Navigate, 18),
     (CommandKind::Rest, 19),
     (CommandKind::Plan, 20),
+    (CommandKind::Turn, 21),
 ];
 
 impl Command {
@@ -157,6 +162,22 @@ impl Command {
             view,
             plane,
             ..Self::new(CommandKind::Look)
+        }
+    }
+
+    /// The request to see the patient of the surface view with this index along `camera`, by parallel projection; `None`: as the scene
+    /// says again.
+    pub fn turn(view: u32, camera: Option<&SlicePlane>) -> Self {
+        // Any window will do: a surface has none.
+        let window = WindowLevel {
+            centre_hu: 0.0,
+            width_hu: 1.0,
+        };
+        let plane = camera.map(|camera| ImagePlane::of(Some(camera), window));
+        Self {
+            view,
+            plane: plane.unwrap_or_default(),
+            ..Self::new(CommandKind::Turn)
         }
     }
 
