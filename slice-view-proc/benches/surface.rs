@@ -1,6 +1,6 @@
 //! The overview: making the surfaces, an image while the camera stands still, and one while it turns.
 //!
-//! `cargo bench -p slice-view-proc --bench surface [-- CT ...]`: the generated patient with voxels of 1.5 and of 0.75 mm, and each CT that is
+//! `cargo bench --workspace --bench surface [-- CT ...]`: the generated patient with voxels of 1.5 and of 0.75 mm, and each CT that is
 //! named, as images of 480 x 480. The alternative to keeping the anatomy is to draw all of it for each pose, which is what a camera that turns
 //! costs. Processor time, medians; what other programs take is not in it.
 

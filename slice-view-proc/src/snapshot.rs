@@ -52,6 +52,9 @@ pub enum SnapshotError {
     /// The plane's distance is not a number.
     #[error("--ahead-mm: {0} mm; a finite number is needed")]
     Ahead(f64),
+    /// An overview has no voxels to be written.
+    #[error("--hu: a surface has no HU; leave it out, or take another --view")]
+    NoHu,
     /// The volume was not sampled.
     #[error("--filter {}: {why}", filter.name())]
     Reslice {
@@ -73,6 +76,9 @@ pub enum SnapshotError {
 
 /// Draws it.
 pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), SnapshotError> {
+    if what.plane == Plane::Surface && what.hu.is_some() {
+        return Err(SnapshotError::NoHu);
+    }
     let volume = load(&what.volume).map_err(SnapshotError::Volume)?;
     let scene = Scene::parse("", Path::new("(defaults)"))?;
     let field_mm = what.pixel_mm * f64::from(what.size[0].min(what.size[1]));
