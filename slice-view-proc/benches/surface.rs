@@ -6,16 +6,18 @@
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 
-mod shared;
+#[path = "shared/figures.rs"]
+#[allow(dead_code, reason = "times only")]
+mod figures;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use bus::message::Chosen;
 use bus::volume::OwnedVolume;
+use figures::{Times, cpu_ms, load};
 use geometry::{Ct, Direction, Point, Rigid, SlicePlane, Tool, Vector};
 use scene::{Scene, VolumeSource, VolumeSpec};
-use shared::figures::{Times, cpu_ms, load};
 use slice_view_proc::reslice::Cpu;
 use slice_view_proc::{Anatomy, Notice, Origin, Rendered, Renderer};
 
@@ -37,13 +39,10 @@ fn main() {
         row(&format!("phantom {spacing} mm"), &spec);
     }
     for path in std::env::args().skip(1).filter(|argument| !argument.starts_with("--")) {
-        row(
-            Path::new(&path)
-                .file_name()
-                .map_or("CT".into(), |name| name.to_string_lossy())
-                .as_ref(),
-            &VolumeSpec::of_path(path.into()),
-        );
+        let name = Path::new(&path)
+            .file_name()
+            .map_or("CT".into(), |name| name.to_string_lossy());
+        row(&name, &VolumeSpec::of_path(path.clone().into()));
     }
     println!("{}", load());
 }

@@ -174,8 +174,8 @@ mod tests {
             (left.azimuth_rad, left.field_mm, left.bone_hu),
             (std::f64::consts::FRAC_PI_2, Some(400.0), 250.0)
         );
-        let oblique = surface("surface = { from = { azimuth_deg = -30, elevation_deg = 20 } }");
-        assert!((oblique.azimuth_rad + 0.523_598).abs() < 1e-6 && (oblique.elevation_rad - 0.349_065).abs() < 1e-6);
+        let oblique = surface("surface = { from = { azimuth_deg = -50, elevation_deg = 20 } }");
+        assert!((oblique.azimuth_rad + 0.872_665).abs() < 1e-6 && (oblique.elevation_rad - 0.349_065).abs() < 1e-6);
     }
 
     #[test]
