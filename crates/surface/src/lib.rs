@@ -16,7 +16,7 @@ pub use field::{Field, PAINTS, bone, structures};
 pub use mesh::Mesh;
 pub use raster::{Rgb, ZBuffer};
 
-/// The most triangles of one surface: 96 MiB with their corners.
+/// The most triangles of one surface: with their corners about 80 MiB, and twice that while it grows.
 pub const MOST_TRIANGLES: usize = 3_000_000;
 
 /// Why there is no surface.
