@@ -9,12 +9,13 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 use geometry::checked;
 use scene::{
-    BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, THICKNESS_MM, VolumeSource,
+    BackEnd, Filter, GpuWeights, Minify, Plane, Render, Sampling, Slab, SlabMode, Surface, THICKNESS_MM, VolumeSource,
     VolumeSpec, WindowLevel,
 };
 
+use crate::overview::LoadVolume;
 use crate::run;
-use crate::snapshot::{LoadVolume, Snapshot, SnapshotError, snapshot};
+use crate::snapshot::{Snapshot, SnapshotError, snapshot};
 
 /// A pose typed by hand has a few digits; its quaternion is normalised.
 const TYPED_TOLERANCE: f64 = 1e-3;
@@ -27,7 +28,8 @@ const TYPED_TOLERANCE: f64 = 1e-3;
     after_help = "Examples:\n  \
     slice-view-proc snapshot --volume ct.nii.gz --view axial --pose 1,0,0,0,12,-30,140 --out axial.png\n  \
     slice-view-proc snapshot --volume phantom --view perpendicular --pose 0.7071,0.7071,0,0,0,0,0 \\\n    \
-    --size 512x512 --pixel-mm 0.2 --filter linear --out p.png --hu p.mha\n\n\
+    --size 512x512 --pixel-mm 0.2 --filter linear --out p.png --hu p.mha\n  \
+    slice-view-proc snapshot --volume phantom --view surface --from left --pose 1,0,0,0,0,0,0 --pixel-mm 0.8 --out s.png\n\n\
     Within a run the pilot starts one of these for each plane direction of the scene."
 )]
 struct Cli {
@@ -101,6 +103,12 @@ struct SnapshotArgs {
     /// Window: centre and width, HU.
     #[arg(long, value_name = "C,W", default_value = "40,400", allow_hyphen_values = true)]
     window: Window,
+    /// Surface view: from where the patient is seen.
+    #[arg(long, default_value = "anterior")]
+    from: FromArg,
+    /// Surface view: voxels of so many HU and more are bone.
+    #[arg(long, value_name = "HU", default_value_t = 300.0, allow_hyphen_values = true)]
+    bone_hu: f64,
     /// Who samples: auto takes a hardware GPU where there is one; gpu also a software one.
     #[arg(long, default_value = "cpu")]
     back_end: BackEndArg,
@@ -124,6 +132,17 @@ enum PlaneArg {
     Frontal,
     Sagittal,
     Perpendicular,
+    Surface,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum FromArg {
+    Anterior,
+    Left,
+    Posterior,
+    Right,
+    Head,
+    Feet,
 }
 
 impl From<PlaneArg> for Plane {
@@ -133,6 +152,7 @@ impl From<PlaneArg> for Plane {
             PlaneArg::Frontal => Self::Frontal,
             PlaneArg::Sagittal => Self::Sagittal,
             PlaneArg::Perpendicular => Self::Perpendicular,
+            PlaneArg::Surface => Self::Surface,
         }
     }
 }
@@ -182,6 +202,12 @@ impl SnapshotArgs {
                 WeightsArg::Sampler => GpuWeights::Sampler,
             },
         }
+    }
+
+    fn surface(&self) -> Surface {
+        let side = self.from.to_possible_value();
+        let named = side.and_then(|side| Surface::from(side.get_name(), self.bone_hu));
+        named.unwrap_or_default()
     }
 
     fn sampling(&self) -> Result<Sampling, SnapshotError> {
@@ -260,12 +286,12 @@ pub fn command() -> clap::Command {
     <Cli as clap::CommandFactory>::command()
 }
 
-/// The binary; `load` reads the files that `snapshot` names.
-pub fn main(load: LoadVolume) -> ExitCode {
+/// The binary; `load` reads the files that `snapshot` names, `load_labels` the label map of a scene.
+pub fn main(load: LoadVolume, load_labels: LoadVolume) -> ExitCode {
     match Cli::parse().command {
         Verb::Run { run_dir, parent, plane } => {
             let membership = Membership { run_dir, parent };
-            exit("slice-view-proc", run::run(plane.into(), &membership))
+            exit("slice-view-proc", run::run(plane.into(), &membership, load_labels))
         }
         Verb::Snapshot(args) => exit("slice-view-proc", take(*args, load)),
     }
@@ -278,7 +304,7 @@ fn take(args: SnapshotArgs, load: LoadVolume) -> Result<(), SnapshotError> {
     if !args.ahead_mm.is_finite() {
         return Err(SnapshotError::Ahead(args.ahead_mm));
     }
-    let render = args.render();
+    let (render, surface) = (args.render(), args.surface());
     let mut volume = VolumeSpec::of_path(args.volume);
     if let VolumeSource::File(file) = &mut volume.source {
         (file.series, file.regrid, file.assume_lps) = (args.series, args.regrid, args.assume_lps);
@@ -292,6 +318,7 @@ fn take(args: SnapshotArgs, load: LoadVolume) -> Result<(), SnapshotError> {
         sampling,
         ahead_mm: args.ahead_mm,
         window: args.window.0,
+        surface,
         reference: args.reference,
         render,
         out: args.out,

@@ -1,8 +1,9 @@
-//! The slice renderer: one process per plane direction, drawing that direction's global and local images.
+//! The slice renderer: one process per plane direction, drawing that direction's global and local images; and the overview, whose
+//! direction is `surface`.
 //!
 //! A pose comes in over the bus, [`plane`] says which plane of the patient each image shows, [`reslice`] samples
 //! the shared volume there, [`to_grey`] turns HU into grey, [`Overlay`] draws the tube, the targets and the words, and the
-//! image goes out with its stamp. What is shown is never older than it says.
+//! image goes out with its stamp. In the place of a plane, the overview has a [`camera`] and the examination's [`Anatomy`]. What is shown is never older than it says.
 
 mod accuracy;
 pub mod cli;
@@ -12,6 +13,7 @@ mod mha;
 mod output;
 mod outside;
 mod overlay;
+mod overview;
 mod remarks;
 mod render;
 pub mod reslice;
@@ -25,7 +27,8 @@ pub use geometry::letters;
 pub use grey::to_grey;
 pub use mha::{MhaError, write_mha};
 pub use overlay::{Notice, Origin, Overlay};
+pub use overview::{Anatomy, LoadVolume};
 pub use render::{RenderError, Rendered, Renderer};
 pub use run::RunError;
-pub use snapshot::{LoadVolume, SnapshotError};
-pub use view::plane;
+pub use snapshot::SnapshotError;
+pub use view::{camera, plane};

@@ -8,7 +8,7 @@ use bus::message::{Chosen, Lost, Marks};
 use bus::run::ReplayOf;
 use geometry::{Ct, Rigid, SlicePlane, Tool};
 use picture::{Canvas, Rgb, palette};
-use scene::{Target, ToolSpec, View};
+use scene::{Plane, Target, ToolSpec, View};
 
 use crate::accuracy::Accuracy;
 
@@ -124,7 +124,11 @@ impl Overlay<'_> {
     /// Draws it all: frames first, so that no word is covered. An image with a side below 192 pixels has frames and
     /// lines only.
     pub fn draw(&self, canvas: &mut Canvas) {
-        self.draw_outlines(canvas);
+        // On a surface they are solids, drawn with it.
+        if !self.is_surface() {
+            self.draw_outlines(canvas);
+        }
+        self.ring_chosen(canvas);
         if let Some(pose) = self.pose {
             self.tube(canvas, pose);
         }
@@ -146,6 +150,11 @@ impl Overlay<'_> {
         for word in &words.layout.placed {
             canvas.text(word.at, &word.text, word.size, word.colour, word.anchor);
         }
+    }
+
+    /// An overview, and no slice: nothing is measured on it, and no figure stands on it.
+    fn is_surface(&self) -> bool {
+        self.view.plane == Plane::Surface
     }
 
     /// Lines are meant for 512 pixels and follow the image.

@@ -1,15 +1,18 @@
 //! One image from one pose.
 
+use std::sync::Arc;
+
 use bus::message::{Chosen, FrameState, Marks};
 use bus::volume::VolumeView;
 use geometry::{Ct, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
-use scene::{Scene, View, WindowLevel};
+use scene::{Plane, Scene, View, WindowLevel};
 
 use crate::accuracy::Accuracy;
 use crate::grey::to_grey;
 use crate::outside::{hatch, hatch_all};
 use crate::overlay::{Notice, Origin, Overlay};
+use crate::overview::{Anatomy, Overview, Things};
 use crate::reslice::{Resampler, ResliceError};
 use crate::view;
 
@@ -24,6 +27,10 @@ pub struct Renderer {
     hu: Vec<f32>,
     /// Of the image drawn last, where a pose placed it.
     plane: Option<SlicePlane>,
+    /// Of a surface view.
+    surface: Option<Overview>,
+    /// Where somebody asked to see it from.
+    turned: Option<SlicePlane>,
 }
 
 /// What to draw.
@@ -83,8 +90,13 @@ impl Renderer {
         let [width, height] = view.size;
         Self {
             canvas: Canvas::new(width, height),
-            hu: vec![0.0; width as usize * height as usize],
+            hu: match view.plane {
+                Plane::Surface => Vec::new(),
+                _ => vec![0.0; width as usize * height as usize],
+            },
             plane: None,
+            surface: (view.plane == Plane::Surface).then(|| Overview::new(view.size)),
+            turned: None,
             view,
         }
     }
@@ -99,12 +111,24 @@ impl Renderer {
         &self.canvas
     }
 
-    /// The plane of the image drawn last; `None` where no pose placed it.
+    /// Has a surface view show this anatomy.
+    pub fn show(&mut self, anatomy: Arc<Anatomy>) {
+        if let Some(surface) = &mut self.surface {
+            surface.show(anatomy);
+        }
+    }
+
+    /// Has a surface view see the patient along `camera`, `None`: as the scene says; held images are always as the scene says.
+    pub fn turn(&mut self, camera: Option<SlicePlane>) {
+        self.turned = camera;
+    }
+
+    /// The plane of the image drawn last; `None` where no pose placed it, and of a surface, on which nothing is measured.
     pub fn plane(&self) -> Option<&SlicePlane> {
         self.plane.as_ref()
     }
 
-    /// The HU of the slice drawn last, row by row.
+    /// The HU of the slice drawn last, row by row; none of a surface.
     pub fn hu(&self) -> &[f32] {
         &self.hu
     }
@@ -120,9 +144,12 @@ impl Renderer {
         resampler: &mut dyn Resampler,
     ) -> Result<SlicePlane, RenderError> {
         let placed = what.pose.unwrap_or_else(Rigid::identity);
-        let plane = view::plane(&self.view, what.volume.grid, &placed)?;
+        let plane = match self.turned.filter(|_| what.notice != Notice::Requested) {
+            Some(turned) => turned,
+            None => view::plane(&self.view, what.volume.grid, &placed)?,
+        };
         self.paint(what, &plane, scene, resampler)?;
-        self.plane = what.pose.map(|_| plane);
+        self.plane = what.pose.filter(|_| self.surface.is_none()).map(|_| plane);
         Ok(plane)
     }
 
@@ -154,6 +181,53 @@ impl Renderer {
         scene: &Scene,
         resampler: &mut dyn Resampler,
     ) -> Result<(), RenderError> {
+        let lost = matches!(what.notice, Notice::Lost(..));
+        let pose = what.pose.filter(|_| !lost);
+        match &mut self.surface {
+            Some(surface) => {
+                let things = Things {
+                    scene,
+                    grid: what.volume.grid,
+                    pose,
+                    chosen: what.chosen,
+                };
+                surface.draw(&mut self.canvas, plane, &things);
+            }
+            None => self.cut(what, plane, resampler)?,
+        }
+        if lost {
+            self.canvas.dim(DIMMED);
+        }
+        let overlay = Overlay {
+            view: &self.view,
+            plane,
+            pose,
+            // Asked of the grid itself, whatever the message says.
+            outside: pose.is_some_and(|pose| !what.volume.grid.holds(tip(pose))),
+            remarks: what.remarks,
+            tool: &scene.tool,
+            targets: &scene.targets,
+            chosen: what.chosen,
+            accuracy: what.accuracy.filter(|_| !lost),
+            notice: what.notice,
+            origin: what.origin,
+            seq: what.seq,
+            registration_id: what.registration_id,
+            volume: what.volume_name,
+            marks: what.marks,
+            caution: self.surface.as_ref().map_or(resampler.caution(), Overview::caution),
+        };
+        overlay.draw(&mut self.canvas);
+        Ok(())
+    }
+
+    /// The slice itself, and what of it is outside.
+    fn cut(
+        &mut self,
+        what: &Rendered<'_>,
+        plane: &SlicePlane,
+        resampler: &mut dyn Resampler,
+    ) -> Result<(), RenderError> {
         let is_cut = what.pose.is_some() || what.notice == Notice::Look;
         if is_cut {
             resampler.reslice(&what.volume, plane, &self.view.sampling, &mut self.hu)?;
@@ -168,30 +242,6 @@ impl Renderer {
             }
             false => hatch_all(&mut self.canvas),
         }
-        let lost = matches!(what.notice, Notice::Lost(..));
-        if lost {
-            self.canvas.dim(DIMMED);
-        }
-        let overlay = Overlay {
-            view: &self.view,
-            plane,
-            pose: what.pose.filter(|_| !lost),
-            // Asked of the grid itself, whatever the message says.
-            outside: !lost && what.pose.is_some_and(|pose| !what.volume.grid.holds(tip(pose))),
-            remarks: what.remarks,
-            tool: &scene.tool,
-            targets: &scene.targets,
-            chosen: what.chosen,
-            accuracy: what.accuracy.filter(|_| !lost),
-            notice: what.notice,
-            origin: what.origin,
-            seq: what.seq,
-            registration_id: what.registration_id,
-            volume: what.volume_name,
-            marks: what.marks,
-            caution: resampler.caution(),
-        };
-        overlay.draw(&mut self.canvas);
         Ok(())
     }
 }

@@ -6,6 +6,8 @@ mod look;
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use bus::BusError;
@@ -15,6 +17,7 @@ use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Guide, Lo
 use bus::port::{CommandServer, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
 use bus::topic::{FRAME_STAMP, GUIDE, TOOL_POSE};
+use bus::volume::VolumeView;
 use bus::wake::Waits;
 use geometry::{Ct, Rigid, Tool};
 use scene::{Plane, Render};
@@ -22,6 +25,7 @@ use scene::{Plane, Render};
 use crate::guide::Chosens;
 use crate::output::{Output, wordless};
 use crate::overlay::{Notice, Origin};
+use crate::overview::{Anatomy, LoadVolume};
 use crate::remarks::Remarks;
 use crate::render::RenderError;
 use crate::reslice::{Chosen, Resampler};
@@ -84,19 +88,40 @@ struct SliceView {
     quiet_until_ns: i64,
     /// What the views cannot show, for the pilot's status and the report.
     wordless: String,
+    load_labels: LoadVolume,
 }
 
-/// Renders the views of one direction until asked to stop.
+/// Gives the surface views their anatomy: made once for all that have the same bone.
+fn show_anatomy(
+    outputs: &mut [Output],
+    volume: &VolumeView<'_>,
+    labels: Option<(&Path, LoadVolume)>,
+    alive: &mut dyn FnMut(),
+) {
+    let mut made: Vec<(f64, Arc<Anatomy>)> = Vec::new();
+    for output in outputs.iter_mut().filter(|o| o.renderer.view().plane == Plane::Surface) {
+        let bone_hu = output.renderer.view().surface.bone_hu;
+        let known = made
+            .iter()
+            .find(|(hu, _)| *hu == bone_hu)
+            .map(|(_, anatomy)| Arc::clone(anatomy));
+        let anatomy = known.unwrap_or_else(|| Arc::new(Anatomy::of(volume, bone_hu, labels, alive)));
+        made.push((bone_hu, Arc::clone(&anatomy)));
+        output.renderer.show(anatomy);
+    }
+}
+
+/// Renders the views of one direction until asked to stop; `load_labels` reads the label map that the scene names.
 ///
 /// # Errors
 /// Each variant of [`RunError`].
-pub(crate) fn run(plane: Plane, membership: &Membership) -> Result<(), RunError> {
+pub(crate) fn run(plane: Plane, membership: &Membership, load_labels: LoadVolume) -> Result<(), RunError> {
     let name = plane.process();
     let process = Process::join(&name, membership)?;
     let poses = Subscriber::open_waking(&process.bus, &TOOL_POSE, "", follow::ROOM)?;
     let server = CommandServer::open(&process.bus, &name)?;
     let stale = process.scene.limits.stale;
-    let mut view = SliceView::new(process, plane)?;
+    let mut view = SliceView::new(process, plane, load_labels)?;
     Waits::every(TICK)
         .message(&poses, Some(stale))
         .request(&server)
@@ -108,7 +133,7 @@ pub(crate) fn run(plane: Plane, membership: &Membership) -> Result<(), RunError>
 }
 
 impl SliceView {
-    fn new(mut process: Process, plane: Plane) -> Result<Self, RunError> {
+    fn new(mut process: Process, plane: Plane, load_labels: LoadVolume) -> Result<Self, RunError> {
         let mut outputs = Vec::new();
         for (index, view) in process.scene.views.iter().enumerate() {
             if view.plane != plane {
@@ -121,13 +146,14 @@ impl SliceView {
         if outputs.is_empty() {
             return Err(RunError::NoView(plane.name()));
         }
-        // What is replayed or simulated comes out the same on every machine.
-        let render = match process.session.is_ruled() {
+        // What is replayed or simulated comes out the same on every machine; a surface is never a card's.
+        let render = match process.session.is_ruled() || plane == Plane::Surface {
             true => Render::cpu(),
             false => process.scene.render,
         };
         Ok(Self {
             wordless: wordless(&outputs),
+            load_labels,
             stamps: Publisher::open(&process.bus, &FRAME_STAMP, &plane.process())?,
             volumes: process.volumes()?,
             guides: Subscriber::open(&process.bus, &GUIDE, "", GUIDE.buffer)?,
@@ -191,8 +217,15 @@ impl SliceView {
             );
             return Ok(());
         }
+        // The same examination has the same surfaces.
+        let is_first = self.volume.is_none();
         self.volume_name = new.hash().to_string()[..8].to_owned();
-        let samplings: Vec<_> = self.outputs.iter().map(|o| o.renderer.view().sampling).collect();
+        let sliced = self
+            .outputs
+            .iter()
+            .filter(|o| o.renderer.view().plane != Plane::Surface);
+        let samplings: Vec<_> = sliced.map(|o| o.renderer.view().sampling).collect();
+        let labels = self.process.scene.plan.labels.clone();
         let (process, mut failed) = (&mut self.process, Ok(()));
         let mut alive = || {
             if failed.is_ok() {
@@ -201,6 +234,10 @@ impl SliceView {
         };
         let prepared = self.resampler.prepare(&new.view(), &samplings, &mut alive);
         prepared.map_err(RenderError::from)?;
+        if is_first {
+            let labels = labels.as_deref().map(|path| (path, self.load_labels));
+            show_anatomy(&mut self.outputs, &new.view(), labels, &mut alive);
+        }
         failed?;
         self.origin = match self.process.run.simulated_time {
             true => Origin::SimulatedTime,
@@ -220,15 +257,23 @@ impl SliceView {
                 None => Ok(()),
             };
         }
-        let is_known = matches!(command.command_kind(), Some(CommandKind::Render | CommandKind::Look));
+        let is_known = matches!(
+            command.command_kind(),
+            Some(CommandKind::Render | CommandKind::Look | CommandKind::Turn)
+        );
         if !is_known {
             request.reply(Err(
-                "a renderer answers only requests to render a pose or a plane and to show none",
+                "a renderer answers only requests to render a pose or a plane, to show none, and to turn a surface",
             ))?;
             return Ok(());
         }
         if self.volume.is_none() {
             request.reply(Err("there is no volume yet"))?;
+            return Ok(());
+        }
+        if command.command_kind() == Some(CommandKind::Turn) {
+            let answer = self.turn(&command);
+            request.reply(answer.as_ref().map(|()| "turned").map_err(String::as_str))?;
             return Ok(());
         }
         if command.command_kind() == Some(CommandKind::Look) {

@@ -3,20 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use bus::message::FrameStamp;
-use bus::volume::OwnedVolume;
 use geometry::{Ct, DoorError, PlaneError, Rigid, Tool};
 use picture::PngError;
 use scene::{
-    Drawn, Extent, Filter, Plane, Render, Sampling, Scene, SceneError, THICKNESS_MM, Up, View, VolumeSpec, WindowLevel,
+    Drawn, Extent, Filter, Plane, Render, Sampling, Scene, SceneError, Surface, THICKNESS_MM, Up, View, VolumeSpec,
+    WindowLevel,
 };
 
 use crate::mha::{MhaError, write_mha};
 use crate::overlay::{Notice, Origin};
+use crate::overview::{Anatomy, LoadVolume};
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::{Chosen, Reference, Resampler, ResliceError};
-
-/// Reads a volume from a file or a folder. Handed in by the binary, as this crate knows no file formats.
-pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
 
 /// What to draw and where to put it.
 #[derive(Debug, Clone)]
@@ -29,6 +27,7 @@ pub(crate) struct Snapshot {
     pub(crate) sampling: Sampling,
     pub(crate) ahead_mm: f64,
     pub(crate) window: WindowLevel,
+    pub(crate) surface: Surface,
     pub(crate) reference: bool,
     pub(crate) render: Render,
     pub(crate) out: Option<PathBuf>,
@@ -53,6 +52,9 @@ pub enum SnapshotError {
     /// The plane's distance is not a number.
     #[error("--ahead-mm: {0} mm; a finite number is needed")]
     Ahead(f64),
+    /// An overview has no voxels to be written.
+    #[error("--hu: a surface has no HU; leave it out, or take another --view")]
+    NoHu,
     /// The volume was not sampled.
     #[error("--filter {}: {why}", filter.name())]
     Reslice {
@@ -74,21 +76,33 @@ pub enum SnapshotError {
 
 /// Draws it.
 pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), SnapshotError> {
+    if what.plane == Plane::Surface && what.hu.is_some() {
+        return Err(SnapshotError::NoHu);
+    }
     let volume = load(&what.volume).map_err(SnapshotError::Volume)?;
     let scene = Scene::parse("", Path::new("(defaults)"))?;
+    let field_mm = what.pixel_mm * f64::from(what.size[0].min(what.size[1]));
     let mut renderer = Renderer::new(View {
         name: "snapshot".to_owned(),
         plane: what.plane,
         extent: Extent::Local,
         size: what.size,
-        field_mm: what.pixel_mm * f64::from(what.size[0].min(what.size[1])),
+        field_mm,
         sampling: what.sampling,
         ahead_mm: what.ahead_mm,
         window: what.window,
         up: Up::Superior,
         text: 1.0,
         overlay: Drawn::All,
+        surface: Surface {
+            field_mm: Some(field_mm),
+            ..what.surface
+        },
     });
+    if what.plane == Plane::Surface {
+        let anatomy = Anatomy::of(&volume.view(), what.surface.bone_hu, None, &mut || {});
+        renderer.show(std::sync::Arc::new(anatomy));
+    }
     let rendered = Rendered {
         volume: volume.view(),
         volume_name: &volume.hash.to_string()[..8],

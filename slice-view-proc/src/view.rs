@@ -1,13 +1,38 @@
 //! Which plane of the patient an image shows.
 
-use geometry::{Ct, Direction, PlaneError, Point, Rigid, SlicePlane, Tool, VolumeGrid};
-use scene::{Extent, Plane, Up, View};
+use geometry::{Ct, Direction, PlaneError, Point, Rigid, SlicePlane, Tool, Vector, VolumeGrid};
+use scene::{Extent, Plane, Surface, Up, View};
 
 /// Below this sine between the tube and the direction that should point up, "up" means nothing: 5 degrees.
 const SINGULAR_SINE: f64 = 0.087;
 
+/// How a surface view sees the patient, whatever the tool does: the image plane through the middle of `grid`, that parallel projection
+/// goes onto.
+///
+/// # Errors
+/// [`PlaneError`] as of [`plane`].
+pub fn camera(view: &View, grid: &VolumeGrid) -> Result<SlicePlane, PlaneError> {
+    let Surface {
+        azimuth_rad,
+        elevation_rad,
+        field_mm,
+        ..
+    } = view.surface;
+    let ((sa, ca), (se, ce)) = (azimuth_rad.sin_cos(), elevation_rad.sin_cos());
+    // LPS: the viewer stands at (sa ce, -ca ce, se); up is where she would go with more elevation.
+    let right = Vector::new(ca, sa, 0.0).direction().unwrap_or(Direction::X);
+    let down = Vector::new(sa * se, -ca * se, -ce).direction().unwrap_or(-Direction::Z);
+    match field_mm {
+        None => whole(grid, grid.centre(), [right, down], view.size),
+        Some(field_mm) => {
+            let shorter = f64::from(view.size[0].min(view.size[1]));
+            SlicePlane::centred(grid.centre(), [right, down], field_mm / shorter, view.size)
+        }
+    }
+}
+
 /// The plane of `view` for a tool at `ct_from_tool`: through the inner tip, in radiological display; perpendicular local
-/// images `ahead_mm` in front of it, if the view looks ahead.
+/// images `ahead_mm` in front of it, if the view looks ahead. Of a surface its [`camera`].
 ///
 /// Axial planes are seen from the feet (patient's right on the left, front up), frontal ones from the front (head up),
 /// sagittal ones from the patient's left (front on the left, head up), perpendicular ones along the tube from the
@@ -17,7 +42,9 @@ const SINGULAR_SINE: f64 = 0.087;
 /// [`PlaneError`] for a grid so large that its pixels would be.
 pub fn plane(view: &View, grid: &VolumeGrid, ct_from_tool: &Rigid<Ct, Tool>) -> Result<SlicePlane, PlaneError> {
     let tip = *ct_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
-    let axes = image_axes(view, ct_from_tool);
+    let Some(axes) = image_axes(view, ct_from_tool) else {
+        return camera(view, grid);
+    };
     match view.extent {
         Extent::Local => {
             let shorter = f64::from(view.size[0].min(view.size[1]));
@@ -46,14 +73,15 @@ fn whole(
     SlicePlane::centred(centre, axes, pixel_mm, size)
 }
 
-/// The directions of growing columns and rows.
-fn image_axes(view: &View, ct_from_tool: &Rigid<Ct, Tool>) -> [Direction<Ct>; 2] {
-    match view.plane {
+/// The directions of growing columns and rows; `None` for a surface, which has those of its camera.
+fn image_axes(view: &View, ct_from_tool: &Rigid<Ct, Tool>) -> Option<[Direction<Ct>; 2]> {
+    Some(match view.plane {
         Plane::Axial => [Direction::X, Direction::Y],
         Plane::Frontal => [Direction::X, -Direction::Z],
         Plane::Sagittal => [Direction::Y, -Direction::Z],
         Plane::Perpendicular => perpendicular_axes(view.up, ct_from_tool),
-    }
+        Plane::Surface => return None,
+    })
 }
 
 /// The image axes of a view along the tube. Where the wanted direction lies along the tube itself, the tool's own +y is
@@ -83,7 +111,7 @@ fn perpendicular_axes(up: Up, ct_from_tool: &Rigid<Ct, Tool>) -> [Direction<Ct>;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::{Affine, Vector};
+    use geometry::{Affine, letters};
     use proptest::prelude::*;
     use scene::Scene;
     use std::path::Path;
@@ -130,6 +158,51 @@ mod tests {
             let p = plane.project(corner);
             assert!(p.x >= -0.51 && p.x <= 511.51 && p.y >= -0.51 && p.y <= 511.51, "{p:?}");
         }
+    }
+
+    /// Left, right, top and bottom of the image, and where the viewer is, as on a radiologist's screen; written down by hand.
+    #[test]
+    fn a_camera_sees_the_patient_from_where_it_is_said() {
+        for (side, expected) in [
+            ("anterior", ["R", "L", "S", "I", "A"]),
+            ("left", ["A", "P", "S", "I", "L"]),
+            ("posterior", ["L", "R", "S", "I", "P"]),
+            ("right", ["P", "A", "S", "I", "R"]),
+            ("head", ["L", "R", "A", "P", "S"]),
+            ("feet", ["R", "L", "A", "P", "I"]),
+        ] {
+            let view = View {
+                plane: Plane::Surface,
+                extent: Extent::Global,
+                surface: Surface::from(side, 300.0).unwrap(),
+                ..views()[0].clone()
+            };
+            let seen = camera(&view, &grid()).unwrap();
+            let (right, down, into) = (seen.right(), seen.down(), seen.into_screen());
+            assert_eq!([-right, right, -down, down, -into].map(letters), expected, "{side}");
+            assert_eq!(plane(&view, &grid(), &pose([0.1, 0.2, 0.3])).unwrap(), seen);
+            let (low, high) = grid().bounds();
+            for corner in [low, high].map(|corner| seen.project(corner)) {
+                assert!(
+                    corner.x >= -0.51 && corner.x <= 511.51 && corner.y >= -0.51 && corner.y <= 511.51,
+                    "{side}"
+                );
+            }
+        }
+        let oblique = Surface {
+            azimuth_rad: 0.5,
+            elevation_rad: 0.3,
+            field_mm: Some(256.0),
+            ..Surface::default()
+        };
+        let view = View {
+            plane: Plane::Surface,
+            surface: oblique,
+            ..views()[0].clone()
+        };
+        let seen = camera(&view, &grid()).unwrap();
+        assert_eq!(seen.pixel_mm(), 0.5);
+        assert_eq!(letters(-seen.into_screen()), "ALS");
     }
 
     #[test]

@@ -119,6 +119,21 @@ fn one_view_is_one_renderer() {
 }
 
 #[test]
+fn an_overview_is_a_renderer_of_its_own_and_the_demonstration_has_none() {
+    assert_eq!(
+        starts("surface.toml"),
+        [
+            "volume-loader",
+            "view-surface",
+            "view-axial",
+            "view-perpendicular",
+            "tracker"
+        ]
+    );
+    assert!(!starts("demo.toml").contains(&"view-surface".to_owned()));
+}
+
+#[test]
 fn an_external_tracker_is_not_started() {
     assert_eq!(scene("external-tracker.toml").tracker.source, TrackerSource::External);
     assert!(!starts("external-tracker.toml").contains(&"tracker".to_owned()));

@@ -362,6 +362,64 @@ fn the_liver_is_on_the_right() {
     assert!((40.0..120.0).contains(&mean(&liver)) && mean(&mirrored) < 0.0);
 }
 
+/// A block of bone to the patient's left, front and head: from each side it is where it belongs, as on a radiologist's screen.
+#[test]
+fn a_surface_is_seen_from_each_side_and_has_no_hu() {
+    let world = World::new();
+    let path = world.path("ct.nii");
+    let voxels = (0..8).flat_map(|k| (0..10).flat_map(move |j| (0..12).map(move |i| (i, j, k))));
+    // The file's axes go to the right, the front and the head.
+    let block = |(i, j, k): (i32, i32, i32)| if i < 4 && j > 6 && k > 4 { 1000_i16 } else { 0 };
+    let bytes = voxels.flat_map(|voxel| block(voxel).to_le_bytes());
+    fs::write(&path, Nifti::header().with(bytes).0).unwrap();
+    let run = |more: &str| {
+        let line = format!(
+            "snapshot --volume {} --view surface --pose {ALONG},900,900,900 {more}",
+            path.display()
+        );
+        world.output("slice-view-proc", &line.split(' ').collect::<Vec<_>>())
+    };
+    let png = world.path("s.png");
+    // Where on the image the block is: to the right, and down.
+    for (side, expected) in [
+        ("anterior", [true, false]),
+        ("left", [false, false]),
+        ("posterior", [false, false]),
+        ("right", [true, false]),
+        ("head", [false, false]),
+        ("feet", [true, false]),
+    ] {
+        let output = run(&format!(
+            "--from {side} --size 150x150 --pixel-mm 2 --out {}",
+            png.display()
+        ));
+        assert!(output.status.success(), "{}", stderr(&output));
+        let image = image::open(&png).unwrap().to_rgb8();
+        // Grey, as the frame that says that the tip is outside is not.
+        let is_bone = |[r, _, b]: [u8; 3]| r > 60 && r.abs_diff(b) < 40;
+        let bone: Vec<_> = image
+            .enumerate_pixels()
+            .filter(|(_, _, pixel)| is_bone(pixel.0))
+            .collect();
+        assert!(bone.len() > 300, "{side}: {}", bone.len());
+        let part = |is: fn(u32, u32) -> bool| bone.iter().filter(|(x, y, _)| is(*x, *y)).count() * 100 / bone.len();
+        let found = [part(|x, _| x > 75) > 90, part(|_, y| y > 75) > 90];
+        assert_eq!(
+            found,
+            expected,
+            "{side}: {} {}",
+            part(|x, _| x > 75),
+            part(|_, y| y > 75)
+        );
+    }
+    let output = run(&format!("--hu {}", world.path("s.mha").display()));
+    assert!(
+        !output.status.success() && stderr(&output).contains("a surface has no HU"),
+        "{}",
+        stderr(&output)
+    );
+}
+
 #[test]
 fn images_repeat_and_back_ends_agree() {
     let world = World::new();

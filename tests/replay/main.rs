@@ -14,3 +14,4 @@ mod replay_refused;
 mod session_report;
 #[path = "../support/mod.rs"]
 mod support;
+mod surface;

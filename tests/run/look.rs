@@ -1,5 +1,7 @@
 //! Planes that are asked for, on the bus of a real run.
 
+mod surface;
+
 use std::time::Duration;
 
 use crate::support::{SMALL, World, report, wait_for};

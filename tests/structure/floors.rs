@@ -19,6 +19,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("picture", 1),
     ("scene", 1),
     ("simulation", 1),
+    ("surface", 1),
     ("bead", 2),
     ("bus", 2),
     ("calib-cli", 3),

@@ -13,6 +13,7 @@ const NUMERIC: &[&str] = &[
     "crates/fit/src",
     "crates/geometry/src",
     "crates/simulation/src",
+    "crates/surface/src",
     "slice-view-proc/src/reslice",
 ];
 /// Bodies of more lines than this, from the `fn` to its closing brace, hold a sentence of why.

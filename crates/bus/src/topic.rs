@@ -214,7 +214,7 @@ pub const COMMAND: Topic = Topic {
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
-    purpose: "status, stop, restart, choose, mark, hold, confirm, navigate, checked, change the plan (pilot), steps (calib), practise (simulated tracker), render one pose, one plane or none (renderers), steer a replay (replayer)",
+    purpose: "status, stop, restart, choose, mark, hold, confirm, navigate, checked, change the plan (pilot), steps (calib), practise (simulated tracker), render one pose, one plane or none, see a surface from elsewhere (renderers), steer a replay (replayer)",
     ..BASE
 };
 

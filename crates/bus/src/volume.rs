@@ -230,6 +230,17 @@ impl VolumeView<'_> {
         self.voxels[self.layout.offset(voxel)]
     }
 
+    /// Writes slice `z` row by row.
+    pub fn slice(&self, z: u32, out: &mut [i16]) {
+        let columns = self.layout.table(0);
+        for (row, y) in out.chunks_mut(columns.len()).zip(self.layout.table(1)) {
+            let first = y + self.layout.table(2)[z as usize];
+            for (value, x) in row.iter_mut().zip(columns) {
+                *value = self.voxels[(first + x) as usize];
+            }
+        }
+    }
+
     /// The HU of the voxel in which a point lies; `None` outside.
     pub fn nearest(&self, p: Point<Ct>) -> Option<i16> {
         if !self.grid.holds(p) {

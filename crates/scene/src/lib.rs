@@ -37,7 +37,7 @@ pub use priorities::Priorities;
 pub use raw::{Drawn, Extent, Plane, Up};
 pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
-pub use view::{View, WindowLevel};
+pub use view::{Surface, View, WindowLevel};
 pub use volume::{FileSpec, RawRegion, RawVolume, Region, VolumeSource, VolumeSpec};
 pub use workflow::{Demands, RawWorkflow};
 

@@ -23,7 +23,7 @@ use super::workflow::RawWorkflow;
 use crate::file::{self, OpenError};
 
 pub use rigid::RawRigid;
-pub use view::{Drawn, Extent, Plane, RawLevels, RawView, RawWindow, Up};
+pub use view::{Drawn, Extent, Plane, RawAngles, RawFrom, RawLevels, RawSurface, RawView, RawWindow, Up};
 
 /// Scene files are short; a longer one is not a scene.
 const MAX_BYTES: u64 = 1 << 20;

@@ -28,6 +28,56 @@ pub struct View {
     pub text: f64,
     /// What is drawn over the slice.
     pub overlay: Drawn,
+    /// From where a surface view sees the patient, and of what; of no meaning for the others.
+    pub surface: Surface,
+}
+
+/// How a surface view sees the patient: by parallel projection, from a direction that stands still.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// Where the viewer is: from the patient's front towards her left, radians.
+    pub azimuth_rad: f64,
+    /// And from there towards her head, radians.
+    pub elevation_rad: f64,
+    /// What the image's shorter side shows about the middle of the examination, mm; `None`: all of it.
+    pub field_mm: Option<f64>,
+    /// Voxels of so many HU and more are bone.
+    pub bone_hu: f64,
+}
+
+/// Where a viewer may be by name, with azimuth and elevation in degrees. From the head and the feet the front is up.
+pub(super) const SIDES: [(&str, [f64; 2]); 6] = [
+    ("anterior", [0.0, 0.0]),
+    ("left", [90.0, 0.0]),
+    ("posterior", [180.0, 0.0]),
+    ("right", [-90.0, 0.0]),
+    ("head", [180.0, 90.0]),
+    ("feet", [0.0, -90.0]),
+];
+
+impl Surface {
+    /// From this side, the whole examination, with bone from `bone_hu` on; `None` where no side has that name.
+    pub fn from(side: &str, bone_hu: f64) -> Option<Self> {
+        let (_, angles) = SIDES.iter().find(|(name, _)| *name == side)?;
+        let [azimuth_rad, elevation_rad] = angles.map(f64::to_radians);
+        Some(Self {
+            azimuth_rad,
+            elevation_rad,
+            field_mm: None,
+            bone_hu,
+        })
+    }
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            azimuth_rad: 0.0,
+            elevation_rad: 0.0,
+            field_mm: None,
+            bone_hu: 300.0,
+        }
+    }
 }
 
 /// How HU become grey: linear from black at `centre - width/2` to white at `centre + width/2`.
@@ -103,6 +153,7 @@ impl View {
             up: Up::Superior,
             text: 1.0,
             overlay: Drawn::All,
+            surface: Surface::default(),
         };
         vec![
             view(Plane::Axial, Extent::Global, "axial-global"),

@@ -41,5 +41,6 @@ fn view(plane: Plane) -> RawView {
         up: Up::default(),
         text: 1.8,
         overlay: Drawn::State,
+        surface: None,
     }
 }

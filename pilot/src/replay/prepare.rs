@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bus::clock;
-use scene::raw::{self, Source};
+use scene::raw::{self, Plane, RawView, Source};
 use scene::{Scene, SceneError};
 
 use super::Replay;
@@ -164,11 +164,14 @@ fn scene(
         (None, Some(text)) => raw::parse(text, &recording.join("scene.toml"))?,
         (None, None) => return Err(PrepareError::NoScene(recording.to_owned())),
     };
-    // Structures beside planned ways are no part of a replay, and their file may be elsewhere by now.
-    if let Some(plan) = source.scene.plan.as_mut() {
-        plan.labels = None;
-    }
+    // Structures beside planned ways are no part of a replay, and their file may be elsewhere by now: an overview that shows them says so.
+    let labels = source.scene.plan.as_mut().and_then(|plan| plan.labels.take());
     follow(&mut source).map_err(ResolveError::from)?;
+    let is_surface = |view: &RawView| view.plane == Plane::Surface;
+    let is_shown = source.scene.views.iter().flatten().any(is_surface);
+    if let Some(plan) = source.scene.plan.as_mut() {
+        plan.labels = labels.filter(|_| is_shown);
+    }
     // The recording says in which examination it was made, and each image whether it is that one.
     source.scene.volume.hash = None;
     let recompute = match args.recompute {

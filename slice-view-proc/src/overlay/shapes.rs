@@ -49,6 +49,21 @@ impl Overlay<'_> {
     /// radius, else solid (in front, or cut by the plane). The tip; and where the tube is seen along its axis, its outline.
     pub(super) fn tube(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>) {
         let tip = self.tip(pose);
+        if !self.is_surface() {
+            self.axis(canvas, pose, tip);
+        }
+        let error = self.error_at_tip(tip);
+        if let Some(error) = &error {
+            canvas.polyline(error, self.line(palette::TIP, 1.2, false));
+        }
+        let [gap, arm] = self.cross(tip, error.as_deref());
+        for [dx, dy] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
+            let [from, to] = [gap, arm].map(|reach| [tip[0] + dx * reach, tip[1] + dy * reach]);
+            canvas.line(from, to, self.line(palette::TIP, 1.5, false));
+        }
+    }
+
+    fn axis(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>, tip: [f64; 2]) {
         let handle = self
             .plane
             .project(pose * Point::<Tool>::new(0.0, 0.0, -self.tool.length_mm));
@@ -60,15 +75,6 @@ impl Overlay<'_> {
             canvas.line([handle.x, handle.y], tip, self.line(palette::TUBE, 2.0, behind));
         } else {
             canvas.circle(tip, radius_px, self.line(palette::TUBE, 1.5, false));
-        }
-        let error = self.error_at_tip(tip);
-        if let Some(error) = &error {
-            canvas.polyline(error, self.line(palette::TIP, 1.2, false));
-        }
-        let [gap, arm] = self.cross(tip, error.as_deref());
-        for [dx, dy] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
-            let [from, to] = [gap, arm].map(|reach| [tip[0] + dx * reach, tip[1] + dy * reach]);
-            canvas.line(from, to, self.line(palette::TIP, 1.5, false));
         }
     }
 
@@ -94,11 +100,11 @@ impl Overlay<'_> {
         [[tip[0] - arm, tip[1] - arm], [tip[0] + arm, tip[1] + arm]]
     }
 
-    /// The 95 % ellipse about the tip, on images that show the tip enlarged.
+    /// The 95 % ellipse about the tip, on surfaces and on images that show the tip enlarged.
     fn error_at_tip(&self, tip: [f64; 2]) -> Option<Vec<[f64; 2]>> {
         match self.view.extent {
-            Extent::Local => self.accuracy?.ellipse(self.plane, tip),
-            Extent::Global => None,
+            Extent::Global if !self.is_surface() => None,
+            Extent::Local | Extent::Global => self.accuracy?.ellipse(self.plane, tip),
         }
     }
 
@@ -129,13 +135,16 @@ impl Overlay<'_> {
     fn is_seen(&self, outline: &Circle) -> bool {
         let [width, height] = self.plane.size().map(f64::from);
         let ([x, y], r) = (outline.at, outline.radius_px);
-        outline.depth_mm.abs() <= NEAR_PLANE_MM && x + r >= 0.0 && x - r <= width && y + r >= 0.0 && y - r <= height
+        let is_near = self.is_surface() || outline.depth_mm.abs() <= NEAR_PLANE_MM;
+        is_near && x + r >= 0.0 && x - r <= width && y + r >= 0.0 && y - r <= height
     }
 
     /// A ball on the image.
     fn circle(&self, centre: Point<Ct>, radius: f64) -> Circle {
         let at = self.plane.project(centre);
-        let cut_sq = radius * radius - at.depth_mm * at.depth_mm;
+        // On a surface a ball is seen whole, wherever it is.
+        let depth_mm = if self.is_surface() { 0.0 } else { at.depth_mm };
+        let cut_sq = radius * radius - depth_mm * depth_mm;
         let cut = cut_sq > 0.0;
         let radius_px = if cut { cut_sq.sqrt() } else { radius } / self.plane.pixel_mm();
         Circle {
@@ -151,19 +160,18 @@ impl Overlay<'_> {
             let line = self.line(palette::TARGET, 1.5, !outline.cut);
             canvas.circle(outline.at, outline.radius_px, line);
         }
-        self.draw_chosen(canvas);
     }
 
     /// The second ring about the chosen target: told by its shape, whoever sees no colours. The first is drawn here too where the
     /// scene has no target in that place.
-    fn draw_chosen(&self, canvas: &mut Canvas) {
+    pub(super) fn ring_chosen(&self, canvas: &mut Canvas) {
         let Some(chosen) = self.chosen else { return };
         let outline = self.circle(chosen.centre, chosen.radius_mm);
         if !self.is_seen(&outline) {
             return;
         }
-        let line = self.line(palette::TARGET, 1.5, !outline.cut);
-        if !self.targets.iter().any(|target| self.is_chosen(target)) {
+        let line = self.line(palette::TARGET, 1.5, !outline.cut && !self.is_surface());
+        if !self.is_surface() && !self.targets.iter().any(|target| self.is_chosen(target)) {
             canvas.circle(outline.at, outline.radius_px, line);
         }
         canvas.circle(outline.at, outline.radius_px + RING * self.unit(), line);

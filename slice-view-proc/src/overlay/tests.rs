@@ -208,3 +208,91 @@ fn a_chosen_target_that_the_scene_does_not_list_is_drawn_with_both_rings() {
         "{inner}"
     );
 }
+
+/// An overview is measured on by nobody: no figure stands on it, whatever it says, and its letters always do.
+#[test]
+fn no_figure_stands_on_a_surface() {
+    let text = "[[views]]\nname = \"s\"\nplane = \"surface\"\nextent = \"global\"\nsize = [260, 260]\n\
+        surface = { from = \"left\" }\n[[targets]]\nname = \"node 1\"\nct_mm = [51, 50, 50]";
+    let scene = scene::Scene::parse(text, std::path::Path::new("")).unwrap();
+    let affine = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
+    let grid = VolumeGrid::checked([100; 3], affine).unwrap();
+    let message = bus::message::ToolPose {
+        tip_mm: 0.93,
+        flags: bus::message::ToolPose::TIP_KNOWN,
+        delay_ns: 35_000_000,
+        ..bus::message::ToolPose::EMPTY
+    };
+    let chosen = Chosen {
+        name: "node 1".to_owned(),
+        centre: geometry::Point::new(51.0, 50.0, 50.0),
+        radius_mm: 2.5,
+        entry: None,
+        stop_mm: 0.0,
+    };
+    let notices = [
+        Notice::Live,
+        Notice::Requested,
+        Notice::Stale(320_000_000),
+        Notice::Lost(Lost::NotSeen, Some(2_000_000_000)),
+        Notice::Lost(Lost::Frozen, None),
+    ];
+    let origins = [
+        Origin::Tracker,
+        Origin::Recording,
+        Origin::RecordingOfAnother,
+        Origin::SimulatedTime,
+    ];
+    for (notice, origin) in notices
+        .into_iter()
+        .flat_map(|notice| origins.map(|origin| (notice, origin)))
+    {
+        for drawn in [scene::Drawn::All, scene::Drawn::State] {
+            let mut view = scene.views[0].clone();
+            view.overlay = drawn;
+            let pose = Rigid::identity();
+            let overlay = Overlay {
+                view: &view,
+                plane: &view::plane(&view, &grid, &pose).unwrap(),
+                pose: Some(pose),
+                tool: &scene.tool,
+                targets: &scene.targets,
+                chosen: Some(&chosen),
+                accuracy: Some(Accuracy::of(&message, pose)),
+                outside: true,
+                remarks: &["REGISTRATION CHANGED"],
+                notice,
+                origin,
+                seq: 7,
+                registration_id: 1,
+                volume: "01234567",
+                marks: Marks::DOWNSAMPLED,
+                caution: "NO BONE FOUND",
+            };
+            let words = overlay.words();
+            let said: Vec<&str> = words.layout.placed.iter().map(|word| word.text.as_str()).collect();
+            let figures = said.iter().filter(|text| text.contains(|c: char| c.is_ascii_digit()));
+            assert_eq!(figures.count(), 0, "{said:?}");
+            assert!(!words.scale);
+            for letter in [
+                "A",
+                "P",
+                "S",
+                "I",
+                "NO BONE FOUND",
+                "DOWNSAMPLED",
+                "REGISTRATION CHANGED",
+            ] {
+                assert!(said.contains(&letter), "{letter}: {said:?}");
+            }
+            let alarm = match notice {
+                Notice::Stale(_) => "POSE OLD",
+                Notice::Lost(Lost::NotSeen, _) => "NO POSE: marker not seen",
+                Notice::Requested => "HELD",
+                Notice::Live => origin.word(),
+                _ => "LOST",
+            };
+            assert!(said.contains(&alarm), "{alarm}: {said:?}");
+        }
+    }
+}

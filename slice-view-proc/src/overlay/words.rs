@@ -94,7 +94,11 @@ impl Overlay<'_> {
         let mut words = self.arranged(false);
         if words.layout.left_out > 0 {
             words = self.arranged(true);
-            words.layout.fill(REMARK_ROOM, &left_out_words(words.layout.left_out));
+            let left_out = match self.is_surface() {
+                true => "LABELS LEFT OUT".to_owned(),
+                false => left_out_words(words.layout.left_out),
+            };
+            words.layout.fill(REMARK_ROOM, &left_out);
         }
         words
     }
@@ -105,7 +109,9 @@ impl Overlay<'_> {
         let mut layout = Layout::new(width, height);
         layout.place(self.replay_word());
         let bands = self.bands(&mut layout);
-        for letter in self.letters().into_iter().filter(|_| self.says_all()) {
+        // A window around a surface has no plane to tell them by.
+        let has_letters = self.says_all() || self.is_surface();
+        for letter in self.letters().into_iter().filter(|_| has_letters) {
             layout.place(letter);
         }
         // The state may stand on many lines; what comes before may not.
@@ -115,7 +121,7 @@ impl Overlay<'_> {
             .concat();
         layout.place(self.caption(state, 13.0, colour, spots));
         let unsaid = layout.left_out;
-        let scale = self.scale_words(&mut layout);
+        let scale = !self.is_surface() && self.scale_words(&mut layout);
         for caption in self.corners(counted) {
             layout.place(caption);
         }
@@ -123,7 +129,7 @@ impl Overlay<'_> {
             let [low, high] = self.about_the_tip(pose);
             layout.keep_free(low, high);
         }
-        if self.view.extent == Extent::Local && self.says_all() {
+        if self.view.extent == Extent::Local && self.says_all() && !self.is_surface() {
             for outline in self.outlines() {
                 layout.place(self.label(&outline));
             }
@@ -201,6 +207,10 @@ impl Overlay<'_> {
     fn alarms(&self) -> Vec<(String, Rgb)> {
         let mut alarms = Vec::new();
         match self.notice {
+            Notice::Stale(_) if self.is_surface() => alarms.push(("POSE OLD".to_owned(), palette::WARN)),
+            Notice::Lost(reason, _) if self.is_surface() => {
+                alarms.push((format!("NO POSE: {}", reason.words()), palette::ALARM));
+            }
             Notice::Stale(age) => alarms.push((format!("POSE {}\u{a0}OLD", age_words(age)), palette::WARN)),
             Notice::Lost(reason, age) => {
                 let age = age.map(|age| format!(", image\u{a0}{}\u{a0}old", age_words(age)));
@@ -256,29 +266,29 @@ impl Overlay<'_> {
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         let window = format!("W {} C {}", self.view.window.width_hu, self.view.window.centre_hu);
         let [title, window, ids] = match self.says_all() {
+            true if self.is_surface() => [self.title(), String::new(), String::new()],
             true => [self.title(), window, ids],
             false => Default::default(),
+        };
+        let delay = accuracy.and_then(|a| a.delay_words()).unwrap_or_default();
+        let [accuracy, chosen, delay] = match self.is_surface() {
+            true => ["", "", if delay.is_empty() { "" } else { "SMOOTHED" }].map(str::to_owned),
+            false => [
+                accuracy.map(|a| a.words()).unwrap_or_default(),
+                chosen.unwrap_or_default(),
+                delay,
+            ],
         };
         use Corner::{BottomLeft, BottomRight, TopLeft, TopRight};
         let lines = [
             (TopLeft, title, 15.0, palette::WORDS),
             (BottomRight, self.origin.warning().to_owned(), 13.0, palette::ALARM),
             (BottomRight, room.to_owned(), 12.0, palette::WORDS),
-            (
-                TopRight,
-                accuracy.map(|a| a.words()).unwrap_or_default(),
-                13.0,
-                palette::TIP,
-            ),
-            (BottomRight, chosen.unwrap_or_default(), 13.0, palette::TARGET),
+            (TopRight, accuracy, 13.0, palette::TIP),
+            (BottomRight, chosen, 13.0, palette::TARGET),
             (BottomRight, self.caution.to_owned(), 13.0, palette::WARN),
             (BottomRight, self.marks.words(), 13.0, palette::WORDS),
-            (
-                BottomLeft,
-                accuracy.and_then(|a| a.delay_words()).unwrap_or_default(),
-                13.0,
-                palette::WORDS,
-            ),
+            (BottomLeft, delay, 13.0, palette::WORDS),
             (TopLeft, unusual(self.view).unwrap_or_default(), 12.0, palette::WORDS),
             (TopLeft, window, 12.0, palette::QUIET),
             (TopRight, ids, 12.0, palette::QUIET),
@@ -309,6 +319,9 @@ impl Overlay<'_> {
         if self.notice == Notice::Look {
             return "LOOK".to_owned();
         }
+        if self.is_surface() {
+            return format!("SURFACE from {}", letters(-self.plane.into_screen()));
+        }
         let extent = match self.view.extent {
             Extent::Global => "global",
             Extent::Local => "local",
@@ -319,6 +332,13 @@ impl Overlay<'_> {
     fn state_words(&self) -> (String, Rgb) {
         let seq = self.seq;
         match self.notice {
+            Notice::Live if self.is_surface() && self.origin != Origin::Tracker => {
+                (self.origin.word().to_owned(), palette::REPLAY)
+            }
+            Notice::Live if self.is_surface() => ("LIVE".to_owned(), palette::WORDS),
+            Notice::Requested if self.is_surface() => ("HELD".to_owned(), palette::WORDS),
+            Notice::Stale(_) if self.is_surface() => ("OLD".to_owned(), palette::WARN),
+            Notice::Lost(..) if self.is_surface() => ("LOST".to_owned(), palette::ALARM),
             Notice::Live if self.origin != Origin::Tracker => {
                 (format!("{} seq {seq}", self.origin.word()), palette::REPLAY)
             }

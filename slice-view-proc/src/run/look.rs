@@ -1,12 +1,37 @@
-//! A plane that was asked for, whatever the tool does.
+//! A plane that was asked for, whatever the tool does; and a surface that was turned.
 
 use bus::message::{Command, FrameStamp, FrameState};
 
+use scene::Plane;
+
 use super::{RunError, SliceView};
+use crate::output::Output;
 use crate::overlay::Notice;
 use crate::render::Rendered;
 
 impl SliceView {
+    /// Has a surface seen from elsewhere, or as the scene says again; why not, where that is refused. Images that are held stay as the
+    /// scene says: who asks for the same is given the same, in a replay too.
+    pub(super) fn turn(&mut self, command: &Command) -> Result<(), String> {
+        let is_surface =
+            |output: &&mut Output| output.index == command.view && output.renderer.view().plane == Plane::Surface;
+        let Some(output) = self.outputs.iter_mut().find(is_surface) else {
+            return Err(format!(
+                "view {} is not a surface that this process draws",
+                command.view
+            ));
+        };
+        let size = output.renderer.view().size;
+        let camera = match command.plane.pixel_mm == 0.0 {
+            true => None,
+            false => Some(command.plane.asked(size).map_err(|error| error.to_string())?.0),
+        };
+        output.renderer.turn(camera);
+        // Drawn anew at once, whatever it shows.
+        self.drawn = None;
+        Ok(())
+    }
+
     /// Draws the plane of a request and publishes the image; what to answer, or why it is refused. The image is none of those of poses:
     /// it has no number, it is not counted, and its stamp goes to who takes the image alone.
     pub(super) fn look(&mut self, command: &Command) -> Result<Result<String, String>, RunError> {
@@ -16,6 +41,12 @@ impl SliceView {
         let Some(output) = self.outputs.iter_mut().find(|output| output.index == command.view) else {
             return Ok(Err(format!("view {} is not drawn by this process", command.view)));
         };
+        if output.renderer.view().plane == Plane::Surface {
+            return Ok(Err(format!(
+                "view {} is a surface: it shows no plane, and can be turned",
+                command.view
+            )));
+        }
         let (plane, window) = match command.plane.asked(output.renderer.view().size) {
             Ok(asked) => asked,
             Err(error) => return Ok(Err(error.to_string())),

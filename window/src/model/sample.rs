@@ -214,6 +214,7 @@ fn plane(of: Plane, ct_from_tool: Rigid<Ct, Tool>) -> SlicePlane {
             ct_from_tool * -Direction::<Tool>::X,
             ct_from_tool * -Direction::<Tool>::Y,
         ],
+        Plane::Surface => unreachable!("the seven images have none"),
     };
     SlicePlane::centred(tip, axes, 0.2, [512, 512]).unwrap()
 }

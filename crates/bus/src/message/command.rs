@@ -1,6 +1,8 @@
 //! Requests to a process and the head of its reply.
 
+use geometry::SlicePlane;
 use iceoryx2::prelude::ZeroCopySend;
+use scene::WindowLevel;
 
 use super::{ImagePlane, PlanEdit, PlanWish, ToolPose, field_text, text_field};
 
@@ -11,8 +13,8 @@ use super::{ImagePlane, PlanEdit, PlanWish, ToolPose, field_text, text_field};
 pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
-    /// For [`CommandKind::Look`]: index of the view in the scene's list. For [`CommandKind::Checked`]: how many points were touched. For
-    /// [`CommandKind::Practise`]: the frame of `pose`. Else 0.
+    /// For [`CommandKind::Look`] and [`CommandKind::Turn`]: index of the view in the scene's list. For [`CommandKind::Checked`]: how many
+    /// points were touched. For [`CommandKind::Practise`]: the frame of `pose`. Else 0.
     pub view: u32,
     /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
     /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Restart`]: which process, by its
@@ -20,7 +22,7 @@ pub struct Command {
     pub number: f64,
     /// For [`CommandKind::Render`]: the pose to draw. For [`CommandKind::Hold`]: the pose to be held.
     pub pose: ToolPose,
-    /// For [`CommandKind::Look`]: the plane and window to draw. Else zero.
+    /// For [`CommandKind::Look`]: the plane and window to draw. For [`CommandKind::Turn`]: how the image is to lie, or zero. Else zero.
     pub plane: ImagePlane,
     /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. For
     /// [`CommandKind::Confirm`]: the examination's hash, in hex. For [`CommandKind::Plan`]: the words of the change. Else empty.
@@ -74,8 +76,8 @@ pub enum CommandKind {
     Rest,
     /// Pilot of a planning run: change the plan, take a change back, or confirm it.
     Plan,
-    /// Pilot: known points were touched, of which one is too far off where there are words; the largest distance of one from its place is [`Command::number`], mm. `pose` says of which
-    /// registration (`registration_id`) and when the last of them was touched (`t_capture_ns`).
+    /// Pilot: known points were touched; the largest distance of one from its place is [`Command::number`], mm. `pose` says of which
+    /// registration (`registration_id`) and when the first of them was touched (`t_capture_ns`). Words say why it fails whatever the distance.
     Checked,
     /// Pilot: a person says that the marker on the patient was moved, or may have been.
     Bumped,
@@ -83,10 +85,12 @@ pub enum CommandKind {
     Steps,
     /// Simulated tracker: what its hand is to do, see [`Practice`](super::Practice).
     Practise,
+    /// Renderer of a surface: see the patient from elsewhere, until another such request or the process's end.
+    Turn,
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 24] = [
+const CODES: [(CommandKind, u32); 25] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -111,6 +115,7 @@ const CODES: [(CommandKind, u32); 24] = [
     (CommandKind::Bumped, 22),
     (CommandKind::Steps, 23),
     (CommandKind::Practise, 24),
+    (CommandKind::Turn, 25),
 ];
 
 impl Command {
@@ -171,6 +176,22 @@ impl Command {
             view,
             plane,
             ..Self::new(CommandKind::Look)
+        }
+    }
+
+    /// The request to see the patient of the surface view with this index along `camera`, by parallel projection; `None`: as the scene
+    /// says again.
+    pub fn turn(view: u32, camera: Option<&SlicePlane>) -> Self {
+        // Any window will do: a surface has none.
+        let window = WindowLevel {
+            centre_hu: 0.0,
+            width_hu: 1.0,
+        };
+        let plane = camera.map(|camera| ImagePlane::of(Some(camera), window));
+        Self {
+            view,
+            plane: plane.unwrap_or_default(),
+            ..Self::new(CommandKind::Turn)
         }
     }
 

@@ -10,15 +10,8 @@ impl OwnedVolume {
     /// # Errors
     /// [`MapError`] for what is no label map: negative labels, none at all, more than can be held.
     pub fn structures(&self) -> Result<Structures, MapError> {
-        let columns = self.layout.table(0);
-        Structures::build(&self.grid, |z, slice| {
-            for (row, y) in slice.chunks_mut(columns.len()).zip(self.layout.table(1)) {
-                let first = y + self.layout.table(2)[z as usize];
-                for (label, x) in row.iter_mut().zip(columns) {
-                    *label = self.voxels[(first + x) as usize];
-                }
-            }
-        })
+        let view = self.view();
+        Structures::build(&self.grid, |z, slice| view.slice(z, slice))
     }
 }
 

@@ -44,6 +44,9 @@ pub struct RawView {
     /// What is drawn over the slice.
     #[serde(default)]
     pub overlay: Drawn,
+    /// Surface views: from where, and of what; absent: from the front.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<RawSurface>,
 }
 
 fn default_text() -> f64 {
@@ -58,7 +61,7 @@ fn default_field_mm() -> f64 {
     100.0
 }
 
-/// Direction of a slice plane; one process renders each.
+/// Direction of a slice plane, or the overview in three dimensions; one process renders each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
@@ -70,6 +73,8 @@ pub enum Plane {
     Sagittal,
     /// Perpendicular to the tube through its tip, seen along the tube.
     Perpendicular,
+    /// No slice: bone and structures as surfaces, seen from a place that stands still.
+    Surface,
 }
 
 impl Plane {
@@ -80,6 +85,7 @@ impl Plane {
             Self::Frontal => "frontal",
             Self::Sagittal => "sagittal",
             Self::Perpendicular => "perpendicular",
+            Self::Surface => "surface",
         }
     }
 
@@ -121,6 +127,50 @@ pub enum Drawn {
     All,
     /// Lines, and the words on what the image claims and rests on: a window around it says the rest.
     State,
+}
+
+/// `surface = { from = "left", field_mm = 400, bone_hu = 300 }`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawSurface {
+    /// From where the patient is seen.
+    pub from: RawFrom,
+    /// What the image's shorter side shows, mm; absent: the whole examination.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub field_mm: Option<f64>,
+    /// Voxels of so many HU and more are bone.
+    pub bone_hu: f64,
+}
+
+impl Default for RawSurface {
+    fn default() -> Self {
+        Self {
+            from: RawFrom::Named("anterior".to_owned()),
+            field_mm: None,
+            bone_hu: 300.0,
+        }
+    }
+}
+
+/// A named direction or its angles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum RawFrom {
+    /// `anterior`, `left`, `posterior`, `right`, `head`, `feet`.
+    Named(String),
+    /// Numbers.
+    Angles(RawAngles),
+}
+
+/// `from = { azimuth_deg = 30, elevation_deg = 20 }`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawAngles {
+    /// From the front towards the patient's left, degrees.
+    pub azimuth_deg: f64,
+    /// From there towards the head, degrees.
+    #[serde(default)]
+    pub elevation_deg: f64,
 }
 
 /// A named window or its numbers.

@@ -1,0 +1,99 @@
+//! What the overview shows of an examination: made once.
+
+use std::path::Path;
+use std::time::Duration;
+
+use bus::volume::{OwnedVolume, VolumeView};
+use geometry::VolumeGrid;
+use scene::VolumeSpec;
+use surface::{Field, Mesh, SurfaceError};
+
+/// Reads a volume from a file or a folder. Handed in by the binary, as this crate knows no file formats.
+pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+
+/// While surfaces are made, a sign of life is given this often.
+const ALIVE: Duration = Duration::from_millis(50);
+
+/// The surfaces of an examination, with what images of them must say.
+#[derive(Debug)]
+pub struct Anatomy {
+    pub(crate) meshes: Vec<Mesh>,
+    pub(crate) caution: String,
+}
+
+impl Anatomy {
+    /// Bone from `bone_hu` on, and the structures of the label map that is named, which must be of the voxels of `volume`. Whatever is not
+    /// there is told on the images, and why on stderr. Calls `alive` several times a second.
+    pub fn of(
+        volume: &VolumeView<'_>,
+        bone_hu: f64,
+        labels: Option<(&Path, LoadVolume)>,
+        alive: &mut dyn FnMut(),
+    ) -> Self {
+        let (mut meshes, mut cautions) = (Vec::new(), Vec::new());
+        match meanwhile(alive, || bone(volume, bone_hu)) {
+            Ok(mesh) if mesh.is_empty() => cautions.push("NO BONE FOUND"),
+            Ok(mesh) => meshes.push(mesh),
+            Err(error) => {
+                bus::stderr_line!("slice-view-proc: error: bone from {bone_hu} HU on: {error}. It is not shown");
+                cautions.push("BONE NOT SHOWN");
+            }
+        }
+        if let Some((path, load)) = labels {
+            match meanwhile(alive, || structures(path, load, volume.grid)) {
+                Ok(mesh) if mesh.is_empty() => cautions.push("NO STRUCTURES FOUND"),
+                Ok(mesh) => meshes.push(mesh),
+                Err(why) => {
+                    bus::stderr_line!(
+                        "slice-view-proc: error: label map {}: {why}. It is not shown",
+                        path.display()
+                    );
+                    cautions.push("STRUCTURES NOT SHOWN");
+                }
+            }
+        }
+        Self {
+            meshes,
+            caution: cautions.join(", "),
+        }
+    }
+
+    /// The triangles of all surfaces together.
+    pub fn triangles(&self) -> usize {
+        self.meshes.iter().map(|mesh| mesh.triangles().len()).sum()
+    }
+}
+
+fn bone(volume: &VolumeView<'_>, bone_hu: f64) -> Result<Mesh, SurfaceError> {
+    let mut field = Field {
+        grid: volume.grid,
+        read: &mut |z, slice| volume.slice(z, slice),
+    };
+    surface::bone(&mut field, bone_hu)
+}
+
+fn structures(path: &Path, load: LoadVolume, grid: &VolumeGrid) -> Result<Mesh, String> {
+    let labels = load(&VolumeSpec::of_path(path.to_owned())).map_err(|error| error.to_string())?;
+    // Of other voxels it may be of another patient.
+    if labels.grid != *grid {
+        return Err("its voxels are not those of the examination".to_owned());
+    }
+    let view = labels.view();
+    let mut field = Field {
+        grid,
+        read: &mut |z, slice| view.slice(z, slice),
+    };
+    surface::structures(&mut field).map_err(|error| error.to_string())
+}
+
+/// Does long work while this thread gives signs of life.
+fn meanwhile<T: Send>(alive: &mut dyn FnMut(), work: impl FnOnce() -> T + Send) -> T {
+    std::thread::scope(|scope| {
+        let working = scope.spawn(work);
+        while !working.is_finished() {
+            alive();
+            std::thread::sleep(ALIVE);
+        }
+        working.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
