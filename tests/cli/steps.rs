@@ -28,6 +28,9 @@ fn start(world: &World) -> Pilot<'_> {
     pilot.wait_for("the calibrator", |status| {
         crate::support::pid_in(status, "calib").is_some()
     });
+    // The tracker starts when everybody else is ready.
+    pilot.wait_for("the first frame", |status| status["pose"].is_object());
+    stage(&pilot, "LOADED");
     wait_for("the steps", || {
         let said = world.output("pilot", &["steps", "--json"]);
         said.status.success().then_some(())

@@ -224,7 +224,8 @@ impl Serving {
         match todo {
             Todo::Send(practice) => {
                 let hand = self.hand.as_ref().ok_or("there is no simulated hand")?;
-                ask(hand, Command::practise(&practice))?;
+                let asked = ask(hand, Command::practise(&practice));
+                asked.map_err(|why| format!("the simulated hand is not there yet, or does not do it: {why}"))?;
                 self.arrives_ns = Some(self.process.clock().now_ns() + clock::ns(GOING));
             }
             Todo::Start(words) => {
