@@ -175,6 +175,8 @@ impl Renderer {
         let overlay = Overlay {
             view: &self.view,
             plane,
+            is_placed: is_cut,
+            views: &scene.views,
             pose: what.pose.filter(|_| !lost),
             // Asked of the grid itself, whatever the message says.
             outside: !lost && what.pose.is_some_and(|pose| !what.volume.grid.holds(tip(pose))),

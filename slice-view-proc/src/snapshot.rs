@@ -75,7 +75,9 @@ pub enum SnapshotError {
 /// Draws it.
 pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), SnapshotError> {
     let volume = load(&what.volume).map_err(SnapshotError::Volume)?;
-    let scene = Scene::parse("", Path::new("(defaults)"))?;
+    let mut scene = Scene::parse("", Path::new("(defaults)"))?;
+    // One image: there are no others whose planes could cut it.
+    scene.views.clear();
     let mut renderer = Renderer::new(View {
         name: "snapshot".to_owned(),
         plane: what.plane,

@@ -120,6 +120,8 @@ fn with_overlay<T>(drawn: &Drawn, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
     look(&Overlay {
         view: &scene.views[drawn.view],
         plane: &view::plane(&scene.views[drawn.view], &grid, &pose).unwrap(),
+        is_placed: true,
+        views: &scene.views,
         pose: (!lost).then_some(pose),
         tool: &scene.tool,
         targets: &targets,
