@@ -188,6 +188,8 @@ impl Overlay<'_> {
 }
 
 #[cfg(test)]
+mod cost_tests;
+#[cfg(test)]
 mod geometry_tests;
 #[cfg(test)]
 mod placement_tests;

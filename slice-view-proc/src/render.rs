@@ -1,10 +1,10 @@
 //! One image from one pose.
 
-use bus::message::{Chosen, FrameState, Marks};
+use bus::message::{Chosen, FrameState, Images, Marks};
 use bus::volume::VolumeView;
 use geometry::{Ct, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
-use scene::{Scene, View, WindowLevel};
+use scene::{Extent, Scene, View, WindowLevel};
 
 use crate::accuracy::Accuracy;
 use crate::grey::to_grey;
@@ -24,6 +24,8 @@ pub struct Renderer {
     hu: Vec<f32>,
     /// Of the image drawn last, where a pose placed it.
     plane: Option<SlicePlane>,
+    /// The scene's field, mm, and window, where nobody chose others.
+    scenes: (f64, WindowLevel),
 }
 
 /// What to draw.
@@ -85,6 +87,7 @@ impl Renderer {
             canvas: Canvas::new(width, height),
             hu: vec![0.0; width as usize * height as usize],
             plane: None,
+            scenes: (view.field_mm, view.window),
             view,
         }
     }
@@ -92,6 +95,15 @@ impl Renderer {
     /// The view.
     pub fn view(&self) -> &View {
         &self.view
+    }
+
+    /// From now on images look like this: the window of all, the field of local ones; where nothing is chosen as the scene says.
+    pub fn show(&mut self, images: &Images) {
+        let (field_mm, window) = self.scenes;
+        self.view.window = images.window.unwrap_or(window);
+        if self.view.extent == Extent::Local {
+            self.view.field_mm = images.field_mm.unwrap_or(field_mm);
+        }
     }
 
     /// The image drawn last.

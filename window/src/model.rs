@@ -15,7 +15,7 @@ pub use state::{ScreenState, Tone, state};
 
 use bus::gather::{PoseId, Set};
 use bus::message::{
-    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, ToolPose, VolumeHash, Workflow,
+    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, Images, ToolPose, VolumeHash, Workflow,
 };
 use scene::{Plane, Scene};
 
@@ -122,6 +122,8 @@ pub struct Model {
     pub sight: Result<Aimed, String>,
     /// What everything rests on.
     pub facts: Facts,
+    /// Whether images look otherwise than the scene says.
+    pub are_images_changed: bool,
 }
 
 impl Model {
@@ -132,6 +134,7 @@ impl Model {
             cells: cells(known, &state),
             sight: aimed(known, &state),
             facts: facts(known, &state),
+            are_images_changed: known.guide.is_some_and(|guide| guide.images() != Ok(Images::default())),
             state,
         }
     }

@@ -3,6 +3,7 @@
 mod bar;
 mod buttons;
 mod cell;
+mod images;
 mod sight;
 pub(crate) mod tree;
 mod views;
@@ -18,6 +19,7 @@ use crate::sizes::{Screen, Sizes, smallest};
 pub(crate) use bar::Band;
 pub use bar::Shown;
 pub(crate) use buttons::touched;
+pub use images::ImagesKey;
 pub use views::Views;
 use words::Words;
 
@@ -29,6 +31,8 @@ pub enum Wish {
         /// Forwards.
         is_forward: bool,
     },
+    /// Show images in another window or field.
+    Images(ImagesKey),
     /// Note this moment in the recording.
     Mark,
     /// A picture of the screen as a file.
@@ -124,6 +128,7 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
     outcome.code = (!look.only_sight).then_some(room);
     cells((ui, model, &shown), &sizes, look, &mut outcome);
     buttons::show(ui, model, &sizes, look, &mut outcome);
+    images::keys(ui, &mut outcome);
     outcome
 }
 

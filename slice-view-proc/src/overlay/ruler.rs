@@ -53,7 +53,7 @@ impl Overlay<'_> {
     }
 
     /// Between the frame, which stays whole, and the words.
-    fn draw_ruler(&self, canvas: &mut Canvas) {
+    pub(super) fn draw_ruler(&self, canvas: &mut Canvas) {
         let start = self.frame().map_or(0.0, |(_, width)| width);
         let long = (LONG * self.unit()).min(self.beside_words() - start);
         if long < 1.0 {

@@ -260,8 +260,13 @@ impl Overlay<'_> {
         let room = if counted { REMARK_ROOM } else { "" };
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
         let place = place_words(self.plane).filter(|_| self.is_placed);
-        let [title, place, window, ids] = match self.says_all() {
-            true => [self.title(), place.unwrap_or_default(), self.window_words(), ids],
+        // No picture is taken for one in another window, also where a window around it says the rest; who asked for a plane knows.
+        let [place, window] = match self.says_all() || self.notice != Notice::Look {
+            true => [place.unwrap_or_default(), self.window_words()],
+            false => Default::default(),
+        };
+        let [title, ids] = match self.says_all() {
+            true => [self.title(), ids],
             false => Default::default(),
         };
         use Corner::{BottomLeft, BottomRight, TopLeft, TopRight};

@@ -3,7 +3,7 @@
 use egui::{Align2, Id, Key, Rect, Sense, Ui, pos2, vec2};
 
 use super::words::{Type, Words, colour};
-use super::{Look, Outcome, Wish, tree};
+use super::{ImagesKey, Look, Outcome, Wish, tree};
 use crate::colours;
 use crate::model::{Model, Tone};
 use crate::sizes::Sizes;
@@ -49,6 +49,10 @@ fn buttons(model: &Model, look: &Look) -> Vec<Button> {
         all.push(button("All views", "Esc", Key::Escape, Wish::Enlarge(None)));
     } else if let (Some(next), false) = (look.views.next(&model.cells), look.only_sight) {
         all.push(button("Views", "V", Key::V, Wish::Views(next)));
+    }
+    // The way back is there where there is one.
+    if model.are_images_changed && !model.state.is_replay {
+        all.push(button("Scene's images", "0", Key::Num0, Wish::Images(ImagesKey::Scene)));
     }
     if model.state.is_replay {
         all.push(button("Back 5 s", "Left", Key::ArrowLeft, Wish::Skip(-5)));

@@ -12,15 +12,15 @@ pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
     /// For [`CommandKind::Look`]: index of the view in the scene's list. For [`CommandKind::Checked`]: how many points were touched. For
-    /// [`CommandKind::Practise`]: the frame of `pose`. Else 0.
+    /// [`CommandKind::Practise`]: the frame of `pose`. For [`CommandKind::Images`]: which numbers are of meaning. Else 0.
     pub view: u32,
     /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
     /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Restart`]: which process, by its
-    /// place in the status. For [`CommandKind::Practise`]: an angle, radians. Else 0.
+    /// place in the status. For [`CommandKind::Practise`]: an angle, radians. For [`CommandKind::Images`]: the field, mm. Else 0.
     pub number: f64,
     /// For [`CommandKind::Render`]: the pose to draw. For [`CommandKind::Hold`]: the pose to be held.
     pub pose: ToolPose,
-    /// For [`CommandKind::Look`]: the plane and window to draw. Else zero.
+    /// For [`CommandKind::Look`]: the plane and window to draw. For [`CommandKind::Images`]: the window. Else zero.
     pub plane: ImagePlane,
     /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. For
     /// [`CommandKind::Confirm`]: the examination's hash, in hex. For [`CommandKind::Plan`]: the words of the change. Else empty.
@@ -83,10 +83,12 @@ pub enum CommandKind {
     Steps,
     /// Simulated tracker: what its hand is to do, see [`Practice`](super::Practice).
     Practise,
+    /// Pilot: how images look, see [`ImagesWish`](super::ImagesWish).
+    Images,
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 24] = [
+const CODES: [(CommandKind, u32); 25] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -111,6 +113,7 @@ const CODES: [(CommandKind, u32); 24] = [
     (CommandKind::Bumped, 22),
     (CommandKind::Steps, 23),
     (CommandKind::Practise, 24),
+    (CommandKind::Images, 25),
 ];
 
 impl Command {
