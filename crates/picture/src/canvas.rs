@@ -162,6 +162,18 @@ impl Canvas {
         self.stroke(path, line, DASH);
     }
 
+    /// Straight lines apart from one another: cheaper than one by one.
+    pub fn lines(&mut self, ends: &[[[f64; 2]; 2]], line: Line) {
+        let mut path = PathBuilder::new();
+        for [from, to] in ends {
+            let [x, y] = corner(*from);
+            path.move_to(x, y);
+            let [x, y] = corner(*to);
+            path.line_to(x, y);
+        }
+        self.stroke(path, line, DASH);
+    }
+
     /// A circle.
     pub fn circle(&mut self, centre: [f64; 2], radius: f64, line: Line) {
         let [x, y] = corner(centre);
@@ -255,7 +267,7 @@ mod tests {
                 for y in [10.0, 10.5] {
                     let mut canvas = Canvas::new(20, 20);
                     canvas.fill([0.0, 0.0], [20.0, 20.0], Rgb(grey, grey, grey), 255);
-                    canvas.line([2.0, y], [17.0, y], Line::solid(colour, 1.2).with_rim(1.25));
+                    canvas.line([2.0, y], [17.0, y], Line::solid(colour, 1.3).with_rim(1.25));
                     let row = |y: u32| {
                         let [r, g, b, _] = pixel(&canvas, 9, y);
                         Rgb(r, g, b)
@@ -266,6 +278,17 @@ mod tests {
                     assert!(most >= 3.0, "{colour:?} on {grey} at {y}: {most}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn lines_together_are_lines_one_by_one() {
+        let ends = [[[2.0, 3.0], [17.0, 3.0]], [[4.0, 8.0], [4.0, 18.0]]];
+        for line in [Line::solid(palette::CUT, 1.3), Line::dashed(palette::TUBE, 2.0)] {
+            let (mut together, mut apart) = (Canvas::new(20, 20), Canvas::new(20, 20));
+            together.lines(&ends, line);
+            ends.iter().for_each(|[from, to]| apart.line(*from, *to, line));
+            assert!(together.rgba() == apart.rgba(), "{line:?}");
         }
     }
 

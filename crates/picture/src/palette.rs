@@ -13,7 +13,7 @@ pub const TIP: Rgb = Rgb(0xf0, 0xef, 0x9a);
 /// Targets.
 pub const TARGET: Rgb = Rgb(0x00, 0xf8, 0xdc);
 /// Where planes cut one another.
-pub const CUT: Rgb = Rgb(160, 160, 160);
+pub const CUT: Rgb = Rgb(156, 138, 156);
 /// Alarm of medium priority: what is shown is old, or something about it has changed. Of nothing else.
 pub const WARN: Rgb = Rgb(0xf9, 0xa4, 0x0a);
 /// Alarm of high priority: there is no pose, or images and poses do not belong together. Of nothing else.

@@ -1,6 +1,5 @@
 //! What the lines over an image cost: `cargo test --release -p slice-view-proc cost -- --ignored --nocapture`.
 
-use bus::clock::monotonic_ns;
 use geometry::{Affine, Direction, Point, Tool, VolumeGrid};
 use scene::Scene;
 
@@ -9,16 +8,20 @@ use crate::view;
 
 const ROUNDS: usize = 200;
 
-/// The median time of one drawing, microseconds.
-fn micros(mut draw: impl FnMut()) -> f64 {
-    let once = |_| {
-        let began = monotonic_ns();
-        draw();
-        monotonic_ns() - began
+/// The time that this thread works on it, microseconds.
+fn micros(draw: impl FnOnce()) -> f64 {
+    let now = || {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        time.tv_sec as f64 * 1e6 + time.tv_nsec as f64 / 1e3
     };
-    let mut times: Vec<i64> = (0..ROUNDS).map(once).collect();
-    times.sort_unstable();
-    times[ROUNDS / 2] as f64 / 1e3
+    let began = now();
+    draw();
+    now() - began
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
 }
 
 /// The whole overlay beside what it was while the tube was its axis alone, in the same run.
@@ -62,17 +65,21 @@ fn the_cost_of_an_overlay() {
             caution: "",
         };
         let mut canvas = Canvas::new(512, 512);
-        let all = micros(|| overlay.draw(&mut canvas));
-        let lines = micros(|| {
-            overlay.draw_cuts(&mut canvas);
-            overlay.draw_planned(&mut canvas);
-            overlay.draw_tube(&mut canvas, pose);
-            overlay.draw_path(&mut canvas, pose, 9.0);
-            overlay.draw_ruler(&mut canvas);
-        });
         let [handle, tip] = [-scene.tool.length_mm, 0.0].map(|z| plane.project(pose * Point::<Tool>::new(0.0, 0.0, z)));
         let line = overlay.line(palette::TUBE, 2.0, false);
-        let axis = micros(|| canvas.line([handle.x, handle.y], [tip.x, tip.y], line));
+        let mut times = [Vec::new(), Vec::new(), Vec::new()];
+        for _ in 0..ROUNDS {
+            times[0].push(micros(|| overlay.draw(&mut canvas)));
+            times[1].push(micros(|| {
+                overlay.draw_cuts(&mut canvas);
+                overlay.draw_planned(&mut canvas);
+                overlay.draw_tube(&mut canvas, pose);
+                overlay.draw_path(&mut canvas, pose, 9.0);
+                overlay.draw_ruler(&mut canvas);
+            }));
+            times[2].push(micros(|| canvas.line([handle.x, handle.y], [tip.x, tip.y], line)));
+        }
+        let [all, lines, axis] = times.map(median);
         let before = all - lines + axis;
         println!(
             "{name}: {all:.0} us, before {before:.0} us, {:.2} times; the new lines {lines:.0} us",

@@ -61,9 +61,8 @@ impl Overlay<'_> {
         for cut in self.cut_lines() {
             let pattern = look(cut.other.plane).0.map(|px| (px * self.unit()) as f32);
             let line = self.line(palette::CUT, 1.0, false).with_pattern(pattern);
-            for [outer, inner] in cut.parts.into_iter().flatten() {
-                canvas.line(outer, inner, line);
-            }
+            let parts: Vec<_> = cut.parts.into_iter().flatten().collect();
+            canvas.lines(&parts, line);
         }
     }
 

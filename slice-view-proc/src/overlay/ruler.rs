@@ -60,10 +60,12 @@ impl Overlay<'_> {
             return;
         }
         let line = self.line(palette::WORDS, 1.0, false);
-        for (row, is_long) in self.ruler() {
+        let tick = |(row, is_long)| {
             let reach = if is_long { long } else { long / 2.0 };
-            canvas.line([start, row], [start + reach, row], line);
-        }
+            [[start, row], [start + reach, row]]
+        };
+        let ticks: Vec<_> = self.ruler().into_iter().map(tick).collect();
+        canvas.lines(&ticks, line);
     }
 }
 

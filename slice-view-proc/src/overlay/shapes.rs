@@ -12,7 +12,7 @@ pub(super) const NEAR_PLANE_MM: f64 = 10.0;
 /// From the outline of the chosen target to its second ring, pixels of 512.
 const RING: f64 = 5.0;
 /// A thinner line between two rows of pixels has too little contrast to its rim, pixels.
-const THINNEST: f64 = 1.2;
+const THINNEST: f64 = 1.3;
 /// The rim of a line, pixels of 512.
 const RIM: f64 = 1.25;
 

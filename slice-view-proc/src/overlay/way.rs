@@ -12,7 +12,7 @@ use super::{Notice, Overlay};
 
 /// From tick to tick of the path, mm; where these have no room, five times as much.
 const TICKS_MM: [f64; 2] = [10.0, 50.0];
-/// The least room between two ticks, and half their length, pixels of 512.
+/// The least room between two ticks, pixels, also of 512; and half their length, pixels of 512.
 const TICK_ROOM: f64 = 6.0;
 const TICK: f64 = 3.0;
 /// Half the bar at which the tip is to stop, and from the middle to the corners of the mark at the entry, pixels of 512.
@@ -122,15 +122,14 @@ impl Overlay<'_> {
         let (way, end) = self.path(pose);
         let start = cross_px / way.pixels();
         self.draw_stretches(canvas, &way, [start, end], palette::TUBE);
-        for t in self.path_ticks(&way, [start, end]) {
-            let [from, to] = way.bar(t, TICK * self.unit());
-            canvas.line(from, to, self.line(palette::TUBE, 1.0, false));
-        }
+        let ticks = self.path_ticks(&way, [start, end]);
+        let bars: Vec<_> = ticks.into_iter().map(|t| way.bar(t, TICK * self.unit())).collect();
+        canvas.lines(&bars, self.line(palette::TUBE, 1.0, false));
     }
 
     /// Where the path's ticks are, mm from the tip.
     pub(super) fn path_ticks(&self, way: &Way, range: [f64; 2]) -> Vec<f64> {
-        let room = TICK_ROOM * self.unit();
+        let room = TICK_ROOM * self.unit().max(1.0);
         let Some(every) = TICKS_MM.into_iter().find(|mm| mm * way.pixels() >= room) else {
             return Vec::new();
         };
