@@ -55,7 +55,9 @@ impl Overlay<'_> {
     /// Between the frame, which stays whole, and the words.
     pub(super) fn draw_ruler(&self, canvas: &mut Canvas) {
         // A line begins with half its width and its rim before its end.
-        let start = self.frame().map_or(0.0, |(_, width)| width + 2.0 * self.unit().max(1.0));
+        let start = self
+            .frame()
+            .map_or(0.0, |(_, width)| width + 2.0 * self.unit().max(1.0));
         let long = (LONG * self.unit()).min(self.beside_words() - start);
         if long < 1.0 {
             return;
