@@ -61,7 +61,7 @@ impl Run {
             }
             Some(Err(why)) => request.reply(Err(&why)),
             None => request.reply(Err(
-                "the pilot answers status, stop, restart, choose, hold, follow, mark, confirm, reject, navigate, rest, checked, bumped and plan",
+                "the pilot answers status, stop, restart, choose, images, hold, follow, mark, confirm, reject, navigate, rest, checked, bumped and plan",
             )),
         }
     }

@@ -113,6 +113,10 @@ impl Guiding {
         let words = command.words();
         let done = match command.command_kind() {
             Some(CommandKind::Choose) => self.choice.choose(&words, now_ns),
+            Some(CommandKind::Images) => match command.images_wish() {
+                Ok(wish) => self.choice.images(wish, now_ns),
+                Err(error) => Err(error.to_string()),
+            },
             Some(CommandKind::Hold) => self.choice.hold(&command.pose, now_ns),
             Some(CommandKind::Follow) => self.choice.follow(now_ns),
             Some(CommandKind::Mark) => self.choice.mark(&words),
@@ -126,7 +130,7 @@ impl Guiding {
         };
         let is_guide = matches!(
             command.command_kind(),
-            Some(CommandKind::Choose | CommandKind::Hold | CommandKind::Follow)
+            Some(CommandKind::Choose | CommandKind::Images | CommandKind::Hold | CommandKind::Follow)
         );
         // Whoever is answered finds it on the bus.
         if done.is_ok() && is_guide {

@@ -69,7 +69,7 @@ fn row(name: &str, spec: &VolumeSpec) {
 fn images(volume: &OwnedVolume, anatomy: Arc<Anatomy>) -> (f64, f64) {
     let scene = Scene::parse(SCENE, Path::new("")).expect("a scene");
     let mut renderer = Renderer::new(scene.views[0].clone());
-    renderer.show(anatomy);
+    renderer.show_anatomy(anatomy);
     let chosen = Chosen {
         name: "n".to_owned(),
         centre: scene.targets[0].centre,

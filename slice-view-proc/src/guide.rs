@@ -1,4 +1,4 @@
-//! What a person chose, as the renderer hears it: which target was chosen when a pose was captured.
+//! What a person chose, as the renderer hears it: which target was chosen, and how images were to look, when a pose was captured.
 //!
 //! An image of a pose shows what was chosen when that pose was captured, so that all views of one pose agree, and a replay shows
 //! what the run showed. An image that is old, or has no pose, shows what is chosen now.
@@ -6,16 +6,25 @@
 use std::collections::BTreeMap;
 
 use bus::BusError;
-use bus::message::{Chosen, Guide};
+use bus::message::{Chosen, Guide, GuideError, Images};
 use bus::port::Subscriber;
 
 /// More are not kept: the earliest give way. A person does not choose so often in the time of one pose.
 const KEPT: usize = 256;
 
-/// What was chosen, by when it was said, ns on the session's clock; `None`: nothing, or what was no plan.
+/// What holds from one saying to the next.
+#[derive(Debug, Default, Clone, PartialEq)]
+pub(crate) struct Said {
+    /// The target that is aimed at.
+    pub(crate) chosen: Option<Chosen>,
+    /// How images look.
+    pub(crate) images: Images,
+}
+
+/// What was chosen, by when it was said, ns on the session's clock: nothing, where it was no plan.
 #[derive(Debug, Default)]
 pub(crate) struct Chosens {
-    said: BTreeMap<i64, Option<Chosen>>,
+    said: BTreeMap<i64, Said>,
     /// How many were no plan.
     refused: u64,
     /// And how many of these were not counted elsewhere yet.
@@ -35,11 +44,11 @@ impl Chosens {
 
     /// Takes in one; of one that is no plan nothing is shown, nor what was chosen before it.
     fn take(&mut self, guide: &Guide) -> Option<String> {
-        let (chosen, why) = match guide.chosen() {
-            Ok(chosen) => (chosen, None),
-            Err(error) => (None, Some(error.to_string())),
+        let (said, why) = match said(guide) {
+            Ok(said) => (said, None),
+            Err(error) => (Said::default(), Some(error.to_string())),
         };
-        self.said.insert(guide.t_ns, chosen);
+        self.said.insert(guide.t_ns, said);
         if self.said.len() > KEPT {
             self.said.pop_first();
         }
@@ -48,10 +57,17 @@ impl Chosens {
         why.filter(|_| self.refused == 1)
     }
 
-    /// What was chosen at `t_ns`.
-    pub(crate) fn at(&self, t_ns: i64) -> Option<&Chosen> {
-        self.said.range(..=t_ns).next_back()?.1.as_ref()
+    /// What held at `t_ns`; `None` before the first saying.
+    pub(crate) fn at(&self, t_ns: i64) -> Option<&Said> {
+        self.said.range(..=t_ns).next_back().map(|(_, said)| said)
     }
+}
+
+fn said(guide: &Guide) -> Result<Said, GuideError> {
+    Ok(Said {
+        chosen: guide.chosen()?,
+        images: guide.images()?,
+    })
 }
 
 #[cfg(test)]
@@ -74,7 +90,7 @@ mod tests {
     }
 
     fn at(chosens: &Chosens, t_ns: i64) -> Option<&str> {
-        chosens.at(t_ns).map(|chosen| chosen.name.as_str())
+        chosens.at(t_ns)?.chosen.as_ref().map(|chosen| chosen.name.as_str())
     }
 
     #[test]
@@ -111,6 +127,12 @@ mod tests {
         assert_eq!((at(&chosens, 100), at(&chosens, 99)), (None, Some("a")));
         assert_eq!(chosens.take(&Guide { t_ns: 101, ..bad }), None);
         assert_eq!(chosens.refused, 2);
+        let dark = Guide {
+            flags: Guide::WINDOW,
+            ..guide(300, "c")
+        };
+        assert_eq!(chosens.take(&dark), None);
+        assert_eq!((chosens.refused, at(&chosens, 300)), (3, None));
     }
 
     #[test]

@@ -1,7 +1,11 @@
-//! What is drawn over the slice: tube, tip, targets, letters, scale, words.
+//! What is drawn over the slice: tube, tip and the path ahead, the plan, the other planes, targets, letters, scale, words.
 
+mod cuts;
 mod layout;
+mod ruler;
 mod shapes;
+mod tube;
+mod way;
 mod words;
 
 use bus::message::{Chosen, Lost, Marks};
@@ -90,6 +94,10 @@ pub struct Overlay<'a> {
     pub view: &'a View,
     /// Its plane.
     pub plane: &'a SlicePlane,
+    /// Whether a pose or a request placed it; else there is no slice, and nothing is said of where it lies.
+    pub is_placed: bool,
+    /// All images of the scene: where their planes cut this one is drawn.
+    pub views: &'a [View],
     /// The tool, drawn where there is a valid pose.
     pub pose: Option<Rigid<Ct, Tool>>,
     /// How good that pose is; `None` says nothing of it.
@@ -126,6 +134,8 @@ impl Overlay<'_> {
     pub fn draw(&self, canvas: &mut Canvas) {
         // On a surface they are solids, drawn with it.
         if !self.is_surface() {
+            self.draw_cuts(canvas);
+            self.draw_planned(canvas);
             self.draw_outlines(canvas);
         }
         self.ring_chosen(canvas);
@@ -186,6 +196,10 @@ impl Overlay<'_> {
     }
 }
 
+#[cfg(test)]
+mod cost_tests;
+#[cfg(test)]
+mod geometry_tests;
 #[cfg(test)]
 mod placement_tests;
 #[cfg(test)]

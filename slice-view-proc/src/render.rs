@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use bus::message::{Chosen, FrameState, Marks};
+use bus::message::{Chosen, FrameState, Images, Marks};
 use bus::volume::VolumeView;
 use geometry::{Ct, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
-use scene::{Plane, Scene, View, WindowLevel};
+use scene::{Extent, Plane, Scene, View, WindowLevel};
 
 use crate::accuracy::Accuracy;
 use crate::grey::to_grey;
@@ -31,6 +31,8 @@ pub struct Renderer {
     surface: Option<Overview>,
     /// Where somebody asked to see it from.
     turned: Option<SlicePlane>,
+    /// The scene's field, mm, and window, where nobody chose others.
+    scenes: (f64, WindowLevel),
 }
 
 /// What to draw.
@@ -97,6 +99,7 @@ impl Renderer {
             plane: None,
             surface: (view.plane == Plane::Surface).then(|| Overview::new(view.size)),
             turned: None,
+            scenes: (view.field_mm, view.window),
             view,
         }
     }
@@ -106,13 +109,26 @@ impl Renderer {
         &self.view
     }
 
+    /// From now on images look like this: the window of all, the field of local ones; where nothing is chosen as the scene says.
+    pub fn show(&mut self, images: &Images) {
+        let (field_mm, window) = self.scenes;
+        // Surfaces have no window, and the field of their own that their camera has.
+        if self.surface.is_some() {
+            return;
+        }
+        self.view.window = images.window.unwrap_or(window);
+        if self.view.extent == Extent::Local {
+            self.view.field_mm = images.field_mm.unwrap_or(field_mm);
+        }
+    }
+
     /// The image drawn last.
     pub fn canvas(&self) -> &Canvas {
         &self.canvas
     }
 
     /// Has a surface view show this anatomy.
-    pub fn show(&mut self, anatomy: Arc<Anatomy>) {
+    pub fn show_anatomy(&mut self, anatomy: Arc<Anatomy>) {
         if let Some(surface) = &mut self.surface {
             surface.show(anatomy);
         }
@@ -201,6 +217,8 @@ impl Renderer {
         let overlay = Overlay {
             view: &self.view,
             plane,
+            is_placed: self.surface.is_none() && is_cut(what),
+            views: &scene.views,
             pose,
             // Asked of the grid itself, whatever the message says.
             outside: pose.is_some_and(|pose| !what.volume.grid.holds(tip(pose))),
@@ -228,7 +246,7 @@ impl Renderer {
         plane: &SlicePlane,
         resampler: &mut dyn Resampler,
     ) -> Result<(), RenderError> {
-        let is_cut = what.pose.is_some() || what.notice == Notice::Look;
+        let is_cut = is_cut(what);
         if is_cut {
             resampler.reslice(&what.volume, plane, &self.view.sampling, &mut self.hu)?;
         } else {
@@ -244,6 +262,11 @@ impl Renderer {
         }
         Ok(())
     }
+}
+
+/// Whether a plane was asked for, or a pose places it.
+fn is_cut(what: &Rendered<'_>) -> bool {
+    what.pose.is_some() || what.notice == Notice::Look
 }
 
 fn tip(pose: Rigid<Ct, Tool>) -> Point<Ct> {

@@ -107,7 +107,7 @@ fn show_anatomy(
             .map(|(_, anatomy)| Arc::clone(anatomy));
         let anatomy = known.unwrap_or_else(|| Arc::new(Anatomy::of(volume, bone_hu, labels, alive)));
         made.push((bone_hu, Arc::clone(&anatomy)));
-        output.renderer.show(anatomy);
+        output.renderer.show_anatomy(anatomy);
     }
 }
 

@@ -80,7 +80,9 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         return Err(SnapshotError::NoHu);
     }
     let volume = load(&what.volume).map_err(SnapshotError::Volume)?;
-    let scene = Scene::parse("", Path::new("(defaults)"))?;
+    let mut scene = Scene::parse("", Path::new("(defaults)"))?;
+    // One image: there are no others whose planes could cut it.
+    scene.views.clear();
     let field_mm = what.pixel_mm * f64::from(what.size[0].min(what.size[1]));
     let mut renderer = Renderer::new(View {
         name: "snapshot".to_owned(),
@@ -101,7 +103,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
     });
     if what.plane == Plane::Surface {
         let anatomy = Anatomy::of(&volume.view(), what.surface.bone_hu, None, &mut || {});
-        renderer.show(std::sync::Arc::new(anatomy));
+        renderer.show_anatomy(std::sync::Arc::new(anatomy));
     }
     let rendered = Rendered {
         volume: volume.view(),

@@ -55,6 +55,19 @@ pub fn plane(view: &View, grid: &VolumeGrid, ct_from_tool: &Rigid<Ct, Tool>) -> 
     }
 }
 
+/// Where the plane of `view` lies: a point of it, and the direction in which the viewer looks; `None` of a surface, which has no plane.
+pub(crate) fn lies(view: &View, ct_from_tool: &Rigid<Ct, Tool>) -> Option<(Point<Ct>, Direction<Ct>)> {
+    let tip = *ct_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
+    let along = *ct_from_tool * Direction::<Tool>::Z;
+    Some(match view.plane {
+        Plane::Axial => (tip, Direction::Z),
+        Plane::Frontal => (tip, Direction::Y),
+        Plane::Sagittal => (tip, -Direction::X),
+        Plane::Perpendicular => (tip + along * view.ahead_mm, along),
+        Plane::Surface => return None,
+    })
+}
+
 /// The plane through `tip` that shows the whole grid, centred on it.
 fn whole(
     grid: &VolumeGrid,
@@ -137,6 +150,19 @@ mod tests {
                 let tip = plane.project(Point::new(10.0, -5.0, 70.0));
                 // A few roundings of lengths below 300 mm.
                 prop_assert!(tip.depth_mm.abs() < 1e-12 * 300.0, "{}", view.name);
+            }
+        }
+
+        /// Global images too, which are centred elsewhere.
+        #[test]
+        fn a_plane_lies_where_it_is_said_to(r in prop::array::uniform3(-4.0..4.0), ahead in -20.0..20.0) {
+            let mut all = views();
+            all[6].ahead_mm = ahead;
+            for view in all {
+                let plane = plane(&view, &grid(), &pose(r)).unwrap();
+                let (point, normal) = lies(&view, &pose(r));
+                prop_assert!(plane.project(point).depth_mm.abs() < 1e-9, "{}", view.name);
+                prop_assert!(plane.into_screen().dot(normal) > 1.0 - 1e-12, "{}", view.name);
             }
         }
 

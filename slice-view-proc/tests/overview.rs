@@ -48,7 +48,7 @@ fn what(volume: &OwnedVolume) -> Rendered<'_> {
 fn renderer(scene: &Scene, volume: &OwnedVolume) -> Renderer {
     let view = &scene.views[0];
     let mut renderer = Renderer::new(view.clone());
-    renderer.show(Arc::new(Anatomy::of(
+    renderer.show_anatomy(Arc::new(Anatomy::of(
         &volume.view(),
         view.surface.bone_hu,
         None,

@@ -9,7 +9,7 @@ use bus::Bus;
 use bus::message::{Ages, Command, CommandKind, Guide, Lost, ToolPose, Tracked, Workflow};
 use bus::port::{CommandClient, FrameSubscriber, Reply, Subscriber, VolumeSubscriber};
 use bus::run::RunContext;
-use bus::topic::{GUIDE, HELD_FRAME, TOOL_POSE, WORKFLOW};
+use bus::topic::{GUIDE, HELD_FRAME, TOOL_POSE, VIEW_FRAME, WORKFLOW};
 use geometry::{Point, Tool};
 use recorder::read::{reader, scan};
 use recorder::wire::schema::{LOG, TOOL_POSE as TOOL_POSES};
@@ -150,8 +150,8 @@ fn a_choice_outlives_a_renderer_and_comes_back_in_a_replay() {
     replayed(&world, &recording, &told);
 }
 
-/// Its replay tells the same, and draws the same pictures.
-fn replayed(world: &World, recording: &Path, told: &[Option<String>]) {
+/// A replay of its end draws the pictures of the run, byte for byte.
+fn same_pictures(world: &World, recording: &Path) {
     let path = recording.to_string_lossy();
     let live = world.path("out");
     let seq: u64 = png_texts(&live.join(format!("{VIEW}.png")))["pose_seq"]
@@ -188,7 +188,12 @@ fn replayed(world: &World, recording: &Path, told: &[Option<String>]) {
         ];
         assert!(fs::read(then).unwrap() == fs::read(now).unwrap(), "{view}, pose {seq}");
     }
+}
 
+/// Its replay tells the same, and draws the same pictures.
+fn replayed(world: &World, recording: &Path, told: &[Option<String>]) {
+    same_pictures(world, recording);
+    let path = recording.to_string_lossy();
     let child = world
         .command("pilot")
         .args([
@@ -213,11 +218,81 @@ fn replayed(world: &World, recording: &Path, told: &[Option<String>]) {
     for target in told.iter().chain(told) {
         wait_next(&heard, target.as_deref());
     }
-    for arguments in [&["choose", "iliac-left"][..], &["hold"], &["follow"], &["mark", "x"]] {
+    for arguments in [
+        &["choose", "iliac-left"][..],
+        &["hold"],
+        &["follow"],
+        &["mark", "x"],
+        &["images", "--field", "60"],
+    ] {
         let said = pilot(world, &[arguments, &["--run", "loop"]].concat()).unwrap_err();
         assert!(said.contains("replay"), "{said}");
     }
     assert!(looping.stop().success());
+}
+
+/// As numbers of HU and mm, of the newest image of a view.
+fn look(frames: &FrameSubscriber) -> Option<[f64; 3]> {
+    let plane = frames.newest().unwrap()?.header().plane;
+    let field = plane.pixel_mm * 128.0;
+    Some([plane.centre_hu, plane.width_hu, (field * 1e6).round() / 1e6])
+}
+
+/// Every image of a pose has the window and the field that held when it was captured, whichever process drew it, and a replay has them
+/// again.
+#[test]
+fn window_and_field_change_in_all_views_and_come_back_in_a_replay() {
+    let world = World::new();
+    let run = world.start(&world.file("s.toml", SMALL), &world.path("out"), "default");
+    let bus = join(&world, "default");
+    run.wait_live();
+    for (bad, what) in [
+        (&["--field", "0.5"][..], "field is 0.5"),
+        (&["--field", "2001"], "1 to 2000 mm"),
+        (&["--window", "40,0.5"], "width is 0.5"),
+        (&["--window", "-40000,400"], "centre is -40000"),
+        (&["--field", "NaN"], "field is NaN"),
+    ] {
+        let said = pilot(&world, &[&["images"], bad].concat()).unwrap_err();
+        assert!(said.contains(what), "{said}");
+    }
+    assert_eq!(run.wait_live()["guiding"]["images"], "");
+    let frames =
+        ["axial-global", "frontal-local", VIEW].map(|view| FrameSubscriber::open(&bus, &VIEW_FRAME, view).unwrap());
+    let said = pilot(&world, &["images", "--window", "bone", "--field", "60"]).unwrap();
+    assert!(said.contains("W 2000 C 400, field 60 mm"), "{said}");
+    for frames in &frames[1..] {
+        wait_for("the images to change", || {
+            look(frames).filter(|look| *look == [400.0, 2000.0, 60.0])
+        });
+    }
+    // What shows the whole examination has a window and no field.
+    let whole = wait_for("the images to change", || {
+        look(&frames[0]).filter(|look| look[..2] == [400.0, 2000.0])
+    });
+    assert!(whole[2] > 200.0, "{whole:?}");
+    // Killed, a renderer comes back with what holds.
+    kill_for_another(&run, "view-perpendicular");
+    let frames = FrameSubscriber::open(&bus, &VIEW_FRAME, VIEW).unwrap();
+    wait_for("the image to come back", || {
+        look(&frames).filter(|look| *look == [400.0, 2000.0, 60.0])
+    });
+    assert_eq!(run.wait_live()["guiding"]["images"], "W 2000 C 400, field 60 mm");
+    pilot(&world, &["images", "--scene", "--window", "-600,1500"]).unwrap();
+    wait_for("the images to change", || {
+        look(&frames).filter(|look| *look == [-600.0, 1500.0, 100.0])
+    });
+    drop((frames, bus));
+    assert_eq!(run.stop().code(), Some(3), "a process was killed");
+    let recording = world.path("out").join("session.mcap");
+    let told: Vec<_> = reader::guides(&recording)
+        .unwrap()
+        .map(|guide| guide.unwrap().images().unwrap().words())
+        .collect();
+    let mut told: Vec<&str> = told.iter().map(String::as_str).collect();
+    told.dedup();
+    assert_eq!(told, ["", "W 2000 C 400, field 60 mm", "W 1500 C -600"]);
+    same_pictures(&world, &recording);
 }
 
 /// The next guide with this target; others are passed over.

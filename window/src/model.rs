@@ -17,7 +17,7 @@ pub use steps::{Rung, StepsModel, steps};
 
 use bus::gather::{PoseId, Set};
 use bus::message::{
-    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, Steps, ToolPose, VolumeHash, Workflow,
+    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, Images, Steps, ToolPose, VolumeHash, Workflow,
 };
 use scene::{Plane, Scene};
 
@@ -128,6 +128,8 @@ pub struct Model {
     pub facts: Facts,
     /// The way to a navigation; `None` where the run has no steps and demands none.
     pub steps: Option<StepsModel>,
+    /// Whether images look otherwise than the scene says.
+    pub are_images_changed: bool,
 }
 
 impl Model {
@@ -139,6 +141,7 @@ impl Model {
             sight: aimed(known, &state),
             facts: facts(known, &state),
             steps: steps(known),
+            are_images_changed: known.guide.is_some_and(|guide| guide.images() != Ok(Images::default())),
             state,
         }
     }

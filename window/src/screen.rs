@@ -4,6 +4,7 @@ mod bar;
 mod button;
 mod buttons;
 mod cell;
+mod images;
 pub(crate) mod lines;
 mod sight;
 mod step_buttons;
@@ -23,6 +24,7 @@ use crate::sizes::{Screen, Sizes, smallest};
 pub(crate) use bar::Band;
 pub use bar::Shown;
 pub(crate) use buttons::touched;
+pub use images::ImagesKey;
 pub use views::Views;
 use words::Words;
 
@@ -34,6 +36,8 @@ pub enum Wish {
         /// Forwards.
         is_forward: bool,
     },
+    /// Show images in another window or field.
+    Images(ImagesKey),
     /// Note this moment in the recording.
     Mark,
     /// A picture of the screen as a file.
@@ -151,6 +155,9 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
         None => cells((ui, model, &shown), &sizes, look, &mut outcome),
     }
     buttons::show(ui, model, &sizes, look, &mut outcome);
+    if steps.is_none() {
+        images::keys(ui, &mut outcome);
+    }
     outcome
 }
 

@@ -1,5 +1,7 @@
 //! What a person wishes becomes requests to the processes that keep it: the window keeps nothing.
 
+mod images;
+
 use std::path::PathBuf;
 
 use bus::gather::PoseId;
@@ -84,6 +86,10 @@ impl Asked {
             Wish::NextTarget { is_forward } => {
                 let name = next_target(feed, scene, *is_forward).ok_or("the scene has no targets")?;
                 self.pilot(Command::with_text(CommandKind::Choose, &name))
+            }
+            Wish::Images(key) => {
+                let now = feed.guide().and_then(|guide| guide.images().ok()).unwrap_or_default();
+                self.pilot(Command::images(images::wish(*key, now, scene)?))
             }
             Wish::Mark => self.pilot(Command::with_text(CommandKind::Mark, "marked on the screen")),
             Wish::Hold => self.hold(feed, scene),

@@ -12,6 +12,8 @@ mod frame;
 mod guide;
 mod heartbeat;
 mod identity;
+mod images;
+mod images_request;
 mod lost;
 mod plan;
 mod plan_edit;
@@ -30,6 +32,7 @@ pub use frame::{Ages, FrameHeader, FrameStamp, FrameState, ImagePlane, LookError
 pub use guide::{Chosen, Guide, GuideError};
 pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, NOT_RECORDING, ProcessState, RECORDED_ANEW};
 pub use identity::{Identity, IdentitySource};
+pub use images::{Change, Images, ImagesError, ImagesWish};
 pub use lost::Lost;
 pub use plan::{Plan, PlanMeasure, PlanMessageError, PlanTarget};
 pub use plan_edit::{PlanEdit, PlanWish};

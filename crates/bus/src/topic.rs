@@ -142,11 +142,11 @@ pub const IDENTITY: Topic = Topic {
 /// that who joins late knows also what was chosen when an earlier pose was captured.
 pub const GUIDE: Topic = Topic {
     name: "guide",
-    payload: "trocar/Guide/1",
+    payload: "trocar/Guide/2",
     history: 64,
     buffer: 256,
     wakes: true,
-    purpose: "the chosen target with its entry and stop, and the pose that is held",
+    purpose: "the chosen target with its entry and stop, the pose that is held, and how images look",
     ..BASE
 };
 
@@ -214,7 +214,7 @@ pub const COMMAND: Topic = Topic {
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
-    purpose: "status, stop, restart, choose, mark, hold, confirm, navigate, checked, change the plan (pilot), steps (calib), practise (simulated tracker), render one pose, one plane or none, see a surface from elsewhere (renderers), steer a replay (replayer)",
+    purpose: "status, stop, restart, choose, images, mark, hold, confirm, navigate, checked, change the plan (pilot), steps (calib), practise (simulated tracker), render one pose, one plane or none, see a surface from elsewhere (renderers), steer a replay (replayer)",
     ..BASE
 };
 

@@ -12,6 +12,8 @@ pub const TUBE: Rgb = Rgb(0x78, 0xb7, 0xdc);
 pub const TIP: Rgb = Rgb(0xf0, 0xef, 0x9a);
 /// Targets.
 pub const TARGET: Rgb = Rgb(0x00, 0xf8, 0xdc);
+/// Where planes cut one another.
+pub const CUT: Rgb = Rgb(156, 138, 156);
 /// Alarm of medium priority: what is shown is old, or something about it has changed. Of nothing else.
 pub const WARN: Rgb = Rgb(0xf9, 0xa4, 0x0a);
 /// Alarm of high priority: there is no pose, or images and poses do not belong together. Of nothing else.
@@ -47,7 +49,7 @@ mod tests {
     #[test]
     fn every_colour_stands_out_from_its_rim() {
         assert!((contrast(Rgb(255, 255, 255), RIM) - 21.0).abs() < 1e-12);
-        for colour in [TUBE, TIP, TARGET, WARN, ALARM, REPLAY, WORDS, QUIET] {
+        for colour in [TUBE, TIP, TARGET, CUT, WARN, ALARM, REPLAY, WORDS, QUIET] {
             assert!(contrast(colour, RIM) >= 6.0, "{colour:?}: {}", contrast(colour, RIM));
         }
     }

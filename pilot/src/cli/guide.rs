@@ -1,8 +1,9 @@
-//! `pilot choose`, `mark`, `hold` and `follow`: what a person asks of a run that is going, without a window.
+//! `pilot choose`, `images`, `mark`, `hold` and `follow`: what a person asks of a run that is going, without a window.
 
-use bus::message::{Command, CommandKind};
+use bus::message::{Change, Command, CommandKind, ImagesWish};
 use clap::Subcommand;
 use clap::builder::NonEmptyStringValueParser;
+use scene::WindowLevel;
 
 use super::ask::{ask_process, newest_pose};
 use super::error::CliError;
@@ -14,6 +15,16 @@ Examples:
   pilot choose para-aortic-left        a target of the scene, by its name
   pilot choose --none                  nothing is aimed at
   pilot status                         what is chosen";
+
+const IMAGES_HELP: &str = "\
+Images of poses that are captured from now on; each says its own window and field. What is not named stays as it is.
+
+Examples:
+  pilot images --window bone           abdomen, soft-tissue, bone, lung or vessels
+  pilot images --window 40,400         centre and width, HU
+  pilot images --field 60              what the shorter side of local images shows, mm
+  pilot images --scene                 window and field are the scene's again
+  pilot status                         what holds";
 
 const MARK_HELP: &str = "\
 The words stand in the recording's /log, with the moment.
@@ -68,6 +79,22 @@ pub(crate) enum GuideVerb {
         /// None is aimed at.
         #[arg(long, conflicts_with = "target")]
         none: bool,
+        /// The run.
+        #[arg(long, default_value = "default")]
+        run: String,
+    },
+    /// Changes the window of all images and the field of local ones.
+    #[command(after_help = IMAGES_HELP)]
+    Images {
+        /// How HU become grey: a name, or centre and width in HU.
+        #[arg(long, value_name = "NAME|C,W", value_parser = window, allow_hyphen_values = true, required_unless_present_any = ["field", "scene"])]
+        window: Option<WindowLevel>,
+        /// What the shorter side of local images shows.
+        #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+        field: Option<f64>,
+        /// What is not named here is the scene's again.
+        #[arg(long)]
+        scene: bool,
         /// The run.
         #[arg(long, default_value = "default")]
         run: String,
@@ -146,6 +173,18 @@ impl GuideVerb {
                 let name = target.as_deref().unwrap_or_default();
                 (run, with_text(CommandKind::Choose, name)?)
             }
+            Self::Images {
+                window,
+                field,
+                scene,
+                run,
+            } => {
+                let wish = ImagesWish {
+                    field_mm: change(*field, *scene),
+                    window: change(*window, *scene),
+                };
+                (run, Command::images(wish))
+            }
             Self::Mark { words, run } => (run, with_text(CommandKind::Mark, &words.join(" "))?),
             Self::Confirm { hash, run } => (run, with_text(CommandKind::Confirm, hash)?),
             Self::Reject { run } => (run, Command::new(CommandKind::Reject)),
@@ -157,6 +196,29 @@ impl GuideVerb {
         };
         ask_process(run, "pilot", command, |_| Ok(()))
     }
+}
+
+fn change<T>(value: Option<T>, scene: bool) -> Change<T> {
+    match value {
+        Some(value) => Change::Set(value),
+        None if scene => Change::Scene,
+        None => Change::Keep,
+    }
+}
+
+/// A window by its name, or its centre and width.
+fn window(text: &str) -> Result<WindowLevel, String> {
+    let numbers = || {
+        let (centre, width) = text.split_once(',')?;
+        Some(WindowLevel {
+            centre_hu: centre.trim().parse().ok()?,
+            width_hu: width.trim().parse().ok()?,
+        })
+    };
+    let found = WindowLevel::named(text).or_else(numbers);
+    found.ok_or_else(|| {
+        "expected abdomen, soft-tissue, bone, lung or vessels, or centre and width in HU as 40,400".to_owned()
+    })
 }
 
 /// Words that are cut off would be other words.
@@ -173,6 +235,16 @@ fn with_text(kind: CommandKind, text: &str) -> Result<Command, CliError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_window_is_a_name_or_two_numbers() {
+        let of = |text| window(text).map(|w| (w.centre_hu, w.width_hu));
+        assert_eq!(of("bone"), Ok((400.0, 2000.0)));
+        assert_eq!(of("-600, 1500"), Ok((-600.0, 1500.0)));
+        for bad in ["Bone", "40", "40,", "40,400,1", ""] {
+            assert!(of(bad).unwrap_err().contains("soft-tissue"), "{bad}");
+        }
+    }
 
     #[test]
     fn words_are_whole_or_refused() {

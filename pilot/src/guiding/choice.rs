@@ -1,12 +1,12 @@
-//! The target that a person chose, and the pose that she holds. Nothing else changes either: no target takes the place of another
+//! The target that a person chose, the pose that she holds, and how she wishes to see the images. Nothing else changes either: no target takes the place of another
 //! because the tip came nearer to it.
 
 use bus::gather::PoseId;
-use bus::message::{Chosen, Guide, ToolPose, Tracked};
+use bus::message::{Chosen, Guide, ImagesWish, ToolPose, Tracked};
 use scene::{Scene, Target, plan_id};
 
 /// Why nothing is chosen, held or noted in a replay.
-const REPLAYED: &str = "this run is a replay: what was chosen, held and noted comes out of the recording";
+const REPLAYED: &str = "this run is a replay: what was chosen, held, changed and noted comes out of the recording";
 
 /// What is chosen among what can be.
 #[derive(Debug)]
@@ -79,6 +79,17 @@ impl Choice {
         };
         self.say(self.guide.holding(Some(held)), now_ns);
         Ok(format!("held: pose {}", pose.seq))
+    }
+
+    /// Images look as is wished; what is not named stays.
+    pub(super) fn images(&mut self, wish: ImagesWish, now_ns: i64) -> Result<String, String> {
+        self.may()?;
+        let images = self.guide.images().unwrap_or_default().with(wish);
+        self.say(self.guide.showing(&images), now_ns);
+        Ok(match images.words() {
+            words if words.is_empty() => "images: as the scene says".to_owned(),
+            words => format!("images: {words}"),
+        })
     }
 
     /// Nothing is held any more.
@@ -232,6 +243,24 @@ mod tests {
     }
 
     #[test]
+    fn images_look_as_wished_until_the_scene_is_asked_for_again() {
+        use bus::message::Change;
+        let bone = scene::WindowLevel::named("bone").unwrap();
+        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), false);
+        let wish = |field_mm, window| ImagesWish { field_mm, window };
+        let said = choice.images(wish(Change::Keep, Change::Set(bone)), 10).unwrap();
+        assert_eq!(said, "images: W 2000 C 400");
+        let said = choice.images(wish(Change::Set(60.0), Change::Keep), 20).unwrap();
+        assert_eq!(said, "images: W 2000 C 400, field 60 mm");
+        choice.choose("near", 30).unwrap();
+        let images = choice.guide().images().unwrap();
+        assert_eq!((images.field_mm, images.window), (Some(60.0), Some(bone)));
+        let said = choice.images(wish(Change::Scene, Change::Scene), 40).unwrap();
+        assert_eq!((said.as_str(), choice.guide().t_ns), ("images: as the scene says", 40));
+        assert_eq!(name(&choice).as_deref(), Some("near"));
+    }
+
+    #[test]
     fn stamps_go_up_although_the_clock_stands() {
         let mut choice = Choice::of(&scene(""), false);
         let mut stamps = vec![choice.guide().t_ns];
@@ -251,6 +280,7 @@ mod tests {
             choice.hold(&valid(1), 100),
             choice.follow(1),
             choice.mark("x"),
+            choice.images(ImagesWish::default(), 1),
         ];
         for said in refused {
             assert!(said.unwrap_err().contains("replay"));

@@ -17,6 +17,9 @@ pub(crate) struct GuidingStatus {
     pub(crate) target: Option<String>,
     /// The number of the pose that is held; `null`: the tool is followed.
     pub(crate) held_seq: Option<u64>,
+    /// What images show in the place of the scene's field and window; empty where all is the scene's.
+    #[serde(default)]
+    pub(crate) images: String,
 }
 
 impl GuidingStatus {
@@ -29,6 +32,7 @@ impl GuidingStatus {
             // A recording may hold what is no plan: nothing is aimed at then.
             target: guide.chosen().ok().flatten().map(|chosen| chosen.name),
             held_seq: guide.held().map(|held| held.seq),
+            images: guide.images().unwrap_or_default().words(),
         }
     }
 
@@ -41,6 +45,7 @@ impl GuidingStatus {
             Some(name) => format!("target {name}"),
             None => "no target chosen".to_owned(),
         });
+        words.extend((!self.images.is_empty()).then(|| format!("images {}", self.images)));
         words.extend(self.held_seq.map(|seq| format!("pose {seq} is held")));
         words.join(", ")
     }

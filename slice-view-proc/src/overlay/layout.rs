@@ -77,6 +77,13 @@ impl Layout {
         false
     }
 
+    /// The same for a caption that may be missing: it is not counted.
+    pub(super) fn place_if_room(&mut self, caption: Caption) {
+        let left_out = self.left_out;
+        self.place(caption);
+        self.left_out = left_out;
+    }
+
     /// Writes `text` where `room` was placed, or removes that where `text` is empty.
     pub(super) fn fill(&mut self, room: &str, text: &str) {
         if text.is_empty() {

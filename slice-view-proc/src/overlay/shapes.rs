@@ -1,5 +1,4 @@
-//! Lines over the slice: the tube, its tip with the error, targets, the scale bar. All with a dark rim, so that they are seen on
-//! bone and on air.
+//! Lines over the slice: the tip with its error, and targets. All with a dark rim, so that they are seen on bone and on air.
 
 use bus::message::Chosen;
 use geometry::{Ct, Point, Rigid, Tool};
@@ -9,9 +8,11 @@ use scene::{Extent, Target};
 use super::Overlay;
 
 /// Targets further than this from the plane are not drawn, mm: an outline over other anatomy would mislead.
-const NEAR_PLANE_MM: f64 = 10.0;
+pub(super) const NEAR_PLANE_MM: f64 = 10.0;
 /// From the outline of the chosen target to its second ring, pixels of 512.
 const RING: f64 = 5.0;
+/// A thinner line between two rows of pixels has too little contrast to its rim, pixels.
+const THINNEST: f64 = 1.3;
 /// The rim of a line, pixels of 512.
 const RIM: f64 = 1.25;
 
@@ -38,43 +39,29 @@ pub(super) struct Circle {
 
 impl Overlay<'_> {
     pub(super) fn line(&self, colour: Rgb, width: f64, dashed: bool) -> Line {
+        let width = (width * self.unit()).max(THINNEST) as f32;
         let line = match dashed {
-            true => Line::dashed(colour, (width * self.unit()) as f32),
-            false => Line::solid(colour, (width * self.unit()) as f32),
+            true => Line::dashed(colour, width),
+            false => Line::solid(colour, width),
         };
         line.with_rim((RIM * self.unit()).max(1.0) as f32)
     }
 
-    /// The tube's axis from the tip to the handle: dashed where the handle lies behind the plane by more than the tube's
-    /// radius, else solid (in front, or cut by the plane). The tip; and where the tube is seen along its axis, its outline.
+    /// The tube and the path ahead, and over them the tip with its error.
     pub(super) fn tube(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>) {
         let tip = self.tip(pose);
-        if !self.is_surface() {
-            self.axis(canvas, pose, tip);
-        }
         let error = self.error_at_tip(tip);
+        let [gap, arm] = self.cross(tip, error.as_deref());
+        if !self.is_surface() {
+            self.draw_tube(canvas, pose);
+            self.draw_path(canvas, pose, arm);
+        }
         if let Some(error) = &error {
             canvas.polyline(error, self.line(palette::TIP, 1.2, false));
         }
-        let [gap, arm] = self.cross(tip, error.as_deref());
         for [dx, dy] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
             let [from, to] = [gap, arm].map(|reach| [tip[0] + dx * reach, tip[1] + dy * reach]);
             canvas.line(from, to, self.line(palette::TIP, 1.5, false));
-        }
-    }
-
-    fn axis(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>, tip: [f64; 2]) {
-        let handle = self
-            .plane
-            .project(pose * Point::<Tool>::new(0.0, 0.0, -self.tool.length_mm));
-        let behind = handle.depth_mm > self.tool.diameter_mm / 2.0;
-        let projected = (tip[0] - handle.x).hypot(tip[1] - handle.y);
-        let radius_px = self.tool.diameter_mm / 2.0 / self.plane.pixel_mm();
-        // Along the axis the line is a point: the outline says more.
-        if projected > radius_px {
-            canvas.line([handle.x, handle.y], tip, self.line(palette::TUBE, 2.0, behind));
-        } else {
-            canvas.circle(tip, radius_px, self.line(palette::TUBE, 1.5, false));
         }
     }
 
@@ -176,36 +163,4 @@ impl Overlay<'_> {
         }
         canvas.circle(outline.at, outline.radius_px + RING * self.unit(), line);
     }
-
-    /// The scale bar: its ends, and its length in mm; a round length, about a quarter of the width.
-    pub(super) fn scale(&self) -> ([[f64; 2]; 2], f64) {
-        let [width, height] = self.plane.size().map(f64::from);
-        let mm = round_length(width * self.plane.pixel_mm() / 4.0);
-        let (x0, y) = (14.0 * self.unit(), height - 16.0 * self.unit());
-        ([[x0, y], [x0 + mm / self.plane.pixel_mm(), y]], mm)
-    }
-
-    pub(super) fn draw_scale(&self, canvas: &mut Canvas) {
-        let ([from, to], _) = self.scale();
-        let tick = 4.0 * self.unit();
-        let line = self.line(palette::WORDS, 1.8, false);
-        canvas.line(from, to, line);
-        for [x, y] in [from, to] {
-            canvas.line([x, y - tick], [x, y + tick], line);
-        }
-    }
-}
-
-/// The largest of 1, 2, 5 x 10^n mm up to `mm`.
-pub(super) fn round_length(mm: f64) -> f64 {
-    let power = 10_f64.powf(mm.log10().floor());
-    let digit = mm / power;
-    power
-        * if digit >= 5.0 {
-            5.0
-        } else if digit >= 2.0 {
-            2.0
-        } else {
-            1.0
-        }
 }

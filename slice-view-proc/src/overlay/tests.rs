@@ -1,4 +1,4 @@
-use super::shapes::round_length;
+use super::ruler::round_length;
 use super::words::{age_words, unusual};
 use super::*;
 use geometry::{Affine, VolumeGrid};
@@ -16,6 +16,8 @@ fn drawn(notice: Notice, origin: Origin) -> Canvas {
     let overlay = Overlay {
         view,
         plane: &view::plane(view, &grid, &pose).unwrap(),
+        is_placed: true,
+        views: &scene.views,
         pose: Some(pose),
         tool: &scene.tool,
         targets: &scene.targets,
@@ -112,6 +114,8 @@ fn of_targets<T>(chosen: Option<&Chosen>, look: impl FnOnce(&Overlay<'_>) -> T) 
     look(&Overlay {
         view,
         plane: &view::plane(view, &grid, &pose).unwrap(),
+        is_placed: true,
+        views: &scene.views,
         pose: Some(pose),
         tool: &scene.tool,
         targets: &scene.targets,
@@ -254,6 +258,8 @@ fn no_figure_stands_on_a_surface() {
             let overlay = Overlay {
                 view: &view,
                 plane: &view::plane(&view, &grid, &pose).unwrap(),
+                is_placed: false,
+                views: &scene.views,
                 pose: Some(pose),
                 tool: &scene.tool,
                 targets: &scene.targets,

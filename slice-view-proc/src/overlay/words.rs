@@ -7,6 +7,7 @@ use picture::{Anchor, Rgb, palette};
 use scene::{Drawn, Extent, SlabMode, View};
 
 use super::layout::{Caption, Layout, wrapped};
+use super::ruler::place_words;
 use super::shapes::Outline;
 use super::{Notice, Origin, Overlay};
 use geometry::letters;
@@ -133,6 +134,10 @@ impl Overlay<'_> {
             for outline in self.outlines() {
                 layout.place(self.label(&outline));
             }
+        }
+        // The dashes of a line say the same as its name: where this has no room, nothing is lost.
+        for label in self.cut_labels().into_iter().filter(|_| self.says_all()) {
+            layout.place_if_room(label);
         }
         let marks = self.marks.words();
         let unusual = unusual(self.view).unwrap_or_default();
@@ -264,10 +269,15 @@ impl Overlay<'_> {
         let accuracy = self.accuracy.as_ref();
         let room = if counted { REMARK_ROOM } else { "" };
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
-        let window = format!("W {} C {}", self.view.window.width_hu, self.view.window.centre_hu);
-        let [title, window, ids] = match self.says_all() {
-            true if self.is_surface() => [self.title(), String::new(), String::new()],
-            true => [self.title(), window, ids],
+        let place = place_words(self.plane).filter(|_| self.is_placed);
+        // No picture is taken for one in another window, also where a window around it says the rest; who asked for a plane knows.
+        let [place, window] = match !self.is_surface() && (self.says_all() || self.notice != Notice::Look) {
+            true => [place.unwrap_or_default(), self.window_words()],
+            false => Default::default(),
+        };
+        let [title, ids] = match self.says_all() {
+            true if self.is_surface() => [self.title(), String::new()],
+            true => [self.title(), ids],
             false => Default::default(),
         };
         let delay = accuracy.and_then(|a| a.delay_words()).unwrap_or_default();
@@ -282,6 +292,7 @@ impl Overlay<'_> {
         use Corner::{BottomLeft, BottomRight, TopLeft, TopRight};
         let lines = [
             (TopLeft, title, 15.0, palette::WORDS),
+            (TopLeft, place, 13.0, palette::WORDS),
             (BottomRight, self.origin.warning().to_owned(), 13.0, palette::ALARM),
             (BottomRight, room.to_owned(), 12.0, palette::WORDS),
             (TopRight, accuracy, 13.0, palette::TIP),
@@ -312,6 +323,46 @@ impl Overlay<'_> {
             }
         };
         (0..LINES).map(line).collect()
+    }
+
+    /// The window of HU, and of images that show a part what their shorter side shows.
+    fn window_words(&self) -> String {
+        let window = format!("W {} C {}", self.view.window.width_hu, self.view.window.centre_hu);
+        let field_mm = self.plane.pixel_mm() * f64::from(self.view.size[0].min(self.view.size[1]));
+        let is_whole = self.view.extent == Extent::Global && self.notice != Notice::Look;
+        match is_whole {
+            true => window,
+            false => format!("{window}, field {} mm", (10.0 * field_mm).round() / 10.0),
+        }
+    }
+
+    /// How far from the left side nothing is written, pixels.
+    pub(super) fn beside_words(&self) -> f64 {
+        (12.0 * self.word_unit() - 3.0).max(1.0)
+    }
+
+    /// Words beside the outer ends of a line in two parts, from its ends inwards and on either side of it.
+    pub(super) fn beside_ends(&self, text: String, parts: [Option<[[f64; 2]; 2]>; 2]) -> Caption {
+        let u = self.word_unit();
+        let mut spots = Vec::new();
+        for inwards in [14.0, 30.0, 46.0, 62.0, 78.0] {
+            for [from, to] in parts.into_iter().flatten() {
+                let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+                let length = dx.hypot(dy);
+                let [dx, dy] = [dx / length * u, dy / length * u];
+                if inwards * u > length {
+                    continue;
+                }
+                for beside in [14.0, -14.0] {
+                    let at = [
+                        from[0] + inwards * dx - beside * dy,
+                        from[1] + inwards * dy + beside * dx,
+                    ];
+                    spots.push((at, Anchor::Centre));
+                }
+            }
+        }
+        self.caption(text, 12.0, palette::CUT, spots)
     }
 
     fn title(&self) -> String {

@@ -91,6 +91,8 @@ impl SliceView {
     fn draw_some(&mut self, drawing: &Drawing<'_>, chosen: impl Fn(&Output) -> bool) -> Result<(), RunError> {
         let chosen_ns = self.hear_choice(drawing)?;
         let Some(volume) = &self.volume else { return Ok(()) };
+        let said = self.chosens.at(chosen_ns);
+        let images = said.map(|said| said.images).unwrap_or_default();
         let (sample, t_seen_ns) = (drawing.sample, drawing.t_seen_ns);
         let is_held = drawing.notice == Notice::Requested;
         let clock = self.process.session.clock();
@@ -108,7 +110,7 @@ impl SliceView {
             notice: drawing.notice,
             origin: self.origin,
             remarks: &remarks,
-            chosen: self.chosens.at(chosen_ns),
+            chosen: said.and_then(|said| said.chosen.as_ref()),
             seq: sample.seq,
             registration_id: sample.registration_id,
         };
@@ -129,6 +131,7 @@ impl SliceView {
                     true => self.resampler.exact(),
                     false => &mut self.resampler,
                 };
+                output.renderer.show(&images);
                 output.renderer.render(&what, scene, resampler)?;
                 let stamp = FrameStamp {
                     volume_hash: volume.hash().0,

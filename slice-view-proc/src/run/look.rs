@@ -62,7 +62,7 @@ impl SliceView {
             notice: Notice::Look,
             origin: self.origin,
             remarks: &[],
-            chosen: self.chosens.at(t_seen_ns),
+            chosen: self.chosens.at(t_seen_ns).and_then(|said| said.chosen.as_ref()),
             seq: 0,
             registration_id: self.last.map_or(0, |(sample, _)| sample.registration_id),
         };

@@ -49,6 +49,7 @@ pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, hear
             recording_tone: Tone::Quiet,
             ..facts(&known, &state)
         },
+        are_images_changed: false,
         state,
     }
 }

@@ -4,7 +4,7 @@ use egui::{Align2, Id, Key, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
 use super::button::{Button, button};
 use super::words::{Type, Words, colour};
-use super::{Look, Outcome, Wish, step_buttons, tree};
+use super::{ImagesKey, Look, Outcome, Wish, step_buttons, tree};
 use crate::colours;
 use crate::model::{Model, Tone};
 use crate::sizes::Sizes;
@@ -39,6 +39,10 @@ fn buttons(model: &Model, look: &Look) -> Vec<Button> {
     }
     if model.steps.is_some() && !look.only_sight {
         all.push(button("Steps", "F2", Key::F2, Wish::Steps(true)));
+    }
+    // The way back is there where there is one.
+    if model.are_images_changed && !model.state.is_replay {
+        all.push(button("Scene's images", "0", Key::Num0, Wish::Images(ImagesKey::Scene)));
     }
     if model.state.is_replay {
         all.push(button("Back 5 s", "Left", Key::ArrowLeft, Wish::Skip(-5)));

@@ -14,15 +14,17 @@ pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
     /// For [`CommandKind::Look`] and [`CommandKind::Turn`]: index of the view in the scene's list. For [`CommandKind::Checked`]: how many
-    /// points were touched. For [`CommandKind::Practise`]: the frame of `pose`. Else 0.
+    /// points were touched. For [`CommandKind::Practise`]: the frame of `pose`. For [`CommandKind::Images`]: which numbers are of meaning.
+    /// Else 0.
     pub view: u32,
     /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
     /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Restart`]: which process, by its
-    /// place in the status. For [`CommandKind::Practise`]: an angle, radians. Else 0.
+    /// place in the status. For [`CommandKind::Practise`]: an angle, radians. For [`CommandKind::Images`]: the field, mm. Else 0.
     pub number: f64,
     /// For [`CommandKind::Render`]: the pose to draw. For [`CommandKind::Hold`]: the pose to be held.
     pub pose: ToolPose,
-    /// For [`CommandKind::Look`]: the plane and window to draw. For [`CommandKind::Turn`]: how the image is to lie, or zero. Else zero.
+    /// For [`CommandKind::Look`]: the plane and window to draw. For [`CommandKind::Turn`]: how the image is to lie, or zero. For
+    /// [`CommandKind::Images`]: the window. Else zero.
     pub plane: ImagePlane,
     /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. For
     /// [`CommandKind::Confirm`]: the examination's hash, in hex. For [`CommandKind::Plan`]: the words of the change. Else empty.
@@ -87,10 +89,12 @@ pub enum CommandKind {
     Practise,
     /// Renderer of a surface: see the patient from elsewhere, until another such request or the process's end.
     Turn,
+    /// Pilot: how images look, see [`ImagesWish`](super::ImagesWish).
+    Images,
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 25] = [
+const CODES: [(CommandKind, u32); 26] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -116,6 +120,7 @@ const CODES: [(CommandKind, u32); 25] = [
     (CommandKind::Steps, 23),
     (CommandKind::Practise, 24),
     (CommandKind::Turn, 25),
+    (CommandKind::Images, 26),
 ];
 
 impl Command {

@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use iceoryx2::prelude::ZeroCopySend;
 
+use super::images::{CENTRE_HU, FIELD_MM, WIDTH_HU};
 use super::{Lost, VolumeHash};
 use crate::clock;
 use geometry::SlicePlane;
@@ -197,11 +198,6 @@ impl ImagePlane {
     }
 }
 
-/// Most HU of a window's centre either way, and of its width: those of a scene.
-const CENTRE_HU: RangeInclusive<f64> = -32_768.0..=32_767.0;
-const WIDTH_HU: RangeInclusive<f64> = 1.0..=65_536.0;
-/// What the shorter side of an image may show, mm: as a scene's local views.
-const FIELD_MM: RangeInclusive<f64> = 1.0..=2000.0;
 /// No place of an image lies further from the CT's origin along an axis, mm.
 const MAX_MM: f64 = 1e4;
 

@@ -1,19 +1,21 @@
-//! What is aimed at: the target that a person chose, and the pose that she holds.
+//! What is aimed at: the target that a person chose, the pose that she holds, and how she wishes to see the images.
 
 use geometry::{Ct, Point};
 use iceoryx2::prelude::ZeroCopySend;
+use scene::WindowLevel;
 
+use super::images::{Images, ImagesError};
 use super::{field_text, text_field};
 use crate::gather::PoseId;
 
 /// No length of a plan is larger, mm: ten metres.
 const MAX_MM: f64 = 1e4;
 
-/// The chosen target with its entry and stop distance, and the pose held. Published by the pilot whenever it changes; in a replay it
+/// The chosen target with its entry and stop distance, the pose held, and how images look. Published by the pilot whenever it changes; in a replay it
 /// comes out of the recording.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Guide/1")]
+#[type_name("trocar/Guide/2")]
 pub struct Guide {
     /// When it was said, ns on the session's clock.
     pub t_ns: i64,
@@ -31,7 +33,13 @@ pub struct Guide {
     pub entry_mm: [f64; 3],
     /// How far before the target's centre the tip is to stop, mm; 0 or more.
     pub stop_mm: f64,
-    /// Bits: [`Guide::CHOSEN`], [`Guide::ENTRY`], [`Guide::HELD`].
+    /// What the shorter side of local images shows, mm, of meaning with [`Guide::FIELD`]; else it is the scene's.
+    pub field_mm: f64,
+    /// The window's centre and width on all images, HU, of meaning with [`Guide::WINDOW`]; else it is the scene's.
+    pub centre_hu: f64,
+    /// See [`Guide::centre_hu`].
+    pub width_hu: f64,
+    /// Bits: [`Guide::CHOSEN`], [`Guide::ENTRY`], [`Guide::HELD`], [`Guide::FIELD`], [`Guide::WINDOW`].
     pub flags: u32,
     /// Room for alignment; zero.
     pub reserved: u32,
@@ -39,10 +47,10 @@ pub struct Guide {
     pub name: [u8; Self::NAME],
 }
 
-const _: () = assert!(size_of::<Guide>() == 104 + Guide::NAME);
+const _: () = assert!(size_of::<Guide>() == 128 + Guide::NAME);
 
 impl Default for Guide {
-    /// Nothing is chosen and nothing held.
+    /// Nothing is chosen and nothing held, and images look as the scene says.
     fn default() -> Self {
         Self {
             t_ns: 0,
@@ -53,6 +61,9 @@ impl Default for Guide {
             radius_mm: 0.0,
             entry_mm: [0.0; 3],
             stop_mm: 0.0,
+            field_mm: 0.0,
+            centre_hu: 0.0,
+            width_hu: 0.0,
             flags: 0,
             reserved: 0,
             name: [0; Self::NAME],
@@ -88,6 +99,9 @@ pub enum GuideError {
         /// What it may be.
         expected: &'static str,
     },
+    /// Images cannot look like that.
+    #[error("the guide on the bus: {0}")]
+    Images(#[from] ImagesError),
 }
 
 impl Guide {
@@ -99,6 +113,10 @@ impl Guide {
     pub const ENTRY: u32 = 2;
     /// A pose is held.
     pub const HELD: u32 = 4;
+    /// Local images have a field of their own.
+    pub const FIELD: u32 = 8;
+    /// Images have a window of their own.
+    pub const WINDOW: u32 = 16;
 
     /// The same with another target, or with none.
     #[must_use]
@@ -107,7 +125,10 @@ impl Guide {
             t_ns: self.t_ns,
             held_seq: self.held_seq,
             held_capture_ns: self.held_capture_ns,
-            flags: self.flags & Self::HELD,
+            field_mm: self.field_mm,
+            centre_hu: self.centre_hu,
+            width_hu: self.width_hu,
+            flags: self.flags & (Self::HELD | Self::FIELD | Self::WINDOW),
             ..Self::default()
         };
         let Some(chosen) = chosen else { return kept };
@@ -137,6 +158,42 @@ impl Guide {
             flags: if held.is_some() { flags | Self::HELD } else { flags },
             ..self
         }
+    }
+
+    /// The same with images that look like this.
+    #[must_use]
+    pub fn showing(self, images: &Images) -> Self {
+        let has = |is_there: bool, bit: u32| if is_there { bit } else { 0 };
+        let window = images.window.unwrap_or(WindowLevel {
+            centre_hu: 0.0,
+            width_hu: 0.0,
+        });
+        Self {
+            field_mm: images.field_mm.unwrap_or_default(),
+            centre_hu: window.centre_hu,
+            width_hu: window.width_hu,
+            flags: self.flags & !(Self::FIELD | Self::WINDOW)
+                | has(images.field_mm.is_some(), Self::FIELD)
+                | has(images.window.is_some(), Self::WINDOW),
+            ..self
+        }
+    }
+
+    /// How images look.
+    ///
+    /// # Errors
+    /// [`GuideError::Images`] for numbers that no scene may say.
+    pub fn images(&self) -> Result<Images, GuideError> {
+        let has = |bit: u32| self.flags & bit != 0;
+        let window = WindowLevel {
+            centre_hu: self.centre_hu,
+            width_hu: self.width_hu,
+        };
+        let images = Images {
+            field_mm: has(Self::FIELD).then_some(self.field_mm),
+            window: has(Self::WINDOW).then_some(window),
+        };
+        Ok(images.checked()?)
     }
 
     /// The pose that is held.
@@ -216,6 +273,33 @@ mod tests {
         };
         let changed = held.choosing(Some(&free), 1);
         assert_eq!((changed.chosen(), changed.held()), (Ok(Some(free)), Some(pose)));
+    }
+
+    #[test]
+    fn how_images_look_changes_with_nothing_else() {
+        let images = Images {
+            field_mm: Some(60.0),
+            window: Some(WindowLevel {
+                centre_hu: 400.0,
+                width_hu: 2000.0,
+            }),
+        };
+        let guide = Guide::default().showing(&images);
+        assert_eq!(guide.images(), Ok(images));
+        let chosen = guide.choosing(Some(&chosen()), 1).choosing(None, 0).holding(None);
+        assert_eq!(chosen.images(), Ok(images));
+        assert_eq!(chosen.showing(&Images::default()).images(), Ok(Images::default()));
+        for bad in [f64::NAN, 0.0, 1e9] {
+            assert!(Guide { field_mm: bad, ..guide }.images().is_err());
+            assert!(Guide { width_hu: bad, ..guide }.images().is_err());
+            // What is not of meaning is not looked at.
+            let free = Guide {
+                field_mm: bad,
+                flags: Guide::WINDOW,
+                ..guide
+            };
+            assert!(free.images().is_ok());
+        }
     }
 
     #[test]

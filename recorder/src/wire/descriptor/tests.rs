@@ -207,6 +207,9 @@ fn what_a_person_chose_is_read_by_the_schema() {
         stop_mm: Some(8.5),
         flags: 9,
         name: vec![65],
+        field_mm: Some(10.5),
+        centre_hu: Some(11.5),
+        width_hu: Some(12.5),
     };
     let read = fields(GUIDE, "trocar.Guide", &guide.encode_to_vec());
     for (name, value) in [
@@ -220,6 +223,9 @@ fn what_a_person_chose_is_read_by_the_schema() {
         ("stop_mm", "8.5"),
         ("flags", "9"),
         ("name", "\"A\""),
+        ("field_mm", "10.5"),
+        ("centre_hu", "11.5"),
+        ("width_hu", "12.5"),
     ] {
         assert_eq!(read[name], value, "{name}");
     }

@@ -38,6 +38,15 @@ pub struct Guide {
     /// The name's bytes without the zeros at their end.
     #[prost(bytes = "vec", tag = "10")]
     pub name: Vec<u8>,
+    /// mm. A recording of before there was a choice has none of these three.
+    #[prost(double, optional, tag = "11")]
+    pub field_mm: Option<f64>,
+    /// HU.
+    #[prost(double, optional, tag = "12")]
+    pub centre_hu: Option<f64>,
+    /// HU.
+    #[prost(double, optional, tag = "13")]
+    pub width_hu: Option<f64>,
 }
 
 impl From<&message::Guide> for Guide {
@@ -58,6 +67,9 @@ impl From<&message::Guide> for Guide {
             stop_mm: Some(guide.stop_mm),
             flags: guide.flags,
             name: guide.name[..end].to_vec(),
+            field_mm: Some(guide.field_mm),
+            centre_hu: Some(guide.centre_hu),
+            width_hu: Some(guide.width_hu),
         }
     }
 }
@@ -86,6 +98,9 @@ impl TryFrom<&Guide> for message::Guide {
             radius_mm: one("radius_mm", guide.radius_mm)?,
             entry_mm: values(seq, "entry_mm", &guide.entry_mm)?,
             stop_mm: one("stop_mm", guide.stop_mm)?,
+            field_mm: guide.field_mm.unwrap_or_default(),
+            centre_hu: guide.centre_hu.unwrap_or_default(),
+            width_hu: guide.width_hu.unwrap_or_default(),
             flags: guide.flags,
             reserved: 0,
             name,
@@ -143,7 +158,13 @@ mod tests {
     fn bits(guide: &message::Guide) -> Vec<u64> {
         let numbers = guide.target_mm.iter().chain(&guide.entry_mm);
         let mut bits: Vec<u64> = numbers
-            .chain([&guide.radius_mm, &guide.stop_mm])
+            .chain([
+                &guide.radius_mm,
+                &guide.stop_mm,
+                &guide.field_mm,
+                &guide.centre_hu,
+                &guide.width_hu,
+            ])
             .map(|x| x.to_bits())
             .collect();
         bits.extend([guide.t_ns.cast_unsigned(), guide.held_capture_ns.cast_unsigned()]);
@@ -156,7 +177,7 @@ mod tests {
         #[test]
         fn guides_come_back_bit_for_bit(
             stamps in any::<(i64, u64, u64, i64, u32)>(),
-            mm in prop::array::uniform8(any::<u64>().prop_map(f64::from_bits)),
+            mm in prop::array::uniform11(any::<u64>().prop_map(f64::from_bits)),
             name in prop::collection::vec(any::<u8>(), message::Guide::NAME),
         ) {
             let (t_ns, plan_id, held_seq, held_capture_ns, flags) = stamps;
@@ -166,6 +187,9 @@ mod tests {
                 entry_mm: [mm[3], mm[4], mm[5]],
                 radius_mm: mm[6],
                 stop_mm: mm[7],
+                field_mm: mm[8],
+                centre_hu: mm[9],
+                width_hu: mm[10],
                 reserved: 0,
                 name: name.try_into().unwrap(),
             };
@@ -177,6 +201,18 @@ mod tests {
         fn hostile_bytes_are_refused_without_a_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let _ = decode_guide(&bytes);
         }
+    }
+
+    /// As recordings were written before images could be changed.
+    #[test]
+    fn a_guide_without_a_choice_of_images_is_the_scenes() {
+        let old = Guide {
+            field_mm: None,
+            centre_hu: None,
+            width_hu: None,
+            ..Guide::from(&message::Guide::default())
+        };
+        assert_eq!(decode_guide(&old.encode_to_vec()).unwrap(), message::Guide::default());
     }
 
     #[test]

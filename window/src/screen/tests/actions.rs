@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use bus::message::Images;
 use egui::{Event, Key, Modifiers, Role};
 use egui_kittest::kittest::Queryable as _;
 
@@ -10,7 +11,8 @@ use super::samples::{held, replay};
 use super::stage::{stage, told};
 use super::{monitor, sample, shown};
 use crate::model::Model;
-use crate::screen::{Look, Views, Wish};
+use crate::screen::images::KEYS;
+use crate::screen::{ImagesKey, Look, Views, Wish};
 use crate::sizes::Sizes;
 
 /// An action: its name, its key, and what it is for.
@@ -140,14 +142,47 @@ fn the_guide_names_every_key_and_no_other() {
         (&navigation, enlarged()),
         (&replay().model(), enlarged()),
     ];
-    for (model, look) in all {
+    let mut changed = sample(37.4, 1.3);
+    changed.guide = changed.guide.map(|guide| guide.showing(&narrow()));
+    let changed = changed.model();
+    for (model, look) in all.into_iter().chain([(&changed, Look::default())]) {
         found.extend(
             told(&stage(model.clone(), monitor([1920, 1080]), look))
                 .into_iter()
                 .filter_map(|node| node.key),
         );
     }
+    // These have no button: what they change stands on the images.
+    found.extend(KEYS.iter().map(|(printed, ..)| (*printed).to_owned()));
     assert_eq!(named, found.iter().map(String::as_str).collect());
+}
+
+fn narrow() -> Images {
+    Images {
+        field_mm: Some(60.0),
+        window: None,
+    }
+}
+
+#[test]
+fn keys_change_how_images_look_and_a_button_leads_back() {
+    let model = sample(37.4, 1.3).model();
+    for (printed, key, is_shifted, asked) in KEYS {
+        let modifiers = if is_shifted { Modifiers::SHIFT } else { Modifiers::NONE };
+        let mut harness = stage(model.clone(), monitor([1920, 1080]), Look::default());
+        harness.key_press_modifiers(modifiers, key);
+        harness.run();
+        assert_eq!(harness.state().wishes, [Wish::Images(asked)], "{printed}");
+    }
+    let name = "Scene's images";
+    let plain = stage(model, monitor([1920, 1080]), Look::default());
+    assert!(plain.query_by_label(name).is_none());
+    let mut changed = sample(37.4, 1.3);
+    changed.guide = changed.guide.map(|guide| guide.showing(&narrow()));
+    let action = (name, Key::Num0, Wish::Images(ImagesKey::Scene));
+    for found in wished(&changed.model(), &Look::default(), &action) {
+        assert_eq!(found, std::slice::from_ref(&action.2));
+    }
 }
 
 #[test]

@@ -28,11 +28,12 @@ fn words_have_a_contrast_of_seven_on_what_they_stand_on() {
 /// meanings. Until 2026 the violet was 9.3 from the tube for a deuteranope, and the red 11.8 from the amber for a tritanope.
 #[test]
 fn no_two_meanings_look_alike_with_any_kind_of_colour_blindness() {
-    use palette::{ALARM, REPLAY, TARGET, TIP, TUBE, WARN};
+    use palette::{ALARM, CUT, REPLAY, TARGET, TIP, TUBE, WARN};
     let tone = |tone| rgb(colour(tone));
     let meanings = [
         ("tube", vec![TUBE]),
         ("tip", vec![TIP]),
+        ("cut", vec![CUT]),
         ("target", vec![TARGET, tone(Tone::Live)]),
         ("old", vec![WARN, tone(Tone::Warning)]),
         ("alarm", vec![ALARM, tone(Tone::Alarm)]),
