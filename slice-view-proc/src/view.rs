@@ -160,7 +160,7 @@ mod tests {
             all[6].ahead_mm = ahead;
             for view in all {
                 let plane = plane(&view, &grid(), &pose(r)).unwrap();
-                let (point, normal) = lies(&view, &pose(r));
+                let (point, normal) = lies(&view, &pose(r)).unwrap();
                 prop_assert!(plane.project(point).depth_mm.abs() < 1e-9, "{}", view.name);
                 prop_assert!(plane.into_screen().dot(normal) > 1.0 - 1e-12, "{}", view.name);
             }

@@ -17,7 +17,8 @@ pub use steps::{Rung, StepsModel, steps};
 
 use bus::gather::{PoseId, Set};
 use bus::message::{
-    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, Images, Steps, ToolPose, VolumeHash, Workflow,
+    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, Images, Steps, ToolPose, VolumeHash,
+    Workflow,
 };
 use scene::{Plane, Scene};
 
