@@ -140,6 +140,13 @@ fn noise_is_estimated_and_errors_predicted() {
     let given = ["--pairs", path.to_str().unwrap(), "--noise-mm", "2"];
     let (_, given) = registered(&world, &given);
     assert!(given.noise.sigma_mm == 2.0 && !given.noise.estimated);
+    // An estimate that is not to fall below a bound is one above it, and none at it.
+    let least = |mm: &str| {
+        let arguments = ["--pairs", path.to_str().unwrap(), "--least-noise-mm", mm];
+        registered(&world, &arguments).1.noise
+    };
+    assert_eq!(least("0.01"), file.noise);
+    assert!(least("3").sigma_mm == 3.0 && !least("3").estimated);
 }
 
 #[test]
