@@ -58,12 +58,13 @@ impl Overlay<'_> {
     }
 
     pub(super) fn draw_cuts(&self, canvas: &mut Canvas) {
+        let mut lines = Vec::new();
         for cut in self.cut_lines() {
-            let pattern = look(cut.other.plane).0.map(|px| (px * self.unit()) as f32);
-            let line = self.line(palette::CUT, 1.0, false).with_pattern(pattern);
-            let parts: Vec<_> = cut.parts.into_iter().flatten().collect();
-            canvas.lines(&parts, line);
+            let dashes = look(cut.other.plane).0.map(|px| (px * self.unit()) as f32);
+            let parts = cut.parts.into_iter().flatten();
+            lines.extend(parts.map(|ends| (ends.to_vec(), Some(dashes))));
         }
+        canvas.polylines(&lines, self.line(palette::CUT, 1.0, false));
     }
 
     /// The names of the cuts beside their outer ends.

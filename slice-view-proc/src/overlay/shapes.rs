@@ -52,8 +52,7 @@ impl Overlay<'_> {
         let tip = self.tip(pose);
         let error = self.error_at_tip(tip);
         let [gap, arm] = self.cross(tip, error.as_deref());
-        self.draw_tube(canvas, pose);
-        self.draw_path(canvas, pose, arm);
+        self.draw_tube(canvas, pose, arm);
         if let Some(error) = &error {
             canvas.polyline(error, self.line(palette::TIP, 1.2, false));
         }
