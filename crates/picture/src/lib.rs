@@ -13,7 +13,7 @@ mod text;
 pub mod vision;
 
 pub use animation::{encode_animation, write_animation};
-pub use canvas::{Canvas, Line};
+pub use canvas::{Canvas, DASHED, Dashes, Line};
 pub use palette::Rgb;
 pub use png_file::{PngError, encode_png, write_png};
 pub use text::{Anchor, PixelBox, text_box, text_width};

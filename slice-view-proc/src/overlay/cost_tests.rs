@@ -73,8 +73,7 @@ fn the_cost_of_an_overlay() {
             times[1].push(micros(|| {
                 overlay.draw_cuts(&mut canvas);
                 overlay.draw_planned(&mut canvas);
-                overlay.draw_tube(&mut canvas, pose);
-                overlay.draw_path(&mut canvas, pose, 9.0);
+                overlay.draw_tube(&mut canvas, pose, 9.0);
                 overlay.draw_ruler(&mut canvas);
             }));
             times[2].push(micros(|| canvas.line([handle.x, handle.y], [tip.x, tip.y], line)));

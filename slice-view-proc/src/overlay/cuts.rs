@@ -12,6 +12,8 @@ use crate::view;
 const LEAST_SINE: f64 = 0.087;
 /// This part of the image's shorter side around the tip stays free.
 const OPEN: f64 = 0.2;
+/// A line is so much of the shorter side long at the most: where it goes is seen from its ends, and anatomy is not written over.
+const STUB: f64 = 0.12;
 /// How a line looks by the direction of its plane: dash, gap, dash, gap, pixels of 512.
 const LOOKS: [(Plane, [f64; 4], &str); 4] = [
     (Plane::Axial, [10.0, 5.0, 10.0, 5.0], "ax"),
@@ -58,12 +60,13 @@ impl Overlay<'_> {
     }
 
     pub(super) fn draw_cuts(&self, canvas: &mut Canvas) {
+        let mut lines = Vec::new();
         for cut in self.cut_lines() {
-            let pattern = look(cut.other.plane).0.map(|px| (px * self.unit()) as f32);
-            let line = self.line(palette::CUT, 1.0, false).with_pattern(pattern);
-            let parts: Vec<_> = cut.parts.into_iter().flatten().collect();
-            canvas.lines(&parts, line);
+            let dashes = look(cut.other.plane).0.map(|px| (px * self.unit()) as f32);
+            let parts = cut.parts.into_iter().flatten();
+            lines.extend(parts.map(|ends| (ends.to_vec(), Some(dashes))));
         }
+        canvas.polylines(&lines, self.line(palette::CUT, 1.0, false));
     }
 
     /// The names of the cuts beside their outer ends.
@@ -87,7 +90,7 @@ fn look(plane: Plane) -> ([f64; 4], &'static str) {
     known.map_or((LOOKS[0].1, ""), |&(_, dashes, name)| (dashes, name))
 }
 
-/// The line `a x + b y + c = 0` from the image's border to the ring about `tip` that stays free: from each side.
+/// The line `a x + b y + c = 0` from the image's border inwards, not into the ring about `tip` that stays free: from each side.
 fn open_line([a, b, c]: [f64; 3], tip: [f64; 2], plane: &SlicePlane) -> [Option<[[f64; 2]; 2]>; 2] {
     let [width, height] = plane.size().map(|n| f64::from(n) - 1.0);
     let length = a.hypot(b);
@@ -107,7 +110,11 @@ fn open_line([a, b, c]: [f64; 3], tip: [f64; 2], plane: &SlicePlane) -> [Option<
     let (low, high) = (x[0].max(y[0]), x[1].min(y[1]));
     let open = OPEN * (width.min(height) + 1.0);
     let half = (open * open - off * off).max(0.0).sqrt();
-    let part = |outer: f64, inner: f64| (low < high).then(|| [at(outer), at(inner)]);
+    let stub = STUB * (width.min(height) + 1.0);
+    let part = |outer: f64, inner: f64| {
+        let inner = outer + (inner - outer).clamp(-stub, stub);
+        (low < high).then(|| [at(outer), at(inner)])
+    };
     [
         part(low, high.min(-half)).filter(|_| low < -half),
         part(high, low.max(half)).filter(|_| high > half),

@@ -65,10 +65,10 @@ impl Overlay<'_> {
         let line = self.line(palette::WORDS, 1.0, false);
         let tick = |(row, is_long)| {
             let reach = if is_long { long } else { long / 2.0 };
-            [[start, row], [start + reach, row]]
+            (vec![[start, row], [start + reach, row]], None)
         };
         let ticks: Vec<_> = self.ruler().into_iter().map(tick).collect();
-        canvas.lines(&ticks, line);
+        canvas.polylines(&ticks, line);
     }
 }
 

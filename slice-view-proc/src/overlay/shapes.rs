@@ -53,8 +53,7 @@ impl Overlay<'_> {
         let error = self.error_at_tip(tip);
         let [gap, arm] = self.cross(tip, error.as_deref());
         if !self.is_surface() {
-            self.draw_tube(canvas, pose);
-            self.draw_path(canvas, pose, arm);
+            self.draw_tube(canvas, pose, arm);
         }
         if let Some(error) = &error {
             canvas.polyline(error, self.line(palette::TIP, 1.2, false));

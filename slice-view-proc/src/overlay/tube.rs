@@ -7,7 +7,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use geometry::{Ct, Direction, Point, Rigid, SlicePlane, Tool};
-use picture::{Canvas, palette};
+use picture::{Canvas, DASHED, Dashes, palette};
 use scene::ToolSpec;
 
 use super::Overlay;
@@ -205,15 +205,16 @@ fn between(slope: f64, offset: f64, [low, high]: [f64; 2]) -> [f64; 2] {
 }
 
 impl Overlay<'_> {
-    /// The tube: thin where it is seen, stronger where the plane cuts it, dashed where it lies behind the plane.
-    pub(super) fn draw_tube(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>) {
-        for (points, part) in Tube::of(self.plane, pose, self.tool).lines() {
-            let line = match part {
-                Part::Outline => self.line(palette::TUBE, 1.0, false),
-                Part::Behind => self.line(palette::TUBE, 1.0, true),
-                Part::Cut => self.line(palette::TUBE, 1.6, false),
-            };
-            canvas.polyline(&points, line);
-        }
+    /// The tube, thin where it is seen, stronger where the plane cuts it, dashed where it lies behind the plane; and the path ahead of it
+    /// from so many pixels behind the tip on.
+    pub(super) fn draw_tube(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>, cross_px: f64) {
+        let lines = Tube::of(self.plane, pose, self.tool).lines();
+        let (cut, seen): (Vec<_>, Vec<_>) = lines.into_iter().partition(|(_, part)| *part == Part::Cut);
+        let dashes = |part| if part == Part::Behind { DASHED } else { None };
+        let seen = seen.into_iter().map(|(points, part)| (points, dashes(part)));
+        let thin: Vec<(_, Dashes)> = seen.chain(self.path_lines(pose, cross_px)).collect();
+        canvas.polylines(&thin, self.line(palette::TUBE, 1.0, false));
+        let cut: Vec<(_, Dashes)> = cut.into_iter().map(|(points, _)| (points, None)).collect();
+        canvas.polylines(&cut, self.line(palette::TUBE, 1.6, false));
     }
 }

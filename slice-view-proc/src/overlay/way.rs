@@ -5,7 +5,7 @@
 //! beyond it is not drawn. The tube itself is drawn at every depth: it is there.
 
 use geometry::{Ct, Direction, Point, Rigid, SlicePlane, Tool};
-use picture::{Canvas, palette};
+use picture::{Canvas, DASHED, Dashes, palette};
 
 use super::shapes::NEAR_PLANE_MM;
 use super::{Notice, Overlay};
@@ -102,10 +102,14 @@ impl Overlay<'_> {
         self.tool.diameter_mm / 2.0
     }
 
-    fn draw_stretches(&self, canvas: &mut Canvas, way: &Way, range: [f64; 2], colour: picture::Rgb) {
-        for ([from, to], dashed) in way.stretches(range, self.plane.size(), self.solid_mm()) {
-            canvas.line(way.pixel(from), way.pixel(to), self.line(colour, 1.0, dashed));
-        }
+    /// What is drawn of a line.
+    fn way_lines(&self, way: &Way, range: [f64; 2]) -> Vec<(Vec<[f64; 2]>, Dashes)> {
+        let stretches = way.stretches(range, self.plane.size(), self.solid_mm());
+        let line = |([from, to], dashed): Stretch| {
+            let dashes = if dashed { DASHED } else { None };
+            (vec![way.pixel(from), way.pixel(to)], dashes)
+        };
+        stretches.into_iter().map(line).collect()
     }
 
     /// The axis ahead of the tip, and where on it the drawing ends, mm from the tip: at the depth of the chosen target where that lies
@@ -117,14 +121,13 @@ impl Overlay<'_> {
         (Way::of(self.plane, tip, axis), end)
     }
 
-    /// The path ahead of the tip, from behind the cross on, with a tick every 10 mm.
-    pub(super) fn draw_path(&self, canvas: &mut Canvas, pose: Rigid<Ct, Tool>, cross_px: f64) {
+    /// The path ahead of the tip, from so many pixels on, with a tick every 10 mm.
+    pub(super) fn path_lines(&self, pose: Rigid<Ct, Tool>, cross_px: f64) -> Vec<(Vec<[f64; 2]>, Dashes)> {
         let (way, end) = self.path(pose);
-        let start = cross_px / way.pixels();
-        self.draw_stretches(canvas, &way, [start, end], palette::TUBE);
-        let ticks = self.path_ticks(&way, [start, end]);
-        let bars: Vec<_> = ticks.into_iter().map(|t| way.bar(t, TICK * self.unit())).collect();
-        canvas.lines(&bars, self.line(palette::TUBE, 1.0, false));
+        let range = [cross_px / way.pixels(), end];
+        let bar = |t| (way.bar(t, TICK * self.unit()).to_vec(), None);
+        let ticks = self.path_ticks(&way, range).into_iter().map(bar);
+        self.way_lines(&way, range).into_iter().chain(ticks).collect()
     }
 
     /// Where the path's ticks are, mm from the tip.
@@ -158,18 +161,17 @@ impl Overlay<'_> {
         let (Some((way, length)), Some(chosen)) = (self.planned(), self.chosen) else {
             return;
         };
-        self.draw_stretches(canvas, &way, [0.0, length], palette::TARGET);
-        let line = self.line(palette::TARGET, 1.0, false);
+        let mut lines = self.way_lines(&way, [0.0, length]);
         let is_near = |t: f64| way.depth(t).abs() <= NEAR_PLANE_MM;
         if is_near(0.0) {
             let ([x, y], r) = (way.pixel(0.0), ENTRY * self.unit());
-            canvas.polyline(&[[x + r, y], [x, y + r], [x - r, y], [x, y - r], [x + r, y]], line);
+            lines.push((vec![[x + r, y], [x, y + r], [x - r, y], [x, y - r], [x + r, y]], None));
         }
         let stop = length - chosen.stop_mm;
         let has_direction = way.pixels() * self.plane.pixel_mm() >= LEAST_FLAT;
         if chosen.stop_mm > 0.0 && stop > 0.0 && is_near(stop) && has_direction {
-            let [from, to] = way.bar(stop, STOP * self.unit());
-            canvas.line(from, to, line);
+            lines.push((way.bar(stop, STOP * self.unit()).to_vec(), None));
         }
+        canvas.polylines(&lines, self.line(palette::TARGET, 1.0, false));
     }
 }
