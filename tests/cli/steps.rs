@@ -228,10 +228,6 @@ fn a_check_that_fails_keeps_the_run_from_navigating() {
         said.contains("the check of the registration failed").then_some(())
     });
     stage(&pilot, "REGISTERED");
-    let ended = pilot.stop();
-    assert!(
-        ended.success(),
-        "{}",
-        crate::support::report(&world.path("out"))["problems"]
-    );
+    // Another registration came while poses were published, which a run's report says.
+    assert_eq!(pilot.stop().code(), Some(3));
 }

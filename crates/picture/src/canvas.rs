@@ -1,8 +1,9 @@
 //! An RGBA image and the few shapes an overlay needs. Positions are pixels; whole numbers are pixel centres.
 
-use tiny_skia::{Color, FillRule, LineCap, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
+use tiny_skia::{Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
 
 use crate::palette::{self, Rgb};
+use crate::strokes::{End, Strokes, Widths};
 use crate::text::{self, Anchor};
 
 /// How a line is drawn.
@@ -77,6 +78,8 @@ fn paint(Rgb(r, g, b): Rgb, alpha: u8) -> Paint<'static> {
 #[derive(Debug, Clone)]
 pub struct Canvas {
     pixmap: Pixmap,
+    /// Memory for the lines.
+    strokes: Strokes,
 }
 
 impl Canvas {
@@ -86,7 +89,10 @@ impl Canvas {
         let mut pixmap = Pixmap::new(width.clamp(1, 1 << 14), height.clamp(1, 1 << 14))
             .unwrap_or_else(|| unreachable!("sides of 1 to 16384 pixels are always accepted"));
         pixmap.fill(Color::BLACK);
-        Self { pixmap }
+        Self {
+            pixmap,
+            strokes: Strokes::default(),
+        }
     }
 
     /// Columns.
@@ -141,23 +147,34 @@ impl Canvas {
 
     /// Joined straight lines.
     pub fn polyline(&mut self, points: &[[f64; 2]], line: Line) {
-        let mut path = PathBuilder::new();
-        join(&mut path, points);
-        self.stroke(path, line, DASH);
+        let (dashes, end) = match line.dashed {
+            true => (DASHED, End::Straight),
+            false => (None, End::Round),
+        };
+        self.add(points, line, (dashes, end));
+        self.paint_lines(line.colour);
     }
 
-    /// Joined straight lines, several of them alike but for their dashes: much cheaper than one after another, as an image is gone
-    /// through once for all rims and once for all lines.
+    /// Joined straight lines, several of them alike but for their dashes, one over the others nowhere: all rims lie under all lines.
+    /// Ends are cut straight, as round ones would close the gaps of dashes.
     pub fn polylines(&mut self, parts: &[(Vec<[f64; 2]>, Dashes)], line: Line) {
-        let mut whole = PathBuilder::new();
         for (points, dashes) in parts {
-            let Some(path) = joined(points) else { continue };
-            let dashes = dashes.and_then(|dashes| StrokeDash::new(dashes.to_vec(), 0.0));
-            let dashed = dashes.and_then(|dashes| path.dash(&dashes, 1.0));
-            whole.push_path(dashed.as_ref().unwrap_or(&path));
+            self.add(points, line, (*dashes, End::Straight));
         }
-        // The dashes are in the path; ends are cut straight, as those of dashes would close the gaps.
-        self.stroke(whole, Line { dashed: false, ..line }, 0.0);
+        self.paint_lines(line.colour);
+    }
+
+    fn add(&mut self, points: &[[f64; 2]], line: Line, (dashes, end): (Dashes, End)) {
+        let widths = Widths {
+            line: line.width.into(),
+            rim: line.rim.into(),
+        };
+        let size = [self.width(), self.height()];
+        self.strokes.add(size, points, (widths, end), dashes);
+    }
+
+    fn paint_lines(&mut self, colour: Rgb) {
+        self.strokes.paint(self.pixmap.data_mut(), colour);
     }
 
     /// A circle.
@@ -221,19 +238,6 @@ impl Canvas {
     }
 }
 
-fn join(path: &mut PathBuilder, points: &[[f64; 2]]) {
-    for (i, point) in points.iter().enumerate() {
-        let [x, y] = corner(*point);
-        if i == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
-    }
-}
-
-fn joined(points: &[[f64; 2]]) -> Option<Path> {
-    let mut path = PathBuilder::new();
-    join(&mut path, points);
-    path.finish()
-}
-
 /// tiny-skia counts from pixel corners, we from pixel centres. Far points are pulled in, so that f32 stays exact enough.
 fn corner([x, y]: [f64; 2]) -> [f32; 2] {
     [x, y].map(|c| (c.clamp(-1e5, 1e5) + 0.5) as f32)
@@ -266,7 +270,7 @@ mod tests {
                 for y in [10.0, 10.5] {
                     let mut canvas = Canvas::new(20, 20);
                     canvas.fill([0.0, 0.0], [20.0, 20.0], Rgb(grey, grey, grey), 255);
-                    canvas.line([2.0, y], [17.0, y], Line::solid(colour, 1.3).with_rim(1.25));
+                    canvas.line([2.0, y], [17.0, y], Line::solid(colour, 1.3).with_rim(1.35));
                     let row = |y: u32| {
                         let [r, g, b, _] = pixel(&canvas, 9, y);
                         Rgb(r, g, b)

@@ -1,7 +1,7 @@
 //! Floor 1: drawing lines, circles and text on an RGBA image, [`chart`]s of them, and writing it as a PNG that carries
 //! its stamp.
 //!
-//! Shapes are antialiased by tiny-skia, text is the Hack typeface through ab_glyph; both are exact from run to run, so
+//! Lines are antialiased by the distance of pixels from them (`strokes`), other shapes by tiny-skia, text is the Hack typeface through ab_glyph; both are exact from run to run, so
 //! that the same pose gives the same bytes.
 
 mod animation;
@@ -9,6 +9,7 @@ mod canvas;
 pub mod chart;
 pub mod palette;
 mod png_file;
+mod strokes;
 mod text;
 pub mod vision;
 

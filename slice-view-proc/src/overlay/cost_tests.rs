@@ -84,5 +84,15 @@ fn the_cost_of_an_overlay() {
             "{name}: {all:.0} us, before {before:.0} us, {:.2} times; the new lines {lines:.0} us",
             all / before
         );
+        let parts: [(&str, &dyn Fn(&mut Canvas)); 4] = [
+            ("cuts", &|canvas| overlay.draw_cuts(canvas)),
+            ("plan", &|canvas| overlay.draw_planned(canvas)),
+            ("tube and path", &|canvas| overlay.draw_tube(canvas, pose, 9.0)),
+            ("ruler", &|canvas| overlay.draw_ruler(canvas)),
+        ];
+        for (what, draw) in parts {
+            let times = (0..ROUNDS).map(|_| micros(|| draw(&mut canvas))).collect();
+            println!("    {what}: {:.0} us", median(times));
+        }
     }
 }

@@ -13,8 +13,8 @@ pub(super) const NEAR_PLANE_MM: f64 = 10.0;
 const RING: f64 = 5.0;
 /// A thinner line between two rows of pixels has too little contrast to its rim, pixels.
 const THINNEST: f64 = 1.3;
-/// The rim of a line, pixels of 512.
-const RIM: f64 = 1.25;
+/// The rim of a line, pixels of 512: a pixel beside the thinnest line is all rim, also where that lies between two rows.
+const RIM: f64 = 1.35;
 
 /// A target on the image.
 #[derive(Debug, Clone, Copy)]
