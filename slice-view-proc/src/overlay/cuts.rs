@@ -110,13 +110,16 @@ fn open_line([a, b, c]: [f64; 3], tip: [f64; 2], plane: &SlicePlane) -> [Option<
     let (low, high) = (x[0].max(y[0]), x[1].min(y[1]));
     let open = OPEN * (width.min(height) + 1.0);
     let half = (open * open - off * off).max(0.0).sqrt();
-    let stub = STUB * (width.min(height) + 1.0);
-    let part = |outer: f64, inner: f64| {
-        let inner = outer + (inner - outer).clamp(-stub, stub);
-        (low < high).then(|| [at(outer), at(inner)])
+    if low >= high {
+        return [None; 2];
+    }
+    let stub = (STUB * (width.min(height) + 1.0)).min((high - low) / 2.0);
+    // From an end inwards, as far as the ring; nothing where the end lies in it.
+    let inwards = |end: f64, sign: f64| {
+        let to_ring = -half - sign * end;
+        let free = if to_ring >= 0.0 { to_ring } else { f64::INFINITY };
+        let is_outside = end.abs() > half || half == 0.0;
+        is_outside.then(|| [at(end), at(end + sign * stub.min(free))])
     };
-    [
-        part(low, high.min(-half)).filter(|_| low < -half),
-        part(high, low.max(half)).filter(|_| high > half),
-    ]
+    [inwards(low, 1.0), inwards(high, -1.0)]
 }
