@@ -84,6 +84,7 @@ fn members<'a>(run: &RunContext, scene: &'a Scene, planned: &'a [Planned]) -> Me
         renderers,
         views: scene.views.iter().map(|v| v.name.as_str()).collect(),
         is_ruled: run.replay.is_some() || run.simulated_time,
+        has_timeline: run.replay.is_some(),
         is_planning: run.planning,
     }
 }

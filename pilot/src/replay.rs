@@ -23,6 +23,8 @@ pub(crate) use recompute::{Recompute, RecomputeError, Recomputed};
 
 /// Pictures of the poses on the way, in the output folder.
 const IMAGES: &str = "images";
+/// Moments that a person had written as files, in the output folder.
+const MOMENTS: &str = "moments";
 /// The replayer's account of what it did, in the output folder.
 pub(crate) const ACCOUNT: &str = "replay.json";
 
@@ -77,7 +79,7 @@ impl Replay {
     }
 
     /// The replayer's arguments, without those that every process is given.
-    pub(crate) fn arguments(&self, out: &std::path::Path) -> Vec<String> {
+    pub(crate) fn arguments(&self, out: &std::path::Path, has_window: bool) -> Vec<String> {
         let out = std::path::absolute(out).unwrap_or_else(|_| out.to_owned());
         let path = |name: &str| out.join(name).to_string_lossy().into_owned();
         let [first, last] = self.span_ns.map(|ns| ns.to_string());
@@ -86,6 +88,7 @@ impl Replay {
         arguments.extend(["--zero-ns".to_owned(), self.facts.first_ns.to_string()]);
         arguments.extend(["--speed".to_owned(), self.speed.clone()]);
         arguments.extend(["--account".to_owned(), path(ACCOUNT)]);
+        arguments.extend(["--moments".to_owned(), path(MOMENTS)]);
         if let Some(every) = self.every {
             arguments.extend([
                 "--images".to_owned(),
@@ -98,6 +101,8 @@ impl Replay {
             (self.looping, "--loop"),
             (self.force, "--force"),
             (self.recompute.is_some(), "--emitters"),
+            // Poses that are made again are not those that the bar would tell of.
+            (has_window && self.recompute.is_none(), "--timeline"),
         ];
         arguments.extend(flags.iter().filter(|(on, _)| *on).map(|(_, flag)| (*flag).to_owned()));
         arguments

@@ -157,7 +157,10 @@ impl Run {
     ) -> Result<Self, BusError> {
         let recording = options.out.join(options.recording());
         let recording = std::path::absolute(&recording).unwrap_or(recording);
-        let replayer = options.replay.as_ref().map(|replay| replay.arguments(&options.out));
+        let replayer = options
+            .replay
+            .as_ref()
+            .map(|replay| replay.arguments(&options.out, options.has_window));
         let poses = match (&options.replay, &replayer) {
             (Some(Replay { recompute: Some(_), .. }), Some(arguments)) => Poses::MadeAgain(arguments),
             (_, Some(arguments)) => Poses::Replayed(arguments),

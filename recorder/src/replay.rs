@@ -8,6 +8,7 @@
 //! * [`bus::lockstep`]: at full speed, waiting until every view has drawn a pose before the next goes out; and until the tracker
 //!   has made it, where it makes poses.
 //! * [`images`]: pictures of every pose, or of every N-th, as files.
+//! * [`moment`]: one moment as files.
 //! * [`timing`]: how well time was kept.
 //! * [`account`]: what came of it.
 //! * [`process`]: the replayer's process, which does what these say.
@@ -16,11 +17,14 @@
 //! when that clock shows its `t_publish_ns`, so that it is as old when it is shown as it was then.
 
 pub mod account;
+mod bar;
 pub mod choices;
 pub(crate) mod cli;
 pub mod facts;
 pub mod images;
+pub mod moment;
 pub mod process;
+mod renderers;
 pub mod tape;
 pub mod timing;
 pub mod transport;

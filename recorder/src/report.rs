@@ -21,6 +21,7 @@ mod short;
 mod stage_times;
 mod states;
 mod story;
+pub(crate) mod timeline;
 mod tip;
 
 use std::io::{self, BufReader, Read, Seek};

@@ -104,6 +104,27 @@ fn a_replay_pauses_steps_seeks_and_never_says_that_it_is_live() {
     assert_eq!(still.header().stamp.seq, next);
     assert!(pixels(&still) != pixels(&moving));
 
+    // What is shown, as files: the held image, and the recorded pose to the bit.
+    let said = steer(&world, &["moment"]);
+    let folder = world.path("again").join(format!("moments/pose-{next:06}"));
+    assert!(said.contains(&*folder.to_string_lossy()), "{said}");
+    let canvas = image::open(folder.join("axial-global.png")).unwrap().to_rgba8();
+    assert!(canvas.into_raw() == pixels(&still), "the file is not the held image");
+    let text = std::fs::read_to_string(folder.join("moment.json")).unwrap();
+    let moment: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(moment["pose"]["tip_mm"], serde_json::json!(pose.t_mm), "{moment:#}");
+    assert_eq!(
+        (&moment["same_examination"], &moment["left_out"]),
+        (&true.into(), &Value::Array(vec![]))
+    );
+    // One back, and the first has none before it.
+    steer(&world, &["back"]);
+    pilot.wait_for("the pose before", |status| all_are(status, "replay", Some(there)));
+    steer(&world, &["seek", "0s"]);
+    pilot.wait_for("the first pose", |status| all_are(status, "replay", Some(poses[0].seq)));
+    assert!(steer(&world, &["back"]).contains("paused"));
+    pilot.wait_for("the first pose", |status| all_are(status, "replay", Some(poses[0].seq)));
+
     // As fast as images can be drawn, none left out: the stamps of a renderer have every number.
     let stamps: Subscriber<FrameStamp> = Subscriber::open(&bus, &FRAME_STAMP, "view-axial", 1024).unwrap();
     while stamps.next().unwrap().is_some() {}

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use bus::BusError;
 use bus::clock;
 use bus::gather::{Gather, PoseId, Set};
-use bus::message::{FrameHeader, Guide, Heartbeat, Identity, Steps, ToolPose, VolumeHash, Workflow};
+use bus::message::{FrameHeader, Guide, Heartbeat, Identity, Steps, Timeline, ToolPose, VolumeHash, Workflow};
 use bus::port::{Frame, VolumeSubscriber};
 use bus::run::{ReplayOf, RunContext};
 use bus::session::{SIMULATED_START_NS, Session};
@@ -27,6 +27,7 @@ pub struct Feed {
     guide: Option<Guide>,
     workflow: Option<Workflow>,
     steps: Option<Steps>,
+    timeline: Option<Rc<Timeline>>,
     identity: Option<Identity>,
     volume: Option<VolumeHash>,
     volumes: VolumeSubscriber,
@@ -48,6 +49,7 @@ impl Feed {
             guide: None,
             workflow: None,
             steps: None,
+            timeline: None,
             identity: None,
             volume: None,
             volumes,
@@ -93,6 +95,11 @@ impl Feed {
         self.workflow = ports.workflow.newest()?.or(self.workflow);
         if let Some(steps) = &ports.steps {
             self.steps = steps.newest()?.or(self.steps);
+        }
+        if let Some(timeline) = &ports.timeline
+            && let Some(newest) = timeline.newest()?
+        {
+            self.timeline = Some(Rc::new(newest));
         }
         self.identity = ports.identity.newest()?.or(self.identity);
         if let Some(recorder) = &ports.recorder {
@@ -168,6 +175,11 @@ impl Feed {
         self.workflow
     }
 
+    /// What the recording that is replayed holds.
+    pub fn timeline(&self) -> Option<&Rc<Timeline>> {
+        self.timeline.as_ref()
+    }
+
     /// Where the person stands on her way to it.
     pub const fn steps(&self) -> Option<&Steps> {
         self.steps.as_ref()
@@ -207,6 +219,8 @@ impl Feed {
                 .filter(|beat| beat.t_painted_ns > 0)
                 .map(|beat| now.run_ns.saturating_sub(beat.t_painted_ns)),
             is_replay: session.is_replay(),
+            law: session.replay().copied(),
+            timeline: self.timeline.as_ref(),
             recorded_in: replay.map(|replay| replay.volume_hash.as_deref().map_or(Recorded::Unknown, Recorded::In)),
             is_simulated: session.is_ruled() && !session.is_replay(),
             began_ns: now.began_ns,

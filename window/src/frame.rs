@@ -1,6 +1,6 @@
 //! One frame of the screen: from what is known to pixels.
 
-use egui::{Context, Pos2, RawInput, Rect, Ui, vec2};
+use egui::{Context, FullOutput, Pos2, RawInput, Rect, TexturesDelta, Ui, vec2};
 
 use crate::code::{COLUMNS, Code, Place, ROWS, SQUARE_PX, Shown};
 use crate::colours;
@@ -16,6 +16,8 @@ use crate::sizes::Screen;
 pub struct Frames {
     context: Context,
     painter: CpuPainter,
+    /// Letters that were laid out and not painted yet.
+    textures: TexturesDelta,
     /// Counts frames from 1.
     seq: u64,
     /// Where the last frame's coded cell was.
@@ -47,6 +49,7 @@ impl Default for Frames {
         Self {
             context: screen::context(),
             painter: CpuPainter::new(),
+            textures: TexturesDelta::default(),
             seq: 0,
             place: None,
         }
@@ -92,9 +95,20 @@ impl Frames {
         (events, time_s): (Vec<egui::Event>, f64),
         images: &[Image<'_>],
         pixels: &mut [u32],
-        mut show: impl FnMut(&mut Ui) -> T,
+        show: impl FnMut(&mut Ui) -> T,
     ) -> Result<(T, Vec<Part>), PaintError> {
-        self.seq += 1;
+        let (outcome, laid) = self.lay_out(screen, (events, time_s), show);
+        Ok((outcome, self.paint_laid(screen, laid, images, pixels)?))
+    }
+
+    /// Lays out what `show` does, and paints nothing: what it gave, and what [`Frames::paint_laid`] paints. What is not painted is to be
+    /// dropped by [`Frames::drop_laid`].
+    pub fn lay_out<T: Default>(
+        &mut self,
+        screen: Screen,
+        (events, time_s): (Vec<egui::Event>, f64),
+        mut show: impl FnMut(&mut Ui) -> T,
+    ) -> (T, FullOutput) {
         let [width, height] = screen.pixels.map(|n| n as f32);
         let input = RawInput {
             screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(width, height))),
@@ -104,7 +118,28 @@ impl Frames {
             ..RawInput::default()
         };
         let mut outcome = T::default();
-        let mut output = self.context.run_ui(input, |ui| outcome = show(ui));
+        let output = self.context.run_ui(input, |ui| outcome = show(ui));
+        (outcome, output)
+    }
+
+    /// A frame that is not painted: its letters are kept for the next one.
+    pub fn drop_laid(&mut self, laid: FullOutput) {
+        self.textures.append(laid.textures_delta);
+    }
+
+    /// Paints what was laid out, with these images, into `pixels`; what has changed on the screen.
+    ///
+    /// # Errors
+    /// [`PaintError`] for memory of another size than the screen's.
+    pub fn paint_laid(
+        &mut self,
+        screen: Screen,
+        mut output: FullOutput,
+        images: &[Image<'_>],
+        pixels: &mut [u32],
+    ) -> Result<Vec<Part>, PaintError> {
+        self.seq += 1;
+        self.textures.append(std::mem::take(&mut output.textures_delta));
         let primitives = self
             .context
             .tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
@@ -113,7 +148,7 @@ impl Frames {
                 size: screen.pixels,
                 pixels_per_point: output.pixels_per_point,
                 clear: colours::GROUND,
-                textures: &mut output.textures_delta,
+                textures: &mut self.textures,
                 primitives: &primitives,
                 images,
             },
@@ -127,7 +162,7 @@ impl Frames {
                 area.height(),
             ]
         };
-        Ok((outcome, painted.damage.iter().map(part).collect()))
+        Ok(painted.damage.iter().map(part).collect())
     }
 
     /// Puts the coded cell of this frame into its room, if it has one: the oldest pose shown and what is claimed of it.

@@ -5,20 +5,24 @@
 
 mod cells;
 mod facts;
+mod replay;
 mod sight;
 mod state;
 mod steps;
 
 pub use cells::{Cell, cells};
 pub use facts::{Facts, facts};
+pub use replay::{ReplayModel, at_ns, replay};
 pub use sight::{Aimed, aimed};
 pub use state::{ScreenState, Tone, state};
 pub use steps::{Rung, StepsModel, steps};
 
+use std::rc::Rc;
+
 use bus::gather::{PoseId, Set};
 use bus::message::{
-    Ages, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, Images, Steps, ToolPose, VolumeHash,
-    Workflow,
+    Ages, ClockLaw, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, Images, Steps, Timeline, ToolPose,
+    VolumeHash, Workflow,
 };
 use scene::{Plane, Scene};
 
@@ -51,6 +55,10 @@ pub struct Known<'a> {
     pub watched_ns: Option<i64>,
     /// Poses come out of a recording.
     pub is_replay: bool,
+    /// In a replay, and in simulated time: the clock as it was told last.
+    pub law: Option<ClockLaw>,
+    /// In a replay: what the recording holds over its time.
+    pub timeline: Option<&'a Rc<Timeline>>,
     /// In a replay: the examination that the recording was made in.
     pub recorded_in: Option<Recorded<'a>>,
     /// Time is simulated.
@@ -129,6 +137,8 @@ pub struct Model {
     pub facts: Facts,
     /// The way to a navigation; `None` where the run has no steps and demands none.
     pub steps: Option<StepsModel>,
+    /// Where a replay stands.
+    pub replay: Option<ReplayModel>,
     /// Whether images look otherwise than the scene says.
     pub are_images_changed: bool,
 }
@@ -142,6 +152,7 @@ impl Model {
             sight: aimed(known, &state),
             facts: facts(known, &state),
             steps: steps(known),
+            replay: replay(known),
             are_images_changed: known.guide.is_some_and(|guide| guide.images() != Ok(Images::default())),
             state,
         }

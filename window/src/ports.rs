@@ -1,8 +1,8 @@
 //! The window's ends of the topics.
 
-use bus::message::{Guide, Heartbeat, Identity, Steps, ToolPose, Workflow};
+use bus::message::{Guide, Heartbeat, Identity, Steps, Timeline, ToolPose, Workflow};
 use bus::port::{FrameSubscriber, Subscriber};
-use bus::topic::{GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, STEPS, TOOL_POSE, WORKFLOW};
+use bus::topic::{GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, STEPS, TIMELINE, TOOL_POSE, WORKFLOW};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
 use scene::Scene;
@@ -25,6 +25,8 @@ pub struct Ports {
     pub workflow: Subscriber<Workflow>,
     /// Where a person is on her way to navigation, where the scene has steps.
     pub steps: Option<Subscriber<Steps>>,
+    /// What the recording holds, in a replay.
+    pub timeline: Option<Subscriber<Timeline>>,
     /// Whose examination it is.
     pub identity: Subscriber<Identity>,
     /// The recorder's signs of life, where the scene records.
@@ -34,11 +36,11 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Opens them all; `has_steps` where somebody guides calibration, registration and check.
+    /// Opens them all; `has_steps` where somebody guides calibration, registration and check, `is_replay` where a recording is replayed.
     ///
     /// # Errors
     /// [`BusError::Open`].
-    pub fn open(bus: &Bus, scene: &Scene, has_steps: bool) -> Result<Self, BusError> {
+    pub fn open(bus: &Bus, scene: &Scene, (is_replay, has_steps): (bool, bool)) -> Result<Self, BusError> {
         let names = || scene.views.iter().map(|view| view.name.as_str());
         let records = scene.recording.is_some();
         Ok(Self {
@@ -54,6 +56,7 @@ impl Ports {
             steps: has_steps
                 .then(|| Subscriber::open_waking(bus, &STEPS, "", 1))
                 .transpose()?,
+            timeline: is_replay.then(|| Subscriber::open(bus, &TIMELINE, "", 1)).transpose()?,
             identity: Subscriber::open(bus, &IDENTITY, "", 1)?,
             recorder: records
                 .then(|| Subscriber::open(bus, &HEARTBEAT, "recorder", 1))

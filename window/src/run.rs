@@ -15,7 +15,7 @@ use crate::display::{Display, Happened};
 use crate::feed::{Feed, Now, began_ns, stale_ns};
 use crate::frame::{Coded, Frames, Painted};
 use crate::look;
-use crate::model::Model;
+use crate::model::{Model, ReplayModel};
 use crate::planning;
 use crate::ports::Ports;
 use crate::program::{Options, RunError, write_shot};
@@ -62,8 +62,8 @@ pub(crate) fn run(membership: &Membership, options: Options) -> Result<(), RunEr
     }
     // As the pilot starts somebody who guides.
     let has_steps = process.scene.steps.is_some() && process.run.replay.is_none() && !process.run.simulated_time;
-    let ports = Ports::open(&process.bus, &process.scene, has_steps)?;
     let is_replay = process.session.is_replay();
+    let ports = Ports::open(&process.bus, &process.scene, (is_replay, has_steps))?;
     let asked = Asked::open(&process.bus, &process.scene, (is_replay, has_steps), options.shots)?;
     let coded = Coded {
         key: crate::code::key(process.run.epoch_ns),
@@ -116,8 +116,10 @@ impl Window {
             self.feed.forget();
         }
         self.feed.take(ports)?;
-        if let Err(why) = self.asked.hear() {
-            self.say(why);
+        match self.asked.hear() {
+            Ok(None) => {}
+            Ok(Some(words)) => self.tell(format!("written: {words}")),
+            Err(why) => self.say(why),
         }
         let now = self.now();
         let set = self.feed.choose(now.session_ns, stale_ns(&self.process.scene));
@@ -180,7 +182,7 @@ impl Window {
         self.painted = Some((set, now.run_ns));
         self.process.counters.published += 1;
         for wish in &painted.outcome.wishes {
-            self.carry_out(wish);
+            self.carry_out(wish, model.replay.as_ref());
         }
         Ok(())
     }
@@ -203,7 +205,7 @@ impl Window {
         Ok(())
     }
 
-    fn carry_out(&mut self, wish: &Wish) {
+    fn carry_out(&mut self, wish: &Wish, replay: Option<&ReplayModel>) {
         let answer = match wish {
             Wish::Enlarge(view) => {
                 // The same again shows all.
@@ -221,8 +223,9 @@ impl Window {
             Wish::Shot => self.shot(),
             wish => {
                 let now_ns = self.process.session.clock().now_ns();
-                let replay = self.process.session.replay().map(|law| (*law, now_ns));
-                self.asked.carry_out(wish, &self.feed, &self.process.scene, replay)
+                let law = self.process.session.replay().map(|law| (*law, now_ns));
+                self.asked
+                    .carry_out(wish, &self.feed, &self.process.scene, (law, replay))
             }
         };
         if let Err(why) = answer {
@@ -233,7 +236,12 @@ impl Window {
     /// Why a wish was refused stands on the screen for a while.
     fn say(&mut self, why: String) {
         bus::stderr_line!("window: {why}");
-        self.look.note = why;
+        self.tell(why);
+    }
+
+    /// The same of what was done.
+    fn tell(&mut self, words: String) {
+        self.look.note = words;
         self.said_until_ns = self.process.clock().now_ns() + clock::ns(SAID);
     }
 

@@ -6,6 +6,7 @@ mod buttons;
 mod cell;
 mod images;
 pub(crate) mod lines;
+mod replay;
 mod sight;
 mod step_buttons;
 mod steps;
@@ -69,8 +70,24 @@ pub enum Wish {
     Pause,
     /// A replay: one pose on.
     OnePose,
+    /// A replay: the pose before.
+    PoseBefore,
     /// A replay: so many seconds on, or back.
     Skip(i32),
+    /// A replay: this moment, ns on the clock of the run that was recorded.
+    Seek(i64),
+    /// A replay: the next mark, or the one before.
+    NextMark {
+        /// Forwards.
+        is_forward: bool,
+    },
+    /// A replay: faster, or slower.
+    Speed {
+        /// Faster.
+        is_faster: bool,
+    },
+    /// A replay: stand still, and what is shown as files.
+    Moment,
 }
 
 /// What this screen shows of the model: kept in a file, as a window that comes back shows the same.
@@ -140,7 +157,8 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
         false => look.views.of(&model.cells),
     };
     let images = shown.len();
-    let Some(sizes) = Sizes::of(screen, images) else {
+    let has_bar = model.replay.is_some() && !look.only_sight;
+    let Some(sizes) = Sizes::with_bar(screen, images, has_bar) else {
         words::too_small(ui, screen, smallest(images), &mut outcome.words);
         return outcome;
     };
@@ -154,6 +172,7 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
         Some(steps) => steps::show(ui, steps, &sizes, &mut outcome),
         None => cells((ui, model, &shown), &sizes, look, &mut outcome),
     }
+    replay::show(ui, model, &sizes, &mut outcome);
     buttons::show(ui, model, &sizes, look, &mut outcome);
     if steps.is_none() {
         images::keys(ui, &mut outcome);
@@ -180,7 +199,8 @@ fn cells((ui, model, shown): (&mut Ui, &Model, &[&Cell]), sizes: &Sizes, look: &
 
 /// One image as large as it goes, with the sight beside it.
 fn enlarged_rects(sizes: &Sizes) -> [egui::Rect; 2] {
-    let (top, bottom) = (sizes.top.bottom(), sizes.foot.top());
+    let bottom = sizes.bar.map_or(sizes.foot.top(), |bar| bar.top());
+    let top = sizes.top.bottom();
     let least = sizes.cells[sizes.sight].width();
     let side = (bottom - top).min(sizes.top.width() - least);
     let image = egui::Rect::from_min_size(egui::pos2(0.0, top), egui::Vec2::splat(side));

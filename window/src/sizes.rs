@@ -24,6 +24,8 @@ pub const SMALLEST_PART: f32 = 0.6;
 const LONGEST_CAPTION: f32 = 17.0;
 /// The longest verdict is so many letters: the sight's cell must hold it in one line.
 const LONGEST_VERDICT: f32 = 13.0;
+/// The height of a replay's bar, parts of the type's size: three lines.
+const BAR_LINES: f32 = 3.7;
 /// A screen with fewer pixels has no room for eight cells with words in them.
 pub const SMALLEST: [u32; 2] = [1024, 640];
 /// The same for the sight alone: numbers would be cut.
@@ -51,6 +53,8 @@ pub struct Sizes {
     pub line: f32,
     /// The band at the top.
     pub top: Rect,
+    /// What a replay is steered by, above the buttons.
+    pub bar: Option<Rect>,
     /// The buttons at the bottom.
     pub foot: Rect,
     /// Of each cell, row by row.
@@ -109,10 +113,36 @@ impl Sizes {
             gap: gap(plain),
             line: (plain / 16.0).max(1.0),
             top: Rect::from_min_size(Pos2::ZERO, vec2(width, top)),
+            bar: None,
             foot: Rect::from_min_size(Pos2::new(0.0, height - foot), vec2(width, foot)),
             cells,
             sight: columns.min(images + 1) - 1,
             critical_from_mm: CRITICAL.1 * (critical / wanted).min(1.0),
+        })
+    }
+}
+
+impl Sizes {
+    /// The same with a bar for a replay above the buttons where that is wanted and there is room for it.
+    pub fn with_bar(screen: Screen, images: usize, is_wanted: bool) -> Option<Self> {
+        let plain = Self::of(screen, images)?;
+        if !is_wanted {
+            return Some(plain);
+        }
+        let bar = (BAR_LINES * plain.plain).ceil();
+        let [width, height] = screen.pixels;
+        let shorter = Screen {
+            pixels: [width, height.saturating_sub(bar as u32)],
+            ..screen
+        };
+        let Some(sizes) = Self::of(shorter, images) else {
+            return Some(plain);
+        };
+        let room = Rect::from_min_size(sizes.foot.left_top(), vec2(width as f32, bar));
+        Some(Self {
+            bar: Some(room),
+            foot: sizes.foot.translate(vec2(0.0, bar)),
+            ..sizes
         })
     }
 }
@@ -200,14 +230,15 @@ mod tests {
     proptest! {
         #[test]
         fn nothing_lies_over_anything_else(
-            width in 1024_u32..4000, height in 640_u32..2400, images in 0_usize..17, pixel_mm in 0.05_f32..0.6
+            width in 1024_u32..4000, height in 640_u32..2400, images in 0_usize..17, pixel_mm in 0.05_f32..0.6, has_bar: bool
         ) {
-            let sizes = Sizes::of(Screen { pixels: [width, height], pixel_mm }, images).unwrap();
+            let sizes = Sizes::with_bar(Screen { pixels: [width, height], pixel_mm }, images, has_bar).unwrap();
             let screen = Rect::from_min_size(Pos2::ZERO, vec2(width as f32, height as f32));
             let mut all = sizes.cells.clone();
             prop_assert_eq!(all.len(), images + 1);
             prop_assert!(sizes.sight < all.len());
             all.extend([sizes.top, sizes.foot]);
+            all.extend(sizes.bar);
             for (i, a) in all.iter().enumerate() {
                 prop_assert!(screen.contains_rect(*a), "{a:?} leaves {screen:?}");
                 for b in &all[i + 1..] {

@@ -1,21 +1,26 @@
 //! What a person wishes becomes requests to the processes that keep it: the window keeps nothing.
 
 mod images;
+mod replay;
 
 use std::path::PathBuf;
 
 use bus::gather::PoseId;
-use bus::message::{ClockLaw, Command, CommandKind, ReplayState, StepWish, ToolPose};
+use bus::message::{ClockLaw, Command, CommandKind, StepWish, ToolPose};
 use bus::port::{CommandClient, Pending};
 use bus::{Bus, BusError};
 use guidance::workflow::Stage;
 use scene::Scene;
 
 use crate::feed::Feed;
+use crate::model::ReplayModel;
 use crate::screen::Wish;
+use replay::{Replayer, Steering, steering};
 
 /// So long the answers to a wish are waited for. The window goes on painting meanwhile.
 const PATIENCE_NS: i64 = 1_000_000_000;
+/// The same where files are written.
+const WRITING_NS: i64 = 20_000_000_000;
 /// So many wishes may be without an answer.
 const MOST_OPEN: usize = 8;
 /// The replayer's process.
@@ -28,7 +33,7 @@ const CALIBRATOR: &str = "calib";
 pub struct Asked {
     pilot: CommandClient,
     renderers: Vec<CommandClient>,
-    replayer: Option<CommandClient>,
+    replayer: Option<Replayer>,
     /// Who calibrates, registers and checks, where the scene has steps.
     calibrator: Option<CommandClient>,
     open: Vec<Open>,
@@ -44,6 +49,8 @@ struct Open {
     pending: Vec<Pending>,
     /// What the pilot is asked once all have agreed.
     then: Option<Command>,
+    /// Files are written for it: it takes longer, and the answer says which.
+    writes: bool,
 }
 
 impl Asked {
@@ -63,7 +70,9 @@ impl Asked {
             renderers: renderers
                 .map(|name| CommandClient::open(bus, &name))
                 .collect::<Result<_, _>>()?,
-            replayer: is_replay.then(|| CommandClient::open(bus, REPLAYER)).transpose()?,
+            replayer: is_replay
+                .then(|| CommandClient::open(bus, REPLAYER).map(Replayer::new))
+                .transpose()?,
             calibrator: has_steps.then(|| CommandClient::open(bus, CALIBRATOR)).transpose()?,
             open: Vec::with_capacity(MOST_OPEN),
             drawn: None,
@@ -71,7 +80,8 @@ impl Asked {
         })
     }
 
-    /// Asks for what is wished, and waits for nothing; `replay` is the clock of a replay with what it shows now, ns.
+    /// Asks for what is wished, and waits for nothing; `replay` is the clock of a replay with what it shows now, ns, and the replay as the
+    /// screen shows it.
     ///
     /// # Errors
     /// In words: that it cannot be asked for.
@@ -80,8 +90,12 @@ impl Asked {
         wish: &Wish,
         feed: &Feed,
         scene: &Scene,
-        replay: Option<(ClockLaw, i64)>,
+        (law, replay): (Option<(ClockLaw, i64)>, Option<&ReplayModel>),
     ) -> Result<(), String> {
+        let steering = law.and_then(|(law, now_ns)| steering(wish, (&law, now_ns), replay));
+        if let Some(steering) = steering {
+            return self.steer(steering?, matches!(wish, Wish::Moment));
+        }
         let asked = match wish {
             Wish::NextTarget { is_forward } => {
                 let name = next_target(feed, scene, *is_forward).ok_or("the scene has no targets")?;
@@ -93,21 +107,6 @@ impl Asked {
             }
             Wish::Mark => self.pilot(Command::with_text(CommandKind::Mark, "marked on the screen")),
             Wish::Hold => self.hold(feed, scene),
-            Wish::Pause => {
-                let is_paused = replay.is_some_and(|(law, _)| law.replay_state() == ReplayState::Paused);
-                self.replayer(Command::new(if is_paused {
-                    CommandKind::Play
-                } else {
-                    CommandKind::Pause
-                }))
-            }
-            Wish::OnePose => self.replayer(Command::new(CommandKind::Step)),
-            Wish::Skip(by_s) => {
-                let (law, now_ns) = replay.ok_or("there is no recording to go through")?;
-                let now_s = bus::clock::ms(now_ns.saturating_sub(law.first_ns)) / 1000.0;
-                let to_s = (now_s + f64::from(*by_s)).max(0.0);
-                self.replayer(Command::with_number(CommandKind::Seek, to_s))
-            }
             Wish::Step(wish) => self.calibrator(*wish),
             Wish::NextPoint { is_forward } => self.calibrator(next_point(feed, *is_forward)?),
             Wish::Confirm => {
@@ -123,10 +122,21 @@ impl Asked {
                 }))
             }
             Wish::Moved => self.pilot(Command::new(CommandKind::Bumped)),
+            Wish::Pause
+            | Wish::OnePose
+            | Wish::PoseBefore
+            | Wish::Moment
+            | Wish::Skip(_)
+            | Wish::Seek(_)
+            | Wish::NextMark { .. }
+            | Wish::Speed { .. } => Err("there is no recording to go through".to_owned()),
             // Of this screen alone.
             Wish::Shot | Wish::Enlarge(_) | Wish::Views(_) | Wish::Steps(_) => return Ok(()),
         };
-        let asked = asked?;
+        self.waits_for(asked?)
+    }
+
+    fn waits_for(&mut self, asked: Open) -> Result<(), String> {
         if self.open.len() == MOST_OPEN {
             return Err(format!("{MOST_OPEN} wishes are without an answer already"));
         }
@@ -134,20 +144,36 @@ impl Asked {
         Ok(())
     }
 
-    /// Takes in the answers that have come. To be called again and again.
+    fn steer(&mut self, steering: Steering, is_moment: bool) -> Result<(), String> {
+        let replayer = self.replayer.as_mut().ok_or("this is no replay")?;
+        match steering {
+            Steering::Goes(to_s) => replayer.seek(to_s),
+            Steering::Does(command) => {
+                let open = Open::one(send(replayer.client(), command)?);
+                self.waits_for(if is_moment { open.patient() } else { open })
+            }
+        }
+    }
+
+    /// Takes in the answers that have come, and returns what of them a person is to read. To be called again and again.
     ///
     /// # Errors
     /// In words, of the first wish that was refused, or that nobody answered in time.
-    pub fn hear(&mut self) -> Result<(), String> {
-        let mut heard = Ok(());
+    pub fn hear(&mut self) -> Result<Option<String>, String> {
+        let mut heard = match &mut self.replayer {
+            Some(replayer) => replayer.hear(PATIENCE_NS).map(|()| None),
+            None => Ok(None),
+        };
         for mut open in std::mem::take(&mut self.open) {
-            let next = open
-                .hear()
-                .and_then(|()| match (open.pending.is_empty(), open.then.take()) {
-                    (true, Some(command)) => self.pilot(command).map(Some),
-                    (true, None) => Ok(None),
-                    (false, then) => Ok(Some(Open { then, ..open })),
-                });
+            let answer = open.hear();
+            if let Ok(Some(words)) = &answer {
+                heard = heard.map(|_| Some(words.clone()));
+            }
+            let next = answer.and_then(|_| match (open.pending.is_empty(), open.then.take()) {
+                (true, Some(command)) => self.pilot(command).map(Some),
+                (true, None) => Ok(None),
+                (false, then) => Ok(Some(Open { then, ..open })),
+            });
             match next {
                 Ok(next) => self.open.extend(next),
                 Err(why) => heard = heard.and(Err(why)),
@@ -163,11 +189,6 @@ impl Asked {
     fn calibrator(&self, wish: StepWish) -> Result<Open, String> {
         let calibrator = self.calibrator.as_ref().ok_or("the scene has no [steps]")?;
         Ok(Open::one(send(calibrator, wish.command())?))
-    }
-
-    fn replayer(&self, command: Command) -> Result<Open, String> {
-        let replayer = self.replayer.as_ref().ok_or("this is no replay")?;
-        Ok(Open::one(send(replayer, command)?))
     }
 
     /// Has every view drawn of the pose that is held where an image of it is missing, at `now_ns` on the run's clock; again and again,
@@ -188,7 +209,11 @@ impl Asked {
         }
         self.drawn = Some((id, now_ns));
         let pending = self.render(pose)?;
-        self.open.push(Open { pending, then: None });
+        self.open.push(Open {
+            pending,
+            then: None,
+            writes: false,
+        });
         Ok(())
     }
 
@@ -213,6 +238,7 @@ impl Asked {
         Ok(Open {
             pending: self.render(pose)?,
             then: Some(Command::hold(pose)),
+            writes: false,
         })
     }
 }
@@ -222,15 +248,28 @@ impl Open {
         Self {
             pending: vec![pending],
             then: None,
+            writes: false,
         }
     }
 
-    /// Lets go of those that have agreed.
-    fn hear(&mut self) -> Result<(), String> {
-        let mut heard = Ok(());
+    /// The same of something for which files are written.
+    fn patient(self) -> Self {
+        Self { writes: true, ..self }
+    }
+
+    /// Lets go of those that have agreed; what a person is to read of their answers.
+    fn hear(&mut self) -> Result<Option<String>, String> {
+        let mut heard = Ok(None);
+        let writes = self.writes;
+        let patience_ns = if writes { WRITING_NS } else { PATIENCE_NS };
         self.pending.retain(|pending| match pending.reply() {
-            Ok(None) if pending.waited_ns() <= PATIENCE_NS => true,
-            Ok(Some(reply)) if !reply.refused => false,
+            Ok(None) if pending.waited_ns() <= patience_ns => true,
+            Ok(Some(reply)) if !reply.refused => {
+                if writes {
+                    heard = Ok(Some(reply.text));
+                }
+                false
+            }
             Ok(Some(reply)) => {
                 heard = Err(reply.text);
                 false

@@ -58,7 +58,7 @@ impl Rig {
             pilot: CommandServer::open(&bus, "pilot").unwrap(),
             asked: Asked::open(&bus, &scene, (false, false), PathBuf::new()).unwrap(),
             feed: Feed::new(scene.views.len(), VolumeSubscriber::open(&bus).unwrap()),
-            ports: Ports::open(&bus, &scene, false).unwrap(),
+            ports: Ports::open(&bus, &scene, (false, false)).unwrap(),
             scene,
             bus,
             run,
@@ -95,7 +95,7 @@ impl Rig {
 
     fn hold_or_follow(&mut self) {
         self.asked
-            .carry_out(&Wish::Hold, &self.feed, &self.scene, None)
+            .carry_out(&Wish::Hold, &self.feed, &self.scene, (None, None))
             .unwrap();
     }
 
@@ -199,7 +199,7 @@ fn who_follows_again_is_not_held_by_an_earlier_wish() {
     rig.turn();
     rig.hold_or_follow();
     // A person who presses the key again meanwhile is told why nothing more happens.
-    let again = rig.asked.carry_out(&Wish::Hold, &rig.feed, &rig.scene, None);
+    let again = rig.asked.carry_out(&Wish::Hold, &rig.feed, &rig.scene, (None, None));
     assert_eq!(again.unwrap_err(), "what is to be held is being drawn");
     rig.guides.send(Guide::default().holding(Some(id(&pose)))).unwrap();
     rig.turn();

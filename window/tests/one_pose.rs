@@ -142,7 +142,7 @@ impl Rig {
         let views = views.map(|view| FramePublisher::open(&bus, &VIEW_FRAME, &view.name, bytes).unwrap());
         let views = views.collect();
         let feed = Feed::new(scene.views.len(), VolumeSubscriber::open(&bus).unwrap());
-        let ports = Ports::open(&bus, &scene, false).unwrap();
+        let ports = Ports::open(&bus, &scene, (false, false)).unwrap();
         let volume = volume(&bus);
         let (guides, workflows) = tell(&bus);
         Self {

@@ -20,6 +20,7 @@ mod plan_edit;
 mod pose;
 mod practice;
 mod steps;
+mod timeline;
 mod volume_header;
 mod workflow;
 
@@ -39,6 +40,7 @@ pub use plan_edit::{PlanEdit, PlanWish};
 pub use pose::{PoseError, ToolPose, Tracked};
 pub use practice::{Practice, PracticeFrame, PracticeMotion};
 pub use steps::{StepFigure, StepGate, StepPhase, StepPoint, StepTask, StepWish, Steps};
+pub use timeline::{Timeline, TimelineColumn, TimelineMark};
 pub use volume_header::{HeaderError, VolumeHeader};
 pub use workflow::Workflow;
 

@@ -95,8 +95,16 @@ pub const GROUND_TRUTH: Topic = Topic {
 /// The clock of a replay, or simulated time. There is none in a run that navigates.
 pub const SESSION_CLOCK: Topic = Topic {
     name: "session-clock",
-    payload: "trocar/ClockLaw/1",
+    payload: "trocar/ClockLaw/2",
     purpose: "the clock of a replay, or simulated time (these only)",
+    ..BASE
+};
+
+/// What the recording that is replayed holds over its time.
+pub const TIMELINE: Topic = Topic {
+    name: "timeline",
+    payload: "trocar/Timeline/1",
+    purpose: "what a recording holds over its time: states, errors, marks (replays with a window only)",
     ..BASE
 };
 
@@ -210,7 +218,7 @@ pub const EVENT: Topic = Topic {
 /// Requests to a process.
 pub const COMMAND: Topic = Topic {
     name: "command/*",
-    payload: "trocar/Command/6 -> trocar/ReplyHeader/1 + [u8]",
+    payload: "trocar/Command/7 -> trocar/ReplyHeader/1 + [u8]",
     pattern: Pattern::RequestResponse,
     history: 0,
     wakes: true,
@@ -219,12 +227,13 @@ pub const COMMAND: Topic = Topic {
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 17] = [
+pub const TOPICS: [&Topic; 18] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
     &GROUND_TRUTH,
     &SESSION_CLOCK,
+    &TIMELINE,
     &VIEW_FRAME,
     &HELD_FRAME,
     &LOOK_FRAME,

@@ -19,6 +19,12 @@ pub(crate) enum Steer {
     /// Show the next pose and stand still.
     #[command(after_help = "Example:\n  pilot replay-control step")]
     Step,
+    /// Show the pose before and stand still.
+    #[command(after_help = "Example:\n  pilot replay-control back")]
+    Back,
+    /// Stand still, and write what is shown as files: the image of every view and what was known then.
+    #[command(after_help = "Example:\n  pilot replay-control seek 3.2s && pilot replay-control moment")]
+    Moment,
     /// Go on from another place: 3.2s behind the recording's first pose.
     #[command(after_help = "Example:\n  pilot replay-control seek 3.2s")]
     Seek {
@@ -41,6 +47,8 @@ impl Steer {
             Self::Pause => Command::new(CommandKind::Pause),
             Self::Play => Command::new(CommandKind::Play),
             Self::Step => Command::new(CommandKind::Step),
+            Self::Back => Command::new(CommandKind::StepBack),
+            Self::Moment => Command::new(CommandKind::Moment),
             Self::Seek { at_s } => Command::with_number(CommandKind::Seek, *at_s),
             // `max` reads as no number, and is infinite on the wire.
             Self::Speed { speed } => Command::with_number(CommandKind::Speed, speed.parse().unwrap_or(f64::INFINITY)),

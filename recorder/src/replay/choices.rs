@@ -33,6 +33,12 @@ impl Choices {
         self.none_at_ns = (said == 0 && self.has_told).then_some(at_ns);
     }
 
+    /// What was chosen at `t_ns`.
+    pub fn at(&self, t_ns: i64) -> Option<&Guide> {
+        let said = self.all.partition_point(|guide| guide.t_ns <= t_ns);
+        said.checked_sub(1).and_then(|last| self.all.get(last))
+    }
+
     /// What is to be told by `now_ns` and was not yet, in order.
     pub fn due(&mut self, now_ns: i64) -> Vec<Guide> {
         let until = self.all.partition_point(|guide| guide.t_ns <= now_ns);

@@ -52,6 +52,12 @@ pub(crate) struct ReplayArgs {
     /// Pictures of every so many poses
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
+    /// Write moments that are asked for into this folder
+    #[arg(long, value_name = "DIR")]
+    moments: Option<PathBuf>,
+    /// Read the recording beside the replay and tell what it holds over its time: for a window's bar
+    #[arg(long, conflicts_with = "emitters")]
+    timeline: bool,
     /// Write what came of it, as JSON
     #[arg(long, value_name = "FILE.json")]
     account: Option<PathBuf>,
@@ -73,6 +79,8 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), ReplayError> {
         force: args.force,
         emitters: args.emitters,
         images: args.images.map(|folder| (folder, args.every)),
+        moments: args.moments,
+        has_timeline: args.timeline,
         account: args.account,
     };
     replay(&mut process, &options)

@@ -1,23 +1,16 @@
 //! Pictures of the poses of a replay, as files.
-//!
-//! They are *held* images: drawn because they were asked for. They claim nothing of the present, so that they are, byte for
-//! byte, the pictures of the same poses in the run that was recorded.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use bus::message::{Ages, Command, ToolPose};
-use bus::port::{CommandClient, FrameSubscriber};
-use bus::topic::HELD_FRAME;
+use bus::message::{Ages, ToolPose};
 use bus::{Bus, BusError};
-use picture::{Canvas, PngError, write_png};
 use scene::Scene;
 
-/// How long one request waits before this process gives a sign of life and asks again.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// How often it asks.
+use super::renderers::{self, DrawnError, Renderer};
+
+/// How often a renderer is asked.
 const TRIES: usize = 20;
 
 /// Why there are no pictures, or no more.
@@ -33,17 +26,10 @@ pub enum ImagesError {
     },
     /// A file.
     #[error(transparent)]
-    Png(#[from] PngError),
+    Drawn(#[from] DrawnError),
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
-}
-
-/// One renderer and its views.
-#[derive(Debug)]
-struct Renderer {
-    client: CommandClient,
-    views: Vec<(String, FrameSubscriber)>,
 }
 
 /// Takes pictures.
@@ -73,22 +59,11 @@ impl Images {
             path: folder.to_owned(),
             source,
         })?;
-        let view = |&index: &usize| -> Result<_, BusError> {
-            let name = scene.views[index].name.clone();
-            let frames = FrameSubscriber::open(bus, &HELD_FRAME, &name)?;
-            Ok((name, frames))
-        };
-        let renderers = scene.renderers().into_iter().map(|(plane, indices)| {
-            Ok(Renderer {
-                client: CommandClient::open(bus, &plane.process())?,
-                views: indices.iter().map(view).collect::<Result<_, BusError>>()?,
-            })
-        });
         Ok(Self {
             folder: folder.to_owned(),
             every: every.max(1),
             ages: Ages::of(&scene.limits),
-            renderers: renderers.collect::<Result<_, BusError>>()?,
+            renderers: renderers::open(bus, scene)?,
             poses: 0,
             written: 0,
             missing: 0,
@@ -110,57 +85,19 @@ impl Images {
             return Ok(());
         }
         for renderer in &self.renderers {
-            if let Err(why) = renderer.ask(pose, alive)? {
+            if let Err(why) = renderer.ask(pose, TRIES, alive)? {
                 self.missing += 1;
                 self.reason = why;
                 continue;
             }
             for view in &renderer.views {
                 alive()?;
-                self.written += u64::from(write(&self.folder, view, pose.seq, self.ages)?);
+                let path = self.folder.join(file_name(&view.0, pose.seq));
+                self.written += u64::from(renderers::write(&path, view, pose, self.ages)?);
             }
         }
         Ok(())
     }
-}
-
-impl Renderer {
-    /// Has the pose drawn; the reason where there is nothing to draw.
-    fn ask(
-        &self,
-        pose: &ToolPose,
-        alive: &mut dyn FnMut() -> Result<(), BusError>,
-    ) -> Result<Result<(), String>, BusError> {
-        let mut last = String::new();
-        for _ in 0..TRIES {
-            alive()?;
-            match self.client.ask(Command::render(*pose), PATIENCE) {
-                Ok(reply) if reply.refused => return Ok(Err(reply.text)),
-                Ok(_) => return Ok(Ok(())),
-                // It may be busy, or just be started again.
-                Err(error) => last = error.to_string(),
-            }
-        }
-        Ok(Err(last))
-    }
-}
-
-/// Writes the image of a view, if it is that of the pose.
-fn write(folder: &Path, (view, frames): &(String, FrameSubscriber), seq: u64, ages: Ages) -> Result<bool, ImagesError> {
-    let Some(frame) = frames.newest()? else {
-        return Ok(false);
-    };
-    let header = *frame.header();
-    if header.stamp.seq != seq || header.stamp.on_request != 1 {
-        return Ok(false);
-    }
-    let mut canvas = Canvas::new(header.width, header.height);
-    // Asked for: it claims nothing of the present.
-    canvas.paste(frame.shown(header.stamp.t_framed_ns, ages).rgba, header.width, 0, 0);
-    let mut texts = header.stamp.texts();
-    texts.push(("view", view.clone()));
-    write_png(&folder.join(file_name(view, seq)), &canvas, &texts)?;
-    Ok(true)
 }
 
 /// The picture of a view for one pose.

@@ -9,14 +9,16 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
 use bus::lockstep::{Lockstep, TRACKER};
-use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, ToolPose};
+use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, Timeline, ToolPose};
 use bus::port::{CommandServer, Publisher};
 use bus::process::{JoinError, Process};
-use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK};
+use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE};
 
 use super::Speed;
+use super::bar::Bar;
 use super::choices::Choices;
 use super::images::{Images, ImagesError};
+use super::moment::Moments;
 use super::tape::Tape;
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
@@ -60,6 +62,10 @@ pub struct Options {
     pub emitters: bool,
     /// Pictures into this folder, of every so many poses.
     pub images: Option<(PathBuf, u64)>,
+    /// Moments that are asked for go into this folder.
+    pub moments: Option<PathBuf>,
+    /// What the recording holds over its time is read and told.
+    pub has_timeline: bool,
     /// What came of it goes here, as JSON.
     pub account: Option<PathBuf>,
 }
@@ -115,6 +121,12 @@ struct Replayer<'a> {
     /// What cannot be read of the choices.
     unread: Vec<String>,
     laws: Publisher<ClockLaw>,
+    /// Where a window shows a bar.
+    bar: Option<(Bar, Publisher<Timeline>)>,
+    /// Opened when the first is asked for.
+    moments: Option<Moments>,
+    /// The examination that is shown.
+    shown_volume: String,
     told: Option<ClockLaw>,
     lockstep: Lockstep,
     images: Option<Images>,
@@ -138,15 +150,15 @@ struct Replayer<'a> {
 /// # Errors
 /// Each variant of [`ReplayError`].
 pub fn replay(process: &mut Process, options: &Options) -> Result<(), ReplayError> {
-    if !examined(process, options)? {
+    let Some(shown_volume) = examined(process, options)? else {
         return Ok(());
-    }
+    };
     let server = CommandServer::open(&process.bus, NAME)?;
-    let mut replayer = Replayer::open(process, options)?;
+    let mut replayer = Replayer::open(process, options, shown_volume)?;
     while !process.stop.is_set() {
         // One a turn: who asks again and again does not keep the poses from going out.
         if let Some(request) = server.next()? {
-            replayer.answer(request)?;
+            replayer.answer(request, process)?;
         }
         replayer.turn(process)?;
     }
@@ -154,8 +166,8 @@ pub fn replay(process: &mut Process, options: &Options) -> Result<(), ReplayErro
     replayer.write_account()
 }
 
-/// Waits for the volume and holds it against the recorded one; `false` where the process was stopped meanwhile.
-fn examined(process: &mut Process, options: &Options) -> Result<bool, ReplayError> {
+/// Waits for the volume and holds it against the recorded one; its hash, or `None` where the process was stopped meanwhile.
+fn examined(process: &mut Process, options: &Options) -> Result<Option<String>, ReplayError> {
     let Some(replay) = process.run.replay.clone() else {
         return Err(ReplayError::NotAReplay(process.run.name.clone()));
     };
@@ -173,16 +185,16 @@ fn examined(process: &mut Process, options: &Options) -> Result<bool, ReplayErro
                 recorded,
                 loaded,
             }),
-            _ => Ok(true),
+            _ => Ok(Some(loaded)),
         };
     }
-    Ok(false)
+    Ok(None)
 }
 
 impl<'a> Replayer<'a> {
-    fn open(process: &Process, options: &'a Options) -> Result<Self, ReplayError> {
+    fn open(process: &Process, options: &'a Options, shown_volume: String) -> Result<Self, ReplayError> {
         let bus = &process.bus;
-        let mut transport = Transport::new(options.span_ns, options.speed, options.looping);
+        let mut transport = Transport::new(options.span_ns, options.zero_ns, options.speed, options.looping);
         if options.begin_ns > options.span_ns[0] {
             transport.control(Control::Seek(options.begin_ns), monotonic_ns());
         }
@@ -202,6 +214,12 @@ impl<'a> Replayer<'a> {
             choices: Choices::new(found.guides),
             unread: found.unread,
             laws: Publisher::open(bus, &SESSION_CLOCK, "")?,
+            bar: match options.has_timeline {
+                true => Some((Bar::begin(&options.recording), Publisher::open(bus, &TIMELINE, "")?)),
+                false => None,
+            },
+            moments: None,
+            shown_volume,
             told: None,
             lockstep: Lockstep::open(bus, &process.scene, options.emitters)?,
             images: images.transpose()?,
@@ -253,10 +271,19 @@ impl<'a> Replayer<'a> {
             self.laws.serve_late_joiners();
             self.outlet.serve_late_joiners();
             self.guides.serve_late_joiners();
+            self.tell_timeline()?;
             // Also while no pose comes.
             self.choose(self.transport.law().at(now))?;
         }
         Ok(())
+    }
+
+    fn tell_timeline(&mut self) -> Result<(), BusError> {
+        let Some((bar, timelines)) = &mut self.bar else {
+            return Ok(());
+        };
+        timelines.serve_late_joiners();
+        bar.news().map_or(Ok(()), |timeline| timelines.send(*timeline))
     }
 
     /// Says once what cannot be read of the recording.

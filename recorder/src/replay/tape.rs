@@ -177,6 +177,20 @@ impl Tape {
         }
     }
 
+    /// When the last pose before `at_ns` was published; `None` where there is none. Goes to `at_ns`.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn before(&mut self, at_ns: i64) -> Result<Option<i64>, OpenError> {
+        self.near(at_ns)?;
+        let mut last_ns = None;
+        while let Some(due_ns) = self.peek().map(Moment::due_ns).filter(|due_ns| *due_ns < at_ns) {
+            last_ns = Some(due_ns);
+            self.take();
+        }
+        Ok(last_ns)
+    }
+
     /// Reads on from what was captured at `from_ns` or later.
     fn start(&mut self, from_ns: i64) -> Result<(), OpenError> {
         let open = |topic| self.session.poses_of(topic, from_ns);

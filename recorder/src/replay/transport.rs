@@ -15,6 +15,8 @@ pub enum Control {
     Play,
     /// Publish the next pose and stand still.
     Step,
+    /// Publish the pose of this moment and stand still.
+    Show(i64),
     /// Go on from this moment, ns on the recorded run's clock; outside of what is replayed, from the nearer end.
     Seek(i64),
     /// Go on at this speed.
@@ -40,6 +42,8 @@ pub struct Transport {
     span_ns: [i64; 2],
     speed: Speed,
     looping: bool,
+    /// The zero of the seconds that people name.
+    zero_ns: i64,
     state: ReplayState,
     law: Law,
     jumps: u64,
@@ -50,11 +54,13 @@ pub struct Transport {
 
 impl Transport {
     /// A replay of everything that is due within `span_ns` (both ends belong to it), that begins when it is first driven.
-    pub fn new(span_ns: [i64; 2], speed: Speed, looping: bool) -> Self {
+    /// People name its places by the seconds since `zero_ns`.
+    pub fn new(span_ns: [i64; 2], zero_ns: i64, speed: Speed, looping: bool) -> Self {
         Self {
             span_ns,
             speed,
             looping,
+            zero_ns,
             state: ReplayState::Playing,
             law: Law::still(span_ns[0]),
             jumps: 0,
@@ -71,6 +77,10 @@ impl Transport {
             Control::Step => {
                 self.stand(ReplayState::Paused, monotonic_ns);
                 self.step = self.state == ReplayState::Paused;
+            }
+            Control::Show(to_ns) => {
+                self.state = ReplayState::Paused;
+                self.jump(to_ns.clamp(self.span_ns[0], self.span_ns[1]), monotonic_ns);
             }
             Control::Seek(to_ns) => self.jump(to_ns.clamp(self.span_ns[0], self.span_ns[1]), monotonic_ns),
             Control::Speed(speed) => {
@@ -168,6 +178,7 @@ impl Transport {
             jumps: self.jumps,
             first_ns: self.span_ns[0],
             last_ns: self.span_ns[1],
+            zero_ns: self.zero_ns,
             speed: self.speed.number(),
             state: self.state.code(),
             reserved: 0,

@@ -1,6 +1,7 @@
 //! Reads a recording once from start to end, whole or not, and keeps what a report says of it, in bounded memory.
 
 use std::io::Read;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use bus::continuity::Continuity;
@@ -288,12 +289,29 @@ impl Gathered {
 /// # Errors
 /// [`ReportError::Schema`], [`ReportError::Newer`].
 pub(super) fn gather(path: &Path, input: impl Read, length: u64) -> Result<Gathered, ReportError> {
+    let mut progress = Progress::new("reading");
+    gather_each(path, input, length, &mut |_, (read, length)| {
+        progress.at(read, length);
+        ControlFlow::Continue(())
+    })
+}
+
+/// The same; `each` is called before each item with what was found so far, and how much of how much was read, and may break it off.
+///
+/// # Errors
+/// [`ReportError::Schema`], [`ReportError::Newer`].
+pub(super) fn gather_each(
+    path: &Path,
+    input: impl Read,
+    length: u64,
+    each: &mut dyn FnMut(&Gathered, (u64, u64)) -> ControlFlow<()>,
+) -> Result<Gathered, ReportError> {
     let mut gathered = Gathered::new();
     let mut scan = Scan::new(input, length);
-    let mut progress = Progress::new("reading");
     while let Some(item) = scan.next() {
-        let (read, length) = scan.progress();
-        progress.at(read, length);
+        if each(&gathered, scan.progress()).is_break() {
+            break;
+        }
         match item {
             Ok(item) => gathered.take(path, item)?,
             Err(damage) => gathered.damaged(&damage),

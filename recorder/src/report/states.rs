@@ -146,7 +146,7 @@ pub(super) struct States {
 }
 
 /// Follows the samples of a recording.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Timeline {
     ages: Ages,
     newest: Option<(i64, Option<Lost>)>,

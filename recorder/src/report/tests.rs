@@ -13,6 +13,7 @@ use crate::wire::schema::Source;
 use crate::write::pose_log::{Entry, PoseLog};
 
 mod refused;
+mod timeline;
 
 type Written = PoseLog<io::Cursor<Vec<u8>>>;
 

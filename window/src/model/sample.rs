@@ -1,11 +1,12 @@
 //! Runs as they might be, for tests: seven images of one live pose, a target, and whatever is changed of them.
 
 use std::path::Path;
+use std::rc::Rc;
 
 use bus::gather::{PoseId, Set};
 use bus::message::{
-    Chosen, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, IdentitySource, ImagePlane, ProcessState,
-    Steps, ToolPose, Tracked, VolumeHash, Workflow,
+    Chosen, ClockLaw, FrameHeader, FrameStamp, FrameState, Guide, Heartbeat, Identity, IdentitySource, ImagePlane,
+    ProcessState, Steps, Timeline, ToolPose, Tracked, VolumeHash, Workflow,
 };
 use geometry::{Ct, Direction, Point, Rigid, SlicePlane, Tool, Vector};
 use guidance::workflow::Stage;
@@ -42,6 +43,10 @@ pub(crate) struct Sample {
     pub(crate) watched_ns: Option<i64>,
     /// A recording is shown.
     pub(crate) is_replay: bool,
+    /// The clock of it.
+    pub(crate) law: Option<ClockLaw>,
+    /// What the recording holds.
+    pub(crate) timeline: Option<Rc<Timeline>>,
     /// Where it was made: `Some(None)` does not say.
     pub(crate) recorded_in: Option<Option<String>>,
     /// Time is simulated.
@@ -106,6 +111,8 @@ impl Sample {
             recorder: Some((Some(beat()), 50_000_000)),
             watched_ns: Some(50_000_000),
             is_replay: false,
+            law: None,
+            timeline: None,
             recorded_in: None,
             is_simulated: false,
             now_ns: CAPTURED_NS + 20_000_000,
@@ -134,6 +141,8 @@ impl Sample {
             recorder: self.recorder,
             watched_ns: self.watched_ns,
             is_replay: self.is_replay,
+            law: self.law,
+            timeline: self.timeline.as_ref(),
             recorded_in: self
                 .recorded_in
                 .as_ref()

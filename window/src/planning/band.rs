@@ -34,12 +34,15 @@ pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, hear
         recorder: None,
         watched_ns: heard.watcher.map(|beat| now_ns.saturating_sub(beat.t_painted_ns)),
         is_replay: false,
+        law: None,
+        timeline: None,
         recorded_in: None,
         is_simulated: false,
         began_ns: None,
     };
     let state = state(volume, heard.plan.as_ref().map(|(_, plan)| plan));
     Model {
+        replay: None,
         steps: None,
         cells: Vec::new(),
         sight: Err(String::new()),

@@ -96,6 +96,11 @@ impl Looks {
         Ok((came, refused))
     }
 
+    /// Whether a renderer is drawing what was asked for.
+    pub(crate) fn is_awaited(&self) -> bool {
+        self.0.iter().any(|look| look.asked.is_some())
+    }
+
     /// The image of a cut.
     pub(crate) fn frame(&self, cut: usize) -> Option<&Rc<Frame>> {
         self.0.get(cut)?.shown.as_ref()

@@ -32,6 +32,8 @@ use crate::program::{Options, RunError, write_shot};
 const TICK: Duration = Duration::from_millis(4);
 /// A frame is painted at least this often: a coded cell that stands still is a window that does.
 const SLOWEST: Duration = Duration::from_millis(100);
+/// After a step of the wheel the next slice is awaited so long before a frame is painted without it.
+const AWAITED: Duration = Duration::from_millis(12);
 /// So long a refusal stands on the screen.
 const SAID: Duration = Duration::from_secs(5);
 
@@ -57,6 +59,8 @@ struct Planning {
     asked: Asked,
     events: Vec<egui::Event>,
     painted_ns: i64,
+    /// While an image is awaited that a frame was not painted for: when it is painted all the same, ns on the run's clock.
+    paint_by_ns: Option<i64>,
     is_due: bool,
     said_until_ns: i64,
     shots: u32,
@@ -102,6 +106,7 @@ pub(crate) fn run(mut process: Process, display: Display, options: Options) -> R
         kept: None,
         events: Vec::new(),
         painted_ns: i64::MIN / 2,
+        paint_by_ns: None,
         is_due: true,
         said_until_ns: 0,
         shots: 0,
@@ -118,6 +123,12 @@ pub(crate) fn run(mut process: Process, display: Display, options: Options) -> R
         Ok(ControlFlow::Break(())) => ControlFlow::Break(Ok(())),
         Err(error) => ControlFlow::Break(Err(error)),
     })?
+}
+
+fn is_wheel(events: &[egui::Event]) -> bool {
+    let is_moving =
+        |event: &egui::Event| matches!(event, egui::Event::MouseWheel { .. } | egui::Event::PointerMoved(_));
+    !events.is_empty() && events.iter().all(is_moving)
 }
 
 impl Planning {
@@ -138,7 +149,12 @@ impl Planning {
             self.say(why);
         }
         let now_ns = self.process.clock().now_ns();
-        if self.is_due || !self.events.is_empty() || now_ns - self.painted_ns >= clock::ns(SLOWEST) {
+        let is_awaited_for_long = self.paint_by_ns.is_some_and(|by_ns| now_ns >= by_ns);
+        if self.is_due
+            || is_awaited_for_long
+            || !self.events.is_empty()
+            || now_ns - self.painted_ns >= clock::ns(SLOWEST)
+        {
             self.paint(looks, now_ns)?;
         }
         let note = self.desk.as_ref().map_or("", |desk| &desk.note);
@@ -251,8 +267,25 @@ impl Planning {
             };
             screen::show(ui, &known, desk, screen)
         };
+        let is_wheel = is_wheel(&events.0);
+        let (outcome, laid) = self.frames.lay_out(screen, events, show);
+        // Before anything is painted: renderers draw meanwhile.
+        self.want(looks, &plan);
+        let (came, refused) = looks.turn(now_ns)?;
+        self.is_due |= came;
+        if let Some(why) = refused {
+            self.say(why);
+        }
+        // A slice that is about to come is painted with what was asked for beside it, unless it takes longer than a frame may.
+        let paint_by_ns = *self.paint_by_ns.get_or_insert(now_ns + clock::ns(AWAITED));
+        if is_wheel && looks.is_awaited() && now_ns < paint_by_ns {
+            self.frames.drop_laid(laid);
+            self.carry_out(outcome);
+            return Ok(());
+        }
+        self.paint_by_ns = None;
         let pixels = self.display.pixels();
-        let (outcome, mut parts) = self.frames.paint_ui(screen, events, &frames, pixels, show)?;
+        let mut parts = self.frames.paint_laid(screen, laid, &frames, pixels)?;
         let shown = if frames.is_empty() {
             Shown::Nothing
         } else {
@@ -267,14 +300,7 @@ impl Planning {
                 self.display.set_place(place)?;
             }
         }
-        self.want(looks, &plan);
-        // Renderers draw while the pixels go out.
-        let (came, refused) = looks.turn(now_ns)?;
-        self.is_due |= came;
         self.display.present(&parts)?;
-        if let Some(why) = refused {
-            self.say(why);
-        }
         self.process.counters.published += 1;
         self.carry_out(outcome);
         Ok(())

@@ -1,12 +1,13 @@
 //! The buttons at the bottom, each with its key; a pedal sends the same keys.
 
+use bus::message::ReplayState;
 use egui::{Align2, Id, Key, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
 use super::button::{Button, button};
 use super::words::{Type, Words, colour};
 use super::{ImagesKey, Look, Outcome, Wish, step_buttons, tree};
 use crate::colours;
-use crate::model::{Model, Tone};
+use crate::model::{Model, ReplayModel, Tone};
 use crate::sizes::Sizes;
 
 /// The buttons of this screen.
@@ -15,7 +16,29 @@ fn buttons(model: &Model, look: &Look) -> Vec<Button> {
         return step_buttons::all(steps);
     }
     let hold = if model.state.is_held { "Follow" } else { "Hold" };
-    let mut all = vec![
+    let mut all = match model.state.is_replay {
+        true => of_a_replay(model),
+        false => of_a_run(hold),
+    };
+    all.push(button("Screenshot", "F9", Key::F9, Wish::Shot));
+    if look.enlarged.is_some() {
+        all.push(button("All views", "Esc", Key::Escape, Wish::Enlarge(None)));
+    } else if let (Some(next), false) = (look.views.next(&model.cells), look.only_sight) {
+        all.push(button("Views", "V", Key::V, Wish::Views(next)));
+    }
+    if model.steps.is_some() && !look.only_sight {
+        all.push(button("Steps", "F2", Key::F2, Wish::Steps(true)));
+    }
+    // The way back is there where there is one.
+    if model.are_images_changed && !model.state.is_replay {
+        all.push(button("Scene's images", "0", Key::Num0, Wish::Images(ImagesKey::Scene)));
+    }
+    all
+}
+
+/// Those of a run that navigates.
+fn of_a_run(hold: &str) -> Vec<Button> {
+    vec![
         button(
             "Target before",
             "Page up",
@@ -29,28 +52,31 @@ fn buttons(model: &Model, look: &Look) -> Vec<Button> {
             Wish::NextTarget { is_forward: true },
         ),
         button("Mark", "Space", Key::Space, Wish::Mark),
-        button("Screenshot", "F9", Key::F9, Wish::Shot),
         button(hold, "F6", Key::F6, Wish::Hold),
-    ];
-    if look.enlarged.is_some() {
-        all.push(button("All views", "Esc", Key::Escape, Wish::Enlarge(None)));
-    } else if let (Some(next), false) = (look.views.next(&model.cells), look.only_sight) {
-        all.push(button("Views", "V", Key::V, Wish::Views(next)));
-    }
-    if model.steps.is_some() && !look.only_sight {
-        all.push(button("Steps", "F2", Key::F2, Wish::Steps(true)));
-    }
-    // The way back is there where there is one.
-    if model.are_images_changed && !model.state.is_replay {
-        all.push(button("Scene's images", "0", Key::Num0, Wish::Images(ImagesKey::Scene)));
-    }
-    if model.state.is_replay {
-        all.push(button("Back 5 s", "Left", Key::ArrowLeft, Wish::Skip(-5)));
-        all.push(button("Pause", "P", Key::P, Wish::Pause));
-        all.push(button("Step", "S", Key::S, Wish::OnePose));
-        all.push(button("On 5 s", "Right", Key::ArrowRight, Wish::Skip(5)));
-    }
-    all
+    ]
+}
+
+/// What a replay is steered by. What is chosen, marked and held is the recording's there.
+fn of_a_replay(model: &Model) -> Vec<Button> {
+    let is_going = |replay: &ReplayModel| replay.state == ReplayState::Playing;
+    let pause = match model.replay.as_ref().is_none_or(is_going) {
+        true => "Pause",
+        false => "Play",
+    };
+    let mark = |is_forward| Wish::NextMark { is_forward };
+    let speed = |is_faster| Wish::Speed { is_faster };
+    vec![
+        button("Mark before", "Page up", Key::PageUp, mark(false)),
+        button("Next mark", "Page down", Key::PageDown, mark(true)),
+        button("Back 5 s", "Left", Key::ArrowLeft, Wish::Skip(-5)),
+        button("Pose before", "A", Key::A, Wish::PoseBefore),
+        button(pause, "P", Key::P, Wish::Pause),
+        button("Step", "S", Key::S, Wish::OnePose),
+        button("On 5 s", "Right", Key::ArrowRight, Wish::Skip(5)),
+        button("Slower", "Comma", Key::Comma, speed(false)),
+        button("Faster", "Full stop", Key::Period, speed(true)),
+        button("Moment", "M", Key::M, Wish::Moment),
+    ]
 }
 
 pub(super) fn show(ui: &Ui, model: &Model, sizes: &Sizes, look: &Look, outcome: &mut Outcome) {

@@ -7,7 +7,7 @@ mod paint;
 mod palette;
 mod pictures;
 mod rooms;
-mod samples;
+pub(in crate::screen) mod samples;
 mod sheet;
 mod stage;
 mod steps;
@@ -26,7 +26,7 @@ use crate::model::sample::{CAPTURED_NS, Sample, VOLUME, pose};
 const SCREENS: [[u32; 2]; 3] = [[1280, 800], [1920, 1080], [3840, 2160]];
 
 /// A monitor of 24 inches.
-fn monitor(pixels: [u32; 2]) -> Screen {
+pub(in crate::screen) fn monitor(pixels: [u32; 2]) -> Screen {
     Screen {
         pixels,
         pixel_mm: 531.0 / pixels[0] as f32,
@@ -34,7 +34,7 @@ fn monitor(pixels: [u32; 2]) -> Screen {
 }
 
 /// What a screen says and what is wished, after these events.
-fn shown(model: &Model, screen: Screen, look: &Look, events: Vec<Event>) -> Outcome {
+pub(in crate::screen) fn shown(model: &Model, screen: Screen, look: &Look, events: Vec<Event>) -> Outcome {
     let context = context();
     let [width, height] = screen.pixels.map(|n| n as f32);
     let mut outcome = Outcome::default();

@@ -9,7 +9,7 @@ use super::{ImagePlane, PlanEdit, PlanWish, ToolPose, field_text, text_field};
 /// A request. The reply is bytes (text or JSON) behind a [`ReplyHeader`].
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Command/6")]
+#[type_name("trocar/Command/7")]
 pub struct Command {
     /// Code of a [`CommandKind`].
     pub kind: u32,
@@ -54,6 +54,10 @@ pub enum CommandKind {
     Play,
     /// Replayer: publish the next pose and stand still.
     Step,
+    /// Replayer: publish the pose before this one and stand still.
+    StepBack,
+    /// Replayer: stand still, and write what is shown as files.
+    Moment,
     /// Replayer: go on from [`Command::number`].
     Seek,
     /// Replayer: go on at [`Command::number`].
@@ -94,7 +98,7 @@ pub enum CommandKind {
 }
 
 /// Every kind of request with its code on the wire.
-const CODES: [(CommandKind, u32); 26] = [
+const CODES: [(CommandKind, u32); 28] = [
     (CommandKind::Status, 1),
     (CommandKind::Stop, 2),
     (CommandKind::Render, 3),
@@ -121,6 +125,8 @@ const CODES: [(CommandKind, u32); 26] = [
     (CommandKind::Practise, 24),
     (CommandKind::Turn, 25),
     (CommandKind::Images, 26),
+    (CommandKind::StepBack, 27),
+    (CommandKind::Moment, 28),
 ];
 
 impl Command {

@@ -3,12 +3,12 @@
 use super::places::{Crowded, Places};
 use super::{command, event_service, frame, stream, volume};
 use crate::message::{
-    ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, Plan, Steps, ToolPose, Workflow,
+    ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, Plan, Steps, Timeline, ToolPose, Workflow,
 };
 use crate::node::patiently;
 use crate::topic::{
     COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME, PLAN,
-    SESSION_CLOCK, STEPS, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
+    SESSION_CLOCK, STEPS, TIMELINE, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
 };
 use crate::{Bus, BusError};
 
@@ -25,6 +25,8 @@ pub struct Members<'a> {
     pub views: Vec<&'a str>,
     /// Whether somebody rules the clock: in a replay, and in simulated time. The pilot then gives signs of life too.
     pub is_ruled: bool,
+    /// Whether a recording is replayed for a person to go about in: the replayer then tells what it holds.
+    pub has_timeline: bool,
     /// Whether an operation is planned: the pilot then tells the plan.
     pub is_planning: bool,
     /// Whether calibration, registration and check are guided.
@@ -56,6 +58,9 @@ impl Services {
         if members.is_ruled {
             keep_stream::<ClockLaw>(&mut kept, bus, &SESSION_CLOCK, "")?;
             keep_stream::<Heartbeat>(&mut kept, bus, &HEARTBEAT, "pilot")?;
+        }
+        if members.has_timeline {
+            keep_stream::<Timeline>(&mut kept, bus, &TIMELINE, "")?;
         }
         if members.has_steps {
             keep_stream::<Steps>(&mut kept, bus, &STEPS, "")?;

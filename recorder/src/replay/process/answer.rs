@@ -1,20 +1,30 @@
 //! What the replayer says: to requests, to people, and at the end.
 
 use bus::clock::{self, monotonic_ns};
-use bus::message::{Command, CommandKind};
+use bus::message::{Command, CommandKind, ProcessState};
 use bus::port::Request;
+use bus::process::Process;
 
 use super::{ReplayError, Replayer};
 use crate::replay::Speed;
 use crate::replay::account::Account;
+use crate::replay::moment::{MomentError, Moments, Whence};
 use crate::replay::transport::Control;
 
+/// At other speeds nobody waits for the tracker's poses.
+const UNKNOWN_POSE: &str = "the poses are made again, and the one that is shown is known at `--speed max` only";
+
 impl Replayer<'_> {
-    pub(super) fn answer(&mut self, request: Request) -> Result<(), ReplayError> {
+    pub(super) fn answer(&mut self, request: Request, process: &mut Process) -> Result<(), ReplayError> {
         let command: Command = *request.command();
-        match self.control(&command) {
+        if command.command_kind() == Some(CommandKind::Moment) {
+            let written = self.moment(process)?;
+            request.reply(written.as_deref().map_err(String::as_str))?;
+            return Ok(());
+        }
+        match self.control(&command)? {
             Ok(control) => {
-                if matches!(control, Control::Seek(_)) {
+                if matches!(control, Control::Seek(_) | Control::Show(_)) {
                     self.lockstep.forget();
                 }
                 self.transport.control(control, monotonic_ns());
@@ -26,13 +36,68 @@ impl Replayer<'_> {
         Ok(())
     }
 
-    fn control(&self, command: &Command) -> Result<Control, String> {
+    /// Stands still and writes what is shown; in words what was written, or why not.
+    fn moment(&mut self, process: &mut Process) -> Result<Result<String, String>, ReplayError> {
+        let Some(folder) = &self.options.moments else {
+            return Ok(Err("this replay was begun without a folder for moments".to_owned()));
+        };
+        self.transport.control(Control::Pause, monotonic_ns());
+        self.tell()?;
+        let Some(recorded) = self.last else {
+            return Ok(Err("no pose was shown yet".to_owned()));
+        };
+        let pose = match self.options.emitters {
+            false => recorded,
+            true => match self.lockstep.made().filter(|made| made.seq == recorded.seq) {
+                Some(made) => made,
+                None => return Ok(Err(UNKNOWN_POSE.to_owned())),
+            },
+        };
+        let moments = match self.moments.take() {
+            Some(moments) => moments,
+            None => Moments::open(&process.bus, &process.scene, folder)?,
+        };
+        let recorded = process
+            .run
+            .replay
+            .as_ref()
+            .and_then(|replay| replay.volume_hash.clone());
+        let whence = Whence {
+            recording: &self.options.recording,
+            recorded_volume: recorded.as_deref(),
+            shown_volume: &self.shown_volume,
+            zero_ns: self.options.zero_ns,
+        };
+        let guide = self.choices.at(pose.t_capture_ns);
+        let written = moments.write(&pose, guide, whence, &mut || {
+            process.beat(ProcessState::Ready, "writing a moment")
+        });
+        self.moments = Some(moments);
+        Ok(match written {
+            Ok((folder, images)) => Ok(format!("{} ({images} images)", folder.display())),
+            Err(MomentError::Bus(error)) => return Err(error.into()),
+            Err(error) => Err(error.to_string()),
+        })
+    }
+
+    fn control(&mut self, command: &Command) -> Result<Result<Control, String>, ReplayError> {
+        if command.command_kind() != Some(CommandKind::StepBack) || self.options.emitters {
+            return Ok(self.steered(command));
+        }
+        let shown_ns = self.last.map_or(self.options.span_ns[0], |pose| pose.t_publish_ns);
+        let before_ns = self.tape.before(shown_ns)?;
+        let before_ns = before_ns.filter(|ns| *ns >= self.options.span_ns[0]);
+        // The search has moved the tape: who stays where she is goes there again.
+        Ok(Ok(Control::Show(before_ns.unwrap_or(shown_ns))))
+    }
+
+    fn steered(&self, command: &Command) -> Result<Control, String> {
         match command.command_kind() {
             Some(CommandKind::Pause) => Ok(Control::Pause),
             Some(CommandKind::Play) => Ok(Control::Play),
             Some(CommandKind::Step) => Ok(Control::Step),
             Some(CommandKind::Speed) => Speed::from_number(command.number).map(Control::Speed),
-            Some(CommandKind::Seek) if self.options.emitters => Err(
+            Some(CommandKind::Seek | CommandKind::StepBack) if self.options.emitters => Err(
                 "poses that are made again are made in order: this replay answers pause, play, step and speed"
                     .to_owned(),
             ),
@@ -49,7 +114,7 @@ impl Replayer<'_> {
                     self.options.zero_ns.saturating_add(clock::seconds(command.number)),
                 ))
             }
-            _ => Err("the replayer answers pause, play, step, seek and speed".to_owned()),
+            _ => Err("the replayer answers pause, play, step, step back, seek, speed and moment".to_owned()),
         }
     }
 

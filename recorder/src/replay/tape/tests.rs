@@ -49,6 +49,19 @@ fn truths_come_behind_the_pose_that_was_published_before_them() {
 }
 
 #[test]
+fn the_pose_before_is_found_from_everywhere() {
+    let (_tmp, path) = written(&testing::finished(3, 10));
+    let mut tape = Tape::open(&path).unwrap();
+    let due = |seq: u64| testing::pose(seq).t_publish_ns;
+    for seq in [29_u64, 1, 15, 10, 0] {
+        let before = seq.checked_sub(1).map(due);
+        assert_eq!(tape.before(due(seq)).unwrap(), before, "{seq}");
+        assert_eq!(tape.peek().map(|moment| moment.pose.seq), Some(seq));
+    }
+    assert_eq!(tape.before(i64::MAX >> 3).unwrap(), Some(due(29)));
+}
+
+#[test]
 fn damage_is_passed_over() {
     // Cut off within the third chunk.
     let cut = testing::unfinished(2, 10).len() + 100;

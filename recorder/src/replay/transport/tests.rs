@@ -18,7 +18,7 @@ fn due(i: usize) -> i64 {
 impl Driven {
     fn new(speed: Speed, looping: bool) -> Self {
         Self {
-            transport: Transport::new([due(0), due(9)], speed, looping),
+            transport: Transport::new([due(0), due(9)], due(0), speed, looping),
             place: 0,
             now: 5_000_000 * MS,
             published: Vec::new(),
@@ -62,6 +62,24 @@ fn poses_go_out_when_the_clock_shows_their_stamp() {
             assert_eq!((at, shown), (expected, due(i)), "pose {i} at speed {times}");
         }
         assert_eq!(driven.transport.state(), ReplayState::Ended);
+    }
+}
+
+#[test]
+fn a_pose_that_is_to_be_shown_is_shown_and_nothing_behind_it() {
+    for ended in [false, true] {
+        let mut driven = Driven::new(Speed::Times(1.0), false);
+        let start = driven.now;
+        driven.drive(start + if ended { 1000 } else { 55 } * MS);
+        driven.published.clear();
+        driven.transport.control(Control::Show(due(3)), driven.now);
+        driven.drive(start + 2000 * MS);
+        assert_eq!(driven.places(), [3], "ended: {ended}");
+        assert_eq!(driven.transport.state(), ReplayState::Paused);
+        assert_eq!(driven.transport.law().at(driven.now), due(3));
+        driven.transport.control(Control::Step, driven.now);
+        driven.drive(start + 3000 * MS);
+        assert_eq!(driven.places(), [3, 4]);
     }
 }
 

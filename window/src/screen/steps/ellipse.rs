@@ -17,8 +17,11 @@ const CORNERS: usize = 64;
 /// The picture reaches so many times as far as what it shows.
 const MARGIN: f64 = 1.25;
 
-/// A picture: what it is called, the CT axes to the right and down with their signs, and the letters at its left and top.
-const PICTURES: [(&str, [(usize, f64); 2], [&str; 2]); 2] = [
+/// The CT axes to the right and down, with their signs.
+type Axes = [(usize, f64); 2];
+
+/// A picture: what it is called, its axes, and the letters at its left and top.
+const PICTURES: [(&str, Axes, [&str; 2]); 2] = [
     ("from the feet", [(0, 1.0), (1, 1.0)], ["R", "A"]),
     ("from the front", [(0, 1.0), (2, -1.0)], ["R", "S"]),
 ];
@@ -59,7 +62,7 @@ pub(super) fn show(ui: &Ui, told: &Steps, radius_mm: Option<f64>, room: Rect, (s
 
 fn drawn(
     ui: &Ui,
-    (told, axes): (&Steps, [(usize, f64); 2]),
+    (told, axes): (&Steps, Axes),
     (radius_mm, reach_mm): (Option<f64>, f64),
     square: Rect,
     sizes: &Sizes,
@@ -82,7 +85,7 @@ fn drawn(
 }
 
 /// The outline of the 95 % ellipse of a covariance (its upper triangle by rows) on two axes: `L (cos, sin)` with `L` its Cholesky factor.
-fn ellipse(upper: &[f64; 6], [(i, si), (j, sj)]: [(usize, f64); 2]) -> impl Iterator<Item = [f64; 2]> {
+fn ellipse(upper: &[f64; 6], [(i, si), (j, sj)]: Axes) -> impl Iterator<Item = [f64; 2]> {
     let place = |a: usize, b: usize| [[0, 1, 2], [1, 3, 4], [2, 4, 5]][a][b];
     let (xx, xy, yy) = (upper[place(i, i)], si * sj * upper[place(i, j)], upper[place(j, j)]);
     let l00 = xx.max(0.0).sqrt();

@@ -20,18 +20,29 @@ type Action = (&'static str, Key, Wish);
 
 fn always() -> Vec<Action> {
     vec![
+        ("Screenshot", Key::F9, Wish::Shot),
+        ("Views", Key::V, Wish::Views(Views::Local)),
+    ]
+}
+
+fn of_a_run() -> Vec<Action> {
+    vec![
         ("Target before", Key::PageUp, Wish::NextTarget { is_forward: false }),
         ("Next target", Key::PageDown, Wish::NextTarget { is_forward: true }),
         ("Mark", Key::Space, Wish::Mark),
-        ("Screenshot", Key::F9, Wish::Shot),
         ("Hold", Key::F6, Wish::Hold),
-        ("Views", Key::V, Wish::Views(Views::Local)),
     ]
 }
 
 fn of_a_replay() -> Vec<Action> {
     vec![
+        ("Mark before", Key::PageUp, Wish::NextMark { is_forward: false }),
+        ("Next mark", Key::PageDown, Wish::NextMark { is_forward: true }),
         ("Back 5 s", Key::ArrowLeft, Wish::Skip(-5)),
+        ("Pose before", Key::A, Wish::PoseBefore),
+        ("Slower", Key::Comma, Wish::Speed { is_faster: false }),
+        ("Faster", Key::Period, Wish::Speed { is_faster: true }),
+        ("Moment", Key::M, Wish::Moment),
         ("Pause", Key::P, Wish::Pause),
         ("Step", Key::S, Wish::OnePose),
         ("On 5 s", Key::ArrowRight, Wish::Skip(5)),
@@ -67,6 +78,7 @@ fn a_click_on_a_name_does_what_its_key_does() {
     cases.extend(
         always()
             .into_iter()
+            .chain(of_a_run())
             .map(|action| (navigation.clone(), Look::default(), action)),
     );
     let all = always().into_iter().chain(of_a_replay());
@@ -102,7 +114,10 @@ fn an_image_is_enlarged_by_its_name() {
 #[test]
 fn what_cannot_be_done_is_not_there() {
     let mut navigation = stage(sample(37.4, 1.3).model(), monitor([1920, 1080]), Look::default());
-    let absent = of_a_replay().into_iter().chain([
+    let absent = of_a_replay()
+        .into_iter()
+        .filter(|(_, key, _)| !matches!(key, Key::PageUp | Key::PageDown));
+    let absent = absent.chain([
         ("Follow", Key::Enter, Wish::Hold),
         ("All views", Key::Escape, Wish::Enlarge(None)),
     ]);

@@ -1,9 +1,13 @@
 //! Screens as they might be: one of each kind of state that the window knows.
 
 use std::fmt::Write as _;
+use std::rc::Rc;
 
 use bus::gather::Set;
-use bus::message::{Chosen, FrameState, Guide, Identity, IdentitySource, Lost, ToolPose, VolumeHash, Workflow};
+use bus::message::{
+    Chosen, ClockLaw, FrameState, Guide, Identity, IdentitySource, Lost, Timeline, TimelineColumn, TimelineMark,
+    ToolPose, VolumeHash, Workflow,
+};
 use geometry::Point;
 use guidance::workflow::Stage;
 
@@ -126,11 +130,52 @@ fn no_images() -> Sample {
     }
 }
 
-pub(super) fn replay() -> Sample {
+pub(in crate::screen) fn replay() -> Sample {
+    let law = ClockLaw {
+        first_ns: 1_000_000_000,
+        last_ns: 9_000_000_000,
+        zero_ns: 1_000_000_000,
+        speed: 1.0,
+        ..ClockLaw::default()
+    };
     Sample {
         is_replay: true,
+        law: Some(law),
+        timeline: Some(Rc::new(timeline())),
         ..sample(37.4, 1.3)
     }
+}
+
+/// Eight seconds: some of it lost, old or without an error, one error that is larger than all others, a part that is not read yet.
+fn timeline() -> Timeline {
+    let mut told = Timeline {
+        from_ns: 1_000_000_000,
+        column_ns: 10_000_000,
+        read_bytes: 75,
+        bytes: 100,
+        columns_count: 600,
+        marks_count: 2,
+        ..Timeline::default()
+    };
+    for (k, column) in told.columns.iter_mut().take(600).enumerate() {
+        column.states = match k {
+            200..=230 | 400 => TimelineColumn::LIVE | TimelineColumn::LOST,
+            231..=250 => TimelineColumn::STALE | TimelineColumn::LIVE,
+            300..=320 => TimelineColumn::NOT_READABLE,
+            350..=360 => TimelineColumn::LIVE | TimelineColumn::ERROR_UNKNOWN,
+            _ => TimelineColumn::LIVE,
+        };
+        let mm = 0.6 + 0.4 * (k as f64 / 40.0).sin();
+        let has_error = column.states == TimelineColumn::LIVE;
+        [0.9 * mm, mm]
+            .into_iter()
+            .filter(|_| has_error)
+            .for_each(|mm| column.error(mm));
+    }
+    told.columns[450].error(40.0);
+    told.marks[0] = TimelineMark::new(3_000_000_000, "at the entry");
+    told.marks[1] = TimelineMark::new(6_500_000_000, "biopsy taken");
+    told
 }
 
 fn simulated() -> Sample {
