@@ -4,7 +4,7 @@
 //!   checked and its body bounded ([`Limits`]) before anything is held for it. [`decode`] does the same with a whole message.
 //! * [`Message::encode`] writes one, the voxels of an image from where they lie.
 //! * [`Message::fields`] says all of a message as lines or as JSON.
-//! * [`rotation`], [`stamp`](StampWatch) and [`ToolStatus`] judge what is well-formed and yet not to be believed: numbers stay as they
+//! * [`rotation`], [`check_grid`], [`StampWatch`] and [`ToolStatus`] judge what is well-formed and yet not to be believed: numbers stay as they
 //!   came, and are measured.
 //! * [`session`]: what a client and a server do, as step functions.
 //!
@@ -33,6 +33,7 @@ mod encode;
 mod fault;
 pub mod fields;
 pub mod frame;
+mod grid;
 mod header;
 mod limits;
 mod malformed;
@@ -60,6 +61,7 @@ pub use body::words::{Command, Status};
 pub use decode::{Decoder, decode};
 pub use encode::Encoded;
 pub use fault::{Fault, SizeRule};
+pub use grid::{GridError, check_grid};
 pub use header::{HEADER_BYTES, Header, Version};
 pub use limits::{Limits, MOST_BODY};
 pub use malformed::{Malformed, Recovery};

@@ -38,7 +38,9 @@ fn headers_say_who_and_when() {
     checked("transform", |message| {
         assert_eq!((message.version, message.number), (Version::One, 0));
         assert_eq!(message.device, "DeviceName");
-        assert_eq!(message.stamp.ns(), 1_234_567_892_000_000_000);
+        // The library's tests fill in the fraction alone.
+        assert_eq!((message.stamp.seconds(), message.stamp.fraction()), (0, 1_234_567_892));
+        assert!(igtl::StampWatch::default().judge(message.stamp).is_err());
     });
     checked("transformFormat2", |message| {
         assert_eq!((message.version, message.number), (Version::Two, 1));
@@ -55,7 +57,7 @@ fn poses_have_their_numbers_in_place() {
             panic!("{message:?}")
         };
         assert_eq!(matrix.translation, [46.0531, 19.4709, 46.0531]);
-        assert_eq!(matrix.columns[0][0], -0.954_892_98);
+        assert_eq!(matrix.columns[0][0], -0.954_892);
         assert_eq!(matrix.rows()[1][3], 19.4709);
     });
     checked("position", |message| {
@@ -120,7 +122,7 @@ fn words_and_lists_are_read() {
         let Body::Command(command) = &message.body else {
             panic!("{message:?}")
         };
-        assert_eq!(command.number, 69);
+        assert_eq!(command.number, 5);
         assert_eq!(command.content.as_str(), Some("Start the tracking machine"));
     });
     checked("point", |message| {
