@@ -58,8 +58,8 @@ enum Stage {
 
 /// Takes a stream in pieces of any length and gives its messages, one after the other.
 ///
-/// Either hand it what came ([`Decoder::feed`]), or let it be read into the place where it is needed ([`Decoder::space`],
-/// [`Decoder::filled`], [`Decoder::take`]), which copies no byte. It holds at most a header and one body, and never has more room than
+/// Either hand it what came ([`Decoder::feed`]), many small messages at a time, or let it be read into the place where it is needed
+/// ([`Decoder::space`], [`Decoder::filled`], [`Decoder::take`]), which copies no byte of a volume. It holds at most a header and one body, and never has more room than
 /// twice what has come, or 64 KiB.
 #[derive(Debug, Clone)]
 pub struct Decoder {
@@ -68,6 +68,10 @@ pub struct Decoder {
     held: Vec<u8>,
     filled: usize,
     stage: Stage,
+    /// The byte of the stream at which the message begins that is being read.
+    start: u64,
+    /// The same of the one that was given last.
+    began: u64,
 }
 
 impl Decoder {
@@ -78,6 +82,8 @@ impl Decoder {
             held: Vec::new(),
             filled: 0,
             stage: Stage::Header,
+            start: 0,
+            began: 0,
         }
     }
 
@@ -91,6 +97,11 @@ impl Decoder {
             Stage::Skip(left) => *left,
             Stage::Closed(_) => 0,
         }
+    }
+
+    /// The byte of the stream at which the message began that was given last, or refused; before the first, 0.
+    pub const fn began(&self) -> u64 {
+        self.began
     }
 
     /// Whether a message has begun and is not whole: silence now is not the peer's rest.
@@ -178,6 +189,7 @@ impl Decoder {
             match parsed(came, &self.limits)? {
                 Ok(header) => self.stage = Stage::Body(header),
                 Err((malformed, skip)) => {
+                    self.next_message(skip.unwrap_or_default());
                     self.stage = match skip {
                         Some(0) => Stage::Header,
                         Some(body) => Stage::Skip(body),
@@ -196,9 +208,15 @@ impl Decoder {
         }
     }
 
+    fn next_message(&mut self, body: u64) {
+        self.began = self.start;
+        self.start = self.start.saturating_add(long(HEADER_BYTES)).saturating_add(body);
+    }
+
     /// The message of a header whose body is whole. From here on the next bytes are those of a header.
     fn given(&mut self, step: Result<Header, Malformed>) -> Result<Message<'_>, Malformed> {
         let header = step?;
+        self.next_message(header.body);
         let filled = std::mem::take(&mut self.filled);
         self.stage = Stage::Header;
         let body = self.held.get(..filled).unwrap_or_default();

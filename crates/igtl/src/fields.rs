@@ -3,7 +3,6 @@
 use std::fmt;
 
 use crate::name::{Name, shown};
-use crate::wire::long;
 
 /// A value of a field.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,7 +156,7 @@ whole!(u8, u16, u32, u64, i64);
 
 impl From<usize> for Value {
     fn from(number: usize) -> Self {
-        long(number).into()
+        Self::Whole(i128::try_from(number).unwrap_or(i128::MAX))
     }
 }
 

@@ -1,6 +1,7 @@
 //! A refused message: what is wrong with it, where, whose it was, and whether the stream can go on.
 
 use crate::fault::Fault;
+use crate::fields::Fields;
 use crate::name::{DeviceName, TypeName};
 
 /// What may be done with a stream after a message of it was refused.
@@ -37,6 +38,21 @@ fn named(kind: &TypeName) -> String {
 }
 
 impl Malformed {
+    /// All of it, by name.
+    pub fn fields(&self) -> Fields {
+        let mut fields = Fields::default();
+        fields.add("error", self.fault.to_string());
+        fields.add("type", &self.kind);
+        fields.add("device", &self.device);
+        fields.add("byte", self.at);
+        let goes_on = self.recovery == Recovery::NextMessage;
+        fields.add("stream", if goes_on { "goes on" } else { "closed" });
+        if let Some(advice) = self.advice() {
+            fields.add("advice", advice);
+        }
+        fields
+    }
+
     /// What a person can do about it, where there is something.
     pub const fn advice(&self) -> Option<&'static str> {
         match self.fault {

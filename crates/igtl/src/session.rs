@@ -11,11 +11,13 @@
 //! server sends version 1 until its client has spoken 2.
 
 mod client;
+mod rules;
 mod server;
 mod watch;
 
-pub use client::{Ask, Client, ClientRules, Speaks};
-pub use server::{Server, ServerRules};
+pub use client::Client;
+pub use rules::{Ask, ClientRules, ServerRules, Speaks};
+pub use server::Server;
 
 use crate::body::query::{Kind, Pace};
 use crate::body::words::Command;

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::rules::ServerRules;
 use super::watch::{Bounds, Watch};
 use super::{Action, Event, Notice, dressed};
 use crate::body::Body;
@@ -18,31 +19,6 @@ const ERROR: u8 = 1;
 /// Skipped types that are counted each by its name; those beyond are counted together.
 const MOST_TYPES: usize = 64;
 const NS_PER_MS: i64 = 1_000_000;
-
-/// What a server does for a client.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ServerRules {
-    /// What it sends once where it is asked (GET_).
-    pub answers: Vec<Kind>,
-    /// What it sends as a stream where it is asked (STT_).
-    pub streams: Vec<Kind>,
-    /// The longest time between two messages of a stream that a client may ask for, ms: a stream that never comes is none.
-    pub longest_ms: u32,
-    /// It closes where a message is not whole so long after it began, ns. A client that says nothing may stay.
-    pub stuck_ns: i64,
-}
-
-impl Default for ServerRules {
-    /// Tools and status; a message a minute at least; messages of at most 2 s.
-    fn default() -> Self {
-        Self {
-            answers: vec![Kind::Status, Kind::Capability, Kind::Tdata],
-            streams: vec![Kind::Tdata, Kind::Qtdata],
-            longest_ms: 60_000,
-            stuck_ns: 2_000_000_000,
-        }
-    }
-}
 
 /// A stream that a client has begun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

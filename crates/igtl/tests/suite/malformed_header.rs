@@ -239,4 +239,15 @@ fn errors_say_whose_message_it_was_and_where() {
         error.to_string(),
         "TRANSFORM from \"Device\", byte 58 of the message: a content of 47 bytes; it must have 48"
     );
+    let fields = error.fields();
+    assert_eq!(
+        fields.json(),
+        "{\"error\":\"a content of 47 bytes; it must have 48\",\"type\":\"TRANSFORM\",\"device\":\"Device\",\
+         \"byte\":58,\"stream\":\"goes on\"}"
+    );
+    assert!(
+        fields
+            .to_string()
+            .starts_with("error: a content of 47 bytes; it must have 48\n")
+    );
 }

@@ -70,6 +70,22 @@ fn it_says_how_many_bytes_it_wants_and_whether_a_message_has_begun() {
 }
 
 #[test]
+fn it_says_where_in_the_stream_a_message_began() {
+    let (bytes, one) = (mixed(), transform().to_vec().unwrap().len() as u64);
+    let (mut decoder, mut rest, mut began) = (Decoder::new(Limits::POSES), &bytes[..], Vec::new());
+    while decoder.feed(&mut rest).is_some() {
+        began.push(decoder.began());
+    }
+    let lengths = [0, one, 58 + 5, 58 + 300, one, 58, 58 + 69];
+    let mut at = 0;
+    let starts = lengths.map(|length| {
+        at += length;
+        at
+    });
+    assert_eq!(began, starts);
+}
+
+#[test]
 fn bytes_can_be_read_to_where_they_are_needed() {
     let bytes = mixed();
     let whole = stream(&bytes, &[bytes.len()], Limits::POSES);
