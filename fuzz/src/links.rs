@@ -59,9 +59,9 @@ fn stream(bytes: &[u8], piece: usize) {
                 return;
             }
         }
-        let within = decoder.is_within();
+        let come = decoder.come();
         drop((
-            client.step(Event::Tick { within }, now),
+            client.step(Event::Tick { come }, now),
             server.take_due(Kind::Tdata, now),
         ));
     }

@@ -58,9 +58,24 @@ enum Stage {
 
 /// Takes a stream in pieces of any length and gives its messages, one after the other.
 ///
-/// Either hand it what came ([`Decoder::feed`]), many small messages at a time, or let it be read into the place where it is needed
-/// ([`Decoder::space`], [`Decoder::filled`], [`Decoder::take`]), which copies no byte of a volume. It holds at most a header and one body, and never has more room than
-/// twice what has come, or 64 KiB.
+/// Either hand it what came ([`Decoder::feed`]), many small messages at a time; or let it be read into the place where it is needed,
+/// which copies no byte of a volume:
+///
+/// ```
+/// # fn read(mut stream: impl std::io::Read, mut decoder: igtl::Decoder) -> std::io::Result<()> {
+/// loop {
+///     while let Some(message) = decoder.take() {
+///         // An error with `Recovery::Close` ends both loops.
+/// #       drop(message);
+///     }
+///     let count = stream.read(decoder.space())?;
+///     decoder.filled(count);
+/// #   if count == 0 { return Ok(()) }
+/// }
+/// # }
+/// ```
+///
+/// It holds at most a header and one body, and makes room for no more than twice what has come of it, or 64 KiB.
 #[derive(Debug, Clone)]
 pub struct Decoder {
     limits: Limits,
@@ -88,7 +103,7 @@ impl Decoder {
     }
 
     /// How many bytes are needed for the next step: the rest of the header, of the body, or of what is thrown away. 0 once the stream
-    /// is closed.
+    /// is closed, and while a header or a body that is whole waits for [`Decoder::take`].
     pub fn wants(&self) -> u64 {
         let filled = long(self.filled);
         match &self.stage {
@@ -104,17 +119,19 @@ impl Decoder {
         self.began
     }
 
-    /// Whether a message has begun and is not whole: silence now is not the peer's rest.
-    pub const fn is_within(&self) -> bool {
-        match self.stage {
-            Stage::Header => self.filled > 0,
-            Stage::Body(_) | Stage::Skip(_) => true,
-            Stage::Closed(_) => false,
+    /// Bytes that have come of a message that is not whole; 0 between messages: silence then is the peer's rest.
+    pub fn come(&self) -> u64 {
+        let filled = long(self.filled);
+        match &self.stage {
+            Stage::Header => filled,
+            Stage::Body(_) => filled + long(HEADER_BYTES),
+            Stage::Skip(left) => self.start.saturating_sub(self.began).saturating_sub(*left),
+            Stage::Closed(_) => 0,
         }
     }
 
-    /// Room for bytes that come next: none once the stream is closed, else at least one and at most [`Decoder::wants`]. A message that
-    /// is whole must be taken first ([`Decoder::take`]).
+    /// Room for bytes that come next, at least one and at most [`Decoder::wants`], once [`Decoder::take`] has nothing more to say; none
+    /// where the stream is closed.
     pub fn space(&mut self) -> &mut [u8] {
         let wanted = usize::try_from(self.wants()).unwrap_or(usize::MAX);
         let had = self.held.len().saturating_sub(self.filled);

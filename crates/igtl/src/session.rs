@@ -37,9 +37,11 @@ pub enum Event<'a> {
     Refused(&'a Malformed),
     /// Time went by.
     Tick {
-        /// Whether a message has begun and is not whole: [`crate::Decoder::is_within`].
-        within: bool,
+        /// Bytes of a message that has begun and is not whole, 0 between messages: [`crate::Decoder::come`].
+        come: u64,
     },
+    /// The connection is gone, whoever closed it.
+    Closed,
 }
 
 /// What is to be done. All of it concerns this connection alone.
@@ -134,10 +136,12 @@ pub enum Reason {
         /// How long.
         ns: i64,
     },
-    /// A message has begun and does not end.
-    #[error("a message was not whole {ns} ns after it began")]
+    /// A message has begun and comes too slowly.
+    #[error("{come} bytes of a message in {ns} ns")]
     Stuck {
-        /// How long.
+        /// How many bytes.
+        come: u64,
+        /// In how long.
         ns: i64,
     },
     /// Too many messages one after the other were refused.

@@ -38,6 +38,7 @@ impl Client {
         let bounds = Bounds {
             silent_ns: Some(rules.silent_ns),
             stuck_ns: rules.stuck_ns,
+            least_rate: rules.least_rate,
         };
         Self {
             rules,
@@ -73,6 +74,7 @@ impl Client {
             Event::Received(message) => self.received(message, &mut actions),
             Event::Refused(_) => {}
             Event::Tick { .. } => self.tick(now_ns, &mut actions),
+            Event::Closed => actions.extend(self.closed()),
         }
         actions
     }
@@ -110,6 +112,18 @@ impl Client {
     fn beat(&mut self, now_ns: i64) -> Action {
         self.beat_ns = now_ns;
         dressed(DeviceName::EMPTY, Body::Query(Query::Get(Kind::Status)), self.version)
+    }
+
+    /// What a connection without a message says of the version that its server reads.
+    fn closed(&mut self) -> Option<Action> {
+        self.awaited.clear();
+        if self.rules.speaks != Speaks::Auto || self.heard {
+            return None;
+        }
+        let fell_back = self.fell_back;
+        // Neither version was answered: the server was not there at all, and may read version 2 when it is.
+        self.fell_back = self.version == Version::Two;
+        (self.fell_back && !fell_back).then_some(Action::Tell(Notice::FellBack))
     }
 
     fn fallen_back(&mut self, now_ns: i64) -> Option<Vec<Action>> {

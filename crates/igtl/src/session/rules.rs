@@ -4,6 +4,8 @@ use crate::body::query::{Kind, Pace};
 use crate::name::DeviceName;
 
 const SECOND_NS: i64 = 1_000_000_000;
+/// Bytes per second of a message that takes long: a poor network's, far from that of a peer that holds a connection for nothing.
+const LEAST_RATE: u64 = 64 << 10;
 
 /// Which version of headers a server is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,8 +16,8 @@ pub enum Speaks {
     One,
     /// 1 until the server speaks 2.
     Follow,
-    /// 2 at first; where no whole message comes in time, 1 from the next connection on. Not for servers where a person confirms every
-    /// connection.
+    /// 2 at first; where no message comes in time, or the server closes without one, 1 at the next connection, and from then on if
+    /// that is answered; else 2 again. Not for servers where a person confirms every connection.
     Auto,
 }
 
@@ -41,16 +43,18 @@ pub struct ClientRules {
     pub answer_ns: i64,
     /// It sends GET_STATUS this often, ns, so that a peer that is gone is found out; `None` for never.
     pub heartbeat_ns: Option<i64>,
-    /// It closes after so long without a whole message, ns.
+    /// It closes after so long without a message, ns.
     pub silent_ns: i64,
-    /// It closes where a message is not whole so long after it began, ns.
+    /// How long a message may take, whatever its length, ns.
     pub stuck_ns: i64,
+    /// It closes where a message that takes longer comes at less than this rate, bytes per second.
+    pub least_rate: u64,
     /// With [`Speaks::Auto`]: how long a server that was sent version 2 may be silent, ns.
     pub auto_ns: i64,
 }
 
 impl Default for ClientRules {
-    /// Asks for nothing; a heartbeat and answers within 1 s, silence of at most 3 s, messages of at most 2 s.
+    /// Asks for nothing; a heartbeat and answers within 1 s, silence of at most 3 s, messages of 2 s or at 64 KiB/s.
     fn default() -> Self {
         Self {
             speaks: Speaks::Follow,
@@ -59,6 +63,7 @@ impl Default for ClientRules {
             heartbeat_ns: Some(SECOND_NS),
             silent_ns: 3 * SECOND_NS,
             stuck_ns: 2 * SECOND_NS,
+            least_rate: LEAST_RATE,
             auto_ns: SECOND_NS,
         }
     }
@@ -73,18 +78,21 @@ pub struct ServerRules {
     pub streams: Vec<Kind>,
     /// The longest time between two messages of a stream that a client may ask for, ms: a stream that never comes is none.
     pub longest_ms: u32,
-    /// It closes where a message is not whole so long after it began, ns. A client that says nothing may stay.
+    /// How long a message may take, whatever its length, ns. A client that says nothing may stay.
     pub stuck_ns: i64,
+    /// It closes where a message that takes longer comes at less than this rate, bytes per second.
+    pub least_rate: u64,
 }
 
 impl Default for ServerRules {
-    /// Tools and status; a message a minute at least; messages of at most 2 s.
+    /// Tools and status; a message a minute at least; messages of 2 s or at 64 KiB/s.
     fn default() -> Self {
         Self {
             answers: vec![Kind::Status, Kind::Capability, Kind::Tdata],
             streams: vec![Kind::Tdata, Kind::Qtdata],
             longest_ms: 60_000,
             stuck_ns: 2 * SECOND_NS,
+            least_rate: LEAST_RATE,
         }
     }
 }

@@ -43,6 +43,7 @@ impl Server {
         let bounds = Bounds {
             silent_ns: None,
             stuck_ns: rules.stuck_ns,
+            least_rate: rules.least_rate,
         };
         Self {
             rules,
@@ -89,7 +90,7 @@ impl Server {
         match (self.watch.step(&event, now_ns), event) {
             (Some(action), _) => vec![action],
             (None, Event::Received(message)) => self.received(message),
-            (None, Event::Connected) => {
+            (None, Event::Connected | Event::Closed) => {
                 (self.version, self.streams) = (Version::One, BTreeMap::new());
                 Vec::new()
             }

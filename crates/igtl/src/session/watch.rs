@@ -6,20 +6,30 @@ use crate::malformed::{Malformed, Recovery};
 /// So many refused messages one after the other close a connection.
 const MOST_REFUSED: u32 = 3;
 
-/// Time limits of a connection, ns; `None` for none.
+/// Time limits of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Bounds {
-    /// From one whole message to the next.
+    /// From one whole message to the beginning of the next, ns; `None` for no limit.
     pub(crate) silent_ns: Option<i64>,
-    /// From the first byte of a message, as far as ticks tell, to its last.
+    /// How long a message may take, as far as ticks tell, whatever its length, ns.
     pub(crate) stuck_ns: i64,
+    /// One that takes longer must come at this rate, bytes per second.
+    pub(crate) least_rate: u64,
+}
+
+impl Bounds {
+    /// Whether so many bytes in so long are too few.
+    fn is_stuck(&self, come: u64, ns: i64) -> bool {
+        let needed = i128::from(self.least_rate) * i128::from(ns) / 1_000_000_000;
+        ns > self.stuck_ns && i128::from(come) < needed
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Watch {
     bounds: Bounds,
     heard_ns: i64,
-    within_since_ns: Option<i64>,
+    begun_ns: Option<i64>,
     refused: u32,
 }
 
@@ -28,7 +38,7 @@ impl Watch {
         Self {
             bounds,
             heard_ns: now_ns,
-            within_since_ns: None,
+            begun_ns: None,
             refused: 0,
         }
     }
@@ -46,13 +56,14 @@ impl Watch {
                 None
             }
             Event::Refused(malformed) => Some(self.refused(malformed, now_ns)),
-            Event::Tick { within } => self.tick(*within, now_ns),
+            Event::Tick { come } => self.tick(*come, now_ns),
+            Event::Closed => None,
         }
     }
 
     fn heard(&mut self, now_ns: i64) {
         self.heard_ns = now_ns;
-        self.within_since_ns = None;
+        self.begun_ns = None;
     }
 
     fn refused(&mut self, malformed: &Malformed, now_ns: i64) -> Action {
@@ -68,16 +79,13 @@ impl Watch {
         }
     }
 
-    fn tick(&mut self, within: bool, now_ns: i64) -> Option<Action> {
-        if within {
-            let since = *self.within_since_ns.get_or_insert(now_ns);
-            let ns = now_ns.saturating_sub(since);
-            if ns > self.bounds.stuck_ns {
-                return Some(Action::Close(Reason::Stuck { ns }));
-            }
-        } else {
-            self.within_since_ns = None;
+    fn tick(&mut self, come: u64, now_ns: i64) -> Option<Action> {
+        if come > 0 {
+            let ns = now_ns.saturating_sub(*self.begun_ns.get_or_insert(now_ns));
+            let is_stuck = self.bounds.is_stuck(come, ns);
+            return is_stuck.then_some(Action::Close(Reason::Stuck { come, ns }));
         }
+        self.begun_ns = None;
         let ns = now_ns.saturating_sub(self.heard_ns);
         let is_silent = self.bounds.silent_ns.is_some_and(|limit| ns > limit);
         is_silent.then_some(Action::Close(Reason::Silent { ns }))

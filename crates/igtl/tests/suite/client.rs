@@ -47,7 +47,7 @@ fn answer(kind: Kind, status: u8) -> Message<'static> {
 }
 
 fn tick(client: &mut Client, now: i64) -> Vec<Action> {
-    client.step(Event::Tick { within: false }, now)
+    client.step(Event::Tick { come: 0 }, now)
 }
 
 #[test]
@@ -152,13 +152,41 @@ fn a_server_that_falls_silent_after_two_is_sent_one_from_then_on() {
         let actions = client.step(Event::Connected, connection * 10 * SECOND);
         assert!(sent(&actions).iter().all(|(_, version)| *version == Version::One));
     }
-    // One that answers is sent version 2 for ever.
+    // One that answers is sent version 2 for ever; a connection that breaks says nothing then.
     let mut client = Client::new(rules(Speaks::Auto));
     client.step(Event::Connected, 0);
     client.step(Event::Received(&answer(Kind::Tdata, 0)), SECOND / 2);
     tick(&mut client, 2 * SECOND);
+    client.step(Event::Closed, 3 * SECOND);
     client.step(Event::Connected, 20 * SECOND);
     assert_eq!(client.version(), Version::Two);
+}
+
+#[test]
+fn a_server_that_answers_neither_version_is_tried_with_both_again() {
+    let mut client = Client::new(rules(Speaks::Auto));
+    let mut versions = Vec::new();
+    for connection in 0..4 {
+        client.step(Event::Connected, connection * SECOND);
+        versions.push(client.version());
+        let told = told(&client.step(Event::Closed, connection * SECOND + MS));
+        assert_eq!(told.contains(&Notice::FellBack), client.version() == Version::Two);
+    }
+    assert_eq!(versions, [Version::Two, Version::One, Version::Two, Version::One]);
+    // One that answers version 1 is sent it for ever.
+    for connection in 5..8 {
+        client.step(Event::Connected, connection * SECOND);
+        if client.version() == Version::One {
+            client.step(Event::Received(&answer(Kind::Tdata, 0)), connection * SECOND);
+        }
+        client.step(Event::Closed, connection * SECOND + MS);
+    }
+    for connection in 8..12 {
+        client.step(Event::Connected, connection * SECOND);
+        assert_eq!(client.version(), Version::One);
+        client.step(Event::Received(&answer(Kind::Tdata, 0)), connection * SECOND);
+        client.step(Event::Closed, connection * SECOND + MS);
+    }
 }
 
 #[test]
@@ -181,11 +209,30 @@ fn a_peer_that_sends_a_byte_now_and_then_is_closed() {
     let mut client = Client::new(rules(Speaks::One));
     client.step(Event::Connected, 0);
     client.step(Event::Received(&answer(Kind::Tdata, 0)), SECOND);
-    let within = Event::Tick { within: true };
-    client.step(within, SECOND);
-    client.step(within, 3 * SECOND);
-    let actions = client.step(within, 3 * SECOND + 1);
-    assert_eq!(actions, [Action::Close(Reason::Stuck { ns: 2 * SECOND + 1 })]);
+    for (come, at) in [(1, SECOND), (2, 2 * SECOND), (3, 3 * SECOND)] {
+        let actions = client.step(Event::Tick { come }, at);
+        assert!(!actions.iter().any(|action| matches!(action, Action::Close(_))));
+    }
+    let ns = 2 * SECOND + 1;
+    let actions = client.step(Event::Tick { come: 4 }, SECOND + ns);
+    assert_eq!(actions, [Action::Close(Reason::Stuck { come: 4, ns })]);
+}
+
+#[test]
+fn a_volume_may_take_its_time_and_is_no_silence() {
+    let mut client = Client::new(rules(Speaks::One));
+    client.step(Event::Connected, 0);
+    let a_tenth = |ms: u64| Event::Tick { come: 1 + ms * 70 };
+    for ms in (0..60_000).step_by(100) {
+        let actions = client.step(a_tenth(ms), ms as i64 * MS);
+        assert!(
+            !actions.iter().any(|action| matches!(action, Action::Close(_))),
+            "{ms}: {actions:?}"
+        );
+    }
+    // At less than 64 KiB/s it is held up.
+    let actions = client.step(Event::Tick { come: 60_000 * 65 }, 60_000 * MS);
+    assert!(matches!(actions[..], [Action::Close(Reason::Stuck { .. })]));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A server's session with one client, driven by hand.
 
 use igtl::session::{Action, Event, Notice, Reason, Server, ServerRules};
-use igtl::{Body, Command, DeviceName, Kind, Message, Name, Pace, Query, Text, TypeName, Version};
+use igtl::{Body, Command, Kind, Message, Name, Pace, Query, Text, TypeName, Version};
 
 use crate::support::{device, name, transform};
 
@@ -162,12 +162,16 @@ fn what_is_not_read_is_skipped_and_counted_up_to_a_bound() {
 #[test]
 fn a_client_may_say_nothing_but_not_half_a_message() {
     let mut server = accepted();
-    assert_eq!(server.step(Event::Tick { within: false }, i64::MAX), []);
-    let within = Event::Tick { within: true };
-    assert_eq!(server.step(within, 0), []);
-    assert_eq!(server.step(within, 2000 * MS), []);
+    assert_eq!(server.step(Event::Tick { come: 0 }, i64::MAX), []);
+    let begun = Event::Tick { come: 57 };
+    assert_eq!(server.step(begun, 0), []);
+    assert_eq!(server.step(begun, 2000 * MS), []);
     let ns = 2000 * MS + 1;
-    assert_eq!(server.step(within, ns), [Action::Close(Reason::Stuck { ns })]);
-    server.step(Event::Connected, 0);
-    assert_eq!((server.version(), DeviceName::EMPTY.is_empty()), (Version::One, true));
+    assert_eq!(server.step(begun, ns), [Action::Close(Reason::Stuck { come: 57, ns })]);
+    received(
+        &mut server,
+        &query(Query::Start(Kind::Tdata, pace(0))).in_version(Version::Two),
+    );
+    server.step(Event::Closed, ns);
+    assert_eq!((server.version(), server.pace(Kind::Tdata)), (Version::One, None));
 }

@@ -57,16 +57,31 @@ proptest! {
 }
 
 #[test]
-fn it_says_how_many_bytes_it_wants_and_whether_a_message_has_begun() {
+fn it_says_how_many_bytes_it_wants_and_how_many_of_a_message_have_come() {
     let bytes = transform().to_vec().unwrap();
     let mut decoder = Decoder::new(Limits::POSES);
-    assert_eq!((decoder.wants(), decoder.is_within()), (58, false));
+    assert_eq!((decoder.wants(), decoder.come()), (58, 0));
     assert!(decoder.feed(&mut &bytes[..50]).is_none());
-    assert_eq!((decoder.wants(), decoder.is_within()), (8, true));
+    assert_eq!((decoder.wants(), decoder.come()), (8, 50));
     assert!(decoder.feed(&mut &bytes[50..58]).is_none());
     assert_eq!(decoder.wants(), (bytes.len() - HEADER_BYTES) as u64);
-    assert!(decoder.feed(&mut &bytes[58..]).unwrap().is_ok());
-    assert_eq!((decoder.wants(), decoder.is_within()), (58, false));
+    assert!(decoder.feed(&mut &bytes[58..60]).is_none());
+    assert_eq!(decoder.come(), 60);
+    assert!(decoder.feed(&mut &bytes[60..]).unwrap().is_ok());
+    assert_eq!((decoder.wants(), decoder.come()), (58, 0));
+}
+
+#[test]
+fn what_is_thrown_away_is_counted_too() {
+    let bytes = framed(1, b"TRANSFORM", b"a\nb", &[0; 300]);
+    let mut decoder = Decoder::new(Limits::POSES);
+    let mut rest = &bytes[..100];
+    assert!(decoder.feed(&mut rest).unwrap().is_err());
+    assert_eq!((decoder.come(), decoder.wants(), rest.len()), (58, 300, 42));
+    assert!(decoder.feed(&mut rest).is_none());
+    assert_eq!((decoder.come(), decoder.wants()), (100, 258));
+    assert!(decoder.feed(&mut &bytes[100..]).is_none());
+    assert_eq!((decoder.come(), decoder.wants()), (0, 58));
 }
 
 #[test]
