@@ -29,7 +29,8 @@ use query::Query;
 use tracking::{Placed, Tool};
 use words::{Command, Status};
 
-/// What a message says. The voxels of an image, and the content of a message that is passed on unread, are borrowed from where they lie.
+/// What a message says. The voxels of an image, and the content of a message that is passed on unread, are borrowed
+/// from where they lie.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Body<'a> {
     /// TRANSFORM: one pose; the device is its name.

@@ -1,10 +1,10 @@
-//! CRC-64 of ECMA-182 over the body of a message: polynomial `0x42F0E1EBA9EA3693`, most significant bit first, register 0 at the
-//! start, nothing added at the end. The check value of `123456789` is `0x6C40DF5F0B497347`.
+//! CRC-64 of ECMA-182 over the body of a message: polynomial `0x42F0E1EBA9EA3693`, most significant bit first, register
+//! 0 at the start, nothing added at the end. The check value of `123456789` is `0x6C40DF5F0B497347`.
 //!
-//! [`Crc64`] takes sixteen bytes at a time by sixteen tables (32 KiB): table `k` holds the CRC of one byte with `k` zero bytes behind
-//! it, so the sixteen contributions of a block are independent and add up by exclusive or. One block still waits for the one before;
-//! so longer bodies are taken on two lanes at once, whose CRCs are joined by tables of what 2048 zero bytes do. Equal to the definition
-//! bit by bit ([`bitwise`]), which the tests hold it against.
+//! [`Crc64`] takes sixteen bytes at a time by sixteen tables (32 KiB): table `k` holds the CRC of one byte with `k`
+//! zero bytes behind it, so the sixteen contributions of a block are independent and add up by exclusive or. One block
+//! still waits for the one before; so longer bodies are taken on two lanes at once, whose CRCs are joined by tables of
+//! what 2048 zero bytes do. Equal to the definition bit by bit ([`bitwise`]), which the tests hold it against.
 
 const POLYNOMIAL: u64 = 0x42F0_E1EB_A9EA_3693;
 const SLICES: usize = 16;

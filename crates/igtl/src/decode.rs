@@ -8,7 +8,8 @@ use crate::message::Message;
 use crate::name::{DeviceName, TypeName};
 use crate::wire::long;
 
-/// How much room a body is given before any of it has come: what a peer announces costs it as many bytes as it costs us.
+/// How much room a body is given before any of it has come: what a peer announces costs it as many bytes as it costs
+/// us.
 const FIRST_ROOM: usize = 64 << 10;
 
 /// The first message of some bytes, and how many of them it took.
@@ -58,8 +59,8 @@ enum Stage {
 
 /// Takes a stream in pieces of any length and gives its messages, one after the other.
 ///
-/// Either hand it what came ([`Decoder::feed`]), many small messages at a time; or let it be read into the place where it is needed,
-/// which copies no byte of a volume:
+/// Either hand it what came ([`Decoder::feed`]), many small messages at a time; or let it be read into the place where
+/// it is needed, which copies no byte of a volume:
 ///
 /// ```
 /// # fn read(mut stream: impl std::io::Read, mut decoder: igtl::Decoder) -> std::io::Result<()> {
@@ -102,8 +103,8 @@ impl Decoder {
         }
     }
 
-    /// How many bytes are needed for the next step: the rest of the header, of the body, or of what is thrown away. 0 once the stream
-    /// is closed, and while a header or a body that is whole waits for [`Decoder::take`].
+    /// How many bytes are needed for the next step: the rest of the header, of the body, or of what is thrown away. 0
+    /// once the stream is closed, and while a header or a body that is whole waits for [`Decoder::take`].
     pub fn wants(&self) -> u64 {
         let filled = long(self.filled);
         match &self.stage {
@@ -130,8 +131,8 @@ impl Decoder {
         }
     }
 
-    /// Room for bytes that come next, at least one and at most [`Decoder::wants`], once [`Decoder::take`] has nothing more to say; none
-    /// where the stream is closed.
+    /// Room for bytes that come next, at least one and at most [`Decoder::wants`], once [`Decoder::take`] has nothing
+    /// more to say; none where the stream is closed.
     pub fn space(&mut self) -> &mut [u8] {
         let wanted = usize::try_from(self.wants()).unwrap_or(usize::MAX);
         let had = self.held.len().saturating_sub(self.filled);
@@ -167,8 +168,8 @@ impl Decoder {
         Some(self.given(step))
     }
 
-    /// Takes bytes from the front of `bytes` until there is something to say; `None` once all were taken. Ask again until it says
-    /// `None`, or an error whose [`Malformed::recovery`] is [`Recovery::Close`].
+    /// Takes bytes from the front of `bytes` until there is something to say; `None` once all were taken. Ask again
+    /// until it says `None`, or an error whose [`Malformed::recovery`] is [`Recovery::Close`].
     pub fn feed(&mut self, bytes: &mut &[u8]) -> Option<Result<Message<'_>, Malformed>> {
         let step = loop {
             if let Some(step) = self.advance() {
@@ -241,8 +242,8 @@ impl Decoder {
     }
 }
 
-/// The header in what has come, `None` where that is too little to tell; or what is wrong with it, and the length of the body behind
-/// which the stream goes on.
+/// The header in what has come, `None` where that is too little to tell; or what is wrong with it, and the length of
+/// the body behind which the stream goes on.
 fn parsed(came: &[u8], limits: &Limits) -> Option<Result<Header, (Malformed, Option<u64>)>> {
     if came.len() >= 2
         && let Err(malformed) = version_of(came)

@@ -8,8 +8,8 @@ use crate::message::{EXTENDED_BYTES, Message};
 use crate::metadata::Metadata;
 use crate::wire::{counted, long};
 
-/// A message as bytes, in three pieces to be sent one after the other, in one call: some readers lose their place in a stream when a
-/// header comes in two.
+/// A message as bytes, in three pieces to be sent one after the other, in one call: some readers lose their place in a
+/// stream when a header comes in two.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Encoded<'a> {
     head: Vec<u8>,
@@ -43,8 +43,9 @@ impl Message<'_> {
     /// Its bytes, for a peer that reads its version.
     ///
     /// # Errors
-    /// What a reader would refuse: numbers that are not finite, an image whose voxels are more or fewer than it says, a tool or a key
-    /// twice, texts longer than their field, metadata in version 1, a body of more than [`MOST_BODY`] bytes.
+    /// What a reader would refuse: numbers that are not finite, an image whose voxels are more or fewer than it says, a
+    /// tool or a key twice, texts longer than their field, metadata in version 1, a body of more than [`MOST_BODY`]
+    /// bytes.
     pub fn encode(&self) -> Result<Encoded<'_>, Fault> {
         let mut head = vec![0; HEADER_BYTES];
         let (index, values) = match self.version {

@@ -108,7 +108,8 @@ pub enum Fault {
         /// The bound.
         most: u64,
     },
-    /// A key twice, or a tool twice: nobody can say which of them holds. Long names that are cut to 20 bytes become equal.
+    /// A key twice, or a tool twice: nobody can say which of them holds. Long names that are cut to 20 bytes become
+    /// equal.
     #[error("{what} {shown:?} twice; each may stand once")]
     Twice {
         /// What is named.

@@ -28,7 +28,8 @@ pub enum GridError {
 
 /// The lengths of a voxel along i, j, k in mm, of an image whose steps are at right angles and right-handed.
 ///
-/// Steps of length 1 may be voxels of a millimetre, or those of a sender who sends directions alone: the message does not tell.
+/// Steps of length 1 may be voxels of a millimetre, or those of a sender who sends directions alone: the message does
+/// not tell.
 ///
 /// # Errors
 /// See [`GridError`]; `allowed_degrees` is how far two steps may be off a right angle.

@@ -9,8 +9,8 @@
 //! | 42..50 | bytes of the body |
 //! | 50..58 | CRC of the body |
 //!
-//! Version 2 (protocol 3) has an extended header and metadata inside the body. A reader of version 1 alone cannot skip such a message:
-//! which version a peer is sent is a property of the peer.
+//! Version 2 (protocol 3) has an extended header and metadata inside the body. A reader of version 1 alone cannot skip
+//! such a message: which version a peer is sent is a property of the peer.
 
 use crate::fault::Fault;
 use crate::limits::{Limits, MOST_BODY};
@@ -68,8 +68,8 @@ impl Header {
     /// Reads one, and bounds the body that it announces.
     ///
     /// # Errors
-    /// [`Fault::Protocol`], [`Fault::Version`], [`Fault::TypeName`] and [`Fault::BodyLimit`], after which the stream must be closed;
-    /// [`Fault::NameByte`] of the device, after which it can go on.
+    /// [`Fault::Protocol`], [`Fault::Version`], [`Fault::TypeName`] and [`Fault::BodyLimit`], after which the stream
+    /// must be closed; [`Fault::NameByte`] of the device, after which it can go on.
     pub fn parse(bytes: &[u8; HEADER_BYTES], limits: &Limits) -> Result<Self, Malformed> {
         let version = version_of(bytes)?;
         let mut reader = Reader::new(bytes.get(2..).unwrap_or_default(), TYPE_AT);
@@ -164,7 +164,8 @@ fn sizes(bytes: &[u8], limits: &Limits) -> Result<(Stamp, u64, u64), Refusal> {
     Ok((stamp, body, reader.u64()?))
 }
 
-/// The length of the body that a header announces, whatever else is wrong with it; `None` where it is beyond the limits.
+/// The length of the body that a header announces, whatever else is wrong with it; `None` where it is beyond the
+/// limits.
 pub(crate) fn body_of(bytes: &[u8; HEADER_BYTES], limits: &Limits) -> Option<u64> {
     sizes(bytes, limits).ok().map(|(_, body, _)| body)
 }

@@ -1,15 +1,16 @@
 //! Floor 1: OpenIGTLink, as bytes, as types and as sessions. No input or output, no clock.
 //!
-//! * [`Decoder`] takes a stream in pieces and gives [`Message`]s, or what is wrong by name ([`Malformed`], [`Fault`]): a header is
-//!   checked and its body bounded ([`Limits`]) before anything is held for it. [`decode`] does the same with a whole message.
+//! * [`Decoder`] takes a stream in pieces and gives [`Message`]s, or what is wrong by name ([`Malformed`], [`Fault`]):
+//!   a header is checked and its body bounded ([`Limits`]) before anything is held for it. [`decode`](fn@decode) does
+//!   the same with a whole message.
 //! * [`Message::encode`] writes one, the voxels of an image from where they lie.
 //! * [`Message::fields`] says all of a message as lines or as JSON.
-//! * [`rotation`], [`check_grid`], [`StampWatch`] and [`ToolStatus`] judge what is well-formed and yet not to be believed: numbers stay as they
-//!   came, and are measured.
+//! * [`rotation`], [`check_grid`], [`StampWatch`] and [`ToolStatus`] judge what is well-formed and yet not to be
+//!   believed: numbers stay as they came, and are measured.
 //! * [`session`]: what a client and a server do, as step functions.
 //!
-//! The facts of the wire are those of the protocol's documents (version 3) and of the C++ library OpenIGTLink 3. Lengths are mm, places
-//! in frames that the peers agree on; patients are RAS on the wire ([`frame`]). Times are ns.
+//! The facts of the wire are those of the protocol's documents (version 3) and of the C++ library OpenIGTLink 3.
+//! Lengths are mm, places in frames that the peers agree on; patients are RAS on the wire ([`frame`]). Times are ns.
 //!
 //! ```
 //! use igtl::{Body, DeviceName, Decoder, Limits, Matrix, Message};

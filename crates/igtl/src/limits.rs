@@ -5,8 +5,8 @@ pub const MOST_BODY: u64 = (1 << 31) - 1;
 
 /// Bounds of what is read; they are checked before anything is allocated for it.
 ///
-/// A decoder holds at most 58 bytes and one body. Whatever is made of a body while it is decoded is at most twice its content,
-/// and its metadata besides (of [`Limits::metadata_entries`] and [`Limits::metadata_bytes`]).
+/// A decoder holds at most 58 bytes and one body. Whatever is made of a body while it is decoded is at most twice its
+/// content, and its metadata besides (of [`Limits::metadata_entries`] and [`Limits::metadata_bytes`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of a body, at most [`MOST_BODY`]. A longer one closes the stream.

@@ -12,8 +12,8 @@ use crate::name::DeviceName;
 use crate::stamp::Stamp;
 use crate::wire::{Reader, long};
 
-/// Bytes of the extended header of a message of version 2: `u16` its own length, `u16` of the index of the metadata, `u32` of keys and
-/// values, `u32` number of the message.
+/// Bytes of the extended header of a message of version 2: `u16` its own length, `u16` of the index of the metadata,
+/// `u32` of keys and values, `u32` number of the message.
 pub(crate) const EXTENDED_BYTES: u16 = 12;
 
 /// A message, whole and with the right CRC.
@@ -153,24 +153,19 @@ fn read<'a>(header: &Header, body: &'a [u8], limits: &Limits) -> Result<Message<
 /// Extended header, content and metadata of a body of version 2.
 fn take_apart<'a>(body: &'a [u8], start: u64, limits: &Limits) -> Result<Parts<'a>, Refusal> {
     let mut reader = Reader::new(body, start);
-    let least = u64::from(EXTENDED_BYTES);
-    let extended = |found| Refusal {
-        fault: Fault::ExtendedHeader {
-            found,
-            least,
-            most: reader.size(),
-        },
+    let (least, most) = (u64::from(EXTENDED_BYTES), reader.size());
+    let bad = |found| Refusal {
+        fault: Fault::ExtendedHeader { found, least, most },
         at: start,
     };
-    if reader.size() < least {
-        return Err(extended(reader.size()));
+    if most < least {
+        return Err(bad(most));
     }
-    let bad = extended;
-    let mut head = Reader::new(reader.clone().take(least)?, start);
+    let mut head = reader.clone();
     let said = u64::from(head.u16()?);
     let (index, values) = (u64::from(head.u16()?), u64::from(head.u32()?));
     let number = head.u32()?;
-    if said < least || said > reader.size() {
+    if said < least || said > most {
         return Err(bad(said));
     }
     // A later protocol may have a longer one; what it adds is not known here.

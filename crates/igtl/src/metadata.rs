@@ -1,7 +1,7 @@
 //! Metadata: keys with texts, behind the content of a message whose header has version 2.
 //!
-//! An index of `u16` entries, each `u16` bytes of key, `u16` character set (MIBenum), `u32` bytes of value; then key and value of each,
-//! one after the other.
+//! An index of `u16` entries, each `u16` bytes of key, `u16` character set (MIBenum), `u32` bytes of value; then key
+//! and value of each, one after the other.
 
 use std::collections::BTreeSet;
 

@@ -2,11 +2,13 @@
 
 use std::fmt;
 
-/// A name as it lies on the wire: `N` bytes, those behind the first zero being none of it. A name of all `N` bytes has no zero.
+/// A name as it lies on the wire: `N` bytes, those behind the first zero being none of it. A name of all `N` bytes has
+/// no zero.
 ///
-/// There are two kinds by what may stand in them. *Names* of types, devices, tools and frames are printable ASCII (space to `~`), as
-/// the protocol says. *Labels* of points, images and patients are made by people in whatever character set, so any byte but a control
-/// character may stand in them. Neither can end a line of a log or begin an escape of a terminal.
+/// There are two kinds by what may stand in them. *Names* of types, devices, tools and frames are printable ASCII
+/// (space to `~`), as the protocol says. *Labels* of points, images and patients are made by people in whatever
+/// character set, so any byte but a control character may stand in them. Neither can end a line of a log or begin an
+/// escape of a terminal.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Name<const N: usize>([u8; N]);
 
@@ -161,8 +163,8 @@ impl<const N: usize> PartialEq<&str> for Name<N> {
     }
 }
 
-/// Any bytes as one line of text that a terminal and a log may be given: what is not UTF-8 becomes U+FFFD, control characters
-/// (and those that turn the direction of writing) are escaped.
+/// Any bytes as one line of text that a terminal and a log may be given: what is not UTF-8 becomes U+FFFD, control
+/// characters (and those that turn the direction of writing) are escaped.
 pub(crate) fn shown(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     let mut line = String::with_capacity(text.len());

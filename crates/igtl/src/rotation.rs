@@ -17,7 +17,8 @@ pub enum RotationError {
     /// A column without length: what an empty or a broken message gives.
     #[error("a column of the matrix has length 0")]
     Zero,
-    /// The hand of the frames differs: RAS taken for LPS on one side with an odd number of axes turned, or a mirrored tracker.
+    /// The hand of the frames differs: RAS taken for LPS on one side with an odd number of axes turned, or a mirrored
+    /// tracker.
     #[error("the matrix mirrors (determinant {determinant:.6})")]
     Mirrors {
         /// The determinant.
@@ -29,7 +30,8 @@ pub enum RotationError {
         /// The mean length of the columns.
         scale: f64,
     },
-    /// Not at right angles or of different lengths: rows taken for columns together with the place, or numbers of something else.
+    /// Not at right angles or of different lengths: rows taken for columns together with the place, or numbers of
+    /// something else.
     #[error("the matrix is off a rotation by {deviation:.3e}; allowed is {allowed:.3e}")]
     Off {
         /// [`Deviation::orthonormal`].
@@ -82,8 +84,8 @@ pub fn deviation(columns: &[[f32; 3]; 3]) -> Deviation {
 /// A rotation that was sent transposed is a rotation, and cannot be told from one that was not.
 ///
 /// # Errors
-/// What it is instead, by the first of [`RotationError::Zero`], [`RotationError::Mirrors`], [`RotationError::Scales`] (columns of one
-/// length and at right angles, but for `allowed` of that length) and [`RotationError::Off`].
+/// What it is instead, by the first of [`RotationError::Zero`], [`RotationError::Mirrors`], [`RotationError::Scales`]
+/// (columns of one length and at right angles, but for `allowed` of that length) and [`RotationError::Off`].
 pub fn check(columns: &[[f32; 3]; 3], allowed: f64) -> Result<Deviation, RotationError> {
     let measured = deviation(columns);
     let [a, b, c] = measured.lengths;

@@ -1,14 +1,14 @@
 //! What a client and a server do, as step functions: an event and the time go in, what is to be done comes out.
 //!
-//! A session knows no socket. Its driver reads bytes into a [`crate::Decoder`], hands over what that says as an [`Event`], carries out
-//! the [`Action`]s, and hands over [`Event::Tick`] at least as often as a time limit is to be kept. Times are ns of any clock that does
-//! not go back.
+//! A session knows no socket. Its driver reads bytes into a [`crate::Decoder`], hands over what that says as an
+//! [`Event`], carries out the [`Action`]s, and hands over [`Event::Tick`] at least as often as a time limit is to be
+//! kept. Times are ns of any clock that does not go back.
 //!
 //! # Which version a peer is sent
 //!
-//! A header of version 2 ends the session of a peer that reads version 1 alone: its body stays in the stream and is taken for headers.
-//! A PLUS server states the status of tools only to who has sent it a message of version 2. So [`Speaks`] is told or found out, and a
-//! server sends version 1 until its client has spoken 2.
+//! A header of version 2 ends the session of a peer that reads version 1 alone: its body stays in the stream and is
+//! taken for headers. A PLUS server states the status of tools only to who has sent it a message of version 2. So
+//! [`Speaks`] is told or found out, and a server sends version 1 until its client has spoken 2.
 
 mod client;
 mod rules;

@@ -1,7 +1,7 @@
 //! Stamps: seconds since 1970 (UTC, by the sender's clock) with a binary fraction, and what may be wrong with them.
 
-/// A time of the sender: the upper 32 bits are seconds, the lower 32 their fraction in steps of 2^-32 s (233 ps). 0 means that there
-/// is none.
+/// A time of the sender: the upper 32 bits are seconds, the lower 32 their fraction in steps of 2^-32 s (233 ps). 0
+/// means that there is none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Stamp(pub u64);
 
@@ -11,10 +11,12 @@ impl Stamp {
     /// No time.
     pub const NONE: Self = Self(0);
 
-    /// Of nanoseconds since 1970; `None` after February 2106, where 32 bits of seconds end. [`Stamp::ns`] gives `ns` back exactly.
+    /// Of nanoseconds since 1970; `None` after February 2106, where 32 bits of seconds end. [`Stamp::ns`] gives `ns`
+    /// back exactly.
     pub fn of_ns(ns: u64) -> Option<Self> {
         let seconds = u32::try_from(ns / NS).ok()?;
-        // Rounded up, a step of the fraction being shorter than a nanosecond: rounding down on the way back meets the same one.
+        // Rounded up, a step of the fraction being shorter than a nanosecond: rounding down on the way back meets the
+        // same one.
         let fraction = ((ns % NS) << 32).div_ceil(NS);
         Some(Self((u64::from(seconds) << 32) | fraction))
     }
@@ -35,7 +37,8 @@ impl Stamp {
     }
 }
 
-/// Why a stamp is not to be believed. Such a message is well-formed: its time of arrival is all that is known of its time.
+/// Why a stamp is not to be believed. Such a message is well-formed: its time of arrival is all that is known of its
+/// time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum StampError {
     /// The sender states none.

@@ -1,7 +1,8 @@
 //! What a sender says of a tool beside its pose: metadata of version 2, in the words of PLUS.
 //!
-//! The keys are `TransformStatus` of a TRANSFORM or POSITION, and `<tool>Status` of a TDATA, whose tool names are cut to 20 bytes while
-//! these keys are not. A sender that says nothing has said nothing: it is for the receiver to know whether that means a good pose.
+//! The keys are `TransformStatus` of a TRANSFORM or POSITION, and `<tool>Status` of a TDATA, whose tool names are cut
+//! to 20 bytes while these keys are not. A sender that says nothing has said nothing: it is for the receiver to know
+//! whether that means a good pose.
 
 use crate::metadata::Metadata;
 

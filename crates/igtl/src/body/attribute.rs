@@ -1,4 +1,10 @@
 //! Numbers at the points or cells of a POLYDATA.
+//!
+//! The C++ library (3.x) is at one with the protocol about scalars, vectors, normals and tensors at points. Colours,
+//! texture coordinates and whatever belongs to cells it writes and reads with nine numbers each, as if they were
+//! tensors, and fills up what it does not have with what lies in its memory. Such vectors, normals and colours are
+//! refused here by their number of components; and who sends to that library does well to send it the first four kinds
+//! at points alone.
 
 use crate::fault::Fault;
 use crate::fields::Fields;
@@ -93,7 +99,8 @@ impl Attribute {
     }
 
     pub(crate) fn read_all(reader: &mut Reader<'_>, count: u32, limits: &Limits) -> Result<Vec<Self>, Refusal> {
-        // An attribute without a value is seven bytes on the wire and ten times that here: their number needs a bound of its own.
+        // An attribute without a value is seven bytes on the wire and ten times that here: their number needs a bound
+        // of its own.
         if count > limits.elements {
             return Err(reader.refuse(Fault::TooMany {
                 what: "attributes",

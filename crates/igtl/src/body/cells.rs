@@ -4,7 +4,8 @@ use crate::fault::{Fault, SizeRule};
 use crate::malformed::Refusal;
 use crate::wire::{Reader, long};
 
-/// Cells, each of some points by their numbers. Held as on the wire: the number of points of a cell, then the points, cell by cell.
+/// Cells, each of some points by their numbers. Held as on the wire: the number of points of a cell, then the points,
+/// cell by cell.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Cells {
     count: u32,

@@ -3,15 +3,16 @@
 //! | bytes | what |
 //! |---|---|
 //! | 0..2 | version of this header, 1 |
-//! | 2, 3, 4, 5 | components of a voxel; their [`Scalar`]; byte order of the voxels, 1 big or 2 little; space, 1 RAS or 2 LPS |
+//! | 2, 3 | components of a voxel; their [`Scalar`] |
+//! | 4, 5 | byte order of the voxels, 1 big or 2 little; space, 1 RAS or 2 LPS |
 //! | 6..12 | voxels along i, j, k |
 //! | 12..48 | the steps of i, j, k in mm, as vectors: their lengths are the voxel's |
 //! | 48..60 | the middle of the whole image, mm |
 //! | 60..72 | first voxel and size of the box that is sent |
 //!
-//! The middle is that of the centres of the voxels, `(n - 1) / 2` steps from the first along each axis; 3D Slicer and pyigtl agree on
-//! it. The flag of the space says what its sender wrote: Slicer and the C++ library take every image for RAS, pyigtl says LPS unless
-//! told otherwise. Who receives an image must know its sender.
+//! The middle is that of the centres of the voxels, `(n - 1) / 2` steps from the first along each axis; 3D Slicer and
+//! pyigtl agree on it. The flag of the space says what its sender wrote: Slicer and the C++ library take every image
+//! for RAS, pyigtl says LPS unless told otherwise. Who receives an image must know its sender.
 
 use std::borrow::Cow;
 

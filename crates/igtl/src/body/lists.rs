@@ -71,8 +71,8 @@ pub(crate) fn point_fields(points: &[Landmark], fields: &mut Fields) {
     }
 }
 
-/// An image of an IMGMETA, 260 bytes: name (64), device (20), modality (32), patient (64), patient's number (64), stamp (8), voxels (6),
-/// scalar (1), nothing (1).
+/// An image of an IMGMETA, 260 bytes: name (64), device (20), modality (32), patient (64), patient's number (64), stamp
+/// (8), voxels (6), scalar (1), nothing (1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageEntry {
     /// What a person calls it.

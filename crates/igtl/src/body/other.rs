@@ -1,7 +1,7 @@
 //! Messages that are passed on unread: their types are known, or not, and their content is kept as it came.
 //!
-//! Where the protocol says how long a content of a type must be, it is held against that, so that a wrong one is told apart from one
-//! that nobody reads.
+//! Where the protocol says how long a content of a type must be, it is held against that, so that a wrong one is told
+//! apart from one that nobody reads.
 
 use crate::fault::SizeRule;
 use crate::malformed::Refusal;

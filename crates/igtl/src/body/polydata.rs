@@ -1,9 +1,9 @@
 //! POLYDATA: a surface, as VTK's polygonal data: points, lists of cells that name them, and numbers at points or cells.
 //!
-//! Ten `u32`: points; for vertices, lines, polygons and strips of triangles the number of cells and the bytes of their list; attributes.
-//! Then the points (three `f32` each), the four lists (each cell a `u32` number of points and their indices), a head of 6 bytes for each
-//! attribute (`u8` kind, `u8` components, `u32` values), their names, each ended by a zero and all together padded to an even number
-//! of bytes, and their numbers as `f32`.
+//! Ten `u32`: points; for vertices, lines, polygons and strips of triangles the number of cells and the bytes of their
+//! list; attributes. Then the points (three `f32` each), the four lists (each cell a `u32` number of points and their
+//! indices), a head of 6 bytes for each attribute (`u8` kind, `u8` components, `u32` values), their names, each ended
+//! by a zero and all together padded to an even number of bytes, and their numbers as `f32`.
 
 use super::attribute::Attribute;
 use super::cells::Cells;

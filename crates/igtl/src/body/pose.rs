@@ -1,8 +1,9 @@
 //! Poses on the wire: a matrix of twelve numbers, or a place with a quaternion.
 //!
-//! A TRANSFORM `AToB` maps places in `A` to places in `B`, in millimetres. The protocol does not say which frames these are; patients
-//! are RAS (x to the right, y to the front, z to the head). Numbers stay here as they stand on the wire: nothing is made a rotation that
-//! is none ([`crate::rotation`] measures it), and nothing is turned ([`crate::frame`] does it).
+//! A TRANSFORM `AToB` maps places in `A` to places in `B`, in millimetres. The protocol does not say which frames these
+//! are; patients are RAS (x to the right, y to the front, z to the head). Numbers stay here as they stand on the wire:
+//! nothing is made a rotation that is none ([`crate::rotation`] measures it), and nothing is turned ([`crate::frame`]
+//! does it).
 
 use crate::fault::Fault;
 use crate::fields::Fields;

@@ -1,7 +1,7 @@
 //! GET_, STT_, STP_ and RTS_: asking once, asking for a stream, ending it, and the answer to the last two.
 //!
-//! All are empty but STT_TDATA and STT_QTDATA (36 bytes: `u32` ms between two messages at least, name of a frame (32)) and RTS_ (one
-//! byte: 0 is success). A GET_ is answered by the message itself.
+//! All are empty but STT_TDATA and STT_QTDATA (36 bytes: `u32` ms between two messages at least, name of a frame (32))
+//! and RTS_ (one byte: 0 is success). A GET_ is answered by the message itself.
 
 use crate::fault::{Fault, SizeRule};
 use crate::fields::Fields;

@@ -1,8 +1,8 @@
-//! TDATA and QTDATA: the tools of one instant. A tool that is not seen is left out by the protocol; PLUS sends it with its last matrix
-//! and says so in the metadata ([`crate::tool_status`]).
+//! TDATA and QTDATA: the tools of one instant. A tool that is not seen is left out by the protocol; PLUS sends it with
+//! its last matrix and says so in the metadata ([`crate::tool_status`]).
 //!
-//! Each tool of a TDATA has 70 bytes: name (20), kind (1), nothing (1), matrix (48). Of a QTDATA 50: name, kind, nothing, place (12),
-//! quaternion `x y z w` (16).
+//! Each tool of a TDATA has 70 bytes: name (20), kind (1), nothing (1), matrix (48). Of a QTDATA 50: name, kind,
+//! nothing, place (12), quaternion `x y z w` (16).
 
 use std::collections::BTreeSet;
 

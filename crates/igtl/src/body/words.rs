@@ -140,9 +140,11 @@ pub(crate) fn text_fields(text: &Text, fields: &mut Fields) {
     fields.add("text", text.to_string());
 }
 
-/// COMMAND, and RTS_COMMAND, which answers one of the same number: `u32` number, name (128), `u16` character set, `u32` bytes, text.
+/// COMMAND, and RTS_COMMAND, which answers one of the same number: `u32` number, name (128), `u16` character set, `u32`
+/// bytes, text.
 ///
-/// In an answer the C++ library puts words about an error in the place of the name; further answers are in the metadata.
+/// In an answer the C++ library puts words about an error in the place of the name; further answers are in the
+/// metadata.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Command {
     /// The asker's number of it.

@@ -4,7 +4,8 @@ use crate::body::query::{Kind, Pace};
 use crate::name::DeviceName;
 
 const SECOND_NS: i64 = 1_000_000_000;
-/// Bytes per second of a message that takes long: a poor network's, far from that of a peer that holds a connection for nothing.
+/// Bytes per second of a message that takes long: a poor network's, far from that of a peer that holds a connection for
+/// nothing.
 const LEAST_RATE: u64 = 64 << 10;
 
 /// Which version of headers a server is sent.
@@ -16,8 +17,8 @@ pub enum Speaks {
     One,
     /// 1 until the server speaks 2.
     Follow,
-    /// 2 at first; where no message comes in time, or the server closes without one, 1 at the next connection, and from then on if
-    /// that is answered; else 2 again. Not for servers where a person confirms every connection.
+    /// 2 at first; where no message comes in time, or the server closes without one, 1 at the next connection, and from
+    /// then on if that is answered; else 2 again. Not for servers where a person confirms every connection.
     Auto,
 }
 
@@ -76,7 +77,8 @@ pub struct ServerRules {
     pub answers: Vec<Kind>,
     /// What it sends as a stream where it is asked (STT_).
     pub streams: Vec<Kind>,
-    /// The longest time between two messages of a stream that a client may ask for, ms: a stream that never comes is none.
+    /// The longest time between two messages of a stream that a client may ask for, ms: a stream that never comes is
+    /// none.
     pub longest_ms: u32,
     /// How long a message may take, whatever its length, ns. A client that says nothing may stay.
     pub stuck_ns: i64,

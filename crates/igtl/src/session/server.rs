@@ -1,5 +1,5 @@
-//! The side that is dialled: one session for each client. It knows what the client reads and what it has asked for; what it is sent,
-//! and when, the driver knows.
+//! The side that is dialled: one session for each client. It knows what the client reads and what it has asked for;
+//! what it is sent, and when, the driver knows.
 
 use std::collections::BTreeMap;
 
@@ -69,8 +69,8 @@ impl Server {
         self.streams.get(&kind).map(|stream| stream.pace)
     }
 
-    /// Whether a message of this stream is to be sent now: the client has begun it, and the last one is as long ago as it asked for.
-    /// Saying yes, it takes it for sent.
+    /// Whether a message of this stream is to be sent now: the client has begun it, and the last one is as long ago as
+    /// it asked for. Saying yes, it takes it for sent.
     pub fn take_due(&mut self, kind: Kind, now_ns: i64) -> bool {
         let Some(stream) = self.streams.get_mut(&kind) else {
             return false;

@@ -102,9 +102,10 @@ fn rows_taken_for_columns_are_seen_where_the_place_comes_among_them() {
 #[test]
 fn a_quaternion_has_length_one() {
     assert_eq!(check_quaternion(&[0.0; 4], ALLOWED), Err(RotationError::ZeroQuaternion));
-    assert!(
-        matches!(check_quaternion(&[0.0, 0.577, 0.577, 0.333], ALLOWED), Err(RotationError::Length { length, .. }) if length < 0.9)
-    );
+    assert!(matches!(
+        check_quaternion(&[0.0, 0.577, 0.577, 0.333], ALLOWED),
+        Err(RotationError::Length { length, .. }) if length < 0.9
+    ));
     assert!(check_quaternion(&[0.5, -0.5, 0.5, 0.5], 1e-6).is_ok());
 }
 
@@ -132,9 +133,10 @@ fn a_grid_is_right_handed_and_at_right_angles() {
     let left = [steps[1], steps[0], steps[2]];
     assert_eq!(check_grid(&image(left, Space::Ras), 0.01), Err(GridError::LeftHanded));
     let tilted = [steps[0], [0.0, 0.5, 0.1], steps[2]];
-    assert!(
-        matches!(check_grid(&image(tilted, Space::Ras), 0.01), Err(GridError::Sheared { axes: "j and k", degrees, .. }) if (degrees - 11.31).abs() < 0.01)
-    );
+    assert!(matches!(
+        check_grid(&image(tilted, Space::Ras), 0.01),
+        Err(GridError::Sheared { axes: "j and k", degrees, .. }) if (degrees - 11.31).abs() < 0.01
+    ));
     let flat = [steps[0], steps[1], [0.0; 3]];
     assert_eq!(
         check_grid(&image(flat, Space::Ras), 0.01),

@@ -90,7 +90,8 @@ pub(crate) fn refused(bytes: &[u8]) -> Malformed {
     whole
 }
 
-/// Everything that a stream says, handed over in pieces of these lengths, over and over; ends with an error that closes it.
+/// Everything that a stream says, handed over in pieces of these lengths, over and over; ends with an error that closes
+/// it.
 pub(crate) fn stream(bytes: &[u8], pieces: &[usize], limits: Limits) -> Vec<Result<Message<'static>, Malformed>> {
     let mut decoder = Decoder::new(limits);
     let (mut said, mut rest) = (Vec::new(), bytes);
