@@ -62,7 +62,8 @@ pub struct Image<'a> {
     pub offset: [u16; 3],
     /// The voxels of the box along i, j, k.
     pub size: [u16; 3],
-    /// The voxels of the box, i fastest, as they stand on the wire.
+    /// The voxels of the box, i fastest, as they stand on the wire. They are counted, not looked at: those of floats
+    /// may be NaN.
     pub voxels: Cow<'a, [u8]>,
 }
 

@@ -152,6 +152,19 @@ fn a_text_of_other_characters_is_kept_and_shown_in_one_line() {
         (text.as_str(), text.to_string()),
         (None, "Pr\u{fffd}f\\u{1b}\\nx".to_owned())
     );
+    // Bytes that are not of the character set that is stated are no text of it.
+    let text = |encoding: u8, bytes: &[u8]| {
+        let content = [&[0, encoding, 0, bytes.len() as u8][..], bytes].concat();
+        let Body::String(text) = accepted("STRING", &content) else {
+            panic!()
+        };
+        text.as_str().map(str::to_owned)
+    };
+    assert_eq!((text(3, "ä".as_bytes()), text(3, b"a")), (None, Some("a".to_owned())));
+    assert_eq!(
+        (text(106, "ä".as_bytes()), text(106, b"\xe4")),
+        (Some("ä".to_owned()), None)
+    );
     let Body::Status(status) = accepted("STATUS", &[&[0; 30][..], b"all is well"].concat()) else {
         panic!()
     };
