@@ -26,6 +26,8 @@ pub struct Client {
     fell_back: bool,
     /// A whole message has come on this connection.
     heard: bool,
+    /// One of version 2 has.
+    heard_two: bool,
     connected_ns: i64,
     beat_ns: i64,
     awaited: Vec<Awaited>,
@@ -45,6 +47,7 @@ impl Client {
             version: Version::One,
             fell_back: false,
             heard: false,
+            heard_two: false,
             connected_ns: 0,
             beat_ns: 0,
             awaited: Vec::new(),
@@ -85,7 +88,8 @@ impl Client {
             Speaks::Auto if !self.fell_back => Version::Two,
             Speaks::One | Speaks::Follow | Speaks::Auto => Version::One,
         };
-        (self.heard, self.connected_ns, self.beat_ns) = (false, now_ns, now_ns);
+        (self.heard, self.heard_two) = (false, false);
+        (self.connected_ns, self.beat_ns) = (now_ns, now_ns);
         self.awaited.clear();
         let asks = self.rules.asks.clone();
         let mut actions: Vec<Action> = asks.iter().map(|ask| self.asked(ask, now_ns)).collect();
@@ -114,16 +118,25 @@ impl Client {
         dressed(DeviceName::EMPTY, Body::Query(Query::Get(Kind::Status)), self.version)
     }
 
-    /// What a connection without a message says of the version that its server reads.
+    /// What a connection that is over says of the version that its server reads. One that sends version 1 unasked may
+    /// have spoken before it fell silent at our version 2; with version 1 nothing is lost of what it says.
     fn closed(&mut self) -> Option<Action> {
         self.awaited.clear();
-        if self.rules.speaks != Speaks::Auto || self.heard {
+        if self.rules.speaks != Speaks::Auto {
             return None;
         }
-        let fell_back = self.fell_back;
-        // Neither version was answered: the server was not there at all, and may read version 2 when it is.
-        self.fell_back = self.version == Version::Two;
-        (self.fell_back && !fell_back).then_some(Action::Tell(Notice::FellBack))
+        match self.version {
+            Version::Two if !self.heard_two && !self.fell_back => {
+                self.fell_back = true;
+                Some(Action::Tell(Notice::FellBack))
+            }
+            // Neither version was answered: the server was not there at all, and may read version 2 when it is.
+            Version::One if !self.heard => {
+                self.fell_back = false;
+                None
+            }
+            _ => None,
+        }
     }
 
     fn fallen_back(&mut self, now_ns: i64) -> Option<Vec<Action>> {
@@ -141,6 +154,7 @@ impl Client {
 
     fn received(&mut self, message: &Message<'_>, actions: &mut Vec<Action>) {
         self.heard = true;
+        self.heard_two |= message.version == Version::Two;
         let rises = self.rules.speaks == Speaks::Follow && self.version == Version::One;
         if rises && message.version == Version::Two {
             self.version = Version::Two;

@@ -17,8 +17,9 @@ pub enum Speaks {
     One,
     /// 1 until the server speaks 2.
     Follow,
-    /// 2 at first; where no message comes in time, or the server closes without one, 1 at the next connection, and from
-    /// then on if that is answered; else 2 again. Not for servers where a person confirms every connection.
+    /// 2 at first. Where no message comes in time, or the connection ends before one of version 2 came, 1 at the next
+    /// connection, and from then on if anything comes; else 2 again. Not for servers where a person confirms every
+    /// connection.
     Auto,
 }
 

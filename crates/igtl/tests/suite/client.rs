@@ -155,11 +155,27 @@ fn a_server_that_falls_silent_after_two_is_sent_one_from_then_on() {
     // One that answers is sent version 2 for ever; a connection that breaks says nothing then.
     let mut client = Client::new(rules(Speaks::Auto));
     client.step(Event::Connected, 0);
-    client.step(Event::Received(&answer(Kind::Tdata, 0)), SECOND / 2);
+    client.step(
+        Event::Received(&answer(Kind::Tdata, 0).in_version(Version::Two)),
+        SECOND / 2,
+    );
     tick(&mut client, 2 * SECOND);
     client.step(Event::Closed, 3 * SECOND);
     client.step(Event::Connected, 20 * SECOND);
     assert_eq!(client.version(), Version::Two);
+}
+
+#[test]
+fn a_server_that_spoke_one_before_it_fell_silent_is_sent_one_too() {
+    let mut client = Client::new(rules(Speaks::Auto));
+    client.step(Event::Connected, 0);
+    client.step(Event::Received(&transform().in_version(Version::One)), MS);
+    let ns = 3 * SECOND + 1;
+    assert_eq!(tick(&mut client, MS + ns), [Action::Close(Reason::Silent { ns })]);
+    let told = told(&client.step(Event::Closed, 4 * SECOND));
+    assert_eq!(told, [Notice::FellBack]);
+    client.step(Event::Connected, 5 * SECOND);
+    assert_eq!(client.version(), Version::One);
 }
 
 #[test]
