@@ -1,4 +1,5 @@
-//! Random bytes for every parser of what comes from outside: files that a person chooses, and messages of the bus.
+//! Random bytes for every parser of what comes from outside: files that a person chooses, messages of the bus, and streams
+//! of localizers.
 //!
 //! A target takes any bytes and may refuse them, but neither panics nor takes more memory or time than what is good for a
 //! file of that length. `cargo test -p trocar-fuzz` gives each its seeds and some thousands of mutations; `cargo xtask fuzz`
@@ -6,6 +7,7 @@
 
 mod calibrations;
 mod folder;
+mod links;
 mod messages;
 mod mutate;
 mod recordings;
@@ -31,7 +33,7 @@ pub struct Target {
 pub type Failure = Box<dyn std::error::Error>;
 
 /// All of them.
-pub const TARGETS: [Target; 14] = [
+pub const TARGETS: [Target; 15] = [
     target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
     target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
     target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
@@ -46,6 +48,7 @@ pub const TARGETS: [Target; 14] = [
     target("image", calibrations::image, calibrations::images),
     target("run", messages::run, messages::runs),
     target("message", messages::message, messages::seeds),
+    target("igtl", links::igtl, links::igtl_seeds),
 ];
 
 const fn target(name: &'static str, take: fn(&[u8]), seeds: fn() -> Result<Vec<Vec<u8>>, Failure>) -> Target {

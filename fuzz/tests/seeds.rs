@@ -45,6 +45,11 @@ fn messages_and_runs_survive_damage() {
 }
 
 #[test]
+fn links_survive_damage() {
+    swept(&["igtl"]);
+}
+
+#[test]
 fn each_target_is_swept() {
-    assert_eq!(TARGETS.len(), 14);
+    assert_eq!(TARGETS.len(), 15);
 }
