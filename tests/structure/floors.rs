@@ -55,7 +55,12 @@ const WALLS: &[(&str, &str)] = &[
 ];
 
 /// Crates that may name these libraries and no others.
-const SPARE: &[(&str, &[&str])] = &[("chance", &[]), ("fit", &[]), ("geometry", &["nalgebra", "serde"]), ("igtl", &["thiserror"])];
+const SPARE: &[(&str, &[&str])] = &[
+    ("chance", &[]),
+    ("fit", &[]),
+    ("geometry", &["nalgebra", "serde"]),
+    ("igtl", &["thiserror"]),
+];
 
 /// The longest file, lines: a thought may need more than a screen, and no more than a few.
 const MAX_LINES: usize = 700;

@@ -15,6 +15,8 @@ use x11rb::rust_connection::RustConnection;
 
 use crate::code::Place;
 use crate::sizes::Screen;
+#[cfg(test)]
+pub(crate) use keys::is_reached;
 use keys::{Keyboard, Released};
 use memory::Shared;
 

@@ -118,7 +118,7 @@ impl Window {
         self.feed.take(ports)?;
         match self.asked.hear() {
             Ok(None) => {}
-            Ok(Some(words)) => self.tell(format!("written: {words}")),
+            Ok(Some(words)) => self.tell(format!("written: {words}"), true),
             Err(why) => self.say(why),
         }
         let now = self.now();
@@ -236,12 +236,12 @@ impl Window {
     /// Why a wish was refused stands on the screen for a while.
     fn say(&mut self, why: String) {
         bus::stderr_line!("window: {why}");
-        self.tell(why);
+        self.tell(why, false);
     }
 
-    /// The same of what was done.
-    fn tell(&mut self, words: String) {
-        self.look.note = words;
+    /// Words for a while: of what was done, or of a refusal.
+    fn tell(&mut self, words: String, is_done: bool) {
+        (self.look.note, self.look.is_done) = (words, is_done);
         self.said_until_ns = self.process.clock().now_ns() + clock::ns(SAID);
     }
 

@@ -20,7 +20,7 @@ use bus::message::StepWish;
 use egui::{Context, FontData, FontDefinitions, FontFamily, TextureId, Ui};
 
 use crate::colours;
-use crate::model::{Cell, Model};
+use crate::model::{Cell, Model, Tone};
 use crate::sizes::{Screen, Sizes, smallest};
 pub(crate) use bar::Band;
 pub use bar::Shown;
@@ -103,6 +103,8 @@ pub struct Look {
     pub only_sight: bool,
     /// Why the last wish was refused; not kept.
     pub note: String,
+    /// The note is of something that was done, and not of a refusal; not kept.
+    pub is_done: bool,
 }
 
 /// What the painter has to know of one frame beside the shapes.
@@ -163,7 +165,8 @@ pub fn show(ui: &mut Ui, model: &Model, screen: Screen, look: &Look) -> Outcome 
         return outcome;
     };
     let room = {
-        let (sizes, note) = (&sizes, look.note.as_str());
+        let tone = if look.is_done { Tone::Quiet } else { Tone::Warning };
+        let (sizes, note) = (&sizes, (look.note.as_str(), tone));
         Band { model, sizes, note }.show(ui, &mut outcome.words)
     };
     // Its watcher takes one window of a run for the run's: the sight alone is not to be taken for the window with the images.

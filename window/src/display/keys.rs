@@ -17,10 +17,12 @@ pub(super) struct Keyboard {
 }
 
 /// The keys that the screen knows beside letters and digits, by the X keysym of their first sign.
-const KEYS: [(u32, Key); 30] = [
+const KEYS: [(u32, Key); 32] = [
     (0x0020, Key::Space),
     (0x002b, Key::Plus),
+    (0x002c, Key::Comma),
     (0x002d, Key::Minus),
+    (0x002e, Key::Period),
     (0x003d, Key::Equals),
     (0x005b, Key::OpenBracket),
     (0x005d, Key::CloseBracket),
@@ -57,6 +59,12 @@ fn key_of(sign: u32) -> Option<Key> {
         let sign = char::from_u32(sign).filter(char::is_ascii_alphanumeric)?;
         Key::from_name(&sign.to_ascii_uppercase().to_string())
     })
+}
+
+/// Whether some sign is that of this key: what no sign leads to works in tests alone.
+#[cfg(test)]
+pub(crate) fn is_reached(key: Key) -> bool {
+    (0x20..0x10000).any(|sign| key_of(sign) == Some(key))
 }
 
 /// The letter of a sign: Latin 1 stands for itself, the rest of Unicode above a million (X11, appendix A).

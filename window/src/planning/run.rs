@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::os::fd::AsFd;
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::time::Duration;
 
 use bus::clock;
@@ -239,8 +240,9 @@ impl Planning {
                 .filter(|(header, _)| Some(header.stamp.volume()) == hash)
         };
         let images = std::array::from_fn(header);
+        // The images that are laid out, whatever comes before they are painted.
         let frames: Vec<_> = (0..CUTS.len())
-            .filter_map(|cut| Some((cut, looks.frame(cut)?)))
+            .filter_map(|cut| Some((cut, Rc::clone(looks.frame(cut)?))))
             .collect();
         let frames: Vec<_> = frames.iter().filter_map(|(cut, frame)| image(*cut, frame)).collect();
         let events = (self.next_events(), clock::ms(now_ns) / 1000.0);

@@ -19,7 +19,7 @@ use super::camera::{CUTS, Cut};
 use super::desk::Desk;
 use super::labels::Beside;
 use super::placed::Placed;
-use crate::model::Model;
+use crate::model::{Model, Tone};
 use crate::screen::Band;
 use crate::screen::words::{self, Words};
 use crate::sizes::{Screen, Sizes, smallest};
@@ -113,7 +113,7 @@ pub(crate) fn show(ui: &mut Ui, known: &Known<'_>, desk: &mut Desk, screen: Scre
     let band = Band {
         model: known.model,
         sizes: &sizes,
-        note: &desk.note,
+        note: (&desk.note, Tone::Warning),
     };
     outcome.code = Some(band.show(ui, &mut outcome.words));
     let rooms = rooms(&sizes, desk.enlarged);
@@ -138,7 +138,7 @@ pub(crate) fn waiting(ui: &Ui, model: &Model, screen: Screen) -> Outcome {
     let mut outcome = Outcome::default();
     match Sizes::of(screen, CUTS.len()) {
         Some(sizes) => {
-            let (sizes, note) = (&sizes, "");
+            let (sizes, note) = (&sizes, ("", Tone::Quiet));
             outcome.code = Some(Band { model, sizes, note }.show(ui, &mut outcome.words));
         }
         None => words::too_small(ui, screen, smallest(CUTS.len()), &mut outcome.words),

@@ -43,8 +43,8 @@ impl Shown {
 pub(crate) struct Band<'a> {
     pub(crate) model: &'a Model,
     pub(crate) sizes: &'a Sizes,
-    /// Why the last wish was refused.
-    pub(crate) note: &'a str,
+    /// Why the last wish was refused, or what was done.
+    pub(crate) note: (&'a str, Tone),
 }
 
 impl Band<'_> {
@@ -174,7 +174,7 @@ fn marks_width(state: &ScreenState, sizes: &Sizes) -> f32 {
     letters as f32 * ADVANCE * sizes.plain + 2.0 * sizes.gap
 }
 
-fn recording(ui: &Ui, model: &Model, part: Rect, (sizes, note): (&Sizes, &str), words: &mut Words) {
+fn recording(ui: &Ui, model: &Model, part: Rect, (sizes, note): (&Sizes, (&str, Tone)), words: &mut Words) {
     let facts = &model.facts;
     words_in_tone(
         ui,
@@ -195,7 +195,7 @@ fn recording(ui: &Ui, model: &Model, part: Rect, (sizes, note): (&Sizes, &str), 
         _ => String::new(),
     };
     let (last, tone) = match facts.is_unwatched {
-        _ if !note.is_empty() => (note, Tone::Warning),
+        _ if !note.0.is_empty() => note,
         true => ("NOT WATCHED", Tone::Warning),
         false => (reach.as_str(), Tone::Quiet),
     };

@@ -8,6 +8,9 @@ use super::columns::runs;
 use crate::colours;
 use crate::sizes::Sizes;
 
+/// Of anything else nothing is known: not read, no sample yet, or the run was being ended.
+const KNOWN: u32 = TimelineColumn::LIVE | TimelineColumn::STALE | TimelineColumn::LOST | TimelineColumn::NOT_READABLE;
+
 /// High: live throughout. Half: an old pose at some time. A gap with a tick below: none at some time. A line: nothing to be known.
 pub(super) fn states(ui: &Ui, columns: &[Option<TimelineColumn>], room: Rect, sizes: &Sizes) {
     let painter = ui.painter();
@@ -16,15 +19,15 @@ pub(super) fn states(ui: &Ui, columns: &[Option<TimelineColumn>], room: Rect, si
     let upper = room.with_max_y(room.bottom() - 0.25 * room.height());
     for (from, to, column) in runs(columns, |column| column.map(|column| column.states)) {
         let wide = |rect: Rect| with_x(rect, room.left() + from as f32, room.left() + to as f32);
-        let Some(column) = column else {
+        let is_known = |column: &TimelineColumn| column.has(KNOWN);
+        let Some(column) = column.filter(is_known) else {
             painter.rect_filled(wide(middle(upper, 1.0)), 0.0, colours::LINE);
             continue;
         };
         let height = match column {
             column if column.has(TimelineColumn::LOST | TimelineColumn::NOT_READABLE) => 0.0,
             column if column.has(TimelineColumn::STALE) => 0.5,
-            column if column.has(TimelineColumn::LIVE) => 1.0,
-            _ => 0.0,
+            _ => 1.0,
         };
         if height > 0.0 {
             let top = upper.bottom() - height * upper.height();

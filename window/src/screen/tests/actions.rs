@@ -97,6 +97,16 @@ fn a_click_on_a_name_does_what_its_key_does() {
     }
 }
 
+/// The keys for a replay's speed did nothing on a display.
+#[test]
+fn every_key_is_on_a_keyboard() {
+    let buttons = always().into_iter().chain(of_a_run()).chain(of_a_replay());
+    let keys = buttons.map(|(_, key, _)| key).chain(KEYS.map(|(_, key, ..)| key));
+    for key in keys.chain([Key::Escape, Key::F2]) {
+        assert!(crate::display::is_reached(key), "{key:?}");
+    }
+}
+
 #[test]
 fn an_image_is_enlarged_by_its_name() {
     let model = sample(37.4, 1.3).model();
