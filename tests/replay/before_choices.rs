@@ -1,8 +1,9 @@
 //! A recording of version 0.2.0, which had nothing to choose: it replays as it did then.
 //!
 //! `data/before-choices.mcap` is a run of a second of the small scene, and beside it are the pictures of its last pose, made anew where
-//! lines over the slices changed: since the tube is drawn at its true width, with the path ahead of it. Nothing else in them differs from
-//! those of 0.2.0; they are too small for words. A generated patient other than that of 0.2.0 would need them made anew.
+//! lines over the slices changed: since the tube is drawn at its true width, with the path ahead of it, and lines by the distance of pixels
+//! from them. Nothing else in them differs from those of 0.2.0; they are too small for words. A generated patient other than that of 0.2.0
+//! would need them made anew.
 
 use std::fs::File;
 use std::io::BufReader;
