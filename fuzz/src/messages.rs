@@ -4,8 +4,8 @@ use std::mem::size_of;
 
 use bus::continuity::Continuity;
 use bus::message::{
-    Ages, ClockLaw, Command, EmitterFrame, Event, FrameHeader, Guide, Heartbeat, Identity, ReplyHeader, ToolPose,
-    VolumeHeader, Workflow,
+    Ages, ClockLaw, Command, EmitterFrame, Event, FrameHeader, Guide, Heartbeat, Identity, Plan, ReplyHeader, Steps,
+    Timeline, ToolPose, VolumeHeader, Workflow,
 };
 use bus::run::RunContext;
 
@@ -22,7 +22,10 @@ impl Numbers for FrameHeader {}
 impl Numbers for Guide {}
 impl Numbers for Heartbeat {}
 impl Numbers for Identity {}
+impl Numbers for Plan {}
 impl Numbers for ReplyHeader {}
+impl Numbers for Steps {}
+impl Numbers for Timeline {}
 impl Numbers for ToolPose {}
 impl Numbers for VolumeHeader {}
 impl Numbers for Workflow {}
@@ -47,7 +50,7 @@ pub(crate) fn message(bytes: &[u8]) {
     let Some((kind, bytes)) = bytes.split_first() else {
         return;
     };
-    match kind % 9 {
+    match kind % 12 {
         0 => poses(bytes),
         1 => drop(taken::<ClockLaw>(bytes).map(|m| (m.law().map(|law| law.at(i64::MAX)).ok(), m.replay_state()))),
         2 => drop(taken::<Command>(bytes).map(|m| m.command_kind())),
@@ -66,6 +69,24 @@ pub(crate) fn message(bytes: &[u8]) {
         })),
         6 => drop(taken::<Heartbeat>(bytes).map(|m| (m.process_state(), m.note_text()))),
         7 => drop(taken::<ReplyHeader>(bytes).map(|m| format!("{m:?}"))),
+        8 => drop(taken::<Plan>(bytes).map(|m| m.plan().map_err(|error| error.to_string()).is_ok())),
+        9 => drop(taken::<Steps>(bytes).map(|m| {
+            let names: Vec<String> = m.points().iter().map(bus::message::StepPoint::name).collect();
+            let gates: Vec<String> = m.gates().iter().map(bus::message::StepGate::name).collect();
+            (
+                m.task(),
+                m.phase(),
+                names,
+                gates,
+                m.figures().len(),
+                Steps::text(&m.title),
+            )
+        })),
+        10 => drop(taken::<Timeline>(bytes).map(|m| {
+            let columns = m.columns().filter(|(span, _)| span[0] <= span[1]).count();
+            let marks: Vec<String> = m.marks().iter().map(bus::message::TimelineMark::words).collect();
+            (columns, marks, m.is_read(), m.why())
+        })),
         _ => drop(taken::<VolumeHeader>(bytes).map(|m| {
             let _ = (m.grid().map(|g| g.voxels()), m.layout().is_ok());
             (m.marks(), m.volume_hash().to_string())
@@ -113,7 +134,10 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>, Failure> {
         zeros(5, size_of::<FrameHeader>()),
         zeros(6, size_of::<Heartbeat>()),
         zeros(7, size_of::<ReplyHeader>()),
-        zeros(8, size_of::<VolumeHeader>()),
+        zeros(8, size_of::<Plan>()),
+        one(9, bytes_of(&Steps::none(&[]))),
+        one(10, bytes_of(&Timeline::default())),
+        zeros(11, size_of::<VolumeHeader>()),
     ])
 }
 
