@@ -1,7 +1,9 @@
-//! A hand in silico: how long it takes to reach a target, and how near, by the sight and by slices alone, with noise and with lag.
+//! A hand in silico: how long it takes to reach a target, and how near, by the sight and by slices alone, with noise
+//! and with lag.
 //!
-//! `cargo bench --bench hand -- [TASKS] [--out DIR]`: TASKS of each case (1000), one line a task in DIR/hand.csv, four charts in
-//! DIR/hand.png. Ends with the sight's numbers against the window's pixels on 200 tasks. What it means: `docs/hand.md`.
+//! `cargo bench --bench hand -- [TASKS] [--out DIR]`: TASKS of each case (1000), one line a task in DIR/hand.csv, four
+//! charts in DIR/hand.png. Ends with the sight's numbers against the window's pixels on 200 tasks. What it means:
+//! `docs/hand.md`.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
@@ -34,7 +36,8 @@ const HELP: &str = "A scripted operator reaches targets by the sight and by slic
     cargo bench --bench hand -- 100                 a tenth of them: a quick look
     cargo bench --bench hand -- 1000 --out DIR      files in DIR: hand.csv (one line a task), hand.png (charts)
 
-The same number of tasks gives the same bytes. `cargo test -p trocar --bench hand -- 100` does the same without a release build.";
+The same number of tasks gives the same bytes.
+`cargo test -p trocar --bench hand -- 100` does the same without a release build.";
 
 /// What is asked on the command line.
 struct Asked {

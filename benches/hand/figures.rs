@@ -81,8 +81,8 @@ impl Figures {
 }
 
 /// The head of the tables.
-pub const HEAD: &str = "| display | noise, mm | added lag, ms | | time to target, s | true miss, mm | 95 of 100 misses below, mm | \
-    predicted error, mm | miss within it | within it + 0.5 mm | aim as predicted | strokes | glances |\n\
+pub const HEAD: &str = "| display | noise, mm | added lag, ms | | time to target, s | true miss, mm | \
+    95 of 100 misses below, mm | predicted error, mm | miss within it | within it + 0.5 mm | aim as predicted | strokes | glances |\n\
     |---|---|---|---|---|---|---|---|---|---|---|---|---|";
 
 /// A row of the tables.

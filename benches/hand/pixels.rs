@@ -1,7 +1,9 @@
-//! A reader that looks at the screen: a frame of the operator's window, painted into memory, and of that nothing but pixels.
+//! A reader that looks at the screen: a frame of the operator's window, painted into memory, and of that nothing but
+//! pixels.
 //!
-//! Where the drawing lies is known, as a person knows her screen. In it the target's dot is found by its colour, and the place of its middle
-//! goes back through the scale; the way to go is the filled part of the bar; ON TARGET is the colour of the verdict's band.
+//! Where the drawing lies is known, as a person knows her screen. In it the target's dot is found by its colour, and
+//! the place of its middle goes back through the scale; the way to go is the filled part of the bar; ON TARGET is the
+//! colour of the verdict's band.
 
 use std::path::Path;
 
@@ -133,8 +135,8 @@ impl PixelReader {
         Rgb(r, g, b)
     }
 
-    /// The middle of the target's dot, pixels right and up of the drawing's middle: the mean of the places about which all is of the
-    /// target's colour as far as most of the dot reaches. No line of that colour is so wide.
+    /// The middle of the target's dot, pixels right and up of the drawing's middle: the mean of the places about which
+    /// all is of the target's colour as far as most of the dot reaches. No line of that colour is so wide.
     fn dot(&self) -> Option<[f64; 2]> {
         let room = self.dial.room;
         let core = 0.7 * self.dial.dot_px;
@@ -208,6 +210,7 @@ impl Reader for PixelReader {
             target_mm: self.scale.read(self.dot()?),
             axis: [0.0; 2],
             to_go_mm: Some(self.scale.to_go(self.filled())),
+            // Asked for on displays of several pictures only.
             room_mm: 0.0,
             is_inside: self.is_on_target(),
         })

@@ -1,11 +1,14 @@
-//! A reader that has the local images alone: where tip, axis and the target's ring lie on them, to the pixel of the screen.
+//! A reader that has the local images alone: where tip, axis and the target's ring lie on them, to the pixel of the
+//! screen.
 //!
-//! * Planes, the field and what of a target is drawn are the renderer's: a ring where the plane cuts it, dashed up to 10 mm off the plane,
-//!   nothing beyond; the tip in the middle with its 95 % ellipse.
-//! * She looks at as few images as say all: the one that the tube lies in most, and the one across the tube once it shows the target; before,
-//!   every image along the tube that shows it.
-//! * The tip has arrived where, on each of these, its ellipse lies within the ring that the plane cuts: the same room as ON TARGET leaves.
-//! * Where none shows the target, she pushes on by the marks on the tube until it ought to come into the field, and then by steps.
+//! * Planes, the field and what of a target is drawn are the renderer's: a ring where the plane cuts it, dashed up to
+//!   10 mm off the plane, nothing beyond; the tip in the middle with its 95 % ellipse.
+//! * She looks at as few images as say all: the one that the tube lies in most, and the one across the tube once it
+//!   shows the target; before, every image along the tube that shows it.
+//! * The tip has arrived where, on each of these, its ellipse lies within the ring that the plane cuts: nearly the room
+//!   that ON TARGET leaves, which asks for the ball of the error instead.
+//! * Where none shows the target, she pushes on by the marks on the tube until it ought to come into the field, and
+//!   then by steps.
 
 use std::path::Path;
 
@@ -18,7 +21,8 @@ use window::sizes::Sizes;
 
 use crate::pixels::SCREEN;
 
-/// From a deviation to the 95 % ellipse, and to the 95 % ball: the roots of chi-squared's quantiles with two and three degrees of freedom.
+/// From a deviation to the 95 % ellipse, and to the 95 % ball: the roots of chi-squared's quantiles with two and three
+/// degrees of freedom.
 const ELLIPSE_PER_BALL: f64 = 2.447_746_830_680_816 / 2.795_483_482_915_108;
 /// An image lies along the tube where it shows this part of the unit axis.
 const ALONG: f64 = 0.5;

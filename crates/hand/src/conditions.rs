@@ -10,8 +10,8 @@ pub struct Conditions {
     pub human: Human,
     /// What poses are off by.
     pub errors: Errors,
-    /// From the capture of a pose to the glass, without the added lag, s. The window's 99 of 100 pictures are younger than 0.05
-    /// (`docs/window.md`).
+    /// From the capture of a pose to the glass, without the added lag, s. The window's 99 of 100 pictures are younger
+    /// than 0.05 (`docs/window.md`).
     pub delay_s: f64,
     /// Added to it, s.
     pub lag_s: f64,

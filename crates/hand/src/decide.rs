@@ -23,8 +23,8 @@ pub struct Percept {
 pub enum Act {
     /// Nothing that this picture would ask for.
     Leave,
-    /// One stroke: the axis is turned until it lies `beside_mm` (right, up of the picture) further at the target, and the tube is pushed by
-    /// `push_mm`.
+    /// One stroke: the axis is turned until it lies `beside_mm` (right, up of the picture) further at the target, and
+    /// the tube is pushed by `push_mm`.
     Stroke {
         /// Along right and up of the picture, mm.
         beside_mm: [f64; 2],
@@ -35,7 +35,8 @@ pub enum Act {
     },
 }
 
-/// Below this length of the drawn unit axis a picture looks along the tube rather than across it: depth is not read there.
+/// Below this length of the drawn unit axis a picture looks along the tube rather than across it: depth is not read
+/// there.
 const END_ON: f64 = 0.5;
 
 impl Percept {
@@ -61,7 +62,8 @@ impl Percept {
         self.to_go_mm.or(along)
     }
 
-    /// What the picture shows of the miss: all where it looks along the tube, else what lies across the drawn axis, mm (right, up).
+    /// What the picture shows of the miss: all where it looks along the tube, else what lies across the drawn axis, mm
+    /// (right, up).
     pub fn beside_mm(&self) -> [f64; 2] {
         let square = dot(self.axis, self.axis);
         if square.sqrt() < END_ON {
@@ -71,13 +73,15 @@ impl Percept {
         [0, 1].map(|k| self.target_mm[k] - along * self.axis[k])
     }
 
-    /// Whether she is content: the picture says that the tip has arrived, and shows it no further off than she puts up with.
+    /// Whether she is content: the picture says that the tip has arrived, and shows it no further off than she puts up
+    /// with.
     pub fn is_arrived(&self, human: &Human) -> bool {
         let [x, y] = self.beside_mm();
         self.is_inside && x.hypot(y).hypot(self.ahead_mm().unwrap_or(0.0)) <= human.content_mm
     }
 
-    /// Whether the tube points at the target, as far as this picture tells: the axis goes through the target, or passes under a small angle.
+    /// Whether the tube points at the target, as far as this picture tells: the axis goes through the target, or passes
+    /// under a small angle.
     pub fn is_aligned(&self, human: &Human, radius_mm: f64) -> bool {
         let [x, y] = self.beside_mm();
         let ahead = self.ahead_mm().unwrap_or(0.0);
@@ -85,7 +89,8 @@ impl Percept {
     }
 }
 
-/// What she does about what she sees in one picture; `may_push` where every other picture that shows the target has been found aligned.
+/// What she does about what she sees in one picture; `may_push` where every other picture that shows the target has
+/// been found aligned.
 pub fn decide(seen: &Percept, human: &Human, radius_mm: f64, may_push: bool) -> Act {
     let beside_mm = seen.beside_mm();
     let ahead_mm = seen.ahead_mm();

@@ -1,4 +1,5 @@
-//! How coarse the sight's drawing is: the miss by pixels of a scale that is compressed outwards, the way to go by those of a bar.
+//! How coarse the sight's drawing is: the miss by pixels of a scale that is compressed outwards, the way to go by those
+//! of a bar.
 
 /// The sight's drawing on one screen. Its scale is that of the operator's window, whose test holds the two together.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,8 +71,8 @@ impl Dial {
         self.to_go((to_go_mm * self.bar_px_per_mm()).round())
     }
 
-    /// How far a tip may be off that this drawing shows in the middle, mm: half a pixel right and up, and the line at zero with half a
-    /// pixel along.
+    /// How far a tip may be off that this drawing shows in the middle, mm: half a pixel right and up, and the line at
+    /// zero with half a pixel along.
     pub fn coarseness_mm(&self) -> f64 {
         let [across, _] = self.read([0.5_f64.hypot(0.5), 0.0]);
         across.hypot((self.hidden_px + 0.5) / self.bar_px_per_mm())

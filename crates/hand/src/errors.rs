@@ -1,7 +1,8 @@
 //! What a measured pose is off by, and what it says of it.
 //!
-//! The true pose is the measured one with two small motions after it: that of the localizer, drawn anew for each frame, turning about the
-//! tip; and that of the registration, drawn once for a task, turning about the target. Both are normal, alike along all axes.
+//! The true pose is the measured one with two small motions after it: that of the localizer, drawn anew for each frame,
+//! turning about the tip; and that of the registration, drawn once for a task, turning about the target. Both are
+//! normal, alike along all axes.
 
 use chance::Chance;
 use geometry::{Ct, Point, Rigid, Tool, Uncertain, Vector};
@@ -23,7 +24,8 @@ pub struct Errors {
     pub understated: f64,
 }
 
-/// Direction noise that goes with noise of the tip, rad per mm: as in the demonstration's scene, 0.02 degrees with 0.1 mm.
+/// Direction noise that goes with noise of the tip, rad per mm: as in the demonstration's scene, 0.02 degrees with 0.1
+/// mm.
 const TURN_RAD_PER_MM: f64 = 0.2 * std::f64::consts::PI / 180.0;
 /// Of the registration, in the study: mm at the target, and rad (0.1 degrees).
 const REGISTRATION: [f64; 2] = [0.3, 0.1 * std::f64::consts::PI / 180.0];

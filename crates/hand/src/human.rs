@@ -3,36 +3,39 @@
 /// An operator. [`Human::default`] is the one of the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Human {
-    /// From the end of a look to the beginning of the stroke that it leads to, s. 0.2: McRuer and Jex 1967, the effective delay of a
-    /// person who tracks by eye and hand.
+    /// From the end of a look to the beginning of the stroke that it leads to, s. 0.2: McRuer and Jex 1967, the
+    /// effective delay of a person who tracks by eye and hand.
     pub reaction_s: f64,
-    /// How long a look takes, s: what is shown meanwhile is seen as one. 0.1: Card, Moran and Newell 1983, the perceptual processor's
-    /// cycle.
+    /// How long a look takes, s: what is shown meanwhile is seen as one. 0.1: Card, Moran and Newell 1983, the
+    /// perceptual processor's cycle.
     pub look_s: f64,
-    /// From one picture to another, s: the eye's jump and finding one's way on the new picture. 0.3: Card, Moran and Newell 1983, 0.23 for
-    /// the eye and 0.07 for one cycle of thought.
+    /// From one picture to another, s: the eye's jump and finding one's way on the new picture. 0.3: Card, Moran and
+    /// Newell 1983, 0.23 for the eye and 0.07 for one cycle of thought.
     pub glance_s: f64,
     /// How long the display has to say that the tip has arrived before she lets go, s. 0.5: an assumption.
     pub dwell_s: f64,
-    /// She does not let go before what she sees is off by no more than this, mm, whatever the display says. No bound: its word is enough.
+    /// She does not let go before what she sees is off by no more than this, mm, whatever the display says. No bound:
+    /// its word is enough.
     pub content_mm: f64,
-    /// Standard deviation of a stroke's end along it, parts of its length; across it is half of that (Gordon, Ghilardi and Ghez 1994 have
-    /// ellipses of about that shape). 0.07: Card, Moran and Newell 1983, after Vince 1948, what each correction leaves over.
+    /// Standard deviation of a stroke's end along it, parts of its length; across it is half of that (Gordon, Ghilardi
+    /// and Ghez 1994 have ellipses of about that shape). 0.07: Card, Moran and Newell 1983, after Vince 1948, what each
+    /// correction leaves over.
     pub scatter: f64,
     /// Time for a bit of a stroke's accuracy, s. 0.1: Fitts 1954, Card, Moran and Newell 1983.
     pub bit_s: f64,
-    /// The tube is pushed no faster than this in the mean of a stroke, mm/s. 20: an assumption, the pace of the demonstration's gesture.
+    /// The tube is pushed no faster than this in the mean of a stroke, mm/s. 20: an assumption, the pace of the
+    /// demonstration's gesture.
     pub advance_mm_s: f64,
-    /// The axis may pass beside the target under this angle while the tube advances, rad; beyond, it is turned first. 5 degrees: the
-    /// window's own limit.
+    /// The axis may pass beside the target under this angle while the tube advances, rad; beyond, it is turned first. 5
+    /// degrees: the window's own limit.
     pub align_rad: f64,
-    /// Tremor of the hand, root mean square along each axis, mm. 0.07: Riviere, Rader and Khosla 1997 found 0.05 where eye surgeons hold an
-    /// instrument still and 0.13 where they move it.
+    /// Tremor of the hand, root mean square along each axis, mm. 0.07: Riviere, Rader and Khosla 1997 found 0.05 where
+    /// eye surgeons hold an instrument still and 0.13 where they move it.
     pub tremor_mm: f64,
     /// Its band, Hz. 8 to 12: physiological tremor of the hand (Elble and Koller 1990).
     pub tremor_hz: [f64; 2],
-    /// Whether she knows of the added lag and waits until the picture stands still (Ferrell 1965: move and wait), or looks as early as she
-    /// would without it.
+    /// Whether she knows of the added lag and waits until the picture stands still (Ferrell 1965: move and wait), or
+    /// looks as early as she would without it.
     pub knows_lag: bool,
 }
 
@@ -56,7 +59,8 @@ impl Default for Human {
 }
 
 const SCATTER: f64 = 0.07;
-/// From a normal error's deviation to the width that holds 96 % of it: `sqrt(2 pi e)`, the effective width of a target (MacKenzie 1992).
+/// From a normal error's deviation to the width that holds 96 % of it: `sqrt(2 pi e)`, the effective width of a target
+/// (MacKenzie 1992).
 const EFFECTIVE_WIDTH: f64 = 4.132_731_354_122_493;
 
 impl Human {
@@ -71,8 +75,9 @@ impl Human {
 
     /// How long a stroke takes that pushes the tube by `ahead_mm`, s.
     ///
-    /// By Fitts' law `bit log2(2 A / W)`, with the width `W = 4.13 scatter A` that the stroke's own ends have: the same for every length
-    /// `A` (0.28 s), as strokes of people are that have no time to be corrected (Fitts and Peterson 1964). Pushing has a limit besides.
+    /// By Fitts' law `bit log2(2 A / W)`, with the width `W = 4.13 scatter A` that the stroke's own ends have: the same
+    /// for every length `A` (0.28 s), as strokes of people are that have no time to be corrected (Fitts and Peterson
+    /// 1964). Pushing has a limit besides.
     pub fn stroke_s(&self, ahead_mm: f64) -> f64 {
         // A steady hand is as fast as one that is not.
         let scatter = if self.scatter > 0.0 { self.scatter } else { SCATTER };

@@ -1,6 +1,7 @@
-//! Floor 2: a hand in silico. A scripted operator steers a rigid tube to a target by what a display shows, in a closed loop, so that
-//! displays, noise and lag are compared by the time that it takes and by where the tip ends. No person was measured: constants of people
-//! are from the literature, all in [`Human`]. Pure functions of a seed; no input or output, no clock.
+//! Floor 2: a hand in silico. A scripted operator steers a rigid tube to a target by what a display shows, in a closed
+//! loop, so that displays, noise and lag are compared by the time that it takes and by where the tip ends. No person
+//! was measured: constants of people are from the literature, all in [`Human`]. Pure functions of a seed; no input or
+//! output, no clock.
 //!
 //! # The loop
 //!
@@ -14,8 +15,8 @@
 //! * [`Task`]: an entry, a target, and how the tube stands at the beginning.
 //! * [`Way`]: the tube turns about the entry and slides through it; its own roll is what the hand holds.
 //! * [`Errors`]: what the measured pose is off by, and the covariance that it states.
-//! * [`Reader`]: what of a display reaches the operator. [`SightReader`] has the numbers of `guidance::sight`, as coarse as they are
-//!   drawn ([`Dial`]).
+//! * [`Reader`]: what of a display reaches the operator. [`SightReader`] has the numbers of `guidance::sight`, as
+//!   coarse as they are drawn ([`Dial`]).
 //! * [`perform`]: one task, from the first look until she lets go.
 //!
 //! Lengths are millimetres, angles radians, times seconds, patient axes LPS.

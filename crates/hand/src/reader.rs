@@ -19,7 +19,8 @@ pub struct Shown {
 /// What is read off one picture at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// From the tip's place to the target's, along the picture's right and up, mm. Looking along the tube that is the miss.
+    /// From the tip's place to the target's, along the picture's right and up, mm. Looking along the tube that is the
+    /// miss.
     pub target_mm: [f64; 2],
     /// The tube's unit axis as the picture shows it, (right, up): short where one looks along it.
     pub axis: [f64; 2],
@@ -33,8 +34,8 @@ pub struct Reading {
 
 /// A display as a person reads it: one picture, or several that she looks at one after another.
 pub trait Reader {
-    /// The pictures that have something to show of the target, by number below 8. Seen without looking: a ring in a colour of its own
-    /// stands out of any number of other things (Treisman and Gelade 1980).
+    /// The pictures that have something to show of the target, by number below 8. Seen without looking: a ring in a
+    /// colour of its own stands out of any number of other things (Treisman and Gelade 1980).
     fn pictures(&self, shown: &Shown) -> Vec<usize>;
 
     /// Right and up of a picture in the patient, for a tube at `pose`: what a trained hand knows of it.
@@ -47,7 +48,8 @@ pub trait Reader {
     fn unseen_mm(&self, shown: &Shown) -> f64;
 }
 
-/// Right and up of a picture along the tube: up is as near to the patient's head as it can be, as on the image across the tube.
+/// Right and up of a picture along the tube: up is as near to the patient's head as it can be, as on the image across
+/// the tube.
 pub fn upright_axes(axis: Direction<Ct>) -> [Direction<Ct>; 2] {
     let right = axis.cross(Direction::Z).direction().unwrap_or(Direction::X);
     let up = right.cross(axis).direction().unwrap_or(Direction::Z);

@@ -11,8 +11,8 @@ use crate::tube::{Posture, Way};
 /// Which ways are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Approach {
-    /// Within 6 degrees of an axial plane, up to 30 degrees from straight backwards: as ways are planned that are to be followed on
-    /// slices.
+    /// Within 6 degrees of an axial plane, up to 30 degrees from straight backwards: as ways are planned that are to be
+    /// followed on slices.
     InPlane,
     /// Up to 30 degrees from straight backwards in any direction.
     Oblique,

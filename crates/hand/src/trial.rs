@@ -34,7 +34,8 @@ impl Outcome {
         self.error_mm <= self.predicted_mm
     }
 
-    /// Whether the true miss is within the predicted error: what that error does not claim, as the display also showed a miss.
+    /// Whether the true miss is within the predicted error: what that error does not claim, as the display also showed
+    /// a miss.
     pub fn is_within(&self) -> bool {
         self.miss_mm <= self.predicted_mm
     }
@@ -83,7 +84,8 @@ impl Attention {
         self.inside.clear();
     }
 
-    /// Of these pictures the one that she looks at next: if she can, that before her. `None` where none asks for anything.
+    /// Of these pictures the one that she looks at next: if she can, that before her. `None` where none asks for
+    /// anything.
     fn next(&self, pictures: &[usize]) -> Option<usize> {
         let is_open = |picture: &usize| !self.settled.contains(picture);
         let here = self
@@ -174,7 +176,8 @@ impl Trial<'_> {
         Percept::of(&readings)
     }
 
-    /// The tilt of a tube that is turned until its axis lies `beside_mm` (right, up of the picture) further at the target.
+    /// The tilt of a tube that is turned until its axis lies `beside_mm` (right, up of the picture) further at the
+    /// target.
     fn tilt(&self, reader: &impl Reader, picture: usize, beside_mm: [f64; 2], ahead_mm: Option<f64>) -> [f64; 2] {
         let from = self.world.meant(self.now_s);
         let lever_mm = from.depth_mm + ahead_mm.unwrap_or(0.0).max(0.0);

@@ -22,7 +22,8 @@ pub struct Way {
 }
 
 impl Way {
-    /// From an entry to a target, for a tube so long from its tip to the hand, held with this roll; `None` where there is no line.
+    /// From an entry to a target, for a tube so long from its tip to the hand, held with this roll; `None` where there
+    /// is no line.
     pub fn new(entry: Point<Ct>, target: Point<Ct>, length_mm: f64, roll_rad: f64) -> Option<Self> {
         let line = (target - entry).direction()?;
         // The patient's axis that is least along the line.
@@ -65,15 +66,16 @@ impl Way {
         Rigid::from_axes(self.tip(posture), axis, up)
     }
 
-    /// The tilt of a tube that is turned about the entry until the point `lever_mm` along its axis has moved by `beside`, mm.
+    /// The tilt of a tube that is turned about the entry until the point `lever_mm` along its axis has moved by
+    /// `beside`, mm.
     pub fn turned(&self, posture: &Posture, beside: Vector<Ct>, lever_mm: f64) -> [f64; 2] {
         let to = self.axis(posture) * lever_mm + beside;
         let along = to.dot(self.line.vector());
         self.across.map(|across| to.dot(across.vector()) / along)
     }
 
-    /// How the hand moves from one posture to another, mm: twice across the tube, and along it. The hand is at the tube's end, which turns
-    /// about the entry the other way than the tip.
+    /// How the hand moves from one posture to another, mm: twice across the tube, and along it. The hand is at the
+    /// tube's end, which turns about the entry the other way than the tip.
     pub fn of_hand(&self, from: &Posture, to: &Posture) -> [f64; 3] {
         let outside = self.outside_mm(from);
         let across = |k: usize| (from.tilt[k] - to.tilt[k]) * outside;

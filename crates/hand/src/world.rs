@@ -106,7 +106,8 @@ impl<'a> World<'a> {
         stroke.end_s()
     }
 
-    /// Where a stroke ends that is meant to end at `to`: it errs by a part of the hand's way, along it and half as much across it.
+    /// Where a stroke ends that is meant to end at `to`: it errs by a part of the hand's way, along it and half as much
+    /// across it.
     fn scattered(&self, from: &Posture, to: &Posture) -> Posture {
         let chance = Chance::new(self.task.seed, STROKES + self.strokes.len() as u64);
         let scatter = self.conditions.human.scatter;

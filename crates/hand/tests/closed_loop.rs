@@ -14,7 +14,8 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     values.sum::<f64>() / count
 }
 
-/// A target no larger than what the drawing is coarse by: whoever is steady and reads that drawing alone reaches it every time.
+/// A target no larger than what the drawing is coarse by: whoever is steady and reads that drawing alone reaches it
+/// every time.
 #[test]
 fn without_noise_and_lag_the_drawing_alone_bounds_the_miss() {
     let dial = Dial::FULL_HD;
@@ -47,8 +48,8 @@ fn the_same_task_ends_in_the_same_way() {
     assert_ne!(other, Task::draw(1, 0, Approach::InPlane));
 }
 
-/// On the same tasks with the same draws. The margin is two standard errors of the mean difference, task by task: as frames fall on other
-/// moments of the tremor and of the noise, single tasks do become shorter.
+/// On the same tasks with the same draws. The margin is two standard errors of the mean difference, task by task: as
+/// frames fall on other moments of the tremor and of the noise, single tasks do become shorter.
 #[test]
 fn more_lag_makes_no_mean_time_shorter() {
     let times = |lag_s: f64| -> Vec<f64> {
@@ -85,7 +86,8 @@ fn least(count: u64) -> f64 {
     0.95 - 3.0 * (0.95 * 0.05 / count as f64).sqrt()
 }
 
-/// The covariance is of the pose and not of the hand, which trembles on while the picture is under way: so this hand does not.
+/// The covariance is of the pose and not of the hand, which trembles on while the picture is under way: so this hand
+/// does not.
 #[test]
 fn the_aim_is_where_it_was_shown_to_be_where_the_covariance_is_right_and_not_where_it_is_not() {
     let of = |errors: Errors| Conditions {
@@ -112,7 +114,8 @@ fn the_aim_is_where_it_was_shown_to_be_where_the_covariance_is_right_and_not_whe
     );
 }
 
-/// ON TARGET leaves the tip wherever its error fits into the target; who goes on until it is shown within 0.75 mm ends within the error.
+/// ON TARGET leaves the tip wherever its error fits into the target; who goes on until it is shown within 0.75 mm ends
+/// within the error.
 #[test]
 fn who_centres_the_tip_misses_by_less_than_the_predicted_error() {
     let of = |understated: f64| Conditions {

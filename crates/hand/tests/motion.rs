@@ -41,7 +41,8 @@ fn speed_is_the_derivative_and_no_other_end_has_a_jerk() {
         // Of a central difference: h^2 / 6 times the third derivative, which is at most 60; and rounding.
         let slope = (part(u + h) - part(u - h)) / (2.0 * h);
         assert!((slope - speed(u)).abs() < 10.0 * h * h + 1e-11, "{u}: {slope}");
-        // The sixth derivative vanishes: that is what makes the mean square jerk least (Flash and Hogan 1985, equation A.6).
+        // The sixth derivative vanishes: that is what makes the mean square jerk least (Flash and Hogan 1985, equation
+        // A.6).
         let d = 0.005;
         let weights = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
         let sixth: f64 = (0..7).map(|i| weights[i] * part(u + d * (i as f64 - 3.0))).sum();
@@ -63,7 +64,8 @@ fn a_tremor_has_the_root_mean_square_and_the_band_that_are_said() {
         for axis in 0..3 {
             let x: Vec<f64> = (0..count).map(|k| tremor.at(f64::from(k) * step_s)[axis]).collect();
             let rms = (x.iter().map(|x| x * x).sum::<f64>() / f64::from(count)).sqrt();
-            // Over 740 s: what sines of frequencies 0.06 Hz apart at least leave, 2 A^2 / (2 pi 0.06 740), and their own, far less.
+            // Over 740 s: what sines of frequencies 0.06 Hz apart at least leave, 2 A^2 / (2 pi 0.06 740), and their
+            // own, far less.
             assert!((rms / 0.07 - 1.0).abs() < 0.02, "{rms}");
             let crossings = x.windows(2).filter(|w| w[0] <= 0.0 && w[1] > 0.0).count();
             let hz = crossings as f64 / (f64::from(count) * step_s);

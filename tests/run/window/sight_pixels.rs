@@ -73,7 +73,8 @@ fn pixels_say_what_the_sight_says() {
         on_target += usize::from(pixels.is_inside);
     }
     println!("dot {near:.2} and {far:.2} pixels apart, bar {bars:.2}; ON TARGET {on_target} times");
-    // The one rounds to whole pixels, half a pixel off at most; the other finds the middle of a dot, or the end of a bar, of whole pixels.
+    // The one rounds to whole pixels, half a pixel off at most; the other finds the middle of a dot, or the end of a
+    // bar, of whole pixels.
     assert!(near <= 1.0 && bars <= 1.0, "{near} {bars} pixels");
     // Where the scale is so compressed that ring and dot run together, the ring's thickest part counts with the dot.
     assert!(far <= 2.0, "{far} pixels");
