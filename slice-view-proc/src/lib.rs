@@ -26,7 +26,7 @@ pub use accuracy::Accuracy;
 pub use geometry::letters;
 pub use grey::to_grey;
 pub use mha::{MhaError, write_mha};
-pub use overlay::{Notice, Origin, Overlay};
+pub use overlay::{NEAR_PLANE_MM, Notice, Origin, Overlay};
 pub use overview::{Anatomy, LoadVolume};
 pub use render::{RenderError, Rendered, Renderer};
 pub use run::RunError;

@@ -16,6 +16,7 @@ use scene::{Plane, Target, ToolSpec, View};
 
 use crate::accuracy::Accuracy;
 
+pub use shapes::NEAR_PLANE_MM;
 pub(crate) use words::SMALLEST_WITH_WORDS;
 
 /// What the image claims about the present.

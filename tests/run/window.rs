@@ -2,6 +2,7 @@
 
 mod plan;
 mod restart;
+mod sight_pixels;
 
 use std::process::Stdio;
 

@@ -23,6 +23,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("surface", 1),
     ("bead", 2),
     ("bus", 2),
+    ("hand", 2),
     ("calib-cli", 3),
     ("pilot", 3),
     ("recorder", 3),

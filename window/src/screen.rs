@@ -26,6 +26,7 @@ pub(crate) use bar::Band;
 pub use bar::Shown;
 pub(crate) use buttons::touched;
 pub use images::ImagesKey;
+pub use sight::Dial;
 pub use views::Views;
 use words::Words;
 

@@ -94,7 +94,7 @@ impl Asked {
     ) -> Result<(), String> {
         let steering = law.and_then(|(law, now_ns)| steering(wish, (&law, now_ns), replay));
         if let Some(steering) = steering {
-            return self.steer(steering?, matches!(wish, Wish::Moment));
+            return self.steer(steering?);
         }
         let asked = match wish {
             Wish::NextTarget { is_forward } => {
@@ -144,13 +144,21 @@ impl Asked {
         Ok(())
     }
 
-    fn steer(&mut self, steering: Steering, is_moment: bool) -> Result<(), String> {
+    fn steer(&mut self, steering: Steering) -> Result<(), String> {
         let replayer = self.replayer.as_mut().ok_or("this is no replay")?;
         match steering {
             Steering::Goes(to_s) => replayer.seek(to_s),
-            Steering::Does(command) => {
+            Steering::Does(kind) => {
+                let open = Open::one(send(replayer.client(), Command::new(kind))?);
+                self.waits_for(match kind {
+                    CommandKind::Moment => open.patient(),
+                    _ => open,
+                })
+            }
+            Steering::Paces(speed) => {
+                let command = Command::with_number(CommandKind::Speed, speed);
                 let open = Open::one(send(replayer.client(), command)?);
-                self.waits_for(if is_moment { open.patient() } else { open })
+                self.waits_for(open)
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Reads the recording beside the replay, for the bar that it is steered by.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -67,7 +67,7 @@ impl Shared {
     }
 }
 
-fn read(path: &PathBuf, shared: &Shared) {
+fn read(path: &Path, shared: &Shared) {
     // Of this thread alone. Where the system refuses it, the reading only takes the more of the processor.
     let _ = rustix::process::setpriority_process(None, NICE);
     let mut newest = Timeline::default();

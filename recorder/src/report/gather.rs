@@ -296,6 +296,9 @@ pub(super) fn gather(path: &Path, input: impl Read, length: u64) -> Result<Gathe
     })
 }
 
+/// Told what was found so far, and how many bytes of how many were read.
+pub(super) type Each<'a> = dyn FnMut(&Gathered, (u64, u64)) -> ControlFlow<()> + 'a;
+
 /// The same; `each` is called before each item with what was found so far, and how much of how much was read, and may break it off.
 ///
 /// # Errors
@@ -304,7 +307,7 @@ pub(super) fn gather_each(
     path: &Path,
     input: impl Read,
     length: u64,
-    each: &mut dyn FnMut(&Gathered, (u64, u64)) -> ControlFlow<()>,
+    each: &mut Each<'_>,
 ) -> Result<Gathered, ReportError> {
     let mut gathered = Gathered::new();
     let mut scan = Scan::new(input, length);

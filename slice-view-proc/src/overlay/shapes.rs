@@ -8,7 +8,7 @@ use scene::{Extent, Target};
 use super::Overlay;
 
 /// Targets further than this from the plane are not drawn, mm: an outline over other anatomy would mislead.
-pub(super) const NEAR_PLANE_MM: f64 = 10.0;
+pub const NEAR_PLANE_MM: f64 = 10.0;
 /// From the outline of the chosen target to its second ring, pixels of 512.
 const RING: f64 = 5.0;
 /// A thinner line between two rows of pixels has too little contrast to its rim, pixels.

@@ -4,6 +4,7 @@
 //! target's depth; the target moves, and the tool is steered towards it. Distances from the middle are drawn by `asinh`, linear near the
 //! middle and ever more compressed outwards, so that the target is seen at 1 mm and at 100 mm without a change of scale in between.
 
+mod dial;
 pub(super) mod readout;
 
 use std::f32::consts::TAU;
@@ -17,6 +18,7 @@ use super::words::{Type, UNREADABLE, Words, colour, has_letters};
 use crate::colours;
 use crate::model::{Aimed, Model, Tone};
 use crate::sizes::{ADVANCE, Sizes};
+pub use dial::Dial;
 
 /// Up to this distance the sight is about linear, mm.
 const LINEAR_MM: f64 = 5.0;
@@ -67,13 +69,8 @@ fn drawing(sight: &Sight) -> String {
 
 fn draw(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
     ui.painter().rect_filled(rect, 0.0, colours::CELL);
-    let mut rooms = rooms(rect.shrink(sizes.gap), sizes);
+    let rooms = rooms(rect, sizes);
     let line = thin(rooms.sight, sizes);
-    // The longest verdict takes the whole width.
-    rooms.verdict = rooms
-        .verdict
-        .with_min_x(rect.left() + 2.0)
-        .with_max_x(rect.right() - 2.0);
     let plain = |colour, align| Type {
         size: sizes.plain,
         colour,
@@ -113,7 +110,8 @@ fn draw(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
     readout::numbers(ui, aimed, &rooms, sizes, words);
 }
 
-fn rooms(inner: Rect, sizes: &Sizes) -> Rooms {
+fn rooms(cell: Rect, sizes: &Sizes) -> Rooms {
+    let inner = cell.shrink(sizes.gap);
     let row = 1.2 * sizes.plain;
     let large = 1.12 * sizes.critical;
     let band = |top: f32, height: f32| Rect::from_min_size(pos2(inner.left(), top), vec2(inner.width(), height));
@@ -130,7 +128,8 @@ fn rooms(inner: Rect, sizes: &Sizes) -> Rooms {
     };
     Rooms {
         title,
-        verdict,
+        // The longest takes the whole width.
+        verdict: verdict.with_min_x(cell.left() + 2.0).with_max_x(cell.right() - 2.0),
         sight: Rect::from_min_max(middle.min, pos2(middle.right() - bar_width, middle.bottom())),
         bar: Rect::from_min_max(pos2(middle.right() - bar_width, middle.top()), middle.max).shrink(sizes.gap),
         left: half(numbers, true),
@@ -153,7 +152,7 @@ pub(super) fn drawn(mm: f64) -> f64 {
 
 /// Where a point of the sight, (right, up) mm, is drawn. What is beyond the rim is drawn on it.
 fn at(room: Rect, [right, up]: [f64; 2]) -> Pos2 {
-    let radius = f64::from(0.96 * room.width().min(room.height()) / 2.0);
+    let radius = rim(room);
     let mm = right.hypot(up);
     if mm == 0.0 {
         return room.center();
@@ -161,6 +160,11 @@ fn at(room: Rect, [right, up]: [f64; 2]) -> Pos2 {
     let part = drawn(mm).min(1.0) * radius / mm;
     // Up on the screen is towards smaller rows.
     room.center() + vec2((right * part) as f32, (-up * part) as f32)
+}
+
+/// From the middle to the rim, pixels.
+fn rim(room: Rect) -> f64 {
+    f64::from(0.96 * room.width().min(room.height()) / 2.0)
 }
 
 fn rings(ui: &Ui, rooms: &Rooms, sizes: &Sizes, words: &mut Words) {

@@ -70,7 +70,9 @@ impl Replayer {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Steering {
     /// That the replayer does this.
-    Does(Command),
+    Does(CommandKind),
+    /// To go at this speed.
+    Paces(f64),
     /// To go to this place, seconds.
     Goes(f64),
 }
@@ -87,7 +89,7 @@ pub(super) fn steering(
     let place_s = |t_ns: i64| clock::ms(t_ns.saturating_sub(law.zero_ns)) / 1000.0;
     let [first_s, last_s] = [law.first_ns, law.last_ns].map(place_s);
     let goes = |to_s: f64| Ok(Steering::Goes(to_s.clamp(first_s, last_s.max(first_s))));
-    let does = |kind| Ok(Steering::Does(Command::new(kind)));
+    let does = |kind| Ok(Steering::Does(kind));
     Some(match wish {
         Wish::Pause => does(match law.replay_state() {
             ReplayState::Paused => CommandKind::Play,
@@ -105,7 +107,7 @@ pub(super) fn steering(
             None => Err(no_mark(replay, *is_forward)),
         },
         Wish::Speed { is_faster } => match speed(law.speed, *is_faster) {
-            Some(speed) => Ok(Steering::Does(Command::with_number(CommandKind::Speed, speed))),
+            Some(speed) => Ok(Steering::Paces(speed)),
             None => Err("there is no such speed".to_owned()),
         },
         _ => return None,
@@ -174,7 +176,7 @@ mod tests {
     #[test]
     fn a_replay_that_has_ended_begins_anew() {
         let pause = |state| asked(&Wish::Pause, 0, state).unwrap();
-        let does = |kind| Steering::Does(Command::new(kind));
+        let does = Steering::Does;
         assert_eq!(pause(ReplayState::Playing), does(CommandKind::Pause));
         assert_eq!(pause(ReplayState::Paused), does(CommandKind::Play));
         assert_eq!(pause(ReplayState::Ended), Steering::Goes(2.0));

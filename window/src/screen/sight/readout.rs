@@ -12,6 +12,8 @@ use crate::sizes::Sizes;
 
 /// What the depth bar shows, mm to go.
 const DEPTH_MM: [f64; 2] = [-10.0, 50.0];
+/// Which part of the bar that is up to zero.
+pub(super) const BELOW_ZERO: f64 = -DEPTH_MM[0] / (DEPTH_MM[1] - DEPTH_MM[0]);
 
 /// How far there is to go: a bar of its own, zero where the tool is to stop.
 pub(super) fn depth(ui: &Ui, aimed: &Aimed, rooms: &Rooms, words: &mut Words, sizes: &Sizes) {
