@@ -68,7 +68,8 @@ struct Row {
 
 impl Row {
     fn of(link: &'static str, by: &'static str, frames: &Link, stamps: &[f64], stated: Option<(f64, f64)>) -> Self {
-        let counted = frames.truth.iter().position(|t| *t > FROM_S).unwrap();
+        let from_s = FROM_S.min(frames.truth[frames.truth.len() / 2]);
+        let counted = frames.truth.iter().position(|t| *t > from_s).unwrap();
         let all = stamps.iter().zip(&frames.truth).zip(&frames.arrival).skip(counted);
         let errors: Vec<f64> = all.clone().map(|((stamp, truth), _)| 1e3 * (stamp - truth)).collect();
         let future = all.map(|((stamp, _), arrival)| 1e3 * (stamp - arrival));

@@ -17,6 +17,7 @@
 //! lie above the true one, by the spacing of the lowest frames, and how far the law may lie below the truth, by the least lateness of the last
 //! half second. `docs/clocks.md` has the measured errors.
 
+mod creep;
 mod envelope;
 mod hull;
 mod quality;
@@ -29,6 +30,7 @@ mod trial;
 pub use quality::{Event, Mapped, Quality, Reason};
 pub use spread::Spread;
 
+use creep::Creep;
 use envelope::Envelope;
 use spread::Lateness;
 use stamps::Stamps;
@@ -84,6 +86,9 @@ pub struct Mapping {
     ahead: Trial,
     far_behind: Trial,
     behind: Trial,
+    creep: Creep,
+    /// Of a law that began since: a stamp and when its frame had arrived by the law before.
+    crept_from: Option<(i64, i64)>,
     /// After a step that may have been a busy link: its size, and until which arrival both may be.
     doubt: Option<(i64, i64)>,
     lateness: Lateness,
@@ -115,6 +120,8 @@ impl Mapping {
             ahead: Trial::new(law(), Side::Ahead),
             far_behind: Trial::new(law(), Side::ClearlyBehind),
             behind: Trial::new(law(), Side::Behind),
+            creep: Creep::default(),
+            crept_from: None,
             doubt: None,
             law: law(),
             lateness: Lateness::new(window_ns),
@@ -163,16 +170,51 @@ impl Mapping {
             self.law.clear(skew);
             self.trials().into_iter().for_each(Trial::forget);
         }
+        if self.ahead.is_stale(device_ns, arrival_ns) {
+            self.ahead.forget();
+        }
         let late = self.law.late(device_ns, arrival_ns);
         let tolerance = (NOISES * self.law.noise()).clamp(LEAST_STEP_NS, trial::CLEARLY_NS);
-        if self.law.has_settled() && late < -AHEAD_NS {
+        if self.law.has_settled() && late < 0.0 {
+            return self.follow_ahead(-late, tolerance.max(AHEAD_NS), device_ns, arrival_ns);
+        }
+        // A frame that is late may be one of a clock that was set back, or of a busy link: it is taken as both.
+        self.law.push(device_ns, arrival_ns);
+        let step = self.try_late(late, tolerance, device_ns, arrival_ns);
+        (Ok(()), step.or_else(|| self.crept(device_ns, arrival_ns)))
+    }
+
+    /// The same of a frame that arrived `early`, before the law allowed it to.
+    fn follow_ahead(
+        &mut self,
+        early: f64,
+        tolerance: f64,
+        device_ns: i64,
+        arrival_ns: i64,
+    ) -> (Result<(), Reason>, Option<i64>) {
+        if early > tolerance {
             let is_ready = self.ahead.push(&self.law, tolerance, device_ns, arrival_ns);
             let step = is_ready.then(|| self.adopt(Side::Ahead, device_ns, arrival_ns));
             return (step.map(|_| ()).ok_or(Reason::Ahead), step);
         }
-        // A frame that is late may be one of a clock that was set back, or of a busy link: it is taken as both.
+        if let Some(by) = self.creep.lower(early, tolerance, arrival_ns) {
+            self.crept_from = Some((device_ns, arrival_ns.saturating_add(by as i64)));
+            let skew = self.law.skew();
+            self.law.clear(skew);
+            self.creep.forget();
+        }
         self.law.push(device_ns, arrival_ns);
-        (Ok(()), self.try_late(late, tolerance, device_ns, arrival_ns))
+        self.trials().into_iter().for_each(Trial::keep);
+        (Ok(()), None)
+    }
+
+    /// The step that a law crept by, once the new one has settled.
+    fn crept(&mut self, device_ns: i64, arrival_ns: i64) -> Option<i64> {
+        let (device_from, arrival_from) = self.crept_from.filter(|_| self.law.has_settled())?;
+        self.crept_from = None;
+        let by_old_law = arrival_from.saturating_add(device_ns.saturating_sub(device_from));
+        let by_new_law = arrival_ns.saturating_sub(self.law.late(device_ns, arrival_ns) as i64);
+        Some(by_old_law.saturating_sub(by_new_law))
     }
 
     /// Lets the trials take a frame that is not ahead, and gives a step.
@@ -188,7 +230,7 @@ impl Mapping {
             return Some(self.adopt(Side::ClearlyBehind, device_ns, arrival_ns));
         }
         // What is about to be found farther behind, or ahead, is not told in two steps.
-        let is_alone = self.far_behind.is_empty() && self.ahead.is_empty();
+        let is_alone = self.far_behind.frames() == 0 && self.ahead.frames() == 0;
         (is_behind && is_alone).then(|| self.adopt(Side::Behind, device_ns, arrival_ns))
     }
 
@@ -206,6 +248,8 @@ impl Mapping {
         let set_back = trial.law.above(&self.law, device_ns);
         std::mem::swap(&mut self.law, &mut trial.law);
         self.trials().into_iter().for_each(Trial::forget);
+        self.creep.forget();
+        self.crept_from = None;
         let by_ns = -set_back.clamp(-i128::from(i64::MAX), i128::from(i64::MAX)) as i64;
         let until = arrival_ns.saturating_add(self.window_ns);
         // Little may have been a link that is busy for long, or a longer way: both stay possible while the window remembers the old law.
@@ -220,6 +264,10 @@ impl Mapping {
         }
         if !self.law.has_settled() {
             return Err(Reason::JustBegun);
+        }
+        // One stamp alone may be wrong; after a second one the old law is in doubt for all frames.
+        if self.ahead.frames() > 1 {
+            return Err(Reason::Ahead);
         }
         let late = self.law.late(device_ns, arrival_ns).max(0.0).round() as i64;
         let capture = arrival_ns.saturating_sub(late);

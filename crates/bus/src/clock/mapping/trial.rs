@@ -12,8 +12,6 @@ const LATE_NS: f64 = 250e6;
 const LONG_NS: f64 = 4e9;
 /// How late all frames must be for the clock to have been set rather than the link to be busy: 50 ms.
 pub(super) const CLEARLY_NS: f64 = 50e6;
-/// Frames that keep the old law after which frames ahead of it are forgotten: one may be a very late frame of a clock that was set forward.
-const KEPT: u32 = 2;
 /// Frames on both sides of a silence say nothing of the time between.
 const SILENCE_NS: f64 = 1e9;
 /// At what age a law that begins with frames from before a step is found out: its floor is over half a second.
@@ -35,7 +33,6 @@ pub(super) struct Trial {
     pub(super) law: Envelope,
     side: Side,
     frames: u32,
-    kept: u32,
     /// A stamp went back before the first frame.
     after_setback: bool,
 }
@@ -46,15 +43,13 @@ impl Trial {
             law,
             side,
             frames: 0,
-            kept: 0,
             after_setback: false,
         }
     }
 
     /// Takes a frame that does not keep the old law, whose tolerance is given, and says whether the frames hold a law of their own now.
     pub(super) fn push(&mut self, old: &Envelope, tolerance: f64, device_ns: i64, arrival_ns: i64) -> bool {
-        let is_held_up = self.frames > 0 && self.law.silence(device_ns, arrival_ns) > SILENCE_NS;
-        if is_held_up || self.began_before_a_step(tolerance) {
+        if self.is_stale(device_ns, arrival_ns) || self.began_before_a_step(tolerance) {
             self.forget();
         }
         if self.frames == 0 {
@@ -69,16 +64,20 @@ impl Trial {
         self.side == Side::Behind && EXAMINED_NS.contains(&self.law.age().0) && self.law.floor() > tolerance
     }
 
-    /// A frame kept the old law.
+    /// Whether no frame came to it for so long that those before say nothing any more.
+    pub(super) fn is_stale(&self, device_ns: i64, arrival_ns: i64) -> bool {
+        self.frames > 0 && self.law.silence(device_ns, arrival_ns) > SILENCE_NS
+    }
+
+    /// A frame kept the old law. Of a clock that was set forward late frames do: only time ends a trial of frames ahead.
     pub(super) fn keep(&mut self) {
-        self.kept += 1;
-        if self.side != Side::Ahead || self.kept >= KEPT {
+        if self.side != Side::Ahead {
             self.forget();
         }
     }
 
     pub(super) fn forget(&mut self) {
-        (self.frames, self.kept, self.after_setback) = (0, 0, false);
+        (self.frames, self.after_setback) = (0, false);
     }
 
     /// A stamp went back: what came before was stamped by the clock as it was.
@@ -87,8 +86,8 @@ impl Trial {
         self.after_setback = true;
     }
 
-    pub(super) fn is_empty(&self) -> bool {
-        self.frames == 0
+    pub(super) fn frames(&self) -> u32 {
+        self.frames
     }
 
     fn is_ready(&self) -> bool {

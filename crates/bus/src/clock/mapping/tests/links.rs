@@ -196,7 +196,7 @@ pub(crate) const BREAKERS: [Plan; 20] = [
     },
     Plan {
         rate_hz: 4000.0,
-        length_s: 40.0,
+        length_s: 20.0,
         ..broken("4 kHz")
     },
     Plan {
