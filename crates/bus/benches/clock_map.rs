@@ -33,6 +33,8 @@ fn main() {
     let rows: Vec<Row> = LINKS.iter().flat_map(rows).collect();
     show::table(&rows);
     println!();
+    seeds();
+    println!();
     steps();
     println!();
     breakers();
@@ -128,6 +130,28 @@ fn stated(link: &Link, mapped: &[Mapped]) -> (f64, f64) {
     let mut sizes: Vec<f64> = bounds.iter().map(|(bound, _)| *bound).collect();
     sizes.sort_by(f64::total_cmp);
     (100.0 * held as f64 / bounds.len() as f64, sizes[sizes.len() / 2])
+}
+
+/// The same of the lower envelope over a hundred seeds of each link.
+fn seeds() {
+    println!("| link | p99 of a run, median, ms | worst | max of all, ms | stated holds, all frames, % | worst run |");
+    println!("|---|---|---|---|---|---|");
+    for plan in &LINKS {
+        let runs = (0..100).map(|seed| {
+            let link = plan.link(seed);
+            let mapped = map(&link);
+            let stamps: Vec<f64> = mapped.iter().map(|m| m.capture_ns as f64 * 1e-9).collect();
+            Row::of(plan.name, "", &link, &stamps, Some(stated(&link, &mapped)))
+        });
+        let runs: Vec<Row> = runs.collect();
+        let mut p99: Vec<f64> = runs.iter().map(|row| row.quantile_ms(0.99)).collect();
+        p99.sort_by(f64::total_cmp);
+        let most = runs.iter().map(|row| row.quantile_ms(1.0)).fold(0.0, f64::max);
+        let held = runs.iter().filter_map(|row| row.stated.map(|(held, _)| held));
+        let (sum, least) = held.fold((0.0, 100.0), |(sum, least), h| (sum + h, f64::min(least, h)));
+        let (name, median, worst, held) = (plan.name, p99[50], p99[99], sum / 100.0);
+        println!("| {name} | {median:.3} | {worst:.3} | {most:.3} | {held:.2} | {least:.2} |");
+    }
 }
 
 /// After how long a step is told, over a hundred seeds of each link.
