@@ -7,6 +7,7 @@
 
 pub mod date;
 mod law;
+pub mod mapping;
 
 use std::cell::Cell;
 use std::rc::Rc;

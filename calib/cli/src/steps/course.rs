@@ -119,8 +119,7 @@ impl Around {
 /// The command that does the same in a terminal: `pilot calibrate ...`.
 pub(super) fn in_a_terminal(words: &[String]) -> String {
     let mut text = "pilot calibrate".to_owned();
-    let mut words = words.iter().skip(1).peekable();
-    while let Some(word) = words.next() {
+    for word in words.iter().skip(1) {
         match word.as_str() {
             "--json" => {}
             // `pilot calibrate` takes the same run by --run.

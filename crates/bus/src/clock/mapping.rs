@@ -1,0 +1,278 @@
+//! When a remote device captured a frame, on the run's clock, from its own stamps.
+//!
+//! The device has a clock of its own, with an epoch, a skew and steps; what is seen of it is the arrival of each frame, which is late by
+//! the way there. Arrival less stamp is, but for the steps, a line (the skew) plus a delay that is never less than the least delay of
+//! the link. So the law is a line *below* those points: over the last 20 s the one that supports them with a skew of at most
+//! 200 ppm. Late frames, however many and however late, lie above it and do not move it; a mean would follow them.
+//!
+//! ```text
+//! capture = arrival - (how far the frame lies above the line) - least_delay_ns
+//! ```
+//!
+//! From one way alone the least delay cannot be told from a clock that is late: every mapped stamp is late by it. Who knows it states
+//! it ([`Settings::least_delay_ns`]). A route that grows longer looks like a clock that was set back.
+//!
+//! Of the line's two numbers the offset is the support itself. The skew is that of the hull's edge over the middle of the window, weighted
+//! against what earlier windows said of it. [`Mapped::uncertain_ns`] is a bound for 99 frames of 100: how far the window's least delay may
+//! lie above the true one, by the spacing of the lowest frames, and how far the law may lie below the truth, by the least lateness of the last
+//! half second. `docs/clocks.md` has the measured errors.
+
+mod creep;
+mod envelope;
+mod hull;
+mod quality;
+mod settings;
+mod skew;
+mod spread;
+mod stamps;
+mod told;
+mod trial;
+
+pub use quality::{Event, Mapped, Quality, Reason};
+pub use settings::{Settings, Status};
+pub use spread::Spread;
+
+use creep::Creep;
+use envelope::Envelope;
+use spread::Lateness;
+use stamps::Stamps;
+use told::Told;
+use trial::{Side, Trial};
+
+/// The clock of one device.
+///
+/// Frames are handed over in the order of their arrival. It takes about 20 kB once and nothing more for a frame.
+#[derive(Debug, Clone)]
+pub struct Mapping {
+    least_delay_ns: i64,
+    window_ns: i64,
+    stamps: Stamps,
+    law: Envelope,
+    /// Laws of frames ahead of it, far behind it, and behind it.
+    ahead: Trial,
+    far_behind: Trial,
+    behind: Trial,
+    creep: Creep,
+    /// Of a law that began since: a stamp and when its frame had arrived by the law before.
+    crept_from: Option<(i64, i64)>,
+    /// After a step that may have been a busy link: its size, and until which arrival both may be.
+    doubt: Option<(i64, i64)>,
+    lateness: Lateness,
+    /// Arrival of the frame before and its time before the least delay was taken off.
+    last: Option<(i64, i64)>,
+    mapped: u64,
+    told: Told,
+}
+
+/// What is farther ahead of the law has to be said by more than one frame.
+const AHEAD_NS: f64 = 3e6;
+/// The law's noise, so many times, and this at least, is kept by every frame of the clock it belongs to.
+const NOISES: f64 = 12.0;
+const LEAST_STEP_NS: f64 = 0.5e6;
+
+impl Mapping {
+    /// A law that is less certain than this is not used: 100 ms.
+    pub const WIDEST_NS: i64 = 100_000_000;
+
+    /// A device of which nothing is known.
+    pub fn new(settings: Settings) -> Self {
+        let window_ns = settings.window_ns.max(1_000_000_000);
+        let bound = settings.skew_ppm.abs().min(1000.0) * 1e-6;
+        let law = || Envelope::new(window_ns, if bound.is_finite() { bound } else { 0.0 });
+        Self {
+            least_delay_ns: settings.least_delay_ns.max(0),
+            window_ns,
+            stamps: Stamps::default(),
+            ahead: Trial::new(law(), Side::Ahead),
+            far_behind: Trial::new(law(), Side::ClearlyBehind),
+            behind: Trial::new(law(), Side::Behind),
+            creep: Creep::default(),
+            crept_from: None,
+            doubt: None,
+            law: law(),
+            lateness: Lateness::new(window_ns),
+            last: None,
+            mapped: 0,
+            told: Told::new(window_ns),
+        }
+    }
+
+    /// When the frame was captured that the device stamped `device_ns` and that arrived at `arrival_ns` on the run's clock, both in
+    /// nanoseconds. Any numbers are taken; what is wrong with them is said.
+    pub fn map(&mut self, device_ns: i64, arrival_ns: i64) -> Mapped {
+        let judged = self.stamps.judge(device_ns, arrival_ns);
+        let back = self.last.is_some_and(|(last, _)| arrival_ns < last);
+        let judged = if back { Some(Reason::ArrivalBackwards) } else { judged };
+        let (placed, step) = match judged {
+            Some(reason) => {
+                if reason == Reason::Backwards {
+                    self.trials().into_iter().for_each(Trial::set_back);
+                }
+                (Err(reason), None)
+            }
+            None => self.follow(device_ns, arrival_ns),
+        };
+        let step = step.and_then(|by_ns| self.told.step(by_ns, arrival_ns));
+        let placed = placed.and_then(|()| self.place(device_ns, arrival_ns));
+        let arrived = placed.err().and_then(|reason| self.told.arrival(reason, arrival_ns));
+        self.conclude(placed, step.or(arrived), arrival_ns)
+    }
+
+    /// What is known by now.
+    pub fn status(&self) -> Status {
+        Status {
+            spread: self.lateness.spread(),
+            skew_ppm: self.law.skew().now * 1e6,
+            steps: self.told.steps,
+            mapped: self.mapped,
+            arrivals: self.told.arrivals,
+        }
+    }
+
+    /// Lets the law take the frame. Gives whether the frame may be placed by it, and by how much the device's clock was found to be set.
+    fn follow(&mut self, device_ns: i64, arrival_ns: i64) -> (Result<(), Reason>, Option<i64>) {
+        if self.law.is_empty() || self.law.silence(device_ns, arrival_ns) > self.window_ns as f64 {
+            let skew = self.law.skew();
+            self.law.clear(skew);
+            self.trials().into_iter().for_each(Trial::forget);
+        }
+        if self.ahead.is_stale(device_ns, arrival_ns) {
+            self.ahead.forget();
+        }
+        let late = self.law.late(device_ns, arrival_ns);
+        let tolerance = (NOISES * self.law.noise()).clamp(LEAST_STEP_NS, trial::CLEARLY_NS);
+        if self.law.has_settled() && late < 0.0 {
+            return self.follow_ahead(-late, tolerance.max(AHEAD_NS), device_ns, arrival_ns);
+        }
+        // A frame that is late may be one of a clock that was set back, or of a busy link: it is taken as both.
+        self.law.push(device_ns, arrival_ns);
+        let step = self.try_late(late, tolerance, device_ns, arrival_ns);
+        (Ok(()), step.or_else(|| self.crept(device_ns, arrival_ns)))
+    }
+
+    /// The same of a frame that arrived `early`, before the law allowed it to.
+    fn follow_ahead(
+        &mut self,
+        early: f64,
+        tolerance: f64,
+        device_ns: i64,
+        arrival_ns: i64,
+    ) -> (Result<(), Reason>, Option<i64>) {
+        if early > tolerance {
+            let is_ready = self.ahead.push(&self.law, tolerance, device_ns, arrival_ns);
+            let step = is_ready.then(|| self.adopt(Side::Ahead, device_ns, arrival_ns));
+            return (step.map(|_| ()).ok_or(Reason::Ahead), step);
+        }
+        if let Some(by) = self.creep.lower(early, tolerance, arrival_ns) {
+            self.crept_from = Some((device_ns, arrival_ns.saturating_add(by as i64)));
+            let skew = self.law.skew();
+            self.law.clear(skew);
+            self.creep.forget();
+        }
+        self.law.push(device_ns, arrival_ns);
+        self.trials().into_iter().for_each(Trial::keep);
+        (Ok(()), None)
+    }
+
+    /// The step that a law crept by, once the new one has settled.
+    fn crept(&mut self, device_ns: i64, arrival_ns: i64) -> Option<i64> {
+        let (device_from, arrival_from) = self.crept_from.filter(|_| self.law.has_settled())?;
+        self.crept_from = None;
+        let by_old_law = arrival_from.saturating_add(device_ns.saturating_sub(device_from));
+        let by_new_law = arrival_ns.saturating_sub(self.law.late(device_ns, arrival_ns) as i64);
+        Some(by_old_law.saturating_sub(by_new_law))
+    }
+
+    /// Lets the trials take a frame that is not ahead, and gives a step.
+    fn try_late(&mut self, late: f64, tolerance: f64, device_ns: i64, arrival_ns: i64) -> Option<i64> {
+        if late <= tolerance {
+            self.trials().into_iter().for_each(Trial::keep);
+            return None;
+        }
+        let is_behind = self.behind.push(&self.law, tolerance, device_ns, arrival_ns);
+        if late <= trial::CLEARLY_NS {
+            self.far_behind.keep();
+        } else if self.far_behind.push(&self.law, tolerance, device_ns, arrival_ns) {
+            return Some(self.adopt(Side::ClearlyBehind, device_ns, arrival_ns));
+        }
+        // What is about to be found farther behind, or ahead, is not told in two steps.
+        let is_alone = self.far_behind.frames() == 0 && self.ahead.frames() == 0;
+        (is_behind && is_alone).then(|| self.adopt(Side::Behind, device_ns, arrival_ns))
+    }
+
+    fn trials(&mut self) -> [&mut Trial; 3] {
+        [&mut self.ahead, &mut self.far_behind, &mut self.behind]
+    }
+
+    /// Puts the law of a trial in the place of the old one, and gives the step.
+    fn adopt(&mut self, side: Side, device_ns: i64, arrival_ns: i64) -> i64 {
+        let trial = match side {
+            Side::Ahead => &mut self.ahead,
+            Side::ClearlyBehind => &mut self.far_behind,
+            Side::Behind => &mut self.behind,
+        };
+        let set_back = trial.law.above(&self.law, device_ns);
+        std::mem::swap(&mut self.law, &mut trial.law);
+        self.trials().into_iter().for_each(Trial::forget);
+        self.creep.forget();
+        self.crept_from = None;
+        let by_ns = -set_back.clamp(-i128::from(i64::MAX), i128::from(i64::MAX)) as i64;
+        let until = arrival_ns.saturating_add(self.window_ns);
+        // Little may have been a link that is busy for long, or a longer way: both stay possible while the window remembers the old law.
+        self.doubt = (side == Side::Behind).then_some((by_ns.saturating_abs(), until));
+        by_ns
+    }
+
+    /// Where the law puts a frame and how surely, or why it does not.
+    fn place(&self, device_ns: i64, arrival_ns: i64) -> Result<(i64, i64), Reason> {
+        if self.told.is_unsteady(arrival_ns) {
+            return Err(Reason::Unsteady);
+        }
+        if !self.law.has_settled() {
+            return Err(Reason::JustBegun);
+        }
+        // One stamp alone may be wrong; after a second one the old law is in doubt for all frames.
+        if self.ahead.frames() > 1 {
+            return Err(Reason::Ahead);
+        }
+        let late = self.law.late(device_ns, arrival_ns).max(0.0).round() as i64;
+        let capture = arrival_ns.saturating_sub(late);
+        let uncertain = (self.law.uncertain().ceil() as i64)
+            .saturating_add(self.stamps.grain_ns())
+            .saturating_add(self.doubt_ns(arrival_ns));
+        // The law moves a little as frames come; a capture does not go back for that.
+        let earliest = self.last.map_or(capture, |(_, last)| last);
+        let raised = earliest.saturating_sub(capture).max(0);
+        if raised > uncertain {
+            return Err(Reason::Behind);
+        }
+        let uncertain = uncertain.saturating_add(raised);
+        if uncertain > Self::WIDEST_NS {
+            return Err(Reason::Vague);
+        }
+        Ok((capture.max(earliest), uncertain))
+    }
+
+    fn doubt_ns(&self, arrival_ns: i64) -> i64 {
+        let doubt = self.doubt.filter(|(_, until)| arrival_ns < *until);
+        doubt.map_or(0, |(by, _)| by)
+    }
+
+    fn conclude(&mut self, placed: Result<(i64, i64), Reason>, event: Option<Event>, arrival_ns: i64) -> Mapped {
+        let capture = placed.map_or(arrival_ns, |(capture, _)| capture.min(arrival_ns));
+        self.last = Some((arrival_ns, capture));
+        if placed.is_ok() {
+            self.mapped += 1;
+            self.lateness.count(arrival_ns, arrival_ns.saturating_sub(capture));
+        }
+        Mapped {
+            capture_ns: capture.saturating_sub(self.least_delay_ns),
+            uncertain_ns: placed.ok().map(|(_, uncertain)| uncertain),
+            quality: placed.map_or_else(Quality::Arrival, |_| Quality::Mapped),
+            event,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
