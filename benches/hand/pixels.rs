@@ -100,6 +100,8 @@ impl PixelReader {
             recorder: None,
             watched_ns: None,
             is_replay: false,
+            law: None,
+            timeline: None,
             recorded_in: None,
             is_simulated: false,
             began_ns: Some(0),

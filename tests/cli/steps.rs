@@ -107,7 +107,6 @@ fn target_is_true(file: &Value, truth: Rigid<Ct, Reference>) {
     let rms = stated.iter().find(|tre| tre["at"] == "target").unwrap()["rms_mm"]
         .as_f64()
         .unwrap();
-    println!("target off by {off:.3} mm, {rms:.3} mm rms predicted");
     // A chance of 1e-6, and the touches of this seed err by 0.3 mm along each axis as the prediction has it.
     assert!(off < 4.0 * rms && rms < 1.5, "{off} mm, {rms} mm");
 }

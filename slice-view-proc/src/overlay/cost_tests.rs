@@ -25,6 +25,9 @@ fn median(mut times: Vec<f64>) -> f64 {
 }
 
 /// The whole overlay beside what it was while the tube was its axis alone, in the same run.
+/// Draws a part of an image.
+type Part<'a> = &'a dyn Fn(&mut Canvas);
+
 #[test]
 #[ignore = "measures"]
 #[allow(clippy::print_stdout, reason = "the figures are what this is for")]
@@ -84,7 +87,7 @@ fn the_cost_of_an_overlay() {
             "{name}: {all:.0} us, before {before:.0} us, {:.2} times; the new lines {lines:.0} us",
             all / before
         );
-        let parts: [(&str, &dyn Fn(&mut Canvas)); 4] = [
+        let parts: [(&str, Part<'_>); 4] = [
             ("cuts", &|canvas| overlay.draw_cuts(canvas)),
             ("plan", &|canvas| overlay.draw_planned(canvas)),
             ("tube and path", &|canvas| overlay.draw_tube(canvas, pose, 9.0)),
