@@ -15,6 +15,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("calib", 1),
     ("guidance", 1),
     ("igtl", 1),
+    ("ndi", 1),
     ("optics", 1),
     ("phantom", 1),
     ("picture", 1),
@@ -55,7 +56,7 @@ const WALLS: &[(&str, &str)] = &[
 ];
 
 /// Crates that may name these libraries and no others.
-const SPARE: &[(&str, &[&str])] = &[("chance", &[]), ("fit", &[]), ("geometry", &["nalgebra", "serde"]), ("igtl", &["thiserror"])];
+const SPARE: &[(&str, &[&str])] = &[("chance", &[]), ("fit", &[]), ("geometry", &["nalgebra", "serde"]), ("igtl", &["thiserror"]), ("ndi", &["thiserror"])];
 
 /// The longest file, lines: a thought may need more than a screen, and no more than a few.
 const MAX_LINES: usize = 700;
