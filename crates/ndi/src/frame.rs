@@ -14,6 +14,8 @@ pub struct Frame {
     pub number: Option<u32>,
     /// For which tools; `None` of TX and BX, which do not say it.
     pub kind: Option<FrameKind>,
+    /// Which of several of its kind that have one number; 0 of TX and BX.
+    pub index: u8,
     /// When it was taken, ns of the device's own clock; `None` of TX and BX, which do not say it.
     pub device_ns: Option<i64>,
     /// Tools, each once.
@@ -123,6 +125,7 @@ impl Frame {
         Self {
             number: Some(frame.number),
             kind: Some(frame.kind),
+            index: frame.index,
             device_ns: Some(frame.device_ns),
             tools: frame.tools.iter().map(tool).collect(),
             markers: markers.collect(),
@@ -159,6 +162,7 @@ impl Frame {
         Self {
             number,
             kind: None,
+            index: 0,
             device_ns: None,
             tools: Vec::new(),
             markers: Vec::new(),
@@ -212,6 +216,7 @@ impl Frame {
         let mut fields = Fields::default();
         self.number.iter().for_each(|number| fields.add("number", *number));
         self.kind.iter().for_each(|kind| fields.add("kind", kind.words()));
+        fields.add("index", self.index);
         self.device_ns.iter().for_each(|ns| fields.add("device_ns", *ns));
         for (number, sight) in self.tools.iter().enumerate() {
             let name = format!("tools[{number}]");

@@ -42,7 +42,9 @@ impl FrameWatch {
             return FrameStep::First;
         };
         let of_tools = || frame.tools.first().map_or(0, |sight| u32::from(sight.handle().0));
-        let key = frame.kind.map_or_else(of_tools, |kind| 1 << 16 | u32::from(kind.0));
+        let key = frame.kind.map_or_else(of_tools, |kind| {
+            1 << 16 | u32::from(kind.0) << 8 | u32::from(frame.index)
+        });
         match self.0.iter_mut().find(|(kept, _)| *kept == key) {
             Some((_, last)) => step(std::mem::replace(last, number), number),
             None => {

@@ -17,9 +17,15 @@ pub(super) fn command(line: &[u8]) -> Result<Command, Malformed> {
     let line = printable(line)?;
     let end = line.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(line.len());
     let (name, rest) = line.split_at_checked(end).unwrap_or_default();
-    let arguments = match rest.strip_prefix(':') {
-        Some(_) => checked(line)?.get(end + 1..).unwrap_or_default(),
-        None => rest.strip_prefix(' ').unwrap_or(rest),
+    let arguments = match rest.as_bytes().first() {
+        Some(b':') => checked(line)?.get(end + 1..).unwrap_or_default(),
+        Some(b' ') => rest.get(1..).unwrap_or_default(),
+        None => "",
+        Some(_) => {
+            let found = shown(rest.as_bytes());
+            let (field, allowed) = ("the end of a command's name", "a colon or a space");
+            return Err(refused(Fault::Word { field, found, allowed }, end));
+        }
     };
     let mut text = Text::new(arguments);
     match known(name, &mut text) {
@@ -64,7 +70,7 @@ fn checked(line: &str) -> Result<&str, Malformed> {
 fn known(name: &str, text: &mut Text<'_>) -> Option<Result<Command, Refusal>> {
     let command = match name {
         "INIT" => Ok(Command::Init),
-        "TSTART" => rest(text).map(|_| Command::Tstart),
+        "TSTART" => which(text).map(|_| Command::Tstart),
         "TSTOP" => Ok(Command::Tstop),
         "COMM" => rest(text).map(Command::Comm),
         "VER" => digit(text).map(Command::Ver),
