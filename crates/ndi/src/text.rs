@@ -95,7 +95,8 @@ impl<'a> Text<'a> {
             let digit = char::from(*byte).to_digit(10).ok_or_else(|| refuse(*byte))?;
             Ok(whole * 10 + digit)
         })?;
-        Ok(sign * f64::from(whole) / 10_f64.powi(decimals))
+        // A zero with a minus is a zero.
+        Ok(sign * f64::from(whole) / 10_f64.powi(decimals) + 0.0)
     }
 
     pub(crate) fn done(&self, field: &'static str) -> Result<(), Refusal> {

@@ -138,10 +138,10 @@ pub fn tx_text(polled: &Polled, options: ReplyOption) -> String {
 }
 
 fn tool_text(tool: &PolledTool, options: ReplyOption) -> String {
-    let port = tool.port.unwrap_or(PortStatus(0)).0;
-    if tool.status == HandleStatus::MISSING && port == 0 && tool.frame.is_none() {
+    if tool.status == HandleStatus::MISSING && tool.port == Some(PortStatus(0)) && tool.frame.is_none() {
         return format!("{}UNOCCUPIED", tool.handle);
     }
+    let port = tool.port.unwrap_or(PortStatus(0)).0;
     let mut out = tool.handle.to_string();
     if options.has(ReplyOption::TRANSFORMS) {
         out += &match (tool.status, &tool.transform) {

@@ -87,21 +87,29 @@ fn bx_comes_back_with_every_combination_of_options() {
 
 #[test]
 fn tx_comes_back_with_every_combination_of_options() {
-    for bits in [1, 3, 5, 7, 0x801, 0x1001, 0x1801, 0x1807, 0x1003] {
+    for bits in (0..8).flat_map(|bits| [bits, bits | 0x0800, bits | 0x1000, bits | 0x1800]) {
         let options = ReplyOption(bits);
         let mut expected = reduced(full(), options);
         expected.tools.iter_mut().for_each(|tool| tool.markers = None);
         // A disabled tool has its port and frame in TX, and all that follows.
         let mut sent = full();
         for polled in [&mut sent, &mut expected] {
-            polled.tools[2].port = Some(PortStatus(0x11));
-            polled.tools[2].frame = Some(7);
+            if options.has(ReplyOption::TRANSFORMS) {
+                polled.tools[2].port = Some(PortStatus(0x11));
+                polled.tools[2].frame = Some(7);
+            }
             if options.has(ReplyOption::INFORMATION) {
                 polled.tools[2].information = polled.tools[0].information;
             }
             if options.has(ReplyOption::SINGLE_STRAY) {
                 polled.tools[2].single = polled.tools[0].single;
             }
+        }
+        if !options.has(ReplyOption::TRANSFORMS) {
+            expected
+                .tools
+                .iter_mut()
+                .for_each(|tool| tool.status = HandleStatus::MISSING);
         }
         assert_eq!(parse_tx(&tx_text(&sent, options), options), Ok(expected), "{bits:04X}");
     }
