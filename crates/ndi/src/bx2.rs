@@ -198,8 +198,8 @@ fn frame(reader: &mut Reader<'_>, reply: &mut Bx2) -> Result<Bx2Frame, Refusal> 
         let mut one = component(reader)?;
         match one.kind {
             TOOLS => items::tools(&mut one, &mut frame.tools)?,
-            MARKERS => frame.markers.extend(items::markers(&mut one)?),
-            ERRORS => match items::errors(&mut one) {
+            MARKERS => items::markers(&mut one, &mut frame.markers)?,
+            ERRORS => match items::errors(&mut one, frame.errors.len()) {
                 Some(errors) => frame.errors.extend(errors),
                 None => reply.skipped = reply.skipped.saturating_add(1),
             },

@@ -2,8 +2,8 @@
 
 /// Bounds of what is read; they are checked before anything is allocated for it.
 ///
-/// A decoder holds at most one text or one body, and makes room as its bytes come. Whatever is made of a body is at most
-/// four times its length.
+/// A decoder holds at most one text or one body, and makes room as its bytes come. Whatever is made of a body, with its
+/// frames, is at most ten times its length and 4 MiB besides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of a text with its CRC. The longest of a device are those of TX with many strays (some 8 KiB) and of GET.
@@ -26,7 +26,7 @@ impl Default for Limits {
     }
 }
 
-/// Most tools of one frame or list: handles of TX and BX have 8 bits.
+/// Most tools of one frame or list, and lists of markers but one: handles of TX and BX have 8 bits.
 pub const MOST_TOOLS: usize = 256;
 /// Most tools that a session sets up.
 pub const MOST_LOADED: usize = 24;

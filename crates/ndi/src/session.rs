@@ -70,6 +70,9 @@ pub enum Notice {
         /// Its handle.
         handle: Handle,
     },
+    /// The device gave one handle to two tools: the definition of the second would take the place of the first.
+    #[error("handle {0} was given twice")]
+    HandleTwice(Handle),
     /// Set up; from now on it is polled so.
     #[error("tracking; polled by {0}")]
     Tracking(Poll),

@@ -4,9 +4,11 @@ use super::{Alert, Bx2Frame, Bx2Marker, Bx2Markers, Bx2Tool, Component};
 use crate::fault::Fault;
 use crate::fields::Fields;
 use crate::handle::Handle;
+use crate::limits::MOST_TOOLS;
 use crate::malformed::Refusal;
 use crate::polled::bx::transform;
 use crate::status::{MarkerStatus, ToolStatus};
+use crate::wire::{Reader, long};
 
 /// Handle and status.
 const LEAST_TOOL: u64 = 4;
@@ -52,7 +54,8 @@ pub(super) const ALERT_WORDS: &[(u16, u16, &str)] = &[
 /// u16 handle, u16 status; w x y z, x y z, error as f32 where the status does not say that it is missing.
 pub(super) fn tools(component: &mut Component<'_>, tools: &mut Vec<Bx2Tool>) -> Result<(), Refusal> {
     let content = &mut component.content;
-    for _ in 0..content.count(component.items, LEAST_TOOL, "tools")? {
+    let count = content.count(component.items, LEAST_TOOL, "tools")?;
+    for _ in 0..room(content, tools.len(), count, "tools")? {
         let before = content.clone();
         let handle = Handle(content.u16("a tool")?);
         let status = ToolStatus(content.u16("a tool")?);
@@ -70,10 +73,10 @@ pub(super) fn tools(component: &mut Component<'_>, tools: &mut Vec<Bx2Tool>) -> 
 }
 
 /// u16 handle, u16 number; of each u8 status, u8 nothing, u16 index, x y z as f32.
-pub(super) fn markers(component: &mut Component<'_>) -> Result<Vec<Bx2Markers>, Refusal> {
+pub(super) fn markers(component: &mut Component<'_>, all: &mut Vec<Bx2Markers>) -> Result<(), Refusal> {
     let content = &mut component.content;
-    let mut all = Vec::new();
-    for _ in 0..content.count(component.items, LEAST_MARKERS, "lists of markers")? {
+    let lists = content.count(component.items, LEAST_MARKERS, "lists of markers")?;
+    for _ in 0..room(content, all.len(), lists, "lists of markers")? {
         let handle = Handle(content.u16("a list of markers")?);
         let said = content.u16("a list of markers")?;
         let count = content.count(said.into(), MARKER, "markers")?;
@@ -89,14 +92,25 @@ pub(super) fn markers(component: &mut Component<'_>) -> Result<Vec<Bx2Markers>, 
         }
         all.push(Bx2Markers { handle, markers });
     }
-    content.done("the last marker").map(|()| all)
+    content.done("the last marker")
+}
+
+/// So many more may be added: a device has at most so many tools, and strays beside them.
+fn room(content: &Reader<'_>, have: usize, more: usize, what: &'static str) -> Result<usize, Refusal> {
+    let (found, most) = (have.saturating_add(more), MOST_TOOLS + 1);
+    if found > most {
+        let (found, most) = (long(found), long(most));
+        return Err(content.refuse(Fault::TooMany { what, found, most }));
+    }
+    Ok(more)
 }
 
 /// u16 handle, u16 number, so many f32. `None` where it is laid out otherwise: no pose rests on it.
-pub(super) fn errors(component: &mut Component<'_>) -> Option<Vec<(Handle, Vec<f64>)>> {
+pub(super) fn errors(component: &mut Component<'_>, have: usize) -> Option<Vec<(Handle, Vec<f64>)>> {
     let content = &mut component.content;
     let mut all = Vec::new();
-    for _ in 0..content.count(component.items, LEAST_MARKERS, "lists of errors").ok()? {
+    let lists = content.count(component.items, LEAST_MARKERS, "lists of errors").ok()?;
+    for _ in 0..room(content, have, lists, "lists of errors").ok()? {
         let handle = Handle(content.u16("a list of errors").ok()?);
         let said = content.u16("a list of errors").ok()?;
         let count = content.count(said.into(), ERROR, "errors").ok()?;

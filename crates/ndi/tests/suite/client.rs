@@ -94,6 +94,18 @@ fn a_device_that_still_tracks_is_stopped_first() {
 }
 
 #[test]
+fn one_handle_for_two_tools_is_not_written_to() {
+    let mut client = Client::new(rules());
+    client.step(Event::Connected, 0);
+    let answers = [&["OKAY", "a Device", "00", "01"][..], &["OKAY"; 14], &["01"]].concat();
+    let mut actions = Vec::new();
+    for answer in answers {
+        actions = client.step(Event::Bytes(&text_reply(answer)), MS);
+    }
+    assert_eq!(actions, [Action::Tell(Notice::HandleTwice(Handle(1)))]);
+}
+
+#[test]
 fn handles_of_before_are_freed() {
     let mut client = Client::new(ClientRules::default());
     client.step(Event::Connected, 0);

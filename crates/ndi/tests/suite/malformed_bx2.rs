@@ -147,6 +147,32 @@ fn what_is_left_over_or_missing_is_refused() {
 }
 
 #[test]
+fn more_tools_than_a_device_has_are_refused() {
+    let tools: Vec<u8> = (0..300_u16)
+        .flat_map(|handle| [handle.to_le_bytes(), [31, 1]].concat())
+        .collect();
+    let error = refused(&in_frame(sized(2, 300, &tools)));
+    assert!(matches!(
+        error.fault,
+        Fault::TooMany {
+            what: "tools",
+            found: 300,
+            most: 257
+        }
+    ));
+    let lists = sized(3, 200, &[0; 800]);
+    let body = container(&[sized(1, 1, &item(0, &container(&[lists.clone(), lists])))]);
+    assert!(matches!(
+        refused(&body).fault,
+        Fault::TooMany {
+            what: "lists of markers",
+            found: 400,
+            ..
+        }
+    ));
+}
+
+#[test]
 fn a_tool_twice_is_refused() {
     let reply = Bx2 {
         frames: vec![frame(7, vec![tool(5, 0), tool(5, 0x100)])],

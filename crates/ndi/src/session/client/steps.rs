@@ -114,6 +114,9 @@ impl Client {
     fn loaded(&mut self, tool: usize, text: &str, actions: &mut Vec<Action>) -> Result<(), Notice> {
         let handle = parse_phrq(text).map_err(Notice::Malformed)?;
         self.handles.truncate(tool);
+        if self.handles.contains(&handle) {
+            return Err(Notice::HandleTwice(handle));
+        }
         self.handles.push(handle);
         let name = self
             .rules
