@@ -4,7 +4,7 @@ use ndi::session::{DeviceRules, Notice, Poll, Reason};
 use ndi::status::SystemStatus;
 use ndi::{Alert, ErrorCode, Frame, Handle, Markers, Why};
 
-use crate::support::{MS, Pair, frame, rom, rules, tool};
+use crate::support::{MS, Pair, frame, rom, rules, stray, tool};
 
 fn connected(device: DeviceRules) -> Pair {
     let mut pair = Pair::new(rules(), device);
@@ -212,4 +212,27 @@ fn only_what_is_wanted_is_asked_for() {
     pair.show(frame(7, vec![tool(1, 0)]));
     assert!(pair.published.last().unwrap().markers.is_empty());
     assert!(pair.now < 100 * MS);
+}
+
+#[test]
+fn markers_of_tools_and_of_none_come_with_whose_they_are() {
+    let mut all = rules();
+    all.markers = Markers::All;
+    for (poll, device) in devices() {
+        let mut pair = Pair::new(all.clone(), device);
+        pair.event(ndi::session::Event::Connected);
+        let mut seen = frame(7, vec![tool(1, 0), tool(2, 0)]);
+        seen.markers.push(ndi::Bx2Markers {
+            handle: Handle(2),
+            markers: vec![stray(0, 0), stray(1, 5)],
+        });
+        pair.show(seen);
+        let markers = &pair.published.last().unwrap().markers;
+        let of = |handle: Option<Handle>| markers.iter().filter(move |marker| marker.tool() == handle);
+        assert!(of(None).next().unwrap().place_mm().is_ok(), "{poll}");
+        let of_tool: Vec<_> = of(Some(Handle(2))).map(|marker| marker.place_mm()).collect();
+        let expected = [Ok([0.0, 2.0, -1400.0]), Err(Why::OutOfVolume)];
+        // TX has no markers of tools.
+        assert_eq!(of_tool, if poll == Poll::Tx { &[][..] } else { &expected });
+    }
 }

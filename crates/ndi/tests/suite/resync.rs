@@ -188,3 +188,44 @@ fn a_device_that_resets_for_ever_is_given_up() {
     }
     assert_eq!(last.last(), Some(&Action::Close(Reason::TooManySetups { count: 3 })));
 }
+
+#[test]
+fn a_late_text_is_not_taken_for_the_version() {
+    let plain = DeviceRules {
+        bx2: false,
+        bx: false,
+        ..DeviceRules::default()
+    };
+    let mut pair = Pair::new(rules(), plain);
+    pair.event(Event::Connected);
+    pair.show(frame(1, vec![tool(1, 0)]));
+    let late = kept_back(&mut pair);
+    let mut answer = Vec::new();
+    while answer.is_empty() {
+        pair.now += 10 * MS;
+        let actions = pair.client.step(Event::Tick, pair.now);
+        answer = pair.take(actions);
+    }
+    // A text of TX, where that of VER must come.
+    pair.event(Event::Bytes(&late));
+    assert!(!pair.client.is_tracking());
+    pair.event(Event::Bytes(&answer));
+    pair.wait(300);
+    assert!(pair.told.contains(&Notice::InStep { tries: 2 }));
+}
+
+#[test]
+fn after_a_reset_the_device_counts_from_anywhere() {
+    let mut pair = tracking();
+    pair.show(frame(5000, vec![tool(1, 0)]));
+    let reset = pair.device.reset();
+    pair.event(Event::Bytes(&reset));
+    let told = pair.told.len();
+    pair.show(frame(3, vec![tool(1, 0)]));
+    assert_eq!(last_number(&pair), Some(3));
+    assert!(
+        !pair.told[told..]
+            .iter()
+            .any(|notice| matches!(notice, Notice::Jump { .. }))
+    );
+}
