@@ -212,6 +212,18 @@ fn only_what_is_wanted_is_asked_for() {
     pair.show(frame(7, vec![tool(1, 0)]));
     assert!(pair.published.last().unwrap().markers.is_empty());
     assert!(pair.now < 100 * MS);
+    // Strays alone: not the markers of tools.
+    for (_, device) in devices() {
+        let mut pair = connected(device);
+        let mut seen = frame(7, vec![tool(1, 0)]);
+        seen.markers.push(ndi::Bx2Markers {
+            handle: Handle(1),
+            markers: vec![stray(0, 0)],
+        });
+        pair.show(seen);
+        let markers = &pair.published.last().unwrap().markers;
+        assert!(!markers.is_empty() && markers.iter().all(|marker| marker.tool().is_none()));
+    }
 }
 
 #[test]

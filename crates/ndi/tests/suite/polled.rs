@@ -117,7 +117,7 @@ fn tx_comes_back_with_every_combination_of_options() {
 
 #[test]
 fn a_text_of_a_device_is_read() {
-    let text = "0401+07279+00000+06857-00003+001234-000567-180001+00770000000310000ABCD\n\
+    let text = "0401+07279-00000+06857-00003+001234-000567-180001+00770000000310000ABCD\n\
                 02MISSING0000007100000001\n03DISABLED0000001100000001\n0AUNOCCUPIED\n0000";
     let polled = parse_tx(text, ReplyOption(1)).unwrap();
     let expected = Transform {
@@ -126,6 +126,7 @@ fn a_text_of_a_device_is_read() {
         error_mm: 0.077,
     };
     assert_eq!(polled.tools[0].transform, Some(expected));
+    assert!(polled.tools[0].transform.unwrap().q[1].is_sign_positive());
     assert_eq!(polled.tools[0].frame, Some(0xABCD));
     let why: Vec<String> = polled.tools.iter().map(|tool| tool.why().to_string()).collect();
     assert_eq!(why, ["valid", "out of volume", "disabled", "unplugged"]);
