@@ -11,8 +11,8 @@ use crate::malformed::{Malformed, Recovery};
 use crate::wire::long;
 use framing::{checked_body, checked_text, error_inside};
 
-/// Start sequence of a binary reply, as it lies on the wire; then u16 length, u16 CRC of these four bytes, body, u16 CRC
-/// of the body.
+/// Start sequence of a binary reply, as it lies on the wire; then u16 length, u16 CRC of these four bytes, body, u16
+/// CRC of the body.
 const SHORT: [u8; 2] = [0xC4, 0xA5];
 /// The same of a long one, whose length has 32 bits.
 const LONG: [u8; 2] = [0xC8, 0xA5];

@@ -2,8 +2,8 @@
 
 use crate::fault::Fault;
 
-/// A quaternion whose length is this far off is none. TX writes four decimals, so that rounding is below 1.1e-4; of single
-/// precision it is below 1e-6.
+/// A quaternion whose length is this far off is none. TX writes four decimals, so that rounding is below 1.1e-4; of
+/// single precision it is below 1e-6.
 pub const UNIT_TOLERANCE: f64 = 1e-3;
 /// A place further out is none, mm: devices fill places that they do not know with -3.7e28.
 pub const MOST_MM: f64 = 1e5;

@@ -1,8 +1,8 @@
 //! Tool definitions (.rom), checked before they are written to a device: one wrong file makes every pose NaN.
 //!
 //! There is no public standard; the layout is the one that tools of several makers share, and their checksums agree
-//! with it. 752 bytes, little endian: `NDI` and 0; u16 sum of all bytes from 6 on; 24 largest angle, degrees; 28 number of
-//! markers; 32 fewest for a pose; 36 largest error, f32 mm; 72 places, 312 normals, 3 f32 each; 580 maker, 592 part.
+//! with it. 752 bytes, little endian: `NDI` and 0; u16 sum of all bytes from 6 on; 24 largest angle, degrees; 28 number
+//! of markers; 32 fewest for a pose; 36 largest error, f32 mm; 72 places, 312 normals, 3 f32 each; 580 maker, 592 part.
 
 mod shape;
 

@@ -1,15 +1,15 @@
 //! What a client and a device do, as step functions: an event and the time go in, what is to be done comes out.
 //!
-//! A session knows no socket. Its driver hands over what happens as an [`Event`], carries out the [`Action`]s, and hands
-//! over [`Event::Tick`] at least as often as a time limit is to be kept, and as frames are wanted. Times are ns of any
-//! clock that does not go back.
+//! A session knows no socket. Its driver hands over what happens as an [`Event`], carries out the [`Action`]s, and
+//! hands over [`Event::Tick`] at least as often as a time limit is to be kept, and as frames are wanted. Times are ns
+//! of any clock that does not go back.
 //!
 //! # Late replies
 //!
-//! A reply does not say which command it answers. One that comes after its time limit would be taken for the answer to the
-//! next command, and so on for ever. So whenever a reply is late, refused or none that was asked for, the client says
-//! nothing until the device has been silent for a while, drops what comes, and then asks VER: only when the text comes
-//! that VER gave before does it go on.
+//! A reply does not say which command it answers. One that comes after its time limit would be taken for the answer to
+//! the next command, and so on for ever. So whenever a reply is late, refused or none that was asked for, the client
+//! says nothing until the device has been silent for a while, drops what comes, and then asks VER: only when the text
+//! comes that VER gave before does it go on.
 
 mod client;
 mod device;

@@ -2,7 +2,8 @@
 
 use super::RomError;
 
-/// Markers closer to one line than this are on it, mm. Spheres have 11.5 mm across, and a localizer sees them within 0.3.
+/// Markers closer to one line than this are on it, mm. Spheres have 11.5 mm across, and a localizer sees them within
+/// 0.3.
 const LINE_MM: f64 = 2.0;
 /// Markers closer to one another than this are one, mm.
 const TOGETHER_MM: f64 = 1.0;
