@@ -4,9 +4,8 @@
 //!   are right, or what is wrong by name ([`Malformed`], [`Fault`]). [`Answer`] says what a text means; [`parse_tx`],
 //!   [`parse_bx`], [`parse_bx2`], [`parse_phsr`], [`parse_phinf`] read the rest. All have [`Fields`] for text and JSON.
 //! * [`Why`] is the one word for every status that a device states ([`status`]). A [`Frame`] has for each tool a pose
-//!   or
-//!   a reason: what is unknown, lost or not a number never comes out as a pose. [`FrameWatch`] tells a new frame from one
-//!   that was polled before.
+//!   or a reason: what is unknown, lost or not a number never comes out as a pose. [`FrameWatch`] tells a new frame from
+//!   one that was polled before.
 //! * [`Rom`] is a tool definition that was checked before it is written to a device.
 //! * [`session`]: what a client and a device do, as step functions.
 //!
