@@ -8,6 +8,7 @@
 mod calibrations;
 mod folder;
 mod links;
+mod localizer;
 mod messages;
 mod mutate;
 mod recordings;
@@ -33,7 +34,7 @@ pub struct Target {
 pub type Failure = Box<dyn std::error::Error>;
 
 /// All of them.
-pub const TARGETS: [Target; 15] = [
+pub const TARGETS: [Target; 16] = [
     target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
     target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
     target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
@@ -49,6 +50,7 @@ pub const TARGETS: [Target; 15] = [
     target("run", messages::run, messages::runs),
     target("message", messages::message, messages::seeds),
     target("igtl", links::igtl, links::igtl_seeds),
+    target("ndi", localizer::ndi, localizer::ndi_seeds),
 ];
 
 const fn target(name: &'static str, take: fn(&[u8]), seeds: fn() -> Result<Vec<Vec<u8>>, Failure>) -> Target {

@@ -46,10 +46,10 @@ fn messages_and_runs_survive_damage() {
 
 #[test]
 fn links_survive_damage() {
-    swept(&["igtl"]);
+    swept(&["igtl", "ndi"]);
 }
 
 #[test]
 fn each_target_is_swept() {
-    assert_eq!(TARGETS.len(), 15);
+    assert_eq!(TARGETS.len(), 16);
 }

@@ -15,6 +15,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("calib", 1),
     ("guidance", 1),
     ("igtl", 1),
+    ("ndi", 1),
     ("optics", 1),
     ("phantom", 1),
     ("picture", 1),
@@ -61,6 +62,7 @@ const SPARE: &[(&str, &[&str])] = &[
     ("fit", &[]),
     ("geometry", &["nalgebra", "serde"]),
     ("igtl", &["thiserror"]),
+    ("ndi", &["thiserror"]),
 ];
 
 /// The longest file, lines: a thought may need more than a screen, and no more than a few.
