@@ -92,6 +92,7 @@ impl Guiding {
         if let Some(checked) = self.progress.checked() {
             workflow = workflow.checked(checked.worst_mm, checked.points, checked.t_ns);
         }
+        workflow.bumps = self.progress.bumps();
         let differs = |told: Workflow| Workflow { t_ns: 0, ..told } != Workflow { t_ns: 0, ..workflow };
         match self.told.is_none_or(differs) {
             true => {
@@ -124,7 +125,7 @@ impl Guiding {
             Some(CommandKind::Reject) => self.progress.reject(),
             Some(CommandKind::Navigate) => self.progress.navigate(now_ns),
             Some(CommandKind::Checked) => self.progress.check(command, now_ns),
-            Some(CommandKind::Bumped) => self.progress.bumped(),
+            Some(CommandKind::Bumped) => self.progress.bumped(now_ns),
             Some(CommandKind::Rest) => self.progress.rest(),
             _ => return Ok(None),
         };

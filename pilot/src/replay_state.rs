@@ -98,9 +98,10 @@ impl Run {
 
     /// Whether the last pose of a replay, or of a run in simulated time, has gone out.
     pub(crate) fn replay_has_ended(&self) -> bool {
-        self.session
-            .replay()
-            .is_some_and(|law| law.replay_state() == ReplayState::Ended)
+        // On a screen it stands at its end, and can be sent elsewhere.
+        let stays = self.options.replay.is_some() && self.options.has_window;
+        let law = self.session.replay().filter(|_| !stays);
+        law.is_some_and(|law| law.replay_state() == ReplayState::Ended)
     }
 
     /// Whether a replay, or a run in simulated time, waits for a process that will not come back.

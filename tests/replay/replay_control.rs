@@ -106,7 +106,10 @@ fn a_replay_pauses_steps_seeks_and_never_says_that_it_is_live() {
 
     // What is shown, as files: the held image, and the recorded pose to the bit.
     let said = steer(&world, &["moment"]);
-    let folder = world.path("again").join(format!("moments/pose-{next:06}"));
+    let folder = world.path("again").join(format!(
+        "moments/pose-{next:06}-{}",
+        poses[place + 1].t_capture_ns / 1_000_000
+    ));
     assert!(said.contains(&*folder.to_string_lossy()), "{said}");
     let canvas = image::open(folder.join("axial-global.png")).unwrap().to_rgba8();
     assert!(canvas.into_raw() == pixels(&still), "the file is not the held image");

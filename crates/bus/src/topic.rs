@@ -170,7 +170,7 @@ pub const PLAN: Topic = Topic {
 /// How far the run has come, and what may be shown.
 pub const WORKFLOW: Topic = Topic {
     name: "workflow",
-    payload: "trocar/Workflow/2",
+    payload: "trocar/Workflow/3",
     buffer: 256,
     wakes: true,
     purpose: "how far the run has come from loading to navigating, and what it skipped",

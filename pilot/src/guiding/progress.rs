@@ -33,6 +33,8 @@ pub(super) struct Progress {
     /// A person has ended the navigation: it does not start by itself again.
     rests: bool,
     checked: Option<Checked>,
+    /// When a person said last that the marker on the patient was moved, ns on the session's clock, and how often she did.
+    bumped: (Option<i64>, u32),
     /// For the log.
     said: Vec<String>,
 }
@@ -46,6 +48,7 @@ impl Progress {
             seen_ns: None,
             rests: false,
             checked: None,
+            bumped: (None, 0),
             said: Vec::new(),
         }
     }
@@ -193,6 +196,11 @@ impl Progress {
         self.checked
     }
 
+    /// How often a person said that the marker on the patient was moved.
+    pub(super) const fn bumps(&self) -> u32 {
+        self.bumped.1
+    }
+
     /// How old it is, ns.
     fn check_age_ns(&self, now_ns: i64) -> i64 {
         // Clocks are read one after the other: a check that was told is not from the future.
@@ -210,6 +218,10 @@ impl Progress {
             return Err(format!(
                 "a check with a distance of {worst_mm} mm, or from the future, is none"
             ));
+        }
+        // Touches of before say nothing of where the patient is now.
+        if self.bumped.0.is_some_and(|bumped_ns| pose.t_capture_ns <= bumped_ns) {
+            return Err("the marker on the patient was moved after the first of these points was touched: touch all of them again".to_owned());
         }
         self.checked = Some(Checked {
             worst_mm,
@@ -240,8 +252,9 @@ impl Progress {
     }
 
     /// A person says that the marker on the patient was moved, or may have been.
-    pub(super) fn bumped(&mut self) -> Result<String, String> {
+    pub(super) fn bumped(&mut self, now_ns: i64) -> Result<String, String> {
         self.checked = None;
+        self.bumped = (Some(now_ns), self.bumped.1.saturating_add(1));
         self.take(Event::ReferenceBumped);
         Ok("the marker on the patient was moved: the registration must be checked".to_owned())
     }

@@ -19,7 +19,8 @@ mod sound;
 mod unnamed;
 
 use std::fs::File;
-use std::io::{BufReader, Seek, SeekFrom};
+use std::io::{self, BufReader, Seek, SeekFrom};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 use mcap::read::ChannelAccumulator;
@@ -88,11 +89,19 @@ pub(crate) fn differences(path: &Path, summary: &Summary, is_whole: bool) -> Res
     Ok(Differences { found, left_out })
 }
 
+/// Which file this is, whatever it is called.
+fn identity(file: &File) -> io::Result<(u64, u64)> {
+    let about = file.metadata()?;
+    Ok((about.dev(), about.ino()))
+}
+
 /// A recording with its index in memory.
 #[derive(Debug)]
 pub struct Session {
     path: PathBuf,
     length: u64,
+    /// Device and number of the file: another one under its name is none of this recording's.
+    file: (u64, u64),
     places: Places,
     /// Channels, where the file has an index.
     summary: Option<Summary>,
@@ -117,6 +126,7 @@ impl Session {
         Ok(Self {
             path: path.to_owned(),
             length,
+            file: identity(&file).map_err(fail)?,
             places,
             summary,
         })
@@ -211,6 +221,11 @@ impl Session {
             source,
         };
         let (mut file, _) = scene::file::open(&self.path).map_err(|error| fail(error.into()))?;
+        if identity(&file).map_err(fail)? != self.file {
+            return Err(fail(io::Error::other(
+                "it was replaced by another file since it was opened: begin anew",
+            )));
+        }
         let at = match at {
             Some(at) => at,
             None if self.places.is_complete => self.places.end,

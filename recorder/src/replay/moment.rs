@@ -132,7 +132,9 @@ impl Moments {
         whence: Whence<'_>,
         alive: &mut dyn FnMut() -> Result<(), BusError>,
     ) -> Result<(PathBuf, usize), MomentError> {
-        let folder = self.folder.join(format!("pose-{:06}", pose.seq));
+        // A source that was started anew may count from 0 again: the capture as well.
+        let captured_ms = pose.t_capture_ns / 1_000_000;
+        let folder = self.folder.join(format!("pose-{:06}-{captured_ms}", pose.seq));
         // What an earlier replay left of another recording's pose of this number is not to lie beside this one's.
         let emptied = fs::remove_dir_all(&folder).or_else(|error| match error.kind() {
             io::ErrorKind::NotFound => Ok(()),

@@ -384,12 +384,27 @@ impl<'a> Replayer<'a> {
         }
     }
 
-    /// Goes to the first pose that is due at `at_ns` or later.
+    /// Goes to the first pose that is due at `at_ns` or later; to the last one of what is replayed where there is none.
     fn find(&mut self, at_ns: i64, process: &mut Process) -> Result<(), ReplayError> {
         self.lockstep.forget();
         self.unpictured = None;
-        self.tape.near(at_ns)?;
         self.choices.jump(at_ns);
+        let last_ns = self.options.span_ns[1];
+        self.pass_to(at_ns, process)?;
+        if self.tape.peek().is_none_or(|next| next.due_ns() > last_ns)
+            && let Some(before_ns) = self.tape.before(last_ns.saturating_add(1))?
+        {
+            self.pass_to(before_ns, process)?;
+        }
+        // The time that it took is not part of the replay.
+        self.transport.found(at_ns, monotonic_ns());
+        self.tell()?;
+        Ok(())
+    }
+
+    /// What is due before `at_ns` is passed over.
+    fn pass_to(&mut self, at_ns: i64, process: &mut Process) -> Result<(), ReplayError> {
+        self.tape.near(at_ns)?;
         let mut passed = 0_usize;
         while self.tape.peek().is_some_and(|next| next.due_ns() < at_ns) && !process.stop.is_set() {
             self.tape.take();
@@ -398,9 +413,6 @@ impl<'a> Replayer<'a> {
                 process.beat(ProcessState::Ready, "looking for the place in the recording")?;
             }
         }
-        // The time that it took is not part of the replay.
-        self.transport.found(at_ns, monotonic_ns());
-        self.tell()?;
         Ok(())
     }
 }

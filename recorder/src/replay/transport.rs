@@ -104,7 +104,8 @@ impl Transport {
             return Act::Idle;
         }
         let Some(due_ns) = due_ns.filter(|&due| due <= self.span_ns[1]) else {
-            return self.end(monotonic_ns);
+            // A step behind the last pose: there is nothing more to be shown, and the replay stands where it stood.
+            return if playing { self.end(monotonic_ns) } else { Act::Idle };
         };
         if !playing || self.speed == Speed::Max {
             self.law = Law::still(due_ns);

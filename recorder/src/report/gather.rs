@@ -269,11 +269,10 @@ impl Gathered {
     fn damaged(&mut self, damage: &Damage) {
         match damage.fault.is_mere_ending() {
             true => self.damage.is_cut_off = true,
-            false => {
-                self.damage.places += 1;
-                self.between = Between::Damage;
-            }
+            false => self.damage.places += 1,
         }
+        // Also behind the end of what can be read: what was there nobody knows.
+        self.between = Between::Damage;
         if damage.stops {
             self.damage.stops_at = Some(damage.at);
         }

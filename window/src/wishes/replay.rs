@@ -115,18 +115,16 @@ pub(super) fn steering(
 }
 
 fn no_mark(replay: Option<&ReplayModel>, is_forward: bool) -> String {
-    let is_read = replay
-        .and_then(|replay| replay.timeline.as_ref())
-        .is_some_and(|told| told.is_read());
+    let told = replay.and_then(|replay| replay.timeline.as_ref());
+    let so_far = match told {
+        Some(told) if told.is_read() && told.marks_left_out == 0 => "",
+        Some(told) if told.is_read() => " among those that the bar has room for",
+        _ => " as far as the recording was read",
+    };
     let where_to = if is_forward {
         "behind this place"
     } else {
         "before this place"
-    };
-    let so_far = if is_read {
-        ""
-    } else {
-        " as far as the recording was read"
     };
     format!("there is no mark {where_to}{so_far}")
 }

@@ -23,6 +23,9 @@ pub(super) enum Todo {
     Report(Report),
 }
 
+/// Why touches are gone.
+const MOVED: &str = "the marker on the patient was moved: what was touched before is forgotten; touch all points again";
+
 /// Where a person stands, and what goes on.
 pub(super) struct Desk {
     around: Rc<Around>,
@@ -126,6 +129,24 @@ impl Desk {
     /// What the step that listens has heard so far.
     pub(super) fn hears(&mut self, heard: Heard) {
         self.heard = Some(heard);
+    }
+
+    /// The marker on the patient was moved: what was touched before says nothing of where she is now.
+    pub(super) fn moved(&mut self) -> Vec<Todo> {
+        let task = self.task.as_ref().map(|(task, _)| *task);
+        let Some(task) = task.filter(|task| matches!(task, StepTask::Register | StepTask::Check)) else {
+            return Vec::new();
+        };
+        let todo = match self.phase.is_busy() {
+            true => vec![Todo::Cancel],
+            false => Vec::new(),
+        };
+        (self.phase, self.heard, self.refused) = (StepPhase::Waiting, None, MOVED.to_owned());
+        match begin(task, &self.around) {
+            Ok(course) => self.task = Some((task, course)),
+            Err(why) => (self.task, self.refused) = (None, why),
+        }
+        todo
     }
 
     /// Something could not be done, in words.

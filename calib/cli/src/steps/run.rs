@@ -131,7 +131,7 @@ fn around(process: &Process, work: &Path) -> Option<Around> {
 
 impl Serving {
     fn turn(&mut self) -> Result<(), StepsError> {
-        self.workflow = self.workflows.newest()?.or(self.workflow);
+        self.hear_of_the_run()?;
         while let Some(request) = self.server.next()? {
             self.answer(request)?;
         }
@@ -151,6 +151,19 @@ impl Serving {
         self.job_goes_on();
         self.tell(now_ns)?;
         self.process.beat(ProcessState::Ready, "")?;
+        Ok(())
+    }
+
+    /// How far the run is, and whether the marker on the patient was moved.
+    fn hear_of_the_run(&mut self) -> Result<(), BusError> {
+        let Some(workflow) = self.workflows.newest()? else {
+            return Ok(());
+        };
+        let before = self.workflow.replace(workflow).map_or(0, |workflow| workflow.bumps);
+        if workflow.bumps != before {
+            let todo = self.desk.moved();
+            self.carry_out(todo);
+        }
         Ok(())
     }
 

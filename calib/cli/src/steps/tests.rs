@@ -190,6 +190,38 @@ fn touches_under_another_registration_say_nothing_of_this_one() {
     assert!(!shown.points()[0].is_touched());
 }
 
+/// Two points touched before the patient was moved and one after it passed for a check.
+#[test]
+fn a_marker_that_is_moved_in_the_middle_leaves_no_touch() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut desk = desk(folder.path(), false);
+    assert!(desk.moved().is_empty());
+    desk.wish(StepWish::Open(StepTask::Check)).unwrap();
+    for t_ns in [100, 200] {
+        desk.wish(StepWish::Begin).unwrap();
+        assert!(desk.said(checked(0.5, 1.0, "pass"), moment(t_ns, 7)).is_empty());
+    }
+    // While the third one is touched.
+    desk.wish(StepWish::Begin).unwrap();
+    assert_eq!(desk.moved(), [Todo::Cancel]);
+    let shown = desk.show(0);
+    assert!(shown.points().iter().all(|point| !point.is_touched()) && shown.next == 0);
+    assert!(Steps::text(&shown.refused).contains("touch all points again"));
+    // What the command that was given up still says counts for nothing.
+    assert!(desk.said(checked(0.5, 1.0, "pass"), moment(300, 7)).is_empty());
+    assert!(!desk.show(0).points()[0].is_touched());
+    for t_ns in [400, 500] {
+        desk.wish(StepWish::Begin).unwrap();
+        assert!(desk.said(checked(0.5, 1.0, "pass"), moment(t_ns, 7)).is_empty());
+    }
+    // A registration as well; the tool's calibration has nothing to do with the patient.
+    desk.wish(StepWish::Open(StepTask::Register)).unwrap();
+    desk.moved();
+    assert!(Steps::text(&desk.show(0).refused).contains("touch all points again"));
+    desk.wish(StepWish::Open(StepTask::Calibrate)).unwrap();
+    assert!(desk.moved().is_empty() && Steps::text(&desk.show(0).refused).is_empty());
+}
+
 #[test]
 fn touches_are_kept_in_a_file_and_the_last_of_a_point_counts() {
     let folder = tempfile::tempdir().unwrap();

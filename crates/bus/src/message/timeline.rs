@@ -2,10 +2,12 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{field_text, text_field};
+use super::{Command, field_text, text_field};
 
-/// Most bytes of a mark's words.
-const WORDS: usize = 56;
+/// Most bytes of a mark's words: as many as a person may say.
+const WORDS: usize = Command::TEXT;
+/// Stands for what was cut off.
+const ELLIPSIS: &str = "\u{2026}";
 
 /// Published by the replayer while it reads the recording, and again when it is through. Moments are ns on the clock of the run that was
 /// recorded, of the captures. What lies behind the last column was not read yet, or is not there: [`Timeline::is_read`] tells which.
@@ -66,7 +68,7 @@ const _: () = assert!(
             + Timeline::COLUMNS * size_of::<TimelineColumn>()
             + Timeline::MARKS * size_of::<TimelineMark>()
 );
-const _: () = assert!(size_of::<TimelineColumn>() == 12 && size_of::<TimelineMark>() == 64);
+const _: () = assert!(size_of::<TimelineColumn>() == 12 && size_of::<TimelineMark>() == 8 + WORDS);
 
 impl TimelineColumn {
     /// There was a pose, young enough.
@@ -118,11 +120,16 @@ impl TimelineMark {
         words: [0; WORDS],
     };
 
-    /// A mark; words that have no room are cut off.
+    /// A mark in one line; words that have no room end in an ellipsis.
     pub fn new(t_ns: i64, words: &str) -> Self {
+        let line: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        let words = match line.len() <= WORDS {
+            true => line,
+            false => field_text(&text_field::<{ WORDS - ELLIPSIS.len() }>(&line)) + ELLIPSIS,
+        };
         Self {
             t_ns,
-            words: text_field(words),
+            words: text_field(&words),
         }
     }
 
@@ -204,6 +211,15 @@ mod tests {
             assert!(f64::from(column.least_mm) <= mm && f64::from(column.most_mm) >= mm);
         }
         assert!((column.least_mm - 0.1).abs() < 1e-7 && (column.most_mm - 1.3).abs() < 1e-6);
+    }
+
+    #[test]
+    fn words_of_a_mark_are_one_line_and_say_that_they_go_on() {
+        let words = |said: &str| TimelineMark::new(0, said).words();
+        assert_eq!(words("one\ntwo\u{1b}[1m"), "one two [1m");
+        let long = "\u{436}".repeat(60);
+        assert!(words(&long).ends_with("\u{436}\u{2026}") && words(&long).len() <= WORDS);
+        assert_eq!(words(&"x".repeat(WORDS)), "x".repeat(WORDS));
     }
 
     #[test]

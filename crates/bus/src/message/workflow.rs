@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 /// What every screen has to say of the run's workflow. Published by the pilot, which keeps the state, whenever it changes.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Workflow/2")]
+#[type_name("trocar/Workflow/3")]
 pub struct Workflow {
     /// When it was said, ns on the session's clock.
     pub t_ns: i64,
@@ -20,8 +20,8 @@ pub struct Workflow {
     pub check_worst_mm: f64,
     /// How many points were touched; 0: no check was made of the registration in use.
     pub check_points: u32,
-    /// Room for alignment; zero.
-    pub reserved: u32,
+    /// How often a person said that the marker on the patient was moved.
+    pub bumps: u32,
 }
 
 const _: () = assert!(size_of::<Workflow>() == 40);

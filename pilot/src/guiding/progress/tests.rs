@@ -242,7 +242,7 @@ fn a_marker_that_was_moved_has_to_be_checked() {
     let mut progress = registered(0);
     progress.check(&Command::checked(0.5, 3, 100, 1), 200).unwrap();
     progress.navigate(300).unwrap();
-    progress.bumped().unwrap();
+    progress.bumped(350).unwrap();
     assert_eq!(
         (progress.state().stage(), progress.checked()),
         (Stage::Registered, None)
@@ -256,6 +256,11 @@ fn a_marker_that_was_moved_has_to_be_checked() {
     // The same registration again clears no doubt.
     valid(&mut progress, 1, 500);
     assert!(progress.navigate(600).is_err());
+    // Nor does a check with a point that was touched before: two such points and one touched since let a run navigate 27 mm off.
+    let old = progress.check(&Command::checked(0.5, 3, 349, 1), 800).unwrap_err();
+    assert!(old.contains("touch all of them again"), "{old}");
+    assert!(progress.navigate(600).is_err());
     progress.check(&Command::checked(0.5, 3, 700, 1), 800).unwrap();
     assert!(progress.navigate(900).is_ok());
+    assert_eq!(progress.bumps(), 1);
 }

@@ -93,12 +93,13 @@ impl Indexed<'_> {
         let mut scan = self.session.scan_at(Some(at))?;
         let mut items = Vec::new();
         while let Some(item) = scan.next() {
-            if scan.progress().0 > end {
-                break;
-            }
             match item {
+                // What lies behind the chunk is another's.
+                Ok(_) if scan.progress().0 > end => break,
                 Ok(item) => items.push(item),
-                Err(_) => return Ok(None),
+                // The scan has gone on behind a damaged chunk when it tells of it.
+                Err(damage) if damage.at < end => return Ok(None),
+                Err(_) => break,
             }
         }
         Ok(Some(items))

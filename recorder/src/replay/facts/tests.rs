@@ -58,6 +58,31 @@ fn whole_files_are_known_by_their_index_and_others_are_read() {
     );
 }
 
+/// A session of 20 s was replayed as one of 0 s: the last chunk counted as sound and empty.
+#[test]
+fn a_damaged_chunk_at_either_end_is_no_end_of_the_session() {
+    let whole = testing::finished(4, 30);
+    let names = whole
+        .windows(4)
+        .enumerate()
+        .filter(|(_, w)| w == b"zstd")
+        .map(|(at, _)| at);
+    let chunks: Vec<usize> = names.collect();
+    let sound = of(&whole).unwrap();
+    for chunk in chunks {
+        let mut flipped = whole.clone();
+        // Behind the name and the length, in the packed records.
+        flipped[chunk + 4 + 8 + 30] ^= 0x10;
+        // Held there against what reading every message gives.
+        let found = of(&flipped);
+        if let Ok(found) = found {
+            let seconds = (found.last_ns - found.first_ns) as f64 / (sound.last_ns - sound.first_ns) as f64;
+            assert!(seconds > 0.7, "{seconds}");
+            assert!(!found.damage.is_empty() || found.poses == sound.poses, "{found:?}");
+        }
+    }
+}
+
 #[test]
 fn files_that_were_cut_recovered_or_attached_to_are_known_by_their_index_too() {
     let tmp = tempfile::tempdir().unwrap();

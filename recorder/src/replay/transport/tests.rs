@@ -65,6 +65,21 @@ fn poses_go_out_when_the_clock_shows_their_stamp() {
     }
 }
 
+/// A step at the last pose ended the whole run.
+#[test]
+fn a_step_behind_the_last_pose_stands_still() {
+    let mut driven = Driven::new(Speed::Times(1.0), false);
+    driven.drive(driven.now);
+    driven.transport.control(Control::Show(due(9)), driven.now);
+    driven.drive(driven.now + MS);
+    for _ in 0..2 {
+        driven.transport.control(Control::Step, driven.now);
+        driven.drive(driven.now + MS);
+        assert_eq!(driven.transport.state(), ReplayState::Paused);
+    }
+    assert_eq!(driven.places().last(), Some(&9));
+}
+
 #[test]
 fn a_pose_that_is_to_be_shown_is_shown_and_nothing_behind_it() {
     for ended in [false, true] {

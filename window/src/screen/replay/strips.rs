@@ -38,7 +38,10 @@ pub(super) fn states(ui: &Ui, columns: &[Option<TimelineColumn>], room: Rect, si
             painter.rect_filled(least.with_min_y(upper.bottom() + 1.0), 0.0, colours::of(palette::WORDS));
         }
         if column.has(TimelineColumn::NOT_READABLE) {
-            hatched(ui, wide(upper), ink);
+            // Wide enough to be seen, and with a gap on both sides.
+            let least = wide(upper).expand2(vec2(0.5 * (7.0 * sizes.line - (to - from) as f32).max(0.0), 0.0));
+            painter.rect_filled(least, 0.0, colours::CELL);
+            hatched(ui, least.shrink2(vec2(3.0 * sizes.line, 0.0)), ink);
         }
     }
 }
