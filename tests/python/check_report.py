@@ -55,6 +55,11 @@ class Session:
             self.images.append((topic[len("/view/"):], record.log_time))
 
 
+def known(pose) -> int:
+    """From when on anybody could have it."""
+    return max(pose.t_capture_ns, pose.t_publish_ns)
+
+
 def states(session: Session, stale_ns: int, lost_ns: int) -> Counter:
     """The time of each state: of each ns between two bounds the state is asked for, by the newest sample."""
     first, last = min(session.times), max(session.times)
@@ -63,11 +68,11 @@ def states(session: Session, stale_ns: int, lost_ns: int) -> Counter:
     poses = session.poses
     bounds = {first, last, ending}
     for pose in poses:
-        bounds |= {pose.t_capture_ns, pose.t_capture_ns + stale_ns, pose.t_capture_ns + lost_ns}
+        bounds |= {known(pose), pose.t_capture_ns + stale_ns, pose.t_capture_ns + lost_ns}
     bounds = sorted(bound for bound in bounds if first <= bound <= last)
     found, newest = Counter(), -1
     for begin, end in zip(bounds, bounds[1:]):
-        while newest + 1 < len(poses) and poses[newest + 1].t_capture_ns <= begin:
+        while newest + 1 < len(poses) and known(poses[newest + 1]) <= begin:
             newest += 1
         found[state(poses, newest, begin, ending, stale_ns, lost_ns)] += end - begin
     return found

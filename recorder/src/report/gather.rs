@@ -207,6 +207,7 @@ impl Gathered {
         self.poses.samples += 1;
         // What came before the run's epoch counts as the epoch, as in the file's own times.
         let t_ns = pose.t_capture_ns.max(0);
+        let known_ns = [t_ns, pose.t_publish_ns];
         self.spans(t_ns);
         if self.last_seq.replace(pose.seq).and_then(|last| last.checked_add(1)) != Some(pose.seq) {
             self.latency.broken();
@@ -218,7 +219,7 @@ impl Gathered {
         let Ok(tracked) = pose.tracked() else {
             self.poses.refused += 1;
             let between = self.between(0);
-            return self.timeline.sample(t_ns, Some(Lost::Refused), between);
+            return self.timeline.sample(known_ns, Some(Lost::Refused), between);
         };
         // Those that were made again of a recording were judged when they were made.
         let frozen_ns = (!self.basis.run.contains_key("remade_from")).then_some(self.limits.1);
@@ -234,7 +235,7 @@ impl Gathered {
             Tracked::Lost(reason) => Some(reason),
         };
         let between = self.between(judged.missing);
-        self.timeline.sample(t_ns, lost, between);
+        self.timeline.sample(known_ns, lost, between);
         match lost {
             Some(reason) => *self.poses.lost.entry(reason.words()).or_default() += 1,
             None => self.valid(t_ns, &pose),

@@ -1,6 +1,6 @@
 //! Which part of a recording's time there was a pose, an old one, or none, and why.
 //!
-//! The clock is that of the captures. A moment counts by the newest sample captured by then: valid and not older than the scene's
+//! The clock is that of the captures. A moment counts by the newest sample that was published by then: valid and not older than the scene's
 //! `stale_ms` is live, older is stale, older than `lost_ms` is lost; a sample without a pose is lost for its reason. Where numbers
 //! are missing between two samples, what is older than `stale_ms` there is lost: whether they were never made or never recorded,
 //! nobody knows. Where the file is damaged between them it is *not readable*. Each ns counts once, so that all times add up to the
@@ -191,12 +191,14 @@ impl Timeline {
         self.ending_ns.get_or_insert(t_ns);
     }
 
-    /// A sample: why it has no pose, and what lies between it and the one before.
-    pub(super) fn sample(&mut self, t_ns: i64, lost: Option<Lost>, between: Between) {
+    /// A sample of `t_ns` that was published at `known_ns`: why it has no pose, and what lies between it and the one before.
+    pub(super) fn sample(&mut self, [t_ns, known_ns]: [i64; 2], lost: Option<Lost>, between: Between) {
+        // Nobody waits for pieces of time longer than for late lines of the log.
+        let known_ns = known_ns.clamp(t_ns, t_ns.saturating_add(LATE_NS / 2));
         if !self.has_begun() {
-            (self.first_ns, self.at_ns) = (t_ns, t_ns);
+            (self.first_ns, self.at_ns) = (known_ns, known_ns);
         }
-        self.account(t_ns, between);
+        self.account(known_ns, between);
         self.newest = Some((t_ns, lost));
     }
 
@@ -206,10 +208,15 @@ impl Timeline {
             self.put(State::NotYet, from_ns, to_ns);
         } else {
             self.account(to_ns, last);
+            // What was published behind the last capture is of no moment of the recording.
+            self.pending.retain_mut(|(_, from, end_ns)| {
+                *end_ns = (*end_ns).min(to_ns);
+                *from < *end_ns
+            });
             while !self.pending.is_empty() {
                 self.put_oldest();
             }
-            let first_ns = self.first_ns;
+            let first_ns = self.first_ns.min(to_ns);
             self.put(State::NotYet, from_ns, first_ns);
         }
         self.close();

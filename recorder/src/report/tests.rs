@@ -111,7 +111,8 @@ fn a_whole_recording_says_what_it_holds() {
     assert_eq!(facts["poses"]["lost"]["marker not seen"], 30);
     // 30 samples at 60 Hz, as `recorder info` has it.
     let lost = state(&facts, "lost: marker not seen");
-    assert_eq!(facts["lost_longest"][0]["from_ns"], 5_000_000_000_u64);
+    // Published 1.5 ms after its capture.
+    assert_eq!(facts["lost_longest"][0]["from_ns"], 5_001_500_000_u64);
     assert!((499_999_990..=500_000_010).contains(&lost), "{lost}");
     let span = &facts["recording"]["span_ns"];
     let all: u64 = facts["states_ns"]
@@ -141,9 +142,9 @@ fn samples_that_are_missing_are_not_live() {
     let mut log = testing::log(0, 0);
     poses(&mut log, (0..60).chain(240..300), |_| None);
     let (_, facts) = Rig::of(ended(log)).said();
-    // Three seconds without samples, of which the first 100 ms are of a pose that was young enough.
+    // 181 intervals of 60 Hz, of which the first 100 ms are of a pose that was young enough, until the next is published 1.5 ms after its capture.
     let unknown = state(&facts, "lost: samples missing");
-    assert!((2_916_000_000..=2_917_000_000).contains(&unknown), "{unknown}");
+    assert!((2_918_166_000..=2_918_167_000).contains(&unknown), "{unknown}");
     assert_eq!(facts["poses"]["missing"], 180);
     assert_eq!(state(&facts, "stale"), 0);
 }

@@ -39,13 +39,13 @@ fn each_pose_is_where_and_what_it_was() {
     assert_eq!(marks, [(2_000_000_000, "first biopsy".to_owned())]);
     for seq in seqs() {
         let pose = testing::pose(seq);
-        let column = at(last, pose.t_capture_ns);
+        let column = at(last, pose.t_publish_ns);
         match lost(seq) {
             Some(_) => assert!(column.has(TimelineColumn::LOST), "{seq}: {column:?}"),
             // The last pose has no time behind it.
             None if seq < 599 => {
                 assert!(column.has(TimelineColumn::LIVE), "{seq}: {column:?}");
-                let mm = pose.tip_95_mm().unwrap();
+                let (mm, column) = (pose.tip_95_mm().unwrap(), at(last, pose.t_capture_ns));
                 assert!(f64::from(column.least_mm) <= mm && f64::from(column.most_mm) >= mm);
             }
             None => {}
@@ -80,7 +80,7 @@ fn what_cannot_be_read_is_told_and_does_not_pass_for_read() {
     let (_, last_column) = last.columns().last().unwrap();
     assert!(last_column.states != 0);
     let end_ns = last.columns().last().unwrap().0[1];
-    assert!((testing::pose(19).t_capture_ns..testing::pose(20).t_capture_ns).contains(&(end_ns - last.column_ns)));
+    assert!((end_ns - last.column_ns..=end_ns).contains(&testing::pose(19).t_capture_ns));
     let nothing = Rig::new(b"no recording");
     assert!(told(&nothing).is_err());
 }
