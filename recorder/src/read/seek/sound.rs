@@ -102,7 +102,9 @@ impl Indexed<'_> {
                 Err(_) => break,
             }
         }
-        Ok(Some(items))
+        // Damage is told only when it is known what comes behind it, which may be an attachment: a chunk that is listed and gave
+        // nothing was not read.
+        Ok((!items.is_empty()).then_some(items))
     }
 
     /// The attachments and the metadata in the order of the file, an error in the place of one that cannot be read.

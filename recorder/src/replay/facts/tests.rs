@@ -61,11 +61,15 @@ fn whole_files_are_known_by_their_index_and_others_are_read() {
 /// A session of 20 s was replayed as one of 0 s: the last chunk counted as sound and empty.
 #[test]
 fn a_damaged_chunk_at_either_end_is_no_end_of_the_session() {
-    let whole = testing::finished(4, 30);
+    let tmp = tempfile::tempdir().unwrap();
+    let (path, attached) = (tmp.path().join("s.mcap"), tmp.path().join("report.json"));
+    std::fs::write(&path, testing::finished(4, 30)).unwrap();
+    // As the pilot does at the end of a run: behind the last chunk.
+    std::fs::write(&attached, "{}").unwrap();
+    crate::edit::attach::attach(&path, &attached).unwrap();
+    let whole = std::fs::read(&path).unwrap();
     let names = whole.windows(4).enumerate().filter(|(_, w)| w == b"zstd");
     let chunks: Vec<usize> = names.map(|(at, _)| at).collect();
-    let tmp = tempfile::tempdir().unwrap();
-    let path = tmp.path().join("s.mcap");
     let mut damaged = 0;
     for chunk in chunks {
         let mut flipped = whole.clone();
