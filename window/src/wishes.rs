@@ -147,15 +147,15 @@ impl Asked {
     fn steer(&mut self, steering: Steering) -> Result<(), String> {
         let replayer = self.replayer.as_mut().ok_or("this is no replay")?;
         match steering {
-            Steering::Goes(to_s) => replayer.seek(to_s),
-            Steering::Does(kind) => {
+            Steering::Seek(to_s) => replayer.seek(to_s),
+            Steering::Plain(kind) => {
                 let open = Open::one(send(replayer.client(), Command::new(kind))?);
                 self.waits_for(match kind {
                     CommandKind::Moment => open.patient(),
                     _ => open,
                 })
             }
-            Steering::Paces(speed) => {
+            Steering::Speed(speed) => {
                 let command = Command::with_number(CommandKind::Speed, speed);
                 let open = Open::one(send(replayer.client(), command)?);
                 self.waits_for(open)

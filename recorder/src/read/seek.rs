@@ -89,7 +89,7 @@ pub(crate) fn differences(path: &Path, summary: &Summary, is_whole: bool) -> Res
     Ok(Differences { found, left_out })
 }
 
-/// Which file this is, whatever it is called.
+/// Device and number of a file: which it is, whatever it is called.
 fn identity(file: &File) -> io::Result<(u64, u64)> {
     let about = file.metadata()?;
     Ok((about.dev(), about.ino()))
@@ -100,8 +100,8 @@ fn identity(file: &File) -> io::Result<(u64, u64)> {
 pub struct Session {
     path: PathBuf,
     length: u64,
-    /// Device and number of the file: another one under its name is none of this recording's.
-    file: (u64, u64),
+    /// Held open, so that no other file is given its number: another one under its name is none of this recording.
+    file: File,
     places: Places,
     /// Channels, where the file has an index.
     summary: Option<Summary>,
@@ -126,7 +126,7 @@ impl Session {
         Ok(Self {
             path: path.to_owned(),
             length,
-            file: identity(&file).map_err(fail)?,
+            file,
             places,
             summary,
         })
@@ -221,7 +221,7 @@ impl Session {
             source,
         };
         let (mut file, _) = scene::file::open(&self.path).map_err(|error| fail(error.into()))?;
-        if identity(&file).map_err(fail)? != self.file {
+        if identity(&file).map_err(fail)? != identity(&self.file).map_err(fail)? {
             return Err(fail(io::Error::other(
                 "it was replaced by another file since it was opened: begin anew",
             )));

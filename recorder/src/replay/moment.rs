@@ -132,9 +132,7 @@ impl Moments {
         whence: Whence<'_>,
         alive: &mut dyn FnMut() -> Result<(), BusError>,
     ) -> Result<(PathBuf, usize), MomentError> {
-        // A source that was started anew may count from 0 again: the capture as well.
-        let captured_ms = pose.t_capture_ns / 1_000_000;
-        let folder = self.folder.join(format!("pose-{:06}-{captured_ms}", pose.seq));
+        let folder = self.folder.join(folder_name(pose));
         // What an earlier replay left of another recording's pose of this number is not to lie beside this one's.
         let emptied = fs::remove_dir_all(&folder).or_else(|error| match error.kind() {
             io::ErrorKind::NotFound => Ok(()),
@@ -184,6 +182,11 @@ impl Moments {
         }
         Ok((images, left_out))
     }
+}
+
+/// A source that was started anew may count from 0 again: the capture, ms, as well.
+fn folder_name(pose: &ToolPose) -> String {
+    format!("pose-{:06}-{}", pose.seq, pose.t_capture_ns / 1_000_000)
 }
 
 fn facts(pose: &ToolPose, guide: Option<&Guide>, whence: Whence<'_>) -> Facts {
@@ -252,6 +255,16 @@ mod tests {
             shown_volume: "aa",
             zero_ns: 0,
         }
+    }
+
+    #[test]
+    fn poses_of_one_number_have_folders_of_their_own() {
+        let pose = testing::pose(19);
+        let anew = ToolPose {
+            t_capture_ns: pose.t_capture_ns + 500_000_000,
+            ..pose
+        };
+        assert_ne!(folder_name(&pose), folder_name(&anew));
     }
 
     #[test]

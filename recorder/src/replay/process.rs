@@ -2,6 +2,7 @@
 
 mod answer;
 mod outlet;
+mod place;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -38,8 +39,6 @@ const NEXT_LOOK: Duration = Duration::from_micros(100);
 const AWAKE: Duration = Duration::from_micros(150);
 /// How long the tracker may take for a pose, a restart of it included.
 const MAKING: Duration = Duration::from_secs(10);
-/// Poses passed over between two signs of life.
-const PASSED: usize = 4096;
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -382,37 +381,5 @@ impl<'a> Replayer<'a> {
         while monotonic_ns() < until_ns {
             std::hint::spin_loop();
         }
-    }
-
-    /// Goes to the first pose that is due at `at_ns` or later; to the last one of what is replayed where there is none.
-    fn find(&mut self, at_ns: i64, process: &mut Process) -> Result<(), ReplayError> {
-        self.lockstep.forget();
-        self.unpictured = None;
-        self.choices.jump(at_ns);
-        let last_ns = self.options.span_ns[1];
-        self.pass_to(at_ns, process)?;
-        if self.tape.peek().is_none_or(|next| next.due_ns() > last_ns)
-            && let Some(before_ns) = self.tape.before(last_ns.saturating_add(1))?
-        {
-            self.pass_to(before_ns, process)?;
-        }
-        // The time that it took is not part of the replay.
-        self.transport.found(at_ns, monotonic_ns());
-        self.tell()?;
-        Ok(())
-    }
-
-    /// What is due before `at_ns` is passed over.
-    fn pass_to(&mut self, at_ns: i64, process: &mut Process) -> Result<(), ReplayError> {
-        self.tape.near(at_ns)?;
-        let mut passed = 0_usize;
-        while self.tape.peek().is_some_and(|next| next.due_ns() < at_ns) && !process.stop.is_set() {
-            self.tape.take();
-            passed += 1;
-            if passed.is_multiple_of(PASSED) {
-                process.beat(ProcessState::Ready, "looking for the place in the recording")?;
-            }
-        }
-        Ok(())
     }
 }

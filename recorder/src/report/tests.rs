@@ -149,6 +149,24 @@ fn samples_that_are_missing_are_not_live() {
     assert_eq!(state(&facts, "stale"), 0);
 }
 
+/// A file that was cut off was said to have a silent tracker from its last readable pose to its last readable line.
+#[test]
+fn what_is_behind_the_end_of_a_file_is_not_a_silent_tracker() {
+    let mut log = testing::log(0, 0);
+    poses(&mut log, 0..60, |_| None);
+    say(&mut log, 9_000_000_000, Level::Info, "mark: later than the poses");
+    log.flush().unwrap();
+    poses(&mut log, 60..600, |_| None);
+    let whole = ended(log).finish().unwrap().into_inner();
+    let rig = Rig::new(&whole);
+    assert_eq!(state(&rig.said().1, "not readable"), 0);
+    // Within the chunk of the other poses.
+    fs::write(rig.path("s.mcap"), &whole[..whole.len() / 2]).unwrap();
+    let (_, facts) = rig.said();
+    assert_eq!(state(&facts, "lost: tracker silent"), 0, "{facts:#}");
+    assert!(state(&facts, "not readable") > 7_000_000_000, "{facts:#}");
+}
+
 #[test]
 fn whatever_is_cut_off_says_so_and_no_cut_is_called_whole() {
     let mut log = testing::log(4, 30);

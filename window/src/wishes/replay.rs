@@ -69,12 +69,12 @@ impl Replayer {
 /// What is asked of a replay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Steering {
-    /// That the replayer does this.
-    Does(CommandKind),
-    /// To go at this speed.
-    Paces(f64),
-    /// To go to this place, seconds.
-    Goes(f64),
+    /// A request without a number.
+    Plain(CommandKind),
+    /// Another speed.
+    Speed(f64),
+    /// Another place, seconds.
+    Seek(f64),
 }
 
 /// What the replayer is asked for, where its clock is `law` and shows `now_ns`; `None` for a wish of another kind.
@@ -88,8 +88,8 @@ pub(super) fn steering(
 ) -> Option<Result<Steering, String>> {
     let place_s = |t_ns: i64| clock::ms(t_ns.saturating_sub(law.zero_ns)) / 1000.0;
     let [first_s, last_s] = [law.first_ns, law.last_ns].map(place_s);
-    let goes = |to_s: f64| Ok(Steering::Goes(to_s.clamp(first_s, last_s.max(first_s))));
-    let does = |kind| Ok(Steering::Does(kind));
+    let goes = |to_s: f64| Ok(Steering::Seek(to_s.clamp(first_s, last_s.max(first_s))));
+    let does = |kind| Ok(Steering::Plain(kind));
     Some(match wish {
         Wish::Pause => does(match law.replay_state() {
             ReplayState::Paused => CommandKind::Play,
@@ -107,7 +107,7 @@ pub(super) fn steering(
             None => Err(no_mark(replay, *is_forward)),
         },
         Wish::Speed { is_faster } => match speed(law.speed, *is_faster) {
-            Some(speed) => Ok(Steering::Paces(speed)),
+            Some(speed) => Ok(Steering::Speed(speed)),
             None => Err("there is no such speed".to_owned()),
         },
         _ => return None,
@@ -139,6 +139,10 @@ fn speed(now: f64, is_faster: bool) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::rc::Rc;
+
+    use bus::message::Timeline;
+
     use super::*;
 
     fn law(state: ReplayState) -> ClockLaw {
@@ -160,7 +164,7 @@ mod tests {
     #[test]
     fn places_count_from_the_recordings_first_pose_wherever_the_replay_began() {
         let to = |wish: &Wish, now_ns| match asked(wish, now_ns, ReplayState::Playing) {
-            Ok(Steering::Goes(to_s)) => to_s,
+            Ok(Steering::Seek(to_s)) => to_s,
             other => panic!("{other:?}"),
         };
         assert_eq!(to(&Wish::Skip(5), 13_000_000_000), 8.0);
@@ -174,13 +178,40 @@ mod tests {
     #[test]
     fn a_replay_that_has_ended_begins_anew() {
         let pause = |state| asked(&Wish::Pause, 0, state).unwrap();
-        let does = Steering::Does;
+        let does = Steering::Plain;
         assert_eq!(pause(ReplayState::Playing), does(CommandKind::Pause));
         assert_eq!(pause(ReplayState::Paused), does(CommandKind::Play));
-        assert_eq!(pause(ReplayState::Ended), Steering::Goes(2.0));
+        assert_eq!(pause(ReplayState::Ended), Steering::Seek(2.0));
         assert!(steering(&Wish::Mark, (&law(ReplayState::Playing), 0), None).is_none());
         let why = asked(&Wish::NextMark { is_forward: true }, 0, ReplayState::Paused).unwrap_err();
         assert!(why.contains("as far as the recording was read"), "{why}");
+    }
+
+    /// Of 304 marks 64 have room on the bar: behind the last of these there was said to be none.
+    #[test]
+    fn marks_that_have_no_room_are_not_said_to_be_none() {
+        let why = |marks_left_out: u32| {
+            let told = Timeline {
+                read_bytes: 9,
+                bytes: 9,
+                marks_left_out,
+                ..Timeline::default()
+            };
+            let replay = ReplayModel {
+                span_ns: [0, 9],
+                zero_ns: 0,
+                at_ns: 5,
+                state: ReplayState::Paused,
+                speed: 1.0,
+                timeline: Some(Rc::new(told)),
+            };
+            no_mark(Some(&replay), true)
+        };
+        assert_eq!(why(0), "there is no mark behind this place");
+        assert_eq!(
+            why(240),
+            "there is no mark behind this place among those that the bar has room for"
+        );
     }
 
     #[test]

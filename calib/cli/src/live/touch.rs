@@ -110,7 +110,7 @@ impl TouchArgs {
             let name = self.name.as_str().to_owned();
             return Err(LiveError::Gates { name, why }.into());
         }
-        let of = touches::comment(&run.scened.scene.tool.name, run.against.name());
+        let of = touches::comment(&run.scened.scene.tool.name, run.against.name(), &tip);
         let count = touches::add(&self.to, self.name.as_str(), &of, &touch.place, &gates)?;
         let text = report(self.name.as_str(), &touch, run.against.name()) + &gates_text(&gates);
         Ok(Outcome {
@@ -147,7 +147,7 @@ impl TouchArgs {
             count = touches::add(
                 &self.to,
                 &dwelt.name,
-                &touches::comment(&tool, &frame),
+                &touches::comment(&tool, &frame, &tip),
                 &dwelt.touch.place,
                 &[],
             )?;

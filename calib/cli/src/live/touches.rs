@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geometry::{Point, Tracker, UncertainPoint};
+use geometry::{Marker, Point, Tool, Tracker, Uncertain, UncertainPoint};
 use nalgebra::Matrix3;
 
 use super::LiveError;
@@ -13,19 +13,29 @@ use crate::values::Name;
 
 const HEADER: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz";
 
-/// What all touches of a file are of, which its first line says.
-pub(super) fn comment(tool: &str, frame: &str) -> String {
-    format!("{PLACES}{tool}{IN}{frame}{MM}")
+/// What all touches of a file are of, which its first line says: the tool with its calibration, and the frame. Touches with another
+/// calibration are places of another tip.
+pub(super) fn comment(tool: &str, frame: &str, tip: &Uncertain<Marker, Tool>) -> String {
+    let rigid = tip.transform();
+    let numbers = [&rigid.quaternion()[..], &rigid.translation_mm(), &tip.upper()].concat();
+    let id = scene::registration_id(&numbers);
+    format!("{PLACES}{tool}{IN}{frame}{MM}{CALIBRATION}{id:016x}")
 }
 
 const PLACES: &str = "# places of the tip of ";
 const IN: &str = " in the ";
 const MM: &str = ", mm";
+const CALIBRATION: &str = "; calibration ";
 
 /// The frame that the first line of such a file says.
 fn frame_of(text: &str) -> Option<&str> {
-    let first = text.lines().next()?.strip_prefix(PLACES)?.strip_suffix(MM)?;
-    let (_, frame) = first.rsplit_once(IN)?;
+    let first = text.lines().next()?.strip_prefix(PLACES)?;
+    let (of, behind) = first.rsplit_once(MM)?;
+    // Files of before there was a calibration in them end there.
+    if !(behind.is_empty() || behind.starts_with(CALIBRATION)) {
+        return None;
+    }
+    let (_, frame) = of.rsplit_once(IN)?;
     frame.parse::<Name>().is_ok().then_some(frame)
 }
 
@@ -123,6 +133,34 @@ fn existing(path: &Path, comment: &str) -> Result<(String, usize), LiveError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geometry::{Rigid, Vector};
+
+    /// A calibration of a tip so far along z.
+    fn tip(z_mm: f64) -> Uncertain<Marker, Tool> {
+        let along = Vector::new(0.0, 0.0, z_mm);
+        Rigid::from_rotation_vector(Vector::new(0.0, 0.0, 0.0), along)
+            .unwrap()
+            .into()
+    }
+
+    fn comment(tool: &str, frame: &str) -> String {
+        super::comment(tool, frame, &tip(100.0))
+    }
+
+    /// Three touches with one calibration and two with another were a registration that could be accepted.
+    #[test]
+    fn touches_with_another_calibration_are_of_something_else() {
+        let of = |z_mm: f64| super::comment("scope", "tracker", &tip(z_mm));
+        assert_eq!(of(100.0), of(100.0));
+        assert_ne!(of(100.0), of(100.0 + 1e-9));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        let at = UncertainPoint::new(Point::new(1.5, -2.0, 1900.25), Matrix3::identity() * 0.25).unwrap();
+        add(&path, "a", &of(100.0), &at, &[]).unwrap();
+        let error = add(&path, "b", &of(102.0), &at, &[]).unwrap_err().to_string();
+        assert!(error.contains("its touches are of"), "{error}");
+        assert_eq!(add(&path, "b", &of(100.0), &at, &[]).unwrap(), 2);
+    }
 
     #[test]
     fn touches_are_added_and_touches_of_something_else_refused() {
@@ -142,16 +180,17 @@ mod tests {
         assert_eq!(
             text,
             format!(
-                "# places of the tip of scope in the tracker, mm\n{HEADER}\na,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n\
+                "{}\n{HEADER}\na,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n\
                  # max_rms_mm 0.5 (tracker.calibration.gates of run or): found 0.2500\n\
-                 b,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n"
+                 b,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n",
+                comment("scope", "tracker")
             )
         );
         let error = add(&path, "c", &comment("scope", "reference"), &at, &[])
             .unwrap_err()
             .to_string();
         assert!(
-            error.contains("its touches are of \"# places of the tip of scope in the tracker, mm\""),
+            error.contains("its touches are of \"# places of the tip of scope in the tracker, mm; calibration "),
             "{error}"
         );
         std::fs::write(&path, "# in the tracker\nx,y,z\n1,2,3\n").unwrap();
@@ -162,8 +201,13 @@ mod tests {
     #[test]
     fn touches_say_the_frame_that_they_are_in() {
         assert_eq!(frame_of(&comment("a scope in the box", "reference")), Some("reference"));
+        assert_eq!(
+            frame_of("# places of the tip of a in the reference, mm"),
+            Some("reference")
+        );
         for none in [
             "",
+            "# places of the tip of a in the b, mm and more",
             "x,y,z",
             "# places of the tip of a in the b",
             "# places of the tip of a in the b c, mm",

@@ -139,9 +139,10 @@ impl OnBase {
     }
 
     fn touched(&mut self) -> Result<(), String> {
-        let name = self.touches.take(&self.around.work.join(TOUCH))?.name.clone();
-        self.chosen = self.chosen.filter(|&part| TOUCHED_PARTS[part].0 != name);
-        self.changed()
+        let taken = self.touches.take(&self.around.work.join(TOUCH))?;
+        self.chosen = self.chosen.filter(|&part| TOUCHED_PARTS[part].0 != taken.name);
+        self.changed()?;
+        taken.told()
     }
 
     fn changed(&mut self) -> Result<(), String> {

@@ -222,6 +222,32 @@ fn a_marker_that_is_moved_in_the_middle_leaves_no_touch() {
     assert!(desk.moved().is_empty() && Steps::text(&desk.show(0).refused).is_empty());
 }
 
+/// Three points touched with one calibration of the tool and two with another were a registration that could be accepted.
+#[test]
+fn touches_with_another_calibration_are_forgotten() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut desk = desk(folder.path(), false);
+    desk.wish(StepWish::Open(StepTask::Register)).unwrap();
+    let mut touch = |name: &str, calibration: &str| {
+        desk.wish(StepWish::Begin).unwrap();
+        let head = format!("# places of the tip of scope in the reference, mm; calibration {calibration}");
+        let text = format!("{head}\non,x,y,z,cxx,cxy,cxz,cyy,cyz,czz\n{name},1,2,3,0.01,0,0,0.01,0,0.01\n");
+        std::fs::write(folder.path().join("touch.csv"), text).unwrap();
+        let todo = desk.said(said("touched"), moment(0, 1));
+        let shown = desk.show(0);
+        let touched: Vec<bool> = shown.points().iter().map(|point| point.is_touched()).collect();
+        (todo.is_empty(), touched, Steps::text(&shown.refused))
+    };
+    assert_eq!(touch("p1", "aa"), (true, vec![true, false, false], String::new()));
+    assert_eq!(touch("p2", "aa"), (true, vec![true, true, false], String::new()));
+    let (computes_nothing, touched, refused) = touch("p3", "bb");
+    assert_eq!((computes_nothing, touched), (true, vec![false, false, true]));
+    assert!(refused.contains("2 points were touched before"), "{refused}");
+    touch("p1", "bb");
+    // With all three of one calibration it is computed.
+    assert!(!touch("p2", "bb").0);
+}
+
 #[test]
 fn touches_are_kept_in_a_file_and_the_last_of_a_point_counts() {
     let folder = tempfile::tempdir().unwrap();

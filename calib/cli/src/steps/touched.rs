@@ -25,13 +25,37 @@ pub(super) struct Touch {
     line: String,
 }
 
+/// What came of taking a touch.
+#[derive(Debug)]
+pub(super) struct Taken {
+    /// As it was called on the command line.
+    pub(super) name: String,
+    forgotten: usize,
+}
+
+impl Taken {
+    /// What a person has to know of it.
+    ///
+    /// # Errors
+    /// That touches were forgotten.
+    pub(super) fn told(&self) -> Result<(), String> {
+        match self.forgotten {
+            0 => Ok(()),
+            count => Err(format!(
+                "the tool has another calibration than when {count} points were touched before: these are forgotten, touch them again"
+            )),
+        }
+    }
+}
+
 impl Touches {
     pub(super) fn rows(&self) -> &[Touch] {
         &self.rows
     }
 
-    /// Takes the one touch of a file that `calib touch` made.
-    pub(super) fn take(&mut self, path: &Path) -> Result<&Touch, String> {
+    /// Takes the one touch of a file that `calib touch` made. Those that were made with another calibration of the tool, as the files'
+    /// first lines say, are forgotten.
+    pub(super) fn take(&mut self, path: &Path) -> Result<Taken, String> {
         let text = fs::read_to_string(path).map_err(|error| format!("reading {}: {error}", path.display()))?;
         let touches = read_touches(path).map_err(|error| error.to_string())?;
         let [(name, place)] = &touches[..] else {
@@ -47,13 +71,21 @@ impl Touches {
         let [columns, line] = rest[..] else {
             return Err(format!("{}: not the file of a touch", path.display()));
         };
-        self.head = format!("{}\n{columns}\n", head.join(""));
+        let head = format!("{}\n{columns}\n", head.join(""));
+        let mut forgotten = 0;
+        if std::mem::replace(&mut self.head, head.clone()) != head {
+            forgotten = self.rows.len();
+            self.rows.clear();
+        }
         self.rows.push(Touch {
             name: name.clone(),
             place: *place,
             line: line.to_owned(),
         });
-        Ok(&self.rows[self.rows.len() - 1])
+        Ok(Taken {
+            name: name.clone(),
+            forgotten,
+        })
     }
 
     /// Leaves the touches of a name out that were made before the last.

@@ -42,8 +42,6 @@ pub(super) struct Touching {
     /// Of the touches there are; `None`: they are too few, or were not computed yet.
     made: Option<Registered>,
     is_due: bool,
-    /// The file of the tool's calibration that the touches were made with.
-    calibration: Option<blake3::Hash>,
 }
 
 impl Touching {
@@ -68,7 +66,6 @@ impl Touching {
             touches: Touches::default(),
             made: None,
             is_due: false,
-            calibration: None,
         }
     }
 
@@ -95,27 +92,6 @@ impl Touching {
         if let Of::Points(_, at) = &mut self.of {
             *at = next;
         }
-    }
-
-    /// Touches with another calibration of the tool are places of another tip: they are forgotten.
-    fn same_calibration(&mut self) -> Result<(), String> {
-        let Some(path) = &self.around.files[0] else {
-            return Ok(());
-        };
-        let changed = std::fs::metadata(path).and_then(|about| about.modified()).ok();
-        let age = changed.and_then(|changed| changed.elapsed().ok());
-        if age.is_some_and(|age| age.as_secs_f64() < self.around.spec.touch_s) {
-            return Err("the tool's calibration changed while the point was touched: touch it again".to_owned());
-        }
-        let of = std::fs::read(path).ok().map(|bytes| blake3::hash(&bytes));
-        if std::mem::replace(&mut self.calibration, of) != of && !self.touches.rows().is_empty() {
-            self.touches = Touches::default();
-            self.changed()?;
-            return Err(
-                "the tool's calibration changed since the points before were touched: they are forgotten; touch all again".to_owned(),
-            );
-        }
-        Ok(())
     }
 
     /// Something was touched or taken back.
@@ -246,10 +222,10 @@ impl Course for Touching {
 
     fn heard(&mut self, said: Said, _: Moment) -> Result<(), String> {
         said.map_err(|why| self.in_words(&why))?;
-        self.same_calibration()?;
-        let name = self.touches.take(&self.around.work.join(TOUCH))?.name.clone();
-        self.touches.keep_last_of(&name);
-        self.changed()
+        let taken = self.touches.take(&self.around.work.join(TOUCH))?;
+        self.touches.keep_last_of(&taken.name);
+        self.changed()?;
+        taken.told()
     }
 
     fn compute(&mut self) -> Result<Option<Vec<String>>, String> {

@@ -10,7 +10,7 @@ const WORDS: usize = Command::TEXT;
 const ELLIPSIS: &str = "\u{2026}";
 
 /// Published by the replayer while it reads the recording, and again when it is through. Moments are ns on the clock of the run that was
-/// recorded, of the captures. What lies behind the last column was not read yet, or is not there: [`Timeline::is_read`] tells which.
+/// recorded: states begin when a sample was published, errors stand at its capture. What lies behind the last column was not read yet, or is not there: [`Timeline::is_read`] tells which.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("trocar/Timeline/1")]
@@ -35,7 +35,7 @@ pub struct Timeline {
     pub why: [u8; Self::WHY],
     /// What was in each column.
     pub columns: [TimelineColumn; Self::COLUMNS],
-    /// Moments that a person marked, in order.
+    /// Moments that a person marked, in the order of the file.
     pub marks: [TimelineMark; Self::MARKS],
 }
 

@@ -54,6 +54,25 @@ fn every_moment_gives_what_a_reading_of_everything_gives() {
     }
 }
 
+/// A replay went on with another recording under the first one's index, and called its poses those of the same examination.
+#[test]
+fn another_file_under_the_name_of_a_recording_is_refused() {
+    let (tmp, session) = session(&testing::finished(CHUNKS, PER_CHUNK));
+    let (path, other) = (tmp.path().join("s.mcap"), tmp.path().join("o.mcap"));
+    fs::write(&other, testing::finished(CHUNKS, PER_CHUNK)).unwrap();
+    // Taken away and written anew, and moved there; its own under its own name again is the same.
+    let kept = tmp.path().join("kept.mcap");
+    fs::rename(&path, &kept).unwrap();
+    fs::rename(&other, &path).unwrap();
+    let error = session.poses_from(0).err().unwrap().to_string();
+    assert!(error.contains("replaced by another file"), "{error}");
+    fs::remove_file(&path).unwrap();
+    fs::write(&path, testing::finished(CHUNKS, PER_CHUNK)).unwrap();
+    assert!(session.poses_from(0).is_err());
+    fs::rename(&kept, &path).unwrap();
+    assert_eq!(seqs(&session, 0).0, expected(0));
+}
+
 #[test]
 fn the_index_is_used_and_the_span_is_known() {
     let (_tmp, finished) = session(&testing::finished(CHUNKS, PER_CHUNK));

@@ -22,7 +22,12 @@ impl Replayer<'_> {
             request.reply(written.as_deref().map_err(String::as_str))?;
             return Ok(());
         }
-        match self.control(&command)? {
+        let is_back = command.command_kind() == Some(CommandKind::StepBack) && !self.options.emitters;
+        let asked = match is_back {
+            true => Ok(self.step_back()?),
+            false => self.control(&command),
+        };
+        match asked {
             Ok(control) => {
                 if matches!(control, Control::Seek(_) | Control::Show(_)) {
                     self.lockstep.forget();
@@ -80,18 +85,7 @@ impl Replayer<'_> {
         })
     }
 
-    fn control(&mut self, command: &Command) -> Result<Result<Control, String>, ReplayError> {
-        if command.command_kind() != Some(CommandKind::StepBack) || self.options.emitters {
-            return Ok(self.steered(command));
-        }
-        let shown_ns = self.last.map_or(self.options.span_ns[0], |pose| pose.t_publish_ns);
-        let before_ns = self.tape.before(shown_ns)?;
-        let before_ns = before_ns.filter(|ns| *ns >= self.options.span_ns[0]);
-        // The search has moved the tape: who stays where she is goes there again.
-        Ok(Ok(Control::Show(before_ns.unwrap_or(shown_ns))))
-    }
-
-    fn steered(&self, command: &Command) -> Result<Control, String> {
+    fn control(&self, command: &Command) -> Result<Control, String> {
         match command.command_kind() {
             Some(CommandKind::Pause) => Ok(Control::Pause),
             Some(CommandKind::Play) => Ok(Control::Play),
