@@ -4,8 +4,8 @@ use std::mem::size_of;
 
 use bus::continuity::Continuity;
 use bus::message::{
-    Ages, ClockLaw, Command, EmitterFrame, Event, FrameHeader, Guide, Heartbeat, Identity, Plan, ReplyHeader, Steps,
-    Timeline, ToolPose, VolumeHeader, Workflow,
+    Ages, ClockLaw, Command, EmitterFrame, Event, FrameHeader, Guide, Heartbeat, Identity, MarkerFrame, Plan,
+    ReplyHeader, Steps, Timeline, ToolPose, VolumeHeader, Workflow,
 };
 use bus::run::RunContext;
 
@@ -22,6 +22,7 @@ impl Numbers for FrameHeader {}
 impl Numbers for Guide {}
 impl Numbers for Heartbeat {}
 impl Numbers for Identity {}
+impl Numbers for MarkerFrame {}
 impl Numbers for Plan {}
 impl Numbers for ReplyHeader {}
 impl Numbers for Steps {}
@@ -50,7 +51,7 @@ pub(crate) fn message(bytes: &[u8]) {
     let Some((kind, bytes)) = bytes.split_first() else {
         return;
     };
-    match kind % 12 {
+    match kind % 13 {
         0 => poses(bytes),
         1 => drop(taken::<ClockLaw>(bytes).map(|m| (m.law().map(|law| law.at(i64::MAX)).ok(), m.replay_state()))),
         2 => drop(taken::<Command>(bytes).map(|m| m.command_kind())),
@@ -86,6 +87,17 @@ pub(crate) fn message(bytes: &[u8]) {
             let columns = m.columns().filter(|(span, _)| span[0] <= span[1]).count();
             let marks: Vec<String> = m.marks().iter().map(bus::message::TimelineMark::words).collect();
             (columns, marks, m.is_read(), m.why())
+        })),
+        11 => drop(taken::<MarkerFrame>(bytes).map(|m| {
+            let of = |marker| {
+                m.sight::<geometry::Marker>(marker)
+                    .map_err(|error| error.to_string())
+                    .is_ok()
+            };
+            let door = [MarkerFrame::TOOL, MarkerFrame::REFERENCE, 2].map(of);
+            let again =
+                recorder::wire::proto::MarkerFrame::try_from(&m).map(|frame| MarkerFrame::try_from(&frame).is_ok());
+            (door, again.ok(), m.device_name(), m.capture_clock())
         })),
         _ => drop(taken::<VolumeHeader>(bytes).map(|m| {
             let _ = (m.grid().map(|g| g.voxels()), m.layout().is_ok());
@@ -130,6 +142,7 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>, Failure> {
         ),
         one(2, bytes_of(&Command::render(pose(7)))),
         one(3, bytes_of(&EmitterFrame::EMPTY)),
+        one(11, bytes_of(&MarkerFrame::EMPTY)),
         zeros(4, size_of::<Event>()),
         zeros(5, size_of::<FrameHeader>()),
         zeros(6, size_of::<Heartbeat>()),
@@ -137,7 +150,7 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>, Failure> {
         zeros(8, size_of::<Plan>()),
         one(9, bytes_of(&Steps::none(&[]))),
         one(10, bytes_of(&Timeline::default())),
-        zeros(11, size_of::<VolumeHeader>()),
+        zeros(12, size_of::<VolumeHeader>()),
     ])
 }
 

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use bus::message::{EmitterFrame, ToolPose};
+use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
 use recorder::edit::export::{Format, export};
 use recorder::edit::{cut, import, recover};
 use recorder::read::{info, reader, verify};
 use recorder::replay::facts::facts;
-use recorder::replay::tape::Tape;
+use recorder::replay::tape::{Delivery, Tape};
 use recorder::wire::proto;
 use recorder::wire::schema::{RunFacts, Source, TOOL_POSE};
 use recorder::write::pose_log::{Entry, PoseLog};
@@ -33,7 +33,11 @@ pub(crate) fn mcap(bytes: &[u8]) {
     let _ = facts(&path).map_err(|error| error.to_string());
     let _ = reader::poses(&path, TOOL_POSE).map(|poses| poses.take(MOMENTS).count());
     let _ = reader::emitters(&path).map(|frames| frames.take(MOMENTS).count());
-    if let Ok(mut tape) = Tape::with_frames(&path) {
+    let _ = reader::markers(&path).map(|frames| frames.take(MOMENTS).count());
+    for delivery in [Delivery::Emitters, Delivery::Markers] {
+        let Ok(mut tape) = Tape::with_frames(&path, delivery) else {
+            continue;
+        };
         let mut taken = 0;
         while tape.take().is_some() && taken < MOMENTS {
             taken += 1;
@@ -96,6 +100,11 @@ fn recording(compression: Compression) -> Result<Vec<u8>, Failure> {
             ..EmitterFrame::EMPTY
         })?;
         log.put(Entry::Emitters(&frame))?;
+        let frame = proto::MarkerFrame::try_from(&MarkerFrame {
+            seq,
+            ..MarkerFrame::EMPTY
+        })?;
+        log.put(Entry::Markers(&frame))?;
         if seq == 9 {
             log.flush()?;
         }

@@ -290,6 +290,7 @@ fn simulated_time_for(scene: &Scene) -> Result<(), CliError> {
     match scene.tracker.source {
         TrackerSource::External => Err(CliError::NotSimulated("external")),
         TrackerSource::Emitters(_) => Err(CliError::NotSimulated("emitters")),
+        TrackerSource::Markers(_) => Err(CliError::NotSimulated("markers")),
         TrackerSource::Simulated(_) | TrackerSource::OperatingRoom(_) | TrackerSource::Sequence(_) => Ok(()),
     }
 }

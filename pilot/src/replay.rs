@@ -41,7 +41,7 @@ pub(crate) struct Replay {
     pub(crate) force: bool,
     /// Pictures of every so many poses, beside those of the last one.
     pub(crate) every: Option<u64>,
-    /// The poses are made again of the recorded emitters.
+    /// The poses are made again of what the localizer delivered.
     pub(crate) recompute: Option<Recompute>,
 }
 
@@ -97,10 +97,12 @@ impl Replay {
                 every.to_string(),
             ]);
         }
+        if let Some(recompute) = &self.recompute {
+            arguments.extend(["--frames".to_owned(), recompute.frames.to_owned()]);
+        }
         let flags = [
             (self.looping, "--loop"),
             (self.force, "--force"),
-            (self.recompute.is_some(), "--emitters"),
             // Poses that are made again are not those that the bar would tell of.
             (has_window && self.recompute.is_none(), "--timeline"),
         ];

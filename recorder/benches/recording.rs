@@ -28,7 +28,7 @@ use geometry::{Ct, Rigid, Tool, Vector};
 use recorder::read::seek::Session;
 use recorder::read::{info, reader};
 use recorder::replay::facts::{Facts, facts, facts_of_all};
-use recorder::replay::tape::Tape;
+use recorder::replay::tape::{Delivery, Tape};
 use recorder::wire::schema::{EMITTERS, TOOL_POSE};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -255,7 +255,7 @@ fn seek(megabytes: u64) {
     let going = looked("poses, in a replay that is going (seek, loop)", last, |at_ns| {
         find(&mut tape, at_ns)
     });
-    let mut tape = Tape::with_frames(&path).unwrap();
+    let mut tape = Tape::with_frames(&path, Delivery::Emitters).unwrap();
     looked("the same with the emitters (--recompute)", last, |at_ns| {
         find(&mut tape, at_ns)
     });

@@ -112,7 +112,7 @@ fn with_the_same_constants_the_poses_are_the_same_bits() {
     assert_eq!(report["recording"], serde_json::json!(["recomputed.mcap"]));
     let account = json(out.join("replay.json"));
     assert_eq!(
-        (&account["unanswered"], &account["without_emitters"]),
+        (&account["unanswered"], &account["without_frames"]),
         (&0.into(), &0.into())
     );
     assert!(out.join("compare.png").exists());

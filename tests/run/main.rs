@@ -26,8 +26,5 @@ mod simulated_time;
 mod supervision;
 #[path = "../support/mod.rs"]
 mod support;
-mod tracker_emitters;
-mod tracker_links;
-mod tracker_rate;
-mod tracker_sequence;
+mod tracker;
 mod window;

@@ -18,6 +18,7 @@ mod status;
 #[cfg(test)]
 mod tests;
 
+use bus::message::Lost;
 use calib::pose::{Body, Gates, Localizer, Lost as BodyLost, Sighting, radius_95_mm, solve};
 use geometry::{Ct, Marker, Point, Reference, Tool, Tracker, Uncertain};
 
@@ -108,6 +109,9 @@ pub enum Reason {
     /// The patient's marker.
     #[error("reference on the patient: {0}")]
     Reference(BodyLost),
+    /// A localizer that makes the poses of its markers has none of the tool's, and says why.
+    #[error("tool: {}", .0.words())]
+    Stated(Lost),
     /// The registration rests on a reference marker, and the scene has none.
     #[error("the registration rests on a reference marker, and none is described")]
     NoReference,

@@ -1,13 +1,16 @@
 //! The tracker's process where a chain makes the poses: what each frame comes to, whoever delivers it.
 //!
-//! [`room`] simulates the localizer, [`emitters`] takes its frames from the bus, [`sequence`] plays poses of markers from a
-//! file. All admit frames by the same stamps, step the same status machine, take calibration and registration from the same
+//! [`room`] simulates the localizer, [`emitters`] and [`markers`] take its frames from the bus ([`listening`]), [`sequence`] plays
+//! poses of markers from a file. All admit frames by the same stamps, step the same status machine, take calibration and registration from the same
 //! files ([`links`]) and publish alike.
 
 mod emitters;
 mod link_files;
 mod links;
+mod listening;
+mod markers;
 mod play_error;
+mod posed;
 mod room;
 mod sequence;
 mod standing;
@@ -29,6 +32,7 @@ use standing::Standing;
 
 pub(crate) use emitters::{follow as follow_emitters, follow_recorded_room};
 pub(crate) use link_files::calibration_of;
+pub(crate) use markers::follow as follow_markers;
 pub use play_error::PlayError;
 pub(crate) use room::follow as follow_room;
 pub(crate) use sequence::follow as follow_sequence;
@@ -39,7 +43,9 @@ struct Stamp {
     seq: u64,
     t_device_ns: i64,
     t_capture_ns: i64,
-    /// Emitters of the tool that were seen.
+    /// By which frames stand in order: each passes once, and none after a later one.
+    t_order_ns: i64,
+    /// Emitters of the tool that were seen, or 1 where a localizer has the pose of its marker.
     visible: u32,
 }
 
@@ -185,7 +191,7 @@ impl<'a> Follower<'a> {
             self.stamps.forget();
         }
         let now_ns = process.session.clock().now_ns();
-        match self.stamps.admit(stamp.t_device_ns, stamp.t_capture_ns, now_ns) {
+        match self.stamps.admit(stamp.t_order_ns, stamp.t_capture_ns, now_ns) {
             Ok(()) => {
                 self.last_frame_ns = now_ns;
                 true
@@ -302,7 +308,12 @@ fn outcome(found: &Result<Found, Reason>, outside: bool) -> Status {
         Ok(_) if outside => Status::Outside,
         Ok(_) => Status::Tracking,
         Err(Reason::Reference(_) | Reason::NoReference) => Status::ReferenceLost,
-        Err(Reason::Tool(BodyLost::NotSeen)) => Status::NotSeen,
+        Err(Reason::Stated(Lost::OutOfVolume)) => Status::OutOfVolume,
+        Err(Reason::Stated(Lost::Interference)) => Status::Interference,
+        Err(Reason::Stated(Lost::Disconnected)) => Status::Disconnected,
+        Err(Reason::Stated(Lost::TooFew)) => Status::TooFew,
+        Err(Reason::Stated(Lost::Residual | Lost::Refused)) => Status::Residual,
+        Err(Reason::Tool(BodyLost::NotSeen) | Reason::Stated(_)) => Status::NotSeen,
         Err(Reason::Tool(BodyLost::TooFew { .. })) => Status::TooFew,
         Err(Reason::Tool(BodyLost::Geometry { .. })) => Status::Geometry,
         Err(Reason::Tool(BodyLost::Residual { .. } | BodyLost::Malformed { .. })) => Status::Residual,
@@ -314,6 +325,7 @@ fn lost(reason: &Reason) -> Lost {
     match reason {
         Reason::Tool(BodyLost::Malformed { .. }) | Reason::Reference(BodyLost::Malformed { .. }) => Lost::Refused,
         Reason::Reference(_) | Reason::NoReference => Lost::Reference,
+        Reason::Stated(lost) => *lost,
         Reason::Tool(BodyLost::NotSeen) => Lost::NotSeen,
         Reason::Tool(BodyLost::TooFew { .. }) => Lost::TooFew,
         Reason::Tool(BodyLost::Geometry { .. }) => Lost::Geometry,

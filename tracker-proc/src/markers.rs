@@ -68,6 +68,7 @@ impl Markers {
             TrackerSource::Emitters(spec) => Self::of_emitters(spec)?,
             TrackerSource::OperatingRoom(room) => Self::of_room(room, scene.seed)?,
             TrackerSource::Simulated(_) => return Err(MarkersError::NoEmitters("simulated")),
+            TrackerSource::Markers(_) => return Err(MarkersError::NoEmitters("markers")),
             TrackerSource::Sequence(_) => return Err(MarkersError::NoEmitters("sequence")),
             TrackerSource::External => return Err(MarkersError::NoEmitters("external")),
         };

@@ -9,7 +9,7 @@ use geometry::{Ct, Point, Rigid, Tool, Tracker, VolumeGrid};
 use scene::{Simulation, TrackerSource};
 
 use crate::chain::{Found, Smoothing};
-use crate::follow::{follow_emitters, follow_recorded_room, follow_room, follow_sequence};
+use crate::follow::{follow_emitters, follow_markers, follow_recorded_room, follow_room, follow_sequence};
 use crate::gesture::{Gesture, aim};
 use crate::output::{LOOK_UP, OVER, Output, catch_up_ns, volume};
 use crate::run_error::RunError;
@@ -31,6 +31,7 @@ pub(crate) fn run(membership: &Membership, start_ns: Option<i64>, after_ns: Opti
         }
         TrackerSource::OperatingRoom(room) => follow_room(&mut process, &output, &room),
         TrackerSource::Emitters(source) => follow_emitters(&mut process, &output, &source),
+        TrackerSource::Markers(source) => follow_markers(&mut process, &output, &source),
         TrackerSource::Sequence(source) => follow_sequence(&mut process, &output, &source),
         TrackerSource::Simulated(simulation) => simulate(&mut process, output, simulation),
         TrackerSource::External => Err(RunError::External),

@@ -2,6 +2,7 @@
 
 use bus::BusError;
 use bus::process::JoinError;
+use geometry::uncertain::CovarianceError;
 
 use crate::follow::PlayError;
 use crate::gesture::GestureError;
@@ -26,6 +27,9 @@ pub enum RunError {
     /// Its gesture cannot be played.
     #[error(transparent)]
     Script(#[from] ScriptError),
+    /// The noise of a marker's pose is no covariance.
+    #[error("tracker.markers.noise_mm and noise_deg: {0}")]
+    Noise(CovarianceError),
     /// The scene's markers or localizer are unusable.
     #[error(transparent)]
     Markers(#[from] MarkersError),

@@ -148,7 +148,8 @@ impl SceneContext {
         let referenced = match &self.scene.tracker.source {
             TrackerSource::OperatingRoom(room) => room.reference.is_some(),
             TrackerSource::Emitters(spec) => spec.reference.is_some(),
-            TrackerSource::Sequence(spec) => spec.reference.is_some(),
+            TrackerSource::Markers(spec) => spec.markers.reference.is_some(),
+            TrackerSource::Sequence(spec) => spec.markers.reference.is_some(),
             TrackerSource::Simulated(_) | TrackerSource::External => false,
         };
         if referenced { "reference" } else { "tracker" }

@@ -15,6 +15,7 @@ mod identity;
 mod images;
 mod images_request;
 mod lost;
+mod markers;
 mod plan;
 mod plan_edit;
 mod pose;
@@ -35,6 +36,7 @@ pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, NOT_RECORDING, ProcessSta
 pub use identity::{Identity, IdentitySource};
 pub use images::{Change, Images, ImagesError, ImagesWish};
 pub use lost::Lost;
+pub use markers::{CaptureClock, MarkerFrame, MarkerSight, MarkersError, Sight};
 pub use plan::{Plan, PlanMeasure, PlanMessageError, PlanTarget};
 pub use plan_edit::{PlanEdit, PlanWish};
 pub use pose::{PoseError, ToolPose, Tracked};

@@ -83,6 +83,17 @@ pub const EMITTERS: Topic = Topic {
     ..BASE
 };
 
+/// The poses of markers, from a localizer that makes them itself, before the chain to the patient. Few listen, as for emitters.
+pub const MARKERS: Topic = Topic {
+    name: "markers",
+    payload: "trocar/MarkerFrame/1",
+    subscribers: 4,
+    buffer: 4096,
+    wakes: true,
+    purpose: "poses of the markers that the localizer follows, each frame of one instant",
+    ..BASE
+};
+
 /// Where the simulated tool truly is.
 pub const GROUND_TRUTH: Topic = Topic {
     name: "ground-truth",
@@ -227,10 +238,11 @@ pub const COMMAND: Topic = Topic {
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 18] = [
+pub const TOPICS: [&Topic; 19] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
+    &MARKERS,
     &GROUND_TRUTH,
     &SESSION_CLOCK,
     &TIMELINE,

@@ -62,6 +62,10 @@ fn tracker(raw: &RawTracker, targets: &[Target], tool_mm: f64) -> Checked<Tracke
             let emitters = raw.emitters.clone().unwrap_or_default();
             TrackerSource::Emitters(Box::new(tracking::emitters(&emitters, tool_mm)?))
         }
+        RawTrackerSource::Markers => {
+            let markers = raw.markers.clone().unwrap_or_default();
+            TrackerSource::Markers(Box::new(tracking::markers(&markers)?))
+        }
         RawTrackerSource::Sequence => {
             let missing = || invalid("tracker.sequence", "nothing", "a table with file = \"....mha\"");
             let sequence = raw.sequence.as_ref().ok_or_else(missing)?;
@@ -107,6 +111,7 @@ fn tables_of_other_sources(raw: &RawTracker) -> Checked<()> {
             RawTrackerSource::Emitters,
             "emitters",
         ),
+        ("markers", raw.markers.is_some(), RawTrackerSource::Markers, "markers"),
         (
             "sequence",
             raw.sequence.is_some(),

@@ -111,6 +111,8 @@ pub enum TrackerSource {
     OperatingRoom(Box<operating_room::Room>),
     /// Another program publishes what a localizer sees; the tracker process makes poses of it.
     Emitters(Box<tracking::EmitterSource>),
+    /// A localizer makes the poses of its markers; the tracker process takes them on to the patient.
+    Markers(Box<tracking::MarkerSource>),
     /// The tracker process plays poses from a file.
     Sequence(Box<tracking::SequenceSource>),
     /// Another program publishes on the pose topic; no tracker process is started.
@@ -197,7 +199,8 @@ impl Scene {
         let ct_from_reference = match &self.tracker.source {
             TrackerSource::OperatingRoom(room) => room.reference.as_ref().map(|on| on.ct_from_reference),
             TrackerSource::Emitters(source) => source.reference.as_ref().map(|on| on.ct_from_reference),
-            TrackerSource::Sequence(source) => source.reference.as_ref().map(|(_, rigid)| *rigid),
+            TrackerSource::Markers(source) => source.markers.reference.as_ref().map(|(_, rigid)| *rigid),
+            TrackerSource::Sequence(source) => source.markers.reference.as_ref().map(|(_, rigid)| *rigid),
             TrackerSource::Simulated(_) | TrackerSource::External => None,
         };
         let rigid = &self.tracker.ct_from_tracker;

@@ -17,7 +17,9 @@ use super::priorities::Priorities;
 use super::recording::RawRecording;
 use super::sampling::Render;
 use super::steps::RawSteps;
-use super::tracking::raw::{RawCalibrationFile, RawEmitterSource, RawRegistrationFile, RawSequence, RawSmoothing};
+use super::tracking::raw::{
+    RawCalibrationFile, RawEmitterSource, RawMarkerSource, RawRegistrationFile, RawSequence, RawSmoothing,
+};
 use super::volume::RawVolume;
 use super::workflow::RawWorkflow;
 use crate::file::{self, OpenError};
@@ -129,6 +131,9 @@ pub struct RawTracker {
     /// `[tracker.emitters]`
     #[serde(skip_serializing_if = "Option::is_none")]
     pub emitters: Option<RawEmitterSource>,
+    /// `[tracker.markers]`
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub markers: Option<RawMarkerSource>,
     /// `[tracker.sequence]`
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sequence: Option<RawSequence>,
@@ -156,6 +161,7 @@ impl Default for RawTracker {
             ct_from_tracker: RawRigid::default(),
             room: None,
             emitters: None,
+            markers: None,
             sequence: None,
             calibration: None,
             registration: None,
@@ -174,6 +180,8 @@ pub enum RawTrackerSource {
     OperatingRoom,
     /// The tracker process, of what another program's localizer sees.
     Emitters,
+    /// The tracker process, of the poses of markers that a localizer delivers.
+    Markers,
     /// The tracker process, of poses from a file.
     Sequence,
     /// Another program.

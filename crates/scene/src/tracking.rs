@@ -15,7 +15,7 @@ use geometry::{Ct, Marker, Reference, Rigid, Tool};
 
 use super::operating_room::{Deviations, Gates, ReferenceMarker, Shape};
 
-pub(super) use check::{emitters, sequence, smoothing};
+pub(super) use check::{emitters, markers, sequence, smoothing};
 pub(super) use links::link_files;
 
 /// `source = "emitters"`: another program publishes what a localizer sees, and the tracker makes poses of it.
@@ -52,19 +52,35 @@ pub struct Noise {
     pub quantisation_mm: f64,
 }
 
+/// Markers whose poses somebody else makes: a file, or a localizer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PosedMarkers {
+    /// The name of the tool's marker; `None`: the only one.
+    pub marker: Option<String>,
+    /// Where it sits on the tool, unless a calibration says.
+    pub marker_from_tool: Rigid<Marker, Tool>,
+    /// The name of the marker on the patient, and where that sits unless a registration says.
+    pub reference: Option<(String, Rigid<Ct, Reference>)>,
+    /// How a pose errs, about the marker's origin; `None`: not known.
+    pub noise: Option<Deviations>,
+}
+
+/// `source = "markers"`: a localizer that makes the poses of its markers itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarkerSource {
+    /// The markers.
+    pub markers: PosedMarkers,
+    /// A pose whose localizer states a larger error of fit is refused, mm; `None`: not tested.
+    pub max_error_mm: Option<f64>,
+}
+
 /// `source = "sequence"`: poses of markers from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SequenceSource {
     /// A sequence of the PLUS toolkit.
     pub file: PathBuf,
-    /// The transform of the tool's marker; `None`: the only one.
-    pub marker: Option<String>,
-    /// Where it sits on the tool, unless a calibration says.
-    pub marker_from_tool: Rigid<Marker, Tool>,
-    /// The transform of the marker on the patient, and where that sits unless a registration says.
-    pub reference: Option<(String, Rigid<Ct, Reference>)>,
-    /// How a pose errs, about the marker's origin; `None`: not known.
-    pub noise: Option<Deviations>,
+    /// The markers; their names are those of transforms.
+    pub markers: PosedMarkers,
 }
 
 /// A file that a constant of the chain comes from.

@@ -39,7 +39,7 @@ pub(crate) struct ReplayArgs {
     /// Another scene than the one in the recording: other views, limits or targets.
     #[arg(long, value_name = "SCENE.toml")]
     pub(crate) scene: Option<PathBuf>,
-    /// Makes the poses again, of the recorded emitters, and says how far they lie from the recorded ones: DIR/compare.csv,
+    /// Makes the poses again, of what the localizer delivered, and says how far they lie from the recorded ones: DIR/compare.csv,
     /// compare.png, compare.json. The new poses are in DIR/recomputed.mcap.
     #[arg(long, conflicts_with = "looping")]
     pub(crate) recompute: bool,

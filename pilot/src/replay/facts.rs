@@ -21,6 +21,8 @@ pub(crate) struct Facts {
     pub(crate) emitters: u64,
     /// Why no poses can be made of them, in words.
     pub(crate) emitters_refused: Option<String>,
+    pub(crate) markers: u64,
+    pub(crate) markers_refused: Option<String>,
     /// Calibrations and registrations that the recording holds.
     pub(crate) files: Vec<AttachedText>,
     /// What cannot be read, in words.

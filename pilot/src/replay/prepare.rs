@@ -205,6 +205,8 @@ mod tests {
             last_ns: 12_000_000_000,
             emitters: 0,
             emitters_refused: None,
+            markers: 0,
+            markers_refused: None,
             files: Vec::new(),
             damage: Vec::new(),
         }

@@ -1,6 +1,6 @@
-//! `pilot replay --recompute`: poses made again from the recorded emitters, through another calibration or registration.
+//! `pilot replay --recompute`: poses made again from what the localizer delivered, through another calibration or registration.
 //!
-//! The replayer publishes the frames of emitters in place of the poses, the run's own tracker makes poses of them, and a
+//! The replayer publishes the recorded frames of emitters or of markers in place of the poses, the run's own tracker makes poses of them, and a
 //! recorder writes these. Calibration and registration are those of the command line; where it names none, those that the
 //! recorded run began with, out of the recording. At the end `recorder compare` says how far the poses lie apart.
 
@@ -26,17 +26,26 @@ const LINKS: &str = "links";
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum RecomputeError {
     #[error(
-        "{0} holds no emitters (topic /emitters), of which poses could be made again: they are recorded where the scene's \
-         tracker is \"operating-room\" or \"emitters\". Without `--recompute` its own poses are replayed"
+        "{recording} holds no {frames} (topic /{frames}), of which poses could be made again: they are recorded where the scene's \
+         tracker is \"operating-room\", \"emitters\" or \"markers\". Without `--recompute` its own poses are replayed"
     )]
-    NoEmitters(PathBuf),
-    #[error("{recording}: no poses can be made of its emitters: {why}")]
-    Emitters { recording: PathBuf, why: String },
+    NoFrames { recording: PathBuf, frames: &'static str },
+    #[error("{recording}: no poses can be made of its {frames}: {why}")]
+    Frames {
+        recording: PathBuf,
+        frames: &'static str,
+        why: String,
+    },
     #[error(
-        "the poses of {recording} come from a tracker of source {found:?}, which makes none of emitters; needed is a scene \
-         whose tracker is \"operating-room\" or \"emitters\" and describes the tool's marker: `--scene SCENE.toml`"
+        "the poses of {recording} come from a tracker of source {found:?}, which makes none of {frames}; needed is a scene \
+         whose tracker is {needed} and describes the tool's marker: `--scene SCENE.toml`"
     )]
-    NoChain { recording: PathBuf, found: String },
+    NoChain {
+        recording: PathBuf,
+        found: String,
+        frames: &'static str,
+        needed: &'static str,
+    },
     #[error("--{key} {path}: {why}; give the path of a file that `calib` wrote")]
     NoFile {
         key: &'static str,
@@ -60,6 +69,8 @@ pub(crate) enum RecomputeError {
 /// What poses are made again with.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Recompute {
+    /// What the poses are made of, as the replayer calls it: `emitters` or `markers`.
+    pub(crate) frames: &'static str,
     /// The file of the calibration; `None`: the numbers of the scene.
     pub(crate) calibration: Option<PathBuf>,
     /// That of the registration.
@@ -83,14 +94,14 @@ pub(crate) struct Recomputed {
 }
 
 impl Recompute {
-    /// Changes `scene` so that its tracker makes poses of the recording's emitters and a recorder writes them.
+    /// Changes `scene` so that its tracker makes poses of what the recording's localizer delivered and a recorder writes them.
     pub(crate) fn prepare(
         args: &ReplayArgs,
         facts: &Facts,
         recording: &Path,
         scene: &mut RawScene,
     ) -> Result<Self, RecomputeError> {
-        check(facts, recording, scene)?;
+        let frames = check(facts, recording, scene)?;
         scene.recording = Some(RawRecording {
             // One file, which can be compared.
             rotate_mb: 0.0,
@@ -119,6 +130,7 @@ impl Recompute {
             link.file = path.to_string_lossy().into_owned();
         }
         Ok(Self {
+            frames,
             calibration,
             registration,
             files: links.files,
@@ -184,20 +196,34 @@ fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// Whether there are emitters, and a chain to put them through.
-fn check(facts: &Facts, recording: &Path, scene: &RawScene) -> Result<(), RecomputeError> {
+/// What the poses can be made of: what is recorded and what the scene has a chain for.
+fn check(facts: &Facts, recording: &Path, scene: &RawScene) -> Result<&'static str, RecomputeError> {
     let recording = recording.to_owned();
-    if facts.emitters == 0 {
-        return Err(RecomputeError::NoEmitters(recording));
+    let has_markers = facts.markers > 0;
+    let (frames, count, refused) = match scene.tracker.source {
+        RawTrackerSource::Markers => ("markers", facts.markers, facts.markers_refused.clone()),
+        RawTrackerSource::OperatingRoom | RawTrackerSource::Emitters => {
+            ("emitters", facts.emitters, facts.emitters_refused.clone())
+        }
+        _ if has_markers => ("markers", facts.markers, None),
+        _ => ("emitters", facts.emitters, facts.emitters_refused.clone()),
+    };
+    if count == 0 {
+        return Err(RecomputeError::NoFrames { recording, frames });
     }
-    if let Some(why) = facts.emitters_refused.clone() {
-        return Err(RecomputeError::Emitters { recording, why });
+    if let Some(why) = refused {
+        return Err(RecomputeError::Frames { recording, frames, why });
     }
     match scene.tracker.source {
-        RawTrackerSource::OperatingRoom | RawTrackerSource::Emitters => Ok(()),
+        RawTrackerSource::OperatingRoom | RawTrackerSource::Emitters | RawTrackerSource::Markers => Ok(frames),
         other => Err(RecomputeError::NoChain {
             recording,
             found: toml::Value::try_from(other).map_or_else(|_| String::new(), |v| v.as_str().unwrap_or("").to_owned()),
+            frames,
+            needed: match has_markers {
+                true => "\"markers\"",
+                false => "\"operating-room\" or \"emitters\"",
+            },
         }),
     }
 }
@@ -208,7 +234,7 @@ fn shortfalls(out: &Path) -> Vec<String> {
     let account: Value = serde_json::from_slice(&account).unwrap_or_default();
     let count = |key: &str| account[key].as_u64().unwrap_or(0);
     let mut found = Vec::new();
-    match count("without_emitters") {
+    match count("without_frames") {
         0 => {}
         n => found.push(format!(
             "{n} poses were not made again: what the localizer saw for them is not in the recording"

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
+use bus::message::{EmitterFrame, MarkerFrame};
 use mcap::Message;
 
 use crate::edit::progress::Progress;
@@ -12,7 +13,7 @@ use crate::read::reader;
 use crate::read::scan::{self, Item};
 use crate::read::tally::Tally;
 use crate::read::timing::{self, Timing};
-use crate::wire::schema::{EMITTER_SCHEMA, POSE_SCHEMA};
+use crate::wire::schema::{EMITTER_SCHEMA, MARKER_SCHEMA, POSE_SCHEMA};
 
 /// What a recording holds.
 #[derive(Debug, Default)]
@@ -58,8 +59,15 @@ impl Info {
                 }
             }
             EMITTER_SCHEMA => {
-                if let Ok(frame) = reader::decode(message) {
-                    self.timing.entry(topic.clone()).or_default().frame(&frame);
+                if let Ok(frame) = reader::decode::<EmitterFrame>(message) {
+                    let stamps = [frame.t_capture_ns, frame.t_publish_ns];
+                    self.timing.entry(topic.clone()).or_default().frame(frame.seq, stamps);
+                }
+            }
+            MARKER_SCHEMA => {
+                if let Ok(frame) = reader::decode::<MarkerFrame>(message) {
+                    let stamps = [frame.t_capture_ns, frame.t_publish_ns];
+                    self.timing.entry(topic.clone()).or_default().frame(frame.seq, stamps);
                 }
             }
             _ => {}

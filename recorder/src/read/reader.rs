@@ -14,14 +14,16 @@ use std::io::BufReader;
 use std::marker::PhantomData;
 use std::path::Path;
 
-use bus::message::{EmitterFrame, Guide, ToolPose};
+use bus::message::{EmitterFrame, Guide, MarkerFrame, ToolPose};
 use mcap::Message;
 use mcap::records::Metadata;
 
 use crate::read::damage::{Damage, OpenError};
 use crate::read::scan::{self, Item, Scan};
-use crate::wire::proto::{DecodeError, decode_emitters, decode_guide, decode_pose};
-use crate::wire::schema::{EMITTER_SCHEMA, EMITTERS, GUIDE, GUIDE_SCHEMA, POSE_SCHEMA, RUN, SCENE};
+use crate::wire::proto::{DecodeError, decode_emitters, decode_guide, decode_markers, decode_pose};
+use crate::wire::schema::{
+    EMITTER_SCHEMA, EMITTERS, GUIDE, GUIDE_SCHEMA, MARKER_SCHEMA, MARKERS, POSE_SCHEMA, RUN, SCENE,
+};
 
 /// Why a message could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -85,6 +87,14 @@ impl Recorded for EmitterFrame {
     }
 }
 
+impl Recorded for MarkerFrame {
+    const SCHEMA: &'static str = MARKER_SCHEMA;
+
+    fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        decode_markers(bytes)
+    }
+}
+
 impl Recorded for Guide {
     const SCHEMA: &'static str = GUIDE_SCHEMA;
 
@@ -109,6 +119,8 @@ pub type Poses = Messages<ToolPose>;
 pub type Guides = Messages<Guide>;
 /// What the localizer saw.
 pub type Emitters = Messages<EmitterFrame>;
+/// The markers that it followed.
+pub type Markers = Messages<MarkerFrame>;
 
 /// Opens a recording for the poses of `topic`: [`crate::wire::schema::TOOL_POSE`] or [`crate::wire::schema::GROUND_TRUTH`].
 ///
@@ -124,6 +136,14 @@ pub fn poses(path: &Path, topic: &str) -> Result<Poses, OpenError> {
 /// [`OpenError`].
 pub fn emitters(path: &Path) -> Result<Emitters, OpenError> {
     Ok(Messages::of(scan::open(path)?, EMITTERS, 0))
+}
+
+/// Opens a recording for the markers that the localizer followed.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn markers(path: &Path) -> Result<Markers, OpenError> {
+    Ok(Messages::of(scan::open(path)?, MARKERS, 0))
 }
 
 /// Opens a recording for what a person chose.

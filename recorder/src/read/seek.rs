@@ -28,10 +28,10 @@ use mcap::records::Metadata;
 use mcap::{MAGIC, McapError, Summary};
 
 use crate::read::damage::OpenError;
-use crate::read::reader::{Emitters, Messages, Poses};
+use crate::read::reader::{Emitters, Markers, Messages, Poses};
 use crate::read::scan::{self, Item, Scan};
 use crate::wire::proto::file_time;
-use crate::wire::schema::{self, EMITTERS, TOOL_POSE};
+use crate::wire::schema::{self, EMITTERS, MARKERS, TOOL_POSE};
 pub use guides::Found;
 use places::Places;
 pub(crate) use sound::Indexed;
@@ -168,6 +168,15 @@ impl Session {
     pub fn emitters_from(&self, t_ns: i64) -> Result<Emitters, OpenError> {
         let t_ns = file_time(t_ns);
         Ok(Messages::of(self.items_from(t_ns)?, EMITTERS, t_ns))
+    }
+
+    /// The markers that the localizer followed at `t_ns` or later.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn markers_from(&self, t_ns: i64) -> Result<Markers, OpenError> {
+        let t_ns = file_time(t_ns);
+        Ok(Messages::of(self.items_from(t_ns)?, MARKERS, t_ns))
     }
 
     /// Everything from the first chunk on that has a message of `t_ns` or later; earlier ones of that chunk come too.

@@ -7,7 +7,7 @@ use mcap::{Channel, Message};
 use prost::Message as _;
 
 use crate::wire::proto::PoseSeq;
-use crate::wire::schema::{EMITTER_SCHEMA, POSE_SCHEMA};
+use crate::wire::schema::{EMITTER_SCHEMA, MARKER_SCHEMA, POSE_SCHEMA};
 use crate::wire::seq::SeqWatch;
 
 /// What was found of one topic.
@@ -19,7 +19,7 @@ pub struct TopicTally {
     pub messages: u64,
     /// The earliest and the latest capture, ns since the run's epoch.
     pub span_ns: Option<(u64, u64)>,
-    /// Sequence numbers; poses and frames of emitters only.
+    /// Sequence numbers; poses and frames of the localizer only.
     pub seqs: SeqWatch,
 }
 
@@ -50,8 +50,8 @@ impl Tally {
         let (first, last) = topic.span_ns.unwrap_or((time, time));
         topic.messages += 1;
         topic.span_ns = Some((first.min(time), last.max(time)));
-        // The number is the first field of both.
-        if matches!(topic.schema.as_str(), POSE_SCHEMA | EMITTER_SCHEMA)
+        // The number is the first field of all three.
+        if matches!(topic.schema.as_str(), POSE_SCHEMA | EMITTER_SCHEMA | MARKER_SCHEMA)
             && let Ok(pose) = PoseSeq::decode(&*message.data)
         {
             topic.seqs.saw(pose.seq);

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use bus::message::{EmitterFrame, Lost, ToolPose};
+use bus::message::{Lost, ToolPose};
 
 use crate::read::spread::Spread;
 
@@ -59,16 +59,12 @@ impl LostTime {
 impl Timing {
     /// Takes note of a pose.
     pub fn pose(&mut self, pose: &ToolPose) {
-        self.stamps(pose.seq, pose.t_capture_ns, pose.t_publish_ns);
+        self.frame(pose.seq, [pose.t_capture_ns, pose.t_publish_ns]);
         self.lost.pose(pose);
     }
 
-    /// Takes note of what the localizer saw.
-    pub fn frame(&mut self, frame: &EmitterFrame) {
-        self.stamps(frame.seq, frame.t_capture_ns, frame.t_publish_ns);
-    }
-
-    fn stamps(&mut self, seq: u64, t_capture_ns: i64, t_publish_ns: i64) {
+    /// Takes note of what was captured and published then, ns.
+    pub fn frame(&mut self, seq: u64, [t_capture_ns, t_publish_ns]: [i64; 2]) {
         if let Ok(latency) = u64::try_from(t_publish_ns.saturating_sub(t_capture_ns)) {
             self.latency.add(latency);
         }

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use bus::message::{EmitterFrame, ToolPose};
+use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
 use mcap::{Message, Summary};
 
 use crate::edit::progress::Progress;
@@ -16,7 +16,7 @@ use crate::read::damage::OpenError;
 use crate::read::reader::{self, ReadError, Recorded};
 use crate::read::scan::{self, Item};
 use crate::read::seek;
-use crate::wire::schema::{EMITTER_SCHEMA, LIBRARIES, POSE_SCHEMA};
+use crate::wire::schema::{EMITTER_SCHEMA, LIBRARIES, MARKER_SCHEMA, POSE_SCHEMA};
 
 /// More are counted, not named.
 const NAMED: usize = 100;
@@ -82,6 +82,7 @@ impl Verified {
         let stamps = match schema {
             POSE_SCHEMA => stamps::<ToolPose>(message, |pose| (pose.seq, pose.t_capture_ns)),
             EMITTER_SCHEMA => stamps::<EmitterFrame>(message, |frame| (frame.seq, frame.t_capture_ns)),
+            MARKER_SCHEMA => stamps::<MarkerFrame>(message, |frame| (frame.seq, frame.t_capture_ns)),
             _ => return,
         };
         match stamps {

@@ -23,8 +23,8 @@ pub struct Account {
     pub to_s: f64,
     /// Poses published.
     pub published: u64,
-    /// Poses whose frame of emitters is not in the recording, where poses are made again: they are not.
-    pub without_emitters: u64,
+    /// Poses whose frame of the localizer is not in the recording, where poses are made again: they are not.
+    pub without_frames: u64,
     /// Frames of which the tracker made no pose in time.
     pub unanswered: u64,
     /// What could not be read of the recording, and was left out, in words.

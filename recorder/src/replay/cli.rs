@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::Speed;
 use super::process::{NAME, Options, ReplayError, replay};
+use super::tape::Delivery;
 
 pub(crate) const REPLAY_HELP: &str = "\
 The pilot starts this (`pilot replay FILE`). Moments are ns on the clock of the run that was recorded.
@@ -40,9 +41,9 @@ pub(crate) struct ReplayArgs {
     /// Begin anew at the end
     #[arg(long = "loop")]
     looping: bool,
-    /// Publish the recorded frames of emitters in place of the poses: the run's tracker makes those of them again
-    #[arg(long, conflicts_with = "looping")]
-    emitters: bool,
+    /// Publish the recorded frames of the localizer in place of the poses: the run's tracker makes those of them again
+    #[arg(long, value_name = "KIND", conflicts_with = "looping")]
+    frames: Option<Delivery>,
     /// Also in another examination than the recorded one: every image says so
     #[arg(long)]
     force: bool,
@@ -56,7 +57,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "DIR")]
     moments: Option<PathBuf>,
     /// Read the recording beside the replay and tell what it holds over its time: for a window's bar
-    #[arg(long, conflicts_with = "emitters")]
+    #[arg(long, conflicts_with = "frames")]
     timeline: bool,
     /// Write what came of it, as JSON
     #[arg(long, value_name = "FILE.json")]
@@ -77,7 +78,7 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), ReplayError> {
         speed: args.speed,
         looping: args.looping,
         force: args.force,
-        emitters: args.emitters,
+        frames: args.frames,
         images: args.images.map(|folder| (folder, args.every)),
         moments: args.moments,
         has_timeline: args.timeline,

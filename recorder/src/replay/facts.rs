@@ -16,7 +16,8 @@ use crate::replay::tape::impossible_stamp;
 use crate::wire::descriptor;
 use crate::wire::proto::{DecodeError, decode_pose};
 use crate::wire::schema::{
-    EMITTER_SCHEMA, EMITTERS, GROUND_TRUTH, GUIDE, GUIDE_SCHEMA, POSE_SCHEMA, RUN, SCENE, TOOL_POSE,
+    EMITTER_SCHEMA, EMITTERS, GROUND_TRUTH, GUIDE, GUIDE_SCHEMA, MARKER_SCHEMA, MARKERS, POSE_SCHEMA, RUN, SCENE,
+    TOOL_POSE,
 };
 use crate::write::beside;
 
@@ -43,6 +44,10 @@ pub struct Facts {
     pub emitters: u64,
     /// Why none can, although there are some, in words.
     pub emitters_refused: Option<String>,
+    /// Frames of markers of which poses can be made again.
+    pub markers: u64,
+    /// Why none can, although there are some, in words.
+    pub markers_refused: Option<String>,
     /// The text files attached beside the scene: calibrations and registrations.
     pub files: Vec<AttachedText>,
     /// What cannot be read, in words; empty for a file that is whole.
@@ -189,6 +194,10 @@ impl Facts {
                 let refused = check_schema(path, channel, EMITTER_SCHEMA, descriptor::EMITTER_FRAME);
                 self.emitters_refused = refused.err().map(|error| error.to_string());
             }
+            MARKERS => {
+                let refused = check_schema(path, channel, MARKER_SCHEMA, descriptor::MARKER_FRAME);
+                self.markers_refused = refused.err().map(|error| error.to_string());
+            }
             _ => {}
         }
         Ok(())
@@ -213,6 +222,10 @@ impl Facts {
             GROUND_TRUTH => &mut self.truths,
             EMITTERS => {
                 self.emitters += 1;
+                return Ok(());
+            }
+            MARKERS => {
+                self.markers += 1;
                 return Ok(());
             }
             _ => return Ok(()),

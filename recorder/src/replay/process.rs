@@ -20,7 +20,7 @@ use super::bar::Bar;
 use super::choices::Choices;
 use super::images::{Images, ImagesError};
 use super::moment::Moments;
-use super::tape::Tape;
+use super::tape::{Delivery, Tape};
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
@@ -57,8 +57,8 @@ pub struct Options {
     pub looping: bool,
     /// Also in another examination than the recorded one: every image says so.
     pub force: bool,
-    /// The frames of emitters in place of the poses: the run's tracker makes those of them again.
-    pub emitters: bool,
+    /// The frames of the localizer in place of the poses: the run's tracker makes those of them again.
+    pub frames: Option<Delivery>,
     /// Pictures into this folder, of every so many poses.
     pub images: Option<(PathBuf, u64)>,
     /// Moments that are asked for go into this folder.
@@ -133,7 +133,7 @@ struct Replayer<'a> {
     unpictured: Option<ToolPose>,
     timing: Timing,
     published: u64,
-    without_emitters: u64,
+    without_frames: u64,
     unanswered: u64,
     /// When something was published last, on the machine's clock.
     published_ns: i64,
@@ -203,11 +203,11 @@ impl<'a> Replayer<'a> {
         Ok(Self {
             options,
             transport,
-            tape: match options.emitters {
-                true => Tape::with_frames(&options.recording)?,
-                false => Tape::open(&options.recording)?,
+            tape: match options.frames {
+                Some(delivery) => Tape::with_frames(&options.recording, delivery)?,
+                None => Tape::open(&options.recording)?,
             },
-            outlet: Outlet::open(bus, options.emitters)?,
+            outlet: Outlet::open(bus, options.frames)?,
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
             guides: Publisher::open(bus, &GUIDE, "")?,
             choices: Choices::new(found.guides),
@@ -220,12 +220,12 @@ impl<'a> Replayer<'a> {
             moments: None,
             shown_volume,
             told: None,
-            lockstep: Lockstep::open(bus, &process.scene, options.emitters)?,
+            lockstep: Lockstep::open(bus, &process.scene, options.frames.is_some())?,
             images: images.transpose()?,
             unpictured: None,
             timing: Timing::default(),
             published: 0,
-            without_emitters: 0,
+            without_frames: 0,
             unanswered: 0,
             published_ns: 0,
             last: None,
@@ -323,7 +323,7 @@ impl<'a> Replayer<'a> {
     fn publish(&mut self) -> Result<(), ReplayError> {
         let Some(moment) = self.tape.take() else { return Ok(()) };
         if !self.outlet.takes(&moment) {
-            self.without_emitters += 1;
+            self.without_frames += 1;
             return Ok(());
         }
         let waits = self.transport.speed() == Speed::Max || self.transport.state() == ReplayState::Paused;

@@ -6,7 +6,7 @@ use std::iter::Peekable;
 use std::path::Path;
 use std::rc::Rc;
 
-use bus::message::{EmitterFrame, ToolPose};
+use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
 
 use crate::read::damage::OpenError;
 use crate::read::reader::{Messages, ReadError, Recorded};
@@ -25,10 +25,28 @@ const WIDER: i64 = 8;
 pub struct Moment {
     /// The tool's pose.
     pub pose: ToolPose,
-    /// What the localizer saw for it; `None` where that is not read, or not in the recording.
-    pub frame: Option<Box<EmitterFrame>>,
+    /// What the localizer delivered for it; `None` where that is not read, or not in the recording.
+    pub frame: Option<Delivered>,
     /// The true poses that were published from then on, up to the next pose; with the first pose also those before it.
     pub truths: Vec<ToolPose>,
+}
+
+/// What a localizer delivers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Delivery {
+    /// Places of emitters.
+    Emitters,
+    /// Poses of markers.
+    Markers,
+}
+
+/// One frame of it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Delivered {
+    /// Places of emitters.
+    Emitters(Box<EmitterFrame>),
+    /// Poses of markers.
+    Markers(Box<MarkerFrame>),
 }
 
 impl Moment {
@@ -45,9 +63,16 @@ pub struct Tape {
     poses: Peekable<Readable<ToolPose>>,
     truths: Peekable<Readable<ToolPose>>,
     /// Where poses are made again.
-    frames: Option<Peekable<Readable<EmitterFrame>>>,
+    frames: Option<Frames>,
     next: Option<Moment>,
     unread: Log,
+}
+
+/// What the localizer delivered, as far as it can be read.
+#[derive(Debug)]
+enum Frames {
+    Emitters(Peekable<Readable<EmitterFrame>>),
+    Markers(Peekable<Readable<MarkerFrame>>),
 }
 
 /// The messages that can be read; what cannot is noted.
@@ -64,19 +89,25 @@ const NOTED: usize = 100;
 
 /// A message of the bus with its stamps.
 trait Stamped {
-    /// Whether a clock shows them: see [`impossible_stamp`].
-    fn is_possible(&self) -> bool;
+    /// Its number, and when it was captured and published, ns.
+    fn stamps(&self) -> (u64, [i64; 2]);
 }
 
 impl Stamped for ToolPose {
-    fn is_possible(&self) -> bool {
-        impossible_stamp(self).is_none()
+    fn stamps(&self) -> (u64, [i64; 2]) {
+        (self.seq, [self.t_capture_ns, self.t_publish_ns])
     }
 }
 
 impl Stamped for EmitterFrame {
-    fn is_possible(&self) -> bool {
-        [self.t_capture_ns, self.t_publish_ns].into_iter().all(is_possible)
+    fn stamps(&self) -> (u64, [i64; 2]) {
+        (self.seq, [self.t_capture_ns, self.t_publish_ns])
+    }
+}
+
+impl Stamped for MarkerFrame {
+    fn stamps(&self) -> (u64, [i64; 2]) {
+        (self.seq, [self.t_capture_ns, self.t_publish_ns])
     }
 }
 
@@ -97,7 +128,7 @@ impl<T: Recorded + Stamped> Iterator for Readable<T> {
     fn next(&mut self) -> Option<T> {
         loop {
             match self.messages.next()? {
-                Ok(message) if message.is_possible() => return Some(message),
+                Ok(message) if message.stamps().1.into_iter().all(is_possible) => return Some(message),
                 Ok(_) => self.note("stamps", "a message whose stamps show on no clock"),
                 Err(ReadError::Damage(damage)) => {
                     self.note(&format!("{:020}", damage.at), &damage.to_string());
@@ -131,26 +162,27 @@ impl Tape {
     /// # Errors
     /// [`OpenError`].
     pub fn open(path: &Path) -> Result<Self, OpenError> {
-        Self::of(path, false)
+        Self::of(path, None)
     }
 
-    /// The same with the frames of emitters that the poses were made of.
+    /// The same with the frames that the poses were made of.
     ///
     /// # Errors
     /// [`OpenError`].
-    pub fn with_frames(path: &Path) -> Result<Self, OpenError> {
-        Self::of(path, true)
+    pub fn with_frames(path: &Path, delivery: Delivery) -> Result<Self, OpenError> {
+        Self::of(path, Some(delivery))
     }
 
-    fn of(path: &Path, with_frames: bool) -> Result<Self, OpenError> {
+    fn of(path: &Path, delivery: Option<Delivery>) -> Result<Self, OpenError> {
         let session = Session::open(path)?;
         let unread = Log::default();
         let open = |topic| session.poses_of(topic, i64::MIN).map(|poses| readable(poses, &unread));
-        let frames = || session.emitters_from(i64::MIN).map(|frames| readable(frames, &unread));
         let mut tape = Self {
             poses: open(TOOL_POSE)?,
             truths: open(GROUND_TRUTH)?,
-            frames: with_frames.then(frames).transpose()?,
+            frames: delivery
+                .map(|delivery| Frames::from(&session, delivery, i64::MIN, &unread))
+                .transpose()?,
             next: None,
             session,
             unread: Log::clone(&unread),
@@ -197,7 +229,7 @@ impl Tape {
         self.poses = readable(open(TOOL_POSE)?, &self.unread);
         self.truths = readable(open(GROUND_TRUTH)?, &self.unread);
         if let Some(frames) = &mut self.frames {
-            *frames = readable(self.session.emitters_from(from_ns)?, &self.unread);
+            *frames = Frames::from(&self.session, frames.delivery(), from_ns, &self.unread)?;
         }
         self.next = self.read();
         Ok(())
@@ -229,20 +261,46 @@ impl Tape {
                 break;
             }
         }
-        let frame = self.frame_of(&pose).map(Box::new);
+        let frame = self.frames.as_mut().and_then(|frames| frames.of(&pose));
         Some(Moment { pose, frame, truths })
     }
+}
 
-    /// The frame that `pose` was made of. Frames before it of which the tracker made no pose (they came twice, or too late)
-    /// are passed over, as it did.
-    fn frame_of(&mut self, pose: &ToolPose) -> Option<EmitterFrame> {
-        let frames = self.frames.as_mut()?;
-        let is_it = |frame: &EmitterFrame| (frame.seq, frame.t_capture_ns) == (pose.seq, pose.t_capture_ns);
-        loop {
-            let frame = frames.next_if(|frame| is_it(frame) || frame.t_publish_ns <= pose.t_publish_ns)?;
-            if is_it(&frame) {
-                return Some(frame);
-            }
+impl Frames {
+    fn from(session: &Session, delivery: Delivery, from_ns: i64, unread: &Log) -> Result<Self, OpenError> {
+        Ok(match delivery {
+            Delivery::Emitters => Self::Emitters(readable(session.emitters_from(from_ns)?, unread)),
+            Delivery::Markers => Self::Markers(readable(session.markers_from(from_ns)?, unread)),
+        })
+    }
+
+    fn delivery(&self) -> Delivery {
+        match self {
+            Self::Emitters(_) => Delivery::Emitters,
+            Self::Markers(_) => Delivery::Markers,
+        }
+    }
+
+    fn of(&mut self, pose: &ToolPose) -> Option<Delivered> {
+        match self {
+            Self::Emitters(frames) => frame_of(frames, pose).map(|frame| Delivered::Emitters(Box::new(frame))),
+            Self::Markers(frames) => frame_of(frames, pose).map(|frame| Delivered::Markers(Box::new(frame))),
+        }
+    }
+}
+
+/// The frame that `pose` was made of. Frames before it of which the tracker made no pose (they came twice, or too late) are passed
+/// over, as it did.
+fn frame_of<T: Recorded + Stamped>(frames: &mut Peekable<Readable<T>>, pose: &ToolPose) -> Option<T> {
+    let (seq, [t_capture_ns, t_publish_ns]) = pose.stamps();
+    let is_it = |frame: &T| {
+        let (number, [captured_ns, _]) = frame.stamps();
+        (number, captured_ns) == (seq, t_capture_ns)
+    };
+    loop {
+        let frame = frames.next_if(|frame| is_it(frame) || frame.stamps().1[1] <= t_publish_ns)?;
+        if is_it(&frame) {
+            return Some(frame);
         }
     }
 }

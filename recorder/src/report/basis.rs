@@ -137,6 +137,7 @@ impl SceneFacts {
             TrackerSource::Simulated(_) => ("a simulated tool", true),
             TrackerSource::OperatingRoom(_) => ("a simulated operating room", true),
             TrackerSource::Emitters(_) => ("emitters that another program published", false),
+            TrackerSource::Markers(_) => ("markers that a localizer followed", false),
             TrackerSource::Sequence(_) => ("a sequence from a file", false),
             TrackerSource::External => ("another program", false),
         };

@@ -18,7 +18,8 @@ const LATE_NS: i64 = 10_000_000_000;
 const LATE: usize = 8192;
 /// The longest times without a pose that are named.
 const NAMED: usize = 10;
-const COUNT: usize = 16;
+/// The reasons of poses that are lost, and six more.
+const COUNT: usize = 6 + Lost::ALL.len();
 
 /// The reason that is none of the tracker's.
 const MISSING: &str = "samples missing";
@@ -68,7 +69,7 @@ impl State {
 
     /// All of them.
     pub(super) fn all() -> impl Iterator<Item = Self> {
-        let reasons = (1..=10).filter_map(Lost::from_code).map(Self::Lost);
+        let reasons = Lost::ALL.into_iter().map(Self::Lost);
         [Self::NotYet, Self::Live, Self::Stale]
             .into_iter()
             .chain(reasons)

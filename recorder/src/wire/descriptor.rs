@@ -7,6 +7,8 @@
 pub(crate) const TOOL_POSE: &[u8] = include_bytes!("../../proto/trocar/ToolPose.binpb");
 /// The schema of [`crate::wire::proto::EmitterFrame`].
 pub(crate) const EMITTER_FRAME: &[u8] = include_bytes!("../../proto/trocar/EmitterFrame.binpb");
+/// The schema of [`crate::wire::proto::MarkerFrame`].
+pub(crate) const MARKER_FRAME: &[u8] = include_bytes!("../../proto/trocar/MarkerFrame.binpb");
 /// The schema of [`crate::wire::proto::Guide`].
 pub(crate) const GUIDE: &[u8] = include_bytes!("../../proto/trocar/Guide.binpb");
 /// The schema of [`crate::wire::proto::Workflow`].

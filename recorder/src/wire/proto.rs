@@ -2,7 +2,8 @@
 //!
 //! [`ToolPose`] is ours and lossless: what was on the bus can be rebuilt from it bit for bit. [`FrameTransform`] is
 //! Foxglove's, so that its viewer draws the tool; it is in **metres**, the only place of this crate that is.
-//! [`EmitterFrame`] is what the localizer saw and [`Guide`] what a person chose, without loss too; the rest is for people.
+//! [`EmitterFrame`] and [`MarkerFrame`] are what the localizer saw and [`Guide`] what a person chose, without loss too; the rest is for
+//! people.
 
 use bus::message::{self, Tracked};
 use prost_types::Timestamp;
@@ -10,11 +11,13 @@ use prost_types::Timestamp;
 mod emitters;
 mod guide;
 mod identity;
+mod markers;
 mod words;
 
 pub use emitters::{EmitterFrame, decode_emitters};
 pub use guide::{Guide, Workflow, decode_guide};
 pub use identity::Identity;
+pub use markers::{MarkerFrame, decode_markers};
 pub use words::{CompressedImage, Log, ProcessStatus};
 
 /// `trocar.ToolPose`: every field of [`bus::message::ToolPose`], in its units (ns, mm, rad).
@@ -140,6 +143,9 @@ pub enum DecodeError {
     /// More emitters than a frame of the bus has room for.
     #[error(transparent)]
     TooMany(#[from] message::TooManyEmitters),
+    /// Markers that no frame of the bus can hold.
+    #[error(transparent)]
+    Markers(#[from] message::MarkersError),
     /// A field with the wrong number of values.
     #[error("message {seq}: {field} has {found} values instead of {expected}")]
     Length {

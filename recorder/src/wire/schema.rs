@@ -17,6 +17,8 @@ pub const GROUND_TRUTH: &str = "/ground_truth";
 pub const TF: &str = "/tf";
 /// The topic of what the localizer saw, `trocar.EmitterFrame`.
 pub const EMITTERS: &str = "/emitters";
+/// The topic of the poses of markers that the localizer made, `trocar.MarkerFrame`.
+pub const MARKERS: &str = "/markers";
 /// The topic of the processes' states, `trocar.ProcessStatus`, where they change.
 pub const STATUS: &str = "/status";
 /// The topic of what a person chose and held, `trocar.Guide`, where it changes.
@@ -31,6 +33,8 @@ pub const IDENTITY: &str = "/identity";
 pub const VIEW: &str = "/view/";
 /// The name of our lossless schema of emitters.
 pub const EMITTER_SCHEMA: &str = "trocar.EmitterFrame";
+/// The name of our lossless schema of markers.
+pub const MARKER_SCHEMA: &str = "trocar.MarkerFrame";
 /// The name of our lossless schema.
 pub const POSE_SCHEMA: &str = "trocar.ToolPose";
 /// The name of our lossless schema of what was chosen.
@@ -66,6 +70,7 @@ const IMAGE_SCHEMA_ID: u16 = 6;
 const IDENTITY_SCHEMA_ID: u16 = 9;
 const GUIDE_SCHEMA_ID: u16 = 7;
 const WORKFLOW_SCHEMA_ID: u16 = 8;
+const MARKER_SCHEMA_ID: u16 = 10;
 /// The channel of [`TF`].
 pub(crate) const TF_CHANNEL: u16 = 3;
 /// The channel of [`EMITTERS`].
@@ -80,6 +85,8 @@ pub(crate) const IDENTITY_CHANNEL: u16 = 9;
 pub(crate) const GUIDE_CHANNEL: u16 = 7;
 /// The channel of [`WORKFLOW`].
 pub(crate) const WORKFLOW_CHANNEL: u16 = 8;
+/// The channel of [`MARKERS`].
+pub(crate) const MARKER_CHANNEL: u16 = 10;
 /// The channel of the first of the [`VIEW`]s; those of the others follow.
 pub(crate) const VIEW_CHANNEL: u16 = 16;
 
@@ -119,7 +126,7 @@ impl Source {
 }
 
 /// The schemas: number, name, descriptor.
-pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 8] {
+pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 9] {
     [
         (POSE_SCHEMA_ID, POSE_SCHEMA, descriptor::TOOL_POSE),
         (TF_SCHEMA_ID, TF_SCHEMA, descriptor::FRAME_TRANSFORM),
@@ -129,6 +136,7 @@ pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 8] {
         (IMAGE_SCHEMA_ID, IMAGE_SCHEMA, descriptor::COMPRESSED_IMAGE),
         (GUIDE_SCHEMA_ID, GUIDE_SCHEMA, descriptor::GUIDE),
         (WORKFLOW_SCHEMA_ID, WORKFLOW_SCHEMA, descriptor::WORKFLOW),
+        (MARKER_SCHEMA_ID, MARKER_SCHEMA, descriptor::MARKER_FRAME),
     ]
 }
 
@@ -146,6 +154,8 @@ fn channel(id: u16, schema_id: u16, topic: &str, conventions: &str) -> records::
 pub(crate) fn channels() -> Vec<records::Channel> {
     let pose = "ct_from_tool, LPS; lengths mm, angles rad, stamps ns since the run's epoch; q is w, x, y, z";
     let emitters = "places in the localizer's frame, mm, x y z for each emitter; stamps ns since the run's epoch";
+    let markers =
+        "tracker_from_marker; lengths mm, stamps ns since the run's epoch but the device's own; q is w, x, y, z";
     let guide = "places in the CT's frame, LPS, mm; stamps ns since the run's epoch; each holds from its t_ns on";
     let stamps = "stamps since the run's epoch";
     vec![
@@ -157,6 +167,7 @@ pub(crate) fn channels() -> Vec<records::Channel> {
         channel(LOG_CHANNEL, LOG_SCHEMA_ID, LOG, stamps),
         channel(GUIDE_CHANNEL, GUIDE_SCHEMA_ID, GUIDE, guide),
         channel(WORKFLOW_CHANNEL, WORKFLOW_SCHEMA_ID, WORKFLOW, stamps),
+        channel(MARKER_CHANNEL, MARKER_SCHEMA_ID, MARKERS, markers),
     ]
 }
 

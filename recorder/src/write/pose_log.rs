@@ -16,8 +16,8 @@ use scene::Compression;
 
 use crate::wire::proto::{self, file_time, frame_transform_in_metres};
 use crate::wire::schema::{
-    self, EMITTER_CHANNEL, GUIDE_CHANNEL, IDENTITY_CHANNEL, LIBRARY, LOG_CHANNEL, RunFacts, SCENE, STATUS_CHANNEL,
-    Source, TF_CHANNEL, VIEW_CHANNEL, WORKFLOW_CHANNEL,
+    self, EMITTER_CHANNEL, GUIDE_CHANNEL, IDENTITY_CHANNEL, LIBRARY, LOG_CHANNEL, MARKER_CHANNEL, RunFacts, SCENE,
+    STATUS_CHANNEL, Source, TF_CHANNEL, VIEW_CHANNEL, WORKFLOW_CHANNEL,
 };
 
 /// A recording that grows.
@@ -37,6 +37,8 @@ pub enum Entry<'a> {
     Pose(Source, &'a ToolPose),
     /// What the localizer saw.
     Emitters(&'a proto::EmitterFrame),
+    /// The markers that it followed.
+    Markers(&'a proto::MarkerFrame),
     /// The state of a process.
     Status(&'a proto::ProcessStatus),
     /// Whose examination it is; only after [`PoseLog::with_identity`].
@@ -61,17 +63,18 @@ pub enum Entry<'a> {
 }
 
 impl Entry<'_> {
-    /// The sequence number of what must not be lost: poses and emitters.
+    /// The sequence number of what must not be lost: poses and what the localizer delivered.
     pub fn counted(&self) -> Option<u64> {
         match self {
             Self::Pose(_, pose) => Some(pose.seq),
             Self::Emitters(frame) => Some(frame.seq),
+            Self::Markers(frame) => Some(frame.seq),
             _ => None,
         }
     }
 }
 
-/// Poses and frames of emitters that were taken but are not in a closed chunk yet.
+/// Poses and frames of the localizer that were taken but are not in a closed chunk yet.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
 pub struct Unwritten {
     /// How many, of all topics.
@@ -207,6 +210,10 @@ impl<W: Write + Seek> PoseLog<W> {
                 let times = [frame.t_capture_ns, frame.t_publish_ns];
                 self.message(EMITTER_CHANNEL, frame.seq, times, frame)
             }
+            Entry::Markers(frame) => {
+                let times = [frame.t_capture_ns, frame.t_publish_ns];
+                self.message(MARKER_CHANNEL, frame.seq, times, frame)
+            }
             Entry::Status(status) => self.message(STATUS_CHANNEL, 0, [status.t_ns; 2], status),
             Entry::Identity(identity) => self.message(IDENTITY_CHANNEL, 0, [identity.t_ns; 2], identity),
             Entry::Guide(now_ns, guide) => self.message(GUIDE_CHANNEL, 0, [now_ns, guide.t_ns], guide),
@@ -254,7 +261,7 @@ impl<W: Write + Seek> PoseLog<W> {
         self.dirty
     }
 
-    /// Poses and frames of emitters in closed chunks, of all topics.
+    /// Poses and frames of the localizer in closed chunks, of all topics.
     pub fn written(&self) -> u64 {
         self.written
     }

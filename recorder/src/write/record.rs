@@ -97,6 +97,7 @@ pub(crate) struct Recorder {
     tool: Stream,
     truth: Stream,
     emitters: Stream,
+    markers: Stream,
     watch: Watch,
     thumbnails: Option<Thumbnails>,
     /// Where the recording says whose examination it is.
@@ -142,6 +143,7 @@ impl Recorder {
             tool: Stream::default(),
             truth: Stream::default(),
             emitters: Stream::default(),
+            markers: Stream::default(),
             watch: Watch::open(bus, scene)?,
             thumbnails: thumbnails.transpose()?,
             whose: spec.identity.then(|| Whose::open(bus)).transpose()?,
@@ -206,18 +208,26 @@ impl Recorder {
                 Err(_) => *refused += 1,
             }
         }
+        self.markers.saw(taken.markers.iter().map(|frame| frame.seq));
+        for frame in &taken.markers {
+            match proto::MarkerFrame::try_from(frame) {
+                Ok(frame) => series.put(now_ns, Entry::Markers(&frame)),
+                Err(_) => *refused += 1,
+            }
+        }
         Ok(())
     }
 
     /// What has come of it so far.
     pub(crate) fn progress(&self) -> Progress {
-        let seqs = [self.tool.seqs, self.truth.seqs, self.emitters.seqs];
+        let seqs = [self.tool.seqs, self.truth.seqs, self.emitters.seqs, self.markers.seqs];
         let missing = seqs.iter().map(|seqs| seqs.missing).fold(0, u64::saturating_add);
         let unrecorded = self.series.unrecorded();
         let streams = [
             (&self.tool, &topic::TOOL_POSE),
             (&self.truth, &topic::GROUND_TRUTH),
             (&self.emitters, &topic::EMITTERS),
+            (&self.markers, &topic::MARKERS),
         ];
         let waits = streams.map(|(stream, topic)| (stream.waited, intake::ROOM + topic.buffer));
         Progress {

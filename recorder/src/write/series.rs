@@ -354,7 +354,7 @@ impl Series {
         }
     }
 
-    /// Poses and frames of emitters that no kill can lose any more.
+    /// Poses and frames of the localizer that no kill can lose any more.
     pub(crate) fn written(&self) -> u64 {
         let growing = match &self.state {
             State::Writing { file, .. } => file.written(),

@@ -71,7 +71,7 @@ pub struct SessionFile {
 pub struct Finished {
     /// Its name: the asked-for one, or a part of it where that was taken.
     pub path: PathBuf,
-    /// Poses and frames of emitters in it.
+    /// Poses and frames of the localizer in it.
     pub messages: u64,
 }
 
@@ -179,7 +179,7 @@ impl SessionFile {
         written.map_err(|e| write_error(&self.recording, &e, self.log.unwritten()))
     }
 
-    /// Poses and frames of emitters that no kill can lose any more.
+    /// Poses and frames of the localizer that no kill can lose any more.
     pub fn written(&self) -> u64 {
         self.log.written()
     }

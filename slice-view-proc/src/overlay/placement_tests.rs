@@ -36,7 +36,8 @@ fn notice() -> impl Strategy<Value = Notice> {
         Just(Notice::Requested),
         Just(Notice::Look),
         age.clone().prop_map(Notice::Stale),
-        (1_u32..=10, prop::option::of(age)).prop_map(|(code, age)| Notice::Lost(Lost::from_code(code).unwrap(), age)),
+        (prop::sample::select(&Lost::ALL[..]), prop::option::of(age))
+            .prop_map(|(reason, age)| Notice::Lost(reason, age)),
     ]
 }
 

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use bus::message::Lost;
+
 /// What is known of the tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
@@ -19,6 +21,12 @@ pub enum Status {
     Residual,
     /// The emitters seen do not hold the tip.
     Geometry,
+    /// The localizer says that the tool's marker is outside the space in which it measures.
+    OutOfVolume,
+    /// The localizer says that it is disturbed.
+    Interference,
+    /// The localizer, or the marker's cable, is not connected.
+    Disconnected,
     /// The marker on the patient is not seen, or does not fit.
     ReferenceLost,
     /// The tool is followed, and its tip is outside the examination.
@@ -45,18 +53,33 @@ pub enum Event {
 }
 
 use Status::{
-    Geometry, NotCalibrated, NotRegistered, NotSeen, Outside, ReferenceLost, Residual, Stale, TooFew, Tracking,
+    Disconnected, Geometry, Interference, NotCalibrated, NotRegistered, NotSeen, OutOfVolume, Outside, ReferenceLost,
+    Residual, Stale, TooFew, Tracking,
 };
 
 /// What a frame may lead to.
-const OUTCOMES: [Status; 7] = [NotSeen, TooFew, Residual, Geometry, ReferenceLost, Outside, Tracking];
+const OUTCOMES: [Status; 10] = [
+    NotSeen,
+    TooFew,
+    Residual,
+    Geometry,
+    OutOfVolume,
+    Interference,
+    Disconnected,
+    ReferenceLost,
+    Outside,
+    Tracking,
+];
 /// States in which frames count.
-const LIVE: [Status; 8] = [
+const LIVE: [Status; 11] = [
     Stale,
     NotSeen,
     TooFew,
     Residual,
     Geometry,
+    OutOfVolume,
+    Interference,
+    Disconnected,
     ReferenceLost,
     Outside,
     Tracking,
@@ -64,7 +87,7 @@ const LIVE: [Status; 8] = [
 
 impl Status {
     /// Every state.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 13] = [
         NotCalibrated,
         NotRegistered,
         Stale,
@@ -72,6 +95,9 @@ impl Status {
         TooFew,
         Residual,
         Geometry,
+        OutOfVolume,
+        Interference,
+        Disconnected,
         ReferenceLost,
         Outside,
         Tracking,
@@ -90,6 +116,9 @@ impl Status {
             TooFew => "too few emitters",
             Residual => "emitters do not fit",
             Geometry => "emitters do not hold the tip",
+            OutOfVolume => Lost::OutOfVolume.words(),
+            Interference => Lost::Interference.words(),
+            Disconnected => Lost::Disconnected.words(),
             ReferenceLost => "reference lost",
             Outside => "tip outside the CT",
             Tracking => "tracking",
@@ -143,7 +172,7 @@ impl Event {
 }
 
 /// The machine as a graph in the DOT language (`dot -Tsvg`): boxes publish a pose, ellipses a reason. Live states lead to one
-/// another by their frames, which is drawn once, through a point, and not 56 times.
+/// another by their frames, which is drawn once, through a point, and not 110 times.
 pub fn diagram() -> String {
     let mut text = "digraph tracker {\n    rankdir=LR;\n    frame [shape=point, xlabel=\"each frame\"];\n".to_owned();
     for (i, status) in Status::ALL.iter().enumerate() {

@@ -4,28 +4,22 @@
 //! through the same chain as then. Frames are as old as the clock of the replay says. A calibration or a registration that is
 //! not to be had refuses the replay, as it would give nothing but lost poses.
 
-use std::ops::ControlFlow;
-
-use bus::BusError;
-use bus::message::{EmitterFrame, ProcessState};
+use bus::message::{EmitterFrame, TooManyEmitters};
 use bus::port::Subscriber;
 use bus::process::Process;
 use bus::topic::EMITTERS;
-use bus::wake::Waits;
 use calib::pose::Sighting;
 use geometry::VolumeGrid;
 use scene::operating_room::Room;
 use scene::tracking::EmitterSource;
 
-use super::{Follower, Source, Stamp, examination, numbers, refuse, region};
+use super::listening::{self, DEPTH, Taker};
+use super::{Follower, Source, Stamp, examination, numbers, region};
 use crate::chain::{Chain, Registration};
 use crate::markers::{Markers, MarkersError, taken};
 use crate::operating_room::{chain_of, is_noiseless};
-use crate::output::{LOOK_UP, OVER, Output};
+use crate::output::Output;
 use crate::run_error::RunError;
-
-/// Frames that may wait while the process is held up, a quarter of a second at 1000 Hz.
-const DEPTH: usize = 256;
 
 /// Publishes a pose for each frame until asked to stop.
 ///
@@ -83,23 +77,12 @@ fn listen(
         noiseless: stated.noiseless,
     };
     let follower = Follower::new(process, output, source, examination);
-    if let (true, Some(why)) = (process.session.is_replay(), follower.constants.reason()) {
-        return Err(RunError::NoLinks(why.to_owned()));
-    }
-    let mut listening = Listening {
-        follower,
+    let mut taking = Taking {
         chain,
-        next_seq: None,
         tool: Vec::with_capacity(EmitterFrame::MOST),
         reference: Vec::with_capacity(EmitterFrame::MOST),
     };
-    Waits::every(LOOK_UP)
-        .message(&frames, None)
-        .run(|| match listening.step(&frames, process) {
-            Ok(ControlFlow::Continue(())) => ControlFlow::Continue(()),
-            Ok(ControlFlow::Break(())) => ControlFlow::Break(Ok(())),
-            Err(error) => ControlFlow::Break(Err(error)),
-        })?
+    listening::listen(process, &frames, follower, &mut taking)
 }
 
 /// The chain of a scene; its own constants count as exact, as nothing is said of their errors.
@@ -121,70 +104,41 @@ fn chain(process: &Process, spec: &EmitterSource, grid: &VolumeGrid) -> Result<C
     })
 }
 
-/// The state between two frames.
-struct Listening<'a> {
-    follower: Follower<'a>,
+/// Makes poses of frames of emitters.
+struct Taking {
     chain: Chain,
-    /// The number that the next frame should have.
-    next_seq: Option<u64>,
     tool: Vec<Sighting>,
     reference: Vec<Sighting>,
 }
 
-impl Listening<'_> {
-    fn step(&mut self, frames: &Subscriber<EmitterFrame>, process: &mut Process) -> Result<ControlFlow<()>, RunError> {
-        if process.stop.is_set() {
-            process.beat(ProcessState::Stopping, "asked to stop")?;
-            return Ok(ControlFlow::Break(()));
-        }
-        while let Some(frame) = frames.next()? {
-            // The clock of a replay goes out before the frames for which it holds.
-            self.follow_clock(process)?;
-            self.frame(&frame, process)?;
-        }
-        self.follow_clock(process)?;
-        self.follower.tend(process);
-        match self.follower.output.is_beyond(process, process.clock().now_ns()) {
-            true => process.beat(ProcessState::Stopping, OVER)?,
-            false => process.beat(ProcessState::Ready, &self.follower.words())?,
-        }
-        Ok(ControlFlow::Continue(()))
-    }
+impl Taker for Taking {
+    type Frame = EmitterFrame;
 
-    fn follow_clock(&mut self, process: &mut Process) -> Result<(), BusError> {
-        if process.session.follow()? {
-            self.follower.went_elsewhere();
-            self.next_seq = None;
-        }
-        Ok(())
-    }
-
-    fn frame(&mut self, frame: &EmitterFrame, process: &mut Process) -> Result<(), RunError> {
-        let (tool, reference) = match (frame.tool(), frame.reference()) {
-            (Ok(tool), Ok(reference)) => (tool, reference),
-            (Err(error), _) | (_, Err(error)) => {
-                refuse(process, frame.seq, &error.to_string());
-                return Ok(());
-            }
-        };
-        let stamp = Stamp {
+    fn stamp(&self, frame: &EmitterFrame) -> Result<Stamp, (u64, String)> {
+        let refused = |error: TooManyEmitters| (frame.seq, error.to_string());
+        frame.reference().map_err(refused)?;
+        // At most 32.
+        let visible = frame.tool().map_err(refused)?.len() as u32;
+        Ok(Stamp {
             seq: frame.seq,
             t_device_ns: frame.t_device_ns,
             t_capture_ns: frame.t_capture_ns,
-            visible: frame.tool_seen,
-        };
-        if self.follower.output.is_beyond(process, frame.t_capture_ns) || !self.follower.admit(&stamp, process) {
-            return Ok(());
-        }
-        let missed = self.next_seq.map_or(0, |next| frame.seq.saturating_sub(next));
-        process.counters.dropped += missed;
-        self.next_seq = frame.seq.checked_add(1);
-        taken(tool, &mut self.tool);
-        taken(reference, &mut self.reference);
+            t_order_ns: frame.t_device_ns,
+            visible,
+        })
+    }
+
+    fn take(
+        &mut self,
+        frame: &EmitterFrame,
+        stamp: &Stamp,
+        follower: &mut Follower<'_>,
+        process: &mut Process,
+    ) -> Result<(), RunError> {
+        taken(frame.tool().unwrap_or_default(), &mut self.tool);
+        taken(frame.reference().unwrap_or_default(), &mut self.reference);
         let (chain, tool, reference) = (&self.chain, &self.tool, &self.reference);
         let places = [numbers(tool), numbers(reference)];
-        self.follower.frame(&stamp, places, process, |links| {
-            chain.solve_with(links, tool, reference)
-        })
+        follower.frame(stamp, places, process, |links| chain.solve_with(links, tool, reference))
     }
 }

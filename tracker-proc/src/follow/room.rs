@@ -158,6 +158,7 @@ impl InRoom {
         let stamp = Stamp {
             seq: frame.seq,
             t_device_ns: frame.t_device_ns,
+            t_order_ns: frame.t_device_ns,
             t_capture_ns,
             // At most 32 emitters.
             visible: frame.tool.len() as u32,

@@ -9,13 +9,13 @@ use bus::message::ProcessState;
 use bus::process::Process;
 use calib::file::sequence::{Frame, Pose, frames, header_end, transforms};
 use calib::pose::Lost as BodyLost;
-use geometry::{Frame as GeometryFrame, Point, Rigid, Tracker, Uncertain};
+use geometry::{Frame as GeometryFrame, Point, Tracker, Uncertain};
 use scene::operating_room::Deviations;
 use scene::tracking::SequenceSource;
 
 use super::play_error::{MAX_BYTES, MAX_S, PlayError};
-use super::{Follower, Source, Stamp, examination};
-use crate::chain::{Found, Links, Reason, Registration};
+use super::{Follower, Stamp, examination, posed};
+use crate::chain::{Found, Links, Reason};
 use crate::errors::errors_about;
 use crate::output::{LOOK_UP, OVER, Output};
 use crate::run_error::RunError;
@@ -31,19 +31,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSour
     let Some(examination) = examination(process)? else {
         return Ok(());
     };
-    let source = Source {
-        own: Links {
-            marker_from_tool: spec.marker_from_tool.into(),
-            registration: match &spec.reference {
-                Some((_, ct_from_reference)) => Registration::Referenced((*ct_from_reference).into()),
-                None => Registration::Fixed(process.scene.tracker.ct_from_tracker.into()),
-            },
-        },
-        own_errors_known: false,
-        errors_known: spec.noise.is_some(),
-        has_reference: spec.reference.is_some(),
-        noiseless: false,
-    };
+    let source = posed::source(&spec.markers, process.scene.tracker.ct_from_tracker);
     let mut follower = Follower::new(process, output, source, examination);
     // A process that starts while the sequence is played begins with the next frame.
     let Some(start) = output.start(process)? else {
@@ -96,13 +84,13 @@ impl Played {
             path: path.clone(),
             source,
         };
-        let marker = match &spec.marker {
+        let marker = match &spec.markers.marker {
             Some(marker) => marker.clone(),
             None => only(&text, path)?,
         };
         let names = [
             Some(marker.as_str()),
-            spec.reference.as_ref().map(|(name, _)| name.as_str()),
+            spec.markers.reference.as_ref().map(|(name, _)| name.as_str()),
         ];
         let names: Vec<&str> = names.into_iter().flatten().collect();
         let frames = frames(&text, &names).map_err(failed)?;
@@ -119,7 +107,7 @@ impl Played {
             let latest = due_ns.last().copied().unwrap_or(0);
             due_ns.push(clock::seconds(t_s - first_s).max(latest));
         }
-        let noise = spec.noise;
+        let noise = spec.markers.noise;
         // Here, so that it is refused before the run begins.
         if let Some(noise) = noise {
             errors_about(Point::<Tracker>::new(0.0, 0.0, 0.0), noise)?;
@@ -163,9 +151,11 @@ impl Played {
     /// Returns whether there was a pose.
     fn frame(&self, seq: usize, follower: &mut Follower<'_>, process: &mut Process) -> Result<bool, RunError> {
         let frame = &self.frames[seq];
+        let t_device_ns = clock::seconds(frame.t_s.unwrap_or_default());
         let stamp = Stamp {
             seq: seq as u64,
-            t_device_ns: clock::seconds(frame.t_s.unwrap_or_default()),
+            t_device_ns,
+            t_order_ns: t_device_ns,
             t_capture_ns: follower.output.start_ns() + self.due_ns[seq],
             visible: 0,
         };
@@ -186,12 +176,7 @@ impl Played {
 
     /// The pose with the noise that the scene states, about the marker's origin.
     fn uncertain<F: GeometryFrame>(&self, pose: Option<Pose>) -> Option<Uncertain<Tracker, F>> {
-        let rigid: Rigid<Tracker, F> = pose?.rigid()?;
-        let Some(noise) = self.noise else {
-            return Some(rigid.into());
-        };
-        let origin = rigid * Point::<F>::new(0.0, 0.0, 0.0);
-        Some(errors_about(origin, noise).ok()? * rigid)
+        posed::uncertain(pose?.rigid()?, self.noise)
     }
 }
 
@@ -234,18 +219,24 @@ fn numbers(pose: Pose) -> impl Iterator<Item = f64> + Clone {
 mod tests {
     use std::path::PathBuf;
 
+    use geometry::Rigid;
+    use scene::tracking::PosedMarkers;
+
     use super::*;
+    use crate::chain::Registration;
 
     fn spec(file: PathBuf) -> SequenceSource {
         SequenceSource {
             file,
-            marker: Some("ProbeToTracker".to_owned()),
-            marker_from_tool: Rigid::identity(),
-            reference: Some(("ReferenceToTracker".to_owned(), Rigid::identity())),
-            noise: Some(Deviations {
-                shift_mm: 0.1,
-                turn_rad: 0.0,
-            }),
+            markers: PosedMarkers {
+                marker: Some("ProbeToTracker".to_owned()),
+                marker_from_tool: Rigid::identity(),
+                reference: Some(("ReferenceToTracker".to_owned(), Rigid::identity())),
+                noise: Some(Deviations {
+                    shift_mm: 0.1,
+                    turn_rad: 0.0,
+                }),
+            },
         }
     }
 

@@ -23,9 +23,32 @@ pub enum Lost {
     NotRegistered,
     /// The same numbers come again and again under fresh stamps: nothing is measured.
     Frozen,
+    /// The localizer says that the marker is outside the space in which it measures.
+    OutOfVolume,
+    /// The localizer says that something disturbs it: stray light, metal in a magnetic field.
+    Interference,
+    /// The localizer, or the marker's cable, is not connected.
+    Disconnected,
 }
 
 impl Lost {
+    /// Every reason, in the order of their codes, which begin with 1.
+    pub const ALL: [Self; 13] = [
+        Self::NotSeen,
+        Self::Silent,
+        Self::Refused,
+        Self::TooFew,
+        Self::Residual,
+        Self::Geometry,
+        Self::Reference,
+        Self::NotCalibrated,
+        Self::NotRegistered,
+        Self::Frozen,
+        Self::OutOfVolume,
+        Self::Interference,
+        Self::Disconnected,
+    ];
+
     /// The code on the wire; 0 is kept for valid poses.
     pub const fn code(self) -> u32 {
         match self {
@@ -39,23 +62,19 @@ impl Lost {
             Self::NotCalibrated => 8,
             Self::NotRegistered => 9,
             Self::Frozen => 10,
+            Self::OutOfVolume => 11,
+            Self::Interference => 12,
+            Self::Disconnected => 13,
         }
     }
 
     /// The reason with this code.
     pub const fn from_code(code: u32) -> Option<Self> {
-        match code {
-            1 => Some(Self::NotSeen),
-            2 => Some(Self::Silent),
-            3 => Some(Self::Refused),
-            4 => Some(Self::TooFew),
-            5 => Some(Self::Residual),
-            6 => Some(Self::Geometry),
-            7 => Some(Self::Reference),
-            8 => Some(Self::NotCalibrated),
-            9 => Some(Self::NotRegistered),
-            10 => Some(Self::Frozen),
-            _ => None,
+        let place = code as usize;
+        match place {
+            0 => None,
+            _ if place > Self::ALL.len() => None,
+            _ => Some(Self::ALL[place - 1]),
         }
     }
 
@@ -72,6 +91,9 @@ impl Lost {
             Self::NotCalibrated => "tool not calibrated",
             Self::NotRegistered => "patient not registered",
             Self::Frozen => "FROZEN MEASUREMENT",
+            Self::OutOfVolume => "outside the localizer's view",
+            Self::Interference => "localizer disturbed",
+            Self::Disconnected => "localizer disconnected",
         }
     }
 }
@@ -83,9 +105,7 @@ mod tests {
     #[test]
     fn every_reason_comes_back_by_its_code() {
         let known: Vec<Lost> = (0..100).filter_map(Lost::from_code).collect();
-        assert_eq!(known.len(), 10);
-        for reason in known {
-            assert_eq!(Lost::from_code(reason.code()), Some(reason));
-        }
+        assert_eq!(known, Lost::ALL);
+        assert!((1..).zip(Lost::ALL).all(|(code, reason)| reason.code() == code));
     }
 }

@@ -102,7 +102,7 @@ pub enum PoseError {
         allowed_mm: f64,
     },
     /// The status is neither valid nor a known reason.
-    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to 10")]
+    #[error("pose {seq}: status {found} is unknown; allowed are 0 (valid) and 1 to {most}", most = Lost::ALL.len())]
     UnknownStatus {
         /// Which sample.
         seq: u64,

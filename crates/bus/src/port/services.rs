@@ -3,12 +3,13 @@
 use super::places::{Crowded, Places};
 use super::{command, event_service, frame, stream, volume};
 use crate::message::{
-    ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, Plan, Steps, Timeline, ToolPose, Workflow,
+    ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, MarkerFrame, Plan, Steps, Timeline,
+    ToolPose, Workflow,
 };
 use crate::node::patiently;
 use crate::topic::{
-    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME, PLAN,
-    SESSION_CLOCK, STEPS, TIMELINE, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
+    COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME, MARKERS,
+    PLAN, SESSION_CLOCK, STEPS, TIMELINE, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
 };
 use crate::{Bus, BusError};
 
@@ -51,6 +52,7 @@ impl Services {
         keep_stream::<Identity>(&mut kept, bus, &IDENTITY, "")?;
         keep_stream::<ToolPose>(&mut kept, bus, &TOOL_POSE, "")?;
         keep_stream::<EmitterFrame>(&mut kept, bus, &EMITTERS, "")?;
+        keep_stream::<MarkerFrame>(&mut kept, bus, &MARKERS, "")?;
         keep_stream::<ToolPose>(&mut kept, bus, &GROUND_TRUTH, "")?;
         keep_stream::<Event>(&mut kept, bus, &EVENT, "pilot")?;
         keep_stream::<Guide>(&mut kept, bus, &GUIDE, "")?;

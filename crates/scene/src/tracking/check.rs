@@ -9,8 +9,8 @@ use geometry::{Frame, Rigid, checked};
 use super::super::operating_room::{Deviations, check as shared};
 use super::super::raw::{RawRigid, RawTracker, RawTrackerSource};
 use super::super::values::{Checked, UNIT_TOLERANCE, invalid, number};
-use super::raw::{RawEmitterSource, RawNoise, RawSequence};
-use super::{EmitterSource, Noise, SequenceSource};
+use super::raw::{RawEmitterSource, RawMarkerSource, RawNoise, RawSequence};
+use super::{EmitterSource, MarkerSource, Noise, PosedMarkers, SequenceSource};
 
 /// The longest name of a marker or transform, bytes.
 const NAME_BYTES: usize = 64;
@@ -51,22 +51,75 @@ fn noise(raw: &RawNoise) -> Checked<Noise> {
 }
 
 pub(in super::super) fn sequence(raw: &RawSequence) -> Checked<SequenceSource> {
-    let key = |name: &str| format!("tracker.sequence.{name}");
-    let reference = raw.reference.as_deref();
-    if reference.is_none() && raw.ct_from_reference != RawRigid::default() {
-        let allowed = "no such table unless tracker.sequence.reference names a transform";
+    let at = "tracker.sequence";
+    Ok(SequenceSource {
+        file: path(&format!("{at}.file"), &raw.file)?,
+        markers: posed(
+            at,
+            &RawPosed {
+                marker: raw.marker.as_deref(),
+                reference: raw.reference.as_deref(),
+                marker_from_tool: &raw.marker_from_tool,
+                ct_from_reference: &raw.ct_from_reference,
+                noise_mm: raw.noise_mm,
+                noise_deg: raw.noise_deg,
+            },
+        )?,
+    })
+}
+
+pub(in super::super) fn markers(raw: &RawMarkerSource) -> Checked<MarkerSource> {
+    let at = "tracker.markers";
+    let gate = |mm| number(&format!("{at}.max_error_mm"), mm, 1e-3..=1e3, "mm");
+    Ok(MarkerSource {
+        markers: posed(
+            at,
+            &RawPosed {
+                marker: raw.marker.as_deref(),
+                reference: raw.reference.as_deref(),
+                marker_from_tool: &raw.marker_from_tool,
+                ct_from_reference: &raw.ct_from_reference,
+                noise_mm: raw.noise_mm,
+                noise_deg: raw.noise_deg,
+            },
+        )?,
+        max_error_mm: raw.max_error_mm.map(gate).transpose()?,
+    })
+}
+
+/// The keys that both tables have.
+struct RawPosed<'a> {
+    marker: Option<&'a str>,
+    reference: Option<&'a str>,
+    marker_from_tool: &'a RawRigid,
+    ct_from_reference: &'a RawRigid,
+    noise_mm: Option<f64>,
+    noise_deg: f64,
+}
+
+fn posed(at: &str, raw: &RawPosed<'_>) -> Checked<PosedMarkers> {
+    let key = |name: &str| format!("{at}.{name}");
+    if raw.reference.is_none() && *raw.ct_from_reference != RawRigid::default() {
+        let allowed = format!("no such table unless {at}.reference names a marker");
         return Err(invalid(key("ct_from_reference"), "a table", allowed));
+    }
+    if raw.reference.is_some() && raw.reference == raw.marker {
+        let found = format!("{:?}", raw.marker.unwrap_or_default());
+        return Err(invalid(
+            key("reference"),
+            found,
+            format!("another one than {at}.marker"),
+        ));
     }
     let turn = number(&key("noise_deg"), raw.noise_deg, 0.0..=45.0, "degrees")?;
     let shift = raw.noise_mm.map(|mm| number(&key("noise_mm"), mm, 0.0..=50.0, "mm"));
-    Ok(SequenceSource {
-        file: path(&key("file"), &raw.file)?,
-        marker: raw.marker.as_deref().map(|n| name(&key("marker"), n)).transpose()?,
-        marker_from_tool: rigid(&key("marker_from_tool"), &raw.marker_from_tool)?,
-        reference: match reference {
-            Some(transform) => Some((
-                name(&key("reference"), transform)?,
-                rigid(&key("ct_from_reference"), &raw.ct_from_reference)?,
+    Ok(PosedMarkers {
+        marker: raw.marker.map(|n| name(&key("marker"), n)).transpose()?,
+        marker_from_tool: rigid(&key("marker_from_tool"), raw.marker_from_tool)?,
+        reference: match raw.reference {
+            Some(marker) => Some((
+                name(&key("reference"), marker)?,
+                rigid(&key("ct_from_reference"), raw.ct_from_reference)?,
             )),
             None => None,
         },

@@ -23,7 +23,8 @@ pub(in super::super) fn link_files(raw: &RawTracker) -> Checked<LinkFiles> {
         ("registration", raw.registration.is_some()),
     ];
     if let Some((table, _)) = tables.iter().find(|(_, there)| *there && !has_chain) {
-        let allowed = "no such table unless tracker.source is \"operating-room\", \"emitters\" or \"sequence\"";
+        let allowed =
+            "no such table unless tracker.source is \"operating-room\", \"emitters\", \"markers\" or \"sequence\"";
         return Err(invalid(format!("tracker.{table}"), "a table", allowed));
     }
     let calibration = raw.calibration.as_ref().map(|raw| {

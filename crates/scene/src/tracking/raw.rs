@@ -80,6 +80,30 @@ pub struct RawSequence {
     pub noise_deg: f64,
 }
 
+/// `[tracker.markers]`
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawMarkerSource {
+    /// What the localizer calls the tool's marker, such as `StylusToTracker`; absent: its only one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marker: Option<String>,
+    /// What it calls the marker on the patient; absent: the registration rests on a localizer that stands still.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// Where the marker sits on the tool.
+    pub marker_from_tool: RawRigid,
+    /// Where the marker on the patient sits; goes with `reference`.
+    pub ct_from_reference: RawRigid,
+    /// Standard deviation of a pose along each axis at the marker, mm; absent: not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_mm: Option<f64>,
+    /// And about each axis, degrees.
+    pub noise_deg: f64,
+    /// A pose whose localizer states a larger error of fit is refused, mm; absent: not tested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_error_mm: Option<f64>,
+}
+
 /// `[tracker.calibration]`
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

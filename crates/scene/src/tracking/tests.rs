@@ -33,7 +33,7 @@ fn files_are_relative_to_the_scene() {
         panic!("{:?}", scene.tracker.source)
     };
     assert_eq!(source.file, Path::new("folder/a.mha"));
-    assert_eq!(source.reference.as_ref().unwrap().0, "R");
+    assert_eq!(source.markers.reference.as_ref().unwrap().0, "R");
     let links = &scene.tracker.links;
     let calibration = links.calibration.as_ref().unwrap();
     assert_eq!(calibration.file.path, Path::new("folder/tool.json"));
@@ -46,6 +46,40 @@ fn files_are_relative_to_the_scene() {
         (false, RegistrationGates::default())
     );
     assert_eq!(scene.tracker.smoothing.unwrap().as_millis(), 35);
+}
+
+#[test]
+fn markers_of_a_localizer_are_named_and_need_no_table() {
+    let scene = parsed("[tracker]\nsource = \"markers\"").unwrap();
+    let TrackerSource::Markers(source) = &scene.tracker.source else {
+        panic!("{:?}", scene.tracker.source)
+    };
+    assert_eq!((&source.markers.marker, &source.markers.reference), (&None, &None));
+    assert_eq!((source.markers.noise, source.max_error_mm), (None, None));
+    let scene = parsed(
+        "[tracker]\nsource = \"markers\"\n[tracker.markers]\nmarker = \"StylusToTracker\"\nreference = \"R\"\nnoise_mm = 0.2\n\
+         noise_deg = 0.1\nmax_error_mm = 0.5\n[tracker.markers.ct_from_reference]\ntranslation_mm = [1, 2, 3]\n\
+         [tracker.calibration]\nfile = \"t.json\"",
+    );
+    let scene = scene.unwrap();
+    let TrackerSource::Markers(source) = &scene.tracker.source else {
+        panic!("{:?}", scene.tracker.source)
+    };
+    let (name, ct_from_reference) = source.markers.reference.as_ref().unwrap();
+    assert_eq!(
+        (name.as_str(), ct_from_reference.translation_mm()),
+        ("R", [1.0, 2.0, 3.0])
+    );
+    assert_eq!(
+        (source.markers.marker.as_deref(), source.max_error_mm),
+        (Some("StylusToTracker"), Some(0.5))
+    );
+    assert_eq!(source.markers.noise.unwrap().shift_mm, 0.2);
+    assert!(scene.tracker.links.calibration.is_some());
+    assert_ne!(
+        scene.registration_id(),
+        parsed("[tracker]\nsource = \"markers\"").unwrap().registration_id()
+    );
 }
 
 #[test]
@@ -135,6 +169,19 @@ fn what_cannot_be_is_refused_with_line_and_key() {
         (
             "[tracker.sequence]\nfile = \"x\"",
             "unless tracker.source = \"sequence\"",
+        ),
+        ("[tracker.markers]", "unless tracker.source = \"markers\""),
+        (
+            "[tracker]\nsource = \"markers\"\n[tracker.markers]\nmarker = \"a\"\nreference = \"a\"",
+            "key tracker.markers.reference: found \"a\"; allowed: another one than tracker.markers.marker",
+        ),
+        (
+            "[tracker]\nsource = \"markers\"\n[tracker.markers]\nmax_error_mm = 0",
+            "key tracker.markers.max_error_mm: found 0",
+        ),
+        (
+            "[tracker]\nsource = \"markers\"\n[tracker.markers.ct_from_reference]\ntranslation_mm = [1, 2, 3]",
+            "unless tracker.markers.reference names a marker",
         ),
         ("[tracker]\nsource = \"sequence\"", "key tracker.sequence"),
         (

@@ -30,6 +30,8 @@ fn facts(files: &[(&str, &str)]) -> Facts {
         last_ns: 0,
         emitters: 1,
         emitters_refused: None,
+        markers: 0,
+        markers_refused: None,
         files: files.iter().map(file).collect(),
         damage: Vec::new(),
     }
@@ -89,6 +91,35 @@ fn what_no_poses_can_be_made_of_is_refused_by_name() {
     assert!(text.contains("/d/s.mcap holds no emitters (topic /emitters)"), "{text}");
     let text = prepared(&args(&[]), &facts(&[]), &mut scene("source = \"external\"")).unwrap_err();
     assert!(text.contains("a tracker of source \"external\""), "{text}");
+    // Markers are what poses are made of where the scene's localizer delivers them, and nowhere else.
+    let markers = scene("source = \"markers\"");
+    let text = prepared(&args(&[]), &facts(&[]), &mut markers.clone()).unwrap_err();
+    assert!(text.contains("/d/s.mcap holds no markers (topic /markers)"), "{text}");
+    let posed = Facts {
+        emitters: 0,
+        markers: 5,
+        ..facts(&[])
+    };
+    assert_eq!(
+        prepared(&args(&[]), &posed, &mut markers.clone()).unwrap().frames,
+        "markers"
+    );
+    let text = prepared(&args(&[]), &posed, &mut scene("source = \"external\"")).unwrap_err();
+    assert!(
+        text.contains("makes none of markers; needed is a scene whose tracker is \"markers\""),
+        "{text}"
+    );
+    let text = prepared(&args(&[]), &posed, &mut scene(ROOM)).unwrap_err();
+    assert!(text.contains("holds no emitters"), "{text}");
+    let unread = Facts {
+        markers_refused: Some("another schema".to_owned()),
+        ..posed
+    };
+    let text = prepared(&args(&[]), &unread, &mut markers.clone()).unwrap_err();
+    assert!(
+        text.ends_with("no poses can be made of its markers: another schema"),
+        "{text}"
+    );
     let later = Facts {
         emitters_refused: Some("another schema".to_owned()),
         ..facts(&[])

@@ -2,13 +2,13 @@
 
 use std::io::{self, Write};
 
-use bus::message::{EmitterFrame, EmitterSight, Lost, ToolPose};
+use bus::message::{EmitterFrame, EmitterSight, Lost, MarkerFrame, MarkerSight, ToolPose};
 use mcap::Message;
 use prost::Message as _;
 
 use super::reader::{self, ReadError};
 use crate::wire::proto::{DecodeError, Log, ProcessStatus};
-use crate::wire::schema::{EMITTER_SCHEMA, LOG_SCHEMA, POSE_SCHEMA, STATUS_SCHEMA};
+use crate::wire::schema::{EMITTER_SCHEMA, LOG_SCHEMA, MARKER_SCHEMA, POSE_SCHEMA, STATUS_SCHEMA};
 
 /// The content of a cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +37,7 @@ pub(super) fn of(message: &Message<'_>) -> Result<Vec<Row>, ReadError> {
     };
     match schema {
         EMITTER_SCHEMA => Ok(emitters(&reader::decode(message)?)),
+        MARKER_SCHEMA => Ok(markers(&reader::decode(message)?)),
         LOG_SCHEMA => {
             let log = Log::decode(&*message.data).map_err(|e| decoded(LOG_SCHEMA, e))?;
             Ok(vec![log_row(message.log_time, log)])
@@ -54,14 +55,19 @@ fn whole(n: impl Into<i128>) -> Cell {
     Cell::Whole(n.into())
 }
 
+/// What a status says.
+fn words(status: u32) -> String {
+    match (status, Lost::from_code(status)) {
+        (0, _) => "valid".to_owned(),
+        (_, Some(reason)) => reason.words().to_owned(),
+        (_, None) => "unknown".to_owned(),
+    }
+}
+
 fn pose(pose: &ToolPose) -> Row {
     let valid = pose.status == 0;
     let number = |x: f64| if valid { Cell::Number(x) } else { Cell::None };
-    let words = match (valid, Lost::from_code(pose.status)) {
-        (true, _) => "valid".to_owned(),
-        (false, Some(reason)) => reason.words().to_owned(),
-        (false, None) => "unknown".to_owned(),
-    };
+    let words = words(pose.status);
     let mut row = vec![
         ("seq", whole(pose.seq)),
         ("t_device_ns", whole(pose.t_device_ns)),
@@ -109,6 +115,34 @@ fn sight_row(frame: &EmitterFrame, marker: &str, sight: &EmitterSight) -> Row {
         ("y_mm", y),
         ("z_mm", z),
     ]
+}
+
+fn markers(frame: &MarkerFrame) -> Vec<Row> {
+    // Decoded: never more than there is room for.
+    let sights = frame.sights().unwrap_or_default();
+    sights.iter().map(|sight| marker_row(frame, sight)).collect()
+}
+
+fn marker_row(frame: &MarkerFrame, sight: &MarkerSight) -> Row {
+    let number = |x: f64| if sight.status == 0 { Cell::Number(x) } else { Cell::None };
+    let mut row = vec![
+        ("seq", whole(frame.seq)),
+        ("t_device_ns", whole(frame.t_device_ns)),
+        ("t_capture_ns", whole(frame.t_capture_ns)),
+        ("t_arrival_ns", whole(frame.t_arrival_ns)),
+        ("t_publish_ns", whole(frame.t_publish_ns)),
+        ("t_uncertain_ns", whole(frame.t_uncertain_ns)),
+        ("clock", Cell::Text(frame.capture_clock().words().to_owned())),
+        ("device", Cell::Text(frame.device_name())),
+        ("marker", whole(sight.marker)),
+        ("status", whole(sight.status)),
+        ("words", Cell::Text(words(sight.status))),
+        ("age_ns", whole(sight.age_ns)),
+    ];
+    row.extend(["qw", "qx", "qy", "qz"].into_iter().zip(sight.q.map(number)));
+    row.extend(["tx_mm", "ty_mm", "tz_mm"].into_iter().zip(sight.t_mm.map(number)));
+    row.push(("error_mm", number(sight.error_mm)));
+    row
 }
 
 fn log_row(t_ns: u64, log: Log) -> Row {

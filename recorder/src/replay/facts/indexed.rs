@@ -6,7 +6,7 @@ use std::path::Path;
 use super::Facts;
 use crate::read::scan::Item;
 use crate::read::seek::{Indexed, Session};
-use crate::wire::schema::{EMITTERS, GROUND_TRUTH, TOOL_POSE};
+use crate::wire::schema::{EMITTERS, GROUND_TRUTH, MARKERS, TOOL_POSE};
 
 /// The facts, or why the index does not tell them, in words. Whatever is to be refused is left to whoever reads all.
 pub(super) fn facts(path: &Path) -> Result<Facts, String> {
@@ -24,6 +24,7 @@ pub(super) fn facts(path: &Path) -> Result<Facts, String> {
     facts.poses = indexed.count(TOOL_POSE);
     facts.truths = indexed.count(GROUND_TRUTH);
     facts.emitters = indexed.count(EMITTERS);
+    facts.markers = indexed.count(MARKERS);
     Ok(facts)
 }
 

@@ -22,7 +22,7 @@ impl Replayer<'_> {
             request.reply(written.as_deref().map_err(String::as_str))?;
             return Ok(());
         }
-        let is_back = command.command_kind() == Some(CommandKind::StepBack) && !self.options.emitters;
+        let is_back = command.command_kind() == Some(CommandKind::StepBack) && self.options.frames.is_none();
         let asked = match is_back {
             true => Ok(self.step_back()?),
             false => self.control(&command),
@@ -51,7 +51,7 @@ impl Replayer<'_> {
         let Some(recorded) = self.last else {
             return Ok(Err("no pose was shown yet".to_owned()));
         };
-        let pose = match self.options.emitters {
+        let pose = match self.options.frames.is_some() {
             false => recorded,
             true => match self.lockstep.made().filter(|made| made.seq == recorded.seq) {
                 Some(made) => made,
@@ -91,7 +91,7 @@ impl Replayer<'_> {
             Some(CommandKind::Play) => Ok(Control::Play),
             Some(CommandKind::Step) => Ok(Control::Step),
             Some(CommandKind::Speed) => Speed::from_number(command.number).map(Control::Speed),
-            Some(CommandKind::Seek | CommandKind::StepBack) if self.options.emitters => Err(
+            Some(CommandKind::Seek | CommandKind::StepBack) if self.options.frames.is_some() => Err(
                 "poses that are made again are made in order: this replay answers pause, play, step and speed"
                     .to_owned(),
             ),
@@ -142,7 +142,7 @@ impl Replayer<'_> {
             from_s: self.seconds(self.options.span_ns[0]),
             to_s: self.seconds(self.options.span_ns[1]),
             published: self.published,
-            without_emitters: self.without_emitters,
+            without_frames: self.without_frames,
             unanswered: self.unanswered,
             unread: self.unread(),
             wall_s: clock::ms(monotonic_ns() - self.began_ns) / 1e3,

@@ -1,11 +1,11 @@
 //! Where what is replayed goes.
 
-use bus::message::{EmitterFrame, ToolPose};
+use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
 use bus::port::Publisher;
-use bus::topic::{EMITTERS, TOOL_POSE};
+use bus::topic::{EMITTERS, MARKERS, TOOL_POSE};
 use bus::{Bus, BusError};
 
-use crate::replay::tape::Moment;
+use crate::replay::tape::{Delivered, Delivery, Moment};
 
 /// The topic in whose writer's place the replayer stands.
 #[derive(Debug)]
@@ -13,14 +13,17 @@ pub(super) enum Outlet {
     /// The tracker's: the recorded poses.
     Poses(Publisher<ToolPose>),
     /// The localizer's: the frames that they were made of.
-    Frames(Publisher<EmitterFrame>),
+    Emitters(Publisher<EmitterFrame>),
+    /// The same for a localizer that makes the poses of its markers.
+    Markers(Publisher<MarkerFrame>),
 }
 
 impl Outlet {
-    pub(super) fn open(bus: &Bus, emitters: bool) -> Result<Self, BusError> {
-        Ok(match emitters {
-            true => Self::Frames(Publisher::open(bus, &EMITTERS, "")?),
-            false => Self::Poses(Publisher::open(bus, &TOOL_POSE, "")?),
+    pub(super) fn open(bus: &Bus, frames: Option<Delivery>) -> Result<Self, BusError> {
+        Ok(match frames {
+            Some(Delivery::Emitters) => Self::Emitters(Publisher::open(bus, &EMITTERS, "")?),
+            Some(Delivery::Markers) => Self::Markers(Publisher::open(bus, &MARKERS, "")?),
+            None => Self::Poses(Publisher::open(bus, &TOOL_POSE, "")?),
         })
     }
 
@@ -32,15 +35,18 @@ impl Outlet {
     pub(super) fn send(&self, moment: &Moment) -> Result<(), BusError> {
         match (self, &moment.frame) {
             (Self::Poses(poses), _) => poses.send(moment.pose),
-            (Self::Frames(frames), Some(frame)) => frames.send(**frame),
-            (Self::Frames(_), None) => Ok(()),
+            (Self::Emitters(frames), Some(Delivered::Emitters(frame))) => frames.send(**frame),
+            (Self::Markers(frames), Some(Delivered::Markers(frame))) => frames.send(**frame),
+            // The tape reads what the outlet takes.
+            (Self::Emitters(_) | Self::Markers(_), _) => Ok(()),
         }
     }
 
     pub(super) fn serve_late_joiners(&self) {
         match self {
             Self::Poses(poses) => poses.serve_late_joiners(),
-            Self::Frames(frames) => frames.serve_late_joiners(),
+            Self::Emitters(frames) => frames.serve_late_joiners(),
+            Self::Markers(frames) => frames.serve_late_joiners(),
         }
     }
 }

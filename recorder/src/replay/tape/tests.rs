@@ -73,7 +73,7 @@ fn damage_is_passed_over() {
 
 /// Everything, read from the start.
 fn all(path: &Path) -> Vec<Moment> {
-    let mut tape = Tape::with_frames(path).unwrap();
+    let mut tape = Tape::with_frames(path, Delivery::Emitters).unwrap();
     std::iter::from_fn(|| tape.take()).collect()
 }
 
@@ -98,7 +98,7 @@ fn a_place_is_found_as_by_reading_everything_and_little_is_passed_over() {
     const CHUNKS: u64 = 40;
     for bytes in [testing::finished(CHUNKS, 7), testing::unfinished(CHUNKS, 7)] {
         let (_tmp, path) = written(&bytes);
-        let (all, mut tape) = (all(&path), Tape::with_frames(&path).unwrap());
+        let (all, mut tape) = (all(&path), Tape::with_frames(&path, Delivery::Emitters).unwrap());
         // In no order: forwards and backwards.
         for i in 0..=CHUNKS * 7 + 2 {
             let seq = i * 89 % (CHUNKS * 7 + 3);
@@ -126,7 +126,7 @@ fn a_place_is_found_however_long_poses_took() {
         log.flush().unwrap();
     }
     let (_tmp, path) = written(&log.finish().unwrap().into_inner());
-    let (all, mut tape) = (all(&path), Tape::with_frames(&path).unwrap());
+    let (all, mut tape) = (all(&path), Tape::with_frames(&path, Delivery::Emitters).unwrap());
     for at_ns in (0..11_000_000_000).step_by(97_000_000) {
         assert_eq!(found(&mut tape, at_ns).0, expected(&all, at_ns), "at {at_ns}");
     }
@@ -153,10 +153,13 @@ fn a_pose_comes_with_the_frame_that_it_was_made_of() {
     put(&mut log, &testing::frame(4));
     (0..5).for_each(|seq| log.pose(Source::Tool, &testing::pose(seq)).unwrap());
     let (_tmp, path) = written(&log.finish().unwrap().into_inner());
-    let mut tape = Tape::with_frames(&path).unwrap();
+    let mut tape = Tape::with_frames(&path, Delivery::Emitters).unwrap();
     let frames: Vec<_> = std::iter::from_fn(|| tape.take()).map(|moment| moment.frame).collect();
-    let of = |seq| Some(Box::new(testing::frame(seq)));
+    let of = |seq| Some(Delivered::Emitters(Box::new(testing::frame(seq))));
     assert_eq!(frames, [of(0), of(1), None, of(3), of(4)]);
+    // Frames of markers are others.
+    let mut tape = Tape::with_frames(&path, Delivery::Markers).unwrap();
+    assert!(std::iter::from_fn(|| tape.take()).all(|moment| moment.frame.is_none()));
     let mut tape = Tape::open(&path).unwrap();
     assert!(std::iter::from_fn(|| tape.take()).all(|moment| moment.frame.is_none()));
 }

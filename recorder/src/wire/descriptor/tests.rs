@@ -9,9 +9,10 @@ use super::*;
 use crate::wire::proto;
 
 /// The `.proto` file of each schema, without its ending.
-const SCHEMAS: [(&str, &[u8]); 9] = [
+const SCHEMAS: [(&str, &[u8]); 10] = [
     ("trocar/ToolPose", TOOL_POSE),
     ("trocar/EmitterFrame", EMITTER_FRAME),
+    ("trocar/MarkerFrame", MARKER_FRAME),
     ("trocar/ProcessStatus", PROCESS_STATUS),
     ("trocar/Guide", GUIDE),
     ("trocar/Workflow", WORKFLOW),
@@ -145,6 +146,44 @@ fn what_is_written_is_read_by_the_schema() {
     };
     let read = fields(EMITTER_FRAME, "trocar.EmitterFrame", &frame.encode_to_vec());
     assert_eq!([&read["tool_emitter"], &read["reference_mm"]], ["[5]", "[8.5]"]);
+}
+
+#[test]
+fn a_frame_of_markers_is_read_by_the_schema() {
+    let frame = proto::MarkerFrame {
+        seq: 1,
+        t_device_ns: 2,
+        t_capture_ns: 3,
+        t_publish_ns: 4,
+        t_arrival_ns: 5,
+        t_uncertain_ns: 6,
+        clock: 7,
+        device: b"d".to_vec(),
+        marker: vec![9],
+        status: vec![10],
+        q: vec![11.5],
+        t_mm: vec![12.5],
+        error_mm: vec![13.5],
+        age_ns: vec![-14],
+    };
+    let read = fields(MARKER_FRAME, "trocar.MarkerFrame", &frame.encode_to_vec());
+    for (name, value) in [
+        ("seq", "1"),
+        ("t_device_ns", "2"),
+        ("t_capture_ns", "3"),
+        ("t_publish_ns", "4"),
+        ("t_arrival_ns", "5"),
+        ("t_uncertain_ns", "6"),
+        ("clock", "7"),
+        ("marker", "[9]"),
+        ("status", "[10]"),
+        ("q", "[11.5]"),
+        ("t_mm", "[12.5]"),
+        ("error_mm", "[13.5]"),
+        ("age_ns", "[-14]"),
+    ] {
+        assert_eq!(read[name], value, "{name}");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use bus::life::LifeLine;
-use bus::message::{EmitterFrame, ToolPose};
+use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
 use bus::port::{Message, Subscriber};
 use bus::run::RunContext;
 use bus::topic::{self, Topic};
@@ -24,6 +24,7 @@ pub(super) struct Taken {
     pub(super) tool: Vec<ToolPose>,
     pub(super) truth: Vec<ToolPose>,
     pub(super) emitters: Vec<EmitterFrame>,
+    pub(super) markers: Vec<MarkerFrame>,
 }
 
 impl Taken {
@@ -31,6 +32,7 @@ impl Taken {
         self.tool.clear();
         self.truth.clear();
         self.emitters.clear();
+        self.markers.clear();
     }
 }
 
@@ -118,6 +120,7 @@ struct Ports {
     tool: Subscriber<ToolPose>,
     truth: Subscriber<ToolPose>,
     emitters: Subscriber<EmitterFrame>,
+    markers: Subscriber<MarkerFrame>,
     _bus: Bus,
 }
 
@@ -131,6 +134,7 @@ impl Ports {
             tool: opened(&bus, &topic::TOOL_POSE)?,
             truth: opened(&bus, &topic::GROUND_TRUTH)?,
             emitters: opened(&bus, &topic::EMITTERS)?,
+            markers: opened(&bus, &topic::MARKERS)?,
             _bus: bus,
         })
     }
@@ -161,7 +165,8 @@ impl Ports {
         let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
         fill(&self.tool, &mut taken.tool, room)?;
         fill(&self.truth, &mut taken.truth, room)?;
-        fill(&self.emitters, &mut taken.emitters, room)
+        fill(&self.emitters, &mut taken.emitters, room)?;
+        fill(&self.markers, &mut taken.markers, room)
     }
 }
 

@@ -49,8 +49,8 @@ pub(super) fn all() -> Vec<(&'static str, Sample)> {
 /// Those without a pose that may be followed: nothing on their screens is a distance, an angle or a depth.
 pub(super) fn without_a_pose() -> Vec<(String, Sample)> {
     let live = || sample(37.4, 1.3);
-    let mut all: Vec<(String, Sample)> = (1..)
-        .map_while(Lost::from_code)
+    let mut all: Vec<(String, Sample)> = Lost::ALL
+        .into_iter()
         .map(|reason| (format!("{reason:?}"), live().in_state(FrameState::Lost(reason))))
         .collect();
     let old = |planned: Sample| planned.in_state(FrameState::Stale);
