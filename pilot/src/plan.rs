@@ -12,6 +12,8 @@ pub(crate) const REPLAYER: &str = "replay";
 pub(crate) const CALIBRATOR: &str = "calib";
 /// The tracker's.
 pub(crate) const TRACKER: &str = "tracker";
+/// That of the process that dials a localizer.
+pub(crate) const LOCALIZER: &str = "localizer";
 
 /// One process of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,7 +42,7 @@ pub(crate) enum Poses<'a> {
 }
 
 /// The processes of `scene`: a loader, a renderer for each plane direction, a recorder where the scene records, a
-/// tracker unless poses come from elsewhere; in a replay the replayer in its place, or behind it. Who publishes poses, or what
+/// tracker unless poses come from elsewhere, and who dials its localizer; in a replay the replayer in its place, or behind it. Who publishes poses, or what
 /// they are made of, starts last, so that the first one finds everybody ready.
 pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Planned> {
     let plain = |name: &str, binary, arguments: &[&str], stop_rank| Planned {
@@ -69,6 +71,9 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
     let is_tracked = !matches!(scene.tracker.source, TrackerSource::External);
     if is_tracked && !matches!(poses, Poses::Replayed(_)) {
         last(plain(TRACKER, "tracker-proc", &[], 0));
+    }
+    if scene.localizer.is_some() && matches!(poses, Poses::Tracked) {
+        last(plain(LOCALIZER, "localizer-proc", &[], 0));
     }
     if let Poses::Replayed(arguments) | Poses::MadeAgain(arguments) = poses {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
@@ -162,6 +167,17 @@ mod tests {
         assert_eq!(names[4..], ["view-perpendicular", "replay"]);
         assert_eq!((plan[5].binary, plan[5].role.after.len()), ("recorder", 5));
         assert_eq!(plan[5].arguments, ["replay", "s.mcap"]);
+    }
+
+    #[test]
+    fn a_localizer_is_dialled_in_a_run_and_in_no_replay() {
+        let text = "[tracker]\nsource = \"markers\"\n[localizer]\nkind = \"openigtlink\"\naddress = \"127.0.0.1:18944\"\n\
+                    [[views]]\nname = \"a\"\nplane = \"axial\"\nextent = \"local\"\n";
+        let scene = Scene::parse(text, Path::new("s.toml")).unwrap();
+        let of = |poses| plan(&scene, "", poses).into_iter().map(|p| p.name).collect::<Vec<_>>();
+        assert_eq!(of(Poses::Tracked)[2..], ["tracker", "localizer"]);
+        assert_eq!(of(Poses::MadeAgain(&[]))[2..], ["tracker", "replay"]);
+        assert_eq!(of(Poses::Replayed(&[]))[2..], ["replay"]);
     }
 
     #[test]

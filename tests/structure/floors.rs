@@ -30,6 +30,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("recorder", 3),
     ("simulation-cli", 3),
     ("slice-view-proc", 3),
+    ("localizer-proc", 3),
     ("tracker-proc", 3),
     ("volume-loader", 3),
     ("window", 3),

@@ -101,6 +101,7 @@ impl World {
             "pilot" => env!("CARGO_BIN_EXE_pilot"),
             "volume-loader" => env!("CARGO_BIN_EXE_volume-loader"),
             "tracker-proc" => env!("CARGO_BIN_EXE_tracker-proc"),
+            "localizer-proc" => env!("CARGO_BIN_EXE_localizer-proc"),
             "slice-view-proc" => env!("CARGO_BIN_EXE_slice-view-proc"),
             "calib" => env!("CARGO_BIN_EXE_calib"),
             "recorder" => env!("CARGO_BIN_EXE_recorder"),

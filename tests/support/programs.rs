@@ -6,6 +6,7 @@ pub(crate) fn all() -> Vec<clap::Command> {
         pilot::cli::command(),
         volume_loader::cli::command(),
         tracker_proc::cli::command(),
+        localizer_proc::cli::command(),
         slice_view_proc::cli::command(),
         recorder::cli::command(),
         window::cli::command(),

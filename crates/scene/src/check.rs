@@ -17,6 +17,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         volume: super::volume::checked(&raw.volume, &targets, raw.tracker.approach.entry_ct_mm)?,
         tool: tool(raw)?,
         tracker: tracker(&raw.tracker, &targets, raw.tool.length_mm)?,
+        localizer: super::localizer::checked(raw)?,
         guide: targets::chosen(raw, &targets)?,
         workflow: super::workflow::checked(&raw.workflow)?,
         steps: steps(raw)?,

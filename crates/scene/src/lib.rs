@@ -9,6 +9,7 @@ pub mod file;
 mod guide;
 pub mod identity;
 mod limits;
+pub mod localizer;
 pub mod locate;
 pub mod operating_room;
 pub mod plan;
@@ -52,6 +53,8 @@ pub struct Scene {
     pub tool: ToolSpec,
     /// Where poses come from.
     pub tracker: TrackerSpec,
+    /// The connection to a real localizer; `None`: another program publishes, or nothing real is followed.
+    pub localizer: Option<localizer::LocalizerSpec>,
     /// What the surgeon aims at.
     pub targets: Vec<Target>,
     /// The name of the target that is chosen at the start; `None`: none is.

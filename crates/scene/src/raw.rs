@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{Invalid, SceneError};
 use super::guide::RawGuide;
 use super::identity::{self, RawIdentity};
+use super::localizer::RawLocalizer;
 use super::locate;
 use super::operating_room::RawRoom;
 use super::plan::RawPlan;
@@ -56,6 +57,9 @@ pub struct RawScene {
     pub tool: RawTool,
     /// `[tracker]`
     pub tracker: RawTracker,
+    /// `[localizer]`; absent: none is dialled.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub localizer: Option<RawLocalizer>,
     /// `[render]`
     pub render: Render,
     /// `[recording]`; absent: nothing is recorded.
@@ -354,7 +358,12 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         .into_iter()
         .chain(plan.into_iter().flatten())
         .chain(steps.into_iter().flatten());
-    files.flatten().for_each(|file| anchor(file, path));
+    let roms = scene
+        .localizer
+        .iter_mut()
+        .flat_map(|localizer| localizer.tools.iter_mut());
+    let roms = roms.map(|tool| &mut tool.rom);
+    files.flatten().chain(roms).for_each(|file| anchor(file, path));
     Ok(Source {
         path: path.to_owned(),
         text: text.to_owned(),

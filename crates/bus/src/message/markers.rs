@@ -67,20 +67,17 @@ pub enum CaptureClock {
     Arrival,
     /// The localizer's stamp, mapped by the law of its clock ([`crate::clock::mapping`]).
     Mapped,
-    /// The localizer's stamp as it is: both read one clock.
-    Shared,
 }
 
 impl CaptureClock {
     /// Every one.
-    pub const ALL: [Self; 3] = [Self::Arrival, Self::Mapped, Self::Shared];
+    pub const ALL: [Self; 2] = [Self::Arrival, Self::Mapped];
 
     /// The code on the wire.
     pub const fn code(self) -> u32 {
         match self {
             Self::Arrival => 0,
             Self::Mapped => 1,
-            Self::Shared => 2,
         }
     }
 
@@ -94,7 +91,6 @@ impl CaptureClock {
         match self {
             Self::Arrival => "arrival",
             Self::Mapped => "mapped",
-            Self::Shared => "shared",
         }
     }
 }

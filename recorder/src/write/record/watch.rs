@@ -12,6 +12,8 @@ use crate::write::series::Series;
 
 /// Taken in one turn from one process; more wait for the next.
 const EVENTS: usize = 64;
+/// Who dials a localizer.
+const LOCALIZER: &str = "localizer";
 
 /// A process whose state is followed.
 #[derive(Debug)]
@@ -26,8 +28,8 @@ struct Followed {
 #[derive(Debug)]
 pub(crate) struct Watch {
     followed: Vec<Followed>,
-    /// Of the pilot.
-    events: Subscriber<Event>,
+    /// Of the pilot, and of the process that dials a localizer.
+    events: Vec<(&'static str, Subscriber<Event>)>,
     guides: Subscriber<Guide>,
     workflows: Subscriber<Workflow>,
     tracking: Option<u32>,
@@ -38,8 +40,10 @@ impl Watch {
     pub(crate) fn open(bus: &Bus, scene: &Scene) -> Result<Self, BusError> {
         let renderers = scene.renderers();
         let names = renderers.iter().map(|(plane, _)| plane.process());
+        let localizer = scene.localizer.is_some().then(|| LOCALIZER.to_owned());
         let names = ["volume-loader".to_owned(), "tracker".to_owned()]
             .into_iter()
+            .chain(localizer)
             .chain(names);
         let followed = names.map(|name| {
             Ok(Followed {
@@ -48,9 +52,12 @@ impl Watch {
                 last: None,
             })
         });
+        let localizer = scene.localizer.is_some().then_some(LOCALIZER);
+        let tellers = ["pilot"].into_iter().chain(localizer);
+        let events = tellers.map(|name| Ok((name, Subscriber::open(bus, &EVENT, name, EVENT.buffer)?)));
         Ok(Self {
             followed: followed.collect::<Result<_, BusError>>()?,
-            events: Subscriber::open(bus, &EVENT, "pilot", EVENT.buffer)?,
+            events: events.collect::<Result<_, BusError>>()?,
             guides: Subscriber::open(bus, &GUIDE, "", GUIDE.buffer)?,
             workflows: Subscriber::open(bus, &WORKFLOW, "", WORKFLOW.buffer)?,
             tracking: None,
@@ -70,10 +77,12 @@ impl Watch {
                 series.put(now_ns, Entry::Log(beat.t_ns, &log));
             }
         }
-        for _ in 0..EVENTS {
-            let Some(event) = self.events.next()? else { break };
-            let log = Log::new(event.t_ns, event.level(), "pilot", event.words());
-            series.put(now_ns, Entry::Log(event.t_ns, &log));
+        for (name, events) in &self.events {
+            for _ in 0..EVENTS {
+                let Some(event) = events.next()? else { break };
+                let log = Log::new(event.t_ns, event.level(), name, event.words());
+                series.put(now_ns, Entry::Log(event.t_ns, &log));
+            }
         }
         self.choices(now_ns, series)
     }

@@ -1,0 +1,407 @@
+//! The connection to a real localizer: `[localizer]`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::raw::{RawScene, RawTrackerSource};
+use super::values::{Checked, invalid, number};
+
+/// The longest host name, bytes.
+const HOST_BYTES: usize = 253;
+/// The longest name of a tool, bytes.
+const NAME_BYTES: usize = 64;
+/// As many tools as one frame of markers holds.
+const MOST_TOOLS: usize = 16;
+
+/// What a localizer speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Protocol {
+    /// OpenIGTLink: PLUS, 3D Slicer and most research platforms.
+    Openigtlink,
+    /// The combined API of NDI's localizers.
+    Ndi,
+}
+
+/// Which header version an OpenIGTLink peer is sent.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Peer {
+    /// 2 at first, and 1 where the peer falls silent at that.
+    #[default]
+    Auto,
+    /// 2 from the first message on: PLUS states the status of a tool to nobody else.
+    Plus,
+    /// 1 for ever: the C++ library before version 3, many vendors.
+    V1,
+}
+
+/// What a pose without a status is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StatusRule {
+    /// None: nothing says that the tool was seen.
+    #[default]
+    Required,
+    /// A good one: the peer is known to send nothing for a tool that it does not see.
+    AbsentMeansValid,
+}
+
+/// What the time of a capture is made of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StampRule {
+    /// The localizer's stamp, mapped onto the run's clock.
+    #[default]
+    Mapped,
+    /// The arrival.
+    Arrival,
+}
+
+/// What follows on a connection that is over.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reconnect {
+    /// The next one, as soon as it can be had.
+    #[default]
+    Always,
+    /// Nothing before a person says so (`pilot restart localizer`): for peers where somebody confirms every connection.
+    Ask,
+}
+
+/// `[localizer]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawLocalizer {
+    /// What it speaks.
+    pub kind: Protocol,
+    /// `host:port`.
+    pub address: String,
+    /// For people; absent: the address.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// OpenIGTLink: which version it reads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peer: Option<Peer>,
+    /// OpenIGTLink: what a pose without a status is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub status: Option<StatusRule>,
+    /// OpenIGTLink: ask for a stream of TDATA with so long between two messages, ms; absent: take what comes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stream_ms: Option<f64>,
+    /// OpenIGTLink: the largest entry of `R^T R - I` that a matrix may have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_rotation_error: Option<f64>,
+    /// OpenIGTLink: what follows on a connection that is over.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reconnect: Option<Reconnect>,
+    /// NDI: tools whose definitions are written to it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<RawLocalizerTool>,
+    /// What the time of a capture is made of.
+    #[serde(default)]
+    pub clock: StampRule,
+    /// What is known of the least time from the capture to the arrival, ms: taken off.
+    #[serde(default)]
+    pub least_delay_ms: f64,
+}
+
+/// `[[localizer.tools]]`
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawLocalizerTool {
+    /// What it is called here.
+    pub name: String,
+    /// Its definition, relative to the scene file.
+    pub rom: String,
+}
+
+/// The connection, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocalizerSpec {
+    /// For people.
+    pub name: String,
+    /// `host:port`.
+    pub address: String,
+    /// What is spoken on it.
+    pub link: LinkSpec,
+    /// What the time of a capture is made of.
+    pub clock: StampRule,
+    /// The least time from the capture to the arrival.
+    pub least_delay: Duration,
+}
+
+/// What is spoken.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LinkSpec {
+    /// OpenIGTLink.
+    OpenIgtLink(OpenIgtLinkSpec),
+    /// NDI's combined API.
+    Ndi(NdiSpec),
+}
+
+/// A peer that speaks OpenIGTLink.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenIgtLinkSpec {
+    /// Which version it reads.
+    pub peer: Peer,
+    /// What a pose without a status is.
+    pub status: StatusRule,
+    /// Between two messages of the stream that is asked for; `None`: nothing is asked for.
+    pub stream: Option<Duration>,
+    /// The largest entry of `R^T R - I` that a matrix may have.
+    pub max_rotation_error: f64,
+    /// What follows on a connection that is over.
+    pub reconnect: Reconnect,
+}
+
+/// A localizer of NDI.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NdiSpec {
+    /// Tools whose definitions are written to it: name and file.
+    pub tools: Vec<(String, PathBuf)>,
+}
+
+pub(super) fn checked(raw: &RawScene) -> Checked<Option<LocalizerSpec>> {
+    let Some(localizer) = &raw.localizer else {
+        return Ok(None);
+    };
+    if raw.tracker.source != RawTrackerSource::Markers {
+        let allowed = "no such table unless tracker.source = \"markers\"";
+        return Err(invalid("localizer", "a table", allowed));
+    }
+    of_other_kinds(localizer)?;
+    let delay_ms = number("localizer.least_delay_ms", localizer.least_delay_ms, 0.0..=1000.0, "ms")?;
+    let address = address(&localizer.address)?;
+    Ok(Some(LocalizerSpec {
+        name: match &localizer.name {
+            Some(name) => label("localizer.name", name)?,
+            None => address.clone(),
+        },
+        address,
+        link: match localizer.kind {
+            Protocol::Openigtlink => LinkSpec::OpenIgtLink(openigtlink(localizer)?),
+            Protocol::Ndi => LinkSpec::Ndi(ndi(raw, localizer)?),
+        },
+        clock: localizer.clock,
+        least_delay: Duration::from_secs_f64(delay_ms / 1e3),
+    }))
+}
+
+/// A key that would mean nothing is more likely a wrong kind than a leftover.
+fn of_other_kinds(raw: &RawLocalizer) -> Checked<()> {
+    let of = |key: &'static str, there: bool, kind, word| (key, there && raw.kind != kind, word);
+    let (openigtlink, ndi) = ((Protocol::Openigtlink, "openigtlink"), (Protocol::Ndi, "ndi"));
+    for (key, wrong, word) in [
+        of("peer", raw.peer.is_some(), openigtlink.0, openigtlink.1),
+        of("status", raw.status.is_some(), openigtlink.0, openigtlink.1),
+        of("stream_ms", raw.stream_ms.is_some(), openigtlink.0, openigtlink.1),
+        of(
+            "max_rotation_error",
+            raw.max_rotation_error.is_some(),
+            openigtlink.0,
+            openigtlink.1,
+        ),
+        of("reconnect", raw.reconnect.is_some(), openigtlink.0, openigtlink.1),
+        of("tools", !raw.tools.is_empty(), ndi.0, ndi.1),
+    ] {
+        if wrong {
+            let allowed = format!("no such key unless localizer.kind = \"{word}\"");
+            return Err(invalid(format!("localizer.{key}"), "a value", allowed));
+        }
+    }
+    Ok(())
+}
+
+fn openigtlink(raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
+    let stream = raw
+        .stream_ms
+        .map(|ms| number("localizer.stream_ms", ms, 1.0..=1000.0, "ms"));
+    let error = raw.max_rotation_error.unwrap_or(2e-3);
+    Ok(OpenIgtLinkSpec {
+        peer: raw.peer.unwrap_or_default(),
+        status: raw.status.unwrap_or_default(),
+        stream: stream.transpose()?.map(|ms| Duration::from_secs_f64(ms / 1e3)),
+        max_rotation_error: number("localizer.max_rotation_error", error, 1e-6..=1e-2, "")?,
+        reconnect: raw.reconnect.unwrap_or_default(),
+    })
+}
+
+/// Tools are the markers that the tracker asks for, by their names.
+fn ndi(scene: &RawScene, raw: &RawLocalizer) -> Checked<NdiSpec> {
+    let found = raw.tools.len();
+    if !(1..=MOST_TOOLS).contains(&found) {
+        return Err(invalid("localizer.tools", found, format!("1 to {MOST_TOOLS} tools")));
+    }
+    let mut tools: Vec<(String, PathBuf)> = Vec::with_capacity(found);
+    for (at, tool) in raw.tools.iter().enumerate() {
+        let key = |name: &str| format!("localizer.tools.{at}.{name}");
+        let name = label(&key("name"), &tool.name)?;
+        if tools.iter().any(|(other, _)| *other == name) {
+            return Err(invalid(
+                key("name"),
+                format!("{name:?} a second time"),
+                "a name for each tool",
+            ));
+        }
+        if tool.rom.is_empty() || tool.rom.ends_with('/') {
+            return Err(invalid(key("rom"), format!("{:?}", tool.rom), "the path of a file"));
+        }
+        tools.push((name, PathBuf::from(&tool.rom)));
+    }
+    let markers = scene.tracker.markers.clone().unwrap_or_default();
+    for (key, named) in [("marker", markers.marker), ("reference", markers.reference)] {
+        let Some(named) = named else { continue };
+        if !tools.iter().any(|(name, _)| *name == named) {
+            let allowed = "the name of one of localizer.tools";
+            return Err(invalid(format!("tracker.markers.{key}"), format!("{named:?}"), allowed));
+        }
+    }
+    Ok(NdiSpec { tools })
+}
+
+fn label(key: &str, text: &str) -> Checked<String> {
+    let good = (1..=NAME_BYTES).contains(&text.len()) && !text.chars().any(char::is_control);
+    match good {
+        true => Ok(text.to_owned()),
+        false => Err(invalid(
+            key,
+            format!("{text:?}"),
+            format!("1 to {NAME_BYTES} bytes on one line"),
+        )),
+    }
+}
+
+fn address(text: &str) -> Checked<String> {
+    let (host, port) = text.rsplit_once(':').unwrap_or((text, ""));
+    let is_host = (1..=HOST_BYTES).contains(&host.len())
+        && host
+            .bytes()
+            .all(|byte| byte.is_ascii_alphanumeric() || b".-_:[]%".contains(&byte));
+    // Digits alone: a number may be written with a sign.
+    let is_port = port.bytes().all(|byte| byte.is_ascii_digit()) && port.parse::<u16>().is_ok_and(|port| port > 0);
+    match is_host && is_port {
+        true => Ok(text.to_owned()),
+        false => Err(invalid(
+            "localizer.address",
+            format!("{text:?}"),
+            "host:port, such as \"192.168.0.30:18944\"",
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::Scene;
+    use super::*;
+
+    const HEAD: &str = "[tracker]\nsource = \"markers\"\n";
+
+    fn parsed(text: &str) -> Result<Scene, String> {
+        let text = format!("{HEAD}{text}");
+        Scene::parse(&text, Path::new("s.toml")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_peer_states_what_it_saw_unless_the_scene_says_otherwise() {
+        let scene = parsed("[localizer]\nkind = \"openigtlink\"\naddress = \"[::1]:18944\"").unwrap();
+        let spec = scene.localizer.unwrap();
+        assert_eq!((spec.name.as_str(), spec.clock), ("[::1]:18944", StampRule::Mapped));
+        let LinkSpec::OpenIgtLink(link) = spec.link else {
+            panic!("{:?}", spec.link)
+        };
+        assert_eq!((link.peer, link.status), (Peer::Auto, StatusRule::Required));
+        assert_eq!((link.stream, link.max_rotation_error), (None, 2e-3));
+        assert!(parsed("").unwrap().localizer.is_none());
+    }
+
+    #[test]
+    fn tools_of_ndi_are_the_markers_of_the_tracker() {
+        let tools = "[[localizer.tools]]\nname = \"ball\"\nrom = \"a.rom\"\n[[localizer.tools]]\nname = \"patient\"\nrom = \"/b.rom\"\n";
+        let head = "[localizer]\nkind = \"ndi\"\naddress = \"vega.local:8765\"\n";
+        let spec = parsed(&format!("{head}{tools}")).unwrap().localizer.unwrap();
+        let LinkSpec::Ndi(link) = spec.link else {
+            panic!("{:?}", spec.link)
+        };
+        let paths: Vec<_> = link.tools.iter().map(|(_, path)| path.to_str().unwrap()).collect();
+        assert_eq!(paths, ["a.rom", "/b.rom"]);
+        let error = parsed(&format!("[tracker.markers]\nmarker = \"bell\"\n{head}{tools}")).unwrap_err();
+        assert!(
+            error.contains("key tracker.markers.marker: found \"bell\"; allowed: the name of one of localizer.tools"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_with_its_key() {
+        let head = "[localizer]\naddress = \"a:1\"\n";
+        for (text, words) in [
+            (
+                "[localizer]\nkind = \"openigtlink\"\naddress = \"a\"".to_owned(),
+                "key localizer.address: found \"a\"; allowed: host:port",
+            ),
+            (
+                "[localizer]\nkind = \"openigtlink\"\naddress = \"a:0\"".to_owned(),
+                "localizer.address",
+            ),
+            (
+                "[localizer]\nkind = \"openigtlink\"\naddress = \"a:+5\"".to_owned(),
+                "localizer.address",
+            ),
+            (
+                "[localizer]\nkind = \"openigtlink\"\naddress = \":5\"".to_owned(),
+                "localizer.address",
+            ),
+            (
+                "[localizer]\nkind = \"openigtlink\"\naddress = \"a b:5\"".to_owned(),
+                "localizer.address",
+            ),
+            (format!("{head}kind = \"polaris\""), "unknown variant `polaris`"),
+            (
+                format!("{head}kind = \"ndi\""),
+                "key localizer.tools: found 0; allowed: 1 to 16 tools",
+            ),
+            (
+                format!("{head}kind = \"ndi\"\npeer = \"v1\""),
+                "localizer.peer: found a value; allowed: no such key unless localizer.kind = \"openigtlink\"",
+            ),
+            (
+                format!("{head}kind = \"openigtlink\"\ntools = [{{ name = \"a\", rom = \"b\" }}]"),
+                "unless localizer.kind = \"ndi\"",
+            ),
+            (
+                format!("{head}kind = \"openigtlink\"\nstream_ms = 0"),
+                "localizer.stream_ms: found 0",
+            ),
+            (
+                format!("{head}kind = \"openigtlink\"\nmax_rotation_error = 1"),
+                "localizer.max_rotation_error: found 1",
+            ),
+            (
+                format!("{head}kind = \"openigtlink\"\nleast_delay_ms = nan"),
+                "localizer.least_delay_ms: found NaN",
+            ),
+            (format!("{head}kind = \"openigtlink\"\nname = \"\""), "localizer.name"),
+            (
+                format!(
+                    "{head}kind = \"ndi\"\ntools = [{{ name = \"a\", rom = \"b\" }}, {{ name = \"a\", rom = \"c\" }}]"
+                ),
+                "found \"a\" a second time",
+            ),
+            (
+                format!("{head}kind = \"ndi\"\ntools = [{{ name = \"a\", rom = \"\" }}]"),
+                "localizer.tools.0.rom",
+            ),
+        ] {
+            let error = parsed(&text).unwrap_err();
+            assert!(error.contains(words), "{text}\n  gave {error}");
+        }
+        let text = format!("{head}kind = \"openigtlink\"");
+        let error = Scene::parse(&text, Path::new("s.toml")).unwrap_err().to_string();
+        assert!(error.contains("unless tracker.source = \"markers\""), "{error}");
+    }
+}

@@ -1,0 +1,5 @@
+//! The `localizer-proc` process.
+
+fn main() -> std::process::ExitCode {
+    localizer_proc::cli::main()
+}

@@ -1,0 +1,194 @@
+//! What a user debugs a link with: recorded bytes as messages or replies, with all their fields, or what is wrong with them.
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+use igtl::{Limits, Recovery};
+use ndi::{Fields as NdiFields, Reply, ReplyOption};
+
+/// Bytes that are read at once.
+const CHUNK: usize = 64 << 10;
+
+/// Why it failed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum DecodeError {
+    #[error("reading {path}: {source}")]
+    Read { path: PathBuf, source: io::Error },
+    #[error("writing: {0}")]
+    Write(#[from] io::Error),
+    #[error("{count} of the messages could not be read; each is named above with its byte")]
+    Refused { count: u64 },
+}
+
+/// How it is printed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Options {
+    /// Replies of an NDI device in the place of OpenIGTLink.
+    pub(crate) ndi: bool,
+    /// A line of JSON for each.
+    pub(crate) json: bool,
+}
+
+/// Prints each message of each file; `-` is the standard input.
+///
+/// # Errors
+/// [`DecodeError`]. What is refused is printed where it stands, and the rest goes on where the stream says how.
+pub(crate) fn decode(files: &[PathBuf], options: Options, out: &mut impl Write) -> Result<(), DecodeError> {
+    let mut count = 0;
+    for path in files {
+        let mut print = Print {
+            file: path,
+            many: files.len() > 1,
+            json: options.json,
+            number: 0,
+            refused: 0,
+            out: &mut *out,
+        };
+        match options.ndi {
+            true => replies(path, &mut print)?,
+            false => messages(path, &mut print)?,
+        }
+        count += print.refused;
+    }
+    match count {
+        0 => Ok(()),
+        count => Err(DecodeError::Refused { count }),
+    }
+}
+
+/// Where messages are printed.
+struct Print<'a, W> {
+    file: &'a Path,
+    many: bool,
+    json: bool,
+    number: u64,
+    refused: u64,
+    out: &'a mut W,
+}
+
+impl<W: Write> Print<'_, W> {
+    /// `text` has a line for each field, `json` all of them; `byte` is where it begins in the file.
+    fn item(&mut self, kind: &str, byte: u64, text: &str, json: &str) -> io::Result<()> {
+        self.number += 1;
+        let (file, number) = (self.file.display(), self.number);
+        if self.json {
+            let rest = json.strip_prefix('{').unwrap_or(json);
+            let comma = if rest == "}" { "" } else { "," };
+            let file = igtl::fields::Value::Text(file.to_string()).json();
+            return writeln!(
+                self.out,
+                "{{\"file\":{file},\"{kind}\":{number},\"from_byte\":{byte}{comma}{rest}"
+            );
+        }
+        let file = if self.many { format!("{file}, ") } else { String::new() };
+        writeln!(self.out, "{file}{kind} {number}, from byte {byte}")?;
+        text.lines().try_for_each(|line| writeln!(self.out, "  {line}"))
+    }
+}
+
+fn open(path: &Path) -> Result<Box<dyn Read>, DecodeError> {
+    if path == Path::new("-") {
+        return Ok(Box::new(io::stdin().lock()));
+    }
+    let file = File::open(path).map_err(|source| DecodeError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    Ok(Box::new(file))
+}
+
+fn messages<W: Write>(path: &Path, print: &mut Print<'_, W>) -> Result<(), DecodeError> {
+    let failed = |source| DecodeError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let (mut input, mut decoder) = (open(path)?, igtl::Decoder::new(Limits::VOLUMES));
+    loop {
+        while let Some(message) = decoder.take() {
+            let message = message.map(|message| message.fields());
+            let began = decoder.began();
+            match message {
+                Ok(fields) => print.item("message", began, &fields.to_string(), &fields.json())?,
+                Err(malformed) => {
+                    print.refused += 1;
+                    let fields = malformed.fields();
+                    print.item("refused", began, &fields.to_string(), &fields.json())?;
+                    if malformed.recovery == Recovery::Close {
+                        return Ok(());
+                    }
+                }
+            }
+        }
+        let space = decoder.space();
+        let room = space.len().min(CHUNK);
+        let count = input.read(&mut space[..room]).map_err(failed)?;
+        decoder.filled(count);
+        if count == 0 {
+            break;
+        }
+    }
+    if let Some(malformed) = decoder.end() {
+        print.refused += 1;
+        let fields = malformed.fields();
+        print.item("refused", decoder.began(), &fields.to_string(), &fields.json())?;
+    }
+    Ok(())
+}
+
+fn replies<W: Write>(path: &Path, print: &mut Print<'_, W>) -> Result<(), DecodeError> {
+    let failed = |source| DecodeError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let mut bytes = Vec::new();
+    // A recorded session of an hour at 60 Hz is some 30 MB.
+    open(path)?.take(1 << 30).read_to_end(&mut bytes).map_err(failed)?;
+    let total = bytes.len() as u64;
+    let mut rest = &bytes[..];
+    let mut decoder = ndi::Decoder::new(ndi::Limits::DEFAULT);
+    loop {
+        let from = total - rest.len() as u64;
+        let reply = decoder.feed(&mut rest).map(|reply| reply.map(fields));
+        let fields = match reply {
+            None => break,
+            Some(Ok(Ok(fields))) => {
+                print.item("reply", from, &fields.to_string(), &fields.json())?;
+                continue;
+            }
+            Some(Ok(Err(malformed)) | Err(malformed)) => malformed.fields(),
+        };
+        print.refused += 1;
+        print.item("refused", from, &fields.to_string(), &fields.json())?;
+        if rest.is_empty() {
+            break;
+        }
+        decoder.restart();
+    }
+    if let Some(malformed) = decoder.end() {
+        print.refused += 1;
+        let fields = malformed.fields();
+        print.item("refused", total, &fields.to_string(), &fields.json())?;
+    }
+    Ok(())
+}
+
+/// A binary reply does not say what it answers: it is read as BX2, and where it is none as BX with what it may hold.
+fn fields(reply: Reply<'_>) -> Result<NdiFields, ndi::Malformed> {
+    match reply {
+        Reply::Text(text) => Ok(ndi::Answer::of(text).fields()),
+        Reply::Binary(body) => match ndi::parse_bx2(body) {
+            Ok(reply) => Ok(reply.fields()),
+            Err(malformed) => {
+                let options = [
+                    ReplyOption::TRANSFORMS,
+                    ReplyOption::TRANSFORMS | ReplyOption::OUT_OF_VOLUME,
+                ];
+                let read = options
+                    .into_iter()
+                    .find_map(|bits| ndi::parse_bx(body, ReplyOption(bits)).ok());
+                read.map(|reply| reply.fields("BX")).ok_or(malformed)
+            }
+        },
+    }
+}

@@ -1,0 +1,68 @@
+//! What a protocol does with the bytes of a connection, as a step function: no socket, no clock of its own.
+
+use bus::message::Lost;
+use geometry::{Marker, Rigid, Tracker};
+
+/// What is to be done. Times are ns on the run's clock, which is the only one here.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Act {
+    /// Send this, in one call.
+    Send(Vec<u8>),
+    /// Publish this.
+    Frame(Frame),
+    /// A person should know, once.
+    Tell(String),
+    /// Something that is only counted was left out.
+    Refused,
+    /// Close the connection, for this reason. Nothing else is to be done any more.
+    Close(String),
+}
+
+/// What a localizer saw at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Frame {
+    /// Its own stamp, ns of its clock; 0 where it states none.
+    pub(crate) device_ns: i64,
+    /// When the first byte that holds some of it had arrived: what the law of its clock is made of.
+    pub(crate) first_ns: i64,
+    /// When the last had.
+    pub(crate) arrival_ns: i64,
+    /// Its markers, each once.
+    pub(crate) seen: Vec<Seen>,
+}
+
+/// One marker.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Seen {
+    /// Its number in a frame of the bus.
+    pub(crate) marker: u32,
+    /// `tracker_from_marker` with the error of fit that the localizer states, mm (0 for none), or why there is none.
+    pub(crate) outcome: Result<(Rigid<Tracker, Marker>, f64), Lost>,
+}
+
+/// A protocol with one peer, over all its connections.
+pub(crate) trait Driver {
+    /// A connection was made.
+    fn connected(&mut self, now_ns: i64) -> Vec<Act>;
+
+    /// Bytes came, the last of them at `now_ns`.
+    fn bytes(&mut self, bytes: &[u8], now_ns: i64) -> Vec<Act>;
+
+    /// Time went by.
+    fn tick(&mut self, now_ns: i64) -> Vec<Act>;
+
+    /// The connection is gone, whoever closed it.
+    fn closed(&mut self, now_ns: i64) -> Vec<Act>;
+
+    /// When [`Driver::tick`] has something to do next, if before the next look.
+    fn due_ns(&self) -> Option<i64>;
+
+    /// How a connection stands that is made, for people; empty for nothing to say.
+    fn words(&self) -> String;
+
+    /// The markers that it looks for.
+    fn markers(&self) -> Vec<u32>;
+
+    /// Whether another connection is to be made without a person.
+    fn reconnects(&self) -> bool;
+}

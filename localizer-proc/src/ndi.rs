@@ -1,0 +1,279 @@
+//! A localizer of NDI: its tools as frames of markers.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use bus::message::{Lost, MarkerFrame};
+use geometry::checked;
+use ndi::session::{Action, Client, ClientRules, Event, Notice, Tool};
+use ndi::{Pose, Rom, RomError, Why};
+use scene::localizer::NdiSpec;
+use scene::tracking::PosedMarkers;
+
+use crate::driver::{Act, Driver, Frame, Seen};
+use crate::state::Once;
+
+/// The longest file of a tool definition: what devices hold is 1024 bytes, and files may be padded.
+const MOST_BYTES: u64 = 64 << 10;
+/// Single precision is off a length of 1 by less.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// Why a localizer cannot be set up.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SetUpError {
+    #[error("the tool definition {path} of localizer.tools: {source}")]
+    Read { path: PathBuf, source: io::Error },
+    #[error("the tool definition {path} of localizer.tools: {source}")]
+    Rom { path: PathBuf, source: RomError },
+    #[error("localizer.tools has {found} tools, and tracker.markers.marker does not say which is the surgeon's")]
+    Which { found: usize },
+}
+
+/// The client's side.
+pub(crate) struct Ndi {
+    session: Client,
+    /// The tools that are markers of the scene: their names at the device, and their numbers on the bus.
+    markers: Vec<(String, u32)>,
+    poll_ns: i64,
+    sent_ns: i64,
+    told: Once,
+    words: String,
+}
+
+impl Ndi {
+    /// Not connected yet; the definitions are read and checked.
+    ///
+    /// # Errors
+    /// [`SetUpError`].
+    pub(crate) fn new(spec: &NdiSpec, markers: &PosedMarkers) -> Result<Self, SetUpError> {
+        let tools = spec.tools.iter().map(|(name, path)| {
+            Ok(Tool {
+                name: name.clone(),
+                rom: rom(path)?,
+                priority: 'D',
+            })
+        });
+        let rules = ClientRules {
+            tools: tools.collect::<Result<_, SetUpError>>()?,
+            tolerance: UNIT_TOLERANCE,
+            ..ClientRules::default()
+        };
+        let reference = markers.reference.as_ref().map(|(name, _)| name);
+        let mut others = spec
+            .tools
+            .iter()
+            .map(|(name, _)| name)
+            .filter(|name| Some(*name) != reference);
+        let tool = match (&markers.marker, others.next(), others.next()) {
+            (Some(name), ..) => name,
+            (None, Some(only), None) => only,
+            (None, ..) => {
+                return Err(SetUpError::Which {
+                    found: spec.tools.len(),
+                });
+            }
+        };
+        let reference = reference.map(|name| (name.clone(), MarkerFrame::REFERENCE));
+        Ok(Self {
+            markers: [(tool.clone(), MarkerFrame::TOOL)]
+                .into_iter()
+                .chain(reference)
+                .collect(),
+            poll_ns: rules.poll_ns,
+            session: Client::new(rules),
+            sent_ns: 0,
+            told: Once::default(),
+            words: String::new(),
+        })
+    }
+
+    fn carry_out(&mut self, actions: Vec<Action>, now_ns: i64) -> Vec<Act> {
+        let mut acts = Vec::new();
+        for action in actions {
+            match action {
+                Action::Send(bytes) => {
+                    self.sent_ns = now_ns;
+                    acts.push(Act::Send(bytes));
+                }
+                Action::Publish(frame, _) => acts.extend(self.frame(&frame, now_ns).map(Act::Frame)),
+                Action::Tell(notice) => self.tell(&notice, &mut acts),
+                Action::Close(reason) => acts.push(Act::Close(reason.to_string())),
+                // A network has no speed.
+                Action::Speed(_) => {}
+            }
+        }
+        acts
+    }
+
+    fn tell(&mut self, notice: &Notice, acts: &mut Vec<Act>) {
+        match notice {
+            // Polls are more frequent than frames.
+            Notice::SameFrame { .. } | Notice::NoFrame => return,
+            Notice::Version(version) => {
+                self.words = version.lines().next().unwrap_or_default().chars().take(40).collect()
+            }
+            Notice::Malformed(_) | Notice::Refused { .. } | Notice::NotAnAnswer { .. } | Notice::Unanswered { .. } => {
+                acts.push(Act::Refused);
+            }
+            _ => {}
+        }
+        acts.extend(self.told.say(notice.to_string()));
+    }
+
+    /// The markers of a frame. One in which the device did not look for any of them says nothing of them: passive and active
+    /// tools alternate.
+    fn frame(&mut self, frame: &ndi::Frame, now_ns: i64) -> Option<Frame> {
+        let mut seen = Vec::with_capacity(self.markers.len());
+        let mut is_about_them = false;
+        for (name, marker) in &self.markers {
+            let sight = self.session.handle(name).and_then(|handle| frame.tool(handle));
+            let outcome = sight.map_or(Err(Why::NotInFrame), ndi::Sight::pose);
+            is_about_them |= outcome != Err(Why::NotInFrame);
+            let outcome = match outcome {
+                Ok(pose) => posed(&pose),
+                Err(why) => Err(lost(why)),
+            };
+            seen.push(Seen {
+                marker: *marker,
+                outcome,
+            });
+        }
+        is_about_them.then_some(Frame {
+            device_ns: frame.device_ns.unwrap_or(0),
+            first_ns: now_ns,
+            arrival_ns: now_ns,
+            seen,
+        })
+    }
+}
+
+fn posed(pose: &Pose) -> Result<(geometry::Rigid<geometry::Tracker, geometry::Marker>, f64), Lost> {
+    let rigid = checked::rigid(pose.q, pose.t_mm, UNIT_TOLERANCE).map_err(|_| Lost::Refused)?;
+    Ok((rigid, pose.error_mm))
+}
+
+/// What a device says of a tool, as a reason of the bus: one table.
+fn lost(why: Why) -> Lost {
+    match why {
+        Why::Missing | Why::NotInFrame => Lost::NotSeen,
+        Why::OutOfVolume | Why::PartlyOutOfVolume | Why::SaturatedOutOfVolume => Lost::OutOfVolume,
+        Why::TooFewMarkers => Lost::TooFew,
+        Why::Interference | Why::Saturated => Lost::Interference,
+        Why::BadFit | Why::MarkerError => Lost::Residual,
+        Why::Disabled | Why::Unplugged | Why::NotInitialized => Lost::Disconnected,
+        // The device measured something that it does not stand for itself, or a status that nobody knows.
+        Why::Valid
+        | Why::PartlyAveraged
+        | Why::BufferLimit
+        | Why::AlgorithmLimit
+        | Why::FellBehind
+        | Why::OutOfSync
+        | Why::ProcessingError
+        | Why::SteepAngle
+        | Why::Phantom
+        | Why::Refused(_)
+        | Why::Unknown { .. } => Lost::Refused,
+    }
+}
+
+/// A tool definition, bounded before it is held.
+pub(crate) fn rom(path: &Path) -> Result<Rom, SetUpError> {
+    let failed = |source| SetUpError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    // Asked for before opening: opening a pipe would wait for its writer.
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(failed(io::Error::other("this is not a file")));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)
+        .map_err(failed)?
+        .take(MOST_BYTES)
+        .read_to_end(&mut bytes)
+        .map_err(failed)?;
+    Rom::checked(&bytes).map_err(|source| SetUpError::Rom {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+impl Driver for Ndi {
+    fn connected(&mut self, now_ns: i64) -> Vec<Act> {
+        self.told = Once::default();
+        self.words = "setting up".to_owned();
+        let actions = self.session.step(Event::Connected, now_ns);
+        self.carry_out(actions, now_ns)
+    }
+
+    fn bytes(&mut self, bytes: &[u8], now_ns: i64) -> Vec<Act> {
+        let actions = self.session.step(Event::Bytes(bytes), now_ns);
+        self.carry_out(actions, now_ns)
+    }
+
+    fn tick(&mut self, now_ns: i64) -> Vec<Act> {
+        let actions = self.session.step(Event::Tick, now_ns);
+        self.carry_out(actions, now_ns)
+    }
+
+    fn closed(&mut self, now_ns: i64) -> Vec<Act> {
+        let actions = self.session.step(Event::Closed, now_ns);
+        self.carry_out(actions, now_ns)
+    }
+
+    fn due_ns(&self) -> Option<i64> {
+        self.session
+            .is_tracking()
+            .then_some(self.sent_ns.saturating_add(self.poll_ns))
+    }
+
+    fn words(&self) -> String {
+        self.words.clone()
+    }
+
+    fn markers(&self) -> Vec<u32> {
+        self.markers.iter().map(|(_, marker)| *marker).collect()
+    }
+
+    fn reconnects(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_of_a_device_has_one_of_the_bus() {
+        let unknown = Why::Unknown { field: "x", code: 1 };
+        for (why, expected) in [
+            (Why::Missing, Lost::NotSeen),
+            (Why::NotInFrame, Lost::NotSeen),
+            (Why::OutOfVolume, Lost::OutOfVolume),
+            (Why::PartlyOutOfVolume, Lost::OutOfVolume),
+            (Why::SaturatedOutOfVolume, Lost::OutOfVolume),
+            (Why::TooFewMarkers, Lost::TooFew),
+            (Why::Interference, Lost::Interference),
+            (Why::Saturated, Lost::Interference),
+            (Why::BadFit, Lost::Residual),
+            (Why::MarkerError, Lost::Residual),
+            (Why::Disabled, Lost::Disconnected),
+            (Why::Unplugged, Lost::Disconnected),
+            (Why::NotInitialized, Lost::Disconnected),
+            (Why::Valid, Lost::Refused),
+            (Why::PartlyAveraged, Lost::Refused),
+            (Why::BufferLimit, Lost::Refused),
+            (Why::AlgorithmLimit, Lost::Refused),
+            (Why::FellBehind, Lost::Refused),
+            (Why::OutOfSync, Lost::Refused),
+            (Why::ProcessingError, Lost::Refused),
+            (Why::SteepAngle, Lost::Refused),
+            (Why::Phantom, Lost::Refused),
+            (unknown, Lost::Refused),
+        ] {
+            assert_eq!(lost(why), expected, "{why:?}");
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! A peer that speaks OpenIGTLink: its poses of tools as frames of markers.
+//!
+//! Names are those of the scene ([`names`]), never guessed. A pose counts where its peer says that it is good ([`status`]) and its
+//! numbers are a rotation and a place ([`pose`]). TRANSFORMs are gathered by their stamps ([`gather`]); a TDATA is of one instant.
+
+mod gather;
+mod names;
+mod pose;
+mod status;
+#[cfg(test)]
+mod tests;
+
+use bus::clock;
+use bus::message::Lost;
+use igtl::session::{Action, Ask, Client, ClientRules, Event, Speaks};
+use igtl::{Body, Decoder, DeviceName, Kind, Limits, Message, Pace, Recovery, Stamp, ToolKind, ToolStatus};
+use scene::localizer::{OpenIgtLinkSpec, Peer, Reconnect, StatusRule};
+use scene::tracking::PosedMarkers;
+
+use crate::driver::{Act, Driver, Frame, Seen};
+use crate::state::Once;
+use gather::Gather;
+use names::{Named, Names};
+
+pub(crate) use names::NamesError;
+
+/// The client's side.
+pub(crate) struct OpenIgtLink {
+    spec: OpenIgtLinkSpec,
+    names: Names,
+    session: Client,
+    decoder: Decoder,
+    gather: Gather,
+    /// What was told on this connection.
+    told: Once,
+    /// How many messages were refused.
+    refused: u64,
+    now_ns: i64,
+}
+
+impl OpenIgtLink {
+    /// Not connected yet. A peer that says nothing for `silent_ns` is taken for gone.
+    ///
+    /// # Errors
+    /// [`NamesError`].
+    pub(crate) fn new(spec: &OpenIgtLinkSpec, markers: &PosedMarkers, silent_ns: i64) -> Result<Self, NamesError> {
+        let names = Names::new(markers)?;
+        let pace = |every: std::time::Duration| Pace {
+            // At most 1000 ms by the scene.
+            resolution_ms: every.as_millis() as u32,
+            frame: igtl::Name::EMPTY,
+        };
+        let asks = spec.stream.map(|every| Ask {
+            device: DeviceName::EMPTY,
+            kind: Kind::Tdata,
+            pace: Some(pace(every)),
+        });
+        let rules = ClientRules {
+            speaks: match spec.peer {
+                Peer::Auto => Speaks::Auto,
+                Peer::Plus => Speaks::Two,
+                Peer::V1 => Speaks::One,
+            },
+            asks: asks.into_iter().collect(),
+            silent_ns,
+            ..ClientRules::default()
+        };
+        Ok(Self {
+            spec: spec.clone(),
+            gather: Gather::new(names.markers()),
+            names,
+            session: Client::new(rules),
+            decoder: Decoder::new(Limits::POSES),
+            told: Once::default(),
+            refused: 0,
+            now_ns: 0,
+        })
+    }
+
+    /// What the session wants done.
+    fn carry_out(&mut self, actions: Vec<Action>, acts: &mut Vec<Act>) {
+        for action in actions {
+            match action {
+                Action::Send(message) => acts.extend(message.to_vec().ok().map(Act::Send)),
+                Action::Tell(notice) => acts.extend(self.told.say(notice.to_string())),
+                Action::Close(reason) => acts.push(Act::Close(reason.to_string())),
+                // A client is asked for nothing that it would answer.
+                Action::Answer { .. } | Action::Command { .. } => {}
+            }
+        }
+    }
+
+    fn received(&mut self, message: &Message<'_>, acts: &mut Vec<Act>) {
+        let stamp = message.stamp;
+        match &message.body {
+            Body::Transform(matrix) => {
+                let status = ToolStatus::of_transform(&message.metadata);
+                let pose = || pose::of_matrix(matrix, self.spec.max_rotation_error);
+                let seen = seen_by(
+                    &mut self.names,
+                    &mut self.told,
+                    self.spec.status,
+                    &message.device,
+                    &status,
+                    pose,
+                    acts,
+                );
+                self.one(stamp, seen, acts);
+            }
+            Body::Position(position) | Body::Qtrans(position) => {
+                let status = ToolStatus::of_transform(&message.metadata);
+                let pose = || pose::of_position(position, self.spec.max_rotation_error);
+                let seen = seen_by(
+                    &mut self.names,
+                    &mut self.told,
+                    self.spec.status,
+                    &message.device,
+                    &status,
+                    pose,
+                    acts,
+                );
+                self.one(stamp, seen, acts);
+            }
+            Body::Tdata(tools) => {
+                let pose = |tool: &igtl::Tool<igtl::Matrix>| pose::of_matrix(&tool.pose, self.spec.max_rotation_error);
+                let tools: Vec<_> = tools.iter().map(|tool| (tool.name, tool.kind, pose(tool))).collect();
+                self.several(message, tools, acts);
+            }
+            Body::Qtdata(tools) => {
+                let pose = |tool: &igtl::Tool<igtl::Placed>| pose::of_placed(&tool.pose, self.spec.max_rotation_error);
+                let tools: Vec<_> = tools.iter().map(|tool| (tool.name, tool.kind, pose(tool))).collect();
+                self.several(message, tools, acts);
+            }
+            Body::Status(status) if status.code != 1 => {
+                acts.extend(self.told.say(format!("the peer says: {status:?}")));
+            }
+            _ => {}
+        }
+    }
+
+    /// A message of one tool.
+    fn one(&mut self, stamp: Stamp, seen: Option<Seen>, acts: &mut Vec<Act>) {
+        let Some(seen) = seen else { return };
+        if let Some(ambiguous) = self.names.ambiguous() {
+            acts.extend(self.told.say(ambiguous));
+        }
+        let frames = self.gather.add(stamp, seen, self.now_ns);
+        if self.gather.is_alone() && self.names.markers().len() > 1 {
+            let words = "the peer's stamps do not say which poses are of one instant: those of tool and patient are not combined";
+            acts.extend(self.told.say(words.to_owned()));
+        }
+        acts.extend(frames.into_iter().map(Act::Frame));
+    }
+
+    /// A message of all tools of one instant. One that is not in it was not seen.
+    fn several(
+        &mut self,
+        message: &Message<'_>,
+        tools: Vec<(DeviceName, ToolKind, Result<pose::Tool, pose::PoseError>)>,
+        acts: &mut Vec<Act>,
+    ) {
+        acts.extend(self.gather.close().map(Act::Frame));
+        let mut seen = Vec::new();
+        for (name, kind, pose) in tools {
+            let status = ToolStatus::of_tool(&message.metadata, &name.to_string());
+            let pose = || match kind {
+                ToolKind::Six => pose,
+                // The turn of a 3D or 5D tool means nothing, and the tracker itself is no tool.
+                other => Err(pose::PoseError::Kind(other.word())),
+            };
+            seen.extend(seen_by(
+                &mut self.names,
+                &mut self.told,
+                self.spec.status,
+                &name,
+                &status,
+                pose,
+                acts,
+            ));
+        }
+        if let Some(ambiguous) = self.names.ambiguous() {
+            acts.extend(self.told.say(ambiguous));
+        }
+        acts.push(Act::Frame(Frame {
+            device_ns: stamp_ns(message.stamp),
+            first_ns: self.now_ns,
+            arrival_ns: self.now_ns,
+            seen,
+        }));
+    }
+}
+
+/// A tool of a message as a marker of the scene; none where the scene does not name it.
+fn seen_by(
+    names: &mut Names,
+    told: &mut Once,
+    rule: StatusRule,
+    name: &DeviceName,
+    status: &ToolStatus,
+    pose: impl FnOnce() -> Result<pose::Tool, pose::PoseError>,
+    acts: &mut Vec<Act>,
+) -> Option<Seen> {
+    let marker = match names.find(name) {
+        Named::Marker(marker) => marker,
+        Named::Unknown(words) => {
+            acts.extend(told.say(words));
+            return None;
+        }
+        Named::Known => return None,
+    };
+    // A peer that names two tools where the scene names none may mean either.
+    if names.ambiguous().is_some() {
+        let outcome = Err(Lost::Refused);
+        return Some(Seen { marker, outcome });
+    }
+    let outcome = match status::judge(status, rule) {
+        Err((lost, words)) => {
+            acts.extend(words.and_then(|words| told.say(format!("{name}: {words}"))));
+            Err(lost)
+        }
+        Ok(()) => pose().map(|tool| (tool, 0.0)).map_err(|error| {
+            acts.push(Act::Refused);
+            acts.extend(told.say(format!("{name}: {error}")));
+            Lost::Refused
+        }),
+    };
+    Some(Seen { marker, outcome })
+}
+
+/// A stamp as ns; 0 where there is none.
+fn stamp_ns(stamp: Stamp) -> i64 {
+    // 32 bits of seconds are 1.4e19 ns at most, 64 bits signed hold those until 2262.
+    i64::try_from(stamp.ns()).unwrap_or(0)
+}
+
+impl Driver for OpenIgtLink {
+    fn connected(&mut self, now_ns: i64) -> Vec<Act> {
+        self.now_ns = now_ns;
+        self.decoder = Decoder::new(Limits::POSES);
+        self.gather = Gather::new(self.names.markers());
+        self.told = Once::default();
+        self.names.forget();
+        let mut acts = Vec::new();
+        let actions = self.session.step(Event::Connected, now_ns);
+        self.carry_out(actions, &mut acts);
+        acts
+    }
+
+    fn bytes(&mut self, mut bytes: &[u8], now_ns: i64) -> Vec<Act> {
+        self.now_ns = now_ns;
+        let mut acts = Vec::new();
+        while !acts.iter().any(|act| matches!(act, Act::Close(_))) {
+            let Some(taken) = self.decoder.feed(&mut bytes) else {
+                break;
+            };
+            match taken.map(Message::into_owned) {
+                Ok(message) => {
+                    let actions = self.session.step(Event::Received(&message), now_ns);
+                    self.carry_out(actions, &mut acts);
+                    self.received(&message, &mut acts);
+                }
+                Err(malformed) => {
+                    self.refused += 1;
+                    acts.push(Act::Refused);
+                    let actions = self.session.step(Event::Refused(&malformed), now_ns);
+                    self.carry_out(actions, &mut acts);
+                    if malformed.recovery == Recovery::Close {
+                        let at = self.decoder.began().saturating_add(malformed.at);
+                        acts.push(Act::Close(format!("{malformed} (byte {at} of the connection)")));
+                    }
+                }
+            }
+        }
+        acts
+    }
+
+    fn tick(&mut self, now_ns: i64) -> Vec<Act> {
+        self.now_ns = now_ns;
+        let mut acts: Vec<Act> = self.gather.expired(now_ns).into_iter().map(Act::Frame).collect();
+        let come = self.decoder.come();
+        let actions = self.session.step(Event::Tick { come }, now_ns);
+        self.carry_out(actions, &mut acts);
+        acts
+    }
+
+    fn closed(&mut self, now_ns: i64) -> Vec<Act> {
+        let mut acts = Vec::new();
+        let actions = self.session.step(Event::Closed, now_ns);
+        self.carry_out(actions, &mut acts);
+        acts
+    }
+
+    fn due_ns(&self) -> Option<i64> {
+        self.gather.due_ns()
+    }
+
+    fn words(&self) -> String {
+        let version = match self.session.version() {
+            igtl::Version::One => 1,
+            igtl::Version::Two => 2,
+        };
+        let refused = match self.refused {
+            0 => String::new(),
+            n => format!(", {n} messages refused"),
+        };
+        let unmapped = self.names.unmapped();
+        format!("version {version}{refused}{unmapped}")
+    }
+
+    fn markers(&self) -> Vec<u32> {
+        self.names.markers()
+    }
+
+    fn reconnects(&self) -> bool {
+        self.spec.reconnect == Reconnect::Always
+    }
+}
+
+/// So long a peer that states nothing may be silent, at least: it is sent a question each second.
+pub(crate) const LEAST_SILENT_NS: i64 = 1_500_000_000;
+
+/// How long a peer may say nothing, by the scene's limit.
+pub(crate) fn silent_ns(limit: std::time::Duration) -> i64 {
+    clock::ns(limit).max(LEAST_SILENT_NS)
+}

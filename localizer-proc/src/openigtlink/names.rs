@@ -1,0 +1,180 @@
+//! The names of tools on the wire, and which marker of the scene each is.
+//!
+//! A name on the wire has at most 20 bytes, and PLUS cuts longer ones there: so does the scene's name before it is compared.
+
+use bus::message::MarkerFrame;
+use igtl::DeviceName;
+use scene::tracking::PosedMarkers;
+
+/// Bytes of a name on the wire.
+const BYTES: usize = 20;
+/// Names that nobody asked for are listed up to this number.
+const LISTED: usize = 8;
+
+/// Why the scene's names cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum NamesError {
+    /// They differ behind what goes over the wire.
+    #[error(
+        "tracker.markers: {tool:?} and {reference:?} are one name within the {BYTES} bytes that OpenIGTLink has for it; name the tools \
+         otherwise at the peer"
+    )]
+    Same {
+        /// The tool's.
+        tool: String,
+        /// The patient's.
+        reference: String,
+    },
+}
+
+/// What a name is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Named {
+    /// This marker.
+    Marker(u32),
+    /// None, and it comes for the first time: in words.
+    Unknown(String),
+    /// None, as was told.
+    Known,
+}
+
+/// The names.
+#[derive(Debug, Clone)]
+pub(super) struct Names {
+    tool: Option<Vec<u8>>,
+    reference: Option<Vec<u8>>,
+    /// Where the scene names no tool: the names that came, but the reference's.
+    only: Vec<DeviceName>,
+    unmapped: Vec<DeviceName>,
+}
+
+impl Names {
+    pub(super) fn new(markers: &PosedMarkers) -> Result<Self, NamesError> {
+        let cut = |name: &String| name.as_bytes().iter().take(BYTES).copied().collect::<Vec<u8>>();
+        let (tool, reference) = (
+            markers.marker.as_ref(),
+            markers.reference.as_ref().map(|(name, _)| name),
+        );
+        if let (Some(tool), Some(reference)) = (tool, reference)
+            && cut(tool) == cut(reference)
+        {
+            let (tool, reference) = (tool.clone(), reference.clone());
+            return Err(NamesError::Same { tool, reference });
+        }
+        Ok(Self {
+            tool: tool.map(cut),
+            reference: reference.map(cut),
+            only: Vec::new(),
+            unmapped: Vec::new(),
+        })
+    }
+
+    /// The numbers of the markers that are looked for.
+    pub(super) fn markers(&self) -> Vec<u32> {
+        let reference = self.reference.as_ref().map(|_| MarkerFrame::REFERENCE);
+        [MarkerFrame::TOOL].into_iter().chain(reference).collect()
+    }
+
+    /// Another peer may use other names.
+    pub(super) fn forget(&mut self) {
+        self.only.clear();
+        self.unmapped.clear();
+    }
+
+    /// What `name` is.
+    pub(super) fn find(&mut self, name: &DeviceName) -> Named {
+        let bytes = name.as_bytes();
+        if self.reference.as_deref() == Some(bytes) {
+            return Named::Marker(MarkerFrame::REFERENCE);
+        }
+        match &self.tool {
+            Some(tool) if tool == bytes => Named::Marker(MarkerFrame::TOOL),
+            Some(_) => self.unknown(name),
+            None => {
+                if !self.only.contains(name) && self.only.len() < LISTED {
+                    self.only.push(*name);
+                }
+                Named::Marker(MarkerFrame::TOOL)
+            }
+        }
+    }
+
+    fn unknown(&mut self, name: &DeviceName) -> Named {
+        if self.unmapped.contains(name) || self.unmapped.len() >= LISTED {
+            return Named::Known;
+        }
+        self.unmapped.push(*name);
+        Named::Unknown(format!("the peer sends {name}, which the scene does not name"))
+    }
+
+    /// Where the scene names no tool and the peer names several, in words.
+    pub(super) fn ambiguous(&self) -> Option<String> {
+        let names: Vec<String> = self.only.iter().map(ToString::to_string).collect();
+        (names.len() > 1).then(|| {
+            let names = names.join(", ");
+            format!("the peer sends {names}: tracker.markers.marker must say which is the tool's")
+        })
+    }
+
+    /// Names that come and that the scene does not name, for the status.
+    pub(super) fn unmapped(&self) -> String {
+        match self.unmapped.as_slice() {
+            [] => String::new(),
+            names => {
+                let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+                format!(", not in the scene: {}", names.join(", "))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use geometry::Rigid;
+
+    use super::*;
+
+    fn markers(tool: Option<&str>, reference: Option<&str>) -> PosedMarkers {
+        PosedMarkers {
+            marker: tool.map(str::to_owned),
+            marker_from_tool: Rigid::identity(),
+            reference: reference.map(|name| (name.to_owned(), Rigid::identity())),
+            noise: None,
+        }
+    }
+
+    fn name(text: &str) -> DeviceName {
+        DeviceName::new(text).unwrap()
+    }
+
+    #[test]
+    fn names_are_those_of_the_scene_and_others_are_told_once() {
+        let mut names = Names::new(&markers(Some("StylusToTracker"), Some("ReferenceToTrackerOfTheRoom"))).unwrap();
+        assert_eq!(names.markers(), [0, 1]);
+        assert_eq!(names.find(&name("StylusToTracker")), Named::Marker(0));
+        // Cut at 20 bytes, as it comes.
+        assert_eq!(names.find(&name("ReferenceToTrackerOf")), Named::Marker(1));
+        let told = "the peer sends stylustotracker, which the scene does not name".to_owned();
+        assert_eq!(names.find(&name("stylustotracker")), Named::Unknown(told));
+        assert_eq!(names.find(&name("stylustotracker")), Named::Known);
+        assert_eq!(names.unmapped(), ", not in the scene: stylustotracker");
+        names.forget();
+        assert_eq!(names.unmapped(), "");
+        let same = markers(Some("StylusToTrackerOfTheRoom"), Some("StylusToTrackerOfTheHall"));
+        let error = Names::new(&same).unwrap_err().to_string();
+        assert!(error.contains("are one name within the 20 bytes"), "{error}");
+    }
+
+    #[test]
+    fn the_only_tool_needs_no_name_until_there_are_two() {
+        let mut names = Names::new(&markers(None, Some("R"))).unwrap();
+        for _ in 0..3 {
+            assert_eq!(names.find(&name("R")), Named::Marker(1));
+            assert_eq!(names.find(&name("A")), Named::Marker(0));
+        }
+        assert_eq!(names.ambiguous(), None);
+        names.find(&name("B"));
+        let words = "the peer sends A, B: tracker.markers.marker must say which is the tool's";
+        assert_eq!(names.ambiguous().as_deref(), Some(words));
+    }
+}

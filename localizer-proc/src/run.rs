@@ -1,0 +1,237 @@
+//! The process: one connection, whose frames go out as they come.
+
+use std::time::Duration;
+
+use bus::BusError;
+use bus::clock;
+use bus::message::{Event, Level, ProcessState};
+use bus::port::Publisher;
+use bus::process::{JoinError, Membership, Process};
+use bus::topic::EVENT;
+use scene::TrackerSource;
+use scene::localizer::{LinkSpec, LocalizerSpec};
+use scene::tracking::PosedMarkers;
+
+use crate::clocks::DeviceClock;
+use crate::driver::{Act, Driver, Frame};
+use crate::link::{Link, News};
+use crate::ndi::{Ndi, SetUpError};
+use crate::openigtlink::{self, NamesError, OpenIgtLink};
+use crate::output::Output;
+
+/// Its name in the run.
+pub(crate) const NAME: &str = "localizer";
+/// It looks up at least this often, to be stopped and to give signs of life.
+const LOOK_UP: Duration = Duration::from_millis(20);
+/// Over which time frames are counted for the status.
+const RATE_NS: i64 = 1_000_000_000;
+
+/// Why it ended.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RunError {
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    #[error("the scene has no table [localizer], which says what is to be dialled")]
+    NoLocalizer,
+    #[error(transparent)]
+    Names(#[from] NamesError),
+    #[error(transparent)]
+    Ndi(#[from] SetUpError),
+}
+
+/// Dials, and publishes what comes until asked to stop.
+///
+/// # Errors
+/// [`RunError`]. A peer that is not there is none: it is waited for.
+pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
+    let mut process = Process::join(NAME, membership)?;
+    let (Some(spec), TrackerSource::Markers(source)) = (process.scene.localizer.clone(), &process.scene.tracker.source)
+    else {
+        return Err(RunError::NoLocalizer);
+    };
+    let driver = driver(&spec, &source.markers, process.scene.limits.silent)?;
+    let output = Output::open(&process, &spec.name, driver.markers())?;
+    let events = Publisher::open(&process.bus, &EVENT, NAME)?;
+    let mut localizer = Localizer {
+        link: Link::new(&spec.address),
+        clock: clock_of(&spec),
+        every_ns: clock::ns(process.scene.limits.stale) / 2,
+        spec,
+        driver,
+        output,
+        events,
+        told: 0,
+        next_lost_ns: i64::MIN,
+        rate: Rate::default(),
+    };
+    while !process.stop.is_set() {
+        localizer.turn(&mut process)?;
+    }
+    process.beat(ProcessState::Stopping, "asked to stop")?;
+    Ok(())
+}
+
+fn driver(spec: &LocalizerSpec, markers: &PosedMarkers, silent: Duration) -> Result<Box<dyn Driver>, RunError> {
+    Ok(match &spec.link {
+        LinkSpec::OpenIgtLink(link) => Box::new(OpenIgtLink::new(link, markers, openigtlink::silent_ns(silent))?),
+        LinkSpec::Ndi(link) => Box::new(Ndi::new(link, markers)?),
+    })
+}
+
+fn clock_of(spec: &LocalizerSpec) -> DeviceClock {
+    DeviceClock::new(spec.clock, clock::ns(spec.least_delay))
+}
+
+/// The state between two looks.
+struct Localizer {
+    spec: LocalizerSpec,
+    link: Link,
+    driver: Box<dyn Driver>,
+    clock: DeviceClock,
+    output: Output,
+    events: Publisher<Event>,
+    /// Events that were told.
+    told: u64,
+    /// While there is no connection, that is said so often, as a pose that is lost grows old too.
+    every_ns: i64,
+    next_lost_ns: i64,
+    rate: Rate,
+}
+
+impl Localizer {
+    /// Once round.
+    fn turn(&mut self, process: &mut Process) -> Result<(), RunError> {
+        let now_ns = process.clock().now_ns();
+        let look_ns = now_ns.saturating_add(clock::ns(LOOK_UP));
+        let due_ns = self.driver.due_ns().filter(|_| self.link.is_up());
+        let until_ns = due_ns.map_or(look_ns, |due_ns| due_ns.min(look_ns));
+        let acts = match self.link.wait(process.clock(), until_ns) {
+            News::Nothing => Vec::new(),
+            News::Connected => {
+                self.clock = clock_of(&self.spec);
+                self.tell(format!("connected with {}", self.spec.address), Level::Info, process)?;
+                self.driver.connected(process.clock().now_ns())
+            }
+            News::Bytes(bytes) => self.driver.bytes(bytes, process.clock().now_ns()),
+            News::Closed(why) => vec![Act::Close(why)],
+        };
+        self.carry_out(acts, process)?;
+        let now_ns = process.clock().now_ns();
+        if self.link.is_up() {
+            let acts = self.driver.tick(now_ns);
+            self.carry_out(acts, process)?;
+        } else if now_ns >= self.next_lost_ns {
+            self.next_lost_ns = now_ns.saturating_add(self.every_ns);
+            self.output.disconnected(now_ns, process)?;
+        }
+        let words = self.words(now_ns);
+        Ok(process.beat(ProcessState::Ready, &words)?)
+    }
+
+    fn carry_out(&mut self, acts: Vec<Act>, process: &mut Process) -> Result<(), RunError> {
+        for act in acts {
+            match act {
+                Act::Send(bytes) => {
+                    if let Err(why) = self.link.send(&bytes) {
+                        return self.close(why, process);
+                    }
+                }
+                Act::Frame(frame) => self.publish(&frame, process)?,
+                Act::Tell(words) => self.tell(words, Level::Warning, process)?,
+                Act::Refused => process.counters.refused += 1,
+                Act::Close(why) => return self.close(why, process),
+            }
+        }
+        Ok(())
+    }
+
+    fn publish(&mut self, frame: &Frame, process: &mut Process) -> Result<(), RunError> {
+        let (captured, event) = self.clock.capture(frame);
+        self.output.send(frame, captured, process)?;
+        self.rate.count(frame.arrival_ns);
+        event.map_or(Ok(()), |words| self.tell(words, Level::Warning, process))
+    }
+
+    /// At once, and not only once the last pose has grown old, it is said that nothing is measured any more.
+    fn close(&mut self, why: String, process: &mut Process) -> Result<(), RunError> {
+        let now_ns = process.clock().now_ns();
+        for act in self.driver.closed(now_ns) {
+            match act {
+                Act::Tell(words) => self.tell(words, Level::Warning, process)?,
+                // Of a connection that is over nothing else is wanted.
+                Act::Send(_) | Act::Frame(_) | Act::Refused | Act::Close(_) => {}
+            }
+        }
+        self.output.disconnected(now_ns, process)?;
+        self.next_lost_ns = now_ns.saturating_add(self.every_ns);
+        self.tell(
+            format!("the connection with {} is over: {why}", self.spec.address),
+            Level::Error,
+            process,
+        )?;
+        self.link.close(why, self.driver.reconnects(), now_ns);
+        self.rate = Rate::default();
+        Ok(())
+    }
+
+    fn tell(&mut self, words: String, level: Level, process: &Process) -> Result<(), RunError> {
+        bus::stderr_line!("localizer: {words}");
+        let event = Event::new(self.told, process.clock().now_ns(), level, &words);
+        self.told += 1;
+        Ok(self.events.send(event)?)
+    }
+
+    /// What the operator reads of it: what is wrong first, as there is room for little.
+    fn words(&self, now_ns: i64) -> String {
+        if !self.link.is_up() {
+            return self.link.words(now_ns);
+        }
+        let parts = [self.rate.words(now_ns), self.clock.words(), self.driver.words()];
+        let parts: Vec<String> = parts.into_iter().filter(|words| !words.is_empty()).collect();
+        parts.join("; ")
+    }
+}
+
+/// Frames a second.
+#[derive(Debug, Default)]
+struct Rate {
+    began_ns: i64,
+    count: u32,
+    last: Option<u32>,
+}
+
+impl Rate {
+    fn count(&mut self, at_ns: i64) {
+        let since_ns = at_ns.saturating_sub(self.began_ns);
+        if since_ns >= RATE_NS {
+            // What came in two seconds or more says nothing of one.
+            self.last = (since_ns < 2 * RATE_NS).then_some(self.count);
+            (self.began_ns, self.count) = (at_ns, 0);
+        }
+        self.count += 1;
+    }
+
+    fn words(&self, now_ns: i64) -> String {
+        match self.last {
+            _ if now_ns.saturating_sub(self.began_ns) >= 2 * RATE_NS => "nothing comes".to_owned(),
+            Some(count) => format!("{count} frames/s"),
+            None => String::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_counted_by_the_second_and_their_absence_is_said() {
+        let mut rate = Rate::default();
+        (0..300).for_each(|i| rate.count(5 * RATE_NS + i * 16_666_667));
+        let now_ns = 10 * RATE_NS;
+        assert_eq!(rate.words(now_ns), "60 frames/s");
+        assert_eq!(rate.words(now_ns + 3 * RATE_NS), "nothing comes");
+    }
+}
