@@ -39,11 +39,11 @@ pub(crate) struct OpenIgtLink {
 }
 
 impl OpenIgtLink {
-    /// Not connected yet. A peer that says nothing for `silent_ns` is taken for gone.
+    /// Not connected yet.
     ///
     /// # Errors
     /// [`NamesError`].
-    pub(crate) fn new(spec: &OpenIgtLinkSpec, markers: &PosedMarkers, silent_ns: i64) -> Result<Self, NamesError> {
+    pub(crate) fn new(spec: &OpenIgtLinkSpec, markers: &PosedMarkers) -> Result<Self, NamesError> {
         let names = Names::new(markers)?;
         let pace = |every: std::time::Duration| Pace {
             // At most 1000 ms by the scene.
@@ -62,7 +62,7 @@ impl OpenIgtLink {
                 Peer::V1 => Speaks::One,
             },
             asks: asks.into_iter().collect(),
-            silent_ns,
+            silent_ns: clock::ns(spec.silent),
             ..ClientRules::default()
         };
         Ok(Self {
@@ -314,12 +314,4 @@ impl Driver for OpenIgtLink {
     fn reconnects(&self) -> bool {
         self.spec.reconnect == Reconnect::Always
     }
-}
-
-/// So long a peer that states nothing may be silent, at least: it is sent a question each second.
-pub(crate) const LEAST_SILENT_NS: i64 = 1_500_000_000;
-
-/// How long a peer may say nothing, by the scene's limit.
-pub(crate) fn silent_ns(limit: std::time::Duration) -> i64 {
-    clock::ns(limit).max(LEAST_SILENT_NS)
 }

@@ -1,6 +1,10 @@
 //! Frames of markers on the bus: numbered, with the time of their capture, and what is known of each marker.
 
+use std::thread;
+use std::time::Duration;
+
 use bus::BusError;
+use bus::clock;
 use bus::message::{CaptureClock, Lost, MarkerFrame, MarkerSight, ToolPose};
 use bus::port::{Publisher, Subscriber};
 use bus::process::Process;
@@ -8,6 +12,10 @@ use bus::topic::{MARKERS, TOOL_POSE};
 
 use crate::clocks::Captured;
 use crate::driver::Frame;
+
+/// How long the newest pose is waited for, and between two looks.
+const PATIENCE: Duration = Duration::from_millis(150);
+const LOOK: Duration = Duration::from_millis(5);
 
 /// Where frames go.
 pub(crate) struct Output {
@@ -24,7 +32,13 @@ impl Output {
     /// again does not begin anew.
     pub(crate) fn open(process: &Process, device: &str, markers: Vec<u32>) -> Result<Self, BusError> {
         let poses = Subscriber::<ToolPose>::open(&process.bus, &TOOL_POSE, "", 1)?;
-        let newest = poses.newest()?.map(|pose| pose.seq);
+        let mut newest = None;
+        // The tracker hands its newest pose on when it looks up next.
+        let until_ns = process.clock().now_ns().saturating_add(clock::ns(PATIENCE));
+        while newest.is_none() && process.clock().now_ns() < until_ns {
+            newest = poses.newest()?.map(|pose| pose.seq);
+            thread::sleep(LOOK);
+        }
         Ok(Self {
             frames: Publisher::open(&process.bus, &MARKERS, "")?,
             device: device.to_owned(),

@@ -16,7 +16,7 @@ use crate::clocks::DeviceClock;
 use crate::driver::{Act, Driver, Frame};
 use crate::link::{Link, News};
 use crate::ndi::{Ndi, SetUpError};
-use crate::openigtlink::{self, NamesError, OpenIgtLink};
+use crate::openigtlink::{NamesError, OpenIgtLink};
 use crate::output::Output;
 
 /// Its name in the run.
@@ -51,7 +51,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     else {
         return Err(RunError::NoLocalizer);
     };
-    let driver = driver(&spec, &source.markers, process.scene.limits.silent)?;
+    let driver = driver(&spec, &source.markers)?;
     let output = Output::open(&process, &spec.name, driver.markers())?;
     let events = Publisher::open(&process.bus, &EVENT, NAME)?;
     let mut localizer = Localizer {
@@ -73,9 +73,9 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     Ok(())
 }
 
-fn driver(spec: &LocalizerSpec, markers: &PosedMarkers, silent: Duration) -> Result<Box<dyn Driver>, RunError> {
+fn driver(spec: &LocalizerSpec, markers: &PosedMarkers) -> Result<Box<dyn Driver>, RunError> {
     Ok(match &spec.link {
-        LinkSpec::OpenIgtLink(link) => Box::new(OpenIgtLink::new(link, markers, openigtlink::silent_ns(silent))?),
+        LinkSpec::OpenIgtLink(link) => Box::new(OpenIgtLink::new(link, markers)?),
         LinkSpec::Ndi(link) => Box::new(Ndi::new(link, markers)?),
     })
 }

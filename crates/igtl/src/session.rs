@@ -81,7 +81,7 @@ pub enum Notice {
         status: u8,
     },
     /// The peer has not answered in time; it may still send what was asked for.
-    #[error("no answer to the request for {} within {limit_ns} ns", .kind.message())]
+    #[error("no answer to the request for {} within {:.1} s", .kind.message(), seconds(*.limit_ns))]
     Unanswered {
         /// What was asked for.
         kind: Kind,
@@ -131,13 +131,13 @@ pub enum Notice {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Reason {
     /// No whole message came for this long.
-    #[error("nothing was heard for {ns} ns")]
+    #[error("nothing was heard for {:.1} s", seconds(*.ns))]
     Silent {
         /// How long.
         ns: i64,
     },
     /// A message has begun and comes too slowly.
-    #[error("{come} bytes of a message in {ns} ns")]
+    #[error("{come} bytes of a message in {:.1} s", seconds(*.ns))]
     Stuck {
         /// How many bytes.
         come: u64,
@@ -156,11 +156,16 @@ pub enum Reason {
     #[error("{0}")]
     Malformed(Malformed),
     /// The peer fell silent after a header of version 2; the next connection speaks version 1.
-    #[error("no whole message within {ns} ns of a header of version 2")]
+    #[error("no whole message within {:.1} s of a header of version 2", seconds(*.ns))]
     NotVersionTwo {
         /// The time limit.
         ns: i64,
     },
+}
+
+/// A time for people.
+fn seconds(ns: i64) -> f64 {
+    ns as f64 / 1e9
 }
 
 /// A message of a session, in the version that its peer is sent.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::raw::{RawScene, RawTrackerSource};
-use super::values::{Checked, invalid, number};
+use super::values::{Checked, invalid, number, seconds};
 
 /// The longest host name, bytes.
 const HOST_BYTES: usize = 253;
@@ -100,6 +100,9 @@ pub struct RawLocalizer {
     /// NDI: tools whose definitions are written to it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<RawLocalizerTool>,
+    /// OpenIGTLink: a connection on which nothing comes for so long is given up, s; absent: `limits.silent_s`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub silent_s: Option<f64>,
     /// What the time of a capture is made of.
     #[serde(default)]
     pub clock: StampRule,
@@ -155,6 +158,8 @@ pub struct OpenIgtLinkSpec {
     pub max_rotation_error: f64,
     /// What follows on a connection that is over.
     pub reconnect: Reconnect,
+    /// A connection on which nothing comes for so long is given up.
+    pub silent: Duration,
 }
 
 /// A localizer of NDI.
@@ -182,7 +187,7 @@ pub(super) fn checked(raw: &RawScene) -> Checked<Option<LocalizerSpec>> {
         },
         address,
         link: match localizer.kind {
-            Protocol::Openigtlink => LinkSpec::OpenIgtLink(openigtlink(localizer)?),
+            Protocol::Openigtlink => LinkSpec::OpenIgtLink(openigtlink(raw, localizer)?),
             Protocol::Ndi => LinkSpec::Ndi(ndi(raw, localizer)?),
         },
         clock: localizer.clock,
@@ -204,6 +209,7 @@ fn of_other_kinds(raw: &RawLocalizer) -> Checked<()> {
             openigtlink.0,
             openigtlink.1,
         ),
+        of("silent_s", raw.silent_s.is_some(), openigtlink.0, openigtlink.1),
         of("reconnect", raw.reconnect.is_some(), openigtlink.0, openigtlink.1),
         of("tools", !raw.tools.is_empty(), ndi.0, ndi.1),
     ] {
@@ -215,7 +221,7 @@ fn of_other_kinds(raw: &RawLocalizer) -> Checked<()> {
     Ok(())
 }
 
-fn openigtlink(raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
+fn openigtlink(scene: &RawScene, raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
     let stream = raw
         .stream_ms
         .map(|ms| number("localizer.stream_ms", ms, 1.0..=1000.0, "ms"));
@@ -226,6 +232,11 @@ fn openigtlink(raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
         stream: stream.transpose()?.map(|ms| Duration::from_secs_f64(ms / 1e3)),
         max_rotation_error: number("localizer.max_rotation_error", error, 1e-6..=1e-2, "")?,
         reconnect: raw.reconnect.unwrap_or_default(),
+        // A peer is asked each second, and has half of one to answer.
+        silent: match raw.silent_s {
+            Some(silent_s) => seconds("localizer.silent_s", silent_s, 1.5..=60.0)?,
+            None => Duration::from_secs_f64(scene.limits.silent_s.clamp(1.5, 60.0)),
+        },
     })
 }
 
@@ -316,6 +327,7 @@ mod tests {
         };
         assert_eq!((link.peer, link.status), (Peer::Auto, StatusRule::Required));
         assert_eq!((link.stream, link.max_rotation_error), (None, 2e-3));
+        assert_eq!(link.silent, scene.limits.silent);
         assert!(parsed("").unwrap().localizer.is_none());
     }
 

@@ -128,7 +128,7 @@ mod tests {
         assert!(with(|m| m.columns = [[0.0; 3]; 3]).contains("length 0"));
         assert!(with(|m| m.columns = m.columns.map(|c| c.map(|x| 1000.0 * x))).contains("scales by 1000"));
         assert!(with(|m| m.columns[1][2] += 0.01).contains("off a rotation by"));
-        assert!(with(|m| m.translation[1] = 2e5).contains("a place 2.00000"));
+        assert!(with(|m| m.translation[1] = 2e5).contains("a place 2.0000"));
         let placed = |quaternion| {
             of_placed(
                 &Placed {

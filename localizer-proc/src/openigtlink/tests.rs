@@ -1,1 +1,295 @@
+//! The client by hand: messages in, frames out.
 
+use std::time::Duration;
+
+use geometry::Rigid;
+use igtl::{Matrix, Metadata, Text, US_ASCII, Version};
+
+use super::*;
+
+const MS: i64 = 1_000_000;
+
+fn spec(status: StatusRule) -> OpenIgtLinkSpec {
+    OpenIgtLinkSpec {
+        peer: Peer::Plus,
+        status,
+        stream: None,
+        max_rotation_error: 2e-3,
+        reconnect: Reconnect::Always,
+        silent: Duration::from_millis(1500),
+    }
+}
+
+fn markers() -> PosedMarkers {
+    PosedMarkers {
+        marker: Some("StylusToTracker".to_owned()),
+        marker_from_tool: Rigid::identity(),
+        reference: Some(("ReferenceToTracker".to_owned(), Rigid::identity())),
+        noise: None,
+    }
+}
+
+fn client(status: StatusRule) -> OpenIgtLink {
+    let mut client = OpenIgtLink::new(&spec(status), &markers()).unwrap();
+    client.connected(0);
+    client
+}
+
+fn stamp(ns: i64) -> Stamp {
+    Stamp::of_ns(1_790_000_000_000_000_000 + ns.unsigned_abs()).unwrap()
+}
+
+fn at(x: f32) -> Matrix {
+    Matrix {
+        translation: [x, 0.0, -1500.0],
+        ..Matrix::IDENTITY
+    }
+}
+
+/// A TRANSFORM; without a status it is one of version 1.
+fn transform(name: &str, at_ns: i64, x: f32, status: Option<&str>) -> Vec<u8> {
+    let mut message = Message::new(DeviceName::new(name).unwrap(), Body::Transform(at(x)));
+    message.stamp = stamp(at_ns);
+    if let Some(status) = status {
+        message.version = Version::Two;
+        let text = Text {
+            encoding: US_ASCII,
+            bytes: status.as_bytes().to_vec(),
+        };
+        message.metadata = Metadata::EMPTY.with(igtl::TRANSFORM_STATUS, text);
+    }
+    message.to_vec().unwrap()
+}
+
+fn frames(acts: Vec<Act>) -> Vec<Frame> {
+    let frame = |act| match act {
+        Act::Frame(frame) => Some(frame),
+        _ => None,
+    };
+    acts.into_iter().filter_map(frame).collect()
+}
+
+fn words(acts: &[Act]) -> Vec<&str> {
+    let word = |act| match act {
+        &Act::Tell(ref words) | &Act::Close(ref words) => Some(words.as_str()),
+        _ => None,
+    };
+    acts.iter().filter_map(word).collect()
+}
+
+/// The place of each marker along x, or why there is none.
+fn seen(frame: &Frame) -> Vec<(u32, Result<f64, Lost>)> {
+    let x = |seen: &Seen| seen.outcome.map(|(pose, _)| pose.translation_mm()[0]);
+    frame.seen.iter().map(|seen| (seen.marker, x(seen))).collect()
+}
+
+#[test]
+fn tool_and_patient_of_one_stamp_are_one_frame() {
+    let mut client = client(StatusRule::Required);
+    let bytes = [
+        transform("ReferenceToTracker", 0, 5.0, Some("OK")),
+        transform("Other", 0, 9.0, Some("OK")),
+        transform("StylusToTracker", 0, 7.0, Some("OK")),
+    ]
+    .concat();
+    // Whatever the network makes of it.
+    let mut acts = Vec::new();
+    for piece in bytes.chunks(7) {
+        acts.extend(client.bytes(piece, 3 * MS));
+    }
+    assert!(words(&acts).contains(&"the peer sends Other, which the scene does not name"));
+    let frames = frames(acts);
+    assert_eq!(frames.len(), 1);
+    assert_eq!(seen(&frames[0]), [(1, Ok(5.0)), (0, Ok(7.0))]);
+    assert_eq!(
+        (frames[0].device_ns, frames[0].arrival_ns),
+        (1_790_000_000_000_000_000, 3 * MS)
+    );
+    assert_eq!(client.words(), "version 2, not in the scene: Other");
+}
+
+#[test]
+fn a_pose_without_a_status_counts_only_where_the_scene_says_so() {
+    for (rule, expected) in [
+        (StatusRule::Required, Err(Lost::Refused)),
+        (StatusRule::AbsentMeansValid, Ok(7.0)),
+    ] {
+        let mut client = client(rule);
+        client.bytes(&transform("ReferenceToTracker", 0, 5.0, Some("OK")), 0);
+        let acts = client.bytes(&transform("StylusToTracker", 0, 7.0, None), 0);
+        let told = words(&acts)
+            .iter()
+            .any(|words| words.contains("the peer states no status"));
+        assert_eq!(told, expected.is_err());
+        assert_eq!(seen(&frames(acts)[0])[1], (0, expected));
+    }
+}
+
+#[test]
+fn numbers_that_are_no_pose_are_refused_and_told_with_the_name_of_the_tool() {
+    let mut client = client(StatusRule::Required);
+    let mut message = Message::new(DeviceName::new("StylusToTracker").unwrap(), Body::Transform(at(1.0)));
+    message = message.in_version(Version::Two);
+    message.stamp = stamp(0);
+    message.metadata = Metadata::EMPTY.with(
+        igtl::TRANSFORM_STATUS,
+        Text {
+            encoding: US_ASCII,
+            bytes: b"OK".to_vec(),
+        },
+    );
+    let Body::Transform(matrix) = &mut message.body else {
+        panic!()
+    };
+    matrix.columns[2] = [0.0, 0.0, -1.0];
+    let acts = client.bytes(&message.to_vec().unwrap(), 0);
+    assert_eq!(
+        words(&acts),
+        ["StylusToTracker: the matrix mirrors (determinant -1.000000)"]
+    );
+    assert!(acts.contains(&Act::Refused));
+    let acts = client.tick(30 * MS);
+    assert_eq!(seen(&frames(acts)[0]), [(0, Err(Lost::Refused))]);
+}
+
+#[test]
+fn a_list_of_tools_is_of_one_instant_and_what_is_not_in_it_was_not_seen() {
+    let mut client = client(StatusRule::Required);
+    let tool = |name: &str, kind, x| igtl::Tool {
+        name: DeviceName::new(name).unwrap(),
+        kind,
+        pose: at(x),
+    };
+    let tools = vec![
+        tool("StylusToTracker", ToolKind::Five, 7.0),
+        tool("ReferenceToTracker", ToolKind::Six, 5.0),
+    ];
+    let mut message = Message::new(DeviceName::EMPTY, Body::Tdata(tools)).in_version(Version::Two);
+    message.stamp = stamp(0);
+    for name in ["StylusToTracker", "ReferenceToTracker"] {
+        let text = Text {
+            encoding: US_ASCII,
+            bytes: b"OK".to_vec(),
+        };
+        message.metadata = message.metadata.with(&format!("{name}Status"), text);
+    }
+    let acts = client.bytes(&message.to_vec().unwrap(), 0);
+    assert!(
+        words(&acts).iter().any(|words| words.contains("a tool of kind 5D")),
+        "{acts:?}"
+    );
+    let found = frames(acts);
+    assert_eq!(seen(&found[0]), [(0, Err(Lost::Refused)), (1, Ok(5.0))]);
+}
+
+#[test]
+fn a_peer_that_falls_silent_or_sends_no_messages_is_left() {
+    let mut quiet = client(StatusRule::Required);
+    let mut acts = Vec::new();
+    for ms in 0..3000 {
+        acts.extend(quiet.tick(ms * MS));
+        if words(&acts).iter().any(|words| words.contains("nothing was heard")) {
+            assert!((1500..1600).contains(&ms), "{ms}");
+            break;
+        }
+    }
+    assert!(matches!(acts.last(), Some(Act::Close(_))), "{acts:?}");
+    let mut web = client(StatusRule::Required);
+    let acts = web.bytes(
+        b"HTTP/1.1 400 Bad Request\r\nServer: nginx\r\nContent-Type: text/html\r\n\r\n",
+        0,
+    );
+    assert!(
+        matches!(acts.last(), Some(Act::Close(why)) if why.contains("byte 0 of the connection")),
+        "{acts:?}"
+    );
+}
+
+/// A sequence of numbers that looks like chance and is the same everywhere.
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, most: u64) -> u64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % most
+    }
+
+    fn of<T: Copy>(&mut self, all: &[T]) -> T {
+        all[self.below(all.len() as u64) as usize]
+    }
+}
+
+/// What was sent, by stamp and marker: where it lies, and whether it may be used.
+type Sent = std::collections::BTreeMap<(i64, u32), Vec<(f64, bool)>>;
+
+/// Each marker that a frame shows was sent with its stamp, and with OK or, where the scene allows it, without a word.
+fn check(frame: &Frame, sent: &Sent) {
+    for (marker, place) in seen(frame) {
+        let Ok(x) = place else { continue };
+        let all = &sent[&(frame.device_ns, marker)];
+        assert!(all.iter().any(|(at, good)| *good && *at == x), "{frame:?} of {all:?}");
+    }
+}
+
+/// Words that are no OK, among them what is nearly one.
+const WORDS: [Option<&str>; 16] = [
+    Some("OK"),
+    Some("OK"),
+    Some("OK"),
+    Some("MISSING"),
+    Some("OUT_OF_VIEW"),
+    Some("OUT_OF_VOLUME"),
+    Some("SWITCH1_IS_ON"),
+    Some("REQ_TIMEOUT"),
+    Some("INVALID"),
+    Some("PATH_NOT_FOUND"),
+    Some("UNKNOWN"),
+    Some("ok"),
+    Some("OK "),
+    Some(""),
+    Some("0"),
+    None,
+];
+
+#[test]
+fn no_lost_tool_is_shown_in_a_million_messages() {
+    let mut chance = Chance(7);
+    let mut valid = 0_u64;
+    for round in 0..1000 {
+        let rule = chance.of(&[StatusRule::Required, StatusRule::AbsentMeansValid]);
+        let mut client = client(rule);
+        let (mut sent, mut stamp_ns, mut now_ns) = (Sent::new(), 0_i64, 0_i64);
+        for number in 0..1000 {
+            let word = chance.of(&WORDS);
+            let (name, marker) = chance.of(&[("StylusToTracker", 0), ("ReferenceToTracker", 1), ("Other", 9)]);
+            // Stamps go on, stand still, go back.
+            stamp_ns += chance.of(&[0, 0, 16 * MS, 16 * MS, 17 * MS, -16 * MS, -400 * MS]);
+            stamp_ns = stamp_ns.max(0);
+            now_ns += chance.of(&[0, 1, 3, 16, 40]) * MS;
+            // Within what a localizer sees.
+            let x = ((round * 1000 + number) % 90_000) as f32;
+            let good = word == Some("OK") || (word.is_none() && rule == StatusRule::AbsentMeansValid);
+            let stamp_of = 1_790_000_000_000_000_000 + stamp_ns;
+            sent.entry((stamp_of, marker)).or_default().push((x.into(), good));
+            let mut bytes = transform(name, stamp_ns, x, word);
+            // Some are damaged on the way.
+            if chance.below(50) == 0 {
+                let at = 58 + chance.below(bytes.len() as u64 - 58) as usize;
+                bytes[at] ^= 0x55;
+            }
+            let acts = [client.bytes(&bytes, now_ns), client.tick(now_ns)].concat();
+            if acts.iter().any(|act| matches!(act, Act::Close(_))) {
+                client.closed(now_ns);
+                client.connected(now_ns);
+            }
+            for frame in frames(acts) {
+                check(&frame, &sent);
+                valid += seen(&frame).iter().filter(|(_, place)| place.is_ok()).count() as u64;
+            }
+        }
+    }
+    assert!(valid > 50_000, "{valid}");
+}

@@ -2,6 +2,7 @@
 
 mod emitters;
 mod links;
+mod localizer;
 mod markers;
 mod rate;
 mod sequence;

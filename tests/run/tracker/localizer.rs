@@ -1,0 +1,314 @@
+//! A localizer that software of others stands for, through a network that fails in every way a network fails.
+
+#![allow(clippy::print_stdout, reason = "why a test was skipped")]
+#![allow(clippy::disallowed_methods, reason = "the peer is a process of other software")]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::thread;
+
+use crate::support::{Pilot, SMALL, World, kill_9, pid_in, python, wait_for};
+use bus::Bus;
+use bus::message::{Lost, MarkerFrame, Sight};
+use bus::port::Subscriber;
+use bus::run::RunContext;
+use bus::topic::MARKERS;
+use geometry::{Marker, Reference};
+use recorder::read::reader;
+
+/// A server of pyigtl.
+struct Peer {
+    child: Child,
+    port: u16,
+}
+
+impl Peer {
+    /// `None`, with a printed reason, where there is no pyigtl.
+    fn start(version: u8) -> Option<Self> {
+        let python = python()?;
+        let free = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = free.local_addr().unwrap().port();
+        drop(free);
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/igtl_server.py");
+        let mut child = Command::new(python)
+            .arg(script)
+            .args([port.to_string(), version.to_string()])
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        if line.trim() != "listening" {
+            println!("skipped: the interpreter has no pyigtl");
+            let _ = child.wait();
+            return None;
+        }
+        Some(Self { child, port })
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What the network does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fault {
+    None,
+    /// One byte in each packet.
+    Bytes,
+    /// Nothing comes through, and nobody says so: a cable that was pulled.
+    HalfOpen,
+    /// Every connection is closed in the middle of a message.
+    Cut,
+}
+
+const FAULTS: [Fault; 4] = [Fault::None, Fault::Bytes, Fault::HalfOpen, Fault::Cut];
+
+/// A network between a client and a server, which fails when told to.
+struct Network {
+    port: u16,
+    fault: Arc<AtomicU8>,
+}
+
+impl Network {
+    fn to(port: u16) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let network = Self {
+            port: listener.local_addr().unwrap().port(),
+            fault: Arc::default(),
+        };
+        let fault = Arc::clone(&network.fault);
+        thread::spawn(move || {
+            for client in listener.incoming().flatten() {
+                let Ok(server) = TcpStream::connect(("127.0.0.1", port)) else {
+                    continue;
+                };
+                for (from, to) in [(&client, &server), (&server, &client)] {
+                    let (from, to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
+                    let fault = Arc::clone(&fault);
+                    thread::spawn(move || carry(from, to, &fault));
+                }
+            }
+        });
+        network
+    }
+
+    fn set(&self, fault: Fault) {
+        let place = FAULTS.iter().position(|one| *one == fault).unwrap();
+        self.fault.store(place as u8, Ordering::SeqCst);
+    }
+}
+
+fn carry(mut from: TcpStream, mut to: TcpStream, fault: &AtomicU8) {
+    let mut room = [0; 4096];
+    let _ = (from.set_nodelay(true), to.set_nodelay(true));
+    while let Ok(count @ 1..) = from.read(&mut room) {
+        let sent = match FAULTS[usize::from(fault.load(Ordering::SeqCst))] {
+            Fault::None => to.write_all(&room[..count]),
+            Fault::Bytes => room[..count].iter().try_for_each(|byte| to.write_all(&[*byte])),
+            Fault::HalfOpen => Ok(()),
+            Fault::Cut => {
+                let _ = to.write_all(&room[..count / 2]);
+                break;
+            }
+        };
+        if sent.is_err() {
+            break;
+        }
+    }
+    let _ = (
+        from.shutdown(std::net::Shutdown::Both),
+        to.shutdown(std::net::Shutdown::Both),
+    );
+}
+
+fn scene(port: u16, more: &str) -> String {
+    SMALL.replace("[tracker]\n", "[tracker]\nsource = \"markers\"\n")
+        + &format!(
+            "[tracker.markers]\nmarker = \"StylusToTracker\"\nreference = \"ReferenceToTracker\"\n\
+             [localizer]\nkind = \"openigtlink\"\naddress = \"127.0.0.1:{port}\"\nname = \"pyigtl\"\n{more}"
+        )
+}
+
+/// The frames of a run as they come.
+struct Watch {
+    frames: Subscriber<MarkerFrame>,
+    _bus: Bus,
+}
+
+impl Watch {
+    fn open(world: &World) -> Self {
+        let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+        let bus = Bus::join(&context).unwrap();
+        Self {
+            frames: Subscriber::open(&bus, &MARKERS, "", MARKERS.buffer).unwrap(),
+            _bus: bus,
+        }
+    }
+
+    /// Waits for so many frames, one after the other, of which `wanted` holds.
+    fn wait(&self, what: &str, count: usize, wanted: impl Fn(&MarkerFrame) -> bool) -> Vec<MarkerFrame> {
+        let mut found = Vec::new();
+        wait_for(what, || {
+            while let Some(frame) = self.frames.next().unwrap() {
+                match wanted(&frame) {
+                    true => found.push(frame),
+                    false => found.clear(),
+                }
+            }
+            (found.len() >= count).then_some(())
+        });
+        found
+    }
+}
+
+fn tool(frame: &MarkerFrame) -> Sight<Marker> {
+    frame.sight(MarkerFrame::TOOL).unwrap()
+}
+
+fn is_seen(frame: &MarkerFrame) -> bool {
+    tool(frame).tracker_from_marker.is_ok()
+}
+
+fn is_disconnected(frame: &MarkerFrame) -> bool {
+    tool(frame).tracker_from_marker == Err(Lost::Disconnected)
+}
+
+/// What the peer sent, by the number in the tool's place: the same on both sides of the network.
+fn check(frame: &MarkerFrame) {
+    let reference: Sight<Reference> = frame.sight(MarkerFrame::REFERENCE).unwrap();
+    let on_patient = reference.tracker_from_marker.unwrap().translation_mm();
+    assert_eq!([on_patient[0], on_patient[2]], [-100.0, -1500.0]);
+    match tool(frame).tracker_from_marker {
+        Ok(pose) => {
+            let [x, y, z] = pose.translation_mm();
+            let number = (8.0 * x) as u64;
+            // Of one frame of the peer, both of them: the tremor is its number.
+            assert_eq!([y, z, on_patient[1]], [(number % 4096) as f64 / 1024.0, -1500.0, y]);
+            assert_ne!(number % 5, 4, "said to be MISSING");
+        }
+        Err(reason) => {
+            assert_eq!(reason, Lost::NotSeen);
+        }
+    }
+    let behind_ns = frame.t_arrival_ns - frame.t_capture_ns;
+    assert!((0..2_000_000_000).contains(&behind_ns), "{behind_ns} ns");
+    assert!(frame.t_publish_ns >= frame.t_arrival_ns && frame.t_device_ns > 1_700_000_000_000_000_000);
+}
+
+fn status_says(pilot: &Pilot<'_>, words: &str) {
+    pilot.wait_for(words, |status| {
+        let processes = status["processes"].as_array().unwrap();
+        let mut notes = processes
+            .iter()
+            .filter(|p| p["name"] == "localizer")
+            .map(|p| p["note"].as_str().unwrap_or(""));
+        notes.any(|note| note.contains(words))
+    });
+}
+
+#[test]
+fn a_peer_of_other_software_is_followed_through_a_network_that_fails() {
+    let Some(peer) = Peer::start(2) else { return };
+    let network = Network::to(peer.port);
+    let world = World::new();
+    let out = world.path("out");
+    let text = scene(network.port, "silent_s = 1.5\n");
+    let pilot = world.start(&world.file("s.toml", &text), &out, "default");
+    let watch = Watch::open(&world);
+    watch.wait("poses", 4, is_connected).iter().for_each(check);
+    status_says(&pilot, "frames/s");
+    network.set(Fault::Bytes);
+    watch
+        .wait("poses byte by byte", 40, is_connected)
+        .iter()
+        .for_each(check);
+    // A cable that is pulled: nothing comes, and after a while the connection is given up.
+    network.set(Fault::HalfOpen);
+    watch.wait("the end of a silent connection", 1, is_disconnected);
+    network.set(Fault::None);
+    watch.wait("poses after it", 10, is_connected).iter().for_each(check);
+    network.set(Fault::Cut);
+    watch.wait("the end of a cut connection", 1, is_disconnected);
+    status_says(&pilot, "the peer closed the connection");
+    network.set(Fault::None);
+    let before = watch.wait("poses after it", 10, is_connected);
+    // What kills the process costs poses, and the numbers go on.
+    let old = pid_in(&pilot.status().unwrap(), "localizer").unwrap();
+    kill_9(old);
+    pilot.wait_for("another localizer", |status| {
+        pid_in(status, "localizer").is_some_and(|pid| pid != old)
+    });
+    let after = watch.wait("poses of another process", 10, is_connected);
+    after.iter().for_each(check);
+    assert!(after[0].seq > before[before.len() - 1].seq);
+    // The peer goes, and its address says nothing.
+    drop(peer);
+    watch.wait("the end of the peer", 1, is_disconnected);
+    status_says(&pilot, "waiting for 127.0.0.1");
+    let _ = pilot.stop();
+    recorded(&out);
+}
+
+fn is_connected(frame: &MarkerFrame) -> bool {
+    !is_disconnected(frame)
+}
+
+/// The recording has frames as they came, and what became of the connection.
+fn recorded(out: &Path) {
+    let frames = reader::markers(&out.join("session.mcap")).unwrap();
+    let frames: Vec<MarkerFrame> = frames.map(Result::unwrap).collect();
+    assert!(frames.iter().any(is_seen) && frames.iter().any(is_disconnected));
+}
+
+#[test]
+fn a_peer_that_states_no_status_gives_no_pose_unless_the_scene_says_so() {
+    let Some(peer) = Peer::start(1) else { return };
+    for (more, seen) in [
+        ("peer = \"v1\"\n", false),
+        ("peer = \"v1\"\nstatus = \"absent-means-valid\"\n", true),
+    ] {
+        let world = World::new();
+        let pilot = world.start(
+            &world.file("s.toml", &scene(peer.port, more)),
+            &world.path("out"),
+            "default",
+        );
+        let watch = Watch::open(&world);
+        let expected = |frame: &MarkerFrame| match seen {
+            true => is_seen(frame),
+            false => tool(frame).tracker_from_marker == Err(Lost::Refused),
+        };
+        watch.wait("frames", 20, expected);
+        // A run without a picture of a pose is no success.
+        let _ = pilot.stop();
+    }
+}
+
+#[test]
+fn what_cannot_be_dialled_is_waited_for_and_what_cannot_be_meant_is_refused() {
+    let world = World::new();
+    let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let pilot = world.start(&world.file("s.toml", &scene(free, "")), &world.path("out"), "default");
+    let watch = Watch::open(&world);
+    watch.wait("what is not there", 5, is_disconnected);
+    status_says(&pilot, "connection refused (try ");
+    // A run without a picture of a pose is no success.
+    let _ = pilot.stop();
+    let room = crate::support::room::Room::new();
+    let same = scene(free, "")
+        .replace("\"ReferenceToTracker\"", "\"StylusToTrackerOfTheRoom\"")
+        .replace("\"StylusToTracker\"", "\"StylusToTrackerOfTheHall\"");
+    let scene = room.file("s.toml", &same);
+    room.run_is_refused(&scene, &[], "localizer-proc: | are one name within the 20 bytes");
+}
