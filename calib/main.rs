@@ -1,11 +1,10 @@
 //! The `calib` program.
 
-use bus::message::EmitterFrame;
 use calib_cli::cli::Hands;
-use calib_cli::{Follow, Seen};
+use calib_cli::{Delivered, Follow, Seen};
 use geometry::{Marker, Tool, Uncertain};
 use scene::Scene;
-use tracker_proc::Markers;
+use tracker_proc::{Markers, PosedMarkers};
 
 fn main() -> std::process::ExitCode {
     calib_cli::cli::main(Hands {
@@ -15,23 +14,42 @@ fn main() -> std::process::ExitCode {
 }
 
 /// The markers of a run as the tracker follows them.
-struct Following(Markers);
+enum Following {
+    /// By emitters that a localizer sees.
+    Emitters(Box<Markers>),
+    /// By poses that a localizer makes.
+    Posed(Box<PosedMarkers>),
+}
 
 fn follow(scene: &Scene) -> Result<Box<dyn Follow>, Box<dyn std::error::Error + Send + Sync>> {
-    Ok(Box::new(Following(Markers::of(scene)?)))
+    Ok(Box::new(match PosedMarkers::of(scene)? {
+        Some(markers) => Following::Posed(Box::new(markers)),
+        None => Following::Emitters(Box::new(Markers::of(scene)?)),
+    }))
 }
 
 impl Follow for Following {
     fn has_reference(&self) -> bool {
-        self.0.has_reference()
+        match self {
+            Self::Emitters(markers) => markers.has_reference(),
+            Self::Posed(markers) => markers.has_reference(),
+        }
     }
 
     fn marker_from_tool(&self) -> Result<Uncertain<Marker, Tool>, String> {
-        self.0.marker_from_tool()
+        match self {
+            Self::Emitters(markers) => markers.marker_from_tool(),
+            Self::Posed(markers) => markers.marker_from_tool(),
+        }
     }
 
-    fn see(&mut self, frame: &EmitterFrame, now_ns: i64) -> Result<Seen, String> {
-        let seen = self.0.see(frame, now_ns)?;
+    fn see(&mut self, frame: Delivered<'_>, now_ns: i64) -> Result<Seen, String> {
+        let seen = match (self, frame) {
+            (Self::Emitters(markers), Delivered::Emitters(frame)) => markers.see(frame, now_ns)?,
+            (Self::Posed(markers), Delivered::Markers(frame)) => markers.see(frame, now_ns)?,
+            // Both follow from the scene's source.
+            _ => return Err("a frame of another kind than the scene's localizer delivers".to_owned()),
+        };
         Ok(Seen {
             marker: seen.marker,
             reference: seen.reference,

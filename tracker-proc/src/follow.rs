@@ -34,6 +34,7 @@ pub(crate) use emitters::{follow as follow_emitters, follow_recorded_room};
 pub(crate) use link_files::calibration_of;
 pub(crate) use markers::follow as follow_markers;
 pub use play_error::PlayError;
+pub(crate) use posed::uncertain as posed_uncertain;
 pub(crate) use room::follow as follow_room;
 pub(crate) use sequence::follow as follow_sequence;
 

@@ -53,6 +53,12 @@ pub enum MarkersError {
     /// The simulated room is unusable.
     #[error(transparent)]
     Room(#[from] RoomError),
+    /// Nothing says how sure the poses are that a localizer makes.
+    #[error(
+        "tracker.markers.noise_mm and noise_deg say nothing of how sure the localizer's poses are, and what is made of them is weighted by that; \
+         give both, above 0"
+    )]
+    NoNoise,
     /// There are no emitters to follow.
     #[error("the scene says tracker.source = {0:?}, and then there are no emitters")]
     NoEmitters(&'static str),

@@ -39,7 +39,7 @@ pub use camera::{
     CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, FieldRecord, PlateRecord, SourceRecord,
 };
 pub use grid::{ReadImageError, read_image};
-pub use live::{Follow, FollowMarkers, Seen};
+pub use live::{Delivered, Follow, FollowMarkers, Seen};
 pub use register::file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,

@@ -1,4 +1,4 @@
-//! A run that is going in the place of a recording: its emitters, listened to for a while, give poses and touched points.
+//! A run that is going in the place of a recording: what its localizer delivers, listened to for a while, give poses and touched points.
 //!
 //! Nothing is published and nothing is asked of the run's processes: a calibration listens beside the tracker.
 
@@ -11,7 +11,7 @@ mod touch;
 mod touches;
 mod watch;
 
-use bus::message::EmitterFrame;
+use bus::message::{EmitterFrame, MarkerFrame};
 use clap::{Args, ValueEnum};
 use geometry::{Marker, Reference, Tool, Tracker, Uncertain};
 use scene::Scene;
@@ -40,7 +40,16 @@ pub trait Follow {
     ///
     /// # Errors
     /// Why it shows no pose, in words.
-    fn see(&mut self, frame: &EmitterFrame, now_ns: i64) -> Result<Seen, String>;
+    fn see(&mut self, frame: Delivered<'_>, now_ns: i64) -> Result<Seen, String>;
+}
+
+/// One frame of a localizer.
+#[derive(Debug, Clone, Copy)]
+pub enum Delivered<'a> {
+    /// Places of emitters.
+    Emitters(&'a EmitterFrame),
+    /// Poses of markers.
+    Markers(&'a MarkerFrame),
 }
 
 /// The markers in the localizer's frame.

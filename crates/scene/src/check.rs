@@ -34,12 +34,12 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
 
 fn steps(raw: &RawScene) -> Checked<Option<super::steps::StepsSpec>> {
     let tracker = &raw.tracker;
-    let sees_emitters = matches!(
+    let has_chain = matches!(
         tracker.source,
-        RawTrackerSource::OperatingRoom | RawTrackerSource::Emitters
+        RawTrackerSource::OperatingRoom | RawTrackerSource::Emitters | RawTrackerSource::Markers
     );
     let has_files = [tracker.calibration.is_some(), tracker.registration.is_some()];
-    super::steps::checked(raw.steps.as_ref(), sees_emitters, has_files)
+    super::steps::checked(raw.steps.as_ref(), has_chain, has_files)
 }
 
 fn tool(raw: &RawScene) -> Checked<ToolSpec> {

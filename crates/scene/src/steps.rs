@@ -111,14 +111,10 @@ pub struct KnownPoint {
 }
 
 /// Checks the table of a scene whose tracker sees emitters or not, and reads a calibration and a registration from files or not.
-pub(super) fn checked(
-    steps: Option<&RawSteps>,
-    sees_emitters: bool,
-    has_files: [bool; 2],
-) -> Checked<Option<StepsSpec>> {
+pub(super) fn checked(steps: Option<&RawSteps>, has_chain: bool, has_files: [bool; 2]) -> Checked<Option<StepsSpec>> {
     let Some(steps) = steps else { return Ok(None) };
-    if !sees_emitters {
-        let allowed = "no such table unless tracker.source is \"operating-room\" or \"emitters\"";
+    if !has_chain {
+        let allowed = "no such table unless tracker.source is \"operating-room\", \"emitters\" or \"markers\"";
         return Err(invalid("steps", "a table", allowed));
     }
     files_of(steps, has_files)?;

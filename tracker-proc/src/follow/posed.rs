@@ -26,7 +26,7 @@ pub(super) fn source(markers: &PosedMarkers, ct_from_tracker: Rigid<Ct, Tracker>
 }
 
 /// A pose with the noise that the scene states, about the marker's origin; none where that noise cannot be.
-pub(super) fn uncertain<F: Frame>(pose: Rigid<Tracker, F>, noise: Option<Deviations>) -> Option<Uncertain<Tracker, F>> {
+pub(crate) fn uncertain<F: Frame>(pose: Rigid<Tracker, F>, noise: Option<Deviations>) -> Option<Uncertain<Tracker, F>> {
     let Some(noise) = noise else {
         return Some(pose.into());
     };

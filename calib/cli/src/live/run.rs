@@ -1,14 +1,15 @@
 //! Listening to a run.
 
+use bus::BusError;
 use bus::clock;
-use bus::message::EmitterFrame;
+use bus::message::{EmitterFrame, MarkerFrame};
 use bus::port::Subscriber;
 use bus::run::RunLock;
-use bus::topic::EMITTERS;
+use bus::topic::{EMITTERS, MARKERS};
 use geometry::{Direction, Marker, Rigid, Tool, Tracker, Uncertain, Vector};
 use scene::TrackerSource;
 
-use super::{Against, Follow, FollowMarkers, Heard, LiveArgs, LiveError, Watch};
+use super::{Against, Delivered, Follow, FollowMarkers, Heard, LiveArgs, LiveError, Watch};
 use crate::poses::MAX_POSES;
 use crate::scene_context::{Going, SceneContext};
 
@@ -26,7 +27,51 @@ pub(crate) struct Run<'a> {
     pub(crate) against: Against,
     going: &'a Going,
     watch: Watch,
-    frames: Subscriber<EmitterFrame>,
+    frames: Frames,
+}
+
+/// What the run's localizer delivers.
+enum Frames {
+    Emitters(Subscriber<EmitterFrame>),
+    Markers(Subscriber<MarkerFrame>),
+}
+
+/// One frame of it.
+enum Frame {
+    Emitters(Box<EmitterFrame>),
+    Markers(Box<MarkerFrame>),
+}
+
+impl Frames {
+    fn open(going: &Going, source: &TrackerSource) -> Result<Self, BusError> {
+        Ok(match source {
+            TrackerSource::Markers(_) => Self::Markers(Subscriber::open(&going.bus, &MARKERS, "", DEPTH)?),
+            _ => Self::Emitters(Subscriber::open(&going.bus, &EMITTERS, "", DEPTH)?),
+        })
+    }
+
+    fn next(&self) -> Result<Option<Frame>, BusError> {
+        Ok(match self {
+            Self::Emitters(frames) => frames.next()?.map(|frame| Frame::Emitters(Box::new(frame))),
+            Self::Markers(frames) => frames.next()?.map(|frame| Frame::Markers(Box::new(frame))),
+        })
+    }
+}
+
+impl Frame {
+    fn t_capture_ns(&self) -> i64 {
+        match self {
+            Self::Emitters(frame) => frame.t_capture_ns,
+            Self::Markers(frame) => frame.t_capture_ns,
+        }
+    }
+
+    fn delivered(&self) -> Delivered<'_> {
+        match self {
+            Self::Emitters(frame) => Delivered::Emitters(frame),
+            Self::Markers(frame) => Delivered::Markers(frame),
+        }
+    }
 }
 
 /// What was heard of the marker.
@@ -65,7 +110,7 @@ impl<'a> Run<'a> {
             (None, true) => Against::Reference,
             (None, false) => Against::Tracker,
         };
-        let frames = Subscriber::open(&going.bus, &EMITTERS, "", DEPTH)?;
+        let frames = Frames::open(going, &scened.scene.tracker.source)?;
         Ok(Some(Self {
             scened,
             follow,
@@ -86,6 +131,7 @@ impl<'a> Run<'a> {
         let drawn: Rigid<Marker, Tool> = match &self.scened.scene.tracker.source {
             TrackerSource::OperatingRoom(room) => room.marker_from_tool,
             TrackerSource::Emitters(spec) => spec.marker_from_tool,
+            TrackerSource::Markers(spec) => spec.markers.marker_from_tool,
             _ => return None,
         };
         Some(drawn * Direction::Z)
@@ -109,7 +155,7 @@ impl<'a> Run<'a> {
             let now = clock.now_ns();
             while let Some(frame) = self.frames.next()? {
                 // It may show the instrument as it was held before.
-                if frame.t_capture_ns < began {
+                if frame.t_capture_ns() < began {
                     heard.earlier += 1;
                     continue;
                 }
@@ -167,9 +213,9 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn take(&mut self, frame: &EmitterFrame, now_ns: i64, heard: &mut Listened) {
+    fn take(&mut self, frame: &Frame, now_ns: i64, heard: &mut Listened) {
         heard.frames += 1;
-        match self.follow.see(frame, now_ns) {
+        match self.follow.see(frame.delivered(), now_ns) {
             Ok(seen) => {
                 // Where the scene has a marker on the patient, a pose has both.
                 let Some(pose) = (match (self.against, seen.reference) {
@@ -180,12 +226,12 @@ impl<'a> Run<'a> {
                     return;
                 };
                 if heard.poses.is_empty() {
-                    heard.first_ns = frame.t_capture_ns;
+                    heard.first_ns = frame.t_capture_ns();
                 }
                 heard.poses.push(pose);
                 heard
                     .times_s
-                    .push(clock::ms(frame.t_capture_ns.saturating_sub(heard.first_ns)) / 1e3);
+                    .push(clock::ms(frame.t_capture_ns().saturating_sub(heard.first_ns)) / 1e3);
             }
             Err(why) => heard.why = why,
         }
