@@ -21,6 +21,7 @@ mod bar;
 pub mod choices;
 pub(crate) mod cli;
 pub mod facts;
+mod heads;
 pub mod images;
 pub mod moment;
 pub mod process;

@@ -18,13 +18,13 @@ use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE};
 use super::Speed;
 use super::bar::Bar;
 use super::choices::Choices;
+use super::heads::Heads;
 use super::images::{Images, ImagesError};
 use super::moment::Moments;
 use super::tape::Tape;
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
-use crate::read::seek::Session;
 use crate::replay::account::AccountError;
 use outlet::Outlet;
 
@@ -37,6 +37,8 @@ const LOOK_UP: Duration = Duration::from_millis(10);
 const NEXT_LOOK: Duration = Duration::from_micros(100);
 /// A sleep ends late by some tens of microseconds: the last of a wait is spent awake.
 const AWAKE: Duration = Duration::from_micros(150);
+/// What is only read beside the replay begins when the first pose has gone out, or this long after the start.
+const BESIDE: Duration = Duration::from_millis(500);
 /// How long the tracker may take for a pose, a restart of it included.
 const MAKING: Duration = Duration::from_secs(10);
 
@@ -108,6 +110,13 @@ pub enum ReplayError {
     },
 }
 
+/// What reads the recording beside the replay.
+struct Reading {
+    heads: Heads,
+    /// Where a window shows a bar.
+    bar: Option<Bar>,
+}
+
 /// A replay that is going.
 struct Replayer<'a> {
     options: &'a Options,
@@ -121,7 +130,8 @@ struct Replayer<'a> {
     unread: Vec<String>,
     laws: Publisher<ClockLaw>,
     /// Where a window shows a bar.
-    bar: Option<(Bar, Publisher<Timeline>)>,
+    timelines: Option<Publisher<Timeline>>,
+    beside: Option<Reading>,
     /// Opened when the first is asked for.
     moments: Option<Moments>,
     /// The examination that is shown.
@@ -197,26 +207,28 @@ impl<'a> Replayer<'a> {
         if options.begin_ns > options.span_ns[0] {
             transport.control(Control::Seek(options.begin_ns), monotonic_ns());
         }
-        let found = Session::open(&options.recording)?.guides()?;
+        let tape = match options.emitters {
+            true => Tape::with_frames(&options.recording)?,
+            false => Tape::open(&options.recording)?,
+        };
+        let found = tape.session().guides()?;
         let images = options.images.as_ref();
         let images = images.map(|(folder, every)| Images::open(bus, &process.scene, folder, *every));
         Ok(Self {
             options,
             transport,
-            tape: match options.emitters {
-                true => Tape::with_frames(&options.recording)?,
-                false => Tape::open(&options.recording)?,
-            },
+            tape,
             outlet: Outlet::open(bus, options.emitters)?,
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
             guides: Publisher::open(bus, &GUIDE, "")?,
             choices: Choices::new(found.guides),
             unread: found.unread,
             laws: Publisher::open(bus, &SESSION_CLOCK, "")?,
-            bar: match options.has_timeline {
-                true => Some((Bar::begin(&options.recording), Publisher::open(bus, &TIMELINE, "")?)),
+            timelines: match options.has_timeline {
+                true => Some(Publisher::open(bus, &TIMELINE, "")?),
                 false => None,
             },
+            beside: None,
             moments: None,
             shown_volume,
             told: None,
@@ -266,6 +278,7 @@ impl<'a> Replayer<'a> {
         let now = monotonic_ns();
         if now >= self.next_look_ns {
             self.next_look_ns = now + clock::ns(LOOK_UP);
+            self.read_beside(now);
             self.say_unread();
             self.laws.serve_late_joiners();
             self.outlet.serve_late_joiners();
@@ -277,8 +290,20 @@ impl<'a> Replayer<'a> {
         Ok(())
     }
 
+    /// Begins to read beside the replay, once the first image waits for nothing of it.
+    fn read_beside(&mut self, now_ns: i64) {
+        if self.beside.is_some() || (self.published == 0 && now_ns - self.began_ns < clock::ns(BESIDE)) {
+            return;
+        }
+        let recording = &self.options.recording;
+        self.beside = Some(Reading {
+            heads: Heads::begin(recording),
+            bar: self.timelines.is_some().then(|| Bar::begin(recording)),
+        });
+    }
+
     fn tell_timeline(&mut self) -> Result<(), BusError> {
-        let Some((bar, timelines)) = &mut self.bar else {
+        let (Some(timelines), Some(Reading { bar: Some(bar), .. })) = (&self.timelines, &self.beside) else {
             return Ok(());
         };
         timelines.serve_late_joiners();
@@ -299,7 +324,8 @@ impl<'a> Replayer<'a> {
 
     /// What cannot be read of the recording, in words.
     fn unread(&self) -> Vec<String> {
-        [self.tape.unread(), self.unread.clone()].concat()
+        let heads = self.beside.as_ref().map(|beside| beside.heads.found());
+        [self.tape.unread(), self.unread.clone(), heads.unwrap_or_default()].concat()
     }
 
     /// Tells what a person had chosen by `now_ns`.
