@@ -20,12 +20,14 @@ use super::bar::Bar;
 use super::choices::Choices;
 use super::heads::Heads;
 use super::images::{Images, ImagesError};
+use super::lead::Judge;
 use super::moment::Moments;
 use super::tape::Tape;
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
 use crate::replay::account::AccountError;
+use crate::report::basis::Limits;
 use outlet::Outlet;
 
 /// The name of this process on the bus.
@@ -139,6 +141,10 @@ struct Replayer<'a> {
     told: Option<ClockLaw>,
     lockstep: Lockstep,
     images: Option<Images>,
+    /// For how long a measurement may stand still, ns.
+    frozen_ns: Option<i64>,
+    /// What is shown is judged as the views judge it.
+    judge: Judge,
     /// A pose that is drawn and not yet pictured.
     unpictured: Option<ToolPose>,
     timing: Timing,
@@ -234,6 +240,8 @@ impl<'a> Replayer<'a> {
             told: None,
             lockstep: Lockstep::open(bus, &process.scene, options.emitters)?,
             images: images.transpose()?,
+            frozen_ns: Limits::of(&process.scene).frozen_ns,
+            judge: Judge::default(),
             unpictured: None,
             timing: Timing::default(),
             published: 0,
@@ -278,7 +286,7 @@ impl<'a> Replayer<'a> {
         let now = monotonic_ns();
         if now >= self.next_look_ns {
             self.next_look_ns = now + clock::ns(LOOK_UP);
-            self.read_beside(now);
+            self.read_beside(now, Limits::of(&process.scene));
             self.say_unread();
             self.laws.serve_late_joiners();
             self.outlet.serve_late_joiners();
@@ -291,14 +299,14 @@ impl<'a> Replayer<'a> {
     }
 
     /// Begins to read beside the replay, once the first image waits for nothing of it.
-    fn read_beside(&mut self, now_ns: i64) {
+    fn read_beside(&mut self, now_ns: i64, limits: Limits) {
         if self.beside.is_some() || (self.published == 0 && now_ns - self.began_ns < clock::ns(BESIDE)) {
             return;
         }
         let recording = &self.options.recording;
         self.beside = Some(Reading {
             heads: Heads::begin(recording),
-            bar: self.timelines.is_some().then(|| Bar::begin(recording)),
+            bar: self.timelines.is_some().then(|| Bar::begin(recording, limits)),
         });
     }
 
@@ -350,7 +358,14 @@ impl<'a> Replayer<'a> {
         let Some(moment) = self.tape.take() else { return Ok(()) };
         if !self.outlet.takes(&moment) {
             self.without_emitters += 1;
+            if self.transport.state() == ReplayState::Paused {
+                // Who asked for the next pose is shown the next that there is.
+                self.transport.control(Control::Step, monotonic_ns());
+            }
             return Ok(());
+        }
+        if !self.options.emitters {
+            self.judge.take(&moment.pose);
         }
         let waits = self.transport.speed() == Speed::Max || self.transport.state() == ReplayState::Paused;
         if waits {
@@ -389,10 +404,15 @@ impl<'a> Replayer<'a> {
     /// Pictures are taken of poses that every view has drawn.
     fn picture(&mut self, process: &mut Process) -> Result<(), ReplayError> {
         // Where poses are made again, it is the new one.
-        let pose = self.unpictured.take().map(|pose| self.lockstep.made().unwrap_or(pose));
-        let (Some(pose), Some(images)) = (pose, &mut self.images) else {
+        let Some(recorded) = self.unpictured.take() else {
             return Ok(());
         };
+        let pose = self.lockstep.made().unwrap_or(recorded);
+        if self.options.emitters {
+            self.judge.take(&pose);
+        }
+        let (pose, _) = self.judge.judged(pose);
+        let Some(images) = &mut self.images else { return Ok(()) };
         images.pose(&pose, &mut || process.beat(ProcessState::Ready, "taking pictures"))?;
         Ok(())
     }
