@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod before_choices;
+mod frozen;
 mod mcap_conformance;
 mod mcap_groups;
 mod replay;
