@@ -17,7 +17,7 @@ use super::marks::Marks;
 use super::quantity::Quantity;
 use super::short::short;
 use super::states::{Between, Timeline};
-use super::story::{Meaning, Story};
+use super::story::{Check, Meaning, Story};
 use super::tip::Tip;
 use crate::edit::progress::Progress;
 use crate::read::damage::Damage;
@@ -189,6 +189,11 @@ impl Gathered {
             LOG => match self.story.log(at_ns, &Log::decode(data)?) {
                 Meaning::Mark(words) => self.marks.mark(at_ns, &words),
                 Meaning::Ending => self.timeline.ends(at_ns),
+                Meaning::Check(said) => self.story.checks.push(Check {
+                    t_ns: at_ns,
+                    registration: self.registration_id.map(|id| format!("{id:016x}")),
+                    said,
+                }),
                 Meaning::Line => {}
             },
             IDENTITY => self.identity = Some(Identity::decode(data)?),
