@@ -6,6 +6,7 @@ mod before_choices;
 mod frozen;
 mod mcap_conformance;
 mod mcap_groups;
+mod missing_frames;
 mod replay;
 mod replay_bytes;
 mod replay_control;
