@@ -10,6 +10,7 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 #![allow(unreachable_pub, reason = "a module of this program, and not a crate")]
 
+#[allow(dead_code, reason = "no eye looks at the screen here")]
 #[path = "../tests/support/display.rs"]
 mod display;
 #[path = "opening/file.rs"]
@@ -63,7 +64,9 @@ fn main() {
     let world = World::new();
     let scene = world.file("scene.toml", SMALL);
     let (large, small) = (world.path("large"), world.path("small"));
-    [&large, &small].map(|folder| fs::create_dir(folder).unwrap());
+    for folder in [&large, &small] {
+        fs::create_dir(folder).unwrap();
+    }
     let large = file::make(&large, "s.mcap", &scene, megabytes * 1_000_000);
     let small = file::make(&small, "s.mcap", &scene, SMALL_BYTES);
     let _load = Load::new(load);
@@ -153,16 +156,15 @@ fn opened(world: &World, recording: &Path, from_disk: bool, display: Option<&str
     };
     let began_ns = monotonic_ns();
     let pilot = Pilot::of(world, "replay", command.spawn().unwrap());
-    let mut at = Opened {
+    let opened = Opened {
         facts,
         ..watched(&world.run_dir("replay"), began_ns)
     };
-    at.facts = facts;
     pilot.stop();
-    at
+    opened
 }
 
-/// Waits for the parts of an opening.
+/// Waits for the parts of an opening, but for what the recorder says alone.
 fn watched(run_dir: &Path, began_ns: i64) -> Opened {
     let looked = |what: &str, is_there: &mut dyn FnMut() -> bool| {
         wait_for(what, || {
@@ -197,7 +199,6 @@ fn watched(run_dir: &Path, began_ns: i64) -> Opened {
             pose = pose.or(now);
         }
         let is_live = |stamp: FrameStamp| stamp.frame_state() == Some(FrameState::Live);
-        // All of them: each is an image of a pose.
         stamps
             .iter()
             .any(|stamps| stamps.newest().unwrap().is_some_and(is_live))

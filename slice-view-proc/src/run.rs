@@ -67,8 +67,11 @@ struct SliceView {
     origin: Origin,
     resampler: Chosen,
     continuity: Continuity,
-    /// A replay begins at a place: what was published before it only says what it goes on from.
+    /// A replay begins, or has gone elsewhere, and nothing of the place has come: what was published before it only says what it goes
+    /// on from.
     leads: bool,
+    /// It has gone elsewhere while this process looked on.
+    has_jumped: bool,
     /// What came off the bus in this turn.
     came: Vec<ToolPose>,
     /// The sample handled last, and what it came to.
@@ -171,6 +174,7 @@ impl SliceView {
             origin: Origin::Tracker,
             continuity: Continuity::default(),
             leads: true,
+            has_jumped: false,
             came: Vec::with_capacity(follow::ROOM),
             last: None,
             interval_ns: 0,

@@ -56,7 +56,8 @@ fn look(path: PathBuf, found: &Arc<Mutex<Vec<String>>>) {
 /// Where the index says something else than the records; nothing where there is none to go by.
 fn differences(path: &Path) -> Result<Vec<String>, OpenError> {
     match seek::stated(path)? {
-        Stated::Index(summary) => Ok(seek::differences(path, &summary, true)?.found),
+        // Whatever an index may leave out, as those of other programs do, is no fault of it.
+        Stated::Index(summary) => Ok(seek::differences(path, &summary, false)?.found),
         Stated::Unnamed(_) | Stated::Nothing | Stated::Unreadable(_) => Ok(Vec::new()),
     }
 }

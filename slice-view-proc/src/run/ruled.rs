@@ -44,7 +44,7 @@ impl SliceView {
     /// A replay went elsewhere: what was shown last is neither old nor the one before what comes.
     fn forget(&mut self) {
         self.continuity = Continuity::default();
-        self.leads = true;
+        (self.leads, self.has_jumped) = (true, true);
         self.remarks = Remarks::default();
         self.last = None;
         self.last_valid = None;
@@ -56,7 +56,8 @@ impl SliceView {
     fn is_before_the_place(&self, sample: &ToolPose) -> bool {
         let session = &self.process.session;
         let law = session.replay().filter(|_| self.leads && session.is_replay());
-        law.is_some_and(|law| sample.t_publish_ns < law.anchor_ns)
+        // Who comes late to a replay that stands still finds the clock behind the pose that is shown.
+        law.is_some_and(|law| sample.t_publish_ns < if self.has_jumped { law.anchor_ns } else { law.first_ns })
     }
 
     /// Takes note of a sample from before the place that a replay went to: what comes is judged beside it, and it is not drawn. Where
