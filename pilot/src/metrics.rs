@@ -41,6 +41,8 @@ pub(crate) struct Metrics {
     recent: std::collections::VecDeque<(ToolPose, Tracked)>,
     /// They are of another place of a replay than the next one.
     jumped: bool,
+    /// Since a replay was begun, or went elsewhere, a sample of the place has come.
+    is_there: bool,
 }
 
 /// Counts of samples on the pose topic.
@@ -88,8 +90,19 @@ impl PoseCounts {
 pub(crate) struct Judging {
     /// When it was taken, on the session's clock.
     pub(crate) now_ns: i64,
-    /// See [`Continuity::judge`]; `None` in a replay.
+    /// See [`Continuity::judge`].
     pub(crate) frozen_ns: Option<i64>,
+    /// `None` in a run that navigates.
+    pub(crate) replay: Option<Place>,
+}
+
+/// Where a replay is: see `recorder::replay::lead`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    /// What was published before the first moment that is replayed is no part of the replay: it says what that goes on from.
+    pub(crate) first_ns: i64,
+    /// Where the clock was set last. Of what was published before it, and comes first behind a jump, nothing is missing.
+    pub(crate) set_ns: i64,
 }
 
 /// One view.
@@ -151,9 +164,18 @@ impl Metrics {
         if std::mem::take(&mut self.jumped) {
             self.recent.clear();
             self.continuity = Continuity::default();
+            self.is_there = false;
         }
+        if by.replay.is_some_and(|place| pose.t_publish_ns < place.first_ns) {
+            return self.lead(&pose, by);
+        }
+        let before_missing = self.poses.missing;
         self.poses.published += 1;
         let (tracked, is_refused) = self.judged(&pose, by);
+        self.is_there |= by.replay.is_none_or(|place| pose.t_publish_ns >= place.set_ns);
+        if !self.is_there {
+            self.poses.missing = before_missing;
+        }
         match tracked {
             _ if is_refused => self.poses.refused += 1,
             Tracked::Valid(at) => {
@@ -179,7 +201,7 @@ impl Metrics {
             return (Tracked::Lost(Lost::Refused), true);
         };
         let mut judged = self.continuity.judge(pose, tracked, by.frozen_ns);
-        if by.frozen_ns.is_none() && judged.broken.is_some() {
+        if by.replay.is_some() && judged.broken.is_some() {
             // A replay goes where it is told to; samples that were under way then come behind the news of it.
             self.continuity = Continuity::default();
             judged = self.continuity.judge(pose, tracked, by.frozen_ns);
@@ -188,6 +210,16 @@ impl Metrics {
         self.poses.counted_anew += u64::from(judged.broken.is_some_and(|broken| !broken.refuses()));
         self.poses.registration_changes += u64::from(judged.registration_before.is_some());
         (judged.tracked, judged.broken.is_some_and(Break::refuses))
+    }
+
+    /// What comes is judged beside this one, from before what is replayed, which is counted as nothing.
+    fn lead(&mut self, pose: &ToolPose, by: Judging) {
+        let Ok(tracked) = pose.tracked() else { return };
+        let judged = self.continuity.judge(pose, tracked, by.frozen_ns);
+        if judged.broken.is_some_and(Break::refuses) {
+            self.continuity = Continuity::default();
+            self.continuity.judge(pose, tracked, by.frozen_ns);
+        }
     }
 
     /// A replay went elsewhere: what comes is neither behind nor missing, and is shown anew.

@@ -16,7 +16,7 @@ use scene::Scene;
 use scene::raw::Source;
 
 use crate::guiding;
-use crate::metrics::{Judging, Restart};
+use crate::metrics::{Judging, Place, Restart};
 use crate::output::{self, OutputError};
 use crate::plan::REPLAYER;
 use crate::ports;
@@ -283,6 +283,13 @@ impl Run {
             self.metrics.jumped();
         }
         while let Some(pose) = self.ports.poses.next()? {
+            // It may have come behind a jump that was not there yet.
+            if self.session.follow()? {
+                self.metrics.jumped();
+                if self.session.is_yet_to_come(pose.t_publish_ns) {
+                    continue;
+                }
+            }
             if self.is_beyond(&pose) {
                 continue;
             }
@@ -297,9 +304,16 @@ impl Run {
                 true => i64::MAX,
                 false => self.session.clock().now_ns(),
             };
-            // Those of a recording were judged when they were made.
-            let frozen_ns = (!self.session.is_replay()).then(|| clock::ns(self.scene.limits.frozen));
-            self.metrics.pose(pose, Judging { now_ns, frozen_ns });
+            let place = self.session.replay().filter(|_| self.session.is_replay());
+            let by = Judging {
+                now_ns,
+                frozen_ns: self.scene.frozen().map(clock::ns),
+                replay: place.map(|law| Place {
+                    first_ns: law.first_ns,
+                    set_ns: law.anchor_ns,
+                }),
+            };
+            self.metrics.pose(pose, by);
             if let Some((pose, tracked)) = self.metrics.newest() {
                 self.guiding.pose(pose, tracked);
             }

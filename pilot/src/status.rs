@@ -1,7 +1,7 @@
 //! `pilot status`: the state of a run, as JSON for scripts and as a table for people.
 
 use bus::clock;
-use bus::message::{Ages, FrameState, Lost, ToolPose, Tracked};
+use bus::message::{Ages, FrameStamp, FrameState, Lost, ToolPose, Tracked};
 use serde::{Deserialize, Serialize};
 
 use crate::child::Child;
@@ -93,6 +93,7 @@ impl Status {
     /// The state of `run` at this moment.
     pub(crate) fn of(run: &Run) -> Self {
         let now = run.session.clock().now_ns();
+        let is_here = |(pose, _): &&(ToolPose, Tracked)| !run.session.is_yet_to_come(pose.t_publish_ns);
         let process = |(i, child): (usize, &Child)| ProcessStatus {
             name: child.name().to_owned(),
             pid: run.children[i].running.as_ref().map(Running::pid),
@@ -115,7 +116,11 @@ impl Status {
             processes: run.children.iter().enumerate().map(process).collect(),
             set: SetStatus::of(&views),
             views,
-            pose: run.metrics.newest().map(|newest| pose_status(run, newest, now)),
+            pose: run
+                .metrics
+                .newest()
+                .filter(is_here)
+                .map(|newest| pose_status(run, newest, now)),
             dead_processes_left: run.dead_processes_left,
             crowded: run.crowded.iter().map(ToString::to_string).collect(),
         }
@@ -176,7 +181,9 @@ fn view_status(run: &Run, view: usize, now: i64) -> ViewStatus {
         .iter()
         .position(|child| child.planned.views.contains(&view))
         .unwrap_or(0);
-    let last = run.metrics.views[view].last;
+    // What a view showed before a replay went back is none of the place that it is at now: its age there would be below zero.
+    let is_here = |stamp: &FrameStamp| !run.session.is_yet_to_come(stamp.t_publish_ns);
+    let last = run.metrics.views[view].last.filter(is_here);
     let state = match last.and_then(|stamp| stamp.state_at(now, Ages::of(&run.scene.limits))) {
         _ if !run.supervisor.is_ready(process) => "down",
         None => "waiting",

@@ -9,6 +9,7 @@
 //!   has made it, where it makes poses.
 //! * [`images`]: pictures of every pose, or of every N-th, as files.
 //! * [`moment`]: one moment as files.
+//! * `lead`: what a pose goes on from behind a jump, and what it comes to beside that.
 //! * [`timing`]: how well time was kept.
 //! * [`account`]: what came of it.
 //! * [`process`]: the replayer's process, which does what these say.
@@ -21,7 +22,9 @@ mod bar;
 pub mod choices;
 pub(crate) mod cli;
 pub mod facts;
+mod heads;
 pub mod images;
+mod lead;
 pub mod moment;
 pub mod process;
 mod renderers;

@@ -5,7 +5,7 @@
 //! neither computes anything. The page needs no other file, no network and no script, and is well-formed XML too, so that any reader
 //! of either kind can check it.
 
-mod basis;
+pub(crate) mod basis;
 mod columns;
 mod expected;
 mod facts;

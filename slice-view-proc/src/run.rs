@@ -3,6 +3,7 @@
 mod draw;
 mod follow;
 mod look;
+mod ruled;
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -66,6 +67,13 @@ struct SliceView {
     origin: Origin,
     resampler: Chosen,
     continuity: Continuity,
+    /// A replay begins, or has gone elsewhere, and nothing of the place has come: what was published before it only says what it goes
+    /// on from.
+    leads: bool,
+    /// It has gone elsewhere while this process looked on.
+    has_jumped: bool,
+    /// What came off the bus in this turn.
+    came: Vec<ToolPose>,
     /// The sample handled last, and what it came to.
     last: Option<(ToolPose, Tracked)>,
     /// From one sample to the next; 0 where there was but one.
@@ -165,6 +173,9 @@ impl SliceView {
             volume_name: String::new(),
             origin: Origin::Tracker,
             continuity: Continuity::default(),
+            leads: true,
+            has_jumped: false,
+            came: Vec::with_capacity(follow::ROOM),
             last: None,
             interval_ns: 0,
             pending: VecDeque::with_capacity(follow::ROOM),
@@ -292,37 +303,6 @@ impl SliceView {
         Ok(())
     }
 
-    /// The newest pose, in a replay and in simulated time: each of them is drawn in all views.
-    fn follow_ruled(&mut self, poses: &Subscriber<ToolPose>) -> Result<(), RunError> {
-        let newest = poses.newest()?;
-        // After the pose was taken: its replayer has said before it what time it is.
-        let jumped = self.process.session.follow()?;
-        if jumped {
-            self.forget();
-        }
-        let session = &self.process.session;
-        match newest.filter(|pose| !jumped || !session.is_yet_to_come(pose.t_publish_ns)) {
-            Some(pose) => self.show(pose),
-            None => self.age(),
-        }
-    }
-
-    /// A replay went elsewhere: what was shown last is neither old nor the one before what comes.
-    fn forget(&mut self) {
-        self.continuity = Continuity::default();
-        self.remarks = Remarks::default();
-        self.last = None;
-        self.last_valid = None;
-        self.pending.clear();
-        self.quiet_until_ns = self.process.clock().now_ns() + clock::ns(AGEING);
-    }
-
-    /// Draws a sample that came over the bus.
-    fn show(&mut self, sample: ToolPose) -> Result<(), RunError> {
-        let tracked = self.take(sample);
-        self.draw_now(&sample, tracked)
-    }
-
     /// Takes note of a sample that came over the bus; what it came to.
     fn take(&mut self, sample: ToolPose) -> Tracked {
         self.no_poses = false;
@@ -359,10 +339,14 @@ impl SliceView {
                 return Tracked::Lost(Lost::Refused);
             }
         };
-        let frozen_ns = (!session.is_replay()).then(|| clock::ns(self.process.scene.limits.frozen));
+        let frozen_ns = self.process.scene.frozen().map(clock::ns);
+        let is_replay = session.is_replay();
         let judged = self.continuity.judge(sample, tracked, frozen_ns);
         self.process.counters.dropped += judged.missing;
         self.remarks.take(&judged, sample.t_capture_ns);
+        if is_replay && frozen_ns.is_some() {
+            self.remarks.standstill(sample, &judged);
+        }
         if let Some(broken) = judged.broken.filter(|broken| broken.refuses()) {
             self.refuse(&format!("pose {}: {broken}", sample.seq));
         }

@@ -3,8 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod before_choices;
+mod frozen;
 mod mcap_conformance;
 mod mcap_groups;
+mod missing_frames;
 mod replay;
 mod replay_bytes;
 mod replay_control;

@@ -245,6 +245,31 @@ fn a_killed_replayer_is_followed_by_one_that_goes_on_where_it_was() {
     assert_eq!(report["views"][0]["seq"], published.last().unwrap().0);
 }
 
+/// Right behind the beginning of another round, `pilot status` told of the last image of the round before with an age below zero.
+#[test]
+fn no_age_is_below_zero_where_a_replay_begins_anew() {
+    let world = World::new();
+    let scene = world.file("small.toml", SMALL);
+    world.navigate(&scene, &world.path("live"), &["--for", "1s"]);
+    let recording = world.path("live").join("session.mcap");
+    let pilot = start(&world, &recording, &["--loop", "--from", "0.2s", "--to", "0.35s"]);
+    pilot.wait_for("every view replayed", |status| all_are(status, "replay", None));
+    let mut rounds = 0;
+    let mut last_s = 0.0;
+    crate::support::wait_for("twenty rounds", || {
+        let status = pilot.status()?;
+        let now_s = at_s(&status);
+        rounds += u32::from(now_s < last_s);
+        last_s = now_s;
+        let ages = status["views"].as_array().unwrap().iter().map(|view| &view["age_ms"]);
+        for age in ages.chain([&status["pose"]["age_ms"]]) {
+            assert!(age.as_f64().is_none_or(|ms| ms >= 0.0), "{status:#}");
+        }
+        (rounds >= 20).then_some(())
+    });
+    let _ = pilot.stop();
+}
+
 fn at_s(status: &Value) -> f64 {
     status["replay"]["at_s"].as_f64().unwrap()
 }

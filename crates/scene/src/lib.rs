@@ -122,6 +122,21 @@ pub enum TrackerSource {
     External,
 }
 
+impl TrackerSource {
+    /// Whether a tool at rest has the same numbers again and again, by what the scene says of the noise: a simulator without any, or
+    /// a simulated localizer whose steps are so coarse that its noise drowns in them.
+    pub fn is_noiseless(&self) -> bool {
+        match self {
+            Self::Simulated(simulation) => simulation.noise_mm == 0.0 && simulation.noise_rad == 0.0,
+            Self::OperatingRoom(room) => {
+                let noise_mm = room.sensor.across_mm.max(room.sensor.depth_mm);
+                noise_mm == 0.0 || room.sensor.quantisation_mm > 3.0 * noise_mm
+            }
+            Self::Emitters(_) | Self::Markers(_) | Self::Sequence(_) | Self::External => false,
+        }
+    }
+}
+
 /// The simulated gesture and its imperfections.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
@@ -194,6 +209,12 @@ impl Scene {
     /// [`SceneError::Value`].
     pub fn from_raw(source: &raw::Source) -> Result<Self, SceneError> {
         check::scene(&source.scene).map_err(|invalid| source.error_at(invalid))
+    }
+
+    /// For how long the same measurement may come again before it is none: [`Limits::frozen`]; `None` where the scene's own source has
+    /// no noise. Poses say that of themselves too, but those of recordings from before they did say nothing.
+    pub fn frozen(&self) -> Option<std::time::Duration> {
+        (!self.tracker.source.is_noiseless()).then_some(self.limits.frozen)
     }
 
     /// Identifies the registration that poses rest on where the scene itself says it: [`registration_id`] of its numbers, with

@@ -245,6 +245,7 @@ impl Progress {
             Check::Failed => "FAILED",
             Check::Bumped | Check::NotMade => "does not hold",
         };
+        // `recorder report` takes these words apart.
         Ok(format!(
             "check {verdict}: {} points, the worst {worst_mm:.2} mm off{because}",
             request.view

@@ -7,6 +7,12 @@ use geometry::Rigid;
 const BY: Judging = Judging {
     now_ns: i64::MAX,
     frozen_ns: None,
+    replay: None,
+};
+
+const REPLAYED: Judging = Judging {
+    replay: Some(Place { first_ns: 0, set_ns: 0 }),
+    ..BY
 };
 
 fn pose(seq: u64, tracked: Tracked) -> ToolPose {
@@ -103,15 +109,56 @@ fn old_images_that_claim_to_be_live_are_found() {
 fn a_sample_that_was_under_way_when_a_replay_jumped_breaks_nothing() {
     let mut metrics = Metrics::new(1);
     let valid = Tracked::Valid(Rigid::identity());
-    metrics.pose(pose(98, valid), BY);
+    metrics.pose(pose(98, valid), REPLAYED);
     metrics.jumped();
     for seq in [99, 0, 1] {
-        metrics.pose(pose(seq, valid), BY);
+        metrics.pose(pose(seq, valid), REPLAYED);
     }
     assert_eq!(
         (metrics.poses.refused, metrics.poses.counted_anew, metrics.poses.missing),
         (0, 0, 0)
     );
+}
+
+/// The pilot never said FROZEN in a replay; the bar of the same replay did.
+#[test]
+fn a_measurement_that_stands_still_is_frozen_in_a_replay_from_its_first_sample_on() {
+    let mut metrics = Metrics::new(1);
+    let valid = Tracked::Valid(Rigid::identity());
+    let by = Judging {
+        frozen_ns: Some(500),
+        replay: Some(Place {
+            first_ns: 1000,
+            set_ns: 1000,
+        }),
+        ..BY
+    };
+    let published = |seq: u64| ToolPose {
+        t_publish_ns: seq as i64,
+        ..pose(seq, valid)
+    };
+    // From before what is replayed: when the measurement began, and the last one.
+    for seq in [400, 999] {
+        metrics.pose(published(seq), by);
+    }
+    assert_eq!((metrics.poses.published, metrics.newest_pose()), (0, None));
+    metrics.pose(published(1000), by);
+    assert_eq!(
+        (metrics.poses.published, metrics.frozen(), metrics.poses.missing),
+        (1, 1, 0)
+    );
+    // Elsewhere in it, where it stood still for a shorter time.
+    metrics.jumped();
+    let by = Judging {
+        replay: by.replay.map(|place| Place { set_ns: 5000, ..place }),
+        ..by
+    };
+    for seq in [4800, 4999, 5000, 5001] {
+        metrics.pose(published(seq), by);
+    }
+    assert_eq!((metrics.frozen(), metrics.poses.missing), (1, 0));
+    metrics.pose(published(5301), by);
+    assert_eq!(metrics.frozen(), 2);
 }
 
 #[test]

@@ -16,6 +16,7 @@ mod absent;
 mod guides;
 mod places;
 mod sound;
+mod tiled;
 mod unnamed;
 
 use std::fs::File;

@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 
 use bus::message::Timeline;
 
+use crate::report::basis::Limits;
 use crate::report::timeline::follow;
 
 /// The reader leaves the processor to whoever shows images.
@@ -28,13 +29,13 @@ pub(super) struct Bar {
 }
 
 impl Bar {
-    /// Begins to read `recording`.
-    pub(super) fn begin(recording: &Path) -> Self {
+    /// Begins to read `recording`, whose samples are judged by `limits`, as the images are.
+    pub(super) fn begin(recording: &Path, limits: Limits) -> Self {
         let shared = Arc::<Shared>::default();
         let (of, path) = (Arc::clone(&shared), recording.to_owned());
         let spawned = std::thread::Builder::new()
             .name("timeline".to_owned())
-            .spawn(move || read(&path, &of));
+            .spawn(move || read(&path, limits, &of));
         if let Err(error) = &spawned {
             shared.put(Timeline::default().because(&format!("no thread to read the recording: {error}")));
         }
@@ -67,11 +68,11 @@ impl Shared {
     }
 }
 
-fn read(path: &Path, shared: &Shared) {
+fn read(path: &Path, limits: Limits, shared: &Shared) {
     // Of this thread alone. Where the system refuses it, the reading only takes the more of the processor.
     let _ = rustix::process::setpriority_process(None, NICE);
     let mut newest = Timeline::default();
-    let followed = follow(path, &mut |timeline| {
+    let followed = follow(path, Some(limits), &mut |timeline| {
         newest = timeline;
         shared.put(timeline);
         match shared.stop.load(Ordering::Relaxed) {

@@ -56,6 +56,8 @@ pub struct Whence<'a> {
     pub shown_volume: &'a str,
     /// The zero of the seconds that people name, ns.
     pub zero_ns: i64,
+    /// Whether it is known for how long the measurement had stood still.
+    pub standstill_judged: bool,
 }
 
 /// What `moment.json` holds. Keys are only ever added.
@@ -75,6 +77,8 @@ struct Facts {
     registration_id: String,
     /// valid, or why there is no pose
     status: String,
+    /// Whether it is known for how long the measurement had stood still; without, FROZEN MEASUREMENT cannot be told.
+    standstill_judged: bool,
     pose: Option<Pose>,
     target: Option<Target>,
     /// File names, by view.
@@ -215,6 +219,7 @@ fn facts(pose: &ToolPose, guide: Option<&Guide>, whence: Whence<'_>) -> Facts {
         t_publish_ns: pose.t_publish_ns,
         registration_id: format!("{:016x}", pose.registration_id),
         status,
+        standstill_judged: whence.standstill_judged,
         target: target(guide, valid.as_ref()),
         pose: valid,
         images: Vec::new(),
@@ -254,6 +259,7 @@ mod tests {
             recorded_volume,
             shown_volume: "aa",
             zero_ns: 0,
+            standstill_judged: true,
         }
     }
 

@@ -18,14 +18,16 @@ use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE};
 use super::Speed;
 use super::bar::Bar;
 use super::choices::Choices;
+use super::heads::Heads;
 use super::images::{Images, ImagesError};
+use super::lead::Judge;
 use super::moment::Moments;
 use super::tape::{Delivery, Tape};
 use super::timing::Timing;
 use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
-use crate::read::seek::Session;
 use crate::replay::account::AccountError;
+use crate::report::basis::Limits;
 use outlet::Outlet;
 
 /// The name of this process on the bus.
@@ -37,6 +39,8 @@ const LOOK_UP: Duration = Duration::from_millis(10);
 const NEXT_LOOK: Duration = Duration::from_micros(100);
 /// A sleep ends late by some tens of microseconds: the last of a wait is spent awake.
 const AWAKE: Duration = Duration::from_micros(150);
+/// What is only read beside the replay begins when the first pose has gone out, or this long after the start.
+const BESIDE: Duration = Duration::from_millis(500);
 /// How long the tracker may take for a pose, a restart of it included.
 const MAKING: Duration = Duration::from_secs(10);
 
@@ -108,6 +112,13 @@ pub enum ReplayError {
     },
 }
 
+/// What reads the recording beside the replay.
+struct Reading {
+    heads: Heads,
+    /// Where a window shows a bar.
+    bar: Option<Bar>,
+}
+
 /// A replay that is going.
 struct Replayer<'a> {
     options: &'a Options,
@@ -121,7 +132,8 @@ struct Replayer<'a> {
     unread: Vec<String>,
     laws: Publisher<ClockLaw>,
     /// Where a window shows a bar.
-    bar: Option<(Bar, Publisher<Timeline>)>,
+    timelines: Option<Publisher<Timeline>>,
+    beside: Option<Reading>,
     /// Opened when the first is asked for.
     moments: Option<Moments>,
     /// The examination that is shown.
@@ -129,6 +141,10 @@ struct Replayer<'a> {
     told: Option<ClockLaw>,
     lockstep: Lockstep,
     images: Option<Images>,
+    /// For how long a measurement may stand still, ns.
+    frozen_ns: Option<i64>,
+    /// What is shown is judged as the views judge it.
+    judge: Judge,
     /// A pose that is drawn and not yet pictured.
     unpictured: Option<ToolPose>,
     timing: Timing,
@@ -197,31 +213,35 @@ impl<'a> Replayer<'a> {
         if options.begin_ns > options.span_ns[0] {
             transport.control(Control::Seek(options.begin_ns), monotonic_ns());
         }
-        let found = Session::open(&options.recording)?.guides()?;
+        let tape = match options.frames {
+            Some(delivery) => Tape::with_frames(&options.recording, delivery)?,
+            None => Tape::open(&options.recording)?,
+        };
+        let found = tape.session().guides()?;
         let images = options.images.as_ref();
         let images = images.map(|(folder, every)| Images::open(bus, &process.scene, folder, *every));
         Ok(Self {
             options,
             transport,
-            tape: match options.frames {
-                Some(delivery) => Tape::with_frames(&options.recording, delivery)?,
-                None => Tape::open(&options.recording)?,
-            },
+            tape,
             outlet: Outlet::open(bus, options.frames)?,
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
             guides: Publisher::open(bus, &GUIDE, "")?,
             choices: Choices::new(found.guides),
             unread: found.unread,
             laws: Publisher::open(bus, &SESSION_CLOCK, "")?,
-            bar: match options.has_timeline {
-                true => Some((Bar::begin(&options.recording), Publisher::open(bus, &TIMELINE, "")?)),
+            timelines: match options.has_timeline {
+                true => Some(Publisher::open(bus, &TIMELINE, "")?),
                 false => None,
             },
+            beside: None,
             moments: None,
             shown_volume,
             told: None,
             lockstep: Lockstep::open(bus, &process.scene, options.frames.is_some())?,
             images: images.transpose()?,
+            frozen_ns: Limits::of(&process.scene).frozen_ns,
+            judge: Judge::default(),
             unpictured: None,
             timing: Timing::default(),
             published: 0,
@@ -266,6 +286,7 @@ impl<'a> Replayer<'a> {
         let now = monotonic_ns();
         if now >= self.next_look_ns {
             self.next_look_ns = now + clock::ns(LOOK_UP);
+            self.read_beside(now, Limits::of(&process.scene));
             self.say_unread();
             self.laws.serve_late_joiners();
             self.outlet.serve_late_joiners();
@@ -277,8 +298,20 @@ impl<'a> Replayer<'a> {
         Ok(())
     }
 
+    /// Begins to read beside the replay, once the first image waits for nothing of it.
+    fn read_beside(&mut self, now_ns: i64, limits: Limits) {
+        if self.beside.is_some() || (self.published == 0 && now_ns - self.began_ns < clock::ns(BESIDE)) {
+            return;
+        }
+        let recording = &self.options.recording;
+        self.beside = Some(Reading {
+            heads: Heads::begin(recording),
+            bar: self.timelines.is_some().then(|| Bar::begin(recording, limits)),
+        });
+    }
+
     fn tell_timeline(&mut self) -> Result<(), BusError> {
-        let Some((bar, timelines)) = &mut self.bar else {
+        let (Some(timelines), Some(Reading { bar: Some(bar), .. })) = (&self.timelines, &self.beside) else {
             return Ok(());
         };
         timelines.serve_late_joiners();
@@ -299,7 +332,8 @@ impl<'a> Replayer<'a> {
 
     /// What cannot be read of the recording, in words.
     fn unread(&self) -> Vec<String> {
-        [self.tape.unread(), self.unread.clone()].concat()
+        let heads = self.beside.as_ref().map(|beside| beside.heads.found());
+        [self.tape.unread(), self.unread.clone(), heads.unwrap_or_default()].concat()
     }
 
     /// Tells what a person had chosen by `now_ns`.
@@ -324,7 +358,14 @@ impl<'a> Replayer<'a> {
         let Some(moment) = self.tape.take() else { return Ok(()) };
         if !self.outlet.takes(&moment) {
             self.without_frames += 1;
+            if self.transport.state() == ReplayState::Paused {
+                // Who asked for the next pose is shown the next that there is.
+                self.transport.control(Control::Step, monotonic_ns());
+            }
             return Ok(());
+        }
+        if self.options.frames.is_none() {
+            self.judge.take(&moment.pose);
         }
         let waits = self.transport.speed() == Speed::Max || self.transport.state() == ReplayState::Paused;
         if waits {
@@ -363,10 +404,15 @@ impl<'a> Replayer<'a> {
     /// Pictures are taken of poses that every view has drawn.
     fn picture(&mut self, process: &mut Process) -> Result<(), ReplayError> {
         // Where poses are made again, it is the new one.
-        let pose = self.unpictured.take().map(|pose| self.lockstep.made().unwrap_or(pose));
-        let (Some(pose), Some(images)) = (pose, &mut self.images) else {
+        let Some(recorded) = self.unpictured.take() else {
             return Ok(());
         };
+        let pose = self.lockstep.made().unwrap_or(recorded);
+        if self.options.frames.is_some() {
+            self.judge.take(&pose);
+        }
+        let (pose, _) = self.judge.judged(pose);
+        let Some(images) = &mut self.images else { return Ok(()) };
         images.pose(&pose, &mut || process.beat(ProcessState::Ready, "taking pictures"))?;
         Ok(())
     }

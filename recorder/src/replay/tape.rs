@@ -235,6 +235,11 @@ impl Tape {
         Ok(())
     }
 
+    /// The recording with its index.
+    pub(crate) fn session(&self) -> &Session {
+        &self.session
+    }
+
     /// What could not be read so far, and is left out: in words, by its place.
     pub fn unread(&self) -> Vec<String> {
         self.unread.borrow().values().cloned().collect()

@@ -41,6 +41,24 @@ pub(super) struct Basis {
     pub(super) reported_wall_ns: u64,
 }
 
+/// By what samples are judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Limits {
+    pub(crate) ages: Ages,
+    /// The same measurement for longer is none, ns; `None`: it may stand still.
+    pub(crate) frozen_ns: Option<i64>,
+}
+
+impl Limits {
+    /// Those of a scene.
+    pub(crate) fn of(scene: &Scene) -> Self {
+        Self {
+            ages: Ages::of(&scene.limits),
+            frozen_ns: scene.frozen().map(bus::clock::ns),
+        }
+    }
+}
+
 /// What a person wants to know of a scene; nothing of whose examination it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct SceneFacts {
@@ -57,7 +75,7 @@ pub(super) struct SceneFacts {
     pub(super) stale_ms: f64,
     pub(super) lost_ms: f64,
     #[serde(skip)]
-    pub(super) ages: (i64, i64, i64),
+    pub(super) limits: Limits,
 }
 
 /// An attached file.
@@ -153,7 +171,7 @@ impl SceneFacts {
             views: scene.views.len(),
             stale_ms: bus::clock::ms(ages.stale_ns),
             lost_ms: bus::clock::ms(ages.lost_ns),
-            ages: (ages.stale_ns, ages.lost_ns, bus::clock::ns(scene.limits.frozen)),
+            limits: Limits::of(scene),
         }
     }
 }

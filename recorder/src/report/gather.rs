@@ -10,14 +10,14 @@ use mcap::Message;
 use prost::Message as _;
 
 use super::ReportError;
-use super::basis::Basis;
+use super::basis::{Basis, Limits};
 use super::expected;
 use super::facts::{DamageFacts, PoseFacts};
 use super::marks::Marks;
 use super::quantity::Quantity;
 use super::short::short;
 use super::states::{Between, Timeline};
-use super::story::{Meaning, Story};
+use super::story::{Check, Meaning, Story};
 use super::tip::Tip;
 use crate::edit::progress::Progress;
 use crate::read::damage::Damage;
@@ -51,7 +51,9 @@ pub(super) struct Gathered {
     /// The first and the last capture, ns.
     pub(super) span_ns: Option<(i64, i64)>,
     /// The limits that hold, where no scene says: those of one that says nothing.
-    limits: (Ages, i64),
+    limits: Limits,
+    /// They are those of who asked, whatever the recording's scene says.
+    are_given: bool,
     /// What lies behind the last sample so far.
     pub(super) between: Between,
     continuity: Continuity,
@@ -60,19 +62,20 @@ pub(super) struct Gathered {
 }
 
 /// What every scene has that says nothing of it.
-fn plain_limits() -> (Ages, i64) {
-    let scene = scene::Scene::parse("", Path::new("scene.toml")).map(|scene| scene.limits);
-    let ages = |limits: &scene::Limits| (Ages::of(limits), bus::clock::ns(limits.frozen));
-    let never = Ages {
-        stale_ns: 0,
-        lost_ns: 0,
+fn plain_limits() -> Limits {
+    let never = Limits {
+        ages: Ages {
+            stale_ns: 0,
+            lost_ns: 0,
+        },
+        frozen_ns: None,
     };
-    scene.as_ref().map_or((never, i64::MAX), ages)
+    scene::Scene::parse("", Path::new("scene.toml")).map_or(never, |scene| Limits::of(&scene))
 }
 
 impl Gathered {
-    fn new() -> Self {
-        let limits = plain_limits();
+    fn new(given: Option<Limits>) -> Self {
+        let limits = given.unwrap_or_else(plain_limits);
         Self {
             library: None,
             tally: Tally::default(),
@@ -83,10 +86,11 @@ impl Gathered {
             poses: PoseFacts::default(),
             tip: Tip::default(),
             latency: Quantity::new(LATENCY_MS.0, LATENCY_MS.1),
-            timeline: Timeline::new(limits.0),
+            timeline: Timeline::new(limits.ages),
             identity: None,
             span_ns: None,
             limits,
+            are_given: given.is_some(),
             between: Between::Nothing,
             continuity: Continuity::default(),
             last_seq: None,
@@ -96,7 +100,7 @@ impl Gathered {
 
     /// The limits that were taken, ms: stale and lost.
     pub(super) fn limits_ms(&self) -> [f64; 2] {
-        [self.limits.0.stale_ns, self.limits.0.lost_ns].map(bus::clock::ms)
+        [self.limits.ages.stale_ns, self.limits.ages.lost_ns].map(bus::clock::ms)
     }
 
     fn take(&mut self, path: &Path, item: Item) -> Result<(), ReportError> {
@@ -117,13 +121,12 @@ impl Gathered {
 
     /// Those of the scene, where it comes before the first sample, as the recorder writes it.
     fn take_limits(&mut self) {
-        if self.timeline.has_begun() {
+        if self.are_given || self.timeline.has_begun() {
             return;
         }
         if let Some(scene) = self.basis.scene_facts() {
-            let (stale_ns, lost_ns, frozen_ns) = scene.ages;
-            self.limits = (Ages { stale_ns, lost_ns }, frozen_ns);
-            self.timeline.limits(self.limits.0);
+            self.limits = scene.limits;
+            self.timeline.limits(self.limits.ages);
         }
     }
 
@@ -186,6 +189,11 @@ impl Gathered {
             LOG => match self.story.log(at_ns, &Log::decode(data)?) {
                 Meaning::Mark(words) => self.marks.mark(at_ns, &words),
                 Meaning::Ending => self.timeline.ends(at_ns),
+                Meaning::Check(said) => self.story.checks.push(Check {
+                    t_ns: at_ns,
+                    registration: self.registration_id.map(|id| format!("{id:016x}")),
+                    said,
+                }),
                 Meaning::Line => {}
             },
             IDENTITY => self.identity = Some(Identity::decode(data)?),
@@ -221,9 +229,7 @@ impl Gathered {
             let between = self.between(0);
             return self.timeline.sample(known_ns, Some(Lost::Refused), between);
         };
-        // Those that were made again of a recording were judged when they were made.
-        let frozen_ns = (!self.basis.run.contains_key("remade_from")).then_some(self.limits.1);
-        let judged = self.continuity.judge(&pose, tracked, frozen_ns);
+        let judged = self.continuity.judge(&pose, tracked, self.limits.frozen_ns);
         self.poses.missing += judged.missing;
         if judged.broken.is_some_and(|broken| broken.refuses()) {
             self.poses.refused += 1;
@@ -290,7 +296,7 @@ impl Gathered {
 /// [`ReportError::Schema`], [`ReportError::Newer`].
 pub(super) fn gather(path: &Path, input: impl Read, length: u64) -> Result<Gathered, ReportError> {
     let mut progress = Progress::new("reading");
-    gather_each(path, input, length, &mut |_, (read, length)| {
+    gather_each(path, input, length, None, &mut |_, (read, length)| {
         progress.at(read, length);
         ControlFlow::Continue(())
     })
@@ -299,7 +305,8 @@ pub(super) fn gather(path: &Path, input: impl Read, length: u64) -> Result<Gathe
 /// Told what was found so far, and how many bytes of how many were read.
 pub(super) type Each<'a> = dyn FnMut(&Gathered, (u64, u64)) -> ControlFlow<()> + 'a;
 
-/// The same; `each` is called before each item with what was found so far, and how much of how much was read, and may break it off.
+/// The same, judged by the `given` limits where there are some, else by those of the recording's scene; `each` is called before each
+/// item with what was found so far, and how much of how much was read, and may break it off.
 ///
 /// # Errors
 /// [`ReportError::Schema`], [`ReportError::Newer`].
@@ -307,9 +314,10 @@ pub(super) fn gather_each(
     path: &Path,
     input: impl Read,
     length: u64,
+    given: Option<Limits>,
     each: &mut Each<'_>,
 ) -> Result<Gathered, ReportError> {
-    let mut gathered = Gathered::new();
+    let mut gathered = Gathered::new(given);
     let mut scan = Scan::new(input, length);
     while let Some(item) = scan.next() {
         if each(&gathered, scan.progress()).is_break() {

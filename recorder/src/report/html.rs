@@ -3,6 +3,7 @@
 mod axis;
 mod base64;
 mod basis;
+mod checks;
 mod curve;
 mod escape;
 mod head;
@@ -30,6 +31,7 @@ pub(super) fn page(facts: &Facts) -> String {
     let sections = [
         head::section(facts),
         basis::section(facts),
+        checks::section(facts),
         marked::targets(facts),
         marked::marks(facts),
         measured::states(facts, &time),

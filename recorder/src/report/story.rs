@@ -15,9 +15,12 @@ const MOST_PROCESSES: usize = 64;
 const MARK: &str = "mark: ";
 /// In front of the pilot's words that a run is being ended.
 const ENDING: &str = "ending: ";
+/// In front of those on a check of the registration, and what it came to.
+const CHECK: &str = "check ";
+const VERDICTS: [&str; 3] = ["passed", "FAILED", "does not hold"];
 /// The word for a stage of a later version.
 const UNKNOWN_STAGE: &str = "unknown stage";
-/// Who says both.
+/// Who says all three.
 const PILOT: &str = "pilot";
 
 /// What was aimed at, and held, from a moment on.
@@ -94,13 +97,40 @@ pub(super) struct Line {
     pub(super) words: String,
 }
 
+/// Known points were touched, and the registration held against them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Check {
+    /// When it was told, ns since the run's epoch.
+    pub(super) t_ns: i64,
+    /// The registration that poses rested on then, 16 hexadecimal digits: the pilot takes no check of another. `None`: there was no
+    /// pose before.
+    pub(super) registration: Option<String>,
+    #[serde(flatten)]
+    pub(super) said: CheckSaid,
+}
+
+/// What the pilot says of a check.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct CheckSaid {
+    /// `passed`, `FAILED` or `does not hold`: too old when it was told, or the marker on the patient was moved.
+    pub(super) verdict: &'static str,
+    /// How many points were touched.
+    pub(super) points: u32,
+    /// The largest distance of one of them from its place, mm.
+    pub(super) worst_mm: f64,
+    /// The point that is further off than its registration promises, with both distances; empty where none is.
+    pub(super) because: String,
+}
+
 /// What a line of the log means for the report.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Meaning {
     /// A person marked the moment with these words.
     Mark(String),
     /// The run is being ended.
     Ending,
+    /// The registration was checked.
+    Check(CheckSaid),
     /// Nothing more than it says.
     Line,
 }
@@ -112,6 +142,8 @@ pub(super) struct Story {
     pub(super) choices: List<Choice>,
     /// Where it changed.
     pub(super) stages: List<Stage>,
+    /// Of the registration.
+    pub(super) checks: List<Check>,
     pub(super) restarts: List<Restart>,
     /// By the process's name.
     pub(super) processes: BTreeMap<String, Last>,
@@ -218,8 +250,26 @@ fn meaning(log: &Log) -> Meaning {
     match log.message.strip_prefix(MARK) {
         Some(words) => Meaning::Mark(short(words)),
         None if log.message.starts_with(ENDING) => Meaning::Ending,
-        None => Meaning::Line,
+        None => check(&log.message).map_or(Meaning::Line, Meaning::Check),
     }
+}
+
+/// What the pilot's words on a check say (`check passed: 3 points, the worst 1.50 mm off`, with a reason in brackets behind); `None`
+/// for other words.
+fn check(words: &str) -> Option<CheckSaid> {
+    let (verdict, rest) = words.strip_prefix(CHECK)?.split_once(": ")?;
+    let verdict = VERDICTS.into_iter().find(|known| *known == verdict)?;
+    let (points, rest) = rest.split_once(" points, the worst ")?;
+    let (worst_mm, because) = rest.split_once(" mm off")?;
+    let worst_mm = worst_mm.parse().ok().filter(|mm: &f64| mm.is_finite())?;
+    // A long reason comes without its end.
+    let because = because.trim_start_matches(" (");
+    Some(CheckSaid {
+        verdict,
+        points: points.parse().ok()?,
+        worst_mm,
+        because: short(because.strip_suffix(')').unwrap_or(because)),
+    })
 }
 
 /// What a person had to know of a stage.
@@ -259,6 +309,50 @@ mod tests {
         assert_eq!(said(Level::Info, "tracker", "mark: biopsy"), Meaning::Line);
         assert_eq!(said(Level::Error, "pilot", "mark: biopsy"), Meaning::Line);
         assert_eq!((story.lines.count, story.plain_lines), (1, 3));
+    }
+
+    /// Checks stood among the lines of the log alone.
+    #[test]
+    fn what_the_pilot_says_of_a_check_is_taken_apart() {
+        let said = |words: &str| meaning(&Log::new(0, Level::Info, "pilot", words.to_owned()));
+        let check = |verdict, points, worst_mm, because: &str| {
+            Meaning::Check(CheckSaid {
+                verdict,
+                points,
+                worst_mm,
+                because: because.to_owned(),
+            })
+        };
+        // As `pilot/src/guiding/progress.rs` says it, and its tests hold.
+        for (words, expected) in [
+            (
+                "check passed: 3 points, the worst 1.50 mm off",
+                check("passed", 3, 1.5, ""),
+            ),
+            (
+                "check FAILED: 1 points, the worst 5.25 mm off (nasion (left): 5.25 mm off, 2.10 mm hold 95 % of errors)",
+                check(
+                    "FAILED",
+                    1,
+                    5.25,
+                    "nasion (left): 5.25 mm off, 2.10 mm hold 95 % of errors",
+                ),
+            ),
+            (
+                "check does not hold: 3 points, the worst 0.40 mm off",
+                check("does not hold", 3, 0.4, ""),
+            ),
+        ] {
+            assert_eq!(said(words), expected, "{words}");
+        }
+        for words in [
+            "check passed",
+            "check perfect: 3 points, the worst 1.50 mm off",
+            "check passed: many points, the worst 1.50 mm off",
+            "check passed: 3 points, the worst NaN mm off",
+        ] {
+            assert_eq!(said(words), Meaning::Line, "{words}");
+        }
     }
 
     #[test]

@@ -98,6 +98,76 @@ fn poses(log: &mut Written, seqs: impl Iterator<Item = u64>, lost: impl Fn(u64) 
     }
 }
 
+/// Checks of the registration stood in no table: only whoever read the log knew that one had failed.
+#[test]
+fn each_check_has_its_row_with_the_registration_that_was_in_use() {
+    let mut log = testing::log(0, 0);
+    say(
+        &mut log,
+        0,
+        Level::Info,
+        "check passed: 3 points, the worst 0.80 mm off",
+    );
+    poses(&mut log, 0..60, |_| None);
+    let fails = "check FAILED: 1 points, the worst 5.25 mm off (<nasion>: 5.25 mm off, 2.10 mm hold 95 % of errors)";
+    say(&mut log, 1_000_000_000, Level::Info, fails);
+    // Nobody else checks, and a line that is no check is none.
+    log.put(Entry::Log(
+        2,
+        &Log::new(
+            2,
+            Level::Info,
+            "guest",
+            "check passed: 3 points, the worst 0.1 mm off".to_owned(),
+        ),
+    ))
+    .unwrap();
+    say(&mut log, 3, Level::Info, "check is to be made");
+    let (page, facts) = Rig::of(ended(log)).said();
+    let checks = &facts["story"]["checks"];
+    let id = format!("{:016x}", testing::pose(0).registration_id);
+    assert_eq!(
+        (&checks["count"], &checks["listed"][0]["registration"]),
+        (&2.into(), &Value::Null)
+    );
+    let failed = &checks["listed"][1];
+    assert_eq!(
+        (
+            &failed["t_ns"],
+            &failed["verdict"],
+            &failed["points"],
+            &failed["worst_mm"],
+            &failed["registration"]
+        ),
+        (
+            &1_000_000_000_u64.into(),
+            &"FAILED".into(),
+            &1.into(),
+            &5.25.into(),
+            &id.clone().into()
+        )
+    );
+    let row = format!(
+        "<td>00:01.0</td><td><code>{id}</code></td><td>1</td><td>5.25 mm</td><td><strong>FAILED</strong></td>\
+         <td><bdi>&lt;nasion&gt;: 5.25 mm off, 2.10 mm hold 95 % of errors</bdi></td>"
+    );
+    assert!(page.contains(&row), "{page}");
+    assert!(
+        page.contains("<td>UNKNOWN</td><td>3</td><td>0.800 mm</td><td>passed</td>"),
+        "{page}"
+    );
+    // Whether there was none, or nobody said so.
+    let (page, _) = Rig::new(&testing::finished(1, 5)).said();
+    assert!(
+        page.contains("whether known points were touched is not known"),
+        "{page}"
+    );
+    let mut log = testing::log(1, 5);
+    say(&mut log, 1, Level::Info, "everybody ready");
+    let (page, _) = Rig::of(log).said();
+    assert!(page.contains("no known point was touched"), "{page}");
+}
+
 #[test]
 fn a_whole_recording_says_what_it_holds() {
     let mut log = testing::log(0, 0);

@@ -10,6 +10,7 @@ use bus::clock::monotonic_ns;
 use bus::message::{Timeline, TimelineColumn, TimelineMark};
 
 use super::ReportError;
+use super::basis::Limits;
 use super::gather::{Gathered, gather_each};
 use super::states::{Shares, State};
 use crate::read::damage::OpenError;
@@ -20,11 +21,16 @@ const EVERY_NS: i64 = 300_000_000;
 /// The clock is looked at once in so many messages.
 const LOOKED_AT: u32 = 256;
 
-/// Reads the recording `path` and hands `tell` what is known so far, the last time all of it; ends where `tell` breaks.
+/// Reads the recording `path`, judging its samples by `limits`, those of the scene that is shown, or by those of its own scene, and hands
+/// `tell` what is known so far, the last time all of it; ends where `tell` breaks.
 ///
 /// # Errors
 /// [`ReportError::Open`], [`ReportError::Schema`], [`ReportError::Newer`].
-pub(crate) fn follow(path: &Path, tell: &mut dyn FnMut(Timeline) -> ControlFlow<()>) -> Result<(), ReportError> {
+pub(crate) fn follow(
+    path: &Path,
+    limits: Option<Limits>,
+    tell: &mut dyn FnMut(Timeline) -> ControlFlow<()>,
+) -> Result<(), ReportError> {
     let fail = |source| OpenError::Io {
         path: path.to_owned(),
         source,
@@ -33,7 +39,7 @@ pub(crate) fn follow(path: &Path, tell: &mut dyn FnMut(Timeline) -> ControlFlow<
     file.rewind().map_err(fail)?;
     let (mut messages, mut next_ns) = (0_u32, monotonic_ns() + EVERY_NS);
     let mut has_broken = false;
-    let found = gather_each(path, BufReader::new(file), bytes, &mut |found, (read, _)| {
+    let found = gather_each(path, BufReader::new(file), bytes, limits, &mut |found, (read, _)| {
         messages = messages.wrapping_add(1);
         if !messages.is_multiple_of(LOOKED_AT) || monotonic_ns() < next_ns {
             return ControlFlow::Continue(());

@@ -14,7 +14,9 @@ use crate::read::lost::{Hurt, told};
 
 /// One line for each such chunk.
 pub(super) fn absent(file: &mut File, length: u64, summary: &Summary, walked: &Places) -> Vec<String> {
-    let there = |index: &&ChunkIndex| walked.chunks.iter().any(|chunk| chunk.at == index.chunk_start_offset);
+    // A walk finds them in the order of the file.
+    let is_at = |at: u64| walked.chunks.binary_search_by_key(&at, |chunk| chunk.at).is_ok();
+    let there = |index: &&ChunkIndex| is_at(index.chunk_start_offset);
     let mut indexes: Vec<&ChunkIndex> = summary.chunk_indexes.iter().filter(|index| !there(index)).collect();
     indexes.sort_by_key(|index| index.chunk_start_offset);
     let name = |id: u16| match summary.channels.get(&id) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
 use mcap::records::op;
 use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
@@ -11,9 +11,12 @@ use mcap::{MAGIC, McapResult, Summary};
 use crate::read::chunk::MAX_RECORD;
 use crate::wire::schema::LIBRARY;
 
-const HEADER: u64 = 1 + 8;
+/// Opcode and length in front of a record.
+pub(super) const HEADER: u64 = 1 + 8;
 /// The head of an index record.
-const LIST: u64 = 2 + 4;
+pub(super) const LIST: u64 = 2 + 4;
+/// Bytes of an index that are read at once.
+const READ_AHEAD: usize = 1 << 16;
 /// Most records that a walk looks at: a file of nothing but empty records must not fill the memory.
 const MAX_PLACES: usize = 1 << 24;
 
@@ -173,15 +176,16 @@ pub(super) fn read_summary(file: &mut File, length: u64) -> McapResult<Option<Su
         .with_file_size(length)
         .with_record_length_limit(MAX_RECORD);
     let mut reader = SummaryReader::new_with_options(options);
-    // The reader counts from the start.
+    // The reader counts from the start, and asks for each record in two small pieces.
     file.rewind()?;
+    let mut input = BufReader::with_capacity(READ_AHEAD, file);
     while let Some(event) = reader.next_event() {
         match event? {
             SummaryReadEvent::ReadRequest(wanted) => {
-                let read = file.read(reader.insert(wanted))?;
+                let read = input.read(reader.insert(wanted))?;
                 reader.notify_read(read);
             }
-            SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to)?),
+            SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(input.seek(to)?),
         }
     }
     Ok(reader.finish())

@@ -1,5 +1,6 @@
-//! What a file's index alone says, where it can be relied on: its chunks lie where it has them, and the lists behind them hold
-//! as many messages as it counts.
+//! What a file's index alone says, where it can be relied on: what it names fills the file, and the lists behind its chunks hold as
+//! many messages as it counts. Where an index does not account for all of its file, as those of other programs may not, the head of
+//! every record says whether its chunks lie where it has them.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,13 +12,14 @@ use mcap::records::ChunkIndex;
 
 use super::Session;
 use super::places::{self, Places};
+use super::tiled;
 use crate::read::damage::OpenError;
 use crate::read::scan::{self, Item};
 
 /// Stamps at or beyond it show on no clock: 2^61 ns.
 const NO_CLOCK_NS: u64 = 1 << 61;
 
-/// The index of a recording, held against where its records lie.
+/// The index of a recording, held against its own sums and places, or against where its records lie.
 pub(crate) struct Indexed<'a> {
     session: &'a Session,
     /// In the order of the file.
@@ -28,24 +30,26 @@ pub(crate) struct Indexed<'a> {
 }
 
 impl Session {
-    /// The file's index, or why it cannot be relied on, in words. Reads the head of every record.
+    /// The file's index, or why it cannot be relied on, in words. Reads nothing but the index, or the head of every record where that
+    /// does not account for all of the file.
     pub(crate) fn indexed(&self) -> Result<Indexed<'_>, String> {
         let words = |error: OpenError| error.to_string();
         let summary = self.summary.as_ref().ok_or("the file has no index that can be read")?;
         let stats = summary.stats.as_ref().ok_or("its index counts no messages")?;
         let (mut file, length) = scan::open_file(&self.path).map_err(words)?;
-        let walked = Places::walk(&mut file, length).map_err(|error| format!("reading: {error}"))?;
-        if let Some(difference) = places::differences(&self.places, &walked).into_iter().next() {
-            return Err(difference);
-        }
+        let reading = |error| format!("reading: {error}");
+        let listed = match tiled::listed(&mut file, length, summary).map_err(reading)? {
+            Some(listed) => Some(listed),
+            None => self.walked(&mut file, length)?,
+        };
         let counts = stats.channel_message_counts.iter().map(|(id, count)| (*id, *count));
         let counts: BTreeMap<u16, u64> = counts.filter(|(_, count)| *count > 0).collect();
         let total: u64 = counts.values().fold(0, |sum, count| sum.saturating_add(*count));
-        if counts != walked.listed || total != stats.message_count || !walked.is_complete {
+        if listed.as_ref() != Some(&counts) || total != stats.message_count {
+            let there: u64 = listed.iter().flat_map(BTreeMap::values).sum();
             return Err(format!(
-                "its index counts {} messages, and its chunks list {}",
+                "its index counts {} messages, and its chunks list {there}",
                 stats.message_count,
-                walked.listed.values().sum::<u64>()
             ));
         }
         let mut chunks: Vec<&ChunkIndex> = summary.chunk_indexes.iter().collect();
@@ -63,6 +67,16 @@ impl Session {
                 .collect(),
             counts,
         })
+    }
+
+    /// The messages that the lists between the records hold, of each channel; `None` where some lie in no chunk. In words where the
+    /// index has anything elsewhere than the file.
+    fn walked(&self, file: &mut File, length: u64) -> Result<Option<BTreeMap<u16, u64>>, String> {
+        let walked = Places::walk(file, length).map_err(|error| format!("reading: {error}"))?;
+        match places::differences(&self.places, &walked).into_iter().next() {
+            Some(difference) => Err(difference),
+            None => Ok(walked.is_complete.then_some(walked.listed)),
+        }
     }
 }
 

@@ -58,6 +58,7 @@ impl Replayer<'_> {
                 None => return Ok(Err(UNKNOWN_POSE.to_owned())),
             },
         };
+        let (pose, standstill_judged) = self.judge.judged(pose);
         let moments = match self.moments.take() {
             Some(moments) => moments,
             None => Moments::open(&process.bus, &process.scene, folder)?,
@@ -72,6 +73,7 @@ impl Replayer<'_> {
             recorded_volume: recorded.as_deref(),
             shown_volume: &self.shown_volume,
             zero_ns: self.options.zero_ns,
+            standstill_judged,
         };
         let guide = self.choices.at(pose.t_capture_ns);
         let written = moments.write(&pose, guide, whence, &mut || {

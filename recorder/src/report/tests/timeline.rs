@@ -10,7 +10,7 @@ use crate::report::timeline::follow;
 /// All that was told, in order.
 fn told(rig: &Rig) -> Result<Vec<Timeline>, ReportError> {
     let mut all = Vec::new();
-    follow(&rig.path("s.mcap"), &mut |timeline| {
+    follow(&rig.path("s.mcap"), None, &mut |timeline| {
         all.push(timeline);
         ControlFlow::Continue(())
     })?;
@@ -94,7 +94,7 @@ fn who_wants_no_more_is_left_alone() {
     poses(&mut log, 0..600, |_| None);
     let rig = Rig::of(ended(log));
     let mut times = 0;
-    follow(&rig.path("s.mcap"), &mut |_| {
+    follow(&rig.path("s.mcap"), None, &mut |_| {
         times += 1;
         ControlFlow::Break(())
     })

@@ -1,0 +1,83 @@
+//! Poses that are of no present: of a replay, and in simulated time. Each is drawn in all views.
+
+use bus::clock;
+use bus::continuity::{Break, Continuity};
+use bus::message::{ToolPose, Tracked};
+use bus::port::Subscriber;
+
+use super::{AGEING, RunError, SliceView, follow};
+use crate::remarks::Remarks;
+
+impl SliceView {
+    /// Takes what came, in its order, and draws the newest of it; where nothing came, lets the images grow old.
+    pub(super) fn follow_ruled(&mut self, poses: &Subscriber<ToolPose>) -> Result<(), RunError> {
+        self.came.clear();
+        while self.came.len() < follow::ROOM
+            && let Some(pose) = poses.next()?
+        {
+            self.came.push(pose);
+        }
+        // After the poses were taken: their replayer has said before them what time it is.
+        let jumped = self.process.session.follow()?;
+        if jumped {
+            self.forget();
+        }
+        let mut newest = None;
+        for k in 0..self.came.len() {
+            let sample = self.came[k];
+            if jumped && self.process.session.is_yet_to_come(sample.t_publish_ns) {
+                continue;
+            }
+            if self.is_before_the_place(&sample) {
+                self.lead(&sample);
+                continue;
+            }
+            self.leads = false;
+            newest = Some((sample, self.take(sample)));
+        }
+        match newest {
+            Some((sample, tracked)) => self.draw_now(&sample, tracked),
+            None => self.age(),
+        }
+    }
+
+    /// A replay went elsewhere: what was shown last is neither old nor the one before what comes.
+    fn forget(&mut self) {
+        self.continuity = Continuity::default();
+        (self.leads, self.has_jumped) = (true, true);
+        self.remarks = Remarks::default();
+        self.last = None;
+        self.last_valid = None;
+        self.pending.clear();
+        self.quiet_until_ns = self.process.clock().now_ns() + clock::ns(AGEING);
+    }
+
+    /// Whether the replay has just gone to a place that lies behind this sample: see `recorder::replay::lead`.
+    fn is_before_the_place(&self, sample: &ToolPose) -> bool {
+        let session = &self.process.session;
+        let law = session.replay().filter(|_| self.leads && session.is_replay());
+        // Who comes late to a replay that stands still finds the clock behind the pose that is shown.
+        law.is_some_and(|law| sample.t_publish_ns < if self.has_jumped { law.anchor_ns } else { law.first_ns })
+    }
+
+    /// Takes note of a sample from before the place that a replay went to: what comes is judged beside it, and it is not drawn. Where
+    /// nothing comes, what it was then is what there is.
+    fn lead(&mut self, sample: &ToolPose) {
+        let Ok(tracked) = sample.tracked() else { return };
+        let frozen_ns = self.process.scene.frozen().map(clock::ns);
+        let mut judged = self.continuity.judge(sample, tracked, frozen_ns);
+        // One that was under way when the replay went back came before it.
+        if judged.broken.is_some_and(Break::refuses) {
+            self.continuity = Continuity::default();
+            judged = self.continuity.judge(sample, tracked, frozen_ns);
+        }
+        self.remarks.led();
+        self.last = Some((*sample, judged.tracked));
+        self.last_valid = match judged.tracked {
+            Tracked::Valid(pose) => Some((pose, sample.t_capture_ns)),
+            Tracked::Lost(_) => None,
+        };
+        self.drawn = None;
+        self.quiet_until_ns = self.process.clock().now_ns() + clock::ns(AGEING);
+    }
+}
