@@ -180,7 +180,7 @@ pub const WORKFLOW: Topic = Topic {
 /// Where a person is on her way through calibration, registration and check, and what came of it so far.
 pub const STEPS: Topic = Topic {
     name: "steps",
-    payload: "trocar/Steps/1",
+    payload: "trocar/Steps/2",
     wakes: true,
     purpose: "the guided calibration, registration and check: what is to be done, and how good it is (scenes with steps only)",
     ..BASE
