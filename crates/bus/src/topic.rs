@@ -161,7 +161,7 @@ pub const GUIDE: Topic = Topic {
 /// The plan of the operation, in a planning run: kept and written by its pilot.
 pub const PLAN: Topic = Topic {
     name: "plan",
-    payload: "trocar/Plan/1",
+    payload: "trocar/Plan/2",
     wakes: true,
     purpose: "targets, ways to them and what was measured (planning runs only)",
     ..BASE
