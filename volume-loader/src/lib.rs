@@ -11,7 +11,6 @@ mod fill;
 pub mod inspect;
 #[cfg(test)]
 mod irregular;
-mod label_names;
 mod load;
 pub mod metaimage;
 pub mod nifti;
@@ -33,7 +32,7 @@ mod write_error;
 
 pub use error::LoadError;
 pub use fill::{Filled, fill};
-pub use label_names::{LabelNamesError, label_names};
+pub use load::names::{LabelNamesError, label_names};
 pub use load::{load, load_labels, load_seeded, open};
 pub use run::RunError;
 pub use write::WriteOptions;

@@ -66,6 +66,7 @@ impl Seen {
         let mean = mean(quaternions.clone())?;
         let turns = quaternions.map(|q| (turn(&mean, &q), mean.dot(&q)));
         let count = turns.clone().count() as f64;
+        // About the mean, as the gate is: a motion about a place that it never was at would look wide.
         let tilts = turns.clone().map(|(v, _)| view.flat(&v.cross(&view.shaft)));
         let spread = tilts.map(|t| t * t.transpose()).sum::<Matrix2<f64>>() / count;
         let (mut cells, mut now) = (0, Vector2::zeros());
