@@ -126,7 +126,7 @@ impl View {
         // The marker's axis that lies most across the shaft: 54 degrees from it at least.
         let up = shaft.iamin();
         let across = Vector3::from_fn(|i, _| f64::from(u8::from(i == up)));
-        let top = (across - shaft * shaft[up]).normalize();
+        let top = (across - shaft * shaft[up]).try_normalize(0.0).unwrap_or(across);
         Self {
             shaft,
             right: shaft.cross(&top),

@@ -31,6 +31,8 @@ const WAS: f32 = 0.45;
 const LEAST_LINES: f32 = 5.0;
 /// Cells of a spinning, 5 degrees each.
 const TURN: f64 = TAU / StepMotion::TURN_CELLS as f64;
+/// Cells of its ring to each side: half a turn in all, which is what is asked for.
+const SIDE_CELLS: usize = StepMotion::TURN_CELLS / 4;
 
 /// Whether there was a motion to show.
 pub(super) fn show(ui: &Ui, told: &Steps, room: Rect, (sizes, words): (&Sizes, &mut Words)) -> bool {
@@ -111,26 +113,10 @@ fn filled(motion: &StepMotion, sector: usize) -> f64 {
     if share > 0.0 { share.min(MOST_UNREACHED) } else { 0.0 }
 }
 
-/// Of a spinning's ring: the cells that are needed to each side, and whether cell `k` from the middle is reached.
-fn needed_cells(motion: &StepMotion) -> usize {
-    let cells = (motion.needed_rad / TURN - 1e-9).ceil();
-    if cells > 0.0 {
-        (cells as usize).min(StepMotion::TURN_CELLS / 2)
-    } else {
-        0
-    }
-}
-
+/// Whether the `k`th cell from the middle of a spinning's ring is reached, of `SIDE_CELLS` on each side: all are where the turn is enough.
 fn is_turned(motion: &StepMotion, k: usize) -> bool {
-    let reach = motion.reach_rad.iter().copied().fold(f64::INFINITY, f64::min);
-    let is_last = k + 1 >= needed_cells(motion);
-    // The last cell is full when what is needed is, and no earlier.
-    let edge = if is_last {
-        motion.needed_rad
-    } else {
-        TURN * (k + 1) as f64
-    };
-    motion.reach_rad.iter().all(|reach| reach.is_finite()) && reach >= edge.min(motion.needed_rad)
+    let part = ((k + 1) as f64 / SIDE_CELLS as f64).min(1.0);
+    motion.reach_rad.iter().all(|reach| *reach >= part * motion.needed_rad)
 }
 
 struct Drawing<'a> {
@@ -215,7 +201,7 @@ impl Drawing<'_> {
             let from = top - 0.5 * TAU + TURN * cell as f64;
             self.was([from, from + TURN], [0.3, NEEDED]);
         }
-        for k in 0..needed_cells(motion) {
+        for k in 0..SIDE_CELLS {
             let (is_reached, from) = (is_turned(motion, k), TURN * k as f64);
             let share = f64::from(u8::from(is_reached));
             for angles in [[top + from, top + from + TURN], [top - from - TURN, top - from]] {
