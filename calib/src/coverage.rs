@@ -5,6 +5,8 @@
 //! frame. The eigenvectors of `mean(sin^2(theta / 2) n n^T)` are the principal axes, and `2 asin(sqrt(eigenvalue))` the
 //! root mean square turn about each: no sign of a quaternion and no angle near a half-turn disturbs it.
 
+pub mod seen;
+
 use std::fmt;
 
 use geometry::rotation::Rotation;
@@ -37,13 +39,7 @@ impl<F: Frame> Coverage<F> {
     pub fn of(rotations: impl Iterator<Item = Rotation> + Clone) -> Option<Self> {
         let quaternions = rotations.map(|r| Vector4::from(r.quaternion()));
         let count = quaternions.clone().count() as f64;
-        if count == 0.0 {
-            return None;
-        }
-        // q q^T is the same for q and -q, so that no sign has to be chosen (Markley et al. 2007).
-        let outer = quaternions.clone().map(|q| q * q.transpose());
-        let (values, vectors) = symmetric4(outer.sum::<Matrix4<f64>>() / count);
-        let mean: Vector4<f64> = vectors.column(values.imax()).into_owned();
+        let mean = mean(quaternions.clone())?;
         // Each turn by itself: small ones would drown in the rounding of the 4 x 4 matrix.
         let outer = quaternions.map(|q| turn(&mean, &q)).map(|v| v * v.transpose());
         let (values, vectors) = symmetric3(outer.sum::<Matrix3<f64>>() / count);
@@ -81,6 +77,18 @@ impl<F: Frame> Coverage<F> {
             needed_rad,
         })
     }
+}
+
+/// The chordal mean of some rotations; `None` without any.
+fn mean(quaternions: impl Iterator<Item = Vector4<f64>> + Clone) -> Option<Vector4<f64>> {
+    let count = quaternions.clone().count() as f64;
+    if count == 0.0 {
+        return None;
+    }
+    // q q^T is the same for q and -q, so that no sign has to be chosen (Markley et al. 2007).
+    let outer = quaternions.map(|q| q * q.transpose());
+    let (values, vectors) = symmetric4(outer.sum::<Matrix4<f64>>() / count);
+    Some(vectors.column(values.imax()).into_owned())
 }
 
 /// The vector part of `conj(mean) q`: axis times the sine of half the angle, in the marker's frame.

@@ -16,6 +16,7 @@ pub mod f2554;
 pub mod file;
 pub mod gate;
 pub mod marker;
+pub mod motion;
 pub mod pivot;
 pub mod pose;
 pub mod registration;

@@ -9,7 +9,7 @@ mod text;
 
 pub(crate) use desk::Desk;
 pub(crate) use follow::{FollowError, follow};
-pub(crate) use safety::Measured;
+pub(crate) use safety::{LabelMap, Measured};
 pub(crate) use scene::planning_scene;
 pub(crate) use store::{PlanStore, StoreError};
 pub(crate) use text::Findings;

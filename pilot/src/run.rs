@@ -257,8 +257,9 @@ impl Run {
 
     /// Says what has become of the workflow and of what a person chose.
     fn guide(&mut self) -> Result<(), BusError> {
-        if let Some(desk) = &self.desk {
+        if let Some(desk) = &mut self.desk {
             desk.serve_late_joiners();
+            desk.look(self.session.clock().now_ns())?;
         }
         for words in self.guiding.turn(self.session.clock().now_ns())? {
             self.tell(Level::Info, &words);

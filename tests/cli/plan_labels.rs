@@ -1,8 +1,11 @@
 //! `pilot plan --labels`: what is said of structures beside a way, and label maps that are refused, each by name.
 
+#![allow(clippy::disallowed_methods, reason = "an independent program is the point of a test")]
+
 use crate::support::nifti::Nifti;
-use crate::support::{World, stderr, stdout};
-use std::process::Output;
+use crate::support::{World, python, stderr, stdout};
+use serde_json::Value;
+use std::process::{Command, Output};
 
 /// A voxel's side, mm: that of [`Nifti::header`], whose voxel (i, j, k) lies at (-20 i, -20 j, 20 k), LPS.
 const SIDE_MM: f64 = 20.0;
@@ -113,9 +116,9 @@ fn where_the_label_map_ends_nothing_is_called_free() {
         stdout(&asked)
     );
     assert!(
-        stderr(&asked).contains("another grid than the CT"),
+        stdout(&asked).contains("! LABELS LIE ON ANOTHER GRID THAN THE CT"),
         "{}",
-        stderr(&asked)
+        stdout(&asked)
     );
     assert_eq!(asked.status.code(), Some(3));
     // An error as large as what is left beside the way: the tube may leave the map.
@@ -168,4 +171,81 @@ fn what_is_no_label_map_is_refused_by_name_and_nothing_is_written() {
     let asked = planned.ask(&["--labels", "/no/such/labels.nii", "--confirm", "Dr. A"]);
     assert!(stderr(&asked).contains("/no/such/labels.nii"), "{}", stderr(&asked));
     assert_eq!(planned.text(), before);
+}
+
+/// A map of the CT's voxels that lies elsewhere, as one does that was exported from the wrong series: nothing else is wrong with it.
+#[test]
+fn a_map_that_is_moved_against_the_ct_speaks_against_the_plan() {
+    let planned = Planned::new();
+    let here = labelled(&[([6, 6, 5], 8)]);
+    let asked = planned.beside(here, &["--error-mm", "2", "--json"]);
+    let said: Value = serde_json::from_str(&stdout(&asked)).unwrap();
+    assert_eq!(
+        (&said["label_map_on_grid"], asked.status.code()),
+        (&true.into(), Some(0))
+    );
+    assert!(said["label_map"].as_str().unwrap().ends_with("labels.nii"), "{said}");
+    // The place of the first voxel along R, A and S: `qoffset` and the fourth numbers of `srow`, bytes 268 and 292 of the header.
+    let mut moved = labelled(&[([6, 6, 5], 8)]);
+    for at in [268, 292] {
+        moved.0[at..at + 4].copy_from_slice(&7.5_f32.to_le_bytes());
+    }
+    let asked = planned.beside(moved, &["--error-mm", "2", "--json"]);
+    let said: Value = serde_json::from_str(&stdout(&asked)).unwrap();
+    assert_eq!(
+        (&said["label_map_on_grid"], asked.status.code()),
+        (&false.into(), Some(3)),
+        "{said}"
+    );
+    let by = said["label_map_moved_mm"].as_array().unwrap();
+    assert_eq!(
+        by.iter().map(|mm| mm.as_f64().unwrap().abs()).collect::<Vec<_>>(),
+        [7.5, 0.0, 0.0]
+    );
+}
+
+#[test]
+fn structures_have_the_names_of_the_file_beside_and_two_names_of_one_are_refused() {
+    let planned = Planned::new();
+    let snap = "# ITK-SnAP Label Description File\n0 0 0 0 0 0 0 \"Clear Label\"\n5 255 0 0 1 1 1 \"vena cava\"\n";
+    std::fs::write(planned.0.path("labels.txt"), snap).unwrap();
+    let labels = || labelled(&[([6, 5, 4], 5), ([6, 6, 5], 8)]);
+    let text = stdout(&planned.beside(labels(), &["--error-mm", "2"]));
+    assert!(text.contains("CUTS vena cava (label 5), 80.0 mm deep"), "{text}");
+    assert!(text.contains(" n: label 8 is 22.3 mm away"), "{text}");
+    let before = planned.text();
+    std::fs::write(planned.0.path("labels.ctbl"), "5 aorta 0 0 0 255\n").unwrap();
+    let asked = planned.beside(labels(), &["--diameter", "n=9"]);
+    let said = stderr(&asked);
+    assert_eq!(asked.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("labels.ctbl") && said.contains("\"aorta\", and was \"vena cava\" before"),
+        "{said}"
+    );
+    assert_eq!(planned.text(), before);
+}
+
+#[test]
+fn names_come_from_segmentations_that_other_software_wrote() {
+    let Some(python) = python() else { return };
+    let planned = Planned::new();
+    for kind in ["pynrrd", "simpleitk"] {
+        let path = planned.0.path(&format!("{kind}.seg.nrrd"));
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/write_label_map.py");
+        let written = Command::new(&python).args([script, kind]).arg(&path).output().unwrap();
+        assert!(written.status.success(), "{}", stderr(&written));
+        let asked = planned.ask(&["--labels", path.to_str().unwrap(), "--error-mm", "2", "--json"]);
+        let said: Value = serde_json::from_str(&stdout(&asked)).unwrap_or_else(|_| panic!("{}", stderr(&asked)));
+        assert_eq!(said["label_map_on_grid"], true, "{kind}: {said}");
+        let near = said["structures"][0]["nearest"].as_array().unwrap();
+        let names: Vec<_> = near
+            .iter()
+            .map(|one| (one["label"].as_i64(), one["name"].as_str()))
+            .collect();
+        let expected = [
+            (Some(5), Some("vena cava, inferior")),
+            (Some(8), Some("Leber \\ rechts")),
+        ];
+        assert_eq!(names, expected, "{kind}");
+    }
 }

@@ -1,5 +1,7 @@
 //! From a scene's volume to a source of voxels.
 
+pub(crate) mod names;
+
 use std::path::Path;
 
 use bus::run::free_memory_bytes;

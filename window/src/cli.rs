@@ -7,7 +7,7 @@ use bus::process::{Membership, exit};
 use clap::Parser;
 
 use crate::display::Wanted;
-pub use crate::program::LoadVolume;
+pub use crate::program::LabelReader;
 use crate::program::Options;
 use crate::run::run;
 
@@ -58,7 +58,7 @@ pub fn command() -> clap::Command {
 }
 
 /// The binary.
-pub fn main(load: LoadVolume) -> ExitCode {
+pub fn main(load: LabelReader) -> ExitCode {
     let cli = Cli::parse();
     let membership = Membership {
         run_dir: cli.run_dir,

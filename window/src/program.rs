@@ -1,17 +1,26 @@
 //! What the window's screens have in common as a program: what it is told, why it ends, pictures of the screen.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bus::BusError;
 use bus::process::JoinError;
 use bus::volume::OwnedVolume;
+use guidance::safety::LabelNames;
 use scene::VolumeSpec;
 
 use crate::display::{DisplayError, Wanted};
 use crate::paint::{PaintError, canvas};
 
-/// Reads a label map as a volume: handed in by the binary, as this crate knows no formats of volumes.
-pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
+
+/// Reads label maps: handed in by the binary, as this crate knows no formats of volumes.
+#[derive(Debug, Clone, Copy)]
+pub struct LabelReader {
+    /// The map, as a volume.
+    pub map: fn(&VolumeSpec) -> Read<OwnedVolume>,
+    /// The names that it comes with.
+    pub names: fn(&Path) -> Read<LabelNames>,
+}
 
 /// Why a window ended.
 #[derive(Debug, thiserror::Error)]
@@ -40,7 +49,7 @@ pub(crate) struct Options {
     /// The process's name in the run.
     pub(crate) name: String,
     /// Reads a label map, for the planning screen.
-    pub(crate) load: LoadVolume,
+    pub(crate) load: LabelReader,
 }
 
 /// Writes a picture of the screen, by a thread of its own.

@@ -126,6 +126,9 @@ impl Window {
         if let Err(why) = self.asked.draw_held(&self.feed, now.run_ns) {
             self.say(why);
         }
+        if let Err(why) = self.asked.drag_level(now.run_ns) {
+            self.say(why);
+        }
         if self.is_due(set, now.run_ns) {
             self.paint(set, now)?;
         }

@@ -25,6 +25,7 @@ use crate::sizes::{Screen, Sizes, smallest};
 pub(crate) use bar::Band;
 pub use bar::Shown;
 pub(crate) use buttons::touched;
+pub(crate) use cell::HU_PX;
 pub use images::ImagesKey;
 pub use sight::Dial;
 pub use views::Views;
@@ -40,6 +41,13 @@ pub enum Wish {
     },
     /// Show images in another window or field.
     Images(ImagesKey),
+    /// Show images in a window that is so much wider, and whose centre is so much higher.
+    Level {
+        /// HU.
+        wider_hu: i32,
+        /// HU.
+        up_hu: i32,
+    },
     /// Note this moment in the recording.
     Mark,
     /// A picture of the screen as a file.

@@ -1,6 +1,7 @@
 //! What a person wishes becomes requests to the processes that keep it: the window keeps nothing.
 
 mod images;
+mod level;
 mod replay;
 
 use std::path::PathBuf;
@@ -15,6 +16,7 @@ use scene::Scene;
 use crate::feed::Feed;
 use crate::model::ReplayModel;
 use crate::screen::Wish;
+use level::Level;
 use replay::{Replayer, Steering, steering};
 
 /// So long the answers to a wish are waited for. The window goes on painting meanwhile.
@@ -37,6 +39,8 @@ pub struct Asked {
     /// Who calibrates, registers and checks, where the scene has steps.
     calibrator: Option<CommandClient>,
     open: Vec<Open>,
+    /// The window that is dragged, and the request for it.
+    level: (Level, level::Open),
     /// The pose held that was asked for last, and when, ns on the run's clock.
     drawn: Option<(PoseId, i64)>,
     /// Where pictures of the screen go.
@@ -75,6 +79,7 @@ impl Asked {
                 .transpose()?,
             calibrator: has_steps.then(|| CommandClient::open(bus, CALIBRATOR)).transpose()?,
             open: Vec::with_capacity(MOST_OPEN),
+            level: Default::default(),
             drawn: None,
             shots,
         })
@@ -101,7 +106,13 @@ impl Asked {
                 let name = next_target(feed, scene, *is_forward).ok_or("the scene has no targets")?;
                 self.pilot(Command::with_text(CommandKind::Choose, &name))
             }
+            Wish::Level { wider_hu, up_hu } => {
+                let now = feed.guide().and_then(|guide| guide.images().ok()).unwrap_or_default();
+                self.level.0.drag(images::window(now, scene)?, [*wider_hu, *up_hu]);
+                return Ok(());
+            }
             Wish::Images(key) => {
+                self.level.0.forget();
                 let now = feed.guide().and_then(|guide| guide.images().ok()).unwrap_or_default();
                 self.pilot(Command::images(images::wish(*key, now, scene)?))
             }
@@ -188,6 +199,15 @@ impl Asked {
             }
         }
         heard
+    }
+
+    /// Asks for the window that was dragged to; again and again.
+    ///
+    /// # Errors
+    /// In words, why it was refused.
+    pub fn drag_level(&mut self, now_ns: i64) -> Result<(), String> {
+        let (level, open) = &mut self.level;
+        level.turn((&self.pilot, open), now_ns, PATIENCE_NS)
     }
 
     fn pilot(&self, command: Command) -> Result<Open, String> {

@@ -8,6 +8,7 @@ mod pivot_report;
 mod spin;
 #[cfg(test)]
 mod tests;
+mod told;
 mod tool;
 
 pub(crate) use common::Outcome;

@@ -14,6 +14,7 @@ mod pivot_each;
 mod pivot_refusals;
 mod planted;
 mod refusals;
+mod seen;
 mod spin;
 mod spin_slips;
 mod statistics;

@@ -172,7 +172,7 @@ pub const GUIDE: Topic = Topic {
 /// The plan of the operation, in a planning run: kept and written by its pilot.
 pub const PLAN: Topic = Topic {
     name: "plan",
-    payload: "trocar/Plan/1",
+    payload: "trocar/Plan/2",
     wakes: true,
     purpose: "targets, ways to them and what was measured (planning runs only)",
     ..BASE
@@ -191,7 +191,7 @@ pub const WORKFLOW: Topic = Topic {
 /// Where a person is on her way through calibration, registration and check, and what came of it so far.
 pub const STEPS: Topic = Topic {
     name: "steps",
-    payload: "trocar/Steps/1",
+    payload: "trocar/Steps/2",
     wakes: true,
     purpose: "the guided calibration, registration and check: what is to be done, and how good it is (scenes with steps only)",
     ..BASE

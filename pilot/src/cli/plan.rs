@@ -2,20 +2,20 @@
 
 mod edits;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bus::clock::date;
 use bus::volume::OwnedVolume;
 use clap::Args;
 use guidance::plan::file::Changed;
 use guidance::plan::{Confirmed, Editor, Plan, PlanError};
-use guidance::safety::TubeError;
+use guidance::safety::{GridMatch, LabelNames, TubeError};
 use guidance::workflow::VolumeId;
 use scene::raw::Source;
 use scene::{Scene, VolumeSpec};
 
 use crate::cli::{VolumeArgs, display};
-use crate::planning::{Findings, Measured, PlanStore, StoreError, planning_scene};
+use crate::planning::{Findings, LabelMap, Measured, PlanStore, StoreError, planning_scene};
 use crate::resolve::ResolveError;
 use crate::state::Options;
 use edits::EditArgs;
@@ -36,15 +36,17 @@ Examples:
 
 Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something speaks against the plan.";
 
-type Read = Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
 /// Who reads volumes: handed in by the binary, as this crate knows no formats of them.
 #[derive(Debug, Clone, Copy)]
 pub struct Hands {
     /// Reads an examination; the number is the generated patient's seed.
-    pub load: fn(&VolumeSpec, u64) -> Read,
+    pub load: fn(&VolumeSpec, u64) -> Read<OwnedVolume>,
     /// Reads a label map.
-    pub load_labels: fn(&VolumeSpec) -> Read,
+    pub load_labels: fn(&VolumeSpec) -> Read<OwnedVolume>,
+    /// Reads the names that a label map comes with.
+    pub label_names: fn(&Path) -> Read<LabelNames>,
 }
 
 #[derive(Debug, Args)]
@@ -120,10 +122,6 @@ pub(crate) enum PlanCliError {
     NotNew { path: PathBuf },
 }
 
-/// Of a label map that was not made of this very CT, voxel by voxel.
-const OTHER_GRID: &str = "the label map lies on another grid than the CT. Whether it is of this CT, and where it is moved against it, is not known: \
-                          compare the two before a distance is believed";
-
 /// What `pilot plan` is to do.
 pub(crate) enum Planned {
     /// It was done: what is to be said, and whether something speaks against the plan.
@@ -153,7 +151,7 @@ impl PlanArgs {
         let plan = self.changed(&store, &scene, &volume)?;
         // Everything that can be refused is looked at before anything is written.
         let measured = self.measured(&scene, &volume, hands)?;
-        let ways = measured.as_ref().map(|measured| measured.ways(&plan)).transpose()?;
+        let safety = measured.as_ref().map(|measured| measured.safety(&plan)).transpose()?;
         // A plan with nothing in it is written by nobody's wish.
         if store.plan().is_some() || plan != Plan::new(plan.volume) {
             store.save(&plan)?;
@@ -161,7 +159,7 @@ impl PlanArgs {
         if self.window {
             return self.on_screen(store, &mut source);
         }
-        let found = Findings::of(&store, &plan, &volume.view(), ways);
+        let found = Findings::of(&store, &plan, &volume.view(), safety);
         let words = match self.json {
             true => serde_json::to_string_pretty(&found).unwrap_or_default(),
             false => found.table(),
@@ -179,12 +177,15 @@ impl PlanArgs {
             source,
         };
         let labels = (hands.load_labels)(&VolumeSpec::of_path(path.clone())).map_err(fail)?;
-        if labels.grid != volume.grid {
-            bus::stderr_line!("pilot: warning: {}: {OTHER_GRID}", path.display());
-        }
+        let names = (hands.label_names)(&path).map_err(fail)?;
+        let map = LabelMap {
+            file: path.display().to_string(),
+            grid: GridMatch::of(&labels.grid, &volume.grid),
+            names,
+        };
         let error_mm = self.error_mm.or(scene.plan.error_mm);
-        let measured = Measured::of(&labels, scene.tool.diameter_mm, error_mm).map_err(|error| fail(error.into()))?;
-        Ok(Some(measured))
+        let measured = Measured::of(&labels, map, (scene.tool.diameter_mm, error_mm));
+        Ok(Some(measured.map_err(|error| fail(error.into()))?))
     }
 
     /// The plan with all changes made.

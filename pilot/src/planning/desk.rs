@@ -1,6 +1,8 @@
 //! The plan of a run in which it is made: changed on request, on disk before it is told, told to whoever listens.
 
-use bus::clock::date;
+use std::time::Duration;
+
+use bus::clock::{self, date};
 use bus::message::{Command, Plan as Told, PlanWish, VolumeHash};
 use bus::port::Publisher;
 use bus::topic::PLAN;
@@ -17,7 +19,14 @@ pub(crate) struct Desk {
     /// `None` until the examination is in memory.
     editor: Option<Editor>,
     plans: Publisher<Told>,
+    /// Somebody else has changed the file.
+    is_changed_elsewhere: bool,
+    /// When the file is looked at next, ns on the run's clock.
+    next_look_ns: i64,
 }
+
+/// Between two looks at the file.
+const LOOK: Duration = Duration::from_millis(300);
 
 impl Desk {
     pub(crate) fn open(bus: &Bus, store: PlanStore) -> Result<Self, BusError> {
@@ -25,6 +34,8 @@ impl Desk {
             store,
             editor: None,
             plans: Publisher::open(bus, &PLAN, "")?,
+            is_changed_elsewhere: false,
+            next_look_ns: i64::MIN,
         })
     }
 
@@ -44,6 +55,19 @@ impl Desk {
 
     pub(crate) fn serve_late_joiners(&self) {
         self.plans.serve_late_joiners();
+    }
+
+    /// Looks whether somebody else has changed the file, and tells it: who plans on would find it out with her next change alone.
+    pub(crate) fn look(&mut self, now_ns: i64) -> Result<(), BusError> {
+        if now_ns < self.next_look_ns {
+            return Ok(());
+        }
+        self.next_look_ns = now_ns.saturating_add(clock::ns(LOOK));
+        let is_changed = self.store.is_changed_elsewhere();
+        if std::mem::replace(&mut self.is_changed_elsewhere, is_changed) == is_changed {
+            return Ok(());
+        }
+        self.tell(now_ns)
     }
 
     /// Makes a change that a person asks for; what was done, or why it was refused.
@@ -82,7 +106,16 @@ impl Desk {
     fn tell(&self, now_ns: i64) -> Result<(), BusError> {
         let Some(editor) = &self.editor else { return Ok(()) };
         let told = Told::of(editor.plan(), self.store.id_number(), editor.depth());
-        self.plans.send(Told { t_ns: now_ns, ..told })
+        let elsewhere = if self.is_changed_elsewhere {
+            Told::CHANGED_ELSEWHERE
+        } else {
+            0
+        };
+        self.plans.send(Told {
+            t_ns: now_ns,
+            flags: told.flags | elsewhere,
+            ..told
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use bus::volume::OwnedVolume;
 use guidance::plan::{Plan, Trajectory};
-use guidance::safety::{Clearance, Distance, MapError, Structures, Tube, TubeError};
+use guidance::safety::{Clearance, Distance, GridMatch, LabelNames, MapError, Structures, Tube, TubeError};
 use serde::Serialize;
 
 /// Structures are looked for so far from a way, mm.
@@ -10,12 +10,34 @@ const WITHIN_MM: f64 = 30.0;
 /// So many of those that are clear are told; of those that are not, all.
 const TOLD: usize = 6;
 
+/// A label map as it was found.
+#[derive(Debug, Clone)]
+pub(crate) struct LabelMap {
+    pub(crate) file: String,
+    /// How it lies beside the CT.
+    pub(crate) grid: GridMatch,
+    pub(crate) names: LabelNames,
+}
+
 /// What ways are measured against.
 pub(crate) struct Measured {
+    map: LabelMap,
     structures: Structures,
     radius_mm: f64,
     /// The error of navigation, where it is known.
     error_mm: Option<f64>,
+}
+
+/// The ways of a plan beside the structures of a label map.
+#[derive(Debug, Clone)]
+pub(crate) struct Safety {
+    pub(super) label_map: String,
+    /// Whether the map lies on the CT's voxels: else nobody can tell that it belongs to this CT.
+    pub(super) is_on_the_grid: bool,
+    /// By how much it is moved against the CT, where it is that alone, mm.
+    pub(super) moved_mm: Option<[f64; 3]>,
+    grid: GridMatch,
+    pub(super) ways: Vec<WaySafety>,
 }
 
 /// A way beside the structures.
@@ -35,6 +57,11 @@ pub(crate) struct WaySafety {
 #[derive(Debug, Clone, Serialize)]
 struct StructureSafety {
     label: i16,
+    /// What the label map's own files call it.
+    name: Option<String>,
+    /// Both, for people.
+    #[serde(skip)]
+    words: String,
     cuts: bool,
     /// From the tube to the nearest centre of its voxels; below zero within the tube.
     distance_mm: f64,
@@ -50,8 +77,13 @@ struct StructureSafety {
 
 impl Measured {
     /// Of a label map that was read as a volume, and a tube of this diameter.
-    pub(crate) fn of(labels: &OwnedVolume, tube_mm: f64, error_mm: Option<f64>) -> Result<Self, MapError> {
+    pub(crate) fn of(
+        labels: &OwnedVolume,
+        map: LabelMap,
+        (tube_mm, error_mm): (f64, Option<f64>),
+    ) -> Result<Self, MapError> {
         Ok(Self {
+            map,
             structures: labels.structures()?,
             radius_mm: tube_mm / 2.0,
             error_mm,
@@ -59,12 +91,23 @@ impl Measured {
     }
 
     /// Each way of a plan.
-    pub(crate) fn ways(&self, plan: &Plan) -> Result<Vec<WaySafety>, TubeError> {
+    pub(crate) fn safety(&self, plan: &Plan) -> Result<Safety, TubeError> {
         let ways = plan
             .targets
             .iter()
             .filter_map(|target| Some((target, Trajectory::of(target)?)));
-        ways.map(|(target, way)| self.way(&target.name, &way)).collect()
+        let ways: Result<Vec<WaySafety>, TubeError> = ways.map(|(target, way)| self.way(&target.name, &way)).collect();
+        let grid = self.map.grid;
+        Ok(Safety {
+            label_map: self.map.file.clone(),
+            is_on_the_grid: !grid.is_doubtful(),
+            moved_mm: match grid {
+                GridMatch::Moved { by_mm } => Some(by_mm),
+                _ => None,
+            },
+            grid,
+            ways: ways?,
+        })
     }
 
     fn way(&self, target: &str, way: &Trajectory) -> Result<WaySafety, TubeError> {
@@ -89,6 +132,8 @@ impl Measured {
         };
         Some(StructureSafety {
             label: one.label,
+            name: self.map.names.get(one.label).map(str::to_owned),
+            words: self.map.names.words(one.label),
             cuts: one.cuts,
             distance_mm: nearest.distance_mm,
             depth_mm: nearest.depth_mm,
@@ -96,6 +141,21 @@ impl Measured {
             is_clear: one.is_clear(),
             is_clear_within_error: one.is_clear_within(self.error_mm),
         })
+    }
+}
+
+impl Safety {
+    /// Whether a way meets a structure, or is not checked in part, or against a map that may be of another CT.
+    pub(super) fn is_doubtful(&self) -> bool {
+        self.grid.is_doubtful() || self.ways.iter().any(WaySafety::is_doubtful)
+    }
+
+    /// For people.
+    pub(super) fn lines(&self) -> Vec<String> {
+        let mut lines = vec![format!("label map {}", self.label_map)];
+        lines.extend(self.grid.is_doubtful().then(|| format!("! {}", self.grid)));
+        lines.extend(self.ways.iter().flat_map(WaySafety::lines));
+        lines
     }
 }
 
@@ -147,16 +207,16 @@ impl StructureSafety {
     }
 
     fn words(&self) -> String {
-        let (label, mm, depth) = (self.label, self.distance_mm, self.depth_mm);
+        let (what, mm, depth) = (&self.words, self.distance_mm, self.depth_mm);
         let least = match self.at_least_mm {
             _ if !self.is_clear_within_error => "WITHIN THE ERROR".to_owned(),
             Some(least) => format!("at least {least:.1} mm"),
             None => "the least is not known without the error of navigation, or at the map's border".to_owned(),
         };
         match (self.cuts, self.is_clear) {
-            (true, _) => format!("CUTS label {label}, {depth:.1} mm deep"),
-            (false, true) => format!("label {label} is {mm:.1} mm away, {depth:.1} mm deep; {least}"),
-            (false, false) => format!("MAY CUT label {label}: {mm:.1} mm to the middle of a voxel, {depth:.1} mm deep"),
+            (true, _) => format!("CUTS {what}, {depth:.1} mm deep"),
+            (false, true) => format!("{what} is {mm:.1} mm away, {depth:.1} mm deep; {least}"),
+            (false, false) => format!("MAY CUT {what}: {mm:.1} mm to the middle of a voxel, {depth:.1} mm deep"),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt, fchown};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -54,7 +54,12 @@ pub(crate) struct PlanStore {
     file: Option<PlanFile>,
     /// Whether what stands in the file was changed by other means, and was taken: its id is then not that of its content.
     changed: Changed,
+    /// The file as it was when it was looked at last, and whether what stood there was another plan.
+    looked: Option<(Trace, bool)>,
 }
+
+/// What changes where a file does: its place on the disk, its size, when it was written and changed otherwise; `None`: there is none.
+type Trace = Option<[i64; 6]>;
 
 impl PlanStore {
     /// Reads the plan at `path`, if there is one.
@@ -69,7 +74,12 @@ impl PlanStore {
             }
             file => (file?, Changed::Refused),
         };
-        Ok(Self { path, file, changed })
+        Ok(Self {
+            path,
+            file,
+            changed,
+            looked: None,
+        })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -109,8 +119,20 @@ impl PlanStore {
             path: self.path.clone(),
             source,
         })?;
-        (self.file, self.changed) = (Some(file), Changed::Refused);
+        (self.file, self.changed, self.looked) = (Some(file), Changed::Refused, None);
         Ok(())
+    }
+
+    /// Whether somebody else has changed the file, removed it or made it unreadable. It is read only where it looks as if it were written.
+    pub(crate) fn is_changed_elsewhere(&mut self) -> bool {
+        let trace = trace(&self.path);
+        if let Some((_, is_other)) = self.looked.filter(|(looked, _)| *looked == trace) {
+            return is_other;
+        }
+        let is_other = self.is_as_known().is_err();
+        // Looked at before it was read: what is written meanwhile is read the next time.
+        self.looked = Some((trace, is_other));
+        is_other
     }
 
     /// The file beside it into which it is written, locked: whoever else writes this plan waits, and a lock ends with its process.
@@ -163,6 +185,18 @@ impl PlanStore {
     }
 }
 
+fn trace(path: &Path) -> Trace {
+    let about = fs::metadata(path).ok()?;
+    Some([
+        about.ino() as i64,
+        about.size() as i64,
+        about.mtime(),
+        about.mtime_nsec(),
+        about.ctime(),
+        about.ctime_nsec(),
+    ])
+}
+
 fn read(path: &Path, changed: Changed) -> Result<Option<PlanFile>, StoreError> {
     let text = match read_text(path, MAX_BYTES as u64) {
         Ok(text) => text,
@@ -188,11 +222,35 @@ fn read(path: &Path, changed: Changed) -> Result<Option<PlanFile>, StoreError> {
 fn write(mut part: File, part_path: &Path, path: &Path, file: &PlanFile) -> io::Result<()> {
     part.set_len(0)?;
     part.write_all(file.text().as_bytes())?;
-    let mode = if file.plan.confirmed.is_some() { 0o400 } else { 0o600 };
+    let mode = match fs::metadata(path) {
+        Ok(before) => kept_mode(&part, &before),
+        Err(_) => 0o600,
+    };
+    let mode = if file.plan.confirmed.is_some() {
+        mode & !0o222
+    } else {
+        mode | 0o200
+    };
     part.set_permissions(fs::Permissions::from_mode(mode))?;
     // Else a crash of the machine could leave the name on an empty file.
     part.sync_all()?;
     fs::rename(part_path, path)
+}
+
+/// Gives `part` the owner and the group of the file in whose place it comes, and returns who may do what with it. Where the group cannot
+/// be given, what the group might do nobody else's group may.
+fn kept_mode(part: &File, before: &fs::Metadata) -> u32 {
+    let mode = before.mode() & 0o777;
+    let Ok(now) = part.metadata() else { return 0o600 };
+    if (now.uid(), now.gid()) == (before.uid(), before.gid()) {
+        return mode;
+    }
+    let is_given = fchown(part, Some(before.uid()), Some(before.gid())).is_ok();
+    // The owner is given by root alone; a group by each of its members.
+    match is_given || fchown(part, None, Some(before.gid())).is_ok() {
+        true => mode,
+        false => mode & !0o070,
+    }
 }
 
 #[cfg(test)]
@@ -296,6 +354,62 @@ mod tests {
             PlanStore::open(&path, Changed::Refused).unwrap().plan(),
             Some(editor.plan())
         );
+    }
+
+    /// A plan that others may read or write was theirs no more after the first change.
+    #[test]
+    fn a_shared_plan_stays_shared() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("plan.json");
+        let mut store = PlanStore::open(&path, Changed::Refused).unwrap();
+        store.save(&changed(&store, target("a"))).unwrap();
+        for (given, confirmed) in [(0o664, 0o444), (0o640, 0o440), (0o600, 0o400)] {
+            fs::set_permissions(&path, fs::Permissions::from_mode(given)).unwrap();
+            let is_root = rustix::process::geteuid().is_root();
+            if is_root {
+                std::os::unix::fs::chown(&path, Some(1234), Some(4321)).unwrap();
+            }
+            let before = fs::metadata(&path).unwrap();
+            let name = format!("{given:o}");
+            store.save(&changed(&store, target(&name))).unwrap();
+            let after = fs::metadata(&path).unwrap();
+            assert_eq!(
+                (after.mode() & 0o777, after.uid(), after.gid()),
+                (given, before.uid(), before.gid())
+            );
+            assert_ne!(after.ino(), before.ino());
+            let mut last = PlanStore::open(&path, Changed::Refused).unwrap();
+            let mut editor = Editor::new(last.plan().unwrap().clone());
+            let (by, at) = ("Dr. A".to_owned(), date::now());
+            editor.confirm(Confirmed { by, at }).unwrap();
+            let open = last.plan().unwrap().clone();
+            last.save(editor.plan()).unwrap();
+            assert_eq!(fs::metadata(&path).unwrap().mode() & 0o777, confirmed);
+            // And back, so that the next of the list begins where this one did.
+            last.save(&open).unwrap();
+            store = PlanStore::open(&path, Changed::Refused).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_others_do_to_the_file_is_noticed_and_ones_own_changes_are_not_theirs() {
+        let tmp = tempfile::tempdir().unwrap();
+        let path = tmp.path().join("plan.json");
+        let mut mine = PlanStore::open(&path, Changed::Refused).unwrap();
+        assert!(!mine.is_changed_elsewhere());
+        mine.save(&changed(&mine, target("a"))).unwrap();
+        assert!(!mine.is_changed_elsewhere());
+        let text = fs::read_to_string(&path).unwrap();
+        let mut theirs = PlanStore::open(&path, Changed::Refused).unwrap();
+        theirs.save(&changed(&theirs, target("b"))).unwrap();
+        assert!(mine.is_changed_elsewhere() && mine.is_changed_elsewhere() && !theirs.is_changed_elsewhere());
+        // The same plan again, by whatever way, is the same.
+        fs::write(&path, &text).unwrap();
+        assert!(!mine.is_changed_elsewhere());
+        fs::write(&path, "{").unwrap();
+        assert!(mine.is_changed_elsewhere());
+        fs::remove_file(&path).unwrap();
+        assert!(mine.is_changed_elsewhere());
     }
 
     #[test]

@@ -5,7 +5,7 @@ use geometry::{Ct, Point};
 use guidance::plan::{Concern, Measure, Plan, Target, Trajectory, concerns};
 use serde::Serialize;
 
-use super::safety::WaySafety;
+use super::safety::{Safety, WaySafety};
 use super::store::PlanStore;
 
 /// What was found of a plan in its examination.
@@ -25,6 +25,14 @@ pub(crate) struct Findings {
     concerns: Vec<String>,
     /// The ways beside the structures of the label map; `null`: there is none, and nothing was checked.
     structures: Option<Vec<WaySafety>>,
+    /// The label map; `null`: there is none.
+    label_map: Option<String>,
+    /// Whether that lies on the CT's voxels; `null`: there is none.
+    label_map_on_grid: Option<bool>,
+    /// By how much it is moved against the CT, where that is all that is wrong with it.
+    label_map_moved_mm: Option<[f64; 3]>,
+    #[serde(skip)]
+    safety: Vec<String>,
     /// That points lie outside the examination or in its bone, and the like: more than that a way is missing.
     #[serde(skip)]
     is_doubtful: bool,
@@ -55,13 +63,8 @@ struct MeasureFindings {
 impl Findings {
     /// Of a plan and the examination that it was made for.
     ///
-    /// `structures`: its ways beside those of a label map, where there is one.
-    pub(crate) fn of(
-        store: &PlanStore,
-        plan: &Plan,
-        volume: &VolumeView<'_>,
-        structures: Option<Vec<WaySafety>>,
-    ) -> Self {
+    /// `safety`: its ways beside the structures of a label map, where there is one.
+    pub(crate) fn of(store: &PlanStore, plan: &Plan, volume: &VolumeView<'_>, safety: Option<Safety>) -> Self {
         let hu = |p: Point<Ct>| volume.nearest(p);
         let concerns = concerns(plan, volume.grid, &hu);
         let is_doubt = |concern: &Concern| !matches!(concern, Concern::NoEntry { .. });
@@ -74,9 +77,13 @@ impl Findings {
             targets: plan.targets.iter().map(TargetFindings::of).collect(),
             measures: plan.measures.iter().map(MeasureFindings::of).collect(),
             notes: plan.notes.clone(),
-            is_doubtful: concerns.iter().any(is_doubt) || structures.iter().flatten().any(WaySafety::is_doubtful),
+            is_doubtful: concerns.iter().any(is_doubt) || safety.as_ref().is_some_and(Safety::is_doubtful),
             concerns: concerns.iter().map(Concern::to_string).collect(),
-            structures,
+            label_map: safety.as_ref().map(|safety| safety.label_map.clone()),
+            label_map_on_grid: safety.as_ref().map(|safety| safety.is_on_the_grid),
+            label_map_moved_mm: safety.as_ref().and_then(|safety| safety.moved_mm),
+            safety: safety.as_ref().map(Safety::lines).unwrap_or_default(),
+            structures: safety.map(|safety| safety.ways),
         }
     }
 
@@ -108,7 +115,7 @@ impl Findings {
             false => lines.extend(self.concerns.iter().map(|concern| format!("! {concern}"))),
         }
         match &self.structures {
-            Some(ways) => lines.extend(ways.iter().flat_map(WaySafety::lines)),
+            Some(_) => lines.extend(self.safety.iter().cloned()),
             None => lines.push("structures beside the ways: NOT CHECKED, there is no label map (--labels)".to_owned()),
         }
         lines.join("\n")

@@ -40,7 +40,9 @@ pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, hear
         is_simulated: false,
         began_ns: None,
     };
-    let state = state(volume, heard.plan.as_ref().map(|(_, plan)| plan));
+    let told = heard.plan.as_ref();
+    let is_changed = told.is_some_and(|(told, _)| told.flags & Told::CHANGED_ELSEWHERE != 0);
+    let state = state(volume, told.map(|(_, plan)| plan), is_changed);
     Model {
         replay: None,
         steps: None,
@@ -57,13 +59,19 @@ pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, hear
     }
 }
 
-fn state(volume: Option<VolumeHash>, plan: Option<&Plan>) -> ScreenState {
+fn state(volume: Option<VolumeHash>, plan: Option<&Plan>, is_changed: bool) -> ScreenState {
     let (tone, word, detail) = match (volume, plan) {
         (None, _) => (Tone::Warning, "NO EXAMINATION", "it is being read".to_owned()),
         (_, None) => (Tone::Warning, "NO PLAN", "it has not been told yet".to_owned()),
         (Some(hash), Some(plan)) if plan.volume.0 != hash.0 => {
             (Tone::Alarm, "WRONG PLAN", "it is of another examination".to_owned())
         }
+        // Nothing that is changed here is written any more.
+        (_, Some(_)) if is_changed => (
+            Tone::Alarm,
+            "PLAN CHANGED ELSEWHERE",
+            "somebody else changed its file: close this and open the plan again".to_owned(),
+        ),
         (_, Some(plan)) => match &plan.confirmed {
             Some(confirmed) => (Tone::Quiet, "CONFIRMED PLAN", format!("by {}", confirmed.by)),
             None => (Tone::Quiet, "PLANNING", "images follow no tool".to_owned()),

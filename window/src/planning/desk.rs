@@ -56,6 +56,8 @@ pub(crate) struct Desk {
     /// Where the pointer was pressed last, and whether that was where it was pressed before.
     pub(crate) pressed: Option<Pos2>,
     pub(crate) is_same_place: bool,
+    /// The drag that goes on changes the window.
+    pub(crate) is_leveled: bool,
     /// Words that are being typed.
     pub(crate) typing: Option<Typing>,
     /// What is to be said to the person: why something was refused, what is to be done next.
@@ -75,6 +77,7 @@ impl Desk {
             dragged: None,
             pressed: None,
             is_same_place: false,
+            is_leveled: false,
             typing: None,
             note: String::new(),
         }

@@ -1,14 +1,15 @@
 //! The label map: read and made ready by a thread of its own, and asked how far the selected way stays from each structure.
 
 use std::path::Path;
+use std::rc::Rc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use geometry::VolumeGrid;
 use guidance::plan::Trajectory;
-use guidance::safety::{Clearances, Section, Structures, Tube};
+use guidance::safety::{Clearances, GridMatch, LabelNames, Section, Structures, Tube};
 use scene::VolumeSpec;
 
-use crate::program::LoadVolume;
+use crate::program::LabelReader;
 
 /// Structures are looked for so far from the way, mm.
 pub(crate) const WITHIN_MM: f64 = 20.0;
@@ -38,17 +39,19 @@ pub(crate) struct Found {
     pub(crate) clearances: Clearances,
     /// Of each part of it.
     pub(crate) sections: Vec<Section>,
-    /// The label map was not made of this CT, voxel by voxel: whether it belongs to it is not known.
-    pub(crate) is_other_grid: bool,
+    /// How the label map lies beside the CT: whether it belongs to it is not known else.
+    pub(crate) grid: GridMatch,
+    /// What structures are called.
+    pub(crate) names: Rc<LabelNames>,
 }
 
-type Read = Result<Structures, String>;
+type Read = Result<(Structures, LabelNames), String>;
 
 /// The label map of the scene.
 #[derive(Debug)]
 pub(crate) struct Labels {
     reading: Option<Receiver<Read>>,
-    read: Option<Read>,
+    read: Option<Result<(Structures, Rc<LabelNames>), String>>,
     radius_mm: f64,
     /// What was asked last, and the answer.
     asked: Option<(Trajectory, Beside)>,
@@ -56,16 +59,18 @@ pub(crate) struct Labels {
 
 impl Labels {
     /// Begins to read, where there is a file. A screen that waited for it would be taken for frozen.
-    pub(crate) fn open(path: Option<&Path>, tube_mm: f64, load: LoadVolume) -> Self {
+    pub(crate) fn open(path: Option<&Path>, tube_mm: f64, load: LabelReader) -> Self {
         let reading = path.map(|path| {
             let (told, reading) = channel();
             let spec = VolumeSpec::of_path(path.to_owned());
-            let name = path.display().to_string();
+            let (name, path) = (path.display().to_string(), path.to_owned());
             let read = move || {
-                let labels = load(&spec).map_err(|error| format!("label map {name}: {error}"));
+                let named = |error: &dyn std::fmt::Display| format!("label map {name}: {error}");
+                let labels = (load.map)(&spec).map_err(|error| named(&error));
                 let read = labels.and_then(|labels| {
-                    let structures = labels.structures();
-                    structures.map_err(|error| format!("label map {name}: {error}"))
+                    let structures = labels.structures().map_err(|error| named(&error))?;
+                    let names = (load.names)(&path).map_err(|error| named(&error))?;
+                    Ok((structures, names))
                 });
                 // Nobody listens any more where the window has ended.
                 let _ = told.send(read);
@@ -93,34 +98,41 @@ impl Labels {
         if let Err(why) = &read {
             bus::stderr_line!("window: {why}");
         }
+        let read = read.map(|(structures, names)| (structures, Rc::new(names)));
         (self.read, self.reading, self.asked) = (Some(read), None, None);
         true
     }
 
     /// What lies beside this way.
     pub(crate) fn beside(&mut self, way: Option<&Trajectory>, grid: Option<&VolumeGrid>) -> Beside {
-        let structures = match (&self.reading, &self.read) {
+        let (structures, names) = match (&self.reading, &self.read) {
             (Some(_), _) => return Beside::Reading,
             (None, None) => return Beside::NotGiven,
             (None, Some(Err(why))) => return Beside::Refused(why.clone()),
-            (None, Some(Ok(structures))) => structures,
+            (None, Some(Ok(read))) => (&read.0, &read.1),
         };
         let Some(way) = way else { return Beside::NoWay };
         if let Some((_, answer)) = self.asked.as_ref().filter(|(asked, _)| asked == way) {
             return answer.clone();
         }
-        let answer = found(structures, way, self.radius_mm, grid);
+        let answer = found((structures, names), way, self.radius_mm, grid);
         self.asked = Some((*way, answer.clone()));
         answer
     }
 }
 
-fn found(structures: &Structures, way: &Trajectory, radius_mm: f64, grid: Option<&VolumeGrid>) -> Beside {
+fn found(
+    (structures, names): (&Structures, &Rc<LabelNames>),
+    way: &Trajectory,
+    radius_mm: f64,
+    grid: Option<&VolumeGrid>,
+) -> Beside {
     let found = Tube::new(way.entry, way.stop, radius_mm).and_then(|tube| {
         Ok(Found {
             clearances: structures.clearance(&tube, WITHIN_MM)?,
             sections: structures.profile(&tube, SECTIONS, WITHIN_MM)?,
-            is_other_grid: grid != Some(structures.grid()),
+            grid: grid.map_or(GridMatch::Other, |ct| GridMatch::of(structures.grid(), ct)),
+            names: names.clone(),
         })
     });
     match found {

@@ -129,7 +129,8 @@ pub(crate) fn run(mut process: Process, display: Display, options: Options) -> R
 fn is_wheel(events: &[egui::Event]) -> bool {
     let is_moving =
         |event: &egui::Event| matches!(event, egui::Event::MouseWheel { .. } | egui::Event::PointerMoved(_));
-    !events.is_empty() && events.iter().all(is_moving)
+    let is_held = |event: &egui::Event| matches!(event, egui::Event::ModifiersChanged(_));
+    events.iter().any(is_moving) && events.iter().all(|event| is_moving(event) || is_held(event))
 }
 
 impl Planning {

@@ -1,6 +1,6 @@
 //! One image with its letters and title, and what lies over it where it is not to be followed.
 
-use egui::{Align2, Color32, Id, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
+use egui::{Align2, Color32, Id, PointerButton, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 
 use super::words::{Type, colour, on_band};
 use super::{Outcome, Wish, texture, tree};
@@ -8,6 +8,8 @@ use crate::colours;
 use crate::model::Cell;
 use crate::sizes::Sizes;
 
+/// A drag changes the window by so many HU a pixel.
+pub(crate) const HU_PX: f32 = 2.0;
 /// What is left of the light of an image that is not to be followed.
 const DIMMED: u8 = 90;
 
@@ -107,9 +109,15 @@ fn over(ui: &Ui, cell: &Cell, inner: Rect, sizes: &Sizes, outcome: &mut Outcome)
     outcome.words.put(ui, band.shrink2(vec2(sizes.gap, 0.0)), text, how);
 }
 
-/// A touch enlarges the image, or brings the others back.
+/// A touch enlarges the image, or brings the others back; a drag with Ctrl changes the window.
 fn touch(ui: &Ui, cell: &Cell, rect: Rect, outcome: &mut Outcome) {
-    let response = ui.interact(rect, Id::unique(("view", cell.view)), Sense::click());
+    let response = ui.interact(rect, Id::unique(("view", cell.view)), Sense::click_and_drag());
+    let (moved, is_ctrl) = ui.input(|input| (input.pointer.delta(), input.modifiers.ctrl));
+    // Without Ctrl a finger that slips would change what all images show.
+    if is_ctrl && response.dragged_by(PointerButton::Primary) && moved != Vec2::ZERO {
+        let [wider_hu, up_hu] = [moved.x, -moved.y].map(|pixels| (HU_PX * pixels).round() as i32);
+        outcome.wishes.push(Wish::Level { wider_hu, up_hu });
+    }
     tree::image(&response, cell);
     if response.clicked() {
         outcome.wishes.push(Wish::Enlarge(Some(cell.view)));

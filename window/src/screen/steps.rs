@@ -4,13 +4,14 @@
 //! +------------------------------------+------------------------+
 //! | what is to be done, large          | the ladder             |
 //! | how far it is: time, poses         | gates, kept or not     |
-//! | points with their residuals as bars| figures, the command   |
+//! | points as bars, or the motion      | figures, the command   |
 //! |                                    | the error at the target|
 //! +------------------------------------+------------------------+
 //! ```
 
 mod bars;
 mod ellipse;
+mod motion;
 
 use bus::message::{StepPhase, StepTask, Steps};
 use egui::{Align2, Rect, Ui, vec2};
@@ -81,7 +82,9 @@ fn step(ui: &Ui, told: &Steps, room: Rect, (sizes, words): (&Sizes, &mut Words))
         _ => lines.put_wrapped(&Steps::text(&told.refused), Tone::Warning),
     }
     let rest = lines.rest();
-    bars::show(ui, told, rest, (sizes, words));
+    if !motion::show(ui, told, rest, (sizes, words)) {
+        bars::show(ui, told, rest, (sizes, words));
+    }
 }
 
 /// Words over two lines as long as one another.

@@ -20,8 +20,7 @@ const ROUND_HU: f64 = 5.0;
 
 /// What `key` asks for where images look like `now`.
 pub(super) fn wish(key: ImagesKey, now: Images, scene: &Scene) -> Result<ImagesWish, String> {
-    let first = scene.views.first().ok_or("the scene has no images")?;
-    let window = now.window.unwrap_or(first.window);
+    let window = window(now, scene)?;
     let set = |window| ImagesWish {
         window: Change::Set(window),
         ..ImagesWish::default()
@@ -48,6 +47,12 @@ pub(super) fn wish(key: ImagesKey, now: Images, scene: &Scene) -> Result<ImagesW
         }),
     };
     wish.ok_or_else(|| "no key leads further; `pilot images` sets any window and field".to_owned())
+}
+
+/// The window that holds.
+pub(super) fn window(now: Images, scene: &Scene) -> Result<WindowLevel, String> {
+    let first = scene.views.first().ok_or("the scene has no images")?;
+    Ok(now.window.unwrap_or(first.window))
 }
 
 /// The field of local images; an error where there are none.

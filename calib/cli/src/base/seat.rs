@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use calib::base::{Refused, Seated, seated, seen_from_marker};
+use calib::coverage::Coverage;
 use clap::Args;
 use geometry::uncertain::CovarianceError;
 use geometry::{Base, Frame, Marker, Point, Reference, Rigid, Tool, Tracker, Uncertain, checked};
@@ -13,7 +14,7 @@ use crate::calibration::{BaseRecord, CalibrationFile, Gate, Kind, SeatDrawing, S
 use crate::commands::common::{
     Asked, CommandError, OutArgs, Outcome, OwnError, PosesArgs, recorded, recorded_text, verdict_text,
 };
-use crate::live::{Against, FollowMarkers, LiveArgs, Run};
+use crate::live::{Against, FollowMarkers, Lacks, LiveArgs, Run};
 use crate::poses::Recording;
 use crate::scene_context::SceneContext;
 use crate::values::Positive;
@@ -150,9 +151,11 @@ impl SeatArgs {
         if let Some(run) = &mut run {
             run.against = self.against(run, &base.of_frame)?;
         }
-        let recording = self.poses.read(run.as_mut(), &SEATED, |coverage| {
-            let [a, ..] = coverage.angles_deg();
-            format!("turned by {a:.2} degrees; leave the tool in its seat")
+        let recording = self.poses.read(run.as_mut(), &SEATED, |recording| {
+            let coverage = Coverage::<Marker>::of(recording.poses.iter().map(Rigid::rotation));
+            let [a, ..] = coverage.map_or([0.0; 3], |coverage| coverage.angles_deg());
+            let words = format!("turned by {a:.2} degrees; leave the tool in its seat");
+            Lacks { words, motion: None }
         })?;
         let found = match (base.of_frame.as_str(), &self.reference) {
             // What is heard of a run is in the frame of the base already.

@@ -2,14 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use calib::coverage::Coverage;
 use clap::Args;
-use geometry::Marker;
 
 use crate::bounds::NotJudged;
 use crate::calibration::{CalibrationError, CalibrationFile, Gate, Recorded};
 use crate::input_files::columns::TableError;
-use crate::live::{DwellError, FollowMarkers, Listened, LiveArgs, LiveError, Run};
+use crate::live::{DwellError, FollowMarkers, Lacks, Listened, LiveArgs, LiveError, Run};
 use crate::poses::{self, PosesError, Recording};
 use crate::scene_context::SceneContext;
 use crate::store::{self, StoreError};
@@ -120,7 +118,7 @@ impl PosesArgs {
         &self,
         run: Option<&mut Run<'_>>,
         asked: &Asked,
-        advise: impl Fn(&Coverage<Marker>) -> String,
+        advise: impl Fn(&Recording) -> Lacks,
     ) -> Result<Recording, CommandError> {
         if let (None, Some(path)) = (&run, &self.poses) {
             return Ok(Recording::read(path, self.transform.as_deref(), self.strict)?);
@@ -130,9 +128,14 @@ impl PosesArgs {
         if !self.live.watch.is_there() {
             bus::stderr_line!("calib: listening to run {} for {seconds} s; {}", run.name(), asked.what);
         }
-        let lacks = |heard: &Listened| {
-            let turned = Coverage::of(heard.poses.iter().map(|pose| pose.transform().rotation()));
-            turned.map_or_else(|| heard.why.clone(), |coverage| advise(&coverage))
+        let name = run.name().to_owned();
+        // The poses that the result would be made of, not one more: what is shown meanwhile must not promise another.
+        let lacks = |heard: &Listened| match Recording::heard(&name, heard) {
+            Ok(recording) => advise(&recording),
+            Err(_) => Lacks {
+                words: heard.why.clone(),
+                motion: None,
+            },
         };
         let heard = run.listen(seconds, Some(&lacks))?;
         if let Some(path) = &self.keep {

@@ -3,18 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use bus::message::StepMotionKind;
 use calib::coverage::Coverage;
+use calib::motion::pivoted;
 use calib::pivot::{Method, Options, Pivot, PoseNoise, calibrate, calibrate_each};
 use clap::{Args, ValueEnum};
-use geometry::{Direction, Marker, Point, Tracker, Uncertain, Vector};
+use geometry::{Direction, Marker, Point, Rigid, Tracker, Uncertain, Vector};
 use nalgebra::{Matrix3, Vector3};
 
 use super::common::{Asked, CommandError, OutArgs, Outcome, OwnError, PosesArgs, left_out, recorded};
 use super::pivot_report::{self, Solution};
+use super::told::told;
 use super::tool::tool_frame;
 use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, ToolRecord};
-use crate::live::{FollowMarkers, LiveArgs, Run};
+use crate::live::{FollowMarkers, Lacks, LiveArgs, Run};
 use crate::poses::Recording;
 use crate::scene_context::SceneContext;
 use crate::values::{Positive, Target};
@@ -136,6 +139,18 @@ fn uncertain(recording: &Recording) -> Option<Vec<Uncertain<Tracker, Marker>>> {
     (!recording.covariances.is_empty()).then(|| each.collect()).flatten()
 }
 
+/// What a method finds.
+fn solve(
+    recording: &Recording,
+    each: Option<&[Uncertain<Tracker, Marker>]>,
+    (method, noise): (Method, PoseNoise),
+) -> Solution {
+    match (each, method) {
+        (Some(each), Method::ErrorsInVariables) => calibrate_each(each),
+        _ => calibrate(&recording.poses, &Options { method, noise }),
+    }
+}
+
 /// All results, and the one that counts.
 type Solved = (Vec<(Method, Solution)>, Pivot<Tracker, Marker>);
 
@@ -175,13 +190,13 @@ impl PivotArgs {
         let scene = scened.as_ref().map(SceneContext::calibration_gates).unwrap_or_default();
         let asked = self.min_cone_deg.map(|deg| deg.0.to_radians()).or(scene.min_cone_rad);
         let needed = asked.unwrap_or(GOOD_CONE_DEG.to_radians());
-        let recording = self
-            .poses
-            .read(run.as_mut(), &Asked::MOTION, |coverage| motion(coverage, needed))?;
         let noise = PoseNoise {
             sigma_mm: self.sigma_mm.0,
             sigma_rad: self.sigma_deg.0.to_radians(),
         };
+        let shaft = axis.or_else(|| run.as_ref().and_then(Run::drawn_axis));
+        let lacks = |recording: &Recording| self.lacks(recording, noise, (shaft, needed));
+        let recording = self.poses.read(run.as_mut(), &Asked::MOTION, lacks)?;
         let (all, chosen) = self.solved(&recording, noise)?;
         let each = !recording.covariances.is_empty() && self.method.0 == Method::ErrorsInVariables;
         let mut record = record(&chosen, noise, each, needed);
@@ -203,13 +218,33 @@ impl PivotArgs {
         out.finish(file, text, &self.poses.inputs())
     }
 
+    /// What the motion covers so far, and what is missing. Nothing is drawn where the shaft's direction is not known.
+    fn lacks(
+        &self,
+        recording: &Recording,
+        noise: PoseNoise,
+        (shaft, needed_rad): (Option<Direction<Marker>>, f64),
+    ) -> Lacks {
+        let rotations = recording.poses.iter().map(Rigid::rotation);
+        let coverage = Coverage::<Marker>::of(rotations);
+        let mut words = coverage.map_or_else(String::new, |coverage| motion(&coverage, needed_rad));
+        // A terminal has no picture, and its words are of all poses.
+        let shaft = shaft.filter(|_| self.poses.live.watch.is_there());
+        let solve = || solve(recording, uncertain(recording).as_deref(), (self.method.0, noise));
+        let made = shaft.and_then(|shaft| pivoted(&recording.poses, (shaft, needed_rad), solve));
+        if let Some(refused) = made.as_ref().and_then(|made| made.refused.as_ref()) {
+            words = refused.to_string();
+        }
+        Lacks {
+            words,
+            motion: made.map(|made| told(StepMotionKind::Pivot, &made.seen)),
+        }
+    }
+
     /// What each method finds, and the one asked for.
     fn solved(&self, recording: &Recording, noise: PoseNoise) -> Result<Solved, CommandError> {
         let each = uncertain(recording);
-        let solve = |method| match (&each, method) {
-            (Some(each), Method::ErrorsInVariables) => calibrate_each(each),
-            _ => calibrate(&recording.poses, &Options { method, noise }),
-        };
+        let solve = |method| solve(recording, each.as_deref(), (method, noise));
         let all = Method::ALL.iter().map(|m| (*m, solve(*m))).collect();
         let chosen = solve(self.method.0).map_err(|refused| PivotError::Refused {
             poses: recording.poses.len(),

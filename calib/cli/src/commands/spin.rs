@@ -3,18 +3,21 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use bus::message::StepMotionKind;
 use calib::coverage::Coverage;
+use calib::motion::spun;
 use calib::spin::{Limits, Spin, calibrate};
 use clap::Args;
-use geometry::{Direction, Marker, Tracker, Vector};
+use geometry::{Direction, Marker, Rigid, Tracker, Vector};
 use nalgebra::Matrix3;
 
 use super::common::{
     Asked, CommandError, OutArgs, Outcome, OwnError, PosesArgs, left_out, recorded, recorded_text, verdict_text,
 };
+use super::told::told;
 use crate::bounds::Bounds;
 use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, SpinRecord};
-use crate::live::{FollowMarkers, LiveArgs};
+use crate::live::{FollowMarkers, Lacks, LiveArgs};
 use crate::poses::Recording;
 use crate::scene_context::SceneContext;
 use crate::values::{Positive, Target};
@@ -104,11 +107,12 @@ impl SpinArgs {
         let mut run = self.poses.open(scened.as_ref(), follow)?;
         let out = self.out.of(scened.as_ref())?;
         let (hint, from) = self.hint(&out)?;
-        let recording = self.poses.read(run.as_mut(), &Asked::MOTION, motion)?;
         let limits = Limits {
             robust: !self.all_poses,
             ..Limits::default()
         };
+        let lacks = |recording: &Recording| self.lacks(recording, hint, limits);
+        let recording = self.poses.read(run.as_mut(), &Asked::MOTION, lacks)?;
         let found = calibrate(&recording.poses, hint, limits);
         let found = found.map_err(|refused| SpinError::Refused {
             poses: recording.poses.len(),
@@ -127,6 +131,23 @@ impl SpinArgs {
         let mut inputs = self.poses.inputs();
         inputs.extend(self.tip.as_deref());
         out.finish(file, text, &inputs)
+    }
+
+    /// What the motion covers so far.
+    fn lacks(&self, recording: &Recording, hint: Direction<Marker>, limits: Limits) -> Lacks {
+        let coverage = Coverage::<Marker>::of(recording.poses.iter().map(Rigid::rotation));
+        let mut words = coverage.map_or_else(String::new, |coverage| motion(&coverage));
+        if !self.poses.live.watch.is_there() {
+            return Lacks { words, motion: None };
+        }
+        let made = spun(&recording.poses, (hint, GOOD_TURN_DEG.to_radians()), limits);
+        if let Some(refused) = made.as_ref().and_then(|made| made.refused.as_ref()) {
+            words = refused.to_string();
+        }
+        Lacks {
+            words,
+            motion: made.map(|made| told(StepMotionKind::Spin, &made.seen)),
+        }
     }
 
     /// The direction of the tip, and the id of the calibration that it is from.

@@ -9,7 +9,7 @@ use bus::topic::{EMITTERS, MARKERS};
 use geometry::{Direction, Marker, Rigid, Tool, Tracker, Uncertain, Vector};
 use scene::TrackerSource;
 
-use super::{Against, Delivered, Follow, FollowMarkers, Heard, LiveArgs, LiveError, Watch};
+use super::{Against, Delivered, Follow, FollowMarkers, Heard, Lacks, LiveArgs, LiveError, Watch};
 use crate::poses::MAX_POSES;
 use crate::scene_context::{Going, SceneContext};
 
@@ -144,7 +144,7 @@ impl<'a> Run<'a> {
     pub(crate) fn listen(
         &mut self,
         seconds: f64,
-        advise: Option<&dyn Fn(&Listened) -> String>,
+        advise: Option<&dyn Fn(&Listened) -> Lacks>,
     ) -> Result<Listened, LiveError> {
         let clock = self.going.bus.clock().clone();
         let began = clock.now_ns();
@@ -176,7 +176,10 @@ impl<'a> Run<'a> {
                     });
                 }
                 self.tell(&heard, [passed_s, seconds], advise)?;
-                tell_ns = tell_ns.saturating_add(between);
+                // What is said of many poses takes its time: a fifth of all at most, the rest is for frames.
+                let told = clock.now_ns();
+                let rest = told.saturating_sub(now).saturating_mul(4);
+                tell_ns = tell_ns.saturating_add(between).max(told.saturating_add(rest));
             }
             clock.sleep_until((now + LOOK_NS).min(until));
         }
@@ -186,18 +189,20 @@ impl<'a> Run<'a> {
         &self,
         heard: &Listened,
         [passed_s, asked_s]: [f64; 2],
-        advise: Option<&dyn Fn(&Listened) -> String>,
+        advise: Option<&dyn Fn(&Listened) -> Lacks>,
     ) -> Result<(), LiveError> {
         let (frames, poses) = (heard.frames, heard.poses.len());
         match (self.watch.is_there(), advise) {
             (true, advise) => {
-                let advice = advise.map_or_else(|| heard.why.clone(), |advise| advise(heard));
+                let words = heard.why.clone();
+                let lacks = advise.map_or_else(|| Lacks { words, motion: None }, |advise| advise(heard));
                 let told = Heard {
                     passed_s,
                     asked_s,
                     frames,
                     poses,
-                    advice,
+                    advice: lacks.words,
+                    motion: lacks.motion,
                 };
                 match self.watch.tell(&told).is_break() {
                     true => Err(LiveError::Cancelled),
@@ -205,7 +210,7 @@ impl<'a> Run<'a> {
                 }
             }
             (false, Some(advise)) => {
-                let advice = advise(heard);
+                let advice = advise(heard).words;
                 bus::stderr_line!("calib: {passed_s:.0} s of {asked_s}, {poses} poses of {frames} frames: {advice}");
                 Ok(())
             }

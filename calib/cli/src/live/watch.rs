@@ -4,6 +4,8 @@ use std::fmt;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use bus::message::StepMotion;
+
 /// What was heard so far.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Heard {
@@ -17,6 +19,17 @@ pub(crate) struct Heard {
     pub(crate) poses: usize,
     /// What the motion still lacks, or why the last frame shows no marker.
     pub(crate) advice: String,
+    /// What it covers, as a picture.
+    pub(crate) motion: Option<StepMotion>,
+}
+
+/// What is said of a motion that goes on.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Lacks {
+    /// What it still lacks.
+    pub(crate) words: String,
+    /// What it covers; `None`: nothing is known of it, or nobody looks.
+    pub(crate) motion: Option<StepMotion>,
 }
 
 /// Is called again and again while a run is listened to, and may end that.

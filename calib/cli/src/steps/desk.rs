@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use bus::message::{Practice, StepPhase, StepTask, StepWish, Steps};
+use bus::message::{Practice, StepMotion, StepPhase, StepTask, StepWish, Steps};
 
 use super::course::{Around, Course, Moment, Proposal, Report, Said, in_a_terminal};
 use super::tasks::{begin, tasks};
@@ -34,6 +34,8 @@ pub(super) struct Desk {
     /// The words of the command that goes on, or went on last.
     words: Vec<String>,
     heard: Option<Heard>,
+    /// Which step a result is of, and what its motion covers.
+    covered: Option<(u32, StepMotion)>,
     refused: String,
 }
 
@@ -45,6 +47,7 @@ impl Desk {
             phase: StepPhase::Waiting,
             words: Vec::new(),
             heard: None,
+            covered: None,
             refused: String::new(),
         }
     }
@@ -68,7 +71,7 @@ impl Desk {
         match wish {
             StepWish::Begin => {
                 let listen = course.listen()?;
-                (self.words, self.heard) = (listen.words.clone(), None);
+                (self.words, self.heard, self.covered) = (listen.words.clone(), None, None);
                 Ok(match listen.practice {
                     Some(practice) => {
                         self.phase = StepPhase::Going;
@@ -81,6 +84,7 @@ impl Desk {
                 })
             }
             StepWish::Back if course.back() => {
+                self.covered = None;
                 let todo = self.compute()?;
                 Ok(("taken back".to_owned(), todo))
             }
@@ -103,7 +107,8 @@ impl Desk {
         } else {
             Vec::new()
         };
-        (self.task, self.phase, self.heard) = (Some((task, course)), StepPhase::Waiting, None);
+        (self.task, self.phase) = (Some((task, course)), StepPhase::Waiting);
+        (self.heard, self.covered) = (None, None);
         self.refused.clear();
         Ok((format!("{} is begun", task.word()), todo))
     }
@@ -160,7 +165,14 @@ impl Desk {
             return Vec::new();
         };
         let done = match self.phase {
-            StepPhase::Listening => course.heard(said, moment),
+            StepPhase::Listening => {
+                // The last that was heard of a motion is of the poses that its result is made of.
+                let motion = self.heard.take().and_then(|heard| heard.motion);
+                let step = course.show(Steps::none(&[])).step;
+                let done = course.heard(said, moment);
+                self.covered = motion.filter(|_| done.is_ok()).map(|motion| (step, motion));
+                done
+            }
             StepPhase::Working => course.computed(said),
             // It was given up.
             _ => return Vec::new(),
@@ -210,6 +222,12 @@ impl Desk {
             (steps.passed_s, steps.asked_s) = (heard.passed_s, heard.asked_s);
             (steps.frames, steps.poses) = (heard.frames as u32, heard.poses as u32);
             steps.advice = Steps::field(&heard.advice);
+            steps.motion = heard.motion.unwrap_or(StepMotion::NONE);
+        }
+        // Another step than the result's has a motion of its own.
+        let covered = self.covered.filter(|(step, _)| *step == steps.step);
+        if let Some((_, motion)) = covered.filter(|_| !matches!(self.phase, StepPhase::Going | StepPhase::Listening)) {
+            steps.motion = motion;
         }
         if !self.phase.is_busy() {
             self.what_can_be_done(course.as_ref(), &mut steps);

@@ -169,10 +169,12 @@ impl Serving {
 
     fn job_goes_on(&mut self) {
         let Some(job) = &mut self.job else { return };
+        // In this order: what a command says last, before it ends, is heard.
+        let said = job.poll();
         if let Some(heard) = job.heard() {
             self.desk.hears(heard);
         }
-        let Some(said) = job.poll() else { return };
+        let Some(said) = said else { return };
         self.job = None;
         let moment = Moment {
             t_ns: self.process.session.clock().now_ns(),

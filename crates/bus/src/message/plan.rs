@@ -2,7 +2,7 @@
 
 use geometry::{Ct, Point};
 use guidance::plan::{
-    self, Confirmed, MAX_MEASURES, MAX_NAME, MAX_TARGETS, MAX_TIME, MAX_WHO, Measure, PlanError, Target,
+    self, Confirmed, MAX_MEASURES, MAX_NAME, MAX_NOTES, MAX_TARGETS, MAX_TIME, MAX_WHO, Measure, PlanError, Target,
 };
 use guidance::workflow::VolumeId;
 use iceoryx2::prelude::ZeroCopySend;
@@ -37,10 +37,10 @@ pub struct PlanMeasure {
     pub count: u64,
 }
 
-/// A plan. Its notes are in its file only.
+/// A plan.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Plan/1")]
+#[type_name("trocar/Plan/2")]
 pub struct Plan {
     /// When it was said, ns on the session's clock.
     pub t_ns: i64,
@@ -54,7 +54,7 @@ pub struct Plan {
     pub targets: u32,
     /// How many distances and angles.
     pub measures: u32,
-    /// Bits: [`Plan::CONFIRMED`].
+    /// Bits: [`Plan::CONFIRMED`], [`Plan::CHANGED_ELSEWHERE`].
     pub flags: u64,
     /// The hash of the examination that it was made for.
     pub volume: [u8; 32],
@@ -66,10 +66,12 @@ pub struct Plan {
     pub target: [PlanTarget; MAX_TARGETS],
     /// The distances and angles: as many as [`Plan::measures`] says.
     pub measure: [PlanMeasure; MAX_MEASURES],
+    /// The notes.
+    pub notes: [u8; MAX_NOTES],
 }
 
 const _: () = assert!(size_of::<PlanTarget>() == 112 && size_of::<PlanMeasure>() == 80);
-const _: () = assert!(size_of::<Plan>() == 160 + 112 * MAX_TARGETS + 80 * MAX_MEASURES);
+const _: () = assert!(size_of::<Plan>() == 160 + 112 * MAX_TARGETS + 80 * MAX_MEASURES + MAX_NOTES);
 
 /// Why a plan on the bus is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -161,6 +163,8 @@ impl PlanMeasure {
 impl Plan {
     /// A person has confirmed it: it is read-only.
     pub const CONFIRMED: u64 = 1;
+    /// What stands in its file is not this plan: somebody else has changed it.
+    pub const CHANGED_ELSEWHERE: u64 = 2;
 
     /// That of a file with this id, of which `depth` changes can be taken back and made again.
     pub fn of(plan: &plan::Plan, file_id: u64, depth: [usize; 2]) -> Self {
@@ -178,6 +182,7 @@ impl Plan {
             at: text_field(plan.confirmed.as_ref().map_or("", |confirmed| &confirmed.at)),
             target: [PlanTarget::NONE; MAX_TARGETS],
             measure: [PlanMeasure::NONE; MAX_MEASURES],
+            notes: text_field(&plan.notes),
         };
         for (place, target) in message.target.iter_mut().zip(&plan.targets) {
             *place = PlanTarget::of(target);
@@ -188,7 +193,7 @@ impl Plan {
         message
     }
 
-    /// The plan: the door from the bus to geometry. Without its notes.
+    /// The plan: the door from the bus to geometry.
     ///
     /// # Errors
     /// Each variant of [`PlanMessageError`].
@@ -203,7 +208,7 @@ impl Plan {
             volume: VolumeId(self.volume),
             targets: targets.iter().map(PlanTarget::target).collect(),
             measures: measures.iter().map(PlanMeasure::measure).collect::<Result<_, _>>()?,
-            notes: String::new(),
+            notes: field_text(&self.notes),
             confirmed,
         };
         Ok(plan.checked()?)
@@ -256,6 +261,7 @@ mod tests {
                 by: "é".repeat(32),
                 at: "2026-11-25T12:00:00Z".to_owned(),
             }),
+            notes: "é".repeat(MAX_NOTES / 2),
             ..plan::Plan::new(VolumeId([9; 32]))
         }
     }

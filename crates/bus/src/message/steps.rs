@@ -2,7 +2,7 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{Command, CommandKind, field_text, text_field};
+use super::{Command, CommandKind, StepMotion, field_text, text_field};
 
 /// Most bytes of a point's name.
 const NAME: usize = 40;
@@ -10,7 +10,7 @@ const NAME: usize = 40;
 /// Published by the calibrator whenever something changes. Lengths are mm, times of the session's clock ns; what is not known is NaN.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/Steps/1")]
+#[type_name("trocar/Steps/2")]
 pub struct Steps {
     /// When it was said.
     pub t_ns: i64,
@@ -48,6 +48,8 @@ pub struct Steps {
     pub what: [u8; Self::WORDS],
     /// While it is listened: what the motion still lacks.
     pub advice: [u8; Self::WORDS],
+    /// What it covers: while it is listened, and of the result that came of it.
+    pub motion: StepMotion,
     /// Why the last try gave nothing; empty where it gave something.
     pub refused: [u8; Self::LONG],
     /// Why what is proposed cannot be accepted; of no meaning with [`Steps::CAN_ACCEPT`].
@@ -110,6 +112,7 @@ const _: () = assert!(size_of::<StepPoint>() == 32 + StepPoint::NAME && size_of:
 const _: () = assert!(
     size_of::<Steps>()
         == 128
+            + size_of::<StepMotion>()
             + Steps::TITLE
             + 2 * Steps::WORDS
             + 3 * Steps::LONG
@@ -364,6 +367,7 @@ impl Steps {
             title: [0; Self::TITLE],
             what: [0; Self::WORDS],
             advice: [0; Self::WORDS],
+            motion: StepMotion::NONE,
             refused: [0; Self::LONG],
             why_not: [0; Self::LONG],
             command: [0; Self::LONG],

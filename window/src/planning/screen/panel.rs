@@ -45,6 +45,11 @@ impl Panel<'_> {
         for (k, measure) in plan.measures.iter().enumerate() {
             measured(k + 1, measure, &mut lines);
         }
+        // Last: of what finds no room the notes are the least.
+        if !plan.notes.trim().is_empty() {
+            let notes = plan.notes.replace(char::is_control, " ");
+            lines.put_all(&format!("notes: {}", notes.trim()), Tone::Quiet);
+        }
         lines.put_waiting();
         let way = desk.way(&plan);
         chart::show(ui, self.known, way.as_ref(), lower, (sizes, words));
@@ -156,7 +161,10 @@ fn row(lines: &mut Lines<'_, '_>, cells: [String; 4], is_selected: bool) -> bool
 fn doing(mode: &Mode, known: &Known<'_>) -> String {
     match mode {
         Mode::Point if known.plan.confirmed.is_some() => "the plan is looked at; nothing of it changes".to_owned(),
-        Mode::Point => format!("{} changes can be taken back", known.depth[0]),
+        Mode::Point => match known.depth[0] {
+            1 => "1 change can be taken back".to_owned(),
+            count => format!("{count} changes can be taken back"),
+        },
         Mode::Level => "dragging changes the window; W ends it".to_owned(),
         Mode::Measure(points, count) => {
             let what = if *count == 2 { "distance" } else { "angle" };

@@ -9,12 +9,10 @@ use super::super::desk::{Desk, Held, Mode};
 use super::super::placed::Placed;
 use super::image::Cell;
 use super::{Known, Outcome};
-use crate::screen::tree;
+use crate::screen::{HU_PX, tree};
 
 /// A drag of so many pixels doubles what is seen, or halves it.
 const DOUBLING_PX: f32 = 150.0;
-/// So many HU a pixel.
-const HU_PX: f32 = 2.0;
 /// A point is taken hold of within so many thin lines.
 const REACH: f32 = 12.0;
 
@@ -68,7 +66,7 @@ fn buttons(
     (cell, placed, at): (&Cell, &Placed, Pos2),
     outcome: &mut Outcome,
 ) {
-    let (pressed, released, down, moved, shift) = ui.input(|input| {
+    let (pressed, released, down, moved, [shift, ctrl]) = ui.input(|input| {
         let pointer = &input.pointer;
         (
             [PointerButton::Primary, PointerButton::Middle, PointerButton::Secondary]
@@ -76,7 +74,7 @@ fn buttons(
             pointer.any_released(),
             [PointerButton::Primary, PointerButton::Middle, PointerButton::Secondary].map(|b| pointer.button_down(b)),
             pointer.delta(),
-            input.modifiers.shift,
+            [input.modifiers.shift, input.modifiers.ctrl],
         )
     });
     if pressed.contains(&true) && cell.image.contains(at) {
@@ -84,7 +82,9 @@ fn buttons(
         // Two clicks in two places measure, and enlarge nothing.
         desk.is_same_place = desk.pressed.is_some_and(|before| (before - at).length() < REACH);
         desk.pressed = Some(at);
-        if pressed[0] && !shift {
+        // What begins with Ctrl changes the window, and moves no point.
+        desk.is_leveled = ctrl && pressed[0] && !shift;
+        if pressed[0] && !shift && !ctrl {
             press(known, desk, (placed, at), outcome);
         }
     }
@@ -97,11 +97,12 @@ fn buttons(
             desk.camera.pan(cell.cut, by);
         }
         [_, _, true] => desk.camera.zoom(cell.cut, f64::from((moved.y / DOUBLING_PX).exp2())),
+        [true, _, _] if desk.is_leveled => level(desk, moved),
         [true, _, _] => drag(desk, placed, at, moved),
         _ => {}
     }
     if released {
-        desk.dragged = None;
+        (desk.dragged, desk.is_leveled) = (None, false);
         desk.release(known.plan).into_iter().for_each(|wish| outcome.wish(wish));
     }
 }
@@ -125,13 +126,16 @@ fn press(known: &Known<'_>, desk: &mut Desk, (placed, at): (&Placed, Pos2), outc
     }
 }
 
+fn level(desk: &mut Desk, moved: egui::Vec2) {
+    desk.camera
+        .level(f64::from(moved.x * HU_PX), f64::from(-moved.y * HU_PX));
+}
+
 fn drag(desk: &mut Desk, placed: &Placed, at: Pos2, moved: egui::Vec2) {
     // Beside the image there is nothing to be seen of where a point would come to lie.
     let at = at.clamp(placed.rect.min, placed.rect.max);
     match (&desk.mode, &mut desk.held) {
-        (Mode::Level, _) => desk
-            .camera
-            .level(f64::from(moved.x * HU_PX), f64::from(-moved.y * HU_PX)),
+        (Mode::Level, _) => level(desk, moved),
         // In its own depth: what is dragged stays as far from the plane as it was.
         (_, Some(held)) if moved != egui::Vec2::ZERO => {
             let normal = placed.plane.into_screen();

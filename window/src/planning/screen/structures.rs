@@ -21,8 +21,8 @@ pub(super) fn show(known: &Known<'_>, lines: &mut Lines<'_, '_>) {
 }
 
 fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
-    if found.is_other_grid {
-        lines.put("LABELS LIE ON ANOTHER GRID THAN THE CT: compare them", Tone::Warning);
+    if found.grid.is_doubtful() {
+        lines.put_all(&found.grid.to_string(), Tone::Warning);
     }
     for [from, to] in found.clearances.coverage.outside_mm() {
         let text = format!("NOT CHECKED from {from:.1} to {to:.1} mm: outside the label map");
@@ -43,8 +43,9 @@ fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
         );
     }
     for one in near.iter().take(NAMED) {
-        let (text, tone) = words(one, error_mm);
-        lines.put(&text, tone);
+        let (text, tone) = words(one, &found.names.words(one.label), error_mm);
+        // A name may be longer than a line, and what follows it is numbers.
+        lines.put_all(&text, tone);
     }
     let rest = near.get(NAMED..).unwrap_or_default();
     if !rest.is_empty() {
@@ -57,29 +58,22 @@ fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
     }
 }
 
-fn words(one: &Clearance, error_mm: Option<f64>) -> (String, Tone) {
-    let label = one.label;
+fn words(one: &Clearance, what: &str, error_mm: Option<f64>) -> (String, Tone) {
     let Distance::Nearest(nearest) = one.distance else {
         return (String::new(), Tone::Quiet);
     };
     let at = format!("{:.1} mm deep", nearest.depth_mm);
     match (one.cuts, one.is_clear(), one.at_least_mm(error_mm)) {
-        (true, ..) => (format!("CUTS label {label}, {at}"), Tone::Alarm),
-        (false, false, _) => (format!("MAY CUT label {label}, {at}"), Tone::Alarm),
+        (true, ..) => (format!("CUTS {what}, {at}"), Tone::Alarm),
+        (false, false, _) => (format!("MAY CUT {what}, {at}"), Tone::Alarm),
         (false, true, _) if !one.is_clear_within(error_mm) => {
-            let text = format!("label {label}: {:.1} mm, {at}: WITHIN THE ERROR", nearest.distance_mm);
+            let text = format!("{what}: {:.1} mm, {at}: WITHIN THE ERROR", nearest.distance_mm);
             (text, Tone::Warning)
         }
         (false, true, Some(least)) => {
-            let text = format!(
-                "label {label}: {:.1} mm, at least {least:.1}, {at}",
-                nearest.distance_mm
-            );
+            let text = format!("{what}: {:.1} mm, at least {least:.1}, {at}", nearest.distance_mm);
             (text, Tone::Quiet)
         }
-        (false, true, None) => (
-            format!("label {label}: {:.1} mm, {at}", nearest.distance_mm),
-            Tone::Quiet,
-        ),
+        (false, true, None) => (format!("{what}: {:.1} mm, {at}", nearest.distance_mm), Tone::Quiet),
     }
 }

@@ -1,10 +1,12 @@
 //! The planning screen without a display: no number is cut or covered on any screen, keys do what the page says.
 
+use std::rc::Rc;
+
 use bus::message::{FrameHeader, FrameStamp, ImagePlane, PlanWish};
-use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, vec2};
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, Role, vec2};
 use geometry::{Affine, Point, VolumeGrid};
 use guidance::plan::{Concern, Edit, MAX_MEASURES, Measure, Plan, Target, concerns};
-use guidance::safety::Structures;
+use guidance::safety::{GridMatch, LabelNames, Structures};
 use guidance::workflow::VolumeId;
 
 use super::super::camera::CUTS;
@@ -64,6 +66,16 @@ fn model() -> Model {
     }
 }
 
+/// As long as names may be, with blanks and without.
+fn names() -> LabelNames {
+    let long = ["vena cava ".repeat(9), "v".repeat(96)];
+    let lines = long.iter().zip([30_010, 30_060]);
+    let text: String = lines
+        .map(|(name, label)| format!("{label} 0 0 0 1 1 1 \"{name}\"\n"))
+        .collect();
+    LabelNames::of_itk_snap(&text).unwrap()
+}
+
 /// A label map of three slabs across the way.
 fn found(desk: &Desk, plan: &Plan) -> Beside {
     let grid = grid();
@@ -76,7 +88,8 @@ fn found(desk: &Desk, plan: &Plan) -> Beside {
     Beside::Found(Box::new(Found {
         clearances: structures.clearance(&tube, WITHIN_MM).unwrap(),
         sections: structures.profile(&tube, 150, WITHIN_MM).unwrap(),
-        is_other_grid: true,
+        grid: GridMatch::Other,
+        names: Rc::new(names()),
     }))
 }
 
@@ -87,6 +100,8 @@ struct Stage {
     desk: Desk,
     context: egui::Context,
     screen: Screen,
+    /// What the accessibility tree says: labels, states, and of buttons the word and the key.
+    told: Vec<String>,
 }
 
 impl Stage {
@@ -109,6 +124,7 @@ impl Stage {
             desk,
             context: context(),
             screen,
+            told: Vec::new(),
         }
     }
 
@@ -153,8 +169,23 @@ impl Stage {
             outcome = show(ui, &known, desk, screen);
         });
         output.textures_delta.clear();
+        self.told = told(output.platform_output.accesskit_update.take());
         outcome
     }
+}
+
+/// What a tree says word for word.
+fn told(tree: Option<egui::accesskit::TreeUpdate>) -> Vec<String> {
+    let nodes = tree.into_iter().flat_map(|tree| tree.nodes).map(|(_, node)| node);
+    let said = nodes.flat_map(|node| match node.role() {
+        Role::Label => vec![node.value().map(str::to_owned)],
+        Role::Status | Role::Alert | Role::Button => {
+            let key = node.keyboard_shortcut().map(str::to_owned);
+            vec![node.label().map(str::to_owned), key]
+        }
+        _ => Vec::new(),
+    });
+    said.flatten().collect()
 }
 
 fn key(key: Key) -> Event {
@@ -189,10 +220,7 @@ fn no_number_of_a_plan_is_cut_or_covered_on_any_screen() {
             let words = &outcome.words.0;
             assert!(words.len() > 20 && outcome.code.is_some());
             // What the tube cuts is said, or how much could not be said.
-            let cuts = words
-                .iter()
-                .filter(|placed| placed.text.starts_with("CUTS label"))
-                .count();
+            let cuts = words.iter().filter(|placed| placed.text.starts_with("CUTS ")).count();
             let more = words.iter().any(|placed| placed.text.contains("MORE LINES"));
             assert!(count == 0 || cuts == 5 || more, "{pixels:?} {count}: {cuts}");
             let screen = Rect::from_min_size(Pos2::ZERO, vec2(pixels[0] as f32, pixels[1] as f32));
@@ -305,4 +333,68 @@ fn what_is_dragged_is_changed_when_it_is_let_go_of_wherever_that_is() {
     let [before, after] = [stage.plan.targets[0].centre, moved.centre].map(Point::mm);
     assert!(after[0] > before[0] + 10.0 && after[1] > before[1] + 10.0 && (after[2] - before[2]).abs() < 1e-9);
     assert_eq!((stage.desk.held.as_ref(), stage.desk.dragged), (None, None));
+}
+
+#[test]
+fn a_drag_with_ctrl_changes_the_window_and_moves_no_point() {
+    let mut some = plan();
+    some.targets.truncate(1);
+    let mut stage = Stage::new(some, [1920, 1080]);
+    stage.frame(Vec::new());
+    let sizes = crate::sizes::Sizes::of(stage.screen, 4).unwrap();
+    let middle = super::rooms(&sizes, None).images[0].unwrap().center();
+    let button = |pos, pressed| Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::CTRL,
+    };
+    let (cursor, window) = (stage.desk.camera.cursor, stage.desk.camera.window);
+    stage.frame(vec![
+        Event::ModifiersChanged(Modifiers::CTRL),
+        Event::PointerMoved(middle),
+    ]);
+    stage.frame(vec![button(middle, true)]);
+    let away = middle + vec2(30.0, -20.0);
+    stage.frame(vec![Event::PointerMoved(away)]);
+    let outcome = stage.frame(vec![button(away, false)]);
+    assert_eq!(
+        (outcome.wishes.len(), stage.desk.camera.cursor, stage.desk.is_leveled),
+        (0, cursor, false)
+    );
+    let found = stage.desk.camera.window;
+    assert_eq!(
+        (found.width_hu, found.centre_hu),
+        (window.width_hu + 60.0, window.centre_hu + 40.0)
+    );
+}
+
+/// What stands on the planning screen is in its accessibility tree, word for word, and nothing else is.
+#[test]
+fn the_tree_says_every_word_of_the_planning_screen_and_no_other() {
+    let mut words = 0;
+    for pixels in SCREENS {
+        for count in [0, 1, 8] {
+            let mut some = plan();
+            some.targets.truncate(count);
+            some.measures.truncate(2);
+            some.notes = "the patient is allergic to latex".to_owned();
+            let mut stage = Stage::new(some, pixels);
+            stage.context.enable_accesskit();
+            stage.frame(Vec::new());
+            let outcome = stage.frame(Vec::new());
+            let mut painted: Vec<&str> = outcome.words.0.iter().map(|placed| placed.text.as_str()).collect();
+            painted.sort_unstable();
+            let mut told: Vec<&str> = stage.told.iter().map(String::as_str).collect();
+            told.sort_unstable();
+            assert_eq!(told, painted, "{pixels:?} {count}");
+            words += painted.len();
+            // With all that is to be said of a way the notes find no room.
+            assert!(
+                count > 0 || painted.iter().any(|text| text.starts_with("notes: ")),
+                "{painted:?}"
+            );
+        }
+    }
+    assert!(words > 500, "{words}");
 }

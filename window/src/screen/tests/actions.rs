@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use bus::message::Images;
-use egui::{Event, Key, Modifiers, Role};
+use egui::{Event, Key, Modifiers, PointerButton, Role};
 use egui_kittest::kittest::Queryable as _;
 
 use super::samples::{held, replay};
@@ -154,7 +154,7 @@ fn the_guide_names_every_key_and_no_other() {
         .lines()
         .filter_map(|line| line.strip_prefix("| ")?.split(" |").next());
     let mut named: BTreeSet<&str> = first_column
-        .filter(|cell| *cell != "key" && !cell.contains("click"))
+        .filter(|cell| *cell != "key" && !cell.contains("click") && !cell.contains("drag"))
         .flat_map(|cell| cell.split(", "))
         .collect();
     // It stands in the row of the click that it undoes.
@@ -254,4 +254,43 @@ fn a_touch_on_an_image_enlarges_it() {
     let touch = vec![Event::PointerMoved(at), button(true), button(false)];
     let outcome = shown(&model, screen, &Look::default(), touch);
     assert_eq!(outcome.wishes, [Wish::Enlarge(Some(model.cells[1].view))]);
+}
+
+/// The drag of the planning screen: with Ctrl, so that no finger that slips changes what all images show.
+#[test]
+fn a_drag_with_ctrl_changes_the_window_and_nothing_else_does() {
+    let model = sample(37.4, 1.3).model();
+    let screen = monitor([1920, 1080]);
+    let middle = Sizes::of(screen, model.cells.len()).unwrap().cells[0].center();
+    let button = |pos, pressed| Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::default(),
+    };
+    let away = middle + egui::vec2(30.0, -20.0);
+    let by = Wish::Level {
+        wider_hu: 60,
+        up_hu: 40,
+    };
+    for (held, to, wished) in [
+        (Modifiers::CTRL, away, vec![by]),
+        (Modifiers::NONE, away, vec![]),
+        (Modifiers::SHIFT, away, vec![]),
+        (Modifiers::NONE, middle, vec![Wish::Enlarge(Some(model.cells[0].view))]),
+    ] {
+        let mut harness = stage(model.clone(), screen, Look::default());
+        let events = [
+            Event::ModifiersChanged(held),
+            Event::PointerMoved(middle),
+            button(middle, true),
+            Event::PointerMoved(to),
+            button(to, false),
+        ];
+        for event in events {
+            harness.event(event);
+            harness.step();
+        }
+        assert_eq!(harness.state().wishes, wished, "{held:?}");
+    }
 }

@@ -10,7 +10,7 @@ use egui::{Color32, vec2};
 
 use super::paint::paint;
 use super::sheet::{Thumbnail, read, write};
-use super::{SCREENS, monitor, sample, samples};
+use super::{SCREENS, monitor, sample, samples, steps};
 use crate::model::Tone;
 use crate::model::sample::Sample;
 use crate::screen::Look;
@@ -41,6 +41,7 @@ fn screens() -> Vec<(&'static str, Sample, Look)> {
     };
     all.push(("enlarged", samples::planned(), enlarged));
     all.push(("sight alone", samples::planned(), noted));
+    all.extend(steps::pictured());
     all
 }
 

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use bus::message::{StepFigure, StepGate, StepPhase, StepPoint, StepTask, StepWish, Steps, Workflow};
+use bus::message::{
+    StepFigure, StepGate, StepMotion, StepMotionKind, StepPhase, StepPoint, StepTask, StepWish, Steps, Workflow,
+};
 use egui::{Key, Role};
 use egui_kittest::kittest::Queryable as _;
 use guidance::workflow::Stage;
@@ -91,6 +93,57 @@ fn listening() -> Steps {
     steps
 }
 
+/// What a pivoting covers that went about one axis far and about the other a little.
+fn pivoting(is_wide: bool) -> Steps {
+    let needed_rad = 20_f64.to_radians();
+    let reach = |k: usize| match is_wide {
+        true => 1.2 * needed_rad,
+        false => needed_rad * (0.3 + 1.2 * (std::f64::consts::TAU * k as f64 / 24.0).cos().abs()),
+    };
+    let mut steps = listening();
+    steps.motion = StepMotion {
+        kind: StepMotionKind::Pivot.code(),
+        reach_rad: std::array::from_fn(reach),
+        needed_rad,
+        reached_rad: if is_wide { 0.42 } else { 0.215 },
+        now_rad: [0.31, 0.08],
+        // The two inner rings whole, of the next two some.
+        cells: [0xc07e_0fff_ffff_ffff, if is_wide { 0xff_ffff } else { 0x60 }],
+        up: 1,
+    };
+    steps
+}
+
+fn spinning() -> Steps {
+    let mut steps = listening();
+    (steps.step, steps.steps) = (1, 2);
+    steps.title = Steps::field("Shaft: spin");
+    steps.advice =
+        Steps::field("turned by 71.0 degrees about one axis and 1.2 across it; turn it further about its shaft");
+    steps.motion = StepMotion {
+        kind: StepMotionKind::Spin.code(),
+        reach_rad: [71_f64.to_radians(); StepMotion::SECTORS],
+        needed_rad: 100_f64.to_radians(),
+        reached_rad: 71_f64.to_radians(),
+        now_rad: [-0.6, 0.0],
+        cells: [0x0001_ffff_fffc_0000, 0],
+        up: 1,
+    };
+    steps
+}
+
+/// The steps as the sheets of pictures have them.
+pub(super) fn pictured() -> Vec<(&'static str, Sample, Look)> {
+    let looked = |(name, steps): (&'static str, Steps)| (name, run(steps), look());
+    let all = [
+        ("steps: pivoting", pivoting(false)),
+        ("steps: a wide pivoting", pivoting(true)),
+        ("steps: spinning", spinning()),
+        ("steps: five points", registration(5)),
+    ];
+    all.into_iter().map(looked).collect()
+}
+
 fn refused() -> Steps {
     let mut steps = registration(4);
     steps.refused = Steps::field(
@@ -121,6 +174,9 @@ fn all() -> Vec<(&'static str, Sample)> {
     vec![
         ("nothing begun", run(Steps::none(&StepTask::ALL))),
         ("listening", run(listening())),
+        ("pivoting", run(pivoting(false))),
+        ("a wide pivoting", run(pivoting(true))),
+        ("spinning", run(spinning())),
         ("five points", run(registration(5))),
         ("32 points", run(registration(32))),
         ("refused", run(refused())),
@@ -160,6 +216,12 @@ fn the_ladder_says_what_is_done_and_what_a_check_came_to() {
             }
             "no calibrator" => says(&sample, "nothing came from the process `calib`"),
             "listening" => says(&sample, "3.4 of 12.0 s, the marker seen in 201 of 204 frames"),
+            "pivoting" => {
+                says(&sample, "cone 12.3 of 20.0 degrees");
+                says(&sample, "of 24 sides reached");
+            }
+            "a wide pivoting" => says(&sample, "WIDE ENOUGH to every side"),
+            "spinning" => says(&sample, "turn 71.0 of 100.0 degrees"),
             "refused" => says(&sample, "the tip moved by 1.90 mm"),
             "five points" => {
                 says(&sample, "[x] tool calibrated");
