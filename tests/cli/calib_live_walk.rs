@@ -12,7 +12,7 @@ use crate::support::links::CT_FROM_TRACKER;
 use crate::support::{SMALL, World, stderr, stdout, wait_for};
 use bus::run::RunContext;
 use geometry::{Base, Ct, Marker, Point, Rigid, Tool, Tracker, Vector, checked};
-use localizer::{EMITTERS_MM, Held, Localizer, NOISE_MM, marker_from_tool, tool};
+use localizer::{EMITTERS_MM, Held, Localizer, NOISE_MM, NOISE_RAD, marker_from_tool, tool};
 use serde_json::Value;
 
 const DRAWING: &str = "[plane]\nat_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n\
@@ -110,6 +110,50 @@ fn an_instrument_is_calibrated_in_its_seat_and_the_patient_registered_while_the_
     pilot.wait_live();
     drop(localizer);
     assert!(pilot.stop().success());
+}
+
+/// The same tip of the poses that a localizer makes itself.
+#[test]
+fn a_tip_is_calibrated_of_poses_that_a_localizer_makes() {
+    let walk = Walk { world: World::new() };
+    let world = &walk.world;
+    let text = SMALL.replace("[tracker]\n", "[tracker]\nsource = \"markers\"\n")
+        + &format!(
+            "[tracker.markers]\nmarker = \"T\"\nnoise_mm = {NOISE_MM}\nnoise_deg = {}\n[tracker.calibration]\nfile = \"tool.json\"\n\
+             [tracker.calibration.gates]\nmax_rms_mm = 1.5\nmax_tip_error_mm = 1.0\n",
+            NOISE_RAD.to_degrees()
+        );
+    let pilot = world.start(&world.file("s.toml", &text), &world.path("out"), "default");
+    let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+    pilot.wait_for("the tracker", |status| {
+        crate::support::pid_in(status, "tracker").is_some()
+    });
+    let localizer = Localizer::start_with_poses(&context);
+    tip_of(&walk);
+    let tip = walk.json("tip.json");
+    let numbers = |key: &str| -> Vec<f64> {
+        tip["pivot"][key]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|x| x.as_f64().unwrap())
+            .collect()
+    };
+    let built = (marker_from_tool() * Point::<Tool>::new(0.0, 0.0, 0.0)).mm();
+    let off = built
+        .iter()
+        .zip(numbers("tip_mm"))
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    let c = numbers("covariance_upper_mm2");
+    let rms = (c[0] + c[6] + c[11]).sqrt();
+    println!("tip off by {off:.4} mm, by its covariance {rms:.4} mm rms");
+    // Beyond four times its root mean square an error has a chance of 1e-6, in whichever directions it may be.
+    assert!(off < 4.0 * rms && rms < 0.2, "{off} mm, {rms} mm");
+    drop(localizer);
+    // A run without a picture of a pose is no success.
+    let _ = pilot.stop();
 }
 
 /// The tip, for touching.

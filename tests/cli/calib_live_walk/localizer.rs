@@ -8,10 +8,10 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use bus::Bus;
-use bus::message::{EmitterFrame, EmitterSight};
+use bus::message::{EmitterFrame, EmitterSight, MarkerFrame, MarkerSight};
 use bus::port::Publisher;
 use bus::run::RunContext;
-use bus::topic::EMITTERS;
+use bus::topic::{EMITTERS, MARKERS};
 use geometry::{Marker, Point, Rigid, Tool, Tracker, Vector};
 
 use crate::support::links::MARKER_FROM_TOOL_MM;
@@ -69,6 +69,9 @@ fn noise(i: u64) -> f64 {
     ((x >> 11) as f64 / (1_u64 << 53) as f64).mul_add(2.0, -1.0)
 }
 
+/// Sends the frame of this number, captured then, of a tool that is held so.
+type Send = Box<dyn Fn(u64, i64, Rigid<Tracker, Tool>)>;
+
 /// A localizer that sees the instrument as the test holds it.
 pub(crate) struct Localizer {
     held: Arc<Mutex<Held>>,
@@ -78,7 +81,23 @@ pub(crate) struct Localizer {
 }
 
 impl Localizer {
+    /// One that delivers places of emitters.
     pub(crate) fn start(context: &RunContext) -> Self {
+        Self::of(context, |bus| {
+            let frames: Publisher<EmitterFrame> = Publisher::open(bus, &EMITTERS, "").unwrap();
+            Box::new(move |seq, now_ns, at| frames.send(frame(seq, now_ns, at)).unwrap())
+        })
+    }
+
+    /// One that makes the pose of its marker itself.
+    pub(crate) fn start_with_poses(context: &RunContext) -> Self {
+        Self::of(context, |bus| {
+            let frames: Publisher<MarkerFrame> = Publisher::open(bus, &MARKERS, "").unwrap();
+            Box::new(move |seq, now_ns, at| frames.send(posed(seq, now_ns, at)).unwrap())
+        })
+    }
+
+    fn of(context: &RunContext, sender: fn(&Bus) -> Send) -> Self {
         let held = Arc::new(Mutex::new(Held::Pivoting(divot())));
         let stop = Arc::new(AtomicBool::new(false));
         let late_ns = Arc::new(AtomicI64::new(0));
@@ -86,16 +105,16 @@ impl Localizer {
         let context = context.clone();
         let thread = thread::spawn(move || {
             let bus = Bus::join(&context).unwrap();
-            let frames: Publisher<EmitterFrame> = Publisher::open(&bus, &EMITTERS, "").unwrap();
+            let send = sender(&bus);
             let clock = bus.clock().clone();
             let mut seen = VecDeque::new();
             for seq in 0.. {
                 let now = clock.now_ns();
                 let at = shown.lock().unwrap().at(now as f64 * 1e-9);
-                seen.push_back(frame(seq, now, at));
+                seen.push_back((seq, now, at));
                 let until = now - late.load(Relaxed);
-                while seen.front().is_some_and(|frame| frame.t_capture_ns <= until) {
-                    frames.send(seen.pop_front().unwrap()).unwrap();
+                while let Some((seq, now, at)) = seen.pop_front_if(|(_, captured_ns, _)| *captured_ns <= until) {
+                    send(seq, now, at);
                 }
                 if ended.load(Relaxed) {
                     break;
@@ -150,6 +169,29 @@ fn frame(seq: u64, now_ns: i64, at: Rigid<Tracker, Tool>) -> EmitterFrame {
         }
     });
     frame.set(sights, std::iter::empty()).unwrap();
+    frame
+}
+
+/// What the localizer errs by about each axis, radians, evenly on both sides.
+pub(crate) const NOISE_RAD: f64 = 1e-3;
+
+fn posed(seq: u64, now_ns: i64, at: Rigid<Tracker, Tool>) -> MarkerFrame {
+    let mut frame = MarkerFrame {
+        seq,
+        t_device_ns: now_ns,
+        t_capture_ns: now_ns,
+        t_arrival_ns: now_ns,
+        t_publish_ns: now_ns,
+        ..MarkerFrame::EMPTY
+    };
+    let off = |size: f64, k: u64| size * 3.0_f64.sqrt() * noise(6 * seq + k);
+    let turn = Vector::new(off(NOISE_RAD, 0), off(NOISE_RAD, 1), off(NOISE_RAD, 2));
+    let shift = Vector::new(off(NOISE_MM, 3), off(NOISE_MM, 4), off(NOISE_MM, 5));
+    // On the marker's side, so that it turns about the marker's origin.
+    let errs: Rigid<Marker, Marker> = Rigid::from_rotation_vector(turn, shift).unwrap();
+    let tracker_from_marker = at * marker_from_tool().inverse() * errs;
+    let sight = MarkerSight::seen(MarkerFrame::TOOL, tracker_from_marker, 0.0);
+    frame.set(&[sight]).unwrap();
     frame
 }
 
