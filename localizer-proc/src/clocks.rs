@@ -6,6 +6,9 @@ use scene::localizer::StampRule;
 
 use crate::driver::Frame;
 
+/// So far behind its arrival a frame's time may be put to be later than that of the one before, ns.
+const MOST_AHEAD_NS: i64 = 1000;
+
 /// The clock of one connection.
 #[derive(Debug)]
 pub(crate) struct DeviceClock {
@@ -49,8 +52,7 @@ impl DeviceClock {
             clock: CaptureClock::Arrival,
         };
         if self.rule == StampRule::Arrival {
-            self.last = Some(arrival);
-            return (arrival, None);
+            return (self.later(arrival, frame), None);
         }
         let mapped = self.mapping.map(frame.device_ns, frame.first_ns);
         let captured = match (mapped.quality, mapped.uncertain_ns) {
@@ -65,8 +67,23 @@ impl DeviceClock {
                 ..arrival
             },
         };
+        (self.later(captured, frame), mapped.event.map(|event| event.to_string()))
+    }
+
+    /// Two frames are two instants: those that come in one piece arrive at one time, and a law that is corrected may put one at the time
+    /// of the one before. Both would be taken for the same frame once more.
+    fn later(&mut self, captured: Captured, frame: &Frame) -> Captured {
+        let next_ns = self.last.map_or(i64::MIN, |last| last.at_ns.saturating_add(1));
+        // What came back in time is for the tracker to refuse.
+        let is_near = next_ns <= frame.first_ns.saturating_add(MOST_AHEAD_NS);
+        let at_ns = if is_near {
+            captured.at_ns.max(next_ns)
+        } else {
+            captured.at_ns
+        };
+        let captured = Captured { at_ns, ..captured };
         self.last = Some(captured);
-        (captured, mapped.event.map(|event| event.to_string()))
+        captured
     }
 
     /// How the times of captures come about, for people; empty before the first frame.
@@ -124,6 +141,25 @@ mod tests {
             );
         }
         assert!(clock.words().starts_with("clock mapped to 0."), "{}", clock.words());
+    }
+
+    /// Two frames in one piece had one time of arrival, and the tracker left the second one out.
+    #[test]
+    fn no_two_frames_have_one_time() {
+        for rule in [StampRule::Mapped, StampRule::Arrival] {
+            let mut clock = DeviceClock::new(rule, 0);
+            let mut last_ns = i64::MIN;
+            for i in 0..2000_i64 {
+                // Three by three, with the last of them.
+                let arrival_ns = (i / 3 * 3 + 2) * 1_000_000 + 400_000;
+                let (captured, _) = clock.capture(&frame(EPOCH_NS + i * 1_000_000, arrival_ns));
+                assert!(
+                    captured.at_ns > last_ns && captured.at_ns <= arrival_ns + MOST_AHEAD_NS,
+                    "{i}"
+                );
+                last_ns = captured.at_ns;
+            }
+        }
     }
 
     #[test]

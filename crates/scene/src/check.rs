@@ -17,7 +17,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         volume: super::volume::checked(&raw.volume, &targets, raw.tracker.approach.entry_ct_mm)?,
         tool: tool(raw)?,
         tracker: tracker(&raw.tracker, &targets, raw.tool.length_mm)?,
-        localizer: super::localizer::checked(raw)?,
+        localizer: localizer(raw)?,
         guide: targets::chosen(raw, &targets)?,
         workflow: super::workflow::checked(&raw.workflow)?,
         steps: steps(raw)?,
@@ -30,6 +30,20 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         limits: limits(&raw.limits)?,
         priorities: super::priorities::checked(&raw.priorities)?,
     })
+}
+
+fn localizer(raw: &RawScene) -> Checked<Option<super::localizer::LocalizerSpec>> {
+    let markers = raw.tracker.markers.as_ref();
+    let names = [
+        markers.and_then(|markers| markers.marker.as_deref()),
+        markers.and_then(|markers| markers.reference.as_deref()),
+    ];
+    let around = super::localizer::Around {
+        follows_markers: raw.tracker.source == RawTrackerSource::Markers,
+        names,
+        silent_s: raw.limits.silent_s,
+    };
+    super::localizer::checked(raw.localizer.as_ref(), &around)
 }
 
 fn steps(raw: &RawScene) -> Checked<Option<super::steps::StepsSpec>> {

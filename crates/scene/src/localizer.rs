@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::raw::{RawScene, RawTrackerSource};
 use super::values::{Checked, invalid, number, seconds};
 
 /// The longest host name, bytes.
@@ -169,11 +168,21 @@ pub struct NdiSpec {
     pub tools: Vec<(String, PathBuf)>,
 }
 
-pub(super) fn checked(raw: &RawScene) -> Checked<Option<LocalizerSpec>> {
-    let Some(localizer) = &raw.localizer else {
+/// What the rest of the scene says that matters here.
+pub(super) struct Around<'a> {
+    /// Whether `tracker.source` is `"markers"`.
+    pub(super) follows_markers: bool,
+    /// `tracker.markers.marker` and `tracker.markers.reference`.
+    pub(super) names: [Option<&'a str>; 2],
+    /// `limits.silent_s`.
+    pub(super) silent_s: f64,
+}
+
+pub(super) fn checked(raw: Option<&RawLocalizer>, around: &Around<'_>) -> Checked<Option<LocalizerSpec>> {
+    let Some(localizer) = raw else {
         return Ok(None);
     };
-    if raw.tracker.source != RawTrackerSource::Markers {
+    if !around.follows_markers {
         let allowed = "no such table unless tracker.source = \"markers\"";
         return Err(invalid("localizer", "a table", allowed));
     }
@@ -187,8 +196,8 @@ pub(super) fn checked(raw: &RawScene) -> Checked<Option<LocalizerSpec>> {
         },
         address,
         link: match localizer.kind {
-            Protocol::Openigtlink => LinkSpec::OpenIgtLink(openigtlink(raw, localizer)?),
-            Protocol::Ndi => LinkSpec::Ndi(ndi(raw, localizer)?),
+            Protocol::Openigtlink => LinkSpec::OpenIgtLink(openigtlink(around.silent_s, localizer)?),
+            Protocol::Ndi => LinkSpec::Ndi(ndi(around.names, localizer)?),
         },
         clock: localizer.clock,
         least_delay: Duration::from_secs_f64(delay_ms / 1e3),
@@ -221,7 +230,7 @@ fn of_other_kinds(raw: &RawLocalizer) -> Checked<()> {
     Ok(())
 }
 
-fn openigtlink(scene: &RawScene, raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
+fn openigtlink(limit_s: f64, raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
     let stream = raw
         .stream_ms
         .map(|ms| number("localizer.stream_ms", ms, 1.0..=1000.0, "ms"));
@@ -235,13 +244,13 @@ fn openigtlink(scene: &RawScene, raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec>
         // A peer is asked each second, and has half of one to answer.
         silent: match raw.silent_s {
             Some(silent_s) => seconds("localizer.silent_s", silent_s, 1.5..=60.0)?,
-            None => Duration::from_secs_f64(scene.limits.silent_s.clamp(1.5, 60.0)),
+            None => Duration::from_secs_f64(limit_s.clamp(1.5, 60.0)),
         },
     })
 }
 
 /// Tools are the markers that the tracker asks for, by their names.
-fn ndi(scene: &RawScene, raw: &RawLocalizer) -> Checked<NdiSpec> {
+fn ndi(names: [Option<&str>; 2], raw: &RawLocalizer) -> Checked<NdiSpec> {
     let found = raw.tools.len();
     if !(1..=MOST_TOOLS).contains(&found) {
         return Err(invalid("localizer.tools", found, format!("1 to {MOST_TOOLS} tools")));
@@ -262,8 +271,7 @@ fn ndi(scene: &RawScene, raw: &RawLocalizer) -> Checked<NdiSpec> {
         }
         tools.push((name, PathBuf::from(&tool.rom)));
     }
-    let markers = scene.tracker.markers.clone().unwrap_or_default();
-    for (key, named) in [("marker", markers.marker), ("reference", markers.reference)] {
+    for (key, named) in ["marker", "reference"].into_iter().zip(names) {
         let Some(named) = named else { continue };
         if !tools.iter().any(|(name, _)| *name == named) {
             let allowed = "the name of one of localizer.tools";
