@@ -17,12 +17,13 @@ use crate::failure::Failure;
 use crate::shell::{cargo, program, quietly, root, run, said, say, target};
 use crate::software;
 
-const PROGRAMS: [&str; 9] = [
+const PROGRAMS: [&str; 10] = [
     "pilot",
     "volume-loader",
     "tracker-proc",
     "slice-view-proc",
     "recorder",
+    "gateway-proc",
     "window",
     "window-watch",
     "calib",
