@@ -183,7 +183,7 @@ impl Feed {
         }
         let markers = self.take_markers(frames, now_ns, is_beat)?;
         is_news |= markers;
-        is_news |= self.tell_tool(came || markers, is_beat, now_ns);
+        is_news |= self.tell_tool((came, markers), is_beat, now_ns);
         let withheld = self.follower.withheld();
         self.images
             .step(&self.hall, (now_ns, steady_ns), withheld, self.times)?;
@@ -268,7 +268,7 @@ impl Feed {
     }
 
     /// Says how the tool is where that is news; whether anything was said.
-    fn tell_tool(&mut self, came: bool, is_beat: bool, now_ns: i64) -> bool {
+    fn tell_tool(&mut self, (came, has_markers): (bool, bool), is_beat: bool, now_ns: i64) -> bool {
         let standing = self.follower.standing(now_ns);
         let origin = self.known.origin;
         let is_other = self.told.as_ref().is_none_or(|(told, _)| !told.says_as(&standing));
@@ -279,14 +279,16 @@ impl Feed {
         let workflow = self.follower.workflow();
         let captured_ns = sample.map_or(now_ns, |sample| sample.t_capture_ns);
         let pose_stamp = self.times.stamp(captured_ns, now_ns);
-        if is_due {
+        if is_due || has_markers {
             let stamp = if is_valid {
                 pose_stamp
             } else {
                 self.times.stamp(now_ns, now_ns)
             };
             let told = Told::tool(origin, &standing, sample, workflow).at(stamp, self.times.until_ns(captured_ns));
-            self.hall.put(Slot::Tool, told.transform());
+            if is_due {
+                self.hall.put(Slot::Tool, told.transform());
+            }
             let markers = self.markers.iter().flat_map(Markers::told);
             let all: Vec<Told> = std::iter::once(told).chain(markers).collect();
             self.hall.put(Slot::Tdata, tdata(&all, origin));
@@ -302,6 +304,6 @@ impl Feed {
             }
         }
         self.told = Some((standing, said));
-        is_due || is_new || is_beat
+        is_due || has_markers || is_new || is_beat
     }
 }

@@ -2,9 +2,10 @@
 
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use igtl::Version;
 use rustix::event::{EventfdFlags, eventfd};
 
 use crate::letter::Letter;
@@ -76,8 +77,8 @@ struct Inner {
 pub(crate) struct Mailbox {
     inner: Mutex<Inner>,
     bell: OwnedFd,
-    /// It wants the volume, and has not got it yet.
-    pub(crate) wants_volume: AtomicBool,
+    /// The version in which it wants the volume; 0 where it does not.
+    volume: AtomicU16,
 }
 
 impl Mailbox {
@@ -98,7 +99,7 @@ impl Mailbox {
                 overtaken: 0,
             }),
             bell: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
-            wants_volume: AtomicBool::new(false),
+            volume: AtomicU16::new(0),
         })
     }
 
@@ -176,9 +177,18 @@ impl Mailbox {
         self.inner().overtaken
     }
 
-    /// Whether the volume is wanted, which it then is no more.
-    pub(crate) fn take_volume_wish(&self) -> bool {
-        self.wants_volume.swap(false, Ordering::Relaxed)
+    /// The volume is wanted in this version.
+    pub(crate) fn wish_volume(&self, version: Version) {
+        self.volume.store(version.number(), Ordering::Relaxed);
+    }
+
+    /// In which version the volume is wanted, which it then is no more.
+    pub(crate) fn take_volume_wish(&self) -> Option<Version> {
+        match self.volume.swap(0, Ordering::Relaxed) {
+            0 => None,
+            1 => Some(Version::One),
+            _ => Some(Version::Two),
+        }
     }
 }
 

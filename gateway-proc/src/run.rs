@@ -55,7 +55,8 @@ struct Desk {
 }
 
 impl Desk {
-    fn step(&mut self, hall: &Hall) -> Result<(), BusError> {
+    /// `alive` is called again and again where this takes longer.
+    fn step(&mut self, hall: &Hall, alive: &mut dyn FnMut()) -> Result<(), BusError> {
         if let Some(new) = self.volumes.poll()? {
             match &self.volume {
                 Some(old) if old.hash() != new.hash() => bus::stderr_line!(
@@ -67,14 +68,11 @@ impl Desk {
             }
         }
         for client in hall.all() {
-            if !client.take_volume_wish() {
+            let Some(version) = client.take_volume_wish() else {
                 continue;
-            }
-            match self
-                .volume
-                .as_ref()
-                .map(|volume| self.copied.letter(volume, self.origin))
-            {
+            };
+            let (copied, volume) = (&mut self.copied, self.volume.as_ref());
+            match volume.map(|volume| copied.letter(volume, self.origin, version, alive)) {
                 Some(Ok(letter)) => client.put(Slot::Volume, &letter),
                 Some(Err(error)) => client.say(&Arc::new(refusal(CONFIGURATION, &error.to_string()))),
                 None => client.say(&Arc::new(refusal(NOT_READY, "the examination is not loaded yet"))),
@@ -124,7 +122,11 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
                 _ => Err(RunError::Ended),
             };
         }
-        desk.step(&hall)?;
+        let mut alive = || {
+            // Where the bus has failed, the next one says so.
+            let _ = process.beat(ProcessState::Ready, &note(&door, &hall));
+        };
+        desk.step(&hall, &mut alive)?;
         process.counters.published = hall.counted.sent.load(Ordering::Relaxed);
         process.beat(ProcessState::Ready, &note(&door, &hall))?;
         let next_ns = process.clock().now_ns() + clock::ns(TICK);

@@ -1,11 +1,13 @@
 //! The examination as an IMAGE: the bricks of shared memory become rows, once for all clients that are being sent them.
 
 use std::sync::{Arc, Weak};
+use std::thread;
+use std::time::Duration;
 
 use bus::message::VolumeHash;
 use bus::port::SharedVolume;
 use bus::volume::{Layout, VolumeView};
-use igtl::{Body, Message, Metadata, Text};
+use igtl::{Body, Message, Metadata, Text, Version};
 
 use crate::letter::{Letter, Voxels};
 use crate::origin::Origin;
@@ -14,6 +16,10 @@ use crate::tell::named;
 
 /// The device of the examination.
 pub(crate) const VOLUME: &str = "Volume";
+/// The nice value of what copies it.
+const NICE: i32 = 10;
+/// Between two looks at whether it is done.
+const LOOK: Duration = Duration::from_millis(2);
 
 /// Makes the letter of a volume, and makes it again only once the last client has been sent it: no second copy is held.
 #[derive(Debug, Default)]
@@ -22,11 +28,29 @@ pub(crate) struct Copied {
 }
 
 impl Copied {
-    /// The volume as a message to all clients.
+    /// The volume as a message to all clients, its bytes for one of this version made. `alive` is called again and again meanwhile.
     ///
     /// # Errors
     /// [`PlaceError`].
-    pub(crate) fn letter(&mut self, volume: &SharedVolume, origin: Origin) -> Result<Arc<Letter>, PlaceError> {
+    pub(crate) fn letter(
+        &mut self,
+        volume: &SharedVolume,
+        origin: Origin,
+        version: Version,
+        alive: &mut dyn FnMut(),
+    ) -> Result<Arc<Letter>, PlaceError> {
+        let letter = self.made(volume, origin, alive)?;
+        // Here, and not where the next pose of that client would wait for it.
+        aside(&mut || drop(letter.wire(version)), alive);
+        Ok(letter)
+    }
+
+    fn made(
+        &mut self,
+        volume: &SharedVolume,
+        origin: Origin,
+        alive: &mut dyn FnMut(),
+    ) -> Result<Arc<Letter>, PlaceError> {
         if let Some((hash, letter)) = &self.last
             && *hash == volume.hash()
             && let Some(letter) = letter.upgrade()
@@ -34,13 +58,19 @@ impl Copied {
             return Ok(letter);
         }
         let marks = volume.header().marks().words();
-        let letter = Arc::new(letter(&volume.view(), &volume.hash().to_string(), &marks, origin)?);
+        let hash = volume.hash().to_string();
+        let letter = Arc::new(letter(&volume.view(), [&hash, &marks], origin, alive)?);
         self.last = Some((volume.hash(), Arc::downgrade(&letter)));
         Ok(letter)
     }
 }
 
-fn letter(view: &VolumeView<'_>, hash: &str, marks: &str, origin: Origin) -> Result<Letter, PlaceError> {
+fn letter(
+    view: &VolumeView<'_>,
+    [hash, marks]: [&str; 2],
+    origin: Origin,
+    alive: &mut dyn FnMut(),
+) -> Result<Letter, PlaceError> {
     let (image, is_reversed) = of_grid(view.grid)?;
     let mut metadata = Metadata::EMPTY
         .with("VolumeHash", Text::new(hash))
@@ -48,12 +78,36 @@ fn letter(view: &VolumeView<'_>, hash: &str, marks: &str, origin: Origin) -> Res
     if !marks.is_empty() {
         metadata = metadata.with("VolumeStatus", Text::new(marks));
     }
-    let voxels = Voxels::Shorts(rows(view.layout, view.voxels, view.grid.dims(), is_reversed));
+    let mut out = Vec::new();
+    let mut gather = || out = rows(view.layout, view.voxels, view.grid.dims(), is_reversed);
+    aside(&mut gather, alive);
+    let voxels = Voxels::Shorts(out);
     let message = Message {
         metadata,
         ..Message::new(named(VOLUME), Body::Image(image))
     };
     Ok(Letter::new(message).with(Arc::new(voxels)))
+}
+
+/// Does something long on a thread that gives way to all others, poses first of all, and calls `alive` meanwhile.
+fn aside(work: &mut (dyn FnMut() + Send), alive: &mut dyn FnMut()) {
+    thread::scope(|threads| {
+        let worker = threads.spawn(|| {
+            give_way();
+            work();
+        });
+        while !worker.is_finished() {
+            thread::sleep(LOOK);
+            alive();
+        }
+    });
+}
+
+/// From here on this thread, and those that it starts, take what processor time others leave.
+fn give_way() {
+    bus::process::leave_real_time();
+    // Of this thread alone, as the system is Linux. Everybody may ask for less.
+    let _ = rustix::process::setpriority_process(None, NICE);
 }
 
 /// Row after row, slice after slice; from the last slice to the first where `is_reversed`.
@@ -70,7 +124,8 @@ fn rows(layout: &Layout, stored: &[i16], dims: [u32; 3], is_reversed: bool) -> V
         }
     };
     // Memory alone bounds it, and a second processor has its own way to there.
-    std::thread::scope(|threads| {
+    // What is started here gives way as its starter does.
+    thread::scope(|threads| {
         threads.spawn(|| gather(low, 0));
         gather(high, half / (nx * ny));
     });

@@ -90,7 +90,10 @@ mod tests {
     fn nothing_is_bound_off_this_machine_unless_the_scene_says_so_twice() {
         for address in ["0.0.0.0:18944", "192.168.0.3:18944", "[::]:18944", "[fe80::1]:18944"] {
             let error = parsed(&format!("address = \"{address}\"")).unwrap_err();
-            assert!(error.contains("neither passwords nor encryption") && error.contains("line 2"), "{error}");
+            assert!(
+                error.contains("neither passwords nor encryption") && error.contains("line 2"),
+                "{error}"
+            );
             let exposed = parsed(&format!("address = \"{address}\"\nexpose = true")).unwrap();
             assert_eq!(exposed.address.to_string(), address);
         }

@@ -1,7 +1,6 @@
 //! What a client asks, and what it is told.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use bus::clock::monotonic_ns;
 use igtl::{Body, Command, DeviceName, Kind, Message, Query, TypeName};
@@ -134,7 +133,7 @@ impl Client<'_> {
 
     fn image(&mut self, device: DeviceName) {
         if device.is_empty() || device == VOLUME {
-            self.place.mailbox.wants_volume.store(true, Ordering::Relaxed);
+            self.place.mailbox.wish_volume(self.session.version());
         } else if let Some(view) = self.view(device) {
             self.place.mailbox.wish(Some(view), |wish| wish.once = true);
         } else {
