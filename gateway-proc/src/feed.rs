@@ -85,6 +85,8 @@ struct Feed {
     stage: String,
     next_beat_ns: i64,
     next_alarm_ns: i64,
+    /// Points were said.
+    has_points: bool,
     // The bus goes last.
     _bus: Bus,
 }
@@ -150,8 +152,7 @@ impl Feed {
             stale_ns: clock::ns(limits.stale),
             is_present: known.origin.is_present(),
         };
-        hall.say(Some(Kept::Points), points(&scene.targets, None));
-        Ok(Self {
+        let mut feed = Self {
             session: Session::open(&bus, &run)?,
             guides: Subscriber::open(&bus, &GUIDE, "", GUIDE.buffer)?,
             workflows: Subscriber::open(&bus, &WORKFLOW, "", 1)?,
@@ -167,8 +168,11 @@ impl Feed {
             stage: String::new(),
             next_beat_ns: i64::MIN,
             next_alarm_ns: i64::MIN,
+            has_points: false,
             _bus: bus,
-        })
+        };
+        feed.say_points(None);
+        Ok(feed)
     }
 
     fn step(&mut self, poses: &Subscriber<ToolPose>, frames: Option<&Subscriber<MarkerFrame>>) -> Result<(), BusError> {
@@ -193,12 +197,20 @@ impl Feed {
         Ok(())
     }
 
+    /// The C++ library 1.11 reads no POINT without points: it is sent only where there were some before.
+    fn say_points(&mut self, guide: Option<&Guide>) {
+        let (letter, is_empty) = points(&self.scene.targets, guide);
+        if !is_empty || self.has_points {
+            self.hall.say(Some(Kept::Points), letter);
+        }
+        self.has_points |= !is_empty;
+    }
+
     /// What a person chose, and how far the run has come.
     fn take_words(&mut self) -> Result<bool, BusError> {
         let mut is_news = false;
         if let Some(guide) = self.guides.newest()? {
-            self.hall
-                .say(Some(Kept::Points), points(&self.scene.targets, Some(&guide)));
+            self.say_points(Some(&guide));
             is_news = true;
         }
         if let Some(workflow) = self.workflows.newest()? {

@@ -32,8 +32,9 @@ fn landmark(name: &str, group: &str, colour: [u8; 4], (mm, diameter_mm): ([f64; 
     }
 }
 
-/// The targets of the scene, the one that a person chose with its entry, in RAS. A guide that is none leaves the scene's.
-pub(crate) fn points(targets: &[Target], guide: Option<&Guide>) -> Letter {
+/// The targets of the scene, the one that a person chose with its entry, in RAS; and whether there are none. A guide that is none leaves
+/// the scene's.
+pub(crate) fn points(targets: &[Target], guide: Option<&Guide>) -> (Letter, bool) {
     let mut all = Vec::new();
     for target in targets {
         all.push(landmark(
@@ -53,10 +54,12 @@ pub(crate) fn points(targets: &[Target], guide: Option<&Guide>) -> Letter {
             all.push(landmark(&chosen.name, "ChosenEntry", CHOSEN, (entry.mm(), 0.0)));
         }
     }
-    Letter::new(Message {
+    let is_empty = all.is_empty();
+    let letter = Letter::new(Message {
         stamp: Stamp::NONE,
         ..Message::new(named("Targets"), Body::Points(all))
-    })
+    });
+    (letter, is_empty)
 }
 
 #[cfg(test)]
@@ -67,7 +70,7 @@ mod tests {
     use igtl::{Limits, Version, decode};
 
     fn sent(targets: &[Target], guide: Option<&Guide>) -> Vec<Landmark> {
-        let wire = points(targets, guide).wire(Version::One).unwrap();
+        let wire = points(targets, guide).0.wire(Version::One).unwrap();
         let bytes: Vec<u8> = wire.rest(0).iter().flat_map(|piece| piece.to_vec()).collect();
         match decode(&bytes, &Limits::POSES).unwrap().0.body {
             Body::Points(points) => points,

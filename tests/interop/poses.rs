@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bus::message::{Lost, ToolPose, Tracked, Workflow};
 use geometry::{Point, Tool};
-use igtl::{Body, DeviceName, Kind, Matrix, Message, Query, Status, TRANSFORM_STATUS, Text, ToolStatus, Version};
+use igtl::{Body, DeviceName, Kind, Matrix, Message, Query, Status, Text, ToolStatus, Version};
 
 use crate::peers;
 use crate::rig::{Rig, SCENE, place};
