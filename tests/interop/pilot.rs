@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::peers;
 use crate::rig::Raw;
-use crate::support::{SMALL, World, all_live, kill_9, pid_in};
+use crate::support::{SMALL, World, all_live, kill_9, pid_in, report};
 
 fn note(status: &Value) -> Option<String> {
     let all = status["processes"].as_array()?;
@@ -84,7 +84,17 @@ fn a_run_is_looked_on_by_others_and_the_death_of_their_server_costs_it_nothing()
     // Who comes now is told what holds, also where the loader had said it long before.
     let mut client = Raw::dial(address(&status).unwrap());
     client.wait_for("a pose", |message| (message.device == "ToolToRas").then_some(()));
-    assert!(pilot.stop().success());
+    pilot.stop();
+    let report = report(&world.path("out"));
+    let problems = report["problems"].as_array().unwrap();
+    // That it died is said, and nothing else is wrong with the run.
+    assert!(
+        problems
+            .iter()
+            .all(|problem| problem.as_str().unwrap().contains("gateway")),
+        "{problems:#?}"
+    );
+    assert!(!problems.is_empty());
 }
 
 #[test]

@@ -223,7 +223,8 @@ fn what_the_workflow_does_not_let_be_shown_is_withheld() {
         transform(message).filter(|(status, ..)| !status.is_ok())
     });
     assert_eq!(why, "WITHHELD: the marker on the patient was pushed");
-    let said = two.wait_for("the stage", |message| match &message.body {
+    // Who comes now is told it too.
+    let said = rig.client().wait_for("the stage", |message| match &message.body {
         Body::String(text) if message.device == "Workflow" => {
             Some(text.to_string()).filter(|text| text.contains("BUMPED"))
         }

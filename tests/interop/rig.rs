@@ -238,6 +238,7 @@ impl Raw {
 
     /// The next message that is what is waited for.
     pub(crate) fn wait_for<T>(&mut self, what: &str, found: impl Fn(&Message<'_>) -> Option<T>) -> T {
+        let deadline_ns = monotonic_ns() + bus::clock::ns(PATIENCE);
         loop {
             let message = self
                 .next()
@@ -245,6 +246,7 @@ impl Raw {
             if let Some(found) = found(&message) {
                 return found;
             }
+            assert!(monotonic_ns() < deadline_ns, "waited {PATIENCE:?} for {what}");
         }
     }
 }
