@@ -135,6 +135,8 @@ impl<'a> Client<'a> {
         let come = self.decoder.come();
         let actions = self.session.step(Event::Tick { come }, monotonic_ns());
         self.carry_out(actions)?;
+        let streams = self.session.pace(Kind::Tdata).is_some();
+        self.place.mailbox.streams_tools.store(streams, Ordering::Relaxed);
         self.send()
     }
 

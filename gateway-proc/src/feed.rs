@@ -279,7 +279,7 @@ impl Feed {
         Ok(is_news)
     }
 
-    /// Says how the tool is where that is news; whether anything was said.
+    /// Says how the tool is where that is news; whether there is more to be said than a pose.
     fn tell_tool(&mut self, (came, has_markers): (bool, bool), is_beat: bool, now_ns: i64) -> bool {
         let standing = self.follower.standing(now_ns);
         let origin = self.known.origin;
@@ -300,10 +300,13 @@ impl Feed {
             let told = Told::tool(origin, &standing, sample, workflow).at(stamp, self.times.until_ns(captured_ns));
             if is_due {
                 self.hall.put(Slot::Tool, told.transform());
+                // At once: whatever else is to be said can wait, and a pose cannot.
+                self.hall.ring();
             }
             let markers = self.markers.iter().flat_map(Markers::told);
             let all: Vec<Told> = std::iter::once(told).chain(markers).collect();
             self.hall.put(Slot::Tdata, tdata(&all, origin));
+            self.hall.ring_streams();
         }
         let said = words(&standing, origin, workflow);
         let is_new = self.told.as_ref().is_none_or(|(_, before)| *before != said);
@@ -316,6 +319,6 @@ impl Feed {
             }
         }
         self.told = Some((standing, said));
-        is_due || has_markers || is_new || is_beat
+        has_markers || is_new || is_beat
     }
 }

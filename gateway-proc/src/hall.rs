@@ -142,6 +142,15 @@ impl Hall {
         lock(&self.clients).iter().for_each(|client| client.ring());
     }
 
+    /// Wakes those that have begun a stream of tools.
+    pub(crate) fn ring_streams(&self) {
+        let clients = lock(&self.clients);
+        let streaming = clients
+            .iter()
+            .filter(|client| client.streams_tools.load(Ordering::Relaxed));
+        streaming.for_each(|client| client.ring());
+    }
+
     /// The newest of a device.
     pub(crate) fn newest(&self, slot: Slot) -> Option<Arc<Letter>> {
         lock(&self.board).newest.get(slot.place())?.clone()
@@ -150,6 +159,13 @@ impl Hall {
     /// What was said last.
     pub(crate) fn kept(&self, kept: Kept) -> Option<Arc<Letter>> {
         lock(&self.board).kept[kept as usize].clone()
+    }
+
+    /// Messages that gave way to newer ones, of all clients that there ever were.
+    pub(crate) fn overtaken(&self) -> u64 {
+        let gone = self.counted.overtaken.load(Ordering::Relaxed);
+        let there = lock(&self.clients).iter().map(|client| client.overtaken()).sum::<u64>();
+        gone.saturating_add(there)
     }
 
     /// How the tool is, in words.

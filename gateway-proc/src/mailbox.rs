@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::sync::atomic::{AtomicU16, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use igtl::Version;
@@ -77,6 +77,8 @@ struct Inner {
 pub(crate) struct Mailbox {
     inner: Mutex<Inner>,
     bell: OwnedFd,
+    /// It has begun a stream of tools.
+    pub(crate) streams_tools: AtomicBool,
     /// The version in which it wants the volume; 0 where it does not.
     volume: AtomicU16,
 }
@@ -99,6 +101,7 @@ impl Mailbox {
                 overtaken: 0,
             }),
             bell: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
+            streams_tools: AtomicBool::new(false),
             volume: AtomicU16::new(0),
         })
     }

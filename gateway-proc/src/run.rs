@@ -1,5 +1,6 @@
 //! The process: signs of life and the examination on its main thread, everything else on threads of their own.
 
+use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -113,7 +114,8 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     }
     let door: SharedDoor = Arc::new(Mutex::new(Door::Closed));
     let (theirs, halls, seen) = (Arc::clone(&door), Arc::clone(&hall), Arc::clone(&known));
-    let listener = spawn("listen", move || listen(spec.address, &halls, &seen, &theirs))?;
+    let address = reachable(spec.address, origin);
+    let listener = spawn("listen", move || listen(address, &halls, &seen, &theirs))?;
     while !process.stop.is_set() {
         if feed.as_ref().is_some_and(thread::JoinHandle::is_finished) {
             return match feed.take().map(thread::JoinHandle::join) {
@@ -128,6 +130,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
         };
         desk.step(&hall, &mut alive)?;
         process.counters.published = hall.counted.sent.load(Ordering::Relaxed);
+        process.counters.dropped = hall.overtaken();
         process.beat(ProcessState::Ready, &note(&door, &hall))?;
         let next_ns = process.clock().now_ns() + clock::ns(TICK);
         process.clock().sleep_until(next_ns);
@@ -137,6 +140,14 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     feed.map_or(Ok(()), |feed| {
         feed.join().map_or(Err(RunError::Ended), |result| Ok(result?))
     })
+}
+
+/// A recording is somebody else's scene: what it opens is open to this machine alone.
+fn reachable(address: SocketAddr, origin: Origin) -> SocketAddr {
+    match origin {
+        Origin::Replay if !address.ip().is_loopback() => SocketAddr::from((Ipv4Addr::LOCALHOST, address.port())),
+        _ => address,
+    }
 }
 
 fn known(process: &Process, origin: Origin) -> Known {
@@ -187,4 +198,21 @@ fn note(door: &SharedDoor, hall: &Hall) -> String {
         }
     }
     words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_opens_no_port_to_other_machines_whatever_its_scene_says() {
+        let everywhere: SocketAddr = "0.0.0.0:18944".parse().unwrap();
+        let here: SocketAddr = "127.0.0.1:18944".parse().unwrap();
+        assert_eq!(reachable(everywhere, Origin::Replay), here);
+        assert_eq!(reachable(everywhere, Origin::Localizer), everywhere);
+        for origin in [Origin::Replay, Origin::SimulatedTracker] {
+            let six: SocketAddr = "[::1]:7".parse().unwrap();
+            assert_eq!((reachable(here, origin), reachable(six, origin)), (here, six));
+        }
+    }
 }

@@ -132,7 +132,7 @@ fn a_lost_pose_is_never_ok_and_says_why_to_clients_of_both_versions() {
             transform(message).filter(|(status, ..)| status.is_ok())
         });
         assert_eq!(seen.1.translation[0], -(40.0 + 0.25 * seq as f32));
-        one.wait_for("the pose", |message| transform(message));
+        one.wait_for("the pose", transform);
         rig.lost(seq + 1, reason);
         let (status, matrix, why) = two.wait_for("a lost pose", |message| {
             transform(message).filter(|(status, ..)| !status.is_ok())
