@@ -19,7 +19,7 @@ use std::thread;
 use std::time::Duration;
 
 use bus::Bus;
-use bus::clock::{Clock, ms};
+use bus::clock::{Clock, monotonic_ns, ms};
 use bus::message::{MarkerFrame, ToolPose};
 use bus::port::Subscriber;
 use bus::run::RunContext;
@@ -86,7 +86,7 @@ impl Bench {
         // What was there before is none of this rate.
         while poses.next().unwrap().is_some() {}
         let count = (hz * seconds) as usize;
-        let (mut alone, read) = reader(self.clock.clone(), count);
+        let (mut alone, read) = reader(count);
         let busy = cpu_s(self.pid);
         let began = self.clock.now_ns();
         let (mut sent, mut taken) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -97,7 +97,7 @@ impl Bench {
             stamps.push(stamp_ns);
             let message = message(i, stamp_ns);
             alone.write_all(&message).unwrap();
-            let alone_ns = self.clock.now_ns();
+            let alone_ns = monotonic_ns();
             stream.write_all(&message).unwrap();
             sent.push([alone_ns, self.clock.now_ns()]);
             taken.extend(std::iter::from_fn(|| poses.next().unwrap()));
@@ -171,7 +171,7 @@ fn message(i: usize, stamp_ns: i64) -> Vec<u8> {
 }
 
 /// A socket alone: when each of `count` messages had come.
-fn reader(clock: Clock, count: usize) -> (TcpStream, thread::JoinHandle<Vec<i64>>) {
+fn reader(count: usize) -> (TcpStream, thread::JoinHandle<Vec<i64>>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let sender = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
     sender.set_nodelay(true).unwrap();
@@ -180,7 +180,7 @@ fn reader(clock: Clock, count: usize) -> (TcpStream, thread::JoinHandle<Vec<i64>
     let read = thread::spawn(move || {
         let one = |_| {
             receiver.read_exact(&mut room).unwrap();
-            clock.now_ns()
+            monotonic_ns()
         };
         (0..count).map(one).collect()
     });

@@ -9,7 +9,7 @@ use bus::run::{RunContext, run_dir, shm_free_bytes};
 use scene::Scene;
 use scene::raw::Source;
 
-use crate::plan::{Poses, add_steps, plan};
+use crate::plan::{Poses, add_gateway, add_steps, plan};
 use place::Examination;
 
 /// Below this side an image is too small for its words: they are drawn over one another, px.
@@ -78,6 +78,7 @@ fn lines(source: &Source, scene: &Scene) -> Vec<String> {
     ));
     let mut planned = plan(scene, "session.mcap", Poses::Tracked);
     add_steps(&mut planned, scene, Path::new(""));
+    add_gateway(&mut planned, scene);
     for process in planned {
         let views = process.views.iter().map(|&v| scene.views[v].name.as_str());
         lines.push(

@@ -10,6 +10,8 @@ use crate::supervise::Role;
 pub(crate) const REPLAYER: &str = "replay";
 /// The name of the process that calibrates, registers and checks.
 pub(crate) const CALIBRATOR: &str = "calib";
+/// The server through which other programs look on.
+pub(crate) const GATEWAY: &str = "gateway";
 /// The tracker's.
 pub(crate) const TRACKER: &str = "tracker";
 /// That of the process that dials a localizer.
@@ -101,6 +103,23 @@ pub(crate) fn add_steps(processes: &mut Vec<Planned>, scene: &Scene, out: &Path)
     });
 }
 
+/// The server for 3D Slicer and its like, where the scene has one. Nobody waits for it, and it has nothing that others need.
+pub(crate) fn add_gateway(processes: &mut Vec<Planned>, scene: &Scene) {
+    if scene.gateway.is_none() {
+        return;
+    }
+    processes.push(Planned {
+        name: GATEWAY.to_owned(),
+        binary: "gateway-proc",
+        arguments: Vec::new(),
+        role: Role {
+            after: Vec::new(),
+            stop_rank: 0,
+        },
+        views: Vec::new(),
+    });
+}
+
 /// The operator's window, which comes up first and says what is still missing, and who reads it back off the screen. Nobody waits
 /// for them.
 pub(crate) fn add_window(processes: &mut Vec<Planned>, out: &Path) {
@@ -149,6 +168,19 @@ mod tests {
         );
         let one = "[tracker]\nsource = \"external\"\n[[views]]\nname = \"a\"\nplane = \"frontal\"\nextent = \"local\"";
         assert_eq!(names(one), ["volume-loader", "view-frontal"]);
+    }
+
+    #[test]
+    fn a_gateway_is_started_where_the_scene_has_one_and_nobody_waits_for_it() {
+        for (text, expected) in [("", false), ("[gateway]", true)] {
+            let scene = Scene::parse(text, Path::new("")).unwrap();
+            let mut planned = plan(&scene, "x.mcap", Poses::Tracked);
+            add_gateway(&mut planned, &scene);
+            let place = planned.iter().position(|process| process.name == GATEWAY);
+            assert_eq!(place.is_some(), expected);
+            let is_waited_for = |process: &Planned| place.is_some_and(|place| process.role.after.contains(&place));
+            assert!(!planned.iter().any(is_waited_for));
+        }
     }
 
     #[test]

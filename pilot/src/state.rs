@@ -20,7 +20,7 @@ use crate::guiding::Guiding;
 use crate::kept::KeptVolume;
 use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
-use crate::plan::{Poses, add_steps, add_window, plan};
+use crate::plan::{Poses, add_gateway, add_steps, add_window, plan};
 use crate::planning::{Desk, PlanStore};
 use crate::ports::Ports;
 use crate::replay::{Recompute, Recomputed, Replay};
@@ -171,6 +171,10 @@ impl Run {
         // In a recording all that has been done, and simulated time waits for nobody's hand.
         if options.replay.is_none() && options.planning.is_none() && !context.simulated_time {
             add_steps(&mut planned, &scene, &out);
+        }
+        // Also in a replay, which says so to every client; a plan has no tool to be looked at.
+        if options.planning.is_none() {
+            add_gateway(&mut planned, &scene);
         }
         if options.has_window {
             add_window(&mut planned, &out);

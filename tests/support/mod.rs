@@ -105,6 +105,7 @@ impl World {
             "slice-view-proc" => env!("CARGO_BIN_EXE_slice-view-proc"),
             "calib" => env!("CARGO_BIN_EXE_calib"),
             "recorder" => env!("CARGO_BIN_EXE_recorder"),
+            "gateway-proc" => env!("CARGO_BIN_EXE_gateway-proc"),
             "window" => env!("CARGO_BIN_EXE_window"),
             "window-watch" => env!("CARGO_BIN_EXE_window-watch"),
             "simulate" => env!("CARGO_BIN_EXE_simulate"),

@@ -17,13 +17,14 @@ use crate::failure::Failure;
 use crate::shell::{cargo, program, quietly, root, run, said, say, target};
 use crate::software;
 
-const PROGRAMS: [&str; 10] = [
+const PROGRAMS: [&str; 11] = [
     "pilot",
     "volume-loader",
     "tracker-proc",
     "localizer-proc",
     "slice-view-proc",
     "recorder",
+    "gateway-proc",
     "window",
     "window-watch",
     "calib",

@@ -6,6 +6,7 @@
 mod check;
 mod error;
 pub mod file;
+mod gateway;
 mod guide;
 pub mod identity;
 mod limits;
@@ -31,6 +32,7 @@ use std::time::Duration;
 use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::{Invalid, SceneError};
+pub use gateway::{GatewaySpec, RawGateway};
 pub use guide::{RawGuide, plan_id};
 pub use identity::RawIdentity;
 pub use limits::Limits;
@@ -73,6 +75,8 @@ pub struct Scene {
     pub render: Render,
     /// What is recorded; `None` starts no recorder.
     pub recording: Option<RecordingSpec>,
+    /// The server for other programs; `None` opens no port.
+    pub gateway: Option<GatewaySpec>,
     /// When to warn, restart and give up.
     pub limits: Limits,
     /// Who gives way where the machine has too much to do.

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::error::{Invalid, SceneError};
+use super::gateway::RawGateway;
 use super::guide::RawGuide;
 use super::identity::{self, RawIdentity};
 use super::localizer::RawLocalizer;
@@ -65,6 +66,9 @@ pub struct RawScene {
     /// `[recording]`; absent: nothing is recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recording: Option<RawRecording>,
+    /// `[gateway]`; absent: no other program is served.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gateway: Option<RawGateway>,
     /// `[limits]`
     pub limits: RawLimits,
     /// `[priorities]`

@@ -71,8 +71,8 @@ pub struct Tape {
 /// What the localizer delivered, as far as it can be read.
 #[derive(Debug)]
 enum Frames {
-    Emitters(Peekable<Readable<EmitterFrame>>),
-    Markers(Peekable<Readable<MarkerFrame>>),
+    Emitters(Box<Peekable<Readable<EmitterFrame>>>),
+    Markers(Box<Peekable<Readable<MarkerFrame>>>),
 }
 
 /// The messages that can be read; what cannot is noted.
@@ -274,8 +274,8 @@ impl Tape {
 impl Frames {
     fn from(session: &Session, delivery: Delivery, from_ns: i64, unread: &Log) -> Result<Self, OpenError> {
         Ok(match delivery {
-            Delivery::Emitters => Self::Emitters(readable(session.emitters_from(from_ns)?, unread)),
-            Delivery::Markers => Self::Markers(readable(session.markers_from(from_ns)?, unread)),
+            Delivery::Emitters => Self::Emitters(Box::new(readable(session.emitters_from(from_ns)?, unread))),
+            Delivery::Markers => Self::Markers(Box::new(readable(session.markers_from(from_ns)?, unread))),
         })
     }
 

@@ -1,0 +1,5 @@
+//! The `gateway-proc` process.
+
+fn main() -> std::process::ExitCode {
+    gateway_proc::cli::main()
+}

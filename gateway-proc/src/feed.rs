@@ -1,0 +1,324 @@
+//! From the bus to the clients: a thread that takes poses, markers, words and images, and never waits for a client.
+
+mod images;
+mod markers;
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+use std::time::Duration;
+
+use bus::clock;
+use bus::life::LifeLine;
+use bus::message::{Ages, Guide, MarkerFrame, ToolPose, Workflow};
+use bus::port::Subscriber;
+use bus::run::RunContext;
+use bus::session::Session;
+use bus::topic::{GUIDE, MARKERS, TOOL_POSE, WORKFLOW};
+use bus::wake::Waits;
+use bus::{Bus, BusError};
+use igtl::Stamp;
+use rustix::time::{ClockId, clock_gettime};
+use scene::{Scene, TrackerSource};
+
+use crate::client::Known;
+use crate::hall::{Hall, Kept};
+use crate::mailbox::Slot;
+use crate::origin::Origin;
+use crate::points::points;
+use crate::standing::{Follower, Remark, Rules, Standing};
+use crate::tell::{Told, stage, status, string, tdata, words};
+use images::Images;
+use markers::Markers;
+
+/// Poses that wait at most while the thread is elsewhere; the newest is what counts.
+const ROOM: usize = 64;
+/// So soon a pose that has grown old is told as such.
+const TICK: Duration = Duration::from_millis(10);
+/// Between two heart-beats, ns.
+const BEAT_NS: i64 = 500_000_000;
+/// Between two alarms, ns: a source that gives one after the other is told of once.
+const ALARM_NS: i64 = 200_000_000;
+
+/// What turns the run's times into those of the wire.
+#[derive(Debug, Clone, Copy)]
+struct Times {
+    /// CLOCK_MONOTONIC at the run's start, ns.
+    epoch_ns: i64,
+    stale_ns: i64,
+    is_present: bool,
+}
+
+impl Times {
+    /// When something was captured, by this machine's wall clock; no time where it is not of the present.
+    fn stamp(self, t_capture_ns: i64, now_ns: i64) -> Stamp {
+        if !self.is_present {
+            return Stamp::NONE;
+        }
+        let wall = clock_gettime(ClockId::Realtime);
+        let wall_ns = wall.tv_sec * 1_000_000_000 + wall.tv_nsec;
+        let at_ns = wall_ns.saturating_sub(now_ns.saturating_sub(t_capture_ns));
+        u64::try_from(at_ns).ok().and_then(Stamp::of_ns).unwrap_or(Stamp::NONE)
+    }
+
+    /// Until when something is young, ns on CLOCK_MONOTONIC; for ever where time is not the present's.
+    fn until_ns(self, t_capture_ns: i64) -> Option<i64> {
+        let captured_ns = self.epoch_ns.saturating_add(t_capture_ns);
+        self.is_present.then(|| captured_ns.saturating_add(self.stale_ns))
+    }
+}
+
+/// The thread's ends of the topics, and what it has made of them.
+struct Feed {
+    hall: Arc<Hall>,
+    known: Arc<Known>,
+    scene: Scene,
+    session: Session,
+    times: Times,
+    follower: Follower,
+    guides: Subscriber<Guide>,
+    workflows: Subscriber<Workflow>,
+    markers: Option<Markers>,
+    images: Images,
+    /// What was told last of the tool.
+    told: Option<(Standing, String)>,
+    stage: String,
+    next_beat_ns: i64,
+    next_alarm_ns: i64,
+    /// Points were said.
+    has_points: bool,
+    // The bus goes last.
+    _bus: Bus,
+}
+
+/// What one such thread needs.
+pub(crate) struct Needs {
+    pub(crate) run: RunContext,
+    pub(crate) scene: Scene,
+    pub(crate) life: LifeLine,
+    pub(crate) hall: Arc<Hall>,
+    pub(crate) known: Arc<Known>,
+}
+
+/// Follows the run until the process is to stop. Says through `opened` that all topics are open.
+///
+/// # Errors
+/// [`BusError`].
+pub(crate) fn follow(needs: Needs, opened: &Sender<()>) -> Result<(), BusError> {
+    let bus = Bus::join_with(&needs.run, needs.life)?;
+    let poses: Subscriber<ToolPose> = Subscriber::open_waking(&bus, &TOOL_POSE, "", ROOM)?;
+    // Those of a replay come out of a recording, and have no device of another name.
+    let has_markers =
+        matches!(needs.scene.tracker.source, TrackerSource::Markers(_)) && needs.known.origin.is_present();
+    let frames: Option<Subscriber<MarkerFrame>> = has_markers
+        .then(|| Subscriber::open_waking(&bus, &MARKERS, "", ROOM))
+        .transpose()?;
+    let stop = needs.known.stop.clone();
+    let mut feed = Feed::open(bus, needs)?;
+    // Nobody waits for this where the process has failed meanwhile.
+    let _ = opened.send(());
+    let mut waits = Waits::every(TICK).message(&poses, None);
+    if let Some(frames) = &frames {
+        waits = waits.message(frames, None);
+    }
+    waits.run(|| {
+        if stop.is_set() {
+            return ControlFlow::Break(Ok(()));
+        }
+        match feed.step(&poses, frames.as_ref()) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => ControlFlow::Break(Err(error)),
+        }
+    })?
+}
+
+impl Feed {
+    fn open(bus: Bus, needs: Needs) -> Result<Self, BusError> {
+        let Needs {
+            run,
+            scene,
+            hall,
+            known,
+            ..
+        } = needs;
+        let limits = &scene.limits;
+        let is_replay = known.origin == Origin::Replay;
+        let rules = Rules {
+            ages: Ages::of(limits),
+            frozen_ns: (!is_replay).then(|| clock::ns(limits.frozen)),
+        };
+        let times = Times {
+            epoch_ns: run.epoch_ns,
+            stale_ns: clock::ns(limits.stale),
+            is_present: known.origin.is_present(),
+        };
+        let mut feed = Self {
+            session: Session::open(&bus, &run)?,
+            guides: Subscriber::open(&bus, &GUIDE, "", GUIDE.buffer)?,
+            workflows: Subscriber::open(&bus, &WORKFLOW, "", 1)?,
+            markers: matches!(scene.tracker.source, TrackerSource::Markers(_))
+                .then(|| Markers::new(clock::ns(limits.frozen))),
+            images: Images::open(&bus, &scene, &known)?,
+            follower: Follower::new(rules),
+            times,
+            hall,
+            known,
+            scene,
+            told: None,
+            stage: String::new(),
+            next_beat_ns: i64::MIN,
+            next_alarm_ns: i64::MIN,
+            has_points: false,
+            _bus: bus,
+        };
+        feed.say_points(None);
+        Ok(feed)
+    }
+
+    fn step(&mut self, poses: &Subscriber<ToolPose>, frames: Option<&Subscriber<MarkerFrame>>) -> Result<(), BusError> {
+        let mut is_news = self.take_words()?;
+        let came = self.take_poses(poses)?;
+        let now_ns = self.session.clock().now_ns();
+        // The session's clock may stand still; beats go by one that does not.
+        let steady_ns = clock::monotonic_ns();
+        let is_beat = steady_ns >= self.next_beat_ns;
+        if is_beat {
+            self.next_beat_ns = steady_ns.saturating_add(BEAT_NS);
+        }
+        let markers = self.take_markers(frames, now_ns, is_beat)?;
+        is_news |= markers;
+        is_news |= self.tell_tool((came, markers), is_beat, now_ns);
+        let withheld = self.follower.withheld();
+        self.images
+            .step(&self.hall, (now_ns, steady_ns), withheld, self.times)?;
+        if is_news {
+            self.hall.ring();
+        }
+        Ok(())
+    }
+
+    /// The C++ library 1.11 reads no POINT without points: it is sent only where there were some before.
+    fn say_points(&mut self, guide: Option<&Guide>) {
+        let (letter, is_empty) = points(&self.scene.targets, guide);
+        if !is_empty || self.has_points {
+            self.hall.say(Some(Kept::Points), letter);
+        }
+        self.has_points |= !is_empty;
+    }
+
+    /// What a person chose, and how far the run has come.
+    fn take_words(&mut self) -> Result<bool, BusError> {
+        let mut is_news = false;
+        if let Some(guide) = self.guides.newest()? {
+            self.say_points(Some(&guide));
+            is_news = true;
+        }
+        if let Some(workflow) = self.workflows.newest()? {
+            let stage = stage(&workflow, self.known.origin);
+            if stage != self.stage {
+                self.hall
+                    .say(Some(Kept::Workflow), string("Workflow", &stage, Stamp::NONE));
+                self.stage = stage;
+                is_news = true;
+            }
+            self.follower.take_workflow(workflow);
+        }
+        Ok(is_news)
+    }
+
+    /// Judges every pose that came; whether one did.
+    fn take_poses(&mut self, poses: &Subscriber<ToolPose>) -> Result<bool, BusError> {
+        let mut samples = Vec::new();
+        while let Some(sample) = poses.next()? {
+            samples.push(sample);
+        }
+        // After the poses were taken: a replayer has said before them what time it is.
+        if self.session.follow()? {
+            self.follower.forget();
+            samples.retain(|sample| !self.session.is_yet_to_come(sample.t_publish_ns));
+        }
+        for sample in &samples {
+            let now_ns = self.session.clock().now_ns();
+            for remark in self.follower.take(*sample, now_ns) {
+                self.alarm(&remark);
+            }
+        }
+        Ok(!samples.is_empty())
+    }
+
+    fn alarm(&mut self, remark: &Remark) {
+        let steady_ns = clock::monotonic_ns();
+        let is_due = steady_ns >= self.next_alarm_ns || matches!(remark, Remark::Registration { .. });
+        if is_due {
+            self.next_alarm_ns = steady_ns.saturating_add(ALARM_NS);
+            self.hall.say(None, string("Alarm", &remark.to_string(), Stamp::NONE));
+        }
+    }
+
+    fn take_markers(
+        &mut self,
+        frames: Option<&Subscriber<MarkerFrame>>,
+        now_ns: i64,
+        is_beat: bool,
+    ) -> Result<bool, BusError> {
+        let (Some(frames), Some(markers)) = (frames, &mut self.markers) else {
+            return Ok(false);
+        };
+        while let Some(frame) = frames.next()? {
+            markers.take(frame, now_ns);
+        }
+        let is_news = markers.step(now_ns, self.times, is_beat);
+        if is_news {
+            for (slot, told) in [Slot::ToolMarker, Slot::ReferenceMarker]
+                .into_iter()
+                .zip(markers.told())
+            {
+                self.hall.put(slot, told.transform());
+            }
+        }
+        Ok(is_news)
+    }
+
+    /// Says how the tool is where that is news; whether there is more to be said than a pose.
+    fn tell_tool(&mut self, (came, has_markers): (bool, bool), is_beat: bool, now_ns: i64) -> bool {
+        let standing = self.follower.standing(now_ns);
+        let origin = self.known.origin;
+        let is_other = self.told.as_ref().is_none_or(|(told, _)| !told.says_as(&standing));
+        let is_valid = matches!(standing, Standing::Valid(_));
+        // A pose is sent once; that there is none is said again and again, as silence is taken for validity.
+        let is_due = came || is_other || (is_beat && !is_valid);
+        let sample = self.follower.sample();
+        let workflow = self.follower.workflow();
+        let captured_ns = sample.map_or(now_ns, |sample| sample.t_capture_ns);
+        let pose_stamp = self.times.stamp(captured_ns, now_ns);
+        if is_due || has_markers {
+            let stamp = if is_valid {
+                pose_stamp
+            } else {
+                self.times.stamp(now_ns, now_ns)
+            };
+            let told = Told::tool(origin, &standing, sample, workflow).at(stamp, self.times.until_ns(captured_ns));
+            if is_due {
+                self.hall.put(Slot::Tool, told.transform());
+                // At once: whatever else is to be said can wait, and a pose cannot.
+                self.hall.ring();
+            }
+            let markers = self.markers.iter().flat_map(Markers::told);
+            let all: Vec<Told> = std::iter::once(told).chain(markers).collect();
+            self.hall.put(Slot::Tdata, tdata(&all, origin));
+            self.hall.ring_streams();
+        }
+        let said = words(&standing, origin, workflow);
+        let is_new = self.told.as_ref().is_none_or(|(_, before)| *before != said);
+        if is_new || is_beat {
+            let stamp = self.times.stamp(now_ns, now_ns);
+            self.hall.put(Slot::Status, status(&standing, origin, &said, stamp));
+            if is_new {
+                self.hall.set_state(&said);
+                self.hall.say(Some(Kept::State), string("State", &said, stamp));
+            }
+        }
+        self.told = Some((standing, said));
+        has_markers || is_new || is_beat
+    }
+}
