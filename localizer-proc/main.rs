@@ -1,18 +1,20 @@
 //! The `localizer-proc` process.
 
+use std::path::Path;
+
 use geometry::Frame as GeometryFrame;
 use localizer_proc::simulate::{Hands, Room, RoomFrame, RoomMarker, RoomPose};
-use scene::Scene;
 use tracker_proc::operating_room::{Fitted, PosedRoom};
 
 fn main() -> std::process::ExitCode {
     localizer_proc::cli::main(Hands { room })
 }
 
-/// The simulated operating room of a scene, as a run of the same scene would have it.
-fn room(scene: &Scene) -> Result<Box<dyn Room>, Box<dyn std::error::Error + Send + Sync>> {
+/// The simulated operating room of a scene, as a run of the same scene has it.
+fn room(scene: &Path) -> Result<Box<dyn Room>, Box<dyn std::error::Error + Send + Sync>> {
+    let scene = pilot::scene_of_run(scene)?;
     let grid = *volume_loader::open(&scene.volume, scene.seed)?.grid();
-    Ok(Box::new(InRoom(PosedRoom::of(scene, Some(&grid))?)))
+    Ok(Box::new(InRoom(PosedRoom::of(&scene, Some(&grid))?)))
 }
 
 struct InRoom(PosedRoom);

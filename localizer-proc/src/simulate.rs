@@ -15,10 +15,9 @@ use std::path::{Path, PathBuf};
 
 use bus::process::{JoinError, StopFlag};
 use ndi::{MOST_MARKERS, Rom, RomError};
-use scene::{Scene, SceneError};
 
 pub(crate) use roles::Definitions;
-pub use room::{Hands, Room, RoomFrame, RoomMarker, RoomPose};
+pub use room::{Hands, OpenRoom, Room, RoomFrame, RoomMarker, RoomPose};
 use server::Server;
 
 use crate::ndi::{SetUpError, rom};
@@ -49,9 +48,7 @@ pub(crate) struct SimulateArgs {
 /// Why nothing is simulated.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SimulateError {
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    #[error("the room of {path}: {source}")]
+    #[error("the simulated operating room of {path}: {source}")]
     Room {
         path: PathBuf,
         source: Box<dyn std::error::Error + Send + Sync>,
@@ -84,8 +81,7 @@ pub(crate) enum SimulateError {
 /// [`SimulateError`]. What a client does is none.
 pub(crate) fn simulate(args: &SimulateArgs, hands: Hands) -> Result<(), SimulateError> {
     let stop = StopFlag::install(false)?;
-    let scene = Scene::load(&args.scene)?;
-    let room = (hands.room)(&scene).map_err(|source| SimulateError::Room {
+    let room = (hands.room)(&args.scene).map_err(|source| SimulateError::Room {
         path: args.scene.clone(),
         source,
     })?;

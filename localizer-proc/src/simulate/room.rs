@@ -1,13 +1,17 @@
 //! What a simulated device sees: handed in by the binary, as this crate does not know the simulated operating room.
 
+use std::path::Path;
+
 use bus::message::Lost;
-use scene::Scene;
+
+/// Opens the simulated operating room of the scene at a path.
+pub type OpenRoom = fn(&Path) -> Result<Box<dyn Room>, Box<dyn std::error::Error + Send + Sync>>;
 
 /// What the binary hands in.
 #[derive(Debug, Clone, Copy)]
 pub struct Hands {
-    /// Opens the simulated operating room of a scene.
-    pub room: fn(&Scene) -> Result<Box<dyn Room>, Box<dyn std::error::Error + Send + Sync>>,
+    /// What the device measures.
+    pub room: OpenRoom,
 }
 
 /// A room in which a localizer measures frame after frame. Times are ns since the room was opened (script time).

@@ -14,9 +14,8 @@ use bus::Bus;
 use bus::message::{Lost, ToolPose, Tracked};
 use bus::port::Subscriber;
 use bus::run::RunContext;
-use bus::topic::TOOL_POSE;
+use bus::topic::{GROUND_TRUTH, TOOL_POSE};
 use geometry::{Marker, Point, Reference, Tool};
-use scene::Scene;
 use serde_json::Value;
 use tracker_proc::operating_room::{Frame, PosedRoom};
 
@@ -95,8 +94,8 @@ impl Drop for Simulator {
 }
 
 /// The same room here, for what is true.
-fn truth() -> PosedRoom {
-    let scene = Scene::parse(&room_scene(), Path::new("room.toml")).unwrap();
+fn truth(world: &World) -> PosedRoom {
+    let scene = pilot::scene_of_run(&world.path("room.toml")).unwrap();
     let grid = *volume_loader::open(&scene.volume, scene.seed).unwrap().grid();
     PosedRoom::of(&scene, Some(&grid)).unwrap()
 }
@@ -141,7 +140,7 @@ fn a_run_follows_a_simulated_device_and_again_after_it_was_gone() {
     let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
     let bus = Bus::join(&context).unwrap();
     let poses = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer).unwrap();
-    let room = truth();
+    let room = truth(&world);
     let rms_mm = check_poses(&poses, &room, 120);
     println!("the tip is {rms_mm:.3} mm off the truth (rms)");
     // It is noise of the room's sensor, and there is some.
@@ -153,6 +152,33 @@ fn a_run_follows_a_simulated_device_and_again_after_it_was_gone() {
     });
     let _again = Simulator::start(&world, port);
     check_poses(&poses, &room, 60);
+    let _ = pilot.stop();
+}
+
+/// The device aimed at the middle of the generated patient, where a run of the same scene has a lymph node of it.
+#[test]
+fn the_device_measures_the_room_of_a_run_of_the_same_scene() {
+    let world = World::new();
+    let pilot = world.start(&world.file("room.toml", &room_scene()), &world.path("out"), "default");
+    let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+    let bus = Bus::join(&context).unwrap();
+    let truths = Subscriber::<ToolPose>::open(&bus, &GROUND_TRUTH, "", 1024).unwrap();
+    let room = truth(&world);
+    let mut count = 0;
+    wait_for("truths", || {
+        while let Some(pose) = truths.next().unwrap() {
+            let frame = room.room().frame(pose.seq);
+            assert_eq!(
+                pose.tracked().unwrap(),
+                Tracked::Valid(frame.ct_from_tool),
+                "{}",
+                pose.seq
+            );
+            assert_eq!(pose.t_device_ns, frame.t_device_ns);
+            count += 1;
+        }
+        (count > 60).then_some(())
+    });
     let _ = pilot.stop();
 }
 
@@ -172,7 +198,7 @@ fn definitions_that_are_named_may_be_loaded_in_any_order() {
     let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
     let bus = Bus::join(&context).unwrap();
     let poses = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer).unwrap();
-    check_poses(&poses, &truth(), 60);
+    check_poses(&poses, &truth(&world), 60);
     let _ = pilot.stop();
 }
 
@@ -193,7 +219,7 @@ fn other_software_reads_the_poses_of_the_room() {
         return;
     }
     assert!(output.status.success(), "{text}\n{}", stderr(&output));
-    let room = truth();
+    let room = truth(&world);
     let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 200);
     let mut seen = 0;

@@ -204,7 +204,7 @@ mod tests {
         );
         // A handle that hides everything.
         assert_eq!(
-            whys("[tracker.room.handle]\nfrom_mm = 0.0\nto_mm = 400.0\nradius_mm = 400.0\n"),
+            whys("[tracker.room.handle]\nfrom_mm = 0.0\nto_mm = 400.0\nradius_mm = 200.0\n"),
             [Lost::NotSeen]
         );
         assert_eq!(whys("[tracker.room.gates]\nmin_emitters = 24\n"), [Lost::TooFew]);
