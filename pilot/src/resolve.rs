@@ -240,7 +240,8 @@ mod tests {
         let path = Path::new(tmp.path().file_name().unwrap()).join("s.toml");
         let text = "[tracker]\nsource = \"markers\"\n[tracker.markers]\nmarker = \"ball\"\nnoise_mm = 0.1\nnoise_deg = 0.1\n\
                     [localizer]\nkind = \"ndi\"\naddress = \"127.0.0.1:1\"\n\
-                    [[localizer.tools]]\nname = \"ball\"\nrom = \"a.rom\"\n[steps]\ndrawing = \"d.json\"\n";
+                    [[localizer.tools]]\nname = \"ball\"\nrom = \"a.rom\"\n\
+                    [tracker.calibration]\nfile = \"t.json\"\n[steps]\ncalibrate = \"base\"\ndrawing = \"d.json\"\n";
         std::fs::write(&path, text).unwrap();
         let (source, _) = resolve(Some(&path), &Overrides::default()).unwrap();
         let folder = std::path::absolute(path.parent().unwrap()).unwrap();

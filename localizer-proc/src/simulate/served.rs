@@ -8,8 +8,8 @@ use ndi::{Bx2Frame, Bx2Marker, Bx2Markers, Bx2Tool, FrameKind, Handle, MOST_MARK
 use super::roles::{Role, Roles};
 use super::room::{RoomFrame, RoomMarker};
 
-/// Frames are those of active tools.
-const KIND: FrameKind = FrameKind(3);
+/// Frames are those of passive tools, which clients load definitions of; that the room's emitters shine is not told.
+const KIND: FrameKind = FrameKind(2);
 /// Nothing is said against a pose.
 const GOOD: u16 = 0;
 

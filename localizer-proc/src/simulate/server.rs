@@ -1,6 +1,7 @@
 //! The loop: a client, its commands and the frames of the room, then the next client.
 
 use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::thread;
 use std::time::Duration;
 
 use bus::clock::{Clock, monotonic_ns};
@@ -50,8 +51,9 @@ impl Server {
             if !stream::ready(listener, PollFlags::IN, WAIT).unwrap_or(false) {
                 continue;
             }
-            // A client that has gone before it was accepted is none.
+            // A client that has gone before it was accepted is none; where the system has no room for one, later may be better.
             let Ok((connection, from)) = listener.accept() else {
+                thread::sleep(WAIT);
                 continue;
             };
             bus::stderr_line!("localizer-proc: {from} is connected");
