@@ -8,6 +8,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 
 use crate::decode::{Options, decode};
 use crate::run;
+use crate::simulate::{Hands, SimulateArgs, simulate};
 
 /// Dials a localizer and publishes the poses of its markers.
 #[derive(Debug, Parser)]
@@ -18,7 +19,8 @@ use crate::run;
     after_help = "Examples (the pilot starts this process; by hand it joins a run that is going):\n  \
     localizer-proc --run-dir /tmp/trocar-0/default\n  \
     localizer-proc decode captured.bin              what a peer sent, message by message\n  \
-    localizer-proc decode --ndi --json replies.bin  what an NDI device answered, a line each\n\n\
+    localizer-proc decode --ndi --json replies.bin  what an NDI device answered, a line each\n  \
+    localizer-proc simulate-ndi config/operating-room.toml   a device to practise with\n\n\
     The scene's [localizer] table says what is dialled, and [tracker.markers] which of its tools are meant."
 )]
 struct Cli {
@@ -56,6 +58,17 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Stands for a device of NDI: answers its combined API over TCP with what the scene's simulated operating room shows
+    #[command(
+        name = "simulate-ndi",
+        after_help = "Examples:\n  \
+        localizer-proc simulate-ndi config/operating-room.toml --write-tools .\n  \
+        localizer-proc simulate-ndi scene.toml --tool 8700340.rom --patient 8700449.rom\n  \
+        localizer-proc simulate-ndi scene.toml --listen 0.0.0.0:8765 --expose\n\n\
+        It serves one client at a time, the next one after it; a definition of any tool may be loaded, as what is told is where the\n\
+        room's markers are. It simulates: nothing that it says was measured."
+    )]
+    SimulateNdi(SimulateArgs),
 }
 
 /// The command line, for manual pages and completions.
@@ -63,14 +76,15 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// The binary.
-pub fn main() -> ExitCode {
+/// The binary; `hands` is what this crate may not know.
+pub fn main(hands: Hands) -> ExitCode {
     let cli = Cli::parse();
     match cli.command {
         Some(Command::Decode { files, ndi, json }) => {
             let options = Options { ndi, json };
             exit("localizer-proc", decode(&files, options, &mut std::io::stdout().lock()))
         }
+        Some(Command::SimulateNdi(args)) => exit("localizer-proc", simulate(&args, hands)),
         None => {
             let membership = Membership {
                 run_dir: cli.run.run_dir.unwrap_or_default(),

@@ -4,6 +4,7 @@
 //! * [`link`] dials, reads and writes, and dials again for ever; a peer that is not there is a state, not an error.
 //! * [`driver`] is what a protocol does with bytes and time: [`openigtlink`], [`ndi`].
 //! * [`clocks`] makes of a localizer's stamps the time of a capture on the run's clock.
+//! * [`simulate`] is the other side: a simulated device of NDI for whoever dials.
 //! * [`output`] numbers, stamps and publishes frames.
 
 #![forbid(unsafe_code)]
@@ -17,4 +18,6 @@ mod ndi;
 mod openigtlink;
 mod output;
 mod run;
+pub mod simulate;
 mod state;
+mod stream;

@@ -1,24 +1,19 @@
 //! The connection: dialled in a thread of its own, as names and networks take their time; again and again until it stands.
 
-use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
 use bus::clock::{self, Clock};
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::net::sockopt;
+
+use crate::stream::{self, prepared, words, write};
 
 /// A connection that is not made within this time is none.
 const CONNECT: Duration = Duration::from_secs(2);
 /// Between two tries at first, and at most; each time it is doubled.
 const FIRST_WAIT_NS: i64 = 100_000_000;
 const MOST_WAIT_NS: i64 = 2_000_000_000;
-/// A peer that acknowledges nothing for this long is gone.
-const UNACKNOWLEDGED_MS: u32 = 2000;
-/// What is sent is a few hundred bytes: who does not take them within this time takes nothing.
-const SEND: Duration = Duration::from_millis(500);
 /// Bytes that are read at once.
 const CHUNK: usize = 64 << 10;
 
@@ -167,13 +162,6 @@ impl Link {
     }
 }
 
-/// In the words of the system, without its number.
-fn words(error: &std::io::Error) -> String {
-    let text = error.to_string();
-    let end = text.find(" (os error").unwrap_or(text.len());
-    text[..end].to_lowercase()
-}
-
 fn connect(address: &str) -> Result<TcpStream, String> {
     let found = address.to_socket_addrs().map_err(|error| words(&error))?;
     let mut why = "no address of that name".to_owned();
@@ -186,54 +174,10 @@ fn connect(address: &str) -> Result<TcpStream, String> {
     Err(why)
 }
 
-/// A peer whose cable is pulled is found out, and what is sent goes out at once.
-fn prepared(stream: TcpStream) -> std::io::Result<TcpStream> {
-    stream.set_nodelay(true)?;
-    stream.set_nonblocking(true)?;
-    sockopt::set_tcp_user_timeout(&stream, UNACKNOWLEDGED_MS)?;
-    sockopt::set_socket_keepalive(&stream, true)?;
-    sockopt::set_tcp_keepidle(&stream, Duration::from_secs(1))?;
-    sockopt::set_tcp_keepintvl(&stream, Duration::from_secs(1))?;
-    sockopt::set_tcp_keepcnt(&stream, 2)?;
-    Ok(stream)
-}
-
-fn ready(stream: &TcpStream, for_what: PollFlags, rest: Duration) -> std::io::Result<bool> {
-    let rest = Timespec::try_from(rest).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 });
-    match poll(&mut [PollFd::new(stream, for_what)], Some(&rest)) {
-        Ok(count) => Ok(count > 0),
-        Err(rustix::io::Errno::INTR) => Ok(false),
-        Err(error) => Err(error.into()),
-    }
-}
-
 fn read<'a>(stream: &mut TcpStream, room: &'a mut [u8], rest: Duration) -> News<'a> {
-    match ready(stream, PollFlags::IN, rest) {
-        Ok(false) => return News::Nothing,
-        Ok(true) => {}
-        Err(error) => return News::Closed(words(&error)),
-    }
-    match stream.read(room) {
-        Ok(0) => News::Closed("the peer closed the connection".to_owned()),
+    match stream::read(stream, room, rest) {
+        Ok(0) => News::Nothing,
         Ok(count) => News::Bytes(&room[..count]),
-        Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => News::Nothing,
-        Err(error) => News::Closed(words(&error)),
+        Err(why) => News::Closed(why),
     }
-}
-
-fn write(stream: &mut TcpStream, mut bytes: &[u8]) -> Result<(), String> {
-    while !bytes.is_empty() {
-        match stream.write(bytes) {
-            Ok(0) => return Err("the peer takes nothing".to_owned()),
-            Ok(count) => bytes = &bytes[count..],
-            Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            Err(error) if error.kind() == ErrorKind::WouldBlock => match ready(stream, PollFlags::OUT, SEND) {
-                Ok(true) => {}
-                Ok(false) => return Err("the peer takes nothing".to_owned()),
-                Err(error) => return Err(words(&error)),
-            },
-            Err(error) => return Err(words(&error)),
-        }
-    }
-    Ok(())
 }

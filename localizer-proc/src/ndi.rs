@@ -22,9 +22,9 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 /// Why a localizer cannot be set up.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SetUpError {
-    #[error("the tool definition {path} of localizer.tools: {source}")]
+    #[error("the tool definition {path}: {source}")]
     Read { path: PathBuf, source: io::Error },
-    #[error("the tool definition {path} of localizer.tools: {source}")]
+    #[error("the tool definition {path}: {source}")]
     Rom { path: PathBuf, source: RomError },
     #[error("localizer.tools has {found} tools, and tracker.markers.marker does not say which is the surgeon's")]
     Which { found: usize },

@@ -27,3 +27,5 @@ mod spawn;
 mod state;
 mod status;
 pub mod supervise;
+
+pub use resolve::scene_of_run;

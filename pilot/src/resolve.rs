@@ -82,6 +82,14 @@ pub(crate) fn resolve(file: Option<&Path>, overrides: &Overrides) -> Result<(Sou
     Ok((source, scene))
 }
 
+/// The scene at `path` as a run of it has it: with its plan's targets, or the generated patient's.
+///
+/// # Errors
+/// Why there would be no run.
+pub fn scene_of_run(path: &Path) -> Result<Scene, Box<dyn std::error::Error + Send + Sync>> {
+    Ok(resolve(Some(path), &Overrides::default())?.1)
+}
+
 /// Where the examination of `--volume` lies. The children run in this folder too, but the file in the run's folder must
 /// not depend on it.
 pub(crate) fn volume_path(volume: &str) -> Result<String, ResolveError> {
@@ -148,7 +156,15 @@ fn make_paths_absolute(source: &mut Source) {
         tracker.registration.as_mut().map(|link| &mut link.file),
         scene.plan.as_mut().and_then(|plan| plan.labels.as_mut()),
     ];
-    for file in files.into_iter().flatten() {
+    let steps = scene.steps.as_mut();
+    let steps = steps.map(|steps| [steps.drawing.as_mut(), steps.beads.as_mut()]);
+    let roms = scene.localizer.iter_mut().flat_map(|localizer| &mut localizer.tools);
+    let others = steps
+        .into_iter()
+        .flatten()
+        .flatten()
+        .chain(roms.map(|tool| &mut tool.rom));
+    for file in files.into_iter().flatten().chain(others) {
         // Fails for an empty path, which was refused before.
         if let Ok(path) = std::path::absolute(&*file) {
             *file = path.to_string_lossy().into_owned();
@@ -215,6 +231,24 @@ mod tests {
             assert_eq!(Path::new(file), folder.join(name));
         }
         assert_eq!(source.scene.volume.source, "phantom");
+    }
+
+    /// `pilot run s.toml` looked for the localizer's tool definitions, and for the drawing of the steps, in the run's folder.
+    #[test]
+    fn tool_definitions_of_a_scene_named_by_a_relative_path_are_found_from_the_runs_folder() {
+        let tmp = tempfile::tempdir_in(".").unwrap();
+        let path = Path::new(tmp.path().file_name().unwrap()).join("s.toml");
+        let text = "[tracker]\nsource = \"markers\"\n[tracker.markers]\nmarker = \"ball\"\nnoise_mm = 0.1\nnoise_deg = 0.1\n\
+                    [localizer]\nkind = \"ndi\"\naddress = \"127.0.0.1:1\"\n\
+                    [[localizer.tools]]\nname = \"ball\"\nrom = \"a.rom\"\n\
+                    [tracker.calibration]\nfile = \"t.json\"\n[steps]\ncalibrate = \"base\"\ndrawing = \"d.json\"\n";
+        std::fs::write(&path, text).unwrap();
+        let (source, _) = resolve(Some(&path), &Overrides::default()).unwrap();
+        let folder = std::path::absolute(path.parent().unwrap()).unwrap();
+        let rom = &source.scene.localizer.as_ref().unwrap().tools[0].rom;
+        assert_eq!(Path::new(rom), folder.join("a.rom"));
+        let drawing = source.scene.steps.as_ref().unwrap().drawing.as_ref();
+        assert_eq!(Path::new(drawing.unwrap()), folder.join("d.json"));
     }
 
     #[test]

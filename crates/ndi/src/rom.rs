@@ -15,6 +15,8 @@ use crate::pose::{PoseError, check_place};
 pub(crate) const BYTES: usize = 752;
 /// Bytes of a piece of it, as PVWR takes them.
 pub(crate) const PIECE: usize = 64;
+/// Markers of a simulated tool are seen from so far to the side, degrees.
+const WIDEST_DEG: u8 = 90;
 /// The most markers of a tool.
 pub const MOST_MARKERS: u8 = 20;
 
@@ -153,6 +155,34 @@ impl Rom {
         }
     }
 
+    /// A definition of these markers for a simulated device: whatever a real one needs besides places (normals, faces, the kind
+    /// of tool) is left empty, and none has been tried with it. A pose needs 3 markers, within 1 mm. Of `maker` the first 12
+    /// bytes are kept, of `part` 20.
+    ///
+    /// # Errors
+    /// As [`Rom::checked`] of what is written.
+    pub fn simulated(maker: &str, part: &str, markers_mm: &[[f64; 3]]) -> Result<Self, RomError> {
+        let found = u8::try_from(markers_mm.len()).unwrap_or(u8::MAX);
+        if found > MOST_MARKERS {
+            return Err(RomError::MarkerCount { found });
+        }
+        let mut bytes = vec![0; BYTES];
+        put(&mut bytes, 0, b"NDI\0");
+        put(&mut bytes, 24, &[WIDEST_DEG]);
+        put(&mut bytes, 28, &[found]);
+        put(&mut bytes, 32, &[3]);
+        put(&mut bytes, 36, &1.0_f32.to_le_bytes());
+        for (number, coordinate) in markers_mm.iter().flatten().enumerate() {
+            // Single precision is what the file has.
+            put(&mut bytes, 72 + 4 * number, &(*coordinate as f32).to_le_bytes());
+        }
+        put(&mut bytes, 580, maker.as_bytes().get(..12).unwrap_or(maker.as_bytes()));
+        put(&mut bytes, 592, part.as_bytes().get(..20).unwrap_or(part.as_bytes()));
+        let sum = checksum(&bytes).to_le_bytes();
+        put(&mut bytes, 4, &sum);
+        Self::checked(&bytes)
+    }
+
     /// All bytes of the file.
     pub fn bytes(&self) -> &[u8; BYTES] {
         &self.bytes
@@ -188,6 +218,12 @@ pub fn checksum(bytes: &[u8]) -> u16 {
         .iter()
         .skip(6)
         .fold(0, |sum, byte| sum.wrapping_add(u16::from(*byte)))
+}
+
+fn put(bytes: &mut [u8], at: usize, what: &[u8]) {
+    if let Some(into) = bytes.get_mut(at..at + what.len()) {
+        into.copy_from_slice(what);
+    }
 }
 
 fn byte(bytes: &[u8; BYTES], at: usize) -> u8 {

@@ -4,5 +4,6 @@ mod emitters;
 mod links;
 mod localizer;
 mod markers;
+mod ndi;
 mod rate;
 mod sequence;

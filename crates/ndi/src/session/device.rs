@@ -182,6 +182,8 @@ impl Device {
             Command::Tstart if self.tracking => Err(ErrorCode::BAD_MODE),
             Command::Tstart => {
                 self.tracking = true;
+                // Handles may mean other tools than when the last frame was shown.
+                self.frames.clear();
                 Ok(okay())
             }
             Command::Tx(_) | Command::Bx(_) | Command::Bx2(_) | Command::Tstop if !self.tracking => {

@@ -141,6 +141,29 @@ fn a_frame_is_given_once() {
     }
 }
 
+/// A frame that was shown before tools were loaded anew was given with their handles: the pose of one tool under the name of another.
+#[test]
+fn frames_shown_before_tracking_began_are_never_given_of_other_tools() {
+    for (poll, device) in devices() {
+        let mut pair = connected(device);
+        pair.device.show(frame(7, vec![tool(1, 0), tool(2, 0)]));
+        pair.published.clear();
+        pair.event(ndi::session::Event::Closed);
+        pair.event(ndi::session::Event::Connected);
+        pair.wait(50);
+        let stale = pair
+            .published
+            .iter()
+            .find(|frame| frame.tool(Handle(1)).is_some_and(|s| s.pose().is_ok()));
+        assert_eq!(stale, None, "{poll}");
+        pair.show(frame(8, vec![tool(1, 0), tool(2, 0)]));
+        assert!(
+            pair.published.last().unwrap().tool(Handle(1)).unwrap().pose().is_ok(),
+            "{poll}"
+        );
+    }
+}
+
 #[test]
 fn an_unplugged_tool_is_told_once_and_never_seen() {
     for (poll, device) in devices() {

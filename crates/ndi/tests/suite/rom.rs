@@ -77,6 +77,28 @@ fn geometry_that_no_pose_comes_of_is_refused() {
 }
 
 #[test]
+fn a_definition_that_is_written_is_the_one_that_is_read() {
+    let places: Vec<[f64; 3]> = MARKERS.iter().map(|place| place.map(f64::from)).collect();
+    let rom = Rom::simulated("a maker of many letters", "ball", &places).unwrap();
+    assert_eq!(Rom::checked(rom.bytes()).as_ref(), Ok(&rom));
+    assert_eq!(
+        (rom.maker.as_str(), rom.part.as_str(), rom.least_markers),
+        ("a maker of m", "ball", 3)
+    );
+    assert_eq!(rom.markers_mm, places);
+    let many = vec![[0.0; 3]; 21];
+    assert_eq!(
+        Rom::simulated("m", "p", &many),
+        Err(RomError::MarkerCount { found: 21 })
+    );
+    let line = [[0.0; 3], [0.0, 0.0, 50.0], [0.0, 0.0, 105.0]];
+    assert!(matches!(
+        Rom::simulated("m", "p", &line),
+        Err(RomError::Collinear { .. })
+    ));
+}
+
+#[test]
 fn every_changed_byte_is_refused() {
     let good = rom_bytes(&MARKERS);
     for at in 0..good.len() {

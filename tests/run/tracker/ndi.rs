@@ -1,0 +1,319 @@
+//! A simulated device of NDI, as a process: a run follows it, other software reads it, and hostile bytes do not hold it up.
+
+#![allow(clippy::print_stdout, reason = "why a test was skipped, and what was measured")]
+#![allow(clippy::disallowed_methods, reason = "the client is a process of other software")]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use crate::support::{SMALL, World, python, shared, stderr, wait_for};
+use bus::Bus;
+use bus::message::{Lost, ToolPose, Tracked};
+use bus::port::Subscriber;
+use bus::run::RunContext;
+use bus::topic::{GROUND_TRUTH, TOOL_POSE};
+use geometry::{Marker, Point, Reference, Tool};
+use serde_json::Value;
+use tracker_proc::operating_room::{Frame, PosedRoom};
+
+/// Where the markers sit, for the room and for the run that follows the device.
+const ON_TOOL: &str = "marker_from_tool]\ntranslation_mm = [0.0, -60.0, 280.0]\n";
+const ON_PATIENT: &str = "ct_from_reference]\ntranslation_mm = [150.0, -120.0, -150.0]\n";
+
+/// A room in which everything is seen all the time.
+fn room_scene() -> String {
+    SMALL.replace("[tracker]\n", "[tracker]\nsource = \"operating-room\"\n")
+        + &format!(
+            "[tracker.room.marker]\ncone_deg = 180.0\n[tracker.room.marker.{ON_TOOL}[tracker.room.handle]\nradius_mm = 0.0\n\
+             [tracker.room.reference]\ncone_deg = 180.0\n[tracker.room.reference.{ON_PATIENT}"
+        )
+}
+
+/// The run that follows the device and loads these definitions, each with its name, in this order.
+fn follower_scene(port: u16, tools: [(&str, &Path); 2]) -> String {
+    let tools = tools.map(|(name, rom)| format!("[[localizer.tools]]\nname = \"{name}\"\nrom = {rom:?}\n"));
+    SMALL.replace("[tracker]\n", "[tracker]\nsource = \"markers\"\n")
+        + &format!(
+            "[tracker.markers]\nmarker = \"ball\"\nreference = \"patient\"\nnoise_mm = 0.1\nnoise_deg = 0.1\n\
+             [tracker.markers.{ON_TOOL}[tracker.markers.{ON_PATIENT}\
+             [localizer]\nkind = \"ndi\"\naddress = \"127.0.0.1:{port}\"\n{}",
+            tools.concat()
+        )
+}
+
+/// The device, as a process.
+struct Simulator {
+    child: Child,
+    port: u16,
+}
+
+impl Simulator {
+    /// Of `room.toml`; the definitions of its markers lie beside it then. Port 0 is any.
+    fn start(world: &World, port: u16) -> Self {
+        Self::start_with(world, port, &[])
+    }
+
+    /// The same with more options.
+    fn start_with(world: &World, port: u16, more: &[&Path]) -> Self {
+        let scene = world.file("room.toml", &room_scene());
+        let mut child = world
+            .command("localizer-proc")
+            .arg("simulate-ndi")
+            .arg(&scene)
+            .args(["--listen", &format!("127.0.0.1:{port}"), "--write-tools"])
+            .arg(scene.parent().unwrap())
+            .args(more)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        let port = line.trim().strip_prefix("listening on 127.0.0.1:");
+        let port = port.unwrap_or_else(|| panic!("{line}")).parse().unwrap();
+        Self { child, port }
+    }
+
+    fn connect(&self) -> TcpStream {
+        let address = ("127.0.0.1", self.port).to_socket_addrs().unwrap().next().unwrap();
+        let stream = TcpStream::connect(address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
+        stream
+    }
+}
+
+impl Drop for Simulator {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The same room here, for what is true.
+fn truth(world: &World) -> PosedRoom {
+    let scene = pilot::scene_of_run(&world.path("room.toml")).unwrap();
+    let grid = *volume_loader::open(&scene.volume, scene.seed).unwrap().grid();
+    PosedRoom::of(&scene, Some(&grid)).unwrap()
+}
+
+/// The frame that was captured at this time of the device.
+fn frame_at(room: &PosedRoom, t_device_ns: i64) -> Frame {
+    let about = (t_device_ns as f64 * 60.0 / 1e9) as u64;
+    let numbers = about.saturating_sub(2)..about + 3;
+    let mut frames = numbers.map(|seq| room.room().frame(seq));
+    let found = frames.find(|frame| frame.t_device_ns == t_device_ns);
+    found.unwrap_or_else(|| panic!("no frame of the room was captured at {t_device_ns} ns"))
+}
+
+/// Waits for so many poses; each is that of the room within its noise. Returns the root mean square distance of the tip, mm.
+fn check_poses(poses: &Subscriber<ToolPose>, room: &PosedRoom, count: usize) -> f64 {
+    let tip = Point::<Tool>::new(0.0, 0.0, 0.0);
+    let mut off_mm = Vec::new();
+    wait_for("poses", || {
+        while let Some(pose) = poses.next().unwrap() {
+            let Tracked::Valid(at) = pose.tracked().unwrap() else {
+                continue;
+            };
+            let true_tip = frame_at(room, pose.t_device_ns).ct_from_tool * tip;
+            let off = (at * tip).distance(true_tip);
+            // Emitters of 0.15 mm on balls of 50 mm, thrown 290 mm by the tool's and as far by the patient's: a few tenths each.
+            assert!(off < 3.0, "{}: {off} mm", pose.seq);
+            off_mm.push(off);
+        }
+        (off_mm.len() >= count).then_some(())
+    });
+    (off_mm.iter().map(|off| off * off).sum::<f64>() / off_mm.len() as f64).sqrt()
+}
+
+#[test]
+fn a_run_follows_a_simulated_device_and_again_after_it_was_gone() {
+    let world = World::new();
+    let simulator = Simulator::start(&world, 0);
+    let port = simulator.port;
+    let tools = [("ball", Path::new("tool.rom")), ("patient", Path::new("patient.rom"))];
+    let scene = world.file("s.toml", &follower_scene(port, tools));
+    let pilot = world.start(&scene, &world.path("out"), "default");
+    let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+    let bus = Bus::join(&context).unwrap();
+    let poses = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer).unwrap();
+    let room = truth(&world);
+    let rms_mm = check_poses(&poses, &room, 120);
+    println!("the tip is {rms_mm:.3} mm off the truth (rms)");
+    // It is noise of the room's sensor, and there is some.
+    assert!((0.02..1.0).contains(&rms_mm), "{rms_mm} mm");
+    drop(simulator);
+    wait_for("the end of the device", || {
+        let lost = |pose: ToolPose| pose.tracked().unwrap() == Tracked::Lost(Lost::Disconnected);
+        std::iter::from_fn(|| poses.next().unwrap()).any(lost).then_some(())
+    });
+    let _again = Simulator::start(&world, port);
+    check_poses(&poses, &room, 60);
+    let _ = pilot.stop();
+}
+
+/// The device aimed at the middle of the generated patient, where a run of the same scene has a lymph node of it.
+#[test]
+fn the_device_measures_the_room_of_a_run_of_the_same_scene() {
+    let world = World::new();
+    let pilot = world.start(&world.file("room.toml", &room_scene()), &world.path("out"), "default");
+    let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+    let bus = Bus::join(&context).unwrap();
+    let truths = Subscriber::<ToolPose>::open(&bus, &GROUND_TRUTH, "", 1024).unwrap();
+    let room = truth(&world);
+    let mut count = 0;
+    wait_for("truths", || {
+        while let Some(pose) = truths.next().unwrap() {
+            let frame = room.room().frame(pose.seq);
+            assert_eq!(
+                pose.tracked().unwrap(),
+                Tracked::Valid(frame.ct_from_tool),
+                "{}",
+                pose.seq
+            );
+            assert_eq!(pose.t_device_ns, frame.t_device_ns);
+            count += 1;
+        }
+        (count > 60).then_some(())
+    });
+    let _ = pilot.stop();
+}
+
+/// Definitions of real tools, the patient's loaded first: the device was told which is which.
+#[test]
+fn definitions_that_are_named_may_be_loaded_in_any_order() {
+    let folder = "data/tracker-plus/NdiToolDefinitions";
+    let file = |name: &str| shared(&format!("{folder}/{name}"));
+    let (Some(ball), Some(patient)) = (file("8700340.rom"), file("8700449.rom")) else {
+        return;
+    };
+    let world = World::new();
+    let named = [Path::new("--tool"), &ball, Path::new("--patient"), &patient];
+    let simulator = Simulator::start_with(&world, 0, &named);
+    let text = follower_scene(simulator.port, [("patient", &patient), ("ball", &ball)]);
+    let pilot = world.start(&world.file("s.toml", &text), &world.path("out"), "default");
+    let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+    let bus = Bus::join(&context).unwrap();
+    let poses = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer).unwrap();
+    check_poses(&poses, &truth(&world), 60);
+    let _ = pilot.stop();
+}
+
+#[test]
+fn other_software_reads_the_poses_of_the_room() {
+    let Some(python) = python() else { return };
+    let world = World::new();
+    let simulator = Simulator::start(&world, 0);
+    let output = Command::new(python)
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/ndi_client.py"))
+        .args([&simulator.port.to_string(), "100"])
+        .args([world.path("tool.rom"), world.path("patient.rom")])
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout.clone()).unwrap();
+    if text.trim() == "no ndicapi" {
+        println!("skipped: the interpreter has no ndicapi");
+        return;
+    }
+    assert!(output.status.success(), "{text}\n{}", stderr(&output));
+    let room = truth(&world);
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 200);
+    let mut seen = 0;
+    for line in &lines {
+        let [tool, patient, third] = &line["tools"].as_array().unwrap()[..] else {
+            panic!("{line}")
+        };
+        assert_eq!(third, "MISSING", "{line}");
+        // Nothing is there before the first frame.
+        let Some(tool) = tool.as_array() else { continue };
+        let frame = room.room().frame(line["frame"].as_u64().unwrap());
+        let at = |place: &[Value]| -> Vec<f64> { place.iter().map(|x| x.as_f64().unwrap()).collect() };
+        let marker = (frame.tracker_from_marker * Point::<Marker>::new(0.0, 0.0, 0.0)).mm();
+        let reference = frame.tracker_from_reference.unwrap() * Point::<Reference>::new(0.0, 0.0, 0.0);
+        for (found, truth) in [(tool, marker), (patient.as_array().unwrap(), reference.mm())] {
+            let off = at(&found[4..7]).into_iter().zip(truth).map(|(a, b)| (a - b).abs());
+            // The middle of 24 emitters of 0.15 mm.
+            assert!(off.fold(0.0, f64::max) < 0.5, "{line}: {truth:?}");
+        }
+        let q = at(&tool[..4]);
+        let truth = frame.tracker_from_marker.quaternion();
+        let same = q.iter().zip(truth).map(|(a, b)| a * b).sum::<f64>().signum();
+        let off = q
+            .iter()
+            .zip(truth)
+            .map(|(a, b)| (a - same * b).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        // Half of 0.01 rad: emitters of 0.15 mm at 50 mm, and four decimals of TX.
+        assert!(off < 0.005, "{line}: {truth:?}");
+        seen += 1;
+    }
+    assert!(seen > 190, "{seen}");
+}
+
+#[test]
+fn one_client_is_served_at_a_time_and_what_it_sends_does_not_hold_up_the_next() {
+    let world = World::new();
+    let simulator = Simulator::start(&world, 0);
+    let mut first = simulator.connect();
+    let mut reply = [0; 64];
+    first.write_all(&[b'A'; 100_000]).unwrap();
+    first.write_all(b"\rINIT \r").unwrap();
+    let count = first.read(&mut reply).unwrap();
+    let text = String::from_utf8_lossy(&reply[..count]).into_owned();
+    assert!(text.starts_with("ERROR"), "{text}");
+    let mut second = simulator.connect();
+    second.write_all(b"INIT \r").unwrap();
+    assert!(second.read(&mut reply).is_err(), "two at a time");
+    drop(first);
+    second.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    let count = second.read(&mut reply).unwrap();
+    assert!(reply[..count].starts_with(b"OKAY"));
+    // Commands whose replies are not read: it does not wait for that for ever, nor grow.
+    second.set_write_timeout(Some(Duration::from_secs(60))).unwrap();
+    let many = b"VER 4\r".repeat(10_000);
+    while second.write_all(&many).is_ok() {}
+    let mut third = simulator.connect();
+    third.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    third.write_all(b"INIT \r").unwrap();
+    let count = third.read(&mut reply).unwrap();
+    assert!(reply[..count].starts_with(b"OKAY"));
+}
+
+#[test]
+fn what_no_device_can_be_made_of_is_refused() {
+    let world = World::new();
+    let scene = |text: &str| world.file("x.toml", text).to_string_lossy().into_owned();
+    let refused = |scene: &str, more: &[&str], words: &str| {
+        let arguments = [&["simulate-ndi", scene, "--listen", "127.0.0.1:0"], more].concat();
+        let output = world.output("localizer-proc", &arguments);
+        assert!(
+            !output.status.success() && stderr(&output).contains(words),
+            "{}",
+            stderr(&output)
+        );
+    };
+    refused(&scene(SMALL), &[], "another tracker.source than \"operating-room\"");
+    let early = room_scene() + "[tracker.room.localizer]\noffset_s = -5.0\n";
+    refused(&scene(&early), &[], "the device's clock would say -5 s at first");
+    let good = scene(&room_scene());
+    refused(
+        &good,
+        &["--tool", "/nowhere/a.rom"],
+        "the tool definition /nowhere/a.rom",
+    );
+    let file = world.file("tool.rom", "of somebody else");
+    let folder = file.parent().unwrap().to_string_lossy().into_owned();
+    refused(
+        &good,
+        &["--write-tools", &folder],
+        "is there already with other content",
+    );
+    let arguments = ["simulate-ndi", &good, "--listen", "0.0.0.0:0"];
+    let output = world.output("localizer-proc", &arguments);
+    assert!(stderr(&output).contains("--expose allows that"), "{}", stderr(&output));
+}
