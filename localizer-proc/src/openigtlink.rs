@@ -131,8 +131,11 @@ impl OpenIgtLink {
                 let tools: Vec<_> = tools.iter().map(|tool| (tool.name, tool.kind, pose(tool))).collect();
                 self.several(message, tools, acts);
             }
-            Body::Status(status) if status.code != 1 => {
-                acts.extend(self.told.say(format!("the peer says: {status:?}")));
+            Body::Status(status) if status.code != igtl::Status::OK => {
+                // Words of a peer go to a terminal: nothing in them may steer it.
+                let words = String::from_utf8_lossy(&status.words).escape_debug().to_string();
+                let (code, name) = (status.code, &status.name);
+                acts.extend(self.told.say(format!("the peer's STATUS is {code} {name}: {words}")));
             }
             _ => {}
         }
@@ -162,7 +165,7 @@ impl OpenIgtLink {
         acts.extend(self.gather.close().map(Act::Frame));
         let mut seen = Vec::new();
         for (name, kind, pose) in tools {
-            let status = ToolStatus::of_tool(&message.metadata, &name.to_string());
+            let status = ToolStatus::of_tool(&message.metadata, &self.names.whole(&name));
             let pose = || match kind {
                 ToolKind::Six => pose,
                 // The turn of a 3D or 5D tool means nothing, and the tracker itself is no tool.

@@ -43,6 +43,8 @@ pub(super) enum Named {
 pub(super) struct Names {
     tool: Option<Vec<u8>>,
     reference: Option<Vec<u8>>,
+    /// As the scene has them.
+    whole: Vec<String>,
     /// Where the scene names no tool: the names that came, but the reference's.
     only: Vec<DeviceName>,
     unmapped: Vec<DeviceName>,
@@ -64,6 +66,7 @@ impl Names {
         Ok(Self {
             tool: tool.map(cut),
             reference: reference.map(cut),
+            whole: [tool, reference].into_iter().flatten().cloned().collect(),
             only: Vec::new(),
             unmapped: Vec::new(),
         })
@@ -97,6 +100,16 @@ impl Names {
                 Named::Marker(MarkerFrame::TOOL)
             }
         }
+    }
+
+    /// The scene's name of a tool that has this one on the wire: the status of a TDATA has a key of the whole name.
+    pub(super) fn whole(&self, name: &DeviceName) -> String {
+        let is_it = |whole: &&String| whole.as_bytes().iter().take(BYTES).eq(name.as_bytes());
+        self.whole
+            .iter()
+            .find(is_it)
+            .cloned()
+            .unwrap_or_else(|| name.to_string())
     }
 
     fn unknown(&mut self, name: &DeviceName) -> Named {
@@ -154,6 +167,11 @@ mod tests {
         assert_eq!(names.find(&name("StylusToTracker")), Named::Marker(0));
         // Cut at 20 bytes, as it comes.
         assert_eq!(names.find(&name("ReferenceToTrackerOf")), Named::Marker(1));
+        assert_eq!(
+            names.whole(&name("ReferenceToTrackerOf")),
+            "ReferenceToTrackerOfTheRoom"
+        );
+        assert_eq!(names.whole(&name("Other")), "Other");
         let told = "the peer sends stylustotracker, which the scene does not name".to_owned();
         assert_eq!(names.find(&name("stylustotracker")), Named::Unknown(told));
         assert_eq!(names.find(&name("stylustotracker")), Named::Known);

@@ -182,6 +182,48 @@ fn a_list_of_tools_is_of_one_instant_and_what_is_not_in_it_was_not_seen() {
     assert_eq!(seen(&found[0]), [(0, Err(Lost::Refused)), (1, Ok(5.0))]);
 }
 
+/// PLUS cuts the name of a tool at 20 bytes, and not the key of its status: a lost tool of a longer name counted as one without a status.
+#[test]
+fn the_status_of_a_long_name_is_found_by_the_whole_of_it() {
+    let mut markers = markers();
+    markers.marker = Some("StylusToTrackerOfTheRoom".to_owned());
+    markers.reference = None;
+    for (word, expected) in [("OK", Ok(7.0)), ("MISSING", Err(Lost::NotSeen))] {
+        let mut client = OpenIgtLink::new(&spec(StatusRule::AbsentMeansValid), &markers).unwrap();
+        client.connected(0);
+        let name = DeviceName::new("StylusToTrackerOfThe").unwrap();
+        let tool = igtl::Tool {
+            name,
+            kind: ToolKind::Six,
+            pose: at(7.0),
+        };
+        let mut message = Message::new(DeviceName::EMPTY, Body::Tdata(vec![tool])).in_version(Version::Two);
+        message.stamp = stamp(0);
+        let bytes = word.as_bytes().to_vec();
+        let text = Text {
+            encoding: US_ASCII,
+            bytes,
+        };
+        message.metadata = Metadata::EMPTY.with("StylusToTrackerOfTheRoomStatus", text);
+        let acts = client.bytes(&message.to_vec().unwrap(), 0);
+        assert_eq!(seen(&frames(acts)[0]), [(0, expected)]);
+    }
+}
+
+#[test]
+fn words_of_a_peer_steer_no_terminal() {
+    let mut client = client(StatusRule::Required);
+    let status = igtl::Status {
+        code: 13,
+        subcode: 0,
+        name: DeviceName::new("Camera").unwrap(),
+        words: b"not ready\x1b[2J".to_vec(),
+    };
+    let message = Message::new(DeviceName::EMPTY, Body::Status(status)).to_vec().unwrap();
+    let acts = client.bytes(&message, 0);
+    assert_eq!(words(&acts), ["the peer's STATUS is 13 Camera: not ready\\u{1b}[2J"]);
+}
+
 #[test]
 fn a_peer_that_falls_silent_or_sends_no_messages_is_left() {
     let mut quiet = client(StatusRule::Required);
