@@ -104,6 +104,7 @@ fn messages<W: Write>(path: &Path, print: &mut Print<'_, W>) -> Result<(), Decod
         source,
     };
     let (mut input, mut decoder) = (open(path)?, igtl::Decoder::new(Limits::VOLUMES));
+    let mut total = 0_u64;
     loop {
         while let Some(message) = decoder.take() {
             let message = message.map(|message| message.fields());
@@ -124,6 +125,7 @@ fn messages<W: Write>(path: &Path, print: &mut Print<'_, W>) -> Result<(), Decod
         let room = space.len().min(CHUNK);
         let count = input.read(&mut space[..room]).map_err(failed)?;
         decoder.filled(count);
+        total += count as u64;
         if count == 0 {
             break;
         }
@@ -131,7 +133,7 @@ fn messages<W: Write>(path: &Path, print: &mut Print<'_, W>) -> Result<(), Decod
     if let Some(malformed) = decoder.end() {
         print.refused += 1;
         let fields = malformed.fields();
-        print.item("refused", decoder.began(), &fields.to_string(), &fields.json())?;
+        print.item("refused", total - decoder.come(), &fields.to_string(), &fields.json())?;
     }
     Ok(())
 }
@@ -190,5 +192,91 @@ fn fields(reply: Reply<'_>) -> Result<NdiFields, ndi::Malformed> {
                 read.map(|reply| reply.fields("BX")).ok_or(malformed)
             }
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use igtl::{Body, DeviceName, Matrix, Message};
+
+    use super::*;
+
+    fn printed(bytes: &[u8], options: Options) -> (Result<(), String>, String) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("captured.bin");
+        std::fs::write(&path, bytes).unwrap();
+        let mut out = Vec::new();
+        let result = decode(&[path], options, &mut out).map_err(|error| error.to_string());
+        (result, String::from_utf8(out).unwrap())
+    }
+
+    fn transform() -> Vec<u8> {
+        let name = DeviceName::new("StylusToTracker").unwrap();
+        Message::new(name, Body::Transform(Matrix::IDENTITY)).to_vec().unwrap()
+    }
+
+    const TEXT: Options = Options {
+        ndi: false,
+        json: false,
+    };
+
+    #[test]
+    fn each_message_is_printed_and_what_is_wrong_with_one_by_its_byte() {
+        let (whole, mut wrong) = (transform(), transform());
+        wrong[60] ^= 1;
+        let bytes = [whole.clone(), wrong, whole.clone(), whole[..70].to_vec()].concat();
+        let (result, text) = printed(&bytes, TEXT);
+        assert_eq!(
+            result.unwrap_err(),
+            "2 of the messages could not be read; each is named above with its byte"
+        );
+        let heads: Vec<&str> = text.lines().filter(|line| !line.starts_with(' ')).collect();
+        let expected = [
+            "message 1, from byte 0",
+            "refused 2, from byte 106",
+            "message 3, from byte 212",
+            "refused 4, from byte 318",
+        ];
+        assert_eq!(heads, expected);
+        assert!(
+            text.contains("  device: StylusToTracker\n") && text.contains("the body has CRC"),
+            "{text}"
+        );
+        assert!(text.contains("  byte: 70\n"), "{text}");
+    }
+
+    #[test]
+    fn json_has_a_line_for_each() {
+        let (result, text) = printed(&transform(), Options { json: true, ..TEXT });
+        assert!(result.is_ok());
+        assert_eq!(text.lines().count(), 1);
+        assert!(
+            text.starts_with("{\"file\":\"") && text.contains("\"message\":1,\"from_byte\":0,"),
+            "{text}"
+        );
+        assert!(
+            text.contains("\"device\":\"StylusToTracker\"") && text.ends_with("}\n"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn replies_of_a_device_are_told_from_what_is_none() {
+        let bytes = [ndi::text_reply("OKAY"), b"nonsense\r".to_vec()].concat();
+        let (result, text) = printed(&bytes, Options { ndi: true, ..TEXT });
+        assert!(result.unwrap_err().starts_with("1 of the messages"));
+        assert!(
+            text.starts_with("reply 1, from byte 0\n") && text.contains("refused 2, from byte 9\n"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_named() {
+        let error = decode(&[PathBuf::from("/nowhere.bin")], TEXT, &mut Vec::new()).unwrap_err();
+        assert!(
+            error.to_string().starts_with("reading /nowhere.bin: No such file"),
+            "{error}"
+        );
     }
 }
