@@ -1,11 +1,11 @@
 //! Floor 3: the connection to a real localizer. It dials, speaks the localizer's protocol, and publishes what that delivers as
 //! frames of markers, each of one instant; nothing else. What the frames mean for the patient is the tracker's business.
 //!
-//! * [`link`] dials, reads and writes, and dials again for ever; a peer that is not there is a state, not an error.
-//! * [`driver`] is what a protocol does with bytes and time: [`openigtlink`], [`ndi`].
-//! * [`clocks`] makes of a localizer's stamps the time of a capture on the run's clock.
-//! * [`simulate`] is the other side: a simulated device of NDI for whoever dials.
-//! * [`output`] numbers, stamps and publishes frames.
+//! * `link` dials, reads and writes, and dials again for ever; a peer that is not there is a state, not an error.
+//! * `driver` is what a protocol does with bytes and time: `openigtlink`, `ndi`.
+//! * `clocks` makes of a localizer's stamps the time of a capture on the run's clock.
+//! * `simulate` is the other side: a simulated device of NDI for whoever dials.
+//! * `output` numbers, stamps and publishes frames.
 
 #![forbid(unsafe_code)]
 
