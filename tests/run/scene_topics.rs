@@ -29,11 +29,12 @@ fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-const ALWAYS: [&str; 8] = [
+const ALWAYS: [&str; 9] = [
     "volume",
     "identity",
     "tool-pose",
     "emitters",
+    "markers",
     "ground-truth",
     "event/pilot",
     "guide",
