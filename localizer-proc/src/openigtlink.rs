@@ -14,7 +14,7 @@ use bus::clock;
 use bus::message::Lost;
 use igtl::session::{Action, Ask, Client, ClientRules, Event, Speaks};
 use igtl::{Body, Decoder, DeviceName, Kind, Limits, Message, Pace, Recovery, Stamp, ToolKind, ToolStatus};
-use scene::localizer::{OpenIgtLinkSpec, Peer, Reconnect, StatusRule};
+use scene::localizer::{OpenIgtLinkSpec, Peer, Reconnect};
 use scene::tracking::PosedMarkers;
 
 use crate::driver::{Act, Driver, Frame, Seen};
@@ -91,43 +91,19 @@ impl OpenIgtLink {
     }
 
     fn received(&mut self, message: &Message<'_>, acts: &mut Vec<Act>) {
-        let stamp = message.stamp;
+        let allowed = self.spec.max_rotation_error;
         match &message.body {
-            Body::Transform(matrix) => {
-                let status = ToolStatus::of_transform(&message.metadata);
-                let pose = || pose::of_matrix(matrix, self.spec.max_rotation_error);
-                let seen = seen_by(
-                    &mut self.names,
-                    &mut self.told,
-                    self.spec.status,
-                    &message.device,
-                    &status,
-                    pose,
-                    acts,
-                );
-                self.one(stamp, seen, acts);
-            }
+            Body::Transform(matrix) => self.one(message, pose::of_matrix(matrix, allowed), acts),
             Body::Position(position) | Body::Qtrans(position) => {
-                let status = ToolStatus::of_transform(&message.metadata);
-                let pose = || pose::of_position(position, self.spec.max_rotation_error);
-                let seen = seen_by(
-                    &mut self.names,
-                    &mut self.told,
-                    self.spec.status,
-                    &message.device,
-                    &status,
-                    pose,
-                    acts,
-                );
-                self.one(stamp, seen, acts);
+                self.one(message, pose::of_position(position, allowed), acts);
             }
             Body::Tdata(tools) => {
-                let pose = |tool: &igtl::Tool<igtl::Matrix>| pose::of_matrix(&tool.pose, self.spec.max_rotation_error);
+                let pose = |tool: &igtl::Tool<igtl::Matrix>| pose::of_matrix(&tool.pose, allowed);
                 let tools: Vec<_> = tools.iter().map(|tool| (tool.name, tool.kind, pose(tool))).collect();
                 self.several(message, tools, acts);
             }
             Body::Qtdata(tools) => {
-                let pose = |tool: &igtl::Tool<igtl::Placed>| pose::of_placed(&tool.pose, self.spec.max_rotation_error);
+                let pose = |tool: &igtl::Tool<igtl::Placed>| pose::of_placed(&tool.pose, allowed);
                 let tools: Vec<_> = tools.iter().map(|tool| (tool.name, tool.kind, pose(tool))).collect();
                 self.several(message, tools, acts);
             }
@@ -142,12 +118,12 @@ impl OpenIgtLink {
     }
 
     /// A message of one tool.
-    fn one(&mut self, stamp: Stamp, seen: Option<Seen>, acts: &mut Vec<Act>) {
-        let Some(seen) = seen else { return };
-        if let Some(ambiguous) = self.names.ambiguous() {
-            acts.extend(self.told.say(ambiguous));
-        }
-        let frames = self.gather.add(stamp, seen, self.now_ns);
+    fn one(&mut self, message: &Message<'_>, pose: Result<pose::Tool, pose::PoseError>, acts: &mut Vec<Act>) {
+        let status = ToolStatus::of_transform(&message.metadata);
+        let Some(seen) = self.seen(&message.device, &status, pose, acts) else {
+            return;
+        };
+        let frames = self.gather.add(message.stamp, seen, self.now_ns);
         if self.gather.is_alone() && self.names.markers().len() > 1 {
             let words = "the peer's stamps do not say which poses are of one instant: those of tool and patient are not combined";
             acts.extend(self.told.say(words.to_owned()));
@@ -163,76 +139,71 @@ impl OpenIgtLink {
         acts: &mut Vec<Act>,
     ) {
         acts.extend(self.gather.close().map(Act::Frame));
-        let mut seen = Vec::new();
+        let mut all: Vec<Seen> = Vec::with_capacity(tools.len());
         for (name, kind, pose) in tools {
             let status = ToolStatus::of_tool(&message.metadata, &self.names.whole(&name));
-            let pose = || match kind {
+            let pose = match kind {
                 ToolKind::Six => pose,
                 // The turn of a 3D or 5D tool means nothing, and the tracker itself is no tool.
                 other => Err(pose::PoseError::Kind(other.word())),
             };
-            seen.extend(seen_by(
-                &mut self.names,
-                &mut self.told,
-                self.spec.status,
-                &name,
-                &status,
-                pose,
-                acts,
-            ));
-        }
-        if let Some(ambiguous) = self.names.ambiguous() {
-            acts.extend(self.told.say(ambiguous));
+            let Some(seen) = self.seen(&name, &status, pose, acts) else {
+                continue;
+            };
+            match all.iter_mut().find(|other| other.marker == seen.marker) {
+                // Two tools that may be the surgeon's, where the scene names none: neither is.
+                Some(other) => other.outcome = Err(Lost::Refused),
+                None => all.push(seen),
+            }
         }
         acts.push(Act::Frame(Frame {
             device_ns: stamp_ns(message.stamp),
             first_ns: self.now_ns,
             arrival_ns: self.now_ns,
-            seen,
+            seen: all,
         }));
     }
-}
 
-/// A tool of a message as a marker of the scene; none where the scene does not name it.
-fn seen_by(
-    names: &mut Names,
-    told: &mut Once,
-    rule: StatusRule,
-    name: &DeviceName,
-    status: &ToolStatus,
-    pose: impl FnOnce() -> Result<pose::Tool, pose::PoseError>,
-    acts: &mut Vec<Act>,
-) -> Option<Seen> {
-    let marker = match names.find(name) {
-        Named::Marker(marker) => marker,
-        Named::Unknown(words) => {
-            acts.extend(told.say(words));
-            return None;
+    /// A tool of a message as a marker of the scene; none where the scene does not name it.
+    fn seen(
+        &mut self,
+        name: &DeviceName,
+        status: &ToolStatus,
+        pose: Result<pose::Tool, pose::PoseError>,
+        acts: &mut Vec<Act>,
+    ) -> Option<Seen> {
+        let marker = match self.names.find(name) {
+            Named::Marker(marker) => marker,
+            Named::Unknown(words) => {
+                acts.extend(self.told.say(words));
+                return None;
+            }
+            Named::Known => return None,
+        };
+        // A peer that names two tools where the scene names none may mean either.
+        if let Some(ambiguous) = self.names.ambiguous() {
+            acts.extend(self.told.say(ambiguous));
+            let outcome = Err(Lost::Refused);
+            return Some(Seen { marker, outcome });
         }
-        Named::Known => return None,
-    };
-    // A peer that names two tools where the scene names none may mean either.
-    if names.ambiguous().is_some() {
-        let outcome = Err(Lost::Refused);
-        return Some(Seen { marker, outcome });
+        let outcome = match status::judge(status, self.spec.status) {
+            Err((lost, words)) => {
+                acts.extend(words.and_then(|words| self.told.say(format!("{name}: {words}"))));
+                Err(lost)
+            }
+            Ok(()) => pose.map(|tool| (tool, 0.0)).map_err(|error| {
+                acts.push(Act::Refused);
+                acts.extend(self.told.say(format!("{name}: {error}")));
+                Lost::Refused
+            }),
+        };
+        Some(Seen { marker, outcome })
     }
-    let outcome = match status::judge(status, rule) {
-        Err((lost, words)) => {
-            acts.extend(words.and_then(|words| told.say(format!("{name}: {words}"))));
-            Err(lost)
-        }
-        Ok(()) => pose().map(|tool| (tool, 0.0)).map_err(|error| {
-            acts.push(Act::Refused);
-            acts.extend(told.say(format!("{name}: {error}")));
-            Lost::Refused
-        }),
-    };
-    Some(Seen { marker, outcome })
 }
 
 /// A stamp as ns; 0 where there is none.
 fn stamp_ns(stamp: Stamp) -> i64 {
-    // 32 bits of seconds are 1.4e19 ns at most, 64 bits signed hold those until 2262.
+    // 32 bits of seconds are 4.3e18 ns at most, which 64 bits with a sign hold.
     i64::try_from(stamp.ns()).unwrap_or(0)
 }
 

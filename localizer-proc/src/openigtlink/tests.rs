@@ -5,6 +5,8 @@ use std::time::Duration;
 use geometry::Rigid;
 use igtl::{Matrix, Metadata, Text, US_ASCII, Version};
 
+use scene::localizer::StatusRule;
+
 use super::*;
 
 const MS: i64 = 1_000_000;
@@ -180,6 +182,27 @@ fn a_list_of_tools_is_of_one_instant_and_what_is_not_in_it_was_not_seen() {
     );
     let found = frames(acts);
     assert_eq!(seen(&found[0]), [(0, Err(Lost::Refused)), (1, Ok(5.0))]);
+}
+
+/// The first list of two tools gave the pose of the first, before it was known that there are two.
+#[test]
+fn of_two_tools_in_the_first_list_neither_is_the_surgeons_where_the_scene_names_none() {
+    let mut unnamed = markers();
+    unnamed.marker = None;
+    let mut client = OpenIgtLink::new(&spec(StatusRule::AbsentMeansValid), &unnamed).unwrap();
+    client.connected(0);
+    let tool = |name: &str, x| igtl::Tool {
+        name: DeviceName::new(name).unwrap(),
+        kind: ToolKind::Six,
+        pose: at(x),
+    };
+    let tools = vec![tool("A", 1.0), tool("B", 2.0), tool("ReferenceToTracker", 5.0)];
+    let bytes = Message::new(DeviceName::EMPTY, Body::Tdata(tools)).to_vec().unwrap();
+    for _ in 0..2 {
+        let acts = client.bytes(&bytes, 0);
+        // The reference is named, and its pose is its own; without the tool's it is none of the tool.
+        assert_eq!(seen(&frames(acts)[0])[0], (0, Err(Lost::Refused)));
+    }
 }
 
 /// PLUS cuts the name of a tool at 20 bytes, and not the key of its status: a lost tool of a longer name counted as one without a status.

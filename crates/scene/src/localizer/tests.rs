@@ -1,0 +1,109 @@
+use std::path::Path;
+
+use super::super::Scene;
+use super::*;
+
+const HEAD: &str = "[tracker]\nsource = \"markers\"\n";
+
+fn parsed(text: &str) -> Result<Scene, String> {
+    let text = format!("{HEAD}{text}");
+    Scene::parse(&text, Path::new("s.toml")).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_peer_states_what_it_saw_unless_the_scene_says_otherwise() {
+    let scene = parsed("[localizer]\nkind = \"openigtlink\"\naddress = \"[::1]:18944\"").unwrap();
+    let spec = scene.localizer.unwrap();
+    assert_eq!((spec.name.as_str(), spec.clock), ("[::1]:18944", StampRule::Mapped));
+    let LinkSpec::OpenIgtLink(link) = spec.link else {
+        panic!("{:?}", spec.link)
+    };
+    assert_eq!((link.peer, link.status), (Peer::Auto, StatusRule::Required));
+    assert_eq!((link.stream, link.max_rotation_error), (None, 2e-3));
+    assert_eq!(link.silent, scene.limits.silent);
+    assert!(parsed("").unwrap().localizer.is_none());
+}
+
+#[test]
+fn tools_of_ndi_are_the_markers_of_the_tracker() {
+    let tools = "[[localizer.tools]]\nname = \"ball\"\nrom = \"a.rom\"\n[[localizer.tools]]\nname = \"patient\"\nrom = \"/b.rom\"\n";
+    let head = "[localizer]\nkind = \"ndi\"\naddress = \"vega.local:8765\"\n";
+    let spec = parsed(&format!("{head}{tools}")).unwrap().localizer.unwrap();
+    let LinkSpec::Ndi(link) = spec.link else {
+        panic!("{:?}", spec.link)
+    };
+    let paths: Vec<_> = link.tools.iter().map(|(_, path)| path.to_str().unwrap()).collect();
+    assert_eq!(paths, ["a.rom", "/b.rom"]);
+    let error = parsed(&format!("[tracker.markers]\nmarker = \"bell\"\n{head}{tools}")).unwrap_err();
+    assert!(
+        error.contains("key tracker.markers.marker: found \"bell\"; allowed: the name of one of localizer.tools"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_its_key() {
+    let head = "[localizer]\naddress = \"a:1\"\n";
+    for (text, words) in [
+        (
+            "[localizer]\nkind = \"openigtlink\"\naddress = \"a\"".to_owned(),
+            "key localizer.address: found \"a\"; allowed: host:port",
+        ),
+        (
+            "[localizer]\nkind = \"openigtlink\"\naddress = \"a:0\"".to_owned(),
+            "localizer.address",
+        ),
+        (
+            "[localizer]\nkind = \"openigtlink\"\naddress = \"a:+5\"".to_owned(),
+            "localizer.address",
+        ),
+        (
+            "[localizer]\nkind = \"openigtlink\"\naddress = \":5\"".to_owned(),
+            "localizer.address",
+        ),
+        (
+            "[localizer]\nkind = \"openigtlink\"\naddress = \"a b:5\"".to_owned(),
+            "localizer.address",
+        ),
+        (format!("{head}kind = \"polaris\""), "unknown variant `polaris`"),
+        (
+            format!("{head}kind = \"ndi\""),
+            "key localizer.tools: found 0; allowed: 1 to 16 tools",
+        ),
+        (
+            format!("{head}kind = \"ndi\"\npeer = \"v1\""),
+            "localizer.peer: found a value; allowed: no such key unless localizer.kind = \"openigtlink\"",
+        ),
+        (
+            format!("{head}kind = \"openigtlink\"\ntools = [{{ name = \"a\", rom = \"b\" }}]"),
+            "unless localizer.kind = \"ndi\"",
+        ),
+        (
+            format!("{head}kind = \"openigtlink\"\nstream_ms = 0"),
+            "localizer.stream_ms: found 0",
+        ),
+        (
+            format!("{head}kind = \"openigtlink\"\nmax_rotation_error = 1"),
+            "localizer.max_rotation_error: found 1",
+        ),
+        (
+            format!("{head}kind = \"openigtlink\"\nleast_delay_ms = nan"),
+            "localizer.least_delay_ms: found NaN",
+        ),
+        (format!("{head}kind = \"openigtlink\"\nname = \"\""), "localizer.name"),
+        (
+            format!("{head}kind = \"ndi\"\ntools = [{{ name = \"a\", rom = \"b\" }}, {{ name = \"a\", rom = \"c\" }}]"),
+            "found \"a\" a second time",
+        ),
+        (
+            format!("{head}kind = \"ndi\"\ntools = [{{ name = \"a\", rom = \"\" }}]"),
+            "localizer.tools.0.rom",
+        ),
+    ] {
+        let error = parsed(&text).unwrap_err();
+        assert!(error.contains(words), "{text}\n  gave {error}");
+    }
+    let text = format!("{head}kind = \"openigtlink\"");
+    let error = Scene::parse(&text, Path::new("s.toml")).unwrap_err().to_string();
+    assert!(error.contains("unless tracker.source = \"markers\""), "{error}");
+}
