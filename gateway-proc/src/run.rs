@@ -126,12 +126,12 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
         }
         let mut alive = || {
             // Where the bus has failed, the next one says so.
-            let _ = process.beat(ProcessState::Ready, &note(&door, &hall));
+            let _ = process.beat_with(ProcessState::Ready, || note(&door, &hall));
         };
         desk.step(&hall, &mut alive)?;
         process.counters.published = hall.counted.sent.load(Ordering::Relaxed);
         process.counters.dropped = hall.overtaken();
-        process.beat(ProcessState::Ready, &note(&door, &hall))?;
+        process.beat_with(ProcessState::Ready, || note(&door, &hall))?;
         let next_ns = process.clock().now_ns() + clock::ns(TICK);
         process.clock().sleep_until(next_ns);
     }

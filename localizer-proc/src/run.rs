@@ -126,8 +126,7 @@ impl Localizer {
             self.next_lost_ns = now_ns.saturating_add(self.every_ns);
             self.output.disconnected(now_ns, process)?;
         }
-        let words = self.words(now_ns);
-        Ok(process.beat(ProcessState::Ready, &words)?)
+        Ok(process.beat_with(ProcessState::Ready, || self.words(now_ns))?)
     }
 
     fn carry_out(&mut self, acts: Vec<Act>, process: &mut Process) -> Result<(), RunError> {

@@ -12,6 +12,7 @@ mod facts;
 mod gather;
 mod hashed;
 mod html;
+mod localizer;
 mod marks;
 mod notices;
 mod output;
@@ -225,6 +226,7 @@ fn facts(mut found: Gathered, recording: Recording, with_identity: bool) -> Fact
         },
         latency_ms: found.latency.spread(),
         latency_unknown: found.latency.unknowns(),
+        localizers: found.localizers.facts(),
         marks: MarkFacts {
             why_none: (0..found.marks.all.len())
                 .map(|place| found.marks.why_none(place))

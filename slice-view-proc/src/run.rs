@@ -210,8 +210,8 @@ impl SliceView {
         if let Some(volume) = &self.volume {
             self.resampler.advance(&volume.view());
         }
-        let note = self.resampler.note() + &self.wordless;
-        self.process.beat(ProcessState::Ready, &note)?;
+        let note = || self.resampler.note() + &self.wordless;
+        self.process.beat_with(ProcessState::Ready, note)?;
         Ok(ControlFlow::Continue(()))
     }
 

@@ -176,6 +176,17 @@ impl Process {
     /// # Errors
     /// [`BusError::Transfer`].
     pub fn beat(&mut self, state: ProcessState, note: &str) -> Result<(), BusError> {
+        self.beat_with(state, || note)
+    }
+
+    /// The same of words that take time to be found: they are asked for where a sign is given, and not on every turn.
+    ///
+    /// # Errors
+    /// [`BusError::Transfer`].
+    pub fn beat_with<W>(&mut self, state: ProcessState, note: impl FnOnce() -> W) -> Result<(), BusError>
+    where
+        W: AsRef<str>,
+    {
         let now = self.clock().now_ns();
         if now < self.next_beat_ns && state == self.state {
             return Ok(());
@@ -183,7 +194,7 @@ impl Process {
         self.state = state;
         self.next_beat_ns = now + clock::ns(BEAT);
         let (code, t_ns) = self.painted;
-        let beat = Heartbeat::new(state, now, self.counters, note).painted(code, t_ns);
+        let beat = Heartbeat::new(state, now, self.counters, note().as_ref()).painted(code, t_ns);
         self.heartbeat.send(beat)
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::basis::Basis;
+use super::localizer::LocalizerFacts;
 use super::marks::Mark;
 use super::quantity::{Quantity, Spread};
 use super::short::List;
@@ -35,6 +36,7 @@ pub(super) struct Facts {
     pub(super) latency_ms: Option<Spread>,
     /// Poses that were published before they were captured.
     pub(super) latency_unknown: u64,
+    pub(super) localizers: LocalizerFacts,
     pub(super) marks: MarkFacts,
     pub(super) story: Story,
     #[serde(skip)]

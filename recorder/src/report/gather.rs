@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use bus::continuity::Continuity;
-use bus::message::{Ages, Guide, Lost, ToolPose, Tracked, Workflow};
+use bus::message::{Ages, Guide, Lost, MarkerFrame, ToolPose, Tracked, Workflow};
 use mcap::Message;
 use prost::Message as _;
 
@@ -13,6 +13,7 @@ use super::ReportError;
 use super::basis::{Basis, Limits};
 use super::expected;
 use super::facts::{DamageFacts, PoseFacts};
+use super::localizer::Localizers;
 use super::marks::Marks;
 use super::quantity::Quantity;
 use super::short::short;
@@ -26,7 +27,7 @@ use crate::read::scan::{Item, Scan};
 use crate::read::tally::Tally;
 use crate::replay::tape::impossible_stamp;
 use crate::wire::proto::{self, Identity, Log, ProcessStatus};
-use crate::wire::schema::{GROUND_TRUTH, GUIDE, IDENTITY, LOG, STATUS, TOOL_POSE, VIEW, WORKFLOW};
+use crate::wire::schema::{GROUND_TRUTH, GUIDE, IDENTITY, LOG, MARKERS, STATUS, TOOL_POSE, VIEW, WORKFLOW};
 
 /// Latencies from a tenth of a microsecond to three hours are told apart, ms.
 const LATENCY_MS: (f64, f64) = (1e-4, 1e7);
@@ -45,6 +46,7 @@ pub(super) struct Gathered {
     pub(super) poses: PoseFacts,
     pub(super) tip: Tip,
     pub(super) latency: Quantity,
+    pub(super) localizers: Localizers,
     pub(super) timeline: Timeline,
     /// The newest word on whose examination it is.
     pub(super) identity: Option<Identity>,
@@ -86,6 +88,7 @@ impl Gathered {
             poses: PoseFacts::default(),
             tip: Tip::default(),
             latency: Quantity::new(LATENCY_MS.0, LATENCY_MS.1),
+            localizers: Localizers::default(),
             timeline: Timeline::new(limits.ages),
             identity: None,
             span_ns: None,
@@ -147,6 +150,7 @@ impl Gathered {
             TOOL_POSE => self.decoded(message, Self::pose),
             GROUND_TRUTH => self.decoded(message, |of, truth: ToolPose| of.tip.truth(&truth)),
             GUIDE => self.decoded(message, |of, guide: Guide| of.story.guide(&guide)),
+            MARKERS => self.decoded(message, |of, frame: MarkerFrame| of.localizers.take(&frame)),
             _ => self.words(topic, t_ns, message).map_err(|error| error.to_string()),
         };
         if let Err(words) = taken {

@@ -7,6 +7,7 @@ mod checks;
 mod curve;
 mod escape;
 mod head;
+mod localizer;
 mod marked;
 mod measured;
 mod strip;
@@ -37,6 +38,7 @@ pub(super) fn page(facts: &Facts) -> String {
         measured::states(facts, &time),
         measured::tip(facts, &time),
         measured::latency(facts, &time),
+        localizer::section(facts),
         troubles::section(facts),
         troubles::damage(facts),
     ];

@@ -84,7 +84,7 @@ impl<T: Taker> Listening<'_, T> {
         self.follower.output.poses.serve_late_joiners();
         match self.follower.output.is_beyond(process, process.clock().now_ns()) {
             true => process.beat(ProcessState::Stopping, OVER)?,
-            false => process.beat(ProcessState::Ready, &self.follower.words())?,
+            false => process.beat_with(ProcessState::Ready, || self.follower.words())?,
         }
         Ok(ControlFlow::Continue(()))
     }

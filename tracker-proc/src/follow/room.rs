@@ -89,7 +89,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
             .is_beyond(now.saturating_sub(in_room.room.longest_delay_ns()))
         {
             true => process.beat(ProcessState::Stopping, OVER)?,
-            false => process.beat(ProcessState::Ready, &follower.words())?,
+            false => process.beat_with(ProcessState::Ready, || follower.words())?,
         }
         after = now;
         let look_up = now + clock::ns(LOOK_UP);

@@ -51,14 +51,14 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &SequenceSour
         }
         next = next.max(due);
         follower.tend(process);
-        let words = match next == played.frames.len() {
+        let has_ended = next == played.frames.len();
+        let words = || match has_ended {
             true => format!("the sequence has ended; {}", follower.words()),
             false => follower.words(),
         };
-        let is_over = process.run.duration_ns.is_some() && next == played.frames.len();
-        match is_over {
+        match process.run.duration_ns.is_some() && has_ended {
             true => process.beat(ProcessState::Stopping, OVER)?,
-            false => process.beat(ProcessState::Ready, &words)?,
+            false => process.beat_with(ProcessState::Ready, words)?,
         }
         let look_up = process.clock().now_ns() + clock::ns(LOOK_UP);
         let due_ns = played.due_ns.get(next).map_or(look_up, |due| due + start.at_ns);

@@ -137,7 +137,8 @@ pub(super) fn tip(facts: &Facts, time: &TimeAxis) -> String {
     page + "</section>\n"
 }
 
-fn spread(name: &str, spread: Option<Spread>, unit: &str) -> Vec<String> {
+/// A row of a table: how the numbers are spread.
+pub(super) fn spread(name: &str, spread: Option<Spread>, unit: &str) -> Vec<String> {
     let mut row = vec![name.to_owned()];
     match spread {
         Some(Spread {
