@@ -68,7 +68,7 @@ pub struct PracticeRoom {
     pub divot: Point<Ct>,
     /// Where the calibration base stands.
     pub ct_from_base: Rigid<Ct, Base>,
-    /// How far off the point a touch is, standard deviation along each axis, mm.
+    /// How far off the point a touch of the patient is, standard deviation along each axis, mm; the calibration base guides the tool.
     pub touch_error_mm: f64,
     /// How the tip trembles while it is held, standard deviation along each axis, mm.
     pub tremor_mm: f64,

@@ -58,14 +58,16 @@ impl Practised {
 
     /// From script time `t_s` on it does something else.
     pub fn order(&mut self, practice: &Practice, t_s: f64) {
-        let place = match practice.place {
-            PracticeFrame::Patient(pose) => pose,
-            PracticeFrame::Base(pose) => self.room.ct_from_base * pose,
+        let place = match (practice.place, practice.motion) {
+            (PracticeFrame::Patient(pose), PracticeMotion::Hold) => self.touched(pose),
+            (PracticeFrame::Patient(pose), _) => pose,
+            // The plate, its grooves and the seat guide the tool: nobody misses them.
+            (PracticeFrame::Base(pose), _) => self.room.ct_from_base * pose,
         };
         let order = Order {
             t_s,
             from: self.ct_from_tool(t_s),
-            place: self.touched(place, practice.motion),
+            place,
             motion: practice.motion,
         };
         self.orders.push(order);
@@ -85,11 +87,8 @@ impl Practised {
         }
     }
 
-    /// Where a person's hand ends up that is to touch a point: not quite there. In a divot and in a seat it is held.
-    fn touched(&self, place: Rigid<Ct, Tool>, motion: PracticeMotion) -> Rigid<Ct, Tool> {
-        if motion != PracticeMotion::Hold {
-            return place;
-        }
+    /// Where a person's hand ends up that is to touch a point of the patient: not quite there.
+    fn touched(&self, place: Rigid<Ct, Tool>) -> Rigid<Ct, Tool> {
         let chance = Chance::new(self.seed, self.orders.len() as u64);
         let off = std::array::from_fn(|axis| chance.normal(axis as u64) * self.room.touch_error_mm);
         shifted(place, off)
@@ -254,5 +253,22 @@ mod tests {
         let rms = |sum: f64| (sum / 1200.0).sqrt();
         assert!((rms(off) - 0.5).abs() < 0.04, "{}", rms(off));
         assert!((rms(tremor) - 0.1).abs() < 0.01, "{}", rms(tremor));
+    }
+
+    /// The hand missed the plate, the grooves and the seat as it misses a point of the patient, and no base was ever found.
+    #[test]
+    fn the_calibration_base_guides_the_tool() {
+        let mut hand = hand();
+        (hand.room.touch_error_mm, hand.room.tremor_mm) = (0.5, 0.1);
+        let place: Rigid<Base, Tool> =
+            Rigid::from_rotation_vector(Vector::new(0.3, 0.1, -0.2), Vector::new(1.0, 20.0, 30.0)).unwrap();
+        let practice = Practice {
+            place: PracticeFrame::Base(place),
+            motion: PracticeMotion::Hold,
+        };
+        hand.order(&practice, 3.0);
+        assert_eq!(hand.orders.last().unwrap().place, hand.room.ct_from_base * place);
+        // It trembles still.
+        assert_ne!(hand.ct_from_tool(9.0), hand.room.ct_from_base * place);
     }
 }

@@ -32,6 +32,8 @@ pub(crate) enum BeadsError {
     /// The volume was not read; the text says what and where.
     #[error("{0}")]
     Volume(Box<dyn std::error::Error + Send + Sync>),
+    #[error("{path}: --spacing-mm is the generated patient's (`phantom`); a file has its own")]
+    SpacingOfFile { path: PathBuf },
     #[error("finding beads in {path}: {refused}")]
     Find { path: PathBuf, refused: Box<bead::Refused> },
     #[error("matching the touched points of {touched} to the beads of {beads}: {refused}")]

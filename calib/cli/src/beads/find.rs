@@ -17,7 +17,7 @@ use crate::values::Positive;
 
 pub(crate) const BEADS_HELP: &str = "\
 VOLUME is what volume-loader reads: a folder with a DICOM series, or a NIfTI, NRRD or MetaImage file; `phantom` is the \
-generated patient.
+generated patient of seed 1.
 
 Every local maximum that is bright enough is held against the detector chi: mean and deviation within a ball, and in a \
 shell around it. A blurred ball is fitted to what remains, without the voxels that the scanner clipped. A bead must be \
@@ -33,7 +33,8 @@ square error of the centre that the fit predicts, without distortion of the scan
 Examples:
   calib beads ct-folder --out beads.json --png beads.png
   calib beads scan.nii.gz --radius-mm 0.5 --metal-hu 15000
-  calib beads scan.mha --radius-range-mm 0.8 1.6 --all";
+  calib beads scan.mha --radius-range-mm 0.8 1.6 --all
+  calib beads phantom --spacing-mm 1 --out beads.json";
 
 #[derive(Debug, Args)]
 pub(crate) struct BeadsArgs {

@@ -9,6 +9,7 @@ use geometry::VolumeGrid;
 use scene::{FileSpec, VolumeSource, VolumeSpec};
 
 use super::error::BeadsError;
+use crate::values::Positive;
 
 /// Reads a volume from a file or a folder. Handed in by the binary, as this crate knows no formats of volumes.
 pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
@@ -22,6 +23,9 @@ pub(crate) struct ReadArgs {
     /// Take the axes of a file without orientation as left, posterior, superior
     #[arg(long)]
     assume_lps: bool,
+    /// Voxel spacing of the generated patient, where the CT is `phantom`
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    spacing_mm: Option<Positive>,
 }
 
 /// A volume in memory.
@@ -35,8 +39,14 @@ impl ReadArgs {
 
     pub(super) fn load(&self, path: &Path, load: LoadVolume) -> Result<Volume, BeadsError> {
         let mut spec = VolumeSpec::of_path(PathBuf::from(path));
-        if let VolumeSource::File(FileSpec { series, assume_lps, .. }) = &mut spec.source {
-            (*series, *assume_lps) = (self.series, self.assume_lps);
+        match &mut spec.source {
+            VolumeSource::File(_) if self.spacing_mm.is_some() => {
+                return Err(BeadsError::SpacingOfFile { path: path.to_owned() });
+            }
+            VolumeSource::File(FileSpec { series, assume_lps, .. }) => {
+                (*series, *assume_lps) = (self.series, self.assume_lps);
+            }
+            VolumeSource::Phantom { spacing_mm } => *spacing_mm = self.spacing_mm.map_or(*spacing_mm, |mm| mm.0),
         }
         load(&spec).map(Volume).map_err(BeadsError::Volume)
     }
