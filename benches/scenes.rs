@@ -16,7 +16,7 @@ use std::time::Duration;
 use support::World;
 
 /// The shipped scenes that make their poses themselves.
-const SCENES: [&str; 4] = ["demo", "one-view", "operating-room", "operating-room-stress"];
+const SCENES: [&str; 5] = ["demo", "one-view", "operating-room", "operating-room-stress", "surface"];
 /// Ticks of processor time a second, as Linux counts them for programs on every machine.
 const TICKS_PER_S: f64 = 100.0;
 
