@@ -31,4 +31,4 @@ pub use overview::{Anatomy, LoadVolume};
 pub use render::{RenderError, Rendered, Renderer};
 pub use run::RunError;
 pub use snapshot::SnapshotError;
-pub use view::{camera, plane};
+pub use view::plane;

@@ -1,38 +1,13 @@
 //! Which plane of the patient an image shows.
 
-use geometry::{Ct, Direction, PlaneError, Point, Rigid, SlicePlane, Tool, Vector, VolumeGrid};
-use scene::{Extent, Plane, Surface, Up, View};
+use geometry::{Ct, Direction, PlaneError, Point, Rigid, SlicePlane, Tool, VolumeGrid};
+use scene::{Extent, Plane, Up, View};
 
 /// Below this sine between the tube and the direction that should point up, "up" means nothing: 5 degrees.
 const SINGULAR_SINE: f64 = 0.087;
 
-/// How a surface view sees the patient, whatever the tool does: the image plane through the middle of `grid`, that parallel projection
-/// goes onto.
-///
-/// # Errors
-/// [`PlaneError`] as of [`plane`].
-pub fn camera(view: &View, grid: &VolumeGrid) -> Result<SlicePlane, PlaneError> {
-    let Surface {
-        azimuth_rad,
-        elevation_rad,
-        field_mm,
-        ..
-    } = view.surface;
-    let ((sa, ca), (se, ce)) = (azimuth_rad.sin_cos(), elevation_rad.sin_cos());
-    // LPS: the viewer stands at (sa ce, -ca ce, se); up is where she would go with more elevation.
-    let right = Vector::new(ca, sa, 0.0).direction().unwrap_or(Direction::X);
-    let down = Vector::new(sa * se, -ca * se, -ce).direction().unwrap_or(-Direction::Z);
-    match field_mm {
-        None => whole(grid, grid.centre(), [right, down], view.size),
-        Some(field_mm) => {
-            let shorter = f64::from(view.size[0].min(view.size[1]));
-            SlicePlane::centred(grid.centre(), [right, down], field_mm / shorter, view.size)
-        }
-    }
-}
-
 /// The plane of `view` for a tool at `ct_from_tool`: through the inner tip, in radiological display; perpendicular local
-/// images `ahead_mm` in front of it, if the view looks ahead. Of a surface its [`camera`].
+/// images `ahead_mm` in front of it, if the view looks ahead. Of a surface its [`scene::Surface::camera`].
 ///
 /// Axial planes are seen from the feet (patient's right on the left, front up), frontal ones from the front (head up),
 /// sagittal ones from the patient's left (front on the left, head up), perpendicular ones along the tube from the
@@ -43,7 +18,7 @@ pub fn camera(view: &View, grid: &VolumeGrid) -> Result<SlicePlane, PlaneError> 
 pub fn plane(view: &View, grid: &VolumeGrid, ct_from_tool: &Rigid<Ct, Tool>) -> Result<SlicePlane, PlaneError> {
     let tip = *ct_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
     let Some(axes) = image_axes(view, ct_from_tool) else {
-        return camera(view, grid);
+        return view.surface.camera(grid, view.size);
     };
     match view.extent {
         Extent::Local => {
@@ -51,7 +26,7 @@ pub fn plane(view: &View, grid: &VolumeGrid, ct_from_tool: &Rigid<Ct, Tool>) -> 
             let centre = tip + *ct_from_tool * Direction::<Tool>::Z * view.ahead_mm;
             SlicePlane::centred(centre, axes, view.field_mm / shorter, view.size)
         }
-        Extent::Global => whole(grid, tip, axes, view.size),
+        Extent::Global => SlicePlane::covering(grid, tip, axes, view.size),
     }
 }
 
@@ -66,24 +41,6 @@ pub(crate) fn lies(view: &View, ct_from_tool: &Rigid<Ct, Tool>) -> Option<(Point
         Plane::Perpendicular => (tip + along * view.ahead_mm, along),
         Plane::Surface => return None,
     })
-}
-
-/// The plane through `tip` that shows the whole grid, centred on it.
-fn whole(
-    grid: &VolumeGrid,
-    tip: Point<Ct>,
-    axes: [Direction<Ct>; 2],
-    size: [u32; 2],
-) -> Result<SlicePlane, PlaneError> {
-    let [right, down] = axes;
-    let normal = right.cross(down);
-    let centre = grid.centre();
-    let centre = centre + normal * (tip - centre).dot(normal);
-    let (low, high) = grid.bounds();
-    let diagonal = (high - low).mm();
-    let across = |d: Direction<Ct>| -> f64 { d.components().iter().zip(diagonal).map(|(c, e)| c.abs() * e).sum() };
-    let pixel_mm = (across(right) / f64::from(size[0])).max(across(down) / f64::from(size[1]));
-    SlicePlane::centred(centre, axes, pixel_mm, size)
 }
 
 /// The directions of growing columns and rows; `None` for a surface, which has those of its camera.
@@ -124,9 +81,9 @@ fn perpendicular_axes(up: Up, ct_from_tool: &Rigid<Ct, Tool>) -> [Direction<Ct>;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::{Affine, letters};
+    use geometry::{Affine, Vector, letters};
     use proptest::prelude::*;
-    use scene::Scene;
+    use scene::{Scene, Surface};
     use std::path::Path;
 
     fn views() -> Vec<View> {
@@ -203,7 +160,7 @@ mod tests {
                 surface: Surface::from(side, 300.0).unwrap(),
                 ..views()[0].clone()
             };
-            let seen = camera(&view, &grid()).unwrap();
+            let seen = view.surface.camera(&grid(), view.size).unwrap();
             let (right, down, into) = (seen.right(), seen.down(), seen.into_screen());
             assert_eq!([-right, right, -down, down, -into].map(letters), expected, "{side}");
             assert_eq!(plane(&view, &grid(), &pose([0.1, 0.2, 0.3])).unwrap(), seen);
@@ -226,7 +183,7 @@ mod tests {
             surface: oblique,
             ..views()[0].clone()
         };
-        let seen = camera(&view, &grid()).unwrap();
+        let seen = view.surface.camera(&grid(), view.size).unwrap();
         assert_eq!(seen.pixel_mm(), 0.5);
         assert_eq!(letters(-seen.into_screen()), "ALS");
     }

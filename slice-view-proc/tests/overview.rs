@@ -14,7 +14,7 @@ use geometry::{Ct, Direction, Point, Rigid, SlicePlane, Tool};
 use phantom::Phantom;
 use scene::Scene;
 use slice_view_proc::reslice::Cpu;
-use slice_view_proc::{Anatomy, Notice, Origin, Rendered, Renderer, camera};
+use slice_view_proc::{Anatomy, Notice, Origin, Rendered, Renderer};
 
 const GROUND: [u8; 3] = [12, 14, 22];
 const TUBE: [u8; 3] = [0x78, 0xb7, 0xdc];
@@ -120,7 +120,7 @@ fn no_side_is_mistaken() {
     ] {
         let scene = scene([160, 150], table, "");
         let images = volumes.map(|volume| image(&mut renderer(&scene, volume), &what(volume), &scene));
-        let seen = camera(&scene.views[0], &grid).unwrap();
+        let seen = scene.views[0].surface.camera(&grid, scene.views[0].size).unwrap();
         let rows = || (0..150_usize).step_by(2);
         let truth: Vec<Vec<bool>> = rows()
             .map(|y| {
@@ -177,7 +177,10 @@ fn what_is_behind_bone_is_told_as_behind() {
             ..what(&volume)
         };
         let image = image(&mut renderer, &what, &scene);
-        let seen = camera(&scene.views[0], &volume.grid).unwrap();
+        let seen = scene.views[0]
+            .surface
+            .camera(&volume.grid, scene.views[0].size)
+            .unwrap();
         let inside = |x: f64, z: f64| {
             let p = seen.project(Point::new(x, y, z));
             image[p.y.round() as usize * 150 + p.x.round() as usize]

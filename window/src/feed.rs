@@ -9,6 +9,7 @@ use bus::message::{FrameHeader, Guide, Heartbeat, Identity, Steps, Timeline, Too
 use bus::port::{Frame, VolumeSubscriber};
 use bus::run::{ReplayOf, RunContext};
 use bus::session::{SIMULATED_START_NS, Session};
+use geometry::VolumeGrid;
 use scene::Scene;
 
 use crate::model::{Known, Recorded, pose_of, sighted};
@@ -29,7 +30,7 @@ pub struct Feed {
     steps: Option<Steps>,
     timeline: Option<Rc<Timeline>>,
     identity: Option<Identity>,
-    volume: Option<VolumeHash>,
+    volume: Option<(VolumeHash, VolumeGrid)>,
     volumes: VolumeSubscriber,
     recorder: Option<Heartbeat>,
     watcher: Option<Heartbeat>,
@@ -108,7 +109,7 @@ impl Feed {
         self.watcher = ports.watcher.newest()?.or(self.watcher);
         // The first is the run's: whatever a loader publishes later is shown by nobody.
         if let (None, Some(volume)) = (self.volume, self.volumes.poll()?) {
-            self.volume = Some(volume.hash());
+            self.volume = Some((volume.hash(), volume.grid().clone()));
         }
         Ok(())
     }
@@ -166,8 +167,13 @@ impl Feed {
     }
 
     /// The run's examination.
-    pub const fn volume(&self) -> Option<VolumeHash> {
-        self.volume
+    pub fn volume(&self) -> Option<VolumeHash> {
+        self.volume.as_ref().map(|(hash, _)| *hash)
+    }
+
+    /// How its voxels lie in the patient; `None` before it is known.
+    pub fn grid(&self) -> Option<&VolumeGrid> {
+        self.volume.as_ref().map(|(_, grid)| grid)
     }
 
     /// How far the run has come.
@@ -212,7 +218,7 @@ impl Feed {
             workflow: self.workflow,
             steps: self.steps,
             identity: self.identity,
-            volume: self.volume,
+            volume: self.volume(),
             recorder,
             watched_ns: self
                 .watcher

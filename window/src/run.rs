@@ -129,6 +129,9 @@ impl Window {
         if let Err(why) = self.asked.drag_level(now.run_ns) {
             self.say(why);
         }
+        if let Err(why) = self.asked.turn_overview(&self.feed, &self.process.scene) {
+            self.say(why);
+        }
         if self.is_due(set, now.run_ns) {
             self.paint(set, now)?;
         }

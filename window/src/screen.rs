@@ -48,6 +48,17 @@ pub enum Wish {
         /// HU.
         up_hu: i32,
     },
+    /// Turn the overview of this view, with what is near the viewer by so many pixels.
+    Turn {
+        /// Index in the scene's list.
+        view: usize,
+        /// To the right.
+        right_px: i32,
+        /// Downwards.
+        down_px: i32,
+    },
+    /// Show the overview of this view as the scene says again.
+    TurnBack(usize),
     /// Note this moment in the recording.
     Mark,
     /// A picture of the screen as a file.

@@ -3,6 +3,7 @@
 mod images;
 mod level;
 mod replay;
+mod turning;
 
 use std::path::PathBuf;
 
@@ -11,13 +12,14 @@ use bus::message::{ClockLaw, Command, CommandKind, StepWish, ToolPose};
 use bus::port::{CommandClient, Pending};
 use bus::{Bus, BusError};
 use guidance::workflow::Stage;
-use scene::Scene;
+use scene::{Plane, Scene};
 
 use crate::feed::Feed;
 use crate::model::ReplayModel;
 use crate::screen::Wish;
 use level::Level;
 use replay::{Replayer, Steering, steering};
+use turning::Turning;
 
 /// So long the answers to a wish are waited for. The window goes on painting meanwhile.
 const PATIENCE_NS: i64 = 1_000_000_000;
@@ -41,6 +43,8 @@ pub struct Asked {
     open: Vec<Open>,
     /// The window that is dragged, and the request for it.
     level: (Level, level::Open),
+    /// The overview that is turned, and who draws it, where the scene has one.
+    turning: Option<(Turning, CommandClient)>,
     /// The pose held that was asked for last, and when, ns on the run's clock.
     drawn: Option<(PoseId, i64)>,
     /// Where pictures of the screen go.
@@ -80,6 +84,13 @@ impl Asked {
             calibrator: has_steps.then(|| CommandClient::open(bus, CALIBRATOR)).transpose()?,
             open: Vec::with_capacity(MOST_OPEN),
             level: Default::default(),
+            turning: scene
+                .views
+                .iter()
+                .any(|view| view.plane == Plane::Surface)
+                .then(|| CommandClient::open(bus, &Plane::Surface.process()))
+                .transpose()?
+                .map(|renderer| (Turning::default(), renderer)),
             drawn: None,
             shots,
         })
@@ -109,6 +120,19 @@ impl Asked {
             Wish::Level { wider_hu, up_hu } => {
                 let now = feed.guide().and_then(|guide| guide.images().ok()).unwrap_or_default();
                 self.level.0.drag(images::window(now, scene)?, [*wider_hu, *up_hu]);
+                return Ok(());
+            }
+            Wish::Turn { .. } | Wish::TurnBack(_) => {
+                let (turning, _) = self.turning.as_mut().ok_or("the scene has no overview")?;
+                match *wish {
+                    Wish::TurnBack(view) => turning.back(view),
+                    Wish::Turn {
+                        view,
+                        right_px,
+                        down_px,
+                    } => turning.drag(view, [right_px, down_px], scene),
+                    _ => {}
+                }
                 return Ok(());
             }
             Wish::Images(key) => {
@@ -208,6 +232,17 @@ impl Asked {
     pub fn drag_level(&mut self, now_ns: i64) -> Result<(), String> {
         let (level, open) = &mut self.level;
         level.turn((&self.pilot, open), now_ns, PATIENCE_NS)
+    }
+
+    /// Asks for the overview to be seen from where it was turned to; again and again.
+    ///
+    /// # Errors
+    /// In words, why it was refused.
+    pub fn turn_overview(&mut self, feed: &Feed, scene: &Scene) -> Result<(), String> {
+        match &mut self.turning {
+            Some((turning, renderer)) => turning.turn(renderer, (feed.grid(), scene), PATIENCE_NS),
+            None => Ok(()),
+        }
     }
 
     fn pilot(&self, command: Command) -> Result<Open, String> {

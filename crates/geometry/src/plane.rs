@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Ct, Direction, Point, Vector};
+use crate::{Ct, Direction, Point, Vector, VolumeGrid};
 
 /// Largest image side, pixels.
 const MAX_SIDE: u32 = 8192;
@@ -91,6 +91,27 @@ impl SlicePlane {
             origin: centre - right * half(size[0]) - down * half(size[1]),
             ..plane
         })
+    }
+
+    /// The plane of `size` pixels through `through` on which all of `grid` is seen: centred on it, with the smallest pixels that do so.
+    ///
+    /// # Errors
+    /// As of [`SlicePlane::centred`].
+    pub fn covering(
+        grid: &VolumeGrid,
+        through: Point<Ct>,
+        axes: [Direction<Ct>; 2],
+        size: [u32; 2],
+    ) -> Result<Self, PlaneError> {
+        let [right, down] = axes;
+        let normal = right.cross(down);
+        let centre = grid.centre();
+        let centre = centre + normal * (through - centre).dot(normal);
+        let (low, high) = grid.bounds();
+        let diagonal = (high - low).mm();
+        let across = |d: Direction<Ct>| -> f64 { d.components().iter().zip(diagonal).map(|(c, e)| c.abs() * e).sum() };
+        let pixel_mm = (across(right) / f64::from(size[0])).max(across(down) / f64::from(size[1]));
+        Self::centred(centre, axes, pixel_mm, size)
     }
 
     /// The plane whose first pixel (column 0, row 0) has its centre at `origin`; the numbers stay as they are.

@@ -1,5 +1,9 @@
 //! One image of a scene.
 
+use std::f64::consts::FRAC_PI_2;
+
+use geometry::{Ct, Direction, PlaneError, SlicePlane, Vector, VolumeGrid};
+
 use super::Sampling;
 use super::raw::{Drawn, Extent, Plane, Up};
 
@@ -66,6 +70,50 @@ impl Surface {
             field_mm: None,
             bone_hu,
         })
+    }
+
+    /// The image plane, through the middle of `grid`, that parallel projection goes onto.
+    ///
+    /// # Errors
+    /// [`PlaneError`] for a grid so large that its pixels would be.
+    pub fn camera(&self, grid: &VolumeGrid, size: [u32; 2]) -> Result<SlicePlane, PlaneError> {
+        let axes = self.axes();
+        match self.field_mm {
+            None => SlicePlane::covering(grid, grid.centre(), axes, size),
+            Some(field_mm) => {
+                let shorter = f64::from(size[0].min(size[1]));
+                SlicePlane::centred(grid.centre(), axes, field_mm / shorter, size)
+            }
+        }
+    }
+
+    /// The camera after it was turned about the middle of `grid`, further round by `azimuth_rad` and further up by `elevation_rad`, at most to
+    /// the head or the feet. The patient stays as large as she was.
+    ///
+    /// # Errors
+    /// [`PlaneError`], as of [`Surface::camera`].
+    pub fn turned(
+        &self,
+        [azimuth_rad, elevation_rad]: [f64; 2],
+        grid: &VolumeGrid,
+        size: [u32; 2],
+    ) -> Result<SlicePlane, PlaneError> {
+        let pixel_mm = self.camera(grid, size)?.pixel_mm();
+        let turned = Self {
+            azimuth_rad: self.azimuth_rad + azimuth_rad,
+            elevation_rad: (self.elevation_rad + elevation_rad).clamp(-FRAC_PI_2, FRAC_PI_2),
+            ..*self
+        };
+        SlicePlane::centred(grid.centre(), turned.axes(), pixel_mm, size)
+    }
+
+    /// The directions of growing columns and rows.
+    fn axes(&self) -> [Direction<Ct>; 2] {
+        let ((sa, ca), (se, ce)) = (self.azimuth_rad.sin_cos(), self.elevation_rad.sin_cos());
+        // LPS: the viewer stands at (sa ce, -ca ce, se); up is where she would go with more elevation.
+        let right = Vector::new(ca, sa, 0.0).direction().unwrap_or(Direction::X);
+        let down = Vector::new(sa * se, -ca * se, -ce).direction().unwrap_or(-Direction::Z);
+        [right, down]
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Cell {
     pub title: String,
     /// Whether it shows the whole body or what lies before the tip.
     pub extent: Extent,
+    /// It is the overview, which can be turned.
+    pub is_surface: bool,
     /// Columns and rows; `None` where there is no image.
     pub size: Option<[u32; 2]>,
     /// Letters of the patient's directions at left, right, top and bottom; `None` where the image has no place in the patient.
@@ -45,6 +47,7 @@ fn cell(known: &Known<'_>, index: usize, state: &ScreenState) -> Cell {
         view: index,
         title: title(&known.scene.views[index]),
         extent: known.scene.views[index].extent,
+        is_surface: known.scene.views[index].plane == Plane::Surface,
         size: header.map(|header| [header.width, header.height]),
         letters: placed.as_ref().map(sides),
         pixel_mm: placed.as_ref().map(SlicePlane::pixel_mm),

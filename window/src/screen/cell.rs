@@ -109,7 +109,7 @@ fn over(ui: &Ui, cell: &Cell, inner: Rect, sizes: &Sizes, outcome: &mut Outcome)
     outcome.words.put(ui, band.shrink2(vec2(sizes.gap, 0.0)), text, how);
 }
 
-/// A touch enlarges the image, or brings the others back; a drag with Ctrl changes the window.
+/// A touch enlarges the image, or brings the others back; a drag with Ctrl changes the window, and one on the overview turns it.
 fn touch(ui: &Ui, cell: &Cell, rect: Rect, outcome: &mut Outcome) {
     let response = ui.interact(rect, Id::unique(("view", cell.view)), Sense::click_and_drag());
     let (moved, is_ctrl) = ui.input(|input| (input.pointer.delta(), input.modifiers.ctrl));
@@ -117,6 +117,17 @@ fn touch(ui: &Ui, cell: &Cell, rect: Rect, outcome: &mut Outcome) {
     if is_ctrl && response.dragged_by(PointerButton::Primary) && moved != Vec2::ZERO {
         let [wider_hu, up_hu] = [moved.x, -moved.y].map(|pixels| (HU_PX * pixels).round() as i32);
         outcome.wishes.push(Wish::Level { wider_hu, up_hu });
+    }
+    if cell.is_surface && !is_ctrl && response.dragged_by(PointerButton::Primary) && moved != Vec2::ZERO {
+        let [right_px, down_px] = [moved.x, moved.y].map(|pixels| pixels.round() as i32);
+        outcome.wishes.push(Wish::Turn {
+            view: cell.view,
+            right_px,
+            down_px,
+        });
+    }
+    if cell.is_surface && response.double_clicked() {
+        outcome.wishes.push(Wish::TurnBack(cell.view));
     }
     tree::image(&response, cell);
     if response.clicked() {

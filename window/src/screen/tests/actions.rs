@@ -294,3 +294,51 @@ fn a_drag_with_ctrl_changes_the_window_and_nothing_else_does() {
         assert_eq!(harness.state().wishes, wished, "{held:?}");
     }
 }
+
+/// The overview is no plane that anybody follows: a drag turns it, and on the slices nothing happens.
+#[test]
+fn a_drag_turns_the_overview_and_a_double_click_turns_it_back() {
+    let mut model = sample(37.4, 1.3).model();
+    model.cells[0].is_surface = true;
+    let screen = monitor([1920, 1080]);
+    let cells = Sizes::of(screen, model.cells.len()).unwrap().cells;
+    let (overview, slice) = (model.cells[0].view, model.cells[1].view);
+    let button = |pos, pressed| Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::default(),
+    };
+    let wishes = |events: [Event; 4]| {
+        let mut harness = stage(model.clone(), screen, Look::default());
+        for event in events {
+            harness.event(event);
+            harness.step();
+        }
+        harness.state().wishes.clone()
+    };
+    let drag = |from: egui::Pos2| {
+        let to = from + egui::vec2(30.0, -20.0);
+        [
+            Event::PointerMoved(from),
+            button(from, true),
+            Event::PointerMoved(to),
+            button(to, false),
+        ]
+    };
+    let turned = Wish::Turn {
+        view: overview,
+        right_px: 30,
+        down_px: -20,
+    };
+    assert_eq!(wishes(drag(cells[0].center())), [turned]);
+    assert_eq!(wishes(drag(cells[1].center())), []);
+    // In one frame, as frames of the harness are longer than a double click.
+    let twice = |at: egui::Pos2| {
+        let [press, release] = [button(at, true), button(at, false)];
+        let events = vec![Event::PointerMoved(at), press.clone(), release.clone(), press, release];
+        shown(&model, screen, &Look::default(), events).wishes
+    };
+    assert!(twice(cells[0].center()).contains(&Wish::TurnBack(overview)));
+    assert!(!twice(cells[1].center()).contains(&Wish::TurnBack(slice)));
+}
