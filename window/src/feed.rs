@@ -109,7 +109,7 @@ impl Feed {
         self.watcher = ports.watcher.newest()?.or(self.watcher);
         // The first is the run's: whatever a loader publishes later is shown by nobody.
         if let (None, Some(volume)) = (self.volume, self.volumes.poll()?) {
-            self.volume = Some((volume.hash(), volume.grid().clone()));
+            self.volume = Some((volume.hash(), *volume.grid()));
         }
         Ok(())
     }
