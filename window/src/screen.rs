@@ -233,4 +233,4 @@ fn enlarged_rects(sizes: &Sizes) -> [egui::Rect; 2] {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

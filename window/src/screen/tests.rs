@@ -3,12 +3,12 @@
 mod actions;
 mod depth;
 mod lost;
-mod paint;
+pub(crate) mod paint;
 mod palette;
 mod pictures;
 mod rooms;
 pub(in crate::screen) mod samples;
-mod sheet;
+pub(crate) mod sheet;
 mod stage;
 mod steps;
 mod tree;

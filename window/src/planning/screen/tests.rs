@@ -1,5 +1,7 @@
 //! The planning screen without a display: no number is cut or covered on any screen, keys do what the page says.
 
+mod pictures;
+
 use std::rc::Rc;
 
 use bus::message::{FrameHeader, FrameStamp, ImagePlane, PlanWish};
@@ -129,6 +131,14 @@ impl Stage {
     }
 
     fn frame(&mut self, events: Vec<Event>) -> Outcome {
+        let (outcome, mut output) = self.laid_out(events);
+        output.textures_delta.clear();
+        self.told = told(output.platform_output.accesskit_update.take());
+        outcome
+    }
+
+    /// The same with the shapes that it is painted of.
+    fn laid_out(&mut self, events: Vec<Event>) -> (Outcome, egui::FullOutput) {
         let (grid, model) = (grid(), model());
         let way = self.desk.way(&self.plan);
         let images = CUTS.map(|cut| {
@@ -151,7 +161,7 @@ impl Stage {
         let mut outcome = Outcome::default();
         let (plan, concerns, beside, desk, screen) =
             (&self.plan, &self.concerns, &self.beside, &mut self.desk, self.screen);
-        let mut output = self.context.run_ui(input, |ui| {
+        let output = self.context.run_ui(input, |ui| {
             let known = Known {
                 model: &model,
                 plan,
@@ -168,9 +178,7 @@ impl Stage {
             };
             outcome = show(ui, &known, desk, screen);
         });
-        output.textures_delta.clear();
-        self.told = told(output.platform_output.accesskit_update.take());
-        outcome
+        (outcome, output)
     }
 }
 

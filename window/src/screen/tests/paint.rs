@@ -39,9 +39,19 @@ pub(super) fn paint(
     };
     let mut output = context.run_ui(input, |ui| drop(show(ui, model, screen, look)));
     change(&mut output.shapes);
+    let shown = model.cells.iter().filter(|cell| cell.size.is_some());
+    painted(&context, output, screen, shown.map(|cell| cell.view))
+}
+
+/// The pixels 0x00RRGGBB of what was laid out, with made-up images of these views.
+pub(crate) fn painted(
+    context: &egui::Context,
+    mut output: egui::FullOutput,
+    screen: Screen,
+    views: impl Iterator<Item = usize>,
+) -> Vec<u32> {
     let primitives = context.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
-    let shown = || model.cells.iter().filter(|cell| cell.size.is_some());
-    let rgba: Vec<(usize, Vec<u8>)> = shown().map(|cell| (cell.view, image(cell.view))).collect();
+    let rgba: Vec<(usize, Vec<u8>)> = views.map(|view| (view, image(view))).collect();
     let images = rgba.iter().map(|(view, rgba)| Image {
         id: *view as u64,
         version: 1,

@@ -3,28 +3,16 @@
 //! A screen that is meant to look different needs new sheets: `TROCAR_RENEW_PICTURES=1 cargo test -p window pictures` writes them. Look
 //! at them before they are kept.
 
-use std::path::{Path, PathBuf};
-
 use egui::epaint::{ClippedShape, Shape};
 use egui::{Color32, vec2};
 
 use super::paint::paint;
-use super::sheet::{Thumbnail, read, write};
+use super::sheet::{self, TOLERANCE, Thumbnail};
 use super::{SCREENS, monitor, sample, samples, steps};
 use crate::model::Tone;
 use crate::model::sample::Sample;
 use crate::screen::Look;
 use crate::screen::words::colour;
-
-/// Levels of 255. What is kept and what is found may come from two builds of the painter and of egui's letters. Each keeps within 2
-/// levels of the exact picture in each pixel (`tests/paint`), and so do the means of their blocks: 4 apart at most. Both means are
-/// rounded to whole levels, half a level each: 5.
-const TOLERANCE: u8 = 5;
-
-/// Side of a block, pixels: of every screen the same part, 6.6 mm of a monitor of 24 inches.
-fn block([width, _]: [u32; 2]) -> u32 {
-    width / 80
-}
 
 /// The samples with the looks that are painted of them.
 fn screens() -> Vec<(&'static str, Sample, Look)> {
@@ -45,45 +33,16 @@ fn screens() -> Vec<(&'static str, Sample, Look)> {
     all
 }
 
-fn kept([width, height]: [u32; 2]) -> PathBuf {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/screen/tests/pictures");
-    folder.join(format!("{width}x{height}.png"))
-}
-
 fn thumbnail(sample: &Sample, look: &Look, pixels: [u32; 2], change: impl FnOnce(&mut Vec<ClippedShape>)) -> Thumbnail {
     let painted = paint(&sample.model(), monitor(pixels), look, change);
-    Thumbnail::of(&painted, pixels, block(pixels))
+    Thumbnail::of(&painted, pixels)
 }
 
 fn assert_as_kept(pixels: [u32; 2]) {
-    let screens = screens();
-    let found: Vec<Thumbnail> = screens
-        .iter()
-        .map(|(_, sample, look)| thumbnail(sample, look, pixels, |_| {}))
-        .collect();
-    let path = kept(pixels);
-    if std::env::var_os("TROCAR_RENEW_PICTURES").is_some() {
-        write(&path, &found);
-    }
-    let kept = read(&path, found.len(), found[0].size);
-    let mut wrong = Vec::new();
-    for ((name, ..), (found, kept)) in screens.iter().zip(found.iter().zip(&kept)) {
-        let (levels, [x, y]) = found.difference(kept);
-        if levels > TOLERANCE {
-            let side = block(pixels) as usize;
-            wrong.push(format!("{name}: {levels} levels at pixel ({}, {})", x * side, y * side));
-        }
-    }
-    if !wrong.is_empty() {
-        let aside = std::env::temp_dir().join(format!("screens-{}", path.file_name().unwrap().display()));
-        write(&aside, &found);
-        panic!(
-            "not as in {}; painted now: {}\n{}",
-            path.display(),
-            aside.display(),
-            wrong.join("\n")
-        );
-    }
+    let found = screens()
+        .into_iter()
+        .map(|(name, sample, look)| (name.to_owned(), thumbnail(&sample, &look, pixels, |_| {})));
+    sheet::assert_as_kept("src/screen/tests/pictures", pixels, &found.collect::<Vec<_>>());
 }
 
 #[test]
