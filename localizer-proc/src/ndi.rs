@@ -111,7 +111,7 @@ impl Ndi {
             // Polls are more frequent than frames.
             Notice::SameFrame { .. } | Notice::NoFrame => return,
             Notice::Version(version) => {
-                self.words = version.lines().next().unwrap_or_default().chars().take(40).collect()
+                self.words = version.lines().next().unwrap_or_default().chars().take(40).collect();
             }
             Notice::Malformed(_) | Notice::Refused { .. } | Notice::NotAnAnswer { .. } | Notice::Unanswered { .. } => {
                 acts.push(Act::Refused);

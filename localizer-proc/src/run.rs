@@ -149,6 +149,7 @@ impl Localizer {
     fn publish(&mut self, frame: &Frame, process: &mut Process) -> Result<(), RunError> {
         let (captured, event) = self.clock.capture(frame);
         self.output.send(frame, captured, process)?;
+        self.link.is_of_use();
         self.rate.count(frame.arrival_ns);
         event.map_or(Ok(()), |words| self.tell(words, Level::Warning, process))
     }
@@ -198,7 +199,7 @@ impl Localizer {
 struct Rate {
     began_ns: i64,
     count: u32,
-    last: Option<u32>,
+    last: Option<f64>,
 }
 
 impl Rate {
@@ -206,7 +207,7 @@ impl Rate {
         let since_ns = at_ns.saturating_sub(self.began_ns);
         if since_ns >= RATE_NS {
             // What came in two seconds or more says nothing of one.
-            self.last = (since_ns < 2 * RATE_NS).then_some(self.count);
+            self.last = (since_ns < 2 * RATE_NS).then(|| f64::from(self.count) * 1e9 / since_ns as f64);
             (self.began_ns, self.count) = (at_ns, 0);
         }
         self.count += 1;
@@ -215,7 +216,8 @@ impl Rate {
     fn words(&self, now_ns: i64) -> String {
         match self.last {
             _ if now_ns.saturating_sub(self.began_ns) >= 2 * RATE_NS => "nothing comes".to_owned(),
-            Some(count) => format!("{count} frames/s"),
+            Some(hz) if hz < 9.5 => format!("{hz:.1} frames/s"),
+            Some(hz) => format!("{hz:.0} frames/s"),
             None => String::new(),
         }
     }
@@ -232,5 +234,13 @@ mod tests {
         let now_ns = 10 * RATE_NS;
         assert_eq!(rate.words(now_ns), "60 frames/s");
         assert_eq!(rate.words(now_ns + 3 * RATE_NS), "nothing comes");
+    }
+
+    /// A frame each 1.6 s was "1 frames/s".
+    #[test]
+    fn slow_frames_are_not_rounded_up() {
+        let mut rate = Rate::default();
+        (0..4).for_each(|i| rate.count(5 * RATE_NS + i * 1_600_000_000));
+        assert_eq!(rate.words(10 * RATE_NS), "0.6 frames/s");
     }
 }

@@ -12,8 +12,10 @@
     reason = "part of the tests, where both are allowed"
 )]
 
+pub mod frames;
 pub mod links;
 pub mod nifti;
+pub mod proxy;
 pub mod room;
 
 use std::path::{Path, PathBuf};

@@ -5,5 +5,6 @@ mod links;
 mod localizer;
 mod markers;
 mod ndi;
+mod ndi_cut;
 mod rate;
 mod sequence;
