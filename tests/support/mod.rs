@@ -12,6 +12,7 @@
     reason = "part of the tests, where both are allowed"
 )]
 
+pub mod cable;
 pub mod frames;
 pub mod links;
 pub mod nifti;

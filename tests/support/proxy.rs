@@ -40,6 +40,8 @@ struct Shared {
     faults: Mutex<Vec<Fault>>,
     /// Bytes of the piece that was cut last.
     length: AtomicUsize,
+    /// Connections that have reached the server.
+    made: AtomicUsize,
 }
 
 impl Shared {
@@ -55,6 +57,7 @@ impl Proxy {
         let shared = Arc::new(Shared {
             faults: Mutex::default(),
             length: AtomicUsize::new(0),
+            made: AtomicUsize::new(0),
         });
         let proxy = Self {
             port: listener.local_addr().unwrap().port(),
@@ -65,6 +68,7 @@ impl Proxy {
                 let Ok(server) = TcpStream::connect(("127.0.0.1", port)) else {
                     continue;
                 };
+                shared.made.fetch_add(1, Ordering::SeqCst);
                 for (from, to, is_answer) in [(&client, &server, false), (&server, &client, true)] {
                     let (from, to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
                     let shared = Arc::clone(&shared);
@@ -88,6 +92,11 @@ impl Proxy {
     /// Whether every [`Fault::Cut`] that was set has happened.
     pub fn is_through(&self) -> bool {
         self.shared.faults.lock().unwrap().is_empty()
+    }
+
+    /// How many connections have reached the server.
+    pub fn made(&self) -> usize {
+        self.shared.made.load(Ordering::SeqCst)
     }
 
     /// How many bytes the piece had that was cut last.
