@@ -9,14 +9,12 @@ use bus::port::Publisher;
 use bus::process::{JoinError, Membership, Process};
 use bus::topic::EVENT;
 use scene::TrackerSource;
-use scene::localizer::{LinkSpec, LocalizerSpec};
-use scene::tracking::PosedMarkers;
+use scene::localizer::LocalizerSpec;
 
 use crate::clocks::DeviceClock;
 use crate::driver::{Act, Driver, Frame};
+use crate::drivers::{self, DriverError};
 use crate::link::{Link, News};
-use crate::ndi::{Ndi, SetUpError};
-use crate::openigtlink::{NamesError, OpenIgtLink};
 use crate::output::Output;
 
 /// Its name in the run.
@@ -36,9 +34,7 @@ pub(crate) enum RunError {
     #[error("the scene has no table [localizer], which says what is to be dialled")]
     NoLocalizer,
     #[error(transparent)]
-    Names(#[from] NamesError),
-    #[error(transparent)]
-    Ndi(#[from] SetUpError),
+    Driver(#[from] DriverError),
 }
 
 /// Dials, and publishes what comes until asked to stop.
@@ -51,7 +47,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     else {
         return Err(RunError::NoLocalizer);
     };
-    let driver = driver(&spec, &source.markers)?;
+    let driver = drivers::of(&spec.link, &source.markers)?;
     let output = Output::open(&process, &spec.name, driver.markers())?;
     let events = Publisher::open(&process.bus, &EVENT, NAME)?;
     let mut localizer = Localizer {
@@ -71,13 +67,6 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     Ok(())
-}
-
-fn driver(spec: &LocalizerSpec, markers: &PosedMarkers) -> Result<Box<dyn Driver>, RunError> {
-    Ok(match &spec.link {
-        LinkSpec::OpenIgtLink(link) => Box::new(OpenIgtLink::new(link, markers)?),
-        LinkSpec::Ndi(link) => Box::new(Ndi::new(link, markers)?),
-    })
 }
 
 fn clock_of(spec: &LocalizerSpec) -> DeviceClock {

@@ -13,7 +13,7 @@ const LISTED: usize = 8;
 
 /// Why the scene's names cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum NamesError {
+pub enum NamesError {
     /// They differ behind what goes over the wire.
     #[error(
         "tracker.markers: {tool:?} and {reference:?} are one name within the {BYTES} bytes that OpenIGTLink has for it; name the tools \

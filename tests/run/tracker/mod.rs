@@ -1,5 +1,6 @@
 //! Where poses come from.
 
+mod deceived;
 mod emitters;
 mod links;
 mod localizer;
