@@ -1,14 +1,18 @@
 //! How long a pose takes from a localizer's socket to the run, beside a socket alone.
 //!
-//! `cargo bench --bench localizer -- [SECONDS] [cut CYCLES]` (20 s for each rate): a server in this process sends TRANSFORMs of a tool with a
+//! `cargo bench --bench localizer -- [SECONDS] [cut CYCLES] [pulled CYCLES]` (20 s for each rate): a server in this process sends TRANSFORMs of a tool with a
 //! status at 60, 500 and 4000 Hz, to `localizer-proc` of a real run and, in the same moment, to a thread that only reads its
 //! socket. The time is from the end of the server's write to the stamp of publication on `tool-pose`, or to the reader's clock. With `cut`,
-//! the connection is closed so many times, and the localizer's descriptors and memory are counted before and after.
+//! the connection is closed so many times, and the localizer's descriptors and memory are counted before and after. With `pulled`, a peer that
+//! is a process of its own is stopped, dies, or (as root, with `ip`) has its cable pulled, so many times each: printed is when the images said so,
+//! and when they were live again.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 #![allow(clippy::disallowed_methods, reason = "durations for people, which never reach a bus")]
 
+#[path = "localizer/pulled.rs"]
+mod pulled;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
@@ -30,12 +34,19 @@ use support::{Pilot, SMALL, World, pid_in, wait_for};
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let seconds = arguments.first().and_then(|a| a.parse().ok()).unwrap_or(20.0);
-    let cycles = arguments
-        .iter()
-        .position(|a| a == "cut")
-        .and_then(|i| arguments.get(i + 1)?.parse().ok());
+    let after = |word: &str| {
+        let place = arguments.iter().position(|a| a == word);
+        place.and_then(|place| arguments.get(place + 1)?.parse::<u64>().ok())
+    };
+    if let Some(port) = after("peer") {
+        return pulled::peer(&arguments[2], port as u16);
+    }
+    let cycles = after("cut");
     let load = std::fs::read_to_string("/proc/loadavg").unwrap();
     println!("load {}", load.split_whitespace().take(2).collect::<Vec<_>>().join(" "));
+    if let Some(cycles) = after("pulled") {
+        return pulled::measure(cycles);
+    }
     let bench = Bench::start();
     match cycles {
         Some(cycles) => bench.cut(cycles),

@@ -6,6 +6,7 @@
 //! looks further, guided by what the code covers.
 
 mod calibrations;
+mod drivers;
 mod folder;
 mod links;
 mod localizer;
@@ -34,7 +35,7 @@ pub struct Target {
 pub type Failure = Box<dyn std::error::Error>;
 
 /// All of them.
-pub const TARGETS: [Target; 16] = [
+pub const TARGETS: [Target; 18] = [
     target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
     target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
     target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
@@ -51,6 +52,8 @@ pub const TARGETS: [Target; 16] = [
     target("message", messages::message, messages::seeds),
     target("igtl", links::igtl, links::igtl_seeds),
     target("ndi", localizer::ndi, localizer::ndi_seeds),
+    target("igtl-driver", drivers::igtl, drivers::igtl_seeds),
+    target("ndi-driver", drivers::ndi, drivers::ndi_seeds),
 ];
 
 const fn target(name: &'static str, take: fn(&[u8]), seeds: fn() -> Result<Vec<Vec<u8>>, Failure>) -> Target {

@@ -10,7 +10,7 @@ use igtl::{
 use crate::Failure;
 
 /// The same bytes, with the CRC of each body that is whole: else nearly all that is changed would end at the CRC.
-fn mended(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn mended(bytes: &[u8]) -> Vec<u8> {
     let mut mended = bytes.to_vec();
     let mut at = 0;
     while let Some(length) = mended.get(at + 42..at + 50).and_then(|b| b.try_into().ok()) {
@@ -94,6 +94,31 @@ fn judged(message: &Message<'_>, watch: &mut StampWatch) {
         Ok(message),
         "what was read is not what is written of it"
     );
+}
+
+/// A tool and a marker on the patient, in TRANSFORMs and in a TDATA, each with its status.
+pub(crate) fn tools() -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let ok = || Text::new("OK");
+    for number in 0..6_u64 {
+        let stamp = igtl::Stamp::of_ns(1_790_000_000_000_000_000 + number * 20_000_000).unwrap_or_default();
+        for name in ["Reference", "Stylus"] {
+            let mut message =
+                Message::new(Name::new(name)?, Body::Transform(Matrix::IDENTITY)).in_version(Version::Two);
+            message.stamp = stamp;
+            message.metadata = Metadata::EMPTY.with("TransformStatus", ok());
+            bytes.extend(message.to_vec()?);
+        }
+    }
+    let tool = |name: &str| -> Result<Tool<Matrix>, Failure> {
+        let (name, kind, pose) = (Name::new(name)?, ToolKind::Six, Matrix::IDENTITY);
+        Ok(Tool { name, kind, pose })
+    };
+    let list = Body::Tdata(vec![tool("Reference")?, tool("Stylus")?]);
+    let mut message = Message::new(Name::EMPTY, list).in_version(Version::Two);
+    message.metadata = Metadata::EMPTY.with("StylusStatus", ok()).with("ReferenceStatus", ok());
+    bytes.extend(message.to_vec()?);
+    Ok(bytes)
 }
 
 /// A message of each type, and several in a row; before each the length of its pieces.

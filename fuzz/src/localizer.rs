@@ -14,7 +14,7 @@ use crate::Failure;
 const SHORT: [u8; 2] = [0xC4, 0xA5];
 
 /// The same bytes, with the CRCs of the short replies that are whole: else nearly all that is changed would end there.
-fn mended(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn mended(bytes: &[u8]) -> Vec<u8> {
     let mut mended = Vec::new();
     let mut rest = bytes;
     while !rest.is_empty() {

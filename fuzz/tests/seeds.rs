@@ -46,10 +46,10 @@ fn messages_and_runs_survive_damage() {
 
 #[test]
 fn links_survive_damage() {
-    swept(&["igtl", "ndi"]);
+    swept(&["igtl", "ndi", "igtl-driver", "ndi-driver"]);
 }
 
 #[test]
 fn each_target_is_swept() {
-    assert_eq!(TARGETS.len(), 16);
+    assert_eq!(TARGETS.len(), 18);
 }

@@ -11,7 +11,7 @@ const MOST_AHEAD_NS: i64 = 1000;
 
 /// The clock of one connection.
 #[derive(Debug)]
-pub(crate) struct DeviceClock {
+pub struct DeviceClock {
     rule: StampRule,
     least_delay_ns: i64,
     mapping: Mapping,
@@ -20,18 +20,18 @@ pub(crate) struct DeviceClock {
 
 /// The time of a capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Captured {
+pub struct Captured {
     /// ns on the run's clock.
-    pub(crate) at_ns: i64,
+    pub at_ns: i64,
     /// How wrong that may be apart from the least delay, ns; 0 where nothing bounds it.
-    pub(crate) uncertain_ns: i64,
+    pub uncertain_ns: i64,
     /// What it rests on.
-    pub(crate) clock: CaptureClock,
+    pub clock: CaptureClock,
 }
 
 impl DeviceClock {
     /// Of a connection that was just made: nothing is known of the localizer's clock.
-    pub(crate) fn new(rule: StampRule, least_delay_ns: i64) -> Self {
+    pub fn new(rule: StampRule, least_delay_ns: i64) -> Self {
         let settings = Settings {
             least_delay_ns,
             ..Settings::default()
@@ -45,7 +45,7 @@ impl DeviceClock {
     }
 
     /// When `frame` was captured, and what a person must know of the clock.
-    pub(crate) fn capture(&mut self, frame: &Frame) -> (Captured, Option<String>) {
+    pub fn capture(&mut self, frame: &Frame) -> (Captured, Option<String>) {
         let arrival = Captured {
             at_ns: frame.first_ns.saturating_sub(self.least_delay_ns),
             uncertain_ns: 0,
@@ -87,7 +87,7 @@ impl DeviceClock {
     }
 
     /// How the times of captures come about, for people; empty before the first frame.
-    pub(crate) fn words(&self) -> String {
+    pub fn words(&self) -> String {
         let Some(last) = self.last else {
             return String::new();
         };

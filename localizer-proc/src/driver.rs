@@ -5,7 +5,7 @@ use geometry::{Marker, Rigid, Tracker};
 
 /// What is to be done. Times are ns on the run's clock, which is the only one here.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Act {
+pub enum Act {
     /// Send this, in one call.
     Send(Vec<u8>),
     /// Publish this.
@@ -20,28 +20,28 @@ pub(crate) enum Act {
 
 /// What a localizer saw at one instant.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Frame {
+pub struct Frame {
     /// Its own stamp, ns of its clock; 0 where it states none.
-    pub(crate) device_ns: i64,
+    pub device_ns: i64,
     /// When the first byte that holds some of it had arrived: what the law of its clock is made of.
-    pub(crate) first_ns: i64,
+    pub first_ns: i64,
     /// When the last had.
-    pub(crate) arrival_ns: i64,
+    pub arrival_ns: i64,
     /// Its markers, each once.
-    pub(crate) seen: Vec<Seen>,
+    pub seen: Vec<Seen>,
 }
 
 /// One marker.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Seen {
+pub struct Seen {
     /// Its number in a frame of the bus.
-    pub(crate) marker: u32,
+    pub marker: u32,
     /// `tracker_from_marker` with the error of fit that the localizer states, mm (0 for none), or why there is none.
-    pub(crate) outcome: Result<(Rigid<Tracker, Marker>, f64), Lost>,
+    pub outcome: Result<(Rigid<Tracker, Marker>, f64), Lost>,
 }
 
 /// A protocol with one peer, over all its connections.
-pub(crate) trait Driver {
+pub trait Driver {
     /// A connection was made.
     fn connected(&mut self, now_ns: i64) -> Vec<Act>;
 

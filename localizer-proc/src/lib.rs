@@ -10,9 +10,10 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
-mod clocks;
+pub mod clocks;
 mod decode;
-mod driver;
+pub mod driver;
+pub mod drivers;
 mod link;
 mod ndi;
 mod openigtlink;

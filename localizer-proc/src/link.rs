@@ -48,7 +48,7 @@ enum Stage {
 pub(crate) struct Link {
     address: String,
     stage: Stage,
-    /// Tries since it stood last.
+    /// Tries since one was of use last.
     tries: u32,
     wait_ns: i64,
     room: Vec<u8>,
@@ -79,11 +79,10 @@ impl Link {
                 let next = Duration::from_nanos(next_ns.saturating_sub(now_ns).unsigned_abs());
                 thread::sleep(rest.min(next));
             }
-            Stage::Waiting { .. } => self.dial(),
+            Stage::Waiting { .. } => self.dial(now_ns),
             Stage::Dialling(answer) => match answer.recv_timeout(rest) {
                 Ok(Ok(stream)) => {
                     self.stage = Stage::Up(stream);
-                    (self.tries, self.wait_ns) = (0, FIRST_WAIT_NS);
                     return News::Connected;
                 }
                 Ok(Err(why)) => self.wait_after(why, clock.now_ns()),
@@ -95,7 +94,7 @@ impl Link {
         News::Nothing
     }
 
-    fn dial(&mut self) {
+    fn dial(&mut self, now_ns: i64) {
         self.tries = self.tries.saturating_add(1);
         let (say, answer) = channel();
         let address = self.address.clone();
@@ -103,13 +102,16 @@ impl Link {
             // Whoever asked may be gone meanwhile.
             let _ = say.send(connect(&address));
         });
-        self.stage = match started {
-            Ok(_) => Stage::Dialling(answer),
-            Err(error) => Stage::Waiting {
-                next_ns: i64::MIN,
-                why: error.to_string(),
-            },
-        };
+        match started {
+            Ok(_) => self.stage = Stage::Dialling(answer),
+            Err(error) => self.wait_after(words(&error), now_ns),
+        }
+    }
+
+    /// The connection is of use: the next one, after it, is dialled soon. A peer that takes connections and ends them at once is no
+    /// better than none, and is not dialled ten times a second.
+    pub(crate) fn is_of_use(&mut self) {
+        (self.tries, self.wait_ns) = (0, FIRST_WAIT_NS);
     }
 
     fn wait_after(&mut self, why: String, now_ns: i64) {

@@ -21,13 +21,29 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Why a localizer cannot be set up.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum SetUpError {
+pub enum SetUpError {
+    /// A definition cannot be read.
     #[error("the tool definition {path}: {source}")]
-    Read { path: PathBuf, source: io::Error },
+    Read {
+        /// Its file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// What stands in it is none.
     #[error("the tool definition {path}: {source}")]
-    Rom { path: PathBuf, source: RomError },
+    Rom {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: RomError,
+    },
+    /// The scene leaves open which tool is meant.
     #[error("localizer.tools has {found} tools, and tracker.markers.marker does not say which is the surgeon's")]
-    Which { found: usize },
+    Which {
+        /// How many it has.
+        found: usize,
+    },
 }
 
 /// The client's side.
@@ -111,7 +127,7 @@ impl Ndi {
             // Polls are more frequent than frames.
             Notice::SameFrame { .. } | Notice::NoFrame => return,
             Notice::Version(version) => {
-                self.words = version.lines().next().unwrap_or_default().chars().take(40).collect()
+                self.words = version.lines().next().unwrap_or_default().chars().take(40).collect();
             }
             Notice::Malformed(_) | Notice::Refused { .. } | Notice::NotAnAnswer { .. } | Notice::Unanswered { .. } => {
                 acts.push(Act::Refused);

@@ -9,20 +9,25 @@ mod pose;
 mod status;
 #[cfg(test)]
 mod tests;
+mod twins;
 
 use bus::clock;
 use bus::message::Lost;
-use igtl::session::{Action, Ask, Client, ClientRules, Event, Speaks};
+use igtl::session::{Action, Ask, Client, ClientRules, Event, Reason, Speaks};
 use igtl::{Body, Decoder, DeviceName, Kind, Limits, Message, Pace, Recovery, Stamp, ToolKind, ToolStatus};
-use scene::localizer::{OpenIgtLinkSpec, Peer, Reconnect};
+use scene::localizer::{OpenIgtLinkSpec, Peer, Reconnect, StatusRule};
 use scene::tracking::PosedMarkers;
 
 use crate::driver::{Act, Driver, Frame, Seen};
 use crate::state::Once;
 use gather::Gather;
 use names::{Named, Names};
+use twins::Twins;
 
-pub(crate) use names::NamesError;
+pub use names::NamesError;
+
+/// Characters of a peer's own words that are told: the field of them may have some thousand.
+const MOST_WORDS: usize = 200;
 
 /// The client's side.
 pub(crate) struct OpenIgtLink {
@@ -31,6 +36,11 @@ pub(crate) struct OpenIgtLink {
     session: Client,
     decoder: Decoder,
     gather: Gather,
+    twins: Twins,
+    /// Markers of which this connection's peer has stated a status.
+    stated: Vec<u32>,
+    /// The peer reads version 1 alone, as this connection has shown: the next one is part of the first.
+    falls_back: bool,
     /// What was told on this connection.
     told: Once,
     /// How many messages were refused.
@@ -71,6 +81,9 @@ impl OpenIgtLink {
             names,
             session: Client::new(rules),
             decoder: Decoder::new(Limits::POSES),
+            twins: Twins::default(),
+            stated: Vec::new(),
+            falls_back: false,
             told: Once::default(),
             refused: 0,
             now_ns: 0,
@@ -83,7 +96,10 @@ impl OpenIgtLink {
             match action {
                 Action::Send(message) => acts.extend(message.to_vec().ok().map(Act::Send)),
                 Action::Tell(notice) => acts.extend(self.told.say(notice.to_string())),
-                Action::Close(reason) => acts.push(Act::Close(reason.to_string())),
+                Action::Close(reason) => {
+                    self.falls_back = matches!(reason, Reason::NotVersionTwo { .. });
+                    acts.push(Act::Close(reason.to_string()));
+                }
                 // A client is asked for nothing that it would answer.
                 Action::Answer { .. } | Action::Command { .. } => {}
             }
@@ -109,7 +125,8 @@ impl OpenIgtLink {
             }
             Body::Status(status) if status.code != igtl::Status::OK => {
                 // Words of a peer go to a terminal: nothing in them may steer it.
-                let words = String::from_utf8_lossy(&status.words).escape_debug().to_string();
+                let words = String::from_utf8_lossy(&status.words);
+                let words: String = words.escape_debug().take(MOST_WORDS).collect();
                 let (code, name) = (status.code, &status.name);
                 acts.extend(self.told.say(format!("the peer's STATUS is {code} {name}: {words}")));
             }
@@ -120,9 +137,17 @@ impl OpenIgtLink {
     /// A message of one tool.
     fn one(&mut self, message: &Message<'_>, pose: Result<pose::Tool, pose::PoseError>, acts: &mut Vec<Act>) {
         let status = ToolStatus::of_transform(&message.metadata);
-        let Some(seen) = self.seen(&message.device, &status, pose, acts) else {
+        let Some(mut seen) = self.seen(&message.device, &status, pose, acts) else {
             return;
         };
+        if self.twins.are_two(message.stamp, &seen, self.now_ns) {
+            let name = &message.device;
+            let words =
+                format!("the peer sends {name} twice at one time, at two places: two tools with one name have no pose");
+            acts.extend(self.told.say(words));
+            self.gather.refuse(seen.marker);
+            seen.outcome = Err(Lost::Refused);
+        }
         let frames = self.gather.add(message.stamp, seen, self.now_ns);
         if self.gather.is_alone() && self.names.markers().len() > 1 {
             let words = "the peer's stamps do not say which poses are of one instant: those of tool and patient are not combined";
@@ -141,7 +166,10 @@ impl OpenIgtLink {
         acts.extend(self.gather.close().map(Act::Frame));
         let mut all: Vec<Seen> = Vec::with_capacity(tools.len());
         for (name, kind, pose) in tools {
-            let status = ToolStatus::of_tool(&message.metadata, &self.names.whole(&name));
+            let (status, pose) = match self.names.status(&message.metadata, &name) {
+                Ok(status) => (status, pose),
+                Err(words) => (ToolStatus::Ok, Err(pose::PoseError::Whose(words))),
+            };
             let pose = match kind {
                 ToolKind::Six => pose,
                 // The turn of a 3D or 5D tool means nothing, and the tracker itself is no tool.
@@ -186,7 +214,15 @@ impl OpenIgtLink {
             let outcome = Err(Lost::Refused);
             return Some(Seen { marker, outcome });
         }
-        let outcome = match status::judge(status, self.spec.status) {
+        if *status != ToolStatus::Absent && !self.stated.contains(&marker) {
+            self.stated.push(marker);
+        }
+        // Who states it now and then leaves it out of what it does not know.
+        let rule = match self.stated.contains(&marker) {
+            true => StatusRule::Required,
+            false => self.spec.status,
+        };
+        let outcome = match status::judge(status, rule) {
             Err((lost, words)) => {
                 acts.extend(words.and_then(|words| self.told.say(format!("{name}: {words}"))));
                 Err(lost)
@@ -212,6 +248,9 @@ impl Driver for OpenIgtLink {
         self.now_ns = now_ns;
         self.decoder = Decoder::new(Limits::POSES);
         self.gather = Gather::new(self.names.markers());
+        self.twins = Twins::default();
+        self.stated.clear();
+        self.falls_back = false;
         self.told = Once::default();
         self.names.forget();
         let mut acts = Vec::new();
@@ -286,6 +325,6 @@ impl Driver for OpenIgtLink {
     }
 
     fn reconnects(&self) -> bool {
-        self.spec.reconnect == Reconnect::Always
+        self.falls_back || self.spec.reconnect == Reconnect::Always
     }
 }

@@ -9,14 +9,12 @@ use bus::port::Publisher;
 use bus::process::{JoinError, Membership, Process};
 use bus::topic::EVENT;
 use scene::TrackerSource;
-use scene::localizer::{LinkSpec, LocalizerSpec};
-use scene::tracking::PosedMarkers;
+use scene::localizer::LocalizerSpec;
 
 use crate::clocks::DeviceClock;
 use crate::driver::{Act, Driver, Frame};
+use crate::drivers::{self, DriverError};
 use crate::link::{Link, News};
-use crate::ndi::{Ndi, SetUpError};
-use crate::openigtlink::{NamesError, OpenIgtLink};
 use crate::output::Output;
 
 /// Its name in the run.
@@ -36,9 +34,7 @@ pub(crate) enum RunError {
     #[error("the scene has no table [localizer], which says what is to be dialled")]
     NoLocalizer,
     #[error(transparent)]
-    Names(#[from] NamesError),
-    #[error(transparent)]
-    Ndi(#[from] SetUpError),
+    Driver(#[from] DriverError),
 }
 
 /// Dials, and publishes what comes until asked to stop.
@@ -51,7 +47,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     else {
         return Err(RunError::NoLocalizer);
     };
-    let driver = driver(&spec, &source.markers)?;
+    let driver = drivers::of(&spec.link, &source.markers)?;
     let output = Output::open(&process, &spec.name, driver.markers())?;
     let events = Publisher::open(&process.bus, &EVENT, NAME)?;
     let mut localizer = Localizer {
@@ -71,13 +67,6 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     Ok(())
-}
-
-fn driver(spec: &LocalizerSpec, markers: &PosedMarkers) -> Result<Box<dyn Driver>, RunError> {
-    Ok(match &spec.link {
-        LinkSpec::OpenIgtLink(link) => Box::new(OpenIgtLink::new(link, markers)?),
-        LinkSpec::Ndi(link) => Box::new(Ndi::new(link, markers)?),
-    })
 }
 
 fn clock_of(spec: &LocalizerSpec) -> DeviceClock {
@@ -149,6 +138,7 @@ impl Localizer {
     fn publish(&mut self, frame: &Frame, process: &mut Process) -> Result<(), RunError> {
         let (captured, event) = self.clock.capture(frame);
         self.output.send(frame, captured, process)?;
+        self.link.is_of_use();
         self.rate.count(frame.arrival_ns);
         event.map_or(Ok(()), |words| self.tell(words, Level::Warning, process))
     }
@@ -198,7 +188,7 @@ impl Localizer {
 struct Rate {
     began_ns: i64,
     count: u32,
-    last: Option<u32>,
+    last: Option<f64>,
 }
 
 impl Rate {
@@ -206,7 +196,7 @@ impl Rate {
         let since_ns = at_ns.saturating_sub(self.began_ns);
         if since_ns >= RATE_NS {
             // What came in two seconds or more says nothing of one.
-            self.last = (since_ns < 2 * RATE_NS).then_some(self.count);
+            self.last = (since_ns < 2 * RATE_NS).then(|| f64::from(self.count) * 1e9 / since_ns as f64);
             (self.began_ns, self.count) = (at_ns, 0);
         }
         self.count += 1;
@@ -215,7 +205,8 @@ impl Rate {
     fn words(&self, now_ns: i64) -> String {
         match self.last {
             _ if now_ns.saturating_sub(self.began_ns) >= 2 * RATE_NS => "nothing comes".to_owned(),
-            Some(count) => format!("{count} frames/s"),
+            Some(hz) if hz < 9.5 => format!("{hz:.1} frames/s"),
+            Some(hz) => format!("{hz:.0} frames/s"),
             None => String::new(),
         }
     }
@@ -232,5 +223,13 @@ mod tests {
         let now_ns = 10 * RATE_NS;
         assert_eq!(rate.words(now_ns), "60 frames/s");
         assert_eq!(rate.words(now_ns + 3 * RATE_NS), "nothing comes");
+    }
+
+    /// A frame each 1.6 s was "1 frames/s".
+    #[test]
+    fn slow_frames_are_not_rounded_up() {
+        let mut rate = Rate::default();
+        (0..4).for_each(|i| rate.count(5 * RATE_NS + i * 1_600_000_000));
+        assert_eq!(rate.words(10 * RATE_NS), "0.6 frames/s");
     }
 }

@@ -66,7 +66,7 @@ impl Run {
         }
     }
 
-    /// The held process with this place in the status, no longer held; or why there is nothing to bring back.
+    /// The held process with this place in the status, no longer held, or the localizer; or why there is nothing to bring back.
     fn bring_back(&mut self, place: f64) -> Result<(usize, String), String> {
         let found = (0..self.children.len()).find(|&i| i as f64 == place);
         let Some(i) = found else {
@@ -78,6 +78,8 @@ impl Run {
                 self.children[i].is_held = false;
                 Ok((i, format!("starting {name} again")))
             }
+            // Its peer may want a person to confirm each connection: nobody else may say when.
+            "ready" if name == "localizer" => Ok((i, "the localizer is started anew and dials".to_owned())),
             stage => Err(format!(
                 "{name} is {stage}: only a process that ended too often and is held can be brought back"
             )),

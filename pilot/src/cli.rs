@@ -97,7 +97,7 @@ enum Verb {
         #[arg(long, default_value = "default")]
         run: String,
     },
-    /// Starts a process again that ended too often and was left alone.
+    /// Starts a process again that ended too often and was left alone, or the localizer at any time.
     #[command(after_help = RESTART_HELP)]
     Restart {
         /// Its name, as `pilot status` lists it.

@@ -131,6 +131,9 @@ pub(crate) struct Restart {
 }
 
 impl Restart {
+    /// The cause of one that a person wanted.
+    pub(crate) const ASKED: &'static str = "restarted as asked";
+
     /// When and why, for people.
     pub(crate) fn words(&self) -> String {
         // Negative before the navigation began; never a zero with a sign.

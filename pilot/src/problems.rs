@@ -69,13 +69,17 @@ fn recorder_troubles(run: &Run) -> Vec<String> {
     run.unrecorded.words().into_iter().chain(waited).collect()
 }
 
-/// Processes that ended before the run did, one line each.
+/// Processes that ended before the run did, one line each. What a person wanted is no problem.
 fn restarted(restarts: &[Restart]) -> Vec<String> {
+    let restarts: Vec<&Restart> = restarts
+        .iter()
+        .filter(|restart| restart.cause != Restart::ASKED)
+        .collect();
     let mut names: Vec<&str> = restarts.iter().map(|restart| restart.process.as_str()).collect();
     names.sort_unstable();
     names.dedup();
     let of = |name: &str| {
-        let its = || restarts.iter().filter(|restart| restart.process == name);
+        let its = || restarts.iter().copied().filter(|restart| restart.process == name);
         let last = its().next_back()?;
         let count = times(its().count());
         Some(format!(
@@ -193,6 +197,9 @@ mod tests {
             at_ns: 0,
         };
         assert!(restarted(&[]).is_empty());
+        let mut asked = restart("localizer", 1.0);
+        asked.cause = Restart::ASKED.to_owned();
+        assert!(restarted(&[asked]).is_empty());
         let found = restarted(&[
             restart("tracker", 1.0),
             restart("recorder", 2.0),

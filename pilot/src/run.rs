@@ -237,6 +237,7 @@ impl Run {
             (Some(KillReason::Silent), _) => "gave no sign of life".to_owned(),
             (Some(KillReason::SlowStart), _) => "was not ready in time".to_owned(),
             (Some(KillReason::SlowStop), _) => "did not stop in time".to_owned(),
+            (Some(KillReason::Asked), _) => Restart::ASKED.to_owned(),
             (None, Ending::Signal(signal)) => format!("killed by signal {signal}"),
             (None, Ending::Code(code)) => format!("exit code {code}"),
         };

@@ -48,7 +48,7 @@ pub enum Event {
     Beat(usize, ProcessState),
     /// A process ended.
     Ended(usize, Ending),
-    /// Somebody wants a process back that is held.
+    /// Somebody wants a process back that is held, or another one in the place of one that is ready.
     Restart(usize),
     /// Somebody wants the run to stop.
     Stop,
@@ -82,6 +82,8 @@ pub enum KillReason {
     SlowStart,
     /// Did not end when asked.
     SlowStop,
+    /// A person wants another one in its place.
+    Asked,
 }
 
 /// How the run ended.
@@ -161,7 +163,7 @@ impl Supervisor {
         match event {
             Event::Beat(i, state) => self.beat(i, state, now),
             Event::Ended(i, ending) => self.ended(i, ending, now, &mut actions),
-            Event::Restart(i) => self.restart(i, now),
+            Event::Restart(i) => self.restart(i, now, &mut actions),
             Event::Stop => self.stop(Outcome::Stopped),
             Event::Tick => {}
         }
@@ -244,12 +246,17 @@ impl Supervisor {
         }
     }
 
-    /// One that is held begins anew, with as many restarts as at first; of any other this is no business.
-    fn restart(&mut self, i: usize, now: i64) {
+    /// One that is held begins anew, with as many restarts as at first; one that is ready makes room for the next. Of any other this is no
+    /// business.
+    fn restart(&mut self, i: usize, now: i64, actions: &mut Vec<Action>) {
         let member = &mut self.members[i];
-        if member.stage == Stage::GivenUp {
-            member.restarts.clear();
-            member.stage = Stage::BackOff { until: now };
+        match member.stage {
+            Stage::GivenUp => {
+                member.restarts.clear();
+                member.stage = Stage::BackOff { until: now };
+            }
+            Stage::Ready => self.kill(i, KillReason::Asked, now, actions),
+            _ => {}
         }
     }
 

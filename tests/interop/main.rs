@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
+mod cable;
 mod clients;
+mod followed;
 mod hostile;
 mod markers;
 mod peers;

@@ -18,21 +18,30 @@ const HEADERS: &str = "/usr/include/openigtlink";
 /// The C++ client, compiled once; `None` with a printed reason where there is no compiler or no library.
 pub(crate) fn cxx() -> Option<&'static Path> {
     static PEER: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let peer = PEER.get_or_init(compiled).as_deref();
-    if peer.is_none() {
-        println!("skipped: no C++ client (on Debian: apt-get install g++ libopenigtlink-dev)");
-    }
-    peer
+    told(PEER.get_or_init(|| compiled("peer")).as_deref())
 }
 
-fn compiled() -> Option<PathBuf> {
+/// The C++ server, likewise.
+pub(crate) fn cxx_server() -> Option<&'static Path> {
+    static SERVER: OnceLock<Option<PathBuf>> = OnceLock::new();
+    told(SERVER.get_or_init(|| compiled("server")).as_deref())
+}
+
+fn told(program: Option<&'static Path>) -> Option<&'static Path> {
+    if program.is_none() {
+        println!("skipped: no C++ peer (on Debian: apt-get install g++ libopenigtlink-dev)");
+    }
+    program
+}
+
+fn compiled(name: &str) -> Option<PathBuf> {
     if !Path::new(HEADERS).exists() {
         return None;
     }
-    let source = super::root().join("tests/interop/peer.cxx");
+    let source = super::root().join(format!("tests/interop/{name}.cxx"));
     // Beside the tests; of one process, as several may compile at once.
     let folder = std::env::current_exe().ok()?.parent()?.to_owned();
-    let out = folder.join(format!("igtl-peer-{}", std::process::id()));
+    let out = folder.join(format!("igtl-{name}-{}", std::process::id()));
     let done = Command::new("g++")
         .args(["-O2", "-I", HEADERS, "-o"])
         .arg(&out)

@@ -12,8 +12,11 @@
     reason = "part of the tests, where both are allowed"
 )]
 
+pub mod cable;
+pub mod frames;
 pub mod links;
 pub mod nifti;
+pub mod proxy;
 pub mod room;
 
 use std::path::{Path, PathBuf};

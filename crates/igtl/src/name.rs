@@ -112,6 +112,19 @@ impl<const N: usize> Name<N> {
         }
     }
 
+    /// The label in a field of the wire; what may not stand in one becomes `?`.
+    pub(crate) fn scrubbed(mut field: [u8; N]) -> Self {
+        let end = field.iter().position(|byte| *byte == 0).unwrap_or(N);
+        for (at, byte) in field.iter_mut().enumerate() {
+            *byte = match at < end {
+                true if Charset::Any.admits(*byte) => *byte,
+                true => b'?',
+                false => 0,
+            };
+        }
+        Self(field)
+    }
+
     /// Its bytes, without the zeros behind it.
     pub fn as_bytes(&self) -> &[u8] {
         self.0.split(|byte| *byte == 0).next().unwrap_or_default()

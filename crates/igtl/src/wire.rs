@@ -147,6 +147,11 @@ impl<'a> Reader<'a> {
         self.text(field, Charset::Any, "anything but control characters")
     }
 
+    /// A label in which whatever may not stand in one has become `?`.
+    pub(crate) fn scrubbed<const N: usize>(&mut self) -> Result<Name<N>, Refusal> {
+        Ok(Name::scrubbed(self.array()?))
+    }
+
     fn text<const N: usize>(
         &mut self,
         field: &'static str,

@@ -5,6 +5,7 @@
 //! after its frame went out is left out. Where stamps are missing or stand still, nothing says what belongs together: each pose is then a
 //! frame of its own, and tool and patient are never combined.
 
+use bus::message::Lost;
 use igtl::Stamp;
 
 use super::stamp_ns;
@@ -94,6 +95,13 @@ impl Gather {
         open.is_some_and(|open| open.seen.iter().any(|seen| seen.marker == marker))
     }
 
+    /// This marker of what is being gathered has no pose after all.
+    pub(super) fn refuse(&mut self, marker: u32) {
+        let seen = self.open.iter_mut().flat_map(|open| &mut open.seen);
+        seen.filter(|seen| seen.marker == marker)
+            .for_each(|seen| seen.outcome = Err(Lost::Refused));
+    }
+
     fn begin(&mut self, stamp: Stamp, seen: Seen, now_ns: i64) {
         if let Some(before_ns) = self.began_ns.replace(now_ns) {
             let period_ns = now_ns.saturating_sub(before_ns).clamp(LEAST_NS, MOST_NS);
@@ -134,8 +142,6 @@ fn frame(stamp: Stamp, seen: Seen, now_ns: i64) -> Frame {
 
 #[cfg(test)]
 mod tests {
-    use bus::message::Lost;
-
     use super::*;
 
     const MS: i64 = 1_000_000;

@@ -3,7 +3,7 @@
 //! A name on the wire has at most 20 bytes, and PLUS cuts longer ones there: so does the scene's name before it is compared.
 
 use bus::message::MarkerFrame;
-use igtl::DeviceName;
+use igtl::{DeviceName, Metadata, ToolStatus};
 use scene::tracking::PosedMarkers;
 
 /// Bytes of a name on the wire.
@@ -13,7 +13,7 @@ const LISTED: usize = 8;
 
 /// Why the scene's names cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum NamesError {
+pub enum NamesError {
     /// They differ behind what goes over the wire.
     #[error(
         "tracker.markers: {tool:?} and {reference:?} are one name within the {BYTES} bytes that OpenIGTLink has for it; name the tools \
@@ -110,6 +110,33 @@ impl Names {
             .find(is_it)
             .cloned()
             .unwrap_or_else(|| name.to_string())
+    }
+
+    /// What a TDATA or QTDATA says of the tool of this name, or the words that say that it may be of another one: PLUS cuts the names of
+    /// tools to 20 bytes and the keys of their status not, so that two tools, or another than the scene's, may have one name.
+    pub(super) fn status(&self, metadata: &Metadata, name: &DeviceName) -> Result<ToolStatus, String> {
+        let whole = self.whole(name);
+        let own = ToolStatus::of_tool(metadata, &whole);
+        if name.as_bytes().len() < BYTES {
+            return Ok(own);
+        }
+        let keys = metadata.entries().iter().map(|entry| entry.key.as_str());
+        let stems = keys.filter_map(|key| key.strip_suffix("Status"));
+        let is_other = |stem: &&str| stem.as_bytes().iter().take(BYTES).eq(name.as_bytes()) && **stem != whole;
+        let others: Vec<&str> = stems.filter(is_other).collect();
+        match (&own, others.as_slice()) {
+            (_, []) => Ok(own),
+            // A peer whose own name of the tool has these 20 bytes.
+            (ToolStatus::Absent, [only]) if only.as_bytes() == name.as_bytes() => {
+                Ok(ToolStatus::of_tool(metadata, only))
+            }
+            _ => {
+                let others = others.join(", ");
+                Err(format!(
+                    "the peer means {others}, which is {name} within {BYTES} bytes, or both"
+                ))
+            }
+        }
     }
 
     fn unknown(&mut self, name: &DeviceName) -> Named {

@@ -1,5 +1,7 @@
 //! The client by hand: messages in, frames out.
 
+mod deceived;
+
 use std::time::Duration;
 
 use geometry::Rigid;

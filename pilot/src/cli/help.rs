@@ -42,8 +42,9 @@ Example:
   pilot stop --run replay";
 
 pub(super) const RESTART_HELP: &str = "\
-Example:
-  pilot restart recorder";
+Examples:
+  pilot restart recorder
+  pilot restart localizer    also while it is there: it dials anew";
 
 pub(super) const TOPICS_HELP: &str = "\
 Example:

@@ -178,8 +178,9 @@ fn silence_counts_from_the_first_sign_of_life() {
 #[test]
 fn a_held_process_is_brought_back_and_no_other() {
     let mut s = supervisor();
+    s.step(Event::Tick, 0);
+    assert_eq!(s.step(Event::Restart(1), 0), [], "it is starting");
     all_ready(&mut s, 0);
-    assert_eq!(s.step(Event::Restart(1), 1), [], "it is ready");
     for n in 0..4 {
         s.step(Event::Ended(1, Ending::Signal(9)), n);
         s.step(Event::Tick, n);
@@ -190,6 +191,15 @@ fn a_held_process_is_brought_back_and_no_other() {
     assert_eq!(s.step(Event::Ended(1, Ending::Signal(9)), 11), [Action::Start(1)]);
     s.step(Event::Stop, 12);
     assert_eq!(s.step(Event::Restart(1), 13), [], "the run is ending");
+}
+
+/// One that waits for a person to say so is not held: it was refused.
+#[test]
+fn one_that_is_ready_makes_room_for_the_next_where_a_person_wants_it() {
+    let mut s = supervisor();
+    all_ready(&mut s, 0);
+    assert_eq!(s.step(Event::Restart(1), 10), [Action::Kill(1, KillReason::Asked)]);
+    assert_eq!(s.step(Event::Ended(1, Ending::Signal(9)), 11), [Action::Start(1)]);
 }
 
 #[test]

@@ -3,21 +3,16 @@
 #![allow(clippy::print_stdout, reason = "why a test was skipped")]
 #![allow(clippy::disallowed_methods, reason = "the peer is a process of other software")]
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::io::{BufRead, BufReader};
+use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
-use std::thread;
+use std::time::Duration;
 
-use crate::support::{Pilot, SMALL, World, kill_9, pid_in, python, wait_for};
-use bus::Bus;
-use bus::message::{Lost, MarkerFrame, Sight};
-use bus::port::Subscriber;
-use bus::run::RunContext;
-use bus::topic::MARKERS;
-use geometry::{Marker, Reference};
+use crate::support::frames::{Watch, is_connected, is_disconnected, is_seen, patient, status_says, tool};
+use crate::support::proxy::{Fault, Proxy};
+use crate::support::{SMALL, World, kill_9, pid_in, python};
+use bus::message::{Lost, MarkerFrame};
 use recorder::read::reader;
 
 /// A server of pyigtl.
@@ -60,81 +55,6 @@ impl Drop for Peer {
     }
 }
 
-/// What the network does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fault {
-    None,
-    /// One byte in each packet.
-    Bytes,
-    /// Nothing comes through, and nobody says so: a cable that was pulled.
-    HalfOpen,
-    /// Every connection is closed in the middle of a message.
-    Cut,
-}
-
-const FAULTS: [Fault; 4] = [Fault::None, Fault::Bytes, Fault::HalfOpen, Fault::Cut];
-
-/// A network between a client and a server, which fails when told to.
-struct Network {
-    port: u16,
-    fault: Arc<AtomicU8>,
-}
-
-impl Network {
-    fn to(port: u16) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let network = Self {
-            port: listener.local_addr().unwrap().port(),
-            fault: Arc::default(),
-        };
-        let fault = Arc::clone(&network.fault);
-        thread::spawn(move || {
-            for client in listener.incoming().flatten() {
-                let Ok(server) = TcpStream::connect(("127.0.0.1", port)) else {
-                    continue;
-                };
-                // Of the client's own words pyigtl never loses any: what comes in pieces makes it hang.
-                for (from, to, fails) in [(&client, &server, false), (&server, &client, true)] {
-                    let (from, to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
-                    let fault = Arc::clone(&fault);
-                    thread::spawn(move || carry(from, to, &fault, fails));
-                }
-            }
-        });
-        network
-    }
-
-    fn set(&self, fault: Fault) {
-        let place = FAULTS.iter().position(|one| *one == fault).unwrap();
-        self.fault.store(place as u8, Ordering::SeqCst);
-    }
-}
-
-fn carry(mut from: TcpStream, mut to: TcpStream, fault: &AtomicU8, fails: bool) {
-    let mut room = [0; 4096];
-    let _ = (from.set_nodelay(true), to.set_nodelay(true));
-    while let Ok(count @ 1..) = from.read(&mut room) {
-        let sent = match FAULTS[usize::from(fault.load(Ordering::SeqCst))] {
-            Fault::None => to.write_all(&room[..count]),
-            Fault::Bytes if !fails => to.write_all(&room[..count]),
-            Fault::Cut if !fails => break,
-            Fault::Bytes => room[..count].iter().try_for_each(|byte| to.write_all(&[*byte])),
-            Fault::HalfOpen => Ok(()),
-            Fault::Cut => {
-                let _ = to.write_all(&room[..count / 2]);
-                break;
-            }
-        };
-        if sent.is_err() {
-            break;
-        }
-    }
-    let _ = (
-        from.shutdown(std::net::Shutdown::Both),
-        to.shutdown(std::net::Shutdown::Both),
-    );
-}
-
 fn scene(port: u16, more: &str) -> String {
     SMALL.replace("[tracker]\n", "[tracker]\nsource = \"markers\"\n")
         + &format!(
@@ -143,60 +63,15 @@ fn scene(port: u16, more: &str) -> String {
         )
 }
 
-/// The frames of a run as they come.
-struct Watch {
-    frames: Subscriber<MarkerFrame>,
-    _bus: Bus,
-}
-
-impl Watch {
-    fn open(world: &World) -> Self {
-        let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
-        let bus = Bus::join(&context).unwrap();
-        Self {
-            frames: Subscriber::open(&bus, &MARKERS, "", MARKERS.buffer).unwrap(),
-            _bus: bus,
-        }
-    }
-
-    /// Waits for so many frames, one after the other, of which `wanted` holds.
-    fn wait(&self, what: &str, count: usize, wanted: impl Fn(&MarkerFrame) -> bool) -> Vec<MarkerFrame> {
-        let mut found = Vec::new();
-        wait_for(what, || {
-            while let Some(frame) = self.frames.next().unwrap() {
-                match wanted(&frame) {
-                    true => found.push(frame),
-                    false => found.clear(),
-                }
-            }
-            (found.len() >= count).then_some(())
-        });
-        found
-    }
-}
-
-fn tool(frame: &MarkerFrame) -> Sight<Marker> {
-    frame.sight(MarkerFrame::TOOL).unwrap()
-}
-
-fn is_seen(frame: &MarkerFrame) -> bool {
-    tool(frame).tracker_from_marker.is_ok()
-}
-
-fn is_disconnected(frame: &MarkerFrame) -> bool {
-    tool(frame).tracker_from_marker == Err(Lost::Disconnected)
-}
-
 /// What the peer sent, by the number in the tool's place: the same on both sides of the network.
 fn check(frame: &MarkerFrame) {
-    let reference: Sight<Reference> = frame.sight(MarkerFrame::REFERENCE).unwrap();
     // pyigtl sends message by message, and a busy machine lets one wait for longer than half a frame.
-    let Ok(on_patient) = reference.tracker_from_marker else {
+    let Ok(on_patient) = patient(frame) else {
         return;
     };
     let on_patient = on_patient.translation_mm();
     assert_eq!([on_patient[0], on_patient[2]], [-100.0, -1500.0]);
-    match tool(frame).tracker_from_marker {
+    match tool(frame) {
         Ok(pose) => {
             let [x, y, z] = pose.translation_mm();
             let number = (8.0 * x) as u64;
@@ -214,21 +89,10 @@ fn check(frame: &MarkerFrame) {
     assert!(frame.t_publish_ns >= frame.t_arrival_ns && frame.t_device_ns > 1_700_000_000_000_000_000);
 }
 
-fn status_says(pilot: &Pilot<'_>, words: &str) {
-    pilot.wait_for(words, |status| {
-        let processes = status["processes"].as_array().unwrap();
-        let mut notes = processes
-            .iter()
-            .filter(|p| p["name"] == "localizer")
-            .map(|p| p["note"].as_str().unwrap_or(""));
-        notes.any(|note| note.contains(words))
-    });
-}
-
 #[test]
 fn a_peer_of_other_software_is_followed_through_a_network_that_fails() {
     let Some(peer) = Peer::start(2) else { return };
-    let network = Network::to(peer.port);
+    let network = Proxy::to(peer.port);
     let world = World::new();
     let out = world.path("out");
     let text = scene(network.port, "silent_s = 1.5\n");
@@ -241,12 +105,17 @@ fn a_peer_of_other_software_is_followed_through_a_network_that_fails() {
         .wait("poses byte by byte", 40, is_connected)
         .iter()
         .for_each(check);
+    network.set(Fault::Delay(Duration::from_millis(30)));
+    watch
+        .wait("poses that are late", 40, is_connected)
+        .iter()
+        .for_each(check);
     // A cable that is pulled: nothing comes, and after a while the connection is given up.
-    network.set(Fault::HalfOpen);
+    network.set(Fault::Stall);
     watch.wait("the end of a silent connection", 1, is_disconnected);
     network.set(Fault::None);
     watch.wait("poses after it", 10, is_connected).iter().for_each(check);
-    network.set(Fault::Cut);
+    network.set(Fault::CutAll);
     watch.wait("the end of a cut connection", 1, is_disconnected);
     status_says(&pilot, "the peer closed the connection");
     network.set(Fault::None);
@@ -266,10 +135,6 @@ fn a_peer_of_other_software_is_followed_through_a_network_that_fails() {
     status_says(&pilot, "waiting for 127.0.0.1");
     let _ = pilot.stop();
     recorded(&out);
-}
-
-fn is_connected(frame: &MarkerFrame) -> bool {
-    !is_disconnected(frame)
 }
 
 /// The recording has frames as they came, and what became of the connection.
@@ -295,7 +160,7 @@ fn a_peer_that_states_no_status_gives_no_pose_unless_the_scene_says_so() {
         let watch = Watch::open(&world);
         let expected = |frame: &MarkerFrame| match seen {
             true => is_seen(frame),
-            false => tool(frame).tracker_from_marker == Err(Lost::Refused),
+            false => tool(frame) == Err(Lost::Refused),
         };
         watch.wait("frames", 20, expected);
         // A run without a picture of a pose is no success.

@@ -1,9 +1,11 @@
 //! Where poses come from.
 
+mod deceived;
 mod emitters;
 mod links;
 mod localizer;
 mod markers;
 mod ndi;
+mod ndi_cut;
 mod rate;
 mod sequence;

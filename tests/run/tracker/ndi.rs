@@ -33,7 +33,7 @@ fn room_scene() -> String {
 }
 
 /// The run that follows the device and loads these definitions, each with its name, in this order.
-fn follower_scene(port: u16, tools: [(&str, &Path); 2]) -> String {
+pub(super) fn follower_scene(port: u16, tools: [(&str, &Path); 2]) -> String {
     let tools = tools.map(|(name, rom)| format!("[[localizer.tools]]\nname = \"{name}\"\nrom = {rom:?}\n"));
     SMALL.replace("[tracker]\n", "[tracker]\nsource = \"markers\"\n")
         + &format!(
@@ -45,14 +45,14 @@ fn follower_scene(port: u16, tools: [(&str, &Path); 2]) -> String {
 }
 
 /// The device, as a process.
-struct Simulator {
-    child: Child,
-    port: u16,
+pub(super) struct Simulator {
+    pub(super) child: Child,
+    pub(super) port: u16,
 }
 
 impl Simulator {
     /// Of `room.toml`; the definitions of its markers lie beside it then. Port 0 is any.
-    fn start(world: &World, port: u16) -> Self {
+    pub(super) fn start(world: &World, port: u16) -> Self {
         Self::start_with(world, port, &[])
     }
 
@@ -94,14 +94,14 @@ impl Drop for Simulator {
 }
 
 /// The same room here, for what is true.
-fn truth(world: &World) -> PosedRoom {
+pub(super) fn truth(world: &World) -> PosedRoom {
     let scene = pilot::scene_of_run(&world.path("room.toml")).unwrap();
     let grid = *volume_loader::open(&scene.volume, scene.seed).unwrap().grid();
     PosedRoom::of(&scene, Some(&grid)).unwrap()
 }
 
 /// The frame that was captured at this time of the device.
-fn frame_at(room: &PosedRoom, t_device_ns: i64) -> Frame {
+pub(super) fn frame_at(room: &PosedRoom, t_device_ns: i64) -> Frame {
     let about = (t_device_ns as f64 * 60.0 / 1e9) as u64;
     let numbers = about.saturating_sub(2)..about + 3;
     let mut frames = numbers.map(|seq| room.room().frame(seq));

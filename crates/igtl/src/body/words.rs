@@ -18,7 +18,8 @@ pub struct Status {
     pub code: u16,
     /// What the device means by it.
     pub subcode: i64,
-    /// The error's name.
+    /// The error's name, control characters made `?`: the C++ library (1.11) leaves the field as it finds it where its user sets none, and
+    /// such a STATUS is as good a sign of life as another.
     pub name: DeviceName,
     /// Words, without the zero that ends them on the wire.
     pub words: Vec<u8>,
@@ -72,7 +73,7 @@ impl Status {
         Ok(Self {
             code: reader.u16()?,
             subcode: reader.i64()?,
-            name: reader.label("the name of the error")?,
+            name: reader.scrubbed()?,
             words: reader
                 .rest()
                 .split(|byte| *byte == 0)
@@ -181,5 +182,22 @@ impl Command {
         fields.add("number", self.number);
         fields.add("name", &self.name);
         text_fields(&self.content, fields);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The C++ library's own STATUS was refused where its user had set no name: three of them ended the connection.
+    #[test]
+    fn a_status_whose_name_was_never_set_is_read() {
+        let mut bytes = vec![0; 30];
+        bytes[1] = 1;
+        bytes[10..15].copy_from_slice(b"\n\x80a\x1b\x00");
+        bytes[16] = 7;
+        let status = Status::read(&mut Reader::new(&bytes, 0)).unwrap();
+        assert_eq!(status.code, Status::OK);
+        assert_eq!(status.name.as_bytes(), b"?\x80a?");
     }
 }

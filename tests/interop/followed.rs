@@ -1,0 +1,219 @@
+//! A run that follows a server of the C++ library, which reads header version 1 alone.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use bus::message::{Lost, MarkerFrame};
+
+use crate::peers::cxx_server;
+use crate::support::frames::{Watch, is_disconnected, is_seen, patient, status_says, tool};
+use crate::support::proxy::{Fault, Proxy};
+use crate::support::{Pilot, SMALL, World, wait_for};
+
+/// The server, as a process.
+pub(crate) struct Server {
+    pub(crate) child: Child,
+    pub(crate) port: u16,
+    lines: Arc<Mutex<Vec<String>>>,
+}
+
+impl Server {
+    /// `None`, with a printed reason, where there is no compiler or no library.
+    fn start(mode: &str) -> Option<Self> {
+        let mut command = Command::new(cxx_server()?);
+        command.arg(mode);
+        Some(Self::of(command))
+    }
+
+    /// The same, however it is started.
+    pub(crate) fn of(mut command: Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut out = BufReader::new(child.stdout.take().unwrap());
+        let mut line = String::new();
+        out.read_line(&mut line).unwrap();
+        let port = line.trim().parse().unwrap_or_else(|_| panic!("{line:?}"));
+        let lines = Arc::new(Mutex::new(Vec::new()));
+        let into = Arc::clone(&lines);
+        thread::spawn(move || {
+            for line in out.lines().map_while(Result::ok) {
+                into.lock().unwrap().push(line);
+            }
+        });
+        Self { child, port, lines }
+    }
+
+    /// What it was sent so far.
+    fn was_sent(&self) -> Vec<String> {
+        self.lines.lock().unwrap().clone()
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+pub(crate) fn scene(address: &str, more: &str) -> String {
+    SMALL.replace("[tracker]\n", "[tracker]\nsource = \"markers\"\n")
+        + &format!(
+            "[tracker.markers]\nmarker = \"StylusToTracker\"\nreference = \"ReferenceToTracker\"\n\
+             [localizer]\nkind = \"openigtlink\"\naddress = \"{address}\"\nstatus = \"absent-means-valid\"\n{more}"
+        )
+}
+
+fn start<'a>(world: &'a World, port: u16, more: &str) -> (Pilot<'a>, Watch) {
+    let scene = world.file("s.toml", &scene(&format!("127.0.0.1:{port}"), more));
+    let pilot = world.start(&scene, &world.path("out"), "default");
+    (pilot, Watch::open(world))
+}
+
+/// Whether the server sends the tool in this frame.
+fn sends_tool(number: u64) -> bool {
+    number % 5 != 4 && number % 500 < 300
+}
+
+/// What the server sent, by the number in the places.
+pub(crate) fn check(frame: &MarkerFrame) {
+    let number_of = |y: f64| (y * 1024.0) as u64;
+    if let Ok(pose) = tool(frame) {
+        let [x, y, z] = pose.translation_mm();
+        let number = (8.0 * x) as u64;
+        assert_eq!([number % 4000, 1500], [number_of(y), -z as u64]);
+        assert!(sends_tool(number), "frame {number}, in which the tool was not sent");
+    }
+    if let Ok(pose) = patient(frame) {
+        let [x, y, z] = pose.translation_mm();
+        assert_eq!([x, z], [-100.0, -1500.0]);
+        if let Ok(tool) = tool(frame) {
+            assert_eq!(tool.translation_mm()[1], y, "two instants in one frame");
+        }
+    }
+    if let Err(reason) = tool(frame) {
+        assert!(matches!(reason, Lost::NotSeen | Lost::Disconnected), "{reason:?}");
+    }
+    assert!(frame.t_capture_ns <= frame.t_arrival_ns + 1000);
+}
+
+/// In one frame: of an instant.
+fn is_whole(frame: &MarkerFrame) -> bool {
+    is_seen(frame) && patient(frame).is_ok()
+}
+
+/// Waits until so many frames have come of which this holds, one after the other or not.
+fn until(watch: &Watch, what: &str, count: usize, wanted: impl Fn(&MarkerFrame) -> bool) {
+    let mut found = 0;
+    wait_for(what, || {
+        for frame in watch.come() {
+            check(&frame);
+            found += usize::from(wanted(&frame));
+        }
+        (found >= count).then_some(())
+    });
+}
+
+/// Messages of TRANSFORM, by their headers.
+fn is_any(_: &[u8]) -> bool {
+    true
+}
+
+#[test]
+fn transforms_of_version_1_are_followed_through_a_network_that_fails_and_a_lost_tool_is_none() {
+    let Some(server) = Server::start("push") else { return };
+    let network = Proxy::to(server.port);
+    let world = World::new();
+    let (pilot, watch) = start(&world, network.port, "peer = \"v1\"\nsilent_s = 1.5\n");
+    until(&watch, "poses", 20, is_whole);
+    for fault in [Fault::Bytes, Fault::Delay(Duration::from_millis(30))] {
+        network.set(fault);
+        until(&watch, "poses through it", 60, is_whole);
+    }
+    network.set(Fault::Stall);
+    until(&watch, "the end of a silent connection", 1, is_disconnected);
+    network.set(Fault::None);
+    until(&watch, "poses after it", 5, is_whole);
+    // In the header, in the body and between two messages.
+    for at in (0..=106).step_by(9) {
+        network.set(Fault::Cut(at, is_any));
+        until(&watch, "the end of a cut connection", 1, is_disconnected);
+        until(&watch, "poses after it", 2, is_whole);
+    }
+    // Two seconds in which the tool is not sent.
+    until(&watch, "frames without the tool", 150, |frame| {
+        tool(frame) == Err(Lost::NotSeen)
+    });
+    assert!(!server.was_sent().contains(&"BAD HEADER".to_owned()));
+    let _ = pilot.stop();
+}
+
+#[test]
+fn version_1_is_found_out_by_the_silence_after_version_2() {
+    let Some(server) = Server::start("stream") else { return };
+    let world = World::new();
+    let (pilot, watch) = start(&world, server.port, "peer = \"auto\"\nstream_ms = 10\n");
+    until(&watch, "poses", 20, is_whole);
+    let told = watch.told().join("\n");
+    assert!(
+        told.contains("no whole message within 1.0 s of a header of version 2"),
+        "{told}"
+    );
+    status_says(&pilot, "version 1");
+    let sent = server.was_sent();
+    let place = |wanted: &str| sent.iter().position(|line| line == wanted);
+    assert!(
+        place("BAD HEADER") < place("STT_TDATA 10") && place("BAD HEADER").is_some(),
+        "{sent:?}"
+    );
+    until(&watch, "frames without the tool", 150, |frame| {
+        tool(frame) == Err(Lost::NotSeen)
+    });
+    let _ = pilot.stop();
+}
+
+#[test]
+fn a_connection_that_somebody_confirms_is_made_again_only_when_a_person_says_so() {
+    let Some(server) = Server::start("stream") else { return };
+    let network = Proxy::to(server.port);
+    let world = World::new();
+    let more = "peer = \"v1\"\nstream_ms = 20\nreconnect = \"ask\"\n";
+    let (pilot, watch) = start(&world, network.port, more);
+    until(&watch, "poses", 5, is_whole);
+    network.set(Fault::Cut(7, is_any));
+    until(&watch, "the end of the connection", 1, is_disconnected);
+    status_says(&pilot, "`pilot restart localizer` dials again");
+    // Nothing but that it is over, for longer than any wait between two tries.
+    until(&watch, "frames without a connection", 6, is_disconnected);
+    assert_eq!(network.made(), 1);
+    let output = world.output("pilot", &["restart", "localizer"]);
+    assert!(output.status.success(), "{output:?}");
+    until(&watch, "poses of the next connection", 5, is_whole);
+    assert_eq!(network.made(), 2);
+    let asked = |line: &&String| line.starts_with("STT_TDATA");
+    let sent = server.was_sent();
+    let asked: Vec<&String> = sent.iter().filter(asked).collect();
+    assert_eq!(asked, ["STT_TDATA 20", "STT_TDATA 20"]);
+    let _ = pilot.stop();
+}
+
+/// Where a person confirms each connection, the one that shows the version is followed by the one that uses it.
+#[test]
+fn version_1_is_found_out_where_connections_are_confirmed() {
+    let Some(server) = Server::start("stream") else { return };
+    let network = Proxy::to(server.port);
+    let world = World::new();
+    let more = "peer = \"auto\"\nstream_ms = 20\nreconnect = \"ask\"\n";
+    let (pilot, watch) = start(&world, network.port, more);
+    until(&watch, "poses", 5, is_whole);
+    assert_eq!(network.made(), 2);
+    let _ = pilot.stop();
+}
+
+/// The program of the server, for whoever starts it otherwise.
+pub(crate) fn program() -> Option<&'static Path> {
+    cxx_server()
+}
