@@ -1,6 +1,6 @@
 //! What a protocol does with the bytes of a connection, as a step function: no socket, no clock of its own.
 
-use bus::message::Lost;
+use bus::message::{EmitterSight, Lost};
 use geometry::{Marker, Rigid, Tracker};
 
 /// What is to be done. Times are ns on the run's clock, which is the only one here.
@@ -10,6 +10,8 @@ pub enum Act {
     Send(Vec<u8>),
     /// Publish this.
     Frame(Frame),
+    /// Publish single markers of a frame, in which no marker has a pose.
+    Emitters(Frame, Places),
     /// A person should know, once.
     Tell(String),
     /// Something that is only counted was left out.
@@ -29,6 +31,27 @@ pub struct Frame {
     pub arrival_ns: i64,
     /// Its markers, each once.
     pub seen: Vec<Seen>,
+}
+
+impl Frame {
+    /// One that came in one reply at `now_ns`.
+    pub(crate) fn of_device(device_ns: Option<i64>, now_ns: i64, seen: Vec<Seen>) -> Self {
+        Self {
+            device_ns: device_ns.unwrap_or(0),
+            first_ns: now_ns,
+            arrival_ns: now_ns,
+            seen,
+        }
+    }
+}
+
+/// Single markers at one instant, by their numbers, with their places in the localizer's frame.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Places {
+    /// Those on the surgeon's tool.
+    pub tool: Vec<EmitterSight>,
+    /// Those on the patient.
+    pub patient: Vec<EmitterSight>,
 }
 
 /// One marker.

@@ -1,7 +1,7 @@
 //! The driver of each protocol.
 
 use scene::localizer::LinkSpec;
-use scene::tracking::PosedMarkers;
+use scene::tracking::{EmitterSource, PosedMarkers};
 
 use crate::driver::Driver;
 use crate::ndi::Ndi;
@@ -19,15 +19,28 @@ pub enum DriverError {
     /// The tools of a device of NDI.
     #[error(transparent)]
     Ndi(#[from] SetUpError),
+    /// The tracker follows emitters.
+    #[error("OpenIGTLink has no single markers; tracker.source = \"markers\" follows its poses")]
+    NoEmitters,
+}
+
+/// What is made of what a localizer sees.
+#[derive(Debug, Clone, Copy)]
+pub enum Follows<'a> {
+    /// Poses of markers, made by the localizer.
+    Markers(&'a PosedMarkers),
+    /// Single markers, of which the tracker makes poses.
+    Emitters(&'a EmitterSource),
 }
 
 /// What speaks the scene's protocol; not connected yet.
 ///
 /// # Errors
 /// [`DriverError`].
-pub fn of(link: &LinkSpec, markers: &PosedMarkers) -> Result<Box<dyn Driver>, DriverError> {
-    Ok(match link {
-        LinkSpec::OpenIgtLink(link) => Box::new(OpenIgtLink::new(link, markers)?),
-        LinkSpec::Ndi(link) => Box::new(Ndi::new(link, markers)?),
+pub fn of(link: &LinkSpec, follows: Follows<'_>) -> Result<Box<dyn Driver>, DriverError> {
+    Ok(match (link, follows) {
+        (LinkSpec::OpenIgtLink(link), Follows::Markers(markers)) => Box::new(OpenIgtLink::new(link, markers)?),
+        (LinkSpec::OpenIgtLink(_), Follows::Emitters(_)) => return Err(DriverError::NoEmitters),
+        (LinkSpec::Ndi(link), follows) => Box::new(Ndi::new(link, follows)?),
     })
 }

@@ -1,5 +1,5 @@
 //! Floor 3: the connection to a real localizer. It dials, speaks the localizer's protocol, and publishes what that delivers as
-//! frames of markers, each of one instant; nothing else. What the frames mean for the patient is the tracker's business.
+//! frames of markers, or of single emitters, each of one instant; nothing else. What the frames mean for the patient is the tracker's business.
 //!
 //! * `link` dials, reads and writes, and dials again for ever; a peer that is not there is a state, not an error.
 //! * `driver` is what a protocol does with bytes and time: `openigtlink`, `ndi`.
@@ -20,5 +20,6 @@ mod openigtlink;
 mod output;
 mod run;
 pub mod simulate;
+mod single;
 mod state;
 mod stream;

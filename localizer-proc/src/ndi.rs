@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use bus::message::{Lost, MarkerFrame};
 use geometry::checked;
-use ndi::session::{Action, Client, ClientRules, Event, Notice, Tool};
-use ndi::{Pose, Rom, RomError, Why};
+use ndi::session::{Action, Client, ClientRules, Event, Notice, Poll, Tool};
+use ndi::{Markers, Pose, Rom, RomError, Why};
 use scene::localizer::NdiSpec;
 use scene::tracking::PosedMarkers;
 
 use crate::driver::{Act, Driver, Frame, Seen};
+use crate::drivers::Follows;
+use crate::single::{ShapeError, Single};
 use crate::state::Once;
 
 /// The longest file of a tool definition: what devices hold is 1024 bytes, and files may be padded.
@@ -38,6 +40,9 @@ pub enum SetUpError {
         /// What is wrong with it.
         source: RomError,
     },
+    /// The emitters of the scene are not the markers of the tool.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
     /// The scene leaves open which tool is meant.
     #[error("localizer.tools has {found} tools, and tracker.markers.marker does not say which is the surgeon's")]
     Which {
@@ -51,6 +56,8 @@ pub(crate) struct Ndi {
     session: Client,
     /// The tools that are markers of the scene: their names at the device, and their numbers on the bus.
     markers: Vec<(String, u32)>,
+    /// Single markers are published in place of their poses.
+    single: Option<Single>,
     poll_ns: i64,
     sent_ns: i64,
     told: Once,
@@ -62,7 +69,7 @@ impl Ndi {
     ///
     /// # Errors
     /// [`SetUpError`].
-    pub(crate) fn new(spec: &NdiSpec, markers: &PosedMarkers) -> Result<Self, SetUpError> {
+    pub(crate) fn new(spec: &NdiSpec, follows: Follows<'_>) -> Result<Self, SetUpError> {
         let tools = spec.tools.iter().map(|(name, path)| {
             Ok(Tool {
                 name: name.clone(),
@@ -70,32 +77,27 @@ impl Ndi {
                 priority: 'D',
             })
         });
-        let rules = ClientRules {
+        let mut rules = ClientRules {
             tools: tools.collect::<Result<_, SetUpError>>()?,
             tolerance: UNIT_TOLERANCE,
             ..ClientRules::default()
         };
-        let reference = markers.reference.as_ref().map(|(name, _)| name);
-        let mut others = spec
-            .tools
-            .iter()
-            .map(|(name, _)| name)
-            .filter(|name| Some(*name) != reference);
-        let tool = match (&markers.marker, others.next(), others.next()) {
-            (Some(name), ..) => name,
-            (None, Some(only), None) => only,
-            (None, ..) => {
+        let (markers, single) = match (follows, &spec.single) {
+            (Follows::Markers(markers), _) => (named(spec, markers)?, None),
+            (Follows::Emitters(source), Some(single)) => {
+                // BX and TX do not say which marker of a tool is which.
+                (rules.markers, rules.poll) = (Markers::Tools, Some(Poll::Bx2));
+                (Vec::new(), Some(Single::new(single, source, &rules.tools)?))
+            }
+            (Follows::Emitters(_), None) => {
                 return Err(SetUpError::Which {
                     found: spec.tools.len(),
                 });
             }
         };
-        let reference = reference.map(|name| (name.clone(), MarkerFrame::REFERENCE));
         Ok(Self {
-            markers: [(tool.clone(), MarkerFrame::TOOL)]
-                .into_iter()
-                .chain(reference)
-                .collect(),
+            markers,
+            single,
             poll_ns: rules.poll_ns,
             session: Client::new(rules),
             sent_ns: 0,
@@ -112,7 +114,7 @@ impl Ndi {
                     self.sent_ns = now_ns;
                     acts.push(Act::Send(bytes));
                 }
-                Action::Publish(frame, _) => acts.extend(self.frame(&frame, now_ns).map(Act::Frame)),
+                Action::Publish(frame, _) => acts.extend(self.published(&frame, now_ns)),
                 Action::Tell(notice) => self.tell(&notice, &mut acts),
                 Action::Close(reason) => acts.push(Act::Close(reason.to_string())),
                 // A network has no speed.
@@ -137,6 +139,17 @@ impl Ndi {
         acts.extend(self.told.say(notice.to_string()));
     }
 
+    fn published(&mut self, frame: &ndi::Frame, now_ns: i64) -> Option<Act> {
+        let Some(single) = &self.single else {
+            return self.frame(frame, now_ns).map(Act::Frame);
+        };
+        let places = single.places(frame, |name| self.session.handle(name))?;
+        Some(Act::Emitters(
+            Frame::of_device(frame.device_ns, now_ns, Vec::new()),
+            places,
+        ))
+    }
+
     /// The markers of a frame. One in which the device did not look for any of them says nothing of them: passive and active
     /// tools alternate.
     fn frame(&mut self, frame: &ndi::Frame, now_ns: i64) -> Option<Frame> {
@@ -155,13 +168,32 @@ impl Ndi {
                 outcome,
             });
         }
-        is_about_them.then_some(Frame {
-            device_ns: frame.device_ns.unwrap_or(0),
-            first_ns: now_ns,
-            arrival_ns: now_ns,
-            seen,
-        })
+        is_about_them.then(|| Frame::of_device(frame.device_ns, now_ns, seen))
     }
+}
+
+/// The tools that are markers of the scene, with their numbers on the bus.
+fn named(spec: &NdiSpec, markers: &PosedMarkers) -> Result<Vec<(String, u32)>, SetUpError> {
+    let reference = markers.reference.as_ref().map(|(name, _)| name);
+    let mut others = spec
+        .tools
+        .iter()
+        .map(|(name, _)| name)
+        .filter(|name| Some(*name) != reference);
+    let tool = match (&markers.marker, others.next(), others.next()) {
+        (Some(name), ..) => name,
+        (None, Some(only), None) => only,
+        (None, ..) => {
+            return Err(SetUpError::Which {
+                found: spec.tools.len(),
+            });
+        }
+    };
+    let reference = reference.map(|name| (name.clone(), MarkerFrame::REFERENCE));
+    Ok([(tool.clone(), MarkerFrame::TOOL)]
+        .into_iter()
+        .chain(reference)
+        .collect())
 }
 
 fn posed(pose: &Pose) -> Result<(geometry::Rigid<geometry::Tracker, geometry::Marker>, f64), Lost> {

@@ -12,8 +12,8 @@ use scene::TrackerSource;
 use scene::localizer::LocalizerSpec;
 
 use crate::clocks::DeviceClock;
-use crate::driver::{Act, Driver, Frame};
-use crate::drivers::{self, DriverError};
+use crate::driver::{Act, Driver, Frame, Places};
+use crate::drivers::{self, DriverError, Follows};
 use crate::link::{Link, News};
 use crate::output::Output;
 
@@ -43,12 +43,19 @@ pub(crate) enum RunError {
 /// [`RunError`]. A peer that is not there is none: it is waited for.
 pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     let mut process = Process::join(NAME, membership)?;
-    let (Some(spec), TrackerSource::Markers(source)) = (process.scene.localizer.clone(), &process.scene.tracker.source)
-    else {
+    let follows = match &process.scene.tracker.source {
+        TrackerSource::Markers(source) => Some(Follows::Markers(&source.markers)),
+        TrackerSource::Emitters(source) => Some(Follows::Emitters(source)),
+        _ => None,
+    };
+    let (Some(spec), Some(follows)) = (process.scene.localizer.clone(), follows) else {
         return Err(RunError::NoLocalizer);
     };
-    let driver = drivers::of(&spec.link, &source.markers)?;
-    let output = Output::open(&process, &spec.name, driver.markers())?;
+    let driver = drivers::of(&spec.link, follows)?;
+    let output = match follows {
+        Follows::Markers(_) => Output::of_markers(&process, &spec.name, driver.markers())?,
+        Follows::Emitters(_) => Output::of_emitters(&process)?,
+    };
     let events = Publisher::open(&process.bus, &EVENT, NAME)?;
     let mut localizer = Localizer {
         link: Link::new(&spec.address),
@@ -126,7 +133,8 @@ impl Localizer {
                         return self.close(why, process);
                     }
                 }
-                Act::Frame(frame) => self.publish(&frame, process)?,
+                Act::Frame(frame) => self.publish(&frame, None, process)?,
+                Act::Emitters(frame, places) => self.publish(&frame, Some(&places), process)?,
                 Act::Tell(words) => self.tell(words, Level::Warning, process)?,
                 Act::Refused => process.counters.refused += 1,
                 Act::Close(why) => return self.close(why, process),
@@ -135,9 +143,12 @@ impl Localizer {
         Ok(())
     }
 
-    fn publish(&mut self, frame: &Frame, process: &mut Process) -> Result<(), RunError> {
+    fn publish(&mut self, frame: &Frame, places: Option<&Places>, process: &mut Process) -> Result<(), RunError> {
         let (captured, event) = self.clock.capture(frame);
-        self.output.send(frame, captured, process)?;
+        match places {
+            None => self.output.send(frame, captured, process)?,
+            Some(places) => self.output.send_places(frame.device_ns, captured, places, process)?,
+        }
         self.link.is_of_use();
         self.rate.count(frame.arrival_ns);
         event.map_or(Ok(()), |words| self.tell(words, Level::Warning, process))
@@ -150,7 +161,7 @@ impl Localizer {
             match act {
                 Act::Tell(words) => self.tell(words, Level::Warning, process)?,
                 // Of a connection that is over nothing else is wanted.
-                Act::Send(_) | Act::Frame(_) | Act::Refused | Act::Close(_) => {}
+                Act::Send(_) | Act::Frame(_) | Act::Emitters(..) | Act::Refused | Act::Close(_) => {}
             }
         }
         self.output.disconnected(now_ns, process)?;

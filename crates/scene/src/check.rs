@@ -6,6 +6,7 @@ mod views;
 use geometry::checked;
 
 use super::limits::limits;
+use super::localizer::Followed;
 use super::raw::{RawApproach, RawScene, RawTracker, RawTrackerSource};
 use super::values::{Checked, UNIT_TOLERANCE, invalid, number, point};
 use super::{Approach, Scene, Simulation, Target, ToolSpec, TrackerSource, TrackerSpec, operating_room, tracking};
@@ -40,7 +41,17 @@ fn localizer(raw: &RawScene) -> Checked<Option<super::localizer::LocalizerSpec>>
         markers.and_then(|markers| markers.reference.as_deref()),
     ];
     let around = super::localizer::Around {
-        follows_markers: raw.tracker.source == RawTrackerSource::Markers,
+        followed: match raw.tracker.source {
+            RawTrackerSource::Markers => Followed::Markers,
+            RawTrackerSource::Emitters => Followed::Emitters {
+                has_reference: raw
+                    .tracker
+                    .emitters
+                    .as_ref()
+                    .is_some_and(|source| source.reference.is_some()),
+            },
+            _ => Followed::Other,
+        },
         names,
         silent_s: raw.limits.silent_s,
     };

@@ -118,6 +118,20 @@ pub struct RawLocalizerTool {
     pub name: String,
     /// Its definition, relative to the scene file.
     pub rom: String,
+    /// With `tracker.source = "emitters"`: what its markers sit on; absent: the surgeon's tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on: Option<Carrier>,
+}
+
+/// What a tool of the localizer sits on.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Carrier {
+    /// The surgeon's tool.
+    #[default]
+    Tool,
+    /// The patient.
+    Patient,
 }
 
 /// The connection, checked.
@@ -166,12 +180,37 @@ pub struct OpenIgtLinkSpec {
 pub struct NdiSpec {
     /// Tools whose definitions are written to it: name and file.
     pub tools: Vec<(String, PathBuf)>,
+    /// With `tracker.source = "emitters"`: its single markers are published, those of these tools.
+    pub single: Option<SingleMarkers>,
+}
+
+/// Whose single markers are emitters of the tracker.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SingleMarkers {
+    /// The name of the tool whose markers are those of `[tracker.emitters.marker]`, in the same order.
+    pub tool: String,
+    /// The same of `[tracker.emitters.reference]`.
+    pub patient: Option<String>,
+}
+
+/// What the tracker makes poses of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Followed {
+    /// Poses of markers.
+    Markers,
+    /// Emitters, also of a marker on the patient where the scene has one.
+    Emitters {
+        /// It has.
+        has_reference: bool,
+    },
+    /// Nothing that comes of a localizer's driver.
+    Other,
 }
 
 /// What the rest of the scene says that matters here.
 pub(super) struct Around<'a> {
-    /// Whether `tracker.source` is `"markers"`.
-    pub(super) follows_markers: bool,
+    /// By `tracker.source`.
+    pub(super) followed: Followed,
     /// `tracker.markers.marker` and `tracker.markers.reference`.
     pub(super) names: [Option<&'a str>; 2],
     /// `limits.silent_s`.
@@ -182,9 +221,16 @@ pub(super) fn checked(raw: Option<&RawLocalizer>, around: &Around<'_>) -> Checke
     let Some(localizer) = raw else {
         return Ok(None);
     };
-    if !around.follows_markers {
-        let allowed = "no such table unless tracker.source = \"markers\"";
-        return Err(invalid("localizer", "a table", allowed));
+    match (around.followed, localizer.kind) {
+        (Followed::Markers, _) | (Followed::Emitters { .. }, Protocol::Ndi) => {}
+        (Followed::Emitters { .. }, Protocol::Openigtlink) => {
+            let allowed = "\"ndi\" with tracker.source = \"emitters\", as OpenIGTLink has no single markers";
+            return Err(invalid("localizer.kind", "\"openigtlink\"", allowed));
+        }
+        (Followed::Other, _) => {
+            let allowed = "no such table unless tracker.source = \"markers\" or \"emitters\"";
+            return Err(invalid("localizer", "a table", allowed));
+        }
     }
     of_other_kinds(localizer)?;
     let delay_ms = number("localizer.least_delay_ms", localizer.least_delay_ms, 0.0..=1000.0, "ms")?;
@@ -197,7 +243,7 @@ pub(super) fn checked(raw: Option<&RawLocalizer>, around: &Around<'_>) -> Checke
         address,
         link: match localizer.kind {
             Protocol::Openigtlink => LinkSpec::OpenIgtLink(openigtlink(around.silent_s, localizer)?),
-            Protocol::Ndi => LinkSpec::Ndi(ndi(around.names, localizer)?),
+            Protocol::Ndi => LinkSpec::Ndi(ndi(around, localizer)?),
         },
         clock: localizer.clock,
         least_delay: Duration::from_secs_f64(delay_ms / 1e3),
@@ -250,7 +296,7 @@ fn openigtlink(limit_s: f64, raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
 }
 
 /// Tools are the markers that the tracker asks for, by their names.
-fn ndi(names: [Option<&str>; 2], raw: &RawLocalizer) -> Checked<NdiSpec> {
+fn ndi(around: &Around<'_>, raw: &RawLocalizer) -> Checked<NdiSpec> {
     let found = raw.tools.len();
     if !(1..=MOST_TOOLS).contains(&found) {
         return Err(invalid("localizer.tools", found, format!("1 to {MOST_TOOLS} tools")));
@@ -271,14 +317,52 @@ fn ndi(names: [Option<&str>; 2], raw: &RawLocalizer) -> Checked<NdiSpec> {
         }
         tools.push((name, PathBuf::from(&tool.rom)));
     }
-    for (key, named) in ["marker", "reference"].into_iter().zip(names) {
+    for (key, named) in ["marker", "reference"].into_iter().zip(around.names) {
         let Some(named) = named else { continue };
         if !tools.iter().any(|(name, _)| *name == named) {
             let allowed = "the name of one of localizer.tools";
             return Err(invalid(format!("tracker.markers.{key}"), format!("{named:?}"), allowed));
         }
     }
-    Ok(NdiSpec { tools })
+    Ok(NdiSpec {
+        single: single(around.followed, raw)?,
+        tools,
+    })
+}
+
+/// Which tools carry the emitters, each once.
+fn single(followed: Followed, raw: &RawLocalizer) -> Checked<Option<SingleMarkers>> {
+    let Followed::Emitters { has_reference } = followed else {
+        return match raw.tools.iter().position(|tool| tool.on.is_some()) {
+            None => Ok(None),
+            Some(at) => {
+                let allowed = "no such key unless tracker.source = \"emitters\"";
+                Err(invalid(format!("localizer.tools.{at}.on"), "a value", allowed))
+            }
+        };
+    };
+    let on = |carrier: Carrier| {
+        let all = raw
+            .tools
+            .iter()
+            .filter(move |tool| tool.on.unwrap_or_default() == carrier);
+        all.map(|tool| tool.name.clone()).collect::<Vec<_>>()
+    };
+    let wanted = [
+        (Carrier::Tool, 1, "the tool"),
+        (Carrier::Patient, usize::from(has_reference), "the patient"),
+    ];
+    for (carrier, count, words) in wanted {
+        let found = on(carrier).len();
+        if found != count {
+            let allowed = format!("{count}, as [tracker.emitters] has markers");
+            return Err(invalid("localizer.tools", format!("{found} on {words}"), allowed));
+        }
+    }
+    Ok(on(Carrier::Tool).pop().map(|tool| SingleMarkers {
+        tool,
+        patient: on(Carrier::Patient).pop(),
+    }))
 }
 
 fn label(key: &str, text: &str) -> Checked<String> {

@@ -58,7 +58,12 @@ impl Simulator {
 
     /// The same with more options.
     fn start_with(world: &World, port: u16, more: &[&Path]) -> Self {
-        let scene = world.file("room.toml", &room_scene());
+        Self::of(world, port, &room_scene(), more)
+    }
+
+    /// Of the room of this scene.
+    fn of(world: &World, port: u16, scene: &str, more: &[&Path]) -> Self {
+        let scene = world.file("room.toml", scene);
         let mut child = world
             .command("localizer-proc")
             .arg("simulate-ndi")
@@ -153,6 +158,81 @@ fn a_run_follows_a_simulated_device_and_again_after_it_was_gone() {
     let _again = Simulator::start(&world, port);
     check_poses(&poses, &room, 60);
     let _ = pilot.stop();
+}
+
+/// Balls of as many emitters as a definition may have markers, for the room and for the run.
+const BALLS: [&str; 2] = ["ball = { emitters = 20, radius_mm = 50.0 }\n"; 2];
+
+/// A room of such balls.
+fn room_of_balls() -> String {
+    let [tool, patient] = BALLS;
+    room_scene()
+        .replace("[tracker.room.marker]\n", &format!("[tracker.room.marker]\n{tool}"))
+        .replace(
+            "[tracker.room.reference]\n",
+            &format!("[tracker.room.reference]\n{patient}"),
+        )
+}
+
+/// The run that makes poses of the device's single markers itself.
+fn emitters_scene(port: u16, radius_mm: f64) -> String {
+    let [tool, patient] = BALLS.map(|ball| ball.replace("50.0", &format!("{radius_mm:.1}")));
+    SMALL.replace("[tracker]\n", "[tracker]\nsource = \"emitters\"\n")
+        + &format!(
+            "[tracker.emitters.marker]\n{tool}cone_deg = 180.0\n[tracker.emitters.marker.{ON_TOOL}\
+             [tracker.emitters.reference]\n{patient}cone_deg = 180.0\n[tracker.emitters.reference.{ON_PATIENT}\
+             [localizer]\nkind = \"ndi\"\naddress = \"127.0.0.1:{port}\"\n\
+             [[localizer.tools]]\nname = \"ball\"\nrom = \"tool.rom\"\n\
+             [[localizer.tools]]\nname = \"patient\"\nrom = \"patient.rom\"\non = \"patient\"\n"
+        )
+}
+
+/// Poses by the tracker's own gates and covariance, of the same device.
+#[test]
+fn a_run_follows_the_single_markers_of_a_device_as_emitters() {
+    let world = World::new();
+    let simulator = Simulator::of(&world, 0, &room_of_balls(), &[]);
+    let scene = world.file("s.toml", &emitters_scene(simulator.port, 50.0));
+    let pilot = world.start(&scene, &world.path("out"), "default");
+    let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+    let bus = Bus::join(&context).unwrap();
+    let poses = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer).unwrap();
+    let room = truth(&world);
+    let rms_mm = check_poses(&poses, &room, 120);
+    println!("the tip is {rms_mm:.3} mm off the truth (rms)");
+    assert!((0.02..1.0).contains(&rms_mm), "{rms_mm} mm");
+    let newest = wait_for("a pose", || poses.newest().unwrap());
+    // What only the tracker knows, which fits them: how many were used, and how they fit.
+    assert!(newest.used >= 8 && newest.fre_rms_mm > 0.01, "{newest:?}");
+    let port = simulator.port;
+    drop(simulator);
+    wait_for("the end of the device", || {
+        let lost = |pose: ToolPose| pose.tracked().unwrap() == Tracked::Lost(Lost::NotSeen);
+        std::iter::from_fn(|| poses.next().unwrap()).any(lost).then_some(())
+    });
+    // Its clock begins anew.
+    let _again = Simulator::of(&world, port, &room_of_balls(), &[]);
+    wait_for("poses again", || {
+        let valid = |pose: ToolPose| matches!(pose.tracked().unwrap(), Tracked::Valid(_));
+        std::iter::from_fn(|| poses.next().unwrap()).any(valid).then_some(())
+    });
+    let _ = pilot.stop();
+}
+
+/// The numbers of its markers would mean other emitters.
+#[test]
+fn a_definition_that_is_not_the_scenes_marker_is_refused() {
+    let world = World::new();
+    let simulator = Simulator::of(&world, 0, &room_of_balls(), &[]);
+    let scene = world.file("s.toml", &emitters_scene(simulator.port, 52.0));
+    let (scene, out) = (scene.to_string_lossy(), world.path("out"));
+    let output = world.output("pilot", &["run", &scene, "--headless", "--out", &out.to_string_lossy()]);
+    let said = stderr(&output);
+    assert!(!output.status.success(), "{said}");
+    assert!(
+        said.contains("marker 0 of the definition of \"ball\" is 2.000 mm from emitter 0"),
+        "{said}"
+    );
 }
 
 /// The device aimed at the middle of the generated patient, where a run of the same scene has a lymph node of it.

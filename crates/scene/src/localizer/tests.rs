@@ -107,3 +107,54 @@ fn what_cannot_be_is_refused_with_its_key() {
     let error = Scene::parse(&text, Path::new("s.toml")).unwrap_err().to_string();
     assert!(error.contains("unless tracker.source = \"markers\""), "{error}");
 }
+
+/// Single markers are emitters of the tracker: one tool on the surgeon's tool, and one on the patient where there is a marker.
+#[test]
+fn tools_of_ndi_carry_the_emitters_of_the_tracker() {
+    let head = "[localizer]\nkind = \"ndi\"\naddress = \"vega.local:8765\"\n";
+    let tool = |name: &str, more: &str| format!("[[localizer.tools]]\nname = \"{name}\"\nrom = \"a.rom\"\n{more}");
+    let of = |reference: &str, tools: &[String]| {
+        let text = format!("[tracker]\nsource = \"emitters\"\n{reference}{head}{}", tools.concat());
+        let scene = Scene::parse(&text, Path::new("s.toml")).map_err(|error| error.to_string());
+        scene.map(|scene| match scene.localizer.unwrap().link {
+            LinkSpec::Ndi(link) => link.single.unwrap(),
+            link @ LinkSpec::OpenIgtLink(_) => panic!("{link:?}"),
+        })
+    };
+    let (ball, patient) = (tool("ball", ""), tool("patient", "on = \"patient\"\n"));
+    let reference = "[tracker.emitters.reference]\ncone_deg = 80.0\n";
+    assert_eq!(
+        of(reference, &[patient.clone(), ball.clone()]).unwrap(),
+        SingleMarkers {
+            tool: "ball".to_owned(),
+            patient: Some("patient".to_owned())
+        }
+    );
+    assert_eq!(of("", &[ball.clone()]).unwrap().patient, None);
+    for (reference, tools, words) in [
+        (
+            "",
+            vec![ball.clone(), patient.clone()],
+            "found 1 on the patient; allowed: 0",
+        ),
+        (reference, vec![ball.clone()], "found 0 on the patient; allowed: 1"),
+        (
+            reference,
+            vec![ball.clone(), tool("other", ""), patient.clone()],
+            "found 2 on the tool; allowed: 1",
+        ),
+    ] {
+        let error = of(reference, &tools).unwrap_err();
+        assert!(error.contains(words), "{error}");
+    }
+    let error = parsed(&format!("{head}{patient}")).unwrap_err();
+    assert!(
+        error.contains("localizer.tools.0.on") && error.contains("emitters"),
+        "{error}"
+    );
+    let error = Scene::parse(
+        "[tracker]\nsource = \"emitters\"\n[localizer]\nkind = \"openigtlink\"\naddress = \"a:1\"",
+        Path::new("s.toml"),
+    );
+    assert!(error.unwrap_err().to_string().contains("no single markers"));
+}
