@@ -9,7 +9,7 @@ use geometry::Rigid;
 use igtl::{Body, Decoder, Limits, Message, ToolStatus};
 use localizer_proc::clocks::DeviceClock;
 use localizer_proc::driver::{Act, Driver, Frame};
-use localizer_proc::drivers;
+use localizer_proc::run;
 use ndi::Rom;
 use ndi::session::{Device, DeviceRules};
 use scene::localizer::{LinkSpec, NdiSpec, OpenIgtLinkSpec, Peer, Reconnect, StampRule, StatusRule};
@@ -77,7 +77,7 @@ fn followed(bytes: &[u8], piece: usize, says: u8) {
     };
     let reference = has(4).then_some("Reference");
     let markers = markers(has(3).then_some("Stylus"), reference);
-    let Ok(mut driver) = drivers::of(&LinkSpec::OpenIgtLink(spec.clone()), &markers) else {
+    let Ok(mut driver) = run::driver(&LinkSpec::OpenIgtLink(spec.clone()), &markers) else {
         return;
     };
     let mut clock = DeviceClock::new(StampRule::Mapped, 0);
@@ -169,7 +169,7 @@ fn polled(bytes: &[u8], piece: usize) {
     let Some(rom) = definition() else { return };
     let tools = ["ball", "patient"].map(|name| (name.to_owned(), rom.clone())).into();
     let link = LinkSpec::Ndi(NdiSpec { tools });
-    let Ok(mut driver) = drivers::of(&link, &markers(Some("ball"), Some("patient"))) else {
+    let Ok(mut driver) = run::driver(&link, &markers(Some("ball"), Some("patient"))) else {
         return;
     };
     let mut clock = DeviceClock::new(StampRule::Mapped, 0);

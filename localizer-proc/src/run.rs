@@ -9,12 +9,14 @@ use bus::port::Publisher;
 use bus::process::{JoinError, Membership, Process};
 use bus::topic::EVENT;
 use scene::TrackerSource;
-use scene::localizer::LocalizerSpec;
+use scene::localizer::{LinkSpec, LocalizerSpec};
+use scene::tracking::PosedMarkers;
 
 use crate::clocks::DeviceClock;
 use crate::driver::{Act, Driver, Frame};
-use crate::drivers::{self, DriverError};
 use crate::link::{Link, News};
+use crate::ndi::{Ndi, SetUpError};
+use crate::openigtlink::{NamesError, OpenIgtLink};
 use crate::output::Output;
 
 /// Its name in the run.
@@ -26,15 +28,22 @@ const RATE_NS: i64 = 1_000_000_000;
 
 /// Why it ended.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum RunError {
+pub enum RunError {
+    /// The run could not be joined.
     #[error(transparent)]
     Join(#[from] JoinError),
+    /// A message could not be sent or taken.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// Nothing is to be dialled.
     #[error("the scene has no table [localizer], which says what is to be dialled")]
     NoLocalizer,
+    /// Names of OpenIGTLink's tools cannot be told apart.
     #[error(transparent)]
-    Driver(#[from] DriverError),
+    Names(#[from] NamesError),
+    /// The tools of a device of NDI cannot be set up.
+    #[error(transparent)]
+    Ndi(#[from] SetUpError),
 }
 
 /// Dials, and publishes what comes until asked to stop.
@@ -47,7 +56,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     else {
         return Err(RunError::NoLocalizer);
     };
-    let driver = drivers::of(&spec.link, &source.markers)?;
+    let driver = driver(&spec.link, &source.markers)?;
     let output = Output::open(&process, &spec.name, driver.markers())?;
     let events = Publisher::open(&process.bus, &EVENT, NAME)?;
     let mut localizer = Localizer {
@@ -67,6 +76,17 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     Ok(())
+}
+
+/// What speaks the scene's protocol; not connected yet.
+///
+/// # Errors
+/// [`RunError`] where names or tools of the scene cannot be used.
+pub fn driver(link: &LinkSpec, markers: &PosedMarkers) -> Result<Box<dyn Driver>, RunError> {
+    Ok(match link {
+        LinkSpec::OpenIgtLink(link) => Box::new(OpenIgtLink::new(link, markers)?),
+        LinkSpec::Ndi(link) => Box::new(Ndi::new(link, markers)?),
+    })
 }
 
 fn clock_of(spec: &LocalizerSpec) -> DeviceClock {
