@@ -1,5 +1,7 @@
 //! A peer of OpenIGTLink that sends what no peer should, to a real run: what it is told, what is counted, and no wrong pose.
 
+#![allow(clippy::disallowed_methods, reason = "how long a test waits is its own time")]
+
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
@@ -235,7 +237,7 @@ fn contents() -> Vec<(&'static str, Vec<u8>, Then)> {
     let twice = [of_list("T"), of_list("T")]
         .map(|tool| list(vec![tool], &[])[70..140].to_vec())
         .concat();
-    let cell = vec![0_u8; 72];
+    let cell = [0_u8; 72];
     vec![
         ("47 bytes of a matrix", short, GoesOn("a content of 47 bytes")),
         (

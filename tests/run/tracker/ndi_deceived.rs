@@ -1,5 +1,7 @@
 //! A device of NDI that answers polls with what no device should, to a real run: what is told, and no wrong pose.
 
+#![allow(clippy::disallowed_methods, reason = "how long a test waits is its own time")]
+
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
