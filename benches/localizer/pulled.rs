@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use bus::Bus;
-use bus::clock::{Clock, monotonic_ns, ms};
+use bus::clock::{Clock, monotonic_ns};
 use bus::message::{FrameStamp, FrameState, Lost};
 use bus::port::Subscriber;
 use bus::run::RunContext;
@@ -68,6 +68,7 @@ pub(crate) fn measure(cycles: u64) {
         let cycles: Vec<Cycle> = (0..cycles).map(|_| run.cycle(way)).collect();
         let of = |part: fn(&Cycle) -> Option<i64>| spread(cycles.iter().filter_map(part).collect());
         println!("peer {words}, {} times; from then to the last view's", cycles.len());
+        println!("  (what made it go took {})", of(|c| Some(c.going_ns)));
         println!("  age on the image {} (limit {STALE_MS} ms)", of(|c| c.stale_ns));
         println!("  NO POSE {} (limit {LOST_MS} ms)", of(|c| c.lost_ns));
         println!("  from its return to a live image {}", of(|c| Some(c.back_ns)));
@@ -79,6 +80,8 @@ struct Cycle {
     stale_ns: Option<i64>,
     lost_ns: Option<i64>,
     back_ns: i64,
+    /// What it took to make it go: a cable is pulled by a program, and the times are from its start.
+    going_ns: i64,
 }
 
 /// A run that follows a peer.
@@ -149,6 +152,7 @@ impl<'a> Run<'a> {
             Way::Killed => self.signal(Signal::KILL),
             Way::Pulled => self.cable.unwrap().set("down"),
         }
+        let going_ns = self.clock.now_ns() - away_ns;
         // A peer that dies says so: there is no time in which the pose is only old.
         let stale_ns =
             (way != Way::Killed).then(|| self.until("old images", |state| state == FrameState::Stale) - away_ns);
@@ -179,6 +183,7 @@ impl<'a> Run<'a> {
             stale_ns,
             lost_ns: Some(lost_ns),
             back_ns,
+            going_ns,
         }
     }
 

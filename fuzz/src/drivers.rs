@@ -8,8 +8,9 @@ use bus::message::MarkerFrame;
 use geometry::Rigid;
 use igtl::{Body, Decoder, Limits, Message, ToolStatus};
 use localizer_proc::clocks::DeviceClock;
+use localizer_proc::driver::Follows;
 use localizer_proc::driver::{Act, Driver, Frame};
-use localizer_proc::drivers::{self, Follows};
+use localizer_proc::run;
 use ndi::Rom;
 use ndi::session::{Device, DeviceRules};
 use scene::localizer::{LinkSpec, NdiSpec, OpenIgtLinkSpec, Peer, Reconnect, StampRule, StatusRule};
@@ -77,7 +78,7 @@ fn followed(bytes: &[u8], piece: usize, says: u8) {
     };
     let reference = has(4).then_some("Reference");
     let markers = markers(has(3).then_some("Stylus"), reference);
-    let Ok(mut driver) = drivers::of(&LinkSpec::OpenIgtLink(spec.clone()), Follows::Markers(&markers)) else {
+    let Ok(mut driver) = run::driver(&LinkSpec::OpenIgtLink(spec.clone()), Follows::Markers(&markers)) else {
         return;
     };
     let mut clock = DeviceClock::new(StampRule::Mapped, 0);
@@ -169,7 +170,8 @@ fn polled(bytes: &[u8], piece: usize) {
     let Some(rom) = definition() else { return };
     let tools = ["ball", "patient"].map(|name| (name.to_owned(), rom.clone())).into();
     let link = LinkSpec::Ndi(NdiSpec { tools, single: None });
-    let Ok(mut driver) = drivers::of(&link, Follows::Markers(&markers(Some("ball"), Some("patient")))) else {
+    let followed = markers(Some("ball"), Some("patient"));
+    let Ok(mut driver) = run::driver(&link, Follows::Markers(&followed)) else {
         return;
     };
     let mut clock = DeviceClock::new(StampRule::Mapped, 0);

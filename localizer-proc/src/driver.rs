@@ -2,6 +2,16 @@
 
 use bus::message::{EmitterSight, Lost};
 use geometry::{Marker, Rigid, Tracker};
+use scene::tracking::{EmitterSource, PosedMarkers};
+
+/// What is made of what a localizer sees.
+#[derive(Debug, Clone, Copy)]
+pub enum Follows<'a> {
+    /// Poses of markers, made by the localizer.
+    Markers(&'a PosedMarkers),
+    /// Single markers, of which the tracker makes poses.
+    Emitters(&'a EmitterSource),
+}
 
 /// What is to be done. Times are ns on the run's clock, which is the only one here.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,8 +11,7 @@ use ndi::{Markers, Pose, Rom, RomError, Why};
 use scene::localizer::NdiSpec;
 use scene::tracking::PosedMarkers;
 
-use crate::driver::{Act, Driver, Frame, Seen};
-use crate::drivers::Follows;
+use crate::driver::{Act, Driver, Follows, Frame, Seen};
 use crate::single::{ShapeError, Single};
 use crate::state::Once;
 

@@ -24,7 +24,7 @@ use gather::Gather;
 use names::{Named, Names};
 use twins::Twins;
 
-pub use names::NamesError;
+pub(crate) use names::NamesError;
 
 /// Characters of a peer's own words that are told: the field of them may have some thousand.
 const MOST_WORDS: usize = 200;

@@ -9,12 +9,13 @@ use bus::port::Publisher;
 use bus::process::{JoinError, Membership, Process};
 use bus::topic::EVENT;
 use scene::TrackerSource;
-use scene::localizer::LocalizerSpec;
+use scene::localizer::{LinkSpec, LocalizerSpec};
 
 use crate::clocks::DeviceClock;
-use crate::driver::{Act, Driver, Frame, Places};
-use crate::drivers::{self, DriverError, Follows};
+use crate::driver::{Act, Driver, Follows, Frame, Places};
 use crate::link::{Link, News};
+use crate::ndi::{Ndi, SetUpError};
+use crate::openigtlink::{NamesError, OpenIgtLink};
 use crate::output::Output;
 
 /// Its name in the run.
@@ -26,15 +27,25 @@ const RATE_NS: i64 = 1_000_000_000;
 
 /// Why it ended.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum RunError {
+pub enum RunError {
+    /// The run could not be joined.
     #[error(transparent)]
     Join(#[from] JoinError),
+    /// A message could not be sent or taken.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// Nothing is to be dialled.
     #[error("the scene has no table [localizer], which says what is to be dialled")]
     NoLocalizer,
+    /// Names of OpenIGTLink's tools cannot be told apart.
     #[error(transparent)]
-    Driver(#[from] DriverError),
+    Names(#[from] NamesError),
+    /// The tools of a device of NDI cannot be set up.
+    #[error(transparent)]
+    Ndi(#[from] SetUpError),
+    /// The tracker follows emitters.
+    #[error("OpenIGTLink has no single markers; tracker.source = \"markers\" follows its poses")]
+    NoEmitters,
 }
 
 /// Dials, and publishes what comes until asked to stop.
@@ -51,7 +62,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     let (Some(spec), Some(follows)) = (process.scene.localizer.clone(), follows) else {
         return Err(RunError::NoLocalizer);
     };
-    let driver = drivers::of(&spec.link, follows)?;
+    let driver = driver(&spec.link, follows)?;
     let output = match follows {
         Follows::Markers(_) => Output::of_markers(&process, &spec.name, driver.markers())?,
         Follows::Emitters(_) => Output::of_emitters(&process)?,
@@ -74,6 +85,18 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     Ok(())
+}
+
+/// What speaks the scene's protocol; not connected yet.
+///
+/// # Errors
+/// [`RunError`] where names or tools of the scene cannot be used.
+pub fn driver(link: &LinkSpec, follows: Follows<'_>) -> Result<Box<dyn Driver>, RunError> {
+    Ok(match (link, follows) {
+        (LinkSpec::OpenIgtLink(link), Follows::Markers(markers)) => Box::new(OpenIgtLink::new(link, markers)?),
+        (LinkSpec::OpenIgtLink(_), Follows::Emitters(_)) => return Err(RunError::NoEmitters),
+        (LinkSpec::Ndi(link), follows) => Box::new(Ndi::new(link, follows)?),
+    })
 }
 
 fn clock_of(spec: &LocalizerSpec) -> DeviceClock {

@@ -1,5 +1,7 @@
 //! A run that follows a server of the C++ library, which reads header version 1 alone.
 
+#![allow(clippy::disallowed_methods, reason = "the peer is a process of other software")]
+
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};

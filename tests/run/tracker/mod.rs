@@ -7,5 +7,6 @@ mod localizer;
 mod markers;
 mod ndi;
 mod ndi_cut;
+mod ndi_deceived;
 mod rate;
 mod sequence;

@@ -1,6 +1,7 @@
 //! A device of NDI behind a network that cuts its replies at every byte: what comes out is right, or a reason.
 
 #![allow(clippy::print_stdout, reason = "how much was cut")]
+#![allow(clippy::disallowed_methods, reason = "how long a test waits is its own time")]
 
 use std::path::Path;
 use std::time::{Duration, Instant};
