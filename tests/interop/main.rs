@@ -2,13 +2,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
+mod claims;
 mod clients;
+mod faults;
 mod hostile;
 mod markers;
 mod peers;
 mod pictures;
 mod pilot;
 mod poses;
+mod proxy;
 mod rig;
 #[path = "../support/mod.rs"]
 mod support;
