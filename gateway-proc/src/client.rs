@@ -47,6 +47,8 @@ pub(crate) struct Known {
     pub(crate) views: Vec<Option<DeviceName>>,
     /// Where poses come from.
     pub(crate) origin: Origin,
+    /// There are markers of a localizer. Those of a replay come out of a recording, and have no device of another name.
+    pub(crate) has_markers: bool,
     /// Set once the process is asked to stop.
     pub(crate) stop: StopFlag,
 }

@@ -19,7 +19,7 @@ use bus::topic::{GUIDE, MARKERS, TOOL_POSE, WORKFLOW};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
 use igtl::Stamp;
-use scene::{Scene, TrackerSource};
+use scene::Scene;
 
 use crate::client::Known;
 use crate::hall::{Hall, Kept};
@@ -84,10 +84,9 @@ pub(crate) struct Needs {
 pub(crate) fn follow(needs: Needs, opened: &Sender<()>) -> Result<(), BusError> {
     let bus = Bus::join_with(&needs.run, needs.life)?;
     let poses: Subscriber<ToolPose> = Subscriber::open_waking(&bus, &TOOL_POSE, "", ROOM)?;
-    // Those of a replay come out of a recording, and have no device of another name.
-    let has_markers =
-        matches!(needs.scene.tracker.source, TrackerSource::Markers(_)) && needs.known.origin.is_present();
-    let frames: Option<Subscriber<MarkerFrame>> = has_markers
+    let frames: Option<Subscriber<MarkerFrame>> = needs
+        .known
+        .has_markers
         .then(|| Subscriber::open_waking(&bus, &MARKERS, "", ROOM))
         .transpose()?;
     let stop = needs.known.stop.clone();
@@ -134,8 +133,7 @@ impl Feed {
             session: Session::open(&bus, &run)?,
             guides: Subscriber::open(&bus, &GUIDE, "", GUIDE.buffer)?,
             workflows: Subscriber::open(&bus, &WORKFLOW, "", 1)?,
-            markers: matches!(scene.tracker.source, TrackerSource::Markers(_))
-                .then(|| Markers::new(clock::ns(limits.frozen))),
+            markers: known.has_markers.then(|| Markers::new(clock::ns(limits.frozen))),
             images: Images::open(&bus, &scene, &known)?,
             follower: Follower::new(rules),
             times,

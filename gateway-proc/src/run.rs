@@ -12,7 +12,7 @@ use bus::clock;
 use bus::message::ProcessState;
 use bus::port::{SharedVolume, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use scene::Plane;
+use scene::{Plane, TrackerSource};
 
 use crate::client::Known;
 use crate::feed::{Needs, follow};
@@ -181,6 +181,7 @@ fn known(process: &Process, origin: Origin) -> Known {
             .map(|(name, view)| (view.plane != Plane::Surface).then_some(name))
             .collect(),
         origin,
+        has_markers: origin.is_present() && matches!(process.scene.tracker.source, TrackerSource::Markers(_)),
         stop: process.stop.clone(),
     }
 }

@@ -88,7 +88,7 @@ fn a_client_here_that_reads_nothing_is_closed_though_its_system_takes_on() {
     let mut deaf = rig.bare();
     deaf.wait_for("anything", |_| Some(()));
     let mut other = rig.client();
-    let (began, mut seq) = (now(), 0);
+    let mut seq = 0;
     loop {
         rig.pose(seq);
         assert_eq!(other.wait_for("each pose", seq_of), seq);
@@ -96,11 +96,8 @@ fn a_client_here_that_reads_nothing_is_closed_though_its_system_takes_on() {
         if seq % 10 == 0 && rig.wait_for_note(|_| true).contains("1 clients, 1 dropped") {
             break;
         }
-        // The window of a new connection on Linux is 64 KiB: at this pace it would be full after 10 s at the earliest.
-        assert!(
-            began.elapsed() < Duration::from_secs(9),
-            "the deaf client is still there"
-        );
+        // So many of 106 bytes lie in the 64 KiB that Linux takes for a new connection: nothing has been refused yet.
+        assert!(seq < 600, "the deaf client is still there");
         std::thread::sleep(Duration::from_millis(16));
     }
 }
@@ -154,6 +151,8 @@ fn questions_are_answered_and_commands_are_of_a_fixed_list() {
             _ => None,
         });
         assert_eq!((number, said.as_deref()), (7, Some(result)), "{content}");
+        // Markers are devices of a run with a localizer alone.
+        assert!(!content.contains("ToTracker"), "{content}");
     }
     // A file that a client names is opened by nobody; a type that is not sent is refused.
     let get = Message::new(

@@ -184,14 +184,14 @@ impl Client<'_> {
                 Some(if holds { hall.state() } else { NOT_KNOWN.to_owned() })
             }
             "Devices" => {
-                let views = self.known.views.iter().flatten();
-                let fixed = [
-                    self.known.origin.tool(),
-                    tool_marker(),
-                    reference_marker(),
-                    named(VOLUME),
-                ];
-                let all: Vec<String> = fixed.iter().chain(views).map(ToString::to_string).collect();
+                let markers = [tool_marker(), reference_marker()];
+                let markers = markers.into_iter().filter(|_| self.known.has_markers);
+                let fixed = [self.known.origin.tool()]
+                    .into_iter()
+                    .chain(markers)
+                    .chain([named(VOLUME)]);
+                let views = self.known.views.iter().flatten().copied();
+                let all: Vec<String> = fixed.chain(views).map(|device| device.to_string()).collect();
                 Some(all.join(" "))
             }
             _ => None,
