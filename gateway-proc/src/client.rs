@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 use bus::clock::monotonic_ns;
 use bus::process::StopFlag;
 use igtl::session::{Action, Event, Notice, Server, ServerRules};
-use igtl::{Command, Decoder, DeviceName, Kind, Limits};
+use igtl::{Command, Decoder, DeviceName, Kind, Limits, Status};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::hall::{Kept, Place};
@@ -20,6 +20,7 @@ use crate::letter::{Letter, Wire};
 use crate::mailbox::Slot;
 use crate::origin::Origin;
 use crate::outlet::{Outlet, Way};
+use crate::tell::refusal;
 use crate::unread::{Patience, Queues};
 
 /// A client asks and commands; it has nothing long to say.
@@ -279,6 +280,11 @@ impl<'a> Client<'a> {
                 Action::Tell(Notice::SpeaksTwo) => {
                     self.outlet.way().version = self.session.version();
                     self.place.hall.tell_again(&self.place.mailbox);
+                }
+                // Who asks waits for an answer.
+                Action::Tell(Notice::Skipped(kind)) if kind.to_string().starts_with("GET_") => {
+                    let words = format!("{kind} is not answered here; CAPABILITY says what is");
+                    self.queue(Arc::new(refusal(Status::ILLEGAL_INSTRUCTION, &words)));
                 }
                 Action::Tell(_) => {}
                 Action::Close(reason) => return Err(Ended::Hostile(reason.to_string())),

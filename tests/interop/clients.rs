@@ -165,6 +165,14 @@ fn questions_are_answered_and_commands_are_of_a_fixed_list() {
         _ => None,
     });
     assert!(refused.contains("there is no image \"/etc/passwd\""), "{refused}");
+    // Who asks for what is never sent is not left waiting.
+    let get = Body::Query(Query::Get(Kind::PolyData));
+    client.send(&Message::new(DeviceName::EMPTY, get));
+    let refused = client.wait_for("the refusal", |message| match &message.body {
+        Body::Status(status) if status.code == 12 => Some(String::from_utf8_lossy(&status.words).into_owned()),
+        _ => None,
+    });
+    assert_eq!(refused, "GET_POLYDATA is not answered here; CAPABILITY says what is");
     client.send(&Message::new(
         DeviceName::EMPTY,
         Body::Query(Query::Start(Kind::PolyData, Default::default())),
