@@ -2,6 +2,7 @@
 
 mod images;
 mod markers;
+mod priority;
 mod times;
 
 use std::ops::ControlFlow;
@@ -57,6 +58,8 @@ struct Feed {
     /// A replay has gone elsewhere at least once, and nothing of its new place has come yet.
     has_jumped: bool,
     leads: bool,
+    /// Poses are written by this thread itself.
+    is_at_once: bool,
     /// What was told last of the tool.
     told: Option<(Standing, String)>,
     stage: String,
@@ -142,6 +145,7 @@ impl Feed {
             scene,
             has_jumped: false,
             leads: true,
+            is_at_once: priority::is_real_time(),
             told: None,
             stage: String::new(),
             next_beat_ns: i64::MIN,
@@ -162,6 +166,7 @@ impl Feed {
         let is_beat = steady_ns >= self.next_beat_ns;
         if is_beat {
             self.next_beat_ns = steady_ns.saturating_add(BEAT_NS);
+            self.is_at_once = priority::is_real_time();
         }
         let markers = self.take_markers(frames, now_ns, is_beat)?;
         is_news |= markers;
@@ -323,8 +328,9 @@ impl Feed {
             let stamp = if is_valid { pose_stamp } else { self.times.stamp(now_ns) };
             let told = Told::tool(origin, &standing, sample, workflow).at(stamp, until_ns);
             if is_due {
-                // At once: whatever else is to be said can wait, and a pose cannot.
-                self.hall.post(Slot::Tool, told.transform(), clock::monotonic_ns());
+                // Now: whatever else is to be said can wait, and a pose cannot.
+                let at_once = self.is_at_once.then(clock::monotonic_ns);
+                self.hall.post(Slot::Tool, told.transform(), at_once);
             }
             // Of a frame whose pose is to come, the tools are told with it.
             if is_due || !is_valid {

@@ -133,15 +133,23 @@ impl Hall {
         }
     }
 
-    /// Tells every client the newest of a device at once: those are not woken whose system takes it here and now.
-    pub(crate) fn post(&self, slot: Slot, letter: Letter, now_ns: i64) {
+    /// Tells every client the newest of a device and wakes its thread. `at_once`, the time on CLOCK_MONOTONIC: those are not woken whose
+    /// system takes it here and now. With a real-time priority that saves a wake-up; without one a thread that does both its work and its
+    /// clients' is soon behind its share of the processor, and its slowest poses come later (docs/slicer.md has the figures).
+    pub(crate) fn post(&self, slot: Slot, letter: Letter, at_once: Option<i64>) {
         let letter = Arc::new(letter);
         let clients = lock(&self.clients);
         if let Some(place) = lock(&self.board).newest.get_mut(slot.place()) {
             *place = Some(Arc::clone(&letter));
         }
         for client in clients.iter() {
-            client.post(slot, &letter, now_ns, &self.counted.sent);
+            match at_once {
+                Some(now_ns) => client.post(slot, &letter, now_ns, &self.counted.sent),
+                None => client.put(slot, &letter),
+            }
+        }
+        if at_once.is_none() {
+            clients.iter().for_each(|client| client.ring());
         }
     }
 

@@ -8,8 +8,8 @@
 //! * `listen` takes connections, `client` serves one.
 //!
 //! Threads: one of signs of life and the examination, one of the bus, one of the door, one for each client. A pose is written to a client's
-//! socket by the thread of the bus, where nothing else is on its way there and the system takes it at once; whatever else there is, and the
-//! rest of what was taken in part, is the client's thread's. Nobody who has something to say waits for a client; a client that takes nothing
+//! socket by the thread of the bus, where that has a real-time priority, nothing else is on its way there and the system takes it at once;
+//! whatever else there is, and the rest of what was taken in part, is the client's thread's. Nobody who has something to say waits for a client; a client that takes nothing
 //! for a second is closed.
 
 pub mod cli;
