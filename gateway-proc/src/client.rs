@@ -95,7 +95,8 @@ struct Client<'a> {
     /// What it has not read; `None` where nobody here can tell.
     queues: Option<Queues>,
     patience: Patience,
-    next_look_ns: i64,
+    /// `None` before the first step: many a connection is gone before anything has to be opened for it.
+    next_look_ns: Option<i64>,
     /// Whose turn it is.
     turn: usize,
     pushed: usize,
@@ -135,9 +136,9 @@ impl<'a> Client<'a> {
             is_behind: false,
             asked: 0,
             asked_since_ns: monotonic_ns(),
-            queues: Queues::of(outlet.stream()),
+            queues: None,
             patience: Patience::new(monotonic_ns()),
-            next_look_ns: i64::MIN,
+            next_look_ns: None,
             turn: 0,
             pushed: 0,
         }
@@ -178,10 +179,14 @@ impl<'a> Client<'a> {
 
     /// Whether a client on this machine still reads what its system takes for it.
     fn look(&mut self, now_ns: i64) -> Result<(), Ended> {
-        if now_ns < self.next_look_ns {
+        let next_ns = self.next_look_ns.get_or_insert(now_ns.saturating_add(LOOK_NS));
+        if now_ns < *next_ns {
             return Ok(());
         }
-        self.next_look_ns = now_ns.saturating_add(LOOK_NS);
+        *next_ns = now_ns.saturating_add(LOOK_NS);
+        if self.queues.is_none() {
+            self.queues = Queues::of(self.outlet.stream());
+        }
         let way = self.outlet.way();
         let waiting = self.queues.as_mut().and_then(Queues::waiting);
         let slow = waiting.and_then(|waiting| self.patience.step((way.taken, way.large), waiting, now_ns));

@@ -139,7 +139,19 @@ fn ten_thousand_connections_leave_the_server_as_it_was() {
     }
     rig.wait_for_note(|note| note.contains(": 1 clients"));
     assert!(rig.is_running());
-    serves(&rig, seq);
+    // Connections that are long gone may still come out of the system's queue, and take all places for a moment.
+    let is_served = || {
+        let mut client = rig.client();
+        rig.pose(seq);
+        while let Some(message) = client.next() {
+            if matches!(message.body, Body::Transform(_)) {
+                return true;
+            }
+        }
+        std::thread::sleep(Duration::from_millis(20));
+        false
+    };
+    assert!((0..500).any(|_| is_served()));
 }
 
 #[test]
