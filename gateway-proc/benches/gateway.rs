@@ -1,7 +1,9 @@
 //! How late poses are at a client of OpenIGTLink's C++ library, also while a volume goes out and while a client takes nothing.
 //!
-//! `cargo bench -p gateway-proc --bench gateway`, as root also under `chrt -f 10`; wants g++ and libopenigtlink-dev. Times are from the publication on
-//! `tool-pose` to the unpacked message in the client's hands.
+//! `cargo bench -p gateway-proc --bench gateway`; with `-- 4 poses` four times over, and of poses alone; with `-- 4 poses 60` at 60 Hz alone,
+//! and with `TROCAR_BENCH_OTHER=PROGRAM` of another build of this program. As root also under `chrt -f 10`.
+//! Wants g++ and libopenigtlink-dev. Times are from the publication on `tool-pose` to the unpacked message in the client's hands; those of
+//! the library alone are from before its message is packed.
 
 #![allow(
     clippy::unwrap_used,
@@ -16,10 +18,10 @@ mod peers;
 #[path = "../../tests/interop/rig.rs"]
 mod rig;
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Lines};
 use std::net::{SocketAddr, TcpListener};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
 use geometry::{Affine, VolumeGrid};
@@ -31,8 +33,12 @@ const DIMS: [i64; 3] = [512, 512, 400];
 /// Set where this very program is the gateway: it is started by itself, so that no other has to be built.
 const AS_GATEWAY: &str = "TROCAR_BENCH_GATEWAY";
 
+/// Another build of this program, to be measured in place of this one.
+const OTHER: &str = "TROCAR_BENCH_OTHER";
+
 pub(crate) fn gateway() -> Command {
-    let mut command = Command::new(std::env::current_exe().unwrap());
+    let other = std::env::var_os(OTHER).map(Into::into);
+    let mut command = Command::new(other.unwrap_or_else(|| std::env::current_exe().unwrap()));
     command.env(AS_GATEWAY, "1");
     command
 }
@@ -87,15 +93,31 @@ fn volume(peer: &Path, address: SocketAddr) -> Child {
     peers::start(peer, address, &["volume"])
 }
 
-fn anchor(peer: &Path) {
+/// The C++ library as the server, once it listens; where, and what it prints from then on.
+fn served(peer: &Path, arguments: &[&str]) -> (Child, SocketAddr, Lines<BufReader<ChildStdout>>) {
     let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let mut server = Command::new(peer)
-        .args(["127.0.0.1", &free.port().to_string(), "anchor"])
+        .args(["127.0.0.1", &free.port().to_string()])
+        .args(arguments)
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
     let mut lines = BufReader::new(server.stdout.take().unwrap()).lines();
     assert_eq!(lines.next().unwrap().unwrap(), "listening");
+    (server, free, lines)
+}
+
+/// The alternative: a server made of the library alone, which has its poses from nobody, to the same client.
+fn library(peer: &Path, (hz, count): (u64, usize)) -> Vec<f64> {
+    let (mut server, address, _lines) = served(peer, &["beat", &hz.to_string()]);
+    let all = latencies(peers::start(peer, address, &["latency", &count.to_string()]));
+    // It ends with its client.
+    server.wait().unwrap();
+    all
+}
+
+fn anchor(peer: &Path) {
+    let (mut server, free, mut lines) = served(peer, &["anchor"]);
     let client = peers::lines(volume(peer, free));
     println!(
         "C++ library to C++ library, 209.7 MB: {}; {}",
@@ -118,6 +140,16 @@ fn measure() {
     let rounds: usize = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(1);
     let rig = Rig::of(SCENE, |_| ());
     let mut seq = 0;
+    // Of one pace alone, in Hz, for short comparisons; what a client prints must fit into a pipe.
+    if let Some(hz) = std::env::args().nth(3).and_then(|hz| hz.parse().ok()) {
+        for _ in 0..rounds {
+            said(
+                &format!("{hz} Hz"),
+                &measured(&rig, peer, (hz, (15 * hz as usize).min(8000)), &mut seq),
+            );
+        }
+        return;
+    }
     for _ in 0..rounds {
         measured(&rig, peer, (60, 100), &mut seq);
         said("60 Hz", &measured(&rig, peer, (60, 900), &mut seq));
@@ -126,6 +158,16 @@ fn measure() {
             "4000 Hz (as fast as it can, newest wins)",
             &measured(&rig, peer, (4000, 8000), &mut seq),
         );
+        for (what, pace) in [
+            ("60 Hz, C++ library to C++ library, no bus", (60, 900)),
+            ("4000 Hz, C++ library to C++ library, no bus", (4000, 8000)),
+        ] {
+            said(what, &library(peer, pace));
+        }
+    }
+    // For a comparison of two builds in turns.
+    if std::env::args().nth(2).is_some_and(|what| what == "poses") {
+        return;
     }
     let rows = [[0.7, 0.0, 0.0, -180.0], [0.0, 0.7, 0.0, -180.0], [0.0, 0.0, 1.0, 0.0]];
     let grid = VolumeGrid::checked(DIMS, Affine::from_rows(rows)).unwrap();
@@ -175,7 +217,7 @@ fn measure() {
             "500 Hz, before a client stops reading",
             &measured(&rig, peer, (500, 4000), &mut seq),
         );
-        let mut deaf = rig.client();
+        let mut deaf = rig.bare();
         rustix::net::sockopt::set_socket_recv_buffer_size(&deaf.stream, 2048).unwrap();
         deaf.wait_for("anything", |_| Some(()));
         let beside = said(

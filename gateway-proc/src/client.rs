@@ -1,7 +1,6 @@
 //! One client: its thread reads what it asks, and sends what waits for it. Nothing that it does or leaves undone reaches another.
 
 mod questions;
-mod sending;
 
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read};
@@ -13,15 +12,16 @@ use std::sync::atomic::Ordering;
 use bus::clock::monotonic_ns;
 use bus::process::StopFlag;
 use igtl::session::{Action, Event, Notice, Server, ServerRules};
-use igtl::{Decoder, DeviceName, Kind, Limits};
+use igtl::{Command, Decoder, DeviceName, Kind, Limits, Status};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use crate::hall::Place;
+use crate::hall::{Kept, Place};
 use crate::letter::{Letter, Wire};
 use crate::mailbox::Slot;
 use crate::origin::Origin;
-pub(crate) use sending::SMALL_BUFFER;
-use sending::{Sending, Sent};
+use crate::outlet::{Outlet, Way};
+use crate::tell::refusal;
+use crate::unread::{Patience, Queues};
 
 /// A client asks and commands; it has nothing long to say.
 const LIMITS: Limits = Limits {
@@ -32,9 +32,13 @@ const LIMITS: Limits = Limits {
 };
 /// The thread looks at its limits of time at least this often, ns.
 const TICK_NS: i64 = 50_000_000;
+/// The client's own queue is looked at so often, ns.
+const LOOK_NS: i64 = 200_000_000;
 /// What is read of a client in one turn.
 const A_TURN: usize = 16 << 10;
-/// Answers that wait at most: who asks on and on and takes nothing loses the oldest.
+/// Messages of a client that are read in a tick; the rest waits in its own system. Who asks without end would take the time of others.
+const MOST_ASKED: u32 = 200;
+/// Answers that wait at most: before some of them are sent nothing more is read of who asks.
 const MOST_ANSWERS: usize = 64;
 
 /// What every client's thread knows of the run.
@@ -44,6 +48,8 @@ pub(crate) struct Known {
     pub(crate) views: Vec<Option<DeviceName>>,
     /// Where poses come from.
     pub(crate) origin: Origin,
+    /// There are markers of a localizer. Those of a replay come out of a recording, and have no device of another name.
+    pub(crate) has_markers: bool,
     /// Set once the process is asked to stop.
     pub(crate) stop: StopFlag,
 }
@@ -61,25 +67,46 @@ enum Ended {
     Stopped,
 }
 
+/// What a client is owed. What may change is looked up when its turn has come: an older one must not follow what was sent meanwhile.
+#[derive(Debug, Clone)]
+enum Answer {
+    /// This.
+    Said(Arc<Letter>),
+    /// What there is of a device.
+    Newest(Slot),
+    /// What was said last.
+    Kept(Kept),
+    /// To a command.
+    Asked(DeviceName, Command),
+}
+
 struct Client<'a> {
-    stream: &'a TcpStream,
+    outlet: &'a Outlet,
     place: &'a Place,
     known: &'a Known,
     session: Server,
     decoder: Decoder,
-    answers: VecDeque<Arc<Letter>>,
-    sending: Option<Sending>,
-    /// The system's buffer was full when the client was written to last.
-    is_blocked: bool,
+    answers: VecDeque<Answer>,
+    /// Messages wait in the decoder until the answers to others are sent, or the tick is over.
+    is_behind: bool,
+    /// Messages that came since the tick that began then, ns.
+    asked: u32,
+    asked_since_ns: i64,
+    /// What it has not read; `None` where nobody here can tell.
+    queues: Option<Queues>,
+    patience: Patience,
+    /// `None` before the first step: many a connection is gone before anything has to be opened for it.
+    next_look_ns: Option<i64>,
     /// Whose turn it is.
     turn: usize,
     pushed: usize,
 }
 
 /// Serves a client until it is gone.
-pub(crate) fn serve(stream: &TcpStream, peer: SocketAddr, place: &Place, known: &Known) {
+pub(crate) fn serve(stream: TcpStream, peer: SocketAddr, place: &Place, known: &Known) {
     let counted = &place.hall.counted;
-    match Client::new(stream, place, known).work() {
+    let outlet = place.mailbox.open(Outlet::new(stream));
+    match Client::new(outlet, place, known).work() {
         Ended::Gone | Ended::Stopped => {}
         Ended::Slow(why) => {
             counted.slow.fetch_add(1, Ordering::Relaxed);
@@ -93,21 +120,25 @@ pub(crate) fn serve(stream: &TcpStream, peer: SocketAddr, place: &Place, known: 
 }
 
 impl<'a> Client<'a> {
-    fn new(stream: &'a TcpStream, place: &'a Place, known: &'a Known) -> Self {
+    fn new(outlet: &'a Outlet, place: &'a Place, known: &'a Known) -> Self {
         let rules = ServerRules {
             answers: questions::ANSWERED.to_vec(),
             streams: questions::STREAMED.to_vec(),
             ..ServerRules::default()
         };
         Self {
-            stream,
+            outlet,
             place,
             known,
             session: Server::new(rules, monotonic_ns()),
             decoder: Decoder::new(LIMITS),
             answers: VecDeque::new(),
-            sending: None,
-            is_blocked: false,
+            is_behind: false,
+            asked: 0,
+            asked_since_ns: monotonic_ns(),
+            queues: None,
+            patience: Patience::new(monotonic_ns()),
+            next_look_ns: None,
             turn: 0,
             pushed: 0,
         }
@@ -123,39 +154,60 @@ impl<'a> Client<'a> {
 
     fn step(&mut self) -> Result<(), Ended> {
         let (is_readable, is_called) = self.wait()?;
-        if self.known.stop.is_set() {
+        if self.known.stop.is_set() && self.place.hall.is_over() {
+            // What waits still, that the run has ended first of all, as far as the system takes it.
+            self.send()?;
             return Err(Ended::Stopped);
         }
         if is_called {
             self.place.mailbox.heard();
         }
-        if is_readable {
+        if self.is_behind {
+            self.take_all()?;
+        } else if is_readable {
             self.read()?;
         }
-        let come = self.decoder.come();
+        // What lies in the decoder came long ago, and is kept waiting here.
+        let come = if self.is_behind { 0 } else { self.decoder.come() };
         let actions = self.session.step(Event::Tick { come }, monotonic_ns());
         self.carry_out(actions)?;
         let streams = self.session.pace(Kind::Tdata).is_some();
         self.place.mailbox.streams_tools.store(streams, Ordering::Relaxed);
-        self.send()
+        self.send()?;
+        self.look(monotonic_ns())
+    }
+
+    /// Whether a client on this machine still reads what its system takes for it.
+    fn look(&mut self, now_ns: i64) -> Result<(), Ended> {
+        let next_ns = self.next_look_ns.get_or_insert(now_ns.saturating_add(LOOK_NS));
+        if now_ns < *next_ns {
+            return Ok(());
+        }
+        *next_ns = now_ns.saturating_add(LOOK_NS);
+        if self.queues.is_none() {
+            self.queues = Queues::of(self.outlet.stream());
+        }
+        let way = self.outlet.way();
+        let waiting = self.queues.as_mut().and_then(Queues::waiting);
+        let slow = waiting.and_then(|waiting| self.patience.step((way.taken, way.large), waiting, now_ns));
+        slow.map_or(Ok(()), |why| Err(Ended::Slow(why)))
     }
 
     /// Waits for bytes of the client, room for ours, something to be said, or the time; whether there are bytes, and whether there is
     /// something to be said.
     fn wait(&mut self) -> Result<(bool, bool), Ended> {
-        let wanted = if self.is_blocked {
-            PollFlags::IN | PollFlags::OUT
-        } else {
-            PollFlags::IN
-        };
+        let mut wanted = PollFlags::empty();
+        let may_ask = self.may_ask(monotonic_ns());
+        wanted.set(PollFlags::IN, may_ask && !self.is_behind);
+        wanted.set(PollFlags::OUT, self.outlet.way().is_blocked);
         let bell = self.place.mailbox.bell();
         let mut all = [
-            PollFd::from_borrowed_fd(self.stream.as_fd(), wanted),
+            PollFd::from_borrowed_fd(self.outlet.stream().as_fd(), wanted),
             PollFd::from_borrowed_fd(bell, PollFlags::IN),
         ];
         let tick = Timespec {
             tv_sec: 0,
-            tv_nsec: TICK_NS,
+            tv_nsec: if may_ask && self.is_behind { 0 } else { TICK_NS },
         };
         match poll(&mut all, Some(&tick)) {
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
@@ -163,19 +215,27 @@ impl<'a> Client<'a> {
         }
         let [socket, bell] = all.map(|fd| fd.revents());
         if socket.contains(PollFlags::OUT) {
-            self.is_blocked = false;
+            self.outlet.way().is_blocked = false;
         }
         let is_readable = socket.intersects(PollFlags::IN | PollFlags::HUP | PollFlags::ERR);
         Ok((is_readable, bell.contains(PollFlags::IN)))
     }
 
+    /// Whether it may be answered more: in this tick, and before what waits is sent.
+    fn may_ask(&mut self, now_ns: i64) -> bool {
+        if now_ns.saturating_sub(self.asked_since_ns) >= TICK_NS {
+            (self.asked, self.asked_since_ns) = (0, now_ns);
+        }
+        self.asked < MOST_ASKED && self.answers.len() < MOST_ANSWERS
+    }
+
     fn read(&mut self) -> Result<(), Ended> {
         let mut left = A_TURN;
-        while left > 0 {
+        while left > 0 && !self.is_behind {
             let space = self.decoder.space();
             let most = space.len().min(left);
             let Some(space) = space.get_mut(..most) else { break };
-            let mut stream = self.stream;
+            let mut stream = self.outlet.stream();
             match stream.read(space) {
                 Ok(0) => return Err(Ended::Gone),
                 Ok(count) => {
@@ -191,11 +251,15 @@ impl<'a> Client<'a> {
         Ok(())
     }
 
-    /// Every whole message that has come.
+    /// Every whole message that has come, as long as it may ask.
     fn take_all(&mut self) -> Result<(), Ended> {
         let now_ns = monotonic_ns();
         loop {
-            let (actions, wish) = match self.decoder.take() {
+            self.is_behind = !self.may_ask(now_ns);
+            if self.is_behind {
+                return Ok(());
+            }
+            let (mut actions, wish) = match self.decoder.take() {
                 None => return Ok(()),
                 Some(Ok(message)) => {
                     let wish = questions::image_wish(&message);
@@ -203,8 +267,9 @@ impl<'a> Client<'a> {
                 }
                 Some(Err(malformed)) => (self.session.step(Event::Refused(&malformed), now_ns), None),
             };
+            self.asked += 1;
             if let Some((device, starts)) = wish {
-                self.wish(device, starts);
+                self.wish(device, starts, &mut actions);
             }
             self.carry_out(actions)?;
         }
@@ -215,9 +280,17 @@ impl<'a> Client<'a> {
             match action {
                 Action::Send(message) => self.queue(Arc::new(Letter::new(message))),
                 Action::Answer { kind, device } => self.answer(kind, device),
-                Action::Command { device, command } => self.command(device, &command),
+                Action::Command { device, command } => self.owe(Answer::Asked(device, command)),
                 // A client that spoke version 1 until now has not been told what version 2 alone can say.
-                Action::Tell(Notice::SpeaksTwo) => self.tell_again(),
+                Action::Tell(Notice::SpeaksTwo) => {
+                    self.outlet.way().version = self.session.version();
+                    self.place.hall.tell_again(&self.place.mailbox);
+                }
+                // Who asks waits for an answer.
+                Action::Tell(Notice::Skipped(kind)) if kind.to_string().starts_with("GET_") => {
+                    let words = format!("{kind} is not answered here; CAPABILITY says what is");
+                    self.queue(Arc::new(refusal(Status::ILLEGAL_INSTRUCTION, &words)));
+                }
                 Action::Tell(_) => {}
                 Action::Close(reason) => return Err(Ended::Hostile(reason.to_string())),
             }
@@ -226,56 +299,42 @@ impl<'a> Client<'a> {
     }
 
     fn queue(&mut self, letter: Arc<Letter>) {
-        if self.answers.len() == MOST_ANSWERS {
-            self.answers.pop_front();
-        }
-        self.answers.push_back(letter);
+        self.owe(Answer::Said(letter));
     }
 
-    fn tell_again(&mut self) {
-        for slot in Slot::PUSHED {
-            if let Some(letter) = self.place.hall.newest(slot) {
-                self.place.mailbox.put(slot, &letter);
-            }
-        }
+    fn owe(&mut self, answer: Answer) {
+        // One message leads to two answers at most, and none is taken where there is no room: this is bounded.
+        self.answers.push_back(answer);
     }
 
     /// Sends as much as the system takes.
     fn send(&mut self) -> Result<(), Ended> {
-        while !self.is_blocked {
+        let (outlet, counted) = (self.outlet, &self.place.hall.counted);
+        let mut way = outlet.way();
+        while !way.is_blocked {
             let now_ns = monotonic_ns();
-            let Some(sending) = &mut self.sending else {
-                match self.next(now_ns) {
-                    Some(wire) => self.sending = Some(Sending::begin(self.stream, wire, now_ns)),
+            let written = match &way.sending {
+                Some(_) => way.go_on(outlet.stream(), now_ns, &counted.sent),
+                None => match self.next(&way, now_ns) {
+                    Some(wire) => way.write(outlet.stream(), wire, now_ns, &counted.sent),
                     None => return Ok(()),
-                }
-                continue;
+                },
             };
-            match sending.write(self.stream, now_ns) {
-                Ok(Sent::All) => {
-                    self.sending = None;
-                    self.place.hall.counted.sent.fetch_add(1, Ordering::Relaxed);
-                }
-                Ok(Sent::Part) => self.is_blocked = true,
-                Err(_) => return Err(Ended::Gone),
-            }
+            written.map_err(|_| Ended::Gone)?;
         }
-        let slow = self
-            .sending
-            .as_ref()
-            .and_then(|sending| sending.is_slow(monotonic_ns()));
+        let slow = way.sending.as_ref().and_then(|sending| sending.is_slow(monotonic_ns()));
         slow.map_or(Ok(()), |why| Err(Ended::Slow(why)))
     }
 
-    /// What is sent next: poses and statuses, answers, words and images have their turns.
-    fn next(&mut self, now_ns: i64) -> Option<Arc<Wire>> {
-        let version = self.session.version();
+    /// What is sent next: poses and statuses, answers, words and images have their turns. What is taken of the box here, with the way in
+    /// hand, is sent before whatever is told from now on.
+    fn next(&mut self, way: &Way, now_ns: i64) -> Option<Arc<Wire>> {
         for _ in 0..4 {
             let turn = self.turn % 4;
             self.turn += 1;
             while let Some(letter) = self.of_turn(turn, now_ns) {
                 // What has grown old while it waited, and what is not for this version, is passed over.
-                if let Some(wire) = letter.wire(version).filter(|_| letter.holds_at(now_ns)) {
+                if let Some(wire) = letter.wire(way.version).filter(|_| letter.holds_at(now_ns)) {
                     return Some(wire);
                 }
             }
@@ -297,7 +356,7 @@ impl<'a> Client<'a> {
                 }
                 self.tdata(now_ns)
             }
-            1 => self.answers.pop_front(),
+            1 => self.answers.pop_front().map(|answer| self.said(&answer)),
             2 => mailbox.hear(),
             _ => {
                 let views = (0..self.known.views.len()).map(Slot::View);

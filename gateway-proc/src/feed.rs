@@ -2,6 +2,8 @@
 
 mod images;
 mod markers;
+mod priority;
+mod times;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -18,18 +20,17 @@ use bus::topic::{GUIDE, MARKERS, TOOL_POSE, WORKFLOW};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
 use igtl::Stamp;
-use rustix::time::{ClockId, clock_gettime};
-use scene::{Scene, TrackerSource};
+use scene::Scene;
 
 use crate::client::Known;
 use crate::hall::{Hall, Kept};
 use crate::mailbox::Slot;
-use crate::origin::Origin;
 use crate::points::points;
 use crate::standing::{Follower, Remark, Rules, Standing};
 use crate::tell::{Told, stage, status, string, tdata, words};
 use images::Images;
 use markers::Markers;
+use times::Times;
 
 /// Poses that wait at most while the thread is elsewhere; the newest is what counts.
 const ROOM: usize = 64;
@@ -37,36 +38,10 @@ const ROOM: usize = 64;
 const TICK: Duration = Duration::from_millis(10);
 /// Between two heart-beats, ns.
 const BEAT_NS: i64 = 500_000_000;
+/// Why nothing is said of markers any more.
+const ENDED: &str = "ENDED: the run has ended";
 /// Between two alarms, ns: a source that gives one after the other is told of once.
 const ALARM_NS: i64 = 200_000_000;
-
-/// What turns the run's times into those of the wire.
-#[derive(Debug, Clone, Copy)]
-struct Times {
-    /// CLOCK_MONOTONIC at the run's start, ns.
-    epoch_ns: i64,
-    stale_ns: i64,
-    is_present: bool,
-}
-
-impl Times {
-    /// When something was captured, by this machine's wall clock; no time where it is not of the present.
-    fn stamp(self, t_capture_ns: i64, now_ns: i64) -> Stamp {
-        if !self.is_present {
-            return Stamp::NONE;
-        }
-        let wall = clock_gettime(ClockId::Realtime);
-        let wall_ns = wall.tv_sec * 1_000_000_000 + wall.tv_nsec;
-        let at_ns = wall_ns.saturating_sub(now_ns.saturating_sub(t_capture_ns));
-        u64::try_from(at_ns).ok().and_then(Stamp::of_ns).unwrap_or(Stamp::NONE)
-    }
-
-    /// Until when something is young, ns on CLOCK_MONOTONIC; for ever where time is not the present's.
-    fn until_ns(self, t_capture_ns: i64) -> Option<i64> {
-        let captured_ns = self.epoch_ns.saturating_add(t_capture_ns);
-        self.is_present.then(|| captured_ns.saturating_add(self.stale_ns))
-    }
-}
 
 /// The thread's ends of the topics, and what it has made of them.
 struct Feed {
@@ -80,6 +55,11 @@ struct Feed {
     workflows: Subscriber<Workflow>,
     markers: Option<Markers>,
     images: Images,
+    /// A replay has gone elsewhere at least once, and nothing of its new place has come yet.
+    has_jumped: bool,
+    leads: bool,
+    /// Poses are written by this thread itself.
+    is_at_once: bool,
     /// What was told last of the tool.
     told: Option<(Standing, String)>,
     stage: String,
@@ -107,10 +87,9 @@ pub(crate) struct Needs {
 pub(crate) fn follow(needs: Needs, opened: &Sender<()>) -> Result<(), BusError> {
     let bus = Bus::join_with(&needs.run, needs.life)?;
     let poses: Subscriber<ToolPose> = Subscriber::open_waking(&bus, &TOOL_POSE, "", ROOM)?;
-    // Those of a replay come out of a recording, and have no device of another name.
-    let has_markers =
-        matches!(needs.scene.tracker.source, TrackerSource::Markers(_)) && needs.known.origin.is_present();
-    let frames: Option<Subscriber<MarkerFrame>> = has_markers
+    let frames: Option<Subscriber<MarkerFrame>> = needs
+        .known
+        .has_markers
         .then(|| Subscriber::open_waking(&bus, &MARKERS, "", ROOM))
         .transpose()?;
     let stop = needs.known.stop.clone();
@@ -123,6 +102,7 @@ pub(crate) fn follow(needs: Needs, opened: &Sender<()>) -> Result<(), BusError> 
     }
     waits.run(|| {
         if stop.is_set() {
+            feed.say_goodbye();
             return ControlFlow::Break(Ok(()));
         }
         match feed.step(&poses, frames.as_ref()) {
@@ -142,10 +122,10 @@ impl Feed {
             ..
         } = needs;
         let limits = &scene.limits;
-        let is_replay = known.origin == Origin::Replay;
         let rules = Rules {
             ages: Ages::of(limits),
-            frozen_ns: (!is_replay).then(|| clock::ns(limits.frozen)),
+            // In a replay too, as the images do.
+            frozen_ns: scene.frozen().map(clock::ns),
         };
         let times = Times {
             epoch_ns: run.epoch_ns,
@@ -156,14 +136,16 @@ impl Feed {
             session: Session::open(&bus, &run)?,
             guides: Subscriber::open(&bus, &GUIDE, "", GUIDE.buffer)?,
             workflows: Subscriber::open(&bus, &WORKFLOW, "", 1)?,
-            markers: matches!(scene.tracker.source, TrackerSource::Markers(_))
-                .then(|| Markers::new(clock::ns(limits.frozen))),
+            markers: known.has_markers.then(|| Markers::new(clock::ns(limits.frozen))),
             images: Images::open(&bus, &scene, &known)?,
             follower: Follower::new(rules),
             times,
             hall,
             known,
             scene,
+            has_jumped: false,
+            leads: true,
+            is_at_once: priority::is_real_time(),
             told: None,
             stage: String::new(),
             next_beat_ns: i64::MIN,
@@ -184,6 +166,7 @@ impl Feed {
         let is_beat = steady_ns >= self.next_beat_ns;
         if is_beat {
             self.next_beat_ns = steady_ns.saturating_add(BEAT_NS);
+            self.is_at_once = priority::is_real_time();
         }
         let markers = self.take_markers(frames, now_ns, is_beat)?;
         is_news |= markers;
@@ -221,6 +204,9 @@ impl Feed {
                 self.stage = stage;
                 is_news = true;
             }
+            let is_rejected = workflow.has(Workflow::REJECTED);
+            self.hall
+                .withhold(is_rejected.then_some("the examination is said not to be the patient's"));
             self.follower.take_workflow(workflow);
         }
         Ok(is_news)
@@ -235,15 +221,55 @@ impl Feed {
         // After the poses were taken: a replayer has said before them what time it is.
         if self.session.follow()? {
             self.follower.forget();
+            (self.leads, self.has_jumped) = (true, true);
             samples.retain(|sample| !self.session.is_yet_to_come(sample.t_publish_ns));
         }
+        let mut came = false;
         for sample in &samples {
+            if self.is_before_the_place(sample) {
+                self.follower.lead(*sample);
+                continue;
+            }
+            (self.leads, came) = (false, true);
             let now_ns = self.session.clock().now_ns();
             for remark in self.follower.take(*sample, now_ns) {
                 self.alarm(&remark);
             }
         }
-        Ok(!samples.is_empty())
+        Ok(came)
+    }
+
+    /// Whether a replay has just gone to a place that lies behind this sample: as `slice_view_proc` judges it.
+    fn is_before_the_place(&self, sample: &ToolPose) -> bool {
+        let law = self.session.replay();
+        let law = law.filter(|_| self.leads && self.session.is_replay());
+        law.is_some_and(|law| sample.t_publish_ns < if self.has_jumped { law.anchor_ns } else { law.first_ns })
+    }
+
+    /// The last that clients are told: who keeps what was sent last, and few do otherwise, must not keep a pose.
+    fn say_goodbye(&mut self) {
+        let origin = self.known.origin;
+        let stamp = self.times.stamp(self.session.clock().now_ns());
+        self.hall.claim.set(i64::MIN);
+        let told = Told::tool(origin, &Standing::Ended, None, self.follower.workflow()).at(stamp, None);
+        let all: Vec<Told> = std::iter::once(told)
+            .chain(
+                self.markers
+                    .iter()
+                    .flat_map(|_| Told::markers(&MarkerFrame::EMPTY, Some(ENDED))),
+            )
+            .collect();
+        self.hall.put(Slot::Tdata, tdata(all.clone(), origin));
+        let slots = [Slot::Tool, Slot::ToolMarker, Slot::ReferenceMarker];
+        for (slot, told) in slots.into_iter().zip(all) {
+            self.hall.put(slot, told.at(stamp, None).transform());
+        }
+        let said = words(&Standing::Ended, origin, self.follower.workflow());
+        self.hall
+            .put(Slot::Status, status(&Standing::Ended, origin, &said, stamp));
+        self.hall.set_state(&said);
+        self.hall.say(Some(Kept::State), string("State", &said, stamp));
+        self.hall.end();
     }
 
     fn alarm(&mut self, remark: &Remark) {
@@ -290,35 +316,55 @@ impl Feed {
         let sample = self.follower.sample();
         let workflow = self.follower.workflow();
         let captured_ns = sample.map_or(now_ns, |sample| sample.t_capture_ns);
-        let pose_stamp = self.times.stamp(captured_ns, now_ns);
+        let pose_stamp = self.times.stamp(captured_ns);
+        let until_ns = self.times.until_ns(captured_ns);
+        // Before anybody is told: what claimed another pose holds for this one, or for none.
+        self.hall.claim.set(if is_valid {
+            until_ns.unwrap_or(i64::MAX)
+        } else {
+            i64::MIN
+        });
         if is_due || has_markers {
-            let stamp = if is_valid {
-                pose_stamp
-            } else {
-                self.times.stamp(now_ns, now_ns)
-            };
-            let told = Told::tool(origin, &standing, sample, workflow).at(stamp, self.times.until_ns(captured_ns));
+            let stamp = if is_valid { pose_stamp } else { self.times.stamp(now_ns) };
+            let told = Told::tool(origin, &standing, sample, workflow).at(stamp, until_ns);
             if is_due {
-                self.hall.put(Slot::Tool, told.transform());
-                // At once: whatever else is to be said can wait, and a pose cannot.
-                self.hall.ring();
+                // Now: whatever else is to be said can wait, and a pose cannot.
+                let at_once = self.is_at_once.then(clock::monotonic_ns);
+                self.hall.post(Slot::Tool, told.transform(), at_once);
             }
-            let markers = self.markers.iter().flat_map(Markers::told);
-            let all: Vec<Told> = std::iter::once(told).chain(markers).collect();
-            self.hall.put(Slot::Tdata, tdata(&all, origin));
-            self.hall.ring_streams();
+            // Of a frame whose pose is to come, the tools are told with it.
+            if is_due || !is_valid {
+                let beside = |markers: &Markers| match is_valid {
+                    true => markers.of_moment(captured_ns),
+                    false => markers.told(),
+                };
+                let markers = self.markers.iter().flat_map(beside);
+                let all: Vec<Told> = std::iter::once(told).chain(markers).collect();
+                self.hall.put(Slot::Tdata, tdata(all, origin));
+                self.hall.ring_streams();
+            }
         }
-        let said = words(&standing, origin, workflow);
+        let is_told = self.tell_status(standing, is_beat, now_ns);
+        has_markers || is_told
+    }
+
+    /// Says the same in words where they are others, and as the heart-beat; whether anything was said.
+    fn tell_status(&mut self, standing: Standing, is_beat: bool, now_ns: i64) -> bool {
+        let origin = self.known.origin;
+        let said = words(&standing, origin, self.follower.workflow());
         let is_new = self.told.as_ref().is_none_or(|(_, before)| *before != said);
         if is_new || is_beat {
-            let stamp = self.times.stamp(now_ns, now_ns);
-            self.hall.put(Slot::Status, status(&standing, origin, &said, stamp));
+            let claim = matches!(standing, Standing::Valid(_)).then(|| self.hall.claim.clone());
+            let stamp = self.times.stamp(now_ns);
+            let beat = status(&standing, origin, &said, stamp).claiming(claim.clone());
+            self.hall.put(Slot::Status, beat);
             if is_new {
                 self.hall.set_state(&said);
-                self.hall.say(Some(Kept::State), string("State", &said, stamp));
+                let state = string("State", &said, stamp).claiming(claim);
+                self.hall.say(Some(Kept::State), state);
             }
         }
         self.told = Some((standing, said));
-        has_markers || is_new || is_beat
+        is_new || is_beat
     }
 }

@@ -1,9 +1,9 @@
 //! All clients: who is there, what was said last, and what is counted.
 
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::letter::Letter;
+use crate::letter::{Claim, Letter};
 use crate::mailbox::{Mailbox, Slot};
 
 /// At most so many clients at a time.
@@ -44,6 +44,8 @@ struct Board {
     kept: [Option<Arc<Letter>>; 3],
     /// How the tool is, in words.
     state: String,
+    /// Why the examination may not be sent.
+    withheld: Option<&'static str>,
 }
 
 /// Shared by all threads.
@@ -55,6 +57,10 @@ pub(crate) struct Hall {
     present: AtomicUsize,
     /// Counters.
     pub(crate) counted: Counted,
+    /// Whether there is a pose.
+    pub(crate) claim: Claim,
+    /// All has been said: the run ends.
+    is_over: AtomicBool,
     views: usize,
     pushes_images: bool,
 }
@@ -74,6 +80,8 @@ impl Hall {
             }),
             present: AtomicUsize::new(0),
             counted: Counted::default(),
+            claim: Claim::default(),
+            is_over: AtomicBool::new(false),
             views,
             pushes_images,
         }
@@ -122,6 +130,37 @@ impl Hall {
         }
         for client in clients.iter() {
             client.put(slot, &letter);
+        }
+    }
+
+    /// Tells every client the newest of a device and wakes its thread. `at_once`, the time on CLOCK_MONOTONIC: those are not woken whose
+    /// system takes it here and now. With a real-time priority that saves a wake-up; without one a thread that does both its work and its
+    /// clients' is soon behind its share of the processor, and its slowest poses come later (docs/slicer.md has the figures).
+    pub(crate) fn post(&self, slot: Slot, letter: Letter, at_once: Option<i64>) {
+        let letter = Arc::new(letter);
+        let clients = lock(&self.clients);
+        if let Some(place) = lock(&self.board).newest.get_mut(slot.place()) {
+            *place = Some(Arc::clone(&letter));
+        }
+        for client in clients.iter() {
+            match at_once {
+                Some(now_ns) => client.post(slot, &letter, now_ns, &self.counted.sent),
+                None => client.put(slot, &letter),
+            }
+        }
+        if at_once.is_none() {
+            clients.iter().for_each(|client| client.ring());
+        }
+    }
+
+    /// Puts all that holds for everybody into one client's box once more. Under the lock of those who tell: what is newer comes behind.
+    pub(crate) fn tell_again(&self, mailbox: &Mailbox) {
+        let _clients = lock(&self.clients);
+        let board = lock(&self.board);
+        for slot in Slot::PUSHED {
+            if let Some(Some(letter)) = board.newest.get(slot.place()) {
+                mailbox.put(slot, letter);
+            }
         }
     }
 
@@ -176,6 +215,27 @@ impl Hall {
     /// The tool is so from now on.
     pub(crate) fn set_state(&self, words: &str) {
         words.clone_into(&mut lock(&self.board).state);
+    }
+
+    /// Whether the examination may be sent from now on, and why not.
+    pub(crate) fn withhold(&self, why: Option<&'static str>) {
+        lock(&self.board).withheld = why;
+    }
+
+    /// Why the examination may not be sent.
+    pub(crate) fn withheld(&self) -> Option<&'static str> {
+        lock(&self.board).withheld
+    }
+
+    /// The last has been said: clients are sent what waits for them, and no more.
+    pub(crate) fn end(&self) {
+        self.is_over.store(true, Ordering::Release);
+        self.ring();
+    }
+
+    /// Whether nothing more will be said.
+    pub(crate) fn is_over(&self) -> bool {
+        self.is_over.load(Ordering::Acquire)
     }
 
     /// Every client that is there.

@@ -1,6 +1,7 @@
 //! A message to whoever looks on: made once, encoded once for each version of the header, shared by all clients.
 
 use std::io::IoSlice;
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use igtl::{Body, Image, Message, Version};
@@ -54,24 +55,62 @@ impl Wire {
     }
 }
 
+/// Until when the newest pose may be called valid, ns on CLOCK_MONOTONIC: what claims it is not said later, whoever says it, and also
+/// where the thread that judges poses has come to a stop.
+#[derive(Debug, Clone)]
+pub(crate) struct Claim(Arc<AtomicI64>);
+
+impl Default for Claim {
+    fn default() -> Self {
+        Self(Arc::new(AtomicI64::new(i64::MIN)))
+    }
+}
+
+impl Claim {
+    /// There is a pose until then; there is none where that has passed.
+    pub(crate) fn set(&self, until_ns: i64) {
+        self.0.store(until_ns, Ordering::Relaxed);
+    }
+
+    fn holds_at(&self, monotonic_ns: i64) -> bool {
+        monotonic_ns <= self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// What makes a message once somebody wants its bytes.
+struct Content(Box<dyn Fn() -> Message<'static> + Send + Sync>);
+
+impl std::fmt::Debug for Content {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0().fmt(f)
+    }
+}
+
 /// A message for every client, in both versions of the header.
 #[derive(Debug)]
 pub(crate) struct Letter {
-    message: Message<'static>,
+    content: Content,
     voxels: Option<Arc<Voxels>>,
     to_one: bool,
     until_ns: Option<i64>,
+    claim: Option<Claim>,
     wires: [OnceLock<Option<Arc<Wire>>>; 2],
 }
 
 impl Letter {
     /// A message with its number and metadata, which clients of version 1 are sent without.
     pub(crate) fn new(message: Message<'static>) -> Self {
+        Self::made(move || message.clone())
+    }
+
+    /// The same, of a message that is made where one is sent: most of some kinds are wanted by nobody.
+    pub(crate) fn made(make: impl Fn() -> Message<'static> + Send + Sync + 'static) -> Self {
         Self {
-            message: message_of_two(message),
+            content: Content(Box::new(make)),
             voxels: None,
             to_one: true,
             until_ns: None,
+            claim: None,
             wires: [OnceLock::new(), OnceLock::new()],
         }
     }
@@ -88,6 +127,12 @@ impl Letter {
         Self { until_ns, ..self }
     }
 
+    /// Not to be sent while the newest pose is none.
+    #[must_use]
+    pub(crate) fn claiming(self, claim: Option<Claim>) -> Self {
+        Self { claim, ..self }
+    }
+
     /// An IMAGE whose own voxels are empty, with these.
     #[must_use]
     pub(crate) fn with(self, voxels: Arc<Voxels>) -> Self {
@@ -99,7 +144,8 @@ impl Letter {
 
     /// Whether it is still true at this time of CLOCK_MONOTONIC.
     pub(crate) fn holds_at(&self, monotonic_ns: i64) -> bool {
-        self.until_ns.is_none_or(|until| monotonic_ns <= until)
+        let is_young = self.until_ns.is_none_or(|until| monotonic_ns <= until);
+        is_young && self.claim.as_ref().is_none_or(|claim| claim.holds_at(monotonic_ns))
     }
 
     /// Its bytes for a client of this version; `None` where it is not for one.
@@ -113,7 +159,7 @@ impl Letter {
     }
 
     fn encoded(&self, version: Version) -> Option<Arc<Wire>> {
-        let message = self.message.clone().in_version(version);
+        let message = message_of_two(self.content.0()).in_version(version);
         let message = match (&self.voxels, message.body) {
             (Some(voxels), Body::Image(image)) => Message {
                 body: Body::Image(Image {
@@ -220,5 +266,16 @@ mod tests {
         let letter = Letter::new(transform()).until(Some(100));
         assert!(letter.holds_at(100) && !letter.holds_at(101));
         assert!(Letter::new(transform()).holds_at(i64::MAX));
+    }
+
+    #[test]
+    fn who_says_that_there_is_a_pose_is_not_heard_once_it_is_old() {
+        let claim = Claim::default();
+        let letter = Letter::new(transform()).claiming(Some(claim.clone()));
+        assert!(!letter.holds_at(i64::MIN + 1));
+        claim.set(100);
+        assert!(letter.holds_at(100) && !letter.holds_at(101));
+        claim.set(i64::MIN);
+        assert!(!letter.holds_at(100));
     }
 }

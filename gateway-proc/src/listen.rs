@@ -15,9 +15,9 @@ use rustix::net::sockopt::{
     set_socket_keepalive, set_socket_send_buffer_size, set_tcp_keepidle, set_tcp_keepintvl, set_tcp_user_timeout,
 };
 
-use crate::client::{Known, SMALL_BUFFER, serve};
-
+use crate::client::{Known, serve};
 use crate::hall::{Hall, MOST_CLIENTS};
+use crate::sending::SMALL_BUFFER;
 use crate::tell::{BUSY, refusal};
 
 /// Between two tries to listen where another program has the port, ns.
@@ -112,7 +112,7 @@ fn admit(stream: TcpStream, peer: SocketAddr, hall: &Arc<Hall>, known: &Arc<Know
     let known = Arc::clone(known);
     let started = thread::Builder::new()
         .name("client".to_owned())
-        .spawn(move || serve(&stream, peer, &place, &known));
+        .spawn(move || serve(stream, peer, &place, &known));
     if let Err(error) = started {
         hall.tell(&format!("client {peer} is not served: {error}"));
     }

@@ -2,13 +2,14 @@
 
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use igtl::Version;
 use rustix::event::{EventfdFlags, eventfd};
 
 use crate::letter::Letter;
+use crate::outlet::{Outlet, Went};
 
 /// Words that wait for a client at most; the oldest give way.
 const MOST_WORDS: usize = 64;
@@ -77,6 +78,8 @@ struct Inner {
 pub(crate) struct Mailbox {
     inner: Mutex<Inner>,
     bell: OwnedFd,
+    /// Where the client's thread sends; `None` before it has begun.
+    outlet: OnceLock<Outlet>,
     /// It has begun a stream of tools.
     pub(crate) streams_tools: AtomicBool,
     /// The version in which it wants the volume; 0 where it does not.
@@ -101,6 +104,7 @@ impl Mailbox {
                 overtaken: 0,
             }),
             bell: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
+            outlet: OnceLock::new(),
             streams_tools: AtomicBool::new(false),
             volume: AtomicU16::new(0),
         })
@@ -117,6 +121,38 @@ impl Mailbox {
             let before = place.replace(Arc::clone(letter));
             // The stream of tools waits in every box, also of who never asks for it.
             inner.overtaken += u64::from(before.is_some() && slot != Slot::Tdata);
+        }
+    }
+
+    /// The way out to the client, from here on open to all.
+    pub(crate) fn open(&self, outlet: Outlet) -> &Outlet {
+        self.outlet.get_or_init(|| outlet)
+    }
+
+    #[cfg(test)]
+    pub(crate) fn outlet(&self) -> Option<&Outlet> {
+        self.outlet.get()
+    }
+
+    /// Sends the newest message of a device at once where nothing is on its way to this client, and puts it in and wakes the client's
+    /// thread where something is. `sent` counts.
+    pub(crate) fn post(&self, slot: Slot, letter: &Arc<Letter>, now_ns: i64, sent: &AtomicU64) {
+        // One that waits still is older, and must not follow this one.
+        let give_way = || {
+            let before = self.take(slot).is_some();
+            self.inner().overtaken += u64::from(before);
+        };
+        let went = self
+            .outlet
+            .get()
+            .map_or(Went::No, |outlet| outlet.send_now(letter, now_ns, sent, give_way));
+        match went {
+            Went::Done => {}
+            Went::Begun => self.ring(),
+            Went::No => {
+                self.put(slot, letter);
+                self.ring();
+            }
         }
     }
 
@@ -173,6 +209,13 @@ impl Mailbox {
     /// What is wanted of a view.
     pub(crate) fn wished(&self, view: usize) -> Wish {
         self.inner().wishes.get(view).copied().unwrap_or_default()
+    }
+
+    /// Whether the images of this view, or of any, are sent as a stream.
+    pub(crate) fn streams(&self, view: Option<usize>) -> bool {
+        let inner = self.inner();
+        let mut wishes = inner.wishes.iter().enumerate();
+        wishes.any(|(at, wish)| wish.stream && view.is_none_or(|view| view == at))
     }
 
     /// Messages that were not sent, as newer ones came.

@@ -12,7 +12,7 @@ use bus::clock;
 use bus::message::ProcessState;
 use bus::port::{SharedVolume, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use scene::Plane;
+use scene::{Plane, TrackerSource};
 
 use crate::client::Known;
 use crate::feed::{Needs, follow};
@@ -21,11 +21,14 @@ use crate::listen::{Door, SharedDoor, listen};
 use crate::mailbox::Slot;
 use crate::origin::Origin;
 use crate::picture::devices;
-use crate::tell::{CONFIGURATION, NOT_READY, SERVER, named, reference_marker, refusal, tool_marker};
+use crate::tell::{CONFIGURATION, DISABLED, NOT_READY, SERVER, named, reference_marker, refusal, tool_marker};
 use crate::volume::{Copied, VOLUME};
 
 /// Between two looks at what is wanted.
 const TICK: Duration = Duration::from_millis(10);
+
+/// How long clients may take to be told that the run has ended.
+const FAREWELL: Duration = Duration::from_millis(500);
 
 /// Why nobody is served, or not any longer.
 #[derive(Debug, thiserror::Error)]
@@ -72,6 +75,11 @@ impl Desk {
             let Some(version) = client.take_volume_wish() else {
                 continue;
             };
+            if let Some(why) = hall.withheld() {
+                client.say(&Arc::new(refusal(DISABLED, why)));
+                client.ring();
+                continue;
+            }
             let (copied, volume) = (&mut self.copied, self.volume.as_ref());
             match volume.map(|volume| copied.letter(volume, self.origin, version, alive)) {
                 Some(Ok(letter)) => client.put(Slot::Volume, &letter),
@@ -137,9 +145,15 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     let _ = listener.join();
-    feed.map_or(Ok(()), |feed| {
+    let followed = feed.map_or(Ok(()), |feed| {
         feed.join().map_or(Err(RunError::Ended), |result| Ok(result?))
-    })
+    });
+    // Clients are being told that the run has ended.
+    let deadline_ns = clock::monotonic_ns() + clock::ns(FAREWELL);
+    while hall.present() > 0 && clock::monotonic_ns() < deadline_ns {
+        thread::sleep(TICK);
+    }
+    followed
 }
 
 /// A recording is somebody else's scene: what it opens is open to this machine alone.
@@ -167,6 +181,7 @@ fn known(process: &Process, origin: Origin) -> Known {
             .map(|(name, view)| (view.plane != Plane::Surface).then_some(name))
             .collect(),
         origin,
+        has_markers: origin.is_present() && matches!(process.scene.tracker.source, TrackerSource::Markers(_)),
         stop: process.stop.clone(),
     }
 }

@@ -17,6 +17,8 @@ pub(crate) enum Standing {
     Waiting,
     /// There may be one, and the run's workflow does not let it be shown.
     Withheld(&'static str),
+    /// The run ends, and nothing more will come.
+    Ended,
 }
 
 /// What a person must be told of a sample beside its pose.
@@ -47,7 +49,7 @@ impl std::fmt::Display for Remark {
 pub(crate) struct Rules {
     /// When a pose is stale, and when it is none.
     pub(crate) ages: Ages,
-    /// The same numbers under fresh stamps for longer are no measurement; `None` in a replay.
+    /// The same numbers under fresh stamps for longer are no measurement; `None` where the scene's own source has no noise.
     pub(crate) frozen_ns: Option<i64>,
 }
 
@@ -121,6 +123,18 @@ impl Follower {
         remarks
     }
 
+    /// Takes note of a sample from before the place that a replay went to: what comes is judged beside it (`recorder::replay::lead`).
+    pub(crate) fn lead(&mut self, sample: ToolPose) {
+        let Ok(tracked) = sample.tracked() else { return };
+        let mut judged = self.continuity.judge(&sample, tracked, self.rules.frozen_ns);
+        // One that was under way when the replay went back came before it.
+        if judged.broken.is_some_and(Break::refuses) {
+            self.continuity = Continuity::default();
+            judged = self.continuity.judge(&sample, tracked, self.rules.frozen_ns);
+        }
+        self.last = Some((sample, judged.tracked));
+    }
+
     /// What may be said at `now_ns` on the session's clock.
     pub(crate) fn standing(&self, now_ns: i64) -> Standing {
         if let Some(why) = self.withheld() {
@@ -174,6 +188,7 @@ impl Standing {
             Self::Lost(_) => "LOST",
             Self::Waiting => "WAITING",
             Self::Withheld(_) => "WITHHELD",
+            Self::Ended => "ENDED",
         }
     }
 
@@ -185,6 +200,7 @@ impl Standing {
             Self::Lost(reason) => reason.words(),
             Self::Waiting => "no pose has come yet",
             Self::Withheld(why) => why,
+            Self::Ended => "the run has ended",
         }
     }
 
@@ -276,6 +292,19 @@ mod tests {
         let future = refused.take(sample(6, 500, 1.0), 60 * MS);
         assert!(matches!(&future[..], [Remark::Refused(words)] if words.contains("in the future")));
         assert!(!is_valid(&refused, 60));
+    }
+
+    #[test]
+    fn what_stood_still_before_a_replay_went_on_is_frozen_behind() {
+        let mut follower = follower(true);
+        // Where the measurement began, and the last one: both from before the place.
+        for (seq, ms) in [(0, 0), (40, 400), (10, 100), (50, 500)] {
+            follower.lead(sample(seq, ms, 7.0));
+        }
+        follower.take(sample(60, 620, 7.0), 620 * MS);
+        assert_eq!(follower.standing(620 * MS), Standing::Lost(Lost::Frozen));
+        follower.take(sample(61, 630, 8.0), 630 * MS);
+        assert!(is_valid(&follower, 630));
     }
 
     #[test]

@@ -145,7 +145,19 @@ impl Told {
 }
 
 /// All tools of one moment as a TDATA; those without a pose are left out, as the protocol says, and told in the metadata.
-pub(crate) fn tdata(all: &[Told], origin: Origin) -> Letter {
+pub(crate) fn tdata(all: Vec<Told>, origin: Origin) -> Letter {
+    let seen = all.iter().filter(|told| told.pose.is_ok());
+    let until_ns = seen.clone().filter_map(|told| told.until_ns).min();
+    let is_empty = seen.count() == 0;
+    let letter = Letter::made(move || tools(&all, origin));
+    if is_empty {
+        letter.not_to_one()
+    } else {
+        letter.until(until_ns)
+    }
+}
+
+fn tools(all: &[Told], origin: Origin) -> Message<'static> {
     let mut metadata = Metadata::EMPTY.with(SESSION, Text::new(origin.session()));
     for told in all {
         metadata = metadata.with(&format!("{}Status", told.device), Text::new(told.status()));
@@ -155,25 +167,16 @@ pub(crate) fn tdata(all: &[Told], origin: Origin) -> Letter {
     }
     let seen = all.iter().filter_map(|told| Some((told, told.pose.as_ref().ok()?)));
     let tools: Vec<Tool<Matrix>> = seen
-        .clone()
         .map(|(told, pose)| Tool {
             name: told.device,
             kind: ToolKind::Six,
             pose: *pose,
         })
         .collect();
-    let stamp = all.first().map_or(Stamp::NONE, |told| told.stamp);
-    let until_ns = seen.filter_map(|(told, _)| told.until_ns).min();
-    let is_empty = tools.is_empty();
-    let letter = Letter::new(Message {
-        stamp,
+    Message {
+        stamp: all.first().map_or(Stamp::NONE, |told| told.stamp),
         metadata,
         ..Message::new(named("Tracking"), Body::Tdata(tools))
-    });
-    if is_empty {
-        letter.not_to_one()
-    } else {
-        letter.until(until_ns)
     }
 }
 
@@ -209,7 +212,7 @@ pub(crate) fn status(standing: &Standing, origin: Origin, words: &str, stamp: St
         Standing::Valid(_) | Standing::Waiting => NOT_READY,
         Standing::Stale => TIMED_OUT,
         Standing::Lost(_) => NOT_FOUND,
-        Standing::Withheld(_) => DISABLED,
+        Standing::Withheld(_) | Standing::Ended => DISABLED,
     };
     let status = Status {
         name: named(standing.word(origin.is_present())),
@@ -232,7 +235,8 @@ const TIMED_OUT: u16 = 7;
 pub(crate) const CONFIGURATION: u16 = 10;
 /// Not ready yet.
 pub(crate) const NOT_READY: u16 = 13;
-const DISABLED: u16 = 15;
+/// It may not be said now.
+pub(crate) const DISABLED: u16 = 15;
 
 /// What a client is told that asked for something that is not to be had.
 pub(crate) fn refusal(code: u16, words: &str) -> Letter {

@@ -59,7 +59,7 @@ fn whatever_is_no_openigtlink_is_closed_and_nobody_else_notices() {
     kinds.extend([4097, 1 << 31, 1 << 40, u64::MAX].map(|body| header(1, "STRING", body)));
     let count = kinds.len();
     for (at, bytes) in kinds.into_iter().enumerate() {
-        let mut stream = rig.client().stream;
+        let mut stream = rig.bare().stream;
         let _ = stream.write_all(&bytes);
         assert!(is_closed(&mut stream), "kind {at}");
         serves(&rig, at as u64);
@@ -73,7 +73,7 @@ fn a_wrong_crc_is_passed_over_and_three_in_a_row_close() {
     let text = Body::String(Text::new("x"));
     let mut wrong = Message::new(DeviceName::EMPTY, text).to_vec().unwrap();
     *wrong.last_mut().unwrap() ^= 1;
-    let mut client = rig.client();
+    let mut client = rig.bare();
     client.stream.write_all(&wrong).unwrap();
     client.stream.write_all(&wrong).unwrap();
     let get = Message::new(DeviceName::EMPTY, Body::Query(Query::Get(Kind::Capability)));
@@ -91,7 +91,7 @@ fn a_wrong_crc_is_passed_over_and_three_in_a_row_close() {
 fn who_says_nothing_may_stay_and_who_says_a_byte_now_and_then_may_not() {
     let rig = Rig::new();
     let mut silent = rig.client();
-    let mut trickle = rig.client().stream;
+    let mut trickle = rig.client();
     let get = Message::new(
         DeviceName::EMPTY,
         Body::String(Text::new("a longer text than a header")),
@@ -100,7 +100,7 @@ fn who_says_nothing_may_stay_and_who_says_a_byte_now_and_then_may_not() {
     let mut closed = false;
     for (count, byte) in bytes.iter().enumerate() {
         rig.pose(count as u64);
-        if trickle.write_all(&[*byte]).is_err() {
+        if trickle.stream.write_all(&[*byte]).is_err() {
             closed = true;
             break;
         }
@@ -109,7 +109,7 @@ fn who_says_nothing_may_stay_and_who_says_a_byte_now_and_then_may_not() {
             break;
         }
     }
-    assert!(closed || is_closed(&mut trickle));
+    assert!(closed || std::iter::from_fn(|| trickle.next()).count() < 10_000);
     rig.pose(1000);
     silent.wait_for("the pose", |message| match message.body {
         Body::Transform(matrix) => (matrix.translation[0] == -290.0).then_some(()),
@@ -139,13 +139,25 @@ fn ten_thousand_connections_leave_the_server_as_it_was() {
     }
     rig.wait_for_note(|note| note.contains(": 1 clients"));
     assert!(rig.is_running());
-    serves(&rig, seq);
+    // Connections that are long gone may still come out of the system's queue, and take all places for a moment.
+    let is_served = || {
+        let mut client = rig.client();
+        rig.pose(seq);
+        while let Some(message) = client.next() {
+            if matches!(message.body, Body::Transform(_)) {
+                return true;
+            }
+        }
+        std::thread::sleep(Duration::from_millis(20));
+        false
+    };
+    assert!((0..500).any(|_| is_served()));
 }
 
 #[test]
 fn questions_without_end_that_nobody_takes_the_answers_of_end_that_client_alone() {
     let rig = Rig::new();
-    let mut flood = rig.client();
+    let mut flood = rig.bare();
     rustix::net::sockopt::set_socket_recv_buffer_size(&flood.stream, 2048).unwrap();
     let get = Message::new(DeviceName::EMPTY, Body::Query(Query::Get(Kind::Capability)))
         .to_vec()

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod cable;
+mod claims;
 mod clients;
+mod faults;
 mod followed;
 mod hostile;
 mod markers;
@@ -11,6 +13,7 @@ mod peers;
 mod pictures;
 mod pilot;
 mod poses;
+mod proxy;
 mod rig;
 #[path = "../support/mod.rs"]
 mod support;

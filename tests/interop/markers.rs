@@ -54,8 +54,9 @@ fn a_cxx_client_reads_markers_a_stream_of_tools_at_its_pace_and_the_targets() {
     let began_ns = rig.now_ns();
     let mut seq = 0;
     while child.try_wait().unwrap().is_none() {
-        rig.markers.send(frame(&rig, seq, true)).unwrap();
-        rig.pose(seq);
+        let of_it = frame(&rig, seq, true);
+        rig.markers.send(of_it).unwrap();
+        rig.pose_of(seq, of_it.t_capture_ns);
         if seq == 10 {
             rig.guide.send(Guide::default().choosing(Some(&chosen), 1)).unwrap();
         }

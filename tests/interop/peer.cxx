@@ -4,6 +4,7 @@
 //   peer HOST PORT listen COUNT [QUERY...]   prints COUNT messages, a line each; queries are sent first
 //   peer HOST PORT latency COUNT             prints of COUNT TRANSFORMs how late each is behind its stamp, ns
 //   peer HOST PORT anchor                    is itself a server, which packs and sends 512 x 512 x 400 voxels to the first client
+//   peer HOST PORT beat HZ                   is itself a server, which sends the first client a TRANSFORM at this pace until it has gone
 //   peer HOST PORT volume                    asks for the examination; prints the seconds until it was unpacked, and its voxels' sum
 //
 // Queries: GET_STATUS GET_TRANS GET_POINT GET_IMAGE GET_CAPABIL STT_TDATA:MS STP_TDATA, each with =DEVICE behind it where one is meant.
@@ -186,8 +187,36 @@ static int anchor(int port) {
     return 0;
 }
 
+// What the library itself takes for a pose: stamped just before it is packed and sent, as a server of one thread does.
+static int beat(int port, long hz) {
+    igtl::ServerSocket::Pointer server = igtl::ServerSocket::New();
+    if (hz < 1 || server->CreateServer(port) != 0) return 1;
+    std::printf("listening\n");
+    std::fflush(stdout);
+    igtl::ClientSocket::Pointer client = server->WaitForConnection(20000);
+    if (client.IsNull()) return 1;
+    const timespec pace = {hz == 1 ? 1 : 0, hz == 1 ? 0 : 1000000000L / hz};
+    for (long count = 0;; ++count) {
+        igtl::Matrix4x4 matrix;
+        igtl::IdentityMatrix(matrix);
+        matrix[0][3] = static_cast<float>(count % 1000);
+        // A message that is used again keeps its first stamp.
+        igtl::TransformMessage::Pointer message = igtl::TransformMessage::New();
+        message->SetDeviceName("ToolToRas");
+        message->SetMatrix(matrix);
+        igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
+        long long now = now_ns(CLOCK_REALTIME);
+        stamp->SetTimeInNanoseconds(now);
+        message->SetTimeStamp(stamp);
+        message->Pack();
+        if (!client->Send(message->GetPackPointer(), message->GetPackSize())) return 0;
+        nanosleep(&pace, nullptr);
+    }
+}
+
 int main(int argc, char** argv) {
     if (argc < 4) return 2;
+    if (std::strcmp(argv[3], "beat") == 0) return beat(std::atoi(argv[2]), argc > 4 ? std::atol(argv[4]) : 60);
     if (std::strcmp(argv[3], "anchor") == 0) return anchor(std::atoi(argv[2]));
     igtl::ClientSocket::Pointer socket = igtl::ClientSocket::New();
     if (socket->ConnectToServer(argv[1], std::atoi(argv[2])) != 0) {

@@ -115,12 +115,14 @@ fn colour(x: u32, y: u32) -> [u8; 3] {
     [x as u8 * 5, y as u8 * 7, 200]
 }
 
-fn pixels() -> Vec<u8> {
+/// Those of a view of these tests.
+pub(crate) fn pixels() -> Vec<u8> {
     let all = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| colour(x, y)));
     all.flat_map(|[r, g, b]| [r, g, b, 255]).collect()
 }
 
-fn header(rig: &Rig, placed: bool) -> FrameHeader {
+/// Of an image that follows a pose of now.
+pub(crate) fn header(rig: &Rig, placed: bool) -> FrameHeader {
     let window = WindowLevel {
         centre_hu: 40.0,
         width_hu: 400.0,

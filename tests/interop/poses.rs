@@ -37,7 +37,8 @@ fn which(rows: &[f64]) -> u64 {
     seq as u64
 }
 
-fn assert_rows(rows: &[f64]) -> u64 {
+/// Fails where the rows are those of no pose that a rig publishes; which one it is.
+pub(crate) fn assert_rows(rows: &[f64]) -> u64 {
     let seq = which(rows);
     let off = rows
         .iter()
@@ -104,12 +105,12 @@ fn pyigtl_takes_poses_in_version_1_and_metadata_once_it_speaks_2() {
     }
 }
 
-fn get(kind: Kind, version: Version) -> Message<'static> {
+pub(crate) fn get(kind: Kind, version: Version) -> Message<'static> {
     Message::new(DeviceName::EMPTY, Body::Query(Query::Get(kind))).in_version(version)
 }
 
 /// What is said of a transform: whether it may be believed, and its numbers.
-fn transform(message: &Message<'_>) -> Option<(ToolStatus, Matrix, String)> {
+pub(crate) fn transform(message: &Message<'_>) -> Option<(ToolStatus, Matrix, String)> {
     let Body::Transform(matrix) = message.body else {
         return None;
     };

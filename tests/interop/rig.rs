@@ -4,9 +4,10 @@
 
 use std::fs;
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Child, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use bus::Bus;
@@ -138,6 +139,13 @@ impl Rig {
         self.tool.send(self.sample(seq, Tracked::Valid(place(seq)))).unwrap();
     }
 
+    /// The same, of a frame that was captured then.
+    pub(crate) fn pose_of(&self, seq: u64, t_capture_ns: i64) {
+        let sample = self.sample(seq, Tracked::Valid(place(seq)));
+        let sample = ToolPose { t_capture_ns, ..sample };
+        self.tool.send(sample).unwrap();
+    }
+
     pub(crate) fn lost(&self, seq: u64, reason: Lost) {
         self.tool.send(self.sample(seq, Tracked::Lost(reason))).unwrap();
     }
@@ -188,6 +196,17 @@ impl Rig {
         Raw::dial(self.address)
     }
 
+    /// One that reads where its test does alone.
+    pub(crate) fn bare(&self) -> Raw {
+        Raw::bare(self.address)
+    }
+
+    /// Sends the gateway a signal.
+    pub(crate) fn signal(&self, signal: rustix::process::Signal) {
+        let pid = rustix::process::Pid::from_child(&self.gateway);
+        rustix::process::kill_process(pid, signal).unwrap();
+    }
+
     pub(crate) fn is_running(&mut self) -> bool {
         self.gateway.try_wait().unwrap().is_none()
     }
@@ -205,15 +224,65 @@ impl Drop for Rig {
 pub(crate) struct Raw {
     pub(crate) stream: TcpStream,
     decoder: Decoder,
+    /// What was read of the socket and is not in the decoder yet.
+    rest: Vec<u8>,
+    pump: Option<Pump>,
+}
+
+/// A thread that reads whatever comes, as the server closes who leaves it unread.
+struct Pump {
+    stream: TcpStream,
+    bytes: Receiver<Vec<u8>>,
+}
+
+impl Pump {
+    fn of(stream: &TcpStream) -> Self {
+        let mut reading = stream.try_clone().unwrap();
+        let (to, bytes) = mpsc::channel();
+        std::thread::spawn(move || {
+            let mut space = vec![0; 1 << 16];
+            loop {
+                match reading.read(&mut space) {
+                    Ok(0) => return,
+                    Ok(count) => {
+                        if to.send(space[..count].to_vec()).is_err() {
+                            return;
+                        }
+                    }
+                    Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {}
+                    Err(_) => return,
+                }
+            }
+        });
+        let stream = stream.try_clone().unwrap();
+        Self { stream, bytes }
+    }
+}
+
+impl Drop for Pump {
+    fn drop(&mut self) {
+        // The thread has the connection too.
+        let _ = self.stream.shutdown(Shutdown::Both);
+    }
 }
 
 impl Raw {
+    /// One that reads all the time, whatever its test does.
     pub(crate) fn dial(address: SocketAddr) -> Self {
+        let mut raw = Self::bare(address);
+        raw.pump = Some(Pump::of(&raw.stream));
+        raw
+    }
+
+    /// One that reads where its test does, and is else deaf.
+    pub(crate) fn bare(address: SocketAddr) -> Self {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         Self {
             stream,
             decoder: Decoder::new(Limits::VOLUMES),
+            rest: Vec::new(),
+            pump: None,
         }
     }
 
@@ -227,13 +296,50 @@ impl Raw {
             if let Some(message) = self.decoder.take() {
                 return Some(message.unwrap().into_owned());
             }
-            match self.stream.read(self.decoder.space()) {
-                Ok(0) => return None,
-                Ok(count) => self.decoder.filled(count),
-                Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => return None,
-                Err(error) => panic!("{error}"),
+            if !self.fill() {
+                return None;
             }
         }
+    }
+
+    /// The next message, `meanwhile` again and again until it comes; `None` where the server has closed.
+    pub(crate) fn next_while(&mut self, mut meanwhile: impl FnMut()) -> Option<Message<'static>> {
+        let deadline_ns = monotonic_ns() + bus::clock::ns(PATIENCE);
+        let pump = self.pump.as_ref().unwrap();
+        while self.rest.is_empty() && monotonic_ns() < deadline_ns {
+            match pump.bytes.recv_timeout(Duration::from_millis(1)) {
+                Ok(bytes) => self.rest = bytes,
+                Err(RecvTimeoutError::Timeout) => meanwhile(),
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        self.next()
+    }
+
+    /// Gives the decoder what comes next; whether anything does.
+    fn fill(&mut self) -> bool {
+        if let Some(pump) = self.pump.as_ref().filter(|_| self.rest.is_empty()) {
+            match pump.bytes.recv_timeout(PATIENCE) {
+                Ok(bytes) => self.rest = bytes,
+                Err(RecvTimeoutError::Disconnected) => return false,
+                Err(RecvTimeoutError::Timeout) => panic!("nothing came for {PATIENCE:?}"),
+            }
+        }
+        let space = self.decoder.space();
+        let count = if self.pump.is_some() {
+            let count = space.len().min(self.rest.len());
+            space[..count].copy_from_slice(&self.rest[..count]);
+            self.rest.drain(..count);
+            count
+        } else {
+            match self.stream.read(space) {
+                Ok(count) => count,
+                Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => 0,
+                Err(error) => panic!("{error}"),
+            }
+        };
+        self.decoder.filled(count);
+        count > 0
     }
 
     /// The next message that is what is waited for.

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use bus::clock::monotonic_ns;
-use igtl::{Body, Command, DeviceName, Kind, Message, Query, TypeName};
+use igtl::session::Action;
+use igtl::{Body, DeviceName, Kind, Message, Query, TypeName};
 
-use super::Client;
+use super::{Answer, Client};
 use crate::commands;
 use crate::hall::Kept;
 use crate::letter::Letter;
@@ -13,6 +14,12 @@ use crate::mailbox::Slot;
 use crate::tell::{NOT_FOUND, NOT_READY, named, reference_marker, refusal, tool_marker};
 use crate::volume::VOLUME;
 
+/// RTS_: it is done.
+const SUCCESS: u8 = 0;
+/// RTS_: it is not.
+const ERROR: u8 = 1;
+/// What was said last was that there is a pose; it has grown old since, and nothing else was said.
+const NOT_KNOWN: &str = "NOT KNOWN: how the tool is was not said in time";
 /// What is answered once.
 pub(super) const ANSWERED: [Kind; 7] = [
     Kind::Status,
@@ -60,14 +67,29 @@ pub(super) fn image_wish(message: &Message<'_>) -> Option<(DeviceName, bool)> {
 }
 
 impl Client<'_> {
-    /// The images of a view, or of all, as a stream.
-    pub(super) fn wish(&mut self, device: DeviceName, starts: bool) {
+    /// The images of a view, or of all, as a stream from now on, or no longer. The session knows streams by their type alone: what it
+    /// answers is corrected by what becomes of each view's.
+    pub(super) fn wish(&mut self, device: DeviceName, starts: bool, actions: &mut [Action]) {
+        let view = self.view(device);
+        let answer = actions.iter_mut().find_map(|action| match action {
+            Action::Send(message) => match &mut message.body {
+                Body::Query(Query::Answer(Kind::Image, status)) => Some(status),
+                _ => None,
+            },
+            _ => None,
+        });
+        let Some(status) = answer else { return };
+        // One that would come too seldom is not begun.
+        let is_granted = !starts || *status == SUCCESS;
+        let is_known = device.is_empty() || view.is_some();
         let mailbox = &self.place.mailbox;
-        if device.is_empty() {
-            mailbox.wish(None, |wish| wish.stream = starts);
-        } else if let Some(view) = self.view(device) {
-            mailbox.wish(Some(view), |wish| wish.stream = starts);
-        } else {
+        let had = mailbox.streams(view);
+        if is_granted && is_known {
+            mailbox.wish(view, |wish| wish.stream = starts);
+        }
+        let is_done = is_granted && is_known && (starts || had);
+        *status = if is_done { SUCCESS } else { ERROR };
+        if !is_known {
             self.no_such(device);
         }
     }
@@ -84,25 +106,48 @@ impl Client<'_> {
     }
 
     pub(super) fn answer(&mut self, kind: Kind, device: DeviceName) {
-        let hall = &self.place.hall;
-        let newest = match kind {
-            Kind::Status => hall.newest(Slot::Status),
-            Kind::Capability => Some(Arc::new(capability())),
+        let answer = match kind {
+            Kind::Status => Answer::Newest(Slot::Status),
             Kind::Transform => match self.slot(device) {
-                Some(slot) => self.placed(slot),
+                Some(slot) => Answer::Newest(slot),
                 None => {
                     let words = format!("there is no transform {device:?}; GET_TRANS of no name asks for the tool's");
-                    Some(Arc::new(refusal(NOT_FOUND, &words)))
+                    Answer::Said(Arc::new(refusal(NOT_FOUND, &words)))
                 }
             },
-            Kind::Tdata => self.placed(Slot::Tdata),
-            Kind::Point => hall.kept(Kept::Points),
-            Kind::String => hall.kept(Kept::State),
+            Kind::Tdata => Answer::Newest(Slot::Tdata),
+            Kind::Capability => Answer::Said(Arc::new(capability())),
+            Kind::Point => Answer::Kept(Kept::Points),
+            Kind::String => Answer::Kept(Kept::State),
             Kind::Image => return self.image(device),
-            _ => None,
+            _ => Answer::Said(nothing()),
         };
-        let none = || Arc::new(refusal(NOT_READY, "there is nothing of this to be sent yet"));
-        self.queue(newest.unwrap_or_else(none));
+        self.owe(answer);
+    }
+
+    /// An answer whose turn has come: what holds now, in this client's version.
+    pub(super) fn said(&self, answer: &Answer) -> Arc<Letter> {
+        let hall = &self.place.hall;
+        let holds =
+            |letter: &Arc<Letter>| letter.holds_at(monotonic_ns()) && letter.wire(self.session.version()).is_some();
+        match answer {
+            Answer::Said(letter) => Arc::clone(letter),
+            Answer::Newest(slot @ (Slot::ToolMarker | Slot::ReferenceMarker)) => hall
+                .newest(*slot)
+                .filter(holds)
+                .unwrap_or_else(|| Arc::new(refusal(NOT_FOUND, "there is no pose of this marker now"))),
+            Answer::Newest(slot) => {
+                let own = hall.newest(*slot).filter(holds);
+                // Or else how the tool is, in words.
+                let words = || hall.newest(Slot::Status).map(|letter| Some(letter).filter(holds));
+                own.unwrap_or_else(|| words().map_or_else(nothing, |words| words.unwrap_or_else(not_known)))
+            }
+            Answer::Kept(kept) => {
+                let letter = hall.kept(*kept);
+                letter.map_or_else(nothing, |letter| Some(letter).filter(holds).unwrap_or_else(not_known))
+            }
+            Answer::Asked(device, command) => Arc::new(commands::answer(*device, command, |name| self.said_of(name))),
+        }
     }
 
     fn slot(&self, device: DeviceName) -> Option<Slot> {
@@ -119,18 +164,6 @@ impl Client<'_> {
             .map(|(_, slot)| slot)
     }
 
-    /// A pose that may be sent to this client now, or else how the tool is, in words.
-    fn placed(&self, slot: Slot) -> Option<Arc<Letter>> {
-        let hall = &self.place.hall;
-        let letter = hall.newest(slot);
-        let letter = letter.filter(|letter| letter.holds_at(monotonic_ns()));
-        let letter = letter.filter(|letter| letter.wire(self.session.version()).is_some());
-        letter.or_else(|| match slot {
-            Slot::Tool | Slot::Tdata => hall.newest(Slot::Status),
-            _ => Some(Arc::new(refusal(NOT_FOUND, "there is no pose of this marker now"))),
-        })
-    }
-
     fn image(&mut self, device: DeviceName) {
         if device.is_empty() || device == VOLUME {
             self.place.mailbox.wish_volume(self.session.version());
@@ -141,29 +174,37 @@ impl Client<'_> {
         }
     }
 
-    pub(super) fn command(&mut self, device: DeviceName, asked: &Command) {
-        let answer = commands::answer(device, asked, |name| self.said_of(name));
-        self.queue(Arc::new(answer));
-    }
-
     fn said_of(&self, name: &str) -> Option<String> {
         match name {
             "Version" => Some(format!("Trocar {}", env!("CARGO_PKG_VERSION"))),
-            "State" => Some(self.place.hall.state()),
+            "State" => {
+                let hall = &self.place.hall;
+                let said = hall.kept(Kept::State);
+                let holds = said.is_none_or(|letter| letter.holds_at(monotonic_ns()));
+                Some(if holds { hall.state() } else { NOT_KNOWN.to_owned() })
+            }
             "Devices" => {
-                let views = self.known.views.iter().flatten();
-                let fixed = [
-                    self.known.origin.tool(),
-                    tool_marker(),
-                    reference_marker(),
-                    named(VOLUME),
-                ];
-                let all: Vec<String> = fixed.iter().chain(views).map(ToString::to_string).collect();
+                let markers = [tool_marker(), reference_marker()];
+                let markers = markers.into_iter().filter(|_| self.known.has_markers);
+                let fixed = [self.known.origin.tool()]
+                    .into_iter()
+                    .chain(markers)
+                    .chain([named(VOLUME)]);
+                let views = self.known.views.iter().flatten().copied();
+                let all: Vec<String> = fixed.chain(views).map(|device| device.to_string()).collect();
                 Some(all.join(" "))
             }
             _ => None,
         }
     }
+}
+
+fn nothing() -> Arc<Letter> {
+    Arc::new(refusal(NOT_READY, "there is nothing of this to be sent yet"))
+}
+
+fn not_known() -> Arc<Letter> {
+    Arc::new(refusal(NOT_READY, NOT_KNOWN))
 }
 
 fn capability() -> Letter {

@@ -83,7 +83,7 @@ impl Images {
                 (source.held, source.sent) = (None, None);
                 continue;
             }
-            if steady_ns < source.next_ns {
+            if steady_ns < source.next_ns && !source.must_be_covered((now_ns, self.ages), why_not)? {
                 continue;
             }
             source.next_ns = steady_ns.saturating_add(self.every_ns);
@@ -97,6 +97,27 @@ impl Images {
 }
 
 impl Source {
+    /// Whether an image was sent that claims what is no longer true, and no newer one is to be had: its cover waits for no pace.
+    fn must_be_covered(&mut self, (now_ns, ages): (i64, Ages), why_not: Option<&str>) -> Result<bool, BusError> {
+        let was_true = matches!(self.sent, Some((_, true)));
+        let Some(held) = self.held.as_ref().filter(|_| was_true) else {
+            return Ok(false);
+        };
+        if why_not.is_some() {
+            return Ok(true);
+        }
+        if picture::is_true(held, now_ns, ages) {
+            return Ok(false);
+        }
+        if let Some(newest) = self.frames.newest()? {
+            self.held = Some(newest);
+        }
+        Ok(!self
+            .held
+            .as_ref()
+            .is_some_and(|held| picture::is_true(held, now_ns, ages)))
+    }
+
     fn send(
         &mut self,
         wanting: &[&Arc<Mailbox>],
@@ -118,7 +139,7 @@ impl Source {
         if to.is_empty() {
             return;
         }
-        let wall = times.stamp(stamp.t_capture_ns, now_ns);
+        let wall = times.stamp(stamp.t_capture_ns);
         match picture::letter(self.device, frame, (now_ns, ages), why_not, (origin, wall)) {
             Ok(letter) => {
                 // An image that says LIVE is not sent once its pose is old; the cover that follows is.

@@ -1,5 +1,7 @@
 //! The poses of the markers in the localizer's frame, and whether they are young and measured.
 
+use std::collections::VecDeque;
+
 use bus::message::{Lost, MarkerFrame, MarkerSight};
 
 use super::Times;
@@ -7,6 +9,11 @@ use crate::tell::Told;
 
 /// As for poses: all processes read one clock.
 const FUTURE_NS: i64 = 5_000_000;
+
+/// Frames that are remembered.
+const REMEMBERED: usize = 8;
+/// Why a marker does not stand beside the tool.
+const OTHER: &str = "LOST: seen at another moment than the tool's pose";
 
 /// Follows the frames of the localizer.
 #[derive(Debug)]
@@ -20,6 +27,8 @@ pub(super) struct Markers {
     /// Something came that was not told yet.
     is_new: bool,
     told: Vec<Told>,
+    /// What was told of the last frames, with their captures: a pose comes later than the frame that it rests on.
+    before: VecDeque<(i64, Vec<Told>)>,
 }
 
 impl Markers {
@@ -31,6 +40,7 @@ impl Markers {
             why_not: None,
             is_new: false,
             told: Vec::new(),
+            before: VecDeque::new(),
         }
     }
 
@@ -71,7 +81,7 @@ impl Markers {
         }
         (self.why_not, self.is_new) = (why_not, false);
         let frame = self.last.unwrap_or(MarkerFrame::EMPTY);
-        let stamp = times.stamp(if why_not.is_some() { now_ns } else { frame.t_capture_ns }, now_ns);
+        let stamp = times.stamp(if why_not.is_some() { now_ns } else { frame.t_capture_ns });
         let until_ns = times.until_ns(frame.t_capture_ns);
         let told = Told::markers(&frame, why_not).into_iter().zip(self.measured);
         let frozen_ns = self.frozen_ns;
@@ -88,7 +98,26 @@ impl Markers {
                 }
             })
             .collect();
+        if why_not.is_none() {
+            self.before.truncate(REMEMBERED - 1);
+            self.before.push_front((frame.t_capture_ns, self.told.clone()));
+        }
         true
+    }
+
+    /// What was told of the frame of this moment; of another's, why it does not stand beside.
+    pub(super) fn of_moment(&self, t_capture_ns: i64) -> Vec<Told> {
+        let of_it = self.before.iter().find(|(captured, _)| *captured == t_capture_ns);
+        of_it.map_or_else(
+            || {
+                let other = |told: Told| Told {
+                    pose: told.pose.and(Err(OTHER.to_owned())),
+                    ..told
+                };
+                self.told().into_iter().map(other).collect()
+            },
+            |(_, told)| told.clone(),
+        )
     }
 
     /// What was told last.
@@ -145,6 +174,28 @@ mod tests {
         assert_eq!(
             said(&markers),
             [Ok(7.0), Err("LOST: outside the localizer's view".to_owned())]
+        );
+    }
+
+    #[test]
+    fn tools_of_one_message_are_of_one_moment() {
+        let mut markers = Markers::new(500 * MS);
+        for (seq, ms) in [(0, 10), (1, 20), (2, 30)] {
+            markers.take(frame(seq, ms, ms as f64), ms * MS);
+            markers.step(ms * MS, TIMES, false);
+        }
+        let x = |ms: i64| {
+            markers.of_moment(ms * MS)[0]
+                .pose
+                .clone()
+                .map(|pose| pose.translation[0])
+        };
+        assert_eq!((x(10), x(20), x(30)), (Ok(10.0), Ok(20.0), Ok(30.0)));
+        assert_eq!(x(25), Err(OTHER.to_owned()));
+        // What has a reason already keeps it.
+        assert_eq!(
+            markers.of_moment(25 * MS)[1].pose,
+            Err("LOST: outside the localizer's view".to_owned())
         );
     }
 

@@ -66,10 +66,20 @@ impl Sending {
                 Err(error) => return Err(error),
             }
         }
-        if self.wire.len() >= LARGE {
+        if self.is_large() {
             let _ = set_socket_send_buffer_size(stream, SMALL_BUFFER);
         }
         Ok(Sent::All)
+    }
+
+    /// How many bytes the system has taken of it.
+    pub(crate) const fn sent(&self) -> usize {
+        self.sent
+    }
+
+    /// Whether it is one that a client takes a while to unpack.
+    pub(crate) fn is_large(&self) -> bool {
+        self.wire.len() >= LARGE
     }
 
     /// Why the client is too slow, where it is.

@@ -1,0 +1,147 @@
+//! Through a network that misbehaves: what a client gets is what was published, or the connection ends.
+
+use std::time::Duration;
+
+use igtl::{Body, Message};
+
+use crate::peers;
+use crate::poses::assert_rows;
+use crate::proxy::{Fault, through};
+use crate::rig::{Raw, Rig};
+
+const PACE: Duration = Duration::from_millis(4);
+
+/// Every pose is one that was published, each newer than the one before; how many there were.
+fn assert_poses(lines: &[String]) -> usize {
+    let poses = lines.iter().filter(|line| line.starts_with("TRANSFORM "));
+    let seqs: Vec<u64> = poses
+        // A line that the end of the client cut off.
+        .filter(|line| line.split_whitespace().count() == 16)
+        .map(|line| assert_rows(&peers::numbers(line, 4)))
+        .collect();
+    assert!(seqs.is_sorted_by(|a, b| a < b), "{seqs:?}");
+    seqs.len()
+}
+
+#[test]
+fn what_comes_late_in_bytes_or_after_a_stall_is_what_was_published() {
+    let Some(peer) = peers::cxx() else { return };
+    let rig = Rig::new();
+    let mut seq = 0;
+    for fault in [
+        Fault::Delay(Duration::from_millis(60)),
+        Fault::Bytes,
+        // In a header, and in a body.
+        Fault::Stall(500, Duration::from_millis(300)),
+        Fault::Stall(1111, Duration::from_millis(300)),
+    ] {
+        let address = through(fault, rig.address);
+        let queries = ["listen", "120", "GET_STATUS", "GET_CAPABIL"];
+        let mut child = peers::start(peer, address, &queries);
+        seq = rig.poses_until(PACE, seq, Some(&mut child), u64::MAX);
+        // It ends with an error where a CRC is wrong.
+        let lines = peers::lines(child);
+        assert_eq!(lines.len(), 120, "{fault:?}");
+        assert!(assert_poses(&lines) > 60, "{fault:?} {lines:#?}");
+        assert!(lines.iter().any(|line| line.starts_with("CAPABILITY")), "{fault:?}");
+    }
+}
+
+#[test]
+fn pyigtl_takes_what_was_published_late_and_in_bytes() {
+    let rig = Rig::new();
+    let mut seq = 0;
+    for fault in [Fault::Delay(Duration::from_millis(60)), Fault::Bytes] {
+        let address = through(fault, rig.address);
+        let Some(mut child) = peers::python(address, &["two", "20"]) else {
+            return;
+        };
+        seq = rig.poses_until(PACE, seq, Some(&mut child), u64::MAX);
+        for message in peers::printed(child).as_array().unwrap() {
+            let rows = message["matrix"].as_array().unwrap()[..3].iter();
+            let rows: Vec<f64> = rows
+                .flat_map(|row| row.as_array().unwrap())
+                .map(|n| n.as_f64().unwrap())
+                .collect();
+            let seq = assert_rows(&rows);
+            assert_eq!(message["metadata"]["PoseNumber"], seq.to_string());
+            assert_eq!(message["metadata"]["TransformStatus"], "OK");
+        }
+    }
+}
+
+fn number(message: &Message<'_>) -> Option<u64> {
+    match &message.body {
+        Body::Transform(matrix) => {
+            let rows = matrix.rows().map(|row| row.map(f64::from));
+            Some(assert_rows(&rows.concat()))
+        }
+        _ => None,
+    }
+}
+
+/// Of a message that was cut off nothing is taken, wherever the cut is.
+#[test]
+fn a_connection_that_is_cut_at_any_byte_ends_with_whole_messages() {
+    let rig = Rig::new();
+    rig.pose(0);
+    let mut seq = 1;
+    for at in 0..320 {
+        let mut client = Raw::dial(through(Fault::Cut(at), rig.address));
+        let (mut bytes, mut last) = (0, None);
+        // The end comes once so many bytes were sent: statuses and poses go on.
+        while let Some(message) = client.next_while(|| {
+            rig.pose(seq);
+            seq += 1;
+        }) {
+            bytes += message.to_vec().unwrap().len();
+            if let Some(seq) = number(&message) {
+                assert!(last.is_none_or(|last| seq > last), "{seq} after {last:?}");
+                last = Some(seq);
+            }
+        }
+        assert!(bytes <= at, "{bytes} bytes of messages behind a cut at {at}");
+    }
+    rig.wait_for_note(|note| note.contains(": 0 clients"));
+}
+
+#[test]
+fn a_cxx_client_that_is_cut_off_has_read_nothing_that_was_not_published() {
+    let Some(peer) = peers::cxx() else { return };
+    let rig = Rig::new();
+    let mut seq = 0;
+    for at in [1, 57, 58, 59, 100, 3000, 3031, 3062, 3093, 3124] {
+        let address = through(Fault::Cut(at), rig.address);
+        let mut child = peers::start(peer, address, &["listen", "500"]);
+        seq = rig.poses_until(PACE, seq, Some(&mut child), u64::MAX);
+        let output = child.wait_with_output().unwrap();
+        let lines: Vec<String> = String::from_utf8_lossy(&output.stdout)
+            .lines()
+            .map(str::to_owned)
+            .collect();
+        let poses = assert_poses(&lines);
+        assert!(at < 3000 || poses > 5, "{at} {lines:#?}");
+    }
+}
+
+/// Whoever is behind a network that has fallen silent is closed, and costs nobody else anything.
+#[test]
+fn a_connection_that_falls_silent_half_open_is_closed_alone() {
+    let rig = Rig::new();
+    let mut lost = Raw::dial(through(Fault::HalfOpen(1000), rig.address));
+    let mut other = rig.client();
+    rig.wait_for_note(|note| note.contains("2 clients"));
+    let mut seq = 0;
+    loop {
+        rig.pose(seq);
+        other.wait_for("each pose", |message| number(message).filter(|got| *got == seq));
+        seq += 1;
+        if seq.is_multiple_of(10) && rig.wait_for_note(|_| true).contains("1 clients, 1 dropped") {
+            break;
+        }
+        assert!(seq < 10_000, "it is still there");
+        std::thread::sleep(PACE);
+    }
+    // What came through before is right.
+    lost.wait_for("a pose", number);
+}
