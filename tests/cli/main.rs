@@ -15,6 +15,7 @@ mod calib_register;
 mod configs;
 mod help;
 mod plan_labels;
+mod plan_points;
 mod simulate;
 mod snapshot;
 mod steps;

@@ -13,6 +13,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("fit", 0),
     ("geometry", 0),
     ("calib", 1),
+    ("exchange", 1),
     ("guidance", 1),
     ("igtl", 1),
     ("ndi", 1),

@@ -1,0 +1,28 @@
+//! Floor 1: files that other programs write, from bytes to types and back. Nothing is read or written here: whoever
+//! holds a file hands its bytes in and puts the file's name before the error.
+//!
+//! | module | files |
+//! |---|---|
+//! | [`markups`] | 3D Slicer's `.mrk.json` |
+//! | [`fcsv`] | 3D Slicer's `.fcsv` |
+//!
+//! Every coordinate of a patient that leaves this crate is [`geometry::Ct`]: LPS, mm. Where a file's axes are turned
+//! into these, and back, is [`PatientAxes`] alone. What a file does not say is refused until whoever hands it over says
+//! it ([`Said`]); what it says is never overruled.
+
+#![forbid(unsafe_code)]
+
+mod axes;
+pub mod fcsv;
+pub mod markups;
+mod points;
+mod said;
+
+pub use axes::PatientAxes;
+pub use points::{ControlPoint, LeftOut};
+pub use said::{LengthUnit, MAX_MM, METRES_BELOW, Said, Unsettled};
+
+/// What is quoted of a file in an error stays short, whatever the file holds.
+fn quoted(text: &str) -> String {
+    text.chars().take(64).collect()
+}
