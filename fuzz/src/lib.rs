@@ -6,6 +6,7 @@
 //! looks further, guided by what the code covers.
 
 mod calibrations;
+mod exchange;
 mod folder;
 mod links;
 mod localizer;
@@ -34,7 +35,7 @@ pub struct Target {
 pub type Failure = Box<dyn std::error::Error>;
 
 /// All of them.
-pub const TARGETS: [Target; 16] = [
+pub const TARGETS: [Target; 20] = [
     target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
     target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
     target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
@@ -51,6 +52,10 @@ pub const TARGETS: [Target; 16] = [
     target("message", messages::message, messages::seeds),
     target("igtl", links::igtl, links::igtl_seeds),
     target("ndi", localizer::ndi, localizer::ndi_seeds),
+    target("points", exchange::points, exchange::points_seeds),
+    target("transform", exchange::transform, exchange::transform_seeds),
+    target("deviceset", exchange::device_set, exchange::device_set_seeds),
+    target("surface", exchange::surface, exchange::surface_seeds),
 ];
 
 const fn target(name: &'static str, take: fn(&[u8]), seeds: fn() -> Result<Vec<Vec<u8>>, Failure>) -> Target {

@@ -2,7 +2,9 @@
 writer of .fcsv do, with Python's own json and csv.
 
 check_exchange.py read FILE                    prints the points as JSON: label, position in LPS, mm, and the axes' own columns in LPS
-check_exchange.py write FILE AXES POINTS.json  writes points, given in LPS, along the axes
+check_exchange.py write FILE AXES POINTS       writes points, given in LPS, along the axes
+check_exchange.py map FILE POINTS              prints where SimpleITK puts these points by the transform of FILE
+check_exchange.py transforms FOLDER POINTS     writes a transform of each kind with SimpleITK, and prints where each puts these points
 """
 
 import csv
@@ -110,8 +112,53 @@ def write_fcsv(path, axes, points):
             writer.writerow(row)
 
 
+def map_points(transform, points):
+    return [transform.TransformPoint(point) for point in points]
+
+
+def write_transforms(folder, points):
+    """Of each kind that is rigid, turned about a centre, as text and as HDF5."""
+    import SimpleITK as sitk
+
+    euler = sitk.Euler3DTransform((11.0, -7.0, 5.0), 0.3, -0.5, 0.7, (12.5, -40.25, 160.125))
+    zyx = sitk.Euler3DTransform(euler)
+    zyx.SetComputeZYX(True)
+    versor = sitk.VersorRigid3DTransform((0.6, 0.0, 0.8), 1.1, (12.5, -40.25, 160.125), (3.0, 2.0, 1.0))
+    affine = sitk.AffineTransform(3)
+    affine.SetMatrix(euler.GetMatrix())
+    affine.SetTranslation((-120.0, 30.5, 7.25))
+    affine.SetCenter((9.0, 8.0, 7.0))
+    similarity = sitk.Similarity3DTransform(1.0, (0.6, 0.0, 0.8), 1.1, (12.5, -40.25, 160.125), (3.0, 2.0, 1.0))
+    shift = sitk.TranslationTransform(3, (1.0, -20.0, 33.0))
+    composite = sitk.CompositeTransform([shift, euler, affine])
+    transforms = {
+        "euler": euler,
+        "zyx": zyx,
+        "versor": versor,
+        "affine": affine,
+        "similarity": similarity,
+        "translation": shift,
+        "composite": composite,
+    }
+    written = {}
+    for name, transform in transforms.items():
+        for ending in ("tfm", "txt", "h5"):
+            path = f"{folder}/{name}.{ending}"
+            sitk.WriteTransform(transform, path)
+            written[path] = map_points(transform, points)
+    return written
+
+
 def main():
     what, path = sys.argv[1:3]
+    if what == "map":
+        import SimpleITK as sitk
+
+        print(json.dumps(map_points(sitk.ReadTransform(path), json.loads(sys.argv[3]))))
+        return
+    if what == "transforms":
+        print(json.dumps(write_transforms(path, json.loads(sys.argv[3]))))
+        return
     is_markups = path.endswith(".mrk.json")
     if what == "read":
         print(json.dumps((read_markups if is_markups else read_fcsv)(path)))

@@ -5,6 +5,9 @@
 //! |---|---|
 //! | [`markups`] | 3D Slicer's `.mrk.json` |
 //! | [`fcsv`] | 3D Slicer's `.fcsv` |
+//! | [`itk`] | ITK's transforms, `.tfm`, `.txt` and `.h5` |
+//! | [`mesh`] | surfaces of triangles, STL, PLY, OBJ and legacy VTK |
+//! | [`plus`] | device sets of the PLUS toolkit, `.xml`: their calibrations |
 //!
 //! Every coordinate of a patient that leaves this crate is [`geometry::Ct`]: LPS, mm. Where a file's axes are turned
 //! into these, and back, is [`PatientAxes`] alone. What a file does not say is refused until whoever hands it over says
@@ -14,11 +17,14 @@
 
 mod axes;
 pub mod fcsv;
+pub mod itk;
 pub mod markups;
+pub mod mesh;
+pub mod plus;
 mod points;
 mod said;
 
-pub use axes::PatientAxes;
+pub use axes::{PatientAxes, turned_to};
 pub use points::{ControlPoint, LeftOut};
 pub use said::{LengthUnit, MAX_MM, METRES_BELOW, Said, Unsettled};
 

@@ -3,5 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod fcsv;
+mod itk;
 mod markups;
+mod mesh;
 mod mirror;
+mod plus;
