@@ -1,7 +1,8 @@
 """Surfaces by trimesh.
 
 check_surfaces.py write FOLDER             writes one surface in each format and coding that trimesh has, and prints the paths
-check_surfaces.py compare A B same|turned  prints how far the corners of B's triangles are from those of A, turned by half a circle about z
+check_surfaces.py compare TRIPLES          prints for each [A, B, same|turned] how far the corners of B's triangles are from those of A,
+                                           turned by half a circle about z, and how many triangles there are
 """
 
 import json
@@ -35,15 +36,19 @@ def corners(path):
     return np.asarray(mesh.vertices, dtype=float)[mesh.faces]
 
 
+def compared(first, second, how):
+    a, b = corners(first), corners(second)
+    if how == "turned":
+        a = a * [-1.0, -1.0, 1.0]
+    assert a.shape == b.shape, (a.shape, b.shape)
+    return {"apart_mm": float(np.abs(a - b).max()), "faces": len(a)}
+
+
 def main():
     if sys.argv[1] == "write":
         print(json.dumps(write(sys.argv[2])))
-        return
-    a, b = corners(sys.argv[2]), corners(sys.argv[3])
-    if sys.argv[4] == "turned":
-        a = a * [-1.0, -1.0, 1.0]
-    assert a.shape == b.shape, (a.shape, b.shape)
-    print(json.dumps({"apart_mm": float(np.abs(a - b).max()), "faces": len(a)}))
+    else:
+        print(json.dumps([compared(*triple) for triple in json.loads(sys.argv[2])]))
 
 
 main()

@@ -8,6 +8,11 @@ use super::{ItkError, MOST_OFF};
 /// No number of a rigid transform is larger: mm, and entries of a matrix.
 const MOST: f64 = 1e9;
 
+/// Whether it is a number, and none too large.
+pub(super) fn is_allowed(number: f64) -> bool {
+    number.abs() <= MOST
+}
+
 /// A transform as files have it.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub(super) struct Part {
@@ -81,7 +86,7 @@ impl Part {
     }
 
     fn finite(&self, part: usize) -> Result<(), ItkError> {
-        let bad = self.parameters.iter().chain(&self.fixed).find(|x| !(x.abs() <= MOST));
+        let bad = self.parameters.iter().chain(&self.fixed).find(|x| !is_allowed(**x));
         bad.map_or(Ok(()), |found| {
             let (kind, found) = (self.kind.clone(), found.to_string());
             Err(ItkError::Number { part, kind, found })

@@ -4,7 +4,7 @@ use std::str;
 
 use geometry::{Frame, Named, Rigid, Vector};
 
-use super::parts::Part;
+use super::parts::{Part, is_allowed};
 use super::{ItkError, MAX_BYTES, MAX_PARTS, hdf5};
 use crate::quoted;
 
@@ -54,6 +54,14 @@ pub fn read<To: Frame, From: Frame>(bytes: &[u8]) -> Result<Transform<To, From>,
         most_off = most_off.max(off);
     }
     let [x, y, z] = whole.translation_mm();
+    // Centres and translations, each of which may be, can add up to what may not.
+    if let Some(found) = [x, y, z].iter().find(|c| !is_allowed(**c)) {
+        return Err(ItkError::Number {
+            part: parts.len(),
+            kind: "with its centre and those before it".to_owned(),
+            found: found.to_string(),
+        });
+    }
     Ok(Transform {
         to_from_from: Rigid::from_parts(whole.rotation(), Vector::new(x, y, z)),
         kinds: parts.iter().map(|part| part.kind.clone()).collect(),

@@ -135,7 +135,7 @@ fn property(words: &mut Words<'_>) -> Result<Property, MeshError> {
 }
 
 fn scalar(words: &mut Words<'_>, word: Option<&[u8]>) -> Result<Scalar, MeshError> {
-    let word = word.map_or_else(|| words.next(), |word| word);
+    let word = word.unwrap_or_else(|| words.next());
     Ok(match word {
         b"char" | b"int8" => Scalar::I8,
         b"uchar" | b"uint8" => Scalar::U8,

@@ -161,6 +161,15 @@ fn what_is_not_rigid_is_refused_with_how_far_off_it_is() {
     );
 }
 
+/// Numbers that are each allowed made a translation that is not: what was written of it was not read again.
+#[test]
+fn centres_and_translations_do_not_add_up_beyond_what_is_read() {
+    let body =
+        "Transform: AffineTransform_double_3_3\nParameters: 0 -1 0 1 0 0 0 0 1 1e9 0 0\nFixedParameters: 1e9 1e9 0\n";
+    let said = read(text(body).as_bytes()).unwrap_err().to_string();
+    assert!(said.contains("3000000000 among its numbers"), "{said}");
+}
+
 /// Each byte of a file of HDF5 another one, and the file cut off at every place.
 #[test]
 fn damaged_hdf5_is_refused_or_read_and_never_more() {
