@@ -1,7 +1,7 @@
 //! Surfaces of triangles: STL, PLY, OBJ and VTK's legacy PolyData.
 //!
 //! None of these formats has a word for its frame or its unit. 3D Slicer writes `SPACE=RAS` or `SPACE=LPS` into the comment of what it
-//! saves, and that is read; else whoever hands a file over says it ([`Said`](crate::Said)). A surface whose largest side is less than
+//! saves, and that is read; else whoever hands a file over says it ([`Said`]). A surface whose largest side is less than
 //! [`METRES_BELOW`](crate::METRES_BELOW) looks like metres and is refused until its unit is said.
 //!
 //! Normals, colours, textures and other data of a file are left out: normals are the triangles' own, by the order of their corners. A
