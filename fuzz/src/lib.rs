@@ -7,6 +7,7 @@
 
 mod calibrations;
 mod drivers;
+mod exchange;
 mod folder;
 mod links;
 mod localizer;
@@ -35,7 +36,7 @@ pub struct Target {
 pub type Failure = Box<dyn std::error::Error>;
 
 /// All of them.
-pub const TARGETS: [Target; 18] = [
+pub const TARGETS: [Target; 22] = [
     target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
     target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
     target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
@@ -54,6 +55,10 @@ pub const TARGETS: [Target; 18] = [
     target("ndi", localizer::ndi, localizer::ndi_seeds),
     target("igtl-driver", drivers::igtl, drivers::igtl_seeds),
     target("ndi-driver", drivers::ndi, drivers::ndi_seeds),
+    target("points", exchange::points, exchange::points_seeds),
+    target("transform", exchange::transform, exchange::transform_seeds),
+    target("deviceset", exchange::device_set, exchange::device_set_seeds),
+    target("surface", exchange::surface, exchange::surface_seeds),
 ];
 
 const fn target(name: &'static str, take: fn(&[u8]), seeds: fn() -> Result<Vec<Vec<u8>>, Failure>) -> Target {

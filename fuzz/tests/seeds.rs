@@ -50,6 +50,11 @@ fn links_survive_damage() {
 }
 
 #[test]
+fn files_of_other_programs_survive_damage() {
+    swept(&["points", "transform", "deviceset", "surface"]);
+}
+
+#[test]
 fn each_target_is_swept() {
-    assert_eq!(TARGETS.len(), 18);
+    assert_eq!(TARGETS.len(), 22);
 }

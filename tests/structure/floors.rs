@@ -13,6 +13,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("fit", 0),
     ("geometry", 0),
     ("calib", 1),
+    ("exchange", 1),
     ("guidance", 1),
     ("igtl", 1),
     ("ndi", 1),
@@ -49,6 +50,8 @@ const WALLS: &[(&str, &str)] = &[
     ("hayro", "volume-loader"),
     ("nifti", "volume-loader"),
     ("pure_jpegls", "volume-loader"),
+    ("hdf5", "exchange"),
+    ("roxmltree", "exchange"),
     ("wgpu", "slice-view-proc"),
     ("egui", "window"),
     ("winit", "window"),
@@ -62,6 +65,10 @@ const WALLS: &[(&str, &str)] = &[
 const SPARE: &[(&str, &[&str])] = &[
     ("chance", &[]),
     ("fit", &[]),
+    (
+        "exchange",
+        &["geometry", "hdf5-pure", "roxmltree", "serde", "serde_json", "thiserror"],
+    ),
     ("geometry", &["nalgebra", "serde"]),
     ("igtl", &["thiserror"]),
     ("ndi", &["thiserror"]),

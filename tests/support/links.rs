@@ -51,6 +51,7 @@ pub fn tool_json(tool: &str, marker: &str, translation_mm: [f64; 3]) -> String {
         computed_from: Vec::new(),
         pivot: None,
         spin: None,
+        imported: None,
         seat: None,
         marker_body: None,
         base: None,

@@ -12,7 +12,8 @@ pub use bodies::{
 pub(crate) use bus::clock::date::now;
 pub use file::{CalibrationFile, Kind};
 pub use parts::{
-    CoverageRecord, Gate, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord, ToolRecord,
+    CoverageRecord, Gate, ImportedRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord,
+    ToolRecord,
 };
 pub use read::CalibrationError;
 

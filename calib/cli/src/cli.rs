@@ -13,6 +13,7 @@ use crate::camera::{CAMERA_HELP, CameraArgs};
 use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
 use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
+use crate::foreign::{EXPORT_HELP, ExportArgs, IMPORT_HELP, ImportArgs, SURFACE_HELP, SurfaceArgs};
 use crate::grid::{GRID_HELP, GridArgs};
 use crate::live::{FollowMarkers, LiveArgs, TOUCH_HELP, TouchArgs, Watch};
 use crate::register::args::{REGISTER_HELP, RegisterArgs};
@@ -38,6 +39,9 @@ Examples:
   calib seat --base base.json --poses seated.csv --out tool.json
   calib f2554 --simulate 1 --png turns.png
   calib rom info 8700340.rom
+  calib import PlusDeviceSet.xml --from StylusTip --to Stylus --shaft x --tip-error-mm 0.5 --axis-error-deg 1 --out tool.json
+  calib export registration.json --holds slicer-node --out TrackerToRas.tfm
+  calib surface pelvis.vtk --frame lps
   calib camera grids.json --out camera.toml
   calib beads ct-folder --out beads.json --png beads.png
   calib match beads.json touched.txt --out registration.json
@@ -84,6 +88,15 @@ enum Command {
     /// Read NDI tool definitions
     #[command(after_help = ROM_HELP)]
     Rom(Box<RomArgs>),
+    /// Take a tool's frame from a device set of PLUS or a transform of ITK or 3D Slicer
+    #[command(after_help = IMPORT_HELP)]
+    Import(Box<ImportArgs>),
+    /// Write a tool's frame or a registration for ITK, 3D Slicer or PLUS
+    #[command(after_help = EXPORT_HELP)]
+    Export(Box<ExportArgs>),
+    /// Read a surface (STL, PLY, OBJ, VTK), and write it in another format or frame
+    #[command(after_help = SURFACE_HELP)]
+    Surface(Box<SurfaceArgs>),
     /// Find the metal beads of a CT
     #[command(after_help = BEADS_HELP)]
     Beads(Box<BeadsArgs>),
@@ -193,6 +206,9 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Seat(args) => told(args.run(follow)),
         Command::F2554(args) => told(args.run()),
         Command::Rom(args) => told(args.run()),
+        Command::Import(args) => told(args.run()),
+        Command::Export(args) => told(args.run()),
+        Command::Surface(args) => told(args.run()),
         Command::Beads(args) => told(args.run(load)),
         Command::Match(args) => told(args.run(load)),
         Command::Touch(args) => told(args.run(follow)),

@@ -14,6 +14,7 @@ pub mod cli;
 mod commands;
 mod discs;
 mod f2554;
+mod foreign;
 mod grid;
 mod input_files;
 mod live;
@@ -32,8 +33,8 @@ pub use beads::{
 };
 pub use calibration::{
     BaseRecord, CALIBRATION_VERSION, CalibrationError, CalibrationFile, CoverageRecord, EmitterRecord, FeatureRecord,
-    Gate, GroupRecord, Kind, MarkerRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, RejectedSighting,
-    RejectedTouchRecord, SeatDrawing, SeatRecord, SpinRecord, ToolRecord,
+    Gate, GroupRecord, ImportedRecord, Kind, MarkerRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded,
+    RejectedSighting, RejectedTouchRecord, SeatDrawing, SeatRecord, SpinRecord, ToolRecord,
 };
 pub use camera::{
     CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, FieldRecord, PlateRecord, SourceRecord,

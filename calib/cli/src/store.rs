@@ -35,6 +35,15 @@ pub(crate) fn check(path: &Path, overwrite: bool) -> Result<(), StoreError> {
 pub(crate) fn write<'a>(
     path: &Path,
     text: io::Result<String>,
+    inputs: impl Iterator<Item = &'a Path>,
+) -> Result<(), StoreError> {
+    write_bytes(path, text.map(String::into_bytes), inputs)
+}
+
+/// The same of bytes.
+pub(crate) fn write_bytes<'a>(
+    path: &Path,
+    bytes: io::Result<Vec<u8>>,
     mut inputs: impl Iterator<Item = &'a Path>,
 ) -> Result<(), StoreError> {
     let place = |path: &Path| fs::canonicalize(path).ok();
@@ -44,9 +53,9 @@ pub(crate) fn write<'a>(
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
     let part = PathBuf::from(part);
-    let written = text.and_then(|text| {
+    let written = bytes.and_then(|bytes| {
         let mut out = File::create(&part)?;
-        out.write_all(text.as_bytes())?;
+        out.write_all(&bytes)?;
         // Else a crash of the machine could leave the name on an empty file.
         out.sync_all()?;
         fs::rename(&part, path)

@@ -1,6 +1,7 @@
 //! `pilot plan`: makes a plan of an operation, on a screen or from the command line, and says what is in it.
 
 mod edits;
+mod points;
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use bus::clock::date;
 use bus::volume::OwnedVolume;
 use clap::Args;
 use guidance::plan::file::Changed;
-use guidance::plan::{Confirmed, Editor, Plan, PlanError};
+use guidance::plan::{Confirmed, Editor, Plan};
 use guidance::safety::{GridMatch, LabelNames, TubeError};
 use guidance::workflow::VolumeId;
 use scene::raw::Source;
@@ -18,7 +19,8 @@ use crate::cli::{VolumeArgs, display};
 use crate::planning::{Findings, LabelMap, Measured, PlanStore, StoreError, planning_scene};
 use crate::resolve::ResolveError;
 use crate::state::Options;
-use edits::EditArgs;
+use edits::{EditArgs, EditError};
+use points::FileError;
 
 pub(crate) const PLAN_HELP: &str = "\
 A plan is a file of targets, ways to them and measures in one examination, which it names by its hash; it is of no use with any other. With
@@ -32,6 +34,8 @@ Examples:
   pilot plan plan.json --volume ct --diameter node=8 --stop node=5 --rename node=left-node
   pilot plan plan.json --volume ct --measure 33.5,4,50.5:120,60,40   a distance; with three points an angle
   pilot plan plan.json --volume ct --labels organs.nii.gz --error-mm 2   how far the ways stay from each structure
+  pilot plan plan.json --volume ct --import targets.mrk.json         targets and entries from 3D Slicer (docs/exchange.md)
+  pilot plan plan.json --volume ct --export targets.mrk.json         and back to it
   pilot plan plan.json --volume ct --confirm \"Dr. A\"                 read-only from now on
 
 Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something speaks against the plan.";
@@ -53,7 +57,8 @@ pub struct Hands {
 pub(crate) struct PlanArgs {
     /// The plan; made where there is none.
     plan: PathBuf,
-    /// A scene with the examination, the tool and what ways are measured against; without one, the embedded demonstration.
+    /// A scene with the examination, the tool and what ways are measured against; without one, the embedded
+    /// demonstration.
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     #[command(flatten)]
@@ -79,7 +84,7 @@ pub(crate) struct PlanArgs {
     #[arg(long)]
     json: bool,
     /// Make it on a screen, on the display that DISPLAY names.
-    #[arg(long, conflicts_with_all = ["confirm", "json"])]
+    #[arg(long, conflicts_with_all = ["confirm", "json", "export"])]
     window: bool,
     /// Names the run in which it is made on a screen.
     #[arg(long, default_value = "plan", requires = "window")]
@@ -98,8 +103,10 @@ pub(crate) enum PlanCliError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Resolve(#[from] ResolveError),
-    #[error("changing the plan: {0}. Nothing was written")]
-    Edit(#[from] PlanError),
+    #[error(transparent)]
+    Edit(#[from] EditError),
+    #[error(transparent)]
+    Points(#[from] FileError),
     #[error(transparent)]
     Tube(#[from] TubeError),
     #[error("label map {path}: {source}")]
@@ -138,6 +145,7 @@ impl PlanArgs {
             false => Changed::Refused,
         };
         let mut store = PlanStore::open(&self.plan, changed)?;
+        self.edits.points.check()?;
         let (mut source, scene) = self.volume.load(self.scene.as_deref(), true)?;
         if self.from_scene && store.plan().is_some() {
             let path = store.path().to_owned();
@@ -152,9 +160,13 @@ impl PlanArgs {
         // Everything that can be refused is looked at before anything is written.
         let measured = self.measured(&scene, &volume, hands)?;
         let safety = measured.as_ref().map(|measured| measured.safety(&plan)).transpose()?;
+        let export = self.edits.points.text(&plan)?;
         // A plan with nothing in it is written by nobody's wish.
         if store.plan().is_some() || plan != Plan::new(plan.volume) {
             store.save(&plan)?;
+        }
+        if let Some(export) = &export {
+            points::write(export)?;
         }
         if self.window {
             return self.on_screen(store, &mut source);
@@ -205,12 +217,12 @@ impl PlanArgs {
         let mut editor = Editor::new(plan);
         let given = if self.from_scene { &scene.targets[..] } else { &[] };
         for edit in edits::of_scene(given) {
-            editor.edit(edit)?;
+            editor.edit(edit).map_err(EditError::from)?;
         }
         self.edits.make(&mut editor)?;
         if let Some(by) = &self.confirm {
             let (by, at) = (by.clone(), date::now());
-            editor.confirm(Confirmed { by, at })?;
+            editor.confirm(Confirmed { by, at }).map_err(EditError::from)?;
         }
         Ok(editor.plan().clone())
     }

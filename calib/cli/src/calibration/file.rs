@@ -6,7 +6,8 @@ use calib::file::content_id;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BaseRecord, CALIBRATION_VERSION, Gate, MarkerRecord, PivotRecord, Recorded, SeatRecord, SpinRecord, ToolRecord, now,
+    BaseRecord, CALIBRATION_VERSION, Gate, ImportedRecord, MarkerRecord, PivotRecord, Recorded, SeatRecord, SpinRecord,
+    ToolRecord, now,
 };
 
 /// What was calibrated; the key of the same name holds it.
@@ -75,6 +76,9 @@ pub struct CalibrationFile {
     /// Of kind `tool`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub tool_frame: Option<ToolRecord>,
+    /// Of kind `tool` where another program calibrated it.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub imported: Option<ImportedRecord>,
     /// Of kind `tool` where it is from the seat in the base.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub seat: Option<SeatRecord>,
@@ -104,6 +108,7 @@ impl CalibrationFile {
             pivot: None,
             spin: None,
             tool_frame: None,
+            imported: None,
             seat: None,
             marker_body: None,
             base: None,

@@ -201,3 +201,22 @@ pub struct ToolRecord {
     /// Distance of the tip from the axis found by spinning.
     pub tip_off_axis_mm: f64,
 }
+
+/// Where a tool's frame of another program is from, and the error that a person said it has.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ImportedRecord {
+    /// The file.
+    pub path: String,
+    /// BLAKE3 of its bytes, hexadecimal.
+    pub source_blake3: String,
+    /// Which of its transforms, and what it was said to map.
+    pub transform: String,
+    /// The number that the file calls its error; it has no unit and was not used.
+    pub source_error: Option<f64>,
+    /// Frobenius distance of the file's matrix from the rotation that was taken for it.
+    pub matrix_off: f64,
+    /// Root mean square error of the tip that a person said: nothing here measured it.
+    pub said_tip_error_mm: f64,
+    /// The same of the shaft's direction.
+    pub said_axis_error_deg: f64,
+}

@@ -1,11 +1,12 @@
-//! Changes of a plan as options of the command line, made in the order: removed, renamed, targets, the rest of each, measures, notes.
+//! Changes of a plan as options of the command line, made in the order: removed, renamed, imported, targets, the rest
+//! of each, measures, notes.
 
 use clap::Args;
 use geometry::{Ct, Point};
 use guidance::plan::{Edit, Editor, Measure, PlanError, Target};
 
-/// A target's diameter where nobody says another, mm.
-const DIAMETER_MM: f64 = 5.0;
+use super::points::{FileError, PointsArgs};
+use crate::planning::DIAMETER_MM;
 
 #[derive(Debug, Args)]
 pub(crate) struct EditArgs {
@@ -36,6 +37,17 @@ pub(crate) struct EditArgs {
     /// Notes, in the place of those that there are.
     #[arg(long, value_name = "WORDS")]
     notes: Option<String>,
+    #[command(flatten)]
+    pub(super) points: PointsArgs,
+}
+
+/// Why a change was not made.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum EditError {
+    #[error("changing the plan: {0}. Nothing was written")]
+    Plan(#[from] PlanError),
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 /// Those that make a new plan of the targets of a scene.
@@ -64,20 +76,21 @@ impl EditArgs {
             self.measure.len(),
             self.remove_measure.len(),
         ];
-        self.notes.is_some() || lists.iter().any(|count| *count > 0)
+        self.notes.is_some() || self.points.is_import() || lists.iter().any(|count| *count > 0)
     }
 
     /// Makes them all.
     ///
     /// # Errors
     /// That of the first that is refused.
-    pub(super) fn make(&self, editor: &mut Editor) -> Result<(), PlanError> {
+    pub(super) fn make(&self, editor: &mut Editor) -> Result<(), EditError> {
         for name in &self.remove {
             editor.edit(Edit::Remove(name.clone()))?;
         }
         for (name, to) in &self.rename {
             change(editor, name, |target| target.name = to.clone())?;
         }
+        self.points.take(editor)?;
         for (name, centre) in &self.target {
             match editor.plan().target(name) {
                 Some(_) => change(editor, name, |target| target.centre = *centre)?,
@@ -103,9 +116,10 @@ impl EditArgs {
         for measure in &self.measure {
             editor.edit(Edit::Measure(*measure))?;
         }
-        self.notes
-            .iter()
-            .try_for_each(|notes| editor.edit(Edit::Notes(notes.clone())))
+        if let Some(notes) = &self.notes {
+            editor.edit(Edit::Notes(notes.clone()))?;
+        }
+        Ok(())
     }
 }
 

@@ -1,0 +1,121 @@
+//! `calib surface`: surfaces of other programs, from one format and frame to another.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use exchange::mesh::{self, Mesh, MeshFormat};
+use exchange::{LengthUnit, PatientAxes, Said};
+
+use super::{ForeignError, Unit, bytes};
+use crate::commands::common::{CommandError, Outcome};
+use crate::store;
+
+pub(crate) const SURFACE_HELP: &str = "\
+Reads a surface of triangles (.stl, .ply, .obj, .vtk), says where it lies in the patient, and with --out writes it again. Which axes its
+coordinates are along is read from its comment, where 3D Slicer writes SPACE=RAS or SPACE=LPS; else it is said with --frame. Normals,
+colours and textures are left out. What is written says its axes, and is in mm.
+
+Examples:
+  calib surface pelvis.vtk --frame lps
+  calib surface bone.stl --frame ras --unit m --out bone.ply --axes lps";
+
+#[derive(Debug, Args)]
+pub(crate) struct SurfaceArgs {
+    /// The surface
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The axes of its coordinates, where it does not say them
+    #[arg(long, value_name = "AXES")]
+    frame: Option<Axes>,
+    /// Its unit: metres, or millimetres though it is less than 2 mm long
+    #[arg(long)]
+    unit: Option<Unit>,
+    /// Write it here, in the format of this ending
+    #[arg(long, value_name = "FILE", requires = "axes")]
+    out: Option<PathBuf>,
+    /// The axes of what is written
+    #[arg(long, requires = "out")]
+    axes: Option<Axes>,
+    /// Replace that file if it exists
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Axes {
+    /// To the patient's left, back and head
+    Lps,
+    /// To the patient's right, front and head
+    Ras,
+}
+
+impl Axes {
+    const fn of(self) -> PatientAxes {
+        match self {
+            Self::Lps => PatientAxes::Lps,
+            Self::Ras => PatientAxes::Ras,
+        }
+    }
+}
+
+impl SurfaceArgs {
+    /// Does what is asked.
+    pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
+        if let Some(out) = &self.out {
+            store::check(out, self.overwrite)?;
+            format(out)?;
+        }
+        let mesh = self.read()?;
+        let mut text = report(&self.file, &mesh);
+        if let (Some(out), Some(axes)) = (&self.out, self.axes) {
+            let written = mesh::write(&mesh, format(out)?, axes.of());
+            let bytes = written.map_err(|source| mesh_error(out, source))?;
+            store::write_bytes(out, Ok(bytes), [self.file.as_path()].into_iter())?;
+            text += &format!("written to {}, along {}, in mm\n", out.display(), axes.of().name());
+        }
+        Ok(Outcome { text, refused: None })
+    }
+
+    fn read(&self) -> Result<Mesh, ForeignError> {
+        let format = format(&self.file)?;
+        let bytes = bytes(&self.file, mesh::MAX_BYTES)?;
+        let said = Said {
+            axes: self.frame.map(Axes::of),
+            unit: self.unit.map(LengthUnit::from),
+        };
+        mesh::read(&bytes, format, said).map_err(|source| mesh_error(&self.file, source))
+    }
+}
+
+fn mesh_error(path: &Path, source: mesh::MeshError) -> ForeignError {
+    ForeignError::Mesh {
+        path: path.to_owned(),
+        source: Box::new(source),
+    }
+}
+
+fn format(path: &Path) -> Result<MeshFormat, ForeignError> {
+    let ending = path
+        .extension()
+        .and_then(|ending| MeshFormat::of_ending(&ending.to_string_lossy()));
+    ending.ok_or_else(|| ForeignError::Surface { path: path.to_owned() })
+}
+
+/// How many triangles there are, and between which places of the patient.
+fn report(path: &Path, mesh: &Mesh) -> String {
+    let bound = |pick: fn(f64, f64) -> f64| {
+        let places = mesh.points.iter().map(|point| point.mm());
+        let most = places
+            .reduce(|a, b| [0, 1, 2].map(|i| pick(a[i], b[i])))
+            .unwrap_or_default();
+        geometry::Point::<geometry::Ct>::new(most[0], most[1], most[2]).in_words(1)
+    };
+    format!(
+        "{}: {} triangles on {} points\nfrom {}\nto   {}\n",
+        crate::text::shown(&path.display().to_string()),
+        mesh.triangles.len(),
+        mesh.points.len(),
+        bound(f64::min),
+        bound(f64::max)
+    )
+}

@@ -1,0 +1,153 @@
+//! From the bytes of a file to a transform.
+
+use std::str;
+
+use geometry::{Frame, Named, Rigid, Vector};
+
+use super::parts::{Part, is_allowed};
+use super::{ItkError, MAX_BYTES, MAX_PARTS, hdf5};
+use crate::quoted;
+
+/// What every text begins with.
+const HEAD: &str = "#Insight Transform File V1.0";
+/// Most numbers of a line that are kept: more than any rigid transform has.
+const MOST_NUMBERS: usize = 16;
+
+/// A transform of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transform<To: Frame, From: Frame> {
+    /// Takes points of `From`, the output or fixed image, to points of `To`, the input or moving image. Of a composite, all of it.
+    pub to_from_from: Rigid<To, From>,
+    /// The kinds, in the order of the file.
+    pub kinds: Vec<String>,
+    /// The largest Frobenius distance of a matrix of it from the rotation that was taken for it.
+    pub most_off: f64,
+}
+
+/// Reads a file, text or HDF5. `To` and `From` are said by the caller: the file maps points of `From` to points of `To`, and holds
+/// neither's name.
+///
+/// # Errors
+/// Each variant of [`ItkError`].
+pub fn read<To: Frame, From: Frame>(bytes: &[u8]) -> Result<Transform<To, From>, ItkError> {
+    if bytes.len() > MAX_BYTES {
+        return Err(ItkError::TooLong { bytes: bytes.len() });
+    }
+    let parts = match bytes.starts_with(&hdf5::SIGNATURE) {
+        true => hdf5::parts(bytes)?,
+        false => of_text(bytes)?,
+    };
+    let (composite, parts) = match &parts[..] {
+        [] => return Err(ItkError::Empty),
+        [first, rest @ ..] if first.is_composite() => (true, rest),
+        parts => (false, parts),
+    };
+    if !composite && parts.len() > 1 {
+        return Err(ItkError::Several { found: parts.len() });
+    }
+    let mut whole = Rigid::<Named, Named>::identity();
+    let mut most_off = 0.0_f64;
+    for (part, number) in parts.iter().zip(1..) {
+        let (rigid, off) = part.rigid(number)?;
+        // The last of a composite is applied to a point first.
+        whole = whole * rigid;
+        most_off = most_off.max(off);
+    }
+    let [x, y, z] = whole.translation_mm();
+    // Centres and translations, each of which may be, can add up to what may not.
+    if let Some(found) = [x, y, z].iter().find(|c| !is_allowed(**c)) {
+        return Err(ItkError::Number {
+            part: parts.len(),
+            kind: "with its centre and those before it".to_owned(),
+            found: found.to_string(),
+        });
+    }
+    Ok(Transform {
+        to_from_from: Rigid::from_parts(whole.rotation(), Vector::new(x, y, z)),
+        kinds: parts.iter().map(|part| part.kind.clone()).collect(),
+        most_off,
+    })
+}
+
+fn of_text(bytes: &[u8]) -> Result<Vec<Part>, ItkError> {
+    let mut parts: Vec<Part> = Vec::new();
+    for (line, number) in bytes.split(|byte| *byte == b'\n').zip(1..) {
+        let not_text = || {
+            let found = quoted(&String::from_utf8_lossy(&line[..line.len().min(64)]));
+            ItkError::Line {
+                line: number,
+                found,
+                expected: "text",
+            }
+        };
+        let text = if number == 1 {
+            ""
+        } else {
+            str::from_utf8(line).map_err(|_| not_text())?.trim()
+        };
+        if number == 1 {
+            let head = String::from_utf8_lossy(&line[..line.len().min(64)]);
+            if head.trim_end() != HEAD {
+                return Err(ItkError::Head { found: quoted(&head) });
+            }
+        } else if !text.is_empty() && !text.starts_with('#') {
+            take(&mut parts, number, text)?;
+        }
+    }
+    Ok(parts)
+}
+
+/// One line that is neither empty nor a comment.
+fn take(parts: &mut Vec<Part>, line: usize, text: &str) -> Result<(), ItkError> {
+    let refused = |expected| {
+        Err(ItkError::Line {
+            line,
+            found: quoted(text),
+            expected,
+        })
+    };
+    let Some((key, value)) = text.split_once(':') else {
+        return refused("Transform:, Parameters: or FixedParameters:");
+    };
+    if key == "Transform" {
+        if parts.len() > MAX_PARTS {
+            return Err(ItkError::TooMany);
+        }
+        let kind = value.trim().to_owned();
+        let part = Part {
+            kind,
+            ..Part::default()
+        };
+        // At once: the parameters of a deformation may be millions.
+        let place = if parts.first().is_some_and(Part::is_composite) {
+            parts.len()
+        } else {
+            parts.len() + 1
+        };
+        part.known(place)?;
+        if part.is_composite() && !parts.is_empty() {
+            return refused("a composite as the first transform alone");
+        }
+        parts.push(part);
+        return Ok(());
+    }
+    let Some(part) = parts.last_mut() else {
+        return refused("Transform: before its numbers");
+    };
+    let place = match key {
+        "Parameters" => &mut part.parameters,
+        "FixedParameters" => &mut part.fixed,
+        _ => return refused("Transform:, Parameters: or FixedParameters:"),
+    };
+    if !place.is_empty() {
+        return refused("the numbers of a transform once");
+    }
+    for word in value.split_ascii_whitespace() {
+        match word.parse::<f64>() {
+            Ok(number) if place.len() < MOST_NUMBERS => place.push(number),
+            Ok(_) => return refused("at most 16 numbers"),
+            Err(_) => return refused("numbers"),
+        }
+    }
+    Ok(())
+}

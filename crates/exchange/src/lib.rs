@@ -1,0 +1,34 @@
+//! Floor 1: files that other programs write, from bytes to types and back. Nothing is read or written here: whoever
+//! holds a file hands its bytes in and puts the file's name before the error.
+//!
+//! | module | files |
+//! |---|---|
+//! | [`markups`] | 3D Slicer's `.mrk.json` |
+//! | [`fcsv`] | 3D Slicer's `.fcsv` |
+//! | [`itk`] | ITK's transforms, `.tfm`, `.txt` and `.h5` |
+//! | [`mesh`] | surfaces of triangles, STL, PLY, OBJ and legacy VTK |
+//! | [`plus`] | device sets of the PLUS toolkit, `.xml`: their calibrations |
+//!
+//! Every coordinate of a patient that leaves this crate is [`geometry::Ct`]: LPS, mm. Where a file's axes are turned
+//! into these, and back, is [`PatientAxes`] alone. What a file does not say is refused until whoever hands it over says
+//! it ([`Said`]); what it says is never overruled.
+
+#![forbid(unsafe_code)]
+
+mod axes;
+pub mod fcsv;
+pub mod itk;
+pub mod markups;
+pub mod mesh;
+pub mod plus;
+mod points;
+mod said;
+
+pub use axes::{PatientAxes, turned_to};
+pub use points::{ControlPoint, LeftOut};
+pub use said::{LengthUnit, MAX_MM, METRES_BELOW, Said, Unsettled};
+
+/// What is quoted of a file in an error stays short, whatever the file holds.
+fn quoted(text: &str) -> String {
+    text.chars().take(64).collect()
+}

@@ -1,0 +1,103 @@
+//! From the bytes of a file to its transforms.
+
+use std::str;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use super::{Definition, DeviceSet, MAX_BYTES, MAX_TRANSFORMS, PlusError};
+use crate::quoted;
+
+/// Most nodes of a document: what is held of one is bounded with the file's length, and this much sooner.
+const MAX_NODES: u32 = 1_000_000;
+/// No number of a calibration is larger: mm, and entries of a matrix.
+const MOST: f64 = 1e9;
+
+/// Reads a file. Every transform of it must be whole; that one is rigid is asked for in [`DeviceSet::find`] alone, as those of images are not.
+///
+/// # Errors
+/// The first five variants of [`PlusError`].
+pub fn read(bytes: &[u8]) -> Result<DeviceSet, PlusError> {
+    if bytes.len() > MAX_BYTES {
+        return Err(PlusError::TooLong { bytes: bytes.len() });
+    }
+    let xml = |why: String| PlusError::Xml {
+        why: why.chars().take(160).collect(),
+    };
+    let text = str::from_utf8(bytes).map_err(|error| xml(format!("byte {} is not UTF-8 text", error.valid_up_to())))?;
+    // Without entities of its own, which could make much of little.
+    let options = ParsingOptions {
+        allow_dtd: false,
+        nodes_limit: MAX_NODES,
+        ..ParsingOptions::default()
+    };
+    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options);
+    let document = document.map_err(|error| xml(error.to_string()))?;
+    let root = document.root_element();
+    let places: Vec<Node<'_, '_>> = root
+        .children()
+        .filter(|node| node.has_tag_name("CoordinateDefinitions"))
+        .collect();
+    let [place] = &places[..] else {
+        return Err(other(&root, places.len()));
+    };
+    if !root.has_tag_name("PlusConfiguration") {
+        return Err(other(&root, 1));
+    }
+    let transforms: Vec<Node<'_, '_>> = place.children().filter(|node| node.has_tag_name("Transform")).collect();
+    let found = transforms.len();
+    if found > MAX_TRANSFORMS {
+        return Err(PlusError::TooMany { found });
+    }
+    let definitions = transforms.iter().map(|node| definition(&document, node));
+    Ok(DeviceSet {
+        definitions: definitions.collect::<Result<_, _>>()?,
+    })
+}
+
+fn other(root: &Node<'_, '_>, found: usize) -> PlusError {
+    let root = quoted(root.tag_name().name());
+    PlusError::Other { root, found }
+}
+
+fn definition(document: &Document<'_>, node: &Node<'_, '_>) -> Result<Definition, PlusError> {
+    let line = document.text_pos_at(node.range().start).row;
+    let refused = |key, found: &str, expected| PlusError::Attribute {
+        line,
+        key,
+        found: quoted(found),
+        expected,
+    };
+    let name = |key| {
+        let name = node.attribute(key).unwrap_or_default();
+        match name.is_empty() || name.len() > 64 || name.contains(char::is_control) {
+            true => Err(refused(key, &format!("{name:?}"), "the name of a frame")),
+            false => Ok(name.to_owned()),
+        }
+    };
+    let words = node.attribute("Matrix").unwrap_or_default();
+    let numbers: Option<Vec<f64>> = words
+        .split_ascii_whitespace()
+        .take(17)
+        .map(|word| word.parse().ok())
+        .collect();
+    let numbers = numbers.unwrap_or_default();
+    let is_finite = numbers.iter().all(|x| x.abs() <= MOST);
+    let rows: Option<[f64; 16]> = numbers.try_into().ok().filter(|_| is_finite);
+    let expected = "16 finite numbers by rows, the last of them 0 0 0 1";
+    let rows = rows.filter(|rows| rows[12..] == [0.0, 0.0, 0.0, 1.0]);
+    let rows = rows.ok_or_else(|| refused("Matrix", &format!("{words:?}"), expected))?;
+    let error = match node.attribute("Error") {
+        None => None,
+        Some(word) => {
+            let number = word.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+            Some(number.ok_or_else(|| refused("Error", &format!("{word:?}"), "a finite number"))?)
+        }
+    };
+    Ok(Definition {
+        from: name("From")?,
+        to: name("To")?,
+        rows: [0, 4, 8, 12].map(|i| [rows[i], rows[i + 1], rows[i + 2], rows[i + 3]]),
+        error,
+        date: node.attribute("Date").map(quoted),
+    })
+}

@@ -1,0 +1,186 @@
+//! What a person says of a file that does not say it itself, and what is refused until she does.
+
+use crate::PatientAxes;
+
+/// No coordinate of a patient is larger, mm: ten metres from the origin of a scanner's coordinates there is no patient.
+pub const MAX_MM: f64 = 1e4;
+/// Where nothing in a file is larger than this it is taken for metres that are called millimetres: no person is larger,
+/// and no operation is so small.
+pub const METRES_BELOW: f64 = 2.0;
+
+/// A unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// 1 mm.
+    Millimetre,
+    /// 1000 mm.
+    Metre,
+}
+
+impl LengthUnit {
+    /// Millimetres in one.
+    pub const fn mm(self) -> f64 {
+        match self {
+            Self::Millimetre => 1.0,
+            Self::Metre => 1000.0,
+        }
+    }
+
+    /// The word in files and on command lines.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Millimetre => "mm",
+            Self::Metre => "m",
+        }
+    }
+}
+
+/// What whoever hands a file over says of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Said {
+    /// Its axes.
+    pub axes: Option<PatientAxes>,
+    /// Its unit.
+    pub unit: Option<LengthUnit>,
+}
+
+/// Why it is not settled where in the patient a file's numbers are.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Unsettled {
+    /// Neither the file nor a person says the axes.
+    #[error(
+        "the file does not say whether its coordinates are LPS or RAS, and a wrong guess mirrors left and right; say it (--frame)"
+    )]
+    NoAxes,
+    /// The file says other axes than a person.
+    #[error("the file says {} and it was said to be {}; one of them is wrong, and nothing was taken", .file.name(), .said.name())]
+    OtherAxes {
+        /// Those of the file.
+        file: PatientAxes,
+        /// Those that were said.
+        said: PatientAxes,
+    },
+    /// The file says another unit than a person.
+    #[error("the file says {} and it was said to be in {}; one of them is wrong, and nothing was taken", .file.name(), .said.name())]
+    OtherUnit {
+        /// That of the file.
+        file: LengthUnit,
+        /// The one that was said.
+        said: LengthUnit,
+    },
+    /// All of it would lie within a cherry.
+    #[error(
+        "{what} is {found} in the file's numbers: that looks like metres, and millimetres are expected (at least {METRES_BELOW}); say the \
+         unit (--unit m or --unit mm)"
+    )]
+    LooksLikeMetres {
+        /// What was measured.
+        what: &'static str,
+        /// How large it is.
+        found: f64,
+    },
+    /// Something lies where no patient is.
+    #[error("{what} is {mm} mm; at most {MAX_MM} mm are allowed, so the unit cannot be right")]
+    TooFar {
+        /// What.
+        what: &'static str,
+        /// How far.
+        mm: f64,
+    },
+}
+
+impl Said {
+    /// The axes, of the file's word and the person's.
+    ///
+    /// # Errors
+    /// [`Unsettled::NoAxes`], [`Unsettled::OtherAxes`].
+    pub fn axes(self, stated: Option<PatientAxes>) -> Result<PatientAxes, Unsettled> {
+        match (stated, self.axes) {
+            (Some(file), Some(said)) if file != said => Err(Unsettled::OtherAxes { file, said }),
+            (Some(axes), _) | (None, Some(axes)) => Ok(axes),
+            (None, None) => Err(Unsettled::NoAxes),
+        }
+    }
+
+    /// Millimetres in the file's unit, which is mm where neither says another. `sizes` are what is measured of the
+    /// file, in its own numbers: the first, the largest coordinate, must lie where a patient may be; the last must not
+    /// look like metres, unless a person said the unit.
+    ///
+    /// # Errors
+    /// [`Unsettled::OtherUnit`], [`Unsettled::LooksLikeMetres`], [`Unsettled::TooFar`].
+    pub fn scale(self, stated: Option<LengthUnit>, sizes: [(&'static str, f64); 2]) -> Result<f64, Unsettled> {
+        if let (Some(file), Some(said)) = (stated, self.unit)
+            && file != said
+        {
+            return Err(Unsettled::OtherUnit { file, said });
+        }
+        let [(what, largest), (measured, size)] = sizes;
+        // A file that says mm may be one of metres from a pattern that says mm: a person alone is believed here.
+        if self.unit.is_none() && size < METRES_BELOW {
+            return Err(Unsettled::LooksLikeMetres {
+                what: measured,
+                found: size,
+            });
+        }
+        let scale = self.unit.or(stated).unwrap_or(LengthUnit::Millimetre).mm();
+        let mm = largest * scale;
+        match mm <= MAX_MM {
+            true => Ok(scale),
+            false => Err(Unsettled::TooFar { what, mm }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LARGEST: &str = "the largest coordinate";
+
+    fn scale(said: Option<LengthUnit>, stated: Option<LengthUnit>, size: f64) -> Result<f64, Unsettled> {
+        let said = Said { axes: None, unit: said };
+        said.scale(stated, [(LARGEST, size); 2])
+    }
+
+    #[test]
+    fn what_nobody_says_is_refused_and_what_is_said_twice_must_agree() {
+        use PatientAxes::{Lps, Ras};
+        let axes = |said, stated| Said { axes: said, unit: None }.axes(stated);
+        assert_eq!(axes(None, None), Err(Unsettled::NoAxes));
+        assert_eq!(axes(Some(Ras), None), Ok(Ras));
+        assert_eq!(axes(None, Some(Lps)), Ok(Lps));
+        assert_eq!(axes(Some(Lps), Some(Lps)), Ok(Lps));
+        assert_eq!(
+            axes(Some(Ras), Some(Lps)),
+            Err(Unsettled::OtherAxes { file: Lps, said: Ras })
+        );
+    }
+
+    #[test]
+    fn metres_are_refused_until_somebody_says_so() {
+        use LengthUnit::{Metre, Millimetre};
+        assert_eq!(scale(None, None, 120.0), Ok(1.0));
+        assert!(matches!(
+            scale(None, Some(Millimetre), 0.12),
+            Err(Unsettled::LooksLikeMetres { .. })
+        ));
+        assert_eq!(scale(Some(Metre), None, 0.12), Ok(1000.0));
+        assert_eq!(scale(Some(Millimetre), Some(Millimetre), 0.12), Ok(1.0));
+        assert!(matches!(
+            scale(Some(Metre), Some(Millimetre), 0.12),
+            Err(Unsettled::OtherUnit { .. })
+        ));
+        // Micrometres, and metres of something that is in mm.
+        for (said, size) in [
+            (None, 1.2e5),
+            (Some(Metre), 120.0),
+            (None, f64::INFINITY),
+            (None, f64::NAN),
+        ] {
+            assert!(
+                matches!(scale(said, None, size), Err(Unsettled::TooFar { .. })),
+                "{size}"
+            );
+        }
+    }
+}

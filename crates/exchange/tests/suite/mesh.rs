@@ -1,0 +1,359 @@
+//! Surfaces: every coding of every format, what a head may promise, what is refused and with which words.
+
+use exchange::mesh::{self, Mesh, MeshFormat};
+use exchange::{LengthUnit, PatientAxes, Said};
+use geometry::Point;
+
+const LPS: Said = Said {
+    axes: Some(PatientAxes::Lps),
+    unit: None,
+};
+
+/// Four corners, in numbers that 32 bits hold exactly.
+const CORNERS: [[f64; 3]; 4] = [
+    [-61.25, -38.5, 912.125],
+    [40.0, -38.5, 912.125],
+    [-61.25, 60.0, 912.125],
+    [-61.25, -38.5, 1000.0],
+];
+const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+
+fn tetrahedron() -> Mesh {
+    Mesh {
+        points: CORNERS.map(|[x, y, z]| Point::new(x, y, z)).to_vec(),
+        triangles: FACES.to_vec(),
+    }
+}
+
+/// The corners of each triangle, in order.
+fn corners(mesh: &Mesh) -> Vec<[[f64; 3]; 3]> {
+    let corner = |place: u32| mesh.points[place as usize].mm();
+    mesh.triangles.iter().map(|corners| corners.map(corner)).collect()
+}
+
+fn read(bytes: &[u8], format: MeshFormat) -> Mesh {
+    mesh::read(bytes, format, LPS).unwrap_or_else(|error| panic!("{format:?}: {error}"))
+}
+
+fn refused(bytes: &[u8], format: MeshFormat, said: Said) -> String {
+    let error = mesh::read(bytes, format, said).unwrap_err().to_string();
+    assert!(error.len() < 400, "{error}");
+    error
+}
+
+fn stl_text() -> String {
+    let mut text = "solid by hand\n".to_owned();
+    for face in FACES {
+        text += "facet normal 0 0 0\n outer loop\n";
+        for [x, y, z] in face.map(|corner| CORNERS[corner as usize]) {
+            text += &format!("  vertex {x:e} {y} {z}\n");
+        }
+        text += " endloop\nendfacet\n";
+    }
+    text + "endsolid by hand\n"
+}
+
+/// A file of PLY of single precision, whose faces come with colours and a list more.
+fn ply(format: &str, is_big: bool) -> Vec<u8> {
+    let mut bytes = format!(
+        "ply\nformat {format} 1.0\ncomment a, b\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
+         element face 4\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n"
+    )
+    .into_bytes();
+    let is_text = format == "ascii";
+    let put = |bytes: &mut Vec<u8>, number: &[u8], text: String| match (is_text, is_big) {
+        (true, _) => bytes.extend(format!("{text} ").bytes()),
+        (false, true) => bytes.extend(number.iter().rev()),
+        (false, false) => bytes.extend(number),
+    };
+    for point in CORNERS {
+        for x in point {
+            put(&mut bytes, &(x as f32).to_le_bytes(), x.to_string());
+        }
+        // In binary that is a line's end to those who read text.
+        put(&mut bytes, &[10], "10".to_owned());
+    }
+    for face in FACES {
+        put(&mut bytes, &[3], "3".to_owned());
+        for corner in face {
+            put(&mut bytes, &corner.to_le_bytes(), corner.to_string());
+        }
+        put(&mut bytes, &[1], "1".to_owned());
+        put(&mut bytes, &0.5_f32.to_le_bytes(), "0.5".to_owned());
+    }
+    bytes
+}
+
+#[test]
+fn what_is_written_is_read_and_says_its_axes() {
+    for format in MeshFormat::ALL {
+        for axes in PatientAxes::ALL {
+            let bytes = mesh::write(&tetrahedron(), format, axes).unwrap();
+            let found = mesh::read(&bytes, format, Said::default()).unwrap();
+            assert_eq!(corners(&found), corners(&tetrahedron()), "{format:?} {axes:?}");
+            // With the other word it is the mirror, and with none it is refused.
+            let other = if axes == PatientAxes::Lps { "RAS" } else { "LPS" };
+            let lied = replaced(&bytes, &format!("SPACE={}", axes.name()), &format!("SPACE={other}"));
+            let mirrored = mesh::read(&lied, format, Said::default()).unwrap();
+            let turned = corners(&tetrahedron())
+                .iter()
+                .map(|three| three.map(|[x, y, z]| [-x, -y, z]))
+                .collect::<Vec<_>>();
+            assert_eq!(corners(&mirrored), turned, "{format:?} {axes:?}");
+            let unsaid = replaced(&bytes, "SPACE=", "space=");
+            assert!(
+                refused(&unsaid, format, Said::default())
+                    .contains("does not say whether its coordinates are LPS or RAS")
+            );
+            let said = Said {
+                axes: Some(axes),
+                unit: None,
+            };
+            assert_eq!(
+                corners(&mesh::read(&unsaid, format, said).unwrap()),
+                corners(&tetrahedron())
+            );
+            let wrong = replaced(&bytes, "SPACE=", "SPACE=X");
+            assert!(refused(&wrong, format, LPS).contains("the comment says SPACE=X"));
+        }
+    }
+}
+
+/// The same bytes with other words of the same length, or of one more.
+fn replaced(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
+    let at = bytes
+        .windows(from.len())
+        .position(|window| window == from.as_bytes())
+        .unwrap();
+    let mut out = [&bytes[..at], to.as_bytes(), &bytes[at + from.len()..]].concat();
+    // The head of STL has 80 bytes whatever is in it.
+    if bytes.len() > 84 && !bytes.starts_with(b"ply") && !bytes.starts_with(b"#") && to.len() > from.len() {
+        out.remove(79);
+    }
+    out
+}
+
+#[test]
+fn text_and_binary_of_others_are_read_alike() {
+    assert_eq!(
+        corners(&read(stl_text().as_bytes(), MeshFormat::Stl)),
+        corners(&tetrahedron())
+    );
+    // Binary that begins as text does.
+    let mut solid = mesh::write(&tetrahedron(), MeshFormat::Stl, PatientAxes::Lps).unwrap();
+    solid[..6].copy_from_slice(b"solid ");
+    assert_eq!(corners(&read(&solid, MeshFormat::Stl)), corners(&tetrahedron()));
+    for (format, is_big) in [
+        ("ascii", false),
+        ("binary_little_endian", false),
+        ("binary_big_endian", true),
+    ] {
+        assert_eq!(read(&ply(format, is_big), MeshFormat::Ply), tetrahedron(), "{format}");
+    }
+    let obj = "# by hand\nmtllib a.mtl\nv -61.25 -38.5 912.125 1 0 0\nv 40 -38.5 912.125\nv -61.25 60 912.125\nv -61.25 -38.5 1000\nvn 0 0 1\n\
+               f 1//1 3//1 2//1\nf -4 -3 -1\ng a\nf 2/1/1 3/2/1 4/3/1\nf 3 1 4\n";
+    assert_eq!(read(obj.as_bytes(), MeshFormat::Obj), tetrahedron());
+    let square = "v 0 0 0\nv 100 0 0\nv 100 100 0\nv 0 100 0\nf 1 2 3 4\n";
+    assert_eq!(
+        read(square.as_bytes(), MeshFormat::Obj).triangles,
+        [[0, 1, 2], [0, 2, 3]]
+    );
+}
+
+/// Files of VTK as version 4 and 5 have them, as text and as binary, most significant byte first.
+fn vtk(version: &str, is_text: bool) -> Vec<u8> {
+    let kind = if is_text { "ASCII" } else { "BINARY" };
+    let mut bytes =
+        format!("# vtk DataFile Version {version}\nby hand\n{kind}\nDATASET POLYDATA\nPOINTS 4 float\n").into_bytes();
+    let put = |bytes: &mut Vec<u8>, four: [u8; 4], text: String| match is_text {
+        true => bytes.extend(format!("{text} ").bytes()),
+        false => bytes.extend(four),
+    };
+    for x in CORNERS.into_iter().flatten() {
+        put(&mut bytes, (x as f32).to_be_bytes(), x.to_string());
+    }
+    let flat: Vec<u32> = FACES.into_iter().flatten().collect();
+    match version.starts_with('5') {
+        true => {
+            bytes.extend(b"\nMETADATA\nINFORMATION 0\n\nPOLYGONS 5 12\nOFFSETS vtktypeint64\n");
+            let mut eight = |number: u64| match is_text {
+                true => bytes.extend(format!("{number} ").bytes()),
+                false => bytes.extend(number.to_be_bytes()),
+            };
+            [0, 3, 6, 9, 12].into_iter().for_each(&mut eight);
+            bytes.extend(b"\nCONNECTIVITY vtktypeint64\n");
+            for number in flat {
+                match is_text {
+                    true => bytes.extend(format!("{number} ").bytes()),
+                    false => bytes.extend(u64::from(number).to_be_bytes()),
+                }
+            }
+        }
+        false => {
+            bytes.extend(b"\nVERTICES 1 2\n");
+            put(&mut bytes, 1_u32.to_be_bytes(), "1".to_owned());
+            put(&mut bytes, 0_u32.to_be_bytes(), "0".to_owned());
+            bytes.extend(b"\nPOLYGONS 4 16\n");
+            for face in FACES {
+                for number in [3].into_iter().chain(face) {
+                    put(&mut bytes, number.to_be_bytes(), number.to_string());
+                }
+            }
+        }
+    }
+    bytes.extend(b"\nPOINT_DATA 4\nNORMALS Normals float\n");
+    bytes
+}
+
+#[test]
+fn legacy_vtk_of_both_generations_is_read() {
+    for version in ["2.0", "3.0", "4.2", "5.1"] {
+        for is_text in [true, false] {
+            assert_eq!(
+                read(&vtk(version, is_text), MeshFormat::Vtk),
+                tetrahedron(),
+                "{version} {is_text}"
+            );
+        }
+    }
+    let strips = String::from_utf8(vtk("3.0", true))
+        .unwrap()
+        .replace("POLYGONS", "TRIANGLE_STRIPS");
+    assert!(refused(strips.as_bytes(), MeshFormat::Vtk, LPS).contains("strips of triangles is not read; save"));
+    let grid = String::from_utf8(vtk("3.0", true))
+        .unwrap()
+        .replace("POLYDATA", "UNSTRUCTURED_GRID");
+    assert!(refused(grid.as_bytes(), MeshFormat::Vtk, LPS).contains("expected POLYDATA"));
+}
+
+/// Heads that promise more than ten gigabytes, before a byte is held for them; and the same of each count that is read.
+#[test]
+fn a_head_that_lies_is_refused_by_the_bytes_that_are_there() {
+    let ply = |count: &str| {
+        format!(
+            "ply\nformat binary_little_endian 1.0\nelement vertex {count}\nproperty double x\nproperty double y\nproperty double z\nend_header\nabc"
+        )
+    };
+    let text = |count: &str| ply(count).replace("binary_little_endian", "ascii");
+    let points = |kind: &str, count: &str| {
+        format!("# vtk DataFile Version 3.0\na\n{kind}\nDATASET POLYDATA\nPOINTS {count} double\n1 2 3\n")
+    };
+    let mut stl = vec![b' '; 200];
+    stl[80..84].copy_from_slice(&40_000_000_u32.to_le_bytes());
+    for (bytes, format, words) in [
+        (
+            ply("45000000").into_bytes(),
+            MeshFormat::Ply,
+            "1080000000 bytes are promised and 3 are left",
+        ),
+        (
+            ply("18446744073709551615").into_bytes(),
+            MeshFormat::Ply,
+            "18446744073709551615 elements; at most",
+        ),
+        (
+            ply("99999999999999999999").into_bytes(),
+            MeshFormat::Ply,
+            "expected how many there are",
+        ),
+        (ply("-1").into_bytes(), MeshFormat::Ply, "expected how many there are"),
+        (text("45000000").into_bytes(), MeshFormat::Ply, "are promised and"),
+        (
+            points("BINARY", "45000000").into_bytes(),
+            MeshFormat::Vtk,
+            "1080000000 bytes are promised and 6 are left",
+        ),
+        (
+            points("ASCII", "45000000").into_bytes(),
+            MeshFormat::Vtk,
+            "the points: 269999999 bytes are promised",
+        ),
+        (
+            points("ASCII", "500000000000").into_bytes(),
+            MeshFormat::Vtk,
+            "500000000000 points; at most",
+        ),
+        (stl, MeshFormat::Stl, "2000000000 bytes are promised and 116 are left"),
+    ] {
+        let said = refused(&bytes, format, LPS);
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+#[test]
+fn what_cannot_be_right_is_refused_by_name() {
+    let obj = |lines: &str| format!("v 0 0 0\nv 100 0 0\nv 0 100 0\n{lines}").into_bytes();
+    let small = b"v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n";
+    for (bytes, words) in [
+        (
+            obj("f 1 2 4"),
+            "triangle 1 has the corners [0, 1, 3]; there are 3 points",
+        ),
+        (obj("f 0 1 2"), "from 1 or back from -1"),
+        (obj("f -4 1 2"), "back from -1"),
+        (obj("f 1 2"), "polygon 1 has 2 corners"),
+        (obj("v nan 0 0\nf 1 2 3"), "point 4 is [NaN, 0.0, 0.0]"),
+        (obj("v inf 0 0\nf 1 2 3"), "point 4"),
+        (obj("v 1 2\nf 1 2 3"), "line 4: \"v 1 2\"; expected v and three numbers"),
+        (obj("curv 1 2\nf 1 2 3"), "line 4"),
+        (obj(""), "there is no triangle"),
+        (obj("v 1e7 0 0\nf 1 2 3"), "the unit cannot be right"),
+        (
+            small.to_vec(),
+            "the longest side of the surface is 0.1 in the file's numbers: that looks like metres",
+        ),
+        (Vec::new(), "there is no triangle"),
+        (b"\x00\xff".to_vec(), "line 1"),
+    ] {
+        let said = refused(&bytes, MeshFormat::Obj, LPS);
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let said = Said {
+        unit: Some(LengthUnit::Metre),
+        ..LPS
+    };
+    let metres = mesh::read(small, MeshFormat::Obj, said).unwrap();
+    assert_eq!(metres.points[1], Point::new(100.0, 0.0, 0.0));
+    let stl = stl_text();
+    for (text, words) in [
+        (stl.replace("endsolid by hand", ""), "cut off"),
+        (stl.replacen("vertex", "vertx", 1), "line 4: \"vertx\"; expected vertex"),
+        (stl.clone() + &stl, "one solid is read"),
+        (stl.replacen("-38.5", "x", 1), "expected a coordinate"),
+        ("anything".to_owned(), "the head of a binary STL"),
+    ] {
+        let said = refused(text.as_bytes(), MeshFormat::Stl, LPS);
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+/// Each format cut off at every place, and each of its bytes another one.
+#[test]
+fn damage_is_refused_or_read_and_never_more() {
+    let files = [
+        (stl_text().into_bytes(), MeshFormat::Stl),
+        (
+            mesh::write(&tetrahedron(), MeshFormat::Stl, PatientAxes::Ras).unwrap(),
+            MeshFormat::Stl,
+        ),
+        (ply("ascii", false), MeshFormat::Ply),
+        (ply("binary_big_endian", true), MeshFormat::Ply),
+        (
+            mesh::write(&tetrahedron(), MeshFormat::Obj, PatientAxes::Ras).unwrap(),
+            MeshFormat::Obj,
+        ),
+        (vtk("4.2", false), MeshFormat::Vtk),
+        (vtk("5.1", true), MeshFormat::Vtk),
+        (vtk("5.1", false), MeshFormat::Vtk),
+    ];
+    for (good, format) in files {
+        for place in 0..good.len() {
+            let _ = mesh::read(&good[..place], format, LPS);
+            for value in [0, 0xff, b'9', good[place] ^ 0x10] {
+                let mut bytes = good.clone();
+                bytes[place] = value;
+                let _ = mesh::read(&bytes, format, LPS);
+            }
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! A plan's targets and entries as points of other programs, and back.
+//!
+//! A point is a target, named by its label. One whose label ends in the word `entry`, behind the name of a target, is
+//! that target's entry: `node` and `node entry`. Names are in labels, as 3D Slicer forgets those of whole markups.
+//! Diameter and stop distance stand in the target's description.
+
+use exchange::ControlPoint;
+use exchange::markups::{Markup, MarkupKind};
+use guidance::plan::{Edit, Editor, Measure, PlanError, Target};
+
+/// A target's diameter where nobody says another, mm.
+pub(crate) const DIAMETER_MM: f64 = 5.0;
+/// The word that makes a point an entry.
+const ENTRY: &str = "entry";
+/// What stands between a target's name and that word.
+const BETWEEN: [char; 3] = [' ', '-', '_'];
+
+/// Why points are no targets, or targets no points.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum PointsError {
+    #[error(
+        "markup {markup} is a {}; targets and entries are read of a Fiducial and a Line, and a measure of an Angle. Save these alone",
+        .kind.name()
+    )]
+    Kind { markup: usize, kind: MarkupKind },
+    #[error(
+        "markup {markup} is a Line with the points {labels}; of a way, one of two points is named as the target and the other with `entry` \
+         behind that name, for instance `node` and `node entry`: which end of a line is the entry is not guessed"
+    )]
+    Line { markup: usize, labels: String },
+    #[error("markup {markup} is an Angle of {found} points; three are needed")]
+    Angle { markup: usize, found: usize },
+    #[error("point {label:?}: by its name it is an entry, and {source}")]
+    Entry { label: String, source: PlanError },
+    #[error("target {name:?} has a name that would be read as another target's entry; rename it (--rename)")]
+    Name { name: String },
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+}
+
+/// What was taken of a file.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Taken {
+    pub(crate) targets: usize,
+    pub(crate) entries: usize,
+    pub(crate) measures: usize,
+    /// Labels of points whose description is not kept: a plan has none.
+    pub(crate) descriptions: Vec<String>,
+}
+
+/// Takes the markups of a file into a plan: targets first, so that an entry may stand before its target.
+pub(crate) fn take(editor: &mut Editor, markups: &[Markup]) -> Result<Taken, PointsError> {
+    let mut taken = Taken::default();
+    let mut points = Vec::new();
+    for (markup, number) in markups.iter().zip(1..) {
+        match markup.kind {
+            MarkupKind::Fiducial => points.extend(&markup.points),
+            MarkupKind::Line => points.extend(way(number, markup)?),
+            MarkupKind::Angle => {
+                editor.edit(Edit::Measure(angle(number, markup)?))?;
+                taken.measures += 1;
+            }
+            kind @ (MarkupKind::Curve | MarkupKind::ClosedCurve) => {
+                return Err(PointsError::Kind { markup: number, kind });
+            }
+        }
+    }
+    let (entries, targets): (Vec<&ControlPoint>, Vec<_>) =
+        points.into_iter().partition(|p| target_of(&p.label).is_some());
+    for point in targets {
+        editor.edit(Edit::Add(target(point, &mut taken)))?;
+        taken.targets += 1;
+    }
+    for point in entries {
+        enter(editor, point)?;
+        taken.entries += 1;
+    }
+    Ok(taken)
+}
+
+/// The name of the target that a point of this label is the entry of.
+fn target_of(label: &str) -> Option<&str> {
+    let at = label
+        .len()
+        .checked_sub(ENTRY.len())
+        .filter(|at| label.is_char_boundary(*at))?;
+    let (name, word) = label.split_at(at);
+    let name = name.strip_suffix(BETWEEN)?;
+    (word.eq_ignore_ascii_case(ENTRY) && !name.is_empty()).then_some(name)
+}
+
+/// The two points of a line, which must be a target and its entry.
+fn way(markup: usize, line: &Markup) -> Result<&[ControlPoint], PointsError> {
+    let is_way = match &line.points[..] {
+        [a, b] => target_of(&a.label) == Some(&b.label) || target_of(&b.label) == Some(&a.label),
+        _ => false,
+    };
+    if is_way {
+        return Ok(&line.points);
+    }
+    let labels: Vec<String> = line
+        .points
+        .iter()
+        .take(4)
+        .map(|point| format!("{:?}", point.label))
+        .collect();
+    let labels = if labels.is_empty() {
+        "none".to_owned()
+    } else {
+        labels.join(", ")
+    };
+    Err(PointsError::Line { markup, labels })
+}
+
+fn angle(markup: usize, angle: &Markup) -> Result<Measure, PointsError> {
+    match &angle.points[..] {
+        [a, b, c] => Ok(Measure::Angle([a.position, b.position, c.position])),
+        points => Err(PointsError::Angle {
+            markup,
+            found: points.len(),
+        }),
+    }
+}
+
+fn target(point: &ControlPoint, taken: &mut Taken) -> Target {
+    let sizes = sizes(&point.description);
+    if sizes.is_none() && !point.description.is_empty() {
+        taken.descriptions.push(point.label.clone());
+    }
+    let (diameter_mm, stop_mm) = sizes.unwrap_or((DIAMETER_MM, 0.0));
+    Target {
+        name: point.label.clone(),
+        centre: point.position,
+        diameter_mm,
+        entry: None,
+        stop_mm,
+    }
+}
+
+fn enter(editor: &mut Editor, point: &ControlPoint) -> Result<(), PointsError> {
+    let name = target_of(&point.label).unwrap_or_default();
+    let refused = |source| PointsError::Entry {
+        label: point.label.clone(),
+        source,
+    };
+    let Some(target) = editor.plan().target(name).cloned() else {
+        let names = editor.plan().targets.iter().map(|target| target.name.clone()).collect();
+        let name = name.to_owned();
+        return Err(refused(PlanError::NoTarget { name, names }));
+    };
+    let entered = Target {
+        entry: Some(point.position),
+        ..target
+    };
+    editor.edit(Edit::Change(name.to_owned(), entered)).map_err(refused)
+}
+
+/// Diameter and stop distance, mm, of a description that is nothing else.
+fn sizes(description: &str) -> Option<(f64, f64)> {
+    let (diameter, stop) = description.strip_prefix("diameter_mm=")?.split_once(" stop_mm=")?;
+    Some((diameter.parse().ok()?, stop.parse().ok()?))
+}
+
+/// The targets as markups: those with an entry a line each, all others a list.
+pub(crate) fn markups(targets: &[Target]) -> Result<Vec<Markup>, PointsError> {
+    if let Some(target) = targets.iter().find(|target| target_of(&target.name).is_some()) {
+        let name = target.name.clone();
+        return Err(PointsError::Name { name });
+    }
+    let (ways, alone): (Vec<&Target>, Vec<_>) = targets.iter().partition(|target| target.entry.is_some());
+    let line = |target: &&Target| Markup::new(MarkupKind::Line, &target.name, of(target));
+    let mut markups: Vec<Markup> = ways.iter().map(line).collect();
+    if !alone.is_empty() {
+        let points = alone.iter().flat_map(|target| of(target)).collect();
+        markups.push(Markup::new(MarkupKind::Fiducial, "targets", points));
+    }
+    Ok(markups)
+}
+
+/// The entry, where there is one, and the target: in the order of the way.
+fn of(target: &Target) -> Vec<ControlPoint> {
+    let label = format!("{} {ENTRY}", target.name);
+    let entry = target.entry.map(|entry| ControlPoint::new(&label, entry));
+    let centre = ControlPoint {
+        description: format!("diameter_mm={} stop_mm={}", target.diameter_mm, target.stop_mm),
+        ..ControlPoint::new(&target.name, target.centre)
+    };
+    entry.into_iter().chain([centre]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Point;
+    use guidance::plan::Plan;
+    use guidance::workflow::VolumeId;
+
+    fn editor() -> Editor {
+        Editor::new(Plan::new(VolumeId([1; 32])))
+    }
+
+    fn point(label: &str, x: f64) -> ControlPoint {
+        ControlPoint::new(label, Point::new(x, 0.0, 0.0))
+    }
+
+    fn taken(kind: MarkupKind, points: Vec<ControlPoint>) -> Result<(Plan, Taken), String> {
+        let mut editor = editor();
+        let taken = take(&mut editor, &[Markup::new(kind, "", points)]).map_err(|error| error.to_string())?;
+        Ok((editor.plan().clone(), taken))
+    }
+
+    #[test]
+    fn a_plan_goes_out_and_comes_back_whole() {
+        let mut made = editor();
+        for (name, entry) in [("node", Some(Point::new(90.0, 0.0, 0.0))), ("hilus", None)] {
+            let target = Target {
+                name: name.to_owned(),
+                centre: Point::new(1.25, -3.0, 40.5),
+                diameter_mm: 8.1,
+                entry,
+                stop_mm: 4.3,
+            };
+            made.edit(Edit::Add(target)).unwrap();
+        }
+        let mut back = editor();
+        let markups = markups(&made.plan().targets).unwrap();
+        assert_eq!(
+            markups.iter().map(|m| m.kind).collect::<Vec<_>>(),
+            [MarkupKind::Line, MarkupKind::Fiducial]
+        );
+        let taken = take(&mut back, &markups).unwrap();
+        assert_eq!((taken.targets, taken.entries, taken.descriptions.len()), (2, 1, 0));
+        assert_eq!(back.plan().targets, made.plan().targets);
+    }
+
+    #[test]
+    fn an_entry_is_known_by_its_name_wherever_it_stands() {
+        for word in [" entry", "-Entry", "_ENTRY"] {
+            let points = vec![point(&format!("a{word}"), 50.0), point("a", 1.0)];
+            let (plan, _) = taken(MarkupKind::Fiducial, points).unwrap();
+            assert_eq!(plan.targets[0].entry, Some(Point::new(50.0, 0.0, 0.0)), "{word}");
+        }
+        for label in ["entry", " entry", "reentry", "entry a", "\u{e9}ntry"] {
+            assert_eq!(target_of(label), None, "{label}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_target_is_refused_by_name() {
+        let two = |a: &str, b: &str| vec![point(a, 1.0), point(b, 50.0)];
+        for (kind, points, words) in [
+            (
+                MarkupKind::Line,
+                two("L-1", "L-2"),
+                "a Line with the points \"L-1\", \"L-2\"",
+            ),
+            (
+                MarkupKind::Line,
+                two("a", "b entry"),
+                "which end of a line is the entry is not guessed",
+            ),
+            (MarkupKind::Line, Vec::new(), "with the points none"),
+            (MarkupKind::Curve, two("a", "b"), "markup 1 is a Curve"),
+            (MarkupKind::Angle, two("a", "b"), "an Angle of 2 points"),
+            (MarkupKind::Fiducial, two("a", "a"), "there is a target \"a\" already"),
+            (
+                MarkupKind::Fiducial,
+                two("a", "b entry"),
+                "\"b entry\": by its name it is an entry, and there is no target \"b\"",
+            ),
+            (MarkupKind::Fiducial, two("a", ""), "the target's name: found \"\""),
+            (
+                MarkupKind::Fiducial,
+                vec![point("a", 1.0), point("a entry", 1.5)],
+                "its entry is 0.50 mm from its centre",
+            ),
+        ] {
+            let said = taken(kind, points).unwrap_err();
+            assert!(said.contains(words), "{said}");
+        }
+        let target = Target {
+            entry: None,
+            ..target(&point("a entry", 1.0), &mut Taken::default())
+        };
+        assert!(markups(&[target]).unwrap_err().to_string().contains("rename it"));
+    }
+
+    #[test]
+    fn a_description_that_is_not_ours_is_told_and_an_angle_is_a_measure() {
+        let noted = ControlPoint {
+            description: "left of the vein".to_owned(),
+            ..point("a", 1.0)
+        };
+        let (plan, told) = taken(MarkupKind::Fiducial, vec![noted]).unwrap();
+        assert_eq!(told.descriptions, ["a"]);
+        assert_eq!(plan.targets[0].diameter_mm, DIAMETER_MM);
+        let (plan, _) = taken(MarkupKind::Angle, vec![point("", 1.0), point("", 2.0), point("", 3.0)]).unwrap();
+        assert!(matches!(plan.measures[..], [Measure::Angle(_)]));
+    }
+}
