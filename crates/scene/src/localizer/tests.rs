@@ -130,7 +130,7 @@ fn tools_of_ndi_carry_the_emitters_of_the_tracker() {
             patient: Some("patient".to_owned())
         }
     );
-    assert_eq!(of("", &[ball.clone()]).unwrap().patient, None);
+    assert_eq!(of("", std::slice::from_ref(&ball)).unwrap().patient, None);
     for (reference, tools, words) in [
         (
             "",
