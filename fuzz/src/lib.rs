@@ -6,6 +6,7 @@
 //! looks further, guided by what the code covers.
 
 mod calibrations;
+mod enhanced;
 mod folder;
 mod links;
 mod localizer;
@@ -38,7 +39,7 @@ pub const TARGETS: [Target; 16] = [
     target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
     target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
     target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
-    target("dicom", volumes::read_as_slice, seeds::dicom),
+    target("dicom", volumes::read_as_dicom, seeds::dicom),
     target("scene", scene, seeds::scene),
     target("solids", solids, seeds::solids),
     target("mcap", recordings::mcap, recordings::seeds),
