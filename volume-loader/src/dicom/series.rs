@@ -11,6 +11,7 @@ use super::group::{MAX_SERIES, group};
 use super::header::frames::{self, Missing};
 use super::header::{Header, Placed, identity};
 use super::scan::{self, LeftOut};
+use super::tag::Tag;
 use super::words;
 
 /// What a folder holds.
@@ -38,6 +39,8 @@ pub struct Series {
     pub(crate) frames_merged: bool,
     /// A part of the volume that lies in no file of the folder.
     pub(crate) missing: Option<Missing>,
+    /// The file, the number and the lacking element of a frame that belongs to these and has no place.
+    pub(crate) unplaced: Option<(PathBuf, u32, Tag)>,
 }
 
 /// A series in a list; nothing in it names a patient.
@@ -105,6 +108,7 @@ impl Series {
             });
         }
         let missing = frames::missing_parts(&scanned.headers);
+        let unplaced = frames::unplaced(&scanned.headers);
         let groups = group(scanned.headers).ok_or(DicomError::TooMuch {
             path: folder.to_owned(),
             limit: MAX_SERIES,
@@ -117,6 +121,7 @@ impl Series {
             ignored,
             left_out: left_out.clone(),
             missing: frames::missing_of(&missing, &headers),
+            unplaced: frames::unplaced_of(&unplaced, &headers),
             headers,
             frames_merged,
         });

@@ -107,6 +107,10 @@ impl DicomSource {
         if let Some(Missing { path, missing, total }) = series.missing.clone() {
             return Err(DicomError::Parts { path, missing, total });
         }
+        if let Some((path, frame, tag)) = series.unplaced.clone() {
+            let source = FileError::Missing { tag }.in_frame(Some(frame));
+            return Err(DicomError::File { path, source });
+        }
         alike::check(series)?;
         let mut slices = each(&series.headers, Slice::of)?;
         offsets::locate(&series.headers, &mut slices)?;

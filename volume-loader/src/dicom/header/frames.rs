@@ -8,7 +8,7 @@ use super::{Header, is_localizer, placed};
 use crate::dicom::element::Elements;
 use crate::dicom::element::groups::Group;
 use crate::dicom::error::FileError;
-use crate::dicom::tag as el;
+use crate::dicom::tag::{self as el, Tag};
 use crate::dicom::walk::Element;
 
 /// One frame of a file.
@@ -40,6 +40,7 @@ pub(crate) struct Part {
     kind: Option<String>,
     algorithm: Option<String>,
     kernel: Option<String>,
+    /// Where it is another than HU: a frame that does not say it is refused, and no part by itself.
     rescale_type: Option<String>,
 }
 
@@ -125,6 +126,28 @@ pub(crate) fn missing_of(missing: &BTreeMap<String, Missing>, headers: &[Header]
     missing.get(&whole.uid).cloned()
 }
 
+/// The first frame without a place of each stack, point in time and reconstruction; localizers apart.
+pub(crate) type Unplaced = BTreeMap<(Part, bool), (PathBuf, u32, Tag)>;
+
+/// Of all frames. Without it a volume would lack a slice and nobody would be told.
+pub(crate) fn unplaced(headers: &[Header]) -> Unplaced {
+    let mut unplaced = Unplaced::new();
+    for header in headers {
+        if let (Some(frame), Err(tag)) = (&header.frame, header.placed) {
+            let first = (header.path.clone(), frame.number, tag);
+            unplaced.entry((frame.part.clone(), header.localizer)).or_insert(first);
+        }
+    }
+    unplaced
+}
+
+/// Of the frames that belong together with these slices.
+pub(crate) fn unplaced_of(unplaced: &Unplaced, headers: &[Header]) -> Option<(PathBuf, u32, Tag)> {
+    let first = headers.first()?;
+    let part = first.frame.as_ref()?.part.clone();
+    unplaced.get(&(part, first.localizer)).cloned()
+}
+
 /// Where the numbers of the frames in their stack do not follow their places.
 pub(crate) fn order_warning(headers: &[&Header]) -> Option<String> {
     let number = |header: &&Header| header.frame.as_ref().and_then(|frame| frame.in_stack);
@@ -208,7 +231,7 @@ fn one_frame(file: &Header, frame: Frame, group: &Group) -> Result<Header, FileE
         kind: kind.codes,
         algorithm: made.algorithm,
         kernel: kernel.clone(),
-        rescale_type: transformation.kind.clone(),
+        rescale_type: transformation.kind.clone().filter(|kind| kind != "HU"),
         ..frame.part
     };
     let (position, orientation) = (group.position.flatten(), group.orientation.flatten());

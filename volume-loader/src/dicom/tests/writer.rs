@@ -200,7 +200,7 @@ fn element(out: &mut Vec<u8>, coding: Coding, (group, number): (u16, u16), value
 }
 
 /// What stands in a sequence: its items, and the delimiter of an open one.
-fn sequence(coding: Coding, items: &[Vec<((u16, u16), Value)>], open: bool) -> Vec<u8> {
+pub(super) fn sequence(coding: Coding, items: &[Vec<((u16, u16), Value)>], open: bool) -> Vec<u8> {
     let big = coding == Coding::Big;
     let u32_bytes = |v: u32| if big { v.to_be_bytes() } else { v.to_le_bytes() };
     let mark = |out: &mut Vec<u8>, number: u16, length: u32| {

@@ -104,8 +104,11 @@ fn values_that_are_none_are_named_with_their_frame() {
     );
     let mut enhanced = Enhanced::of(3);
     enhanced.frames[1].group(TRANSFORMATION, made::transformation("0", "0"));
-    let error = enhanced.refused_part("1 slices");
-    assert!(error.contains("RescaleSlope is 0"), "{error}");
+    let error = enhanced.folder().refused();
+    assert!(
+        error.contains("frame 2: element (0028,1053) RescaleSlope is 0"),
+        "{error}"
+    );
 }
 
 /// The bytes of a file whose per-frame groups are these.
@@ -167,6 +170,28 @@ fn what_stands_between_items_and_stray_delimiters_are_refused() {
             let error = parse(&with_groups(bytes.clone(), length)).unwrap_err();
             assert!(matches!(error, FileError::Delimiter { .. }), "{error}");
         }
+    }
+}
+
+#[test]
+fn groups_of_unknown_representation_are_implicit_inside() {
+    let want = volume(&Enhanced::of(3));
+    for open in [false, true] {
+        let mut file = Enhanced {
+            open,
+            ..Enhanced::of(3)
+        }
+        .file();
+        for (_, value) in file.elements.iter_mut().filter(|row| row.0.0 == 0x5200) {
+            if let Value::Items(items, _) = value {
+                let bytes = writer::sequence(Coding::Implicit, items, open);
+                let length = if open { u32::MAX } else { bytes.len() as u32 };
+                *value = Value::Raw("UN", bytes, length);
+            }
+        }
+        let folder = Folder::of(&[file]);
+        let mut source = folder.open().unwrap();
+        assert_eq!(drink(&mut source).unwrap().0, want.0, "delimiters: {open}");
     }
 }
 

@@ -161,17 +161,18 @@ impl Enhanced {
         folder
     }
 
-    /// Why the only series whose line in the list holds `words` is refused, or the only one there is.
-    pub(super) fn refused_part(&self, words: &str) -> String {
+    /// Why each of its series is refused.
+    pub(super) fn refused_parts(&self) -> Vec<String> {
         let folder = self.folder();
         let found = Series::scan(folder.path()).unwrap();
-        let lines: Vec<String> = found.series.iter().map(|series| series.summary().to_string()).collect();
-        let number = lines
+        let opened = found
+            .series
             .iter()
-            .position(|line| lines.len() == 1 || line.contains(words))
-            .unwrap()
-            + 1;
-        let series = found.choose(Some(number)).unwrap();
-        DicomSource::open(&series, Options::default()).unwrap_err().to_string()
+            .map(|series| DicomSource::open(series, Options::default()));
+        let refused = |one: Result<DicomSource, DicomError>| {
+            let text = one.map(|_| ()).unwrap_err().to_string();
+            text.replace(&folder.path().display().to_string(), "")
+        };
+        opened.map(refused).collect()
     }
 }
