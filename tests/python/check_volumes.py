@@ -4,8 +4,9 @@ Usage: check_volumes.py (dicom FOLDER | enhanced FILE | sitk FILE | nifti FILE) 
 Needs: pydicom, pynrrd, SimpleITK, numpy; for compressed DICOM pylibjpeg with its libjpeg and openjpeg plug-ins.
 
 EXPORTED is an attached NRRD in LPS. `dicom`: every pixel of every slice of FOLDER, in HU by slope and intercept, is looked
-up in EXPORTED at its place in the patient, which follows from the slice's own position and orientation. `enhanced`: the same for every frame of one file, after its functional groups. `sitk`: every voxel of
-FILE as SimpleITK reads it. `nifti`: every voxel of FILE, its place by the sform and, without one, the qform.
+up in EXPORTED at its place in the patient, which follows from the slice's own position and orientation. `enhanced`: the same
+for every frame of one file, after its functional groups. `sitk`: every voxel of FILE as SimpleITK reads it. `nifti`: every
+voxel of FILE, its place by the sform and, without one, the qform.
 
 Prints one JSON object: voxels (compared), differ (not the same HU), off_grid_mm (greatest distance between the place of a
 voxel and that of the voxel of EXPORTED that it was compared with), missing (slices of FOLDER without a place in EXPORTED).

@@ -56,8 +56,8 @@ impl LeftOut {
     }
 }
 
-/// Reads the header of every file below `folder`, side by side; `folder` may be one file. Hidden files are left out, and by name whatever is no file, and
-/// linked folders. A file that cannot be read may be a slice of the volume: without it there is none.
+/// Reads the header of every file below `folder`, side by side; `folder` may be one file. Hidden files are left out, and by
+/// name whatever is no file, and linked folders. A file that cannot be read may be a slice of the volume: without it there is none.
 ///
 /// # Errors
 /// [`DicomError`], the first in the order of paths.
