@@ -7,6 +7,7 @@
 
 mod calibrations;
 mod drivers;
+mod enhanced;
 mod exchange;
 mod folder;
 mod links;
@@ -40,7 +41,7 @@ pub const TARGETS: [Target; 22] = [
     target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
     target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
     target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
-    target("dicom", volumes::read_as_slice, seeds::dicom),
+    target("dicom", volumes::read_as_dicom, seeds::dicom),
     target("scene", scene, seeds::scene),
     target("solids", solids, seeds::solids),
     target("mcap", recordings::mcap, recordings::seeds),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use volume_loader::phantom_source::PhantomSource;
 use volume_loader::{WriteOptions, dicom_out, metaimage, nifti as nifti_file, nrrd as nrrd_file};
 
-use crate::{Failure, Folder};
+use crate::{Failure, Folder, enhanced};
 
 type Seeds = Result<Vec<Vec<u8>>, Failure>;
 
@@ -88,7 +88,13 @@ pub(crate) fn dicom() -> Seeds {
         Ok(fs::read(series.join("IM0002.dcm"))?)
     };
     let syntaxes = [ExplicitLittle, ImplicitLittle, ExplicitBig, Rle];
-    syntaxes.into_iter().enumerate().map(one).collect()
+    let mut seeds: Vec<Vec<u8>> = syntaxes
+        .into_iter()
+        .enumerate()
+        .map(one)
+        .collect::<Result<_, Failure>>()?;
+    seeds.extend([enhanced::native(), enhanced::packed()]);
+    Ok(seeds)
 }
 
 fn config() -> PathBuf {

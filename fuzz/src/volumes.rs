@@ -29,8 +29,13 @@ pub(crate) fn read_as(ending: &str, bytes: &[u8]) {
     }
 }
 
-/// One slice of a series whose others are good.
-pub(crate) fn read_as_slice(bytes: &[u8]) {
+/// One slice of a series whose others are good; and a file of several slices.
+pub(crate) fn read_as_dicom(bytes: &[u8]) {
+    read_as("dcm", bytes);
+    read_as_slice(bytes);
+}
+
+fn read_as_slice(bytes: &[u8]) {
     static SERIES: OnceLock<Option<Folder>> = OnceLock::new();
     let Some(good) = SERIES.get_or_init(series) else { return };
     let Ok(folder) = Folder::new() else { return };

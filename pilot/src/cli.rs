@@ -146,7 +146,7 @@ struct SceneArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct VolumeArgs {
     /// Another examination than the scene's: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha,
-    /// .mhd), or `phantom`.
+    /// .mhd, an Enhanced CT), or `phantom`.
     #[arg(long)]
     volume: Option<String>,
     /// Which series of that folder, from 1 in the order that the loader lists.

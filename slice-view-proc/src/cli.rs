@@ -61,7 +61,8 @@ enum Verb {
 
 #[derive(Debug, clap::Args)]
 struct SnapshotArgs {
-    /// The CT: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), or `phantom`.
+    /// The CT: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, an Enhanced CT), or
+    /// `phantom`.
     #[arg(long)]
     volume: PathBuf,
     /// Which series of the folder, from 1 in the order that the loader lists.

@@ -254,6 +254,69 @@ fn real_examinations_have_the_hu_and_places_that_other_readers_find() {
     }
 }
 
+/// `volume-loader inspect --json`.
+fn summary(world: &World, path: &Path) -> Value {
+    serde_json::from_str(&tool(world, &["inspect", "--json", path.to_str().unwrap()])).unwrap()
+}
+
+#[test]
+fn an_enhanced_ct_that_other_software_wrote_is_the_volume_of_its_classic_series() {
+    let (Some(python), Some(data)) = (python(), shared("data")) else {
+        return;
+    };
+    let world = World::new();
+    let (chest, tilted, packed) = (
+        "ct-chest-lidc-dicom",
+        "ct-head-phantom-tilt-dicom",
+        "dicom-bad-inputs/compressed/compressed_",
+    );
+    // Folder, what follows its name, syntax, table of offsets, and the seed of the frames' order.
+    let sets = [
+        (chest, "", "explicit", "none", "0"),
+        (chest, "", "implicit", "none", "7"),
+        (tilted, "", "rle", "extended", "12"),
+        (tilted, "", "big", "none", "3"),
+        (packed, "rle", "same", "none", "0"),
+        (packed, "jpeg", "same", "basic", "3"),
+        (packed, "jpegls", "same", "extended", "2"),
+        (packed, "j2k", "same", "basic", "1"),
+    ];
+    for (set, more, syntax, table, seed) in sets {
+        let (input, file) = (data.join(format!("{set}{more}")), world.path("many.dcm"));
+        let arguments = [input.to_str().unwrap(), file.to_str().unwrap(), syntax, table, seed];
+        script(&python, "write_enhanced_ct.py", &arguments);
+        let (want, found) = (summary(&world, &input), summary(&world, &file));
+        for key in ["hash", "dims", "spacing_mm", "hu"] {
+            assert_eq!(found[key], want[key], "{set}{more} {syntax} {table} {seed}: {key}");
+        }
+        fs::remove_file(file).unwrap();
+    }
+}
+
+#[test]
+fn an_enhanced_ct_has_the_hu_and_places_that_other_readers_find() {
+    let (Some(python), Some(data)) = (python(), shared("data")) else {
+        return;
+    };
+    let world = World::new();
+    let (file, output) = (world.path("many.dcm"), world.path("ours.nrrd"));
+    let (file, output) = (file.to_str().unwrap(), output.to_str().unwrap());
+    let check = |set: &str, seed: &str, reader: &str, voxels: u64| {
+        let set = data.join(set);
+        let arguments = [set.to_str().unwrap(), file, "explicit", "none", seed];
+        script(&python, "write_enhanced_ct.py", &arguments);
+        tool(&world, &["export", file, output]);
+        let seen = script(&python, "check_volumes.py", &[reader, file, output]);
+        assert_eq!((&seen["differ"], &seen["missing"]), (&0.into(), &0.into()), "{seen}");
+        assert_eq!(seen["voxels"], voxels, "{seen}");
+        assert!(seen["off_grid_mm"].as_f64().unwrap() < 1e-3, "{seen}");
+    };
+    check("ct-head-phantom-tilt-dicom", "5", "enhanced", 14_155_776);
+    check("ct-chest-lidc-dicom", "9", "enhanced", 23_592_960);
+    // GDCM takes frames in the order of the file.
+    check("ct-chest-lidc-dicom", "0", "sitk", 23_592_960);
+}
+
 #[test]
 fn doubtful_examinations_end_as_they_should() {
     let Some(data) = shared("data") else {

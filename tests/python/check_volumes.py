@@ -1,11 +1,12 @@
 """Reads examinations by software that Trocar does not use and holds them against what Trocar exported of the same.
 
-Usage: check_volumes.py (dicom FOLDER | sitk FILE | nifti FILE) EXPORTED.nrrd
+Usage: check_volumes.py (dicom FOLDER | enhanced FILE | sitk FILE | nifti FILE) EXPORTED.nrrd
 Needs: pydicom, pynrrd, SimpleITK, numpy; for compressed DICOM pylibjpeg with its libjpeg and openjpeg plug-ins.
 
 EXPORTED is an attached NRRD in LPS. `dicom`: every pixel of every slice of FOLDER, in HU by slope and intercept, is looked
-up in EXPORTED at its place in the patient, which follows from the slice's own position and orientation. `sitk`: every voxel of
-FILE as SimpleITK reads it. `nifti`: every voxel of FILE, its place by the sform and, without one, the qform.
+up in EXPORTED at its place in the patient, which follows from the slice's own position and orientation. `enhanced`: the same
+for every frame of one file, after its functional groups. `sitk`: every voxel of FILE as SimpleITK reads it. `nifti`: every
+voxel of FILE, its place by the sform and, without one, the qform.
 
 Prints one JSON object: voxels (compared), differ (not the same HU), off_grid_mm (greatest distance between the place of a
 voxel and that of the voxel of EXPORTED that it was compared with), missing (slices of FOLDER without a place in EXPORTED).
@@ -74,17 +75,41 @@ def dicom(folder, comparison):
         if not os.path.isfile(path) or not pydicom.misc.is_dicom(path):
             continue
         data = pydicom.dcmread(path)
-        row, column = np.split(np.array(data.ImageOrientationPatient, float), 2)
-        spacing = np.array(data.PixelSpacing, float)
-        affine = np.eye(4)
-        affine[:3, 0] = row * spacing[1]
-        affine[:3, 1] = column * spacing[0]
-        # One slice thick: any direction off the plane serves, and that of EXPORTED's slices is flipped as they are.
-        affine[:3, 2] = comparison.affine[:3, 2]
-        affine[:3, 3] = data.ImagePositionPatient
-        slope, intercept = float(getattr(data, "RescaleSlope", 1)), float(getattr(data, "RescaleIntercept", 0))
-        hu = np.rint(data.pixel_array.astype(float) * slope + intercept)
-        comparison.add(affine, hu.T[:, :, None])
+        place = (data.ImageOrientationPatient, data.PixelSpacing, data.ImagePositionPatient)
+        scale = float(getattr(data, "RescaleSlope", 1)), float(getattr(data, "RescaleIntercept", 0))
+        one_slice(comparison, place, scale, data.pixel_array)
+
+
+def one_slice(comparison, place, scale, pixels):
+    orientation, spacing, position = (np.array(numbers, float) for numbers in place)
+    row, column = np.split(orientation, 2)
+    affine = np.eye(4)
+    affine[:3, 0] = row * spacing[1]
+    affine[:3, 1] = column * spacing[0]
+    # One slice thick: any direction off the plane serves, and that of EXPORTED's slices is flipped as they are.
+    affine[:3, 2] = comparison.affine[:3, 2]
+    affine[:3, 3] = position
+    hu = np.rint(pixels.astype(float) * scale[0] + scale[1])
+    comparison.add(affine, hu.T[:, :, None])
+
+
+def enhanced(path, comparison):
+    import pydicom
+
+    data = pydicom.dcmread(path)
+    shared = data.SharedFunctionalGroupsSequence[0]
+    for own, pixels in zip(data.PerFrameFunctionalGroupsSequence, data.pixel_array, strict=True):
+
+        def group(name):
+            return (own if name in own else shared)[name][0]
+
+        place = (
+            group("PlaneOrientationSequence").ImageOrientationPatient,
+            group("PixelMeasuresSequence").PixelSpacing,
+            group("PlanePositionSequence").ImagePositionPatient,
+        )
+        numbers = group("PixelValueTransformationSequence")
+        one_slice(comparison, place, (float(numbers.RescaleSlope), float(numbers.RescaleIntercept)), pixels)
 
 
 def by_sitk(path, comparison):
@@ -116,7 +141,7 @@ def by_nifti(path, comparison):
 def main():
     kind, source, path = sys.argv[1:]
     comparison = Comparison(path)
-    {"dicom": dicom, "sitk": by_sitk, "nifti": by_nifti}[kind](source, comparison)
+    {"dicom": dicom, "enhanced": enhanced, "sitk": by_sitk, "nifti": by_nifti}[kind](source, comparison)
     print(json.dumps(comparison.seen))
 
 

@@ -1,4 +1,5 @@
-//! DICOM series in a folder: one file per slice, in any order and among other files.
+//! DICOM series in a folder: one file per slice, in any order and among other files; or Enhanced CT, whose files hold many
+//! slices as frames, each with a place of its own.
 //!
 //! Geometry is derived from each slice's own position and orientation (DICOM PS3.3, C.7.6.2), never from file names,
 //! instance numbers, SliceThickness or SpacingBetweenSlices. A tilted gantry stays what it is: a sheared map from voxels
@@ -40,6 +41,6 @@ pub use error::{DicomError, FileError};
 pub use facts::{SeriesFacts, Steps};
 pub use geometry::{Gap, GeometryError};
 pub use series::{Found, Series, SeriesSummary};
-pub(crate) use source::open_path;
 pub use source::{DicomSource, Options};
+pub(crate) use source::{holds_series, open_path};
 pub use tag::Tag;

@@ -30,8 +30,8 @@ pub fn open(spec: &VolumeSpec, seed: u64) -> Result<Box<dyn VoxelSource>, LoadEr
     Ok(part(source, spec)?)
 }
 
-/// A folder is a DICOM series; a file is told by the ending of its name: NRRD (`.nrrd`, `.nhdr`), MetaImage (`.mha`, `.mhd`),
-/// and NIfTI with any other, by its first bytes.
+/// A folder is a DICOM series, and so is a file that begins as DICOM; another is told by the ending of its name: NRRD (`.nrrd`,
+/// `.nhdr`), MetaImage (`.mha`, `.mhd`), and NIfTI with any other, by its first bytes.
 fn open_file(file: &FileSpec) -> Result<Box<dyn VoxelSource>, ReadError> {
     let (path, assume_lps) = (&file.path, file.assume_lps);
     let options = dicom::Options { regrid: file.regrid };

@@ -11,7 +11,7 @@ use clap::Args;
 use geometry::VolumeGrid;
 use scene::{RawRegion, RawVolume, VolumeSource, VolumeSpec};
 
-use crate::dicom::Series;
+use crate::dicom::{self, Series};
 use crate::error::LoadError;
 use crate::load::open;
 use crate::progress::Progress;
@@ -20,11 +20,11 @@ use crate::source::{Conversion, Facts, ReadError, VoxelSource};
 /// Which examination, and how much of it.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Input {
-    /// The examination: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), or `phantom`, the
-    /// generated patient.
+    /// The examination: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, an Enhanced CT), or
+    /// `phantom`, the generated patient.
     #[arg(value_name = "IN")]
     path: PathBuf,
-    /// Which series of the folder, from 1 in the order in which they are listed where there are several.
+    /// Which series of the folder or of an Enhanced CT, from 1 in the order in which they are listed where there are several.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     series: Option<u32>,
     /// Interpolate slices at uneven places to even ones instead of refusing them.
@@ -60,7 +60,7 @@ impl Input {
     /// # Errors
     /// Those of looking through the folder.
     pub(super) fn each_series(&self) -> Result<Vec<Self>, InputError> {
-        let several = match self.series.is_none() && self.path.is_dir() {
+        let several = match self.series.is_none() && dicom::holds_series(&self.path) {
             true => Series::scan(&self.path)
                 .map_err(ReadError::from)
                 .map_err(LoadError::from)?
@@ -84,7 +84,7 @@ impl Input {
     /// # Errors
     /// Those of looking through the folder.
     pub(super) fn identity(&self) -> Result<Vec<(&'static str, String)>, InputError> {
-        if !self.path.is_dir() {
+        if !dicom::holds_series(&self.path) {
             return Ok(Vec::new());
         }
         let number = self.series.map(|number| number as usize);

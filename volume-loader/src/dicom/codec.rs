@@ -8,7 +8,7 @@ mod jpeg_ls;
 mod rle;
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

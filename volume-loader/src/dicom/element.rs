@@ -2,20 +2,34 @@
 //! PatientID a digest stays ([`Header::patient`](super::header::Header::patient)). Names are read where a person asks, and once for the
 //! bus, on which they are for the operator's screen ([`identity`](super::header::identity)); no error, line or report has them.
 
+pub(super) mod groups;
+
 use std::io::{BufRead, Seek};
 
+use self::groups::{Group, MAX_FRAMES};
 use super::error::FileError;
 use super::syntax::{Coding, PixelCoding, Syntax};
 use super::tag::{self as el, Tag};
 use super::walk::{Element, WalkError, Walker};
 
-/// The values of one file's elements, as they stand there.
-#[derive(Debug, Clone)]
+/// SOP classes whose frames are slices of a CT (PS3.4 table B.5-1): Enhanced CT and Legacy Converted Enhanced CT.
+const FRAMED_CLASSES: [&str; 2] = ["1.2.840.10008.5.1.4.1.1.2.1", "1.2.840.10008.5.1.4.1.1.2.2"];
+
+/// The values of one file's elements, as they stand there; or of one item.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Elements {
     pub syntax: Syntax,
     values: Vec<(Tag, Vec<u8>)>,
     /// The header of the pixel data, where there are any.
     pub pixels: Option<Element>,
+    /// Whether there is a Modality LUT, by which stored numbers would have to be looked up.
+    pub modality_lut: bool,
+    /// The headers of the extended table of offsets and of that of lengths.
+    pub tables: [Option<Element>; 2],
+    /// What all frames share; no more than one item.
+    pub shared: Option<Vec<Group>>,
+    /// What each frame says of itself.
+    pub frames: Option<Vec<Group>>,
     /// Elements that are kept beside those that are always read.
     besides: &'static [(Tag, &'static str)],
 }
@@ -38,10 +52,8 @@ impl Elements {
         besides: &'static [(Tag, &'static str)],
     ) -> Result<Option<Self>, WalkError> {
         let mut elements = Self {
-            syntax: Syntax::DEFAULT,
-            values: Vec::new(),
-            pixels: None,
             besides,
+            ..Self::default()
         };
         if starts_with_preamble(walker)? {
             elements.read_meta(walker)?;
@@ -55,6 +67,17 @@ impl Elements {
     /// The value of an element.
     pub(crate) fn get(&self, tag: Tag) -> Option<&[u8]> {
         self.values.iter().find(|row| row.0 == tag).map(|row| row.1.as_slice())
+    }
+
+    /// The class of the object; of a file's meta information where the data set does not say it.
+    pub(crate) fn class(&self) -> Option<String> {
+        self.text(el::SOP_CLASS).or_else(|| self.text(el::MEDIA_SOP_CLASS))
+    }
+
+    /// Whether the file's frames are slices of a CT, however many there are.
+    pub(crate) fn is_framed(&self) -> bool {
+        self.class()
+            .is_some_and(|class| FRAMED_CLASSES.contains(&class.as_str()))
     }
 
     /// File Meta Information: always explicit little endian (PS3.10 section 7.1).
@@ -92,7 +115,17 @@ impl Elements {
         coding: Coding,
     ) -> Result<(), WalkError> {
         let Element { tag, byte, .. } = *element;
-        if el::name(tag).is_none() && !self.besides.iter().any(|(besides, _)| *besides == tag) {
+        match tag {
+            el::MODALITY_LUT => self.modality_lut = true,
+            el::OFFSETS => self.tables[0] = Some(*element),
+            el::OFFSET_LENGTHS => self.tables[1] = Some(*element),
+            // Who asks for other elements asks for no frames.
+            el::SHARED_GROUPS | el::FRAME_GROUPS if self.besides.is_empty() && self.is_framed() => {
+                return self.take_groups(walker, element, coding);
+            }
+            _ => {}
+        }
+        if !el::is_read(tag) && !self.besides.iter().any(|(besides, _)| *besides == tag) {
             return walker.skip(element, coding);
         }
         if self.get(tag).is_some() {
@@ -101,6 +134,44 @@ impl Elements {
         let value = walker.value(element)?;
         self.values.push((tag, value));
         Ok(())
+    }
+
+    fn take_groups<R: BufRead + Seek>(
+        &mut self,
+        walker: &mut Walker<R>,
+        element: &Element,
+        coding: Coding,
+    ) -> Result<(), WalkError> {
+        let Element { tag, byte, .. } = *element;
+        let shared = tag == el::SHARED_GROUPS;
+        let most = match (shared, self.frame_count()) {
+            (true, _) => 1,
+            (false, Ok(frames)) => frames,
+            (false, Err(_)) => MAX_FRAMES,
+        };
+        let groups = groups::read(walker, element, coding, most)?;
+        let before = match shared {
+            true => self.shared.replace(groups),
+            false => self.frames.replace(groups),
+        };
+        match before {
+            None => Ok(()),
+            Some(_) => Err(FileError::Twice { tag, byte }.into()),
+        }
+    }
+
+    /// NumberOfFrames, which is above 0 and bounded.
+    ///
+    /// # Errors
+    /// [`FileError::Missing`], [`FileError::Value`].
+    pub(crate) fn frame_count(&self) -> Result<u32, FileError> {
+        let tag = el::FRAMES;
+        let [frames] = self.numbers::<1>(tag)?.ok_or(FileError::Missing { tag })?;
+        if frames.fract() == 0.0 && (1.0..=f64::from(MAX_FRAMES)).contains(&frames) {
+            return Ok(frames as u32);
+        }
+        let (found, expected) = (frames.to_string(), "a whole number from 1 to 16384");
+        Err(FileError::Value { tag, found, expected })
     }
 
     /// The pixel data must lie within the file; how long they must be is judged with the whole header.

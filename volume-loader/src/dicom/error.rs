@@ -53,6 +53,26 @@ pub enum DicomError {
         /// What is no file, in words behind a semicolon; empty where there is nothing.
         left_out: String,
     },
+    /// One file of a volume in several.
+    #[error("{}: this is part {number} of a volume in several files (a concatenation); name the folder that holds all of them: {}", path.display(), folder.display())]
+    OnePart {
+        /// The file.
+        path: PathBuf,
+        /// Its InConcatenationNumber.
+        number: u32,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// A part of a volume in several files is not there.
+    #[error("{}: part {missing} of {total} of a volume in several files (a concatenation) is not there; copy the examination again from its origin", path.display())]
+    Parts {
+        /// A file of it.
+        path: PathBuf,
+        /// The first InConcatenationNumber that no file has.
+        missing: u32,
+        /// How many parts there must be.
+        total: u32,
+    },
     /// One file of a series is no volume.
     #[error("{}: this is one slice, not a volume; name the folder that holds all of them: {}", path.display(), folder.display())]
     OneFile {
@@ -61,8 +81,8 @@ pub enum DicomError {
         /// Its folder.
         folder: PathBuf,
     },
-    /// The folder holds several series and nobody chose.
-    #[error("{}: {count} series in this folder, choose one with --series N:\n{list}{hint}", path.display())]
+    /// There are several series and nobody chose.
+    #[error("{}: {count} series here, choose one with --series N:\n{list}{hint}", path.display())]
     Several {
         /// The folder.
         path: PathBuf,
@@ -242,18 +262,62 @@ pub enum FileError {
         name: &'static str,
     },
     /// Several images in one file.
-    #[error("{frames} frames in one file (multi-frame or Enhanced CT) are not read; convert it to one file per slice")]
+    #[error(
+        "{frames} frames in one file are read of Enhanced CT and Legacy Converted Enhanced CT only, whose frames say where each lies; convert it to one file per slice"
+    )]
     MultiFrame {
         /// How many.
         frames: i64,
     },
+    /// Something is wrong with one frame of several.
+    #[error("frame {frame}: {source}")]
+    Frame {
+        /// Its number, from 1.
+        frame: u32,
+        /// What is wrong.
+        source: Box<FileError>,
+    },
+    /// Frames and functional groups are not as many.
+    #[error("{tag} has {found} items, expected {expected}")]
+    Items {
+        /// The sequence.
+        tag: Tag,
+        /// How many there are, in words.
+        found: String,
+        /// How many there must be, and for what.
+        expected: String,
+    },
+    /// An element reaches beyond the sequence or the item that holds it.
+    #[error("{tag} at byte {byte} ends at byte {end}, and what it holds at byte {found}; the file is damaged")]
+    Overrun {
+        /// The sequence or the item.
+        tag: Tag,
+        /// Where it begins.
+        byte: u64,
+        /// Where it ends.
+        end: u64,
+        /// Where its last element ends.
+        found: u64,
+    },
+    /// It is not said which fragments make which frame.
+    #[error(
+        "the table of offsets of the frames: found {found}, expected {expected}; without it no frame is told from the next"
+    )]
+    Offsets {
+        /// What there is.
+        found: String,
+        /// What there must be.
+        expected: String,
+    },
     /// The pixel data have another length than the header says.
-    #[error("the pixel data are {found} bytes long, expected {expected} for {columns} x {rows} pixels of {bits} bits")]
+    #[error("the pixel data are {found} bytes long, expected {expected} for {} of {columns} x {rows} pixels of {bits} bits", frames_of(*frames))]
     PixelLength {
         /// Bytes that there are.
         found: u64,
         /// Bytes that the header asks for.
         expected: u64,
+        /// Frames in the file.
+        frames: u64,
         /// Pixels in a row.
         columns: u16,
         /// Rows.
@@ -287,4 +351,24 @@ pub enum FileError {
         /// What is wrong.
         detail: String,
     },
+}
+
+fn frames_of(count: u64) -> String {
+    match count {
+        1 => "one image".to_owned(),
+        _ => format!("{count} frames"),
+    }
+}
+
+impl FileError {
+    /// The same, told of a frame where the file has several.
+    pub(crate) fn in_frame(self, frame: Option<u32>) -> Self {
+        match frame {
+            Some(frame) => Self::Frame {
+                frame,
+                source: Box::new(self),
+            },
+            None => self,
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! The fragments of a compressed image, joined (DICOM PS3.5 section A.4).
 
+pub(super) mod offsets;
+
 use std::fs::File;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
@@ -31,19 +33,31 @@ impl From<std::io::Error> for ReadFailure {
 const ITEM: Tag = tag(0xFFFE, 0xE000);
 const END: Tag = tag(0xFFFE, 0xE0DD);
 
-/// Joins the fragments in this stretch of the file, `most` bytes at most, into `joined`. The first item is the table of offsets,
-/// of no use for one frame.
+/// Where the fragments of one image lie.
+#[derive(Debug, Clone)]
+pub(crate) enum Stretch {
+    /// From the table of offsets, of no use for one image, to a delimiter before the end of the file.
+    File(Range<u64>),
+    /// Of one frame among others: fragments and nothing else.
+    Frame(Range<u64>),
+}
+
+/// Joins the fragments in this stretch of the file, `most` bytes at most, into `joined`.
 ///
 /// # Errors
 /// [`ReadFailure`]. No more than `most` is allocated: a file may claim any length with holes in it.
-pub(crate) fn join(file: &File, stretch: Range<u64>, most: u64, joined: &mut Vec<u8>) -> Result<(), ReadFailure> {
-    let Range {
-        start: mut at,
-        end: length,
-    } = stretch;
+pub(crate) fn join(file: &File, stretch: Stretch, most: u64, joined: &mut Vec<u8>) -> Result<(), ReadFailure> {
+    let (mut tables, frame) = match stretch {
+        Stretch::File(_) => (1, false),
+        Stretch::Frame(_) => (0, true),
+    };
+    let (Stretch::File(range) | Stretch::Frame(range)) = stretch;
+    let (mut at, length) = (range.start, range.end);
     joined.clear();
-    let mut items = 0_u32;
     loop {
+        if frame && at == length && !joined.is_empty() {
+            return Ok(());
+        }
         let (found, bytes) = item(file, at, length)?;
         let value_at = at + 8;
         match found {
@@ -59,7 +73,7 @@ pub(crate) fn join(file: &File, stretch: Range<u64>, most: u64, joined: &mut Vec
         if end > length {
             return Err(truncated(at, end, length).into());
         }
-        if items > 0 {
+        if tables == 0 {
             let found = joined.len() as u64 + u64::from(bytes);
             if found > most {
                 return Err(FileError::TooLong {
@@ -75,7 +89,7 @@ pub(crate) fn join(file: &File, stretch: Range<u64>, most: u64, joined: &mut Vec
             let room = joined.get_mut(start..).unwrap_or_default();
             file.read_exact_at(room, value_at)?;
         }
-        items = items.saturating_add(1);
+        tables = 0;
         at = end;
     }
 }

@@ -23,6 +23,7 @@ pub(crate) fn group(headers: Vec<Header>) -> Option<Vec<(Vec<Header>, bool)>> {
             [header.columns, header.rows],
             header.modality.clone(),
             header.placed.is_err(),
+            header.frame.as_ref().map(|frame| frame.part.clone()),
         );
         exact.entry(key).or_default().push(header);
     }

@@ -1,5 +1,6 @@
 //! What one file says of itself, as far as it is needed.
 
+pub(super) mod frames;
 pub(super) mod identity;
 
 use std::fs::File;
@@ -7,6 +8,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use self::frames::Frame;
 use super::element::Elements;
 use super::error::{DicomError, FileError};
 use super::syntax::{Coding, Syntax};
@@ -30,7 +32,7 @@ pub(crate) struct Placed {
     pub spacing: [f64; 2],
 }
 
-/// One image file's header.
+/// The header of one slice: of a file, or of one frame of a file.
 #[derive(Debug, Clone)]
 pub(crate) struct Header {
     pub path: PathBuf,
@@ -49,7 +51,10 @@ pub(crate) struct Header {
     pub localizer: bool,
     pub columns: u16,
     pub rows: u16,
+    /// How many the file has.
     pub frames: i64,
+    /// Which one this is, where the frames of the file are slices; `None` in a file of one slice.
+    pub frame: Option<Frame>,
     pub samples: u16,
     pub photometric: String,
     pub bits_allocated: u16,
@@ -68,6 +73,7 @@ pub(crate) struct Header {
     pub spacing_between_mm: Option<f64>,
     pub kernel: Option<String>,
     pub lossy: bool,
+    pub modality_lut: bool,
     pub pixels: Element,
     /// The file's length, bytes.
     pub length: u64,
@@ -76,7 +82,8 @@ pub(crate) struct Header {
 /// What a file turned out to be.
 #[derive(Debug)]
 pub(crate) enum Kind {
-    Image(Box<Header>),
+    /// A slice, or all frames of a file, at least one.
+    Images(Vec<Header>),
     /// DICOM, but no image: a directory, a report, a structure set.
     Object,
     /// Not DICOM.
@@ -128,17 +135,19 @@ impl Header {
             return Ok(Kind::Other);
         };
         let Some(pixels) = elements.pixels else {
-            let class = elements
-                .text(el::SOP_CLASS)
-                .or_else(|| elements.text(el::MEDIA_SOP_CLASS));
-            let slice = class.is_some_and(|class| SLICE_CLASSES.contains(&class.as_str()));
-            return match slice || elements.get(el::ROWS).is_some() {
+            let slice = elements
+                .class()
+                .is_some_and(|class| SLICE_CLASSES.contains(&class.as_str()));
+            return match slice || elements.is_framed() || elements.get(el::ROWS).is_some() {
                 true => Err(FileError::Missing { tag: el::PIXELS }.into()),
                 false => Ok(Kind::Object),
             };
         };
         let header = Self::of(path, &elements, pixels, walker.length())?;
-        Ok(Kind::Image(Box::new(header)))
+        Ok(Kind::Images(match elements.is_framed() {
+            true => frames::each(&header, &elements)?,
+            false => vec![header],
+        }))
     }
 
     fn of(path: &Path, e: &Elements, pixels: Element, length: u64) -> Result<Self, FileError> {
@@ -157,6 +166,7 @@ impl Header {
             columns: e.u16(el::COLUMNS)?,
             rows: e.u16(el::ROWS)?,
             frames: one(el::FRAMES)?.map_or(1, |frames| frames as i64),
+            frame: None,
             samples: e.u16(el::SAMPLES)?,
             photometric: e
                 .code(el::PHOTOMETRIC)
@@ -165,7 +175,16 @@ impl Header {
             bits_stored: e.u16(el::BITS_STORED)?,
             high_bit: e.u16(el::HIGH_BIT)?,
             representation: e.u16(el::REPRESENTATION)?,
-            placed: placed(e, localizer)?,
+            placed: match e.is_framed() {
+                // Each frame says it for itself.
+                true => Err(el::POSITION),
+                false => placed(
+                    e.numbers(el::POSITION)?,
+                    e.numbers(el::ORIENTATION)?,
+                    e.numbers(el::PIXEL_SPACING)?,
+                    localizer,
+                )?,
+            },
             slope: one(el::SLOPE)?,
             intercept: one(el::INTERCEPT)?,
             rescale_type: e.code(el::RESCALE_TYPE),
@@ -175,9 +194,15 @@ impl Header {
             spacing_between_mm: e.reported(el::SPACING_BETWEEN_SLICES),
             kernel: e.code(el::KERNEL),
             lossy: e.text(el::LOSSY).is_some_and(|lossy| lossy == "01"),
+            modality_lut: e.modality_lut,
             pixels,
             length,
         })
+    }
+
+    /// The number of the frame, from 1, that an error is told of.
+    pub(crate) fn frame_number(&self) -> Option<u32> {
+        self.frame.as_ref().map(|frame| frame.number)
     }
 
     /// Whether numbers of several bytes have their most significant first.
@@ -202,10 +227,12 @@ fn digest(bytes: &[u8]) -> Option<u64> {
 
 /// Where a slice lies. The standard has both spacings above 0 (PS3.3, 10.7.1.1): one that is negative mirrors the patient, and two
 /// turn them.
-fn placed(e: &Elements, localizer: bool) -> Result<Result<Placed, Tag>, FileError> {
-    let position = e.numbers(el::POSITION)?;
-    let orientation = e.numbers(el::ORIENTATION)?;
-    let spacing: Option<[f64; 2]> = e.numbers(el::PIXEL_SPACING)?;
+fn placed(
+    position: Option<[f64; 3]>,
+    orientation: Option<[f64; 6]>,
+    spacing: Option<[f64; 2]>,
+    localizer: bool,
+) -> Result<Result<Placed, Tag>, FileError> {
     Ok(match (position, orientation, spacing) {
         (None, _, _) => Err(el::POSITION),
         (_, None, _) => Err(el::ORIENTATION),

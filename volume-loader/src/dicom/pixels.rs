@@ -6,7 +6,7 @@ use std::os::unix::fs::FileExt;
 
 use super::codec::{self, Image};
 use super::error::{DicomError, FileError};
-use super::fragments::{self, ReadFailure};
+use super::fragments::{self, ReadFailure, Stretch};
 use super::slice::Slice;
 use super::stored::ToHu;
 use super::syntax::PixelCoding;
@@ -60,7 +60,7 @@ impl Slice {
     fn refused(&self, source: FileError) -> DicomError {
         DicomError::File {
             path: self.path.clone(),
-            source,
+            source: source.in_frame(self.frame),
         }
     }
 
@@ -77,6 +77,7 @@ impl Slice {
             return Err(FileError::PixelLength {
                 found: 2 * samples.len() as u64,
                 expected: 2 * out.len() as u64,
+                frames: 1,
                 columns: self.columns,
                 rows: self.rows,
                 bits: 16,
@@ -89,7 +90,11 @@ impl Slice {
 
     fn join(&self, file: &File, bytes: &mut Vec<u8>) -> Result<(), ReadFailure> {
         let most = 2 * self.to_hu.cell.bytes() as u64 * self.pixels() as u64 + SPARE_BYTES;
-        fragments::join(file, self.pixels_at..self.length, most, bytes)
+        let stretch = match self.frame {
+            Some(_) => Stretch::Frame(self.pixels_at..self.end),
+            None => Stretch::File(self.pixels_at..self.end),
+        };
+        fragments::join(file, stretch, most, bytes)
     }
 
     fn read_native(

@@ -7,7 +7,7 @@ use geometry::VolumeGrid;
 use super::error::DicomError;
 use super::facts::SeriesFacts;
 use super::geometry::Stack;
-use super::header::Header;
+use super::header::{Header, frames};
 use super::padding::Padding;
 use super::plan::Take;
 use super::series::Series;
@@ -129,6 +129,7 @@ fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> 
             "ImageOrientationPatient was off by {error:.1e} and was made exact"
         ));
     }
+    warnings.extend(frames::order_warning(headers));
     let tilt = stack.tilt_deg();
     if let Some(tag) = first.tilt_deg.filter(|tag| (tag.abs() - tilt).abs() > TILT_DEG) {
         warnings.push(format!(

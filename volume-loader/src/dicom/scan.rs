@@ -5,6 +5,7 @@ use std::fs::{self, DirEntry};
 use std::io::ErrorKind;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use super::error::{DicomError, FileError};
@@ -14,6 +15,8 @@ use super::header::{Header, Kind};
 const MAX_DEPTH: usize = 8;
 /// Files in an examination; a large one has ten thousand.
 const MAX_FILES: usize = 100_000;
+/// Slices in all of them, with the frames of files that hold several.
+const MAX_SLICES: usize = 100_000;
 const MAX_THREADS: usize = 8;
 /// So many of what is left out are named.
 const MAX_NAMED: usize = 5;
@@ -53,13 +56,29 @@ impl LeftOut {
     }
 }
 
-/// Reads the header of every file below `folder`, side by side. Hidden files are left out, and by name whatever is no file, and
-/// linked folders. A file that cannot be read may be a slice of the volume: without it there is none.
+/// Reads the header of every file below `folder`, side by side; `folder` may be one file. Hidden files are left out, and by
+/// name whatever is no file, and linked folders. A file that cannot be read may be a slice of the volume: without it there is none.
 ///
 /// # Errors
 /// [`DicomError`], the first in the order of paths.
 pub(crate) fn scan(folder: &Path) -> Result<Scanned, DicomError> {
-    let (files, left_out) = files_below(folder)?;
+    let (files, left_out) = match folder.is_file() {
+        true => (vec![folder.to_owned()], LeftOut::default()),
+        false => files_below(folder)?,
+    };
+    let slices = AtomicUsize::new(0);
+    let read = |path: &PathBuf| {
+        let kind = read(path)?;
+        let found = match &kind {
+            Kind::Images(headers) => headers.len(),
+            Kind::Object | Kind::Other => 0,
+        };
+        // What was held before this file, and it: no folder of small files asks for more memory than that.
+        match slices.fetch_add(found, Ordering::Relaxed) + found <= MAX_SLICES {
+            true => Ok(kind),
+            false => Err(too_much(folder, MAX_SLICES, "slices")),
+        }
+    };
     let threads = thread::available_parallelism()
         .map_or(1, NonZero::get)
         .clamp(1, MAX_THREADS);
@@ -67,7 +86,7 @@ pub(crate) fn scan(folder: &Path) -> Result<Scanned, DicomError> {
     let parts = thread::scope(|scope| {
         let workers: Vec<_> = files
             .chunks(share)
-            .map(|part| scope.spawn(move || part.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()))
+            .map(|part| scope.spawn(|| part.iter().map(read).collect::<Result<Vec<_>, DicomError>>()))
             .collect();
         // In the order of paths, so that the first error is always the same one.
         workers.into_iter().map(|worker| worker.join()).collect::<Vec<_>>()
@@ -83,7 +102,7 @@ pub(crate) fn scan(folder: &Path) -> Result<Scanned, DicomError> {
         };
         for kind in part.map_err(ended)?? {
             match kind {
-                Kind::Image(header) => scanned.headers.push(*header),
+                Kind::Images(headers) => scanned.headers.extend(headers),
                 Kind::Object | Kind::Other => scanned.ignored += 1,
             }
         }
@@ -127,16 +146,11 @@ fn files_below(folder: &Path) -> Result<(Vec<PathBuf>, LeftOut), DicomError> {
                 EntryKind::Neither(what) => left_out.push((entry.path(), what)),
             }
         }
-        let too_much = |limit, what| DicomError::TooMuch {
-            path: folder.to_owned(),
-            limit,
-            what,
-        };
         if files.len() + folders.len() + left_out.len() > MAX_FILES {
-            return Err(too_much(MAX_FILES, "files"));
+            return Err(too_much(folder, MAX_FILES, "files"));
         }
         if folders.last().is_some_and(|(_, depth)| *depth > MAX_DEPTH) {
-            return Err(too_much(MAX_DEPTH, "levels of folders"));
+            return Err(too_much(folder, MAX_DEPTH, "levels of folders"));
         }
     }
     files.sort();
@@ -144,6 +158,14 @@ fn files_below(folder: &Path) -> Result<(Vec<PathBuf>, LeftOut), DicomError> {
     let mut told = LeftOut::default();
     left_out.iter().for_each(|(path, what)| told.add(path, what));
     Ok((files, told))
+}
+
+fn too_much(folder: &Path, limit: usize, what: &'static str) -> DicomError {
+    DicomError::TooMuch {
+        path: folder.to_owned(),
+        limit,
+        what,
+    }
 }
 
 fn unreadable(path: &Path, source: std::io::Error) -> DicomError {

@@ -8,8 +8,10 @@ use geometry::Vector;
 use super::error::DicomError;
 use super::geometry::Stack;
 use super::group::{MAX_SERIES, group};
+use super::header::frames::{self, Missing};
 use super::header::{Header, Placed, identity};
 use super::scan::{self, LeftOut};
+use super::tag::Tag;
 use super::words;
 
 /// What a folder holds.
@@ -22,7 +24,8 @@ pub struct Found {
     folder: PathBuf,
 }
 
-/// Slices of one series, one orientation and one size; where they name no series, of one study, frame of reference, series number
+/// Slices of one series, one orientation and one size, and of files with several frames of one stack, one point in time and one
+/// reconstruction; where they name no series, of one study, frame of reference, series number
 /// and kernel.
 #[derive(Debug, Clone)]
 pub struct Series {
@@ -34,6 +37,10 @@ pub struct Series {
     pub(crate) headers: Vec<Header>,
     /// Each slice names a frame of reference of its own.
     pub(crate) frames_merged: bool,
+    /// A part of the volume that lies in no file of the folder.
+    pub(crate) missing: Option<Missing>,
+    /// The file, the number and the lacking element of a frame that belongs to these and has no place.
+    pub(crate) unplaced: Option<(PathBuf, u32, Tag)>,
 }
 
 /// A series in a list; nothing in it names a patient.
@@ -53,6 +60,8 @@ pub struct SeriesSummary {
     pub step_mm: Option<f64>,
     /// ConvolutionKernel.
     pub kernel: Option<String>,
+    /// Of slices that are frames of one file: which of its stacks, points in time and reconstructions.
+    pub part: Option<String>,
     /// Overview images to plan slices on.
     pub localizer: bool,
 }
@@ -75,14 +84,15 @@ impl fmt::Display for SeriesSummary {
         if let Some(step) = self.step_mm {
             write!(f, ", step {step:.3} mm")?;
         }
-        self.kernel
-            .as_ref()
-            .map_or(Ok(()), |kernel| write!(f, ", kernel {kernel}"))
+        if let Some(kernel) = &self.kernel {
+            write!(f, ", kernel {kernel}")?;
+        }
+        self.part.as_ref().map_or(Ok(()), |part| write!(f, ", {part}"))
     }
 }
 
 impl Series {
-    /// Reads the headers of all DICOM images below `folder` and sorts them into series.
+    /// Reads the headers of all DICOM images below `folder`, or of one file with several frames, and sorts them into series.
     ///
     /// # Errors
     /// [`DicomError`]: nothing there, too much there, or a broken file.
@@ -97,6 +107,8 @@ impl Series {
                 left_out,
             });
         }
+        let missing = frames::missing_parts(&scanned.headers);
+        let unplaced = frames::unplaced(&scanned.headers);
         let groups = group(scanned.headers).ok_or(DicomError::TooMuch {
             path: folder.to_owned(),
             limit: MAX_SERIES,
@@ -108,6 +120,8 @@ impl Series {
             number: [number, count],
             ignored,
             left_out: left_out.clone(),
+            missing: frames::missing_of(&missing, &headers),
+            unplaced: frames::unplaced_of(&unplaced, &headers),
             headers,
             frames_merged,
         });
@@ -134,6 +148,9 @@ impl Series {
             plane: normal.map(words::plane),
             step_mm: Stack::of(&placed).ok().map(|stack| stack.steps.median_mm),
             kernel: first.and_then(|header| header.kernel.clone()),
+            part: first
+                .and_then(|header| header.frame.as_ref())
+                .map(|frame| frame.part.to_string()),
             localizer: self.is_localizer(),
         }
     }

@@ -12,7 +12,7 @@ use crate::scale::{self, Unusable};
 /// More pixels than any scanner's slice has (4096 x 4096); holds what decoders allocate to 64 MB a thread and buffer.
 const MAX_PIXELS: u64 = 1 << 24;
 
-/// How to read one slice.
+/// How to read one slice: of a file, or of a frame of a file.
 #[derive(Debug, Clone)]
 pub(crate) struct Slice {
     pub path: PathBuf,
@@ -20,10 +20,12 @@ pub(crate) struct Slice {
     pub columns: u16,
     pub rows: u16,
     pub to_hu: ToHu,
-    /// Where the pixels begin, or their first fragment's header.
+    /// Number of the frame, where the file has several.
+    pub frame: Option<u32>,
+    /// Where the pixels begin, or the table of offsets before their fragments; of a frame, its first fragment's header.
     pub pixels_at: u64,
-    /// Length of the file, bytes.
-    pub length: u64,
+    /// Length of the file, bytes; of a compressed frame, where its last fragment ends.
+    pub end: u64,
 }
 
 impl Slice {
@@ -42,15 +44,22 @@ impl Slice {
             let expected = "at least 1 each, and at most 16777216 pixels";
             return Err(FileError::Value { tag, found, expected });
         }
-        check_length(header, pixels * cell.bytes() as u64)?;
+        let bytes = pixels * cell.bytes() as u64;
+        let (before, frames) = match &header.frame {
+            Some(frame) => (u64::from(frame.number - 1), u64::from(frame.of)),
+            None => (0, 1),
+        };
+        check_length(header, bytes, frames)?;
+        let native = header.syntax.pixels == PixelCoding::Native;
         Ok(Self {
             path: header.path.clone(),
             coding: header.syntax.pixels,
             columns,
             rows,
             to_hu: ToHu::new(cell, slope, intercept),
-            pixels_at: header.pixels.value_at,
-            length: header.length,
+            frame: header.frame_number(),
+            pixels_at: header.pixels.value_at + if native { before * bytes } else { 0 },
+            end: header.length,
         })
     }
 
@@ -63,8 +72,22 @@ impl Slice {
 /// One grey image.
 fn check_kind(header: &Header) -> Result<(), FileError> {
     let frames = header.frames;
-    if frames != 1 {
+    if frames != 1 && header.frame.is_none() {
         return Err(FileError::MultiFrame { frames });
+    }
+    if header.frame.as_ref().is_some_and(|frame| frame.distorted) {
+        return Err(FileError::Value {
+            tag: el::VOLUMETRIC,
+            found: "DISTORTED".to_owned(),
+            expected: "VOLUME or SAMPLED: pixels that lie where their frame's place and axes put them",
+        });
+    }
+    if header.modality_lut {
+        return Err(FileError::Value {
+            tag: el::MODALITY_LUT,
+            found: "there".to_owned(),
+            expected: "none: HU are read by a slope and an intercept only",
+        });
     }
     if header.samples != 1 {
         return Err(FileError::Value {
@@ -102,18 +125,20 @@ fn rescale(header: &Header, cell: Cell) -> Result<[f64; 2], FileError> {
     }
 }
 
-/// Uncompressed pixels have the length that the header asks for, up to one byte that makes it even.
-fn check_length(header: &Header, expected: u64) -> Result<(), FileError> {
+/// Uncompressed pixels have the length that the header asks for, up to one byte that makes it even. `frame` is the length of one
+/// frame; there is no padding between frames.
+fn check_length(header: &Header, frame: u64, frames: u64) -> Result<(), FileError> {
     let Some(length) = header.pixels.length else {
         return Ok(());
     };
-    let found = u64::from(length);
+    let (found, expected) = (u64::from(length), frame * frames);
     if found == expected || found == expected.next_multiple_of(2) {
         return Ok(());
     }
     Err(FileError::PixelLength {
         found,
         expected,
+        frames,
         columns: header.columns,
         rows: header.rows,
         bits: header.bits_allocated,

@@ -8,8 +8,10 @@ use geometry::VolumeGrid;
 use super::alike;
 use super::error::{DicomError, FileError};
 use super::facts::SeriesFacts;
+use super::fragments::offsets;
 use super::geometry::{GeometryError, Stack};
-use super::header::{Header, Placed, identity};
+use super::header::frames::{Frame, Missing};
+use super::header::{Header, Kind, Placed, identity};
 use super::padding::Padding;
 use super::plan::{self, Take};
 use super::report::{self, Laid};
@@ -45,7 +47,7 @@ pub struct DicomSource {
 /// file.
 ///
 /// # Errors
-/// [`DicomError`]; [`DicomError::OneFile`] for a file.
+/// [`DicomError`]; [`DicomError::OneFile`] for a file of one slice, [`DicomError::OnePart`] for one of several files.
 pub(crate) fn open_path(
     path: &Path,
     series: Option<usize>,
@@ -59,12 +61,32 @@ pub(crate) fn open_path(
         return Ok(None);
     }
     // A name alone makes no slice.
-    scan::read(path)?;
+    let kind = scan::read(path)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    Err(DicomError::OneFile {
-        path: path.to_owned(),
-        folder: folder.unwrap_or(Path::new(".")).to_owned(),
-    })
+    let (path, folder) = (path.to_owned(), folder.unwrap_or(Path::new(".")).to_owned());
+    let Some(frame) = first_of_several(&kind) else {
+        return Err(DicomError::OneFile { path, folder });
+    };
+    if let Some(number) = frame.concatenation.as_ref().and_then(|whole| whole.one_of_several()) {
+        return Err(DicomError::OnePart { path, number, folder });
+    }
+    let series = Series::scan(&path)?.choose(series)?;
+    DicomSource::open(&series, options).map(Some)
+}
+
+/// The first frame of a file whose frames are slices.
+fn first_of_several(kind: &Kind) -> Option<&Frame> {
+    let Kind::Images(headers) = kind else { return None };
+    let frame = headers.first()?.frame.as_ref()?;
+    (frame.of > 1).then_some(frame)
+}
+
+/// Whether series of slices may be at `path`: a folder, or one file with several frames.
+pub(crate) fn holds_series(path: &Path) -> bool {
+    path.is_dir()
+        || path.is_file()
+            && Header::has_preamble(path)
+            && Header::read(path).is_ok_and(|kind| first_of_several(&kind).is_some())
 }
 
 impl DicomSource {
@@ -82,8 +104,16 @@ impl DicomSource {
         if series.is_localizer() {
             return Err(refused(GeometryError::Localizer));
         }
+        if let Some(Missing { path, missing, total }) = series.missing.clone() {
+            return Err(DicomError::Parts { path, missing, total });
+        }
+        if let Some((path, frame, tag)) = series.unplaced.clone() {
+            let source = FileError::Missing { tag }.in_frame(Some(frame));
+            return Err(DicomError::File { path, source });
+        }
         alike::check(series)?;
-        let slices = each(&series.headers, Slice::of)?;
+        let mut slices = each(&series.headers, Slice::of)?;
+        offsets::locate(&series.headers, &mut slices)?;
         let placed: Vec<Placed> = each(&series.headers, |header| {
             header.placed.map_err(|tag| FileError::Missing { tag })
         })?;
@@ -149,12 +179,12 @@ impl DicomSource {
     }
 }
 
-/// Something of each header, or the name of the first file for which there is none.
+/// Something of each header, or the name of the first file, and the number of its frame, for which there is none.
 fn each<T>(headers: &[Header], of: impl Fn(&Header) -> Result<T, FileError>) -> Result<Vec<T>, DicomError> {
     let named = |header: &Header| {
         of(header).map_err(|source| DicomError::File {
             path: header.path.clone(),
-            source,
+            source: source.in_frame(header.frame_number()),
         })
     };
     headers.iter().map(named).collect()

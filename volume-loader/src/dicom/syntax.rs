@@ -64,6 +64,12 @@ const NOT_READ: &[(&str, &str)] = &[
     (".4.203", "HTJ2K"),
 ];
 
+impl Default for Syntax {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 impl Syntax {
     /// What a file without File Meta Information is (PS3.5, A.1).
     pub(crate) const DEFAULT: Self = Self {

@@ -27,17 +27,18 @@ pub(crate) const fn tag(group: u16, element: u16) -> Tag {
 }
 
 macro_rules! elements {
-    ($($name:ident = ($group:literal, $element:literal, $text:literal);)*) => {
+    ($list:ident: $($name:ident = ($group:literal, $element:literal, $text:literal);)*) => {
         $(pub(crate) const $name: Tag = tag($group, $element);)*
-        const NAMES: &[(Tag, &str)] = &[$(($name, $text)),*];
+        const $list: &[(Tag, &str)] = &[$(($name, $text)),*];
     };
 }
 
-elements! {
+elements! { NAMES:
     MEDIA_SOP_CLASS = (0x0002, 0x0002, "MediaStorageSOPClassUID");
     TRANSFER_SYNTAX = (0x0002, 0x0010, "TransferSyntaxUID");
     IMAGE_TYPE = (0x0008, 0x0008, "ImageType");
     SOP_CLASS = (0x0008, 0x0016, "SOPClassUID");
+    SOP_INSTANCE = (0x0008, 0x0018, "SOPInstanceUID");
     MODALITY = (0x0008, 0x0060, "Modality");
     PATIENT_ID = (0x0010, 0x0020, "PatientID");
     SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
@@ -50,6 +51,9 @@ elements! {
     POSITION = (0x0020, 0x0032, "ImagePositionPatient");
     ORIENTATION = (0x0020, 0x0037, "ImageOrientationPatient");
     FRAME_OF_REFERENCE = (0x0020, 0x0052, "FrameOfReferenceUID");
+    CONCATENATION = (0x0020, 0x9161, "ConcatenationUID");
+    IN_CONCATENATION = (0x0020, 0x9162, "InConcatenationNumber");
+    IN_CONCATENATION_TOTAL = (0x0020, 0x9163, "InConcatenationTotalNumber");
     SAMPLES = (0x0028, 0x0002, "SamplesPerPixel");
     PHOTOMETRIC = (0x0028, 0x0004, "PhotometricInterpretation");
     FRAMES = (0x0028, 0x0008, "NumberOfFrames");
@@ -68,6 +72,57 @@ elements! {
     LOSSY = (0x0028, 0x2110, "LossyImageCompression");
     PIXELS = (0x7FE0, 0x0010, "PixelData");
 }
+
+// Sequences and tables, which are no values, and what stands in functional groups alone (PS3.3, C.7.6.16 and C.8.15).
+elements! { NESTED:
+    FRAME_TYPE = (0x0008, 0x9007, "FrameType");
+    VOLUMETRIC = (0x0008, 0x9206, "VolumetricProperties");
+    ACQUISITION_DETAILS = (0x0018, 0x9304, "CTAcquisitionDetailsSequence");
+    CARDIAC = (0x0018, 0x9118, "CardiacSynchronizationSequence");
+    RECONSTRUCTION = (0x0018, 0x9314, "CTReconstructionSequence");
+    ALGORITHM = (0x0018, 0x9315, "ReconstructionAlgorithm");
+    CT_FRAME_TYPE = (0x0018, 0x9329, "CTImageFrameTypeSequence");
+    STACK = (0x0020, 0x9056, "StackID");
+    IN_STACK = (0x0020, 0x9057, "InStackPositionNumber");
+    FRAME_CONTENT = (0x0020, 0x9111, "FrameContentSequence");
+    PLANE_POSITION = (0x0020, 0x9113, "PlanePositionSequence");
+    PLANE_ORIENTATION = (0x0020, 0x9116, "PlaneOrientationSequence");
+    TEMPORAL = (0x0020, 0x9128, "TemporalPositionIndex");
+    SHARED_UNASSIGNED = (0x0020, 0x9170, "UnassignedSharedConvertedAttributesSequence");
+    FRAME_UNASSIGNED = (0x0020, 0x9171, "UnassignedPerFrameConvertedAttributesSequence");
+    CARDIAC_PHASE = (0x0020, 0x9241, "NominalPercentageOfCardiacPhase");
+    RESPIRATORY_PHASE = (0x0020, 0x9245, "NominalPercentageOfRespiratoryPhase");
+    RESPIRATORY = (0x0020, 0x9253, "RespiratorySynchronizationSequence");
+    MODALITY_LUT = (0x0028, 0x3000, "ModalityLUTSequence");
+    PIXEL_MEASURES = (0x0028, 0x9110, "PixelMeasuresSequence");
+    TRANSFORMATION = (0x0028, 0x9145, "PixelValueTransformationSequence");
+    SHARED_GROUPS = (0x5200, 0x9229, "SharedFunctionalGroupsSequence");
+    FRAME_GROUPS = (0x5200, 0x9230, "PerFrameFunctionalGroupsSequence");
+    OFFSETS = (0x7FE0, 0x0001, "ExtendedOffsetTable");
+    OFFSET_LENGTHS = (0x7FE0, 0x0002, "ExtendedOffsetTableLengths");
+}
+
+/// The elements that are read in functional groups.
+pub(crate) const GROUPED: [Tag; 18] = [
+    FRAME_TYPE,
+    VOLUMETRIC,
+    SLICE_THICKNESS,
+    SPACING_BETWEEN_SLICES,
+    GANTRY_TILT,
+    KERNEL,
+    ALGORITHM,
+    POSITION,
+    ORIENTATION,
+    STACK,
+    IN_STACK,
+    TEMPORAL,
+    CARDIAC_PHASE,
+    RESPIRATORY_PHASE,
+    PIXEL_SPACING,
+    INTERCEPT,
+    SLOPE,
+    RESCALE_TYPE,
+];
 
 pub(crate) const CHARACTER_SET: Tag = tag(0x0008, 0x0005);
 pub(crate) const STUDY_DATE: Tag = tag(0x0008, 0x0020);
@@ -93,7 +148,12 @@ pub(crate) const IDENTITY: [(Tag, &str); 12] = [
     (SERIES, "SeriesInstanceUID"),
 ];
 
-/// The name of an element that is read.
-pub(crate) fn name(tag: Tag) -> Option<&'static str> {
-    NAMES.iter().find(|row| row.0 == tag).map(|row| row.1)
+/// Whether the value of an element of the data set itself is read.
+pub(crate) fn is_read(tag: Tag) -> bool {
+    NAMES.iter().any(|row| row.0 == tag)
+}
+
+/// The name of an element that is looked at.
+fn name(tag: Tag) -> Option<&'static str> {
+    NAMES.iter().chain(NESTED).find(|row| row.0 == tag).map(|row| row.1)
 }

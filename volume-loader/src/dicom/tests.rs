@@ -1,5 +1,6 @@
 //! Files made by hand, element by element: what must be read, and what must be refused by which name.
 
+mod enhanced;
 mod entries;
 mod fragments;
 mod headers;

@@ -37,6 +37,49 @@ impl Elements {
         })
     }
 
+    /// A 32-bit number; `None` where the element is absent or empty.
+    ///
+    /// # Errors
+    /// [`FileError::Value`].
+    pub(crate) fn u32(&self, tag: Tag) -> Result<Option<u32>, FileError> {
+        let number = self.fixed(tag, "one number of 32 bits")?;
+        Ok(number.map(|bytes| match self.syntax.elements {
+            Coding::ExplicitBig => u32::from_be_bytes(bytes),
+            Coding::ExplicitLittle | Coding::ImplicitLittle => u32::from_le_bytes(bytes),
+        }))
+    }
+
+    /// A 64-bit number with a fraction (FD), as it stands there; `None` where the element is absent or empty.
+    ///
+    /// # Errors
+    /// [`FileError::Value`].
+    pub(crate) fn f64(&self, tag: Tag) -> Result<Option<f64>, FileError> {
+        let number = self.fixed(tag, "one number of 64 bits")?;
+        Ok(number.map(|bytes| match self.syntax.elements {
+            Coding::ExplicitBig => f64::from_be_bytes(bytes),
+            Coding::ExplicitLittle | Coding::ImplicitLittle => f64::from_le_bytes(bytes),
+        }))
+    }
+
+    fn fixed<const N: usize>(&self, tag: Tag, expected: &'static str) -> Result<Option<[u8; N]>, FileError> {
+        let Some(bytes) = self.get(tag).filter(|bytes| !bytes.is_empty()) else {
+            return Ok(None);
+        };
+        let refused = |_| FileError::Value {
+            tag,
+            found: format!("{} bytes long", bytes.len()),
+            expected,
+        };
+        bytes.try_into().map(Some).map_err(refused)
+    }
+
+    /// Codes with backslashes between that may be shown, with slashes between; `None` where the element is absent or empty.
+    pub(crate) fn codes(&self, tag: Tag) -> Option<String> {
+        let bytes = self.get(tag).filter(|bytes| !text::text(bytes).is_empty())?;
+        let codes: Vec<String> = bytes.split(|&b| b == b'\\').map(text::code).collect();
+        Some(codes.join("/"))
+    }
+
     /// `N` decimal numbers (DS or IS), finite; `None` where the element is absent or empty.
     ///
     /// # Errors

@@ -50,6 +50,17 @@ impl From<FileError> for WalkError {
     }
 }
 
+/// A sequence or an item that is being read: where it ends, and how its content is coded.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Open {
+    tag: Tag,
+    byte: u64,
+    /// `None` where only the delimiter ends it.
+    end: Option<u64>,
+    delimiter: Tag,
+    pub coding: Coding,
+}
+
 /// Bytes with a position and a known end.
 pub(crate) struct Walker<R> {
     input: R,
@@ -184,6 +195,53 @@ impl<R: BufRead + Seek> Walker<R> {
         Ok(())
     }
 
+    /// Goes into the sequence or the item `element`, whose header was just read.
+    pub(crate) fn open(&self, element: &Element, coding: Coding) -> Result<Open, FileError> {
+        let length = element.length.map(u64::from);
+        if let Some(length) = length {
+            self.check_end(element, length)?;
+        }
+        Ok(Open {
+            tag: element.tag,
+            byte: element.byte,
+            end: length.map(|length| element.value_at + length),
+            delimiter: if element.tag == ITEM { ITEM_END } else { SEQUENCE_END },
+            coding: inner_coding(element, coding),
+        })
+    }
+
+    /// The header of the next element of `open`; `None` at its end.
+    pub(crate) fn next_in(&mut self, open: &Open) -> Result<Option<Element>, WalkError> {
+        let (tag, byte, found) = (open.tag, open.byte, self.position);
+        match open.end {
+            Some(end) if found == end => return Ok(None),
+            Some(end) if found > end => return Err(FileError::Overrun { tag, byte, end, found }.into()),
+            _ if found >= self.length => {
+                let found = self.length;
+                return Err(FileError::BrokenOff { byte, found }.into());
+            }
+            _ => {}
+        }
+        let element = self.element(open.coding)?;
+        if open.end.is_none() && element.tag == open.delimiter {
+            return Ok(None);
+        }
+        if [ITEM_END, SEQUENCE_END].contains(&element.tag) {
+            let (byte, found) = (element.byte, element.tag);
+            return Err(FileError::Delimiter { byte, found }.into());
+        }
+        Ok(Some(element))
+    }
+
+    /// The next item of a sequence; `None` at its end.
+    pub(crate) fn next_item(&mut self, sequence: &Open) -> Result<Option<Open>, WalkError> {
+        match self.next_in(sequence)? {
+            None => Ok(None),
+            Some(item) if item.tag == ITEM => Ok(Some(self.open(&item, sequence.coding)?)),
+            Some(Element { byte, tag: found, .. }) => Err(FileError::Delimiter { byte, found }.into()),
+        }
+    }
+
     fn check_end(&self, element: &Element, length: u64) -> Result<(), FileError> {
         let expected = element.value_at.saturating_add(length);
         if expected <= self.length {
@@ -206,8 +264,8 @@ impl<R: BufRead + Seek> Walker<R> {
     }
 }
 
-/// Of unknown representation and undefined length is what another program could not read: it is in implicit coding
-/// (PS3.5 section 6.2.2, note on UN).
+/// A sequence of unknown representation is what another program could not read: it is in implicit coding (PS3.5 section 6.2.2,
+/// note on UN).
 fn inner_coding(element: &Element, coding: Coding) -> Coding {
     if coding != Coding::ImplicitLittle && element.vr == VR::UN && element.tag.group != 0xFFFE {
         return Coding::ImplicitLittle;

@@ -44,6 +44,19 @@ const J2K: &[u8] = include_bytes!("tests/openjpeg_16_bits.j2k");
 const J2K_SIGNED: &[u8] = include_bytes!("tests/openjpeg_16_bits_signed.j2k");
 const J2K_LOSSY: &[u8] = include_bytes!("tests/openjpeg_lossy.j2k");
 
+/// Columns, rows, pixels and their stream, for tests of whole files: 12 bits, in JPEG 2000 always the same 16.
+pub(in crate::dicom) fn whole(coding: PixelCoding, seed: u32) -> ([u16; 2], Vec<u16>, Vec<u8>) {
+    let pixels = pixels(12, seed);
+    let stream = match coding {
+        PixelCoding::Rle => rle(&pixels),
+        PixelCoding::JpegLossless => jpeg_lossless(&pixels, 12, 1, 0, 0),
+        PixelCoding::JpegLs => jpeg_ls(&pixels),
+        PixelCoding::Jpeg2000 => return ([40, 36], noisy(1440, 16, 2), J2K.to_vec()),
+        PixelCoding::Native => pixels.iter().flat_map(|p| p.to_le_bytes()).collect(),
+    };
+    ([COLUMNS, ROWS], pixels, stream)
+}
+
 fn j2k_image() -> Image {
     Image {
         columns: 40,

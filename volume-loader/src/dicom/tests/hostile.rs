@@ -10,7 +10,7 @@ use crate::dicom::header::Header;
 use crate::dicom::walk::{WalkError, Walker};
 
 /// The header's fate, from bytes in memory.
-fn parse(bytes: &[u8]) -> Result<(), FileError> {
+pub(super) fn parse(bytes: &[u8]) -> Result<(), FileError> {
     let mut walker = Walker::new(Cursor::new(bytes), bytes.len() as u64);
     match Header::parse(Path::new("hand.dcm"), &mut walker) {
         Ok(_) => Ok(()),

@@ -17,6 +17,8 @@ pub(super) enum Value {
     Us(u16),
     /// Anything, as it stands, with its length as it is claimed.
     Raw(&'static str, Vec<u8>, u32),
+    /// A sequence: its items' elements, and whether delimiters end it and them.
+    Items(Vec<Vec<((u16, u16), Value)>>, bool),
 }
 
 /// One file: its elements, in the order of their tags.
@@ -173,10 +175,15 @@ fn element(out: &mut Vec<u8>, coding: Coding, (group, number): (u16, u16), value
         }
         Value::Us(number) => ("US", u16_bytes(*number).to_vec(), 2),
         Value::Raw(vr, bytes, length) => (*vr, bytes.clone(), *length),
+        Value::Items(items, open) => {
+            let bytes = sequence(coding, items, *open);
+            let length = if *open { u32::MAX } else { bytes.len() as u32 };
+            ("SQ", bytes, length)
+        }
     };
     out.extend(u16_bytes(group));
     out.extend(u16_bytes(number));
-    let long = ["OB", "OW", "SQ", "UN", "UT"].contains(&vr);
+    let long = ["OB", "OV", "OW", "SQ", "UN", "UT"].contains(&vr);
     match (coding, long) {
         (Coding::Implicit, _) => out.extend(u32_bytes(length)),
         (_, true) => {
@@ -190,4 +197,35 @@ fn element(out: &mut Vec<u8>, coding: Coding, (group, number): (u16, u16), value
         }
     }
     out.extend(bytes);
+}
+
+/// What stands in a sequence: its items, and the delimiter of an open one.
+pub(super) fn sequence(coding: Coding, items: &[Vec<((u16, u16), Value)>], open: bool) -> Vec<u8> {
+    let big = coding == Coding::Big;
+    let u32_bytes = |v: u32| if big { v.to_be_bytes() } else { v.to_le_bytes() };
+    let mark = |out: &mut Vec<u8>, number: u16, length: u32| {
+        for half in [0xFFFE, number] {
+            out.extend(if big {
+                u16::to_be_bytes(half)
+            } else {
+                u16::to_le_bytes(half)
+            });
+        }
+        out.extend(u32_bytes(length));
+    };
+    let mut out = Vec::new();
+    for item in items {
+        let mut content = Vec::new();
+        item.iter()
+            .for_each(|(tag, value)| element(&mut content, coding, *tag, value));
+        mark(&mut out, 0xE000, if open { u32::MAX } else { content.len() as u32 });
+        out.extend(content);
+        if open {
+            mark(&mut out, 0xE00D, 0);
+        }
+    }
+    if open {
+        mark(&mut out, 0xE0DD, 0);
+    }
+    out
 }

@@ -1,0 +1,254 @@
+//! Functional groups: what the frames of one file share, and what each says of itself (DICOM PS3.3, C.7.6.16).
+
+use std::io::{BufRead, Seek};
+
+use super::Elements;
+use crate::dicom::error::FileError;
+use crate::dicom::syntax::{Coding, Syntax};
+use crate::dicom::tag::{self as el, Tag};
+use crate::dicom::walk::{Element, Open, WalkError, Walker};
+
+/// More frames than any scanner writes into one file: 20 times of 320 slices are 6400.
+pub(crate) const MAX_FRAMES: u32 = 1 << 14;
+
+/// One item of functional groups. `None` where a group is absent; a group that is there holds each value that it says.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Group {
+    pub position: Option<Option<[f64; 3]>>,
+    pub orientation: Option<Option<[f64; 6]>>,
+    pub measures: Option<Measures>,
+    pub transformation: Option<Transformation>,
+    pub content: Option<Content>,
+    pub kind: Option<FrameKind>,
+    pub reconstruction: Option<Reconstruction>,
+    pub details: Option<Reconstruction>,
+    /// What the converter of a classic series found no place for.
+    pub unassigned: Option<Reconstruction>,
+    /// Nominal percentage of the heart's cycle, and of the breath's.
+    pub cardiac: Option<Option<f64>>,
+    pub respiratory: Option<Option<f64>>,
+    pub modality_lut: bool,
+}
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Measures {
+    /// Between rows and between columns, mm.
+    pub spacing: Option<[f64; 2]>,
+    pub thickness_mm: Option<f64>,
+    pub spacing_between_mm: Option<f64>,
+}
+
+/// From stored numbers to HU.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Transformation {
+    pub slope: Option<f64>,
+    pub intercept: Option<f64>,
+    pub kind: Option<String>,
+}
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Content {
+    pub stack: Option<String>,
+    pub in_stack: Option<u32>,
+    pub temporal: Option<u32>,
+}
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct FrameKind {
+    /// FrameType, with slashes.
+    pub codes: Option<String>,
+    pub volumetric: Option<String>,
+}
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Reconstruction {
+    pub algorithm: Option<String>,
+    pub kernel: Option<String>,
+    pub tilt_deg: Option<f64>,
+}
+
+impl Group {
+    /// This group, and where it is silent the one that all frames share. A functional group is taken whole: never one value of
+    /// the frame's and another of the shared one.
+    pub(crate) fn or(&self, shared: &Self) -> Self {
+        fn first<T: Clone>(own: &Option<T>, shared: &Option<T>) -> Option<T> {
+            own.as_ref().or(shared.as_ref()).cloned()
+        }
+        Self {
+            position: first(&self.position, &shared.position),
+            orientation: first(&self.orientation, &shared.orientation),
+            measures: first(&self.measures, &shared.measures),
+            transformation: first(&self.transformation, &shared.transformation),
+            content: first(&self.content, &shared.content),
+            kind: first(&self.kind, &shared.kind),
+            reconstruction: first(&self.reconstruction, &shared.reconstruction),
+            details: first(&self.details, &shared.details),
+            unassigned: first(&self.unassigned, &shared.unassigned),
+            cardiac: first(&self.cardiac, &shared.cardiac),
+            respiratory: first(&self.respiratory, &shared.respiratory),
+            modality_lut: self.modality_lut || shared.modality_lut,
+        }
+    }
+
+    /// Takes the values of one functional group.
+    fn take(&mut self, e: &Elements, sequence: Tag) -> Result<(), FileError> {
+        let one = |tag| Ok::<_, FileError>(e.numbers::<1>(tag)?.map(|[number]| number));
+        match sequence {
+            el::PLANE_POSITION => self.position = Some(e.numbers(el::POSITION)?),
+            el::PLANE_ORIENTATION => self.orientation = Some(e.numbers(el::ORIENTATION)?),
+            el::PIXEL_MEASURES => {
+                self.measures = Some(Measures {
+                    spacing: e.numbers(el::PIXEL_SPACING)?,
+                    thickness_mm: e.reported(el::SLICE_THICKNESS),
+                    spacing_between_mm: e.reported(el::SPACING_BETWEEN_SLICES),
+                });
+            }
+            el::TRANSFORMATION => {
+                self.transformation = Some(Transformation {
+                    slope: one(el::SLOPE)?,
+                    intercept: one(el::INTERCEPT)?,
+                    kind: e.code(el::RESCALE_TYPE),
+                });
+            }
+            el::FRAME_CONTENT => {
+                self.content = Some(Content {
+                    stack: e.codes(el::STACK),
+                    in_stack: e.u32(el::IN_STACK)?,
+                    temporal: e.u32(el::TEMPORAL)?,
+                });
+            }
+            el::CT_FRAME_TYPE => {
+                self.kind = Some(FrameKind {
+                    codes: e.codes(el::FRAME_TYPE),
+                    volumetric: e.code(el::VOLUMETRIC),
+                });
+            }
+            el::RECONSTRUCTION => self.reconstruction = Some(reconstruction(e)),
+            el::ACQUISITION_DETAILS => self.details = Some(reconstruction(e)),
+            el::SHARED_UNASSIGNED | el::FRAME_UNASSIGNED => self.unassigned = Some(reconstruction(e)),
+            el::CARDIAC => self.cardiac = Some(e.f64(el::CARDIAC_PHASE)?),
+            el::RESPIRATORY => self.respiratory = Some(e.f64(el::RESPIRATORY_PHASE)?),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+fn reconstruction(e: &Elements) -> Reconstruction {
+    Reconstruction {
+        algorithm: e.codes(el::ALGORITHM),
+        kernel: e.codes(el::KERNEL),
+        tilt_deg: e.reported(el::GANTRY_TILT),
+    }
+}
+
+/// The functional groups that are read.
+const READ: [Tag; 12] = [
+    el::PLANE_POSITION,
+    el::PLANE_ORIENTATION,
+    el::PIXEL_MEASURES,
+    el::TRANSFORMATION,
+    el::FRAME_CONTENT,
+    el::CT_FRAME_TYPE,
+    el::RECONSTRUCTION,
+    el::ACQUISITION_DETAILS,
+    el::SHARED_UNASSIGNED,
+    el::FRAME_UNASSIGNED,
+    el::CARDIAC,
+    el::RESPIRATORY,
+];
+
+/// The items of the sequence `element`, whose header was just read: `most` at most.
+///
+/// # Errors
+/// [`FileError::Items`] where there are more; [`FileError::Frame`] for what is wrong with one of several; [`WalkError::Io`].
+pub(super) fn read<R: BufRead + Seek>(
+    walker: &mut Walker<R>,
+    element: &Element,
+    coding: Coding,
+    most: u32,
+) -> Result<Vec<Group>, WalkError> {
+    let sequence = walker.open(element, coding)?;
+    let mut groups = Vec::new();
+    while let Some(item) = walker.next_item(&sequence)? {
+        if groups.len() as u64 == u64::from(most) {
+            let expected = match element.tag == el::SHARED_GROUPS {
+                true => "one: what all frames share".to_owned(),
+                false => format!("{most}: one for each frame"),
+            };
+            return Err(items(element.tag, format!("more than {most}"), expected).into());
+        }
+        let number = (element.tag == el::FRAME_GROUPS).then_some(groups.len() as u32 + 1);
+        let group = group(walker, &item).map_err(|error| match error {
+            WalkError::File(error) => WalkError::File(error.in_frame(number)),
+            io @ WalkError::Io(_) => io,
+        })?;
+        groups.push(group);
+    }
+    Ok(groups)
+}
+
+fn items(tag: Tag, found: String, expected: String) -> FileError {
+    FileError::Items { tag, found, expected }
+}
+
+fn group<R: BufRead + Seek>(walker: &mut Walker<R>, item: &Open) -> Result<Group, WalkError> {
+    let mut group = Group::default();
+    let mut seen = Vec::new();
+    while let Some(element) = walker.next_in(item)? {
+        let (tag, byte) = (element.tag, element.byte);
+        group.modality_lut |= tag == el::MODALITY_LUT;
+        if !READ.contains(&tag) {
+            walker.skip(&element, item.coding)?;
+            continue;
+        }
+        if seen.contains(&tag) {
+            return Err(FileError::Twice { tag, byte }.into());
+        }
+        seen.push(tag);
+        let values = only_item(walker, &element, item.coding)?;
+        group.take(&values, tag)?;
+    }
+    Ok(group)
+}
+
+/// The values of a functional group's item; none where there is no item.
+fn only_item<R: BufRead + Seek>(
+    walker: &mut Walker<R>,
+    element: &Element,
+    coding: Coding,
+) -> Result<Elements, WalkError> {
+    let sequence = walker.open(element, coding)?;
+    let mut values = None;
+    while let Some(item) = walker.next_item(&sequence)? {
+        if values.is_some() {
+            let (found, expected) = ("more than one".to_owned(), "one".to_owned());
+            return Err(items(element.tag, found, expected).into());
+        }
+        values = Some(item_values(walker, &item)?);
+    }
+    Ok(values.unwrap_or_default())
+}
+
+fn item_values<R: BufRead + Seek>(walker: &mut Walker<R>, item: &Open) -> Result<Elements, WalkError> {
+    let mut elements = Elements {
+        syntax: Syntax {
+            elements: item.coding,
+            ..Syntax::DEFAULT
+        },
+        ..Elements::default()
+    };
+    while let Some(element) = walker.next_in(item)? {
+        let (tag, byte) = (element.tag, element.byte);
+        if !el::GROUPED.contains(&tag) {
+            walker.skip(&element, item.coding)?;
+            continue;
+        }
+        if elements.get(tag).is_some() {
+            return Err(FileError::Twice { tag, byte }.into());
+        }
+        let value = walker.value(&element)?;
+        elements.values.push((tag, value));
+    }
+    Ok(elements)
+}
