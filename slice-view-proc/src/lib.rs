@@ -3,7 +3,7 @@
 //!
 //! A pose comes in over the bus, [`plane`] says which plane of the patient each image shows, [`reslice`] samples
 //! the shared volume there, [`to_grey`] turns HU into grey, [`Overlay`] draws the tube, the targets and the words, and the
-//! image goes out with its stamp. In the place of a plane, the overview has a [`camera`] and the examination's [`Anatomy`]. What is shown is never older than it says.
+//! image goes out with its stamp. In the place of a plane, the overview has a [`scene::Surface::camera`] and the examination's [`Anatomy`]. What is shown is never older than it says.
 
 mod accuracy;
 pub mod cli;
