@@ -15,7 +15,7 @@ use bus::life::LifeLine;
 use bus::message::{Ages, Guide, MarkerFrame, ToolPose, Workflow};
 use bus::port::Subscriber;
 use bus::run::RunContext;
-use bus::session::Session;
+use bus::session::{Lead, Session};
 use bus::topic::{GUIDE, MARKERS, TOOL_POSE, WORKFLOW};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
@@ -55,9 +55,8 @@ struct Feed {
     workflows: Subscriber<Workflow>,
     markers: Option<Markers>,
     images: Images,
-    /// A replay has gone elsewhere at least once, and nothing of its new place has come yet.
-    has_jumped: bool,
-    leads: bool,
+    /// The places that a replay went to.
+    places: Lead,
     /// Poses are written by this thread itself.
     is_at_once: bool,
     /// What was told last of the tool.
@@ -143,8 +142,7 @@ impl Feed {
             hall,
             known,
             scene,
-            has_jumped: false,
-            leads: true,
+            places: Lead::default(),
             is_at_once: priority::is_real_time(),
             told: None,
             stage: String::new(),
@@ -221,29 +219,23 @@ impl Feed {
         // After the poses were taken: a replayer has said before them what time it is.
         if self.session.follow()? {
             self.follower.forget();
-            (self.leads, self.has_jumped) = (true, true);
+            self.places.jumped();
             samples.retain(|sample| !self.session.is_yet_to_come(sample.t_publish_ns));
         }
         let mut came = false;
         for sample in &samples {
-            if self.is_before_the_place(sample) {
+            if self.places.is_before_the_place(&self.session, sample.t_publish_ns) {
                 self.follower.lead(*sample);
                 continue;
             }
-            (self.leads, came) = (false, true);
+            self.places.came();
+            came = true;
             let now_ns = self.session.clock().now_ns();
             for remark in self.follower.take(*sample, now_ns) {
                 self.alarm(&remark);
             }
         }
         Ok(came)
-    }
-
-    /// Whether a replay has just gone to a place that lies behind this sample: as `slice_view_proc` judges it.
-    fn is_before_the_place(&self, sample: &ToolPose) -> bool {
-        let law = self.session.replay();
-        let law = law.filter(|_| self.leads && self.session.is_replay());
-        law.is_some_and(|law| sample.t_publish_ns < if self.has_jumped { law.anchor_ns } else { law.first_ns })
     }
 
     /// The last that clients are told: who keeps what was sent last, and few do otherwise, must not keep a pose.

@@ -126,12 +126,7 @@ impl Follower {
     /// Takes note of a sample from before the place that a replay went to: what comes is judged beside it (`recorder::replay::lead`).
     pub(crate) fn lead(&mut self, sample: ToolPose) {
         let Ok(tracked) = sample.tracked() else { return };
-        let mut judged = self.continuity.judge(&sample, tracked, self.rules.frozen_ns);
-        // One that was under way when the replay went back came before it.
-        if judged.broken.is_some_and(Break::refuses) {
-            self.continuity = Continuity::default();
-            judged = self.continuity.judge(&sample, tracked, self.rules.frozen_ns);
-        }
+        let judged = self.continuity.lead(&sample, tracked, self.rules.frozen_ns);
         self.last = Some((sample, judged.tracked));
     }
 

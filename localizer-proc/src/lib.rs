@@ -1,8 +1,10 @@
 //! Floor 3: the connection to a real localizer. It dials, speaks the localizer's protocol, and publishes what that delivers as
-//! frames of markers, or of single emitters, each of one instant; nothing else. What the frames mean for the patient is the tracker's business.
+//! frames of markers, or of single emitters, each of one instant; nothing else. What the frames mean for the patient is the tracker's
+//! business.
 //!
 //! * `link` dials, reads and writes, and dials again for ever; a peer that is not there is a state, not an error.
 //! * `driver` is what a protocol does with bytes and time: `openigtlink`, `ndi`.
+//! * `single` holds the single markers of a device against their definitions.
 //! * `clocks` makes of a localizer's stamps the time of a capture on the run's clock.
 //! * `simulate` is the other side: a simulated device of NDI for whoever dials.
 //! * `output` numbers, stamps and publishes frames.

@@ -18,7 +18,7 @@ use crate::state::Once;
 /// The longest file of a tool definition: what devices hold is 1024 bytes, and files may be padded.
 const MOST_BYTES: u64 = 64 << 10;
 /// Single precision is off a length of 1 by less.
-const UNIT_TOLERANCE: f64 = 1e-3;
+pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Why a localizer cannot be set up.
 #[derive(Debug, thiserror::Error)]
@@ -138,15 +138,15 @@ impl Ndi {
         acts.extend(self.told.say(notice.to_string()));
     }
 
-    fn published(&mut self, frame: &ndi::Frame, now_ns: i64) -> Option<Act> {
-        let Some(single) = &self.single else {
-            return self.frame(frame, now_ns).map(Act::Frame);
+    fn published(&mut self, frame: &ndi::Frame, now_ns: i64) -> Vec<Act> {
+        let Some(single) = &mut self.single else {
+            return self.frame(frame, now_ns).map(Act::Frame).into_iter().collect();
         };
-        let places = single.places(frame, |name| self.session.handle(name))?;
-        Some(Act::Emitters(
-            Frame::of_device(frame.device_ns, now_ns, Vec::new()),
-            places,
-        ))
+        let places = single.places(frame, |name| self.session.handle(name));
+        let of = Frame::of_device(frame.device_ns, now_ns, Vec::new());
+        let published = places.map(|places| Act::Emitters(of, places));
+        let told = single.words().and_then(|words| self.told.say(words));
+        published.into_iter().chain(told).collect()
     }
 
     /// The markers of a frame. One in which the device did not look for any of them says nothing of them: passive and active
@@ -249,6 +249,7 @@ pub(crate) fn rom(path: &Path) -> Result<Rom, SetUpError> {
 impl Driver for Ndi {
     fn connected(&mut self, now_ns: i64) -> Vec<Act> {
         self.told = Once::default();
+        self.single.iter_mut().for_each(Single::forget);
         self.words = "setting up".to_owned();
         let actions = self.session.step(Event::Connected, now_ns);
         self.carry_out(actions, now_ns)

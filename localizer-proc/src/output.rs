@@ -17,6 +17,9 @@ use crate::driver::{Frame, Places};
 const PATIENCE: Duration = Duration::from_millis(150);
 const LOOK: Duration = Duration::from_millis(5);
 
+/// Frames of one connection come in their order, and none is so late, ns.
+const BEGUN_ANEW_NS: i64 = 1_000_000_000;
+
 /// Where frames go.
 pub(crate) struct Output {
     frames: Frames,
@@ -40,11 +43,12 @@ struct Order {
 }
 
 impl Order {
-    /// Of a frame that the device measured at `device_ns`. A device that was started again has an earlier clock than before; within one
-    /// connection what comes back in time is for the tracker to refuse.
+    /// Of a frame that the device measured at `device_ns`. A device that was started again, or was reset, has an earlier clock than before;
+    /// what comes back in time a little is for the tracker to refuse.
     fn measured(&mut self, device_ns: i64, at_ns: i64) -> i64 {
-        let is_other = std::mem::take(&mut self.is_broken);
         let mut order_ns = device_ns.saturating_add(self.ahead_ns);
+        let back_ns = self.last.map_or(0, |(last_ns, _)| last_ns.saturating_sub(order_ns));
+        let is_other = std::mem::take(&mut self.is_broken) || back_ns > BEGUN_ANEW_NS;
         if let Some((last_ns, _)) = self.last.filter(|(last_ns, _)| is_other && order_ns <= *last_ns) {
             order_ns = self.after(at_ns).max(last_ns.saturating_add(1));
             self.ahead_ns = order_ns.saturating_sub(device_ns);
@@ -270,7 +274,7 @@ mod tests {
         assert_eq!(order.measured(5_000_000_000, 100), 5_000_000_000);
         assert_eq!(order.measured(5_016_000_000, 16_000_100), 5_016_000_000);
         // Within a connection it is the device's, whatever it says.
-        assert_eq!(order.measured(4_000_000_000, 32_000_100), 4_000_000_000);
+        assert_eq!(order.measured(5_000_000_000, 32_000_100), 5_000_000_000);
         assert_eq!(order.measured(5_032_000_000, 48_000_100), 5_032_000_000);
         assert_eq!(order.broken(98_000_100), 5_082_000_000);
         assert_eq!(order.broken(98_000_100), 5_082_000_001);
@@ -280,6 +284,9 @@ mod tests {
         // The same device again, whose clock went on.
         order.broken(1_200_000_000);
         assert_eq!(order.measured(10_000_000_000, 2_000_000_000), 16_081_999_994);
+        // Reset on one connection: its clock begins anew, and goes on from where it was.
+        assert_eq!(order.measured(3, 2_010_000_000), 16_091_999_994);
+        assert_eq!(order.measured(16_000_003, 2_026_000_000), 16_107_999_994);
         let mut late = Order::default();
         assert_eq!((late.broken(3), late.broken(10), late.measured(9, 11)), (0, 7, 9));
         order.broken(i64::MAX);

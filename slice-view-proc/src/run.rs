@@ -17,6 +17,7 @@ use bus::continuity::Continuity;
 use bus::message::{Ages, Command, CommandKind, FrameStamp, FrameState, Guide, Lost, ProcessState, ToolPose, Tracked};
 use bus::port::{CommandServer, Publisher, Request, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
+use bus::session::Lead;
 use bus::topic::{FRAME_STAMP, GUIDE, TOOL_POSE};
 use bus::volume::VolumeView;
 use bus::wake::Waits;
@@ -67,11 +68,8 @@ struct SliceView {
     origin: Origin,
     resampler: Chosen,
     continuity: Continuity,
-    /// A replay begins, or has gone elsewhere, and nothing of the place has come: what was published before it only says what it goes
-    /// on from.
-    leads: bool,
-    /// It has gone elsewhere while this process looked on.
-    has_jumped: bool,
+    /// The places that a replay went to: what was published before one only says what it goes on from.
+    places: Lead,
     /// What came off the bus in this turn.
     came: Vec<ToolPose>,
     /// The sample handled last, and what it came to.
@@ -173,8 +171,7 @@ impl SliceView {
             volume_name: String::new(),
             origin: Origin::Tracker,
             continuity: Continuity::default(),
-            leads: true,
-            has_jumped: false,
+            places: Lead::default(),
             came: Vec::with_capacity(follow::ROOM),
             last: None,
             interval_ns: 0,

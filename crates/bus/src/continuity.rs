@@ -130,6 +130,17 @@ impl Continuity {
         }
     }
 
+    /// Judges a sample from before the place that a replay went to (see [`crate::session::Lead`]): what comes is judged beside it. One that
+    /// was under way when the replay went back is none that anything goes on from.
+    pub fn lead(&mut self, pose: &ToolPose, tracked: Tracked, frozen_ns: Option<i64>) -> Judged {
+        let judged = self.judge(pose, tracked, frozen_ns);
+        if !judged.broken.is_some_and(Break::refuses) {
+            return judged;
+        }
+        *self = Self::default();
+        self.judge(pose, tracked, frozen_ns)
+    }
+
     fn order(&self, pose: &ToolPose) -> (Option<Break>, u64) {
         let Some((last, captured_ns)) = self.last else {
             return (None, 0);

@@ -11,12 +11,16 @@
 //!
 //! Signs of life, patience and restarts go by [`crate::process::Process::clock`], which never stands still.
 
+mod lead;
+
 use crate::clock::{Clock, Law};
 use crate::message::ClockLaw;
 use crate::port::Subscriber;
 use crate::run::RunContext;
 use crate::topic::SESSION_CLOCK;
 use crate::{Bus, BusError};
+
+pub use lead::Lead;
 
 /// When sample 0 is due in simulated time, ns. Not 0, which is the time of what has none.
 pub const SIMULATED_START_NS: i64 = 1_000_000_000;

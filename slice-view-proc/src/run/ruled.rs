@@ -1,7 +1,7 @@
 //! Poses that are of no present: of a replay, and in simulated time. Each is drawn in all views.
 
 use bus::clock;
-use bus::continuity::{Break, Continuity};
+use bus::continuity::Continuity;
 use bus::message::{ToolPose, Tracked};
 use bus::port::Subscriber;
 
@@ -28,11 +28,15 @@ impl SliceView {
             if jumped && self.process.session.is_yet_to_come(sample.t_publish_ns) {
                 continue;
             }
-            if self.is_before_the_place(&sample) {
+            // See `recorder::replay::lead`.
+            if self
+                .places
+                .is_before_the_place(&self.process.session, sample.t_publish_ns)
+            {
                 self.lead(&sample);
                 continue;
             }
-            self.leads = false;
+            self.places.came();
             newest = Some((sample, self.take(sample)));
         }
         match newest {
@@ -44,7 +48,7 @@ impl SliceView {
     /// A replay went elsewhere: what was shown last is neither old nor the one before what comes.
     fn forget(&mut self) {
         self.continuity = Continuity::default();
-        (self.leads, self.has_jumped) = (true, true);
+        self.places.jumped();
         self.remarks = Remarks::default();
         self.last = None;
         self.last_valid = None;
@@ -52,25 +56,12 @@ impl SliceView {
         self.quiet_until_ns = self.process.clock().now_ns() + clock::ns(AGEING);
     }
 
-    /// Whether the replay has just gone to a place that lies behind this sample: see `recorder::replay::lead`.
-    fn is_before_the_place(&self, sample: &ToolPose) -> bool {
-        let session = &self.process.session;
-        let law = session.replay().filter(|_| self.leads && session.is_replay());
-        // Who comes late to a replay that stands still finds the clock behind the pose that is shown.
-        law.is_some_and(|law| sample.t_publish_ns < if self.has_jumped { law.anchor_ns } else { law.first_ns })
-    }
-
     /// Takes note of a sample from before the place that a replay went to: what comes is judged beside it, and it is not drawn. Where
     /// nothing comes, what it was then is what there is.
     fn lead(&mut self, sample: &ToolPose) {
         let Ok(tracked) = sample.tracked() else { return };
         let frozen_ns = self.process.scene.frozen().map(clock::ns);
-        let mut judged = self.continuity.judge(sample, tracked, frozen_ns);
-        // One that was under way when the replay went back came before it.
-        if judged.broken.is_some_and(Break::refuses) {
-            self.continuity = Continuity::default();
-            judged = self.continuity.judge(sample, tracked, frozen_ns);
-        }
+        let judged = self.continuity.lead(sample, tracked, frozen_ns);
         self.remarks.led();
         self.last = Some((*sample, judged.tracked));
         self.last_valid = match judged.tracked {

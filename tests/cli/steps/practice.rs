@@ -10,25 +10,20 @@ use crate::support::{World, stderr, stdout};
 
 /// No task of a practice has more steps: the base has 28 touches, a pivoting before them and a seat behind.
 const MOST_STEPS: usize = 40;
-/// So often a step is gone again that was refused, as its screen says: the hand trembles, in the seat too.
-const MOST_AGAIN: usize = 3;
 /// One small image, as nothing here looks at any.
 const ONE_VIEW: &str = "\n[[views]]\nname = \"a\"\nplane = \"axial\"\nextent = \"local\"\nsize = [64, 64]\n";
 
 /// Begins a task and listens until what was found can be accepted, and accepts it.
 fn practise(world: &World, task: &str) -> usize {
     steps(world, task);
-    let (mut count, mut again) = (0, 0);
-    while count < MOST_STEPS {
+    for count in 1..=MOST_STEPS {
         let output = world.output("pilot", &["steps", "begin", "--wait"]);
         let said = stdout(&output);
-        assert!(output.status.success(), "{task}: {said}{}", stderr(&output));
-        if said.contains("REFUSED") {
-            again += 1;
-            assert!(again <= MOST_AGAIN, "{task}, step {count}: {said}");
-            continue;
-        }
-        count += 1;
+        assert!(
+            output.status.success() && !said.contains("REFUSED"),
+            "{task}, step {count}: {said}{}",
+            stderr(&output)
+        );
         if said.contains("can be accepted") {
             steps(world, "accept");
             return count;

@@ -98,6 +98,7 @@ impl Practised {
         match order.motion {
             PracticeMotion::Approach => self.gesture.ct_from_tool(t_s),
             PracticeMotion::Hold => shifted(order.place, self.tremor_mm(t_s)),
+            PracticeMotion::Rest => order.place,
             PracticeMotion::Pivot(half_rad) => {
                 let lean = half_rad * (TAU * t_s / LEAN_S).sin();
                 let (sin, cos) = (TAU * t_s / AROUND_S).sin_cos();
@@ -268,7 +269,12 @@ mod tests {
         };
         hand.order(&practice, 3.0);
         assert_eq!(hand.orders.last().unwrap().place, hand.room.ct_from_base * place);
-        // It trembles still.
+        // It trembles still, and not where it is left alone.
         assert_ne!(hand.ct_from_tool(9.0), hand.room.ct_from_base * place);
+        let motion = PracticeMotion::Rest;
+        hand.order(&Practice { motion, ..practice }, 10.0);
+        for t_s in [12.0, 12.3, 19.7] {
+            assert_eq!(hand.ct_from_tool(t_s), hand.room.ct_from_base * place);
+        }
     }
 }

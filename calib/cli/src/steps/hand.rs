@@ -34,11 +34,11 @@ pub(super) fn touch_base(point: Point<geometry::Base>, above: Direction<geometry
     }
 }
 
-/// The tool in its seat.
+/// The tool in its seat, where nobody holds it.
 pub(super) fn seat(base_from_tool: Rigid<geometry::Base, Tool>) -> Practice {
     Practice {
         place: PracticeFrame::Base(base_from_tool),
-        motion: PracticeMotion::Hold,
+        motion: PracticeMotion::Rest,
     }
 }
 

@@ -30,6 +30,8 @@ pub enum PracticeMotion {
     Approach,
     /// Held still, as well as a hand can.
     Hold,
+    /// Left in its place by the hand: nothing moves it.
+    Rest,
     /// Turned about its tip, to all sides, by up to this half opening, radians.
     Pivot(f64),
     /// Spun about its shaft, the tip in its place.
@@ -41,6 +43,7 @@ impl PracticeMotion {
         match self {
             Self::Approach => "approach",
             Self::Hold => "hold",
+            Self::Rest => "rest",
             Self::Pivot(_) => "pivot",
             Self::Spin => "spin",
         }
@@ -76,10 +79,15 @@ impl Command {
         let motion = match self.words().as_str() {
             "approach" => PracticeMotion::Approach,
             "hold" => PracticeMotion::Hold,
+            "rest" => PracticeMotion::Rest,
             "pivot" if (0.0..=1.4).contains(&self.number) => PracticeMotion::Pivot(self.number),
             "pivot" => return Err(format!("half opening {} rad, 0 to 1.4 is allowed", self.number)),
             "spin" => PracticeMotion::Spin,
-            other => return Err(format!("motion {other:?}, approach, hold, pivot or spin is allowed")),
+            other => {
+                return Err(format!(
+                    "motion {other:?}, approach, hold, rest, pivot or spin is allowed"
+                ));
+            }
         };
         let pose = match self.pose.tracked() {
             Ok(Tracked::Valid(pose)) => pose,
@@ -114,6 +122,7 @@ mod tests {
             for motion in [
                 PracticeMotion::Approach,
                 PracticeMotion::Hold,
+                PracticeMotion::Rest,
                 PracticeMotion::Pivot(0.5),
                 PracticeMotion::Spin,
             ] {
