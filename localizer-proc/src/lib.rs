@@ -21,6 +21,5 @@ mod openigtlink;
 mod output;
 pub mod run;
 pub mod simulate;
-mod single;
 mod state;
 mod stream;

@@ -5,20 +5,22 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use bus::message::{Lost, MarkerFrame};
-use geometry::checked;
 use ndi::session::{Action, Client, ClientRules, Event, Notice, Poll, Tool};
 use ndi::{Markers, Pose, Rom, RomError, Why};
 use scene::localizer::NdiSpec;
 use scene::tracking::PosedMarkers;
 
 use crate::driver::{Act, Driver, Follows, Frame, Seen};
-use crate::single::{ShapeError, Single};
 use crate::state::Once;
+
+mod pose;
+mod single;
+
+use pose::UNIT_TOLERANCE;
+use single::{ShapeError, Single};
 
 /// The longest file of a tool definition: what devices hold is 1024 bytes, and files may be padded.
 const MOST_BYTES: u64 = 64 << 10;
-/// Single precision is off a length of 1 by less.
-pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Why a localizer cannot be set up.
 #[derive(Debug, thiserror::Error)]
@@ -196,7 +198,7 @@ fn named(spec: &NdiSpec, markers: &PosedMarkers) -> Result<Vec<(String, u32)>, S
 }
 
 fn posed(pose: &Pose) -> Result<(geometry::Rigid<geometry::Tracker, geometry::Marker>, f64), Lost> {
-    let rigid = checked::rigid(pose.q, pose.t_mm, UNIT_TOLERANCE).map_err(|_| Lost::Refused)?;
+    let rigid = pose::rigid(pose).map_err(|_| Lost::Refused)?;
     Ok((rigid, pose.error_mm))
 }
 

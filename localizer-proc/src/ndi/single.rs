@@ -143,7 +143,7 @@ impl One {
     fn seen(&mut self, frame: &ndi::Frame, handle: Handle) -> Vec<EmitterSight> {
         let seen = good(frame, handle);
         if let Some(Ok(pose)) = frame.tool(handle).map(ndi::Sight::pose)
-            && let Ok(tracker_from_marker) = geometry::checked::rigid(pose.q, pose.t_mm, crate::ndi::UNIT_TOLERANCE)
+            && let Ok(tracker_from_marker) = super::pose::rigid(&pose)
         {
             self.prove(tracker_from_marker, &seen);
         }
