@@ -13,7 +13,7 @@ use scene::{
     VolumeSpec, WindowLevel,
 };
 
-use crate::overview::LoadVolume;
+use crate::overview::{LoadLabels, LoadVolume};
 use crate::run;
 use crate::snapshot::{Snapshot, SnapshotError, snapshot};
 
@@ -288,7 +288,7 @@ pub fn command() -> clap::Command {
 }
 
 /// The binary; `load` reads the files that `snapshot` names, `load_labels` the label map of a scene.
-pub fn main(load: LoadVolume, load_labels: LoadVolume) -> ExitCode {
+pub fn main(load: LoadVolume, load_labels: LoadLabels) -> ExitCode {
     match Cli::parse().command {
         Verb::Run { run_dir, parent, plane } => {
             let membership = Membership { run_dir, parent };

@@ -7,7 +7,6 @@ mod ruled;
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -27,7 +26,7 @@ use scene::{Plane, Render};
 use crate::guide::Chosens;
 use crate::output::{Output, wordless};
 use crate::overlay::{Notice, Origin};
-use crate::overview::{Anatomy, LoadVolume};
+use crate::overview::{Anatomy, LabelFile, LoadLabels};
 use crate::remarks::Remarks;
 use crate::render::RenderError;
 use crate::reslice::{Chosen, Resampler};
@@ -94,14 +93,14 @@ struct SliceView {
     quiet_until_ns: i64,
     /// What the views cannot show, for the pilot's status and the report.
     wordless: String,
-    load_labels: LoadVolume,
+    load_labels: LoadLabels,
 }
 
 /// Gives the surface views their anatomy: made once for all that have the same bone.
 fn show_anatomy(
     outputs: &mut [Output],
     volume: &VolumeView<'_>,
-    labels: Option<(&Path, LoadVolume)>,
+    labels: Option<LabelFile<'_>>,
     alive: &mut dyn FnMut(),
 ) {
     let mut made: Vec<(f64, Arc<Anatomy>)> = Vec::new();
@@ -121,7 +120,7 @@ fn show_anatomy(
 ///
 /// # Errors
 /// Each variant of [`RunError`].
-pub(crate) fn run(plane: Plane, membership: &Membership, load_labels: LoadVolume) -> Result<(), RunError> {
+pub(crate) fn run(plane: Plane, membership: &Membership, load_labels: LoadLabels) -> Result<(), RunError> {
     let name = plane.process();
     let process = Process::join(&name, membership)?;
     let poses = Subscriber::open_waking(&process.bus, &TOOL_POSE, "", follow::ROOM)?;
@@ -139,7 +138,7 @@ pub(crate) fn run(plane: Plane, membership: &Membership, load_labels: LoadVolume
 }
 
 impl SliceView {
-    fn new(mut process: Process, plane: Plane, load_labels: LoadVolume) -> Result<Self, RunError> {
+    fn new(mut process: Process, plane: Plane, load_labels: LoadLabels) -> Result<Self, RunError> {
         let mut outputs = Vec::new();
         for (index, view) in process.scene.views.iter().enumerate() {
             if view.plane != plane {
@@ -234,6 +233,7 @@ impl SliceView {
             .filter(|o| o.renderer.view().plane != Plane::Surface);
         let samplings: Vec<_> = sliced.map(|o| o.renderer.view().sampling).collect();
         let labels = self.process.scene.plan.labels.clone();
+        let examination = self.process.scene.volume.clone();
         let (process, mut failed) = (&mut self.process, Ok(()));
         let mut alive = || {
             if failed.is_ok() {
@@ -243,7 +243,11 @@ impl SliceView {
         let prepared = self.resampler.prepare(&new.view(), &samplings, &mut alive);
         prepared.map_err(RenderError::from)?;
         if is_first {
-            let labels = labels.as_deref().map(|path| (path, self.load_labels));
+            let labels = labels.as_deref().map(|path| LabelFile {
+                path,
+                examination: &examination,
+                load: self.load_labels,
+            });
             show_anatomy(&mut self.outputs, &new.view(), labels, &mut alive);
         }
         failed?;

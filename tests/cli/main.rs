@@ -16,6 +16,7 @@ mod calib_register;
 mod calib_surface;
 mod configs;
 mod help;
+mod labels;
 mod plan_labels;
 mod plan_points;
 mod simulate;

@@ -116,7 +116,7 @@ fn where_the_label_map_ends_nothing_is_called_free() {
         stdout(&asked)
     );
     assert!(
-        stdout(&asked).contains("! LABELS LIE ON ANOTHER GRID THAN THE CT"),
+        stdout(&asked).contains("! LABELS LIE ON A PART OF THE CT'S VOXELS"),
         "{}",
         stdout(&asked)
     );

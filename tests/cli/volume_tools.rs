@@ -190,7 +190,7 @@ fn tilted_and_mirrored_series_keep_every_place() {
 }
 
 /// Runs a script of `tests/python`, which must succeed and print one JSON object.
-fn script(python: &Path, name: &str, arguments: &[&str]) -> Value {
+pub(crate) fn script(python: &Path, name: &str, arguments: &[&str]) -> Value {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(name);
     let output = Command::new(python).arg(&script).args(arguments).output().unwrap();
     assert!(output.status.success(), "{name} {arguments:?}: {}", stderr(&output));

@@ -11,13 +11,13 @@
 
 mod alike;
 mod codec;
-mod element;
-mod error;
+pub(crate) mod element;
+pub(crate) mod error;
 mod facts;
 mod fragments;
-mod geometry;
+pub(crate) mod geometry;
 mod group;
-mod header;
+pub(crate) mod header;
 mod padding;
 mod pixels;
 mod plan;
@@ -27,20 +27,20 @@ mod series;
 mod slice;
 mod source;
 mod stored;
-mod syntax;
-mod tag;
-mod text;
+pub(crate) mod syntax;
+pub(crate) mod tag;
+pub(crate) mod text;
 mod values;
-mod walk;
+pub(crate) mod walk;
 mod words;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use error::{DicomError, FileError};
 pub use facts::{SeriesFacts, Steps};
 pub use geometry::{Gap, GeometryError};
 pub use series::{Found, Series, SeriesSummary};
 pub use source::{DicomSource, Options};
-pub(crate) use source::{holds_series, open_path};
+pub(crate) use source::{frame_of_reference, has_preamble, holds_series, open_path};
 pub use tag::Tag;

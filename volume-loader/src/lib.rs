@@ -33,6 +33,8 @@ mod write_error;
 pub use error::LoadError;
 pub use fill::{Filled, fill};
 pub use load::names::{LabelNamesError, label_names};
+pub use load::segmentation::SegmentationError;
+pub use load::structure_set::{NamedPoint, StructureSet, StructureSetError, structure_set};
 pub use load::{load, load_labels, load_seeded, open};
 pub use run::RunError;
 pub use write::WriteOptions;

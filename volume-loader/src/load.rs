@@ -1,11 +1,13 @@
 //! From a scene's volume to a source of voxels.
 
 pub(crate) mod names;
+pub(crate) mod segmentation;
+pub(crate) mod structure_set;
 
 use std::path::Path;
 
 use bus::run::free_memory_bytes;
-use bus::volume::{Layout, OwnedVolume, Voxels};
+use bus::volume::{LabelMap, Layout, OwnedVolume, Voxels};
 use scene::{FileSpec, VolumeSource, VolumeSpec};
 
 use crate::dicom;
@@ -85,20 +87,50 @@ pub fn load_seeded(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, Box<dyn 
     Ok(load_owned(spec, seed)?)
 }
 
-/// Reads a label map: each voxel as it stands in the file.
+/// Reads a label map of an examination: each voxel as it stands in the file, or a segmentation of DICOM, which must share the frame of
+/// reference with an examination that is DICOM too.
 ///
 /// # Errors
 /// [`LoadError`]; [`LoadError::NotLabels`] where a voxel would have to be changed.
-pub fn load_labels(spec: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
-    let (volume, changed) = load_counted(spec, 1)?;
+pub fn load_labels(
+    path: &Path,
+    examination: &VolumeSpec,
+) -> Result<LabelMap, Box<dyn std::error::Error + Send + Sync>> {
+    let (source, is_in_its_frame) = open_labels(path, Some(examination))?;
+    Ok(LabelMap {
+        volume: labels_in(source)?,
+        is_in_its_frame,
+    })
+}
+
+/// Opens a label map; with `examination` it is refused where it is known to be of another. With whether it says to be in its frame.
+///
+/// # Errors
+/// [`LoadError::Read`], [`LoadError::Grid`].
+pub(crate) fn open_labels(
+    path: &Path,
+    examination: Option<&VolumeSpec>,
+) -> Result<(Box<dyn VoxelSource>, bool), LoadError> {
+    Ok(match segmentation::open(path, examination)? {
+        Some((source, is_in_its_frame)) => (Box::new(source), is_in_its_frame),
+        None => (open(&VolumeSpec::of_path(path.to_owned()), 1)?, false),
+    })
+}
+
+/// The labels of a map, whole.
+///
+/// # Errors
+/// [`LoadError`]; [`LoadError::NotLabels`] where a voxel would have to be changed.
+pub(crate) fn labels_in(source: Box<dyn VoxelSource>) -> Result<OwnedVolume, LoadError> {
+    let (volume, changed) = counted(source)?;
     let clamped = changed.clamped_low + changed.clamped_high;
     match changed.rounded + changed.not_finite + clamped {
         0 => Ok(volume),
-        _ => Err(Box::new(LoadError::NotLabels {
+        _ => Err(LoadError::NotLabels {
             rounded: changed.rounded,
             clamped,
             not_finite: changed.not_finite,
-        })),
+        }),
     }
 }
 
@@ -111,11 +143,10 @@ pub fn load(spec: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error 
 }
 
 fn load_owned(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, LoadError> {
-    Ok(load_counted(spec, seed)?.0)
+    Ok(counted(open(spec, seed)?)?.0)
 }
 
-fn load_counted(spec: &VolumeSpec, seed: u64) -> Result<(OwnedVolume, Conversion), LoadError> {
-    let mut source = open(spec, seed)?;
+fn counted(mut source: Box<dyn VoxelSource>) -> Result<(OwnedVolume, Conversion), LoadError> {
     let grid = *source.grid();
     let layout = Layout::choose(grid.dims())?;
     let padding_hu = source.padding_hu();

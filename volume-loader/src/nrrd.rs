@@ -18,4 +18,4 @@ mod tests;
 
 pub use error::NrrdError;
 pub use reader::open;
-pub use writer::write;
+pub use writer::{Segment, write, write_labels};

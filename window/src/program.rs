@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bus::BusError;
 use bus::process::JoinError;
-use bus::volume::OwnedVolume;
+use bus::volume::LabelMap;
 use guidance::safety::LabelNames;
 use scene::VolumeSpec;
 
@@ -16,8 +16,8 @@ type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 /// Reads label maps: handed in by the binary, as this crate knows no formats of volumes.
 #[derive(Debug, Clone, Copy)]
 pub struct LabelReader {
-    /// The map, as a volume.
-    pub map: fn(&VolumeSpec) -> Read<OwnedVolume>,
+    /// The map of an examination, as a volume.
+    pub map: fn(&Path, &VolumeSpec) -> Read<LabelMap>,
     /// The names that it comes with.
     pub names: fn(&Path) -> Read<LabelNames>,
 }

@@ -15,6 +15,7 @@ mod voxels;
 use geometry::{Ct, Point, VolumeGrid};
 
 pub use identity::{Hasher, Marks, SliceHash, VolumeHash};
+pub use labels::LabelMap;
 pub use voxels::{ALIGNMENT, Voxels};
 
 const BRICK: [u32; 3] = [4, 4, 4];

@@ -10,7 +10,7 @@ use bus::volume::OwnedVolume;
 use clap::Args;
 use guidance::plan::file::Changed;
 use guidance::plan::{Confirmed, Editor, Plan};
-use guidance::safety::{GridMatch, LabelNames, TubeError};
+use guidance::safety::{LabelNames, TubeError};
 use guidance::workflow::VolumeId;
 use scene::raw::Source;
 use scene::{Scene, VolumeSpec};
@@ -47,8 +47,8 @@ type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 pub struct Hands {
     /// Reads an examination; the number is the generated patient's seed.
     pub load: fn(&VolumeSpec, u64) -> Read<OwnedVolume>,
-    /// Reads a label map.
-    pub load_labels: fn(&VolumeSpec) -> Read<OwnedVolume>,
+    /// Reads a label map of an examination.
+    pub load_labels: fn(&Path, &VolumeSpec) -> Read<bus::volume::LabelMap>,
     /// Reads the names that a label map comes with.
     pub label_names: fn(&Path) -> Read<LabelNames>,
 }
@@ -188,15 +188,15 @@ impl PlanArgs {
             path: path.clone(),
             source,
         };
-        let labels = (hands.load_labels)(&VolumeSpec::of_path(path.clone())).map_err(fail)?;
+        let labels = (hands.load_labels)(&path, &scene.volume).map_err(fail)?;
         let names = (hands.label_names)(&path).map_err(fail)?;
         let map = LabelMap {
             file: path.display().to_string(),
-            grid: GridMatch::of(&labels.grid, &volume.grid),
+            grid: labels.lies_on(&volume.grid),
             names,
         };
         let error_mm = self.error_mm.or(scene.plan.error_mm);
-        let measured = Measured::of(&labels, map, (scene.tool.diameter_mm, error_mm));
+        let measured = Measured::of(&labels.volume, map, (scene.tool.diameter_mm, error_mm));
         Ok(Some(measured.map_err(|error| fail(error.into()))?))
     }
 

@@ -3,13 +3,29 @@
 use std::path::Path;
 use std::time::Duration;
 
-use bus::volume::{OwnedVolume, VolumeView};
+use bus::volume::{LabelMap, OwnedVolume, VolumeView};
 use geometry::VolumeGrid;
 use scene::VolumeSpec;
 use surface::{Field, Mesh, SurfaceError};
 
 /// Reads a volume from a file or a folder. Handed in by the binary, as this crate knows no file formats.
-pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+pub type LoadVolume = fn(&VolumeSpec) -> Read<OwnedVolume>;
+
+/// Reads the label map of an examination from a file.
+pub type LoadLabels = fn(&Path, &VolumeSpec) -> Read<LabelMap>;
+
+type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
+
+/// A label map that is to be read.
+#[derive(Debug, Clone, Copy)]
+pub struct LabelFile<'a> {
+    /// Its file.
+    pub path: &'a Path,
+    /// Whose structures it has.
+    pub examination: &'a VolumeSpec,
+    /// Who reads it.
+    pub load: LoadLabels,
+}
 
 /// While surfaces are made, a sign of life is given this often.
 const ALIVE: Duration = Duration::from_millis(50);
@@ -24,12 +40,7 @@ pub struct Anatomy {
 impl Anatomy {
     /// Bone from `bone_hu` on, and the structures of the label map that is named, which must be of the voxels of `volume`. Whatever is not
     /// there is told on the images, and why on stderr. Calls `alive` several times a second.
-    pub fn of(
-        volume: &VolumeView<'_>,
-        bone_hu: f64,
-        labels: Option<(&Path, LoadVolume)>,
-        alive: &mut dyn FnMut(),
-    ) -> Self {
+    pub fn of(volume: &VolumeView<'_>, bone_hu: f64, labels: Option<LabelFile<'_>>, alive: &mut dyn FnMut()) -> Self {
         let (mut meshes, mut cautions) = (Vec::new(), Vec::new());
         match meanwhile(alive, || bone(volume, bone_hu)) {
             Ok(mesh) if mesh.is_empty() => cautions.push("NO BONE FOUND"),
@@ -39,14 +50,14 @@ impl Anatomy {
                 cautions.push("BONE NOT SHOWN");
             }
         }
-        if let Some((path, load)) = labels {
-            match meanwhile(alive, || structures(path, load, volume.grid)) {
+        if let Some(map) = labels {
+            match meanwhile(alive, || structures(&map, volume.grid)) {
                 Ok(mesh) if mesh.is_empty() => cautions.push("NO STRUCTURES FOUND"),
                 Ok(mesh) => meshes.push(mesh),
                 Err(why) => {
                     bus::stderr_line!(
                         "slice-view-proc: error: label map {}: {why}. It is not shown",
-                        path.display()
+                        map.path.display()
                     );
                     cautions.push("STRUCTURES NOT SHOWN");
                 }
@@ -72,15 +83,15 @@ fn bone(volume: &VolumeView<'_>, bone_hu: f64) -> Result<Mesh, SurfaceError> {
     surface::bone(&mut field, bone_hu)
 }
 
-fn structures(path: &Path, load: LoadVolume, grid: &VolumeGrid) -> Result<Mesh, String> {
-    let labels = load(&VolumeSpec::of_path(path.to_owned())).map_err(|error| error.to_string())?;
+fn structures(map: &LabelFile<'_>, ct: &VolumeGrid) -> Result<Mesh, String> {
+    let labels = (map.load)(map.path, map.examination).map_err(|error| error.to_string())?;
     // Of other voxels it may be of another patient.
-    if labels.grid != *grid {
+    if labels.lies_on(ct).is_doubtful() {
         return Err("its voxels are not those of the examination".to_owned());
     }
-    let view = labels.view();
+    let view = labels.volume.view();
     let mut field = Field {
-        grid,
+        grid: &labels.volume.grid,
         read: &mut |z, slice| view.slice(z, slice),
     };
     surface::structures(&mut field).map_err(|error| error.to_string())

@@ -3,6 +3,7 @@
 //! bus, on which they are for the operator's screen ([`identity`](super::header::identity)); no error, line or report has them.
 
 pub(super) mod groups;
+pub(crate) mod tree;
 
 use std::io::{BufRead, Seek};
 

@@ -19,11 +19,11 @@ const SAME_PLACE_MM: f64 = 1e-3;
 /// Positions may lie this far beside one line, mm: a tenth of a usual pixel.
 const LATERAL_MAX_MM: f64 = 0.05;
 /// Steps are even within this and within [`UNEVEN_PART`] of the step, mm: positions printed with two decimals.
-const UNEVEN_MM: f64 = 0.01;
+pub(crate) const UNEVEN_MM: f64 = 0.01;
 const UNEVEN_PART: f64 = 0.01;
 /// The map may put a corner of a slice this far from where its own header puts it, mm: a tenth of what navigation can
 /// tell, and above the rounding of positions printed with one decimal.
-const CORNER_MAX_MM: f64 = 0.1;
+pub(crate) const CORNER_MAX_MM: f64 = 0.1;
 
 /// Slices in order along the line of their positions.
 #[derive(Debug, Clone)]
@@ -55,7 +55,17 @@ impl Stack {
         if slices.len() < MIN_SLICES {
             return Err(GeometryError::TooFew { found: slices.len() });
         }
-        let middle = &slices[slices.len() / 2];
+        Self::of_planes(slices)
+    }
+
+    /// The same for as few as one, where the step between them is known otherwise: one plane goes on along its normal.
+    ///
+    /// # Errors
+    /// As [`Stack::of`].
+    pub(crate) fn of_planes(slices: &[Placed]) -> Result<Self, GeometryError> {
+        let Some(middle) = slices.get(slices.len() / 2) else {
+            return Err(GeometryError::TooFew { found: 0 });
+        };
         let Axes {
             row,
             column,
@@ -68,7 +78,7 @@ impl Stack {
         let heights: Vec<f64> = order.iter().map(|&i| height(i)).collect();
         check_places(&heights)?;
         let slices: Vec<Placed> = order.iter().map(|&i| slices[i]).collect();
-        let (line, along_mm) = along_line(&slices)?;
+        let (line, along_mm) = along_line(&slices, normal)?;
         check_places(&along_mm)?;
         let [down, right] = slices[slices.len() / 2].spacing;
         let pixel = [row * right, column * down];
@@ -247,8 +257,8 @@ fn check_places(places: &[f64]) -> Result<(), GeometryError> {
     }
 }
 
-/// The direction from the first slice to the last, and each slice's place along it.
-fn along_line(slices: &[Placed]) -> Result<(Vector<Ct>, Vec<f64>), GeometryError> {
+/// The direction from the first slice to the last, and each slice's place along it; of one slice, its normal.
+fn along_line(slices: &[Placed], normal: Vector<Ct>) -> Result<(Vector<Ct>, Vec<f64>), GeometryError> {
     let ends = slices
         .first()
         .zip(slices.last())
@@ -256,7 +266,7 @@ fn along_line(slices: &[Placed]) -> Result<(Vector<Ct>, Vec<f64>), GeometryError
     let Some((first, last)) = ends else {
         return Err(GeometryError::TooFew { found: 0 });
     };
-    let line = unit(last - first);
+    let line = if slices.len() == 1 { normal } else { unit(last - first) };
     let mut along = Vec::with_capacity(slices.len());
     for (slice, placed) in slices.iter().enumerate() {
         let from_first = position(placed) - first;

@@ -91,7 +91,7 @@ pub(crate) enum Kind {
 }
 
 /// Opens a file and hands it to `parse`, whose errors get its name.
-fn walk<T>(
+pub(crate) fn walk<T>(
     path: &Path,
     parse: impl FnOnce(&mut Walker<BufReader<File>>) -> Result<T, WalkError>,
 ) -> Result<T, DicomError> {
@@ -227,7 +227,7 @@ fn digest(bytes: &[u8]) -> Option<u64> {
 
 /// Where a slice lies. The standard has both spacings above 0 (PS3.3, 10.7.1.1): one that is negative mirrors the patient, and two
 /// turn them.
-fn placed(
+pub(crate) fn placed(
     position: Option<[f64; 3]>,
     orientation: Option<[f64; 6]>,
     spacing: Option<[f64; 2]>,

@@ -89,6 +89,24 @@ pub(crate) fn holds_series(path: &Path) -> bool {
             && Header::read(path).is_ok_and(|kind| first_of_several(&kind).is_some())
 }
 
+/// Whether the file begins like DICOM.
+pub(crate) fn has_preamble(path: &Path) -> bool {
+    path.is_file() && Header::has_preamble(path)
+}
+
+/// The frame of reference of one series, never shown; `None` where it says none, and where `path` is no DICOM.
+///
+/// # Errors
+/// [`DicomError`].
+pub(crate) fn frame_of_reference(path: &Path, series: Option<usize>) -> Result<Option<String>, DicomError> {
+    if !holds_series(path) {
+        return Ok(None);
+    }
+    let series = Series::scan(path)?.choose(series)?;
+    let first = series.headers.first().map(|header| header.frame_of_reference.clone());
+    Ok(first.filter(|frame| !frame.is_empty()))
+}
+
 impl DicomSource {
     /// Judges a series: every slice's pixels, their places, the grid. One slice is read, for its padding.
     ///

@@ -102,6 +102,30 @@ elements! { NESTED:
     OFFSET_LENGTHS = (0x7FE0, 0x0002, "ExtendedOffsetTableLengths");
 }
 
+// Of segmentations (PS3.3, C.8.20).
+elements! { SEGMENTED:
+    SEGMENTATION_TYPE = (0x0062, 0x0001, "SegmentationType");
+    SEGMENTS = (0x0062, 0x0002, "SegmentSequence");
+    SEGMENT = (0x0062, 0x0004, "SegmentNumber");
+    SEGMENT_LABEL = (0x0062, 0x0005, "SegmentLabel");
+    SEGMENT_OF_FRAME = (0x0062, 0x000A, "SegmentIdentificationSequence");
+    SEGMENT_REFERENCED = (0x0062, 0x000B, "ReferencedSegmentNumber");
+    FRACTION_MOST = (0x0062, 0x000E, "MaximumFractionalValue");
+}
+
+// Of structure sets (PS3.3, C.8.8.5 and C.8.8.6).
+elements! { STRUCTURES:
+    ROIS = (0x3006, 0x0020, "StructureSetROISequence");
+    ROI_NUMBER = (0x3006, 0x0022, "ROINumber");
+    ROI_FRAME = (0x3006, 0x0024, "ReferencedFrameOfReferenceUID");
+    ROI_NAME = (0x3006, 0x0026, "ROIName");
+    ROI_CONTOURS = (0x3006, 0x0039, "ROIContourSequence");
+    CONTOURS = (0x3006, 0x0040, "ContourSequence");
+    CONTOUR_KIND = (0x3006, 0x0042, "ContourGeometricType");
+    CONTOUR_DATA = (0x3006, 0x0050, "ContourData");
+    ROI_REFERENCED = (0x3006, 0x0084, "ReferencedROINumber");
+}
+
 /// The elements that are read in functional groups.
 pub(crate) const GROUPED: [Tag; 18] = [
     FRAME_TYPE,
@@ -155,5 +179,11 @@ pub(crate) fn is_read(tag: Tag) -> bool {
 
 /// The name of an element that is looked at.
 fn name(tag: Tag) -> Option<&'static str> {
-    NAMES.iter().chain(NESTED).find(|row| row.0 == tag).map(|row| row.1)
+    NAMES
+        .iter()
+        .chain(NESTED)
+        .chain(SEGMENTED)
+        .chain(STRUCTURES)
+        .find(|row| row.0 == tag)
+        .map(|row| row.1)
 }

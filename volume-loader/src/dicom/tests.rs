@@ -11,7 +11,7 @@ mod places;
 mod real_sets;
 mod series;
 mod whose;
-mod writer;
+pub(crate) mod writer;
 
 use std::path::{Path, PathBuf};
 

@@ -3,6 +3,7 @@
 //! | file | whose convention |
 //! |---|---|
 //! | the header of an NRRD file | segmentations of 3D Slicer, `.seg.nrrd` |
+//! | the segments of a DICOM segmentation | SegmentLabel; counted as lines |
 //! | `NAME.label`, or `NAME.txt` that says so in its first lines | ITK-SNAP's label descriptions |
 //! | `NAME.ctbl` | color tables of 3D Slicer |
 //!
@@ -14,13 +15,15 @@ use std::path::{Path, PathBuf};
 
 use guidance::safety::{LabelNames, NamesError};
 
+use super::segmentation;
 use crate::raster::Head;
 use crate::source::ReadError;
 
 /// A file of names is no longer than this, bytes.
 const LONGEST: u64 = 1 << 20;
 /// Endings of label maps; the longer first.
-const ENDINGS: [&str; 8] = [
+const ENDINGS: [&str; 9] = [
+    ".dcm",
     ".seg.nrrd",
     ".seg.nhdr",
     ".nii.gz",
@@ -68,7 +71,9 @@ pub enum LabelNamesError {
 /// # Errors
 /// [`LabelNamesError`]; two names of one label, also of two files, are refused.
 pub fn label_names(map: &Path) -> Result<LabelNames, LabelNamesError> {
-    let mut names = of_header(map)?;
+    let mut names = of_header(map)?
+        .and(of_segmentation(map)?)
+        .map_err(|source| refused(map, source))?;
     for (path, kind) in beside(map) {
         let found = path.try_exists();
         let is_there = found.map_err(|source| LabelNamesError::Look {
@@ -78,10 +83,7 @@ pub fn label_names(map: &Path) -> Result<LabelNames, LabelNamesError> {
         if !is_there {
             continue;
         }
-        let refused = |source| LabelNamesError::Names {
-            path: path.clone(),
-            source,
-        };
+        let refused = |source| refused(&path, source);
         let Some(text) = text(&path, kind)? else { continue };
         let more = match kind {
             Kind::ColorTable => LabelNames::of_color_table(&text),
@@ -139,6 +141,21 @@ fn text(path: &Path, kind: Kind) -> Result<Option<String>, LabelNamesError> {
     }
 }
 
+fn refused(path: &Path, source: NamesError) -> LabelNamesError {
+    let path = path.to_owned();
+    LabelNamesError::Names { path, source }
+}
+
+/// The names of the segments of a DICOM segmentation.
+fn of_segmentation(map: &Path) -> Result<LabelNames, LabelNamesError> {
+    let Some((found, _)) = segmentation::open(map, None)? else {
+        return Ok(LabelNames::default());
+    };
+    let named = found.segments().iter().filter(|(_, name)| !name.is_empty());
+    let pairs = named.map(|(label, name)| (*label, name.as_str()));
+    LabelNames::of_pairs(pairs).map_err(|source| refused(map, source))
+}
+
 /// The names in the header of an NRRD file.
 fn of_header(map: &Path) -> Result<LabelNames, LabelNamesError> {
     let lower = map.to_string_lossy().to_lowercase();
@@ -158,10 +175,7 @@ fn of_header(map: &Path) -> Result<LabelNames, LabelNamesError> {
     let each = keys
         .iter()
         .map(|(line, key, value)| (*line, key.as_str(), value.as_str()));
-    LabelNames::of_segments(each).map_err(|source| LabelNamesError::Names {
-        path: map.to_owned(),
-        source,
-    })
+    LabelNames::of_segments(each).map_err(|source| refused(map, source))
 }
 
 /// A value as it was before it was written in one line: `\n` is a line's end, `\\` a backslash.

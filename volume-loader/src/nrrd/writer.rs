@@ -31,10 +31,70 @@ pub fn write(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) -
     }
 }
 
+/// A structure of a label map.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Segment {
+    /// Its label.
+    pub label: i16,
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// The least and the greatest index of its voxels along each axis.
+    pub extent: ([u32; 3], [u32; 3]),
+}
+
+/// Writes a label map to `path`, a `.nrrd` file, with the keys by which 3D Slicer knows its segments (`.seg.nrrd`).
+///
+/// # Errors
+/// Each variant of [`WriteError`] but `Sheared`.
+pub fn write_labels(
+    path: &Path,
+    source: &mut dyn VoxelSource,
+    options: WriteOptions,
+    segments: &[Segment],
+) -> Result<(), WriteError> {
+    if path.extension().is_none_or(|ending| ending != "nrrd") {
+        return Err(WriteError::Name {
+            path: path.to_owned(),
+            expected: "a name that ends in .seg.nrrd or .nrrd",
+        });
+    }
+    write_attached(path, source, options, &keys(segments)).map(|_| ())
+}
+
+/// Key/value pairs of segments, as 3D Slicer has them.
+fn keys(segments: &[Segment]) -> String {
+    let mut text = String::new();
+    for (number, segment) in segments.iter().enumerate() {
+        let label = segment.label;
+        let name = segment.name.clone().unwrap_or_else(|| format!("label {label}"));
+        let escaped = name.replace('\\', "\\\\").replace('\n', "\\n");
+        let ([x, y, z], [to_x, to_y, to_z]) = segment.extent;
+        // To a string: this cannot fail.
+        let _ = write!(
+            text,
+            "Segment{number}_ID:=Segment_{label}\n\
+             Segment{number}_Name:={escaped}\n\
+             Segment{number}_LabelValue:={label}\n\
+             Segment{number}_Layer:=0\n\
+             Segment{number}_Extent:={x} {to_x} {y} {to_y} {z} {to_z}\n"
+        );
+    }
+    text
+}
+
 fn attached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) -> Result<Conversion, WriteError> {
+    write_attached(path, source, options, "")
+}
+
+fn write_attached(
+    path: &Path,
+    source: &mut dyn VoxelSource,
+    options: WriteOptions,
+    keys: &str,
+) -> Result<Conversion, WriteError> {
     let partial = Partial::create(path)?;
     let mut file = partial.file()?;
-    let header = header(source.grid(), options, None);
+    let header = header(source.grid(), options, None, keys);
     file.write_all(header.as_bytes())
         .map_err(io(path, "write its header"))?;
     let conversion = append_voxels(path, &partial, source, packing(options))?;
@@ -46,7 +106,7 @@ fn detached(path: &Path, source: &mut dyn VoxelSource, options: WriteOptions) ->
     let name = name_beside(path, if options.compress { "raw.gz" } else { "raw" })?;
     let voxels_path = path.with_file_name(&name);
     let (head, body) = (Partial::create(path)?, Partial::create(&voxels_path)?);
-    let header = header(source.grid(), options, Some(&name));
+    let header = header(source.grid(), options, Some(&name), "");
     head.file()?
         .write_all(header.as_bytes())
         .map_err(io(path, "write it"))?;
@@ -63,8 +123,8 @@ fn packing(options: WriteOptions) -> Packing {
     }
 }
 
-/// The header with the empty line that ends it.
-fn header(grid: &VolumeGrid, options: WriteOptions, data_file: Option<&str>) -> String {
+/// The header with the empty line that ends it; `keys` are lines of key/value pairs.
+fn header(grid: &VolumeGrid, options: WriteOptions, data_file: Option<&str>, keys: &str) -> String {
     let [nx, ny, nz] = grid.dims();
     let map = grid.ct_from_voxel();
     let [sx, sy, sz] = [0, 1, 2].map(|axis| vector(map.step(axis).mm()));
@@ -90,6 +150,7 @@ fn header(grid: &VolumeGrid, options: WriteOptions, data_file: Option<&str>) -> 
         // To a string: this cannot fail.
         let _ = writeln!(text, "data file: {name}");
     }
+    text.push_str(keys);
     text.push('\n');
     text
 }

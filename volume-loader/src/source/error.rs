@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::Place;
 use super::known::KNOWN;
 use crate::dicom::DicomError;
+use crate::load::segmentation::SegmentationError;
 use crate::metaimage::MetaImageError;
 use crate::nifti::HeaderError;
 use crate::nrrd::NrrdError;
@@ -112,6 +113,14 @@ pub enum ReadError {
     /// A DICOM file, folder or series was refused.
     #[error(transparent)]
     Dicom(Box<DicomError>),
+    /// A segmentation of DICOM is no label map.
+    #[error("{}: {source}", path.display())]
+    Segmentation {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: SegmentationError,
+    },
     /// The file is shorter than its header says.
     #[error("{}: the file ends in {place}: expected at least {expected} bytes, found {found}; copy it again from its origin", path.display())]
     Truncated {

@@ -45,13 +45,21 @@ pub(crate) struct Found {
     pub(crate) names: Rc<LabelNames>,
 }
 
-type Read = Result<(Structures, LabelNames), String>;
+/// The map's structures, what they are called, and whether its file says to be in the frame of reference of the CT.
+type Read = Result<(Structures, LabelNames, bool), String>;
+
+#[derive(Debug)]
+struct Known {
+    structures: Structures,
+    names: Rc<LabelNames>,
+    is_in_its_frame: bool,
+}
 
 /// The label map of the scene.
 #[derive(Debug)]
 pub(crate) struct Labels {
     reading: Option<Receiver<Read>>,
-    read: Option<Result<(Structures, Rc<LabelNames>), String>>,
+    read: Option<Result<Known, String>>,
     radius_mm: f64,
     /// What was asked last, and the answer.
     asked: Option<(Trajectory, Beside)>,
@@ -59,18 +67,18 @@ pub(crate) struct Labels {
 
 impl Labels {
     /// Begins to read, where there is a file. A screen that waited for it would be taken for frozen.
-    pub(crate) fn open(path: Option<&Path>, tube_mm: f64, load: LabelReader) -> Self {
+    pub(crate) fn open(path: Option<&Path>, examination: &VolumeSpec, tube_mm: f64, load: LabelReader) -> Self {
         let reading = path.map(|path| {
             let (told, reading) = channel();
-            let spec = VolumeSpec::of_path(path.to_owned());
+            let examination = examination.clone();
             let (name, path) = (path.display().to_string(), path.to_owned());
             let read = move || {
                 let named = |error: &dyn std::fmt::Display| format!("label map {name}: {error}");
-                let labels = (load.map)(&spec).map_err(|error| named(&error));
+                let labels = (load.map)(&path, &examination).map_err(|error| named(&error));
                 let read = labels.and_then(|labels| {
-                    let structures = labels.structures().map_err(|error| named(&error))?;
+                    let structures = labels.volume.structures().map_err(|error| named(&error))?;
                     let names = (load.names)(&path).map_err(|error| named(&error))?;
-                    Ok((structures, names))
+                    Ok((structures, names, labels.is_in_its_frame))
                 });
                 // Nobody listens any more where the window has ended.
                 let _ = told.send(read);
@@ -98,41 +106,42 @@ impl Labels {
         if let Err(why) = &read {
             bus::stderr_line!("window: {why}");
         }
-        let read = read.map(|(structures, names)| (structures, Rc::new(names)));
+        let read = read.map(|(structures, names, is_in_its_frame)| Known {
+            structures,
+            names: Rc::new(names),
+            is_in_its_frame,
+        });
         (self.read, self.reading, self.asked) = (Some(read), None, None);
         true
     }
 
     /// What lies beside this way.
     pub(crate) fn beside(&mut self, way: Option<&Trajectory>, grid: Option<&VolumeGrid>) -> Beside {
-        let (structures, names) = match (&self.reading, &self.read) {
+        let known = match (&self.reading, &self.read) {
             (Some(_), _) => return Beside::Reading,
             (None, None) => return Beside::NotGiven,
             (None, Some(Err(why))) => return Beside::Refused(why.clone()),
-            (None, Some(Ok(read))) => (&read.0, &read.1),
+            (None, Some(Ok(known))) => known,
         };
         let Some(way) = way else { return Beside::NoWay };
         if let Some((_, answer)) = self.asked.as_ref().filter(|(asked, _)| asked == way) {
             return answer.clone();
         }
-        let answer = found((structures, names), way, self.radius_mm, grid);
+        let answer = found(known, way, self.radius_mm, grid);
         self.asked = Some((*way, answer.clone()));
         answer
     }
 }
 
-fn found(
-    (structures, names): (&Structures, &Rc<LabelNames>),
-    way: &Trajectory,
-    radius_mm: f64,
-    grid: Option<&VolumeGrid>,
-) -> Beside {
+fn found(known: &Known, way: &Trajectory, radius_mm: f64, grid: Option<&VolumeGrid>) -> Beside {
+    let structures = &known.structures;
+    let lies = |ct| GridMatch::of(structures.grid(), ct).known(known.is_in_its_frame);
     let found = Tube::new(way.entry, way.stop, radius_mm).and_then(|tube| {
         Ok(Found {
             clearances: structures.clearance(&tube, WITHIN_MM)?,
             sections: structures.profile(&tube, SECTIONS, WITHIN_MM)?,
-            grid: grid.map_or(GridMatch::Other, |ct| GridMatch::of(structures.grid(), ct)),
-            names: names.clone(),
+            grid: grid.map_or(GridMatch::Other, lies),
+            names: known.names.clone(),
         })
     });
     match found {

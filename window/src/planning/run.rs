@@ -93,6 +93,7 @@ pub(crate) fn run(mut process: Process, display: Display, options: Options) -> R
         examination: Examination::new(process.volumes()?),
         labels: Labels::open(
             process.scene.plan.labels.as_deref(),
+            &process.scene.volume,
             process.scene.tool.diameter_mm,
             options.load,
         ),

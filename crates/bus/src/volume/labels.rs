@@ -1,8 +1,25 @@
 //! A label map that was read as a volume: its structures.
 
-use guidance::safety::{MapError, Structures};
+use geometry::VolumeGrid;
+use guidance::safety::{GridMatch, MapError, Structures};
 
 use super::OwnedVolume;
+
+/// A label map of an examination, as it was read.
+#[derive(Debug)]
+pub struct LabelMap {
+    /// Its voxels are labels, 0 for none.
+    pub volume: OwnedVolume,
+    /// Whether its file says to be in the frame of reference of the examination.
+    pub is_in_its_frame: bool,
+}
+
+impl LabelMap {
+    /// How the map lies beside the voxels of a CT.
+    pub fn lies_on(&self, ct: &VolumeGrid) -> GridMatch {
+        GridMatch::of(&self.volume.grid, ct).known(self.is_in_its_frame)
+    }
+}
 
 impl OwnedVolume {
     /// The structures of a label map: its voxels are labels, 0 for none.

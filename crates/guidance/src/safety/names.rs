@@ -175,6 +175,18 @@ impl LabelNames {
         Ok(names)
     }
 
+    /// Of labels and their names, as a format holds them; the first counts as line 1.
+    ///
+    /// # Errors
+    /// [`NamesError`].
+    pub fn of_pairs<'a>(pairs: impl Iterator<Item = (i16, &'a str)>) -> Result<Self, NamesError> {
+        let mut names = Self::default();
+        for (line, (label, name)) in (1..).zip(pairs) {
+            names.add(i64::from(label), name, line)?;
+        }
+        Ok(names)
+    }
+
     /// With those of another file of the same label map.
     ///
     /// # Errors

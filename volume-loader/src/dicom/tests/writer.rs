@@ -2,7 +2,7 @@
 
 /// How elements are coded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Coding {
+pub(crate) enum Coding {
     Implicit,
     Explicit,
     Big,
@@ -10,7 +10,7 @@ pub(super) enum Coding {
 
 /// An element's value.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
+pub(crate) enum Value {
     /// Text of this representation.
     Text(&'static str, String),
     /// 16-bit numbers.
@@ -23,18 +23,18 @@ pub(super) enum Value {
 
 /// One file: its elements, in the order of their tags.
 #[derive(Debug, Clone)]
-pub(super) struct File {
+pub(crate) struct File {
     pub coding: Coding,
     pub syntax: String,
     pub preamble: bool,
     pub elements: Vec<((u16, u16), Value)>,
 }
 
-pub(super) const SIZE: [u16; 2] = [4, 3];
+pub(crate) const SIZE: [u16; 2] = [4, 3];
 
 impl File {
     /// A CT slice of 4 x 3 pixels of 16 bits, `z` mm up, whose stored pixels are 100 * k + 0 to 11.
-    pub(super) fn slice(k: usize, z: f64) -> Self {
+    pub(crate) fn slice(k: usize, z: f64) -> Self {
         let mut file = Self {
             coding: Coding::Explicit,
             syntax: "1.2.840.10008.1.2.1".to_owned(),
@@ -78,32 +78,32 @@ impl File {
         file
     }
 
-    pub(super) fn set(&mut self, tag: (u16, u16), value: Value) -> &mut Self {
+    pub(crate) fn set(&mut self, tag: (u16, u16), value: Value) -> &mut Self {
         self.remove(tag);
         let at = self.elements.partition_point(|row| row.0 < tag);
         self.elements.insert(at, (tag, value));
         self
     }
 
-    pub(super) fn remove(&mut self, tag: (u16, u16)) -> &mut Self {
+    pub(crate) fn remove(&mut self, tag: (u16, u16)) -> &mut Self {
         self.elements.retain(|row| row.0 != tag);
         self
     }
 
-    pub(super) fn text(&mut self, tag: (u16, u16), vr: &'static str, text: &str) -> &mut Self {
+    pub(crate) fn text(&mut self, tag: (u16, u16), vr: &'static str, text: &str) -> &mut Self {
         self.set(tag, Value::Text(vr, text.to_owned()))
     }
 
-    pub(super) fn us(&mut self, tag: (u16, u16), value: u16) -> &mut Self {
+    pub(crate) fn us(&mut self, tag: (u16, u16), value: u16) -> &mut Self {
         self.set(tag, Value::Us(value))
     }
 
-    pub(super) fn raw(&mut self, tag: (u16, u16), vr: &'static str, bytes: &[u8]) -> &mut Self {
+    pub(crate) fn raw(&mut self, tag: (u16, u16), vr: &'static str, bytes: &[u8]) -> &mut Self {
         self.set(tag, Value::Raw(vr, bytes.to_vec(), bytes.len() as u32))
     }
 
     /// Uncompressed pixels of 16 bits, in the file's byte order: call after [`File::coded`].
-    pub(super) fn pixels(&mut self, pixels: &[u16]) -> &mut Self {
+    pub(crate) fn pixels(&mut self, pixels: &[u16]) -> &mut Self {
         let big = self.coding == Coding::Big;
         let bytes = |p: &u16| if big { p.to_be_bytes() } else { p.to_le_bytes() };
         let bytes: Vec<u8> = pixels.iter().flat_map(bytes).collect();
@@ -111,7 +111,7 @@ impl File {
     }
 
     /// One frame, as these fragments.
-    pub(super) fn fragments(&mut self, syntax: &str, fragments: &[&[u8]]) -> &mut Self {
+    pub(crate) fn fragments(&mut self, syntax: &str, fragments: &[&[u8]]) -> &mut Self {
         let mut bytes = item(&[]);
         fragments.iter().for_each(|fragment| bytes.extend(item(fragment)));
         bytes.extend([0xFE, 0xFF, 0xDD, 0xE0, 0, 0, 0, 0]);
@@ -120,7 +120,7 @@ impl File {
     }
 
     /// In this coding, pixels too.
-    pub(super) fn coded(mut self, coding: Coding) -> Self {
+    pub(crate) fn coded(mut self, coding: Coding) -> Self {
         let pixels = self.elements.iter_mut().find(|row| row.0.0 == 0x7FE0);
         if let (Coding::Big, Some((_, Value::Raw(_, bytes, _)))) = (coding, pixels) {
             bytes.as_chunks_mut::<2>().0.iter_mut().for_each(|pair| pair.reverse());
@@ -135,7 +135,7 @@ impl File {
         self
     }
 
-    pub(super) fn bytes(&self) -> Vec<u8> {
+    pub(crate) fn bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         if self.preamble {
             bytes.resize(128, 0);
@@ -151,7 +151,7 @@ impl File {
 }
 
 /// An item of defined length, made even.
-pub(super) fn item(content: &[u8]) -> Vec<u8> {
+pub(crate) fn item(content: &[u8]) -> Vec<u8> {
     let even = content.len().next_multiple_of(2);
     let mut bytes = vec![0xFE, 0xFF, 0x00, 0xE0];
     bytes.extend((even as u32).to_le_bytes());
@@ -200,7 +200,7 @@ fn element(out: &mut Vec<u8>, coding: Coding, (group, number): (u16, u16), value
 }
 
 /// What stands in a sequence: its items, and the delimiter of an open one.
-pub(super) fn sequence(coding: Coding, items: &[Vec<((u16, u16), Value)>], open: bool) -> Vec<u8> {
+pub(crate) fn sequence(coding: Coding, items: &[Vec<((u16, u16), Value)>], open: bool) -> Vec<u8> {
     let big = coding == Coding::Big;
     let u32_bytes = |v: u32| if big { v.to_be_bytes() } else { v.to_le_bytes() };
     let mark = |out: &mut Vec<u8>, number: u16, length: u32| {

@@ -1,0 +1,137 @@
+//! `volume-loader labels`.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use guidance::safety::{LabelNames, MapError, Structures};
+use scene::VolumeSpec;
+use serde_json::json;
+
+use crate::load::names::{LabelNamesError, label_names};
+use crate::load::{labels_in, open_labels};
+use crate::nrrd::{self, Segment};
+use crate::{LoadError, WriteError, WriteOptions};
+
+/// Which label map, and what to make of it.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    volume-loader labels organs.dcm --of series/\n  \
+    volume-loader labels organs.dcm --of series/ --out organs.seg.nrrd\n  \
+    volume-loader labels organs.nii.gz --json\n\n\
+    A label map is a DICOM segmentation (BINARY, LABELMAP, or FRACTIONAL without a voxel in between), or a volume of whole numbers (NIfTI, \
+    NRRD, MetaImage) with names in its header or beside it. A DICOM segmentation is refused where its frame of reference is not that of \
+    --of. The file of --out is read by 3D Slicer with the names, and by a scene as `[plan] labels`.")]
+pub(crate) struct LabelsArgs {
+    /// The label map.
+    #[arg(value_name = "IN")]
+    path: PathBuf,
+    /// The examination that it is of.
+    #[arg(long, value_name = "CT")]
+    of: Option<PathBuf>,
+    /// Writes the labels with their names as NRRD (.seg.nrrd, .nrrd).
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Prints the structures as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Why there is no list.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum LabelsError {
+    /// The map was refused.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// It is no label map.
+    #[error("{}: {source}", path.display())]
+    Map {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: MapError,
+    },
+    /// Its names were refused.
+    #[error(transparent)]
+    Names(#[from] LabelNamesError),
+    /// The file was not written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The list was not put into JSON.
+    #[error("the structures as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// Lists the structures, and writes the map.
+///
+/// # Errors
+/// [`LabelsError`]; nothing is left of the output then.
+pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
+    let examination = args.of.clone().map(VolumeSpec::of_path);
+    let volume = labels_in(open_labels(&args.path, examination.as_ref())?.0)?;
+    let structures = volume.structures().map_err(|source| LabelsError::Map {
+        path: args.path.clone(),
+        source,
+    })?;
+    let names = label_names(&args.path)?;
+    if let Some(out) = &args.out {
+        let segments: Vec<Segment> = structures
+            .list()
+            .iter()
+            .map(|one| Segment {
+                label: one.label(),
+                name: names.get(one.label()).map(str::to_owned),
+                extent: one.extent(),
+            })
+            .collect();
+        let (mut source, _) = open_labels(&args.path, examination.as_ref())?;
+        nrrd::write_labels(out, source.as_mut(), WriteOptions { compress: true }, &segments)?;
+        bus::stderr_line!("volume-loader: wrote {}: {} structures", out.display(), segments.len());
+    }
+    let words = match args.json {
+        true => serde_json::to_string_pretty(&rows(&structures, &names))?,
+        false => table(&args.path, &structures, &names),
+    };
+    // Where nobody reads it any more, there is nobody to tell.
+    let _ = writeln!(io::stdout(), "{words}");
+    Ok(())
+}
+
+fn volume_ml(structures: &Structures, voxels: u64) -> f64 {
+    structures.grid().ct_from_voxel().determinant().abs() * voxels as f64 / 1000.0
+}
+
+fn rows(structures: &Structures, names: &LabelNames) -> serde_json::Value {
+    let row = |one: &guidance::safety::Structure| {
+        let (first, last) = one.extent();
+        json!({
+            "label": one.label(),
+            "name": names.get(one.label()),
+            "voxels": one.voxels(),
+            "volume_ml": volume_ml(structures, one.voxels()),
+            "first_voxel": first,
+            "last_voxel": last,
+        })
+    };
+    structures.list().iter().map(row).collect()
+}
+
+fn table(path: &Path, structures: &Structures, names: &LabelNames) -> String {
+    let [nx, ny, nz] = structures.grid().dims();
+    let [sx, sy, sz] = structures.grid().spacing_mm();
+    let mut lines = vec![format!(
+        "{}: {} structures in {nx} x {ny} x {nz} voxels of {sx:.3} x {sy:.3} x {sz:.3} mm",
+        path.display(),
+        structures.list().len()
+    )];
+    lines.extend(structures.list().iter().map(|one| {
+        format!(
+            "  {:5}  {:9} voxels  {:9.2} ml  {}",
+            one.label(),
+            one.voxels(),
+            volume_ml(structures, one.voxels()),
+            names.get(one.label()).unwrap_or("(no name)")
+        )
+    }));
+    lines.join("\n")
+}

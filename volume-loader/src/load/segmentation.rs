@@ -1,0 +1,61 @@
+//! DICOM segmentations as label maps: Segmentation Storage (BINARY, and FRACTIONAL whose voxels are whole) and Label Map Segmentation
+//! Storage (DICOM PS3.3, A.51).
+//!
+//! A voxel is the number of its segment. Frames lie where their own places and axes put them, on one even grid; those that a writer left
+//! out are planes without a structure, as the standard has it. What would be a guess is refused: voxels of two segments, voxels that are
+//! partly of one, planes between which no step leads, and a frame of reference that is not the examination's.
+
+mod error;
+mod lattice;
+mod object;
+mod source;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use scene::{VolumeSource, VolumeSpec};
+
+pub use error::SegmentationError;
+pub(crate) use source::SegmentationSource;
+
+use crate::dicom;
+use crate::source::ReadError;
+
+/// Opens the segmentation at `path`, which must share the frame of reference with `examination`, where that is DICOM too; `None` where it is
+/// no segmentation. With whether both say that frame.
+///
+/// # Errors
+/// [`ReadError`].
+pub(crate) fn open(
+    path: &Path,
+    examination: Option<&VolumeSpec>,
+) -> Result<Option<(SegmentationSource, bool)>, ReadError> {
+    if !dicom::has_preamble(path) {
+        return Ok(None);
+    }
+    let Some(source) = SegmentationSource::open(path)? else {
+        return Ok(None);
+    };
+    let expected = frame_of(examination)?;
+    match expected.map(|expected| expected == source.frame_of_reference()) {
+        Some(false) => Err(ReadError::Segmentation {
+            path: path.to_owned(),
+            source: SegmentationError::OtherFrame,
+        }),
+        said => Ok(Some((source, said.is_some()))),
+    }
+}
+
+/// The frame of reference of an examination, never shown; `None` where it is no DICOM, or says none.
+///
+/// # Errors
+/// [`ReadError`] of the examination.
+pub(crate) fn frame_of(examination: Option<&VolumeSpec>) -> Result<Option<String>, ReadError> {
+    let Some(VolumeSource::File(file)) = examination.map(|examination| &examination.source) else {
+        return Ok(None);
+    };
+    let series = file.series.map(|number| number as usize);
+    Ok(dicom::frame_of_reference(&file.path, series)?)
+}
