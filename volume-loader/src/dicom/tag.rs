@@ -40,6 +40,7 @@ elements! { NAMES:
     SOP_CLASS = (0x0008, 0x0016, "SOPClassUID");
     SOP_INSTANCE = (0x0008, 0x0018, "SOPInstanceUID");
     MODALITY = (0x0008, 0x0060, "Modality");
+    VOLUMETRIC = (0x0008, 0x9206, "VolumetricProperties");
     PATIENT_ID = (0x0010, 0x0020, "PatientID");
     SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
     SPACING_BETWEEN_SLICES = (0x0018, 0x0088, "SpacingBetweenSlices");
@@ -76,7 +77,6 @@ elements! { NAMES:
 // Sequences and tables, which are no values, and what stands in functional groups alone (PS3.3, C.7.6.16 and C.8.15).
 elements! { NESTED:
     FRAME_TYPE = (0x0008, 0x9007, "FrameType");
-    VOLUMETRIC = (0x0008, 0x9206, "VolumetricProperties");
     ACQUISITION_DETAILS = (0x0018, 0x9304, "CTAcquisitionDetailsSequence");
     CARDIAC = (0x0018, 0x9118, "CardiacSynchronizationSequence");
     RECONSTRUCTION = (0x0018, 0x9314, "CTReconstructionSequence");

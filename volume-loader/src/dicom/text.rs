@@ -1,6 +1,58 @@
 //! Text of an element (DICOM PS3.5 section 6.2).
 
+use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 pub(crate) mod charset;
+
+/// A value that tells slices apart. Two of them are equal where their bytes are, but for the padding of each value between
+/// backslashes; what may be shown of it may be the same for several that differ.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Label {
+    // First, so that lists are in the order of what is shown.
+    shown: String,
+    digest: u64,
+}
+
+impl Label {
+    /// Of an element's bytes; `None` where there is nothing but padding.
+    pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
+        solid(bytes)?;
+        let values = bytes.split(|&b| b == b'\\');
+        let shown: Vec<String> = values.clone().map(code).collect();
+        let mut hasher = DefaultHasher::new();
+        values.for_each(|value| solid(value).hash(&mut hasher));
+        Some(Self {
+            shown: shown.join("/"),
+            digest: hasher.finish(),
+        })
+    }
+
+    /// What may be shown, with slashes between several values.
+    pub(crate) fn shown(&self) -> &str {
+        &self.shown
+    }
+}
+
+impl fmt::Display for Label {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.shown)
+    }
+}
+
+/// Of the bytes themselves, whatever their character set; `None` where there is nothing but padding.
+pub(crate) fn digest(bytes: &[u8]) -> Option<u64> {
+    let mut hasher = DefaultHasher::new();
+    solid(bytes)?.hash(&mut hasher);
+    Some(hasher.finish())
+}
+
+/// Without the padding around; `None` where there is nothing else.
+fn solid(bytes: &[u8]) -> Option<&[u8]> {
+    let solid = |byte: &u8| *byte != 0 && !byte.is_ascii_whitespace();
+    let (first, last) = (bytes.iter().position(solid)?, bytes.iter().rposition(solid)?);
+    bytes.get(first..=last)
+}
 
 /// The text without the padding around it; what is not ASCII becomes question marks.
 pub(crate) fn text(bytes: &[u8]) -> String {

@@ -1,14 +1,14 @@
 //! The frames of an Enhanced CT as slices: each with the place, the numbers and the part of the file that it says it has.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::PathBuf;
 
-use super::{Header, is_localizer, placed};
+use super::{Header, placed};
 use crate::dicom::element::Elements;
 use crate::dicom::element::groups::Group;
 use crate::dicom::error::FileError;
 use crate::dicom::tag::{self as el, Tag};
+use crate::dicom::text::Label;
 use crate::dicom::walk::Element;
 
 /// One frame of a file.
@@ -16,8 +16,6 @@ use crate::dicom::walk::Element;
 pub(crate) struct Frame {
     /// From 1.
     pub number: u32,
-    /// How many the file has.
-    pub of: u32,
     pub part: Part,
     /// InStackPositionNumber; compared with the place, never taken for it.
     pub in_stack: Option<u32>,
@@ -28,20 +26,72 @@ pub(crate) struct Frame {
     pub tables: [Option<Element>; 2],
 }
 
-/// What keeps frames of one series apart: those of one volume agree in all of it.
+/// What keeps frames of one series apart: those of one volume agree in all of it. Names are compared by their bytes: two that may
+/// not be shown are not alike for that.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Part {
-    /// The concatenation or the file; `None` where each file has one frame. Never shown.
-    instance: Option<String>,
-    stack: Option<String>,
+    pub instance: Option<Instance>,
+    stack: Option<Label>,
     temporal: Option<u32>,
-    /// Percentages of the heart's cycle and of the breath's, in hundredths.
-    phases: [Option<i64>; 2],
-    kind: Option<String>,
-    algorithm: Option<String>,
-    kernel: Option<String>,
-    /// Where it is another than HU: a frame that does not say it is refused, and no part by itself.
-    rescale_type: Option<String>,
+    phases: [Option<Phase>; 2],
+    kind: Option<Label>,
+    algorithm: Option<Label>,
+    kernel: Option<Label>,
+    /// Where it is another than HU: a frame without one is taken as HU, as a classic slice is.
+    rescale_type: Option<Label>,
+}
+
+/// The concatenation, by its UID and no file, or the file, by the UID of its object and its path: a UID alone is another file's too
+/// where somebody copied one. Single frames have none: they are slices of their series. Never shown.
+pub(crate) type Instance = (String, PathBuf);
+
+/// A percentage of the heart's cycle or of the breath's, as the file says it. It is nominal, so that frames of one phase say the same
+/// number, and what differs however little is kept apart.
+#[derive(Debug, Clone, Copy)]
+struct Phase(f32);
+
+impl Ord for Phase {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        // Both zeros are one.
+        (self.0 + 0.0).total_cmp(&(other.0 + 0.0))
+    }
+}
+
+impl PartialOrd for Phase {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Phase {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Phase {}
+
+impl Part {
+    /// What it says of the stack and the point in time, each with the element that says so: a frame that is silent where others of
+    /// its file speak is of one of theirs, and nobody knows of which.
+    pub(crate) fn places(&self) -> [(Tag, bool); 2] {
+        [
+            (el::STACK, self.stack.is_some()),
+            (el::TEMPORAL, self.temporal.is_some()),
+        ]
+    }
+
+    /// The same of what was made of the measurement: a frame may have been made without.
+    pub(crate) fn makings(&self) -> [(Tag, bool); 5] {
+        let [cardiac, respiratory] = self.phases;
+        [
+            (el::CARDIAC_PHASE, cardiac.is_some()),
+            (el::RESPIRATORY_PHASE, respiratory.is_some()),
+            (el::FRAME_TYPE, self.kind.is_some()),
+            (el::ALGORITHM, self.algorithm.is_some()),
+            (el::KERNEL, self.kernel.is_some()),
+        ]
+    }
 }
 
 impl fmt::Display for Part {
@@ -54,8 +104,8 @@ impl fmt::Display for Part {
             write!(f, ", temporal position {temporal}")?;
         }
         for (phase, what) in self.phases.iter().zip(["cardiac", "respiratory"]) {
-            if let Some(phase) = phase {
-                write!(f, ", {} % of the {what} cycle", *phase as f64 / 100.0)?;
+            if let Some(Phase(percent)) = phase {
+                write!(f, ", {percent} % of the {what} cycle")?;
             }
         }
         let words = [&self.kind, &self.algorithm, &self.rescale_type];
@@ -67,10 +117,11 @@ impl fmt::Display for Part {
 #[derive(Debug, Clone)]
 pub(crate) struct Concatenation {
     /// Never shown.
-    uid: String,
+    pub uid: String,
     /// InConcatenationNumber, from 1.
-    number: u32,
-    total: Option<u32>,
+    pub number: u32,
+    /// InConcatenationTotalNumber, which a file may leave out.
+    pub total: Option<u32>,
 }
 
 impl Concatenation {
@@ -82,7 +133,15 @@ impl Concatenation {
             None | Some([]) => None,
             Some(_) => Some(u32::from(e.u16(el::IN_CONCATENATION_TOTAL)?)),
         };
-        let number = u32::from(e.u16(el::IN_CONCATENATION)?);
+        let tag = el::IN_CONCATENATION;
+        let number = u32::from(e.u16(tag)?);
+        if number == 0 || total.is_some_and(|total| number > total) {
+            return Err(FileError::Value {
+                tag,
+                found: number.to_string(),
+                expected: "a number from 1 to InConcatenationTotalNumber",
+            });
+        }
         Ok(Some(Self { uid, number, total }))
     }
 
@@ -90,73 +149,6 @@ impl Concatenation {
     pub(crate) fn one_of_several(&self) -> Option<u32> {
         (self.total != Some(1)).then_some(self.number)
     }
-}
-
-/// A part of a volume in several files that no file holds.
-#[derive(Debug, Clone)]
-pub(crate) struct Missing {
-    /// A file of the volume.
-    pub path: PathBuf,
-    pub missing: u32,
-    pub total: u32,
-}
-
-/// Of each concatenation that is not whole, by its UID.
-pub(crate) fn missing_parts(headers: &[Header]) -> BTreeMap<String, Missing> {
-    let mut found: BTreeMap<&str, (BTreeSet<u32>, u32, &PathBuf)> = BTreeMap::new();
-    for header in headers {
-        let Some(whole) = header.frame.as_ref().and_then(|frame| frame.concatenation.as_ref()) else {
-            continue;
-        };
-        let (numbers, total, _) = found.entry(&whole.uid).or_insert((BTreeSet::new(), 0, &header.path));
-        numbers.insert(whole.number);
-        *total = whole.number.max(whole.total.unwrap_or(0)).max(*total);
-    }
-    let lack = |(uid, (numbers, total, path)): (&str, (BTreeSet<u32>, u32, &PathBuf))| {
-        let missing = (1..=total).find(|number| !numbers.contains(number))?;
-        let path = path.clone();
-        Some((uid.to_owned(), Missing { path, missing, total }))
-    };
-    found.into_iter().filter_map(lack).collect()
-}
-
-/// What these slices, which are of one volume, lack.
-pub(crate) fn missing_of(missing: &BTreeMap<String, Missing>, headers: &[Header]) -> Option<Missing> {
-    let whole = headers.first()?.frame.as_ref()?.concatenation.as_ref()?;
-    missing.get(&whole.uid).cloned()
-}
-
-/// The first frame without a place of each stack, point in time and reconstruction; localizers apart.
-pub(crate) type Unplaced = BTreeMap<(Part, bool), (PathBuf, u32, Tag)>;
-
-/// Of all frames. Without it a volume would lack a slice and nobody would be told.
-pub(crate) fn unplaced(headers: &[Header]) -> Unplaced {
-    let mut unplaced = Unplaced::new();
-    for header in headers {
-        if let (Some(frame), Err(tag)) = (&header.frame, header.placed) {
-            let first = (header.path.clone(), frame.number, tag);
-            unplaced.entry((frame.part.clone(), header.localizer)).or_insert(first);
-        }
-    }
-    unplaced
-}
-
-/// Of the frames that belong together with these slices.
-pub(crate) fn unplaced_of(unplaced: &Unplaced, headers: &[Header]) -> Option<(PathBuf, u32, Tag)> {
-    let first = headers.first()?;
-    let part = first.frame.as_ref()?.part.clone();
-    unplaced.get(&(part, first.localizer)).cloned()
-}
-
-/// Where the numbers of the frames in their stack do not follow their places.
-pub(crate) fn order_warning(headers: &[&Header]) -> Option<String> {
-    let number = |header: &&Header| header.frame.as_ref().and_then(|frame| frame.in_stack);
-    let numbers: Vec<u32> = headers.iter().filter_map(number).collect();
-    let pairs = || numbers.iter().zip(numbers.iter().skip(1));
-    if pairs().all(|(a, b)| a < b) || pairs().all(|(a, b)| a > b) {
-        return None;
-    }
-    Some("InStackPositionNumber does not follow the frames' positions, which are taken".to_owned())
 }
 
 /// A header for each frame, after `file`, the header of the file.
@@ -171,24 +163,24 @@ pub(super) fn each(file: &Header, e: &Elements) -> Result<Vec<Header>, FileError
     if groups.len() as u64 != u64::from(of) {
         return Err(FileError::Items {
             tag: el::FRAME_GROUPS,
-            found: groups.len().to_string(),
+            found: match groups.len() {
+                1 => "one item".to_owned(),
+                count => format!("{count} items"),
+            },
             expected: format!("{of}: one for each frame"),
         });
     }
     let nothing = Group::default();
     let shared = e.shared.as_deref().and_then(<[Group]>::first).unwrap_or(&nothing);
     let concatenation = Concatenation::of(e)?;
-    let instance = concatenation.as_ref().map(|whole| whole.uid.clone()).or_else(|| {
+    let joined = concatenation.as_ref().map(|whole| (whole.uid.clone(), PathBuf::new()));
+    let instance = joined.or_else(|| {
         // Slices of one series that lie in a file each belong together as classic ones do.
-        let own = || {
-            e.text(el::SOP_INSTANCE)
-                .unwrap_or_else(|| file.path.display().to_string())
-        };
+        let own = || (e.text(el::SOP_INSTANCE).unwrap_or_default(), file.path.clone());
         (of > 1).then(own)
     });
     let common = Frame {
         number: 0,
-        of,
         part: Part {
             instance,
             ..Part::default()
@@ -218,20 +210,18 @@ fn one_frame(file: &Header, frame: Frame, group: &Group) -> Result<Header, FileE
     let details = group.details.clone().unwrap_or_default();
     let converted = group.unassigned.clone().unwrap_or_default();
     let kernel = made.kernel.or(converted.kernel).or(file.kernel.clone());
-    let localizer = file.localizer
-        || kind
-            .codes
-            .as_deref()
-            .is_some_and(|codes| is_localizer(&codes.replace('/', "\\")));
-    let hundredths = |phase: Option<Option<f64>>| phase.flatten().map(|percent| (percent * 100.0).round() as i64);
+    let localizer = file.localizer || kind.localizer;
+    // What is said of the whole file holds for a frame that says nothing to the contrary.
+    let contrast = [kind.contrast, file.contrast.clone()].into_iter().flatten();
+    let volumetric = [kind.volumetric, file.volumetric.clone()];
     let part = Part {
         stack: content.stack,
         temporal: content.temporal,
-        phases: [hundredths(group.cardiac), hundredths(group.respiratory)],
-        kind: kind.codes,
+        phases: [group.cardiac, group.respiratory].map(|phase| phase.flatten().map(Phase)),
+        kind: kind.label,
         algorithm: made.algorithm,
         kernel: kernel.clone(),
-        rescale_type: transformation.kind.clone().filter(|kind| kind != "HU"),
+        rescale_type: transformation.kind.clone().filter(|kind| kind.shown() != "HU"),
         ..frame.part
     };
     let (position, orientation) = (group.position.flatten(), group.orientation.flatten());
@@ -241,6 +231,9 @@ fn one_frame(file: &Header, frame: Frame, group: &Group) -> Result<Header, FileE
         slope: transformation.slope,
         intercept: transformation.intercept,
         rescale_type: transformation.kind,
+        contrast: contrast
+            .into_iter()
+            .find(|kind| !["NONE", "MIXED"].contains(&kind.as_str())),
         tilt_deg: details.tilt_deg.or(converted.tilt_deg),
         thickness_mm: measures.thickness_mm,
         spacing_between_mm: measures.spacing_between_mm,
@@ -249,7 +242,7 @@ fn one_frame(file: &Header, frame: Frame, group: &Group) -> Result<Header, FileE
         frame: Some(Frame {
             part,
             in_stack: content.in_stack,
-            distorted: kind.volumetric.as_deref() == Some("DISTORTED"),
+            distorted: volumetric.iter().flatten().any(|kind| kind == "DISTORTED"),
             ..frame
         }),
         ..file.clone()
