@@ -70,6 +70,8 @@ pub(crate) struct Header {
     pub contrast: Option<String>,
     /// VolumetricProperties.
     pub volumetric: Option<String>,
+    /// VolumeBasedCalculationTechnique.
+    pub technique: Option<String>,
     /// PixelPaddingValue and PixelPaddingRangeLimit, as they are stored.
     pub padding: [Option<u16>; 2],
     pub tilt_deg: Option<f64>,
@@ -193,6 +195,7 @@ impl Header {
             rescale_type: e.label(el::RESCALE_TYPE),
             contrast: e.contrast(el::IMAGE_TYPE),
             volumetric: e.code(el::VOLUMETRIC),
+            technique: e.code(el::TECHNIQUE),
             padding: [padding(e, el::PADDING)?, padding(e, el::PADDING_LIMIT)?],
             tilt_deg: e.reported(el::GANTRY_TILT),
             thickness_mm: e.reported(el::SLICE_THICKNESS),

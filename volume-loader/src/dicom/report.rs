@@ -137,6 +137,19 @@ fn order_warning(headers: &[&Header]) -> Option<String> {
     Some("InStackPositionNumber does not follow the frames' positions, which are taken".to_owned())
 }
 
+/// Where the numbers of the frames in their stack are not those from 1 on: what is missing at an end is seen by no gap.
+fn numbers_warning(headers: &[&Header]) -> Option<String> {
+    let numbers = || headers.iter().filter_map(|header| header.frame.as_ref()?.in_stack);
+    let (first, last) = (numbers().min()?, numbers().max()?);
+    let count = headers.len();
+    if first == 1 && last as usize == count {
+        return None;
+    }
+    Some(format!(
+        "InStackPositionNumber is from {first} to {last} in {count} slices: slices of the stack may be missing"
+    ))
+}
+
 /// What is doubtful about headers and places.
 fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> {
     let Some(first) = headers.first() else {
@@ -166,7 +179,7 @@ fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> 
             "ImageOrientationPatient was off by {error:.1e} and was made exact"
         ));
     }
-    warnings.extend(order_warning(headers));
+    warnings.extend(order_warning(headers).or_else(|| numbers_warning(headers)));
     let tilt = stack.tilt_deg();
     if let Some(tag) = first.tilt_deg.filter(|tag| (tag.abs() - tilt).abs() > TILT_DEG) {
         warnings.push(format!(

@@ -117,12 +117,13 @@ impl Series {
                 left_out,
             });
         }
-        let whole = Whole::of(&scanned.headers);
+        let mut whole = Whole::of(&scanned.headers);
         let groups = group(scanned.headers).ok_or(DicomError::TooMuch {
             path: folder.to_owned(),
             limit: MAX_SERIES,
             what: "series",
         })?;
+        whole.grouped(&groups);
         let count = groups.len();
         let numbered = (1..).zip(groups).map(|(number, (headers, frames_merged))| Self {
             folder: path.clone(),

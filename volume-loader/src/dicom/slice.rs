@@ -99,12 +99,9 @@ fn check_kind(header: &Header) -> Result<(), FileError> {
     if frames != 1 && header.frame.is_none() {
         return Err(FileError::MultiFrame { frames });
     }
-    if header.frame.as_ref().is_some_and(|frame| frame.distorted) {
-        return Err(FileError::Value {
-            tag: el::VOLUMETRIC,
-            found: "DISTORTED".to_owned(),
-            expected: "VOLUME or SAMPLED: pixels that lie where their frame's place and axes put them",
-        });
+    if let Some((tag, found)) = header.frame.as_ref().and_then(|frame| frame.distorted.clone()) {
+        let expected = "a slice: pixels that lie where their frame's place and axes put them";
+        return Err(FileError::Value { tag, found, expected });
     }
     if header.modality_lut {
         return Err(FileError::Value {

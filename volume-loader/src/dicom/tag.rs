@@ -41,6 +41,7 @@ elements! { NAMES:
     SOP_INSTANCE = (0x0008, 0x0018, "SOPInstanceUID");
     MODALITY = (0x0008, 0x0060, "Modality");
     VOLUMETRIC = (0x0008, 0x9206, "VolumetricProperties");
+    TECHNIQUE = (0x0008, 0x9207, "VolumeBasedCalculationTechnique");
     PATIENT_ID = (0x0010, 0x0020, "PatientID");
     SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
     SPACING_BETWEEN_SLICES = (0x0018, 0x0088, "SpacingBetweenSlices");
@@ -103,9 +104,10 @@ elements! { NESTED:
 }
 
 /// The elements that are read in functional groups.
-pub(crate) const GROUPED: [Tag; 18] = [
+pub(crate) const GROUPED: [Tag; 19] = [
     FRAME_TYPE,
     VOLUMETRIC,
+    TECHNIQUE,
     SLICE_THICKNESS,
     SPACING_BETWEEN_SLICES,
     GANTRY_TILT,

@@ -64,6 +64,8 @@ pub(crate) struct FrameKind {
     pub contrast: Option<String>,
     pub localizer: bool,
     pub volumetric: Option<String>,
+    /// VolumeBasedCalculationTechnique.
+    pub technique: Option<String>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -152,6 +154,7 @@ impl Group {
                     contrast: e.contrast(el::FRAME_TYPE),
                     localizer: e.is_localizer(el::FRAME_TYPE),
                     volumetric: e.code(el::VOLUMETRIC),
+                    technique: e.code(el::TECHNIQUE),
                 });
             }
             el::RECONSTRUCTION => self.reconstruction = Some(Reconstruction::of(e)),

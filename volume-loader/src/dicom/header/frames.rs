@@ -20,11 +20,15 @@ pub(crate) struct Frame {
     /// InStackPositionNumber; compared with the place, never taken for it.
     pub in_stack: Option<u32>,
     pub concatenation: Option<Concatenation>,
-    /// Whether its pixels do not lie where its place and its axes put them.
-    pub distorted: bool,
+    /// By which element and value its pixels do not lie where its place and its axes put them.
+    pub distorted: Option<(Tag, String)>,
     /// The headers of the extended table of offsets and of that of lengths.
     pub tables: [Option<Element>; 2],
 }
+
+/// VolumetricProperties and VolumeBasedCalculationTechnique of what is no slice of a body (PS3.3, C.8.16.2.1): pixels of a plane that
+/// is bent or seen in perspective, or colours of a surface.
+const NO_SLICES: [&str; 4] = ["DISTORTED", "CURVED_MPR", "VOLUME_RENDER", "SURFACE_RENDER"];
 
 /// What keeps frames of one series apart: those of one volume agree in all of it. Names are compared by their bytes: two that may
 /// not be shown are not alike for that.
@@ -187,7 +191,7 @@ pub(super) fn each(file: &Header, e: &Elements) -> Result<Vec<Header>, FileError
         },
         in_stack: None,
         concatenation,
-        distorted: false,
+        distorted: None,
         tables: e.tables,
     };
     let frame = |(number, group): (u32, &Group)| {
@@ -213,7 +217,13 @@ fn one_frame(file: &Header, frame: Frame, group: &Group) -> Result<Header, FileE
     let localizer = file.localizer || kind.localizer;
     // What is said of the whole file holds for a frame that says nothing to the contrary.
     let contrast = [kind.contrast, file.contrast.clone()].into_iter().flatten();
-    let volumetric = [kind.volumetric, file.volumetric.clone()];
+    let properties = [
+        (el::VOLUMETRIC, kind.volumetric),
+        (el::TECHNIQUE, kind.technique),
+        (el::VOLUMETRIC, file.volumetric.clone()),
+        (el::TECHNIQUE, file.technique.clone()),
+    ];
+    let properties = properties.into_iter().filter_map(|(tag, value)| Some((tag, value?)));
     let part = Part {
         stack: content.stack,
         temporal: content.temporal,
@@ -242,7 +252,9 @@ fn one_frame(file: &Header, frame: Frame, group: &Group) -> Result<Header, FileE
         frame: Some(Frame {
             part,
             in_stack: content.in_stack,
-            distorted: volumetric.iter().flatten().any(|kind| kind == "DISTORTED"),
+            distorted: properties
+                .into_iter()
+                .find(|(_, value)| NO_SLICES.contains(&value.as_str())),
             ..frame
         }),
         ..file.clone()

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::dicom::error::{DicomError, FileError};
 use crate::dicom::header::Header;
-use crate::dicom::header::frames::{Concatenation, Frame, Instance};
+use crate::dicom::header::frames::{Concatenation, Frame, Instance, Part};
 use crate::dicom::tag::Tag;
 
 /// The study, the series and the file or concatenation, and whether these are localizers: what is said of a volume holds among these.
@@ -67,6 +67,30 @@ impl Whole {
             whole.warnings.insert(among, warnings);
         }
         whole
+    }
+
+    /// Adds a warning where frames of one part of a file are in several of these groups, for another orientation, spacing, size or
+    /// modality: a stack has one of each, and who chooses one group of it is without the rest.
+    pub(crate) fn grouped(&mut self, groups: &[(Vec<Header>, bool)]) {
+        let mut parts: BTreeMap<Among, BTreeMap<Part, Vec<usize>>> = BTreeMap::new();
+        for (headers, _) in groups {
+            let Some(first) = headers.first() else { continue };
+            if let (Some(among), Some(frame)) = (among(first), &first.frame)
+                && frame.part.instance.is_some()
+            {
+                let slices = parts.entry(among).or_default().entry(frame.part.clone()).or_default();
+                slices.push(headers.len());
+            }
+        }
+        for (among, parts) in parts {
+            for (part, slices) in parts.into_iter().filter(|(_, slices)| slices.len() > 1) {
+                let (count, all) = (slices.len(), slices.iter().sum::<usize>());
+                let warning = format!(
+                    "{all} {part} are {count} series, for another orientation, spacing or size: each lacks the slices of the others"
+                );
+                self.warnings.entry(among.clone()).or_default().push(warning);
+            }
+        }
     }
 
     /// What the volume of these slices lacks.

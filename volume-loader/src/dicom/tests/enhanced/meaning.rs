@@ -82,6 +82,27 @@ fn a_file_that_is_distorted_as_a_whole_is_refused() {
 }
 
 #[test]
+fn bent_planes_and_pictures_of_surfaces_are_no_slices() {
+    const TECHNIQUE: made::Tag = (0x0008, 0x9207);
+    for technique in ["CURVED_MPR", "VOLUME_RENDER", "SURFACE_RENDER"] {
+        let mut enhanced = Enhanced::of(3);
+        enhanced.frames[1].group(made::FRAME_TYPE_GROUP, made::text(TECHNIQUE, "CS", technique));
+        let words = format!("VolumeBasedCalculationTechnique is {technique}");
+        let error = enhanced.folder().refused();
+        assert!(
+            error.contains(&format!("frame 2: element (0008,9207) {words}")),
+            "{error}"
+        );
+        let mut enhanced = Enhanced::of(3);
+        enhanced.base.text(TECHNIQUE, "CS", technique);
+        assert!(enhanced.folder().refused().contains(&words));
+    }
+    let mut enhanced = Enhanced::of(3);
+    enhanced.base.text(TECHNIQUE, "CS", "MPR");
+    assert_eq!(volume(&enhanced), classic(&stack(3)));
+}
+
+#[test]
 fn frames_without_a_transformation_are_refused_whatever_their_modality() {
     let mut enhanced = Enhanced::of(3);
     enhanced.base.text((0x0008, 0x0060), "CS", "OT");

@@ -105,20 +105,55 @@ fn a_frame_that_says_nothing_is_dropped_from_no_part_of_its_file() {
     }
 }
 
+fn warnings_of(enhanced: &Enhanced, slices: usize) -> Vec<String> {
+    let folder = enhanced.folder();
+    let found = Series::scan(folder.path()).unwrap().series;
+    let series = found.iter().find(|series| series.summary().slices == slices).unwrap();
+    let source = DicomSource::open(series, Options::default()).unwrap();
+    source.series_facts().warnings.clone()
+}
+
+#[test]
+fn frames_of_one_stack_that_are_several_series_are_told_of() {
+    let mut enhanced = Enhanced::of(6);
+    for frame in &mut enhanced.frames {
+        frame.content("A", [1, 1]);
+    }
+    enhanced.frames[5].group(made::MEASURES_GROUP, made::text((0x0028, 0x0030), "DS", "0.75\\0.51"));
+    let warnings = warnings_of(&enhanced, 5);
+    assert!(
+        warnings[0].contains("6 frames of stack A, temporal position 1 are 2 series"),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn a_stack_whose_numbers_do_not_begin_or_end_with_its_slices_is_told_of() {
+    let of = |numbers: [u32; 4]| {
+        let mut enhanced = Enhanced::of(4);
+        for (frame, number) in enhanced.frames.iter_mut().zip(numbers) {
+            frame.content("1", [number, 1]);
+        }
+        warnings_of(&enhanced, 4)
+    };
+    assert!(of([1, 2, 3, 4]).is_empty() && of([4, 3, 2, 1]).is_empty());
+    for numbers in [[2, 3, 4, 5], [0, 1, 2, 3], [1, 2, 4, 6]] {
+        let warnings = of(numbers);
+        let words = format!(
+            "InStackPositionNumber is from {} to {} in 4 slices",
+            numbers[0], numbers[3]
+        );
+        assert!(warnings.len() == 1 && warnings[0].contains(&words), "{warnings:?}");
+    }
+}
+
 #[test]
 fn a_frame_that_does_not_say_how_it_was_made_is_told_of() {
     let mut enhanced = Enhanced::of(6);
     for frame in &mut enhanced.frames[..5] {
         frame.group((0x0018, 0x9314), made::text((0x0018, 0x1210), "SH", "B30"));
     }
-    let folder = enhanced.folder();
-    let found = Series::scan(folder.path()).unwrap().series;
-    let longest = found.iter().find(|series| series.summary().slices == 5).unwrap();
-    let warnings = DicomSource::open(longest, Options::default())
-        .unwrap()
-        .series_facts()
-        .warnings
-        .clone();
+    let warnings = warnings_of(&enhanced, 5);
     assert!(
         warnings[0].contains("frame 6 of") && warnings[0].contains("has no (0018,1210) ConvolutionKernel"),
         "{warnings:?}"
