@@ -2,6 +2,7 @@
 
 pub(super) mod frames;
 pub(super) mod identity;
+pub(super) mod part;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};

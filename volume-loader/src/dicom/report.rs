@@ -102,6 +102,10 @@ fn is_lossy(headers: &[&Header], slices: &[Slice]) -> Result<bool, DicomError> {
     middle.map_or(Ok(false), |slice| slice.is_lossy(&mut Vec::new()))
 }
 
+fn named(header: &Header) -> &str {
+    header.kernel.as_ref().map_or("not named", Label::shown)
+}
+
 /// Where the numbers of a CT may be other than the HU of what lies at each place.
 fn not_plain_hu(headers: &[&Header]) -> Vec<String> {
     let kinds = || headers.iter().filter_map(|header| header.rescale_type.as_ref());
@@ -162,6 +166,16 @@ fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> 
         warnings.extend(not_plain_hu(headers));
     }
     warnings.extend(series.doubts.iter().cloned());
+    // Frames are told apart by it; classic slices of one series are not.
+    if let Some(other) = headers.iter().find(|header| header.kernel != first.kernel) {
+        warnings.push(format!(
+            "the slices were not reconstructed alike: the kernel is {} in {} and {} in {}",
+            named(first),
+            first.path.display(),
+            named(other),
+            other.path.display()
+        ));
+    }
     if series.is_unnamed() {
         warnings.push(
             "the slices have no SeriesInstanceUID: they were put together by study, frame of reference, orientation and size"

@@ -158,11 +158,20 @@ impl Series {
             plane: normal.map(words::plane),
             step_mm: Stack::of(&placed).ok().map(|stack| stack.steps.median_mm),
             kernel: first.and_then(|header| header.kernel.as_ref()).map(Label::to_string),
-            part: first
-                .and_then(|header| header.frame.as_ref())
-                .map(|frame| frame.part.to_string()),
+            part: self.part(),
             localizer: self.is_localizer(),
         }
+    }
+
+    /// Which part of its file this is, in words; with a frame to find it by where another part may be told by the same words.
+    fn part(&self) -> Option<String> {
+        let frames = || self.headers.iter().filter_map(|header| header.frame.as_ref());
+        let part = &frames().next()?.part;
+        let first = frames().map(|frame| frame.number).min()?;
+        Some(match part.is_hidden() {
+            true => format!("{part}, the first of them is frame {first}"),
+            false => part.to_string(),
+        })
     }
 
     /// What the first file says of the patient, the visit and the place, by the elements' names: for who asks for it, and

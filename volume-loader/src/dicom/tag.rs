@@ -91,6 +91,7 @@ elements! { NESTED:
     TEMPORAL = (0x0020, 0x9128, "TemporalPositionIndex");
     SHARED_UNASSIGNED = (0x0020, 0x9170, "UnassignedSharedConvertedAttributesSequence");
     FRAME_UNASSIGNED = (0x0020, 0x9171, "UnassignedPerFrameConvertedAttributesSequence");
+    CARDIAC_DELAY = (0x0020, 0x9153, "NominalCardiacTriggerDelayTime");
     CARDIAC_PHASE = (0x0020, 0x9241, "NominalPercentageOfCardiacPhase");
     RESPIRATORY_PHASE = (0x0020, 0x9245, "NominalPercentageOfRespiratoryPhase");
     RESPIRATORY = (0x0020, 0x9253, "RespiratorySynchronizationSequence");
@@ -104,7 +105,7 @@ elements! { NESTED:
 }
 
 /// The elements that are read in functional groups.
-pub(crate) const GROUPED: [Tag; 19] = [
+pub(crate) const GROUPED: [Tag; 20] = [
     FRAME_TYPE,
     VOLUMETRIC,
     TECHNIQUE,
@@ -118,6 +119,7 @@ pub(crate) const GROUPED: [Tag; 19] = [
     STACK,
     IN_STACK,
     TEMPORAL,
+    CARDIAC_DELAY,
     CARDIAC_PHASE,
     RESPIRATORY_PHASE,
     PIXEL_SPACING,

@@ -5,13 +5,16 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 pub(crate) mod charset;
 
+/// In the place of what may not be shown.
+const HIDDEN: &str = "unknown";
+
 /// A value that tells slices apart. Two of them are equal where their bytes are, but for the padding of each value between
 /// backslashes; what may be shown of it may be the same for several that differ.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Label {
     // First, so that lists are in the order of what is shown.
     shown: String,
-    digest: u64,
+    digest: [u8; 32],
 }
 
 impl Label {
@@ -20,12 +23,21 @@ impl Label {
         solid(bytes)?;
         let values = bytes.split(|&b| b == b'\\');
         let shown: Vec<String> = values.clone().map(code).collect();
-        let mut hasher = DefaultHasher::new();
-        values.for_each(|value| solid(value).hash(&mut hasher));
+        // The same in every build, as the order of series that are told apart by it is: who wrote down a number finds the same one.
+        let mut hasher = blake3::Hasher::new();
+        for value in values {
+            let value = solid(value).unwrap_or_default();
+            hasher.update(&(value.len() as u64).to_le_bytes()).update(value);
+        }
         Some(Self {
             shown: shown.join("/"),
-            digest: hasher.finish(),
+            digest: *hasher.finalize().as_bytes(),
         })
+    }
+
+    /// Whether a value of it may not be shown.
+    pub(crate) fn is_hidden(&self) -> bool {
+        self.shown.split('/').any(|value| value == HIDDEN)
     }
 
     /// What may be shown, with slashes between several values.
@@ -70,5 +82,5 @@ pub(crate) fn code(bytes: &[u8]) -> String {
     if !text.is_empty() && text.len() <= 16 && text.bytes().all(plain) {
         return text;
     }
-    "unknown".to_owned()
+    HIDDEN.to_owned()
 }

@@ -72,21 +72,26 @@ impl Elements {
     /// [`FileError::Value`].
     pub(crate) fn f32(&self, tag: Tag) -> Result<Option<f32>, FileError> {
         let expected = "one finite number of 32 bits";
-        let Some(bytes) = self.fixed(tag, expected)? else {
-            return Ok(None);
-        };
-        let number = match self.syntax.elements {
+        let number = self.fixed(tag, expected)?.map(|bytes| match self.syntax.elements {
             Coding::ExplicitBig => f32::from_be_bytes(bytes),
             Coding::ExplicitLittle | Coding::ImplicitLittle => f32::from_le_bytes(bytes),
-        };
-        match number.is_finite() {
-            true => Ok(Some(number)),
-            false => Err(FileError::Value {
-                tag,
-                found: number.to_string(),
-                expected,
-            }),
-        }
+        });
+        finite(tag, number.map(f64::from), expected)?;
+        Ok(number)
+    }
+
+    /// A 64-bit number with a fraction (FD), finite; `None` where the element is absent or empty.
+    ///
+    /// # Errors
+    /// [`FileError::Value`].
+    pub(crate) fn f64(&self, tag: Tag) -> Result<Option<f64>, FileError> {
+        let expected = "one finite number of 64 bits";
+        let number = self.fixed(tag, expected)?.map(|bytes| match self.syntax.elements {
+            Coding::ExplicitBig => f64::from_be_bytes(bytes),
+            Coding::ExplicitLittle | Coding::ImplicitLittle => f64::from_le_bytes(bytes),
+        });
+        finite(tag, number, expected)?;
+        Ok(number)
     }
 
     fn fixed<const N: usize>(&self, tag: Tag, expected: &'static str) -> Result<Option<[u8; N]>, FileError> {
@@ -134,6 +139,17 @@ impl Elements {
     /// One decimal number that is only reported: whatever is wrong with it makes it absent.
     pub(crate) fn reported(&self, tag: Tag) -> Option<f64> {
         self.number(tag).ok().flatten()
+    }
+}
+
+fn finite(tag: Tag, number: Option<f64>, expected: &'static str) -> Result<(), FileError> {
+    match number.filter(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(number) => Err(FileError::Value {
+            tag,
+            found: number.to_string(),
+            expected,
+        }),
     }
 }
 

@@ -27,10 +27,17 @@ pub(crate) struct Group {
     pub details: Option<Reconstruction>,
     /// What the converter of a classic series found no place for.
     pub unassigned: Option<Reconstruction>,
-    /// Nominal percentage of the heart's cycle, and of the breath's.
-    pub cardiac: Option<Option<f32>>,
+    pub cardiac: Option<Cardiac>,
+    /// Nominal percentage of the breath's cycle.
     pub respiratory: Option<Option<f32>>,
     pub modality_lut: bool,
+}
+
+/// Nominal places in the heart's cycle.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Cardiac {
+    pub percent: Option<f32>,
+    pub delay_ms: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -163,7 +170,12 @@ impl Group {
                 let before = self.unassigned.take().unwrap_or_default();
                 self.unassigned = Some(Reconstruction::of(e).or(before));
             }
-            el::CARDIAC => self.cardiac = Some(e.f32(el::CARDIAC_PHASE)?),
+            el::CARDIAC => {
+                self.cardiac = Some(Cardiac {
+                    percent: e.f32(el::CARDIAC_PHASE)?,
+                    delay_ms: e.f64(el::CARDIAC_DELAY)?,
+                });
+            }
             el::RESPIRATORY => self.respiratory = Some(e.f32(el::RESPIRATORY_PHASE)?),
             _ => {}
         }

@@ -1,14 +1,13 @@
 //! The frames of an Enhanced CT as slices: each with the place, the numbers and the part of the file that it says it has.
 
-use std::fmt;
 use std::path::PathBuf;
 
+use super::part::{Number, Part};
 use super::{Header, placed};
 use crate::dicom::element::Elements;
 use crate::dicom::element::groups::Group;
 use crate::dicom::error::FileError;
 use crate::dicom::tag::{self as el, Tag};
-use crate::dicom::text::Label;
 use crate::dicom::walk::Element;
 
 /// One frame of a file.
@@ -29,93 +28,6 @@ pub(crate) struct Frame {
 /// VolumetricProperties and VolumeBasedCalculationTechnique of what is no slice of a body (PS3.3, C.8.16.2.1): pixels of a plane that
 /// is bent or seen in perspective, or colours of a surface.
 const NO_SLICES: [&str; 4] = ["DISTORTED", "CURVED_MPR", "VOLUME_RENDER", "SURFACE_RENDER"];
-
-/// What keeps frames of one series apart: those of one volume agree in all of it. Names are compared by their bytes: two that may
-/// not be shown are not alike for that.
-#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Part {
-    pub instance: Option<Instance>,
-    stack: Option<Label>,
-    temporal: Option<u32>,
-    phases: [Option<Phase>; 2],
-    kind: Option<Label>,
-    algorithm: Option<Label>,
-    kernel: Option<Label>,
-    /// Where it is another than HU: a frame without one is taken as HU, as a classic slice is.
-    rescale_type: Option<Label>,
-}
-
-/// The concatenation, by its UID and no file, or the file, by the UID of its object and its path: a UID alone is another file's too
-/// where somebody copied one. Single frames have none: they are slices of their series. Never shown.
-pub(crate) type Instance = (String, PathBuf);
-
-/// A percentage of the heart's cycle or of the breath's, as the file says it. It is nominal, so that frames of one phase say the same
-/// number, and what differs however little is kept apart.
-#[derive(Debug, Clone, Copy)]
-struct Phase(f32);
-
-impl Ord for Phase {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        // Both zeros are one.
-        (self.0 + 0.0).total_cmp(&(other.0 + 0.0))
-    }
-}
-
-impl PartialOrd for Phase {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Phase {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Phase {}
-
-impl Part {
-    /// What it says of the stack and the point in time, each with the element that says so: a frame that is silent where others of
-    /// its file speak is of one of theirs, and nobody knows of which.
-    pub(crate) fn places(&self) -> [(Tag, bool); 2] {
-        [
-            (el::STACK, self.stack.is_some()),
-            (el::TEMPORAL, self.temporal.is_some()),
-        ]
-    }
-
-    /// The same of what was made of the measurement: a frame may have been made without.
-    pub(crate) fn makings(&self) -> [(Tag, bool); 5] {
-        let [cardiac, respiratory] = self.phases;
-        [
-            (el::CARDIAC_PHASE, cardiac.is_some()),
-            (el::RESPIRATORY_PHASE, respiratory.is_some()),
-            (el::FRAME_TYPE, self.kind.is_some()),
-            (el::ALGORITHM, self.algorithm.is_some()),
-            (el::KERNEL, self.kernel.is_some()),
-        ]
-    }
-}
-
-impl fmt::Display for Part {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "frames")?;
-        if let Some(stack) = &self.stack {
-            write!(f, " of stack {stack}")?;
-        }
-        if let Some(temporal) = self.temporal {
-            write!(f, ", temporal position {temporal}")?;
-        }
-        for (phase, what) in self.phases.iter().zip(["cardiac", "respiratory"]) {
-            if let Some(Phase(percent)) = phase {
-                write!(f, ", {percent} % of the {what} cycle")?;
-            }
-        }
-        let words = [&self.kind, &self.algorithm, &self.rescale_type];
-        words.into_iter().flatten().try_for_each(|word| write!(f, ", {word}"))
-    }
-}
 
 /// A volume in several files (PS3.3, C.7.6.16.2.2.4).
 #[derive(Debug, Clone)]
@@ -227,7 +139,14 @@ fn one_frame(file: &Header, frame: Frame, group: &Group) -> Result<Header, FileE
     let part = Part {
         stack: content.stack,
         temporal: content.temporal,
-        phases: [group.cardiac, group.respiratory].map(|phase| phase.flatten().map(Phase)),
+        phases: [group.cardiac.map(|cardiac| cardiac.percent), group.respiratory]
+            .map(|percent| percent.flatten().map(Number)),
+        // Where there is a percentage, the delay follows from it and from how fast the heart beat at each frame.
+        delay: group
+            .cardiac
+            .filter(|cardiac| cardiac.percent.is_none())
+            .and_then(|cardiac| cardiac.delay_ms)
+            .map(Number),
         kind: kind.label,
         algorithm: made.algorithm,
         kernel: kernel.clone(),

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use crate::dicom::error::{DicomError, FileError};
 use crate::dicom::header::Header;
-use crate::dicom::header::frames::{Concatenation, Frame, Instance, Part};
+use crate::dicom::header::frames::{Concatenation, Frame};
+use crate::dicom::header::part::{Instance, Part};
 use crate::dicom::tag::Tag;
 
 /// The study, the series and the file or concatenation, and whether these are localizers: what is said of a volume holds among these.
@@ -21,7 +22,11 @@ pub(crate) enum Lack {
     /// Two files of one part.
     Twice { paths: [PathBuf; 2], number: u32 },
     /// A frame that belongs to the volume and does not say what it must.
-    Frame { path: PathBuf, frame: u32, tag: Tag },
+    Frame {
+        path: PathBuf,
+        frame: u32,
+        source: FileError,
+    },
 }
 
 impl From<Lack> for DicomError {
@@ -33,9 +38,9 @@ impl From<Lack> for DicomError {
                 paths: [path, other],
                 number,
             } => Self::PartTwice { path, other, number },
-            Lack::Frame { path, frame, tag } => Self::File {
+            Lack::Frame { path, frame, source } => Self::File {
                 path,
-                source: FileError::Missing { tag }.in_frame(Some(frame)),
+                source: source.in_frame(Some(frame)),
             },
         }
     }
@@ -148,17 +153,19 @@ fn parts(frames: &[(&Header, &Frame)]) -> (Option<Lack>, Vec<String>) {
 
 /// The first frame without a place, or without a stack or a point in time where others say theirs.
 fn silent(frames: &[(&Header, &Frame)]) -> Option<Lack> {
-    let lack = |(header, frame): &(&Header, &Frame), tag: Tag| Lack::Frame {
+    let lack = |(header, frame): &(&Header, &Frame), source: FileError| Lack::Frame {
         path: header.path.clone(),
         frame: frame.number,
-        tag,
+        source,
     };
-    let unplaced = frames
-        .iter()
-        .find_map(|row| row.0.placed.err().map(|tag| lack(row, tag)));
-    unplaced.or_else(|| {
-        let spoken = first_silent(frames, |frame| frame.part.places());
-        spoken.into_iter().next().map(|(row, tag)| lack(&row, tag))
+    let unplaced = |row: &(&Header, &Frame)| row.0.placed.err().map(|tag| lack(row, FileError::Missing { tag }));
+    frames.iter().find_map(unplaced).or_else(|| {
+        let (row, tag) = first_silent(frames, |frame| frame.part.places()).into_iter().next()?;
+        let (found, expected) = (
+            "absent".to_owned(),
+            "there, as in other frames: it may be of the stack of any of these",
+        );
+        Some(lack(&row, FileError::Value { tag, found, expected }))
     })
 }
 

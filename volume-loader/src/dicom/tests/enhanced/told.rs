@@ -2,6 +2,7 @@
 
 use super::parts::{halves, listed, told_apart, two};
 use super::*;
+use crate::dicom::header::Header;
 
 const RECONSTRUCTION: made::Tag = (0x0018, 0x9314);
 const SHARED_UNASSIGNED: made::Tag = (0x0020, 0x9170);
@@ -29,6 +30,10 @@ fn never_mixed(change: impl Fn(usize, &mut made::Frame) + Copy, words: [&str; 2]
     for (one, words) in series.iter().zip(words) {
         let told = one.summary().to_string();
         assert!(told.contains(words), "{told}");
+        // Two that are told by the same words are found by a frame.
+        let first = one.headers.iter().filter_map(Header::frame_number).min();
+        let found = format!(", the first of them is frame {}", first.unwrap());
+        assert!(told.ends_with(&found), "{told}");
         let (voxels, _) = drink(&mut DicomSource::open(one, Options::default()).unwrap()).unwrap();
         let first: Vec<i16> = voxels.iter().step_by(PIXELS).map(|hu| hu + 1024).collect();
         let part = first[0];
@@ -128,6 +133,26 @@ fn phases_are_numbers_of_32_bits_and_told_apart_however_close() {
     assert_eq!(volume(&breath), classic(&stack(4)));
     let told = Series::scan(breath.folder().path()).unwrap().series[0].summary().part;
     assert_eq!(told.as_deref(), Some("frames, 50 % of the respiratory cycle"));
+}
+
+#[test]
+fn delays_behind_the_hearts_beat_are_told_apart() {
+    let delays = two(|part, frame| {
+        let ms = Value::Raw("FD", [100.0_f64, 600.5][part].to_le_bytes().to_vec(), 8);
+        frame.group(CARDIAC, vec![((0x0020, 0x9153), ms)]);
+    });
+    told_apart(
+        &delays,
+        ["100 ms after the heart's beat", "600.5 ms after the heart's beat"],
+    );
+    // A heart that beats faster for some frames is in the same phase sooner.
+    let beats = interleaved(|part, frame| {
+        let ms = Value::Raw("FD", [600.0_f64, 612.0][part].to_le_bytes().to_vec(), 8);
+        let mut values = vec![((0x0020, 0x9153), ms)];
+        values.extend(phase(75.0));
+        frame.group(CARDIAC, values);
+    });
+    assert_eq!(volume(&beats), classic(&stack(6)));
 }
 
 #[test]

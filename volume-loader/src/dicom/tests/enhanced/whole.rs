@@ -90,7 +90,7 @@ fn a_frame_that_says_nothing_is_dropped_from_no_part_of_its_file() {
     assert_eq!(errors.len(), 2);
     for error in &errors {
         assert!(
-            error.contains("frame 6: element (0020,9056) StackID is missing"),
+            error.contains("frame 6: element (0020,9056) StackID is absent"),
             "{error}"
         );
     }
@@ -99,7 +99,7 @@ fn a_frame_that_says_nothing_is_dropped_from_no_part_of_its_file() {
     });
     for error in &errors {
         assert!(
-            error.contains("frame 6: element (0020,9128) TemporalPositionIndex"),
+            error.contains("frame 6: element (0020,9128) TemporalPositionIndex is absent"),
             "{error}"
         );
     }
