@@ -64,6 +64,8 @@ def shared_groups(data):
         "CTImageFrameTypeSequence": item(
             FrameType=["ORIGINAL", "PRIMARY", "VOLUME", "NONE"], VolumetricProperties="VOLUME", PixelPresentation="MONOCHROME"
         ),
+        # In pydicom's own representation of the number.
+        "CardiacSynchronizationSequence": item(NominalPercentageOfCardiacPhase=75.0),
     }
 
 

@@ -7,7 +7,7 @@ pub(crate) mod tree;
 
 use std::io::{BufRead, Seek};
 
-use self::groups::{Group, MAX_FRAMES};
+use self::groups::{FRAMES_ALLOWED, Group, MAX_FRAMES};
 use super::error::FileError;
 use super::syntax::{Coding, PixelCoding, Syntax};
 use super::tag::{self as el, Tag};
@@ -117,7 +117,7 @@ impl Elements {
     ) -> Result<(), WalkError> {
         let Element { tag, byte, .. } = *element;
         match tag {
-            el::MODALITY_LUT => self.modality_lut = true,
+            el::MODALITY_LUT => self.modality_lut |= walker.has_items(element, coding)?,
             el::OFFSETS => self.tables[0] = Some(*element),
             el::OFFSET_LENGTHS => self.tables[1] = Some(*element),
             // Who asks for other elements asks for no frames.
@@ -167,11 +167,11 @@ impl Elements {
     /// [`FileError::Missing`], [`FileError::Value`].
     pub(crate) fn frame_count(&self) -> Result<u32, FileError> {
         let tag = el::FRAMES;
-        let [frames] = self.numbers::<1>(tag)?.ok_or(FileError::Missing { tag })?;
+        let frames = self.number(tag)?.ok_or(FileError::Missing { tag })?;
         if frames.fract() == 0.0 && (1.0..=f64::from(MAX_FRAMES)).contains(&frames) {
             return Ok(frames as u32);
         }
-        let (found, expected) = (frames.to_string(), "a whole number from 1 to 16384");
+        let (found, expected) = (frames.to_string(), FRAMES_ALLOWED);
         Err(FileError::Value { tag, found, expected })
     }
 

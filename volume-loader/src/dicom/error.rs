@@ -53,6 +53,24 @@ pub enum DicomError {
         /// What is no file, in words behind a semicolon; empty where there is nothing.
         left_out: String,
     },
+    /// One part of a volume in several files, and nothing says whether it is all of it.
+    #[error("{}: this is part {number} of a volume in several files (a concatenation), the only one here, and it does not say how many there are; copy the examination again from its origin", path.display())]
+    PartAlone {
+        /// The file.
+        path: PathBuf,
+        /// Its InConcatenationNumber.
+        number: u32,
+    },
+    /// Two files say that they are the same part of a volume in several.
+    #[error("{}: this is part {number} of a volume in several files (a concatenation), and so is {}; take one of them out of the folder", path.display(), other.display())]
+    PartTwice {
+        /// One file.
+        path: PathBuf,
+        /// The other.
+        other: PathBuf,
+        /// The InConcatenationNumber of both.
+        number: u32,
+    },
     /// One file of a volume in several.
     #[error("{}: this is part {number} of a volume in several files (a concatenation); name the folder that holds all of them: {}", path.display(), folder.display())]
     OnePart {
@@ -278,7 +296,7 @@ pub enum FileError {
         source: Box<FileError>,
     },
     /// Frames and functional groups are not as many.
-    #[error("{tag} has {found} items, expected {expected}")]
+    #[error("{tag} has {found}, expected {expected}")]
     Items {
         /// The sequence.
         tag: Tag,

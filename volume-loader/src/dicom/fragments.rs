@@ -47,10 +47,9 @@ pub(crate) enum Stretch {
 /// # Errors
 /// [`ReadFailure`]. No more than `most` is allocated: a file may claim any length with holes in it.
 pub(crate) fn join(file: &File, stretch: Stretch, most: u64, joined: &mut Vec<u8>) -> Result<(), ReadFailure> {
-    let (mut tables, frame) = match stretch {
-        Stretch::File(_) => (1, false),
-        Stretch::Frame(_) => (0, true),
-    };
+    let frame = matches!(stretch, Stretch::Frame(_));
+    // The first item of a whole stretch is the table.
+    let mut table = !frame;
     let (Stretch::File(range) | Stretch::Frame(range)) = stretch;
     let (mut at, length) = (range.start, range.end);
     joined.clear();
@@ -73,7 +72,7 @@ pub(crate) fn join(file: &File, stretch: Stretch, most: u64, joined: &mut Vec<u8
         if end > length {
             return Err(truncated(at, end, length).into());
         }
-        if tables == 0 {
+        if !table {
             let found = joined.len() as u64 + u64::from(bytes);
             if found > most {
                 return Err(FileError::TooLong {
@@ -89,7 +88,7 @@ pub(crate) fn join(file: &File, stretch: Stretch, most: u64, joined: &mut Vec<u8
             let room = joined.get_mut(start..).unwrap_or_default();
             file.read_exact_at(room, value_at)?;
         }
-        tables = 0;
+        table = false;
         at = end;
     }
 }

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::header::{Header, Placed};
+use super::text::Label;
 
 /// Cosines of one orientation agree to this.
 const SAME_ORIENTATION: f64 = 1e-4;
@@ -78,13 +79,13 @@ fn same_plane(a: &Header, b: &Header) -> bool {
 
 /// What keeps slices apart that name no series: two of one study, of one frame of reference and orientation, would else be
 /// laid into one another where their slices alternate.
-fn unnamed(header: &Header) -> [Option<String>; 4] {
-    [
+fn unnamed(header: &Header) -> ([Option<String>; 3], Option<Label>) {
+    let texts = [
         Some(header.study.clone()),
         Some(header.frame_of_reference.clone()),
         header.series_number.clone(),
-        header.kernel.clone(),
-    ]
+    ];
+    (texts, header.kernel.clone())
 }
 
 /// A series has one frame of reference (PS3.3, A.1.2.5), which [`alike::check`](super::alike::check) asks for. Where each of

@@ -2,9 +2,9 @@
 
 pub(super) mod frames;
 pub(super) mod identity;
+pub(super) mod part;
 
 use std::fs::File;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,7 @@ use super::error::{DicomError, FileError};
 use super::syntax::{Coding, Syntax};
 use super::tag as el;
 use super::tag::Tag;
+use super::text::{Label, digest};
 use super::walk::{Element, WalkError, Walker};
 
 /// One read of this many bytes holds most headers whole.
@@ -51,7 +52,7 @@ pub(crate) struct Header {
     pub localizer: bool,
     pub columns: u16,
     pub rows: u16,
-    /// How many the file has.
+    /// How many frames the file has; of a file whose frames are slices, from 1 to a bound.
     pub frames: i64,
     /// Which one this is, where the frames of the file are slices; `None` in a file of one slice.
     pub frame: Option<Frame>,
@@ -65,13 +66,19 @@ pub(crate) struct Header {
     pub placed: Result<Placed, Tag>,
     pub slope: Option<f64>,
     pub intercept: Option<f64>,
-    pub rescale_type: Option<String>,
+    pub rescale_type: Option<Label>,
+    /// The fourth value of ImageType, or of a frame's FrameType.
+    pub contrast: Option<String>,
+    /// VolumetricProperties.
+    pub volumetric: Option<String>,
+    /// VolumeBasedCalculationTechnique.
+    pub technique: Option<String>,
     /// PixelPaddingValue and PixelPaddingRangeLimit, as they are stored.
     pub padding: [Option<u16>; 2],
     pub tilt_deg: Option<f64>,
     pub thickness_mm: Option<f64>,
     pub spacing_between_mm: Option<f64>,
-    pub kernel: Option<String>,
+    pub kernel: Option<Label>,
     pub lossy: bool,
     pub modality_lut: bool,
     pub pixels: Element,
@@ -151,8 +158,7 @@ impl Header {
     }
 
     fn of(path: &Path, e: &Elements, pixels: Element, length: u64) -> Result<Self, FileError> {
-        let localizer = e.text(el::IMAGE_TYPE).is_some_and(|kind| is_localizer(&kind));
-        let one = |tag| Ok(e.numbers::<1>(tag)?.map(|[number]| number));
+        let localizer = e.is_localizer(el::IMAGE_TYPE);
         Ok(Self {
             path: path.to_owned(),
             syntax: e.syntax,
@@ -165,7 +171,7 @@ impl Header {
             localizer,
             columns: e.u16(el::COLUMNS)?,
             rows: e.u16(el::ROWS)?,
-            frames: one(el::FRAMES)?.map_or(1, |frames| frames as i64),
+            frames: e.number(el::FRAMES)?.map_or(1, |frames| frames as i64),
             frame: None,
             samples: e.u16(el::SAMPLES)?,
             photometric: e
@@ -185,14 +191,17 @@ impl Header {
                     localizer,
                 )?,
             },
-            slope: one(el::SLOPE)?,
-            intercept: one(el::INTERCEPT)?,
-            rescale_type: e.code(el::RESCALE_TYPE),
+            slope: e.number(el::SLOPE)?,
+            intercept: e.number(el::INTERCEPT)?,
+            rescale_type: e.label(el::RESCALE_TYPE),
+            contrast: e.contrast(el::IMAGE_TYPE),
+            volumetric: e.code(el::VOLUMETRIC),
+            technique: e.code(el::TECHNIQUE),
             padding: [padding(e, el::PADDING)?, padding(e, el::PADDING_LIMIT)?],
             tilt_deg: e.reported(el::GANTRY_TILT),
             thickness_mm: e.reported(el::SLICE_THICKNESS),
             spacing_between_mm: e.reported(el::SPACING_BETWEEN_SLICES),
-            kernel: e.code(el::KERNEL),
+            kernel: e.label(el::KERNEL),
             lossy: e.text(el::LOSSY).is_some_and(|lossy| lossy == "01"),
             modality_lut: e.modality_lut,
             pixels,
@@ -209,20 +218,6 @@ impl Header {
     pub(crate) fn big_endian(&self) -> bool {
         self.syntax.elements == Coding::ExplicitBig
     }
-}
-
-/// An overview to plan slices on, not a slice (PS3.3, C.8.2.1.1.1).
-fn is_localizer(image_type: &str) -> bool {
-    image_type.split('\\').any(|value| value.trim() == "LOCALIZER")
-}
-
-/// Of the bytes themselves, whatever their character set; `None` where there is nothing but padding.
-fn digest(bytes: &[u8]) -> Option<u64> {
-    let solid = |byte: &u8| *byte != 0 && !byte.is_ascii_whitespace();
-    let (first, last) = (bytes.iter().position(solid)?, bytes.iter().rposition(solid)?);
-    let mut hasher = DefaultHasher::new();
-    bytes.get(first..=last)?.hash(&mut hasher);
-    Some(hasher.finish())
 }
 
 /// Where a slice lies. The standard has both spacings above 0 (PS3.3, 10.7.1.1): one that is negative mirrors the patient, and two

@@ -7,11 +7,12 @@ use geometry::VolumeGrid;
 use super::error::DicomError;
 use super::facts::SeriesFacts;
 use super::geometry::Stack;
-use super::header::{Header, frames};
+use super::header::Header;
 use super::padding::Padding;
 use super::plan::Take;
 use super::series::Series;
-use super::slice::Slice;
+use super::slice::{self, Slice};
+use super::text::Label;
 use super::words;
 
 /// Slices laid on a grid.
@@ -63,7 +64,7 @@ pub(crate) fn of(
         worst_corner_mm: laid.worst_corner_mm,
         positions_mm: stack.positions(),
         codec: codec(headers),
-        kernel: first.and_then(|header| header.kernel.clone()),
+        kernel: first.and_then(|header| header.kernel.as_ref()).map(Label::to_string),
         thickness_mm: first.and_then(|header| header.thickness_mm),
         padding_hu: padding.hu,
         padding_known: padding.known,
@@ -101,6 +102,58 @@ fn is_lossy(headers: &[&Header], slices: &[Slice]) -> Result<bool, DicomError> {
     middle.map_or(Ok(false), |slice| slice.is_lossy(&mut Vec::new()))
 }
 
+fn named(header: &Header) -> &str {
+    header.kernel.as_ref().map_or("not named", Label::shown)
+}
+
+/// Where the numbers of a CT may be other than the HU of what lies at each place.
+fn not_plain_hu(headers: &[&Header]) -> Vec<String> {
+    let kinds = || headers.iter().filter_map(|header| header.rescale_type.as_ref());
+    let other = kinds().map(Label::shown).find(|kind| *kind != "HU");
+    let mut warnings: Vec<String> = other
+        .map(|kind| format!("RescaleType is {kind}, not HU"))
+        .into_iter()
+        .collect();
+    // Frames must say it; classic slices of a CT are HU where they do not (PS3.3, C.11.1.1.2).
+    if headers
+        .iter()
+        .any(|header| header.frame.is_some() && header.rescale_type.is_none())
+    {
+        warnings.push("RescaleType is not there: the numbers are taken as HU".to_owned());
+    }
+    let contrasts = headers.iter().filter_map(|header| header.contrast.as_deref());
+    if let Some(kind) = contrasts.into_iter().find(|kind| slice::DERIVED.contains(kind)) {
+        warnings.push(format!(
+            "the fourth value of the image's type is {kind}: its numbers were made of others, and are not the HU measured at each place"
+        ));
+    }
+    warnings
+}
+
+/// Where the numbers of the frames in their stack do not follow their places.
+fn order_warning(headers: &[&Header]) -> Option<String> {
+    let number = |header: &&Header| header.frame.as_ref().and_then(|frame| frame.in_stack);
+    let numbers: Vec<u32> = headers.iter().filter_map(number).collect();
+    let pairs = || numbers.iter().zip(numbers.iter().skip(1));
+    if pairs().all(|(a, b)| a < b) || pairs().all(|(a, b)| a > b) {
+        return None;
+    }
+    Some("InStackPositionNumber does not follow the frames' positions, which are taken".to_owned())
+}
+
+/// Where the numbers of the frames in their stack are not those from 1 on: what is missing at an end is seen by no gap.
+fn numbers_warning(headers: &[&Header]) -> Option<String> {
+    let numbers = || headers.iter().filter_map(|header| header.frame.as_ref()?.in_stack);
+    let (first, last) = (numbers().min()?, numbers().max()?);
+    let count = headers.len();
+    if first == 1 && last as usize == count {
+        return None;
+    }
+    Some(format!(
+        "InStackPositionNumber is from {first} to {last} in {count} slices: slices of the stack may be missing"
+    ))
+}
+
 /// What is doubtful about headers and places.
 fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> {
     let Some(first) = headers.first() else {
@@ -109,8 +162,19 @@ fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> 
     let mut warnings: Vec<String> = series.left_out.told().into_iter().collect();
     if first.modality != "CT" {
         warnings.push(format!("not a CT ({}): its numbers are not HU", first.modality));
-    } else if let Some(kind) = first.rescale_type.as_ref().filter(|kind| *kind != "HU") {
-        warnings.push(format!("RescaleType is {kind}, not HU"));
+    } else {
+        warnings.extend(not_plain_hu(headers));
+    }
+    warnings.extend(series.doubts.iter().cloned());
+    // Frames are told apart by it; classic slices of one series are not.
+    if let Some(other) = headers.iter().find(|header| header.kernel != first.kernel) {
+        warnings.push(format!(
+            "the slices were not reconstructed alike: the kernel is {} in {} and {} in {}",
+            named(first),
+            first.path.display(),
+            named(other),
+            other.path.display()
+        ));
     }
     if series.is_unnamed() {
         warnings.push(
@@ -129,7 +193,7 @@ fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> 
             "ImageOrientationPatient was off by {error:.1e} and was made exact"
         ));
     }
-    warnings.extend(frames::order_warning(headers));
+    warnings.extend(order_warning(headers).or_else(|| numbers_warning(headers)));
     let tilt = stack.tilt_deg();
     if let Some(tag) = first.tilt_deg.filter(|tag| (tag.abs() - tilt).abs() > TILT_DEG) {
         warnings.push(format!(

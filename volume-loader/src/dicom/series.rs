@@ -1,23 +1,26 @@
 //! Which slices belong together, and choosing among several stacks of them.
 
+pub(super) mod whole;
+
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use geometry::Vector;
 
+use self::whole::{Lack, Whole};
 use super::error::DicomError;
 use super::geometry::Stack;
 use super::group::{MAX_SERIES, group};
-use super::header::frames::{self, Missing};
 use super::header::{Header, Placed, identity};
-use super::scan::{self, LeftOut};
-use super::tag::Tag;
+use super::scan::{self, LeftOut, Scanned};
+use super::text::Label;
 use super::words;
 
 /// What a folder holds.
 #[derive(Debug)]
 pub struct Found {
-    /// The series, in an order that depends on nothing but the files' headers.
+    /// The series, in an order that depends on nothing but the files' headers, and of files with frames that name one object, on
+    /// their paths.
     pub series: Vec<Series>,
     /// Files that are not DICOM images.
     pub ignored: usize,
@@ -37,10 +40,10 @@ pub struct Series {
     pub(crate) headers: Vec<Header>,
     /// Each slice names a frame of reference of its own.
     pub(crate) frames_merged: bool,
-    /// A part of the volume that lies in no file of the folder.
-    pub(crate) missing: Option<Missing>,
-    /// The file, the number and the lacking element of a frame that belongs to these and has no place.
-    pub(crate) unplaced: Option<(PathBuf, u32, Tag)>,
+    /// Why these are not all slices of their volume.
+    pub(crate) lack: Option<Lack>,
+    /// What is doubtful about whether they are.
+    pub(crate) doubts: Vec<String>,
 }
 
 /// A series in a list; nothing in it names a patient.
@@ -97,7 +100,14 @@ impl Series {
     /// # Errors
     /// [`DicomError`]: nothing there, too much there, or a broken file.
     pub fn scan(folder: &Path) -> Result<Found, DicomError> {
-        let scanned = scan::scan(folder)?;
+        Self::of(folder, scan::scan(folder)?)
+    }
+
+    /// The same of what was found at `folder`.
+    ///
+    /// # Errors
+    /// [`DicomError::None`], [`DicomError::TooMuch`].
+    pub(crate) fn of(folder: &Path, scanned: Scanned) -> Result<Found, DicomError> {
         let (path, ignored, left_out) = (folder.to_owned(), scanned.ignored, scanned.left_out);
         if scanned.headers.is_empty() {
             let left_out = left_out.told().map_or_else(String::new, |told| format!("; {told}"));
@@ -107,21 +117,21 @@ impl Series {
                 left_out,
             });
         }
-        let missing = frames::missing_parts(&scanned.headers);
-        let unplaced = frames::unplaced(&scanned.headers);
+        let mut whole = Whole::of(&scanned.headers);
         let groups = group(scanned.headers).ok_or(DicomError::TooMuch {
             path: folder.to_owned(),
             limit: MAX_SERIES,
             what: "series",
         })?;
+        whole.grouped(&groups);
         let count = groups.len();
         let numbered = (1..).zip(groups).map(|(number, (headers, frames_merged))| Self {
             folder: path.clone(),
             number: [number, count],
             ignored,
             left_out: left_out.clone(),
-            missing: frames::missing_of(&missing, &headers),
-            unplaced: frames::unplaced_of(&unplaced, &headers),
+            lack: whole.lack(&headers),
+            doubts: whole.warnings(&headers),
             headers,
             frames_merged,
         });
@@ -147,12 +157,21 @@ impl Series {
             size: first.map_or([0; 2], |header| [header.columns, header.rows]),
             plane: normal.map(words::plane),
             step_mm: Stack::of(&placed).ok().map(|stack| stack.steps.median_mm),
-            kernel: first.and_then(|header| header.kernel.clone()),
-            part: first
-                .and_then(|header| header.frame.as_ref())
-                .map(|frame| frame.part.to_string()),
+            kernel: first.and_then(|header| header.kernel.as_ref()).map(Label::to_string),
+            part: self.part(),
             localizer: self.is_localizer(),
         }
+    }
+
+    /// Which part of its file this is, in words; with a frame to find it by where another part may be told by the same words.
+    fn part(&self) -> Option<String> {
+        let frames = || self.headers.iter().filter_map(|header| header.frame.as_ref());
+        let part = &frames().next()?.part;
+        let first = frames().map(|frame| frame.number).min()?;
+        Some(match part.is_hidden() {
+            true => format!("{part}, the first of them is frame {first}"),
+            false => part.to_string(),
+        })
     }
 
     /// What the first file says of the patient, the visit and the place, by the elements' names: for who asks for it, and

@@ -6,11 +6,35 @@ use super::error::FileError;
 use super::header::Header;
 use super::stored::{Cell, ToHu};
 use super::syntax::PixelCoding;
-use super::tag as el;
+use super::tag::{self as el, Tag};
+use super::text::Label;
 use crate::scale::{self, Unusable};
 
 /// More pixels than any scanner's slice has (4096 x 4096); holds what decoders allocate to 64 MB a thread and buffer.
 const MAX_PIXELS: u64 = 1 << 24;
+
+/// Fourth values of ImageType and FrameType of a CT whose numbers are surely no HU (PS3.3, C.8.2.1.1.1, C.8.16.1.4).
+const NO_HU: [&str; 4] = ["EFF_ATOMIC_NUM", "ELECTRON_DENSITY", "MAT_FRACTIONAL", "STD_DEVIATION"];
+/// RescaleTypes of a CT whose numbers are surely no HU (PS3.3, C.11.1.1.2): optical, mg/ml, atomic number, electron densities,
+/// parts.
+const NO_HU_UNITS: [&str; 6] = ["OD", "MGML", "Z_EFF", "ED", "EDW", "PCT"];
+/// Fourth values of images that may be HU and are not those of the tissue at each place; told, and not refused.
+pub(crate) const DERIVED: [&str; 14] = [
+    "ADDITION",
+    "DIVISION",
+    "MASKED",
+    "MAXIMUM",
+    "MEAN",
+    "MINIMUM",
+    "MULTIPLICATION",
+    "QUANTITY",
+    "SUBTRACTION",
+    "VMI",
+    "MAT_SPECIFIC",
+    "MAT_REMOVED",
+    "MAT_MODIFIED",
+    "MAT_VALUE_BASED",
+];
 
 /// How to read one slice: of a file, or of a frame of a file.
 #[derive(Debug, Clone)]
@@ -46,7 +70,7 @@ impl Slice {
         }
         let bytes = pixels * cell.bytes() as u64;
         let (before, frames) = match &header.frame {
-            Some(frame) => (u64::from(frame.number - 1), u64::from(frame.of)),
+            Some(frame) => (u64::from(frame.number - 1), header.frames.unsigned_abs()),
             None => (0, 1),
         };
         check_length(header, bytes, frames)?;
@@ -75,12 +99,9 @@ fn check_kind(header: &Header) -> Result<(), FileError> {
     if frames != 1 && header.frame.is_none() {
         return Err(FileError::MultiFrame { frames });
     }
-    if header.frame.as_ref().is_some_and(|frame| frame.distorted) {
-        return Err(FileError::Value {
-            tag: el::VOLUMETRIC,
-            found: "DISTORTED".to_owned(),
-            expected: "VOLUME or SAMPLED: pixels that lie where their frame's place and axes put them",
-        });
+    if let Some((tag, found)) = header.frame.as_ref().and_then(|frame| frame.distorted.clone()) {
+        let expected = "a slice: pixels that lie where their frame's place and axes put them";
+        return Err(FileError::Value { tag, found, expected });
     }
     if header.modality_lut {
         return Err(FileError::Value {
@@ -89,6 +110,7 @@ fn check_kind(header: &Header) -> Result<(), FileError> {
             expected: "none: HU are read by a slope and an intercept only",
         });
     }
+    check_hu(header)?;
     if header.samples != 1 {
         return Err(FileError::Value {
             tag: el::SAMPLES,
@@ -106,7 +128,33 @@ fn check_kind(header: &Header) -> Result<(), FileError> {
     Ok(())
 }
 
-/// CT images have a slope and an intercept (PS3.3, C.8.2.1); others may go without both.
+/// A CT is HU, or there are windows and surfaces of something else. Other modalities are told to be none.
+fn check_hu(header: &Header) -> Result<(), FileError> {
+    if header.modality != "CT" {
+        return Ok(());
+    }
+    let refused = |tag: Tag, found: &str| {
+        let (found, expected) = (found.to_owned(), "an image whose numbers are HU");
+        Err(FileError::Value { tag, found, expected })
+    };
+    let contrast = header.contrast.as_deref().unwrap_or_default();
+    if NO_HU.contains(&contrast) {
+        let tag = if header.frame.is_some() {
+            el::FRAME_TYPE
+        } else {
+            el::IMAGE_TYPE
+        };
+        return refused(tag, contrast);
+    }
+    let unit = header.rescale_type.as_ref().map_or("", Label::shown);
+    match NO_HU_UNITS.contains(&unit) {
+        true => refused(el::RESCALE_TYPE, unit),
+        false => Ok(()),
+    }
+}
+
+/// CT images have a slope and an intercept (PS3.3, C.8.2.1), and frames a group that says both; classic slices of other modalities
+/// may go without.
 fn rescale(header: &Header, cell: Cell) -> Result<[f64; 2], FileError> {
     match (header.slope, header.intercept) {
         (Some(slope), Some(intercept)) => {
@@ -119,7 +167,7 @@ fn rescale(header: &Header, cell: Cell) -> Result<[f64; 2], FileError> {
             let found = found.to_string();
             Err(FileError::Value { tag, found, expected })
         }
-        (None, None) if header.modality != "CT" => Ok([1.0, 0.0]),
+        (None, None) if header.modality != "CT" && header.frame.is_none() => Ok([1.0, 0.0]),
         (None, _) => Err(FileError::Missing { tag: el::SLOPE }),
         (_, None) => Err(FileError::Missing { tag: el::INTERCEPT }),
     }

@@ -10,12 +10,12 @@ use super::error::{DicomError, FileError};
 use super::facts::SeriesFacts;
 use super::fragments::offsets;
 use super::geometry::{GeometryError, Stack};
-use super::header::frames::{Frame, Missing};
+use super::header::frames::Concatenation;
 use super::header::{Header, Kind, Placed, identity};
 use super::padding::Padding;
 use super::plan::{self, Take};
 use super::report::{self, Laid};
-use super::scan;
+use super::scan::{self, Scanned};
 use super::series::Series;
 use super::slice::Slice;
 use crate::source::{Conversion, Facts, ReadError, Scratch, SliceReader, Turn, VoxelSource, Whose};
@@ -57,36 +57,51 @@ pub(crate) fn open_path(
         let series = Series::scan(path)?.choose(series)?;
         return DicomSource::open(&series, options).map(Some);
     }
-    if !path.is_file() || !(scan::has_dicom_name(path) || Header::has_preamble(path)) {
+    if !may_be_dicom(path) {
         return Ok(None);
     }
     // A name alone makes no slice.
     let kind = scan::read(path)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let (path, folder) = (path.to_owned(), folder.unwrap_or(Path::new(".")).to_owned());
-    let Some(frame) = first_of_several(&kind) else {
+    let folder = folder.unwrap_or(Path::new(".")).to_owned();
+    let Some(headers) = frames(kind) else {
+        let path = path.to_owned();
         return Err(DicomError::OneFile { path, folder });
     };
-    if let Some(number) = frame.concatenation.as_ref().and_then(|whole| whole.one_of_several()) {
+    let concatenation = headers
+        .first()
+        .and_then(|first| first.frame.as_ref()?.concatenation.as_ref());
+    if let Some(number) = concatenation.and_then(Concatenation::one_of_several) {
+        let path = path.to_owned();
         return Err(DicomError::OnePart { path, number, folder });
     }
-    let series = Series::scan(&path)?.choose(series)?;
+    let found = Scanned {
+        headers,
+        ..Scanned::default()
+    };
+    let series = Series::of(path, found)?.choose(series)?;
     DicomSource::open(&series, options).map(Some)
 }
 
-/// The first frame of a file whose frames are slices.
-fn first_of_several(kind: &Kind) -> Option<&Frame> {
-    let Kind::Images(headers) = kind else { return None };
-    let frame = headers.first()?.frame.as_ref()?;
-    (frame.of > 1).then_some(frame)
+/// Whether a file is tried as DICOM. Old files have no preamble, and then the name must say it.
+fn may_be_dicom(path: &Path) -> bool {
+    path.is_file() && (scan::has_dicom_name(path) || Header::has_preamble(path))
+}
+
+/// The frames of a file that holds several slices.
+fn frames(kind: Kind) -> Option<Vec<Header>> {
+    match kind {
+        Kind::Images(headers) => {
+            let first = headers.first()?;
+            (first.frame.is_some() && first.frames > 1).then_some(headers)
+        }
+        Kind::Object | Kind::Other => None,
+    }
 }
 
 /// Whether series of slices may be at `path`: a folder, or one file with several frames.
 pub(crate) fn holds_series(path: &Path) -> bool {
-    path.is_dir()
-        || path.is_file()
-            && Header::has_preamble(path)
-            && Header::read(path).is_ok_and(|kind| first_of_several(&kind).is_some())
+    path.is_dir() || may_be_dicom(path) && Header::read(path).is_ok_and(|kind| frames(kind).is_some())
 }
 
 /// Whether the file begins like DICOM.
@@ -122,12 +137,8 @@ impl DicomSource {
         if series.is_localizer() {
             return Err(refused(GeometryError::Localizer));
         }
-        if let Some(Missing { path, missing, total }) = series.missing.clone() {
-            return Err(DicomError::Parts { path, missing, total });
-        }
-        if let Some((path, frame, tag)) = series.unplaced.clone() {
-            let source = FileError::Missing { tag }.in_frame(Some(frame));
-            return Err(DicomError::File { path, source });
+        if let Some(lack) = series.lack.clone() {
+            return Err(lack.into());
         }
         alike::check(series)?;
         let mut slices = each(&series.headers, Slice::of)?;

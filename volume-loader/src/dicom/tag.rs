@@ -40,6 +40,8 @@ elements! { NAMES:
     SOP_CLASS = (0x0008, 0x0016, "SOPClassUID");
     SOP_INSTANCE = (0x0008, 0x0018, "SOPInstanceUID");
     MODALITY = (0x0008, 0x0060, "Modality");
+    VOLUMETRIC = (0x0008, 0x9206, "VolumetricProperties");
+    TECHNIQUE = (0x0008, 0x9207, "VolumeBasedCalculationTechnique");
     PATIENT_ID = (0x0010, 0x0020, "PatientID");
     SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
     SPACING_BETWEEN_SLICES = (0x0018, 0x0088, "SpacingBetweenSlices");
@@ -76,7 +78,6 @@ elements! { NAMES:
 // Sequences and tables, which are no values, and what stands in functional groups alone (PS3.3, C.7.6.16 and C.8.15).
 elements! { NESTED:
     FRAME_TYPE = (0x0008, 0x9007, "FrameType");
-    VOLUMETRIC = (0x0008, 0x9206, "VolumetricProperties");
     ACQUISITION_DETAILS = (0x0018, 0x9304, "CTAcquisitionDetailsSequence");
     CARDIAC = (0x0018, 0x9118, "CardiacSynchronizationSequence");
     RECONSTRUCTION = (0x0018, 0x9314, "CTReconstructionSequence");
@@ -90,6 +91,7 @@ elements! { NESTED:
     TEMPORAL = (0x0020, 0x9128, "TemporalPositionIndex");
     SHARED_UNASSIGNED = (0x0020, 0x9170, "UnassignedSharedConvertedAttributesSequence");
     FRAME_UNASSIGNED = (0x0020, 0x9171, "UnassignedPerFrameConvertedAttributesSequence");
+    CARDIAC_DELAY = (0x0020, 0x9153, "NominalCardiacTriggerDelayTime");
     CARDIAC_PHASE = (0x0020, 0x9241, "NominalPercentageOfCardiacPhase");
     RESPIRATORY_PHASE = (0x0020, 0x9245, "NominalPercentageOfRespiratoryPhase");
     RESPIRATORY = (0x0020, 0x9253, "RespiratorySynchronizationSequence");
@@ -127,9 +129,10 @@ elements! { STRUCTURES:
 }
 
 /// The elements that are read in functional groups.
-pub(crate) const GROUPED: [Tag; 18] = [
+pub(crate) const GROUPED: [Tag; 20] = [
     FRAME_TYPE,
     VOLUMETRIC,
+    TECHNIQUE,
     SLICE_THICKNESS,
     SPACING_BETWEEN_SLICES,
     GANTRY_TILT,
@@ -140,6 +143,7 @@ pub(crate) const GROUPED: [Tag; 18] = [
     STACK,
     IN_STACK,
     TEMPORAL,
+    CARDIAC_DELAY,
     CARDIAC_PHASE,
     RESPIRATORY_PHASE,
     PIXEL_SPACING,

@@ -4,7 +4,7 @@ use super::element::Elements;
 use super::error::FileError;
 use super::syntax::Coding;
 use super::tag::Tag;
-use super::text;
+use super::text::{self, Label};
 
 /// No number's text is longer: DS has 16 characters by the standard, and some writers' doubles have more.
 const MAX_NUMBER: usize = 64;
@@ -18,6 +18,23 @@ impl Elements {
     /// A code that may be shown.
     pub(crate) fn code(&self, tag: Tag) -> Option<String> {
         self.get(tag).map(text::code)
+    }
+
+    /// What tells slices apart; `None` where the element is absent or empty.
+    pub(crate) fn label(&self, tag: Tag) -> Option<Label> {
+        self.get(tag).and_then(Label::of)
+    }
+
+    /// The fourth of the values of ImageType or FrameType, as a code that may be shown: what was made of the measured pixels.
+    pub(crate) fn contrast(&self, tag: Tag) -> Option<String> {
+        let fourth = self.get(tag)?.split(|&b| b == b'\\').nth(3)?;
+        Label::of(fourth).map(|label| label.shown().to_owned())
+    }
+
+    /// Whether the ImageType or FrameType is of an overview to plan slices on, not of a slice (PS3.3, C.8.2.1.1.1).
+    pub(crate) fn is_localizer(&self, tag: Tag) -> bool {
+        self.text(tag)
+            .is_some_and(|kind| kind.split('\\').any(|value| value.trim() == "LOCALIZER"))
     }
 
     /// A 16-bit number.
@@ -49,16 +66,32 @@ impl Elements {
         }))
     }
 
-    /// A 64-bit number with a fraction (FD), as it stands there; `None` where the element is absent or empty.
+    /// A 32-bit number with a fraction (FL), finite; `None` where the element is absent or empty.
+    ///
+    /// # Errors
+    /// [`FileError::Value`].
+    pub(crate) fn f32(&self, tag: Tag) -> Result<Option<f32>, FileError> {
+        let expected = "one finite number of 32 bits";
+        let number = self.fixed(tag, expected)?.map(|bytes| match self.syntax.elements {
+            Coding::ExplicitBig => f32::from_be_bytes(bytes),
+            Coding::ExplicitLittle | Coding::ImplicitLittle => f32::from_le_bytes(bytes),
+        });
+        finite(tag, number.map(f64::from), expected)?;
+        Ok(number)
+    }
+
+    /// A 64-bit number with a fraction (FD), finite; `None` where the element is absent or empty.
     ///
     /// # Errors
     /// [`FileError::Value`].
     pub(crate) fn f64(&self, tag: Tag) -> Result<Option<f64>, FileError> {
-        let number = self.fixed(tag, "one number of 64 bits")?;
-        Ok(number.map(|bytes| match self.syntax.elements {
+        let expected = "one finite number of 64 bits";
+        let number = self.fixed(tag, expected)?.map(|bytes| match self.syntax.elements {
             Coding::ExplicitBig => f64::from_be_bytes(bytes),
             Coding::ExplicitLittle | Coding::ImplicitLittle => f64::from_le_bytes(bytes),
-        }))
+        });
+        finite(tag, number, expected)?;
+        Ok(number)
     }
 
     fn fixed<const N: usize>(&self, tag: Tag, expected: &'static str) -> Result<Option<[u8; N]>, FileError> {
@@ -71,13 +104,6 @@ impl Elements {
             expected,
         };
         bytes.try_into().map(Some).map_err(refused)
-    }
-
-    /// Codes with backslashes between that may be shown, with slashes between; `None` where the element is absent or empty.
-    pub(crate) fn codes(&self, tag: Tag) -> Option<String> {
-        let bytes = self.get(tag).filter(|bytes| !text::text(bytes).is_empty())?;
-        let codes: Vec<String> = bytes.split(|&b| b == b'\\').map(text::code).collect();
-        Some(codes.join("/"))
     }
 
     /// `N` decimal numbers (DS or IS), finite; `None` where the element is absent or empty.
@@ -102,9 +128,28 @@ impl Elements {
         }
     }
 
+    /// One decimal number (DS or IS), finite; `None` where the element is absent or empty.
+    ///
+    /// # Errors
+    /// [`FileError::Value`].
+    pub(crate) fn number(&self, tag: Tag) -> Result<Option<f64>, FileError> {
+        Ok(self.numbers::<1>(tag)?.map(|[number]| number))
+    }
+
     /// One decimal number that is only reported: whatever is wrong with it makes it absent.
     pub(crate) fn reported(&self, tag: Tag) -> Option<f64> {
-        self.numbers::<1>(tag).ok().flatten().map(|[number]| number)
+        self.number(tag).ok().flatten()
+    }
+}
+
+fn finite(tag: Tag, number: Option<f64>, expected: &'static str) -> Result<(), FileError> {
+    match number.filter(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(number) => Err(FileError::Value {
+            tag,
+            found: number.to_string(),
+            expected,
+        }),
     }
 }
 

@@ -17,7 +17,8 @@ use super::tag::{Tag, tag};
 const MAX_DEPTH: usize = 32;
 /// No element of a header that is read is longer, bytes.
 const MAX_VALUE: u64 = 1 << 16;
-/// Elements and items in one file, up to its pixels; a large header has a few thousand.
+/// Elements and items in one file, up to its pixels, and in what one frame says of itself; a large header has a few thousand. The
+/// number of frames is bounded, nothing is held of an element that is not read, and each has 8 bytes of the file at least.
 const MAX_ELEMENTS: u32 = 1 << 20;
 const ITEM: Tag = tag(0xFFFE, 0xE000);
 const ITEM_END: Tag = tag(0xFFFE, 0xE00D);
@@ -193,6 +194,28 @@ impl<R: BufRead + Seek> Walker<R> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the sequence `element`, whose header was just read, has an item; goes back to its value.
+    pub(crate) fn has_items(&mut self, element: &Element, coding: Coding) -> Result<bool, WalkError> {
+        let sequence = self.open(element, coding)?;
+        let any = self.next_item(&sequence)?.is_some();
+        self.seek(element.value_at)?;
+        Ok(any)
+    }
+
+    /// Reads what has a limit of elements of its own: one frame's item among thousands.
+    ///
+    /// # Errors
+    /// Those of `read`.
+    pub(crate) fn counted_apart<T>(
+        &mut self,
+        read: impl FnOnce(&mut Self) -> Result<T, WalkError>,
+    ) -> Result<T, WalkError> {
+        let outside = std::mem::take(&mut self.elements);
+        let result = read(self);
+        self.elements = outside;
+        result
     }
 
     /// Goes into the sequence or the item `element`, whose header was just read.

@@ -6,10 +6,13 @@ use super::Elements;
 use crate::dicom::error::FileError;
 use crate::dicom::syntax::{Coding, Syntax};
 use crate::dicom::tag::{self as el, Tag};
+use crate::dicom::text::Label;
 use crate::dicom::walk::{Element, Open, WalkError, Walker};
 
 /// More frames than any scanner writes into one file: 20 times of 320 slices are 6400.
-pub(crate) const MAX_FRAMES: u32 = 1 << 14;
+pub(crate) const MAX_FRAMES: u32 = 16384;
+/// The same in words.
+pub(crate) const FRAMES_ALLOWED: &str = "a whole number from 1 to 16384";
 
 /// One item of functional groups. `None` where a group is absent; a group that is there holds each value that it says.
 #[derive(Debug, Clone, Default)]
@@ -24,10 +27,17 @@ pub(crate) struct Group {
     pub details: Option<Reconstruction>,
     /// What the converter of a classic series found no place for.
     pub unassigned: Option<Reconstruction>,
-    /// Nominal percentage of the heart's cycle, and of the breath's.
-    pub cardiac: Option<Option<f64>>,
-    pub respiratory: Option<Option<f64>>,
+    pub cardiac: Option<Cardiac>,
+    /// Nominal percentage of the breath's cycle.
+    pub respiratory: Option<Option<f32>>,
     pub modality_lut: bool,
+}
+
+/// Nominal places in the heart's cycle.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Cardiac {
+    pub percent: Option<f32>,
+    pub delay_ms: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -43,33 +53,58 @@ pub(crate) struct Measures {
 pub(crate) struct Transformation {
     pub slope: Option<f64>,
     pub intercept: Option<f64>,
-    pub kind: Option<String>,
+    pub kind: Option<Label>,
 }
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Content {
-    pub stack: Option<String>,
+    pub stack: Option<Label>,
     pub in_stack: Option<u32>,
     pub temporal: Option<u32>,
 }
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FrameKind {
-    /// FrameType, with slashes.
-    pub codes: Option<String>,
+    /// FrameType.
+    pub label: Option<Label>,
+    /// Its fourth value.
+    pub contrast: Option<String>,
+    pub localizer: bool,
     pub volumetric: Option<String>,
+    /// VolumeBasedCalculationTechnique.
+    pub technique: Option<String>,
 }
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Reconstruction {
-    pub algorithm: Option<String>,
-    pub kernel: Option<String>,
+    pub algorithm: Option<Label>,
+    pub kernel: Option<Label>,
     pub tilt_deg: Option<f64>,
+}
+
+impl Reconstruction {
+    fn of(e: &Elements) -> Self {
+        Self {
+            algorithm: e.label(el::ALGORITHM),
+            kernel: e.label(el::KERNEL),
+            tilt_deg: e.reported(el::GANTRY_TILT),
+        }
+    }
+
+    /// These values, and those of `other` where one is not there.
+    fn or(self, other: Self) -> Self {
+        Self {
+            algorithm: self.algorithm.or(other.algorithm),
+            kernel: self.kernel.or(other.kernel),
+            tilt_deg: self.tilt_deg.or(other.tilt_deg),
+        }
+    }
 }
 
 impl Group {
     /// This group, and where it is silent the one that all frames share. A functional group is taken whole: never one value of
-    /// the frame's and another of the shared one.
+    /// the frame's and another of the shared one. The unassigned attributes alone are two sequences, and what stands in one of
+    /// them does not stand in the other.
     pub(crate) fn or(&self, shared: &Self) -> Self {
         fn first<T: Clone>(own: &Option<T>, shared: &Option<T>) -> Option<T> {
             own.as_ref().or(shared.as_ref()).cloned()
@@ -83,7 +118,10 @@ impl Group {
             kind: first(&self.kind, &shared.kind),
             reconstruction: first(&self.reconstruction, &shared.reconstruction),
             details: first(&self.details, &shared.details),
-            unassigned: first(&self.unassigned, &shared.unassigned),
+            unassigned: match (self.unassigned.clone(), shared.unassigned.clone()) {
+                (Some(own), Some(shared)) => Some(own.or(shared)),
+                (own, shared) => own.or(shared),
+            },
             cardiac: first(&self.cardiac, &shared.cardiac),
             respiratory: first(&self.respiratory, &shared.respiratory),
             modality_lut: self.modality_lut || shared.modality_lut,
@@ -92,7 +130,7 @@ impl Group {
 
     /// Takes the values of one functional group.
     fn take(&mut self, e: &Elements, sequence: Tag) -> Result<(), FileError> {
-        let one = |tag| Ok::<_, FileError>(e.numbers::<1>(tag)?.map(|[number]| number));
+        self.modality_lut |= e.modality_lut;
         match sequence {
             el::PLANE_POSITION => self.position = Some(e.numbers(el::POSITION)?),
             el::PLANE_ORIENTATION => self.orientation = Some(e.numbers(el::ORIENTATION)?),
@@ -105,40 +143,43 @@ impl Group {
             }
             el::TRANSFORMATION => {
                 self.transformation = Some(Transformation {
-                    slope: one(el::SLOPE)?,
-                    intercept: one(el::INTERCEPT)?,
-                    kind: e.code(el::RESCALE_TYPE),
+                    slope: e.number(el::SLOPE)?,
+                    intercept: e.number(el::INTERCEPT)?,
+                    kind: e.label(el::RESCALE_TYPE),
                 });
             }
             el::FRAME_CONTENT => {
                 self.content = Some(Content {
-                    stack: e.codes(el::STACK),
+                    stack: e.label(el::STACK),
                     in_stack: e.u32(el::IN_STACK)?,
                     temporal: e.u32(el::TEMPORAL)?,
                 });
             }
             el::CT_FRAME_TYPE => {
                 self.kind = Some(FrameKind {
-                    codes: e.codes(el::FRAME_TYPE),
+                    label: e.label(el::FRAME_TYPE),
+                    contrast: e.contrast(el::FRAME_TYPE),
+                    localizer: e.is_localizer(el::FRAME_TYPE),
                     volumetric: e.code(el::VOLUMETRIC),
+                    technique: e.code(el::TECHNIQUE),
                 });
             }
-            el::RECONSTRUCTION => self.reconstruction = Some(reconstruction(e)),
-            el::ACQUISITION_DETAILS => self.details = Some(reconstruction(e)),
-            el::SHARED_UNASSIGNED | el::FRAME_UNASSIGNED => self.unassigned = Some(reconstruction(e)),
-            el::CARDIAC => self.cardiac = Some(e.f64(el::CARDIAC_PHASE)?),
-            el::RESPIRATORY => self.respiratory = Some(e.f64(el::RESPIRATORY_PHASE)?),
+            el::RECONSTRUCTION => self.reconstruction = Some(Reconstruction::of(e)),
+            el::ACQUISITION_DETAILS => self.details = Some(Reconstruction::of(e)),
+            el::SHARED_UNASSIGNED | el::FRAME_UNASSIGNED => {
+                let before = self.unassigned.take().unwrap_or_default();
+                self.unassigned = Some(Reconstruction::of(e).or(before));
+            }
+            el::CARDIAC => {
+                self.cardiac = Some(Cardiac {
+                    percent: e.f32(el::CARDIAC_PHASE)?,
+                    delay_ms: e.f64(el::CARDIAC_DELAY)?,
+                });
+            }
+            el::RESPIRATORY => self.respiratory = Some(e.f32(el::RESPIRATORY_PHASE)?),
             _ => {}
         }
         Ok(())
-    }
-}
-
-fn reconstruction(e: &Elements) -> Reconstruction {
-    Reconstruction {
-        algorithm: e.codes(el::ALGORITHM),
-        kernel: e.codes(el::KERNEL),
-        tilt_deg: e.reported(el::GANTRY_TILT),
     }
 }
 
@@ -176,10 +217,16 @@ pub(super) fn read<R: BufRead + Seek>(
                 true => "one: what all frames share".to_owned(),
                 false => format!("{most}: one for each frame"),
             };
-            return Err(items(element.tag, format!("more than {most}"), expected).into());
+            let found = match most {
+                1 => "more than one item".to_owned(),
+                _ => format!("more than {most} items"),
+            };
+            return Err(items(element.tag, found, expected).into());
         }
         let number = (element.tag == el::FRAME_GROUPS).then_some(groups.len() as u32 + 1);
-        let group = group(walker, &item).map_err(|error| match error {
+        // A sound file may have a million elements in its frames, and not in one of them.
+        let group = walker.counted_apart(|walker| group(walker, &item));
+        let group = group.map_err(|error| match error {
             WalkError::File(error) => WalkError::File(error.in_frame(number)),
             io @ WalkError::Io(_) => io,
         })?;
@@ -197,7 +244,7 @@ fn group<R: BufRead + Seek>(walker: &mut Walker<R>, item: &Open) -> Result<Group
     let mut seen = Vec::new();
     while let Some(element) = walker.next_in(item)? {
         let (tag, byte) = (element.tag, element.byte);
-        group.modality_lut |= tag == el::MODALITY_LUT;
+        group.modality_lut |= tag == el::MODALITY_LUT && walker.has_items(&element, item.coding)?;
         if !READ.contains(&tag) {
             walker.skip(&element, item.coding)?;
             continue;
@@ -212,7 +259,9 @@ fn group<R: BufRead + Seek>(walker: &mut Walker<R>, item: &Open) -> Result<Group
     Ok(group)
 }
 
-/// The values of a functional group's item; none where there is no item.
+/// The values of a functional group's item; none where there is no item. A multi-energy CT has an item of acquisition details for
+/// each beam: of these only the gantry's tilt is read, which is compared with the places and decides nothing, so that the first will
+/// do. Several items of any other group would be several places, or several slopes.
 fn only_item<R: BufRead + Seek>(
     walker: &mut Walker<R>,
     element: &Element,
@@ -221,11 +270,12 @@ fn only_item<R: BufRead + Seek>(
     let sequence = walker.open(element, coding)?;
     let mut values = None;
     while let Some(item) = walker.next_item(&sequence)? {
-        if values.is_some() {
-            let (found, expected) = ("more than one".to_owned(), "one".to_owned());
+        if values.is_some() && element.tag != el::ACQUISITION_DETAILS {
+            let (found, expected) = ("more than one item".to_owned(), "one".to_owned());
             return Err(items(element.tag, found, expected).into());
         }
-        values = Some(item_values(walker, &item)?);
+        let item = item_values(walker, &item)?;
+        values.get_or_insert(item);
     }
     Ok(values.unwrap_or_default())
 }
@@ -240,6 +290,7 @@ fn item_values<R: BufRead + Seek>(walker: &mut Walker<R>, item: &Open) -> Result
     };
     while let Some(element) = walker.next_in(item)? {
         let (tag, byte) = (element.tag, element.byte);
+        elements.modality_lut |= tag == el::MODALITY_LUT && walker.has_items(&element, item.coding)?;
         if !el::GROUPED.contains(&tag) {
             walker.skip(&element, item.coding)?;
             continue;

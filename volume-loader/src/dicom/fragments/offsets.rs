@@ -46,7 +46,7 @@ fn borders(header: &Header, frame: &Frame) -> Result<Vec<u64>, DicomError> {
         source,
     };
     let (file, _) = scene::file::open(&header.path).map_err(|error| unreadable(error.into()))?;
-    read(&file, header.pixels.value_at, header.length, frame).map_err(|failure| match failure {
+    read(&file, header, frame).map_err(|failure| match failure {
         ReadFailure::Io(source) => unreadable(source),
         ReadFailure::File(source) => DicomError::File {
             path: header.path.clone(),
@@ -60,9 +60,10 @@ fn refused(found: impl Into<String>, expected: impl Into<String>) -> ReadFailure
     FileError::Offsets { found, expected }.into()
 }
 
-/// Borders of the frames whose pixel data begin at `at`.
-fn read(file: &File, at: u64, length: u64, frame: &Frame) -> Result<Vec<u64>, ReadFailure> {
-    let frames = frame.of as usize;
+/// Borders of the frames of this header's file.
+fn read(file: &File, header: &Header, frame: &Frame) -> Result<Vec<u64>, ReadFailure> {
+    let (at, length) = (header.pixels.value_at, header.length);
+    let frames = header.frames.unsigned_abs() as usize;
     let (tag, bytes) = item(file, at, length)?;
     if tag != ITEM {
         return Err(FileError::Delimiter { byte: at, found: tag }.into());

@@ -3,7 +3,10 @@
 mod compressed;
 mod damaged;
 mod made;
+mod meaning;
 mod parts;
+mod told;
+mod whole;
 
 use super::writer::{Coding, SIZE};
 use super::*;

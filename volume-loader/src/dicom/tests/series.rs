@@ -238,3 +238,18 @@ fn whom_a_series_is_of_is_told_only_when_asked() {
         );
     }
 }
+
+#[test]
+fn slices_of_two_kernels_in_one_series_are_told_of() {
+    let mut files = stack(4);
+    for (file, kernel) in files.iter_mut().zip(["B30f", "B30f ", "B70f", "B30f"]) {
+        file.text((0x0018, 0x1210), "SH", kernel);
+    }
+    let warnings = Folder::of(&files).open().unwrap().series_facts().warnings.clone();
+    assert!(
+        warnings.len() == 1 && warnings[0].contains("the kernel is B30f in ") && warnings[0].contains(" and B70f in "),
+        "{warnings:?}"
+    );
+    files[2].text((0x0018, 0x1210), "SH", "B30f");
+    assert!(Folder::of(&files).open().unwrap().series_facts().warnings.is_empty());
+}

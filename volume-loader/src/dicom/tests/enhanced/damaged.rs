@@ -45,7 +45,7 @@ fn frames_and_groups_must_be_as_many() {
     file.set(SHARED, Value::Items(vec![vec![], vec![]], false));
     let error = Folder::of(&[file]).refused();
     assert!(
-        error.contains("SharedFunctionalGroupsSequence has more than 1 items"),
+        error.contains("SharedFunctionalGroupsSequence has more than one item"),
         "{error}"
     );
 }
@@ -67,7 +67,7 @@ fn a_group_with_several_items_is_refused() {
     enhanced.frames[1].elements[0].1 = Value::Items(vec![vec![], vec![]], false);
     let error = enhanced.folder().refused();
     assert!(
-        error.contains("frame 2: (0020,9113) PlanePositionSequence has more than one items"),
+        error.contains("frame 2: (0020,9113) PlanePositionSequence has more than one item, expected one"),
         "{error}"
     );
 }

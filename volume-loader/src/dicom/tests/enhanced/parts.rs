@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn listed(enhanced: &Enhanced) -> String {
+pub(super) fn listed(enhanced: &Enhanced) -> String {
     match enhanced.folder().open() {
         Err(error @ DicomError::Several { .. }) => error.to_string(),
         other => panic!("expected several parts, found {other:?}"),
@@ -10,7 +10,7 @@ fn listed(enhanced: &Enhanced) -> String {
 }
 
 /// Six frames, of which every second is another part.
-fn two(change: impl Fn(usize, &mut made::Frame)) -> Enhanced {
+pub(super) fn two(change: impl Fn(usize, &mut made::Frame)) -> Enhanced {
     let mut enhanced = Enhanced::of(6);
     for (k, frame) in enhanced.frames.iter_mut().enumerate() {
         frame.place([-10.0, 20.0, 2.5 * (k / 2) as f64]);
@@ -20,7 +20,7 @@ fn two(change: impl Fn(usize, &mut made::Frame)) -> Enhanced {
 }
 
 /// The list, and that each part is the volume of its own frames.
-fn told_apart(enhanced: &Enhanced, words: [&str; 2]) {
+pub(super) fn told_apart(enhanced: &Enhanced, words: [&str; 2]) {
     let text = listed(enhanced);
     assert!(text.contains("2 series here, choose one with --series N"), "{text}");
     assert!(!text.contains("1.2.3"), "{text}");
@@ -50,7 +50,7 @@ fn points_in_time_are_told_apart_and_chosen() {
     });
     told_apart(&times, ["temporal position 2", "temporal position 10"]);
     let phases = two(|part, frame| {
-        let percent = Value::Raw("FD", [40.0_f64, 75.5][part].to_le_bytes().to_vec(), 8);
+        let percent = Value::Raw("FL", [40.0_f32, 75.5][part].to_le_bytes().to_vec(), 4);
         frame.group((0x0018, 0x9118), vec![((0x0020, 0x9241), percent)]);
     });
     told_apart(&phases, ["40 % of the cardiac cycle", "75.5 % of the cardiac cycle"]);
@@ -132,7 +132,7 @@ fn the_order_in_a_stack_is_compared_and_not_believed() {
 }
 
 /// Frames 0 to 2 and 3 to 5, in a file each.
-fn halves(change: impl Fn(u16, &mut File)) -> Folder {
+pub(super) fn halves(change: impl Fn(u16, &mut File)) -> Folder {
     let (whole, folder) = (Enhanced::of(6), Folder::new());
     for part in [0, 1] {
         let mut half = whole.clone();
@@ -145,7 +145,7 @@ fn halves(change: impl Fn(u16, &mut File)) -> Folder {
     folder
 }
 
-fn concatenated(number: u16, total: u16, file: &mut File) {
+pub(super) fn concatenated(number: u16, total: u16, file: &mut File) {
     file.text((0x0020, 0x9161), "UI", "1.2.3.9")
         .us((0x0020, 0x9162), number)
         .us((0x0020, 0x9163), total);
