@@ -16,6 +16,9 @@ use super::walk::{Element, WalkError, Walker};
 /// SOP classes whose frames are slices of a CT (PS3.4 table B.5-1): Enhanced CT and Legacy Converted Enhanced CT.
 const FRAMED_CLASSES: [&str; 2] = ["1.2.840.10008.5.1.4.1.1.2.1", "1.2.840.10008.5.1.4.1.1.2.2"];
 
+/// Segmentation Storage and Label Map Segmentation Storage (PS3.4 table B.5-1).
+const SEGMENTATION_CLASSES: [&str; 2] = ["1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"];
+
 /// The values of one file's elements, as they stand there; or of one item.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Elements {
@@ -159,6 +162,12 @@ impl Elements {
             None => Ok(()),
             Some(_) => Err(FileError::Twice { tag, byte }.into()),
         }
+    }
+
+    /// Whether the file's frames say where structures are.
+    pub(crate) fn is_segmentation(&self) -> bool {
+        self.class()
+            .is_some_and(|class| SEGMENTATION_CLASSES.contains(&class.as_str()))
     }
 
     /// NumberOfFrames, which is above 0 and bounded.

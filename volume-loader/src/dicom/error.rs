@@ -71,6 +71,15 @@ pub enum DicomError {
         /// The InConcatenationNumber of both.
         number: u32,
     },
+    /// A file of another kind.
+    #[error(
+        "{}: this is DICOM, and no slices of an examination (a segmentation, a structure set, a report): segmentations are read as label \
+         maps (volume-loader labels, pilot plan --labels), points of structure sets into a plan (pilot plan --import)", path.display()
+    )]
+    NoSlices {
+        /// The file.
+        path: PathBuf,
+    },
     /// One file of a volume in several.
     #[error("{}: this is part {number} of a volume in several files (a concatenation); name the folder that holds all of them: {}", path.display(), folder.display())]
     OnePart {

@@ -91,7 +91,7 @@ pub(crate) struct Header {
 pub(crate) enum Kind {
     /// A slice, or all frames of a file, at least one.
     Images(Vec<Header>),
-    /// DICOM, but no image: a directory, a report, a structure set.
+    /// DICOM, but no image: a directory, a report, a structure set; and a segmentation.
     Object,
     /// Not DICOM.
     Other,
@@ -141,6 +141,10 @@ impl Header {
         let Some(elements) = Elements::read(walker)? else {
             return Ok(Kind::Other);
         };
+        // Their frames are no grey values.
+        if elements.is_segmentation() {
+            return Ok(Kind::Object);
+        }
         let Some(pixels) = elements.pixels else {
             let slice = elements
                 .class()

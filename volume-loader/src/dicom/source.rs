@@ -64,8 +64,12 @@ pub(crate) fn open_path(
     let kind = scan::read(path)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new(".")).to_owned();
+    let is_object = matches!(kind, Kind::Object);
     let Some(headers) = frames(kind) else {
         let path = path.to_owned();
+        if is_object {
+            return Err(DicomError::NoSlices { path });
+        }
         return Err(DicomError::OneFile { path, folder });
     };
     let concatenation = headers

@@ -14,8 +14,6 @@ use crate::dicom::text::charset::Charset;
 use crate::dicom::walk::{Element, WalkError, Walker};
 use crate::source::ReadError;
 
-/// Segmentation Storage and Label Map Segmentation Storage (PS3.4 table B.5-1).
-const CLASSES: [&str; 2] = ["1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"];
 /// A hundred organs in five hundred planes each.
 const MAX_FRAMES: usize = 1 << 16;
 /// Pixels of a frame, as of a slice.
@@ -285,8 +283,9 @@ impl Object {
 fn parse<R: BufRead + Seek>(walker: &mut Walker<R>) -> Result<Option<(Elements, Sequences)>, WalkError> {
     let mut sequences = Sequences::default();
     let elements = Tree::read(walker, &ASKED, |tag, item| sequences.take(tag, item))?;
-    let is_one = |elements: &Elements| elements.class().is_some_and(|class| CLASSES.contains(&class.as_str()));
-    Ok(elements.filter(is_one).map(|elements| (elements, sequences)))
+    Ok(elements
+        .filter(Elements::is_segmentation)
+        .map(|elements| (elements, sequences)))
 }
 
 /// What the pixels mean, by SegmentationType and BitsAllocated.

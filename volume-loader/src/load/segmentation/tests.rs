@@ -332,7 +332,7 @@ fn what_would_be_a_guess_is_refused_by_name() {
         (&|m| m.frame_of_reference = "", "FrameOfReferenceUID is missing"),
         (&|m| m.frames[0].1 = f64::NAN, "ImagePositionPatient"),
         (&|m| m.frames[0].1 = 1e9, "no step that leads"),
-        (&|m| m.frames[0].1 = 7.45, "no step"),
+        (&|m| m.frames[0].1 = 7.3, "no step"),
         (&|m| m.step = Some("0"), "expected one number above 0, or none"),
         (
             &|m| m.pixels = Some(vec![0; 6]),
