@@ -37,7 +37,7 @@ pub enum ItkError {
         /// What is wrong with it.
         why: String,
     },
-    /// There is no transform in it.
+    /// There is no transform in it, or a composite of none.
     #[error("there is no transform in it")]
     Empty,
     /// Transforms that no composite puts together.
@@ -104,6 +104,17 @@ pub enum ItkError {
         kind: String,
         /// Why it is none.
         why: RotationError,
+    },
+    /// All of a composite stretches or shears, though each part of it is nearly rigid.
+    #[error(
+        "the transforms of the composite together are not rigid: their product is {off:.2e} from the nearest rotation (at most {MOST_OFF:e}); \
+         the lengths of its columns are {columns:.5?}"
+    )]
+    Composite {
+        /// The Frobenius distance.
+        off: f64,
+        /// By how much it stretches along each axis.
+        columns: [f64; 3],
     },
     /// It stretches or shears.
     #[error(
