@@ -13,6 +13,8 @@ use guidance::plan::{Edit, Editor, Measure, PlanError, Target};
 pub(crate) const DIAMETER_MM: f64 = 5.0;
 /// The word that makes a point an entry.
 const ENTRY: &str = "entry";
+/// What a description of sizes begins with.
+const DIAMETER: &str = "diameter_mm=";
 /// What stands between a target's name and that word.
 const BETWEEN: [char; 3] = [' ', '-', '_'];
 
@@ -46,6 +48,11 @@ pub(crate) enum PointsError {
          or take the target out of the plan in the same command (--remove) and import it with its entry"
     )]
     SecondEntry { label: String, name: String },
+    #[error(
+        "point {label:?}: its description is {found:?}, and sizes are read as `diameter_mm=8.1 stop_mm=4.3`, with points and nothing else; a \
+         target of another size would be shown"
+    )]
+    Sizes { label: String, found: String },
     #[error("there is no point with a place in it{}", empty_ones(.left_out))]
     Empty { left_out: Vec<String> },
     #[error("target {name:?} has `entry` in its name and would not be read again as a target; rename it (--rename)")]
@@ -95,7 +102,7 @@ pub(crate) fn take(editor: &mut Editor, markups: &[Markup]) -> Result<Taken, Poi
     let (entries, targets): (Vec<&ControlPoint>, Vec<_>) =
         points.into_iter().partition(|p| target_of(&p.label).is_some());
     for point in targets {
-        editor.edit(Edit::Add(target(point, &mut taken)))?;
+        editor.edit(Edit::Add(target(point, &mut taken)?))?;
         taken.targets += 1;
     }
     for point in entries {
@@ -170,19 +177,23 @@ fn angle(markup: usize, angle: &Markup) -> Result<Measure, PointsError> {
     }
 }
 
-fn target(point: &ControlPoint, taken: &mut Taken) -> Target {
+fn target(point: &ControlPoint, taken: &mut Taken) -> Result<Target, PointsError> {
     let sizes = sizes(&point.description);
+    if sizes.is_none() && point.description.contains(DIAMETER) {
+        let (label, found) = (point.label.clone(), point.description.chars().take(64).collect());
+        return Err(PointsError::Sizes { label, found });
+    }
     if sizes.is_none() && !point.description.is_empty() {
         taken.descriptions.push(point.label.clone());
     }
     let (diameter_mm, stop_mm) = sizes.unwrap_or((DIAMETER_MM, 0.0));
-    Target {
+    Ok(Target {
         name: point.label.clone(),
         centre: point.position,
         diameter_mm,
         entry: None,
         stop_mm,
-    }
+    })
 }
 
 fn enter(editor: &mut Editor, point: &ControlPoint) -> Result<(), PointsError> {
@@ -212,7 +223,7 @@ fn enter(editor: &mut Editor, point: &ControlPoint) -> Result<(), PointsError> {
 
 /// Diameter and stop distance, mm, of a description that is nothing else.
 fn sizes(description: &str) -> Option<(f64, f64)> {
-    let (diameter, stop) = description.strip_prefix("diameter_mm=")?.split_once(" stop_mm=")?;
+    let (diameter, stop) = description.strip_prefix(DIAMETER)?.split_once(" stop_mm=")?;
     Some((diameter.parse().ok()?, stop.parse().ok()?))
 }
 
@@ -239,7 +250,7 @@ fn of(target: &Target) -> Vec<ControlPoint> {
     let label = format!("{} {ENTRY}", target.name);
     let entry = target.entry.map(|entry| ControlPoint::new(&label, entry));
     let centre = ControlPoint {
-        description: format!("diameter_mm={} stop_mm={}", target.diameter_mm, target.stop_mm),
+        description: format!("{DIAMETER}{} stop_mm={}", target.diameter_mm, target.stop_mm),
         ..ControlPoint::new(&target.name, target.centre)
     };
     entry.into_iter().chain([centre]).collect()
@@ -400,7 +411,7 @@ mod tests {
         }
         let target = Target {
             entry: None,
-            ..target(&point("a entry", 1.0), &mut Taken::default())
+            ..target(&point("a entry", 1.0), &mut Taken::default()).unwrap()
         };
         assert!(markups(&[target]).unwrap_err().to_string().contains("rename it"));
     }
@@ -411,6 +422,13 @@ mod tests {
             description: "left of the vein".to_owned(),
             ..point("a", 1.0)
         };
+        // With commas as numbers have them elsewhere, the target would have the size of one that has none.
+        let sized = ControlPoint {
+            description: "diameter_mm=8,1 stop_mm=4,3".to_owned(),
+            ..point("a", 1.0)
+        };
+        let said = taken(MarkupKind::Fiducial, vec![sized]).unwrap_err();
+        assert!(said.contains("a target of another size would be shown"), "{said}");
         let entry = ControlPoint {
             description: "beside the rib".to_owned(),
             ..point("a entry", 50.0)

@@ -24,6 +24,7 @@ says who did; without it nothing is written, as a tracker promises an error with
 
 Examples:
   calib import PlusDeviceSet.xml --from StylusTip --to Stylus --shaft x --tip-error-mm 0.5 --axis-error-deg 1 --out tool.json
+  calib import PlusDeviceSet.xml --from StylusTip --to Stylus --backwards --shaft x --tip-error-mm 0.5 --axis-error-deg 1 --out tool.json
   calib import tip.tfm --holds marker-from-tool --shaft z --tip-error-mm 0.5 --axis-error-deg 1 --out tool.json
   calib import StylusTipToStylus.h5 --holds slicer-node --shaft=-z --tip-error-mm 0.5 --axis-error-deg 1 --out tool.json";
 
@@ -204,13 +205,18 @@ impl ImportArgs {
                 said,
             })
         };
-        // Written so that a NaN is refused. A rotation that is off by so much turns no axis by more.
-        if !(moved_mm <= SMALL * self.tip_error_mm) {
-            return refused("tip", format!("{moved_mm:.4} mm"), format!("{} mm", self.tip_error_mm));
+        // A NaN is within nothing. A rotation that is off by so much turns no axis by more.
+        let is_small = |found: f64, said: f64| (0.0..=SMALL * said).contains(&found);
+        let (degrees, [tip, axis]) = (off.to_degrees(), [self.tip_error_mm, self.axis_error_deg]);
+        if !is_small(moved_mm, tip) {
+            return refused("tip", format!("{moved_mm:.4} mm"), format!("{tip} mm"));
         }
-        if !(off.to_degrees() <= SMALL * self.axis_error_deg) {
-            let (moved, said) = (off.to_degrees(), self.axis_error_deg);
-            return refused("shaft", format!("up to {moved:.4} degrees"), format!("{said} degrees"));
+        if !is_small(degrees, axis) {
+            return refused(
+                "shaft",
+                format!("up to {degrees:.4} degrees"),
+                format!("{axis} degrees"),
+            );
         }
         Ok(())
     }

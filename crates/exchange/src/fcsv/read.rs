@@ -128,8 +128,11 @@ impl Head {
                 refused("a comment", comment, "no columns of a point behind #")
             }
             _ => {
-                self.named.extend(PatientAxes::named_in(comment));
-                self.named.dedup();
+                // Each once, however many comments there are.
+                let new = PatientAxes::named_in(comment)
+                    .into_iter()
+                    .filter(|axes| !self.named.contains(axes));
+                self.named.extend(new.collect::<Vec<_>>());
                 Ok(())
             }
         }

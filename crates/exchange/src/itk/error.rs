@@ -85,6 +85,18 @@ pub enum ItkError {
         /// The number.
         found: String,
     },
+    /// An angle is beyond a whole turn: then it is in degrees, which ITK takes for radians.
+    #[error(
+        "transform {part} ({kind}): angles of {found:?}; radians of at most a whole turn, 6.283, are expected: these look like degrees"
+    )]
+    Angle {
+        /// Which.
+        part: usize,
+        /// Its kind.
+        kind: String,
+        /// The three.
+        found: [f64; 3],
+    },
     /// A versor is longer than a rotation's.
     #[error("transform {part} ({kind}): a versor of length {length}; at most 1 is allowed")]
     Versor {

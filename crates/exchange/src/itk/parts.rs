@@ -1,5 +1,7 @@
 //! One transform of a file, from its numbers to a rigid one.
 
+use std::f64::consts::TAU;
+
 use geometry::rotation::{Rotation, RotationMatrix};
 use geometry::{Affine, Named, Rigid, Vector};
 
@@ -148,6 +150,11 @@ impl Part {
         let last = |from: usize| [0, 1, 2].map(|i| p.get(from + i).copied().unwrap_or(0.0));
         let rows = match take {
             Take::Nothing => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            // Radians go once round; what is more is degrees, and another rotation.
+            Take::Euler if p[..3].iter().any(|angle| angle.abs() > TAU) => {
+                let (kind, found) = (self.kind.clone(), [p[0], p[1], p[2]]);
+                return Err(ItkError::Angle { part, kind, found });
+            }
             Take::Euler => euler([p[0], p[1], p[2]], self.fixed.get(3).is_some_and(|zyx| *zyx != 0.0)),
             Take::Versor => versor([p[0], p[1], p[2]]).map_err(|length| {
                 let kind = self.kind.clone();

@@ -34,7 +34,7 @@ impl Raw {
     /// Takes what a comment says of axes, as 3D Slicer writes them, and of the unit; what is not understood, and two words that differ, are
     /// refused.
     pub(super) fn comment(&mut self, comment: &str) -> Result<(), MeshError> {
-        for value in assigned(comment, "space") {
+        for value in assigned(comment, "space", &[]) {
             let found = || MeshError::Space {
                 found: crate::quoted(value),
             };
@@ -43,7 +43,7 @@ impl Raw {
                 return Err(found());
             }
         }
-        for value in assigned(comment, "unit").chain(assigned(comment, "units")) {
+        for value in assigned(comment, "unit", VERBS).chain(assigned(comment, "units", VERBS)) {
             let found = || MeshError::Unit {
                 found: crate::quoted(value),
             };
@@ -52,21 +52,30 @@ impl Raw {
                 return Err(found());
             }
         }
-        self.named.extend(PatientAxes::named_in(comment));
-        self.named.dedup();
+        // Each once, however many comments there are.
+        let new = PatientAxes::named_in(comment)
+            .into_iter()
+            .filter(|axes| !self.named.contains(axes));
+        self.named.extend(new.collect::<Vec<_>>());
         Ok(())
     }
 }
 
-/// What stands behind `word =` or `word:` in a text, for each such word in whatever case, without quotation marks and blanks before it.
-fn assigned<'a>(text: &'a str, word: &'static str) -> impl Iterator<Item = &'a str> {
+/// What stands between the word and the unit where no sign does.
+const VERBS: &[&str] = &["is ", "are ", "in "];
+
+/// What stands behind `word =` or `word:` in a text, or behind one of the verbs, for each such word in whatever case, without quotation marks
+/// and blanks before it.
+fn assigned<'a>(text: &'a str, word: &'static str, verbs: &'static [&str]) -> impl Iterator<Item = &'a str> {
     // Of ASCII letters alone, so that places stay those of the text.
     let lower = text.to_ascii_lowercase();
     let places: Vec<usize> = lower.match_indices(word).map(|(place, _)| place).collect();
     places.into_iter().filter_map(move |place| {
         let (before, rest) = (&text[..place], &text[place + word.len()..]);
         let is_whole = !before.ends_with(|c: char| c.is_ascii_alphanumeric());
-        let value = rest.trim_start().strip_prefix(['=', ':']).filter(|_| is_whole)?;
+        let rest = rest.trim_start();
+        let verb = || verbs.iter().find_map(|verb| rest.strip_prefix(verb));
+        let value = rest.strip_prefix(['=', ':']).or_else(verb).filter(|_| is_whole)?;
         Some(value.trim_start_matches(|c: char| c.is_whitespace() || "\"'(=".contains(c)))
     })
 }

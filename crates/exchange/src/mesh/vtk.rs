@@ -45,6 +45,7 @@ impl Numbers<'_> {
     /// One part of the file; false where nothing follows that is read.
     fn section(&mut self, raw: &mut Raw, has_offsets: bool) -> Result<bool, MeshError> {
         match self.words.next() {
+            b"POINTS" if !raw.points.is_empty() => return Err(self.words.refused(b"POINTS", "the points once")),
             b"POINTS" => {
                 let count = counted("points", self.words.number("how many points there are")?)?;
                 let of = self.scalar()?;

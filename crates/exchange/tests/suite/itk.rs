@@ -105,6 +105,10 @@ fn what_is_not_rigid_is_refused_with_how_far_off_it_is() {
             "a versor of length 1.06",
         ),
         (
+            of("Euler3DTransform", "0 -90 0 0 0 0", "0 0 0"),
+            "angles of [0.0, -90.0, 0.0]; radians of at most a whole turn",
+        ),
+        (
             of("Euler3DTransform", "0 0 0 0 0 0", "0 0"),
             "2 FixedParameters; expected the three of a centre",
         ),

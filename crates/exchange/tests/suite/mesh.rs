@@ -215,6 +215,7 @@ fn a_unit_that_a_comment_says_is_not_overruled() {
         &mimics("1"),
         "units: mm",
         "File units = millimeters",
+        "all units are mm",
         "UNIT=mm",
     ] {
         assert_eq!(second(comment, None), Ok(25.0), "{comment}");
@@ -238,6 +239,8 @@ fn a_unit_that_a_comment_says_is_not_overruled() {
         "unit: cm",
         "unit = 1000",
         "units: inch",
+        "1 unit is 10 mm",
+        "units in cm",
         "unit=",
     ] {
         for said in [None, mm, m] {
@@ -383,6 +386,8 @@ fn what_a_file_of_vtk_carries_before_its_points_is_read_over() {
         assert_eq!(read(text.as_bytes(), MeshFormat::Vtk), tetrahedron(), "{version}");
     }
     let text = String::from_utf8(vtk("3.0", true)).unwrap();
+    let twice = text.replace("POLYGONS", "POINTS 1 float\n900 0 0\nPOLYGONS");
+    assert!(refused(twice.as_bytes(), MeshFormat::Vtk, LPS).contains("expected the points once"));
     let lies = text.replace("POINTS", "FIELD FieldData 1\na 5000000 9 float\n1\nPOINTS");
     assert!(refused(lies.as_bytes(), MeshFormat::Vtk, LPS).contains("an array: 89999999 bytes are promised"));
 }
