@@ -20,13 +20,14 @@ pub(crate) fn points(bytes: &[u8]) {
         if let Ok(file) = fcsv::read(bytes, SAID)
             && let Ok(text) = fcsv::write(&file, PatientAxes::Ras)
         {
-            let again = fcsv::read(text.as_bytes(), SAID).map(|again| again.points.len());
-            assert_eq!(again, Ok(file.points.len()), "what was written is not read");
+            let again = fcsv::read(text.as_bytes(), SAID).map(|again| again.points);
+            assert_eq!(again, Ok(file.points), "what was written is not read");
         }
     } else if let Ok(file) = markups::read(bytes, SAID) {
         let text = markups::write(&file, PatientAxes::Ras);
-        let again = markups::read(text.as_bytes(), SAID).map(|again| again.markups.len());
-        assert_eq!(again.ok(), Some(file.markups.len()), "what was written is not read");
+        let points = |file: markups::Markups| file.markups.into_iter().map(|markup| markup.points).collect::<Vec<_>>();
+        let again = markups::read(text.as_bytes(), SAID).map(points);
+        assert_eq!(again.ok(), Some(points(file)), "what was written is not read");
     }
 }
 
@@ -36,7 +37,11 @@ pub(crate) fn transform(bytes: &[u8]) {
         Err(error) => drop(error.to_string()),
         Ok(read) => {
             let again = itk::read::<Marker, Tool>(itk::write(&read.to_from_from).as_bytes());
-            assert!(again.is_ok(), "what was written is not read");
+            let again = again.map(|again| again.to_from_from);
+            let at = |rigid: Rigid<Marker, Tool>| rigid * Point::new(100.0, -50.0, 200.0);
+            // Numbers of up to 1e9, to a few last places.
+            let near = again.is_ok_and(|again| at(again).distance(at(read.to_from_from)) < 1e-5);
+            assert!(near, "what was written is not read at the same place");
         }
     }
 }
@@ -52,8 +57,9 @@ pub(crate) fn device_set(bytes: &[u8]) {
                         .map_err(|error| error.to_string()),
                 );
             }
-            assert!(
-                plus::read(plus::write(&set).as_bytes()).is_ok(),
+            assert_eq!(
+                plus::read(plus::write(&set).as_bytes()),
+                Ok(set),
                 "what was written is not read"
             );
         }
@@ -70,6 +76,17 @@ pub(crate) fn surface(bytes: &[u8]) {
         Ok(mesh) => {
             let whole = |corners: &[u32; 3]| corners.iter().all(|corner| (*corner as usize) < mesh.points.len());
             assert!(mesh.triangles.iter().all(whole), "a triangle without a corner");
+            // STL has a precision of its own.
+            if format != MeshFormat::Stl
+                && let Ok(bytes) = mesh::write(&mesh, format, PatientAxes::Ras)
+            {
+                let said = Said { axes: None, ..SAID };
+                assert_eq!(
+                    mesh::read(&bytes, format, said),
+                    Ok(mesh),
+                    "what was written is not read"
+                );
+            }
         }
     }
 }

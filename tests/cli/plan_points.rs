@@ -6,7 +6,7 @@ use crate::support::nifti::Nifti;
 use crate::support::{World, python, stderr, stdout};
 use serde_json::{Value, json};
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -191,6 +191,16 @@ fn what_is_refused_leaves_plan_and_files_as_they_were() {
         "# CoordinateSystem = 1",
         &row.replace("new", "other entry"),
     );
+    let lps = "# CoordinateSystem = 1";
+    let fine = file("fine.fcsv", lps, row);
+    let empty = file("empty.fcsv", lps, "");
+    let second = file("second.fcsv", lps, &row.replace("new", "node_entry"));
+    let label = file("label.fcsv", lps, &row.replace("new", "new entry-1"));
+    let linked = case.path("linked.fcsv");
+    symlink("fine.fcsv", &linked).unwrap();
+    symlink("plan.json", case.path("plan-link.fcsv")).unwrap();
+    fs::create_dir(case.path("folder.fcsv")).unwrap();
+    fs::write(case.path("left.fcsv.part"), "theirs").unwrap();
     let text = case.path("points.txt");
     fs::write(&text, "1 2 3").unwrap();
     let there = case.path("there.fcsv");
@@ -217,7 +227,42 @@ fn what_is_refused_leaves_plan_and_files_as_they_were() {
             &["--export", &there, "--target", "b=-50,-90,60"],
             "there is a file of this name",
         ),
-        (&["--export", "no/such/folder.fcsv"], "writing no/such/folder.fcsv"),
+        (
+            &["--export", "no/such/folder.fcsv", "--target", "b=-50,-90,60"],
+            "writing no/such/folder.fcsv: there is no folder no/such",
+        ),
+        (
+            &[
+                "--export",
+                &case.path("folder.fcsv"),
+                "--overwrite",
+                "--target",
+                "b=-50,-90,60",
+            ],
+            "this is a folder",
+        ),
+        (
+            &["--export", &case.path("left.fcsv"), "--target", "b=-50,-90,60"],
+            "left.fcsv.part lies beside it",
+        ),
+        // By another name of the same file.
+        (
+            &["--import", &fine, "--export", &linked, "--overwrite"],
+            "this is an imported file, which it would replace",
+        ),
+        (
+            &[
+                "--export",
+                &case.path("./plan-link.fcsv"),
+                "--overwrite",
+                "--target",
+                "b=-50,-90,60",
+            ],
+            "this is the plan, which it would replace",
+        ),
+        (&["--import", &empty], "there is no point with a place in it"),
+        (&["--import", &second], "target \"node\" has an entry already"),
+        (&["--import", &label], "has `entry` in its name"),
     ] {
         let refused = case.ask("plan.json", arguments);
         assert_eq!(refused.status.code(), Some(1), "{arguments:?}");
@@ -225,6 +270,10 @@ fn what_is_refused_leaves_plan_and_files_as_they_were() {
         assert_eq!(fs::read_to_string(case.path("plan.json")).unwrap(), before, "{words}");
     }
     assert_eq!(fs::read_to_string(&there).unwrap(), "theirs");
+    assert_eq!(fs::read_to_string(case.path("left.fcsv.part")).unwrap(), "theirs");
+    let both = case.ask("plan.json", &["--import", &fine, "--confirm", "Dr. A"]);
+    assert_eq!(both.status.code(), Some(2), "{}", stderr(&both));
+    assert_eq!(fs::read_to_string(case.path("plan.json")).unwrap(), before);
     // What was refused is taken when a person says what the file does not.
     let said = case.ask("plan.json", &["--import", &unsaid, "--frame", "lps"]);
     assert_eq!(said.status.code(), Some(0), "{}", stderr(&said));

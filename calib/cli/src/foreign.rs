@@ -14,11 +14,10 @@ pub(crate) use surface::{SURFACE_HELP, SurfaceArgs};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
+use exchange::Unsettled;
 use exchange::itk::ItkError;
 use exchange::mesh::MeshError;
 use exchange::plus::PlusError;
-use exchange::{LengthUnit, Unsettled};
 use scene::file::OpenError;
 
 use crate::commands::common::OwnError;
@@ -51,6 +50,33 @@ pub(crate) enum ForeignError {
     Lacks { path: PathBuf, what: &'static str },
     #[error("{path}: --holds {holds} says nothing of this file, which holds {has}")]
     OtherFrames { path: PathBuf, holds: String, has: String },
+    #[error(
+        "{path} has {has} alone, the way back: if {from} is the tool's frame, say --backwards; if {to} is, exchange --from and --to. The two put \
+         the tip at different places"
+    )]
+    Back {
+        path: PathBuf,
+        has: String,
+        from: String,
+        to: String,
+    },
+    #[error("{path} has {has}, the way there, and --backwards says that it has the way back alone")]
+    There { path: PathBuf, has: String },
+    #[error(
+        "{path}: its matrix is no rotation, and the nearest one moves the {what} by {moved}: more than a tenth of the error that you say, \
+         {said}. Make the file anew with more digits, or say the error that it has"
+    )]
+    Moved {
+        path: PathBuf,
+        what: &'static str,
+        moved: String,
+        said: String,
+    },
+    #[error("what is made of {path} would not be read as a calibration: {source}")]
+    Unreadable {
+        path: PathBuf,
+        source: calib::file::FileError,
+    },
     #[error("the tool's frame of {path}: {refused}")]
     Frame {
         path: PathBuf,
@@ -59,22 +85,6 @@ pub(crate) enum ForeignError {
 }
 
 impl OwnError for ForeignError {}
-
-/// The unit of a file that does not say it.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Unit {
-    Mm,
-    M,
-}
-
-impl From<Unit> for LengthUnit {
-    fn from(unit: Unit) -> Self {
-        match unit {
-            Unit::Mm => Self::Millimetre,
-            Unit::M => Self::Metre,
-        }
-    }
-}
 
 /// A kind of file, by its ending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,10 @@
 //! Writing the result: whole or not at all, and never over something unasked.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
+
+use scene::file::{Part, PartError};
 
 /// Why the result was not written.
 #[derive(Debug, thiserror::Error)]
@@ -16,6 +18,15 @@ pub(crate) enum StoreError {
     /// The name is an input's.
     #[error("writing {path}: this is the file that the points were read from; give another --out")]
     Input { path: PathBuf },
+    /// Something lies where it is written through before anything is done.
+    #[error(
+        "writing {path}: {part} lies beside it, through which it is written; it is yours, or of a command that did not end. Look at it and \
+         remove it"
+    )]
+    Left { path: PathBuf, part: PathBuf },
+    /// What lies where it is written through is something else's, or somebody else is writing it.
+    #[error("writing {path}: {source}")]
+    Part { path: PathBuf, source: PartError },
     /// The system refused.
     #[error("writing {path}: {source}. Nothing was left under that name; check that the folder exists and has space")]
     Write { path: PathBuf, source: io::Error },
@@ -27,6 +38,11 @@ pub(crate) fn check(path: &Path, overwrite: bool) -> Result<(), StoreError> {
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_dir() => Err(StoreError::Folder { path: owned() }),
         Ok(_) if !overwrite => Err(StoreError::Exists { path: owned() }),
+        // An earlier one that died may have left it, and so may somebody who calls files so: a person looks.
+        _ if fs::symlink_metadata(Part::place(path)).is_ok() => Err(StoreError::Left {
+            path: owned(),
+            part: Part::place(path),
+        }),
         _ => Ok(()),
     }
 }
@@ -50,21 +66,21 @@ pub(crate) fn write_bytes<'a>(
     if place(path).is_some_and(|out| inputs.any(|input| place(input).as_ref() == Some(&out))) {
         return Err(StoreError::Input { path: path.to_owned() });
     }
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let part = PathBuf::from(part);
-    let written = bytes.and_then(|bytes| {
-        let mut out = File::create(&part)?;
-        out.write_all(&bytes)?;
-        // Else a crash of the machine could leave the name on an empty file.
-        out.sync_all()?;
-        fs::rename(&part, path)
+    let bytes = bytes.map_err(|source| StoreError::Write {
+        path: path.to_owned(),
+        source,
+    })?;
+    // Results are for everybody whom the umask lets read them: they name no patient.
+    let part = Part::lock(path, 0o666);
+    let written = part.and_then(|mut part| {
+        part.write(&bytes)?;
+        Ok(part.rename()?)
     });
-    written.map_err(|source| {
-        let _ = fs::remove_file(&part);
-        StoreError::Write {
-            path: path.to_owned(),
-            source,
+    written.map_err(|error| {
+        let path = path.to_owned();
+        match error {
+            PartError::Io(source) => StoreError::Write { path, source },
+            source => StoreError::Part { path, source },
         }
     })
 }

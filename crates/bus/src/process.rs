@@ -251,10 +251,15 @@ fn die_with(parent: u32) -> Result<(), JoinError> {
 }
 
 /// Writes a line to stderr, for whoever looks on. Where that cannot be written (a log on a full disk, a terminal that was
-/// closed) the line is lost and the process goes on: nobody's navigation ends for want of a log.
+/// closed) the line is lost and the process goes on: nobody's navigation ends for want of a log. Control characters, which come with names
+/// and files from outside and would move a terminal's cursor over what stands there, are shown as `?`.
 pub fn say(words: std::fmt::Arguments<'_>) {
     // One write for the whole line, so that lines of several processes do not mix.
-    let _ = std::io::stderr().write_all(format!("{words}\n").as_bytes());
+    let _ = std::io::stderr().write_all(plain(&format!("{words}\n")).as_bytes());
+}
+
+fn plain(words: &str) -> String {
+    words.replace(|c: char| c.is_control() && !matches!(c, '\n' | '\t'), "?")
 }
 
 /// [`process::say`](crate::process::say) with the arguments of [`format!`]; `eprintln!` would panic where stderr is full.
@@ -273,5 +278,17 @@ pub fn exit<E: std::error::Error>(binary: &str, result: Result<(), E>) -> ExitCo
             say(format_args!("{binary}: error: {error}"));
             ExitCode::FAILURE
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain;
+
+    /// A file's name could write over the line that refused it.
+    #[test]
+    fn what_is_said_moves_no_cursor() {
+        assert_eq!(plain("a\u{1b}[2K\rb\u{9b}c\u{7}\td\n"), "a?[2K?b?c?\td\n");
+        assert_eq!(plain("caf\u{e9} \u{65e5}"), "caf\u{e9} \u{65e5}");
     }
 }

@@ -1,5 +1,7 @@
 //! The axes that a file's patient coordinates are along: the one place where they are turned.
 
+use std::str::FromStr;
+
 use geometry::rotation::Rotation;
 use geometry::{Rigid, Vector};
 
@@ -33,6 +35,13 @@ impl PatientAxes {
         }
     }
 
+    /// Those that a text has the words of, in whatever case: `exported in RAS`.
+    pub(crate) fn named_in(text: &str) -> Vec<Self> {
+        let words = text.split(|c: char| !c.is_ascii_alphanumeric());
+        let is_in = |axes: &Self| words.clone().any(|word| word.eq_ignore_ascii_case(axes.name()));
+        Self::ALL.into_iter().filter(is_in).collect()
+    }
+
     /// Components along these axes as components along LPS, and LPS as these: the same turn about the third axis by
     /// half a circle. Exact.
     pub fn turned(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -42,15 +51,17 @@ impl PatientAxes {
             Self::Ras => [0.0 - x, 0.0 - y, z],
         }
     }
+}
 
-    /// The rows of a matrix whose product is along these axes, as rows of the one whose product is along LPS, and back.
-    /// Exact. The hand stays: it is a turn.
-    pub fn turned_rows(self, [x, y, z]: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
-        let turn = |row: [f64; 3]| match self {
-            Self::Lps => row,
-            Self::Ras => row.map(|c| 0.0 - c),
-        };
-        [turn(x), turn(y), z]
+impl FromStr for PatientAxes {
+    type Err = String;
+
+    /// From the word of a command line.
+    fn from_str(word: &str) -> Result<Self, String> {
+        let found = Self::ALL
+            .into_iter()
+            .find(|axes| axes.name().eq_ignore_ascii_case(word));
+        found.ok_or_else(|| "expected lps or ras".to_owned())
     }
 }
 
@@ -97,7 +108,6 @@ mod tests {
         let v = [1.5, -2.0, 0.0];
         for axes in PatientAxes::ALL {
             assert_eq!(axes.turned(axes.turned(v)), v);
-            assert_eq!(axes.turned_rows(axes.turned_rows([v; 3])), [v; 3]);
             assert_eq!(PatientAxes::of_word(axes.name()), Some(axes));
         }
         assert_eq!(PatientAxes::Ras.turned([1.0, 2.0, 3.0]), [-1.0, -2.0, 3.0]);

@@ -1,8 +1,8 @@
 //! 3D Slicer's lists of fiducials, `.fcsv`, of its versions 4 and 5.
 //!
 //! The first lines say version, axes and columns, each other line is a point. Axes are `0`, `1`, `RAS` or `LPS`. Slicer
-//! up to 4.11 takes every word there for 0, which is RAS: [`write()`] writes the number. The quaternion of a point
-//! turns from its own axes to RAS whatever the file's axes are.
+//! up to 4.11 takes every word there for 0, which is RAS: [`write()`] writes the number. The quaternion of a point,
+//! to its own axes, is passed over.
 
 mod error;
 mod read;

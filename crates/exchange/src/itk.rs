@@ -27,7 +27,8 @@ use crate::axes::turned_both;
 pub const MAX_BYTES: usize = 256 << 20;
 /// Most transforms of a composite.
 pub const MAX_PARTS: usize = 256;
-/// The largest Frobenius distance of a matrix from the nearest rotation: four decimals of each entry are 1.5e-4 off at most.
+/// The largest Frobenius distance of a matrix from the nearest rotation: four decimals of each entry are 1.5e-4 off at most. Less than is let
+/// pass of single poses (`calib`), as what a calibration is off by is in every pose.
 pub const MOST_OFF: f64 = 2e-4;
 
 /// What a node of 3D Slicer shows as its matrix, which takes `From` to its parent `To`, from what its file holds.

@@ -28,7 +28,17 @@ pub use axes::{PatientAxes, turned_to};
 pub use points::{ControlPoint, LeftOut};
 pub use said::{LengthUnit, MAX_MM, METRES_BELOW, Said, Unsettled};
 
-/// What is quoted of a file in an error stays short, whatever the file holds.
+/// What is quoted of a file stays short, and neither moves a terminal's cursor nor turns the words about it round, whatever the file holds.
 fn quoted(text: &str) -> String {
-    text.chars().take(64).collect()
+    let seen = |c: char| match c {
+        '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '?',
+        c if c.is_control() => '?',
+        c => c,
+    };
+    text.chars().take(64).map(seen).collect()
+}
+
+/// A text without the byte order mark that some programs put before it.
+fn unmarked(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }

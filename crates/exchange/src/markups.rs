@@ -1,11 +1,11 @@
 //! 3D Slicer's markups, `.mrk.json`: fiducials, lines, angles and curves, of its schema 1.0.0 to 1.0.4.
 //!
-//! A file holds markups, and each says its own axes. What is read of a markup goes back with [`write()`]: its kind,
-//! name, points with names, ids and orientations, and as they came its display, measurements and the other keys of
-//! [`KEPT`]. Keys that are none of these are named in [`Markups::left_out_keys`], points without a place in
-//! [`Markup::left_out`].
+//! A file holds markups, and each says its own axes. What is read of a markup goes back with [`write()`]: its kind, name and points with
+//! names, ids and flags. Keys of the schema that hold no coordinate are passed over; keys that are none of it are named in
+//! [`Markups::left_out_keys`], points without a place in [`Markup::left_out`].
 //!
-//! Refused by name are planes and regions of interest, whose other keys are coordinates too, and a unit other than mm.
+//! Refused by name are planes and regions of interest, whose other keys are coordinates too, a unit other than mm, and a key that is one of
+//! the schema's in other letters: what it says would be passed over.
 
 mod error;
 mod read;
@@ -15,24 +15,14 @@ pub use error::MarkupsError;
 pub use read::read;
 pub use write::write;
 
-use serde_json::{Map, Value};
-
 use crate::{ControlPoint, LeftOut};
 
-/// The longest file, bytes: one of a hundred thousand points as Slicer writes them has 40 MB.
-pub const MAX_BYTES: usize = 64 << 20;
+/// The longest file, bytes: one of thirty thousand points, as Slicer writes them.
+pub const MAX_BYTES: usize = 16 << 20;
 /// Most control points of a file.
 pub const MAX_POINTS: usize = 100_000;
-/// Keys of a markup that are kept as they are: none of them holds a coordinate.
-pub const KEPT: [&str; 7] = [
-    "locked",
-    "fixedNumberOfControlPoints",
-    "labelFormat",
-    "lastUsedControlPointNumber",
-    "curveClosed",
-    "measurements",
-    "display",
-];
+/// Most commas, brackets and braces: so many values are held while a file is read, and thirty thousand points have a million.
+pub const MAX_VALUES: usize = 2_000_000;
 
 /// What a markup is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,8 +66,6 @@ pub struct Markup {
     pub points: Vec<ControlPoint>,
     /// Its points that have none.
     pub left_out: Vec<LeftOut>,
-    /// The keys of [`KEPT`] that it had.
-    kept: Map<String, Value>,
 }
 
 impl Markup {
@@ -88,7 +76,6 @@ impl Markup {
             name: name.to_owned(),
             points,
             left_out: Vec::new(),
-            kept: Map::new(),
         }
     }
 }

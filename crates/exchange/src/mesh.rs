@@ -1,8 +1,8 @@
 //! Surfaces of triangles: STL, PLY, OBJ and VTK's legacy PolyData.
 //!
 //! None of these formats has a word for its frame or its unit. 3D Slicer writes `SPACE=RAS` or `SPACE=LPS` into the comment of what it
-//! saves, and that is read; else whoever hands a file over says it ([`Said`]). A surface whose largest side is less than
-//! [`METRES_BELOW`](crate::METRES_BELOW) looks like metres and is refused until its unit is said.
+//! saves, other programs `1 unit = 1.000000 mm`, and that is read; else whoever hands a file over says it ([`Said`]). A surface whose largest
+//! side is at most [`METRES_BELOW`](crate::METRES_BELOW) looks like metres and is refused until its unit is said.
 //!
 //! Normals, colours, textures and other data of a file are left out: normals are the triangles' own, by the order of their corners. A
 //! turn from RAS to LPS keeps that order right, as it is no mirror.
@@ -87,7 +87,7 @@ pub fn read(bytes: &[u8], format: MeshFormat, said: Said) -> Result<Mesh, MeshEr
     let raw = match format {
         MeshFormat::Stl => stl::read(bytes),
         MeshFormat::Ply => ply::read(bytes),
-        MeshFormat::Obj => obj::read(bytes),
+        MeshFormat::Obj => obj::read(crate::unmarked(bytes)),
         MeshFormat::Vtk => vtk::read(bytes),
     }?;
     settled(raw, said)
@@ -116,7 +116,7 @@ fn settled(raw: Raw, said: Said) -> Result<Mesh, MeshError> {
     if raw.triangles.is_empty() {
         return Err(MeshError::Empty);
     }
-    let axes: PatientAxes = said.axes(raw.axes)?;
+    let axes: PatientAxes = said.axes_beside(raw.axes, &raw.named)?;
     let sides = [0, 1, 2].map(|i| {
         let least = raw.points.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min);
         raw.points.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max) - least
@@ -124,7 +124,7 @@ fn settled(raw: Raw, said: Said) -> Result<Mesh, MeshError> {
     let side = sides.into_iter().fold(0.0, f64::max);
     let most = largest(raw.points.iter());
     let scale = said.scale(
-        None,
+        raw.unit,
         [
             ("the largest coordinate", most),
             ("the longest side of the surface", side),

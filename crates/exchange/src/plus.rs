@@ -12,7 +12,7 @@ pub use error::PlusError;
 pub use read::read;
 pub use write::write;
 
-use geometry::{Frame, Rigid, Vector};
+use geometry::{Affine, Frame, Point, Rigid, Vector};
 
 use geometry::rotation::RotationMatrix;
 
@@ -22,6 +22,9 @@ pub const MAX_BYTES: usize = 16 << 20;
 pub const MAX_TRANSFORMS: usize = 1024;
 /// The largest Frobenius distance of a matrix from the nearest rotation, as for ITK's.
 pub const MOST_OFF: f64 = crate::itk::MOST_OFF;
+
+/// How far both ways between two frames may miss one another beside what their rotations being put right explains, mm: PLUS writes six digits.
+const MOST_APART_MM: f64 = 1e-2;
 
 /// A transform of a device set.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,8 +53,10 @@ pub struct DeviceSet {
 pub struct Found<To: Frame, From: Frame> {
     /// The transform that was asked for.
     pub to_from_from: Rigid<To, From>,
-    /// Whether the file has its inverse, and it was turned round.
+    /// Whether the file has its inverse alone, and it was turned round.
     pub is_inverse: bool,
+    /// What the file holds and that was taken for.
+    file: Affine<To, From>,
     /// The Frobenius distance of the file's matrix from the rotation that was taken for it.
     pub off: f64,
     /// What the file calls its error.
@@ -60,20 +65,42 @@ pub struct Found<To: Frame, From: Frame> {
     pub date: Option<String>,
 }
 
+impl<To: Frame, From: Frame> Found<To, From> {
+    /// How far the image of a point lies from where the file has it, in the file's unit.
+    pub fn moved(&self, point: Point<From>) -> f64 {
+        (self.file * point).distance(self.to_from_from * point)
+    }
+}
+
 impl DeviceSet {
     /// The transform between two frames by their names, which the caller says are `To` and `From`. Where the file has the way back
-    /// alone, that is turned round; chains are not composed.
+    /// alone, that is turned round, and where it has both, they must agree; chains are not composed.
     ///
     /// # Errors
-    /// [`PlusError::Missing`], [`PlusError::Twice`], [`PlusError::Hand`], [`PlusError::NotRigid`].
+    /// [`PlusError::Missing`], [`PlusError::Same`], [`PlusError::Twice`], [`PlusError::Contradicts`], [`PlusError::Hand`],
+    /// [`PlusError::NotRigid`].
     pub fn find<To: Frame, From: Frame>(&self, from: &str, to: &str) -> Result<Found<To, From>, PlusError> {
-        if let Some(one) = self.only(from, to)? {
-            let (to_from_from, off) = one.rigid()?;
-            return Ok(one.found(to_from_from, off, false));
+        if from == to {
+            return Err(PlusError::Same {
+                name: crate::quoted(from),
+            });
         }
-        if let Some(one) = self.only(to, from)? {
+        let (there, back) = (self.only(from, to)?, self.only(to, from)?);
+        if let Some(one) = there {
+            let (to_from_from, off) = one.rigid()?;
+            if let Some(back) = back {
+                agree(one, &to_from_from, back)?;
+            }
+            return Ok(one.found(to_from_from, one.affine(), off, false));
+        }
+        if let Some(one) = back {
             let (back, off) = one.rigid::<From, To>()?;
-            return Ok(one.found(back.inverse(), off, true));
+            // A matrix that is nearly a rotation has an inverse.
+            let file = one
+                .affine::<From, To>()
+                .inverse()
+                .unwrap_or_else(|| affine_of(&back.inverse()));
+            return Ok(one.found(back.inverse(), file, off, true));
         }
         let names = self.definitions.iter().take(32).map(Definition::name).collect();
         let (from, to) = (crate::quoted(from), crate::quoted(to));
@@ -90,17 +117,44 @@ impl DeviceSet {
     }
 }
 
+/// Refuses two ways between two frames that are not those there and back.
+fn agree<To: Frame, From: Frame>(
+    one: &Definition,
+    there: &Rigid<To, From>,
+    back: &Definition,
+) -> Result<(), PlusError> {
+    let (from_from_to, _) = back.rigid::<From, To>()?;
+    let loop_of = *there * from_from_to;
+    let mm = loop_of.translation().norm();
+    let angle = loop_of.rotation().distance(geometry::rotation::Rotation::IDENTITY);
+    // Each rotation may have been put right by MOST_OFF, which moves what is as far away as the one frame is from the other.
+    let arm = there.translation().norm();
+    match angle <= 2.0 * MOST_OFF && mm <= MOST_APART_MM + 2.0 * MOST_OFF * arm {
+        true => Ok(()),
+        false => Err(PlusError::Contradicts {
+            name: one.name(),
+            back: back.name(),
+            mm,
+            degrees: angle.to_degrees(),
+        }),
+    }
+}
+
+/// The same as numbers.
+fn affine_of<To, From>(rigid: &Rigid<To, From>) -> Affine<To, From> {
+    let ([a, b, c], [x, y, z]) = (rigid.rotation().matrix().rows(), rigid.translation_mm());
+    let row = |[i, j, k]: [f64; 3], t| [i, j, k, t];
+    Affine::from_rows([row(a, x), row(b, y), row(c, z)])
+}
+
 impl Definition {
     /// Of a rigid transform.
     pub fn new<To, From>(from: &str, to: &str, to_from_from: &Rigid<To, From>) -> Self {
-        let turn = to_from_from.rotation().matrix().rows();
-        let [x, y, z] = to_from_from.translation_mm();
-        let [a, b, c] = turn;
-        let row = |[i, j, k]: [f64; 3], t| [i, j, k, t];
+        let [a, b, c] = affine_of(to_from_from).rows();
         Self {
             from: from.to_owned(),
             to: to.to_owned(),
-            rows: [row(a, x), row(b, y), row(c, z), [0.0, 0.0, 0.0, 1.0]],
+            rows: [a, b, c, [0.0, 0.0, 0.0, 1.0]],
             error: None,
             date: None,
         }
@@ -114,16 +168,24 @@ impl Definition {
     fn found<To: Frame, From: Frame>(
         &self,
         to_from_from: Rigid<To, From>,
+        file: Affine<To, From>,
         off: f64,
         is_inverse: bool,
     ) -> Found<To, From> {
         Found {
             to_from_from,
             is_inverse,
+            file,
             off,
             error: self.error,
             date: self.date.clone(),
         }
+    }
+
+    /// As it stands.
+    fn affine<To, From>(&self) -> Affine<To, From> {
+        let [a, b, c, _] = self.rows;
+        Affine::from_rows([a, b, c])
     }
 
     /// The rigid transform, and how far its matrix is from a rotation.
@@ -133,11 +195,11 @@ impl Definition {
         let name = || self.name();
         let nearest = RotationMatrix::nearest(turn).map_err(|why| PlusError::Hand { name: name(), why })?;
         if nearest.distance > MOST_OFF {
-            let column = |j: usize| turn.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
+            let affine = self.affine::<To, From>();
             return Err(PlusError::NotRigid {
                 name: name(),
                 off: nearest.distance,
-                columns: [0, 1, 2].map(column),
+                columns: [0, 1, 2].map(|axis| affine.step(axis).norm()),
             });
         }
         let translation = Vector::new(a[3], b[3], c[3]);

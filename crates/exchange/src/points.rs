@@ -1,14 +1,10 @@
 //! Control points, as both of Slicer's formats hold them.
 
-use geometry::rotation::{Rotation, RotationMatrix};
 use geometry::{Ct, Point, checked};
 
 use crate::PatientAxes;
 
-/// The largest Frobenius distance of an orientation from a rotation: four decimals of each entry.
-pub(crate) const ORIENTATION_OFF: f64 = 1e-3;
-
-/// A point that was placed.
+/// A point that was placed. Axes of its own, which 3D Slicer gives some, are not kept: a plan has no use for them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControlPoint {
     /// Its name for programs.
@@ -21,8 +17,6 @@ pub struct ControlPoint {
     pub associated_node: String,
     /// Where it is.
     pub position: Point<Ct>,
-    /// Its own axes, as columns in LPS; `None` where the file has none.
-    pub orientation: Option<Rotation>,
     /// Whether it is selected.
     pub selected: bool,
     /// Whether it is kept from being moved.
@@ -40,7 +34,6 @@ impl ControlPoint {
             description: String::new(),
             associated_node: String::new(),
             position,
-            orientation: None,
             selected: true,
             locked: false,
             visible: true,
@@ -61,17 +54,6 @@ pub struct LeftOut {
 /// finite.
 pub(crate) fn position(axes: PatientAxes, scale: f64, components: [f64; 3]) -> Option<Point<Ct>> {
     checked::point(axes.turned(components.map(|c| c * scale))).ok()
-}
-
-/// The orientation in LPS, of rows along these axes; in words why it is none.
-pub(crate) fn orientation(axes: PatientAxes, rows: [[f64; 3]; 3]) -> Result<Rotation, String> {
-    let matrix = RotationMatrix::new(axes.turned_rows(rows), ORIENTATION_OFF).map_err(|error| error.to_string())?;
-    Ok(matrix.rotation())
-}
-
-/// Its rows along these axes.
-pub(crate) fn orientation_rows(axes: PatientAxes, orientation: Rotation) -> [[f64; 3]; 3] {
-    axes.turned_rows(orientation.matrix().rows())
 }
 
 /// The largest coordinate; 0 without points.

@@ -1,5 +1,7 @@
 //! What a person says of a file that does not say it itself, and what is refused until she does.
 
+use std::str::FromStr;
+
 use crate::PatientAxes;
 
 /// No coordinate of a patient is larger, mm: ten metres from the origin of a scanner's coordinates there is no patient.
@@ -35,6 +37,18 @@ impl LengthUnit {
     }
 }
 
+impl FromStr for LengthUnit {
+    type Err = String;
+
+    /// From the word of a command line.
+    fn from_str(word: &str) -> Result<Self, String> {
+        let found = [Self::Millimetre, Self::Metre]
+            .into_iter()
+            .find(|unit| unit.name() == word);
+        found.ok_or_else(|| "expected mm or m".to_owned())
+    }
+}
+
 /// What whoever hands a file over says of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Said {
@@ -60,6 +74,19 @@ pub enum Unsettled {
         /// Those that were said.
         said: PatientAxes,
     },
+    /// A comment of the file names other axes than it, or a person, says.
+    #[error(
+        "a comment of the file has the word {} and its axes would be {}; one of them is wrong, and nothing was taken. Say what the comment \
+         says, or take the word out of it",
+        .comment.name(),
+        .taken.name()
+    )]
+    Comment {
+        /// Those that the comment names.
+        comment: PatientAxes,
+        /// Those that would be taken.
+        taken: PatientAxes,
+    },
     /// The file says another unit than a person.
     #[error("the file says {} and it was said to be in {}; one of them is wrong, and nothing was taken", .file.name(), .said.name())]
     OtherUnit {
@@ -70,14 +97,16 @@ pub enum Unsettled {
     },
     /// All of it would lie within a cherry.
     #[error(
-        "{what} is {found} in the file's numbers: that looks like metres, and millimetres are expected (at least {METRES_BELOW}); say the \
-         unit (--unit m or --unit mm)"
+        "{what} is {found} in the file's numbers: that looks like metres, and millimetres are expected (more than {METRES_BELOW}); {}",
+        hint(*.says_mm)
     )]
     LooksLikeMetres {
         /// What was measured.
         what: &'static str,
         /// How large it is.
         found: f64,
+        /// Whether the file says that it is in mm, and would not be believed to be in metres.
+        says_mm: bool,
     },
     /// Something lies where no patient is.
     #[error("{what} is {mm} mm; at most {MAX_MM} mm are allowed, so the unit cannot be right")]
@@ -87,6 +116,14 @@ pub enum Unsettled {
         /// How far.
         mm: f64,
     },
+}
+
+fn hint(says_mm: bool) -> &'static str {
+    if says_mm {
+        "the file says mm: if it does lie so near to the origin, say --unit mm, and if it is in metres, write it again in mm"
+    } else {
+        "say the unit (--unit m or --unit mm)"
+    }
 }
 
 impl Said {
@@ -99,6 +136,21 @@ impl Said {
             (Some(file), Some(said)) if file != said => Err(Unsettled::OtherAxes { file, said }),
             (Some(axes), _) | (None, Some(axes)) => Ok(axes),
             (None, None) => Err(Unsettled::NoAxes),
+        }
+    }
+
+    /// The same of a file in whose comments axes are named beside: these must be among them.
+    ///
+    /// # Errors
+    /// Those of [`Said::axes`], and [`Unsettled::Comment`].
+    pub fn axes_beside(self, stated: Option<PatientAxes>, named: &[PatientAxes]) -> Result<PatientAxes, Unsettled> {
+        let taken = self.axes(stated)?;
+        match named {
+            [comment, ..] if !named.contains(&taken) => Err(Unsettled::Comment {
+                comment: *comment,
+                taken,
+            }),
+            _ => Ok(taken),
         }
     }
 
@@ -116,10 +168,11 @@ impl Said {
         }
         let [(what, largest), (measured, size)] = sizes;
         // A file that says mm may be one of metres from a pattern that says mm: a person alone is believed here.
-        if self.unit.is_none() && size < METRES_BELOW {
+        if self.unit.is_none() && stated != Some(LengthUnit::Metre) && size <= METRES_BELOW {
             return Err(Unsettled::LooksLikeMetres {
                 what: measured,
                 found: size,
+                says_mm: stated.is_some(),
             });
         }
         let scale = self.unit.or(stated).unwrap_or(LengthUnit::Millimetre).mm();
@@ -154,11 +207,25 @@ mod tests {
             axes(Some(Ras), Some(Lps)),
             Err(Unsettled::OtherAxes { file: Lps, said: Ras })
         );
+        let beside = |named: &[PatientAxes]| Said::default().axes_beside(Some(Lps), named);
+        assert_eq!(beside(&[]), Ok(Lps));
+        assert_eq!(beside(&[Ras, Lps]), Ok(Lps));
+        assert!(matches!(beside(&[Ras]), Err(Unsettled::Comment { .. })));
     }
 
     #[test]
     fn metres_are_refused_until_somebody_says_so() {
         use LengthUnit::{Metre, Millimetre};
+        // What a file says to be in metres is small.
+        assert_eq!(scale(None, Some(Metre), 0.12), Ok(1000.0));
+        // The page's 2 is among what is refused.
+        assert!(scale(None, None, 2.0).is_err());
+        assert_eq!(scale(None, None, 2.0_f64.next_up()), Ok(1.0));
+        // What is advised is what would be taken: metres are not, of a file that says mm.
+        let said = scale(None, Some(Millimetre), 0.12).unwrap_err().to_string();
+        assert!(said.contains("--unit mm") && !said.contains("--unit m or"), "{said}");
+        let said = scale(None, None, 0.12).unwrap_err().to_string();
+        assert!(said.contains("--unit m or --unit mm"), "{said}");
         assert_eq!(scale(None, None, 120.0), Ok(1.0));
         assert!(matches!(
             scale(None, Some(Millimetre), 0.12),

@@ -1,4 +1,4 @@
-//! Opening files whose names come from outside: only regular ones, and never waiting for anybody.
+//! Opening files whose names come from outside: only regular ones, and never waiting for anybody; and writing them whole ([`Part`]).
 //!
 //! Opening a pipe waits for its writer, and reading a device may never end. So whoever is given a path by a person, a header or a
 //! folder opens it here.
@@ -9,6 +9,10 @@ use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
 use rustix::fs::OFlags;
+
+mod part;
+
+pub use part::{Part, PartError};
 
 /// Why a file was not opened.
 #[derive(Debug, thiserror::Error)]

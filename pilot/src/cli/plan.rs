@@ -77,8 +77,8 @@ pub(crate) struct PlanArgs {
     error_mm: Option<f64>,
     #[command(flatten)]
     edits: EditArgs,
-    /// A person says that the plan is to be followed: it is read-only from now on.
-    #[arg(long, value_name = "NAME")]
+    /// A person says that the plan is to be followed: it is read-only from now on. What is imported is looked at before.
+    #[arg(long, value_name = "NAME", conflicts_with = "import")]
     confirm: Option<String>,
     /// Print it as JSON.
     #[arg(long)]
@@ -145,7 +145,7 @@ impl PlanArgs {
             false => Changed::Refused,
         };
         let mut store = PlanStore::open(&self.plan, changed)?;
-        self.edits.points.check()?;
+        self.edits.points.check(&self.plan)?;
         let (mut source, scene) = self.volume.load(self.scene.as_deref(), true)?;
         if self.from_scene && store.plan().is_some() {
             let path = store.path().to_owned();
@@ -160,13 +160,13 @@ impl PlanArgs {
         // Everything that can be refused is looked at before anything is written.
         let measured = self.measured(&scene, &volume, hands)?;
         let safety = measured.as_ref().map(|measured| measured.safety(&plan)).transpose()?;
-        let export = self.edits.points.text(&plan)?;
+        let export = self.edits.points.prepare(&plan)?;
         // A plan with nothing in it is written by nobody's wish.
         if store.plan().is_some() || plan != Plan::new(plan.volume) {
             store.save(&plan)?;
         }
-        if let Some(export) = &export {
-            points::write(export)?;
+        if let Some(export) = export {
+            export.finish()?;
         }
         if self.window {
             return self.on_screen(store, &mut source);

@@ -1,7 +1,8 @@
 //! A plan's targets and entries as points of other programs, and back.
 //!
 //! A point is a target, named by its label. One whose label ends in the word `entry`, behind the name of a target, is
-//! that target's entry: `node` and `node entry`. Names are in labels, as 3D Slicer forgets those of whole markups.
+//! that target's entry: `node` and `node entry`. Names are in labels, as 3D Slicer forgets those of whole markups. A
+//! label that has the word in any other way is refused: an entry that became a target would be aimed at.
 //! Diameter and stop distance stand in the target's description.
 
 use exchange::ControlPoint;
@@ -12,8 +13,13 @@ use guidance::plan::{Edit, Editor, Measure, PlanError, Target};
 pub(crate) const DIAMETER_MM: f64 = 5.0;
 /// The word that makes a point an entry.
 const ENTRY: &str = "entry";
+/// What a description of sizes begins with.
+const DIAMETER: &str = "diameter_mm=";
 /// What stands between a target's name and that word.
 const BETWEEN: [char; 3] = [' ', '-', '_'];
+
+/// Most points that an error names.
+const MOST_NAMED: usize = 8;
 
 /// Why points are no targets, or targets no points.
 #[derive(Debug, thiserror::Error)]
@@ -32,10 +38,34 @@ pub(crate) enum PointsError {
     Angle { markup: usize, found: usize },
     #[error("point {label:?}: by its name it is an entry, and {source}")]
     Entry { label: String, source: PlanError },
-    #[error("target {name:?} has a name that would be read as another target's entry; rename it (--rename)")]
+    #[error(
+        "point {label:?} has `entry` in its name and is not named as one is: an entry is a target's name, then one of blank, - and _, then \
+         `entry` and nothing more, for instance `node entry`. Name it so, or without that word if it is a target"
+    )]
+    EntryWord { label: String },
+    #[error(
+        "point {label:?}: target {name:?} has an entry already, and which of two holds is not guessed; keep one of them in what is imported, \
+         or take the target out of the plan in the same command (--remove) and import it with its entry"
+    )]
+    SecondEntry { label: String, name: String },
+    #[error(
+        "point {label:?}: its description is {found:?}, and sizes are read as `diameter_mm=8.1 stop_mm=4.3`, with points and nothing else; a \
+         target of another size would be shown"
+    )]
+    Sizes { label: String, found: String },
+    #[error("there is no point with a place in it{}", empty_ones(.left_out))]
+    Empty { left_out: Vec<String> },
+    #[error("target {name:?} has `entry` in its name and would not be read again as a target; rename it (--rename)")]
     Name { name: String },
     #[error(transparent)]
     Plan(#[from] PlanError),
+}
+
+fn empty_ones(left_out: &[String]) -> String {
+    match left_out.is_empty() {
+        true => String::new(),
+        false => format!("; without one are {}", left_out.join(", ")),
+    }
 }
 
 /// What was taken of a file.
@@ -65,15 +95,31 @@ pub(crate) fn take(editor: &mut Editor, markups: &[Markup]) -> Result<Taken, Poi
             }
         }
     }
+    if let Some(point) = points.iter().find(|point| is_unclear(&point.label)) {
+        let label = point.label.clone();
+        return Err(PointsError::EntryWord { label });
+    }
     let (entries, targets): (Vec<&ControlPoint>, Vec<_>) =
         points.into_iter().partition(|p| target_of(&p.label).is_some());
     for point in targets {
-        editor.edit(Edit::Add(target(point, &mut taken)))?;
+        editor.edit(Edit::Add(target(point, &mut taken)?))?;
         taken.targets += 1;
     }
     for point in entries {
+        if !point.description.is_empty() {
+            taken.descriptions.push(point.label.clone());
+        }
         enter(editor, point)?;
         taken.entries += 1;
+    }
+    if taken.targets + taken.entries + taken.measures == 0 {
+        let empty = markups.iter().flat_map(|markup| &markup.left_out);
+        let left_out = empty
+            .take(MOST_NAMED)
+            .map(|left| format!("{:?} ({})", left.label, left.status));
+        return Err(PointsError::Empty {
+            left_out: left_out.collect(),
+        });
     }
     Ok(taken)
 }
@@ -87,6 +133,15 @@ fn target_of(label: &str) -> Option<&str> {
     let (name, word) = label.split_at(at);
     let name = name.strip_suffix(BETWEEN)?;
     (word.eq_ignore_ascii_case(ENTRY) && !name.is_empty()).then_some(name)
+}
+
+/// Whether a label has the word in it and is not that of an entry: `entry-1`, `nodeEntry`, one with another blank. What nobody sees of it,
+/// hyphens that are not shown and blanks without a width, does not hide the word.
+fn is_unclear(label: &str) -> bool {
+    let is_seen = |c: &char| !matches!(c, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2060}'..='\u{2064}' | '\u{feff}');
+    let seen: String = label.chars().filter(is_seen).collect();
+    seen.to_lowercase().contains(ENTRY)
+        && target_of(label).is_none_or(|name| is_unclear(name) || target_of(name).is_some())
 }
 
 /// The two points of a line, which must be a target and its entry.
@@ -122,19 +177,23 @@ fn angle(markup: usize, angle: &Markup) -> Result<Measure, PointsError> {
     }
 }
 
-fn target(point: &ControlPoint, taken: &mut Taken) -> Target {
+fn target(point: &ControlPoint, taken: &mut Taken) -> Result<Target, PointsError> {
     let sizes = sizes(&point.description);
+    if sizes.is_none() && point.description.contains(DIAMETER) {
+        let (label, found) = (point.label.clone(), point.description.chars().take(64).collect());
+        return Err(PointsError::Sizes { label, found });
+    }
     if sizes.is_none() && !point.description.is_empty() {
         taken.descriptions.push(point.label.clone());
     }
     let (diameter_mm, stop_mm) = sizes.unwrap_or((DIAMETER_MM, 0.0));
-    Target {
+    Ok(Target {
         name: point.label.clone(),
         centre: point.position,
         diameter_mm,
         entry: None,
         stop_mm,
-    }
+    })
 }
 
 fn enter(editor: &mut Editor, point: &ControlPoint) -> Result<(), PointsError> {
@@ -148,6 +207,13 @@ fn enter(editor: &mut Editor, point: &ControlPoint) -> Result<(), PointsError> {
         let name = name.to_owned();
         return Err(refused(PlanError::NoTarget { name, names }));
     };
+    // A second one must not take the place of the first unasked: nobody would see which of two ways is planned.
+    if target.entry.is_some() {
+        return Err(PointsError::SecondEntry {
+            label: point.label.clone(),
+            name: target.name,
+        });
+    }
     let entered = Target {
         entry: Some(point.position),
         ..target
@@ -157,13 +223,15 @@ fn enter(editor: &mut Editor, point: &ControlPoint) -> Result<(), PointsError> {
 
 /// Diameter and stop distance, mm, of a description that is nothing else.
 fn sizes(description: &str) -> Option<(f64, f64)> {
-    let (diameter, stop) = description.strip_prefix("diameter_mm=")?.split_once(" stop_mm=")?;
+    let (diameter, stop) = description.strip_prefix(DIAMETER)?.split_once(" stop_mm=")?;
     Some((diameter.parse().ok()?, stop.parse().ok()?))
 }
 
 /// The targets as markups: those with an entry a line each, all others a list.
 pub(crate) fn markups(targets: &[Target]) -> Result<Vec<Markup>, PointsError> {
-    if let Some(target) = targets.iter().find(|target| target_of(&target.name).is_some()) {
+    // Whatever has the word in it is no target to those who read it, here too.
+    let is_entry = |name: &str| is_unclear(name) || target_of(name).is_some();
+    if let Some(target) = targets.iter().find(|target| is_entry(&target.name)) {
         let name = target.name.clone();
         return Err(PointsError::Name { name });
     }
@@ -182,7 +250,7 @@ fn of(target: &Target) -> Vec<ControlPoint> {
     let label = format!("{} {ENTRY}", target.name);
     let entry = target.entry.map(|entry| ControlPoint::new(&label, entry));
     let centre = ControlPoint {
-        description: format!("diameter_mm={} stop_mm={}", target.diameter_mm, target.stop_mm),
+        description: format!("{DIAMETER}{} stop_mm={}", target.diameter_mm, target.stop_mm),
         ..ControlPoint::new(&target.name, target.centre)
     };
     entry.into_iter().chain([centre]).collect()
@@ -245,6 +313,69 @@ mod tests {
         }
     }
 
+    /// The second one won, and nothing was said: a fiducial's, a line's, that of another file, and one over the plan's.
+    #[test]
+    fn a_second_entry_for_a_target_never_takes_the_place_of_the_first() {
+        let first = Markup::new(
+            MarkupKind::Line,
+            "",
+            vec![point("node", 1.0), point("node entry", 50.0)],
+        );
+        for label in ["node entry", "node_entry", "node-ENTRY"] {
+            let second = Markup::new(MarkupKind::Fiducial, "", vec![point(label, -50.0)]);
+            let at_once = take(&mut editor(), &[first.clone(), second.clone()]);
+            let mut editor = editor();
+            take(&mut editor, std::slice::from_ref(&first)).unwrap();
+            let one_by_one = take(&mut editor, &[second]);
+            for refused in [at_once, one_by_one] {
+                let said = refused.unwrap_err().to_string();
+                assert!(said.contains("target \"node\" has an entry already"), "{said}");
+            }
+            assert_eq!(editor.plan().targets[0].entry, Some(Point::new(50.0, 0.0, 0.0)));
+        }
+    }
+
+    /// They became targets, which are aimed at.
+    #[test]
+    fn what_has_the_word_entry_and_is_not_named_as_one_is_no_target() {
+        for label in [
+            "node\u{a0}entry",
+            "node entry-1",
+            "node entry 1",
+            "entry node",
+            "node entry point",
+            "Entry",
+            "nodeEntry",
+            "node entry\u{200b}",
+            "node en\u{ad}try",
+            "node entry ",
+            "node entry entry",
+        ] {
+            let said = taken(MarkupKind::Fiducial, vec![point("node", 1.0), point(label, 50.0)]).unwrap_err();
+            assert!(said.contains("has `entry` in its name"), "{label}: {said}");
+        }
+        for label in ["center", "Eintritt", "ent ry"] {
+            let (plan, _) = taken(MarkupKind::Fiducial, vec![point(label, 50.0)]).unwrap();
+            assert_eq!(plan.targets[0].name, label);
+        }
+    }
+
+    #[test]
+    fn a_file_without_a_point_that_has_a_place_is_refused() {
+        assert!(
+            taken(MarkupKind::Fiducial, Vec::new())
+                .unwrap_err()
+                .contains("there is no point with a place")
+        );
+        let mut markup = Markup::new(MarkupKind::Fiducial, "", Vec::new());
+        markup.left_out.push(exchange::LeftOut {
+            label: "node".to_owned(),
+            status: "undefined".to_owned(),
+        });
+        let said = take(&mut editor(), &[markup]).unwrap_err().to_string();
+        assert!(said.contains("without one are \"node\" (undefined)"), "{said}");
+    }
+
     #[test]
     fn what_is_no_target_is_refused_by_name() {
         let two = |a: &str, b: &str| vec![point(a, 1.0), point(b, 50.0)];
@@ -280,7 +411,7 @@ mod tests {
         }
         let target = Target {
             entry: None,
-            ..target(&point("a entry", 1.0), &mut Taken::default())
+            ..target(&point("a entry", 1.0), &mut Taken::default()).unwrap()
         };
         assert!(markups(&[target]).unwrap_err().to_string().contains("rename it"));
     }
@@ -291,8 +422,19 @@ mod tests {
             description: "left of the vein".to_owned(),
             ..point("a", 1.0)
         };
-        let (plan, told) = taken(MarkupKind::Fiducial, vec![noted]).unwrap();
-        assert_eq!(told.descriptions, ["a"]);
+        // With commas as numbers have them elsewhere, the target would have the size of one that has none.
+        let sized = ControlPoint {
+            description: "diameter_mm=8,1 stop_mm=4,3".to_owned(),
+            ..point("a", 1.0)
+        };
+        let said = taken(MarkupKind::Fiducial, vec![sized]).unwrap_err();
+        assert!(said.contains("a target of another size would be shown"), "{said}");
+        let entry = ControlPoint {
+            description: "beside the rib".to_owned(),
+            ..point("a entry", 50.0)
+        };
+        let (plan, told) = taken(MarkupKind::Fiducial, vec![noted, entry]).unwrap();
+        assert_eq!(told.descriptions, ["a", "a entry"]);
         assert_eq!(plan.targets[0].diameter_mm, DIAMETER_MM);
         let (plan, _) = taken(MarkupKind::Angle, vec![point("", 1.0), point("", 2.0), point("", 3.0)]).unwrap();
         assert!(matches!(plan.measures[..], [Measure::Angle(_)]));

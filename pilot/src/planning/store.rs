@@ -1,22 +1,17 @@
 //! The file of a plan: read whole, written whole, and never over what somebody else wrote meanwhile.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt, fchown};
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use bus::clock::date;
 use guidance::plan::file::{Changed, FileError, MAX_BYTES, PlanFile};
 use guidance::plan::{Plan, PlanError};
-use rustix::fs::{FlockOperation, OFlags, flock};
-use scene::file::{OpenError, read_text};
+use scene::file::{OpenError, Part, PartError, read_text};
 
 /// What the file says wrote it.
 const WRITER: &str = concat!("trocar ", env!("CARGO_PKG_VERSION"));
-/// How often the file is tried while somebody else writes it, and how long is waited in between.
-const LOOKS: u32 = 40;
-const BETWEEN_LOOKS: Duration = Duration::from_millis(5);
 
 /// Why a plan is not read or not written.
 #[derive(Debug, thiserror::Error)]
@@ -113,9 +108,9 @@ impl PlanStore {
             made_at: self.file.as_ref().map_or(now.clone(), |file| file.made_at.clone()),
             changed_at: now,
         };
-        let (part, part_path) = self.lock()?;
+        let part = self.lock()?;
         self.is_as_known()?;
-        write(part, &part_path, &self.path, &file).map_err(|source| StoreError::Write {
+        write(part, &self.path, &file).map_err(|source| StoreError::Write {
             path: self.path.clone(),
             source,
         })?;
@@ -135,38 +130,15 @@ impl PlanStore {
         is_other
     }
 
-    /// The file beside it into which it is written, locked: whoever else writes this plan waits, and a lock ends with its process.
-    fn lock(&self) -> Result<(File, PathBuf), StoreError> {
-        let mut part = self.path.as_os_str().to_owned();
-        part.push(".part");
-        let part = PathBuf::from(part);
-        let fail = |source| StoreError::Write {
-            path: self.path.clone(),
-            source,
-        };
-        for _ in 0..LOOKS {
-            let mut options = OpenOptions::new();
-            let file = options.write(true).create(true).truncate(false).mode(0o600);
-            let file = file.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32);
-            let file = file.open(&part).map_err(fail)?;
-            let about = file.metadata().map_err(fail)?;
-            // Through another name of a file that file would be written over.
-            if !about.is_file() || about.nlink() > 1 {
-                return Err(StoreError::Part {
-                    path: self.path.clone(),
-                    part,
-                });
+    /// The file beside it into which it is written, locked: whoever else writes this plan waits.
+    fn lock(&self) -> Result<Part, StoreError> {
+        Part::lock(&self.path, 0o600).map_err(|error| {
+            let path = self.path.clone();
+            match error {
+                PartError::NotPlain { part } => StoreError::Part { path, part },
+                PartError::Busy => StoreError::Busy { path },
+                PartError::Io(source) => StoreError::Write { path, source },
             }
-            let is_locked = flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok();
-            // Who had the lock may have renamed the file since: what is locked is then the plan itself.
-            let here = fs::symlink_metadata(&part).map(|found| found.ino()).ok();
-            if is_locked && here == Some(about.ino()) {
-                return Ok((file, part));
-            }
-            std::thread::sleep(BETWEEN_LOOKS);
-        }
-        Err(StoreError::Busy {
-            path: self.path.clone(),
         })
     }
 
@@ -218,12 +190,10 @@ fn read(path: &Path, changed: Changed) -> Result<Option<PlanFile>, StoreError> {
         })
 }
 
-/// Under another name first, so that a plan is always whole. One that is confirmed is written by nobody any more.
-fn write(mut part: File, part_path: &Path, path: &Path, file: &PlanFile) -> io::Result<()> {
-    part.set_len(0)?;
-    part.write_all(file.text().as_bytes())?;
+/// Whole, with the permissions of the file in whose place it comes. One that is confirmed is written by nobody any more.
+fn write(mut part: Part, path: &Path, file: &PlanFile) -> io::Result<()> {
     let mode = match fs::metadata(path) {
-        Ok(before) => kept_mode(&part, &before),
+        Ok(before) => kept_mode(part.file(), &before),
         Err(_) => 0o600,
     };
     let mode = if file.plan.confirmed.is_some() {
@@ -231,10 +201,9 @@ fn write(mut part: File, part_path: &Path, path: &Path, file: &PlanFile) -> io::
     } else {
         mode | 0o200
     };
-    part.set_permissions(fs::Permissions::from_mode(mode))?;
-    // Else a crash of the machine could leave the name on an empty file.
-    part.sync_all()?;
-    fs::rename(part_path, path)
+    part.file().set_permissions(fs::Permissions::from_mode(mode))?;
+    part.write(file.text().as_bytes())?;
+    part.rename()
 }
 
 /// Gives `part` the owner and the group of the file in whose place it comes, and returns who may do what with it. Where the group cannot

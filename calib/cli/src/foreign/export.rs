@@ -11,6 +11,8 @@ use super::holds::Holds;
 use super::{ForeignError, Format, bytes};
 use crate::commands::common::{CommandError, Outcome};
 use crate::store;
+use crate::text::shown;
+use crate::values::Name;
 
 pub(crate) const EXPORT_HELP: &str = "\
 Writes the transform of a tool's calibration or of a registration as ITK reads it (.tfm, .txt), or a tool's into a device set of the
@@ -34,10 +36,10 @@ pub(crate) struct ExportArgs {
     holds: Option<Holds>,
     /// The name of the tool's frame in a device set of PLUS
     #[arg(long, value_name = "FRAME", requires = "to")]
-    from: Option<String>,
+    from: Option<Name>,
     /// The name of the marker's frame in it
     #[arg(long, value_name = "FRAME", requires = "from")]
-    to: Option<String>,
+    to: Option<Name>,
     /// The file to write, its kind by its ending
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -59,12 +61,9 @@ impl ExportArgs {
         store::check(&self.out, self.overwrite)?;
         let text = self.text()?;
         store::write(&self.out, Ok(text), [self.file.as_path()].into_iter())?;
-        let out = self.out.display();
+        let [out, file] = [&self.out, &self.file].map(|path| shown(&path.to_string_lossy()));
         Ok(Outcome {
-            text: format!(
-                "written to {out}; the covariance of {} is not in it\n",
-                self.file.display()
-            ),
+            text: format!("written to {out}; the covariance of {file} is not in it\n"),
             refused: None,
         })
     }
@@ -110,7 +109,12 @@ impl ExportArgs {
                 "say how PLUS is to call the tool's frame with --from and the marker's with --to",
             ));
         };
-        let definitions = vec![Definition::new(from, to, marker_from_tool)];
+        if from.as_str() == to.as_str() {
+            return Err(lacks(
+                "--from and --to are one name: the tool's frame and the marker's are two",
+            ));
+        }
+        let definitions = vec![Definition::new(from.as_str(), to.as_str(), marker_from_tool)];
         Ok(plus::write(&DeviceSet { definitions }))
     }
 }

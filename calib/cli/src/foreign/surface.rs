@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use exchange::mesh::{self, Mesh, MeshFormat};
 use exchange::{LengthUnit, PatientAxes, Said};
 
-use super::{ForeignError, Unit, bytes};
+use super::{ForeignError, bytes};
 use crate::commands::common::{CommandError, Outcome};
 use crate::store;
 
@@ -25,37 +25,20 @@ pub(crate) struct SurfaceArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The axes of its coordinates, where it does not say them
-    #[arg(long, value_name = "AXES")]
-    frame: Option<Axes>,
-    /// Its unit: metres, or millimetres though it is less than 2 mm long
-    #[arg(long)]
-    unit: Option<Unit>,
+    #[arg(long, value_name = "lps|ras")]
+    frame: Option<PatientAxes>,
+    /// Its unit: m, or mm though it is at most 2 mm long [default: what its comment says, else mm]
+    #[arg(long, value_name = "mm|m")]
+    unit: Option<LengthUnit>,
     /// Write it here, in the format of this ending
     #[arg(long, value_name = "FILE", requires = "axes")]
     out: Option<PathBuf>,
     /// The axes of what is written
-    #[arg(long, requires = "out")]
-    axes: Option<Axes>,
+    #[arg(long, value_name = "lps|ras", requires = "out")]
+    axes: Option<PatientAxes>,
     /// Replace that file if it exists
     #[arg(long, requires = "out")]
     overwrite: bool,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Axes {
-    /// To the patient's left, back and head
-    Lps,
-    /// To the patient's right, front and head
-    Ras,
-}
-
-impl Axes {
-    const fn of(self) -> PatientAxes {
-        match self {
-            Self::Lps => PatientAxes::Lps,
-            Self::Ras => PatientAxes::Ras,
-        }
-    }
 }
 
 impl SurfaceArgs {
@@ -68,10 +51,10 @@ impl SurfaceArgs {
         let mesh = self.read()?;
         let mut text = report(&self.file, &mesh);
         if let (Some(out), Some(axes)) = (&self.out, self.axes) {
-            let written = mesh::write(&mesh, format(out)?, axes.of());
+            let written = mesh::write(&mesh, format(out)?, axes);
             let bytes = written.map_err(|source| mesh_error(out, source))?;
             store::write_bytes(out, Ok(bytes), [self.file.as_path()].into_iter())?;
-            text += &format!("written to {}, along {}, in mm\n", out.display(), axes.of().name());
+            text += &format!("written to {}, along {}, in mm\n", shown(out), axes.name());
         }
         Ok(Outcome { text, refused: None })
     }
@@ -80,8 +63,8 @@ impl SurfaceArgs {
         let format = format(&self.file)?;
         let bytes = bytes(&self.file, mesh::MAX_BYTES)?;
         let said = Said {
-            axes: self.frame.map(Axes::of),
-            unit: self.unit.map(LengthUnit::from),
+            axes: self.frame,
+            unit: self.unit,
         };
         mesh::read(&bytes, format, said).map_err(|source| mesh_error(&self.file, source))
     }
@@ -101,6 +84,10 @@ fn format(path: &Path) -> Result<MeshFormat, ForeignError> {
     ending.ok_or_else(|| ForeignError::Surface { path: path.to_owned() })
 }
 
+fn shown(path: &Path) -> String {
+    crate::text::shown(&path.to_string_lossy())
+}
+
 /// How many triangles there are, and between which places of the patient.
 fn report(path: &Path, mesh: &Mesh) -> String {
     let bound = |pick: fn(f64, f64) -> f64| {
@@ -112,7 +99,7 @@ fn report(path: &Path, mesh: &Mesh) -> String {
     };
     format!(
         "{}: {} triangles on {} points\nfrom {}\nto   {}\n",
-        crate::text::shown(&path.display().to_string()),
+        shown(path),
         mesh.triangles.len(),
         mesh.points.len(),
         bound(f64::min),

@@ -80,6 +80,82 @@ fn a_stylus_of_plus_becomes_a_tool_with_the_error_that_a_person_says() {
     assert!(matches!(changed, Err(FileError::OtherId { .. })));
 }
 
+/// With `--from` and `--to` exchanged the way back was taken for the tool's frame, and a word in a line told it.
+#[test]
+fn a_device_set_is_turned_round_when_that_is_said_and_not_else() {
+    let folder = TempDir::new().unwrap();
+    let there = plus::Definition::new("StylusTip", "Stylus", &planted::<Marker, Tool>());
+    let back = plus::Definition::new("Stylus", "StylusTip", &planted::<Marker, Tool>().inverse());
+    let write = |definitions: &[plus::Definition]| {
+        let definitions = definitions.to_vec();
+        fs::write(
+            folder.path().join("set.xml"),
+            plus::write(&plus::DeviceSet { definitions }),
+        )
+        .unwrap();
+    };
+    let refused = |line: &str| {
+        let line = format!("calib import DIR/set.xml {line} {SAID} --out DIR/none.json");
+        let said = calib(&folder, &line).unwrap_err();
+        assert!(!folder.path().join("none.json").exists());
+        said
+    };
+    write(std::slice::from_ref(&there));
+    let said = refused("--from Stylus --to StylusTip");
+    assert!(said.contains("exchange --from and --to"), "{said}");
+    assert!(refused("--from StylusTip --to Stylus --backwards").contains("the way there"));
+    write(std::slice::from_ref(&back));
+    assert!(refused("--from StylusTip --to Stylus").contains("has StylusToStylusTip alone"));
+    let tool = imported(&folder, "DIR/set.xml --from StylusTip --to Stylus --backwards");
+    assert!(off(&tool).iter().all(|off| *off < 1e-9), "{:?}", off(&tool));
+    // Both ways, of which the one is another tool's.
+    write(&[
+        there.clone(),
+        plus::Definition {
+            rows: there.rows,
+            ..back.clone()
+        },
+    ]);
+    assert!(refused("--from StylusTip --to Stylus").contains("contradict one another"));
+    write(&[there, back]);
+    let tool = imported(&folder, "DIR/set.xml --from StylusTip --to Stylus");
+    assert!(off(&tool).iter().all(|off| *off < 1e-9), "{:?}", off(&tool));
+}
+
+/// The matrix is put right about the file's centre: the tip, far from it, moved by a millimetre, and the error that was said stayed.
+#[test]
+fn a_tip_that_putting_right_moves_is_refused_beside_the_error_that_is_said() {
+    let folder = TempDir::new().unwrap();
+    let file = |name: &str, centre: &str, z: &str| {
+        let head = "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\n";
+        let text = format!(
+            "{head}Parameters: 1.000115 0 0 0 1.000115 0 0 0 1.000115 12.5 -40 {z}\nFixedParameters: {centre}\n"
+        );
+        fs::write(folder.path().join(name), text).unwrap();
+    };
+    file("near.tfm", "0 0 0", "160");
+    file("far.tfm", "9000 0 0", "160");
+    file("long.tfm", "0 0 0", "1160");
+    for (line, words) in [
+        ("DIR/far.tfm --holds marker-from-tool", "moves the tip by 1.0350 mm"),
+        // Tip and origin are 1160 mm apart in the file.
+        ("DIR/long.tfm --holds tool-from-marker", "moves the tip by 0.133"),
+        ("DIR/long.tfm --holds slicer-node", "moves the tip by 0.133"),
+    ] {
+        let line = format!("calib import {line} {SAID} --out DIR/tool.json");
+        let said = calib(&folder, &line).unwrap_err();
+        assert!(
+            said.contains(words) && said.contains("a tenth of the error that you say, 0.5 mm"),
+            "{said}"
+        );
+    }
+    let fine = "calib import DIR/near.tfm --holds marker-from-tool --shaft x --tip-error-mm 0.5 --axis-error-deg 0.05 --out DIR/tool.json";
+    let said = calib(&folder, fine).unwrap_err();
+    assert!(said.contains("moves the shaft by up to 0.0114 degrees"), "{said}");
+    let tool = imported(&folder, "DIR/near.tfm --holds marker-from-tool");
+    assert_eq!(tool.marker_from_tool.transform().translation_mm(), [12.5, -40.0, 160.0]);
+}
+
 #[test]
 fn a_transform_is_what_it_is_said_to_map_and_something_else_if_that_is_wrong() {
     let folder = TempDir::new().unwrap();
@@ -146,13 +222,30 @@ fn what_nobody_says_is_refused_with_what_to_say() {
             "DIR/a.tfm --holds marker-from-tool --shaft x --tip-error-mm 1".to_owned(),
             "--axis-error-deg",
         ),
+        // A covariance of nothing, which gates believe, and one that no first order holds for.
+        (
+            "DIR/a.tfm --holds marker-from-tool --shaft x --tip-error-mm 1e-170 --axis-error-deg 1".to_owned(),
+            "expected 0.001 to 20 mm",
+        ),
+        (
+            "DIR/a.tfm --holds marker-from-tool --shaft x --tip-error-mm 1 --axis-error-deg 170".to_owned(),
+            "expected 0.001 to 10 degrees",
+        ),
+        (
+            "DIR/a.tfm --holds marker-from-tool --shaft x --tip-error-mm 1 --axis-error-deg 1e-300".to_owned(),
+            "expected 0.001 to 10 degrees",
+        ),
+        (
+            "DIR/a.tfm --holds marker-from-tool --shaft x --tip-error-mm nan --axis-error-deg 1".to_owned(),
+            "expected 0.001 to 20 mm",
+        ),
         (
             "DIR/a.tfm --holds marker-from-tool --tip-error-mm 1 --axis-error-deg 1".to_owned(),
             "--shaft",
         ),
         (
             "DIR/a.tfm --holds marker-from-tool --shaft x --tip-error-mm 0 --axis-error-deg 1".to_owned(),
-            "not a finite number above 0",
+            "expected 0.001 to 20 mm",
         ),
     ] {
         let said = calib(&folder, &format!("calib import {line} --out DIR/tool.json")).unwrap_err();
@@ -205,6 +298,15 @@ fn a_tool_goes_out_and_comes_back_by_every_way() {
         ),
         ("--out DIR/c.tfm", "say what is to be in it with --holds"),
         ("--out DIR/c.xml", "with --from"),
+        ("--out DIR/c.xml --from Tip --to Tip", "are one name"),
+        (
+            "--out DIR/c.xml --from T\u{e9} --to Ball",
+            "a name is 1 to 64 of the characters",
+        ),
+        (
+            "--out DIR/c.xml --from \"Tip --to Ball",
+            "a name is 1 to 64 of the characters",
+        ),
         (
             "--out DIR/a.tfm --holds marker-from-tool",
             "there is a file of this name",

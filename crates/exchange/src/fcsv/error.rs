@@ -37,6 +37,17 @@ pub enum FcsvError {
         /// What is allowed.
         expected: &'static str,
     },
+    /// It does not say its columns.
+    #[error("there is no line `# columns = {COLUMNS}`: which column is which is not said")]
+    NoColumns,
+    /// A carriage return stands where no line of such a file has one.
+    #[error(
+        "line {line}: a carriage return in the middle of it; lines end with a line feed, with or without a carriage return before it"
+    )]
+    LineEnd {
+        /// Where.
+        line: usize,
+    },
     /// A point has another number of columns than the head says.
     #[error(
         "line {line}: {found} columns; expected the 14 of {COLUMNS}, or these and two whole numbers more. A comma in a name is written \"in quotes\""

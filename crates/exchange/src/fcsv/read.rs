@@ -2,23 +2,21 @@
 
 use std::str;
 
-use geometry::rotation::Rotation;
-
 use super::row::columns;
 use super::{COLUMNS, FcsvError, Fiducials, MAX_BYTES, MAX_POINTS};
-use crate::points::{largest, orientation, position};
-use crate::{ControlPoint, LeftOut, PatientAxes, Said, quoted};
+use crate::points::{largest, position};
+use crate::{ControlPoint, LeftOut, PatientAxes, Said, quoted, unmarked};
 
 /// Columns of a point, and of one of Slicer 5.
 const LENGTHS: [usize; 2] = [14, 16];
-/// How far from 1 the norm of a point's quaternion may be: three decimals.
-const UNIT_TOLERANCE: f64 = 2e-3;
 
 /// What the first lines say.
 #[derive(Default)]
 struct Head {
     version: Option<String>,
     axes: Option<PatientAxes>,
+    /// Axes that are named in other comments.
+    named: Vec<PatientAxes>,
     columns: bool,
 }
 
@@ -40,13 +38,11 @@ pub fn read(bytes: &[u8], said: Said) -> Result<Fiducials, FcsvError> {
     let mut head = Head::default();
     let mut rows = Vec::new();
     let mut file = Fiducials::default();
-    for (line, number) in bytes.split(|byte| *byte == b'\n').zip(1..) {
+    for (line, number) in unmarked(bytes).split(|byte| *byte == b'\n').zip(1..) {
         let text = str::from_utf8(line).map_err(|_| FcsvError::NotText { line: number })?;
-        // A byte order mark is before the first line, and carriage returns are before the line's end, of Slicer 5
-        // within it too.
-        let text = text.trim_start_matches('\u{feff}').replace('\r', "");
+        let text = without_returns(text).ok_or(FcsvError::LineEnd { line: number })?;
         match text.strip_prefix('#') {
-            Some(comment) => head.take(number, comment.trim())?,
+            Some(comment) => head.take(number, comment)?,
             None if text.trim().is_empty() => {}
             None => match Row::of(number, &text)?.placed()? {
                 Ok(row) => rows.push(row),
@@ -58,7 +54,11 @@ pub fn read(bytes: &[u8], said: Said) -> Result<Fiducials, FcsvError> {
         }
     }
     head.known_version()?;
-    let axes = said.axes(head.axes)?;
+    // Slicer goes by the places: a file that does not say its columns may be of others.
+    if !head.columns {
+        return Err(FcsvError::NoColumns);
+    }
+    let axes = said.axes_beside(head.axes, &head.named)?;
     if rows.is_empty() {
         return Ok(file);
     }
@@ -70,13 +70,27 @@ pub fn read(bytes: &[u8], said: Said) -> Result<Fiducials, FcsvError> {
     Ok(file)
 }
 
+/// A line without carriage returns, which are at its end, and of Slicer 5 before a comma too; `None` where one stands elsewhere: then lines
+/// end otherwise than is read here, and points would be lost among comments.
+fn without_returns(line: &str) -> Option<String> {
+    let line = line.trim_end_matches('\r');
+    let is_comment = line.starts_with('#');
+    let is_good = |(place, _): (usize, &str)| !is_comment && line[place + 1..].starts_with([',', '\r']);
+    line.match_indices('\r').all(is_good).then(|| line.replace('\r', ""))
+}
+
+/// The letters of a key, without blanks, signs and case: `# coordinate system` is `CoordinateSystem`.
+fn letters(text: &str) -> String {
+    let letters = text.chars().filter(char::is_ascii_alphabetic);
+    letters.map(|c| c.to_ascii_lowercase()).collect()
+}
+
 impl Head {
     fn take(&mut self, line: usize, comment: &str) -> Result<(), FcsvError> {
-        let Some((key, value)) = comment.split_once('=').map(|(key, value)| (key.trim(), value.trim())) else {
-            return Ok(());
-        };
-        let refused = |key, expected| {
-            let found = quoted(value);
+        let halves = comment.split_once('=').map(|(key, value)| (letters(key), value.trim()));
+        let (key, value) = halves.unwrap_or_default();
+        let refused = |key, found, expected| {
+            let found = quoted(found);
             Err(FcsvError::Head {
                 line,
                 key,
@@ -84,27 +98,43 @@ impl Head {
                 expected,
             })
         };
-        match key {
-            "Markups fiducial file version" if self.version.is_some() => refused("the version", "it once"),
-            "Markups fiducial file version" => {
+        match key.as_str() {
+            "markupsfiducialfileversion" if self.version.is_some() => refused("the version", value, "it once"),
+            "markupsfiducialfileversion" => {
                 self.version = Some(value.to_owned());
                 Ok(())
             }
-            "CoordinateSystem" => match (PatientAxes::of_word(value), self.axes) {
+            "coordinatesystem" => match (PatientAxes::of_word(value), self.axes) {
                 (Some(axes), None) => {
                     self.axes = Some(axes);
                     Ok(())
                 }
-                (Some(_), Some(_)) => refused("CoordinateSystem", "it once"),
-                (None, _) => refused("CoordinateSystem", "0 or RAS, 1 or LPS"),
+                (Some(_), Some(_)) => refused("CoordinateSystem", value, "it once"),
+                (None, _) => refused("CoordinateSystem", value, "0 or RAS, 1 or LPS"),
             },
+            "columns" if self.columns => refused("columns", value, "them once"),
             // Slicer goes by the places and not by the names: another order would be read otherwise there than here.
-            "columns" if value != COLUMNS => refused("columns", COLUMNS),
+            "columns" if value != COLUMNS => refused("columns", value, COLUMNS),
             "columns" => {
                 self.columns = true;
                 Ok(())
             }
-            _ => Ok(()),
+            // What says the axes in a way that is not read must not be overruled.
+            _ if letters(comment).contains("coordinatesystem") => {
+                refused("a comment", comment, "# CoordinateSystem = 0, 1, RAS or LPS")
+            }
+            // A name that begins with the sign of a comment makes a point one, and it would be lost.
+            _ if columns(comment).is_some_and(|columns| LENGTHS.contains(&columns.len())) => {
+                refused("a comment", comment, "no columns of a point behind #")
+            }
+            _ => {
+                // Each once, however many comments there are.
+                let new = PatientAxes::named_in(comment)
+                    .into_iter()
+                    .filter(|axes| !self.named.contains(axes));
+                self.named.extend(new.collect::<Vec<_>>());
+                Ok(())
+            }
         }
     }
 
@@ -164,6 +194,10 @@ impl Row {
             return Ok(Err(LeftOut { label, status }));
         }
         self.components = [self.number(1)?, self.number(2)?, self.number(3)?];
+        // Passed over, but numbers: else the columns are not those that the head says.
+        for place in 4..8 {
+            self.number(place)?;
+        }
         Ok(Ok(self))
     }
 
@@ -188,27 +222,9 @@ impl Row {
             description: self.text(12).to_owned(),
             associated_node: self.text(13).to_owned(),
             position: position(axes, scale, self.components).ok_or_else(finite)?,
-            orientation: self.orientation()?,
             selected: self.flag(9)?,
             locked: self.flag(10)?,
             visible: self.flag(8)?,
         })
-    }
-
-    /// `None` of the two patterns that writers put where they have nothing to say: all zeros, and `0,0,0,1`.
-    fn orientation(&self) -> Result<Option<Rotation>, FcsvError> {
-        let q = [self.number(4)?, self.number(5)?, self.number(6)?, self.number(7)?];
-        if q[..3] == [0.0; 3] && (q[3] == 0.0 || q[3] == 1.0) {
-            return Ok(None);
-        }
-        let bad = || self.bad(4, "ow, ox, oy, oz of norm 1, or 0,0,0,1 for none");
-        let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if (norm - 1.0).abs() > UNIT_TOLERANCE {
-            return Err(bad());
-        }
-        let turn = Rotation::from_quaternion(q).map_err(|_| bad())?;
-        // To RAS whatever the file's axes are.
-        let rows = turn.matrix().rows();
-        orientation(PatientAxes::Ras, rows).map(Some).map_err(|_| bad())
     }
 }

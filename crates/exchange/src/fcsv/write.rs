@@ -2,11 +2,8 @@
 
 use std::fmt::Write;
 
-use geometry::rotation::RotationMatrix;
-
 use super::row::column;
 use super::{COLUMNS, FcsvError, Fiducials};
-use crate::points::{ORIENTATION_OFF, orientation_rows};
 use crate::{ControlPoint, PatientAxes};
 
 /// The version that is written: the last that old and new Slicers read alike.
@@ -33,7 +30,6 @@ pub fn write(file: &Fiducials, axes: PatientAxes) -> Result<String, FcsvError> {
 
 fn row(text: &mut String, point: &ControlPoint, axes: PatientAxes) -> Result<(), FcsvError> {
     let [x, y, z] = axes.turned(point.position.mm());
-    let [ow, ox, oy, oz] = quaternion(point);
     let [vis, sel, lock] = [point.visible, point.selected, point.locked].map(u8::from);
     let [id, label, desc, node] = [&point.id, &point.label, &point.description, &point.associated_node];
     for name in [id, label, desc, node] {
@@ -46,17 +42,10 @@ fn row(text: &mut String, point: &ControlPoint, axes: PatientAxes) -> Result<(),
         }
     }
     let [id, label, desc, node] = [id, label, desc, node].map(|name| column(name));
-    // Writing to a string does not fail.
+    // 0,0,0,1 stands for no axes of its own. Writing to a string does not fail.
     let _ = writeln!(
         text,
-        "{id},{x},{y},{z},{ow},{ox},{oy},{oz},{vis},{sel},{lock},{label},{desc},{node}"
+        "{id},{x},{y},{z},0,0,0,1,{vis},{sel},{lock},{label},{desc},{node}"
     );
     Ok(())
-}
-
-/// From the point's own axes to RAS; where there are none, the pattern that stands for that.
-fn quaternion(point: &ControlPoint) -> [f64; 4] {
-    let rows = point.orientation.map(|lps| orientation_rows(PatientAxes::Ras, lps));
-    let ras = rows.and_then(|rows| RotationMatrix::new(rows, ORIENTATION_OFF).ok());
-    ras.map_or([0.0, 0.0, 0.0, 1.0], |matrix| matrix.rotation().quaternion())
 }

@@ -37,7 +37,7 @@ pub enum ItkError {
         /// What is wrong with it.
         why: String,
     },
-    /// There is no transform in it.
+    /// There is no transform in it, or a composite of none.
     #[error("there is no transform in it")]
     Empty,
     /// Transforms that no composite puts together.
@@ -85,6 +85,18 @@ pub enum ItkError {
         /// The number.
         found: String,
     },
+    /// An angle is beyond a whole turn: then it is in degrees, which ITK takes for radians.
+    #[error(
+        "transform {part} ({kind}): angles of {found:?}; radians of at most a whole turn, 6.283, are expected: these look like degrees"
+    )]
+    Angle {
+        /// Which.
+        part: usize,
+        /// Its kind.
+        kind: String,
+        /// The three.
+        found: [f64; 3],
+    },
     /// A versor is longer than a rotation's.
     #[error("transform {part} ({kind}): a versor of length {length}; at most 1 is allowed")]
     Versor {
@@ -104,6 +116,17 @@ pub enum ItkError {
         kind: String,
         /// Why it is none.
         why: RotationError,
+    },
+    /// All of a composite stretches or shears, though each part of it is nearly rigid.
+    #[error(
+        "the transforms of the composite together are not rigid: their product is {off:.2e} from the nearest rotation (at most {MOST_OFF:e}); \
+         the lengths of its columns are {columns:.5?}"
+    )]
+    Composite {
+        /// The Frobenius distance.
+        off: f64,
+        /// By how much it stretches along each axis.
+        columns: [f64; 3],
     },
     /// It stretches or shears.
     #[error(

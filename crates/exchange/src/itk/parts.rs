@@ -1,7 +1,9 @@
 //! One transform of a file, from its numbers to a rigid one.
 
+use std::f64::consts::TAU;
+
 use geometry::rotation::{Rotation, RotationMatrix};
-use geometry::{Named, Rigid, Vector};
+use geometry::{Affine, Named, Rigid, Vector};
 
 use super::{ItkError, MOST_OFF};
 
@@ -21,6 +23,16 @@ pub(super) struct Part {
     pub(super) parameters: Vec<f64>,
     /// The centre, and of Euler angles their order.
     pub(super) fixed: Vec<f64>,
+}
+
+/// What is taken of a transform.
+pub(super) struct Taken {
+    /// The rigid one.
+    pub(super) rigid: Rigid<Named, Named>,
+    /// What it was taken for, as the file has it.
+    pub(super) file: Affine<Named, Named>,
+    /// How far the file's matrix is from the rotation.
+    pub(super) off: f64,
 }
 
 /// A matrix, a translation and the centre, as they stand.
@@ -57,8 +69,23 @@ impl Part {
         }
     }
 
-    /// The rigid transform, and how far its matrix was from a rotation.
-    pub(super) fn rigid(&self, part: usize) -> Result<(Rigid<Named, Named>, f64), ItkError> {
+    /// Refuses numbers of a composite, which has none of its own.
+    pub(super) fn without_numbers(&self) -> Result<(), ItkError> {
+        let found = self.parameters.len() + self.fixed.len();
+        match found {
+            0 => Ok(()),
+            found => Err(ItkError::Count {
+                part: 0,
+                kind: self.kind.clone(),
+                what: "numbers of its own",
+                found,
+                expected: "none",
+            }),
+        }
+    }
+
+    /// The rigid transform.
+    pub(super) fn rigid(&self, part: usize) -> Result<Taken, ItkError> {
         self.known(part)?;
         self.finite(part)?;
         let numbers = self.numbers(part)?;
@@ -70,19 +97,22 @@ impl Part {
             why,
         })?;
         if nearest.distance > MOST_OFF {
-            let column = |j: usize| numbers.rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
             return Err(ItkError::NotRigid {
                 part,
                 kind: kind(),
                 off: nearest.distance,
-                columns: [0, 1, 2].map(column),
+                columns: stretches(&numbers.affine()),
             });
         }
         // What is put right turns about the centre, so that the centre goes where the file has it.
         let turned = nearest.matrix.apply(numbers.centre);
         let [x, y, z] = [0, 1, 2].map(|i| numbers.centre[i] - turned[i] + numbers.translation[i]);
         let offset = Vector::new(x, y, z);
-        Ok((Rigid::from_parts(nearest.matrix.rotation(), offset), nearest.distance))
+        Ok(Taken {
+            rigid: Rigid::from_parts(nearest.matrix.rotation(), offset),
+            file: numbers.affine(),
+            off: nearest.distance,
+        })
     }
 
     fn finite(&self, part: usize) -> Result<(), ItkError> {
@@ -120,6 +150,11 @@ impl Part {
         let last = |from: usize| [0, 1, 2].map(|i| p.get(from + i).copied().unwrap_or(0.0));
         let rows = match take {
             Take::Nothing => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            // Radians go once round; what is more is degrees, and another rotation.
+            Take::Euler if p[..3].iter().any(|angle| angle.abs() > TAU) => {
+                let (kind, found) = (self.kind.clone(), [p[0], p[1], p[2]]);
+                return Err(ItkError::Angle { part, kind, found });
+            }
             Take::Euler => euler([p[0], p[1], p[2]], self.fixed.get(3).is_some_and(|zyx| *zyx != 0.0)),
             Take::Versor => versor([p[0], p[1], p[2]]).map_err(|length| {
                 let kind = self.kind.clone();
@@ -141,6 +176,20 @@ impl Part {
             centre,
         })
     }
+}
+
+impl Numbers {
+    fn affine(&self) -> Affine<Named, Named> {
+        let (m, c) = (&self.rows, self.centre);
+        let turned = |i: usize| (0..3).map(|j| m[i][j] * c[j]).sum::<f64>();
+        let row = |i: usize| [m[i][0], m[i][1], m[i][2], c[i] - turned(i) + self.translation[i]];
+        Affine::from_rows([row(0), row(1), row(2)])
+    }
+}
+
+/// By how much it stretches along each axis.
+pub(super) fn stretches(affine: &Affine<Named, Named>) -> [f64; 3] {
+    [0, 1, 2].map(|axis| affine.step(axis).norm())
 }
 
 /// How the rotation stands among the parameters.

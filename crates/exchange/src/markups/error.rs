@@ -1,6 +1,6 @@
 //! Why a file of markups is not read.
 
-use super::{MAX_BYTES, MAX_POINTS};
+use super::{MAX_BYTES, MAX_POINTS, MAX_VALUES};
 use crate::Unsettled;
 
 /// Why a file of markups is not read; the name of the file is the caller's to put before it. Markups and points are
@@ -12,6 +12,22 @@ pub enum MarkupsError {
     TooLong {
         /// Its length.
         bytes: usize,
+    },
+    /// It has more values than are held.
+    #[error("{found} commas, brackets and braces; at most {MAX_VALUES} are read")]
+    TooManyValues {
+        /// How many there are.
+        found: usize,
+    },
+    /// A key is one of the schema's in other letters.
+    #[error("{place} has the key {found:?}, which the schema writes {known:?}; what it says would be passed over")]
+    Key {
+        /// Whose it is.
+        place: String,
+        /// The key.
+        found: String,
+        /// That of the schema.
+        known: &'static str,
     },
     /// It is not JSON, also where a number is NaN, or a key is missing, there twice or of a wrong type.
     #[error("line {line}, column {column}: {why}")]

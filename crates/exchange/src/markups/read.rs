@@ -1,26 +1,63 @@
 //! From the bytes of a file to markups.
 
-use serde::Deserialize;
-use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 
-use super::{KEPT, MAX_BYTES, MAX_POINTS, Markup, MarkupKind, Markups, MarkupsError};
-use crate::points::{largest, orientation, position};
-use crate::{ControlPoint, LeftOut, LengthUnit, PatientAxes, Said, quoted};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use serde_json::Value;
+
+use super::{MAX_BYTES, MAX_POINTS, MAX_VALUES, Markup, MarkupKind, Markups, MarkupsError};
+use crate::points::{largest, position};
+use crate::{ControlPoint, LeftOut, LengthUnit, PatientAxes, Said, quoted, unmarked};
 
 /// What every schema's address has before its version.
 const SCHEMA: &str = "markups-schema-v1.0.";
 /// The last number of the versions that are read.
 const LATEST: u32 = 4;
+/// Keys of a file, of a markup and of a point that are read.
+const FILE: [&str; 2] = ["@schema", "markups"];
+const MARKUP: [&str; 5] = ["type", "name", "coordinateSystem", "coordinateUnits", "controlPoints"];
+const POINT: [&str; 9] = [
+    "id",
+    "label",
+    "description",
+    "associatedNodeID",
+    "position",
+    "selected",
+    "locked",
+    "visibility",
+    "positionStatus",
+];
+/// Keys of the schema that are passed over: none of them says where anything is.
+const PASSED_OVER: [&str; 8] = [
+    "locked",
+    "fixedNumberOfControlPoints",
+    "labelFormat",
+    "lastUsedControlPointNumber",
+    "curveClosed",
+    "measurements",
+    "display",
+    "orientation",
+];
+/// Most keys that are named as left out.
+const MOST_NAMED: usize = 32;
+
+/// Keys that are not read.
+type Rest = BTreeMap<String, IgnoredAny>;
 
 #[derive(Deserialize)]
+#[serde(expecting = "an object with @schema and markups")]
 struct RawFile {
     #[serde(rename = "@schema")]
     schema: String,
     markups: Vec<RawMarkup>,
+    #[serde(flatten)]
+    rest: Rest,
 }
 
 /// Written out, and not as a map, so that a key that is there twice is an error.
 #[derive(Deserialize)]
+#[serde(expecting = "an object with the keys of a markup")]
 struct RawMarkup {
     #[serde(rename = "type")]
     kind: String,
@@ -33,10 +70,11 @@ struct RawMarkup {
     #[serde(default, rename = "controlPoints")]
     points: Vec<RawPoint>,
     #[serde(flatten)]
-    rest: Map<String, Value>,
+    rest: Rest,
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "an object with the keys of a control point")]
 struct RawPoint {
     #[serde(default)]
     id: Option<String>,
@@ -49,8 +87,6 @@ struct RawPoint {
     #[serde(default)]
     position: Value,
     #[serde(default)]
-    orientation: Option<Value>,
-    #[serde(default)]
     selected: Option<bool>,
     #[serde(default)]
     locked: Option<bool>,
@@ -58,6 +94,8 @@ struct RawPoint {
     visible: Option<bool>,
     #[serde(default, rename = "positionStatus")]
     status: Option<String>,
+    #[serde(flatten)]
+    rest: Rest,
 }
 
 /// Reads a file. `said` holds for each markup of it that does not say the same itself.
@@ -68,22 +106,45 @@ pub fn read(bytes: &[u8], said: Said) -> Result<Markups, MarkupsError> {
     if bytes.len() > MAX_BYTES {
         return Err(MarkupsError::TooLong { bytes: bytes.len() });
     }
-    let raw: RawFile = serde_json::from_slice(bytes)?;
+    // Before anything is held: of three bytes a value of 32 can be made.
+    let values = bytes.iter().filter(|byte| b",[{".contains(byte)).count();
+    if values > MAX_VALUES {
+        return Err(MarkupsError::TooManyValues { found: values });
+    }
+    let raw: RawFile = serde_json::from_slice(unmarked(bytes))?;
     known_schema(&raw.schema)?;
     let found = raw.markups.iter().map(|markup| markup.points.len()).sum();
     if found > MAX_POINTS {
         return Err(MarkupsError::TooMany { found });
     }
     let mut file = Markups::default();
+    file.leave_out("the file", &raw.rest, &FILE)?;
     for (markup, number) in raw.markups.into_iter().zip(1..) {
-        for key in markup.rest.keys().filter(|key| !KEPT.contains(&key.as_str())) {
-            if !file.left_out_keys.contains(key) {
-                file.left_out_keys.push(key.clone());
-            }
+        file.leave_out(&format!("markup {number}"), &markup.rest, &MARKUP)?;
+        for (point, place) in markup.points.iter().zip(1..) {
+            file.leave_out(&format!("point {place} of markup {number}"), &point.rest, &POINT)?;
         }
         file.markups.push(markup.checked(number, said)?);
     }
     Ok(file)
+}
+
+impl Markups {
+    /// Names what is left out; a key that is one of the schema's but for its letters is refused, as it says what is read elsewhere.
+    fn leave_out(&mut self, place: &str, rest: &Rest, known: &[&'static str]) -> Result<(), MarkupsError> {
+        for key in rest.keys().filter(|key| !PASSED_OVER.contains(&key.as_str())) {
+            let mut all = known.iter().chain(&PASSED_OVER);
+            if let Some(known) = all.find(|known| known.eq_ignore_ascii_case(key)) {
+                let (place, found) = (place.to_owned(), quoted(key));
+                return Err(MarkupsError::Key { place, found, known });
+            }
+            let name = quoted(key);
+            if self.left_out_keys.len() < MOST_NAMED && !self.left_out_keys.contains(&name) {
+                self.left_out_keys.push(name);
+            }
+        }
+        Ok(())
+    }
 }
 
 fn known_schema(found: &str) -> Result<(), MarkupsError> {
@@ -124,13 +185,11 @@ impl RawMarkup {
             point.checked([markup, *number], (axes, scale), *components)
         };
         let points = placed.iter().map(point).collect::<Result<Vec<_>, _>>()?;
-        let kept = self.rest.into_iter().filter(|(key, _)| KEPT.contains(&key.as_str()));
         Ok(Markup {
             kind,
             name: self.name.unwrap_or_default(),
             points,
             left_out,
-            kept: kept.collect(),
         })
     }
 }
@@ -205,15 +264,6 @@ impl RawPoint {
             description: text(&self.description),
             associated_node: text(&self.associated_node),
             position: position(axes, scale, components).ok_or_else(not_finite)?,
-            orientation: match &self.orientation {
-                None => None,
-                Some(found) => {
-                    let bad = |expected: &str| self.bad(at, "orientation", &found.to_string(), expected);
-                    let [a, b, c, d, e, f, g, h, i] = numbers(found).ok_or_else(|| bad("nine numbers"))?;
-                    let rows = [[a, b, c], [d, e, f], [g, h, i]];
-                    Some(orientation(axes, rows).map_err(|why| bad(&format!("a rotation by rows: {why}")))?)
-                }
-            },
             selected: self.selected.unwrap_or(true),
             locked: self.locked.unwrap_or(false),
             visible: self.visible.unwrap_or(true),

@@ -3,13 +3,12 @@
 use serde_json::{Map, Value, json};
 
 use super::{Markup, Markups};
-use crate::points::orientation_rows;
 use crate::{ControlPoint, PatientAxes};
 
 /// The schema that is written: every Slicer since 5.0 takes it.
 const SCHEMA: &str = "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#";
 
-/// The text of a file whose coordinates are along these axes, in mm, each number with the digits that bring back every
+/// The text of a file of the points that have a place, whose coordinates are along these axes, in mm, each number with the digits that bring back every
 /// bit.
 pub fn write(file: &Markups, axes: PatientAxes) -> String {
     let markups: Vec<Value> = file.markups.iter().map(|markup| of_markup(markup, axes)).collect();
@@ -29,17 +28,13 @@ fn of_markup(markup: &Markup, axes: PatientAxes) -> Value {
     }
     value.insert("coordinateSystem".to_owned(), json!(axes.name()));
     value.insert("coordinateUnits".to_owned(), json!("mm"));
-    value.extend(markup.kept.clone());
-    let placed = markup.points.iter().map(|point| of_point(point, axes));
-    // At the end, as their places among the others are not known any more.
-    let empty = markup.left_out.iter();
-    let empty = empty.map(|left| json!({ "label": left.label, "positionStatus": left.status }));
-    value.insert("controlPoints".to_owned(), placed.chain(empty).collect());
+    let points = markup.points.iter().map(|point| of_point(point, axes));
+    value.insert("controlPoints".to_owned(), points.collect());
     Value::Object(value)
 }
 
 fn of_point(point: &ControlPoint, axes: PatientAxes) -> Value {
-    let mut value = json!({
+    json!({
         "id": point.id,
         "label": point.label,
         "description": point.description,
@@ -49,9 +44,5 @@ fn of_point(point: &ControlPoint, axes: PatientAxes) -> Value {
         "locked": point.locked,
         "visibility": point.visible,
         "positionStatus": "defined",
-    });
-    if let Some(orientation) = point.orientation {
-        value["orientation"] = json!(orientation_rows(axes, orientation).as_flattened());
-    }
-    value
+    })
 }

@@ -62,6 +62,16 @@ pub enum MeshError {
         /// How many.
         found: u64,
     },
+    /// Polygons that do not begin with the first corner and end with the last.
+    #[error("the polygons go from corner {first} to {last} of {corners}; expected all of them, from 0 to {corners}")]
+    Offsets {
+        /// Where the first begins.
+        first: f64,
+        /// Where the last ends.
+        last: f64,
+        /// How many corners there are.
+        corners: usize,
+    },
     /// A polygon that has no face.
     #[error("polygon {place} has {corners} corners; at least 3 are needed")]
     Polygon {
@@ -94,6 +104,14 @@ pub enum MeshError {
     /// The comment says axes that nobody knows, or two that differ.
     #[error("the comment says SPACE={found}; RAS or LPS is read, once")]
     Space {
+        /// What it says.
+        found: String,
+    },
+    /// The comment says a unit that is not read, or two that differ.
+    #[error(
+        "a comment says the unit {found:?}; 1 mm and 1 m are read, and what it says is not overruled: write the surface in one of them"
+    )]
+    Unit {
         /// What it says.
         found: String,
     },

@@ -190,6 +190,13 @@ impl Element {
                 expected: "its corners",
             });
         }
+        // Single precision has no whole numbers beyond 2^24, and a text may say 1.5.
+        if let Some(corners) = self.properties.iter().find(|p| is_corners(p) && !p.of.is_whole()) {
+            return Err(MeshError::Head {
+                found: format!("{} of numbers with fractions", crate::quoted(&corners.name)),
+                expected: "whole numbers as corners",
+            });
+        }
         if matches!(self.name.as_str(), "tristrips" | "strip") && self.count > 0 {
             let what = "strips of triangles".to_owned();
             return Err(MeshError::Unread {
@@ -203,9 +210,10 @@ impl Element {
                 match property.length {
                     None => found[at] = numbers.next(property.of)?,
                     Some(length) => {
-                        let corners = numbers.list(length, property.of, record)?;
+                        let list = numbers.list(length, property.of)?;
                         if is_corners(property) {
-                            raw.polygon(record, &corners)?;
+                            let corners = list.iter().map(|number| corner(*number, record));
+                            raw.polygon(record, &corners.collect::<Result<Vec<u32>, _>>()?)?;
                         }
                     }
                 }
@@ -226,8 +234,8 @@ impl Numbers<'_> {
         }
     }
 
-    /// A list behind its length. What is no corner of a polygon is read over.
-    fn list(&mut self, length: Scalar, of: Scalar, place: usize) -> Result<Vec<u32>, MeshError> {
+    /// A list behind its length. Other lists than corners, texture coordinates, may hold any number.
+    fn list(&mut self, length: Scalar, of: Scalar) -> Result<Vec<f64>, MeshError> {
         let count = self.next(length)?;
         if !(0.0..=MOST_CORNERS).contains(&count) {
             let found = format!("a list of {count}");
@@ -236,12 +244,6 @@ impl Numbers<'_> {
                 expected: "at most 1024 numbers",
             });
         }
-        let mut list = Vec::new();
-        for _ in 0..count as usize {
-            let number = self.next(of)?;
-            // Other lists, texture coordinates, may hold any number.
-            list.push(if of.is_whole() { corner(number, place)? } else { 0 });
-        }
-        Ok(list)
+        (0..count as usize).map(|_| self.next(of)).collect()
     }
 }

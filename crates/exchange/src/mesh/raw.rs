@@ -1,14 +1,17 @@
 //! A surface as a file has it, before its frame and unit are settled.
 
 use super::{MAX_COUNT, MeshError};
-use crate::PatientAxes;
+use crate::{LengthUnit, PatientAxes};
 
-/// Points in the file's own numbers, triangles that nobody has checked, and the axes that its comment says.
+/// Points in the file's own numbers, triangles that nobody has checked, and the axes and the unit that its comments say.
 #[derive(Debug, Default)]
 pub(super) struct Raw {
     pub(super) points: Vec<[f64; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) axes: Option<PatientAxes>,
+    /// Axes that are named in comments, also otherwise than as `SPACE=`.
+    pub(super) named: Vec<PatientAxes>,
+    pub(super) unit: Option<LengthUnit>,
 }
 
 impl Raw {
@@ -28,27 +31,82 @@ impl Raw {
         counted("triangles", self.triangles.len() as u64).map(|_| ())
     }
 
-    /// Takes the axes that a comment says, as 3D Slicer writes them; two words that differ are refused.
+    /// Takes what a comment says of axes, as 3D Slicer writes them, and of the unit; what is not understood, and two words that differ, are
+    /// refused.
     pub(super) fn comment(&mut self, comment: &str) -> Result<(), MeshError> {
-        for word in comment.split(|c: char| c.is_whitespace() || c == ';') {
-            let Some(value) = word.strip_prefix("SPACE=") else {
-                continue;
-            };
-            let refused = || MeshError::Space {
+        for value in assigned(comment, "space", &[]) {
+            let found = || MeshError::Space {
                 found: crate::quoted(value),
             };
-            let axes = match value {
-                "RAS" => PatientAxes::Ras,
-                "LPS" => PatientAxes::Lps,
-                _ => return Err(refused()),
-            };
-            if self.axes.is_some_and(|before| before != axes) {
-                return Err(refused());
+            let axes: PatientAxes = first_word(value).parse().map_err(|_| found())?;
+            if self.axes.replace(axes).is_some_and(|before| before != axes) {
+                return Err(found());
             }
-            self.axes = Some(axes);
         }
+        for value in assigned(comment, "unit", VERBS).chain(assigned(comment, "units", VERBS)) {
+            let found = || MeshError::Unit {
+                found: crate::quoted(value),
+            };
+            let unit = unit(value).ok_or_else(found)?;
+            if self.unit.replace(unit).is_some_and(|before| before != unit) {
+                return Err(found());
+            }
+        }
+        // Each once, however many comments there are.
+        let new = PatientAxes::named_in(comment)
+            .into_iter()
+            .filter(|axes| !self.named.contains(axes));
+        self.named.extend(new.collect::<Vec<_>>());
         Ok(())
     }
+}
+
+/// What stands between the word and the unit where no sign does.
+const VERBS: &[&str] = &["is ", "are ", "in "];
+
+/// What stands behind `word =` or `word:` in a text, or behind one of the verbs, for each such word in whatever case, without quotation marks
+/// and blanks before it.
+fn assigned<'a>(text: &'a str, word: &'static str, verbs: &'static [&str]) -> impl Iterator<Item = &'a str> {
+    // Of ASCII letters alone, so that places stay those of the text.
+    let lower = text.to_ascii_lowercase();
+    let places: Vec<usize> = lower.match_indices(word).map(|(place, _)| place).collect();
+    places.into_iter().filter_map(move |place| {
+        let (before, rest) = (&text[..place], &text[place + word.len()..]);
+        let is_whole = !before.ends_with(|c: char| c.is_ascii_alphanumeric());
+        let rest = rest.trim_start();
+        let verb = || verbs.iter().find_map(|verb| rest.strip_prefix(verb));
+        let value = rest.strip_prefix(['=', ':']).or_else(verb).filter(|_| is_whole)?;
+        Some(value.trim_start_matches(|c: char| c.is_whitespace() || "\"'(=".contains(c)))
+    })
+}
+
+/// The letters and digits at the beginning.
+fn first_word(text: &str) -> &str {
+    let end = text.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(text.len());
+    &text[..end]
+}
+
+/// A unit as exporters write it, `1000.000000 mm`, `mm`, `meters`; `None` where it is neither 1 mm nor 1 m.
+fn unit(text: &str) -> Option<LengthUnit> {
+    let end = text
+        .find(|c: char| !(c.is_ascii_digit() || "+-.,eE".contains(c)))
+        .unwrap_or(text.len());
+    // A word may begin with an `e` too: what is no number is none.
+    let number: Option<f64> = text[..end].parse().ok();
+    let word = if number.is_some() {
+        text[end..].trim_start()
+    } else {
+        text
+    };
+    let mm = match first_word(word).to_ascii_lowercase().as_str() {
+        "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => 1.0,
+        "m" | "meter" | "meters" | "metre" | "metres" => 1000.0,
+        _ => return None,
+    };
+    let mm = mm * number.unwrap_or(1.0);
+    [LengthUnit::Millimetre, LengthUnit::Metre]
+        .into_iter()
+        .find(|unit| unit.mm() == mm)
 }
 
 /// A count that a head promises, where it may be one.

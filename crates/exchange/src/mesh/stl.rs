@@ -77,7 +77,7 @@ fn text(bytes: &[u8]) -> Result<Raw, MeshError> {
         raw.triangles.push([first, first + 1, first + 2]);
         counted("triangles", raw.triangles.len() as u64)?;
     }
-    words.line();
+    raw.comment(&String::from_utf8_lossy(words.line()))?;
     match words.next() {
         b"" => Ok(raw),
         found => Err(words.refused(found, "the end of the file: one solid is read")),

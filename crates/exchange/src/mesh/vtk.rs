@@ -45,6 +45,7 @@ impl Numbers<'_> {
     /// One part of the file; false where nothing follows that is read.
     fn section(&mut self, raw: &mut Raw, has_offsets: bool) -> Result<bool, MeshError> {
         match self.words.next() {
+            b"POINTS" if !raw.points.is_empty() => return Err(self.words.refused(b"POINTS", "the points once")),
             b"POINTS" => {
                 let count = counted("points", self.words.number("how many points there are")?)?;
                 let of = self.scalar()?;
@@ -64,11 +65,9 @@ impl Numbers<'_> {
                     instead: "save the surface as triangles",
                 });
             }
-            // Names of components and the like, up to an empty line.
-            b"METADATA" => {
-                self.words.line();
-                while !self.words.rest().is_empty() && !self.words.line().is_empty() {}
-            }
+            b"METADATA" => self.metadata(),
+            // What the file carries may come before the points.
+            b"FIELD" if raw.points.is_empty() => self.field()?,
             // What points and cells carry comes last, and is left out.
             b"" | b"POINT_DATA" | b"CELL_DATA" | b"FIELD" => return Ok(false),
             found => {
@@ -78,6 +77,29 @@ impl Numbers<'_> {
             }
         }
         Ok(true)
+    }
+
+    /// Arrays of numbers, which are read over.
+    fn field(&mut self) -> Result<(), MeshError> {
+        self.words.next();
+        let arrays = counted("arrays", self.words.number("how many arrays there are")?)?;
+        for _ in 0..arrays {
+            while self.words.next() == b"METADATA" {
+                self.metadata();
+            }
+            let size: u64 = self.words.number("how many numbers belong together")?;
+            let count: u64 = self.words.number("how many of these there are")?;
+            let of = self.scalar()?;
+            let all = counted("numbers of an array", size.saturating_mul(count))?;
+            self.all("an array", all as u64, of)?;
+        }
+        Ok(())
+    }
+
+    /// Names of components and the like, up to an empty line.
+    fn metadata(&mut self) {
+        self.words.line();
+        while !self.words.rest().is_empty() && !self.words.line().is_empty() {}
     }
 
     /// Lists of corners, each behind its length, or all of them behind where each begins.
@@ -108,6 +130,16 @@ impl Numbers<'_> {
         let offsets = of("where the polygons begin", count, "OFFSETS")?;
         let corners = of("the polygons", size, "CONNECTIVITY")?;
         let bad = |place: usize| MeshError::Polygon { place, corners: 0 };
+        // From the first corner to the last: what lies before or behind is of no polygon, and would be lost.
+        let ends = [offsets.first(), offsets.last()].map(|end| end.copied());
+        let is_whole = ends == [Some(0.0), Some(corners.len() as f64)] || (offsets.is_empty() && corners.is_empty());
+        if !is_whole {
+            return Err(MeshError::Offsets {
+                first: ends[0].unwrap_or(f64::NAN),
+                last: ends[1].unwrap_or(f64::NAN),
+                corners: corners.len(),
+            });
+        }
         let between = |(pair, place): (&[f64], usize)| {
             let [from, to] = [corner(pair[0], place)? as usize, corner(pair[1], place)? as usize];
             let list = corners.get(from..to).ok_or_else(|| bad(place))?;

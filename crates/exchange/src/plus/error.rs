@@ -61,6 +61,27 @@ pub enum PlusError {
         /// Its name.
         name: String,
     },
+    /// Both frames are one.
+    #[error("from {name:?} to {name:?} there is nothing to be found: the tool's frame and the marker's are two")]
+    Same {
+        /// Its name.
+        name: String,
+    },
+    /// The file has both ways, and they are not those there and back.
+    #[error(
+        "{name} and {back} contradict one another: there and back is {mm:.3} mm and {degrees:.3} degrees from where it began, and which of \
+         them holds is not said"
+    )]
+    Contradicts {
+        /// The one that was asked for.
+        name: String,
+        /// The other.
+        back: String,
+        /// How far apart the origins are.
+        mm: f64,
+        /// And the axes.
+        degrees: f64,
+    },
     /// It turns a right hand into a left one, or flattens.
     #[error("{name}: {why}")]
     Hand {

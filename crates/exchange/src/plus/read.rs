@@ -5,7 +5,7 @@ use std::str;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::{Definition, DeviceSet, MAX_BYTES, MAX_TRANSFORMS, PlusError};
-use crate::quoted;
+use crate::{quoted, unmarked};
 
 /// Most nodes of a document: what is held of one is bounded with the file's length, and this much sooner.
 const MAX_NODES: u32 = 1_000_000;
@@ -23,14 +23,15 @@ pub fn read(bytes: &[u8]) -> Result<DeviceSet, PlusError> {
     let xml = |why: String| PlusError::Xml {
         why: why.chars().take(160).collect(),
     };
-    let text = str::from_utf8(bytes).map_err(|error| xml(format!("byte {} is not UTF-8 text", error.valid_up_to())))?;
+    let text = str::from_utf8(unmarked(bytes))
+        .map_err(|error| xml(format!("byte {} is not UTF-8 text", error.valid_up_to())))?;
     // Without entities of its own, which could make much of little.
     let options = ParsingOptions {
         allow_dtd: false,
         nodes_limit: MAX_NODES,
         ..ParsingOptions::default()
     };
-    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options);
+    let document = Document::parse_with_options(text, options);
     let document = document.map_err(|error| xml(error.to_string()))?;
     let root = document.root_element();
     let places: Vec<Node<'_, '_>> = root

@@ -33,7 +33,6 @@ fn each_version_and_word_for_the_axes_is_read() {
         let found = read(&file(version, axes, row));
         assert_eq!(found.points[0].position, Point::new(33.5, 4.25, 50.5), "{version}");
         assert_eq!(found.points[0].label, label);
-        assert_eq!(found.points[0].orientation, None);
     }
     for axes in ["1", "LPS"] {
         let found = read(&file("4.11", axes, old));
@@ -67,7 +66,7 @@ fn what_cannot_be_right_is_refused_by_line() {
         (with(",30,", ",,"), "line 4: z is \"\""),
         (with(",10,", ",1e999,"), "expected a finite number"),
         (with(",1,1,0,", ",1,2,0,"), "line 4: sel is \"2\""),
-        (with("0,0,0,1,", "0,0,0,2,"), "ow"),
+        (with("0,0,0,1,", "0,x,0,1,"), "line 4: ox is \"x\""),
         (with(",a,", ",a,b,"), "line 4: 15 columns"),
         (with(",a,,", ",\"a,,"), "line 4: a quotation mark begins"),
         (with(",10,20,30,", ",0.01,0.02,0.03,"), "looks like metres"),
@@ -90,6 +89,79 @@ fn what_cannot_be_right_is_refused_by_line() {
             .to_string()
             .contains("at most")
     );
+}
+
+/// They were passed over as comments, and the mirror was taken when the other axes were said.
+#[test]
+fn axes_that_are_written_a_little_differently_are_not_overruled() {
+    let row = "1,10,20,30,0,0,0,1,1,1,0,a,,\n";
+    let ras = Said {
+        axes: Some(PatientAxes::Ras),
+        unit: None,
+    };
+    for head in [
+        "# CoordinateSystem = LPS",
+        "# coordinateSystem = LPS",
+        "# COORDINATE SYSTEM=1",
+        "## CoordinateSystem = LPS",
+        "# Coordinate_System = LPS",
+        "# CoordinateSystem: LPS",
+        "# CoordinateSystem LPS",
+        "# CoordinateSystem = lps",
+        "# CoordinateSystem = 1.0",
+        "# the coordinate system = LPS",
+        "# exported along LPS",
+        "# space: lps",
+    ] {
+        let text = format!("# Markups fiducial file version = 4.11\n{head}\n{COLUMNS}\n{row}");
+        fcsv::read(text.as_bytes(), ras).expect_err(head);
+    }
+    let text = format!("# Markups fiducial file version = 4.11\n# coordinateSystem = 0\n{COLUMNS}\n{row}");
+    assert_eq!(read(&text).points[0].position, Point::new(-10.0, -20.0, 30.0));
+}
+
+/// Columns in another order were read in the usual one where the key had another case, and where there was none.
+#[test]
+fn columns_that_are_not_said_or_are_others_are_refused() {
+    let good = file("4.11", "LPS", "1,10,20,30,0,0,0,1,1,1,0,a,,\n");
+    for (to, words) in [
+        ("# note".to_owned(), "there is no line `# columns"),
+        (
+            COLUMNS.replace("columns", "Columns").replace("x,y,z", "z,y,x"),
+            "line 3: columns",
+        ),
+        ("# columns = label,x,y,z".to_owned(), "line 3: columns"),
+        (format!("{COLUMNS}\n{COLUMNS}"), "expected them once"),
+    ] {
+        let said = refused(&good.replace(COLUMNS, &to));
+        assert!(said.contains(words), "{to}: {said}");
+    }
+}
+
+/// A file of lines that end with a carriage return alone was one comment, and had no points; a point whose id begins with `#` was one too.
+#[test]
+fn no_point_is_lost_among_comments() {
+    let good = file(
+        "4.11",
+        "LPS",
+        "1,10,20,30,0,0,0,1,1,1,0,a,,\n2,10,20,30,0,0,0,1,1,1,0,b,,\n",
+    );
+    let lps = Said {
+        axes: Some(PatientAxes::Lps),
+        unit: None,
+    };
+    for text in [
+        good.replace('\n', "\r"),
+        good.replace(",,\n2", ",,\r2"),
+        good.replace("NodeID\n", "NodeID\r"),
+    ] {
+        let said = fcsv::read(text.as_bytes(), lps).unwrap_err().to_string();
+        assert!(said.contains("a carriage return in the middle"), "{said}");
+    }
+    assert_eq!(read(&good.replace('\n', "\r\n")).points.len(), 2);
+    assert_eq!(read(&format!("\u{feff}{good}")).points.len(), 2);
+    let said = refused(&good.replace("\n2,", "\n#2,"));
+    assert!(said.contains("line 5: a comment is \"2,10"), "{said}");
 }
 
 #[test]

@@ -105,6 +105,10 @@ fn what_is_not_rigid_is_refused_with_how_far_off_it_is() {
             "a versor of length 1.06",
         ),
         (
+            of("Euler3DTransform", "0 -90 0 0 0 0", "0 0 0"),
+            "angles of [0.0, -90.0, 0.0]; radians of at most a whole turn",
+        ),
+        (
             of("Euler3DTransform", "0 0 0 0 0 0", "0 0"),
             "2 FixedParameters; expected the three of a centre",
         ),
@@ -168,6 +172,99 @@ fn centres_and_translations_do_not_add_up_beyond_what_is_read() {
         "Transform: AffineTransform_double_3_3\nParameters: 0 -1 0 1 0 0 0 0 1 1e9 0 0\nFixedParameters: 1e9 1e9 0\n";
     let said = read(text(body).as_bytes()).unwrap_err().to_string();
     assert!(said.contains("3000000000 among its numbers"), "{said}");
+}
+
+/// A scale that was let pass in each part moved the tip of a tool by 5.2 mm in 256 of them, and nothing was said.
+#[test]
+fn a_composite_is_judged_whole() {
+    let part = "Transform: Similarity3DTransform_double_3_3\nParameters: 0 0 0 0 0 0 1.0001\nFixedParameters: 0 0 0\n";
+    let last = "Transform: TranslationTransform_double_3_3\nParameters: 0 0 200\nFixedParameters: \n";
+    let composite = |count: usize| {
+        text(&format!(
+            "Transform: CompositeTransform_double_3_3\n{}{last}",
+            part.repeat(count)
+        ))
+    };
+    let said = read(composite(255).as_bytes()).unwrap_err().to_string();
+    assert!(
+        said.contains("together are not rigid") && said.contains("1.0258"),
+        "{said}"
+    );
+    assert!(read(composite(2).as_bytes()).is_err());
+    let one = itk::read::<Marker, Tool>(composite(1).as_bytes()).unwrap();
+    // 200 mm, a ten-thousandth longer, is what SimpleITK makes of it.
+    let moved = one.moved(Point::new(0.0, 0.0, 0.0));
+    assert!((moved - 0.02).abs() < 1e-9, "{moved}");
+}
+
+/// A matrix that is a little off was put right about a centre far away, where the tip is not.
+#[test]
+fn what_putting_right_moves_is_told_by_the_point() {
+    let body = "Transform: AffineTransform_double_3_3\nParameters: 1.000115 0 0 0 1.000115 0 0 0 1.000115 12.5 -40 160\nFixedParameters: 9000 0 0\n";
+    let read = itk::read::<Marker, Tool>(text(body).as_bytes()).unwrap();
+    // By hand: the origin lies 9000 mm from the centre.
+    let moved = read.moved(Point::new(0.0, 0.0, 0.0));
+    assert!((moved - 9000.0 * 1.15e-4).abs() < 1e-9, "{moved}");
+    assert!(read.moved(Point::new(9000.0, 0.0, 0.0)) < 1e-9);
+}
+
+/// It was the identity, which nobody had said; and numbers of a composite were passed over.
+#[test]
+fn a_composite_of_nothing_or_with_numbers_is_refused() {
+    let empty = text("Transform: CompositeTransform_double_3_3\n");
+    assert_eq!(read(empty.as_bytes()), Err(ItkError::Empty));
+    let numbers = WRITTEN[4].0.replacen('\n', "\nParameters: 1 2 3\n", 1);
+    let said = read(text(&numbers).as_bytes()).unwrap_err().to_string();
+    assert!(said.contains("3 numbers of its own; expected none"), "{said}");
+}
+
+#[test]
+fn as_many_transforms_are_read_as_are_stated() {
+    let one = WRITTEN[6].0;
+    let composite = |count: usize| {
+        text(&format!(
+            "Transform: CompositeTransform_double_3_3\n{}",
+            one.repeat(count)
+        ))
+    };
+    assert!(read(composite(itk::MAX_PARTS).as_bytes()).is_ok());
+    assert_eq!(read(composite(itk::MAX_PARTS + 1).as_bytes()), Err(ItkError::TooMany));
+}
+
+#[test]
+fn a_mark_before_the_text_is_none_of_it_and_what_is_quoted_moves_no_cursor() {
+    let marked = format!("\u{feff}{}", text(WRITTEN[0].0));
+    assert!(off(read(marked.as_bytes()).unwrap(), WRITTEN[0].1) < 1e-9);
+    let said = read(text("Transform: \u{1b}[31mHello\u{202e}\u{7}_double_3_3\n").as_bytes())
+        .unwrap_err()
+        .to_string();
+    assert!(said.contains("is a ?[31mHello??_double_3_3"), "{said:?}");
+}
+
+/// Written by h5py 3 as ITK up to 5.0 did, whose names lacked a letter.
+#[test]
+fn hdf5_with_the_old_names_is_read() {
+    let rigid = read(include_bytes!("../data/old_names.h5")).unwrap();
+    assert!(off(rigid, [20.0, 40.0, 190.0]) < 1e-12);
+}
+
+/// By h5py 3 too: half precision, and a type of 2^33 and 2^40 words in 6 KB, for which memory was asked until the process was aborted.
+#[test]
+fn hdf5_that_promises_more_than_itk_writes_is_refused_before_it_is_read() {
+    for (bytes, words) in [
+        (&include_bytes!("../data/half.h5")[..], "TransformParameters: of "),
+        (
+            include_bytes!("../data/many_words.h5"),
+            "TransformType: of shape [1099511627776]",
+        ),
+        (
+            include_bytes!("../data/many_words_chunked.h5"),
+            "TransformType: of shape [8589934592]",
+        ),
+    ] {
+        let said = read(bytes).unwrap_err().to_string();
+        assert!(said.contains(words), "{said}");
+    }
 }
 
 /// Each byte of a file of HDF5 another one, and the file cut off at every place.

@@ -100,7 +100,7 @@ fn what_is_written_is_read_and_says_its_axes() {
                 .map(|three| three.map(|[x, y, z]| [-x, -y, z]))
                 .collect::<Vec<_>>();
             assert_eq!(corners(&mirrored), turned, "{format:?} {axes:?}");
-            let unsaid = replaced(&bytes, "SPACE=", "space=");
+            let unsaid = replaced(&bytes, "SPACE=", "written");
             assert!(
                 refused(&unsaid, format, Said::default())
                     .contains("does not say whether its coordinates are LPS or RAS")
@@ -158,6 +158,102 @@ fn text_and_binary_of_others_are_read_alike() {
         read(square.as_bytes(), MeshFormat::Obj).triangles,
         [[0, 1, 2], [0, 2, 3]]
     );
+}
+
+/// What a comment says of the axes in other letters was passed over, and the other axes were taken when they were said: the mirror.
+#[test]
+fn axes_that_are_written_a_little_differently_are_not_overruled() {
+    let obj = |comment: &str| format!("# {comment}\nv 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n").into_bytes();
+    for comment in [
+        "SPACE=RAS",
+        "space=ras",
+        "SPACE = RAS",
+        "SPACE:RAS",
+        "(SPACE=RAS)",
+        "\"SPACE=RAS\"",
+        "SPACE=\"RAS\"",
+        "a,SPACE=RAS,b",
+        "xSPACE=RAS",
+        "Coordinates RAS",
+        "exported along ras",
+    ] {
+        let said = refused(&obj(comment), MeshFormat::Obj, LPS);
+        assert!(said.contains("nothing was taken"), "{comment}: {said}");
+        let ras = Said {
+            axes: Some(PatientAxes::Ras),
+            unit: None,
+        };
+        let found = mesh::read(&obj(comment), MeshFormat::Obj, ras).unwrap();
+        assert_eq!(found.points[1], Point::new(-100.0, 0.0, 0.0), "{comment}");
+    }
+    for comment in ["SPACE=R", "SPACE=", "SPACE=LAS", "SPACE=RAS SPACE=LPS", "space: sRGB"] {
+        let said = refused(&obj(comment), MeshFormat::Obj, LPS);
+        assert!(said.contains("the comment says SPACE="), "{comment}: {said}");
+    }
+    for comment in ["colorspace: sRGB", "brasil", "from RAS to LPS"] {
+        read(&obj(comment), MeshFormat::Obj);
+    }
+    let end = stl_text().replace("endsolid by hand", "endsolid SPACE=RAS");
+    assert!(refused(end.as_bytes(), MeshFormat::Stl, LPS).contains("the file says RAS"));
+}
+
+/// It was read in mm whatever its comment said.
+#[test]
+fn a_unit_that_a_comment_says_is_not_overruled() {
+    let obj = |comment: &str| format!("# {comment}\nv 0 0 0\nv 25 0 0\nv 0 10 0\nf 1 2 3\n").into_bytes();
+    let mimics = |number: &str| format!("vertex coordinates are measured in units, where 1 unit = {number} mm");
+    let second = |comment: &str, unit| {
+        let axes = LPS.axes;
+        let found = mesh::read(&obj(comment), MeshFormat::Obj, Said { axes, unit });
+        found
+            .map(|mesh| mesh.points[1].mm()[0])
+            .map_err(|error| error.to_string())
+    };
+    let (mm, m) = (Some(LengthUnit::Millimetre), Some(LengthUnit::Metre));
+    for comment in [
+        &mimics("1.000000"),
+        &mimics("1"),
+        "units: mm",
+        "File units = millimeters",
+        "all units are mm",
+        "UNIT=mm",
+    ] {
+        assert_eq!(second(comment, None), Ok(25.0), "{comment}");
+        assert_eq!(second(comment, mm), Ok(25.0), "{comment}");
+        assert!(
+            second(comment, m).unwrap_err().contains("the file says mm"),
+            "{comment}"
+        );
+    }
+    // 25 m is beyond what is a patient.
+    for comment in [&mimics("1000.000000"), "units = meters", "1 unit = 1 m"] {
+        assert!(second(comment, None).unwrap_err().contains("25000 mm"), "{comment}");
+        assert!(
+            second(comment, mm).unwrap_err().contains("the file says m "),
+            "{comment}"
+        );
+    }
+    for comment in [
+        &mimics("10.000000"),
+        &mimics("25.4"),
+        "unit: cm",
+        "unit = 1000",
+        "units: inch",
+        "1 unit is 10 mm",
+        "units in cm",
+        "unit=",
+    ] {
+        for said in [None, mm, m] {
+            let said = second(comment, said).unwrap_err();
+            assert!(said.contains("a comment says the unit"), "{comment}: {said}");
+        }
+    }
+    assert!(second("unit=mm unit=m", None).is_err());
+    let metres = b"# 1 unit = 1000.000000 mm\nv 0 0 0\nv 0.3 0 0\nv 0.2 0.1 0\nf 1 2 3\n";
+    let found = mesh::read(metres, MeshFormat::Obj, LPS).unwrap();
+    assert_eq!(found.points[1], Point::new(300.0, 0.0, 0.0));
+    // Words that say no unit.
+    assert_eq!(second("with unit normals, a community mesh", None), Ok(25.0));
 }
 
 /// Files of VTK as version 4 and 5 have them, as text and as binary, most significant byte first.
@@ -224,6 +320,76 @@ fn legacy_vtk_of_both_generations_is_read() {
         .unwrap()
         .replace("POLYDATA", "UNSTRUCTURED_GRID");
     assert!(refused(grid.as_bytes(), MeshFormat::Vtk, LPS).contains("expected POLYDATA"));
+}
+
+/// Corners as numbers with fractions were taken for 0, and the surface was gone.
+#[test]
+fn corners_that_are_no_whole_numbers_are_refused() {
+    let of = |kind: &str| {
+        let text = String::from_utf8(ply("ascii", false)).unwrap();
+        text.replace(
+            "list uchar int vertex_indices",
+            &format!("list uchar {kind} vertex_indices"),
+        )
+    };
+    for kind in ["float", "double"] {
+        let said = refused(of(kind).as_bytes(), MeshFormat::Ply, LPS);
+        assert!(
+            said.contains("vertex_indices of numbers with fractions\"; expected whole"),
+            "{said}"
+        );
+    }
+    assert_eq!(read(of("uint").as_bytes(), MeshFormat::Ply), tetrahedron());
+}
+
+/// Another list may hold what is no corner.
+#[test]
+fn lists_that_are_no_corners_hold_any_number() {
+    let text = String::from_utf8(ply("ascii", false)).unwrap();
+    let text = text
+        .replace("list uchar float texcoord", "list uchar int flags")
+        .replace(" 1 0.5", " 1 -1");
+    assert_eq!(read(text.as_bytes(), MeshFormat::Ply), tetrahedron());
+}
+
+/// Triangles before the first place or behind the last were lost.
+#[test]
+fn places_of_polygons_that_leave_some_out_are_refused() {
+    let good = String::from_utf8(vtk("5.1", true)).unwrap();
+    assert!(good.contains("POLYGONS 5 12") && good.contains("\n0 3 6 9 12 \n"));
+    for (count, places) in [
+        ("4", "3 6 9 12"),
+        ("4", "0 3 6 9"),
+        ("5", "0 3 6 9 11"),
+        ("5", "1 3 6 9 12"),
+        ("2", "0 3"),
+    ] {
+        let text = good
+            .replace("POLYGONS 5 12", &format!("POLYGONS {count} 12"))
+            .replace("\n0 3 6 9 12 \n", &format!("\n{places} \n"));
+        let said = refused(text.as_bytes(), MeshFormat::Vtk, LPS);
+        assert!(said.contains("expected all of them, from 0 to 12"), "{places}: {said}");
+    }
+    let back = good.replace("\n0 3 6 9 12 \n", "\n0 6 3 9 12 \n");
+    assert!(refused(back.as_bytes(), MeshFormat::Vtk, LPS).contains("polygon 2"));
+}
+
+/// Such a file was said to have no triangle.
+#[test]
+fn what_a_file_of_vtk_carries_before_its_points_is_read_over() {
+    for (version, field) in [
+        ("3.0", "FIELD FieldData 2\na 1 1 float\n5\nb 2 2 double\n1 2 3 4\n"),
+        ("5.1", "FIELD FieldData 1\na 1 1 float\n5\nMETADATA\nINFORMATION 0\n\n"),
+    ] {
+        let text = String::from_utf8(vtk(version, true)).unwrap();
+        let text = text.replace("POINTS", &format!("{field}POINTS"));
+        assert_eq!(read(text.as_bytes(), MeshFormat::Vtk), tetrahedron(), "{version}");
+    }
+    let text = String::from_utf8(vtk("3.0", true)).unwrap();
+    let twice = text.replace("POLYGONS", "POINTS 1 float\n900 0 0\nPOLYGONS");
+    assert!(refused(twice.as_bytes(), MeshFormat::Vtk, LPS).contains("expected the points once"));
+    let lies = text.replace("POINTS", "FIELD FieldData 1\na 5000000 9 float\n1\nPOINTS");
+    assert!(refused(lies.as_bytes(), MeshFormat::Vtk, LPS).contains("an array: 89999999 bytes are promised"));
 }
 
 /// Heads that promise more than ten gigabytes, before a byte is held for them; and the same of each count that is read.

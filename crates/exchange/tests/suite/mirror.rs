@@ -1,10 +1,9 @@
-//! The mirror test: one point and one orientation of one patient, written in every format, along either axes and in
+//! The mirror test: one point of one patient, written in every format, along either axes and in
 //! either unit, is read as one; and a file whose axes are not those that it says is off by the mirror.
 
 use exchange::fcsv::{self, Fiducials};
 use exchange::markups::{self, Markup, MarkupKind, Markups};
 use exchange::{ControlPoint, LengthUnit, PatientAxes, Said};
-use geometry::rotation::Rotation;
 use geometry::{Ct, Point};
 
 /// On the patient's right, in front, well off every axis.
@@ -13,10 +12,7 @@ const PLACE: Point<Ct> = Point::new(-61.25, -38.5, 912.125);
 const EXACT_MM: f64 = 1e-9;
 
 fn point() -> ControlPoint {
-    ControlPoint {
-        orientation: Some(Rotation::from_quaternion([0.5, 0.1, -0.7, 0.5]).unwrap()),
-        ..ControlPoint::new("node", PLACE)
-    }
+    ControlPoint::new("node", PLACE)
 }
 
 /// A way of writing points, and of reading them.
@@ -66,8 +62,6 @@ fn one_patient_is_one_in_every_format_and_along_either_axes() {
         for axes in PatientAxes::ALL {
             let found = read(&write(axes), Said::default());
             assert!(found.position.distance(PLACE) < EXACT_MM, "{name} {axes:?}");
-            let turned = found.orientation.unwrap().distance(point().orientation.unwrap());
-            assert!(turned < 1e-12, "{name} {axes:?}: {turned:e}");
         }
     }
 }

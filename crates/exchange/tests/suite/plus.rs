@@ -41,6 +41,71 @@ fn a_stylus_is_found_by_its_names_forwards_and_backwards() {
     assert!((back.to_from_from * tip).distance(Point::new(0.0, 0.0, 0.0)) < 1e-12);
 }
 
+/// The first that was asked for was taken, whatever the way back said.
+#[test]
+fn both_ways_between_two_frames_must_agree() {
+    let given = plus::read(set(STYLUS).as_bytes())
+        .unwrap()
+        .find::<Marker, Tool>("StylusTip", "Stylus")
+        .unwrap();
+    let back = |x: f64, q: [f64; 4]| {
+        let turn = Rotation::from_quaternion(q).unwrap();
+        let miss = Rigid::<Tool, Tool>::from_parts(turn, Vector::new(x, 0.0, 0.0));
+        let definition = Definition::new("Stylus", "StylusTip", &(miss * given.to_from_from.inverse()));
+        let mut set = plus::read(set(STYLUS).as_bytes()).unwrap();
+        set.definitions.push(definition);
+        set
+    };
+    let still = [1.0, 0.0, 0.0, 0.0];
+    for (set, good) in [
+        (back(0.0, still), true),
+        (back(0.02, still), true),
+        (back(1.0, still), false),
+        (back(-500.0, still), false),
+        (back(0.0, [1.0, 0.0, 0.0, 5e-4]), false),
+    ] {
+        let both = [
+            set.find::<Marker, Tool>("StylusTip", "Stylus")
+                .map(|found| found.is_inverse),
+            set.find::<Marker, Tool>("Stylus", "StylusTip")
+                .map(|found| found.is_inverse),
+        ];
+        for one in both {
+            match good {
+                true => assert_eq!(one, Ok(false)),
+                false => assert!(one.unwrap_err().to_string().contains("contradict one another")),
+            }
+        }
+    }
+}
+
+#[test]
+fn from_a_frame_to_itself_there_is_nothing() {
+    let same = STYLUS.replace("StylusTip", "Stylus");
+    let said = refused(&set(&same), "Stylus", "Stylus");
+    assert!(said.contains("the tool's frame and the marker's are two"), "{said}");
+}
+
+/// A date went into reports as it was, with lines of its own.
+#[test]
+fn a_date_adds_no_line() {
+    let dated = STYLUS.replace("091112_150057", "2020&#10;verdict accepted\u{202e}&#x9b;31m");
+    let read = plus::read(set(&dated).as_bytes()).unwrap();
+    assert_eq!(read.definitions[0].date.as_deref(), Some("2020?verdict accepted??31m"));
+}
+
+/// The way back is a matrix as far off as the way there, at an arm's length.
+#[test]
+fn what_putting_right_moves_is_told() {
+    let long = "<Transform From=\"A\" To=\"B\" Matrix=\"1.0001 0 0 0 0 1.0001 0 0 0 0 1.0001 1000 0 0 0 1\"/>";
+    let read = plus::read(set(long).as_bytes()).unwrap();
+    let origin = Point::new(0.0, 0.0, 0.0);
+    let there = read.find::<Marker, Tool>("A", "B").unwrap().moved(origin);
+    assert!(there < 1e-12, "{there}");
+    let back = read.find::<Marker, Tool>("B", "A").unwrap().moved(origin);
+    assert!((back - (1000.0 - 1000.0 / 1.0001)).abs() < 1e-9, "{back}");
+}
+
 #[test]
 fn what_was_not_asked_for_by_name_is_never_taken() {
     let scale = STYLUS.replace("0.997221", "0.0997221");

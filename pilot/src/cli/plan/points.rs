@@ -1,16 +1,15 @@
 //! Targets and entries from files of 3D Slicer into a plan, and out of it.
 
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use exchange::fcsv::{self, FcsvError, Fiducials};
 use exchange::markups::{self, Markup, MarkupKind, Markups, MarkupsError};
 use exchange::{LengthUnit, PatientAxes, Said};
 use guidance::plan::{Editor, Plan};
-use scene::file::{OpenError, read_text};
+use scene::file::{OpenError, Part, PartError, read_text};
 
 use crate::planning::{PointsError, Taken, points_of, take_points};
 
@@ -21,33 +20,17 @@ pub(crate) struct PointsArgs {
     #[arg(long, value_name = "FILE")]
     import: Vec<PathBuf>,
     /// The axes of the imported files, where they do not say them.
-    #[arg(long, value_name = "AXES", requires = "import")]
-    frame: Option<Axes>,
-    /// The unit of the imported files: metres, or millimetres though everything lies within 2 mm of the origin.
-    #[arg(long, value_name = "UNIT", requires = "import")]
-    unit: Option<Unit>,
+    #[arg(long, value_name = "lps|ras", requires = "import")]
+    frame: Option<PatientAxes>,
+    /// The unit of the imported files: m, or mm though everything lies within 2 mm of the origin [default: mm]
+    #[arg(long, value_name = "mm|m", requires = "import")]
+    unit: Option<LengthUnit>,
     /// Writes the targets and entries into such a file, the kind by its ending.
     #[arg(long, value_name = "FILE")]
     export: Option<PathBuf>,
     /// Replace the exported file if it exists.
     #[arg(long, requires = "export")]
     overwrite: bool,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Axes {
-    /// To the patient's left, back and head.
-    Lps,
-    /// To the patient's right, front and head.
-    Ras,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Unit {
-    /// Millimetres.
-    Mm,
-    /// Metres.
-    M,
 }
 
 /// Why points were not taken in, or not written.
@@ -65,8 +48,21 @@ pub(crate) enum FileError {
     Ending { path: PathBuf },
     #[error("writing {path}: there is a file of this name; give another name, or --overwrite to replace it")]
     Exists { path: PathBuf },
-    #[error("writing {path}: {source}")]
-    Write { path: PathBuf, source: io::Error },
+    #[error("writing {path}: this is {what}, which it would replace; give another name")]
+    Own { path: PathBuf, what: &'static str },
+    #[error("writing {path}: this is a folder; give the name of a file")]
+    Folder { path: PathBuf },
+    #[error("writing {path}: there is no folder {folder}")]
+    NoFolder { path: PathBuf, folder: PathBuf },
+    #[error(
+        "writing {path}: {part} lies beside it, through which it is written; it is yours, or of a command that did not end. Look at it and \
+         remove it"
+    )]
+    Left { path: PathBuf, part: PathBuf },
+    #[error("writing {path}: {source}. Nothing was written")]
+    Write { path: PathBuf, source: PartError },
+    #[error("writing {path}: {source}. The plan was written, and this was not")]
+    Rename { path: PathBuf, source: io::Error },
     #[error("writing {path}: {source}")]
     Unwritable { path: PathBuf, source: Box<FcsvError> },
 }
@@ -97,39 +93,74 @@ impl PointsArgs {
     /// Takes the files in, in their order.
     pub(super) fn take(&self, editor: &mut Editor) -> Result<(), FileError> {
         let said = Said {
-            axes: self.frame.map(|axes| match axes {
-                Axes::Lps => PatientAxes::Lps,
-                Axes::Ras => PatientAxes::Ras,
-            }),
-            unit: self.unit.map(|unit| match unit {
-                Unit::Mm => LengthUnit::Millimetre,
-                Unit::M => LengthUnit::Metre,
-            }),
+            axes: self.frame,
+            unit: self.unit,
         };
         for path in &self.import {
-            let markups = read(path, said)?;
+            let file = read(path, said)?;
             let owned = || path.to_owned();
-            let taken = take_points(editor, &markups).map_err(|source| FileError::Points {
+            let taken = take_points(editor, &file.markups).map_err(|source| FileError::Points {
                 path: owned(),
                 source: Box::new(source),
             })?;
-            tell(path, &markups, &taken);
+            tell(path, &file, &taken);
         }
         Ok(())
     }
 
-    /// Refuses an export that could not be written, before anything is.
-    pub(super) fn check(&self) -> Result<(), FileError> {
+    /// Refuses an export that could not be written, or that would replace what is worked on, before anything is.
+    pub(super) fn check(&self, plan: &Path) -> Result<(), FileError> {
         let Some(path) = &self.export else { return Ok(()) };
+        let owned = || path.to_owned();
         Format::of(path)?;
-        match path.symlink_metadata().is_ok() && !self.overwrite {
-            true => Err(FileError::Exists { path: path.clone() }),
-            false => Ok(()),
+        // By where they lie and not by their names: `./plan.json` is the plan too, and a link to it.
+        let place = |path: &Path| fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok();
+        let is = |other: &Path| place(other).is_some_and(|other| place(path) == Some(other));
+        let inputs = self.import.iter().map(|import| (import.as_path(), "an imported file"));
+        if let Some((_, what)) = [(plan, "the plan")]
+            .into_iter()
+            .chain(inputs)
+            .find(|(other, _)| is(other))
+        {
+            return Err(FileError::Own { path: owned(), what });
+        }
+        match path.symlink_metadata() {
+            Ok(about) if about.is_dir() => return Err(FileError::Folder { path: owned() }),
+            Ok(_) if !self.overwrite => return Err(FileError::Exists { path: owned() }),
+            _ => {}
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            let folder = folder.to_owned();
+            return Err(FileError::NoFolder { path: owned(), folder });
+        }
+        let part = Part::place(path);
+        match part.symlink_metadata() {
+            Ok(_) => Err(FileError::Left { path: owned(), part }),
+            Err(_) => Ok(()),
         }
     }
 
-    /// The text of the export, where one is asked for: made before anything is written.
-    pub(super) fn text(&self, plan: &Plan) -> Result<Option<(PathBuf, String)>, FileError> {
+    /// The export, where one is asked for, all of it on the disk but not yet under its name: so a disk that is full is known before the
+    /// plan is written.
+    pub(super) fn prepare(&self, plan: &Plan) -> Result<Option<Export>, FileError> {
+        let Some((path, text)) = self.text(plan)? else {
+            return Ok(None);
+        };
+        let write = || {
+            // Names may tell who the patient is.
+            let mut part = Part::lock(&path, 0o600)?;
+            part.write(text.as_bytes())?;
+            Ok(part)
+        };
+        match write() {
+            Ok(part) => Ok(Some(Export { part, path })),
+            Err(source) => Err(FileError::Write { path, source }),
+        }
+    }
+
+    /// The text of the export, where one is asked for.
+    fn text(&self, plan: &Plan) -> Result<Option<(PathBuf, String)>, FileError> {
         let Some(path) = &self.export else { return Ok(None) };
         let owned = || path.to_owned();
         let markups = points_of(&plan.targets).map_err(|source| FileError::Points {
@@ -164,31 +195,21 @@ impl PointsArgs {
     }
 }
 
-/// Writes through a name beside it, so that a file of this name is always whole.
-pub(super) fn write((path, text): &(PathBuf, String)) -> Result<(), FileError> {
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let written = || {
-        let mut options = OpenOptions::new();
-        // Names may tell who the patient is.
-        let mut file = options
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .mode(0o600)
-            .open(&part)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        fs::rename(&part, path)
-    };
-    written().map_err(|source| {
-        let _ = fs::remove_file(&part);
-        let path = path.clone();
-        FileError::Write { path, source }
-    })
+/// An export that is written and has not its name yet.
+pub(super) struct Export {
+    part: Part,
+    path: PathBuf,
 }
 
-fn read(path: &Path, said: Said) -> Result<Vec<Markup>, FileError> {
+impl Export {
+    /// Gives it its name.
+    pub(super) fn finish(self) -> Result<(), FileError> {
+        let path = self.path;
+        self.part.rename().map_err(|source| FileError::Rename { path, source })
+    }
+}
+
+fn read(path: &Path, said: Said) -> Result<Markups, FileError> {
     let owned = || path.to_owned();
     let format = Format::of(path)?;
     let text = |most: usize| read_text(path, most as u64).map_err(|source| FileError::Open { path: owned(), source });
@@ -196,11 +217,10 @@ fn read(path: &Path, said: Said) -> Result<Vec<Markup>, FileError> {
         Format::Markups => {
             let text = text(markups::MAX_BYTES)?;
             let file = markups::read(text.as_bytes(), said);
-            let file = file.map_err(|source| FileError::Markups {
+            file.map_err(|source| FileError::Markups {
                 path: owned(),
                 source: Box::new(source),
-            })?;
-            Ok(file.markups)
+            })
         }
         Format::Fcsv => {
             let text = text(fcsv::MAX_BYTES)?;
@@ -211,13 +231,16 @@ fn read(path: &Path, said: Said) -> Result<Vec<Markup>, FileError> {
             })?;
             let mut markup = Markup::new(MarkupKind::Fiducial, "", file.points);
             markup.left_out = file.left_out;
-            Ok(vec![markup])
+            Ok(Markups {
+                markups: vec![markup],
+                left_out_keys: Vec::new(),
+            })
         }
     }
 }
 
 /// What was taken, what was not, and what nobody can know of such a file.
-fn tell(path: &Path, markups: &[Markup], taken: &Taken) {
+fn tell(path: &Path, file: &Markups, taken: &Taken) {
     let path = path.display();
     let Taken {
         targets,
@@ -229,7 +252,8 @@ fn tell(path: &Path, markups: &[Markup], taken: &Taken) {
         "pilot: {path}: {targets} targets, {entries} entries and {measures} measures. Such a file does not say of which examination it is: \
          look at each of them on the images"
     );
-    let empty: Vec<String> = markups
+    let empty: Vec<String> = file
+        .markups
         .iter()
         .flat_map(|markup| &markup.left_out)
         .map(|left| format!("{:?} ({})", left.label, left.status))
@@ -243,5 +267,9 @@ fn tell(path: &Path, markups: &[Markup], taken: &Taken) {
     }
     if !descriptions.is_empty() {
         bus::stderr_line!("pilot: {path}: the descriptions of {descriptions:?} were left out, as a plan has none");
+    }
+    if !file.left_out_keys.is_empty() {
+        let keys = &file.left_out_keys;
+        bus::stderr_line!("pilot: {path}: the keys {keys:?} of its markups are not known here and were left out");
     }
 }
