@@ -37,7 +37,7 @@ use crate::resolve::{Overrides, ResolveError, resolve};
 use crate::run::run;
 use crate::state::Options;
 use crate::status::Status;
-pub use plan::Hands;
+pub use plan::{Hands, StructureSet};
 
 use help::{CHECK_HELP, CONTROL_HELP, REPLAY_HELP, RESTART_HELP, RUN_HELP, STATUS_HELP, STOP_HELP, TOPICS_HELP};
 

@@ -83,3 +83,53 @@ fn a_plan_names_the_structures_of_a_segmentation_and_refuses_one_of_another_scan
     let other = plan(&data.join("ct-lego-phantom-dicom"), &["--labels", file]);
     assert_eq!(other.status.code(), Some(1), "{}", stdout(&other));
 }
+
+#[test]
+fn points_of_a_structure_set_are_targets_of_the_scan_that_they_are_in() {
+    let (Some(python), Some(data)) = (python(), shared("data")) else {
+        return;
+    };
+    let (world, series) = (World::new(), data.join(TILTED));
+    let file = world.path("points.dcm");
+    let folder = series.join("S21610/S2010");
+    let slices = std::fs::read_dir(&folder).unwrap();
+    let slice = slices.filter_map(Result::ok).map(|entry| entry.path()).min().unwrap();
+    let points = ["Knoten ä=-12.25,40.5,800.125", "Knoten ä entry=-80,-20.75,812"];
+    let [slice, file] = [&slice, &file].map(|path| path.to_str().unwrap());
+    let written = script(
+        &python,
+        "write_structure_set.py",
+        &[&[slice, file][..], &points].concat(),
+    );
+    let plan = |ct: &str, name: &str| {
+        let (name, ct) = (world.path(name), data.join(ct));
+        let all = [
+            "plan",
+            name.to_str().unwrap(),
+            "--volume",
+            ct.to_str().unwrap(),
+            "--import",
+            file,
+        ];
+        let output = world.output("pilot", &all);
+        (
+            output.status.code(),
+            stderr(&output),
+            std::fs::read_to_string(&name).ok(),
+        )
+    };
+    let (code, said, text) = plan(TILTED, "plan.json");
+    assert!(matches!(code, Some(0 | 3)), "{code:?}: {said}");
+    assert!(
+        said.contains("1 targets, 1 entries") && said.contains("in the frame of reference of the examination"),
+        "{said}"
+    );
+    assert!(said.contains("2 regions of interest are no points"), "{said}");
+    let made: Value = serde_json::from_str(&text.unwrap()).unwrap();
+    assert_eq!(made["targets"][0]["name"], "Knoten ä", "{made}");
+    assert_eq!(made["targets"][0]["centre_mm"], written["Knoten ä"], "{made}");
+    assert_eq!(made["targets"][0]["entry_mm"], written["Knoten ä entry"], "{made}");
+    let (code, said, text) = plan("ct-lego-phantom-dicom", "other.json");
+    assert_eq!((code, text), (Some(1), None), "{said}");
+    assert!(said.contains("another frame of reference"), "{said}");
+}

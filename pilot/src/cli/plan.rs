@@ -51,6 +51,19 @@ pub struct Hands {
     pub load_labels: fn(&Path, &VolumeSpec) -> Read<bus::volume::LabelMap>,
     /// Reads the names that a label map comes with.
     pub label_names: fn(&Path) -> Read<LabelNames>,
+    /// Reads the points of a structure set of an examination; `None` of what is no such file.
+    pub structure_set: fn(&Path, &VolumeSpec) -> Read<Option<StructureSet>>,
+}
+
+/// The points of a DICOM structure set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StructureSet {
+    /// Their names, and where they are: LPS, mm.
+    pub points: Vec<(String, [f64; 3])>,
+    /// How many regions of interest are no points.
+    pub others: usize,
+    /// Whether the file says to be in the frame of reference of the examination.
+    pub is_in_its_frame: bool,
 }
 
 #[derive(Debug, Args)]
@@ -156,7 +169,7 @@ impl PlanArgs {
         }
         bus::stderr_line!("pilot: reading the examination");
         let volume = (hands.load)(&scene.volume, scene.seed).map_err(PlanCliError::Volume)?;
-        let plan = self.changed(&store, &scene, &volume)?;
+        let plan = self.changed(&store, &scene, &volume, hands)?;
         // Everything that can be refused is looked at before anything is written.
         let measured = self.measured(&scene, &volume, hands)?;
         let safety = measured.as_ref().map(|measured| measured.safety(&plan)).transpose()?;
@@ -201,7 +214,13 @@ impl PlanArgs {
     }
 
     /// The plan with all changes made.
-    fn changed(&self, store: &PlanStore, scene: &Scene, volume: &OwnedVolume) -> Result<Plan, PlanCliError> {
+    fn changed(
+        &self,
+        store: &PlanStore,
+        scene: &Scene,
+        volume: &OwnedVolume,
+        hands: Hands,
+    ) -> Result<Plan, PlanCliError> {
         let hash = VolumeId(volume.hash.0);
         let plan = match store.plan() {
             Some(plan) if plan.volume != hash => {
@@ -219,7 +238,8 @@ impl PlanArgs {
         for edit in edits::of_scene(given) {
             editor.edit(edit).map_err(EditError::from)?;
         }
-        self.edits.make(&mut editor)?;
+        self.edits
+            .make(&mut editor, &|path| (hands.structure_set)(path, &scene.volume))?;
         if let Some(by) = &self.confirm {
             let (by, at) = (by.clone(), date::now());
             editor.confirm(Confirmed { by, at }).map_err(EditError::from)?;

@@ -5,7 +5,7 @@ use clap::Args;
 use geometry::{Ct, Point};
 use guidance::plan::{Edit, Editor, Measure, PlanError, Target};
 
-use super::points::{FileError, PointsArgs};
+use super::points::{FileError, PointsArgs, ReadStructureSet};
 use crate::planning::DIAMETER_MM;
 
 #[derive(Debug, Args)]
@@ -83,14 +83,14 @@ impl EditArgs {
     ///
     /// # Errors
     /// That of the first that is refused.
-    pub(super) fn make(&self, editor: &mut Editor) -> Result<(), EditError> {
+    pub(super) fn make(&self, editor: &mut Editor, structure_set: ReadStructureSet<'_>) -> Result<(), EditError> {
         for name in &self.remove {
             editor.edit(Edit::Remove(name.clone()))?;
         }
         for (name, to) in &self.rename {
             change(editor, name, |target| target.name = to.clone())?;
         }
-        self.points.take(editor)?;
+        self.points.take(editor, structure_set)?;
         for (name, centre) in &self.target {
             match editor.plan().target(name) {
                 Some(_) => change(editor, name, |target| target.centre = *centre)?,

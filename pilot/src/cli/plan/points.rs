@@ -7,16 +7,18 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use exchange::fcsv::{self, FcsvError, Fiducials};
 use exchange::markups::{self, Markup, MarkupKind, Markups, MarkupsError};
-use exchange::{LengthUnit, PatientAxes, Said};
+use exchange::{ControlPoint, LengthUnit, PatientAxes, Said};
+use geometry::Point;
 use guidance::plan::{Editor, Plan};
 use scene::file::{OpenError, Part, PartError, read_text};
 
+use super::StructureSet;
 use crate::planning::{PointsError, Taken, points_of, take_points};
 
 #[derive(Debug, Args)]
 pub(crate) struct PointsArgs {
-    /// Takes targets and their entries from a file of 3D Slicer, .mrk.json or .fcsv; a point `NAME entry` is the entry
-    /// of `NAME`.
+    /// Takes targets and their entries from a file of 3D Slicer, .mrk.json or .fcsv, or the points of a DICOM structure
+    /// set; a point `NAME entry` is the entry of `NAME`.
     #[arg(long, value_name = "FILE")]
     import: Vec<PathBuf>,
     /// The axes of the imported files, where they do not say them.
@@ -44,7 +46,18 @@ pub(crate) enum FileError {
     Fcsv { path: PathBuf, source: Box<FcsvError> },
     #[error("{path}: {source}. Nothing was written")]
     Points { path: PathBuf, source: Box<PointsError> },
-    #[error("{path}: the kind of file is told by its ending; .mrk.json and .fcsv are known")]
+    #[error("{path}: {source}. Nothing was written")]
+    StructureSet {
+        path: PathBuf,
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    #[error("{path}: places in DICOM are LPS and mm; leave --frame and --unit out")]
+    Told { path: PathBuf },
+    #[error("{path}: none of its {others} regions of interest is a point. Nothing was written")]
+    NoPoint { path: PathBuf, others: usize },
+    #[error(
+        "{path}: the kind of file is told by its ending; .mrk.json and .fcsv are known, and structure sets of DICOM"
+    )]
     Ending { path: PathBuf },
     #[error("writing {path}: there is a file of this name; give another name, or --overwrite to replace it")]
     Exists { path: PathBuf },
@@ -66,6 +79,9 @@ pub(crate) enum FileError {
     #[error("writing {path}: {source}")]
     Unwritable { path: PathBuf, source: Box<FcsvError> },
 }
+
+/// Reads a structure set of the examination that is planned on; `None` of what is none.
+pub(super) type ReadStructureSet<'a> = &'a dyn Fn(&Path) -> super::Read<Option<StructureSet>>;
 
 /// The two kinds of files.
 enum Format {
@@ -91,19 +107,24 @@ impl PointsArgs {
     }
 
     /// Takes the files in, in their order.
-    pub(super) fn take(&self, editor: &mut Editor) -> Result<(), FileError> {
+    pub(super) fn take(&self, editor: &mut Editor, structure_set: ReadStructureSet<'_>) -> Result<(), FileError> {
         let said = Said {
             axes: self.frame,
             unit: self.unit,
         };
         for path in &self.import {
-            let file = read(path, said)?;
             let owned = || path.to_owned();
+            let set = structure_set(path).map_err(|source| FileError::StructureSet { path: owned(), source })?;
+            let file = match &set {
+                Some(_) if said.axes.is_some() || said.unit.is_some() => return Err(FileError::Told { path: owned() }),
+                Some(set) => of_structure_set(path, set)?,
+                None => read(path, said)?,
+            };
             let taken = take_points(editor, &file.markups).map_err(|source| FileError::Points {
                 path: owned(),
                 source: Box::new(source),
             })?;
-            tell(path, &file, &taken);
+            tell(path, &file, &taken, set.as_ref());
         }
         Ok(())
     }
@@ -239,8 +260,22 @@ fn read(path: &Path, said: Said) -> Result<Markups, FileError> {
     }
 }
 
+/// The points of a structure set, as one list.
+fn of_structure_set(path: &Path, set: &StructureSet) -> Result<Markups, FileError> {
+    if set.points.is_empty() {
+        let (path, others) = (path.to_owned(), set.others);
+        return Err(FileError::NoPoint { path, others });
+    }
+    let point = |(name, [x, y, z]): &(String, [f64; 3])| ControlPoint::new(name, Point::new(*x, *y, *z));
+    let points = set.points.iter().map(point).collect();
+    Ok(Markups {
+        markups: vec![Markup::new(MarkupKind::Fiducial, "", points)],
+        left_out_keys: Vec::new(),
+    })
+}
+
 /// What was taken, what was not, and what nobody can know of such a file.
-fn tell(path: &Path, file: &Markups, taken: &Taken) {
+fn tell(path: &Path, file: &Markups, taken: &Taken, set: Option<&StructureSet>) {
     let path = path.display();
     let Taken {
         targets,
@@ -248,10 +283,16 @@ fn tell(path: &Path, file: &Markups, taken: &Taken) {
         measures,
         descriptions,
     } = taken;
+    let whose = match set {
+        Some(set) if set.is_in_its_frame => "It is in the frame of reference of the examination",
+        _ => "Such a file does not say of which examination it is",
+    };
     bus::stderr_line!(
-        "pilot: {path}: {targets} targets, {entries} entries and {measures} measures. Such a file does not say of which examination it is: \
-         look at each of them on the images"
+        "pilot: {path}: {targets} targets, {entries} entries and {measures} measures. {whose}: look at each of them on the images"
     );
+    if let Some(others) = set.map(|set| set.others).filter(|others| *others > 0) {
+        bus::stderr_line!("pilot: {path}: {others} regions of interest are no points and were left out");
+    }
     let empty: Vec<String> = file
         .markups
         .iter()
