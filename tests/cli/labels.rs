@@ -67,9 +67,11 @@ fn a_plan_names_the_structures_of_a_segmentation_and_refuses_one_of_another_scan
         let all = [&["plan", name.to_str().unwrap(), "--volume", ct], more].concat();
         world.output("pilot", &all)
     };
-    let rows = listed(&world, &[file, "--of", series.to_str().unwrap()]);
-    println!("{rows}");
-    let made = plan(&series, &["--target", "n=0,0,0", "--entry", "n=0,-40,0"]);
+    // Along the rows of one plane into the middle of the liver, from before it.
+    let made = plan(
+        &series,
+        &["--target", "n=-41.5,62.1,736.3", "--entry", "n=-41.5,2.7,756.2"],
+    );
     assert!(
         stdout(&made).contains("NOT CHECKED, there is no label map"),
         "{}",
@@ -77,11 +79,14 @@ fn a_plan_names_the_structures_of_a_segmentation_and_refuses_one_of_another_scan
     );
     let beside = plan(&series, &["--labels", file]);
     let said = stdout(&beside);
-    assert!(said.contains("liver (label 1)"), "{said}\n{}", stderr(&beside));
+    assert!(said.contains("CUTS liver (label 1)"), "{said}\n{}", stderr(&beside));
     // The planes without a structure have no frame: the map lies on a part of the CT, and is its own.
     assert!(!said.contains("ANOTHER GRID") && !said.contains("MOVED"), "{said}");
-    let other = plan(&data.join("ct-lego-phantom-dicom"), &["--labels", file]);
+    std::fs::remove_file(world.path("plan.json")).unwrap();
+    let other = plan(&data.join("ct-chest-lidc-dicom"), &["--labels", file]);
     assert_eq!(other.status.code(), Some(1), "{}", stdout(&other));
+    let said = stderr(&other);
+    assert!(said.contains("another frame of reference than the examination's"), "{said}");
 }
 
 #[test]
@@ -127,9 +132,9 @@ fn points_of_a_structure_set_are_targets_of_the_scan_that_they_are_in() {
     assert!(said.contains("2 regions of interest are no points"), "{said}");
     let made: Value = serde_json::from_str(&text.unwrap()).unwrap();
     assert_eq!(made["targets"][0]["name"], "Knoten ä", "{made}");
-    assert_eq!(made["targets"][0]["centre_mm"], written["Knoten ä"], "{made}");
-    assert_eq!(made["targets"][0]["entry_mm"], written["Knoten ä entry"], "{made}");
-    let (code, said, text) = plan("ct-lego-phantom-dicom", "other.json");
+    assert_eq!(made["targets"][0]["ct_mm"], written["Knoten ä"], "{made}");
+    assert_eq!(made["targets"][0]["entry_ct_mm"], written["Knoten ä entry"], "{made}");
+    let (code, said, text) = plan("ct-chest-lidc-dicom", "other.json");
     assert_eq!((code, text), (Some(1), None), "{said}");
     assert!(said.contains("another frame of reference"), "{said}");
 }
