@@ -18,6 +18,7 @@ mod configs;
 mod help;
 mod plan_labels;
 mod plan_points;
+mod receive;
 mod simulate;
 mod snapshot;
 mod steps;

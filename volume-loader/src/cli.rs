@@ -3,6 +3,7 @@
 mod export;
 mod input;
 mod inspect;
+mod receive;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -25,7 +26,8 @@ use crate::source::VoxelSource;
     volume-loader phantom --out patient.nii.gz\n  \
     volume-loader phantom --seed 7 --spacing-mm 1.0 --out patient.nii\n  \
     volume-loader inspect patient.nii.gz --png patient.png\n  \
-    volume-loader export patient.nii.gz series/\n\n\
+    volume-loader export patient.nii.gz series/\n  \
+    volume-loader receive --out incoming --aet TROCAR --from ORTHANC\n\n\
     Within a run the pilot starts `volume-loader run`; the scene's [volume] table names the examination. Whose it is goes to the \
     bus alone, as the examination says it or the scene's [identity] table."
 )]
@@ -63,6 +65,8 @@ enum Verb {
     Inspect(inspect::InspectArgs),
     /// Writes an examination in another format: NIfTI, NRRD, MetaImage, or a DICOM series.
     Export(export::ExportArgs),
+    /// Receives examinations from a PACS (DICOM C-STORE), and inspects each series that came.
+    Receive(receive::ReceiveArgs),
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -85,6 +89,7 @@ pub fn main() -> ExitCode {
         Verb::Phantom { seed, spacing_mm, out } => exit("volume-loader", write_phantom(seed, spacing_mm, &out)),
         Verb::Inspect(args) => exit("volume-loader", inspect::run(&args)),
         Verb::Export(args) => exit("volume-loader", export::run(&args)),
+        Verb::Receive(args) => exit("volume-loader", receive::run(&args)),
     }
 }
 

@@ -27,11 +27,11 @@ mod series;
 mod slice;
 mod source;
 mod stored;
-mod syntax;
-mod tag;
+pub(crate) mod syntax;
+pub(crate) mod tag;
 mod text;
 mod values;
-mod walk;
+pub(crate) mod walk;
 mod words;
 
 #[cfg(test)]
