@@ -234,10 +234,18 @@ fn what_broke_off_is_incomplete_until_it_is_sent_again() {
     sender.wait().unwrap();
     let [kept_now] = kept(&world).try_into().unwrap();
     assert!(is_hidden(&kept_now) && count(&kept_now) == 40);
+    // One slice more, in order, makes no series of a piece.
+    let one = world.path("one");
+    fs::create_dir(&one).unwrap();
+    fs::copy(series.join("IM0050.dcm"), one.join("a.dcm")).unwrap();
+    let mut receiver = Receiver::start(&world, &["--once"]);
+    peer(&python, &receiver, TITLES, &["store", one.to_str().unwrap()]);
+    assert_eq!(receiver.end().code(), Some(1));
+    receiver.wait("of the 41 instances that are there now this association brought 1");
     let mut receiver = Receiver::start(&world, &["--once"]);
     peer(&python, &receiver, TITLES, &["store", folder]);
     assert!(receiver.end().success(), "{}", receiver.text());
-    assert!(receiver.text().contains("20 instances are new, 40 were there already"));
+    assert!(receiver.text().contains("19 instances are new, 41 were there already"));
     let [kept] = kept(&world).try_into().unwrap();
     assert!(!is_hidden(&kept));
     assert_eq!(hash(&world, &kept), hash(&world, &series));
@@ -309,6 +317,10 @@ fn a_connection_that_says_nothing_or_nonsense_keeps_nobody_out() {
     drop(many);
     assert!(receiver.interrupt().success());
     assert_eq!(count(&world.path("in")), 0);
+    // Who waits for one association is not told that it came.
+    let mut receiver = Receiver::start(&world, &["--once"]);
+    assert_eq!(receiver.interrupt().code(), Some(1));
+    receiver.wait("before an association brought anything");
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod limits;
 mod message;
 mod outcome;
 mod part;
+mod progress;
 mod server;
 mod store;
 mod uid;

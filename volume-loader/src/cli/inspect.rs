@@ -140,7 +140,7 @@ fn report(summary: &Summary, json: bool) -> Result<(), InspectError> {
 }
 
 /// To stdout; where nobody reads it any more, there is nobody to tell.
-fn say(text: &str) {
+pub(super) fn say(text: &str) {
     let _ = io::stdout().write_all(text.as_bytes());
 }
 

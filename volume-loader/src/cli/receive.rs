@@ -171,6 +171,10 @@ fn of_series(came: &Came) -> bool {
         );
         return false;
     }
+    if let (true, Some(why)) = (came.is_hidden, &came.lacking) {
+        // Before what is told of it, also for who reads that alone.
+        inspect::say(&format!("INCOMPLETE: {why}\n"));
+    }
     let is_readable = match came.is_slices {
         true => inspect::run(&InspectArgs::of(came.path.clone()))
             .map_err(|error| bus::stderr_line!("volume-loader: {path}: it cannot be loaded: {error}"))
@@ -186,12 +190,12 @@ fn of_series(came: &Came) -> bool {
     let counts = format!("{stored} instances are new, {same} were there already");
     match (&came.lacking, came.is_hidden) {
         (None, _) if came.is_slices && is_readable => bus::stderr_line!(
-            "volume-loader: {path}: {counts}; it can be loaded, with no gap between its first and its last slice. Whether these are all \
-             slices of the series is known to the sender alone"
+            "volume-loader: {path}: {counts}; it can be loaded, each volume with no gap between its first and its last slice. Whether these are \
+             all slices of the series is known to the sender alone"
         ),
         (None, _) => bus::stderr_line!("volume-loader: {path}: {counts}"),
         (Some(why), true) => bus::stderr_line!(
-            "volume-loader: {path}: INCOMPLETE: {why}. {counts}. Send the series again: what is there stays, and what is missing is added"
+            "volume-loader: {path}: INCOMPLETE: {why}. {counts}. Send the whole series again: what is there stays, and what is missing is added"
         ),
         (Some(why), false) => bus::stderr_line!(
             "volume-loader: {path}: NOT ALL IS KEPT: {why}. {counts}. What was there before stays as it was"

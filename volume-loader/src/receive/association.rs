@@ -1,28 +1,31 @@
 //! One association, from its request to its end.
 
+mod agree;
 mod incoming;
+mod spoken;
+mod tally;
 
-use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Write};
+use std::io::{Read, Write};
 
 use bus::clock::monotonic_ns;
 use dicom_ul::pdu::{AbortRQServiceProviderReason as Reason, PDataValue, Pdu};
 use scene::PacsSpec;
 
 use self::incoming::{Arrived, Incoming};
+use self::tally::Tally;
 use super::command::{Asked, Command, Status};
-use super::contexts::{self, Agreed, Class, Rejected};
+use super::contexts::{Agreed, Class};
 use super::limits::Limits;
 use super::message::{Messages, Step};
-use super::outcome::{Came, Ended, Outcome};
-use super::store::{Placed, Store};
-use super::uid::Uid;
-use super::wire::{Wire, WireError};
+use super::outcome::{Ended, Outcome};
+use super::store::Store;
+use super::wire::{CLOSING_NS, Wire, WireError};
+
+pub(crate) use self::agree::{Unanswered, agree};
+pub use self::spoken::serve_bytes;
 
 /// Refusals of an association that are told each; more of them are counted.
 const TOLD: u64 = 5;
-/// After an abort or a release the peer is given so long to close, ns.
-const CLOSING_NS: i64 = 2_000_000_000;
 
 /// Who may send, and how much.
 #[derive(Debug, Clone)]
@@ -31,65 +34,6 @@ pub struct Rules {
     pub pacs: PacsSpec,
     /// Bounds.
     pub limits: Limits,
-}
-
-/// Why there is no association.
-#[derive(Debug)]
-pub(crate) enum Unanswered {
-    /// It was rejected.
-    Rejected(String),
-    /// What came was no request, or none came.
-    NoRequest(String),
-}
-
-/// Reads a request and answers it. `may_begin` is asked last, of what would else be accepted.
-///
-/// # Errors
-/// [`Unanswered`].
-pub(crate) fn agree<S: Read + Write>(
-    wire: &mut Wire<'_, S>,
-    rules: &Rules,
-    may_begin: impl FnOnce() -> bool,
-) -> Result<Agreed, Unanswered> {
-    let until_ns = monotonic_ns().saturating_add(rules.limits.silence_ns());
-    let no_request = |error: WireError| Unanswered::NoRequest(error.to_string());
-    let request = match wire.read(until_ns) {
-        Ok(Pdu::AssociationRQ(request)) => request,
-        Ok(Pdu::AbortRQ { .. }) => return Err(Unanswered::NoRequest("it broke off at once".to_owned())),
-        Ok(_) => {
-            wire.abort(Reason::UnexpectedPdu);
-            wire.drain(monotonic_ns() + CLOSING_NS);
-            return Err(Unanswered::NoRequest(
-                "its first PDU is no request for an association".to_owned(),
-            ));
-        }
-        Err(error) => {
-            if matches!(error, WireError::Malformed(_) | WireError::TooLong(_)) {
-                wire.abort(Reason::InvalidPduParameter);
-                wire.drain(monotonic_ns() + CLOSING_NS);
-            }
-            return Err(no_request(error));
-        }
-    };
-    let judged = contexts::judge(&request, &rules.pacs).and_then(|agreed| match may_begin() {
-        true => Ok(agreed),
-        false => Err(contexts::busy()),
-    });
-    match judged {
-        Ok(agreed) => {
-            wire.send(&Pdu::AssociationAC(agreed.answer.clone()))
-                .map_err(no_request)?;
-            Ok(agreed)
-        }
-        Err(Rejected { answer, why }) => {
-            wire.send(&Pdu::AssociationRJ(answer)).map_err(no_request)?;
-            wire.drain(monotonic_ns() + CLOSING_NS);
-            Err(Unanswered::Rejected(format!(
-                "{}: {why}",
-                contexts::shown(&request.calling_ae_title)
-            )))
-        }
-    }
 }
 
 /// How far an association is: asked of it now and then.
@@ -132,18 +76,15 @@ pub(crate) struct Association<'a, 'w, S> {
     agreed: Agreed,
     messages: Messages,
     incoming: Option<Incoming>,
-    series: BTreeMap<[Uid; 2], Came>,
-    echoes: u64,
-    instances: u64,
-    refused: u64,
+    tally: Tally,
     count: Count,
     /// Commands in all.
     commands: u64,
     /// How long was waited for this message, ns, and bytes of it.
     waited_ns: i64,
     came: u64,
-    /// When the last new instance came, or the association began.
-    new_ns: i64,
+    /// When the last instance came that is kept, or the association began.
+    kept_ns: i64,
 }
 
 impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
@@ -154,15 +95,12 @@ impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
             agreed,
             messages: Messages::default(),
             incoming: None,
-            series: BTreeMap::new(),
-            echoes: 0,
-            instances: 0,
-            refused: 0,
+            tally: Tally::default(),
             count: Count::default(),
             commands: 0,
             waited_ns: 0,
             came: 0,
-            new_ns: monotonic_ns(),
+            kept_ns: monotonic_ns(),
         }
     }
 
@@ -175,7 +113,7 @@ impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
             progress(self.count);
         };
         // What is not at its end is no instance.
-        self.refused += u64::from(self.incoming.take().is_some_and(|incoming| incoming.is_instance));
+        self.tally.refused += u64::from(self.incoming.take().is_some_and(|incoming| incoming.is_instance));
         let ended = match &over {
             Over::Released => Ended::Released,
             Over::Wire(WireError::Stopped) => Ended::Stopped,
@@ -183,7 +121,8 @@ impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
             Over::Wire(error) => Ended::BrokenOff(error.to_string()),
             Over::Violation(_, why) => Ended::BrokenOff(why.clone()),
         };
-        let outcome = self.outcome(ended);
+        let (bytes, store) = (self.count.bytes, self.place.store);
+        let outcome = std::mem::take(&mut self.tally).outcome(ended, bytes, store);
         match over {
             // After the series have their names: who is told that it is released may look for them.
             Over::Released => drop(self.wire.send(&Pdu::ReleaseRP)),
@@ -204,8 +143,8 @@ impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
             let slow_ns = self.came.saturating_mul(1_000_000_000 / Limits::SLOWEST);
             let allowed_ns = silence_ns.saturating_add(i64::try_from(slow_ns).unwrap_or(i64::MAX));
             patience_ns = patience_ns.min(allowed_ns.saturating_sub(self.waited_ns));
-        } else if now_ns.saturating_sub(self.new_ns) > silence_ns.saturating_mul(i64::from(Limits::IDLE)) {
-            let why = "no instance that is new came for a long time".to_owned();
+        } else if now_ns.saturating_sub(self.kept_ns) > silence_ns.saturating_mul(i64::from(Limits::IDLE)) {
+            let why = "no instance came for a long time".to_owned();
             return Err(Over::Violation(Reason::ReasonNotSpecified, why));
         }
         Ok(now_ns.saturating_add(patience_ns))
@@ -277,20 +216,20 @@ impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
                 Err(Over::Violation(Reason::UnexpectedPduParameter, why))
             }
             (Asked::Store { class, instance }, true) => {
-                self.instances += 1;
+                self.tally.instances += 1;
                 let (class, instance) = (class.clone(), instance.clone());
                 let announced = [class.as_ref(), instance.as_ref()];
-                let about = (store, limits, self.instances);
+                let about = (store, limits, self.tally.instances);
                 self.incoming = Some(Incoming::instance(id, command, context, announced, about));
                 Ok(())
             }
             (Asked::Store { .. }, false) => {
-                self.instances += 1;
+                self.tally.instances += 1;
                 self.refuse(&command, "it has no data set");
                 self.answer(id, &command, Status::NotUnderstood, "it has no data set")
             }
             (Asked::Echo, false) if context.class == Class::Verification => {
-                self.echoes += 1;
+                self.tally.echoes += 1;
                 self.answer(id, &command, Status::Success, "")
             }
             (Asked::Cancel, false) => Ok(()),
@@ -308,16 +247,16 @@ impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
     }
 
     fn refuse(&mut self, command: &Command, why: &str) {
-        self.refused += 1;
+        self.tally.refused += 1;
         let name = match &command.asked {
             Asked::Store {
                 instance: Some(uid), ..
             } => format!("instance {uid}"),
             _ => "an instance".to_owned(),
         };
-        match self.refused {
+        match self.tally.refused {
             ..=TOLD => (self.place.tell)(&format!("refused {name}: {why}")),
-            _ if self.refused == TOLD + 1 => (self.place.tell)("refused more of them, which are counted"),
+            _ if self.tally.refused == TOLD + 1 => (self.place.tell)("refused more of them, which are counted"),
             _ => {}
         }
     }
@@ -338,21 +277,14 @@ impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
             ids,
             fate,
         } = incoming.end(context, self.place.store);
-        if let Some(ids) = ids {
-            let came = self.came_of([ids.study, ids.series]);
-            came.is_slices |= is_slices;
-            match &fate {
-                Ok(Placed::New) => came.stored += 1,
-                Ok(Placed::Same) => came.same += 1,
-                Err(_) => came.refused += 1,
-            }
+        if let Some((ids, was_hidden)) = ids {
+            let placed = fate.as_ref().ok().copied();
+            self.tally.arrived(ids, was_hidden, is_slices, placed);
         }
         match fate {
-            Ok(placed) => {
+            Ok(_) => {
                 self.count.kept += 1;
-                if placed == Placed::New {
-                    self.new_ns = monotonic_ns();
-                }
+                self.kept_ns = monotonic_ns();
                 self.answer(id, &command, Status::Success, "")
             }
             Err((status, why)) => {
@@ -363,80 +295,4 @@ impl<'a, 'w, S: Read + Write> Association<'a, 'w, S> {
             }
         }
     }
-
-    fn came_of(&mut self, name: [Uid; 2]) -> &mut Came {
-        self.series.entry(name.clone()).or_insert_with(|| Came {
-            name,
-            path: Default::default(),
-            is_slices: false,
-            stored: 0,
-            same: 0,
-            refused: 0,
-            is_hidden: false,
-            lacking: None,
-        })
-    }
-
-    /// Gives the series their names where nothing speaks against it, and tells what came.
-    fn outcome(&mut self, ended: Ended) -> Outcome {
-        let store = self.place.store;
-        let mut series: Vec<Came> = std::mem::take(&mut self.series).into_values().collect();
-        let known: u64 = series.iter().map(|came| came.refused).sum();
-        let unknown = self.refused.saturating_sub(known);
-        for came in &mut series {
-            let [study, of] = came.name.clone();
-            let against = match (&ended, unknown, came.refused) {
-                (Ended::Released, 0, 0) => None,
-                (Ended::Released, 0, refused) => Some(format!("{refused} of its instances were refused")),
-                (Ended::Released, unknown, _) => Some(format!(
-                    "{unknown} instances were refused before it was known of which series they are"
-                )),
-                (ended, _, _) => Some(format!("the association was {ended}")),
-            };
-            let against = against.or_else(|| store.complete([&study, &of]).err().map(|error| error.to_string()));
-            (came.path, came.is_hidden) = store.path([&study, &of]);
-            came.lacking = against;
-        }
-        Outcome {
-            ended,
-            echoes: self.echoes,
-            asked: self.instances,
-            refused: self.refused,
-            bytes: self.count.bytes,
-            series,
-        }
-    }
-}
-
-/// A peer that has said all it will say, and hears nothing.
-struct Spoken<'a>(Cursor<&'a [u8]>);
-
-impl Read for Spoken<'_> {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        self.0.read(out)
-    }
-}
-
-impl Write for Spoken<'_> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
-}
-
-/// Receives what a peer says in these bytes, the request included, as from a connection; `None` where there is no association.
-pub fn serve_bytes(bytes: &[u8], rules: &Rules, store: &Store) -> Option<Outcome> {
-    let stop = || false;
-    let mut wire = Wire::new(Spoken(Cursor::new(bytes)), &stop);
-    let agreed = agree(&mut wire, rules, || true).ok()?;
-    let tell = |_: &str| {};
-    let place = Place {
-        rules,
-        store,
-        tell: &tell,
-    };
-    Some(Association::new(&mut wire, place, agreed).run(&mut |_| {}))
 }

@@ -310,7 +310,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_make_it_panic_or_answer_what_is_no_uid(mut bytes in prop::collection::vec(any::<u8>(), 0..200), whole in any::<bool>()) {
+        fn no_bytes_make_it_panic_or_answer_what_is_no_uid(
+            mut bytes in prop::collection::vec(any::<u8>(), 0..200),
+            whole in any::<bool>(),
+        ) {
             if whole && bytes.len() >= 12 {
                 let length = bytes.len() as u32 - 12;
                 bytes[..8].copy_from_slice(&[0, 0, 0, 0, 4, 0, 0, 0]);

@@ -256,11 +256,10 @@ fn context(proposed: &PresentationContextProposed) -> Result<Context, Presentati
 fn told(proposed: &PresentationContextProposed) -> Option<String> {
     let uid = Uid::checked(proposed.abstract_syntax.as_bytes())?;
     let (_, _, name) = CLASSES.iter().find(|row| row.0 == uid.as_str())?;
-    let syntax = proposed.transfer_syntaxes.first().map_or("", |text| text.as_str());
-    let why = Syntax::of(syntax)
-        .err()
-        .map_or_else(String::new, |error| format!(": {error}"));
-    Some(format!("{name}{why}"))
+    let syntax = proposed.transfer_syntaxes.first()?;
+    // One that is read of images, and was proposed for what is none, is nobody's concern.
+    let why = Syntax::of(syntax).err()?;
+    Some(format!("{name}: {why}"))
 }
 
 #[cfg(test)]

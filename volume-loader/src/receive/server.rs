@@ -11,8 +11,9 @@ use std::time::Duration;
 use bus::clock::monotonic_ns;
 use bus::process::StopFlag;
 
-use super::association::{Association, Count, Place, Rules, Unanswered, agree};
+use super::association::{Association, Place, Rules, Unanswered, agree};
 use super::outcome::{Ended, Outcome};
+use super::progress::{Progress, tell};
 use super::store::Store;
 use super::wire::Wire;
 
@@ -49,6 +50,12 @@ pub(crate) enum ServeError {
     /// It was stopped in the middle of an association.
     #[error("stopped in the middle of an association, which was broken off: what it brought is incomplete")]
     Stopped,
+    /// It was stopped while what came was inspected.
+    #[error("stopped before what came was inspected; it is kept")]
+    NotInspected,
+    /// It was stopped before the association that was waited for came.
+    #[error("stopped before an association brought anything")]
+    NothingCame,
     /// The one association that was waited for did not bring all it was to bring.
     #[error("the association did not bring what can be used as a whole; why stands above")]
     NotAll,
@@ -143,9 +150,12 @@ impl Server {
         while self.shared.is_receiving.load(Ordering::Acquire) && monotonic_ns() < until_ns {
             thread::sleep(TICK);
         }
-        match self.shared.was_stopped.load(Ordering::Acquire) || self.shared.is_receiving.load(Ordering::Acquire) {
-            true => Err(ServeError::Stopped),
-            false => Ok(()),
+        let is_set = |flag: &AtomicBool| flag.load(Ordering::Acquire);
+        match () {
+            () if is_set(&self.shared.was_stopped) || is_set(&self.shared.is_receiving) => Err(ServeError::Stopped),
+            () if is_set(&self.shared.is_taken) => Err(ServeError::NotInspected),
+            () if self.shared.once => Err(ServeError::NothingCame),
+            () => Ok(()),
         }
     }
 
@@ -210,10 +220,6 @@ impl Drop for Held<'_> {
     }
 }
 
-fn tell(peer: SocketAddr, words: &str) {
-    bus::stderr_line!("volume-loader: {peer}: {words}");
-}
-
 /// One connection. `None` where it brought nothing and was to bring nothing: rejected, or a verification.
 fn serve(shared: &Shared, stream: TcpStream, peer: SocketAddr) -> Option<bool> {
     let prepared = stream
@@ -247,7 +253,7 @@ fn serve(shared: &Shared, stream: TcpStream, peer: SocketAddr) -> Option<bool> {
     let from = agreed.from.clone();
     tell(
         peer,
-        &format!("association of {from}: {accepted} presentation contexts accepted, {refused} refused"),
+        &format!("association of {from}; presentation contexts: {accepted} accepted, {refused} refused"),
     );
     for refused in by_coding.iter().take(3) {
         tell(peer, &format!("its coding is not read: {refused}"));
@@ -266,7 +272,11 @@ fn serve(shared: &Shared, stream: TcpStream, peer: SocketAddr) -> Option<bool> {
     drop(receiving);
     tell(peer, &summary(&from, &outcome));
     let is_right = (shared.report)(&outcome);
-    drop(taken);
+    let is_last = shared.once && outcome.asked > 0;
+    if is_last {
+        // The process ends with this one: an association that began now would be cut off.
+        std::mem::forget(taken);
+    }
     (outcome.asked > 0).then_some(is_right)
 }
 
@@ -281,53 +291,4 @@ fn summary(from: &str, outcome: &Outcome) -> String {
         "association of {from} {}: {echoes}{} instances sent, {stored} stored, {same} were there already, {refused} refused; {mib:.1} MiB",
         outcome.ended, outcome.asked
     )
-}
-
-/// How far an association is: a line that is written over on a terminal, a line now and then elsewhere.
-struct Progress {
-    peer: SocketAddr,
-    began_ns: i64,
-    next_ns: i64,
-    every_ns: i64,
-    is_terminal: bool,
-    is_shown: bool,
-}
-
-impl Progress {
-    fn new(peer: SocketAddr) -> Self {
-        let is_terminal = io::IsTerminal::is_terminal(&io::stderr());
-        let every_ns = if is_terminal { 100_000_000 } else { 2_000_000_000 };
-        let began_ns = monotonic_ns();
-        Self {
-            peer,
-            began_ns,
-            next_ns: began_ns + every_ns,
-            every_ns,
-            is_terminal,
-            is_shown: false,
-        }
-    }
-
-    fn at(&mut self, count: Count) {
-        let now_ns = monotonic_ns();
-        if now_ns < self.next_ns {
-            return;
-        }
-        self.next_ns = now_ns + self.every_ns;
-        let mib = count.bytes as f64 / f64::from(1 << 20);
-        let rate = mib / ((now_ns - self.began_ns) as f64 / 1e9);
-        let text = format!("receiving: {} instances, {mib:.1} MiB, {rate:.1} MiB/s", count.kept);
-        if self.is_terminal {
-            let _ = io::Write::write_all(&mut io::stderr(), format!("\r{text}   ").as_bytes());
-            self.is_shown = true;
-        } else {
-            tell(self.peer, &text);
-        }
-    }
-
-    fn finish(&self) {
-        if self.is_shown {
-            bus::stderr_line!("");
-        }
-    }
 }

@@ -3,6 +3,7 @@
 //! While an association brings something of a series, and after one that broke off, the series lies in `STUDY/.SERIES.incomplete`.
 //! Scans pass over hidden folders, so that nobody takes it for an examination by reading the folder above it.
 
+use std::collections::BTreeSet;
 use std::fs::{self, DirBuilder, File};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
@@ -53,6 +54,11 @@ pub(crate) enum PlaceError {
     Different,
     #[error("the series is there twice, as complete and as incomplete; put one of the folders away")]
     Twice,
+    #[error(
+        "it was incomplete before, and of the {there} instances that are there now this association brought {brought}: whether others are \
+         missing nobody knows"
+    )]
+    NotAll { there: usize, brought: usize },
     #[error("what is there of this name cannot be read: {0}")]
     Unreadable(#[from] InstanceError),
     #[error("it cannot be put into its folder: {0}")]
@@ -188,24 +194,39 @@ impl Store {
     /// The series is incomplete from now on.
     fn reopen(&self, series: [&Uid; 2]) -> Result<(), PlaceError> {
         let [complete, open] = self.folders(series);
-        private_folder(&self.folder.join(series[0].as_str()))?;
+        let study = self.folder.join(series[0].as_str());
+        if !is_folder(&study)? {
+            private_folder(&study)?;
+            sync(&self.folder)?;
+        }
         match (is_folder(&complete)?, is_folder(&open)?) {
             (true, true) => Err(PlaceError::Twice),
             (true, false) => match rename_new(&complete, &open)? {
                 true => Ok(()),
                 false => Err(PlaceError::Twice),
             },
-            (false, _) => Ok(private_folder(&open)?),
+            (false, true) => Ok(()),
+            (false, false) => {
+                private_folder(&open)?;
+                Ok(sync(&study)?)
+            }
         }
     }
 
-    /// The series has its name from now on, where it had not; where it lies.
+    /// The series has its name from now on, where it had not; where it lies. With `needed` only where no other instances are there.
     ///
     /// # Errors
     /// [`PlaceError`]; it is incomplete then.
-    pub(crate) fn complete(&self, series: [&Uid; 2]) -> Result<PathBuf, PlaceError> {
+    pub(crate) fn complete(&self, series: [&Uid; 2], needed: Option<&BTreeSet<Uid>>) -> Result<PathBuf, PlaceError> {
         let [complete, open] = self.folders(series);
         if is_folder(&open)? {
+            if let Some(needed) = needed {
+                let there = fs::read_dir(&open)?.count();
+                let brought = needed.len();
+                if there > brought {
+                    return Err(PlaceError::NotAll { there, brought });
+                }
+            }
             if !rename_new(&open, &complete)? {
                 return Err(PlaceError::Twice);
             }
@@ -267,7 +288,7 @@ mod tests {
             put(&store, names, b"aa", "1.2.840.10008.1.2.1"),
             Err(PlaceError::Different)
         ));
-        let path = store.complete([&study, &series]).unwrap();
+        let path = store.complete([&study, &series], None).unwrap();
         assert_eq!(path, folder.join("1.1/1.21"));
         assert_eq!(fs::read(path.join("1.31.dcm")).unwrap(), before);
         // What is the same changes nothing; what is new makes the series incomplete again.
@@ -289,7 +310,10 @@ mod tests {
             put(&store, ["1.33", "1.1", "1.21"], b"", IMPLICIT),
             Err(PlaceError::Twice)
         ));
-        assert!(matches!(store.complete([&study, &series]), Err(PlaceError::Twice)));
+        assert!(matches!(
+            store.complete([&study, &series], None),
+            Err(PlaceError::Twice)
+        ));
         for entry in [&folder, &folder.join("1.1"), &folder.join("1.1/.1.21.incomplete")] {
             assert_eq!(
                 fs::metadata(entry).unwrap().permissions().mode() & 0o777,

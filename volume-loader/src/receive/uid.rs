@@ -68,7 +68,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_passes_is_one_plain_name(bytes in prop::collection::vec(prop_oneof![Just(b'.'), Just(b'1'), Just(b'/'), any::<u8>()], 0..70)) {
+        fn whatever_passes_is_one_plain_name(
+            bytes in prop::collection::vec(prop_oneof![Just(b'.'), Just(b'1'), Just(b'/'), any::<u8>()], 0..70),
+        ) {
             if let Some(uid) = Uid::checked(&bytes) {
                 let path = std::path::Path::new(uid.as_str());
                 prop_assert_eq!(path.file_name().unwrap(), uid.as_str());

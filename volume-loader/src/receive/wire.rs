@@ -14,6 +14,8 @@ pub(crate) const MAX_PDU: u32 = 128 << 10;
 const HEAD: usize = 6;
 /// Of each fragment: its length, context and kind; and of those the ones that its length counts.
 const FRAGMENT_HEAD: u32 = 6;
+/// After an abort or a release the peer is given so long to close, ns.
+pub(super) const CLOSING_NS: i64 = 2_000_000_000;
 const A_READ: usize = 64 << 10;
 
 /// Why no PDU came.

@@ -39,8 +39,8 @@ pub(super) struct Arrived {
     pub(super) context: u8,
     pub(super) command: Command,
     pub(super) is_instance: bool,
-    /// What it names itself, once that is known.
-    pub(super) ids: Option<Ids>,
+    /// What it names itself, once that is known, and whether its series lay among the incomplete ones before.
+    pub(super) ids: Option<(Ids, bool)>,
     pub(super) fate: Result<Placed, Refused>,
 }
 
@@ -153,7 +153,12 @@ fn room(store: &Store, limits: &Limits) -> Result<(), Refused> {
 }
 
 /// An instance that is there to its last byte: looked through, and given its name.
-fn arrived(mut part: Part, name: &Uid, context: &Context, store: &Store) -> (Option<Ids>, Result<Placed, Refused>) {
+fn arrived(
+    mut part: Part,
+    name: &Uid,
+    context: &Context,
+    store: &Store,
+) -> (Option<(Ids, bool)>, Result<Placed, Refused>) {
     let (data_at, length) = (part.data_at(), part.data_at() + part.data());
     let file = match part.written() {
         Ok(file) => file,
@@ -182,11 +187,14 @@ fn arrived(mut part: Part, name: &Uid, context: &Context, store: &Store) -> (Opt
         // What it names itself is not to be believed.
         return (None, Err(refused));
     }
+    let (_, was_hidden) = store.path([&ids.study, &ids.series]);
     let placed = store
         .place(part, &ids, &context.syntax_uid)
         .map_err(|error| match error {
             PlaceError::Different | PlaceError::Unreadable(_) => (Status::Different, error.to_string()),
-            PlaceError::Twice | PlaceError::Io(_) => (Status::OutOfResources, error.to_string()),
+            PlaceError::Twice | PlaceError::NotAll { .. } | PlaceError::Io(_) => {
+                (Status::OutOfResources, error.to_string())
+            }
         });
-    (Some(ids), placed)
+    (Some((ids, was_hidden)), placed)
 }
