@@ -251,6 +251,31 @@ fn what_broke_off_is_incomplete_until_it_is_sent_again() {
     assert_eq!(hash(&world, &kept), hash(&world, &series));
 }
 
+#[test]
+fn an_enhanced_ct_that_is_compressed_is_the_volume_of_its_classic_series() {
+    let Some(python) = python() else { return };
+    let world = World::new();
+    let (series, folder) = (series(&world), world.path("enhanced"));
+    fs::create_dir(&folder).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/write_enhanced_ct.py");
+    let (input, file) = (series.to_str().unwrap(), folder.join("a.dcm"));
+    let arguments = [input, file.to_str().unwrap(), "rle", "extended", "12"];
+    assert!(
+        Command::new(&python)
+            .arg(script)
+            .args(arguments)
+            .output()
+            .unwrap()
+            .status
+            .success()
+    );
+    let mut receiver = Receiver::start(&world, &["--once"]);
+    let said = peer(&python, &receiver, TITLES, &["store", folder.to_str().unwrap()]);
+    assert_eq!(said["statuses"], json!(["0000"]), "{said}");
+    assert!(receiver.end().success(), "{}", receiver.text());
+    assert_eq!(hash(&world, &kept(&world)[0]), hash(&world, &series));
+}
+
 /// A gap is told, with exit code 1, though all that was sent is kept.
 #[test]
 fn a_series_with_a_gap_is_kept_and_told_as_one_that_cannot_be_loaded() {
