@@ -373,6 +373,26 @@ fn what_is_not_storage_is_answered_and_changes_nothing() {
     assert!(outcome.is_kept());
 }
 
+/// A panic while an association is served ends the association, and not the process.
+#[test]
+fn a_panic_is_told_as_an_error_and_nothing_is_left_of_it() {
+    use std::io::{Read, Write};
+    let world = World::new();
+    let (mut rules, store) = (rules(Limits::default()), Store::open(&world.folder()).unwrap());
+    rules.pacs.address.set_port(0);
+    let report: super::server::Report = Box::new(|_| panic!("in the middle of an association"));
+    let server = super::Server::bind(rules, store, bus::process::StopFlag::default(), true, report).unwrap();
+    let mut stream = std::net::TcpStream::connect(server.address()).unwrap();
+    let served = std::thread::spawn(|| server.serve());
+    stream.write_all(&three().release()).unwrap();
+    let mut answers = Vec::new();
+    stream.read_to_end(&mut answers).unwrap();
+    // A-ASSOCIATE-AC, and A-RELEASE-RP at the end.
+    assert_eq!((answers.first(), answers.get(answers.len() - 10)), (Some(&2), Some(&6)));
+    assert!(matches!(served.join().unwrap(), Err(super::ServeError::NotAll)));
+    assert_eq!(world.files().len(), 3);
+}
+
 /// The same on a wire that is slow or silent: its time is over, and it is no instance.
 #[test]
 fn a_peer_that_sends_a_byte_now_and_then_is_cut_off() {
