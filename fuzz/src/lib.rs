@@ -14,6 +14,7 @@ mod links;
 mod localizer;
 mod messages;
 mod mutate;
+mod receiving;
 mod recordings;
 mod seeds;
 mod volumes;
@@ -37,11 +38,12 @@ pub struct Target {
 pub type Failure = Box<dyn std::error::Error>;
 
 /// All of them.
-pub const TARGETS: [Target; 22] = [
+pub const TARGETS: [Target; 23] = [
     target("nifti", |b| volumes::read_as("nii", b), seeds::nifti),
     target("nrrd", |b| volumes::read_as("nrrd", b), seeds::nrrd),
     target("metaimage", |b| volumes::read_as("mha", b), seeds::metaimage),
     target("dicom", volumes::read_as_dicom, seeds::dicom),
+    target("receive", receiving::association, receiving::seeds),
     target("scene", scene, seeds::scene),
     target("solids", solids, seeds::solids),
     target("mcap", recordings::mcap, recordings::seeds),

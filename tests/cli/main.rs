@@ -19,6 +19,7 @@ mod help;
 mod labels;
 mod plan_labels;
 mod plan_points;
+mod receive;
 mod simulate;
 mod snapshot;
 mod steps;

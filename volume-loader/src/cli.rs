@@ -4,6 +4,7 @@ mod export;
 mod input;
 mod inspect;
 mod labels;
+mod receive;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,7 +28,8 @@ use crate::source::VoxelSource;
     volume-loader phantom --seed 7 --spacing-mm 1.0 --out patient.nii\n  \
     volume-loader inspect patient.nii.gz --png patient.png\n  \
     volume-loader export patient.nii.gz series/\n  \
-    volume-loader labels organs.dcm --of series/\n\n\
+    volume-loader labels organs.dcm --of series/\n  \
+    volume-loader receive --out incoming --aet TROCAR --from ORTHANC\n\n\
     Within a run the pilot starts `volume-loader run`; the scene's [volume] table names the examination. Whose it is goes to the \
     bus alone, as the examination says it or the scene's [identity] table."
 )]
@@ -67,6 +69,8 @@ enum Verb {
     Export(export::ExportArgs),
     /// Lists the structures of a label map, such as a DICOM segmentation; with --out writes it as NRRD.
     Labels(labels::LabelsArgs),
+    /// Receives examinations from a PACS (DICOM C-STORE), and inspects each series that came.
+    Receive(receive::ReceiveArgs),
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -90,6 +94,7 @@ pub fn main() -> ExitCode {
         Verb::Inspect(args) => exit("volume-loader", inspect::run(&args)),
         Verb::Labels(args) => exit("volume-loader", labels::run(&args)),
         Verb::Export(args) => exit("volume-loader", export::run(&args)),
+        Verb::Receive(args) => exit("volume-loader", receive::run(&args)),
     }
 }
 

@@ -20,6 +20,7 @@ mod partial;
 pub mod phantom_source;
 mod progress;
 pub mod raster;
+pub mod receive;
 mod run;
 mod scale;
 #[cfg(test)]
@@ -28,7 +29,6 @@ pub mod source;
 mod stream;
 mod voxels;
 mod write;
-mod write_error;
 
 pub use error::LoadError;
 pub use fill::{Filled, fill};
@@ -38,4 +38,4 @@ pub use load::structure_set::{NamedPoint, StructureSet, StructureSetError, struc
 pub use load::{load, load_labels, load_seeded, open};
 pub use run::RunError;
 pub use write::WriteOptions;
-pub use write_error::WriteError;
+pub use write::error::WriteError;

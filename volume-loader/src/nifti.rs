@@ -18,4 +18,4 @@ pub use orientation::is_sheared;
 pub use reader::NiftiSource;
 pub use writer::write;
 
-pub use crate::write_error::WriteError;
+pub use crate::write::error::WriteError;

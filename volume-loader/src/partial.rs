@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::write_error::{WriteError, io};
+use crate::write::error::{WriteError, io};
 
 /// A file under a name of its own in its target's folder, removed again unless it is renamed.
 pub(crate) struct Partial {

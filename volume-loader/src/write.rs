@@ -1,5 +1,7 @@
 //! What every writer of examinations shares: the voxels as bytes, a header beside its voxels.
 
+pub(crate) mod error;
+
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
@@ -8,7 +10,7 @@ use flate2::write::{GzEncoder, ZlibEncoder};
 
 use crate::partial::Partial;
 use crate::source::{Conversion, VoxelSource};
-use crate::write_error::{WriteError, io};
+use crate::write::error::{WriteError, io};
 
 /// What a caller chooses of a file to be written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -29,6 +29,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         render: raw.render,
         recording: super::recording::checked(raw.recording.as_ref())?,
         gateway: super::gateway::checked(raw.gateway.as_ref())?,
+        pacs: super::pacs::checked(raw.pacs.as_ref())?,
         limits: limits(&raw.limits)?,
         priorities: super::priorities::checked(&raw.priorities)?,
     })

@@ -13,6 +13,7 @@ mod limits;
 pub mod localizer;
 pub mod locate;
 pub mod operating_room;
+mod pacs;
 pub mod plan;
 mod priorities;
 pub mod raw;
@@ -36,6 +37,7 @@ pub use gateway::{GatewaySpec, RawGateway};
 pub use guide::{RawGuide, plan_id};
 pub use identity::RawIdentity;
 pub use limits::Limits;
+pub use pacs::{PacsSpec, RawPacs};
 pub use priorities::Priorities;
 pub use raw::{Drawn, Extent, Plane, Up};
 pub use recording::{Compression, RawRecording, RecordingSpec};
@@ -77,6 +79,8 @@ pub struct Scene {
     pub recording: Option<RecordingSpec>,
     /// The server for other programs; `None` opens no port.
     pub gateway: Option<GatewaySpec>,
+    /// From whom examinations are received before a run; `None`: nobody is named.
+    pub pacs: Option<PacsSpec>,
     /// When to warn, restart and give up.
     pub limits: Limits,
     /// Who gives way where the machine has too much to do.

@@ -14,6 +14,7 @@ use super::identity::{self, RawIdentity};
 use super::localizer::RawLocalizer;
 use super::locate;
 use super::operating_room::RawRoom;
+use super::pacs::RawPacs;
 use super::plan::RawPlan;
 use super::priorities::Priorities;
 use super::recording::RawRecording;
@@ -69,6 +70,9 @@ pub struct RawScene {
     /// `[gateway]`; absent: no other program is served.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gateway: Option<RawGateway>,
+    /// `[pacs]`; absent: nobody is named who sends examinations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pacs: Option<RawPacs>,
     /// `[limits]`
     pub limits: RawLimits,
     /// `[priorities]`

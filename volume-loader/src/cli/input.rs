@@ -55,6 +55,19 @@ fn numbers<T: FromStr, const N: usize>(text: &str) -> Result<[T; N], String> {
 }
 
 impl Input {
+    /// All of what is at `path`, with nothing allowed that is doubtful.
+    pub(super) fn of(path: PathBuf) -> Self {
+        Self {
+            path,
+            series: None,
+            regrid: false,
+            assume_lps: false,
+            box_mm: None,
+            box_voxels: None,
+            downsample: None,
+        }
+    }
+
     /// The same for each series of a folder that holds several, where none was chosen; otherwise itself alone.
     ///
     /// # Errors

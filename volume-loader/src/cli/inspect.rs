@@ -36,6 +36,18 @@ pub(crate) struct InspectArgs {
     png: Option<PathBuf>,
 }
 
+impl InspectArgs {
+    /// What is at `path`, as text and without a picture.
+    pub(super) fn of(path: PathBuf) -> Self {
+        Self {
+            input: input::Input::of(path),
+            json: false,
+            with_identity: false,
+            png: None,
+        }
+    }
+}
+
 /// Why there is no summary.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum InspectError {
@@ -128,7 +140,7 @@ fn report(summary: &Summary, json: bool) -> Result<(), InspectError> {
 }
 
 /// To stdout; where nobody reads it any more, there is nobody to tell.
-fn say(text: &str) {
+pub(super) fn say(text: &str) {
     let _ = io::stdout().write_all(text.as_bytes());
 }
 

@@ -8,8 +8,8 @@ use geometry::VolumeGrid;
 
 use crate::partial::Partial;
 use crate::source::{Conversion, VoxelSource};
+use crate::write::error::{WriteError, io};
 use crate::write::{Packing, WriteOptions, append_voxels, name_beside, rename_pair};
-use crate::write_error::{WriteError, io};
 
 /// How far from a right angle (cosine) axes may be: the format's matrix is a rotation to many programs.
 const SKEW: f64 = 1e-5;

@@ -11,8 +11,8 @@ use geometry::VolumeGrid;
 use super::orientation::ras_forms;
 use crate::partial::Partial;
 use crate::source::{Conversion, VoxelSource};
+use crate::write::error::{WriteError, io};
 use crate::write::write_voxels;
-use crate::write_error::{WriteError, io};
 
 /// The header and the four bytes that announce no extension.
 const HEADER_BYTES: usize = 352;

@@ -8,8 +8,8 @@ use geometry::VolumeGrid;
 
 use crate::partial::Partial;
 use crate::source::{Conversion, VoxelSource};
+use crate::write::error::{WriteError, io};
 use crate::write::{Packing, WriteOptions, append_voxels, name_beside, rename_pair};
-use crate::write_error::{WriteError, io};
 
 /// Writes every slice of `source` to `path`, and gives what `source` changed: a `.nrrd` file, or an `.nhdr` header with
 /// the voxels beside it in a file of the same name that ends in `.raw`, or in `.raw.gz` where they are compressed.
