@@ -203,10 +203,6 @@ fn what_is_answered_of_a_stream_of_images_is_what_becomes_of_it() {
 /// At an image every ten seconds the one that the workflow hides stood for ten seconds more.
 #[test]
 fn the_cover_of_an_image_waits_for_no_pace() {
-    let rig = Rig::of(VIEWS, |_| ());
-    let view = rig.view("axial-local", pixels().len());
-    let mut client = rig.client();
-    assert_eq!(ask(&mut client, "axial-local", start()), 0);
     let said = |message: &Message<'_>| {
         let is_image = matches!(message.body, Body::Image(_));
         is_image.then(|| {
@@ -217,8 +213,17 @@ fn the_cover_of_an_image_waits_for_no_pace() {
                 .unwrap_or_default()
         })
     };
-    rig.frame(&view, header(&rig, true), &pixels());
-    assert_eq!(client.wait_for("the image", said), "LIVE");
+    // On a busy machine an image may have grown old before it is looked at: then from the beginning.
+    let live = || {
+        let rig = Rig::of(VIEWS, |_| ());
+        let view = rig.view("axial-local", pixels().len());
+        let mut client = rig.client();
+        assert_eq!(ask(&mut client, "axial-local", start()), 0);
+        rig.frame(&view, header(&rig, true), &pixels());
+        let is_live = client.wait_for("the image", said) == "LIVE";
+        is_live.then_some((rig, view, client))
+    };
+    let (rig, _view, mut client) = (0..5).find_map(|_| live()).expect("an image that is live");
     rig.may(Workflow::BUMPED);
     // Two heart-beats a second come meanwhile.
     let mut beats = 0;
