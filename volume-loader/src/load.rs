@@ -1,5 +1,6 @@
 //! From a scene's volume to a source of voxels.
 
+mod frame;
 pub(crate) mod names;
 pub(crate) mod segmentation;
 pub(crate) mod structure_set;
@@ -97,6 +98,9 @@ pub fn load_labels(
     examination: &VolumeSpec,
 ) -> Result<LabelMap, Box<dyn std::error::Error + Send + Sync>> {
     let (source, is_in_its_frame) = open_labels(path, Some(examination))?;
+    for warning in source.facts().warnings {
+        bus::stderr_line!("label map {}: {warning}", path.display());
+    }
     Ok(LabelMap {
         volume: labels_in(source)?,
         is_in_its_frame,

@@ -6,6 +6,7 @@
 //! partly of one, planes between which no step leads, and a frame of reference that is not the examination's.
 
 mod error;
+mod groups;
 mod lattice;
 mod object;
 mod source;
@@ -15,11 +16,12 @@ mod tests;
 
 use std::path::Path;
 
-use scene::{VolumeSource, VolumeSpec};
+use scene::VolumeSpec;
 
 pub use error::SegmentationError;
 pub(crate) use source::SegmentationSource;
 
+use super::frame::frame_of;
 use crate::dicom;
 use crate::source::ReadError;
 
@@ -46,16 +48,4 @@ pub(crate) fn open(
         }),
         said => Ok(Some((source, said.is_some()))),
     }
-}
-
-/// The frame of reference of an examination, never shown; `None` where it is no DICOM, or says none.
-///
-/// # Errors
-/// [`ReadError`] of the examination.
-pub(crate) fn frame_of(examination: Option<&VolumeSpec>) -> Result<Option<String>, ReadError> {
-    let Some(VolumeSource::File(file)) = examination.map(|examination| &examination.source) else {
-        return Ok(None);
-    };
-    let series = file.series.map(|number| number as usize);
-    Ok(dicom::frame_of_reference(&file.path, series)?)
 }

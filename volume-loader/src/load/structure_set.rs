@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use guidance::plan::MAX_MM;
 use scene::VolumeSpec;
 
-use super::segmentation::frame_of;
+use super::frame::frame_of;
 use crate::dicom::element::Elements;
 use crate::dicom::element::tree::{Asked, Tree};
 use crate::dicom::error::{DicomError, FileError};

@@ -143,3 +143,22 @@ fn no_step(along_mm: &[f64], stated_mm: Option<f64>) -> SegmentationError {
         },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the standard the step is along the normal, and the planes of a tilted gantry lie along another line.
+    #[test]
+    fn a_step_is_stated_along_the_normal_or_along_the_line_and_no_other() {
+        let (along, cosine) = ([0.0, 2.5, 7.5, 10.0], 18.5_f64.to_radians().cos());
+        for stated in [2.5, 2.5 * cosine] {
+            assert_eq!(steps(&along, cosine, Some(stated)).unwrap(), (2.5, vec![0, 1, 3, 4]));
+        }
+        for stated in [2.4, 2.5 / cosine, 1.25, 5.0, f64::NAN] {
+            assert!(steps(&along, cosine, Some(stated)).is_err(), "{stated}");
+        }
+        assert!(steps(&[0.0, 0.0, 0.0], 1.0, None).is_err());
+        assert!(steps(&[0.0, 1e-3, 1e9], 1.0, None).is_err());
+    }
+}

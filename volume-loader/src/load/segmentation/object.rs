@@ -4,6 +4,7 @@ use std::io::{BufRead, Seek};
 use std::path::Path;
 
 use super::error::SegmentationError;
+use super::groups::{Group, Sequences};
 use crate::dicom::element::Elements;
 use crate::dicom::element::tree::{Asked, Tree};
 use crate::dicom::error::{DicomError, FileError};
@@ -90,78 +91,6 @@ pub(super) struct Object {
     pub pixels: Element,
 }
 
-/// What one item of functional groups says.
-#[derive(Debug, Clone, Copy, Default)]
-struct Group {
-    position: Option<[f64; 3]>,
-    orientation: Option<[f64; 6]>,
-    spacing: Option<[f64; 2]>,
-    step_mm: Option<f64>,
-    segment: Option<u16>,
-    temporal: Option<u32>,
-}
-
-impl Group {
-    fn of(item: &Tree) -> Result<Self, FileError> {
-        let measures = item.only(el::PIXEL_MEASURES)?;
-        let numbers = |tree: Option<&Tree>, tag| tree.map_or(Ok(None), |tree| tree.values.numbers::<1>(tag));
-        let step = numbers(measures, el::SPACING_BETWEEN_SLICES)?;
-        Ok(Self {
-            position: item
-                .only(el::PLANE_POSITION)?
-                .map_or(Ok(None), |tree| tree.values.numbers(el::POSITION))?,
-            orientation: item
-                .only(el::PLANE_ORIENTATION)?
-                .map_or(Ok(None), |tree| tree.values.numbers(el::ORIENTATION))?,
-            spacing: measures.map_or(Ok(None), |tree| tree.values.numbers(el::PIXEL_SPACING))?,
-            step_mm: step.map(|[step]| step),
-            segment: item
-                .only(el::SEGMENT_OF_FRAME)?
-                .map(|tree| tree.values.u16(el::SEGMENT_REFERENCED))
-                .transpose()?,
-            temporal: item
-                .only(el::FRAME_CONTENT)?
-                .map_or(Ok(None), |tree| tree.values.u32(el::TEMPORAL))?,
-        })
-    }
-
-    /// What it says itself, and where it is silent what all frames share.
-    fn or(self, shared: Self) -> Self {
-        Self {
-            position: self.position.or(shared.position),
-            orientation: self.orientation.or(shared.orientation),
-            spacing: self.spacing.or(shared.spacing),
-            step_mm: self.step_mm.or(shared.step_mm),
-            segment: self.segment.or(shared.segment),
-            temporal: self.temporal.or(shared.temporal),
-        }
-    }
-}
-
-/// What the sequences of the file say, as they come.
-#[derive(Debug, Default)]
-struct Sequences {
-    segments: Vec<Tree>,
-    shared: Vec<Group>,
-    frames: Vec<Group>,
-}
-
-impl Sequences {
-    fn take(&mut self, tag: el::Tag, item: Tree) -> Result<(), FileError> {
-        match tag {
-            el::SEGMENTS => self.segments.push(item),
-            el::SHARED_GROUPS => self.shared.push(Group::of(&item)?),
-            el::FRAME_GROUPS => {
-                let number = self.frames.len() as u32 + 1;
-                let group = Group::of(&item).map_err(|error| error.in_frame(Some(number)))?;
-                self.frames.push(group);
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-}
-
 fn items(found: String, expected: String) -> FileError {
     let tag = el::FRAME_GROUPS;
     FileError::Items { tag, found, expected }
@@ -223,14 +152,16 @@ impl Object {
             columns: e.u16(el::COLUMNS)?,
             rows: e.u16(el::ROWS)?,
             segments: segments(e, &sequences.segments, cells)?,
-            step_mm: step(sequences)?,
+            step_mm: sequences.step_mm()?,
             frames: frames(e, sequences, cells)?,
             frame_of_reference: e.text(el::FRAME_OF_REFERENCE).ok_or(FileError::Missing {
                 tag: el::FRAME_OF_REFERENCE,
             })?,
             pixels,
         };
-        check_times(sequences)?;
+        if !sequences.is_of_one_time()? {
+            return Err(SegmentationError::Times.into());
+        }
         object.check_segments()?;
         object.check_length()?;
         Ok(object)
@@ -363,45 +294,6 @@ fn label(found: u16) -> Result<i16, SegmentationError> {
     label.ok_or(SegmentationError::Label { found })
 }
 
-fn shared(sequences: &Sequences) -> Result<Group, FileError> {
-    match sequences.shared[..] {
-        [] => Ok(Group::default()),
-        [shared] => Ok(shared),
-        _ => Err(FileError::Items {
-            tag: el::SHARED_GROUPS,
-            found: sequences.shared.len().to_string(),
-            expected: "one: what all frames share".to_owned(),
-        }),
-    }
-}
-
-/// SpacingBetweenSlices, which frames may not say differently.
-fn step(sequences: &Sequences) -> Result<Option<f64>, FileError> {
-    let shared = shared(sequences)?;
-    let mut steps = sequences.frames.iter().map(|frame| frame.or(shared).step_mm);
-    let first = steps.next().flatten();
-    let is_one = steps.all(|step| step == first) && first.is_none_or(|step| step > 0.0);
-    match is_one {
-        true => Ok(first),
-        false => Err(FileError::Value {
-            tag: el::SPACING_BETWEEN_SLICES,
-            found: "not above 0, or not the same in all frames".to_owned(),
-            expected: "one number above 0, or none",
-        }),
-    }
-}
-
-/// Frames of several points in time are several segmentations.
-fn check_times(sequences: &Sequences) -> Result<(), Refused> {
-    let shared = shared(sequences)?;
-    let mut times = sequences.frames.iter().map(|frame| frame.or(shared).temporal);
-    let first = times.next().flatten();
-    match times.all(|time| time == first) {
-        true => Ok(()),
-        false => Err(SegmentationError::Times.into()),
-    }
-}
-
 fn frames(e: &Elements, sequences: &Sequences, cells: Cells) -> Result<Vec<Frame>, Refused> {
     let [frames] = e
         .numbers::<1>(el::FRAMES)?
@@ -413,7 +305,7 @@ fn frames(e: &Elements, sequences: &Sequences, cells: Cells) -> Result<Vec<Frame
         );
         return Err(items(found, expected).into());
     }
-    let shared = shared(sequences)?;
+    let shared = sequences.shared()?;
     let frame = |(group, number): (&Group, u32)| -> Result<Frame, Refused> {
         let group = group.or(shared);
         let missing = |tag| FileError::Missing { tag }.in_frame(Some(number));

@@ -33,6 +33,10 @@ struct Made {
     frames: Vec<Frame>,
     step: Option<&'static str>,
     frame_of_reference: &'static str,
+    /// TemporalPositionIndex of the last frame; of the others it is 1.
+    time: u32,
+    /// BitsStored, where it is not BitsAllocated.
+    stored: Option<u16>,
     /// In place of those of the frames.
     pixels: Option<Vec<u8>>,
 }
@@ -55,6 +59,8 @@ impl Made {
             ],
             step: Some("2.5"),
             frame_of_reference: "1.2.3.4.6",
+            time: 1,
+            stored: None,
             pixels: None,
         }
     }
@@ -109,13 +115,17 @@ impl Made {
             .us((0x0028, 0x0010), SIZE[1])
             .us((0x0028, 0x0011), SIZE[0])
             .us((0x0028, 0x0100), self.bits)
-            .us((0x0028, 0x0101), self.bits)
+            .us((0x0028, 0x0101), self.stored.unwrap_or(self.bits))
             .text((0x0062, 0x0001), "CS", self.kind)
             .us((0x0062, 0x000E), 200);
         let segments: Vec<Elements> = self.segments.iter().map(segment).collect();
         file.set((0x0062, 0x0002), Value::Items(segments, self.open));
         file.set((0x5200, 0x9229), Value::Items(vec![self.shared()], self.open));
-        let frames = self.frames.iter().map(|frame| self.groups(frame)).collect();
+        let last = self.frames.len().saturating_sub(1);
+        let frames = self.frames.iter().enumerate();
+        let frames = frames
+            .map(|(i, frame)| self.groups(frame, if i == last { self.time } else { 1 }))
+            .collect();
         file.set((0x5200, 0x9230), Value::Items(frames, self.open));
         let mut bytes = self.pixels.clone().unwrap_or_else(|| self.values());
         bytes.resize(bytes.len().next_multiple_of(2), 0);
@@ -138,9 +148,11 @@ impl Made {
         ]
     }
 
-    fn groups(&self, Frame(segment, z, _): &Frame) -> Elements {
+    fn groups(&self, Frame(segment, z, _): &Frame, time: u32) -> Elements {
         let place = Value::Text("DS", format!("-10\\20\\{z}"));
-        let mut groups = vec![((0x0020, 0x9113), self.one(vec![((0x0020, 0x0032), place)]))];
+        let time = Value::Raw("UL", time.to_le_bytes().to_vec(), 4);
+        let content = ((0x0020, 0x9111), self.one(vec![((0x0020, 0x9128), time)]));
+        let mut groups = vec![content, ((0x0020, 0x9113), self.one(vec![((0x0020, 0x0032), place)]))];
         if self.kind != "LABELMAP" {
             let segment = self.one(vec![((0x0062, 0x000B), Value::Us(*segment))]);
             groups.push(((0x0062, 0x000A), segment));
@@ -178,6 +190,8 @@ impl Made {
 
 fn segment((number, name): &(u16, &'static str)) -> Elements {
     vec![
+        // UTF-8, while the data set names none.
+        ((0x0008, 0x0005), Value::Text("CS", "ISO_IR 192".to_owned())),
         ((0x0062, 0x0004), Value::Us(*number)),
         ((0x0062, 0x0005), Value::Text("LO", (*name).to_owned())),
     ]
@@ -313,6 +327,17 @@ fn places_printed_with_two_decimals_are_on_one_grid() {
     }
 }
 
+/// The names of an item are in the sets that the item names.
+#[test]
+fn names_are_in_the_character_set_of_their_item() {
+    let made = Made {
+        segments: vec![(1, "Milz ä"), (7, "portal vein")],
+        ..Made::new()
+    };
+    let (_folder, path) = made.put();
+    assert_eq!(label_names(&path).unwrap().get(1), Some("Milz ä"));
+}
+
 /// Another value would be taken for one that is passed over.
 #[test]
 fn a_value_that_is_too_long_is_no_absent_one() {
@@ -381,6 +406,16 @@ fn what_would_be_a_guess_is_refused_by_name() {
         partly.contains("a voxel of frame 4 is 199 of 200, neither 0 nor all"),
         "{partly}"
     );
+    let stored = with(&|m| {
+        (m.class, m.kind, m.bits, m.stored) = (LABELMAP, "LABELMAP", 16, Some(12));
+        m.frames.truncate(3);
+    });
+    assert!(
+        stored.contains("BitsStored is 12, expected as many as BitsAllocated"),
+        "{stored}"
+    );
+    let times = with(&|m| m.time = 2);
+    assert!(times.contains("several points in time"), "{times}");
     let unknown = with(&|m| {
         (m.class, m.kind, m.bits) = (LABELMAP, "LABELMAP", 8);
         m.frames.truncate(3);

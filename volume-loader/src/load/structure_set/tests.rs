@@ -32,6 +32,11 @@ fn rois() -> Vec<Roi> {
 }
 
 fn bytes(rois: &[Roi], coding: Coding) -> Vec<u8> {
+    file(rois, coding, None)
+}
+
+/// With this contour in the place of those of the first region.
+fn file(rois: &[Roi], coding: Coding, first: Option<Elements>) -> Vec<u8> {
     let mut file = File {
         coding,
         syntax: "1.2.840.10008.1.2.1".to_owned(),
@@ -50,7 +55,10 @@ fn bytes(rois: &[Roi], coding: Coding) -> Vec<u8> {
     let contours = |Roi(number, _, _, contours): &Roi| -> Elements {
         let contour =
             |(kind, data): &(&str, &str)| vec![text((0x3006, 0x0042), "CS", kind), text((0x3006, 0x0050), "DS", data)];
-        let contours = contours.iter().map(contour).collect();
+        let contours = match first.clone().filter(|_| *number == rois[0].0) {
+            Some(first) => vec![first],
+            None => contours.iter().map(contour).collect(),
+        };
         vec![
             ((0x3006, 0x0040), Value::Items(contours, true)),
             text((0x3006, 0x0084), "IS", number),
@@ -139,6 +147,32 @@ fn what_would_be_a_guess_is_refused_by_name() {
         ("", "ContourData is missing"),
     ] {
         let said = with(&|r| r[0].3[0].1 = data);
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    // The retired offset would move the point.
+    for (tag, vr, value, words) in [
+        (
+            (0x3006, 0x0045),
+            "DS",
+            "0\\0\\5",
+            "ContourOffsetVector is [0.0, 0.0, 5.0], expected none, or zeros",
+        ),
+        (
+            (0x3006, 0x0046),
+            "IS",
+            "2",
+            "NumberOfContourPoints is 2, expected 1 for a POINT",
+        ),
+    ] {
+        let contour = vec![
+            text((0x3006, 0x0042), "CS", "POINT"),
+            text(tag, vr, value),
+            text((0x3006, 0x0050), "DS", "1\\2\\3"),
+        ];
+        let said = world
+            .read(&file(&rois(), Coding::Explicit, Some(contour)))
+            .unwrap_err()
+            .to_string();
         assert!(said.contains(words), "{words}: {said}");
     }
     let number = with(&|r| r[1].0 = "3");
