@@ -31,6 +31,7 @@ use crate::cli::guide::GuideVerb;
 use crate::cli::plan::{PLAN_HELP, PlanArgs, Planned};
 use crate::cli::steps::{STEPS_HELP, StepsArgs};
 use crate::cli::template::{NEW_HELP, NewArgs};
+use crate::remote::{self, RemoteArgs};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{ReplayArgs, prepare};
 use crate::resolve::{Overrides, ResolveError, resolve};
@@ -39,7 +40,9 @@ use crate::state::Options;
 use crate::status::Status;
 pub use plan::{Hands, StructureSet};
 
-use help::{CHECK_HELP, CONTROL_HELP, REPLAY_HELP, RESTART_HELP, RUN_HELP, STATUS_HELP, STOP_HELP, TOPICS_HELP};
+use help::{
+    CHECK_HELP, CONTROL_HELP, REMOTE_HELP, REPLAY_HELP, RESTART_HELP, RUN_HELP, STATUS_HELP, STOP_HELP, TOPICS_HELP,
+};
 
 /// Exit code of a run that went to its end with something wrong: see `problems` in its report.
 const WITH_PROBLEMS: u8 = 3;
@@ -61,7 +64,8 @@ const WITH_PROBLEMS: u8 = 3;
     pilot restart recorder                               brings a process back that ended too often\n  \
     pilot calibrate pivot --out tip.json                 finds the tip of the run's instrument\n  \
     pilot plan plan.json --volume ct --window            plans an operation on a screen\n  \
-    pilot replay out/session.mcap                        shows a recorded session again\n\n\
+    pilot replay out/session.mcap                        shows a recorded session again\n  \
+    pilot remote tls/or3:7447 --keys keys --window       the run of another machine on a second screen\n\n\
     Exit codes: 0 all well; 1 refused or failed; 3 the run went to its end, but see `problems` in report.json."
 )]
 struct Cli {
@@ -117,6 +121,9 @@ enum Verb {
     /// Shows a recorded session again: its poses, at their own times, in the examination that it was recorded in.
     #[command(after_help = REPLAY_HELP)]
     Replay(ReplayArgs),
+    /// Shows the run of another machine here: its poses, live, in its examination. Nothing goes back to it.
+    #[command(after_help = REMOTE_HELP)]
+    Remote(RemoteArgs),
     /// Steers a replay that is going.
     #[command(after_help = CONTROL_HELP)]
     ReplayControl {
@@ -202,6 +209,7 @@ pub fn main(hands: Hands) -> ExitCode {
     match Cli::parse().command {
         Verb::Run(args) => ended(navigate(args)),
         Verb::Replay(args) => ended(show_again(&args)),
+        Verb::Remote(args) => ended(show_remote(&args)),
         Verb::ReplayControl { run, steer: how } => exit("pilot", steer(&run, &how).map(|text| say(&text))),
         Verb::New(args) => exit("pilot", args.carry_out().map(|text| say(&text))),
         Verb::Check(args) => exit("pilot", check(&args)),
@@ -280,6 +288,7 @@ fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
         simulated_time: args.speed.is_some(),
         has_window: args.window && !args.headless,
         replay: None,
+        remote: None,
         planning: None,
     };
     carry_out(options, source, scene, "pictures, recording and report")
@@ -297,6 +306,11 @@ fn simulated_time_for(scene: &Scene) -> Result<(), CliError> {
 
 fn show_again(args: &ReplayArgs) -> Result<ExitCode, CliError> {
     let (options, source, scene) = prepare(args)?;
+    carry_out(options, source, scene, "pictures and report")
+}
+
+fn show_remote(args: &RemoteArgs) -> Result<ExitCode, CliError> {
+    let (options, source, scene) = remote::prepare(args)?;
     carry_out(options, source, scene, "pictures and report")
 }
 

@@ -30,9 +30,9 @@ impl Run {
         }
     }
 
-    /// Whether a pose of another program came when the time was over: it goes on beyond it.
+    /// Whether a pose of another program or machine came when the time was over: it goes on beyond it.
     pub(crate) fn is_beyond(&self, pose: &ToolPose) -> bool {
-        let external = matches!(self.scene.tracker.source, TrackerSource::External);
+        let external = matches!(self.scene.tracker.source, TrackerSource::External) || self.options.remote.is_some();
         let since_ns = |began_ns| pose.t_publish_ns.saturating_sub(began_ns);
         external
             && self

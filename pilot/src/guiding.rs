@@ -1,7 +1,8 @@
 //! What a person chose and how far the run has come. The pilot keeps it: a window may be killed and must come back as it was, and
 //! the pilot is the one process whose end ends the run.
 //!
-//! In a replay what was chosen comes out of the recording, and is only heard here.
+//! In a replay what was chosen comes out of the recording, and is only heard here. Where another machine's run is shown all of it is
+//! kept there, and heard here.
 
 mod choice;
 mod identity;
@@ -19,11 +20,22 @@ use choice::Choice;
 use progress::Progress;
 pub(crate) use told::GuidingStatus;
 
+/// Who says what is aimed at and how far the run has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// Both are kept here.
+    Here,
+    /// A recording says what was aimed at.
+    Recorded,
+    /// Another machine, whose run is shown, says both.
+    Elsewhere,
+}
+
 /// What the scene demands. A replay shows what was, and demands nothing.
-pub(crate) fn rules(scene: &Scene, is_replay: bool) -> Result<Rules, RulesError> {
+pub(crate) fn rules(scene: &Scene, kept: Kept) -> Result<Rules, RulesError> {
     let demands = scene.workflow;
     Rules::new(
-        demands.strict && !is_replay,
+        demands.strict && kept != Kept::Recorded,
         demands.check_mm,
         bus::clock::ns(demands.check_age),
     )
@@ -38,28 +50,38 @@ enum Guides {
     Heard(Subscriber<Guide>),
 }
 
+/// This process's end of the workflow's topic.
+#[derive(Debug)]
+enum Workflows {
+    Told(Publisher<Workflow>),
+    Heard(Subscriber<Workflow>),
+}
+
 /// What a person chose and how far the run has come.
 #[derive(Debug)]
 pub(crate) struct Guiding {
     choice: Choice,
     progress: Progress,
     guides: Guides,
-    workflows: Publisher<Workflow>,
-    /// What was said last of the workflow.
+    workflows: Workflows,
+    /// What was said last of the workflow, here or on the other machine.
     told: Option<Workflow>,
 }
 
 impl Guiding {
     /// Opens the topics, and tells what the scene chose.
-    pub(crate) fn open(bus: &Bus, scene: &Scene, rules: Rules, is_replay: bool) -> Result<Self, BusError> {
+    pub(crate) fn open(bus: &Bus, scene: &Scene, rules: Rules, kept: Kept) -> Result<Self, BusError> {
         let guiding = Self {
-            choice: Choice::of(scene, is_replay),
+            choice: Choice::of(scene, kept),
             progress: Progress::new(rules, bus::clock::ns(scene.limits.lost)),
-            guides: match is_replay {
-                true => Guides::Heard(Subscriber::open(bus, &GUIDE, "", 1)?),
-                false => Guides::Told(Publisher::open(bus, &GUIDE, "")?),
+            guides: match kept {
+                Kept::Here => Guides::Told(Publisher::open(bus, &GUIDE, "")?),
+                Kept::Recorded | Kept::Elsewhere => Guides::Heard(Subscriber::open(bus, &GUIDE, "", 1)?),
             },
-            workflows: Publisher::open(bus, &WORKFLOW, "")?,
+            workflows: match kept {
+                Kept::Here | Kept::Recorded => Workflows::Told(Publisher::open(bus, &WORKFLOW, "")?),
+                Kept::Elsewhere => Workflows::Heard(Subscriber::open(bus, &WORKFLOW, "", 1)?),
+            },
             told: None,
         };
         guiding.tell_guide()?;
@@ -88,6 +110,13 @@ impl Guiding {
                 }
             }
         }
+        let workflows = match &self.workflows {
+            Workflows::Told(workflows) => workflows,
+            Workflows::Heard(workflows) => {
+                self.told = workflows.newest()?.or(self.told);
+                return Ok(Vec::new());
+            }
+        };
         let mut workflow = Workflow::of(self.progress.state(), now_ns);
         if let Some(checked) = self.progress.checked() {
             workflow = workflow.checked(checked.worst_mm, checked.points, checked.t_ns);
@@ -96,10 +125,10 @@ impl Guiding {
         let differs = |told: Workflow| Workflow { t_ns: 0, ..told } != Workflow { t_ns: 0, ..workflow };
         match self.told.is_none_or(differs) {
             true => {
-                self.workflows.send(workflow)?;
+                workflows.send(workflow)?;
                 self.told = Some(workflow);
             }
-            false => self.workflows.serve_late_joiners(),
+            false => workflows.serve_late_joiners(),
         }
         Ok(self.progress.take_said())
     }
@@ -113,6 +142,7 @@ impl Guiding {
     ) -> Result<Option<Result<String, String>>, BusError> {
         let words = command.words();
         let done = match command.command_kind() {
+            Some(_) if matches!(self.workflows, Workflows::Heard(_)) => Err(choice::ELSEWHERE.to_owned()),
             Some(CommandKind::Choose) => self.choice.choose(&words, now_ns),
             Some(CommandKind::Images) => match command.images_wish() {
                 Ok(wish) => self.choice.images(wish, now_ns),
@@ -149,6 +179,10 @@ impl Guiding {
 
     /// For `pilot status`.
     pub(crate) fn status(&self) -> GuidingStatus {
-        GuidingStatus::of(self.progress.state(), self.choice.guide())
+        let workflow = match &self.workflows {
+            Workflows::Told(_) => Workflow::of(self.progress.state(), 0),
+            Workflows::Heard(_) => self.told.unwrap_or_default(),
+        };
+        GuidingStatus::of(&workflow, self.choice.guide())
     }
 }

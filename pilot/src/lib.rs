@@ -16,6 +16,7 @@ mod plan;
 mod planning;
 mod ports;
 mod problems;
+mod remote;
 mod replay;
 mod replay_state;
 mod report;

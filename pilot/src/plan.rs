@@ -12,6 +12,8 @@ pub(crate) const REPLAYER: &str = "replay";
 pub(crate) const CALIBRATOR: &str = "calib";
 /// The server through which other programs look on.
 pub(crate) const GATEWAY: &str = "gateway";
+/// That of the process that brings another machine's run.
+pub(crate) const REMOTE: &str = "remote";
 /// The tracker's.
 pub(crate) const TRACKER: &str = "tracker";
 /// That of the process that dials a localizer.
@@ -41,9 +43,11 @@ pub(crate) enum Poses<'a> {
     Replayed(&'a [String]),
     /// From the scene's tracker, which makes them again of the emitters of a recording.
     MadeAgain(&'a [String]),
+    /// From another machine, with its examination; with the receiver's arguments.
+    Remote(&'a [String]),
 }
 
-/// The processes of `scene`: a loader, a renderer for each plane direction, a recorder where the scene records, a
+/// The processes of `scene`: a loader (who brings another machine's run brings its examination), a renderer for each plane direction, a recorder where the scene records, a
 /// tracker unless poses come from elsewhere, and who dials its localizer; in a replay the replayer in its place, or behind it. Who publishes poses, or what
 /// they are made of, starts last, so that the first one finds everybody ready.
 pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Planned> {
@@ -57,7 +61,14 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
         },
         views: Vec::new(),
     };
-    let mut processes = vec![plain("volume-loader", "volume-loader", &["run"], 2)];
+    let loader = match poses {
+        Poses::Remote(arguments) => {
+            let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            plain(REMOTE, "remote-proc", &arguments, 2)
+        }
+        _ => plain("volume-loader", "volume-loader", &["run"], 2),
+    };
+    let mut processes = vec![loader];
     for (plane, views) in scene.renderers() {
         let arguments = ["run", "--plane", plane.name()];
         let renderer = plain(&plane.process(), "slice-view-proc", &arguments, 0);
@@ -71,7 +82,7 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
         processes.push(source);
     };
     let is_tracked = !matches!(scene.tracker.source, TrackerSource::External);
-    if is_tracked && !matches!(poses, Poses::Replayed(_)) {
+    if is_tracked && !matches!(poses, Poses::Replayed(_) | Poses::Remote(_)) {
         last(plain(TRACKER, "tracker-proc", &[], 0));
     }
     if scene.localizer.is_some() && matches!(poses, Poses::Tracked) {
@@ -199,6 +210,25 @@ mod tests {
         assert_eq!(names[4..], ["view-perpendicular", "replay"]);
         assert_eq!((plan[5].binary, plan[5].role.after.len()), ("recorder", 5));
         assert_eq!(plan[5].arguments, ["replay", "s.mcap"]);
+    }
+
+    #[test]
+    fn another_machines_run_comes_with_its_examination_and_nothing_is_tracked_here() {
+        let scene = Scene::parse("", Path::new("")).unwrap();
+        let arguments = ["receive".to_owned(), "tcp/127.0.0.1:7447".to_owned()];
+        let plan = plan(&scene, "x.mcap", Poses::Remote(&arguments));
+        let names: Vec<&str> = plan.iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(
+            names,
+            [
+                "remote",
+                "view-axial",
+                "view-frontal",
+                "view-sagittal",
+                "view-perpendicular"
+            ]
+        );
+        assert_eq!((plan[0].binary, plan[0].arguments.len()), ("remote-proc", 2));
     }
 
     #[test]

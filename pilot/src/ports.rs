@@ -83,7 +83,7 @@ fn members<'a>(run: &RunContext, scene: &'a Scene, planned: &'a [Planned]) -> Me
             .collect(),
         renderers,
         views: scene.views.iter().map(|v| v.name.as_str()).collect(),
-        is_ruled: run.replay.is_some() || run.simulated_time,
+        is_ruled: run.replay.is_some() || run.remote.is_some() || run.simulated_time,
         has_timeline: run.replay.is_some(),
         is_planning: run.planning,
     }

@@ -134,7 +134,8 @@ fn late(whole: &Latency, limits: &Limits) -> Option<String> {
 /// A timed run whose tracker never said that its last sample had gone out.
 fn cut_short(run: &Run) -> Option<String> {
     let timed = run.options.duration.is_some() && !run.stop.is_set() && !run.asked_to_stop;
-    let tracked = !matches!(run.scene.tracker.source, TrackerSource::External);
+    let external = matches!(run.scene.tracker.source, TrackerSource::External);
+    let tracked = !external && run.options.remote.is_none();
     let done = run.tracker_is_done || run.replay_has_ended();
     (timed && tracked && !done)
         .then(|| "the tracker did not come to the end of the run's time: the last samples are not there".to_owned())

@@ -53,6 +53,13 @@ impl ReplayStatus {
 impl Options {
     /// How the run ends, in words.
     pub(crate) fn ending(&self) -> String {
+        if let Some(remote) = &self.remote {
+            let until = match self.duration {
+                Some(duration) => format!("for {:.1} s", duration.as_secs_f64()),
+                None => format!("until `pilot stop --run {}` or Ctrl-C", self.run),
+            };
+            return format!("showing run {:?} of {} {until}", remote.facts.run, remote.endpoint);
+        }
         match (&self.replay, self.duration) {
             (Some(replay), _) => {
                 let [from, to] = replay.span_ns.map(|ns| replay.seconds(ns));

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::metrics::accuracy::AccuracyReport;
 use crate::metrics::{Latency, PoseCounts, Restart};
+use crate::remote::RemoteReport;
 use crate::replay::ReplayReport;
 
 /// The report. Keys are only ever added.
@@ -25,6 +26,9 @@ pub(crate) struct Report {
     pub(crate) volume: Option<VolumeReport>,
     /// What was replayed; `null` for a run that navigated. Latencies are then on the clock of the replay.
     pub(crate) replay: Option<ReplayReport>,
+    /// Where another machine's run was shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) remote: Option<RemoteReport>,
     pub(crate) poses: PoseCounts,
     pub(crate) accuracy: AccuracyReport,
     /// Stage by stage and as a whole, over every image that showed a pose for the first time; ms.

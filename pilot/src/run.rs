@@ -20,6 +20,7 @@ use crate::metrics::{Judging, Place, Restart};
 use crate::output::{self, OutputError};
 use crate::plan::REPLAYER;
 use crate::ports;
+use crate::remote::Remote;
 use crate::replay::{RecomputeError, Replay};
 use crate::report::Report;
 use crate::shutdown;
@@ -62,7 +63,9 @@ pub(crate) enum RunError {
 pub(crate) fn run(options: Options, source: Source, scene: Scene) -> Result<Report, RunError> {
     let dir = run_dir(&options.run)?;
     let _lock = RunLock::acquire(&dir)?;
-    let mut context = RunContext::new(&dir, monotonic_ns())?;
+    let epoch_ns = options.remote.as_ref().map_or_else(monotonic_ns, Remote::epoch_ns);
+    let mut context = RunContext::new(&dir, epoch_ns)?;
+    context.remote = options.remote.as_ref().map(Remote::of);
     context.replay = options.replay.as_ref().map(Replay::of);
     context.duration_ns = options.duration.map(clock::ns);
     context.simulated_time = options.simulated_time;
@@ -91,7 +94,7 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
     }
     let scene_text = source.to_toml();
     context.store_scene(&scene_text)?;
-    let rules = guiding::rules(&scene, options.replay.is_some())?;
+    let rules = guiding::rules(&scene, options.kept())?;
     let stop = StopFlag::install(false)?;
     let bus = Bus::keep(context)?;
     let server = ports::server(&bus)?;
@@ -295,8 +298,8 @@ impl Run {
             if self.is_beyond(&pose) {
                 continue;
             }
-            // Stamps of a replay are those of another run, and those of simulated time no clock's.
-            let published_ns = match self.session.is_ruled() {
+            // Stamps of a replay or of another machine are those of another run, and those of simulated time no clock's.
+            let published_ns = match self.session.is_ruled() || self.session.is_remote() {
                 true => self.bus.clock().now_ns(),
                 false => pose.t_publish_ns,
             };
@@ -327,7 +330,7 @@ impl Run {
                 // What a process that died had drawn says nothing of the one that follows on it.
                 let runs = self.children[*process].running.is_some();
                 if runs && stamp.frame_state() == Some(FrameState::Live) {
-                    let at_ns = match self.session.is_ruled() {
+                    let at_ns = match self.session.is_ruled() || self.session.is_remote() {
                         true => self.bus.clock().now_ns(),
                         false => stamp.t_framed_ns,
                     };

@@ -14,6 +14,7 @@ use crate::child::Child;
 use crate::metrics::memory;
 use crate::output;
 use crate::problems::{missing, problems};
+use crate::remote::RemoteReport;
 use crate::replay::Recomputed;
 use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
 use crate::sheet::{self, Panel};
@@ -207,6 +208,7 @@ pub(crate) fn report(run: &Run) -> Report {
         registration_id: format!("{registration_id:016x}"),
         volume,
         replay: run.replay_report(),
+        remote: remote_report(run),
         poses: run.metrics.poses,
         accuracy: run.metrics.accuracy.report(),
         latency_ms: run.metrics.latencies().collect::<BTreeMap<_, _>>(),
@@ -221,6 +223,11 @@ pub(crate) fn report(run: &Run) -> Report {
         problems: problems(run, pictures),
         notes: missing_samples_note(run),
     }
+}
+
+fn remote_report(run: &Run) -> Option<RemoteReport> {
+    let shown = run.metrics.volume_hash().map(|hash| hash.to_string());
+    Some(run.options.remote.as_ref()?.report(shown.as_deref()))
 }
 
 /// The report's note of samples that are missing, of a run that navigated; a replay shows what is recorded.

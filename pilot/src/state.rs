@@ -16,13 +16,14 @@ use scene::Scene;
 use scene::raw::Source;
 
 use crate::child::Child;
-use crate::guiding::Guiding;
+use crate::guiding::{Guiding, Kept};
 use crate::kept::KeptVolume;
 use crate::metrics::Metrics;
 use crate::output::{RECOMPUTED, SESSION};
 use crate::plan::{Poses, add_gateway, add_steps, add_window, plan};
 use crate::planning::{Desk, PlanStore};
 use crate::ports::Ports;
+use crate::remote::Remote;
 use crate::replay::{Recompute, Recomputed, Replay};
 use crate::report::Pictures;
 use crate::supervise::Supervisor;
@@ -41,11 +42,22 @@ pub(crate) struct Options {
     pub(crate) has_window: bool,
     /// What is replayed; `None`: the run navigates.
     pub(crate) replay: Option<Replay>,
+    /// The run of another machine that is shown; `None`: this machine's own.
+    pub(crate) remote: Option<Remote>,
     /// The plan that is made; `None`: the run navigates.
     pub(crate) planning: Option<PlanStore>,
 }
 
 impl Options {
+    /// Who says what is aimed at and how far the run has come.
+    pub(crate) fn kept(&self) -> Kept {
+        match (&self.replay, &self.remote) {
+            (Some(_), _) => Kept::Recorded,
+            (None, Some(_)) => Kept::Elsewhere,
+            (None, None) => Kept::Here,
+        }
+    }
+
     /// The file name of what this run records.
     pub(crate) fn recording(&self) -> &'static str {
         match self.recompute() {
@@ -161,15 +173,18 @@ impl Run {
             .replay
             .as_ref()
             .map(|replay| replay.arguments(&options.out, options.has_window));
-        let poses = match (&options.replay, &replayer) {
-            (Some(Replay { recompute: Some(_), .. }), Some(arguments)) => Poses::MadeAgain(arguments),
-            (_, Some(arguments)) => Poses::Replayed(arguments),
+        let receiver = options.remote.as_ref().map(Remote::arguments);
+        let poses = match (&options.replay, &replayer, &receiver) {
+            (Some(Replay { recompute: Some(_), .. }), Some(arguments), _) => Poses::MadeAgain(arguments),
+            (_, Some(arguments), _) => Poses::Replayed(arguments),
+            (_, _, Some(arguments)) => Poses::Remote(arguments),
             _ => Poses::Tracked,
         };
         let out = std::path::absolute(&options.out).unwrap_or_else(|_| options.out.clone());
         let mut planned = plan(&scene, &recording.to_string_lossy(), poses);
-        // In a recording all that has been done, and simulated time waits for nobody's hand.
-        if options.replay.is_none() && options.planning.is_none() && !context.simulated_time {
+        // In a recording and on another machine all that has been done, and simulated time waits for nobody's hand.
+        if options.replay.is_none() && options.remote.is_none() && options.planning.is_none() && !context.simulated_time
+        {
             add_steps(&mut planned, &scene, &out);
         }
         // Also in a replay, which says so to every client; a plan has no tool to be looked at.
@@ -182,7 +197,7 @@ impl Run {
         let roles = planned.iter().map(|p| p.role.clone()).collect();
         Ok(Self {
             ports: Ports::open(&bus, &context, &scene, &planned)?,
-            guiding: Guiding::open(&bus, &scene, rules, options.replay.is_some())?,
+            guiding: Guiding::open(&bus, &scene, rules, options.kept())?,
             desk: options
                 .planning
                 .clone()

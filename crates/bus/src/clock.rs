@@ -3,9 +3,11 @@
 //! Every process of a run reads CLOCK_MONOTONIC, which is one clock for the whole machine, and subtracts the epoch that
 //! the pilot took when the run began. Stamps of different processes can so be compared.
 //!
-//! A replay has a second clock beside it, the recorded run's, which follows a [`Law`]: see [`crate::session`].
+//! A replay has a second clock beside it, the recorded run's, which follows a [`Law`], and so has what is shown of another machine's run:
+//! see [`crate::session`].
 
 pub mod date;
+pub mod far;
 mod law;
 pub mod mapping;
 
@@ -21,6 +23,13 @@ pub use law::{Law, LawError};
 pub fn monotonic_ns() -> i64 {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec * 1_000_000_000 + now.tv_nsec
+}
+
+/// For how long this machine has slept since it was started, ns: CLOCK_MONOTONIC does not go on meanwhile, and other machines' clocks do.
+pub fn slept_ns() -> i64 {
+    let boot = clock_gettime(ClockId::Boottime);
+    let boot_ns = boot.tv_sec * 1_000_000_000 + boot.tv_nsec;
+    boot_ns - monotonic_ns()
 }
 
 /// A source of stamps: the machine's clock, that of a replay, or one that a test moves by hand.

@@ -24,6 +24,7 @@ mod step_motion;
 mod steps;
 mod timeline;
 mod volume_header;
+mod wire;
 mod workflow;
 
 pub use crate::volume::{Marks, VolumeHash};
@@ -46,6 +47,7 @@ pub use step_motion::{StepMotion, StepMotionKind};
 pub use steps::{StepFigure, StepGate, StepPhase, StepPoint, StepTask, StepWish, Steps};
 pub use timeline::{Timeline, TimelineColumn, TimelineMark};
 pub use volume_header::{HeaderError, VolumeHeader};
+pub use wire::{Wire, WireError, voxel_bytes, voxels_from};
 pub use workflow::Workflow;
 
 /// A fixed-size text field: UTF-8, cut at a character's boundary, zero-padded.

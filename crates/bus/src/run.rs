@@ -50,6 +50,9 @@ pub struct RunContext {
     /// What is replayed; `None`: the run navigates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replay: Option<ReplayOf>,
+    /// The run of another machine that is shown; `None`: it is this machine's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remote: Option<RemoteOf>,
     /// How long the run navigates from sample 0 on, ns: what is captured later belongs to no sample of it. `None`: until it is
     /// stopped.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -72,6 +75,16 @@ pub struct ReplayOf {
     pub recording: PathBuf,
     /// The examination that was navigated in, as its hash is written; `None` where the recording does not say.
     pub volume_hash: Option<String>,
+}
+
+/// The run of another machine that is shown here.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RemoteOf {
+    /// Where it is to be had, as it was given: `tls/10.0.0.5:7447`.
+    pub endpoint: String,
+    /// Its name there.
+    pub run: String,
 }
 
 fn io_error(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunError {
@@ -144,6 +157,7 @@ impl RunContext {
             epoch_ns,
             pilot_pid: std::process::id(),
             replay: None,
+            remote: None,
             duration_ns: None,
             simulated_time: false,
             planning: false,

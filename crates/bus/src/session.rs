@@ -9,6 +9,9 @@
 //! published, from [`SIMULATED_START_NS`] on, and stands still until every view has drawn that sample. Nothing then depends on
 //! how busy the machine is.
 //!
+//! Where another machine's run is shown it is the clock of that run, as far as it is known here: never behind it, so that nothing is
+//! shown younger than it is ([`crate::clock::far`]). What it shows is live.
+//!
 //! Signs of life, patience and restarts go by [`crate::process::Process::clock`], which never stands still.
 
 mod lead;
@@ -31,22 +34,42 @@ pub struct Session {
     clock: Clock,
     laws: Option<Subscriber<ClockLaw>>,
     last: Option<ClockLaw>,
-    is_replay: bool,
+    kind: Kind,
+}
+
+/// Whose clock it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Live,
+    Remote,
+    Replay,
+    Simulated,
+}
+
+impl Kind {
+    fn of(run: &RunContext) -> Self {
+        match (&run.replay, &run.remote, run.simulated_time) {
+            (Some(_), ..) => Self::Replay,
+            (None, Some(_), _) => Self::Remote,
+            (None, None, true) => Self::Simulated,
+            (None, None, false) => Self::Live,
+        }
+    }
 }
 
 impl Session {
-    /// The clock of `run`. That of a replay, and simulated time, stand at 0 until the replayer or the tracker has spoken.
+    /// The clock of `run`. That of a replay, of another machine's run, and simulated time, stand at 0 until whoever sets it has spoken.
     ///
     /// # Errors
     /// [`BusError::Open`].
     pub fn open(bus: &Bus, run: &RunContext) -> Result<Self, BusError> {
-        Ok(match run.replay.is_some() || run.simulated_time {
-            false => Self::live(bus.clock().clone()),
-            true => Self {
+        Ok(match Kind::of(run) {
+            Kind::Live => Self::live(bus.clock().clone()),
+            kind => Self {
                 clock: Clock::ruled(Law::still(0)),
                 laws: Some(Subscriber::open(bus, &SESSION_CLOCK, "", 1)?),
                 last: None,
-                is_replay: run.replay.is_some(),
+                kind,
             },
         })
     }
@@ -57,18 +80,23 @@ impl Session {
             clock,
             laws: None,
             last: None,
-            is_replay: false,
+            kind: Kind::Live,
         }
     }
 
     /// Whether poses come out of a recording.
     pub fn is_replay(&self) -> bool {
-        self.is_replay
+        self.kind == Kind::Replay
     }
 
-    /// Whether this clock is not the machine's: in a replay, and in simulated time. Nothing is then live.
+    /// Whether time is made up: in a replay, and in simulated time. Nothing is then live.
     pub fn is_ruled(&self) -> bool {
-        self.laws.is_some()
+        matches!(self.kind, Kind::Replay | Kind::Simulated)
+    }
+
+    /// Whether another machine's run is shown: its poses are of the present, by a clock that is not this machine's.
+    pub fn is_remote(&self) -> bool {
+        self.kind == Kind::Remote
     }
 
     /// The clock.
@@ -98,7 +126,13 @@ impl Session {
 
     /// Where the replay, or the run in simulated time, stands; `None` in a run that navigates, and before anybody has spoken.
     pub fn replay(&self) -> Option<&ClockLaw> {
-        self.last.as_ref()
+        self.last.as_ref().filter(|_| self.is_ruled())
+    }
+
+    /// Whether the clock shows anything: that of another machine's run is not known before its first law, and until then nobody can say
+    /// how old a pose is.
+    pub fn is_known(&self) -> bool {
+        !self.is_remote() || self.last.is_some()
     }
 }
 

@@ -103,11 +103,11 @@ pub const GROUND_TRUTH: Topic = Topic {
     ..BASE
 };
 
-/// The clock of a replay, or simulated time. There is none in a run that navigates.
+/// The clock of a replay, of another machine's run, or simulated time. There is none in a run that navigates here.
 pub const SESSION_CLOCK: Topic = Topic {
     name: "session-clock",
     payload: "trocar/ClockLaw/2",
-    purpose: "the clock of a replay, or simulated time (these only)",
+    purpose: "the clock of a replay, of another machine's run, or simulated time (these only)",
     ..BASE
 };
 

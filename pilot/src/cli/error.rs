@@ -4,6 +4,7 @@ use bus::BusError;
 use bus::run::RunError as FolderError;
 
 use crate::cli::plan::PlanCliError;
+use crate::remote::RemoteError;
 use crate::replay::PrepareError;
 use crate::resolve::ResolveError;
 use crate::run::RunError;
@@ -14,6 +15,8 @@ use crate::spawn::SpawnError;
 pub(crate) enum CliError {
     #[error(transparent)]
     Prepare(#[from] PrepareError),
+    #[error(transparent)]
+    Remote(#[from] RemoteError),
     #[error("run {0:?} is not a replay: there is nothing to steer. `pilot replay FILE` starts one")]
     NoReplay(String),
     #[error(transparent)]

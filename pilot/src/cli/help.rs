@@ -14,6 +14,17 @@ Examples:
 
 Exit codes: as those of `pilot run`.";
 
+pub(super) const REMOTE_HELP: &str = "\
+On the other machine `remote-proc send` must run beside the run (docs/remote.md). What is shown is live, with an age that is never \
+less than the true one; what is chosen, held and confirmed is so on the other machine. This pilot starts `remote-proc receive`, \
+which is built by itself: `cargo xtask remote`.
+
+Examples:
+  pilot remote tls/10.0.0.5:7447 --keys keys --window    a second screen
+  pilot remote tcp/127.0.0.1:7447 --for 10s --headless   on the same machine, to try it
+
+Exit codes: as those of `pilot run`.";
+
 pub(super) const CONTROL_HELP: &str = "\
 Examples:
   pilot replay-control pause

@@ -264,6 +264,7 @@ impl PlanArgs {
             simulated_time: false,
             has_window: true,
             replay: None,
+            remote: None,
             planning: Some(store),
         };
         Ok(Planned::Window(Box::new((options, source.clone(), scene))))

@@ -5,26 +5,32 @@ use bus::gather::PoseId;
 use bus::message::{Chosen, Guide, ImagesWish, ToolPose, Tracked};
 use scene::{Scene, Target, plan_id};
 
+use super::Kept;
+
 /// Why nothing is chosen, held or noted in a replay.
 const REPLAYED: &str = "this run is a replay: what was chosen, held, changed and noted comes out of the recording";
+
+/// Why nothing is chosen, held, noted, confirmed or started on a second screen.
+pub(super) const ELSEWHERE: &str =
+    "the run of another machine is shown here: what is chosen, held, changed, noted and confirmed is so there";
 
 /// What is chosen among what can be.
 #[derive(Debug)]
 pub(super) struct Choice {
     guide: Guide,
     targets: Vec<Target>,
-    is_replay: bool,
+    kept: Kept,
 }
 
 impl Choice {
-    /// What the scene chooses, from the run's epoch on; in a replay nothing until the recording tells.
-    pub(super) fn of(scene: &Scene, is_replay: bool) -> Self {
+    /// What the scene chooses, from the run's epoch on; nothing until it is told where another keeps it.
+    pub(super) fn of(scene: &Scene, kept: Kept) -> Self {
         let mut choice = Self {
             guide: Guide::default(),
             targets: scene.targets.clone(),
-            is_replay,
+            kept,
         };
-        let name = scene.guide.as_deref().filter(|_| !is_replay);
+        let name = scene.guide.as_deref().filter(|_| kept == Kept::Here);
         if let Some(target) = name.and_then(|name| choice.target(name)) {
             choice.guide = choosing(choice.guide, target);
         }
@@ -35,7 +41,7 @@ impl Choice {
         &self.guide
     }
 
-    /// A recording tells what was chosen.
+    /// A recording, or another machine, tells what was chosen.
     pub(super) fn heard(&mut self, guide: Guide) {
         self.guide = guide;
     }
@@ -110,9 +116,10 @@ impl Choice {
     }
 
     fn may(&self) -> Result<(), String> {
-        match self.is_replay {
-            true => Err(REPLAYED.to_owned()),
-            false => Ok(()),
+        match self.kept {
+            Kept::Here => Ok(()),
+            Kept::Recorded => Err(REPLAYED.to_owned()),
+            Kept::Elsewhere => Err(ELSEWHERE.to_owned()),
         }
     }
 
@@ -174,7 +181,7 @@ mod tests {
 
     #[test]
     fn the_scene_chooses_first_and_then_a_person() {
-        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), false);
+        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), Kept::Here);
         assert_eq!((name(&choice).as_deref(), choice.guide().t_ns), (Some("far"), 0));
         let chosen = choice.guide().chosen().unwrap().unwrap();
         assert_eq!(
@@ -186,12 +193,12 @@ mod tests {
         assert_eq!((name(&choice).as_deref(), choice.guide().t_ns), (Some("near"), 100));
         choice.choose("", 200).unwrap();
         assert_eq!((name(&choice), choice.guide().plan_id), (None, 0));
-        assert_eq!(name(&Choice::of(&scene(""), false)), None);
+        assert_eq!(name(&Choice::of(&scene(""), Kept::Here)), None);
     }
 
     #[test]
     fn a_name_that_no_target_has_changes_nothing_and_is_answered_with_those_that_there_are() {
-        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), false);
+        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), Kept::Here);
         let before = *choice.guide();
         for unknown in ["Near", "near ", "nea", &LONG[0][..38], "\u{fffd}"] {
             let said = choice.choose(unknown, 100).unwrap_err();
@@ -199,7 +206,7 @@ mod tests {
         }
         assert_eq!(*choice.guide(), before);
         let bare = Scene::parse("[volume]\nsource = \"a.nii\"", Path::new("s.toml")).unwrap();
-        let said = Choice::of(&bare, false).choose("near", 1).unwrap_err();
+        let said = Choice::of(&bare, Kept::Here).choose("near", 1).unwrap_err();
         assert!(said.contains("the scene has none"), "{said}");
     }
 
@@ -207,7 +214,7 @@ mod tests {
     #[test]
     fn names_that_differ_in_their_last_byte_are_told_apart() {
         use bus::message::{Command, CommandKind};
-        let mut choice = Choice::of(&scene(""), false);
+        let mut choice = Choice::of(&scene(""), Kept::Here);
         for long in LONG {
             let asked = Command::with_text(CommandKind::Choose, long).words();
             choice.choose(&asked, 1).unwrap();
@@ -217,7 +224,7 @@ mod tests {
 
     #[test]
     fn only_a_valid_pose_is_held_and_what_is_chosen_stays() {
-        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), false);
+        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), Kept::Here);
         let mut lost = valid(7);
         lost.set(Tracked::Lost(Lost::NotSeen));
         assert!(choice.hold(&lost, 100).unwrap_err().contains("marker not seen"));
@@ -246,7 +253,7 @@ mod tests {
     fn images_look_as_wished_until_the_scene_is_asked_for_again() {
         use bus::message::Change;
         let bone = scene::WindowLevel::named("bone").unwrap();
-        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), false);
+        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), Kept::Here);
         let wish = |field_mm, window| ImagesWish { field_mm, window };
         let said = choice.images(wish(Change::Keep, Change::Set(bone)), 10).unwrap();
         assert_eq!(said, "images: W 2000 C 400");
@@ -262,7 +269,7 @@ mod tests {
 
     #[test]
     fn stamps_go_up_although_the_clock_stands() {
-        let mut choice = Choice::of(&scene(""), false);
+        let mut choice = Choice::of(&scene(""), Kept::Here);
         let mut stamps = vec![choice.guide().t_ns];
         for name in ["near", "far", ""] {
             choice.choose(name, 0).unwrap();
@@ -273,7 +280,7 @@ mod tests {
 
     #[test]
     fn in_a_replay_nobody_chooses() {
-        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), true);
+        let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), Kept::Recorded);
         assert_eq!(name(&choice), None);
         let refused = [
             choice.choose("near", 1),
@@ -290,7 +297,7 @@ mod tests {
 
     #[test]
     fn marks_have_words_on_one_line() {
-        let choice = Choice::of(&scene(""), false);
+        let choice = Choice::of(&scene(""), Kept::Here);
         assert_eq!(choice.mark("first\nincision").unwrap(), "mark: first incision");
         assert!(choice.mark(" \t").is_err());
     }

@@ -1,7 +1,7 @@
 //! What `pilot status` says of it.
 
 use bus::message::{Guide, Workflow};
-use guidance::workflow::State;
+use guidance::workflow::Stage;
 use serde::{Deserialize, Serialize};
 
 /// How far the run has come and what a person chose.
@@ -23,12 +23,11 @@ pub(crate) struct GuidingStatus {
 }
 
 impl GuidingStatus {
-    pub(super) fn of(state: &State, guide: &Guide) -> Self {
-        let marks = Workflow::of(state, 0).marks();
+    pub(super) fn of(workflow: &Workflow, guide: &Guide) -> Self {
         Self {
-            stage: state.stage().word().to_owned(),
-            research: state.is_research(),
-            marks: marks.iter().map(|mark| mark.word().to_owned()).collect(),
+            stage: workflow.stage().map_or("UNKNOWN", Stage::word).to_owned(),
+            research: workflow.has(Workflow::RESEARCH),
+            marks: workflow.marks().iter().map(|mark| mark.word().to_owned()).collect(),
             // A recording may hold what is no plan: nothing is aimed at then.
             target: guide.chosen().ok().flatten().map(|chosen| chosen.name),
             held_seq: guide.held().map(|held| held.seq),

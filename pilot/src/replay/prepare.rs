@@ -108,6 +108,7 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
         simulated_time: false,
         has_window: args.window && !args.headless,
         replay: Some(replay),
+        remote: None,
         planning: None,
     };
     Ok((options, source, scene))

@@ -26,6 +26,10 @@ impl SliceView {
     /// Draws of what has come what the stride takes; where nothing came, lets the images grow old.
     pub(super) fn follow(&mut self, poses: &Subscriber<ToolPose>) -> Result<(), RunError> {
         self.process.session.follow()?;
+        // Another machine's clock: until it is known nobody can say how old a pose is.
+        if !self.process.session.is_known() {
+            return self.age();
+        }
         for _ in 0..A_TURN {
             let came = self.take_all(poses)?;
             let drew = match self.last {

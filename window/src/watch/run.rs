@@ -157,8 +157,9 @@ impl Watcher {
             None => self.last.map(|last| Extent { hole: None, ..last }),
         };
         let session = &process.session;
-        // Poses in a run that navigates are aged by the run's own clock, at the moment of the look.
-        let t_session_ns = match session.is_ruled() {
+        // Poses in a run that navigates here are aged by the run's own clock, at the moment of the look; those of another machine a
+        // moment later, by what is known of that one's.
+        let t_session_ns = match session.is_ruled() || session.is_remote() {
             true => session.clock().now_ns(),
             false => glance.t_ns,
         };

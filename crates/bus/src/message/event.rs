@@ -5,7 +5,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::{field_text, text_field};
 
 /// One line of a run's log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[type_name("trocar/Event/1")]
 pub struct Event {

@@ -13,7 +13,7 @@ const MAX_MM: f64 = 1e4;
 
 /// The chosen target with its entry and stop distance, the pose held, and how images look. Published by the pilot whenever it changes; in a replay it
 /// comes out of the recording.
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[type_name("trocar/Guide/2")]
 pub struct Guide {
@@ -44,7 +44,7 @@ pub struct Guide {
     /// Room for alignment; zero.
     pub reserved: u32,
     /// The target's name.
-    pub name: [u8; Self::NAME],
+    pub name: [u8; Guide::NAME],
 }
 
 const _: () = assert!(size_of::<Guide>() == 128 + Guide::NAME);

@@ -27,14 +27,14 @@ const CODES: [(IdentitySource, u32); 4] = [
 
 /// Whose examination it is, in the words of the file or the scene. Published by the volume's loader with the volume. It goes into no
 /// report and no recording unless the scene asks for it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[type_name("trocar/Identity/1")]
 pub struct Identity {
     /// The volume that it belongs to: another volume's identity is none.
     pub volume_hash: [u8; 32],
     /// The patient's name, as DICOM's PN: family name, given name and so on between `^`. Empty where it is not known.
-    pub name: [u8; Self::NAME],
+    pub name: [u8; Identity::NAME],
     /// The patient's number in the hospital.
     pub patient_id: [u8; 64],
     /// YYYY-MM-DD.

@@ -9,7 +9,7 @@ use crate::clock;
 /// One marker in one frame: its pose, or the reason why there is none.
 ///
 /// On the wire: numbers only. Read it through [`MarkerFrame::sights`].
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[type_name("trocar/MarkerSight/1")]
 pub struct MarkerSight {
@@ -31,7 +31,7 @@ pub struct MarkerSight {
 /// Poses of markers, all of one instant.
 ///
 /// On the wire: numbers only. Read it through [`MarkerFrame::sights`].
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[type_name("trocar/MarkerFrame/1")]
 pub struct MarkerFrame {

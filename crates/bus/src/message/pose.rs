@@ -9,7 +9,7 @@ use crate::clock;
 /// One sample of the tool's pose in the patient, or the reason why there is none.
 ///
 /// On the wire: numbers only. Read it through [`ToolPose::tracked`].
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[type_name("trocar/ToolPose/2")]
 pub struct ToolPose {

@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use crate::volume::{Layout, LayoutError, Marks, VolumeHash};
 
 /// Travels in front of the voxels, in the same shared-memory sample.
-#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[type_name("trocar/VolumeHeader/1")]
 pub struct VolumeHeader {

@@ -4,7 +4,7 @@ use guidance::workflow::{Activity, Check, Identity, Mark, May, Stage, State, may
 use iceoryx2::prelude::ZeroCopySend;
 
 /// What every screen has to say of the run's workflow. Published by the pilot, which keeps the state, whenever it changes.
-#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[type_name("trocar/Workflow/3")]
 pub struct Workflow {

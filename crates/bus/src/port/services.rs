@@ -24,7 +24,8 @@ pub struct Members<'a> {
     pub servers: Vec<&'a str>,
     /// The views.
     pub views: Vec<&'a str>,
-    /// Whether somebody rules the clock: in a replay, and in simulated time. The pilot then gives signs of life too.
+    /// Whether somebody rules the clock: in a replay, where another machine's run is shown, and in simulated time. The pilot then gives
+    /// signs of life too.
     pub is_ruled: bool,
     /// Whether a recording is replayed for a person to go about in: the replayer then tells what it holds.
     pub has_timeline: bool,

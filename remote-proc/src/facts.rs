@@ -1,0 +1,134 @@
+//! `remote-proc facts`: what a sender shows, for the pilot that is to show it.
+
+use std::path::Path;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use bus::clock::far::FarClock;
+use bus::clock::monotonic_ns;
+use serde::Serialize;
+use zenoh::Wait;
+
+use crate::protocol::{FACTS, Facts, FactsError};
+use crate::receive::ask_clock;
+use crate::session::{Opened, SessionError, dial};
+
+/// How long a sender may take to answer.
+const WITHIN: Duration = Duration::from_secs(5);
+/// Questions about its clock.
+const ASKED: usize = 8;
+
+/// Why nothing is known of a sender.
+#[derive(Debug, thiserror::Error)]
+pub enum AskError {
+    /// There is no session.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// Nobody answered.
+    #[error(
+        "{endpoint}: somebody is there, and does not answer what it shows: {why}. Is it `remote-proc send`, of the same version, and are \
+         these keys among those that it lets in?"
+    )]
+    Silent {
+        /// Where.
+        endpoint: String,
+        /// The link's words.
+        why: String,
+    },
+    /// The answer.
+    #[error("{endpoint}: {source}")]
+    Facts {
+        /// Where.
+        endpoint: String,
+        /// What is wrong with it.
+        source: FactsError,
+    },
+    /// It has no examination yet.
+    #[error("{endpoint}: run {run:?} has no examination yet: ask again when it is loaded")]
+    NoVolume {
+        /// Where.
+        endpoint: String,
+        /// The run.
+        run: String,
+    },
+}
+
+/// What is said of a sender, as JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Told {
+    run: String,
+    session: String,
+    scene: String,
+    volume_hash: String,
+    dims: [u32; 3],
+    /// What its clock shows, about, when CLOCK_MONOTONIC shows `monotonic_ns` here.
+    now_ns: i64,
+    monotonic_ns: i64,
+    /// How far off that may be.
+    uncertain_ns: i64,
+}
+
+/// Asks the sender at `endpoint`.
+///
+/// # Errors
+/// Each variant of [`AskError`].
+pub fn ask(endpoint: &str, keys: Option<&Path>) -> Result<Told, AskError> {
+    let session = dial(endpoint, keys)?;
+    let of = |source| AskError::Facts {
+        endpoint: endpoint.to_owned(),
+        source,
+    };
+    let silent = |why: String| AskError::Silent {
+        endpoint: endpoint.to_owned(),
+        why,
+    };
+    let facts = Facts::read(&asked(&session).map_err(silent)?).map_err(of)?;
+    let header = facts.header().map_err(of)?.ok_or_else(|| AskError::NoVolume {
+        endpoint: endpoint.to_owned(),
+        run: facts.run.clone(),
+    })?;
+    let clock = clock(&session);
+    let monotonic_ns = monotonic_ns();
+    let now_ns = clock.likely_ns(monotonic_ns);
+    let _ = session.close().wait();
+    Ok(Told {
+        now_ns: now_ns.ok_or_else(|| silent("it says nothing of its clock".to_owned()))?,
+        monotonic_ns,
+        uncertain_ns: clock.uncertain_ns(monotonic_ns).unwrap_or_default(),
+        volume_hash: header.volume_hash().to_string(),
+        dims: header.dims,
+        session: facts.run_id,
+        run: facts.run,
+        scene: facts.scene,
+    })
+}
+
+fn asked(session: &Opened) -> Result<Vec<u8>, String> {
+    let replies = session
+        .get(FACTS)
+        .timeout(WITHIN)
+        .wait()
+        .map_err(|why| why.to_string())?;
+    let reply = replies
+        .recv()
+        .map_err(|_| format!("no answer within {} s", WITHIN.as_secs()))?;
+    match reply.into_result() {
+        Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
+        Err(why) => Err(String::from_utf8_lossy(&why.payload().to_bytes()).into_owned()),
+    }
+}
+
+fn clock(session: &Opened) -> FarClock {
+    let mut clock = FarClock::default();
+    for _ in 0..ASKED {
+        let (sender, answers) = channel();
+        ask_clock(session, 0, move |exchange| {
+            let _ = sender.send(exchange);
+        });
+        if let Ok(exchange) = answers.recv_timeout(WITHIN) {
+            // One that cannot be says nothing.
+            let _ = clock.take(exchange);
+        }
+    }
+    clock
+}

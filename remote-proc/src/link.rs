@@ -1,0 +1,10 @@
+//! The link between the two machines: its keys, its endpoints, the configuration of both zenoh sessions, and a look at the peer
+//! before a session is opened. Nothing here knows what the messages mean.
+//!
+//! What it holds: data go from the sender to its receivers and never back, neither to the sender nor through it to another receiver;
+//! off loopback both ends show a certificate of one private authority; a receiver that stops reading holds up nobody else.
+
+pub mod config;
+pub mod endpoint;
+pub mod keys;
+pub mod probe;

@@ -1,0 +1,5 @@
+//! `remote-proc`: see [`remote_proc`].
+
+fn main() -> std::process::ExitCode {
+    remote_proc::cli::main()
+}

@@ -1,0 +1,119 @@
+//! What the link's threads hand over to the process, which alone may touch the bus.
+
+use std::collections::VecDeque;
+use std::io::{self, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bus::clock::far::Exchange;
+use zenoh::sample::Sample;
+
+use crate::protocol::{Channel, Envelope};
+use crate::session::Opened;
+
+/// Messages that wait; where more come, the oldest give way, as they would on the bus.
+const MOST: usize = 4096;
+
+/// What came over the link.
+pub(super) enum Incoming {
+    /// A session that was dialled, or why there is none.
+    Opened(Result<Box<Opened>, String>),
+    /// Why the sender does not answer, as far as a look tells.
+    Looked(Option<String>),
+    /// What the sender says of its run.
+    Facts(Result<Vec<u8>, String>),
+    /// The sender's clock.
+    Clock(Exchange),
+    /// A piece of the voxels.
+    Piece(u32, Result<Vec<u8>, String>),
+    /// A message, of as many bytes as its channel has.
+    Message(Channel, Envelope, Vec<u8>),
+    /// Something that is none of these, in words.
+    Odd(String),
+}
+
+impl Incoming {
+    pub(super) fn is_clock(&self) -> bool {
+        matches!(self, Self::Clock(_))
+    }
+}
+
+/// The queue, and what wakes who empties it.
+#[derive(Clone)]
+pub(super) struct Inbox(Arc<Inner>);
+
+struct Inner {
+    queue: Mutex<VecDeque<Incoming>>,
+    wake: UnixStream,
+}
+
+impl Inbox {
+    /// The queue, and the end that becomes readable when something came.
+    pub(super) fn open() -> io::Result<(Self, UnixStream)> {
+        let (wake, woken) = UnixStream::pair()?;
+        wake.set_nonblocking(true)?;
+        woken.set_nonblocking(true)?;
+        let queue = Mutex::new(VecDeque::new());
+        Ok((Self(Arc::new(Inner { queue, wake })), woken))
+    }
+
+    pub(super) fn put(&self, incoming: Incoming) {
+        let mut queue = self.0.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        if queue.len() >= MOST {
+            // What answers a question is bounded by the questions.
+            let oldest = queue
+                .iter()
+                .position(|old| matches!(old, Incoming::Message(..) | Incoming::Odd(_)));
+            oldest.map(|place| queue.remove(place));
+        }
+        queue.push_back(incoming);
+        drop(queue);
+        // A full pipe wakes as well as one more byte.
+        let _ = (&self.0.wake).write(&[1]);
+    }
+
+    /// A message of a channel.
+    pub(super) fn sample(&self, channel: Channel, sample: &Sample) {
+        let bytes = sample.payload().to_bytes();
+        self.put(match Envelope::open(&bytes, channel.key(), channel.bytes()) {
+            Ok((envelope, body)) => Incoming::Message(channel, envelope, body.to_vec()),
+            Err(error) => Incoming::Odd(error.to_string()),
+        });
+    }
+
+    /// All that came since the last call.
+    pub(super) fn take(&self) -> VecDeque<Incoming> {
+        std::mem::take(&mut *self.0.queue.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// Empties what wakes, before the queue is looked at.
+pub(super) fn drain(mut wakes: &UnixStream) {
+    let mut bytes = [0; 256];
+    while matches!(wakes.read(&mut bytes), Ok(1..)) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_oldest_messages_give_way_and_answers_never() {
+        let (inbox, wakes) = Inbox::open().unwrap();
+        inbox.put(Incoming::Facts(Ok(Vec::new())));
+        let envelope = |count| Envelope {
+            run: 1,
+            sender: 2,
+            count,
+        };
+        for count in 0..MOST as u64 + 5 {
+            inbox.put(Incoming::Message(Channel::Pose, envelope(count), Vec::new()));
+        }
+        let all = inbox.take();
+        assert_eq!(all.len(), MOST);
+        assert!(matches!(all[0], Incoming::Facts(_)));
+        assert!(matches!(&all[1], Incoming::Message(_, Envelope { count: 6, .. }, _)));
+        drain(&wakes);
+        assert_eq!((&wakes).read(&mut [0]).unwrap_err().kind(), io::ErrorKind::WouldBlock);
+    }
+}

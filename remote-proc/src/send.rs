@@ -1,0 +1,189 @@
+//! `remote-proc send`: shows a run of this machine to others.
+//!
+//! It reads the run's bus as any other program may, and publishes nothing there: no query and no message from outside can come to it.
+//! Voxels are answered for on a thread of their own, so that a slow receiver's examination never holds up a pose.
+
+mod answers;
+mod outlets;
+mod voxels;
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use bus::clock::{self, monotonic_ns};
+use bus::message::{ToolPose, VolumeHash, VolumeHeader, Wire};
+use bus::port::{Subscriber, VolumeSubscriber};
+use bus::process::{JoinError, StopFlag};
+use bus::run::{RunContext, RunError, run_dir};
+use bus::topic::TOOL_POSE;
+use bus::wake::Waits;
+use bus::{Bus, BusError};
+use scene::{Scene, SceneError};
+
+use crate::protocol::{Channel, Facts, VERSION, hex, payloads};
+use crate::session::{Opened, SessionError};
+use answers::Answers;
+use outlets::{Outlets, States};
+
+/// Between two looks at what wakes nobody.
+const TICK: Duration = Duration::from_millis(20);
+/// Between two looks whether the run still goes on.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// What is shown, and where.
+#[derive(Debug, Clone)]
+pub struct Sending {
+    /// The run.
+    pub run: String,
+    /// Where receivers come.
+    pub listen: String,
+    /// The folder with the sender's keys.
+    pub keys: Option<PathBuf>,
+}
+
+/// Why nothing is sent, or not any longer.
+#[derive(Debug, thiserror::Error)]
+pub enum SendError {
+    /// There is no such run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// Its scene.
+    #[error("the run's scene: {0}")]
+    Scene(#[from] SceneError),
+    /// Signals.
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The link.
+    #[error(transparent)]
+    Link(#[from] SessionError),
+    /// Its poses are none of the present.
+    #[error("run {run:?} is {what}: only a run that navigates on this machine is shown on another; {instead}")]
+    NotLive {
+        /// The run.
+        run: String,
+        /// What it is.
+        what: &'static str,
+        /// What to do.
+        instead: &'static str,
+    },
+}
+
+/// Shows the run until it ends or this process is asked to stop.
+///
+/// # Errors
+/// Each variant of [`SendError`].
+pub fn send(sending: &Sending) -> Result<(), SendError> {
+    let (run, text) = RunContext::load_with_scene(&run_dir(&sending.run)?, None)?;
+    live(&run)?;
+    let scene = Scene::parse(&text, &run.scene_path())?;
+    let stop = StopFlag::install(false)?;
+    let bus = Bus::join(&run)?;
+    let poses = Subscriber::open_waking(&bus, &TOOL_POSE, "", TOOL_POSE.buffer)?;
+    let link = crate::session::listen(&sending.listen, sending.keys.as_deref())?;
+    let mut sender = Sender::open(&bus, &scene, (&run, &text), link)?;
+    bus::stderr_line!(
+        "remote-proc: run {:?} is shown to who comes to {}",
+        run.name,
+        sending.listen
+    );
+    Waits::every(TICK).message(&poses, None).run(|| {
+        if stop.is_set() {
+            return ControlFlow::Break(Ok(()));
+        }
+        match sender.step(&poses, &run) {
+            Ok(true) => ControlFlow::Continue(()),
+            Ok(false) => ControlFlow::Break(Ok(())),
+            Err(error) => ControlFlow::Break(Err(error)),
+        }
+    })?
+}
+
+fn live(run: &RunContext) -> Result<(), SendError> {
+    let (what, instead) = match (&run.replay, &run.remote) {
+        (Some(_), _) => ("a replay", "copy the recording, and replay it there"),
+        (_, Some(_)) => ("another machine's", "let each receiver come to the machine where it is"),
+        _ if run.simulated_time => ("in simulated time", "run it again there: it is the same everywhere"),
+        _ if run.planning => ("a plan being made", "copy the plan"),
+        _ => return Ok(()),
+    };
+    Err(SendError::NotLive {
+        run: run.name.clone(),
+        what,
+        instead,
+    })
+}
+
+/// A run being shown.
+struct Sender {
+    volumes: VolumeSubscriber,
+    volume: Option<VolumeHash>,
+    facts: Facts,
+    outlets: Outlets,
+    states: States,
+    answers: Answers,
+    next_look_ns: i64,
+    /// Publishers and answers end with it.
+    _session: Opened,
+}
+
+impl Sender {
+    fn open(bus: &Bus, scene: &Scene, (run, text): (&RunContext, &str), session: Opened) -> Result<Self, SendError> {
+        let id = run_id(run, text);
+        Ok(Self {
+            volumes: VolumeSubscriber::open(bus)?,
+            volume: None,
+            facts: Facts {
+                version: VERSION,
+                payloads: payloads(),
+                run: run.name.clone(),
+                run_id: format!("{id:016x}"),
+                scene: text.to_owned(),
+                volume: None,
+            },
+            states: States::open(bus, scene)?,
+            answers: Answers::open(&session, run)?,
+            outlets: Outlets::open(&session, id)?,
+            _session: session,
+            next_look_ns: 0,
+        })
+    }
+
+    /// Once round; whether the run goes on.
+    fn step(&mut self, poses: &Subscriber<ToolPose>, run: &RunContext) -> Result<bool, SendError> {
+        while let Some(pose) = poses.next()? {
+            self.outlets.put(Channel::Pose, pose.wire_bytes());
+        }
+        self.states.step(&mut self.outlets)?;
+        if let Some(volume) = self.volumes.poll()? {
+            self.volume(volume.header());
+        }
+        let now = monotonic_ns();
+        if now >= self.next_look_ns {
+            self.next_look_ns = now + clock::ns(LOOK);
+            if !run.is_running() {
+                bus::stderr_line!("remote-proc: run {:?} has ended", run.name);
+                return Ok(false);
+            }
+            self.answers.tell_receivers();
+            self.outlets.tell_refused();
+        }
+        Ok(true)
+    }
+
+    /// The first examination is the run's, as for the renderers.
+    fn volume(&mut self, header: &VolumeHeader) {
+        if *self.volume.get_or_insert(header.volume_hash()) == header.volume_hash() {
+            self.facts.volume = Some(hex(header.wire_bytes()));
+            self.answers.told(&self.facts);
+        }
+    }
+}
+
+/// Tells a run from every other: its facts hold a key that was drawn for it.
+fn run_id(run: &RunContext, text: &str) -> u64 {
+    u64::from_str_radix(&run.facts_hash(text)[..16], 16).unwrap_or_default()
+}

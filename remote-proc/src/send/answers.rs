@@ -1,0 +1,119 @@
+//! What is answered: the facts, the clock, pieces of the voxels. Questions come on threads of the link.
+
+use std::collections::HashMap;
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use bus::clock::{self, monotonic_ns};
+use bus::run::RunContext;
+use zenoh::Wait;
+use zenoh::query::Query;
+
+use super::voxels;
+use crate::protocol::{CLOCK, FACTS, Facts, PIECE};
+use crate::session::{Opened, SessionError};
+
+/// Pieces that wait to be answered; who asks for more is told to ask again.
+const WAITING: usize = 64;
+/// Who has not asked for the clock for so long has gone.
+const GONE: Duration = Duration::from_secs(2);
+/// Receivers that are told apart; more are served, and not told of.
+const RECEIVERS: usize = 64;
+
+/// Receivers by the number that each has drawn: when each asked last, on CLOCK_MONOTONIC.
+type Seen = Arc<Mutex<HashMap<u64, i64>>>;
+
+/// The questions' other end. Nothing is answered any more once it is dropped with its session.
+pub(super) struct Answers {
+    facts: Arc<Mutex<Vec<u8>>>,
+    seen: Seen,
+    told: usize,
+}
+
+impl Answers {
+    pub(super) fn open(session: &Opened, run: &RunContext) -> Result<Self, SessionError> {
+        let facts = Arc::new(Mutex::new(Vec::new()));
+        let seen = Seen::default();
+        let told = facts.clone();
+        answer(session, FACTS, move |query| {
+            let facts = told.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            reply(
+                &query,
+                match facts.is_empty() {
+                    true => Err("the run has no examination yet"),
+                    false => Ok(facts),
+                },
+            );
+        })?;
+        let (epoch_ns, heard) = (run.epoch_ns, seen.clone());
+        answer(session, CLOCK, move |query| {
+            let heard_ns = monotonic_ns() - epoch_ns;
+            note(&heard, &query);
+            let answered_ns = monotonic_ns() - epoch_ns;
+            let moments = [heard_ns.to_le_bytes(), answered_ns.to_le_bytes()].concat();
+            reply(&query, Ok(moments));
+        })?;
+        let asked = serve_voxels(run.clone());
+        answer(session, PIECE, move |query| match asked.try_send(query) {
+            Ok(()) => {}
+            Err(TrySendError::Full(query)) => reply(&query, Err("too many pieces are asked for at a time: ask again")),
+            Err(TrySendError::Disconnected(query)) => reply(&query, Err("the examination is not served any more")),
+        })?;
+        Ok(Self { facts, seen, told: 0 })
+    }
+
+    /// What is answered to who asks what the run is.
+    pub(super) fn told(&self, facts: &Facts) {
+        let json = serde_json::to_vec(facts).unwrap_or_default();
+        *self.facts.lock().unwrap_or_else(PoisonError::into_inner) = json;
+    }
+
+    /// Says on stderr how many receivers there are, where that has changed.
+    pub(super) fn tell_receivers(&mut self) {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let oldest_ns = monotonic_ns() - clock::ns(GONE);
+        seen.retain(|_, last_ns| *last_ns >= oldest_ns);
+        if seen.len() != self.told {
+            self.told = seen.len();
+            bus::stderr_line!("remote-proc: receivers: {}", self.told);
+        }
+    }
+}
+
+fn answer(session: &Opened, key: &'static str, by: impl Fn(Query) + Send + Sync + 'static) -> Result<(), SessionError> {
+    let queryable = session.declare_queryable(key).callback(by).background().wait();
+    queryable.map_err(|why| SessionError::declaring(key, &*why))
+}
+
+/// Who does not take the answer asks again.
+pub(super) fn reply(query: &Query, answer: Result<Vec<u8>, &str>) {
+    let _ = match answer {
+        Ok(bytes) => query.reply(query.key_expr().clone(), bytes).wait(),
+        Err(why) => query.reply_err(why).wait(),
+    };
+}
+
+/// A receiver that asks for the clock says which it is.
+fn note(seen: &Seen, query: &Query) {
+    let said = query.payload().map(zenoh::bytes::ZBytes::to_bytes);
+    let Some(number) = said.and_then(|bytes| Some(u64::from_le_bytes(bytes[..].try_into().ok()?))) else {
+        return;
+    };
+    let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
+    if seen.len() < RECEIVERS || seen.contains_key(&number) {
+        seen.insert(number, monotonic_ns());
+    }
+}
+
+/// Starts the thread that answers for voxels: shared memory is mapped there once more, and copied by nobody.
+fn serve_voxels(run: RunContext) -> SyncSender<Query> {
+    let (asked, questions) = sync_channel(WAITING);
+    // It ends with the session, whose callbacks hold the other end.
+    std::thread::spawn(move || {
+        if let Err(error) = voxels::serve(&run, &questions) {
+            bus::stderr_line!("remote-proc: error: serving the examination: {error}");
+        }
+    });
+    asked
+}

@@ -1,0 +1,55 @@
+//! The voxels, piece by piece, as they lie in memory.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+use bus::message::voxel_bytes;
+use bus::port::{SharedVolume, VolumeSubscriber};
+use bus::run::RunContext;
+use bus::{Bus, BusError};
+use zenoh::query::Query;
+
+use super::answers::reply;
+use crate::protocol::piece;
+
+/// Between two looks for an examination.
+const LOOK: Duration = Duration::from_millis(100);
+/// A question: the hash of the examination, and the number of the piece.
+const ASKED: usize = 36;
+
+/// Answers `questions` until nobody can ask any more.
+pub(super) fn serve(run: &RunContext, questions: &Receiver<Query>) -> Result<(), BusError> {
+    let bus = Bus::join(run)?;
+    let volumes = VolumeSubscriber::open(&bus)?;
+    let mut volume: Option<SharedVolume> = None;
+    loop {
+        if let Some(new) = volumes.poll()? {
+            // The first is the run's, as for the renderers.
+            if volume.as_ref().is_none_or(|first| first.hash() == new.hash()) {
+                volume = Some(new);
+            }
+        }
+        match questions.recv_timeout(LOOK) {
+            Ok(query) => reply(&query, part(volume.as_ref(), &query)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+    }
+}
+
+/// The bytes of a piece, or why there are none.
+fn part(volume: Option<&SharedVolume>, query: &Query) -> Result<Vec<u8>, &'static str> {
+    let volume = volume.ok_or("there is no examination yet")?;
+    let asked = query.payload().map(zenoh::bytes::ZBytes::to_bytes).unwrap_or_default();
+    let asked: &[u8; ASKED] = asked[..].try_into().map_err(|_| "a piece is asked for with 36 bytes")?;
+    let Some((hash, index)) = asked.split_first_chunk::<32>() else {
+        return Err("a piece is asked for with 36 bytes");
+    };
+    if *hash != volume.hash().0 {
+        return Err("the examination is another one");
+    }
+    let index = u32::from_le_bytes(index.try_into().unwrap_or_default());
+    let values = volume.view().voxels;
+    let range = piece(index, values.len()).ok_or("the examination has no such piece")?;
+    Ok(voxel_bytes(&values[range]).to_vec())
+}
