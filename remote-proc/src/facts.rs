@@ -15,6 +15,8 @@ use crate::session::{Opened, SessionError, dial};
 
 /// How long a sender may take to answer.
 const WITHIN: Duration = Duration::from_secs(5);
+/// Between two questions.
+const AGAIN: Duration = Duration::from_millis(50);
 /// Questions about its clock.
 const ASKED: usize = 8;
 
@@ -103,18 +105,21 @@ pub fn ask(endpoint: &str, keys: Option<&Path>) -> Result<Told, AskError> {
     })
 }
 
+/// A question for which nobody is there yet ends without a word, so that it is asked again for a while.
 fn asked(session: &Opened) -> Result<Vec<u8>, String> {
-    let replies = session
-        .get(FACTS)
-        .timeout(WITHIN)
-        .wait()
-        .map_err(|why| why.to_string())?;
-    let reply = replies
-        .recv()
-        .map_err(|_| format!("no answer within {} s", WITHIN.as_secs()))?;
-    match reply.into_result() {
-        Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
-        Err(why) => Err(String::from_utf8_lossy(&why.payload().to_bytes()).into_owned()),
+    let last_ns = monotonic_ns() + bus::clock::ns(WITHIN);
+    loop {
+        let replies = session
+            .get(FACTS)
+            .timeout(WITHIN)
+            .wait()
+            .map_err(|why| why.to_string())?;
+        match replies.recv().map(zenoh::query::Reply::into_result) {
+            Ok(Ok(sample)) => return Ok(sample.payload().to_bytes().into_owned()),
+            Ok(Err(why)) => return Err(String::from_utf8_lossy(&why.payload().to_bytes()).into_owned()),
+            Err(_) if monotonic_ns() < last_ns => std::thread::sleep(AGAIN),
+            Err(_) => return Err(format!("no answer within {} s", WITHIN.as_secs())),
+        }
     }
 }
 

@@ -6,6 +6,7 @@ mod dist;
 mod failure;
 mod fuzz;
 mod python;
+mod remote;
 mod shell;
 mod software;
 mod steps;
@@ -23,6 +24,9 @@ Chores of Trocar.
 cargo xtask demo [-- ARGUMENTS]   builds the programs and runs the embedded demonstration for 10 s into out/;
                                   ARGUMENTS go to `pilot run` (--for 3s, --volume ct.nii.gz, --out DIR ...)
 cargo xtask test                  everything that must pass: formatting, lints, documentation, tests
+cargo xtask remote                remote-proc, for a second machine (docs/remote.md): built in release, put beside the other programs
+cargo xtask test-remote           tests it between real runs; with --if-changed only where it, the bus or geometry has changed since it
+                                  last passed, as `test` does
 cargo xtask check                 what to run between two edits: formatting, lints, and the tests beside the code and of the house
 cargo xtask bench [-- ARGUMENTS]  the benchmarks; ARGUMENTS go to `cargo bench`
 cargo xtask bench trade           error against time of every reslice filter and back end, into out/bench/trade.{csv,png}
@@ -62,6 +66,8 @@ fn main() -> ExitCode {
         Some(name @ ("faults" | "overload" | "scenes" | "soak")) => {
             shell::run(shell::cargo(&["bench", "--package", "trocar", "--bench", name, "--"]).args(&rest))
         }
+        Some("remote") => remote::build(),
+        Some("test-remote") => remote::test(&rest),
         Some("dist") => dist::dist(&rest),
         Some("fuzz") => fuzz::fuzz(&rest),
         None | Some("help" | "--help" | "-h") => {

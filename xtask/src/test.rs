@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::python::{self, INTERPRETER_VARIABLE};
+use crate::remote;
 use crate::shell::{cargo, run, say};
 use crate::steps::Steps;
 
@@ -51,7 +52,7 @@ pub(crate) fn test(arguments: &[String]) -> Result<(), Failure> {
     })?;
     let interpreter = steps.step("python", || Ok(python::prepare()))?;
     let mut tests = cargo(&["test", "--workspace"]);
-    let remark = match interpreter {
+    let remark = match &interpreter {
         Ok(interpreter) => {
             tests.env(INTERPRETER_VARIABLE, interpreter);
             String::new()
@@ -65,6 +66,7 @@ pub(crate) fn test(arguments: &[String]) -> Result<(), Failure> {
         }
     };
     steps.step("tests", || run(&mut tests))?;
+    steps.step("a second machine", || remote::test_if_changed(interpreter.as_deref().ok()))?;
     say(&format!("xtask test: {}{remark}", steps.summary()));
     Ok(())
 }

@@ -241,6 +241,3 @@ fn encrypted(side: Side, keys: &Keys) -> Vec<Setting> {
         ("transport/link/tls/close_link_on_expiration", json!(false)),
     ]
 }
-
-#[cfg(test)]
-mod tests;

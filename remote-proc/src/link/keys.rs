@@ -155,6 +155,3 @@ impl fmt::Debug for Keys {
         keys.field("not_after", &self.not_after).finish_non_exhaustive()
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -210,6 +210,3 @@ fn addresses(to: &Endpoint) -> Result<Vec<SocketAddr>, ProbeError> {
         }),
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -11,7 +11,7 @@ use bus::{Bus, BusError};
 use zenoh::Wait;
 use zenoh::qos::{CongestionControl, Priority};
 
-use super::inbox::{Inbox, Incoming};
+use super::inbox::{Inbox, Incoming, Promise, answer};
 use crate::protocol::{PIECE, piece, pieces};
 use crate::session::Opened;
 
@@ -265,24 +265,17 @@ impl Coming {
 }
 
 fn ask(session: &Opened, inbox: &Inbox, hash: VolumeHash, index: u32) {
-    let to = inbox.clone();
+    let none = |why: String| Incoming::Piece(index, Err(why));
+    let promise = Promise::of(inbox, none("nobody answers".to_owned()));
     let asked = session
         .get(PIECE)
         .payload([&hash.0[..], &index.to_le_bytes()].concat())
         .timeout(WITHIN)
         .priority(Priority::DataLow)
         .congestion_control(CongestionControl::Block)
-        .callback(move |reply| {
-            to.put(Incoming::Piece(
-                index,
-                match reply.into_result() {
-                    Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
-                    Err(why) => Err(String::from_utf8_lossy(&why.payload().to_bytes()).into_owned()),
-                },
-            ));
-        })
+        .callback(move |reply| promise.keep(Incoming::Piece(index, answer(reply))))
         .wait();
     if let Err(why) = asked {
-        inbox.put(Incoming::Piece(index, Err(why.to_string())));
+        inbox.put(none(why.to_string()));
     }
 }

@@ -3,9 +3,11 @@
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bus::clock::far::Exchange;
+use zenoh::query::Reply;
 use zenoh::sample::Sample;
 
 use crate::protocol::{Channel, Envelope};
@@ -87,6 +89,47 @@ impl Inbox {
     }
 }
 
+/// What comes of a question: its answer, or that there was none. A question that nobody is there for yet ends without a word.
+pub(super) struct Promise {
+    to: Inbox,
+    is_kept: AtomicBool,
+    none: Mutex<Option<Incoming>>,
+}
+
+impl Promise {
+    /// `none` is put into the inbox where the question ends without an answer.
+    pub(super) fn of(to: &Inbox, none: Incoming) -> Self {
+        Self {
+            to: to.clone(),
+            is_kept: AtomicBool::new(false),
+            none: Mutex::new(Some(none)),
+        }
+    }
+
+    /// The answer.
+    pub(super) fn keep(&self, answer: Incoming) {
+        self.is_kept.store(true, Ordering::Relaxed);
+        self.to.put(answer);
+    }
+}
+
+impl Drop for Promise {
+    fn drop(&mut self) {
+        let none = self.none.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(none) = none.filter(|_| !self.is_kept.load(Ordering::Relaxed)) {
+            self.to.put(none);
+        }
+    }
+}
+
+/// What a reply holds, or the sender's words.
+pub(super) fn answer(reply: Reply) -> Result<Vec<u8>, String> {
+    match reply.into_result() {
+        Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
+        Err(why) => Err(String::from_utf8_lossy(&why.payload().to_bytes()).into_owned()),
+    }
+}
+
 /// Empties what wakes, before the queue is looked at.
 pub(super) fn drain(mut wakes: &UnixStream) {
     let mut bytes = [0; 256];
@@ -96,6 +139,18 @@ pub(super) fn drain(mut wakes: &UnixStream) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_question_without_an_answer_is_told_of() {
+        let (inbox, _wakes) = Inbox::open().unwrap();
+        drop(Promise::of(&inbox, Incoming::Facts(Err("none".to_owned()))));
+        let kept = Promise::of(&inbox, Incoming::Facts(Err("none".to_owned())));
+        kept.keep(Incoming::Facts(Ok(vec![1])));
+        drop(kept);
+        let all = inbox.take();
+        assert!(matches!(&all[0], Incoming::Facts(Err(_))));
+        assert!(matches!(&all[1], Incoming::Facts(Ok(bytes)) if bytes == &[1]) && all.len() == 2);
+    }
 
     #[test]
     fn the_oldest_messages_give_way_and_answers_never() {

@@ -7,7 +7,7 @@ use bus::clock::{ms, ns};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
-use super::inbox::{Inbox, Incoming};
+use super::inbox::{Inbox, Incoming, Promise, answer};
 use crate::protocol::{Channel, FACTS};
 use crate::session::{Opened, dial, look};
 
@@ -159,19 +159,15 @@ fn followed(session: Opened, inbox: &Inbox) -> Result<Box<Opened>, String> {
 
 /// Asks the sender what its run is.
 pub(super) fn ask_facts(session: &Opened, inbox: &Inbox) {
-    let to = inbox.clone();
+    let none = |why: String| Incoming::Facts(Err(why));
+    let promise = Promise::of(inbox, none("nobody answers".to_owned()));
     let asked = session
         .get(FACTS)
         .timeout(FACTS_WITHIN)
         .congestion_control(CongestionControl::Drop)
-        .callback(move |reply| {
-            to.put(Incoming::Facts(match reply.into_result() {
-                Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
-                Err(why) => Err(String::from_utf8_lossy(&why.payload().to_bytes()).into_owned()),
-            }));
-        })
+        .callback(move |reply| promise.keep(Incoming::Facts(answer(reply))))
         .wait();
     if let Err(why) = asked {
-        inbox.put(Incoming::Facts(Err(why.to_string())));
+        inbox.put(none(why.to_string()));
     }
 }

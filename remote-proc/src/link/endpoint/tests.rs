@@ -44,8 +44,8 @@ fn plain_tcp_off_loopback_is_refused_with_what_to_do() {
 
 #[test]
 fn what_is_no_endpoint_is_refused_by_name() {
-    let listen = |text| Endpoint::listen(text).unwrap_err();
-    let connect = |text| Endpoint::connect(text).unwrap_err();
+    let listen = |text: &str| Endpoint::listen(text).unwrap_err();
+    let connect = |text: &str| Endpoint::connect(text).unwrap_err();
     for text in [
         "tls/nav:7447#verify_name_on_connect=false",
         "tcp/127.0.0.1:7447#iface=eth0",

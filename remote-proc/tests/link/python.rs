@@ -1,0 +1,137 @@
+//! The same forgeries by a session of another language, `eclipse-zenoh` of PyPI. `TROCAR_PYTHON` names an interpreter that has it.
+
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use remote_proc::link::endpoint::Transport;
+use remote_proc::link::keys::Side;
+use serde_json::{Value, json};
+use zenoh::Wait;
+
+use crate::support::authority::{Authority, Says, write};
+use crate::support::room::Room;
+
+struct Forger {
+    child: Child,
+    says: BufReader<ChildStdout>,
+}
+
+impl Forger {
+    #[allow(clippy::disallowed_methods, reason = "a peer of a test is no process of a run")]
+    fn start(python: &str, arguments: &[String]) -> Self {
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/forge.py");
+        let mut command = Command::new(python);
+        command
+            .arg(script)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let says = BufReader::new(child.stdout.take().unwrap());
+        Self { child, says }
+    }
+
+    fn says(&mut self) -> Value {
+        let mut line = String::new();
+        self.says.read_line(&mut line).unwrap();
+        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: `{line}`"))
+    }
+
+    /// How often its queryables were asked, when it is told to go.
+    fn ends(mut self) -> Value {
+        drop(self.child.stdin.take());
+        let last = self.says();
+        assert!(self.child.wait().unwrap().success());
+        last
+    }
+}
+
+fn python() -> Option<String> {
+    let python = std::env::var("TROCAR_PYTHON").ok();
+    if python.is_none() {
+        println!("SKIPPED: TROCAR_PYTHON names no interpreter with eclipse-zenoh");
+    }
+    python
+}
+
+fn arguments(mode: &str, room: &Room, files: &[PathBuf]) -> Vec<String> {
+    let files = files.iter().map(|file| file.display().to_string());
+    [mode.to_owned(), room.endpoint.clone()]
+        .into_iter()
+        .chain(files)
+        .collect()
+}
+
+fn receivers(room: &Room) -> Vec<PathBuf> {
+    let folder = room.keys.path();
+    vec![
+        folder.join("authority.pem"),
+        Side::Receiver.certificate_file(folder),
+        Side::Receiver.key_file(folder),
+    ]
+}
+
+#[test]
+fn a_forger_in_python_with_a_receivers_certificate_or_on_loopback_reaches_nobody() {
+    let Some(python) = python() else { return };
+    for transport in [Transport::Tls, Transport::Tcp] {
+        for mode in ["client", "peer"] {
+            let room = Room::open(transport);
+            let screen = room.receiver();
+            let files = if transport == Transport::Tls {
+                receivers(&room)
+            } else {
+                vec![]
+            };
+            let mut forger = Forger::start(&python, &arguments(mode, &room, &files));
+            // Its query was answered, so that it is heard where it may be.
+            assert_eq!(forger.says(), json!({ "open": true, "answers": ["the sender's"] }));
+            room.session.put("trocar/1/event", "last").wait().unwrap();
+            assert_eq!(
+                screen.heard_until("trocar/1/event last"),
+                ["trocar/1/event last"],
+                "{transport:?} {mode}"
+            );
+            for key in ["trocar/1/clock", "trocar/1/facts", "trocar/1/volume"] {
+                assert_eq!(screen.ask(key), ["the sender's"], "{transport:?} {mode}");
+            }
+            assert_eq!(screen.ask("trocar/1/pose"), [""; 0], "{transport:?} {mode}");
+            assert_eq!(forger.ends(), json!({ "asked": 0 }), "{transport:?} {mode}");
+            assert_eq!(room.heard(), [""; 0], "{transport:?} {mode}");
+        }
+    }
+}
+
+/// What the test above would see if the rules were not there.
+#[test]
+fn without_access_control_the_forger_in_python_is_heard() {
+    let Some(python) = python() else { return };
+    let room = Room::without_control(Transport::Tls);
+    let screen = room.receiver();
+    let mut forger = Forger::start(&python, &arguments("client", &room, &receivers(&room)));
+    assert_eq!(forger.says()["open"], true);
+    room.session.put("trocar/1/event", "last").wait().unwrap();
+    for heard in [screen.heard_until("trocar/1/event last"), room.heard()] {
+        assert!(heard.contains(&"trocar/1/pose forged".to_owned()), "{heard:?}");
+    }
+    assert!(screen.ask("trocar/1/facts").contains(&"forged".to_owned()));
+    assert_ne!(forger.ends(), json!({ "asked": 0 }));
+}
+
+#[test]
+fn a_forger_in_python_without_a_certificate_or_with_one_of_another_authority_is_not_let_in() {
+    let Some(python) = python() else { return };
+    let room = Room::open(Transport::Tls);
+    let (certificate, key) = Authority::new("another").signs(&Says::of(Side::Receiver));
+    let [of_certificate, of_key] = ["other.pem", "other.key"].map(|name| room.keys.path().join(name));
+    write(&of_certificate, &certificate);
+    write(&of_key, &key);
+    let authority = room.keys.path().join("authority.pem");
+    for files in [vec![], vec![authority.clone()], vec![authority, of_certificate, of_key]] {
+        let mut forger = Forger::start(&python, &arguments("client", &room, &files));
+        assert_eq!(forger.says(), json!({ "open": false }));
+        assert!(forger.child.wait().unwrap().success());
+    }
+    assert_eq!(room.heard(), [""; 0]);
+}

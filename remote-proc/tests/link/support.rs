@@ -1,0 +1,5 @@
+//! Keys, sessions, and forgers.
+
+pub(crate) mod authority;
+pub(crate) mod forger;
+pub(crate) mod room;

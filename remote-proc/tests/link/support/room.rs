@@ -1,0 +1,189 @@
+//! A sender's session that publishes and answers, and receivers of it.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use remote_proc::link::config;
+use remote_proc::link::endpoint::{Endpoint, Transport};
+use remote_proc::link::keys::{self, Keys, Side};
+use tempfile::TempDir;
+use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::sample::{Locality, SampleKind};
+use zenoh::{Config, Session, Wait};
+
+/// Longer than anything here takes on a busy machine; nothing is measured by it.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Everything that a link is meant to carry, and a key that nobody thought of.
+pub(crate) const KEYS: [&str; 8] = [
+    "trocar/1/pose",
+    "trocar/1/guide",
+    "trocar/1/markers",
+    "trocar/1/event",
+    "trocar/1/clock",
+    "trocar/1/facts",
+    "trocar/1/volume",
+    "trocar/1/no/such/key",
+];
+
+/// The sender's room.
+pub(crate) struct Room {
+    pub(crate) keys: TempDir,
+    pub(crate) session: Session,
+    pub(crate) endpoint: String,
+    /// Whether the control holds: without it forged messages must arrive, or the test could not fail.
+    is_controlled: bool,
+    heard: Receiver<String>,
+}
+
+impl Room {
+    pub(crate) fn open(transport: Transport) -> Self {
+        Self::with(transport, true)
+    }
+
+    /// One that allows everything, to show that a forger's messages would arrive.
+    pub(crate) fn without_control(transport: Transport) -> Self {
+        Self::with(transport, false)
+    }
+
+    fn with(transport: Transport, is_controlled: bool) -> Self {
+        let keys = tempfile::Builder::new().permissions(private()).tempdir().unwrap();
+        keys::make(keys.path(), &["localhost".to_owned()], 10).unwrap();
+        let at = match transport {
+            Transport::Tcp => "tcp/127.0.0.1:0",
+            Transport::Tls => "tls/localhost:0",
+        };
+        let own = Keys::load(keys.path(), Side::Sender).unwrap();
+        let mut config = config::sender(&Endpoint::listen(at).unwrap(), Some(&own)).unwrap();
+        if !is_controlled {
+            allow_everything(&mut config);
+        }
+        let session = zenoh::open(config).wait().unwrap();
+        let locators = session.info().locators().wait();
+        let port = locators[0].to_string().rsplit_once(':').unwrap().1.to_owned();
+        let endpoint = format!("{}:{port}", at.rsplit_once(':').unwrap().0);
+        let heard = listen(&session);
+        answer(&session);
+        Self {
+            keys,
+            session,
+            endpoint,
+            is_controlled,
+            heard,
+        }
+    }
+
+    pub(crate) fn receiver_config(&self) -> Config {
+        let keys = Keys::load(self.keys.path(), Side::Receiver).unwrap();
+        let mut config = config::receiver(&Endpoint::connect(&self.endpoint).unwrap(), Some(&keys)).unwrap();
+        if !self.is_controlled {
+            allow_everything(&mut config);
+        }
+        config
+    }
+
+    /// A receiver, whose subscription has arrived at the sender.
+    pub(crate) fn receiver(&self) -> Screen {
+        let session = zenoh::open(self.receiver_config()).wait().unwrap();
+        let heard = listen(&session);
+        let screen = Screen { session, heard };
+        // Its subscription went out before this query on the same link.
+        assert_eq!(screen.ask("trocar/1/clock"), ["the sender's"]);
+        screen
+    }
+
+    /// Puts a message on every key.
+    pub(crate) fn put_all(&self, text: &str) {
+        for key in KEYS {
+            self.session.put(key, text).wait().unwrap();
+        }
+    }
+
+    /// What the sender was told from outside up to now.
+    pub(crate) fn heard(&self) -> Vec<String> {
+        self.heard.try_iter().collect()
+    }
+}
+
+/// A receiver's session, subscribed to everything that it may be.
+pub(crate) struct Screen {
+    pub(crate) session: Session,
+    heard: Receiver<String>,
+}
+
+impl Screen {
+    /// All that arrived up to this message.
+    pub(crate) fn heard_until(&self, last: &str) -> Vec<String> {
+        let mut all = Vec::new();
+        while all.last().is_none_or(|newest| newest != last) {
+            all.push(self.heard.recv_timeout(PATIENCE).unwrap());
+        }
+        all
+    }
+
+    /// Every reply to a query, of whoever answers.
+    pub(crate) fn ask(&self, key: &str) -> Vec<String> {
+        ask(&self.session, key)
+    }
+}
+
+/// Every reply to a query, of whoever answers.
+pub(crate) fn ask(session: &Session, key: &str) -> Vec<String> {
+    let query = session
+        .get(key)
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None);
+    let replies = query.timeout(PATIENCE).wait().unwrap();
+    let mut texts = Vec::new();
+    while let Ok(reply) = replies.recv() {
+        texts.push(match reply.result() {
+            Ok(sample) => sample.payload().try_to_string().unwrap().into_owned(),
+            Err(error) => error.payload().try_to_string().unwrap().into_owned(),
+        });
+    }
+    texts
+}
+
+fn private() -> std::fs::Permissions {
+    std::os::unix::fs::PermissionsExt::from_mode(0o700)
+}
+
+/// Notes whatever arrives from other sessions: `KEY TEXT`, or `KEY -` where it was deleted.
+fn listen(session: &Session) -> Receiver<String> {
+    let (tell, heard) = channel();
+    let note = move |sample: zenoh::sample::Sample| {
+        let text = match sample.kind() {
+            SampleKind::Put => sample.payload().try_to_string().unwrap().into_owned(),
+            SampleKind::Delete => "-".to_owned(),
+        };
+        let _: Result<(), _> = Sender::send(&tell, format!("{} {text}", sample.key_expr()));
+    };
+    let subscriber = session
+        .declare_subscriber(config::KEYS)
+        .callback(note)
+        .allowed_origin(Locality::Remote);
+    subscriber.background().wait().unwrap();
+    heard
+}
+
+/// Answers the queries that a sender answers.
+fn answer(session: &Session) {
+    for key in ["trocar/1/clock", "trocar/1/facts", "trocar/1/volume"] {
+        let say = |query: zenoh::query::Query| {
+            let key = query.key_expr().clone();
+            let _: Result<(), _> = query.reply(key, "the sender's").wait();
+        };
+        session
+            .declare_queryable(key)
+            .callback(say)
+            .background()
+            .wait()
+            .unwrap();
+    }
+}
+
+fn allow_everything(config: &mut Config) {
+    let all = r#"{ enabled: false, default_permission: "allow", rules: [], subjects: [], policies: [] }"#;
+    config.insert_json5("access_control", all).unwrap();
+    config.insert_json5("low_pass_filter", "[]").unwrap();
+}
