@@ -80,7 +80,9 @@ pub(crate) enum ServeError {
 /// [`ServeError`].
 pub(crate) fn serve(args: &ServeArgs) -> Result<(), ServeError> {
     if !args.listen.ip().is_loopback() {
-        return Err(ServeError::NotLoopback { found: args.listen.ip() });
+        return Err(ServeError::NotLoopback {
+            found: args.listen.ip(),
+        });
     }
     let (run, text) = RunContext::load_with_scene(&run_dir(&args.run)?, None)?;
     let scene = Scene::parse(&text, &run.scene_path())?;
@@ -151,7 +153,8 @@ impl<'a> Served<'a> {
             self.next_scene_ns = steady_ns + clock::ns(SCENE_EVERY);
             let claim = self.views.claim(now_ns);
             let pose = claim.as_ref().and_then(|claim| {
-                let shown = |pose: &&ToolPose| pose.seq == claim.stamp.seq && pose.t_capture_ns == claim.stamp.t_capture_ns;
+                let shown =
+                    |pose: &&ToolPose| pose.seq == claim.stamp.seq && pose.t_capture_ns == claim.stamp.t_capture_ns;
                 self.known.iter().rev().find(shown)
             });
             let update = scene_update::of(self.scene, now_ns, claim.as_ref(), pose, self.views.planes(now_ns));
@@ -159,9 +162,12 @@ impl<'a> Served<'a> {
         }
         if steady_ns >= self.next_notice_ns {
             self.next_notice_ns = steady_ns + clock::ns(NOTICE_EVERY);
+            self.outlet.again();
             let words = format!("{NOTICE}: what is shown here may be late or lost on its way; nobody operates by it");
-            self.outlet
-                .put(now_ns, Entry::Log(now_ns, &Log::new(now_ns, Level::Warning, "recorder", words)));
+            self.outlet.put(
+                now_ns,
+                Entry::Log(now_ns, &Log::new(now_ns, Level::Warning, "recorder", words)),
+            );
         }
         Ok(())
     }

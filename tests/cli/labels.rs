@@ -86,7 +86,10 @@ fn a_plan_names_the_structures_of_a_segmentation_and_refuses_one_of_another_scan
     let other = plan(&data.join("ct-chest-lidc-dicom"), &["--labels", file]);
     assert_eq!(other.status.code(), Some(1), "{}", stdout(&other));
     let said = stderr(&other);
-    assert!(said.contains("another frame of reference than the examination's"), "{said}");
+    assert!(
+        said.contains("another frame of reference than the examination's"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -26,6 +26,8 @@ pub(super) struct Outlet {
     scene: Channel<SceneUpdate>,
     server: WebSocketServerHandle,
     buffer: Vec<u8>,
+    /// The newest of what comes only when it changes, by channel and process: who comes late is told it again.
+    newest: BTreeMap<(u16, String), (u64, Vec<u8>)>,
 }
 
 impl Outlet {
@@ -54,6 +56,7 @@ impl Outlet {
             scene,
             server,
             buffer: Vec::new(),
+            newest: BTreeMap::new(),
         })
     }
 
@@ -66,6 +69,15 @@ impl Outlet {
     pub(super) fn scene(&self, now_ns: i64, update: &SceneUpdate) {
         self.scene
             .log_with_meta(update, PartialMetadata::with_log_time(file_time(now_ns)));
+    }
+
+    /// Gives out once more what comes only when it changes.
+    pub(super) fn again(&self) {
+        for ((channel, _), (log_time, bytes)) in &self.newest {
+            if let Some(channel) = self.channels.get(channel) {
+                channel.log_with_meta(bytes, PartialMetadata::with_log_time(*log_time));
+            }
+        }
     }
 
     /// Ends all connections.
@@ -98,10 +110,19 @@ fn channels(scene: &Scene, context: &Arc<Context>) -> Result<BTreeMap<u16, Arc<R
 impl Take for Outlet {
     fn put(&mut self, _now_ns: i64, entry: Entry<'_>) {
         let mut buffer = std::mem::take(&mut self.buffer);
+        let of = match entry {
+            Entry::Status(status) => Some(status.process.clone()),
+            Entry::Workflow(_) | Entry::Guide(..) => Some(String::new()),
+            _ => None,
+        };
         let Ok(()) = entry.encoded(&mut buffer, |place, bytes| {
+            // The run's clock, as in a recording and in the messages themselves.
+            let log_time = file_time(place.times[0]);
             if let Some(channel) = self.channels.get(&place.channel) {
-                // The run's clock, as in a recording and in the messages themselves.
-                channel.log_with_meta(bytes, PartialMetadata::with_log_time(file_time(place.times[0])));
+                channel.log_with_meta(bytes, PartialMetadata::with_log_time(log_time));
+            }
+            if let Some(of) = of.clone() {
+                self.newest.insert((place.channel, of), (log_time, bytes.to_vec()));
             }
             Ok::<(), Infallible>(())
         });

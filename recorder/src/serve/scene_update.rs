@@ -92,7 +92,7 @@ fn targets(entity: &mut SceneEntity, targets: &[Target]) {
         let place = pose_at(target.centre);
         let side = target.diameter_mm / 1e3;
         entity.spheres.push(SpherePrimitive {
-            pose: Some(place.clone()),
+            pose: Some(place),
             size: Some(Vector3 {
                 x: side,
                 y: side,
@@ -131,7 +131,10 @@ fn notice(scene: &Scene, claim: Option<&Claim>) -> TextPrimitive {
         Some((Some(FrameState::Lost(why)), ..)) => (format!("NO POSE: {}", Lost::words(why)), ALARM),
         Some(_) => ("NO POSE".to_owned(), ALARM),
     };
-    let place = scene.targets.first().map_or(Point::new(0.0, 0.0, 0.0), |target| target.centre);
+    let place = scene
+        .targets
+        .first()
+        .map_or(Point::new(0.0, 0.0, 0.0), |target| target.centre);
     let mut text = words(pose_at(place), &format!("{NOTICE}\n{state}"), colour);
     text.font_size = 20.0;
     text

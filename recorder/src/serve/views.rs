@@ -137,6 +137,12 @@ fn small_png(frame: &Frame, now_ns: i64, ages: Ages) -> Option<Vec<u8>> {
     };
     let top = f64::from(height);
     canvas.fill([0.0, top], [f64::from(width), f64::from(LINE)], RIM, 255);
-    canvas.text([f64::from(width) / 2.0, top + f64::from(LINE) / 2.0], &words, 11.0, colour, Anchor::Centre);
+    canvas.text(
+        [f64::from(width) / 2.0, top + f64::from(LINE) / 2.0],
+        &words,
+        11.0,
+        colour,
+        Anchor::Centre,
+    );
     encode_png(&canvas, &header.stamp.texts()).ok()
 }

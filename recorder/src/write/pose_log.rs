@@ -96,8 +96,18 @@ impl Entry<'_> {
                     None => Ok(()),
                 }
             }
-            Entry::Emitters(frame) => one(EMITTER_CHANNEL, frame.seq, [frame.t_capture_ns, frame.t_publish_ns], frame),
-            Entry::Markers(frame) => one(MARKER_CHANNEL, frame.seq, [frame.t_capture_ns, frame.t_publish_ns], frame),
+            Entry::Emitters(frame) => one(
+                EMITTER_CHANNEL,
+                frame.seq,
+                [frame.t_capture_ns, frame.t_publish_ns],
+                frame,
+            ),
+            Entry::Markers(frame) => one(
+                MARKER_CHANNEL,
+                frame.seq,
+                [frame.t_capture_ns, frame.t_publish_ns],
+                frame,
+            ),
             Entry::Status(status) => one(STATUS_CHANNEL, 0, [status.t_ns; 2], status),
             Entry::Identity(identity) => one(IDENTITY_CHANNEL, 0, [identity.t_ns; 2], identity),
             Entry::Guide(now_ns, guide) => one(GUIDE_CHANNEL, 0, [now_ns, guide.t_ns], guide),
