@@ -33,7 +33,7 @@ fn segmentations_of_other_software_have_their_voxels_at_their_places() {
         ("labelmap", [1, 2, 5]),
     ] {
         let made = script(&python, "write_segmentation.py", &[series, file, kind, truth]);
-        let rows = listed(&world, &[file, "--of", series, "--out", output]);
+        let rows = listed(&world, &[file, "--of", series, "--out", output, "--overwrite"]);
         let names = ["liver", "Vena portae", "lymph node"];
         for ((row, number), name) in rows.as_array().unwrap().iter().zip(numbers).zip(names) {
             assert_eq!((&row["label"], &row["name"]), (&number.into(), &name.into()), "{kind}");
@@ -44,6 +44,18 @@ fn segmentations_of_other_software_have_their_voxels_at_their_places() {
         // Places of a hundred mm, as doubles.
         assert!(seen["off_mm"].as_f64().unwrap() < 1e-9, "{kind}: {seen}");
         assert_eq!(seen["names"][numbers[2].to_string()], "lymph node", "{kind}: {seen}");
+        // Nothing is replaced unasked, and what is read never.
+        let refused = |out: &str, more: &[&str]| {
+            let all = [&["labels", file, "--of", series, "--out", out][..], more].concat();
+            let output = world.output("volume-loader", &all);
+            assert_eq!(output.status.code(), Some(1), "{}", stdout(&output));
+            stderr(&output)
+        };
+        assert!(refused(output, &[]).contains("there is a file of this name"));
+        let own = world.path("own.nrrd");
+        std::os::unix::fs::symlink(file, &own).unwrap();
+        assert!(refused(own.to_str().unwrap(), &["--overwrite"]).contains("this is the label map"));
+        std::fs::remove_file(own).unwrap();
         // What was written is read as what it was written of.
         assert_eq!(listed(&world, &[output]), rows, "{kind}");
     }
@@ -81,7 +93,7 @@ fn a_plan_names_the_structures_of_a_segmentation_and_refuses_one_of_another_scan
     let said = stdout(&beside);
     assert!(said.contains("CUTS liver (label 1)"), "{said}\n{}", stderr(&beside));
     // The planes without a structure have no frame: the map lies on a part of the CT, and is its own.
-    assert!(!said.contains("ANOTHER GRID") && !said.contains("MOVED"), "{said}");
+    assert!(!said.contains("LABELS LIE") && !said.contains("MOVED"), "{said}");
     std::fs::remove_file(world.path("plan.json")).unwrap();
     let other = plan(&data.join("ct-chest-lidc-dicom"), &["--labels", file]);
     assert_eq!(other.status.code(), Some(1), "{}", stdout(&other));

@@ -60,8 +60,8 @@ pub struct Hands {
 pub struct StructureSet {
     /// Their names, and where they are: LPS, mm.
     pub points: Vec<(String, [f64; 3])>,
-    /// How many regions of interest are no points.
-    pub others: usize,
+    /// The names of regions of interest that are no points.
+    pub others: Vec<String>,
     /// Whether the file says to be in the frame of reference of the examination.
     pub is_in_its_frame: bool,
 }

@@ -4,12 +4,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use guidance::safety::{LabelNames, MapError, Structures};
-use scene::VolumeSpec;
+use guidance::safety::{GridMatch, LabelNames, MapError, Structures};
+use scene::{VolumeSource, VolumeSpec};
 use serde_json::json;
 
 use crate::load::names::{LabelNamesError, label_names};
-use crate::load::{labels_in, open_labels};
+use crate::load::{labels_in, open, open_labels};
 use crate::nrrd::{self, Segment};
 use crate::{LoadError, WriteError, WriteOptions};
 
@@ -29,9 +29,15 @@ pub(crate) struct LabelsArgs {
     /// The examination that it is of.
     #[arg(long, value_name = "CT")]
     of: Option<PathBuf>,
+    /// Which series of a folder it is, from 1.
+    #[arg(long, value_name = "N", requires = "of", value_parser = clap::value_parser!(u32).range(1..))]
+    series: Option<u32>,
     /// Writes the labels with their names as NRRD (.seg.nrrd, .nrrd).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Replace the file of --out if it exists.
+    #[arg(long, requires = "out")]
+    overwrite: bool,
     /// Prints the structures as JSON.
     #[arg(long)]
     json: bool,
@@ -51,6 +57,18 @@ pub(crate) enum LabelsError {
         /// Why.
         source: MapError,
     },
+    /// There is a file already.
+    #[error("{}: there is a file of this name; give another name, or --overwrite to replace it", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The label map or the examination would be replaced.
+    #[error("{}: this is the label map or lies in the examination; give another name", path.display())]
+    Own {
+        /// The file.
+        path: PathBuf,
+    },
     /// Its names were refused.
     #[error(transparent)]
     Names(#[from] LabelNamesError),
@@ -67,8 +85,23 @@ pub(crate) enum LabelsError {
 /// # Errors
 /// [`LabelsError`]; nothing is left of the output then.
 pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
-    let examination = args.of.clone().map(VolumeSpec::of_path);
-    let volume = labels_in(open_labels(&args.path, examination.as_ref())?.0)?;
+    check_output(args)?;
+    let examination = args.of.as_ref().map(|of| examination(of, args.series));
+    let (source, is_in_its_frame) = open_labels(&args.path, examination.as_ref())?;
+    for warning in source.facts().warnings {
+        bus::stderr_line!("volume-loader: warning: {}: {warning}", args.path.display());
+    }
+    let volume = labels_in(source)?;
+    if let Some(examination) = &examination {
+        // Opened, so that a name that leads nowhere is no comparison.
+        let ct = *open(examination, phantom::DEFAULT_SEED)?.grid();
+        let lies = GridMatch::of(&volume.grid, &ct).known(is_in_its_frame);
+        let frame = match is_in_its_frame {
+            true => "it is in the frame of reference of the examination",
+            false => "its frame of reference could not be compared with the examination's",
+        };
+        bus::stderr_line!("volume-loader: {}: {frame}; {lies}", args.path.display());
+    }
     let structures = volume.structures().map_err(|source| LabelsError::Map {
         path: args.path.clone(),
         source,
@@ -95,6 +128,35 @@ pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
     // Where nobody reads it any more, there is nobody to tell.
     let _ = writeln!(io::stdout(), "{words}");
     Ok(())
+}
+
+fn examination(path: &Path, series: Option<u32>) -> VolumeSpec {
+    let mut spec = VolumeSpec::of_path(path.to_owned());
+    if let VolumeSource::File(file) = &mut spec.source {
+        file.series = series;
+    }
+    spec
+}
+
+/// Refuses an output that would replace something unasked, or an input at all.
+fn check_output(args: &LabelsArgs) -> Result<(), LabelsError> {
+    let Some(out) = &args.out else { return Ok(()) };
+    let path = out.clone();
+    let place = out.canonicalize().ok();
+    let lies_in = |input: &Path| {
+        let input = input.canonicalize().ok();
+        place
+            .as_ref()
+            .zip(input)
+            .is_some_and(|(out, input)| out.starts_with(input))
+    };
+    if lies_in(&args.path) || args.of.as_deref().is_some_and(lies_in) {
+        return Err(LabelsError::Own { path });
+    }
+    match out.symlink_metadata().is_ok() && !args.overwrite {
+        true => Err(LabelsError::Exists { path }),
+        false => Ok(()),
+    }
 }
 
 fn volume_ml(structures: &Structures, voxels: u64) -> f64 {

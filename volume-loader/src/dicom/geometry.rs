@@ -20,7 +20,7 @@ const SAME_PLACE_MM: f64 = 1e-3;
 const LATERAL_MAX_MM: f64 = 0.05;
 /// Steps are even within this and within [`UNEVEN_PART`] of the step, mm: positions printed with two decimals.
 pub(crate) const UNEVEN_MM: f64 = 0.01;
-const UNEVEN_PART: f64 = 0.01;
+pub(crate) const UNEVEN_PART: f64 = 0.01;
 /// The map may put a corner of a slice this far from where its own header puts it, mm: a tenth of what navigation can
 /// tell, and above the rounding of positions printed with one decimal.
 pub(crate) const CORNER_MAX_MM: f64 = 0.1;

@@ -122,6 +122,8 @@ pub(crate) fn frame_of_reference(path: &Path, series: Option<usize>) -> Result<O
         return Ok(None);
     }
     let series = Series::scan(path)?.choose(series)?;
+    // Slices of several frames of reference are no examination.
+    alike::check(&series)?;
     let first = series.headers.first().map(|header| header.frame_of_reference.clone());
     Ok(first.filter(|frame| !frame.is_empty()))
 }

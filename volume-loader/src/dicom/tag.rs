@@ -124,6 +124,8 @@ elements! { STRUCTURES:
     ROI_CONTOURS = (0x3006, 0x0039, "ROIContourSequence");
     CONTOURS = (0x3006, 0x0040, "ContourSequence");
     CONTOUR_KIND = (0x3006, 0x0042, "ContourGeometricType");
+    CONTOUR_OFFSET = (0x3006, 0x0045, "ContourOffsetVector");
+    CONTOUR_POINTS = (0x3006, 0x0046, "NumberOfContourPoints");
     CONTOUR_DATA = (0x3006, 0x0050, "ContourData");
     ROI_REFERENCED = (0x3006, 0x0084, "ReferencedROINumber");
 }

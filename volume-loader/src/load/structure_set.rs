@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, Seek};
 use std::path::{Path, PathBuf};
 
+use guidance::plan::MAX_MM;
 use scene::VolumeSpec;
 
 use super::segmentation::frame_of;
@@ -22,8 +23,6 @@ use crate::source::ReadError;
 
 /// RT Structure Set Storage (PS3.4 table B.5-1).
 const CLASS: &str = "1.2.840.10008.5.1.4.1.1.481.3";
-/// No coordinate of a patient is larger, mm.
-const FARTHEST_MM: f64 = 1e4;
 
 const ASKED: Asked = Asked {
     values: &[
@@ -37,7 +36,11 @@ const ASKED: Asked = Asked {
         el::ROI_REFERENCED,
         el::CONTOUR_KIND,
         el::CONTOUR_DATA,
+        el::CONTOUR_OFFSET,
+        el::CONTOUR_POINTS,
     ],
+    // Of contours that are no points.
+    long: &[el::CONTOUR_DATA],
     sequences: &[el::ROIS, el::ROI_CONTOURS, el::CONTOURS],
 };
 
@@ -55,8 +58,8 @@ pub struct NamedPoint {
 pub struct StructureSet {
     /// In the order of their numbers.
     pub points: Vec<NamedPoint>,
-    /// Regions of interest that are contours or have none.
-    pub others: usize,
+    /// The names of regions of interest that are contours or have none.
+    pub others: Vec<String>,
     /// Whether the file says to be in the frame of reference of the examination, which is DICOM then.
     pub is_in_its_frame: bool,
 }
@@ -81,8 +84,8 @@ pub enum StructureSetError {
     },
     /// It belongs to another examination.
     #[error(
-        "{}: region of interest {number} ({name:?}) is in another frame of reference than the examination (ReferencedFrameOfReferenceUID): it \
-         is a place in another scan, or of another patient", path.display()
+        "{}: region of interest {number} ({name:?}) is in another frame of reference than the examination or the points before it \
+         (ReferencedFrameOfReferenceUID): it is a place in another scan, or of another patient", path.display()
     )]
     OtherFrame {
         /// The file.
@@ -119,7 +122,7 @@ pub fn structure_set(path: &Path, examination: &VolumeSpec) -> Result<Option<Str
     let Some(regions) = found else {
         return Ok(None);
     };
-    let frame = frame_of(Some(examination))?;
+    let mut frame = frame_of(Some(examination))?;
     let mut set = StructureSet {
         is_in_its_frame: frame.is_some(),
         ..StructureSet::default()
@@ -127,9 +130,10 @@ pub fn structure_set(path: &Path, examination: &VolumeSpec) -> Result<Option<Str
     for (number, region) in regions {
         let name = region.name.clone();
         match region.points[..] {
-            [] => set.others += 1,
+            [] => set.others.push(name),
             [ct_mm] if !region.has_other_contours => {
-                if frame.as_ref().is_some_and(|frame| *frame != region.frame) {
+                // Of an examination that says none, all points must at least be in one.
+                if *frame.get_or_insert_with(|| region.frame.clone()) != region.frame {
                     let path = path.to_owned();
                     return Err(StructureSetError::OtherFrame { path, number, name });
                 }
@@ -162,13 +166,15 @@ fn parse<R: BufRead + Seek>(walker: &mut Walker<R>) -> Result<Option<Regions>, W
     let Some(elements) = elements.filter(is_one) else {
         return Ok(None);
     };
-    let charset = Charset::of(elements.get(el::CHARACTER_SET));
     for item in &described {
         let number = whole(&item.values, el::ROI_NUMBER)?;
         let region = contours.entry(number).or_default();
         if std::mem::replace(&mut region.is_described, true) {
             return Err(refused(el::ROI_NUMBER, format!("{number} twice"), "each number once").into());
         }
+        // An item may name sets of its own.
+        let own = item.values.get(el::CHARACTER_SET);
+        let charset = Charset::of(own.or(elements.get(el::CHARACTER_SET)));
         region.name = item
             .values
             .get(el::ROI_NAME)
@@ -199,9 +205,17 @@ fn take_contours(regions: &mut Regions, item: &Tree) -> Result<(), FileError> {
             region.has_other_contours = true;
             continue;
         }
+        let offset = contour.values.numbers::<3>(el::CONTOUR_OFFSET)?;
+        if let Some(offset) = offset.filter(|offset| *offset != [0.0; 3]) {
+            return Err(refused(el::CONTOUR_OFFSET, format!("{offset:?}"), "none, or zeros"));
+        }
+        let points = contour.values.numbers::<1>(el::CONTOUR_POINTS)?;
+        if let Some([points]) = points.filter(|points| *points != [1.0]) {
+            return Err(refused(el::CONTOUR_POINTS, points.to_string(), "1 for a POINT"));
+        }
         let tag = el::CONTOUR_DATA;
         let place = contour.values.numbers::<3>(tag)?.ok_or(FileError::Missing { tag })?;
-        if place.iter().any(|mm| mm.abs() > FARTHEST_MM) {
+        if place.iter().any(|mm| mm.abs() > MAX_MM) {
             return Err(refused(
                 tag,
                 format!("{place:?}"),

@@ -79,10 +79,10 @@ impl GridMatch {
     }
 }
 
-/// How far the corners of the map lie from voxels of the CT, counted from `first` on. Both maps are affine: what holds at the corners
-/// holds of all voxels between.
+/// How far the corners of the map lie from voxels of the CT, counted from `first` on; those one voxel beyond the last, so that also the
+/// step of a map of one plane counts. Both maps are affine: what holds at the corners holds of all voxels between.
 fn moved(labels: &VolumeGrid, ct: &VolumeGrid, first: [u32; 3]) -> [Vector<geometry::Ct>; 8] {
-    let far = labels.dims().map(|n| n - 1);
+    let far = labels.dims();
     std::array::from_fn(|k| {
         let at = [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { far[axis] } else { 0 });
         let point = |at: [u32; 3]| Point::<Voxel>::new(f64::from(at[0]), f64::from(at[1]), f64::from(at[2]));
@@ -154,6 +154,11 @@ mod tests {
         assert_eq!((found, found.known(true)), (part(false), part(true)));
         // Who cuts voxels out and keeps the origin has such a map too.
         assert!(found.is_doubtful() && !found.known(true).is_doubtful());
+        // One plane, whose step is the CT's, and one that is thicker.
+        assert_eq!(of([100, 90, 1], 0.7, [-10.0, 5.0, 10.0]), part(false));
+        let rows = [[0.7, 0.0, 0.0, -10.0], [0.0, 0.7, 0.0, 5.0], [0.0, 0.0, 7.0, 10.0]];
+        let thick = VolumeGrid::checked([100, 90, 1], Affine::from_rows(rows)).unwrap();
+        assert_eq!(GridMatch::of(&thick, &ct), GridMatch::Other);
         // One plane more than the CT has there, half a voxel aside, another size, and turned about an axis.
         assert_eq!(of([100, 90, 71], 0.7, [-10.0, 5.0, 10.0]), GridMatch::Other);
         assert_eq!(of([100, 90, 70], 0.7, [-10.0, 5.0, 10.35]), GridMatch::Other);

@@ -263,7 +263,7 @@ fn read(path: &Path, said: Said) -> Result<Markups, FileError> {
 /// The points of a structure set, as one list.
 fn of_structure_set(path: &Path, set: &StructureSet) -> Result<Markups, FileError> {
     if set.points.is_empty() {
-        let (path, others) = (path.to_owned(), set.others);
+        let (path, others) = (path.to_owned(), set.others.len());
         return Err(FileError::NoPoint { path, others });
     }
     let point = |(name, [x, y, z]): &(String, [f64; 3])| ControlPoint::new(name, Point::new(*x, *y, *z));
@@ -285,13 +285,15 @@ fn tell(path: &Path, file: &Markups, taken: &Taken, set: Option<&StructureSet>) 
     } = taken;
     let whose = match set {
         Some(set) if set.is_in_its_frame => "It is in the frame of reference of the examination",
+        Some(_) => "Its frame of reference could not be compared, as the examination says none",
         _ => "Such a file does not say of which examination it is",
     };
     bus::stderr_line!(
         "pilot: {path}: {targets} targets, {entries} entries and {measures} measures. {whose}: look at each of them on the images"
     );
-    if let Some(others) = set.map(|set| set.others).filter(|others| *others > 0) {
-        bus::stderr_line!("pilot: {path}: {others} regions of interest are no points and were left out");
+    if let Some(others) = set.map(|set| &set.others).filter(|others| !others.is_empty()) {
+        let count = others.len();
+        bus::stderr_line!("pilot: {path}: {count} regions of interest are no points and were left out: {others:?}");
     }
     let empty: Vec<String> = file
         .markups

@@ -10,13 +10,17 @@ use crate::dicom::walk::{Element, Open, WalkError, Walker};
 
 /// Sequences that are asked for, within one another; the standard's own objects stay below.
 const MAX_DEPTH: usize = 6;
-/// A longer value is passed over as if it were absent: what is asked for is numbers, codes and names.
+/// What is asked for is numbers, codes and names, and none is longer.
 const MAX_VALUE: u32 = 1 << 12;
+/// Items of one sequence: a hundred organs in five hundred planes each have fewer frames.
+const MAX_ITEMS: u64 = 1 << 16;
 
 /// What is asked for, wherever it stands; all else is passed over.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asked {
     pub values: &'static [Tag],
+    /// Those of `values` that are passed over where they are longer than numbers of one place.
+    pub long: &'static [Tag],
     pub sequences: &'static [Tag],
 }
 
@@ -53,9 +57,17 @@ impl Tree {
                 break;
             }
             if asked.sequences.contains(&element.tag) {
-                let sequence = walker.open(&element, coding)?;
+                let (sequence, mut count) = (walker.open(&element, coding)?, 0);
                 while let Some(item) = walker.next_item(&sequence)? {
-                    each(element.tag, Self::item(walker, &item, asked, 1)?)?;
+                    count += 1;
+                    if count > MAX_ITEMS {
+                        let (tag, found) = (element.tag, format!("more than {MAX_ITEMS}"));
+                        let expected = format!("at most {MAX_ITEMS}");
+                        return Err(FileError::Items { tag, found, expected }.into());
+                    }
+                    // A sound file may have a million elements in its items.
+                    let item = walker.counted_apart(|walker| Self::item(walker, &item, asked, 1))?;
+                    each(element.tag, item)?;
                 }
                 continue;
             }
@@ -121,7 +133,7 @@ impl Tree {
 }
 
 impl Elements {
-    /// Keeps the value if it is asked for, and passes over it otherwise.
+    /// Keeps the value if it is asked for, and passes over it otherwise. One that is too long is refused: another would be taken for it.
     fn take_asked<R: BufRead + Seek>(
         &mut self,
         walker: &mut Walker<R>,
@@ -130,8 +142,22 @@ impl Elements {
         asked: &Asked,
     ) -> Result<(), WalkError> {
         let Element { tag, byte, .. } = *element;
-        if !asked.values.contains(&tag) || element.length.is_none_or(|length| length > MAX_VALUE) {
+        let is_long = element.length.is_none_or(|length| length > MAX_VALUE);
+        if !asked.values.contains(&tag) || is_long && asked.long.contains(&tag) {
             return walker.skip(element, coding);
+        }
+        if is_long {
+            let (found, limit) = (
+                element.length.map_or(u64::from(u32::MAX), u64::from),
+                u64::from(MAX_VALUE),
+            );
+            return Err(FileError::TooLong {
+                tag,
+                byte,
+                found,
+                limit,
+            }
+            .into());
         }
         if self.get(tag).is_some() {
             return Err(FileError::Twice { tag, byte }.into());

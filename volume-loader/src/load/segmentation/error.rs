@@ -1,5 +1,7 @@
 //! Why a segmentation is no label map.
 
+use crate::dicom::geometry::CORNER_MAX_MM;
+
 /// Why a segmentation of DICOM is no label map. Frames count from 1, as the standard counts them.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SegmentationError {
@@ -96,6 +98,22 @@ pub enum SegmentationError {
         /// What the file says of the step.
         stated: String,
     },
+    /// Frames of several points in time.
+    #[error("its frames are of several points in time (TemporalPositionIndex): they are several segmentations")]
+    Times,
+    /// A frame beside the grid of the others.
+    #[error(
+        "a frame lies {found_mm:.3} mm beside the even grid of the others, expected at most {CORNER_MAX_MM} mm: it is no label map on one grid"
+    )]
+    Beside {
+        /// How far one of its corners is off.
+        found_mm: f64,
+    },
+    /// Planes that are nearly one.
+    #[error(
+        "frames lie closer than 0.001 mm to one another and not in one plane, or have other axes there: which of them are one plane, is not known"
+    )]
+    Nearly,
     /// Pixels that are compressed.
     #[error("its pixels are coded as {found}, and are read uncompressed; convert it, for instance with gdcmconv --raw")]
     Coded {

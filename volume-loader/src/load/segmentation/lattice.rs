@@ -5,7 +5,7 @@ use geometry::VolumeGrid;
 use super::error::SegmentationError;
 use super::object::Object;
 use crate::dicom::error::FileError;
-use crate::dicom::geometry::{CORNER_MAX_MM, GeometryError, Stack, UNEVEN_MM};
+use crate::dicom::geometry::{CORNER_MAX_MM, GeometryError, Stack, UNEVEN_MM, UNEVEN_PART};
 use crate::dicom::header::Placed;
 use crate::dicom::tag as el;
 
@@ -35,7 +35,7 @@ impl Lattice {
     pub(super) fn of(object: &Object) -> Result<Self, LatticeError> {
         let (planes, plane_of_frame) = distinct(object);
         let stack = Stack::of_planes(&planes).map_err(LatticeError::Geometry)?;
-        let (step_mm, index) = steps(&stack.along_mm, object.step_mm)?;
+        let (step_mm, index) = steps(&stack.along_mm, stack.line.dot(stack.normal), object.step_mm)?;
         let along = |k: usize| index.get(k).map_or(0.0, |&at| at as f64 * step_mm);
         let (slice, worst_corner_mm) = stack.worst_corner([object.columns, object.rows], along);
         // Not a number is refused too.
@@ -80,13 +80,19 @@ fn distinct(object: &Object) -> (Vec<Placed>, Vec<usize>) {
     (planes, of_frame)
 }
 
-/// The step of the grid, mm, and which of its planes lies at each of these ascending places.
+/// The step of the grid along the line of the planes, mm, and which of its planes lies at each of these ascending places; `cosine` is that of
+/// the angle between the line and the planes' normal.
 ///
 /// Frames without a voxel of their segment may be left out, so that only some of the steps are there. The smallest must be the one that
 /// the file states: of a file that states a finer one, planes may be missing between any two.
-fn steps(along_mm: &[f64], stated_mm: Option<f64>) -> Result<(f64, Vec<usize>), LatticeError> {
-    let pairs = along_mm.iter().zip(along_mm.iter().skip(1));
-    let smallest = pairs.map(|(low, high)| high - low).fold(f64::INFINITY, f64::min);
+fn steps(along_mm: &[f64], cosine: f64, stated_mm: Option<f64>) -> Result<(f64, Vec<usize>), LatticeError> {
+    let differences = || {
+        along_mm
+            .iter()
+            .zip(along_mm.iter().skip(1))
+            .map(|(low, high)| high - low)
+    };
+    let smallest = differences().fold(f64::INFINITY, f64::min);
     if along_mm.len() < 2 {
         let step = stated_mm.ok_or(FileError::Missing {
             tag: el::SPACING_BETWEEN_SLICES,
@@ -94,24 +100,33 @@ fn steps(along_mm: &[f64], stated_mm: Option<f64>) -> Result<(f64, Vec<usize>), 
         return Ok((step.map_err(LatticeError::Element)?, vec![0; along_mm.len()]));
     }
     let refused = || LatticeError::Step(no_step(along_mm, stated_mm));
-    if stated_mm.is_some_and(|stated| (stated - smallest).abs() > UNEVEN_MM) {
-        return Err(refused());
+    let is_smallest = |mm: f64| (mm - smallest).abs() <= UNEVEN_MM;
+    let first = match stated_mm {
+        // Of a tilted gantry the standard's step is along the normal, and some writers' along the line.
+        Some(stated) => [stated, stated / cosine].into_iter().find(|mm| is_smallest(*mm)),
+        // Two planes alone say nothing of those between.
+        None if along_mm.len() == 2 => None,
+        // The mean of those that are the smallest but for the digits that they were printed with.
+        None => {
+            let same: Vec<f64> = differences().filter(|mm| is_smallest(*mm)).collect();
+            Some(same.iter().sum::<f64>() / same.len() as f64)
+        }
+    };
+    let first = first.filter(|step| *step > 0.0).ok_or_else(refused)?;
+    let mut index = vec![0];
+    for difference in differences() {
+        let count = (difference / first).round();
+        let next = index.last().map_or(0.0, |last| *last as f64) + count;
+        // A step of no length, or a plane so far off that no grid holds it; not a number is refused too.
+        if !(count >= 1.0 && next <= f64::from(u16::MAX)) {
+            return Err(refused());
+        }
+        index.push(next as usize);
     }
-    // Two planes alone say nothing of those between.
-    if stated_mm.is_none() && along_mm.len() == 2 {
-        return Err(refused());
-    }
-    let whole = *along_mm.last().unwrap_or(&0.0);
-    let count = (whole / smallest).round();
-    // A step of no length, or a plane so far off that no count holds it; the grid has fewer.
-    if !(1.0..=f64::from(u16::MAX)).contains(&count) {
-        return Err(refused());
-    }
-    let step = whole / count;
-    let index: Vec<usize> = along_mm.iter().map(|mm| (mm / step).round() as usize).collect();
-    let is_off = |(mm, &at): (&f64, &usize)| (mm - at as f64 * step).abs() > UNEVEN_MM.max(0.01 * step);
-    let is_twice = index.iter().zip(index.iter().skip(1)).any(|(low, high)| low == high);
-    match is_twice || along_mm.iter().zip(&index).any(is_off) {
+    let step = along_mm.last().unwrap_or(&0.0) / index.last().map_or(1.0, |last| *last as f64);
+    let most = UNEVEN_MM.max(UNEVEN_PART * step);
+    let is_off = |(mm, &at): (&f64, &usize)| (mm - at as f64 * step).abs() > most;
+    match along_mm.iter().zip(&index).any(is_off) {
         true => Err(refused()),
         false => Ok((step, index)),
     }

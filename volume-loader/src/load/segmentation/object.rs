@@ -14,8 +14,6 @@ use crate::dicom::text::charset::Charset;
 use crate::dicom::walk::{Element, WalkError, Walker};
 use crate::source::ReadError;
 
-/// A hundred organs in five hundred planes each.
-const MAX_FRAMES: usize = 1 << 16;
 /// Pixels of a frame, as of a slice.
 const MAX_PIXELS: u64 = 1 << 24;
 
@@ -41,8 +39,12 @@ const ASKED: Asked = Asked {
         el::ORIENTATION,
         el::PIXEL_SPACING,
         el::SPACING_BETWEEN_SLICES,
+        el::TEMPORAL,
+        el::BITS_STORED,
     ],
+    long: &[],
     sequences: &[
+        el::FRAME_CONTENT,
         el::SEGMENTS,
         el::SHARED_GROUPS,
         el::FRAME_GROUPS,
@@ -96,6 +98,7 @@ struct Group {
     spacing: Option<[f64; 2]>,
     step_mm: Option<f64>,
     segment: Option<u16>,
+    temporal: Option<u32>,
 }
 
 impl Group {
@@ -116,6 +119,9 @@ impl Group {
                 .only(el::SEGMENT_OF_FRAME)?
                 .map(|tree| tree.values.u16(el::SEGMENT_REFERENCED))
                 .transpose()?,
+            temporal: item
+                .only(el::FRAME_CONTENT)?
+                .map_or(Ok(None), |tree| tree.values.u32(el::TEMPORAL))?,
         })
     }
 
@@ -127,6 +133,7 @@ impl Group {
             spacing: self.spacing.or(shared.spacing),
             step_mm: self.step_mm.or(shared.step_mm),
             segment: self.segment.or(shared.segment),
+            temporal: self.temporal.or(shared.temporal),
         }
     }
 }
@@ -144,12 +151,6 @@ impl Sequences {
         match tag {
             el::SEGMENTS => self.segments.push(item),
             el::SHARED_GROUPS => self.shared.push(Group::of(&item)?),
-            el::FRAME_GROUPS if self.frames.len() == MAX_FRAMES => {
-                return Err(items(
-                    format!("more than {MAX_FRAMES}"),
-                    format!("at most {MAX_FRAMES}"),
-                ));
-            }
             el::FRAME_GROUPS => {
                 let number = self.frames.len() as u32 + 1;
                 let group = Group::of(&item).map_err(|error| error.in_frame(Some(number)))?;
@@ -229,6 +230,7 @@ impl Object {
             })?,
             pixels,
         };
+        check_times(sequences)?;
         object.check_segments()?;
         object.check_length()?;
         Ok(object)
@@ -303,6 +305,12 @@ fn cells(e: &Elements) -> Result<Cells, FileError> {
     match (kind.as_str(), e.u16(el::BITS_ALLOCATED)?) {
         ("BINARY", 1) => Ok(Cells::Bits),
         ("FRACTIONAL", 8) => Ok(Cells::Parts(e.u16(el::FRACTION_MOST)?)),
+        // Other bits beside the labels would be read as theirs.
+        ("LABELMAP", bits @ (8 | 16)) if e.u16(el::BITS_STORED)? != bits => Err(FileError::Value {
+            tag: el::BITS_STORED,
+            found: e.u16(el::BITS_STORED)?.to_string(),
+            expected: "as many as BitsAllocated",
+        }),
         ("LABELMAP", 8) => Ok(Cells::Labels(1)),
         ("LABELMAP", 16) => Ok(Cells::Labels(2)),
         ("BINARY" | "FRACTIONAL" | "LABELMAP", bits) => Err(FileError::Value {
@@ -329,7 +337,6 @@ fn segments(e: &Elements, items: &[Tree], cells: Cells) -> Result<Vec<(i16, Stri
             expected: "0: the label of the ground",
         }));
     }
-    let charset = Charset::of(e.get(el::CHARACTER_SET));
     let mut segments: Vec<(i16, String)> = Vec::new();
     for item in items {
         let found = item.values.u16(el::SEGMENT)?;
@@ -340,6 +347,8 @@ fn segments(e: &Elements, items: &[Tree], cells: Cells) -> Result<Vec<(i16, Stri
         if segments.iter().any(|row| row.0 == segment) {
             return Err(SegmentationError::DescribedTwice { segment }.into());
         }
+        // An item may name sets of its own.
+        let charset = Charset::of(item.values.get(el::CHARACTER_SET).or(e.get(el::CHARACTER_SET)));
         let name = item.values.get(el::SEGMENT_LABEL).map(|bytes| charset.text(bytes));
         segments.push((segment, name.unwrap_or_default()));
     }
@@ -379,6 +388,17 @@ fn step(sequences: &Sequences) -> Result<Option<f64>, FileError> {
             found: "not above 0, or not the same in all frames".to_owned(),
             expected: "one number above 0, or none",
         }),
+    }
+}
+
+/// Frames of several points in time are several segmentations.
+fn check_times(sequences: &Sequences) -> Result<(), Refused> {
+    let shared = shared(sequences)?;
+    let mut times = sequences.frames.iter().map(|frame| frame.or(shared).temporal);
+    let first = times.next().flatten();
+    match times.all(|time| time == first) {
+        true => Ok(()),
+        false => Err(SegmentationError::Times.into()),
     }
 }
 

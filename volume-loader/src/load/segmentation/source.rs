@@ -11,6 +11,7 @@ use super::error::SegmentationError;
 use super::lattice::{Lattice, LatticeError};
 use super::object::{Cells, Object, Refused};
 use crate::dicom::error::DicomError;
+use crate::dicom::geometry::GeometryError;
 use crate::source::{Conversion, Facts, Place, ReadError, Turn, VoxelSource};
 
 /// One segmentation, read plane by plane; voxels are SegmentNumbers, 0 for none.
@@ -179,6 +180,14 @@ fn check_twice(object: &Object, lattice: &Lattice) -> Result<(), SegmentationErr
 fn refused(path: &Path, error: LatticeError) -> ReadError {
     let (path, number) = (path.to_owned(), 1);
     match error {
+        LatticeError::Geometry(GeometryError::Corner { found_mm, .. }) => {
+            let source = SegmentationError::Beside { found_mm };
+            ReadError::Segmentation { path, source }
+        }
+        LatticeError::Geometry(GeometryError::Duplicates { .. }) => {
+            let source = SegmentationError::Nearly;
+            ReadError::Segmentation { path, source }
+        }
         LatticeError::Geometry(source) => DicomError::Geometry { path, number, source }.into(),
         LatticeError::Grid(source) => DicomError::Grid { path, number, source }.into(),
         LatticeError::Step(source) => ReadError::Segmentation { path, source },

@@ -109,6 +109,7 @@ impl Made {
             .us((0x0028, 0x0010), SIZE[1])
             .us((0x0028, 0x0011), SIZE[0])
             .us((0x0028, 0x0100), self.bits)
+            .us((0x0028, 0x0101), self.bits)
             .text((0x0062, 0x0001), "CS", self.kind)
             .us((0x0062, 0x000E), 200);
         let segments: Vec<Elements> = self.segments.iter().map(segment).collect();
@@ -294,6 +295,33 @@ fn a_stated_step_that_no_two_planes_have_is_refused() {
         "{}",
         made.refused()
     );
+}
+
+/// The smallest of the printed steps, taken two hundred times, was one plane off.
+#[test]
+fn places_printed_with_two_decimals_are_on_one_grid() {
+    let printed = |k: usize| (0.625 * k as f64 * 100.0).round() / 100.0;
+    for step in [Some("0.625"), None] {
+        let made = Made {
+            segments: vec![(1, "liver")],
+            frames: (0..200).map(|k| Frame(1, printed(k), vec![2])).collect(),
+            step,
+            ..Made::new()
+        };
+        let found = made.found();
+        assert_eq!((found.len(), found[199].0), (200, [2, 0, 199]), "{step:?}");
+    }
+}
+
+/// Another value would be taken for one that is passed over.
+#[test]
+fn a_value_that_is_too_long_is_no_absent_one() {
+    let name: &'static str = Box::leak("x".repeat(5000).into_boxed_str());
+    let made = Made {
+        segments: vec![(1, name), (7, "portal vein")],
+        ..Made::new()
+    };
+    assert!(made.refused().contains("SegmentLabel at byte"), "{}", made.refused());
 }
 
 #[test]
