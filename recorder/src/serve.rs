@@ -4,8 +4,10 @@
 //! in the scene, and the tool is drawn only as long as an image of the run may claim its pose.
 
 mod cli;
+mod label;
 mod outlet;
 mod scene_update;
+mod standing;
 mod views;
 
 use std::collections::VecDeque;
@@ -13,13 +15,14 @@ use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
 use bus::clock;
-use bus::message::{Level, ToolPose};
+use bus::message::{Level, ToolPose, Workflow};
 use bus::port::Subscriber;
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError, run_dir};
 use bus::session::Session;
 use bus::topic::TOOL_POSE;
 use bus::{Bus, BusError};
+use foxglove::messages::Timestamp;
 use scene::Scene;
 
 use crate::wire::proto::Log;
@@ -27,7 +30,9 @@ use crate::wire::schema::Source;
 use crate::write::pose_log::{Entry, Take};
 use crate::write::record::watch::Watch;
 pub(crate) use cli::{SERVE_HELP, ServeArgs};
+use label::Label;
 use outlet::Outlet;
+use standing::Standing;
 use views::Views;
 
 /// Between two looks at the topics.
@@ -35,6 +40,12 @@ const TICK: Duration = Duration::from_millis(20);
 /// Between two scenes, and between two notices that this is a research display: who comes late has them then.
 const SCENE_EVERY: Duration = Duration::from_millis(100);
 const NOTICE_EVERY: Duration = Duration::from_secs(5);
+/// Between two looks whether the run goes on.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+/// Behind every process of the run.
+const NICE: i32 = 10;
+/// What clients are told where this process ends and the run does not.
+const STOPPED: &str = "NOT SERVED ANY MORE";
 /// What is said wherever there is room.
 pub(super) const NOTICE: &str = "RESEARCH DISPLAY";
 /// Poses that are kept for the images that show them.
@@ -87,28 +98,23 @@ pub(crate) fn serve(args: &ServeArgs) -> Result<(), ServeError> {
     let (run, text) = RunContext::load_with_scene(&run_dir(&args.run)?, None)?;
     let scene = Scene::parse(&text, &run.scene_path())?;
     let stop = StopFlag::install(false)?;
+    // Threads that are started from here on have it too. Where the system refuses it, this only takes the more of the processor.
+    let _ = rustix::process::setpriority_process(None, NICE);
     let mut served = Served::open(&run, &scene, args)?;
     bus::stderr_line!(
-        "recorder: serving run {} on ws://{}:{}; in Foxglove open a connection of the kind Foxglove WebSocket. {NOTICE}: nobody operates by it",
+        "recorder: serving run {} on ws://{}; in Foxglove open a connection of the kind Foxglove WebSocket. {NOTICE}: nobody operates by it",
         run.name,
-        args.listen.ip(),
-        served.outlet.port()
+        SocketAddr::new(args.listen.ip(), served.outlet.port())
     );
-    while !stop.is_set() {
-        if !run.is_running() {
-            bus::stderr_line!("recorder: run {} has ended", run.name);
-            break;
-        }
-        served.step()?;
-        std::thread::sleep(TICK);
-    }
-    served.outlet.stop();
-    Ok(())
+    let (ended, result) = served.follow(&run, &stop);
+    served.goodbye(ended);
+    result
 }
 
 /// A run being served.
 struct Served<'a> {
     scene: &'a Scene,
+    origin: &'static str,
     session: Session,
     poses: Subscriber<ToolPose>,
     watch: Watch,
@@ -116,6 +122,7 @@ struct Served<'a> {
     outlet: Outlet,
     /// The newest, for the images that show them.
     known: VecDeque<ToolPose>,
+    standing: Standing,
     next_scene_ns: i64,
     next_notice_ns: i64,
 }
@@ -125,50 +132,123 @@ impl<'a> Served<'a> {
         let bus = Bus::join(run)?;
         Ok(Self {
             scene,
+            origin: standing::origin(run, scene),
             session: Session::open(&bus, run)?,
             poses: Subscriber::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer)?,
             watch: Watch::open(&bus, scene)?,
             views: Views::open(&bus, scene, args.every)?,
             outlet: Outlet::start(scene, args.listen)?,
             known: VecDeque::new(),
+            standing: Standing::NoImage,
             next_scene_ns: i64::MIN,
             next_notice_ns: i64::MIN,
         })
     }
 
-    fn step(&mut self) -> Result<(), ServeError> {
-        self.session.follow()?;
-        let (now_ns, steady_ns) = (self.session.clock().now_ns(), clock::monotonic_ns());
-        while let Some(pose) = self.poses.next()? {
-            self.outlet.put(now_ns, Entry::Pose(Source::Tool, &pose));
-            self.watch.pose(now_ns, &pose, &mut self.outlet);
+    /// Until the run ends or this process is asked to stop: what clients are to be told of it.
+    fn follow(&mut self, run: &RunContext, stop: &StopFlag) -> (&'static str, Result<(), ServeError>) {
+        let mut next_look_ns = i64::MIN;
+        while !stop.is_set() {
+            let steady_ns = clock::monotonic_ns();
+            if steady_ns >= next_look_ns {
+                next_look_ns = steady_ns.saturating_add(clock::ns(LOOK_EVERY));
+                if !run.is_running() {
+                    bus::stderr_line!("recorder: run {} has ended", run.name);
+                    return ("THE RUN HAS ENDED", Ok(()));
+                }
+            }
+            if let Err(error) = self.step(steady_ns) {
+                return (STOPPED, Err(error));
+            }
+            std::thread::sleep(TICK);
+        }
+        (STOPPED, Ok(()))
+    }
+
+    fn step(&mut self, steady_ns: i64) -> Result<(), ServeError> {
+        self.poses()?;
+        let now_ns = self.session.clock().now_ns();
+        self.watch.step(now_ns, &mut self.outlet)?;
+        let label = Label {
+            origin: self.origin,
+            is_withheld: standing::withheld(self.outlet.workflow()).is_some(),
+        };
+        self.views.step((now_ns, steady_ns), label, &mut self.outlet)?;
+        let had_pose = self.standing.has_pose();
+        self.standing = self.judged(now_ns);
+        let has_pose = self.standing.has_pose();
+        self.outlet.tool(now_ns, has_pose);
+        if had_pose != has_pose || steady_ns >= self.next_scene_ns {
+            self.next_scene_ns = steady_ns.saturating_add(clock::ns(SCENE_EVERY));
+            self.tell_scene(now_ns);
+        }
+        if steady_ns >= self.next_notice_ns {
+            self.next_notice_ns = steady_ns.saturating_add(clock::ns(NOTICE_EVERY));
+            self.tell_again(now_ns);
+        }
+        Ok(())
+    }
+
+    /// Takes the poses that came.
+    fn poses(&mut self) -> Result<(), ServeError> {
+        let mut samples = Vec::new();
+        while let Some(sample) = self.poses.next()? {
+            samples.push(sample);
+        }
+        // After the poses were taken: a replayer has said before them what time it is.
+        let has_jumped = self.session.follow()?;
+        let now_ns = self.session.clock().now_ns();
+        if has_jumped {
+            // Transforms of later are none of now: Foxglove would go on with them.
+            self.outlet.forget(now_ns);
+            samples.retain(|sample| !self.session.is_yet_to_come(sample.t_publish_ns));
+        }
+        for sample in samples {
+            self.outlet.put(now_ns, Entry::Pose(Source::Tool, &sample));
+            self.watch.pose(now_ns, &sample, &mut self.outlet);
             if self.known.len() == KEPT {
                 self.known.pop_front();
             }
-            self.known.push_back(pose);
-        }
-        self.watch.step(now_ns, &mut self.outlet)?;
-        self.views.step(now_ns, steady_ns, &mut self.outlet)?;
-        if steady_ns >= self.next_scene_ns {
-            self.next_scene_ns = steady_ns + clock::ns(SCENE_EVERY);
-            let claim = self.views.claim(now_ns);
-            let pose = claim.as_ref().and_then(|claim| {
-                let shown =
-                    |pose: &&ToolPose| pose.seq == claim.stamp.seq && pose.t_capture_ns == claim.stamp.t_capture_ns;
-                self.known.iter().rev().find(shown)
-            });
-            let update = scene_update::of(self.scene, now_ns, claim.as_ref(), pose, self.views.planes(now_ns));
-            self.outlet.scene(now_ns, &update);
-        }
-        if steady_ns >= self.next_notice_ns {
-            self.next_notice_ns = steady_ns + clock::ns(NOTICE_EVERY);
-            self.outlet.again();
-            let words = format!("{NOTICE}: what is shown here may be late or lost on its way; nobody operates by it");
-            self.outlet.put(
-                now_ns,
-                Entry::Log(now_ns, &Log::new(now_ns, Level::Warning, "recorder", words)),
-            );
+            self.known.push_back(sample);
         }
         Ok(())
+    }
+
+    fn judged(&self, now_ns: i64) -> Standing {
+        let claim = self.views.claim(now_ns);
+        let shows = claim.and_then(|claim| {
+            let is_it = |pose: &&ToolPose| pose.seq == claim.seq && pose.t_capture_ns == claim.t_capture_ns;
+            self.known.iter().rev().find(is_it)
+        });
+        Standing::of(self.outlet.workflow(), self.known.back(), claim.as_ref(), shows, now_ns)
+    }
+
+    fn tell_scene(&mut self, now_ns: i64) {
+        if !self.standing.has_pose() {
+            // Again and again: who came late or lost messages still draws the last one.
+            self.outlet.forget(now_ns);
+        }
+        let marks = self.outlet.workflow().map(Workflow::marks).unwrap_or_default();
+        let marks = [self.origin].into_iter().chain(marks.iter().map(|mark| mark.word()));
+        let marks: Vec<_> = marks.filter(|mark| !mark.is_empty()).collect();
+        let planes = self.views.planes(now_ns);
+        let update = scene_update::of(self.scene, Timestamp::now(), &self.standing, &marks, &planes);
+        self.outlet.scene(now_ns, &update);
+    }
+
+    fn tell_again(&mut self, now_ns: i64) {
+        self.outlet.again();
+        self.views.again();
+        let words = format!("{NOTICE}: what is shown here may be late or lost on its way; nobody operates by it");
+        let words = [self.origin, &words].join(" ").trim().to_owned();
+        let log = Log::new(now_ns, Level::Warning, "recorder", words);
+        self.outlet.put(now_ns, Entry::Log(now_ns, &log));
+    }
+
+    /// Takes the tool back, says why, and ends all connections.
+    fn goodbye(mut self, why: &'static str) {
+        self.standing = Standing::Ended(why);
+        self.tell_scene(self.session.clock().now_ns());
+        self.outlet.stop();
     }
 }

@@ -3,7 +3,8 @@
 Usage: check_foxglove.py PORT SECONDS
 Needs: websockets, foxglove-schemas-protobuf, mcap-protobuf-support. Prints one JSON object: the server's name, how many messages came on
 each topic, the largest distance between the end of the tool in the scene and the transform of the same moment in mm (null: never both),
-the ids of the last scene, what was taken away, the last notice, the sizes of the images, and what the log said.
+the ids of the last scene, what was taken away, the last notice, the frame that the tool hung on last, the sizes of the images, and what the
+log said.
 """
 
 import base64
@@ -63,8 +64,11 @@ def main(port, seconds):
 def take(found, transforms, tools, channel, payload):
     kind = channel["schemaName"]
     if kind == "foxglove.FrameTransform":
-        at = FrameTransform.FromString(payload).translation
-        transforms.append((at.x, at.y, at.z))
+        transform = FrameTransform.FromString(payload)
+        found["hangs_on"] = transform.parent_frame_id
+        if transform.parent_frame_id == "ct":
+            at = transform.translation
+            transforms.append((at.x, at.y, at.z))
     elif kind == "foxglove.SceneUpdate":
         update = SceneUpdate.FromString(payload)
         found["scene"] = [entity.id for entity in update.entities]

@@ -57,7 +57,7 @@ fn a_run_is_seen_in_foxglove_and_a_pose_that_is_lost_is_taken_away() {
     let scene = format!("{SMALL}\n[[targets]]\nname = \"node\"\nct_mm = [10, 20, 30]\n");
     let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "default");
     pilot.wait_live();
-    let served = Served::start(&world);
+    let mut served = Served::start(&world);
     // Longer than between two notices and two rounds of what comes late is told.
     let seen = served.look(&python, "6");
     assert!(seen["name"].as_str().unwrap().contains("RESEARCH DISPLAY"), "{seen}");
@@ -84,27 +84,33 @@ fn a_run_is_seen_in_foxglove_and_a_pose_that_is_lost_is_taken_away() {
         "{seen}"
     );
     assert!(!seen["images"].as_object().unwrap().is_empty(), "{seen}");
-    assert!(
-        seen["notice"].as_str().unwrap().starts_with("RESEARCH DISPLAY\n"),
-        "{seen}"
-    );
+    let notice = seen["notice"].as_str().unwrap();
+    assert!(notice.starts_with("RESEARCH DISPLAY "), "{seen}");
+    assert!(notice.contains("SIMULATED TRACKER"), "{seen}");
+    assert_eq!(seen["hangs_on"], "ct", "{seen}");
     let log = seen["log"].as_array().unwrap();
     assert!(
         log.iter()
-            .any(|line| line.as_str().unwrap().starts_with("RESEARCH DISPLAY")),
+            .any(|line| line.as_str().unwrap().contains("RESEARCH DISPLAY")),
         "{seen}"
     );
-    // A tracker that ends again and again is held: there is no pose any more.
+    // A tracker that ends again and again is held: there is no pose any more, and none comes back.
     wait_for("a tracker that is held", || {
         pilot.pid("tracker").into_iter().for_each(kill_9);
         let status = pilot.status()?;
-        let views = status["views"].as_array()?;
-        views.iter().all(|view| view["state"] == "lost").then_some(())
+        let is_held = |process: &Value| process["name"] == "tracker" && process["stage"] == "held";
+        let is_lost = |view: &Value| view["state"] == "lost";
+        let (processes, views) = (status["processes"].as_array()?, status["views"].as_array()?);
+        (processes.iter().any(is_held) && views.iter().all(is_lost)).then_some(())
     });
     let seen = served.look(&python, "1");
     assert!(seen["deleted"].as_array().unwrap().contains(&"tool".into()), "{seen}");
     assert!(seen["notice"].as_str().unwrap().contains("NO POSE"), "{seen}");
+    // Who comes late too is told that the tool is nowhere.
+    assert_eq!(seen["hangs_on"], "NO POSE", "{seen}");
     pilot.stop();
+    let ended = wait_for("the server to end with its run", || served.0.try_wait().unwrap());
+    assert!(ended.success(), "{ended}");
 }
 
 #[test]

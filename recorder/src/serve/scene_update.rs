@@ -1,49 +1,62 @@
 //! Tool, targets and planes as Foxglove draws them: along the axes of the CT (LPS), in metres.
 
-use bus::message::{FrameState, Lost, ToolPose, Tracked};
 use foxglove::messages::{
-    Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate, SpherePrimitive,
-    TextPrimitive, Timestamp, Vector3, line_primitive,
+    Color, Duration, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate,
+    SpherePrimitive, TextPrimitive, Timestamp, Vector3, line_primitive,
 };
-use geometry::{Ct, Point, SlicePlane, Tool};
+use geometry::{Ct, Point, Rigid, SlicePlane, Tool};
 use picture::Rgb;
 use picture::palette::{ALARM, QUIET, TARGET, TUBE, WARN};
 use scene::{Scene, Target};
 
 use super::NOTICE;
-use super::views::Claim;
-use crate::wire::proto::file_time;
+use super::standing::Standing;
 
 /// The frame that everything is in, as the transforms of a recording name it.
 const FRAME: &str = "ct";
 
-/// The scene at a time; the tool is there as long as an image may claim `pose`.
+/// How long Foxglove draws what follows the tool unless it is told again, seconds: ten scenes later nobody knows that it is still there.
+const LIFETIME_S: i32 = 1;
+
+/// The scene at a time: the tool and the slices are there as long as they may be claimed.
+///
+/// `sent` is on the wall's clock, by which Foxglove judges how long an entity lives. `marks` stand beside
+/// whatever is shown: what the poses come from, what was not checked.
 pub(super) fn of(
     scene: &Scene,
-    now_ns: i64,
-    claim: Option<&Claim>,
-    pose: Option<&ToolPose>,
-    planes: Vec<(String, SlicePlane)>,
+    sent: Timestamp,
+    standing: &Standing,
+    marks: &[&str],
+    planes: &[(String, SlicePlane)],
 ) -> SceneUpdate {
-    let at = stamp(now_ns);
-    let tool = tool(scene, claim, pose);
     let mut entities = vec![
-        entity(at, "targets", |entity| targets(entity, &scene.targets)),
-        entity(at, "notice", |entity| entity.texts.push(notice(scene, claim))),
+        entity(sent, "targets", |entity| targets(entity, &scene.targets)),
+        entity(sent, "notice", |entity| {
+            entity.texts.push(notice(scene, sent, standing, marks))
+        }),
     ];
     // What is not there any more is taken away: a picture that stays would be believed.
     let mut deletions = Vec::new();
-    match tool {
-        Some(line) => entities.push(entity(at, "tool", |entity| entity.lines.push(line))),
-        None => deletions.push(deletion(at, "tool")),
+    match tool(scene, standing) {
+        Some(line) => entities.push(mortal(sent, "tool", vec![line])),
+        None => deletions.push(deletion(sent, "tool")),
     }
-    match planes.is_empty() {
-        true => deletions.push(deletion(at, "planes")),
-        false => entities.push(entity(at, "planes", |entity| {
-            entity.lines.extend(planes.iter().map(|(_, plane)| outline(plane)));
-        })),
+    match planes.is_empty() || !standing.has_pose() {
+        true => deletions.push(deletion(sent, "planes")),
+        false => {
+            let lines = planes.iter().map(|(_, plane)| outline(plane)).collect();
+            entities.push(mortal(sent, "planes", lines));
+        }
     }
     SceneUpdate { deletions, entities }
+}
+
+/// What follows the tool.
+fn mortal(sent: Timestamp, id: &str, lines: Vec<LinePrimitive>) -> SceneEntity {
+    entity(sent, id, |entity| {
+        entity.lifetime = Some(Duration::new(LIFETIME_S, 0));
+        entity.lines = lines;
+    })
 }
 
 fn entity(at: Timestamp, id: &str, fill: impl FnOnce(&mut SceneEntity)) -> SceneEntity {
@@ -67,16 +80,13 @@ fn deletion(at: Timestamp, id: &str) -> SceneEntityDeletion {
 }
 
 /// The tube from its tip to its handle.
-fn tool(scene: &Scene, claim: Option<&Claim>, pose: Option<&ToolPose>) -> Option<LinePrimitive> {
-    let colour = match claim?.state? {
-        FrameState::Live => TUBE,
-        FrameState::Stale => WARN,
-        FrameState::Requested | FrameState::Look | FrameState::Lost(_) => return None,
+fn tool(scene: &Scene, standing: &Standing) -> Option<LinePrimitive> {
+    let (colour, ct_from_tool): (_, &Rigid<Ct, Tool>) = match standing {
+        Standing::Live(_, pose) => (TUBE, pose),
+        Standing::Old(_, pose) => (WARN, pose),
+        Standing::Lost(_) | Standing::NoImage | Standing::Withheld(_) | Standing::Ended(_) => return None,
     };
-    let Ok(Tracked::Valid(ct_from_tool)) = pose?.tracked() else {
-        return None;
-    };
-    let ends = [0.0, -scene.tool.length_mm].map(|z| ct_from_tool * Point::<Tool>::new(0.0, 0.0, z));
+    let ends = [0.0, -scene.tool.length_mm].map(|z| *ct_from_tool * Point::<Tool>::new(0.0, 0.0, z));
     Some(LinePrimitive {
         r#type: line_primitive::Type::LineStrip as i32,
         pose: Some(identity()),
@@ -100,7 +110,7 @@ fn targets(entity: &mut SceneEntity, targets: &[Target]) {
             }),
             color: Some(rgba(TARGET, 0.8)),
         });
-        entity.texts.push(words(place, &target.name, TARGET));
+        entity.texts.push(words(place, &one_line(&target.name), TARGET));
     }
 }
 
@@ -120,24 +130,35 @@ fn outline(plane: &SlicePlane) -> LinePrimitive {
     }
 }
 
-/// What this is, and what may be claimed; at the first target, else at the origin.
-fn notice(scene: &Scene, claim: Option<&Claim>) -> TextPrimitive {
-    let (state, colour) = match claim.map(|claim| (claim.state, claim.stamp.replay, claim.stamp.seq)) {
-        None => ("NO IMAGE YET".to_owned(), QUIET),
-        Some((_, 1, seq)) => (format!("REPLAY, pose {seq}"), WARN),
-        Some((_, 2, seq)) => (format!("SIMULATED TIME, pose {seq}"), WARN),
-        Some((Some(FrameState::Live), _, seq)) => (format!("live, pose {seq}"), WARN),
-        Some((Some(FrameState::Stale), _, seq)) => (format!("POSE OLD, pose {seq}"), ALARM),
-        Some((Some(FrameState::Lost(why)), ..)) => (format!("NO POSE: {}", Lost::words(why)), ALARM),
-        Some(_) => ("NO POSE".to_owned(), ALARM),
+/// What this is, when it was sent, and what may be claimed; at the first target, else at the origin.
+fn notice(scene: &Scene, sent: Timestamp, standing: &Standing, marks: &[&str]) -> TextPrimitive {
+    let colour = match standing {
+        Standing::Live(..) => WARN,
+        Standing::Old(..) | Standing::Lost(_) | Standing::NoImage | Standing::Withheld(_) | Standing::Ended(_) => ALARM,
     };
     let place = scene
         .targets
         .first()
         .map_or(Point::new(0.0, 0.0, 0.0), |target| target.centre);
-    let mut text = words(pose_at(place), &format!("{NOTICE}\n{state}"), colour);
+    let [hour, minute, second] = [3600, 60, 1].map(|unit| sent.sec() / unit % if unit == 3600 { 24 } else { 60 });
+    let at = format!("{NOTICE} {hour:02}:{minute:02}:{second:02}Z");
+    let state = standing.words();
+    let lines: Vec<_> = [at.as_str()]
+        .into_iter()
+        .chain(marks.iter().copied())
+        .chain([state.as_str()])
+        .collect();
+    let mut text = words(pose_at(place), &lines.join("\n"), colour);
     text.font_size = 20.0;
     text
+}
+
+/// A name in one line: one that breaks it, or turns its direction, could write what looks like a line of ours.
+fn one_line(name: &str) -> String {
+    let breaks = |c: char| {
+        c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}')
+    };
+    name.chars().map(|c| if breaks(c) { ' ' } else { c }).collect()
 }
 
 fn words(place: Pose, text: &str, colour: Rgb) -> TextPrimitive {
@@ -179,9 +200,5 @@ fn rgba(Rgb(r, g, b): Rgb, a: f64) -> Color {
     Color { r, g, b, a }
 }
 
-fn stamp(now_ns: i64) -> Timestamp {
-    const SECOND: u64 = 1_000_000_000;
-    let t_ns = file_time(now_ns);
-    // 136 years of a run's clock.
-    Timestamp::new((t_ns / SECOND) as u32, (t_ns % SECOND) as u32)
-}
+#[cfg(test)]
+mod tests;

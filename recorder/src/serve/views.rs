@@ -3,32 +3,30 @@
 use std::time::Duration;
 
 use bus::clock;
-use bus::message::{Ages, FrameStamp, FrameState};
+use bus::message::{Ages, FrameState};
 use bus::port::{Frame, FrameSubscriber};
 use bus::topic::VIEW_FRAME;
 use bus::{Bus, BusError};
 use geometry::SlicePlane;
-use picture::palette::{ALARM, RIM, WARN};
-use picture::{Anchor, Canvas, encode_png};
 use scene::Scene;
 
-use super::NOTICE;
+use super::label::{Label, small_png};
 use super::outlet::Outlet;
 use crate::wire::proto::CompressedImage;
 use crate::write::pose_log::{Entry, Take};
-use crate::write::record::thumbnails::shrunk;
-
-/// Height of the line under each image, pixels.
-const LINE: u32 = 16;
 
 /// A view, and what was given out of it last.
 struct View {
     name: String,
     frames: FrameSubscriber,
     newest: Option<Frame>,
-    /// When its image was handed over, and what it could claim when it was given out.
-    given: Option<(i64, Option<FrameState>)>,
+    /// Which of all images that came here the newest is.
+    came: u64,
+    given: Option<Given>,
 }
+
+/// When an image was handed over, what it could claim when it was given out, and whether it was withheld.
+type Given = (i64, Option<FrameState>, bool);
 
 /// The views of a run.
 pub(super) struct Views {
@@ -36,11 +34,14 @@ pub(super) struct Views {
     ages: Ages,
     every_ns: i64,
     next_ns: i64,
+    came: u64,
 }
 
-/// What an image may claim at a time.
+/// What an image may claim at a time, and the sample that it shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Claim {
-    pub(super) stamp: FrameStamp,
+    pub(super) seq: u64,
+    pub(super) t_capture_ns: i64,
     /// `None` for a code that is not known.
     pub(super) state: Option<FrameState>,
 }
@@ -53,6 +54,7 @@ impl Views {
                 name: view.name.clone(),
                 frames: FrameSubscriber::open(bus, &VIEW_FRAME, &view.name)?,
                 newest: None,
+                came: 0,
                 given: None,
             })
         });
@@ -61,30 +63,40 @@ impl Views {
             ages: Ages::of(&scene.limits),
             every_ns: clock::ns(every),
             next_ns: i64::MIN,
+            came: 0,
         })
     }
 
-    /// Gives out each image that is new or may claim less than when it was given out; `steady_ns` is of a clock that never stands still.
-    pub(super) fn step(&mut self, now_ns: i64, steady_ns: i64, outlet: &mut Outlet) -> Result<(), BusError> {
+    /// Takes the newest images, and gives out, if it is time and somebody looks, each that is new or may claim less than when it was given
+    /// out; `steady_ns` is of a clock that never stands still.
+    pub(super) fn step(
+        &mut self,
+        (now_ns, steady_ns): (i64, i64),
+        label: Label,
+        outlet: &mut Outlet,
+    ) -> Result<(), BusError> {
         for view in &mut self.views {
             if let Some(frame) = view.frames.newest()? {
                 view.newest = Some(frame);
+                self.came += 1;
+                view.came = self.came;
             }
         }
         if steady_ns < self.next_ns {
             return Ok(());
         }
-        self.next_ns = steady_ns + self.every_ns;
+        self.next_ns = steady_ns.saturating_add(self.every_ns);
         for (view, number) in self.views.iter_mut().zip(0..) {
             let Some(frame) = &view.newest else { continue };
             let stamp = &frame.header().stamp;
-            let state = frame.shown(now_ns, self.ages).state;
-            let given = Some((stamp.t_framed_ns, state));
-            if view.given == given {
+            let shown = frame.shown(now_ns, self.ages);
+            let given = Some((stamp.t_framed_ns, shown.state, label.is_withheld));
+            // An image that nobody looks at is not made.
+            if view.given == given || !outlet.is_watched(number) {
                 continue;
             }
             view.given = given;
-            let Some(png) = small_png(frame, now_ns, self.ages) else {
+            let Some(png) = small_png(frame.header(), shown, label) else {
                 continue;
             };
             let image = &CompressedImage::png(stamp.t_framed_ns, &view.name, png);
@@ -94,14 +106,23 @@ impl Views {
         Ok(())
     }
 
-    /// What the image of the newest pose may claim.
+    /// Gives out every image once more, for who comes late.
+    pub(super) fn again(&mut self) {
+        self.views.iter_mut().for_each(|view| view.given = None);
+    }
+
+    /// What the newest image of the present may claim.
     pub(super) fn claim(&self, now_ns: i64) -> Option<Claim> {
-        let frames = self.views.iter().filter_map(|view| view.newest.as_ref());
-        let newest = frames.max_by_key(|frame| (frame.header().stamp.t_framed_ns, frame.header().stamp.seq))?;
-        Some(Claim {
-            stamp: newest.header().stamp,
-            state: newest.shown(now_ns, self.ages).state,
-        })
+        of_the_present(self.views.iter().filter_map(|view| {
+            let frame = view.newest.as_ref()?;
+            let stamp = &frame.header().stamp;
+            let claim = Claim {
+                seq: stamp.seq,
+                t_capture_ns: stamp.t_capture_ns,
+                state: frame.shown(now_ns, self.ages).state,
+            };
+            Some((view.came, claim))
+        }))
     }
 
     /// Where the slices lie whose images may claim a pose.
@@ -117,32 +138,43 @@ impl Views {
     }
 }
 
-/// A small copy with a line under it; an image that may not claim any more what stands on it is dimmed.
-fn small_png(frame: &Frame, now_ns: i64, ages: Ages) -> Option<Vec<u8>> {
-    let header = frame.header();
-    let shown = frame.shown(now_ns, ages);
-    let (width, height, rgba) = shrunk(header.width, header.height, shown.rgba);
-    if width == 0 || height == 0 {
-        return None;
+/// Of claims and when they came. That order counts, and not that of the stamps: a replay that goes back shows images that are older than
+/// those before. Images of a pose or a plane that somebody asked for say nothing of the present.
+fn of_the_present(claims: impl Iterator<Item = (u64, Claim)>) -> Option<Claim> {
+    let asked = |claim: &Claim| matches!(claim.state, Some(FrameState::Requested | FrameState::Look));
+    let of_the_present = claims.filter(|(_, claim)| !asked(claim));
+    of_the_present.max_by_key(|(came, _)| *came).map(|(_, claim)| claim)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn claim(seq: u64, state: FrameState) -> Claim {
+        Claim {
+            seq,
+            t_capture_ns: seq.cast_signed() * 1000,
+            state: Some(state),
+        }
     }
-    let mut canvas = Canvas::new(width, height + LINE);
-    canvas.paste(&rgba, width, 0, 0);
-    let is_changed = shown.state != header.stamp.frame_state();
-    if is_changed {
-        canvas.dim(96);
+
+    /// Whoever looked at a plane of his own in one view took the tool away from all: its images are newer than those of the tool.
+    #[test]
+    fn an_image_that_somebody_asked_for_takes_no_tool_away() {
+        let live = claim(7, FrameState::Live);
+        for asked in [FrameState::Look, FrameState::Requested] {
+            assert_eq!(
+                of_the_present([(1, live), (2, claim(9, asked))].into_iter()),
+                Some(live)
+            );
+            assert_eq!(of_the_present([(2, claim(9, asked))].into_iter()), None);
+        }
     }
-    let (words, colour) = match is_changed {
-        true => (format!("{NOTICE}: OLD"), ALARM),
-        false => (NOTICE.to_owned(), WARN),
-    };
-    let top = f64::from(height);
-    canvas.fill([0.0, top], [f64::from(width), f64::from(LINE)], RIM, 255);
-    canvas.text(
-        [f64::from(width) / 2.0, top + f64::from(LINE) / 2.0],
-        &words,
-        11.0,
-        colour,
-        Anchor::Centre,
-    );
-    encode_png(&canvas, &header.stamp.texts()).ok()
+
+    /// An image of before a replay went back has the later stamp, and counted as the newest until its view drew another.
+    #[test]
+    fn the_newest_image_is_the_one_that_came_last_whatever_its_stamp() {
+        let (before, after) = (claim(900, FrameState::Live), claim(3, FrameState::Live));
+        assert_eq!(of_the_present([(5, before), (6, after)].into_iter()), Some(after));
+    }
 }
