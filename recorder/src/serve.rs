@@ -33,7 +33,7 @@ pub(crate) use cli::{SERVE_HELP, ServeArgs};
 use label::Label;
 use outlet::Outlet;
 use standing::Standing;
-use views::Views;
+use views::{Claim, Views};
 
 /// Between two looks at the topics.
 const TICK: Duration = Duration::from_millis(20);
@@ -178,6 +178,9 @@ impl<'a> Served<'a> {
         self.standing = self.judged(now_ns);
         let has_pose = self.standing.has_pose();
         self.outlet.tool(now_ns, has_pose);
+        if has_pose && !had_pose {
+            self.tell_transform(now_ns);
+        }
         if had_pose != has_pose || steady_ns >= self.next_scene_ns {
             self.next_scene_ns = steady_ns.saturating_add(clock::ns(SCENE_EVERY));
             self.tell_scene(now_ns);
@@ -214,12 +217,23 @@ impl<'a> Served<'a> {
         Ok(())
     }
 
+    /// Of the pose that is shown: it came when no transform might be told yet.
+    fn tell_transform(&mut self, now_ns: i64) {
+        let shown = self.views.claim(now_ns).and_then(|claim| self.sample(claim)).copied();
+        if let Some(sample) = shown {
+            self.outlet.transform(&sample);
+        }
+    }
+
+    /// The sample that an image shows; `None` where it did not come here.
+    fn sample(&self, claim: Claim) -> Option<&ToolPose> {
+        let is_it = |pose: &&ToolPose| pose.seq == claim.seq && pose.t_capture_ns == claim.t_capture_ns;
+        self.known.iter().rev().find(is_it)
+    }
+
     fn judged(&self, now_ns: i64) -> Standing {
         let claim = self.views.claim(now_ns);
-        let shows = claim.and_then(|claim| {
-            let is_it = |pose: &&ToolPose| pose.seq == claim.seq && pose.t_capture_ns == claim.t_capture_ns;
-            self.known.iter().rev().find(is_it)
-        });
+        let shows = claim.and_then(|claim| self.sample(claim));
         Standing::of(self.outlet.workflow(), self.known.back(), claim.as_ref(), shows, now_ns)
     }
 

@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bus::message::Workflow;
+use bus::message::{ToolPose, Workflow};
 use foxglove::messages::SceneUpdate;
 use foxglove::{Channel, ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServer};
 use foxglove::{FoxgloveError, WebSocketServerHandle};
@@ -113,9 +113,20 @@ impl Outlet {
                 ..proto::Quaternion::default()
             }),
         };
+        self.tell_transform(&nowhere, now_ns);
+    }
+
+    /// Tells the transform of a pose alone, without its numbers.
+    pub(super) fn transform(&self, pose: &ToolPose) {
+        if let Some(transform) = proto::frame_transform_in_metres(pose, Source::Tool.frame()) {
+            self.tell_transform(&transform, pose.t_capture_ns);
+        }
+    }
+
+    fn tell_transform(&self, transform: &proto::FrameTransform, t_ns: i64) {
         if let Some(channel) = self.channels.get(&TF_CHANNEL) {
-            let metadata = PartialMetadata::with_log_time(file_time(now_ns));
-            channel.log_with_meta(&prost::Message::encode_to_vec(&nowhere), metadata);
+            let metadata = PartialMetadata::with_log_time(file_time(t_ns));
+            channel.log_with_meta(&prost::Message::encode_to_vec(transform), metadata);
         }
     }
 

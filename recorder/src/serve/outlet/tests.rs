@@ -142,12 +142,13 @@ fn the_transform_of_a_tool_without_a_pose_is_taken_away_and_none_is_told() {
     put(&mut outlet, 3);
     outlet.tool(0, true);
     put(&mut outlet, 4);
-    let told: Vec<_> = (0..3).map(|_| client.transform()).collect();
+    outlet.transform(&testing::pose(5));
+    let told: Vec<_> = (0..4).map(|_| client.transform()).collect();
     let parents: Vec<_> = told.iter().map(|told| told.parent_frame_id.as_str()).collect();
-    assert_eq!(parents, ["ct", "NO POSE", "ct"]);
+    assert_eq!(parents, ["ct", "NO POSE", "ct", "ct"]);
     assert!(told.iter().all(|told| told.child_frame_id == "tool"), "{told:?}");
     let of = |seq| proto::frame_transform_in_metres(&testing::pose(seq), "tool").unwrap();
-    assert_eq!((told[0].clone(), told[2].clone()), (of(2), of(4)));
+    assert_eq!([&told[0], &told[2], &told[3]], [&of(2), &of(4), &of(5)]);
     // Metres, and the quaternion by the names of its parts.
     let (pose, rotation) = (testing::pose(2), told[0].rotation.clone().unwrap());
     assert!((told[0].translation.as_ref().unwrap().x - pose.t_mm[0] / 1e3).abs() < 1e-12);
