@@ -108,6 +108,17 @@ fn a_run_is_seen_in_foxglove_and_a_pose_that_is_lost_is_taken_away() {
     assert!(seen["notice"].as_str().unwrap().contains("NO POSE"), "{seen}");
     // Who comes late too is told that the tool is nowhere.
     assert_eq!(seen["hangs_on"], "NO POSE", "{seen}");
+    // Images go on where the examination is not the patient's; here as in the window nothing of the tool is shown by them.
+    for arguments in [&["restart", "tracker"][..], &["reject"]] {
+        let said = world.output("pilot", arguments);
+        assert!(said.status.success(), "{}", stderr(&said));
+        pilot.wait_live();
+    }
+    let seen = served.look(&python, "1");
+    let notice = seen["notice"].as_str().unwrap();
+    assert!(notice.contains("WITHHELD: the examination is said not to be"), "{seen}");
+    assert!(seen["deleted"].as_array().unwrap().contains(&"tool".into()), "{seen}");
+    assert_eq!(seen["hangs_on"], "NO POSE", "{seen}");
     pilot.stop();
     let ended = wait_for("the server to end with its run", || served.0.try_wait().unwrap());
     assert!(ended.success(), "{ended}");

@@ -23,6 +23,7 @@ struct View {
     /// Which of all images that came here the newest is.
     came: u64,
     given: Option<Given>,
+    next_ns: i64,
 }
 
 /// When an image was handed over, what it could claim when it was given out, and whether it was withheld.
@@ -33,7 +34,6 @@ pub(super) struct Views {
     views: Vec<View>,
     ages: Ages,
     every_ns: i64,
-    next_ns: i64,
     came: u64,
 }
 
@@ -56,19 +56,19 @@ impl Views {
                 newest: None,
                 came: 0,
                 given: None,
+                next_ns: i64::MIN,
             })
         });
         Ok(Self {
             views: views.collect::<Result<_, BusError>>()?,
             ages: Ages::of(&scene.limits),
             every_ns: clock::ns(every),
-            next_ns: i64::MIN,
             came: 0,
         })
     }
 
-    /// Takes the newest images, and gives out, if it is time and somebody looks, each that is new or may claim less than when it was given
-    /// out; `steady_ns` is of a clock that never stands still.
+    /// Takes the newest images, and gives out one that somebody looks at and that is due, if any is: poses wait while an image is made.
+    /// `steady_ns` is of a clock that never stands still.
     pub(super) fn step(
         &mut self,
         (now_ns, steady_ns): (i64, i64),
@@ -82,23 +82,23 @@ impl Views {
                 view.came = self.came;
             }
         }
-        if steady_ns < self.next_ns {
-            return Ok(());
-        }
-        self.next_ns = steady_ns.saturating_add(self.every_ns);
-        for (view, number) in self.views.iter_mut().zip(0..) {
-            let Some(frame) = &view.newest else { continue };
-            let stamp = &frame.header().stamp;
-            let shown = frame.shown(now_ns, self.ages);
-            let given = Some((stamp.t_framed_ns, shown.state, label.is_withheld));
+        let due = self.views.iter_mut().zip(0..).filter_map(|(view, number)| {
+            let frame = view.newest.as_ref()?;
+            let state = frame.shown(now_ns, self.ages).state;
+            let given = (frame.header().stamp.t_framed_ns, state, label.is_withheld);
             // An image that nobody looks at is not made.
-            if view.given == given || !outlet.is_watched(number) {
-                continue;
-            }
-            view.given = given;
-            let Some(png) = small_png(frame.header(), shown, label) else {
-                continue;
-            };
+            let is_due = is_due(view.given, given, steady_ns >= view.next_ns) && outlet.is_watched(number);
+            is_due.then_some((view, number, given))
+        });
+        // The one that waits for the longest time.
+        let Some((view, number, given)) = due.min_by_key(|(view, ..)| view.next_ns) else {
+            return Ok(());
+        };
+        view.given = Some(given);
+        view.next_ns = steady_ns.saturating_add(self.every_ns);
+        let Some(frame) = &view.newest else { return Ok(()) };
+        if let Some(png) = small_png(frame.header(), frame.shown(now_ns, self.ages), label) {
+            let stamp = &frame.header().stamp;
             let image = &CompressedImage::png(stamp.t_framed_ns, &view.name, png);
             let (view, seq, t_ns) = (number, stamp.seq, stamp.t_framed_ns);
             outlet.put(now_ns, Entry::Image { view, seq, t_ns, image });
@@ -138,6 +138,12 @@ impl Views {
     }
 }
 
+/// Whether an image is to be given out where `before` was given out last: it is another and the time has come, or it may claim something
+/// else, which is told at once.
+fn is_due(before: Option<Given>, now: Given, is_time: bool) -> bool {
+    before.is_none_or(|before| before != now && (is_time || (before.1, before.2) != (now.1, now.2)))
+}
+
 /// Of claims and when they came. That order counts, and not that of the stamps: a replay that goes back shows images that are older than
 /// those before. Images of a pose or a plane that somebody asked for say nothing of the present.
 fn of_the_present(claims: impl Iterator<Item = (u64, Claim)>) -> Option<Claim> {
@@ -155,6 +161,25 @@ mod tests {
             seq,
             t_capture_ns: seq.cast_signed() * 1000,
             state: Some(state),
+        }
+    }
+
+    /// With `--every 10s` an image looked live for as long behind its last pose.
+    #[test]
+    fn what_an_image_may_not_claim_any_more_is_told_at_once() {
+        let live = (1000, Some(FrameState::Live), false);
+        let newer = (2000, live.1, live.2);
+        let changes = [
+            (1000, Some(FrameState::Stale), false),
+            (2000, Some(FrameState::Lost(bus::message::Lost::Silent)), false),
+            (1000, None, false),
+            (1000, Some(FrameState::Live), true),
+        ];
+        for is_time in [false, true] {
+            assert!(is_due(None, live, is_time));
+            assert!(!is_due(Some(live), live, is_time));
+            assert_eq!(is_due(Some(live), newer, is_time), is_time);
+            assert!(changes.iter().all(|change| is_due(Some(live), *change, is_time)));
         }
     }
 
