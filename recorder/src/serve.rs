@@ -1,7 +1,7 @@
 //! A run, live in Foxglove: what a recording would hold, as it comes, and a scene of the tool, the targets and the planes.
 //!
 //! A research display: what it shows may be late or lost on its way, and nobody who operates goes by it. It says so on every image and
-//! in the scene, and the tool is drawn only as long as an image of the run may claim its pose.
+//! in the scene, and the tool is drawn only as long as an image of the run may claim its pose and the workflow lets it be shown.
 
 mod cli;
 mod label;
@@ -130,14 +130,15 @@ struct Served<'a> {
 impl<'a> Served<'a> {
     fn open(run: &RunContext, scene: &'a Scene, args: &ServeArgs) -> Result<Self, ServeError> {
         let bus = Bus::join(run)?;
+        let origin = standing::origin(run, scene);
         Ok(Self {
             scene,
-            origin: standing::origin(run, scene),
+            origin,
             session: Session::open(&bus, run)?,
             poses: Subscriber::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer)?,
             watch: Watch::open(&bus, scene)?,
             views: Views::open(&bus, scene, args.every)?,
-            outlet: Outlet::start(scene, args.listen)?,
+            outlet: Outlet::start(scene, origin, args.listen)?,
             known: VecDeque::new(),
             standing: Standing::NoImage,
             next_scene_ns: i64::MIN,

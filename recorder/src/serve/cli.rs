@@ -7,9 +7,9 @@ use clap::Args;
 
 pub(crate) const SERVE_HELP: &str = "\
 Foxglove (desktop or in a browser on this machine) connects to ws://localhost:8765 and shows poses, states, the log, small images and \
-a scene of tool, targets and planes: the topics of a recording, live. Each image and the scene say RESEARCH DISPLAY: what is shown may be \
-late or lost on its way. The tool is drawn only as long as an image of the run may claim its pose. Nothing of a client comes back into the \
-run, and whose examination it is goes to no client.
+a scene of tool, targets and planes: the topics of a recording, live. Each image and the scene say RESEARCH DISPLAY and the time of day: what \
+is shown may be late or lost on its way. The tool is drawn only as long as an image of the run may claim its pose and the run's workflow lets it \
+be shown. Nothing of a client comes back into the run, and whose examination it is goes to no client.
 
 Examples:
   recorder serve --foxglove
@@ -27,7 +27,7 @@ pub(crate) struct ServeArgs {
     /// An address of this machine's own, and the port
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:8765")]
     pub(super) listen: SocketAddr,
-    /// Between two images of a view, 20 ms to 10 s
+    /// Between two images of a view, 20 ms to 10 s; one view at a time
     #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = interval)]
     pub(super) every: Duration,
 }

@@ -44,11 +44,11 @@ pub(super) struct Outlet {
 }
 
 impl Outlet {
-    /// Starts to listen.
+    /// Starts to listen. `origin` is what the poses come from, empty for a localizer in the present.
     ///
     /// # Errors
     /// [`ServeError::Server`].
-    pub(super) fn start(scene: &Scene, address: SocketAddr) -> Result<Self, ServeError> {
+    pub(super) fn start(scene: &Scene, origin: &str, address: SocketAddr) -> Result<Self, ServeError> {
         let failed = |source| ServeError::Server { address, source };
         // A context of its own: nothing that is logged elsewhere in the process gets out.
         let context = Context::new();
@@ -58,7 +58,7 @@ impl Outlet {
             .add_metadata("notice", NOTICE)
             .build::<SceneUpdate>();
         let server = WebSocketServer::new()
-            .name(format!("Trocar, {NOTICE}"))
+            .name(name(origin))
             .context(&context)
             .message_backlog_size(BACKLOG)
             .bind(address.ip().to_string(), address.port())
@@ -156,6 +156,14 @@ impl Outlet {
             let _ = done.send(());
         });
         let _ = wait.recv_timeout(GOODBYE);
+    }
+}
+
+/// As Foxglove shows it beside the address.
+fn name(origin: &str) -> String {
+    match origin {
+        "" => format!("Trocar, {NOTICE}"),
+        origin => format!("Trocar, {NOTICE}: {origin}"),
     }
 }
 

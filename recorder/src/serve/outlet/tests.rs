@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 fn outlet() -> Outlet {
     let scene = Scene::parse("", Path::new("s.toml")).unwrap();
-    Outlet::start(&scene, SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0)).unwrap()
+    Outlet::start(&scene, "", SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0)).unwrap()
 }
 
 struct Client(TcpStream);
@@ -259,7 +259,7 @@ fn a_port_that_is_taken_is_named_with_the_reason() {
     let first = outlet();
     let scene = Scene::parse("", Path::new("s.toml")).unwrap();
     let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), first.port());
-    let Err(error) = Outlet::start(&scene, address) else {
+    let Err(error) = Outlet::start(&scene, "", address) else {
         panic!()
     };
     let words = error.to_string();
@@ -283,4 +283,10 @@ fn who_comes_late_is_told_what_comes_only_when_it_changes() {
     outlet.again();
     let told = proto::Workflow::decode(&client.data()[..]).unwrap();
     assert_eq!(told, proto::Workflow::from(&workflow));
+}
+
+#[test]
+fn a_replay_is_called_so_beside_the_address() {
+    assert_eq!(name(""), "Trocar, RESEARCH DISPLAY");
+    assert_eq!(name("REPLAY, NOT LIVE"), "Trocar, RESEARCH DISPLAY: REPLAY, NOT LIVE");
 }
