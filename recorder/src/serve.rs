@@ -5,6 +5,7 @@
 
 mod cli;
 mod label;
+mod late;
 mod outlet;
 mod scene_update;
 mod standing;
@@ -31,6 +32,7 @@ use crate::write::pose_log::{Entry, Take};
 use crate::write::record::watch::Watch;
 pub(crate) use cli::{SERVE_HELP, ServeArgs};
 use label::Label;
+use late::Late;
 use outlet::Outlet;
 use standing::Standing;
 use views::{Claim, Views};
@@ -149,6 +151,7 @@ impl<'a> Served<'a> {
     /// Until the run ends or this process is asked to stop: what clients are to be told of it.
     fn follow(&mut self, run: &RunContext, stop: &StopFlag) -> (&'static str, Result<(), ServeError>) {
         let mut next_look_ns = i64::MIN;
+        let mut late = Late::new(self.outlet.port());
         while !stop.is_set() {
             let steady_ns = clock::monotonic_ns();
             if steady_ns >= next_look_ns {
@@ -161,6 +164,7 @@ impl<'a> Served<'a> {
             if let Err(error) = self.step(steady_ns) {
                 return (STOPPED, Err(error));
             }
+            late.step(steady_ns);
             std::thread::sleep(TICK);
         }
         (STOPPED, Ok(()))

@@ -254,6 +254,29 @@ fn a_client_that_reads_nothing_holds_up_neither_what_is_told_nor_the_end() {
     drop(clients);
 }
 
+/// The system takes megabytes on for who reads slowly, and he saw a tool where it was twenty seconds before.
+#[test]
+fn a_client_that_does_not_keep_up_is_closed_alone() {
+    let mut outlet = outlet();
+    let _slow = Client::of(&outlet, &["/log"]);
+    let mut good = Client::of(&outlet, &["/tf"]);
+    wait_until(|| {
+        outlet.server.client_count() == 2 && is_watched(&outlet, schema::LOG_CHANNEL) && is_watched(&outlet, TF_CHANNEL)
+    });
+    let log = proto::Log::new(0, bus::message::Level::Info, "test", "x".repeat(1 << 20));
+    (0..2 * BACKLOG).for_each(|_| outlet.put(0, Entry::Log(0, &log)));
+    let late = std::cell::RefCell::new((crate::serve::late::Late::new(outlet.port()), 0));
+    wait_until(|| {
+        let (late, steady_ns) = &mut *late.borrow_mut();
+        *steady_ns += 1_000_000_000;
+        late.step(*steady_ns);
+        outlet.server.client_count() == 1
+    });
+    outlet.tool(0, true);
+    outlet.put(0, Entry::Pose(Source::Tool, &testing::pose(5)));
+    assert_eq!(good.transform().parent_frame_id, "ct");
+}
+
 #[test]
 fn a_port_that_is_taken_is_named_with_the_reason() {
     let first = outlet();
