@@ -1,5 +1,5 @@
 //! Closes connections that read more slowly than messages come. The system takes megabytes on for them, and what they show is then tens of
-//! seconds old and looks like the present: who is closed shows that it is disconnected.
+//! seconds old and looks like the present: who is closed shows that it is disconnected, once it has read what was taken on for it.
 //!
 //! The server has no way to close one client, so its socket is found among those of this process.
 
