@@ -101,6 +101,10 @@ enum Command {
     /// Publish a recording's poses in the place of the tracker
     #[command(after_help = REPLAY_HELP)]
     Replay(ReplayArgs),
+    /// Show a run live in Foxglove (a research display)
+    #[cfg(feature = "foxglove")]
+    #[command(after_help = crate::serve::SERVE_HELP)]
+    Serve(crate::serve::ServeArgs),
     /// Say what a replay must know of a recording, as JSON
     #[command(after_help = FACTS_HELP)]
     Facts {
@@ -172,6 +176,9 @@ enum CliError {
     Replay(#[from] ReplayError),
     #[error(transparent)]
     Compare(#[from] CompareError),
+    #[cfg(feature = "foxglove")]
+    #[error(transparent)]
+    Serve(#[from] crate::serve::ServeError),
 }
 
 /// The command line, for manual pages and completions.
@@ -211,6 +218,8 @@ fn run(command: Command) -> Result<(), CliError> {
             say(&format!("{}\n{info}", file.display()));
         }
         Command::Replay(args) => crate::replay::cli::run(args)?,
+        #[cfg(feature = "foxglove")]
+        Command::Serve(args) => crate::serve::serve(&args)?,
         Command::Facts { file, whole } => {
             let found = if whole { facts_of_all(&file)? } else { facts(&file)? };
             let json = serde_json::to_string(&found).unwrap_or_default();
@@ -249,10 +258,14 @@ mod tests {
     fn the_command_line_is_consistent_and_shows_examples() {
         let mut command = Cli::command();
         command.clone().debug_assert();
-        for name in [
+        #[cfg(feature = "foxglove")]
+        let more = ["serve"];
+        #[cfg(not(feature = "foxglove"))]
+        let more = [];
+        for name in more.into_iter().chain([
             "record", "recover", "info", "export", "import", "cut", "verify", "attach", "replay", "facts", "compare",
             "report",
-        ] {
+        ]) {
             let help = command.find_subcommand_mut(name).unwrap().render_help().to_string();
             assert!(help.contains("Example"), "{help}");
         }

@@ -6,6 +6,7 @@
 //! * [`edit`]: from files to files.
 //! * [`replay`]: from a file back onto the bus.
 //! * [`report`](mod@report): from a file to one page that says what was done.
+//! * `serve`: a run, live in Foxglove (feature `foxglove`).
 //! * [`wire`]: what is in the file, so that other programs can read it.
 //!
 //! While it grows, a recording is named `FILE.mcap.recording`; only a finished one is named `FILE.mcap`.
@@ -15,6 +16,8 @@ pub mod edit;
 pub mod read;
 pub mod replay;
 pub mod report;
+#[cfg(feature = "foxglove")]
+mod serve;
 #[cfg(test)]
 mod testing;
 pub mod wire;

@@ -5,6 +5,7 @@
 mod bad_pose;
 #[path = "../support/display.rs"]
 mod display;
+mod foxglove;
 mod guide;
 mod identity;
 mod injected_faults;

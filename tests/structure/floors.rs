@@ -44,6 +44,7 @@ const FLOORS: &[(&str, u8)] = &[
 /// Libraries behind a wall: what begins like the first may be named by the second only.
 const WALLS: &[(&str, &str)] = &[
     ("iceoryx2", "bus"),
+    ("foxglove", "recorder"),
     ("mcap", "recorder"),
     ("dicom", "volume-loader"),
     ("flate2", "volume-loader"),

@@ -255,7 +255,7 @@ pub fn file_time(t_ns: i64) -> u64 {
     t_ns.max(0).unsigned_abs()
 }
 
-fn timestamp(t_ns: u64) -> Timestamp {
+pub(crate) fn timestamp(t_ns: u64) -> Timestamp {
     const SECOND: u64 = 1_000_000_000;
     Timestamp {
         seconds: (t_ns / SECOND).cast_signed(),

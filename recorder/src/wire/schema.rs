@@ -60,7 +60,7 @@ pub const LIBRARIES: &str = "trocar recorder ";
 /// Who wrote the file.
 pub const LIBRARY: &str = concat!("trocar recorder ", env!("CARGO_PKG_VERSION"));
 
-const PROTOBUF: &str = "protobuf";
+pub(crate) const PROTOBUF: &str = "protobuf";
 const POSE_SCHEMA_ID: u16 = 1;
 const TF_SCHEMA_ID: u16 = 2;
 const EMITTER_SCHEMA_ID: u16 = 3;

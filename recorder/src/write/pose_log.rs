@@ -72,6 +72,82 @@ impl Entry<'_> {
             _ => None,
         }
     }
+
+    /// Gives each message that it is, with its place and its bytes; `buffer` is of no meaning before and after.
+    ///
+    /// # Errors
+    /// The first of `give`.
+    pub(crate) fn encoded<E>(
+        &self,
+        buffer: &mut Vec<u8>,
+        mut give: impl FnMut(Place, &[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut one = |channel, seq, times, message: &dyn Message| {
+            buffer.clear();
+            message.put(buffer);
+            give(Place { channel, seq, times }, buffer)
+        };
+        match *self {
+            Entry::Pose(source, pose) => {
+                let times = [pose.t_capture_ns, pose.t_publish_ns];
+                one(source.channel(), pose.seq, times, &proto::ToolPose::from(pose))?;
+                match frame_transform_in_metres(pose, source.frame()) {
+                    Some(transform) => one(TF_CHANNEL, pose.seq, times, &transform),
+                    None => Ok(()),
+                }
+            }
+            Entry::Emitters(frame) => one(
+                EMITTER_CHANNEL,
+                frame.seq,
+                [frame.t_capture_ns, frame.t_publish_ns],
+                frame,
+            ),
+            Entry::Markers(frame) => one(
+                MARKER_CHANNEL,
+                frame.seq,
+                [frame.t_capture_ns, frame.t_publish_ns],
+                frame,
+            ),
+            Entry::Status(status) => one(STATUS_CHANNEL, 0, [status.t_ns; 2], status),
+            Entry::Identity(identity) => one(IDENTITY_CHANNEL, 0, [identity.t_ns; 2], identity),
+            Entry::Guide(now_ns, guide) => one(GUIDE_CHANNEL, 0, [now_ns, guide.t_ns], guide),
+            Entry::Workflow(workflow) => one(WORKFLOW_CHANNEL, 0, [workflow.t_ns; 2], workflow),
+            Entry::Log(t_ns, log) => one(LOG_CHANNEL, 0, [t_ns; 2], log),
+            Entry::Image { view, seq, t_ns, image } => one(VIEW_CHANNEL + view, seq, [t_ns; 2], image),
+        }
+    }
+}
+
+/// Where a message belongs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    pub channel: u16,
+    pub seq: u64,
+    /// Of the capture and of the publication, ns on the run's clock.
+    pub times: [i64; 2],
+}
+
+/// Any message of protobuf.
+trait Message {
+    fn put(&self, buffer: &mut Vec<u8>);
+}
+
+impl<M: prost::Message> Message for M {
+    fn put(&self, buffer: &mut Vec<u8>) {
+        // Cannot fail: the buffer grows.
+        let _ = self.encode(buffer);
+    }
+}
+
+/// Who takes what is to be recorded, or shown elsewhere.
+pub(crate) trait Take {
+    /// Takes a message; what does not take it counts it.
+    fn put(&mut self, now_ns: i64, entry: Entry<'_>);
+
+    /// Takes what a person chose.
+    fn guide(&mut self, now_ns: i64, guide: &proto::Guide) {
+        self.put(now_ns, Entry::Guide(now_ns, guide));
+    }
 }
 
 /// Poses and frames of the localizer that were taken but are not in a closed chunk yet.
@@ -197,46 +273,20 @@ impl<W: Write + Seek> PoseLog<W> {
         if let Some(seq) = entry.counted() {
             self.unwritten.add(seq);
         }
-        match entry {
-            Entry::Pose(source, pose) => {
-                let times = [pose.t_capture_ns, pose.t_publish_ns];
-                self.message(source.channel(), pose.seq, times, &proto::ToolPose::from(pose))?;
-                match frame_transform_in_metres(pose, source.frame()) {
-                    Some(transform) => self.message(TF_CHANNEL, pose.seq, times, &transform),
-                    None => Ok(()),
-                }
-            }
-            Entry::Emitters(frame) => {
-                let times = [frame.t_capture_ns, frame.t_publish_ns];
-                self.message(EMITTER_CHANNEL, frame.seq, times, frame)
-            }
-            Entry::Markers(frame) => {
-                let times = [frame.t_capture_ns, frame.t_publish_ns];
-                self.message(MARKER_CHANNEL, frame.seq, times, frame)
-            }
-            Entry::Status(status) => self.message(STATUS_CHANNEL, 0, [status.t_ns; 2], status),
-            Entry::Identity(identity) => self.message(IDENTITY_CHANNEL, 0, [identity.t_ns; 2], identity),
-            Entry::Guide(now_ns, guide) => self.message(GUIDE_CHANNEL, 0, [now_ns, guide.t_ns], guide),
-            Entry::Workflow(workflow) => self.message(WORKFLOW_CHANNEL, 0, [workflow.t_ns; 2], workflow),
-            Entry::Log(t_ns, log) => self.message(LOG_CHANNEL, 0, [t_ns; 2], log),
-            Entry::Image { view, seq, t_ns, image } => self.message(VIEW_CHANNEL + view, seq, [t_ns; 2], image),
-        }
-    }
-
-    /// `times` are those of the capture and of the publication.
-    fn message(&mut self, channel_id: u16, seq: u64, times: [i64; 2], message: &impl prost::Message) -> McapResult<()> {
-        self.buffer.clear();
-        // Cannot fail: the buffer grows.
-        let _ = message.encode(&mut self.buffer);
-        let [log_time, publish_time] = times.map(file_time);
-        let header = MessageHeader {
-            channel_id,
-            // MCAP has 32 bits for it; the message has all 64.
-            sequence: seq as u32,
-            log_time,
-            publish_time,
-        };
-        self.mcap.write_to_known_channel(&header, &self.buffer)
+        let mut buffer = std::mem::take(&mut self.buffer);
+        let put = entry.encoded(&mut buffer, |place, bytes| {
+            let [log_time, publish_time] = place.times.map(file_time);
+            let header = MessageHeader {
+                channel_id: place.channel,
+                // MCAP has 32 bits for it; the message has all 64.
+                sequence: place.seq as u32,
+                log_time,
+                publish_time,
+            };
+            self.mcap.write_to_known_channel(&header, bytes)
+        });
+        self.buffer = buffer;
+        put
     }
 
     /// Closes the chunk and hands everything to the operating system: a killed process loses none of it.

@@ -2,8 +2,8 @@
 
 mod bound;
 mod intake;
-mod thumbnails;
-mod watch;
+pub(crate) mod thumbnails;
+pub(crate) mod watch;
 mod whose;
 
 use std::io;
@@ -27,7 +27,7 @@ use crate::wire::seq::SeqWatch;
 use crate::write::beside;
 use crate::write::file_error::FileError;
 use crate::write::leftovers;
-use crate::write::pose_log::Entry;
+use crate::write::pose_log::{Entry, Take};
 use crate::write::series::{Free, Series, free_bytes};
 use crate::write::session_file::{Content, Finished};
 use bound::Bound;

@@ -21,7 +21,7 @@ use crate::wire::schema::RunFacts;
 use crate::write::file_error::FileError;
 use crate::write::leftovers;
 use crate::write::paths;
-use crate::write::pose_log::Entry;
+use crate::write::pose_log::{Entry, Take};
 use crate::write::session_file::{Content, Finished, SessionFile};
 use crate::write::syncer::Syncer;
 use place::{Part, Parts, Place};
@@ -103,7 +103,7 @@ impl Series {
     }
 
     /// Takes a message, or counts it as not recorded.
-    pub(crate) fn put(&mut self, now_ns: i64, entry: Entry<'_>) {
+    fn take(&mut self, now_ns: i64, entry: Entry<'_>) {
         let taken = match &mut self.state {
             State::Writing { file, .. } => file.put(entry),
             State::Stopped { unrecorded, .. } => {
@@ -125,14 +125,8 @@ impl Series {
 
     /// Writes down whose examination it is, in this file and in those to come.
     pub(crate) fn identity(&mut self, now_ns: i64, identity: Identity) {
-        self.put(now_ns, Entry::Identity(&identity));
+        self.take(now_ns, Entry::Identity(&identity));
         self.content.identity = Some(identity);
-    }
-
-    /// Writes down what a person chose, in this file and in front of those to come.
-    pub(crate) fn guide(&mut self, now_ns: i64, guide: &proto::Guide) {
-        self.content.guide = Some((now_ns, guide.clone()));
-        self.put(now_ns, Entry::Guide(now_ns, guide));
     }
 
     /// Closes a chunk, rotates, looks at the disk, each if it is time. Gives what a person must be told.
@@ -350,7 +344,7 @@ impl Series {
         self.said = 0;
         for (t_ns, level, words) in std::mem::take(&mut self.notices) {
             let log = Log::new(t_ns, level, "recorder", words);
-            self.put(now_ns, Entry::Log(t_ns, &log));
+            self.take(now_ns, Entry::Log(t_ns, &log));
         }
     }
 
@@ -408,6 +402,18 @@ impl Series {
             messages: messages.messages + self.earlier.saturating_sub(self.gone),
             ..messages
         })
+    }
+}
+
+impl Take for Series {
+    fn put(&mut self, now_ns: i64, entry: Entry<'_>) {
+        self.take(now_ns, entry);
+    }
+
+    /// In this file and in front of those to come.
+    fn guide(&mut self, now_ns: i64, guide: &proto::Guide) {
+        self.content.guide = Some((now_ns, guide.clone()));
+        self.take(now_ns, Entry::Guide(now_ns, guide));
     }
 }
 

@@ -11,8 +11,7 @@ use picture::{Canvas, encode_png};
 use scene::Scene;
 
 use crate::wire::proto::CompressedImage;
-use crate::write::pose_log::Entry;
-use crate::write::series::Series;
+use crate::write::pose_log::{Entry, Take};
 
 /// Longest side, pixels.
 const SIDE: u32 = 256;
@@ -42,7 +41,7 @@ impl Thumbnails {
     }
 
     /// Records the newest image of each view, if it is time. An image that cannot be encoded is left out.
-    pub(crate) fn step(&mut self, now_ns: i64, series: &mut Series) -> Result<(), BusError> {
+    pub(crate) fn step(&mut self, now_ns: i64, series: &mut impl Take) -> Result<(), BusError> {
         if now_ns < self.next_ns {
             return Ok(());
         }
@@ -76,7 +75,7 @@ fn small_png(frame: &Frame, ages: Ages) -> Option<Vec<u8>> {
 
 /// The image with blocks of n x n pixels averaged to one, so that no side is longer than [`SIDE`]; what is left of a block
 /// at the right and at the bottom is left out. `rgba` has `4 * width * height` bytes.
-fn shrunk(width: u32, height: u32, rgba: &[u8]) -> (u32, u32, Vec<u8>) {
+pub(crate) fn shrunk(width: u32, height: u32, rgba: &[u8]) -> (u32, u32, Vec<u8>) {
     let n = width.max(height).div_ceil(SIDE).max(1) as usize;
     let (columns, rows) = (width as usize / n, height as usize / n);
     let stride = 4 * width as usize;

@@ -7,8 +7,7 @@ use bus::{Bus, BusError};
 use scene::Scene;
 
 use crate::wire::proto::{self, Log, ProcessStatus};
-use crate::write::pose_log::Entry;
-use crate::write::series::Series;
+use crate::write::pose_log::{Entry, Take};
 
 /// Taken in one turn from one process; more wait for the next.
 const EVENTS: usize = 64;
@@ -65,7 +64,7 @@ impl Watch {
     }
 
     /// Records what has changed.
-    pub(crate) fn step(&mut self, now_ns: i64, series: &mut Series) -> Result<(), BusError> {
+    pub(crate) fn step(&mut self, now_ns: i64, series: &mut impl Take) -> Result<(), BusError> {
         for followed in &mut self.followed {
             let Some(beat) = followed.beats.newest()? else { continue };
             if followed.differs(&beat) {
@@ -88,7 +87,7 @@ impl Watch {
     }
 
     /// Records what a person chose, and how far the run has come.
-    fn choices(&self, now_ns: i64, series: &mut Series) -> Result<(), BusError> {
+    fn choices(&self, now_ns: i64, series: &mut impl Take) -> Result<(), BusError> {
         for _ in 0..EVENTS {
             let Some(guide) = self.guides.next()? else { break };
             series.guide(now_ns, &proto::Guide::from(&guide));
@@ -101,7 +100,7 @@ impl Watch {
     }
 
     /// Records that tracking was lost or is back.
-    pub(crate) fn pose(&mut self, now_ns: i64, pose: &ToolPose, series: &mut Series) {
+    pub(crate) fn pose(&mut self, now_ns: i64, pose: &ToolPose, series: &mut impl Take) {
         if self.tracking.replace(pose.status) == Some(pose.status) {
             return;
         }
