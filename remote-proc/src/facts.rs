@@ -1,5 +1,6 @@
 //! `remote-proc facts`: what a sender shows, for the pilot that is to show it.
 
+use std::mem::ManuallyDrop;
 use std::path::Path;
 use std::sync::mpsc::channel;
 use std::time::Duration;
@@ -75,7 +76,8 @@ pub struct Told {
 /// # Errors
 /// Each variant of [`AskError`].
 pub fn ask(endpoint: &str, keys: Option<&Path>) -> Result<Told, AskError> {
-    let session = dial(endpoint, keys)?;
+    // Left to the end of the process: closing would write to the connection from this thread, while the link's reads it.
+    let session = ManuallyDrop::new(dial(endpoint, keys)?);
     let of = |source| AskError::Facts {
         endpoint: endpoint.to_owned(),
         source,
@@ -92,7 +94,6 @@ pub fn ask(endpoint: &str, keys: Option<&Path>) -> Result<Told, AskError> {
     let clock = clock(&session);
     let monotonic_ns = monotonic_ns();
     let now_ns = clock.likely_ns(monotonic_ns);
-    let _ = session.close().wait();
     Ok(Told {
         now_ns: now_ns.ok_or_else(|| silent("it says nothing of its clock".to_owned()))?,
         monotonic_ns,

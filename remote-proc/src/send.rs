@@ -7,6 +7,7 @@ mod answers;
 mod outlets;
 mod voxels;
 
+use std::mem::ManuallyDrop;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -126,8 +127,8 @@ struct Sender {
     states: States,
     answers: Answers,
     next_look_ns: i64,
-    /// Publishers and answers end with it.
-    _session: Opened,
+    /// Publishers and answers end with it. Left to the end of the process: see [`crate::session::ONE_THREAD`].
+    _session: ManuallyDrop<Opened>,
 }
 
 impl Sender {
@@ -147,7 +148,7 @@ impl Sender {
             states: States::open(bus, scene)?,
             answers: Answers::open(&session, run)?,
             outlets: Outlets::open(&session, id)?,
-            _session: session,
+            _session: ManuallyDrop::new(session),
             next_look_ns: 0,
         })
     }

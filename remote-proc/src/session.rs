@@ -9,6 +9,11 @@ use crate::link::endpoint::{Endpoint, EndpointError};
 use crate::link::keys::{Keys, LoadError, Side};
 use crate::link::probe::{ProbeError, probe};
 
+/// What ZENOH_RUNTIME must be, before the first session: everything that touches a connection is done by one thread, and nobody waits
+/// in it for the link. A session is never closed by another thread either, which would write to the connection: it ends with its process.
+pub const ONE_THREAD: &str =
+    "(app: (worker_threads: 1), acc: (handover: app), tx: (handover: app), rx: (handover: app), net: (handover: app))";
+
 /// An open session.
 pub type Opened = zenoh::Session;
 

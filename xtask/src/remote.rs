@@ -71,7 +71,9 @@ fn tested(interpreter: Option<&Path>) -> Result<(), Failure> {
         command
     };
     steps.step("formatting", || run(&mut of(&["fmt", "--check"])))?;
-    steps.step("lints", || run(&mut of(&["clippy", "--all-targets", "--", "-D", "warnings"])))?;
+    steps.step("lints", || {
+        run(&mut of(&["clippy", "--all-targets", "--", "-D", "warnings"]))
+    })?;
     steps.step("the other programs", || run(&mut cargo(&["build", "--bins"])))?;
     steps.step("remote-proc", || {
         run(&mut of(&["build"]))?;
@@ -100,12 +102,11 @@ fn tested(interpreter: Option<&Path>) -> Result<(), Failure> {
 fn beside(profile: &str) -> Result<PathBuf, Failure> {
     let made = root().join("remote-proc/target").join(profile).join("remote-proc");
     let place = target().join(profile).join("remote-proc");
-    let copied = fs::create_dir_all(target().join(profile))
-        .and_then(|()| match fs::remove_file(&place) {
-            // One that runs goes on; a new file takes its name.
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
-            _ => fs::copy(&made, &place),
-        });
+    let copied = fs::create_dir_all(target().join(profile)).and_then(|()| match fs::remove_file(&place) {
+        // One that runs goes on; a new file takes its name.
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => fs::copy(&made, &place),
+    });
     copied.map_err(|source| Failure::Start {
         program: place.display().to_string(),
         source,
@@ -119,7 +120,11 @@ fn fingerprint() -> Result<String, Failure> {
     let mut paths: Vec<&str> = list.lines().filter(|path| root().join(path).is_file()).collect();
     paths.sort_unstable();
     let hashes = fed(&["hash-object", "--stdin-paths"], &paths.join("\n"))?;
-    let named: Vec<String> = paths.iter().zip(hashes.lines()).map(|(path, hash)| format!("{hash} {path}")).collect();
+    let named: Vec<String> = paths
+        .iter()
+        .zip(hashes.lines())
+        .map(|(path, hash)| format!("{hash} {path}"))
+        .collect();
     Ok(fed(&["hash-object", "--stdin"], &named.join("\n"))?.trim().to_owned())
 }
 
@@ -130,7 +135,11 @@ fn fed(arguments: &[&str], text: &str) -> Result<String, Failure> {
         source,
     };
     let mut command = program("git", arguments);
-    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(fail)?;
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(fail)?;
     let fed = child.stdin.take().map(|mut stdin| stdin.write_all(text.as_bytes()));
     fed.transpose().map_err(fail)?;
     let output = child.wait_with_output().map_err(fail)?;

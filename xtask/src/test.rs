@@ -66,7 +66,9 @@ pub(crate) fn test(arguments: &[String]) -> Result<(), Failure> {
         }
     };
     steps.step("tests", || run(&mut tests))?;
-    steps.step("a second machine", || remote::test_if_changed(interpreter.as_deref().ok()))?;
+    steps.step("a second machine", || {
+        remote::test_if_changed(interpreter.as_deref().ok())
+    })?;
     say(&format!("xtask test: {}{remark}", steps.summary()));
     Ok(())
 }

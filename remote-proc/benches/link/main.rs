@@ -11,14 +11,13 @@ mod listen;
 #[path = "../../tests/run/rig.rs"]
 mod rig;
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use bus::clock::ms;
 
 use delay::Delay;
 use listen::Listener;
-use rig::{Program, Room, Second, free_endpoint, remote_proc, until, world};
+use rig::{Program, Room, Second, free_endpoint, keys, remote_proc, until, world};
 
 /// A row of the table.
 struct Row {
@@ -136,7 +135,7 @@ fn measure(row: &Row) {
         true => free_endpoint().replace("tcp/", "tls/"),
         false => free_endpoint(),
     };
-    let keys = row.tls.then(|| keys(world.path()));
+    let keys = row.tls.then(|| keys(world.path(), "127.0.0.1"));
     let mut room = Room::open(world.path(), Duration::from_secs(5), row.dims, |_| {});
     let mut send = remote_proc();
     send.args(["send", "--run", "room", "--listen", &endpoint]);
@@ -229,19 +228,6 @@ fn paced(room: &mut Room, hz: f64, seconds: f64) {
         room.serve_late_joiners();
         number += 1;
     }
-}
-
-fn keys(world: &Path) -> String {
-    let out = world.join("keys");
-    let made = remote_proc()
-        .arg("keys")
-        .arg("--out")
-        .arg(&out)
-        .args(["--host", "127.0.0.1"])
-        .output()
-        .unwrap();
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    out.to_string_lossy().into_owned()
 }
 
 /// Bytes that went over the loopback so far.

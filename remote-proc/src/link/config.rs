@@ -1,7 +1,7 @@
 //! The configuration of both zenoh sessions, built here and nowhere else: no file and no environment variable is read.
 //!
 //! The sender is a peer that listens and connects to nobody; a receiver is a client that connects to it alone. Neither looks for others
-//! (no multicast, no gossip) nor is found by them. What may cross the link stands in [`access`](mod@access).
+//! (no multicast, no gossip) nor is found by them. What may cross the link stands in `access`.
 //!
 //! One variable of the environment acts on zenoh all the same: `ZENOH_RUNTIME` sets how many threads it has, and nothing else.
 

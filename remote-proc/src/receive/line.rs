@@ -1,5 +1,6 @@
 //! The line to the sender: dialled, then watched. A link that was cut is dialled again by zenoh, every tenth of a second.
 
+use std::mem::ManuallyDrop;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -23,7 +24,8 @@ pub(super) struct Line {
     endpoint: String,
     keys: Option<PathBuf>,
     inbox: Inbox,
-    session: Option<Box<Opened>>,
+    /// Left to the end of the process: see [`crate::session::ONE_THREAD`].
+    session: Option<ManuallyDrop<Box<Opened>>>,
     /// A thread dials, or looks why there is no answer.
     is_busy: bool,
     next_ns: i64,
@@ -51,7 +53,7 @@ impl Line {
     }
 
     pub(super) fn session(&self) -> Option<&Opened> {
-        self.session.as_deref()
+        self.session.as_deref().map(|session| &**session)
     }
 
     /// Dials where there is no session, and looks why where there is no answer.
@@ -91,7 +93,7 @@ impl Line {
             Ok(session) => {
                 self.looked(None, now);
                 bus::stderr_line!("remote-proc: connected to {}", self.endpoint);
-                (self.session, self.answered_ns) = (Some(session), Some(now));
+                (self.session, self.answered_ns) = (Some(ManuallyDrop::new(session)), Some(now));
                 self.session()
             }
         }

@@ -14,19 +14,22 @@ use super::voxels;
 use crate::protocol::{CLOCK, FACTS, Facts, PIECE};
 use crate::session::{Opened, SessionError};
 
-/// Pieces that wait to be answered; who asks for more is told to ask again.
+/// Questions that wait to be answered; who asks for more is told to ask again.
 const WAITING: usize = 64;
 /// Who has not asked for the clock for so long has gone.
 const GONE: Duration = Duration::from_secs(2);
 /// Receivers that are told apart; more are served, and not told of.
 const RECEIVERS: usize = 64;
 
+/// The facts as JSON; empty until there is an examination.
+pub(super) type Told = Arc<Mutex<Vec<u8>>>;
+
 /// Receivers by the number that each has drawn: when each asked last, on CLOCK_MONOTONIC.
 type Seen = Arc<Mutex<HashMap<u64, i64>>>;
 
 /// The questions' other end. Nothing is answered any more once it is dropped with its session.
 pub(super) struct Answers {
-    facts: Arc<Mutex<Vec<u8>>>,
+    facts: Told,
     seen: Seen,
     told: usize,
 }
@@ -35,17 +38,16 @@ impl Answers {
     pub(super) fn open(session: &Opened, run: &RunContext) -> Result<Self, SessionError> {
         let facts = Arc::new(Mutex::new(Vec::new()));
         let seen = Seen::default();
-        let told = facts.clone();
-        answer(session, FACTS, move |query| {
-            let facts = told.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            reply(
-                &query,
-                match facts.is_empty() {
-                    true => Err("the run has no examination yet"),
-                    false => Ok(facts),
-                },
-            );
-        })?;
+        let asked = serve(run.clone(), facts.clone());
+        // Whoever waits for room in the link's queues must not do so in its one thread.
+        for key in [FACTS, PIECE] {
+            let asked = asked.clone();
+            answer(session, key, move |query| match asked.try_send(query) {
+                Ok(()) => {}
+                Err(TrySendError::Full(query)) => reply(&query, Err("too much is asked for at a time: ask again")),
+                Err(TrySendError::Disconnected(query)) => reply(&query, Err("the run is not served any more")),
+            })?;
+        }
         let (epoch_ns, heard) = (run.epoch_ns, seen.clone());
         answer(session, CLOCK, move |query| {
             let heard_ns = monotonic_ns() - epoch_ns;
@@ -53,12 +55,6 @@ impl Answers {
             let answered_ns = monotonic_ns() - epoch_ns;
             let moments = [heard_ns.to_le_bytes(), answered_ns.to_le_bytes()].concat();
             reply(&query, Ok(moments));
-        })?;
-        let asked = serve_voxels(run.clone());
-        answer(session, PIECE, move |query| match asked.try_send(query) {
-            Ok(()) => {}
-            Err(TrySendError::Full(query)) => reply(&query, Err("too many pieces are asked for at a time: ask again")),
-            Err(TrySendError::Disconnected(query)) => reply(&query, Err("the examination is not served any more")),
         })?;
         Ok(Self { facts, seen, told: 0 })
     }
@@ -106,12 +102,12 @@ fn note(seen: &Seen, query: &Query) {
     }
 }
 
-/// Starts the thread that answers for voxels: shared memory is mapped there once more, and copied by nobody.
-fn serve_voxels(run: RunContext) -> SyncSender<Query> {
+/// Starts the thread that answers for facts and voxels: shared memory is mapped there once more, and copied by nobody.
+fn serve(run: RunContext, facts: Told) -> SyncSender<Query> {
     let (asked, questions) = sync_channel(WAITING);
     // It ends with the session, whose callbacks hold the other end.
     std::thread::spawn(move || {
-        if let Err(error) = voxels::serve(&run, &questions) {
+        if let Err(error) = voxels::serve(&run, &facts, &questions) {
             bus::stderr_line!("remote-proc: error: serving the examination: {error}");
         }
     });

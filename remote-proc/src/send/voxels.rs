@@ -1,5 +1,6 @@
-//! The voxels, piece by piece, as they lie in memory.
+//! The facts, and the voxels, piece by piece, as they lie in memory.
 
+use std::sync::PoisonError;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
@@ -9,8 +10,8 @@ use bus::run::RunContext;
 use bus::{Bus, BusError};
 use zenoh::query::Query;
 
-use super::answers::reply;
-use crate::protocol::piece;
+use super::answers::{Told, reply};
+use crate::protocol::{FACTS, piece};
 
 /// Between two looks for an examination.
 const LOOK: Duration = Duration::from_millis(100);
@@ -18,7 +19,7 @@ const LOOK: Duration = Duration::from_millis(100);
 const ASKED: usize = 36;
 
 /// Answers `questions` until nobody can ask any more.
-pub(super) fn serve(run: &RunContext, questions: &Receiver<Query>) -> Result<(), BusError> {
+pub(super) fn serve(run: &RunContext, facts: &Told, questions: &Receiver<Query>) -> Result<(), BusError> {
     let bus = Bus::join(run)?;
     let volumes = VolumeSubscriber::open(&bus)?;
     let mut volume: Option<SharedVolume> = None;
@@ -30,10 +31,19 @@ pub(super) fn serve(run: &RunContext, questions: &Receiver<Query>) -> Result<(),
             }
         }
         match questions.recv_timeout(LOOK) {
+            Ok(query) if query.key_expr().as_str() == FACTS => reply(&query, told(facts)),
             Ok(query) => reply(&query, part(volume.as_ref(), &query)),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
+    }
+}
+
+fn told(facts: &Told) -> Result<Vec<u8>, &'static str> {
+    let facts = facts.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    match facts.is_empty() {
+        true => Err("the run has no examination yet"),
+        false => Ok(facts),
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
 
 use remote_proc::link::endpoint::Transport;
 use remote_proc::link::keys::Side;
@@ -10,11 +12,11 @@ use serde_json::{Value, json};
 use zenoh::Wait;
 
 use crate::support::authority::{Authority, Says, write};
-use crate::support::room::Room;
+use crate::support::room::{PATIENCE, Room};
 
 struct Forger {
     child: Child,
-    says: BufReader<ChildStdout>,
+    says: Receiver<String>,
 }
 
 impl Forger {
@@ -28,13 +30,18 @@ impl Forger {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped());
         let mut child = command.spawn().unwrap();
-        let says = BufReader::new(child.stdout.take().unwrap());
+        let (tell, says) = channel();
+        let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        thread::spawn(move || lines.map_while(Result::ok).try_for_each(|line| tell.send(line)));
         Self { child, says }
     }
 
+    /// Its next line; one that says nothing fails the test by name, and does not hold it up.
     fn says(&mut self) -> Value {
-        let mut line = String::new();
-        self.says.read_line(&mut line).unwrap();
+        let line = self
+            .says
+            .recv_timeout(PATIENCE)
+            .expect("the forger in Python says nothing more");
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: `{line}`"))
     }
 
@@ -44,6 +51,14 @@ impl Forger {
         let last = self.says();
         assert!(self.child.wait().unwrap().success());
         last
+    }
+}
+
+/// However a test ends, it leaves no forger behind.
+impl Drop for Forger {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 

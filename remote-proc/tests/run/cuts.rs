@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
 
-use crate::rig::{Room, Second, alone, free_endpoint, until, world};
+use crate::cable::Cable;
+use crate::rig::{Room, Second, alone, free_endpoint, keys, remote_proc, until, world};
 
 #[test]
 fn a_sender_that_was_killed_is_followed_by_another_and_nothing_is_fetched_twice() {
@@ -70,4 +71,73 @@ fn a_receiver_that_was_killed_is_followed_by_another() {
         second.bus.remove_dead_processes();
         while second.poses.next().unwrap().is_some() {}
     }
+}
+
+/// What is cut off is told, and what comes back is new. `TROCAR_CUT_S` cuts for longer; how long the way back took is printed.
+#[test]
+fn a_cable_that_is_pulled_is_told_of_and_poses_come_again_when_it_is_back() {
+    let _alone = alone();
+    let Some(cable) = Cable::new() else { return };
+    let world = world();
+    let (head, last) = cable.address.rsplit_once('.').unwrap();
+    let here = format!("{head}.{}", last.parse::<u8>().unwrap() - 1);
+    let endpoint = format!("tls/{here}:{}", 17_000 + std::process::id() % 1000);
+    let keys = keys(world.path(), &here);
+    let mut room = Room::open(world.path(), Duration::from_secs(1), [16, 16, 16], |_| {});
+    let second = Second::open(world.path(), "second", &endpoint);
+    let _sender = room.send_by(
+        {
+            let mut command = remote_proc();
+            command.args(["send", "--keys", &keys]);
+            command
+        },
+        world.path(),
+        &endpoint,
+    );
+    let receiver = second.receive_by(
+        {
+            let mut command = cable.command(env!("CARGO_BIN_EXE_remote-proc").as_ref());
+            command.args(["receive", "--keys", &keys]);
+            command
+        },
+        world.path(),
+        &endpoint,
+        &room.id(),
+    );
+    until("the first pose", || {
+        room.serve_late_joiners();
+        room.pose();
+        std::thread::sleep(Duration::from_millis(5));
+        second.poses.next().unwrap()
+    });
+    let cut_s = std::env::var("TROCAR_CUT_S")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(3.0);
+    cable.set("down");
+    let began = Instant::now();
+    let mut newest = 0;
+    let mut was_told = false;
+    while began.elapsed().as_secs_f64() < cut_s {
+        newest = room.pose().seq;
+        std::thread::sleep(Duration::from_millis(16));
+        was_told |= second.note().is_some_and(|note| note.contains("NO ANSWER"));
+    }
+    assert!(was_told, "{}", receiver.said());
+    while second.poses.next().unwrap().is_some() {}
+    cable.set("up");
+    let back = Instant::now();
+    until("a pose of after the cut", || {
+        room.pose();
+        std::thread::sleep(Duration::from_millis(16));
+        let mut is_new = false;
+        while let Some(pose) = second.poses.next().unwrap() {
+            is_new |= pose.seq > newest;
+        }
+        is_new.then_some(())
+    });
+    println!(
+        "cut for {cut_s} s, poses again after {:.3} s",
+        back.elapsed().as_secs_f64()
+    );
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bus::message::{VolumeHeader, Wire};
-use bus::run::{RUNTIME_DIR_VARIABLE, ReplayOf};
+use bus::run::{RUNTIME_DIR_VARIABLE, ReplayOf, shm_free_bytes};
 
 use remote_proc::protocol::{FACTS, Facts, VERSION, hex, payloads};
 use remote_proc::session::listen;
@@ -105,6 +105,10 @@ fn headers_that_lie_are_refused_before_memory_is_taken() {
             "MiB of shared memory",
         ),
     ] {
+        if words == "MiB of shared memory" && shm_free_bytes().unwrap() > 8 << 30 {
+            println!("skipped: so much memory that no examination is too large");
+            continue;
+        }
         let world = world();
         let endpoint = free_endpoint();
         let second = Second::open(world.path(), "second", &endpoint);

@@ -123,6 +123,27 @@ pub(crate) fn remote_proc() -> Command {
     Command::new(env!("CARGO_BIN_EXE_remote-proc"))
 }
 
+fn verb(verb: &str) -> Command {
+    let mut command = remote_proc();
+    command.arg(verb);
+    command
+}
+
+/// A folder with keys for a sender at `host`.
+pub(crate) fn keys(world: &Path, host: &str) -> String {
+    let out = world.join("keys");
+    let mut command = remote_proc();
+    let made = command
+        .arg("keys")
+        .arg("--out")
+        .arg(&out)
+        .args(["--host", host])
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    out.to_string_lossy().into_owned()
+}
+
 /// A run that navigates, as far as others can see: examination, poses, states.
 pub(crate) struct Room {
     pub(crate) run: RunContext,
@@ -206,11 +227,11 @@ impl Room {
 
     /// The sender beside it.
     pub(crate) fn send(&self, world: &Path, endpoint: &str) -> Program {
-        self.send_by(remote_proc(), world, endpoint)
+        self.send_by(verb("send"), world, endpoint)
     }
 
     pub(crate) fn send_by(&self, mut command: Command, world: &Path, endpoint: &str) -> Program {
-        command.args(["send", "--run", "room", "--listen", endpoint]);
+        command.args(["--run", "room", "--listen", endpoint]);
         Program::start(world, "send", command)
     }
 
@@ -271,12 +292,12 @@ impl Second {
 
     /// The receiver in it.
     pub(crate) fn receive(&self, world: &Path, endpoint: &str, id: &str) -> Program {
-        self.receive_by(remote_proc(), world, endpoint, id)
+        self.receive_by(verb("receive"), world, endpoint, id)
     }
 
     pub(crate) fn receive_by(&self, mut command: Command, world: &Path, endpoint: &str, id: &str) -> Program {
         command
-            .args(["receive", endpoint, "--session", id, "--run-dir"])
+            .args([endpoint, "--session", id, "--run-dir"])
             .arg(&self.run.dir);
         Program::start(world, &self.run.name, command)
     }

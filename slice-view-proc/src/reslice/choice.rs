@@ -52,6 +52,8 @@ enum Fall {
     Lost,
     Late,
     Wrong,
+    /// It draws as it should, and the CPU draws faster.
+    Slower,
 }
 
 impl Fall {
@@ -60,6 +62,7 @@ impl Fall {
             Self::Lost => "lost",
             Self::Late => "late",
             Self::Wrong => "wrong",
+            Self::Slower => "slower",
         }
     }
 
@@ -68,6 +71,7 @@ impl Fall {
             Self::Lost => "GPU LOST, CPU DRAWS",
             Self::Late => "GPU LATE, CPU DRAWS",
             Self::Wrong => "GPU WRONG, CPU DRAWS",
+            Self::Slower => "",
         }
     }
 }
@@ -206,7 +210,11 @@ impl Chosen {
     }
 
     fn fall(&mut self, fall: Fall, why: &str) {
-        self.give_up(fall.word(), why);
+        match fall {
+            // Nothing is wrong with the card or with any image: no more than where there is none.
+            Fall::Slower => self.name = format!("{} (the GPU is slower: {why})", self.cpu.name()),
+            Fall::Lost | Fall::Late | Fall::Wrong => self.give_up(fall.word(), why),
+        }
         self.caution = fall.caution();
         if let Card::Drawing(gpu) = std::mem::replace(&mut self.card, Card::None) {
             close(gpu);
@@ -246,7 +254,7 @@ impl Chosen {
             .of_card(plane.size(), sampling, took_ns)
             .filter(|_| is_watched)
         {
-            return Ok(Err((Fall::Late, why)));
+            return Ok(Err((Fall::Slower, why)));
         }
         let largest_hu = gpu.largest_hu();
         let drawn = Drawn {

@@ -13,9 +13,19 @@ const LENIENCE: u32 = 2;
 const LEAST: Duration = Duration::from_millis(30);
 
 /// The times of images, by their size and way of sampling.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Pace {
     times: Vec<Times>,
+    least: Duration,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self {
+            times: Vec::new(),
+            least: LEAST,
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -52,7 +62,13 @@ impl Pace {
     /// How long an image of the card is waited for; `None` where the CPU has drawn none of the kind.
     pub(super) fn patience(&mut self, size: [u32; 2], sampling: &Sampling) -> Option<Duration> {
         let cpu_ns = self.times(size, sampling).cpu_ns?;
-        Some((Duration::from_nanos(cpu_ns as u64) * LENIENCE).max(LEAST))
+        Some((Duration::from_nanos(cpu_ns as u64) * LENIENCE).max(self.least))
+    }
+
+    /// Waits for no image longer than twice the CPU's time: a card may be too fast to be late by [`LEAST`].
+    #[cfg(test)]
+    pub(super) fn be_strict(&mut self) {
+        self.least = Duration::ZERO;
     }
 
     fn times(&mut self, size: [u32; 2], sampling: &Sampling) -> &mut Times {

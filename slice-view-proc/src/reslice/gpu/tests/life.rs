@@ -100,9 +100,16 @@ fn a_card_that_takes_longer_than_the_cpu_would_leaves_the_image_to_the_cpu() {
         drawn(&mut chosen, &volume, &plane, &samplings[0]);
         chosen.gpu().is_none()
     });
-    // On the whole it is slower; on a busy machine one image may be late by itself.
     assert!(images.is_some());
-    assert_fallen(&mut chosen, &mut prepared_cpu(&volume, &samplings), &volume, "late");
+    // On the whole it is slower, which is nothing that an operator need be told; on a busy machine one image may be late by itself.
+    if chosen.name().contains(GPU_GIVEN_UP) {
+        return assert_fallen(&mut chosen, &mut prepared_cpu(&volume, &samplings), &volume, "late");
+    }
+    assert!(chosen.name().contains("(the GPU is slower: "), "{}", chosen.name());
+    assert_eq!(chosen.caution(), "");
+    let here = drawn(&mut chosen, &volume, &plane, &samplings[0]);
+    let expected = drawn(&mut prepared_cpu(&volume, &samplings), &volume, &plane, &samplings[0]);
+    assert_eq!(here, expected);
 }
 
 /// It is closed beside the drawing, as to close one that is at work waits for it.
@@ -122,6 +129,7 @@ fn a_card_that_is_still_at_work_when_its_time_is_over_leaves_the_image_to_the_cp
     chosen.take_for_hardware();
     let plane = plane(&volume, [0.0; 3], [0.3, 0.2, 1.0], 0.1, [300, 300]).unwrap();
     chosen.pace().of_cpu([300, 300], &sampling, 1);
+    chosen.pace().be_strict();
     let drawn_by_cpu = drawn(&mut prepared_cpu(&volume, &[sampling]), &volume, &plane, &sampling);
     assert_eq!(drawn(&mut chosen, &volume, &plane, &sampling), drawn_by_cpu);
     let words = format!("({GPU_GIVEN_UP} late: ");
