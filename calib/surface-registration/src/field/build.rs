@@ -3,44 +3,47 @@
 use nalgebra::Vector3;
 
 use super::rows::{Lattice, Rows};
-use super::{BRICK, BRICK_NODES, Field, FieldError, MOST_NODES, NO_BRICK, Spacing};
-use crate::tree::Tree;
+use super::{Field, FieldError, MOST_NODES, Spacing};
+use crate::tree::{Tree, Triangle};
 
-/// What a node's value comes from.
-struct Source<'a> {
-    tree: &'a Tree,
-    /// Of a sheet, which encloses nothing, there are none: the nearest triangle says on which side a node is.
-    rows: Option<Rows>,
-    origin: Vector3<f64>,
-    spacing: f64,
-}
+/// Nodes within so many spacings of a triangle get their exact distance.
+const EXACT: f64 = 1.5;
 
-/// Nodes along a line, each with a bound from the one before.
+/// What is known of a node on the way.
 #[derive(Clone, Copy)]
 struct Near {
-    place: Vector3<f64>,
-    distance: f64,
-    triangle: u32,
+    /// The nearest place of the surface so far, from the lattice's origin.
+    foot: [f32; 3],
+    /// Square of its distance.
+    distance2: f32,
 }
 
-impl Source<'_> {
-    /// The value at the fine node (i, j, k).
-    fn value(&self, [i, j, k]: [usize; 3], near: &mut Option<Near>) -> f32 {
-        let p = self.origin + Vector3::new(i as f64, j as f64, k as f64) * self.spacing;
-        // Nothing is further away than it was from the node before, and the step here: a bound that spares most of the tree.
-        let within = near.map_or(f64::INFINITY, |n| (n.distance + (p - n.place).norm()) * (1.0 + 1e-9) + 1e-9);
-        let Some(foot) = self.tree.foot(&p, within, near.map(|n| n.triangle)) else {
-            return f32::MAX;
-        };
-        let (signed, _) = foot.signed(&p);
-        *near = Some(Near {
-            place: p,
-            distance: signed.abs(),
-            triangle: foot.triangle,
-        });
-        let is_inside = self.rows.as_ref().map_or(signed < 0.0, |rows| rows.winding(j, k, p.x) > 0);
-        (if is_inside { -signed.abs() } else { signed.abs() }) as f32
+const UNKNOWN: Near = Near {
+    foot: [0.0; 3],
+    distance2: f32::INFINITY,
+};
+
+impl Near {
+    /// Takes what another node found, where it is nearer to this one, at (x, y, z).
+    #[inline]
+    fn offer(&mut self, from: &Self, x: f32, y: f32, z: f32) {
+        let off = [x - from.foot[0], y - from.foot[1], z - from.foot[2]];
+        let distance2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+        if distance2 < self.distance2 && from.distance2 < f32::INFINITY {
+            *self = Self {
+                foot: from.foot,
+                distance2,
+            };
+        }
     }
+}
+
+/// The nodes while they are made.
+struct Nodes {
+    origin: Vector3<f64>,
+    spacing: f64,
+    size: [usize; 3],
+    near: Vec<Near>,
 }
 
 pub(super) fn build(
@@ -50,146 +53,183 @@ pub(super) fn build(
     spacing: Spacing,
 ) -> Result<Field, FieldError> {
     check(&spacing)?;
-    let h = spacing.fine_mm;
+    let h = spacing.spacing_mm;
     let [least, most] = tree.bounds();
-    // Off the round numbers at which corners of label maps lie, so that hardly a row meets an edge.
-    let shift = Vector3::new(0.381_966, 0.732_051, 0.236_068) * h;
-    let origin = least - Vector3::repeat(spacing.margin_mm) - shift;
-    let cells = [0, 1, 2].map(|k| {
-        let length = most[k] + spacing.margin_mm - origin[k];
-        (length / (h * BRICK as f64)).ceil() as usize * BRICK
-    });
-    let nodes = cells.map(|n| n / spacing.coarse + 1);
-    let total = nodes.iter().try_fold(1_usize, |all, n| all.checked_mul(*n));
-    let total = total.unwrap_or(usize::MAX);
+    // Off the round numbers at which corners of label maps lie, so that hardly a row meets an edge. Two more cells, so that no node that
+    // is near lies on the border.
+    let origin = least - Vector3::repeat(spacing.margin_mm) - Vector3::new(2.381_966, 2.732_051, 2.236_068) * h;
+    let size = [0, 1, 2].map(|k| ((most[k] + spacing.margin_mm - origin[k]) / h).ceil() as usize + 3);
+    let total = size.iter().try_fold(1_usize, |all, n| all.checked_mul(*n)).unwrap_or(usize::MAX);
     if total > MOST_NODES {
         return Err(FieldError::TooFine { nodes: total });
     }
-    let solid = || tree.triangles().map(|t| [t.a, t.b, t.c]).chain(caps.iter().copied());
+    let mut nodes = Nodes {
+        origin,
+        spacing: h,
+        size,
+        near: vec![UNKNOWN; total],
+    };
+    for triangle in tree.triangles() {
+        nodes.take(triangle);
+    }
+    nodes.spread();
+    let solid = tree.triangles().map(|t| [t.a, t.b, t.c]).chain(caps.iter().copied());
     let lattice = Lattice {
         origin,
         spacing: h,
-        rows: [cells[1] + 1, cells[2] + 1],
+        rows: [size[1], size[2]],
     };
-    let source = Source {
-        tree,
-        rows: (!is_sheet).then(|| Rows::new(solid(), lattice)),
-        origin,
-        spacing: h,
-    };
-    let coarse = coarse(&source, nodes, &spacing);
-    let (table, brick_places) = table(tree, origin, cells, &spacing);
-    let count = brick_places.len() * BRICK_NODES.pow(3);
-    if count > MOST_NODES {
-        return Err(FieldError::TooFine { nodes: count });
-    }
+    let values = if is_sheet { nodes.by_side(tree) } else { nodes.by_winding(&Rows::new(solid, lattice)) };
     Ok(Field {
         spacing,
         origin,
-        cells,
-        nodes,
-        coarse,
-        table,
-        bricks: bricks(&source, &brick_places, spacing.threads),
+        nodes: size,
+        values,
     })
 }
 
 fn check(spacing: &Spacing) -> Result<(), FieldError> {
-    let refused = |what, found, allowed| Err(FieldError::Spacing { what, found, allowed });
-    let is_in = |x: f64, least: f64, most: f64| x >= least && x <= most;
-    if !is_in(spacing.fine_mm, 0.05, 20.0) {
-        return refused("spacing of the field, mm", spacing.fine_mm, "0.05 to 20");
-    }
-    if ![1, 2, 4, 8].contains(&spacing.coarse) {
-        return refused("ratio of the spacings", spacing.coarse as f64, "1, 2, 4 or 8");
-    }
-    if !is_in(spacing.band_mm, 0.0, 1000.0) {
-        return refused("fine band, mm", spacing.band_mm, "0 to 1000");
-    }
-    if !is_in(spacing.margin_mm, 0.0, 1000.0) {
-        return refused("margin, mm", spacing.margin_mm, "0 to 1000");
-    }
-    if !(1..=256).contains(&spacing.threads) {
-        return refused("threads", spacing.threads as f64, "1 to 256");
+    let ranges = [
+        ("the field's spacing", spacing.spacing_mm, 0.1..=20.0, "0.1 to 20 mm"),
+        ("the field's margin", spacing.margin_mm, 0.0..=1000.0, "0 to 1000 mm"),
+    ];
+    for (what, found, range, allowed) in ranges {
+        // A NaN is in no range.
+        if !range.contains(&found) {
+            return Err(FieldError::Spacing { what, found, allowed });
+        }
     }
     Ok(())
 }
 
-fn coarse(source: &Source<'_>, nodes: [usize; 3], spacing: &Spacing) -> Vec<f32> {
-    let layer = nodes[0] * nodes[1];
-    let mut values = vec![0.0; layer * nodes[2]];
-    let mut layers: Vec<(usize, &mut [f32])> = values.chunks_mut(layer).enumerate().collect();
-    in_threads(&mut layers, spacing.threads, |(k, layer)| {
-        // From nothing in each layer: values are the same however layers are shared out.
-        let mut near = None;
-        // To and fro, so that each node is beside the one before.
-        for j in 0..nodes[1] {
-            for step in 0..nodes[0] {
-                let i = if j % 2 == 0 { step } else { nodes[0] - 1 - step };
-                let node = [i, j, *k].map(|n| n * spacing.coarse);
-                layer[j * nodes[0] + i] = source.value(node, &mut near);
-            }
-        }
-    });
-    values
-}
+impl Nodes {
+    fn place(&self, i: usize, j: usize, k: usize) -> usize {
+        (k * self.size[1] + j) * self.size[0] + i
+    }
 
-/// The number of the brick at each place, and the first fine node of each brick.
-fn table(tree: &Tree, origin: Vector3<f64>, cells: [usize; 3], spacing: &Spacing) -> (Vec<u32>, Vec<[usize; 3]>) {
-    let places = cells.map(|n| n / BRICK);
-    let edge = spacing.fine_mm * BRICK as f64;
-    // From a brick's middle its corners are the furthest.
-    let within = spacing.band_mm + edge * 0.5 * 3.0_f64.sqrt();
-    let mut table = Vec::with_capacity(places.iter().product());
-    let mut bricks = Vec::new();
-    for k in 0..places[2] {
-        for j in 0..places[1] {
-            for i in 0..places[0] {
-                let middle = origin + Vector3::new(i as f64 + 0.5, j as f64 + 0.5, k as f64 + 0.5) * edge;
-                if tree.foot(&middle, within, None).is_some() {
-                    table.push(bricks.len() as u32);
-                    bricks.push([i, j, k].map(|n| n * BRICK));
-                } else {
-                    table.push(NO_BRICK);
+    /// The exact distances of the nodes around a triangle.
+    fn take(&mut self, t: &Triangle) {
+        let (h, reach) = (self.spacing, EXACT * self.spacing);
+        let least = t.a.inf(&t.b).inf(&t.c) - self.origin;
+        let most = t.a.sup(&t.b).sup(&t.c) - self.origin;
+        let first = [0, 1, 2].map(|k| ((least[k] - reach) / h).ceil().max(0.0) as usize);
+        let last = [0, 1, 2].map(|k| (((most[k] + reach) / h).floor() as usize).min(self.size[k] - 1));
+        for k in first[2]..=last[2] {
+            for j in first[1]..=last[1] {
+                for i in first[0]..=last[0] {
+                    let at = Vector3::new(i as f64, j as f64, k as f64) * h;
+                    let foot = t.foot(&(at + self.origin), 0);
+                    let place = self.place(i, j, k);
+                    let near = &mut self.near[place];
+                    if (foot.distance2 as f32) < near.distance2 {
+                        let from = foot.place - self.origin;
+                        *near = Near {
+                            foot: [from.x as f32, from.y as f32, from.z as f32],
+                            distance2: foot.distance2 as f32,
+                        };
+                    }
                 }
             }
         }
     }
-    (table, bricks)
-}
 
-fn bricks(source: &Source<'_>, places: &[[usize; 3]], threads: usize) -> Vec<f32> {
-    const N: usize = BRICK_NODES;
-    let mut values = vec![0.0; places.len() * N * N * N];
-    let mut all: Vec<([usize; 3], &mut [f32])> = places.iter().copied().zip(values.chunks_mut(N * N * N)).collect();
-    in_threads(&mut all, threads, |(first, brick)| {
-        let mut near = None;
-        for k in 0..N {
-            for j in 0..N {
-                for step in 0..N {
-                    let i = if (j + k) % 2 == 0 { step } else { N - 1 - step };
-                    let node = [first[0] + i, first[1] + j, first[2] + k];
-                    brick[(k * N + j) * N + i] = source.value(node, &mut near);
+    /// Takes the nearest places of neighbours on, to and fro along each axis (Danielsson 1980).
+    fn spread(&mut self) {
+        let [_, ny, nz] = self.size;
+        let rows = ny as isize;
+        for k in (0..nz).chain((0..nz).rev()) {
+            // Up through all layers, then down: each layer takes from the one before, and then from row to row, there and back.
+            for j in 0..ny {
+                self.take_row(j, k, -rows);
+                self.take_row(j, k, rows);
+            }
+            for j in 0..ny {
+                self.take_row(j, k, -1);
+                self.along_row(j, k);
+            }
+            for j in (0..ny).rev() {
+                self.take_row(j, k, 1);
+                self.along_row(j, k);
+            }
+        }
+    }
+
+    /// Offers each node of a row what the node at the same place of the row `by` rows on has.
+    fn take_row(&mut self, j: usize, k: usize, by: isize) {
+        let row = k * self.size[1] + j;
+        let other = row as isize + by;
+        // A row of the same layer, or the same row of another layer.
+        let is_there = if by.unsigned_abs() == self.size[1] {
+            (0..(self.size[1] * self.size[2]) as isize).contains(&other)
+        } else {
+            (0..self.size[1] as isize).contains(&(j as isize + by))
+        };
+        if !is_there {
+            return;
+        }
+        let n = self.size[0];
+        let (own, from) = (row * n, other as usize * n);
+        let (h, y, z) = self.sides(j, k);
+        let (low, high) = self.near.split_at_mut(own.max(from));
+        let (to, from) = if own > from { (&mut high[..n], &low[from..from + n]) } else { (&mut low[own..own + n], &high[..n]) };
+        for (i, (to, from)) in to.iter_mut().zip(from).enumerate() {
+            to.offer(from, i as f32 * h, y, z);
+        }
+    }
+
+    /// Offers each node of a row what its neighbours in it have, there and back.
+    fn along_row(&mut self, j: usize, k: usize) {
+        let n = self.size[0];
+        let first = (k * self.size[1] + j) * n;
+        let (h, y, z) = self.sides(j, k);
+        let row = &mut self.near[first..first + n];
+        for i in 1..n {
+            let from = row[i - 1];
+            row[i].offer(&from, i as f32 * h, y, z);
+        }
+        for i in (0..n - 1).rev() {
+            let from = row[i + 1];
+            row[i].offer(&from, i as f32 * h, y, z);
+        }
+    }
+
+    fn sides(&self, j: usize, k: usize) -> (f32, f32, f32) {
+        let h = self.spacing as f32;
+        (h, j as f32 * h, k as f32 * h)
+    }
+
+    /// Signed by how often the surface winds about each node.
+    fn by_winding(&self, rows: &Rows) -> Vec<f32> {
+        let mut values = Vec::with_capacity(self.near.len());
+        for k in 0..self.size[2] {
+            for j in 0..self.size[1] {
+                let mut crossings = rows.along(j, k);
+                for i in 0..self.size[0] {
+                    let d = self.near[values.len()].distance2.sqrt();
+                    let winds = crossings.winding(self.origin.x + self.spacing * i as f64);
+                    values.push(if winds > 0 { -d } else { d });
                 }
             }
         }
-    });
-    values
-}
+        values
+    }
 
-/// Does the same to each of `items`, in so many threads.
-fn in_threads<T: Send>(items: &mut [T], threads: usize, work: impl Fn(&mut T) + Sync) {
-    if threads < 2 || items.len() < 2 {
-        return items.iter_mut().for_each(work);
-    }
-    // Dealt out like cards: neighbours cost alike, so that each thread has its share of the dear ones.
-    let mut hands: Vec<Vec<&mut T>> = (0..threads).map(|_| Vec::new()).collect();
-    for (i, item) in items.iter_mut().enumerate() {
-        hands[i % threads].push(item);
-    }
-    std::thread::scope(|scope| {
-        for hand in hands {
-            scope.spawn(|| hand.into_iter().for_each(&work));
+    /// Signed by the side of the nearest place: of a sheet, which encloses nothing.
+    fn by_side(&self, tree: &Tree) -> Vec<f32> {
+        let mut values = Vec::with_capacity(self.near.len());
+        for k in 0..self.size[2] {
+            for j in 0..self.size[1] {
+                for i in 0..self.size[0] {
+                    let near = &self.near[values.len()];
+                    let foot = Vector3::from(near.foot.map(f64::from)) + self.origin;
+                    let p = self.origin + Vector3::new(i as f64, j as f64, k as f64) * self.spacing;
+                    // The place that was found is near the surface to rounding, and the triangle there has the normal.
+                    let normal = tree.foot(&foot, 1.0, None).map_or(Vector3::zeros(), |foot| foot.normal);
+                    let d = near.distance2.sqrt();
+                    values.push(if (p - foot).dot(&normal) < 0.0 { -d } else { d });
+                }
+            }
         }
-    });
+        values
+    }
 }

@@ -35,11 +35,32 @@ impl Rows {
         }
     }
 
-    /// The winding number at `x` in the row (j, k).
-    pub(super) fn winding(&self, j: usize, k: usize, x: f64) -> i32 {
+    /// The row (j, k), to be walked along x.
+    pub(super) fn along(&self, j: usize, k: usize) -> Along<'_> {
         let row = k * self.rows_y + j;
-        let own = &self.crossings[self.first[row] as usize..self.first[row + 1] as usize];
-        own.iter().take_while(|c| c.0 < x).map(|c| c.1).sum()
+        Along {
+            left: &self.crossings[self.first[row] as usize..self.first[row + 1] as usize],
+            winding: 0,
+        }
+    }
+}
+
+/// One row, walked along x.
+pub(super) struct Along<'a> {
+    left: &'a [(f64, i32)],
+    winding: i32,
+}
+
+impl Along<'_> {
+    /// The winding number at `x`, which must not be less than the one before.
+    pub(super) fn winding(&mut self, x: f64) -> i32 {
+        while let Some(((at, by), left)) = self.left.split_first()
+            && *at < x
+        {
+            self.winding += by;
+            self.left = left;
+        }
+        self.winding
     }
 }
 

@@ -43,7 +43,7 @@ enum Part {
 impl Triangle {
     /// The nearest place (Ericson 2005, section 5.1.5).
     #[inline]
-    pub(super) fn foot(&self, p: &Vector3<f64>, triangle: u32) -> Foot {
+    pub(crate) fn foot(&self, p: &Vector3<f64>, triangle: u32) -> Foot {
         let (place, part) = self.nearest(p);
         let wide = |n: [f32; 3]| Vector3::new(n[0].into(), n[1].into(), n[2].into());
         let (normal, bit) = match part {
