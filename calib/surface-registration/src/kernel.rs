@@ -26,6 +26,15 @@ impl Kernel {
         }
     }
 
+    /// From where on the weight is 0, deviations.
+    #[inline]
+    pub(crate) fn reach(self) -> f64 {
+        match self {
+            Self::Wide(_) => f64::INFINITY,
+            Self::Tukey(c) => c,
+        }
+    }
+
     /// The cost of what lies infinitely far away.
     #[inline]
     pub(crate) fn most(self) -> f64 {

@@ -96,7 +96,7 @@ pub fn refine<To: Frame, From: Frame>(
     let (state, _) = solver
         .through(cloud, &solver.blunt(cloud), state, &stages)
         .ok_or_else(nowhere)?;
-    let exact = Exact::new(surface, cloud.len());
+    let exact = Exact::new(surface, field, cloud.len());
     let ended = solver.end(cloud, &exact, state).ok_or_else(nowhere)?;
     result::result(&solver, points, crate::search::Searched::of_one(ended))
 }

@@ -12,6 +12,9 @@ mod distinct;
 pub(crate) mod pairs;
 mod seeds;
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
 use geometry::Frame;
 
 use crate::kernel::Kernel;
@@ -81,6 +84,72 @@ const ROUGH_MM: f64 = 4.0;
 /// And at the end.
 const FINE_MM: f64 = 1.0;
 
+/// The seeds of least cost so far.
+struct Best {
+    most: usize,
+    /// The worst on top; of equal ones that which came last.
+    heap: BinaryHeap<Scored>,
+    came: usize,
+}
+
+struct Scored {
+    cost: f64,
+    came: usize,
+    state: State,
+}
+
+impl Ord for Scored {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.cost.total_cmp(&other.cost).then(self.came.cmp(&other.came))
+    }
+}
+impl PartialOrd for Scored {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl PartialEq for Scored {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Scored {}
+
+impl Best {
+    fn of(most: usize) -> Self {
+        Self {
+            most,
+            heap: BinaryHeap::new(),
+            came: 0,
+        }
+    }
+
+    /// What a seed must cost less than.
+    fn limit(&self) -> f64 {
+        let is_full = self.heap.len() == self.most;
+        self.heap.peek().filter(|_| is_full).map_or(f64::INFINITY, |worst| worst.cost)
+    }
+
+    fn offer(&mut self, cost: f64, state: State) {
+        if cost >= self.limit() {
+            return;
+        }
+        if self.heap.len() == self.most {
+            self.heap.pop();
+        }
+        self.came += 1;
+        self.heap.push(Scored {
+            cost,
+            came: self.came,
+            state,
+        });
+    }
+
+    fn in_order(self) -> Vec<(f64, State)> {
+        self.heap.into_sorted_vec().into_iter().map(|s| (s.cost, s.state)).collect()
+    }
+}
+
 /// Stages on the sample.
 fn rough_stages(end: f64) -> [Stage; 4] {
     let wide = |m: f64, steps: usize| Stage {
@@ -131,15 +200,13 @@ pub(crate) fn long_stages(end: f64) -> Vec<Stage> {
 pub(crate) fn search<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, seeds: &Seeds<'_>, effort: &Effort) -> Searched {
     let sample = cloud.thinned(effort.sample);
     let blunt = solver.blunt(&sample);
-    let mut scored: Vec<(f64, State)> = Vec::new();
+    let (mut best, mut count) = (Best::of(effort.tried), 0);
     seeds.each(effort, &mut |state| {
-        let cost = score(solver, &sample, &blunt, &state);
-        if cost.is_finite() {
-            scored.push((cost, state));
-        }
+        count += 1;
+        let limit = best.limit();
+        best.offer(score(solver, &sample, &state, limit), state);
     });
-    let count = scored.len();
-    keep_best(&mut scored, effort.tried);
+    let scored = best.in_order();
     let stages = rough_stages(solver.end);
     let rough: Vec<(f64, State)> = scored
         .iter()
@@ -157,7 +224,7 @@ pub(crate) fn search<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, seeds: &Se
     });
     let mut polished = distinct::merged(polished.collect(), cloud.radius_mm, FINE_MM);
     polished.truncate(effort.ends);
-    let exact = Exact::new(solver.surface, cloud.len());
+    let exact = Exact::new(solver.surface, solver.field, cloud.len());
     let ended = polished.iter().filter_map(|(_, state, hits)| {
         let ended = solver.end(cloud, &exact, *state)?;
         Some((ended.cost, ended, *hits))
@@ -169,29 +236,26 @@ pub(crate) fn search<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, seeds: &Se
     }
 }
 
-/// The `n` of least cost in order; ties by place, so that the order is the same on every run.
-fn keep_best(scored: &mut Vec<(f64, State)>, n: usize) {
-    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-    scored.truncate(n);
-}
-
 /// Width of the kernel that seeds are scored by, mm: about the distance of seeds.
 const SCORE_MM: f64 = 6.0;
 
-/// The cost of a seed on the sample, in squares of `SCORE_MM`.
-fn score<F: Frame>(solver: &Solver<'_, F>, sample: &Cloud, blunt: &[f64], state: &State) -> f64 {
-    let _ = blunt;
+/// The cost of a seed on the sample, in squares of `SCORE_MM`; infinite where it is not below `limit`.
+fn score<F: Frame>(solver: &Solver<'_, F>, sample: &Cloud, state: &State, limit: f64) -> f64 {
     let mut cost = 0.0;
+    for anchor in solver.anchors {
+        let off = state.turn * anchor.from + state.shift - anchor.to;
+        cost += off.norm_squared() / (anchor.sigma_mm * anchor.sigma_mm + SCORE_MM * SCORE_MM) / 3.0;
+    }
     for i in 0..sample.len() {
         let p = state.turn * sample.places[i] + state.shift;
         let (d, n) = solver.field.look(&p);
         let faces = n.dot(&(state.turn * sample.beams[i])) <= solver.facing;
         let square = d * d;
         cost += sample.votes[i] * if faces { square / (square + SCORE_MM * SCORE_MM) } else { 1.0 };
-    }
-    for anchor in solver.anchors {
-        let off = state.turn * anchor.from + state.shift - anchor.to;
-        cost += off.norm_squared() / (anchor.sigma_mm * anchor.sigma_mm + SCORE_MM * SCORE_MM) / 3.0;
+        // Costs only grow: most seeds are ruled out by a few points.
+        if cost.is_nan() || cost >= limit {
+            return f64::INFINITY;
+        }
     }
     cost
 }

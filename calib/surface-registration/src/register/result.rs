@@ -122,7 +122,7 @@ pub(super) fn result<To: Frame, From: Frame>(
     let nowhere = || RegisterError::Nowhere { seeds: searched.seeds };
     let best = searched.minima.first().ok_or_else(nowhere)?;
     let state = best.ended.state;
-    let exact = Exact::new(solver.surface, cloud.len());
+    let exact = Exact::new(solver.surface, solver.field, cloud.len());
     let sharp = solver.sharp(cloud, &exact, &state);
     let problem = solver.last(cloud, &exact, &sharp);
     let (cost, at) = problem.sum(&state);

@@ -12,13 +12,14 @@ use crate::{Field, Kernel, Surface};
 
 /// Where distances come from.
 pub(crate) trait Distances {
-    /// Signed distance, gradient, and whether nothing is known beyond the nearest place; `point` is the point's number.
-    fn look(&self, point: usize, p: &Vector3<f64>) -> (f64, Vector3<f64>, bool);
+    /// Signed distance, gradient, and whether nothing is known beyond the nearest place; `point` is the point's number. What is further
+    /// than `reach_mm` need be known roughly only.
+    fn look(&self, point: usize, p: &Vector3<f64>, reach_mm: f64) -> (f64, Vector3<f64>, bool);
 }
 
 impl Distances for Field {
     #[inline]
-    fn look(&self, _: usize, p: &Vector3<f64>) -> (f64, Vector3<f64>, bool) {
+    fn look(&self, _: usize, p: &Vector3<f64>, _: f64) -> (f64, Vector3<f64>, bool) {
         let (d, n) = Field::look(self, p);
         (d, n, false)
     }
@@ -27,20 +28,28 @@ impl Distances for Field {
 /// The surface itself, with the triangle that each point was nearest to the last time.
 pub(crate) struct Exact<'a, F> {
     surface: &'a Surface<F>,
+    field: &'a Field,
     hints: Vec<Cell<u32>>,
 }
 
 impl<'a, F: Frame> Exact<'a, F> {
-    pub(crate) fn new(surface: &'a Surface<F>, points: usize) -> Self {
+    pub(crate) fn new(surface: &'a Surface<F>, field: &'a Field, points: usize) -> Self {
         Self {
             surface,
+            field,
             hints: vec![Cell::new(0); points],
         }
     }
 }
 
 impl<F: Frame> Distances for Exact<'_, F> {
-    fn look(&self, point: usize, p: &Vector3<f64>) -> (f64, Vector3<f64>, bool) {
+    fn look(&self, point: usize, p: &Vector3<f64>, reach_mm: f64) -> (f64, Vector3<f64>, bool) {
+        // A nearest place that is far away is dear to find, and a point that has no say need not have it. Within a cell the field is
+        // wrong by less than its diagonal.
+        let (d, n) = self.field.look(p);
+        if d.abs() > reach_mm + 1.8 * self.field.spacing().spacing_mm {
+            return (d, n, false);
+        }
         let hint = &self.hints[point];
         let Some(foot) = self.surface.foot(p, Some(hint.get())) else {
             return (f64::NAN, Vector3::zeros(), true);
@@ -80,8 +89,9 @@ impl<D: Distances> Problem<'_, D> {
         let cloud = self.cloud;
         let beam = state.turn * cloud.deep[i];
         let arm = state.turn * cloud.places[i] - beam * state.scale;
-        let (d, n, is_open) = self.distances.look(i, &(arm + state.shift));
         let sharp = self.sharp[i];
+        let reach = self.kernel.reach() / sharp + state.offset.abs();
+        let (d, n, is_open) = self.distances.look(i, &(arm + state.shift), reach);
         let w = arm.cross(&n);
         let slope = Vector8::from([w.x, w.y, w.z, n.x, n.y, n.z, -n.dot(&beam), -1.0]) * sharp;
         let faces = self

@@ -124,7 +124,7 @@ impl<F: Frame> Solver<'_, F> {
         let bone = self.priors.bone_mm * self.priors.bone_mm;
         let one = |i: usize| {
             let arm = state.turn * (cloud.places[i] - cloud.deep[i] * state.scale);
-            let (_, n, _) = exact.look(i, &(arm + state.shift));
+            let (_, n, _) = exact.look(i, &(arm + state.shift), 0.0);
             let own: Vector3<f64> = state.turn.tr_mul(&n);
             1.0 / (own.dot(&(cloud.covariances[i] * own)) + bone).sqrt()
         };
