@@ -1,6 +1,7 @@
 //! Floor 2.
 
 mod field;
+mod free;
 mod kernel;
 mod mesh;
 mod points;
@@ -10,8 +11,10 @@ mod search;
 mod shapes;
 mod solve;
 mod tree;
+mod verdict;
 
 pub use field::{Field, FieldError, MOST_NODES, Spacing};
+pub use free::{Free, free};
 pub use kernel::Kernel;
 pub use mesh::{DIAGONAL_MM, Distance, Facts, MOST_TRIANGLES, OpenEnd, Surface, SurfaceError};
 pub use points::{
@@ -22,3 +25,4 @@ pub use register::{
 };
 pub use search::Effort;
 pub use solve::Priors;
+pub use verdict::{Limits, Refusal};

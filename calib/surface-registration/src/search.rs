@@ -50,7 +50,7 @@ impl Default for Effort {
     fn default() -> Self {
         Self {
             seeds: 20_000,
-            pairs: 100,
+            pairs: 15,
             places: 1000,
             sample: 48,
             tried: 400,

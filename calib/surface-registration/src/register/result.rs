@@ -89,10 +89,11 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub hits: usize,
     /// Mean square of landmarks' misses over what their errors say; `None` without landmarks.
     pub landmark_ratio: Option<f64>,
-    /// Deviation of the points' radius and centre: where the error is told about.
+    /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,
     pub(crate) radius_mm: f64,
-    pub(crate) information: Matrix8,
+    /// As `covariance`, but for the turn about the middle of the points and its shift, where the two hardly correlate.
+    about_points: Matrix8,
 }
 
 /// Residuals beyond so many deviations are not those of the noise.
@@ -172,7 +173,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         landmark_ratio: landmark_ratio(&problem, &state),
         centre: state.shift,
         radius_mm: cloud.radius_mm,
-        information: at.matrix,
+        about_points: covariance,
     })
 }
 
@@ -312,6 +313,10 @@ impl<To: Frame, From: Frame> SurfaceRegistration<To, From> {
     pub fn predicted_tre_mm(&self, target: Point<To>) -> f64 {
         let c: Matrix3<f64> = self.at(target).covariance();
         c.trace().sqrt()
+    }
+
+    pub(crate) fn covariance_about_points(&self) -> Matrix8 {
+        self.about_points
     }
 
     /// By how much the cost of the nearest other minimum is higher; `None` where no other was found.

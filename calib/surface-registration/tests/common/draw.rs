@@ -4,7 +4,7 @@ use chance::Chance;
 use geometry::rotation::{Rotation, RotationVector};
 use geometry::{Ct, Direction, Point, Rigid, Tracker, Vector, checked};
 use nalgebra::Vector3;
-use surface_registration::{Beam, BeamNoise, Points, Surface, SurfacePoint};
+use surface_registration::{Beam, BeamNoise, Points, Priors, Surface, SurfacePoint, SurfaceRegistration};
 
 use super::oracle::Triangles;
 
@@ -218,29 +218,52 @@ pub fn checked_points(drawn: &Drawn) -> Points<Tracker> {
     Points::new(&drawn.points, None, 0.5).unwrap()
 }
 
-/// First-order bound of the TRE rms over targets, mm: of the inliers with their true normals, the pose alone unknown.
-pub fn bound_mm(surface: &Surface<Ct>, drawn: &Drawn, targets: &[Point<Ct>], bone_mm: f64) -> f64 {
-    use nalgebra::{Matrix3, Matrix6, RowVector6};
+/// First-order bound of the TRE rms over targets, mm: of the inliers with their true normals; pose, depth scale and offset are unknown with
+/// these priors (0 holds a number).
+pub fn bound_mm(surface: &Surface<Ct>, drawn: &Drawn, targets: &[Point<Ct>], priors: &Priors) -> f64 {
+    use nalgebra::{Matrix3, Matrix3x6, RowSVector, SMatrix};
     let turn: Matrix3<f64> = drawn.ct_from_tracker.rotation().matrix().into();
-    let mut h = Matrix6::zeros();
+    let mut h = SMatrix::<f64, 8, 8>::zeros();
+    for (k, sigma) in [(6, priors.depth_scale), (7, priors.offset_mm)] {
+        h[(k, k)] = if sigma > 0.0 { sigma.powi(-2) } else { 1e12 };
+    }
     for (i, p) in drawn.points.iter().enumerate() {
         if drawn.is_outlier[i] {
             continue;
         }
         let n = V::from(surface.distance(drawn.exact[i]).normal);
         let own = turn.tr_mul(&n);
-        let variance = own.dot(&(p.covariance_mm2 * own)) + bone_mm * bone_mm;
+        let variance = own.dot(&(p.covariance_mm2 * own));
         let w = V::from(drawn.exact[i].mm()).cross(&n);
-        let j = RowVector6::new(w.x, w.y, w.z, n.x, n.y, n.z);
+        let deep = p.beam.map_or(0.0, |b| own.dot(&V::from(b.direction.components())) * b.depth_mm.unwrap());
+        let j = RowSVector::<f64, 8>::from([w.x, w.y, w.z, n.x, n.y, n.z, -deep, -1.0]);
         h += j.transpose() * j / variance;
     }
-    let c = h.try_inverse().unwrap();
+    let c: SMatrix<f64, 6, 6> = h.try_inverse().unwrap().fixed_view::<6, 6>(0, 0).into_owned();
     let mut sum = 0.0;
     for t in targets {
-        let mut lever = nalgebra::Matrix3x6::zeros();
+        let mut lever = Matrix3x6::zeros();
         lever.fixed_view_mut::<3, 3>(0, 0).copy_from(&-V::from(t.mm()).cross_matrix());
         lever.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
         sum += (lever * c * lever.transpose()).trace() / targets.len() as f64;
     }
     sum.sqrt()
+}
+
+/// Square of the error at a target in its predicted covariance: chi-square of three degrees of freedom.
+pub fn chi2(found: &SurfaceRegistration<Ct, Tracker>, truth: &Rigid<Ct, Tracker>, target: Point<Ct>) -> f64 {
+    let shown = found.transform.transform() * (truth.inverse() * target);
+    let miss = V::from((shown - target).mm());
+    let c = found.at(target).covariance();
+    miss.dot(&c.try_inverse().map_or(V::repeat(f64::INFINITY), |inverse| inverse * miss))
+}
+
+/// The points of a patch: those of `drawn` within `radius_mm` of the first of them.
+pub fn patch(mut drawn: Drawn, radius_mm: f64, most: usize) -> Drawn {
+    let middle = drawn.exact[0];
+    let near: Vec<usize> = (0..drawn.points.len()).filter(|i| drawn.exact[*i].distance(middle) < radius_mm).take(most).collect();
+    drawn.points = near.iter().map(|i| drawn.points[*i]).collect();
+    drawn.is_outlier = near.iter().map(|i| drawn.is_outlier[*i]).collect();
+    drawn.exact = near.iter().map(|i| drawn.exact[*i]).collect();
+    drawn
 }
