@@ -21,7 +21,6 @@ use crate::kernel::Kernel;
 use crate::points::Cloud;
 use crate::solve::{Ended, Exact, Solver, Stage, State};
 
-pub(crate) use distinct::apart_mm;
 use distinct::distinct;
 pub(crate) use seeds::Seeds;
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+pub(crate) type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
 /// A grid of `rows` times `columns` corners as triangles; columns go round where `is_round`.
 fn quads(rows: u32, columns: u32, is_round: bool) -> Vec<[u32; 3]> {

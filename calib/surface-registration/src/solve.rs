@@ -92,3 +92,9 @@ pub(crate) fn turned(w: &Vector3<f64>) -> Matrix3<f64> {
     };
     Matrix3::identity() + cross * a + cross * cross * b
 }
+
+/// How far apart two poses lie, mm: root mean square over a ball of the points' radius.
+pub(crate) fn apart_mm(a: &State, b: &State, radius_mm: f64) -> f64 {
+    let turn = (a.turn - b.turn).norm_squared() * radius_mm * radius_mm / 3.0;
+    (turn + (a.shift - b.shift).norm_squared()).sqrt()
+}

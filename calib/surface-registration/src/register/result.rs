@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 use super::{RegisterError, transform};
 use crate::kernel::tukey_variance;
 use crate::points::Points;
-use crate::search::{Minimum, Searched, apart_mm};
-use crate::solve::{Exact, Matrix8, Problem, Solver, State, UNKNOWNS};
+use crate::search::{Minimum, Searched};
+use crate::solve::{Exact, Matrix8, Problem, Solver, State, UNKNOWNS, apart_mm};
 
 /// What became of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,13 +1,7 @@
 //! Which ends of fits are one minimum.
 
 use crate::search::Minimum;
-use crate::solve::{Ended, State};
-
-/// How far apart two poses lie, mm: root mean square over a ball of the points' radius.
-pub(crate) fn apart_mm(a: &State, b: &State, radius_mm: f64) -> f64 {
-    let turn = (a.turn - b.turn).norm_squared() * radius_mm * radius_mm / 3.0;
-    (turn + (a.shift - b.shift).norm_squared()).sqrt()
-}
+use crate::solve::{Ended, State, apart_mm};
 
 /// The distinct ones in the order of their cost, each with the number of those that are the same.
 pub(crate) fn distinct(ends: Vec<(f64, State)>, radius_mm: f64, within_mm: f64) -> Vec<(f64, State, usize)> {

@@ -227,3 +227,111 @@ impl<D: Distances> fit::Problem for Problem<'_, D> {
         step.length < self.settled_mm
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::turned;
+    use chance::Chance;
+    use geometry::{Direction, Point, Tracker};
+    use crate::points::{Beam, BeamNoise, Points, SurfacePoint};
+
+    /// A ball of 40 mm about the origin, in closed form.
+    struct Ball;
+
+    impl Distances for Ball {
+        fn look(&self, _: usize, p: &Vector3<f64>, _: f64) -> (f64, Vector3<f64>, bool) {
+            (p.norm() - 40.0, p / p.norm(), false)
+        }
+    }
+
+    fn points() -> Points<Tracker> {
+        let point = |i: u64| {
+            let c = Chance::new(11, i);
+            let [x, y, z] = [0, 1, 2].map(|k| 40.0 * c.normal(k));
+            let beam = Beam {
+                direction: geometry::Vector::new(c.normal(5), c.normal(6), 1.0).direction().unwrap(),
+                depth_mm: Some(20.0 + 10.0 * c.uniform(9)),
+            };
+            let noise = BeamNoise {
+                axial_mm: 0.5,
+                lateral_mm: 1.0,
+                elevation_mm: 1.5,
+            };
+            SurfacePoint::seen(Point::new(x, y, z), beam, Direction::X, noise)
+        };
+        Points::new(&(0..20).map(point).collect::<Vec<_>>(), None, 0.0).unwrap()
+    }
+
+    /// Central differences of the cost, with every part of it: residuals, both kernels, priors and landmarks.
+    #[test]
+    fn the_slope_is_that_of_the_cost() {
+        let points = points();
+        let sharp = vec![1.3; 20];
+        let anchor = Anchor {
+            from: Vector3::new(3.0, -20.0, 11.0),
+            to: Vector3::new(30.0, 5.0, -9.0),
+            sigma_mm: 4.0,
+        };
+        let priors = Priors::default();
+        for kernel in [Kernel::Wide(20.0), Kernel::Tukey(30.0)] {
+            let problem = Problem {
+                cloud: &points.cloud,
+                distances: &Ball,
+                anchors: &[anchor],
+                priors: &priors,
+                kernel,
+                facing: None,
+                sharp: &sharp,
+                settled_mm: 1e-3,
+            };
+            let state = State {
+                turn: turned(&Vector3::new(0.3, -0.7, 1.1)),
+                shift: Vector3::new(4.0, 2.0, -7.0),
+                scale: 0.02,
+                offset: 0.4,
+            };
+            let (_, at) = problem.sum(&state);
+            for k in 0..UNKNOWNS {
+                let h = if k < 3 { 1e-6 } else { 1e-5 };
+                let mut step = Vector8::zeros();
+                step[k] = h;
+                let (ahead, back) = (state.moved(&step).unwrap(), state.moved(&-step).unwrap());
+                let slope = (problem.sum(&ahead).0 - problem.sum(&back).0) / (2.0 * h);
+                // A cost of some thousands is rounded by 1e-12 of itself: below 1e-2 of the slope's difference at 1e-6.
+                assert!((slope - 2.0 * at.slope[k]).abs() < 1e-5 * (1.0 + slope.abs()) + 1e-2, "{kernel:?} {k}: {slope} {}", at.slope[k]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_number_whose_prior_is_zero_stays_where_it_is() {
+        let points = points();
+        let priors = Priors {
+            depth_scale: 0.0,
+            offset_mm: 0.0,
+            ..Priors::default()
+        };
+        let sharp = vec![1.0; 20];
+        let problem = Problem {
+            cloud: &points.cloud,
+            distances: &Ball,
+            anchors: &[],
+            priors: &priors,
+            kernel: Kernel::Tukey(30.0),
+            facing: None,
+            sharp: &sharp,
+            settled_mm: 1e-3,
+        };
+        let start = State {
+            turn: turned(&Vector3::zeros()),
+            shift: Vector3::new(4.0, 2.0, -7.0),
+            scale: 0.0,
+            offset: 0.0,
+        };
+        let (_, at) = problem.sum(&start);
+        let step = fit::Problem::step(&problem, &start, &at, 1e-3).unwrap();
+        assert!(step.to.shift != start.shift);
+        assert_eq!((step.to.scale, step.to.offset), (0.0, 0.0));
+    }
+}

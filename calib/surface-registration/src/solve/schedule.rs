@@ -5,7 +5,7 @@ use geometry::Frame;
 use nalgebra::Vector3;
 
 use super::problem::Exact;
-use super::{Anchor, Distances, Priors, Problem, State};
+use super::{apart_mm, Anchor, Distances, Priors, Problem, State};
 use crate::points::Cloud;
 use crate::{Field, Kernel, Surface};
 
@@ -45,8 +45,11 @@ pub(crate) struct Ended {
 const ROUNDS: usize = 6;
 /// Steps of one round.
 const ROUND_STEPS: usize = 20;
-/// What is left to go at the end, mm: far below any deviation, far above rounding.
-const SETTLED_MM: f64 = 1e-4;
+/// A step that ends a round, mm.
+const SETTLED_MM: f64 = 2e-3;
+/// A round that moved the points by less ends the fit, mm: a fiftieth of the least error that is promised of the best sweeps, and more than
+/// by what a fit goes to and fro between two facets of the surface.
+const STILL_MM: f64 = 0.01;
 
 impl<F: Frame> Solver<'_, F> {
     /// One over each point's deviation, of the mean of its variances over the axes.
@@ -87,8 +90,8 @@ impl<F: Frame> Solver<'_, F> {
             let sharp = self.sharp(cloud, exact, &now.state);
             let problem = self.last(cloud, exact, &sharp);
             let ended = least_squares(&problem, now.state, Damping::GAUSS_NEWTON, Limits::tries(ROUND_STEPS))?;
-            // The deviations change the minimum by a share of the last round's step: once that is settled nothing is left to change.
-            let is_settled = ended.steps <= 1 && ended.length < 10.0 * SETTLED_MM || ended.steps == 0;
+            // The deviations change the minimum by a share of what the last round moved: once that is little nothing is left to change.
+            let is_settled = apart_mm(&ended.state, &now.state, cloud.radius_mm) < STILL_MM;
             now = Ended {
                 state: ended.state,
                 cost: ended.cost,
