@@ -21,6 +21,8 @@ pub(crate) struct Cloud {
     /// Beams; zero where there is none.
     pub(crate) beams: Vec<Vector3<f64>>,
     pub(crate) covariances: Vec<Matrix3<f64>>,
+    /// Roots of the covariances: their axes, each as long as its deviation, mm.
+    pub(crate) roots: Vec<Matrix3<f64>>,
     /// Root of the mean variance over the three axes, mm.
     pub(crate) sigmas: Vec<f64>,
     /// What each point counts, 0 to 1: the reciprocal of how many were taken at its place.
@@ -47,6 +49,7 @@ impl Cloud {
             centre,
             radius_mm: (square / total).sqrt(),
             deep: beams.iter().zip(points).map(|(beam, p)| beam * depth(p)).collect(),
+            roots: points.iter().map(|p| root(&p.covariance_mm2)).collect(),
             covariances: points.iter().map(|p| p.covariance_mm2).collect(),
             sigmas: points.iter().map(|p| (p.covariance_mm2.trace() / 3.0).sqrt()).collect(),
             order: shuffled(places.len()),
@@ -73,11 +76,18 @@ impl Cloud {
             deep: of(&self.deep, &chosen),
             beams: of(&self.beams, &chosen),
             covariances: of(&self.covariances, &chosen),
+            roots: of(&self.roots, &chosen),
             sigmas: of(&self.sigmas, &chosen),
             votes: of(&self.votes, &chosen),
             order: (0..chosen.len() as u32).collect(),
         }
     }
+}
+
+/// The axes of a covariance, each as long as its deviation.
+fn root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
+    let eigen = covariance.symmetric_eigen();
+    eigen.eigenvectors * Matrix3::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()))
 }
 
 /// One over the number of points within `held_mm` of each, itself with them.

@@ -125,7 +125,8 @@ pub(super) fn result<To: Frame, From: Frame>(
     let state = best.ended.state;
     let exact = Exact::new(solver.surface, solver.field, cloud.len());
     let sharp = solver.sharp(cloud, &exact, &state);
-    let problem = solver.last(cloud, &exact, &sharp);
+    let bends = solver.bends(cloud, &state);
+    let problem = solver.last(cloud, &exact, &sharp, &bends);
     let (cost, at) = problem.sum(&state);
     let each: Vec<PointResult> = (0..cloud.len()).map(|i| one(&problem, i, &state)).collect();
     let free = free(solver);

@@ -10,6 +10,9 @@ use super::{Anchor, Matrix8, Priors, State, UNKNOWNS, Vector8};
 use crate::points::Cloud;
 use crate::{Field, Kernel, Surface};
 
+/// No bend is taken for more than this, mm.
+pub(crate) const MOST_BEND_MM: f64 = 1.0;
+
 /// Where distances come from.
 pub(crate) trait Distances {
     /// Signed distance, gradient, and whether nothing is known beyond the nearest place; `point` is the point's number. What is further
@@ -71,6 +74,8 @@ pub(crate) struct Problem<'a, D> {
     pub(crate) facing: Option<f64>,
     /// One over each point's deviation, 1/mm.
     pub(crate) sharp: &'a [f64],
+    /// By how much each point lies outside of the surface on average because the surface bends, mm; empty where that is left out.
+    pub(crate) bends: &'a [f64],
     /// Steps shorter than this end it, mm.
     pub(crate) settled_mm: f64,
 }
@@ -90,14 +95,15 @@ impl<D: Distances> Problem<'_, D> {
         let beam = state.turn * cloud.deep[i];
         let arm = state.turn * cloud.places[i] - beam * state.scale;
         let sharp = self.sharp[i];
-        let reach = self.kernel.reach() / sharp + state.offset.abs();
+        let reach = self.kernel.reach() / sharp + state.offset.abs() + MOST_BEND_MM;
         let (d, n, is_open) = self.distances.look(i, &(arm + state.shift), reach);
         let w = arm.cross(&n);
         let slope = Vector8::from([w.x, w.y, w.z, n.x, n.y, n.z, -n.dot(&beam), -1.0]) * sharp;
         let faces = self
             .facing
             .is_none_or(|limit| n.dot(&(state.turn * cloud.beams[i])) <= limit);
-        ((d - state.offset) * sharp, slope, faces && !is_open)
+        let bend = self.bends.get(i).copied().unwrap_or(0.0);
+        ((d - bend - state.offset) * sharp, slope, faces && !is_open)
     }
 
     /// Cost and normal equations. The cost is in squares of deviations.
@@ -283,6 +289,7 @@ mod tests {
                 kernel,
                 facing: None,
                 sharp: &sharp,
+                bends: &[],
                 settled_mm: 1e-3,
             };
             let state = State {
@@ -321,6 +328,7 @@ mod tests {
             kernel: Kernel::Tukey(30.0),
             facing: None,
             sharp: &sharp,
+            bends: &[],
             settled_mm: 1e-3,
         };
         let start = State {
