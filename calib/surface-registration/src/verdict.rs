@@ -45,7 +45,7 @@ impl Default for Limits {
             most_noise_ratio: 1.2,
             least_noise_ratio: 0.6,
             noise_sigmas: 2.5,
-            least_margin: 25.0,
+            least_margin: 15.0,
             least_share: 0.5,
             least_kept: 15.0,
             most_facing_away: 0.3,

@@ -1,7 +1,7 @@
 //! A registration with all that is known of its error.
 
 use geometry::{Frame, Point, Rigid, Uncertain, UncertainPoint};
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
 use super::{RegisterError, transform};
 use crate::kernel::tukey_variance;
@@ -100,6 +100,8 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
 const KEPT: f64 = 3.0;
 /// The mean square of a normal residual that is within three deviations.
 const MEAN_SQUARE: f64 = 0.973_34;
+/// 99.9 % of normal errors of six degrees of freedom have a smaller square.
+const SAME_CHI2: f64 = 22.46;
 /// Deviation, mm, of what nothing holds.
 pub(crate) const FREE_MM: f64 = 1000.0;
 
@@ -139,8 +141,14 @@ pub(super) fn result<To: Frame, From: Frame>(
     let centre = Point::<To>::new(state.shift.x, state.shift.y, state.shift.z);
     let about: Matrix6<f64> = covariance.fixed_view::<6, 6>(0, 0).into_owned();
     let uncertain = Uncertain::from_covariance_about(centre, pose, about).map_err(|_| nowhere())?;
-    let mut others = Vec::new();
+    let (mut others, mut hits) = (Vec::new(), best.hits);
+    let inverse = about.cholesky().map(|c| c.inverse());
     for other in &searched.minima[1..] {
+        // What lies within the error that is promised is no other answer: the same one, with another point left out.
+        if inverse.is_some_and(|inverse| off(&other.ended.state, &state, &inverse) < SAME_CHI2) {
+            hits += other.hits;
+            continue;
+        }
         others.push(Other {
             transform: transform(&other.ended.state, points)?,
             margin: other.ended.cost - best.ended.cost,
@@ -170,12 +178,23 @@ pub(super) fn result<To: Frame, From: Frame>(
         others,
         seeds: searched.seeds,
         fits: searched.fits,
-        hits: best.hits,
+        hits,
         landmark_ratio: landmark_ratio(&problem, &state),
         centre: state.shift,
         radius_mm: cloud.radius_mm,
         about_points: covariance,
     })
+}
+
+/// Square of the motion between two states in the deviations of the pose.
+fn off(a: &State, b: &State, inverse: &Matrix6<f64>) -> f64 {
+    let turn = a.turn * b.turn.transpose();
+    // The vector of a rotation up to its angle over its sine: a distance of 90 degrees and more is no small error of anything.
+    let skew = Vector3::new(turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)]) * 0.5;
+    let scale = if turn.trace() > 1.0 { 1.0 } else { std::f64::consts::PI / skew.norm().max(1e-3) };
+    let (w, v) = (skew * scale, a.shift - b.shift);
+    let motion = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
+    motion.dot(&(inverse * motion))
 }
 
 fn one<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, i: usize, state: &State) -> PointResult {

@@ -16,6 +16,9 @@ fn triple(v: &Value) -> [f64; 3] {
 }
 
 fn pose(v: &Value) -> Option<Rigid<Ct, Tracker>> {
+    if v.is_null() {
+        return None;
+    }
     let rows = [0, 1, 2].map(|i| triple(&v[i]));
     let t = [0, 1, 2].map(|i| v[i][3].as_f64());
     let [Some(x), Some(y), Some(z)] = t else { return None };
