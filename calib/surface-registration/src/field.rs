@@ -127,7 +127,12 @@ impl Field {
         let x0 = [at(0), at(row), at(layer), at(layer + row)];
         let x1 = [at(1), at(row + 1), at(layer + 1), at(layer + row + 1)];
         let dx = [x1[0] - x0[0], x1[1] - x0[1], x1[2] - x0[2], x1[3] - x0[3]];
-        let vx = [x0[0] + f.x * dx[0], x0[1] + f.x * dx[1], x0[2] + f.x * dx[2], x0[3] + f.x * dx[3]];
+        let vx = [
+            x0[0] + f.x * dx[0],
+            x0[1] + f.x * dx[1],
+            x0[2] + f.x * dx[2],
+            x0[3] + f.x * dx[3],
+        ];
         let (dy0, dy1) = (vx[1] - vx[0], vx[3] - vx[2]);
         let (vy0, vy1) = (vx[0] + f.y * dy0, vx[2] + f.y * dy1);
         let (sx0, sx1) = (dx[0] + f.y * (dx[1] - dx[0]), dx[2] + f.y * (dx[3] - dx[2]));

@@ -41,7 +41,10 @@ pub fn free<To: Frame, From: Frame>(found: &SurfaceRegistration<To, From>, targe
     let mut all: Vec<Free> = (0..6)
         .map(|k| {
             let motion = root * modes.eigenvectors.column(k);
-            let (w, v) = (motion.fixed_rows::<3>(0).into_owned(), motion.fixed_rows::<3>(3).into_owned());
+            let (w, v) = (
+                motion.fixed_rows::<3>(0).into_owned(),
+                motion.fixed_rows::<3>(3).into_owned(),
+            );
             Free {
                 deviation_mm: modes.eigenvalues[k].max(0.0).sqrt(),
                 turn: w.into(),
@@ -80,7 +83,11 @@ impl fmt::Display for Free {
                 write!(
                     f,
                     "slides along ({:.2}, {:.2}, {:.2}) by {:.1} mm: {:.1} mm at the target",
-                    n.x, n.y, n.z, Vector3::from(self.slide_mm).norm(), self.deviation_mm
+                    n.x,
+                    n.y,
+                    n.z,
+                    Vector3::from(self.slide_mm).norm(),
+                    self.deviation_mm
                 )
             }
         }

@@ -18,9 +18,7 @@ pub use field::{Field, FieldError, MOST_NODES, Spacing};
 pub use free::{Free, free};
 pub use kernel::Kernel;
 pub use mesh::{DIAGONAL_MM, Distance, Facts, MOST_TRIANGLES, OpenEnd, Surface, SurfaceError};
-pub use points::{
-    Beam, BeamNoise, LEAST_POINTS, MOST_POINTS, Points, PointsError, SharedError, SurfacePoint,
-};
+pub use points::{Beam, BeamNoise, LEAST_POINTS, MOST_POINTS, Points, PointsError, SharedError, SurfacePoint};
 pub use register::{
     Class, Landmark, Options, Other, PointResult, RegisterError, Start, SurfaceRegistration, refine, register,
 };

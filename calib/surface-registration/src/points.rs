@@ -74,12 +74,17 @@ impl<F: Frame> SurfacePoint<F> {
         let axial = Vector3::from(beam.direction.components());
         let across = Vector3::from(across.components());
         // A direction along the beam leaves the other two open: NaN, which is refused with the point's number.
-        let elevation = axial.cross(&across).try_normalize(1e-9).unwrap_or(Vector3::repeat(f64::NAN));
+        let elevation = axial
+            .cross(&across)
+            .try_normalize(1e-9)
+            .unwrap_or(Vector3::repeat(f64::NAN));
         let lateral = elevation.cross(&axial);
         let part = |axis: Vector3<f64>, sigma: f64| axis * axis.transpose() * (sigma * sigma);
         Self {
             place,
-            covariance_mm2: part(axial, noise.axial_mm) + part(lateral, noise.lateral_mm) + part(elevation, noise.elevation_mm),
+            covariance_mm2: part(axial, noise.axial_mm)
+                + part(lateral, noise.lateral_mm)
+                + part(elevation, noise.elevation_mm),
             beam: Some(beam),
         }
     }

@@ -126,7 +126,10 @@ impl Best {
     /// What a seed must cost less than.
     fn limit(&self) -> f64 {
         let is_full = self.heap.len() == self.most;
-        self.heap.peek().filter(|_| is_full).map_or(f64::INFINITY, |worst| worst.cost)
+        self.heap
+            .peek()
+            .filter(|_| is_full)
+            .map_or(f64::INFINITY, |worst| worst.cost)
     }
 
     fn offer(&mut self, cost: f64, state: State) {
@@ -145,7 +148,11 @@ impl Best {
     }
 
     fn in_order(self) -> Vec<(f64, State)> {
-        self.heap.into_sorted_vec().into_iter().map(|s| (s.cost, s.state)).collect()
+        self.heap
+            .into_sorted_vec()
+            .into_iter()
+            .map(|s| (s.cost, s.state))
+            .collect()
     }
 }
 
@@ -250,7 +257,12 @@ fn score<F: Frame>(solver: &Solver<'_, F>, sample: &Cloud, state: &State, limit:
         let (d, n) = solver.field.look(&p);
         let faces = n.dot(&(state.turn * sample.beams[i])) <= solver.facing;
         let square = d * d;
-        cost += sample.votes[i] * if faces { square / (square + SCORE_MM * SCORE_MM) } else { 1.0 };
+        cost += sample.votes[i]
+            * if faces {
+                square / (square + SCORE_MM * SCORE_MM)
+            } else {
+                1.0
+            };
         // Costs only grow: most seeds are ruled out by a few points.
         if cost.is_nan() || cost >= limit {
             return f64::INFINITY;

@@ -10,7 +10,12 @@ fn quads(rows: u32, columns: u32, is_round: bool) -> Vec<[u32; 3]> {
     for i in 0..rows - 1 {
         for j in 0..if is_round { columns } else { columns - 1 } {
             let k = (j + 1) % columns;
-            let (a, b, c, d) = (i * columns + j, i * columns + k, (i + 1) * columns + k, (i + 1) * columns + j);
+            let (a, b, c, d) = (
+                i * columns + j,
+                i * columns + k,
+                (i + 1) * columns + k,
+                (i + 1) * columns + j,
+            );
             triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
@@ -23,7 +28,11 @@ pub(crate) fn ball(radius: f64, n: u32) -> Triangles {
     for i in 0..=n {
         for j in 0..2 * n {
             let (s, f) = (PI * f64::from(i) / f64::from(n), TAU * f64::from(j) / f64::from(2 * n));
-            let s = if i == 0 || i == n { (0.0, if i == 0 { 1.0 } else { -1.0 }) } else { s.sin_cos() };
+            let s = if i == 0 || i == n {
+                (0.0, if i == 0 { 1.0 } else { -1.0 })
+            } else {
+                s.sin_cos()
+            };
             corners.push([radius * s.0 * f.cos(), radius * s.0 * f.sin(), radius * s.1]);
         }
     }
@@ -47,7 +56,11 @@ pub(crate) fn cuboid(half: [f64; 3], n: u32) -> Triangles {
                 }
             }
             let order = |[a, b, c]: [u32; 3]| if side < 0.0 { [a, b, c] } else { [a, c, b] };
-            triangles.extend(quads(n + 1, n + 1, false).into_iter().map(|t| order(t.map(|c| c + first))));
+            triangles.extend(
+                quads(n + 1, n + 1, false)
+                    .into_iter()
+                    .map(|t| order(t.map(|c| c + first))),
+            );
         }
     }
     (corners, triangles)

@@ -28,6 +28,9 @@ struct Node {
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     triangles: Vec<Triangle>,
+    /// A ball about each triangle: its middle and its radius, rounded up. A leaf's are one line of the cache, and rule most of its
+    /// triangles out before they are looked at.
+    balls: Vec<[f32; 4]>,
 }
 
 impl Node {
@@ -64,6 +67,10 @@ impl Tree {
     pub(crate) fn foot(&self, p: &Vector3<f64>, within: f64, hint: Option<u32>) -> Option<Foot> {
         let mut best: Option<Foot> = None;
         let mut bound = within * within;
+        let near = [p.x as f32, p.y as f32, p.z as f32];
+        // Distances are rounded in f32: by at most 8 ulp of the coordinates, which are within 3000 mm and a point's own.
+        let slack = 1e-6 * f64::from(near.iter().fold(3000.0_f32, |m, x| m.max(x.abs())));
+        let root = |bound: f64| (bound.sqrt() + slack) as f32 * (1.0 + 1e-6);
         let look = |i: u32, best: &mut Option<Foot>, bound: &mut f64| {
             let foot = self.triangles[i as usize].foot(p, i);
             if foot.distance2 < *bound {
@@ -74,11 +81,7 @@ impl Tree {
         if let Some(i) = hint {
             look(i, &mut best, &mut bound);
         }
-        let near = [p.x as f32, p.y as f32, p.z as f32];
-        // Distances to boxes are rounded in f32: by at most 8 ulp of the coordinates, which are within 3000 mm and a point's own.
-        let slack = 1e-6 * f64::from(near.iter().fold(3000.0_f32, |m, x| m.max(x.abs())));
-        let limit = |bound: f64| ((bound.sqrt() + slack).powi(2)) as f32 * (1.0 + 1e-6);
-        let mut reach = limit(bound);
+        let mut reach = root(bound);
         let mut stack = [(0_u32, 0.0_f32); DEEPEST];
         let mut top = 0;
         let mut now = 0_u32;
@@ -86,19 +89,24 @@ impl Tree {
             let node = &self.nodes[now as usize];
             if node.count > 0 {
                 for i in node.link..node.link + node.count {
-                    look(i, &mut best, &mut bound);
+                    let [x, y, z, radius] = self.balls[i as usize];
+                    let off = [x - near[0], y - near[1], z - near[2]];
+                    let limit = reach + radius;
+                    if off[0] * off[0] + off[1] * off[1] + off[2] * off[2] <= limit * limit {
+                        look(i, &mut best, &mut bound);
+                        reach = root(bound);
+                    }
                 }
-                reach = limit(bound);
             } else {
                 let children = [now + 1, node.link];
                 let off = children.map(|child| self.nodes[child as usize].distance2(&near));
                 // The nearer box first: what is found there rules the other one out, for the most part.
                 let (first, second) = if off[0] <= off[1] { (0, 1) } else { (1, 0) };
-                if off[second] <= reach && top < DEEPEST {
+                if off[second] <= reach * reach && top < DEEPEST {
                     stack[top] = (children[second], off[second]);
                     top += 1;
                 }
-                if off[first] <= reach {
+                if off[first] <= reach * reach {
                     now = children[first];
                     continue;
                 }
@@ -108,7 +116,7 @@ impl Tree {
                     return best;
                 }
                 top -= 1;
-                if stack[top].1 <= reach {
+                if stack[top].1 <= reach * reach {
                     now = stack[top].0;
                     break;
                 }

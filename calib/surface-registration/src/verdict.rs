@@ -213,7 +213,10 @@ impl Limits {
 
     fn noise<To: Frame, From: Frame>(&self, found: &SurfaceRegistration<To, From>, refusals: &mut Vec<Refusal>) {
         let spread = self.noise_sigmas * found.noise_ratio_sigma;
-        let (most, least) = (self.most_noise_ratio.max(1.0 + spread), self.least_noise_ratio.min(1.0 - spread));
+        let (most, least) = (
+            self.most_noise_ratio.max(1.0 + spread),
+            self.least_noise_ratio.min(1.0 - spread),
+        );
         let ratio = found.noise_ratio;
         if ratio.is_nan() || ratio > most {
             refusals.push(Refusal::Noise { found: ratio, most });
@@ -240,7 +243,9 @@ impl Limits {
             });
         }
         let motions = free(found, targets);
-        let too_free = motions.into_iter().filter(|motion| motion.deviation_mm > self.most_tre_mm);
+        let too_free = motions
+            .into_iter()
+            .filter(|motion| motion.deviation_mm > self.most_tre_mm);
         refusals.extend(too_free.map(Refusal::Free));
     }
 }
@@ -248,7 +253,10 @@ impl Limits {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotSearched => write!(f, "one start was followed and nothing searched, so that nothing is known of other poses that fit"),
+            Self::NotSearched => write!(
+                f,
+                "one start was followed and nothing searched, so that nothing is known of other poses that fit"
+            ),
             Self::NotSettled => write!(f, "the fit did not settle"),
             Self::Noise { found, most } => write!(
                 f,
@@ -265,20 +273,27 @@ impl fmt::Display for Refusal {
             Self::Share { found, least } => write!(
                 f,
                 "{:.0} % of the points fit, at least {:.0} % is accepted",
-                found * 100.0, least * 100.0
+                found * 100.0,
+                least * 100.0
             ),
             Self::Kept { found, least } => write!(f, "{found:.0} points fit, at least {least:.0} is accepted"),
             Self::FacingAway { found, most } => write!(
                 f,
                 "{:.0} % of the beams come from inside the bone, at most {:.0} % is accepted: are beams or sides turned round?",
-                found * 100.0, most * 100.0
+                found * 100.0,
+                most * 100.0
             ),
             Self::Beyond { found, most } => write!(
                 f,
                 "{:.0} % of the points lie beyond the end of the bone's surface, at most {:.0} % is accepted: does the CT go so far?",
-                found * 100.0, most * 100.0
+                found * 100.0,
+                most * 100.0
             ),
-            Self::Tre { target, found_mm, most_mm } => write!(
+            Self::Tre {
+                target,
+                found_mm,
+                most_mm,
+            } => write!(
                 f,
                 "the error predicted at target {} is {found_mm:.2} mm, at most {most_mm:.2} is accepted",
                 target + 1

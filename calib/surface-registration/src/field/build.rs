@@ -59,7 +59,10 @@ pub(super) fn build(
     // is near lies on the border.
     let origin = least - Vector3::repeat(spacing.margin_mm) - Vector3::new(2.381_966, 2.732_051, 2.236_068) * h;
     let size = [0, 1, 2].map(|k| ((most[k] + spacing.margin_mm - origin[k]) / h).ceil() as usize + 3);
-    let total = size.iter().try_fold(1_usize, |all, n| all.checked_mul(*n)).unwrap_or(usize::MAX);
+    let total = size
+        .iter()
+        .try_fold(1_usize, |all, n| all.checked_mul(*n))
+        .unwrap_or(usize::MAX);
     if total > MOST_NODES {
         return Err(FieldError::TooFine { nodes: total });
     }
@@ -79,7 +82,11 @@ pub(super) fn build(
         spacing: h,
         rows: [size[1], size[2]],
     };
-    let values = if is_sheet { nodes.by_side(tree) } else { nodes.by_winding(&Rows::new(solid, lattice)) };
+    let values = if is_sheet {
+        nodes.by_side(tree)
+    } else {
+        nodes.by_winding(&Rows::new(solid, lattice))
+    };
     Ok(Field {
         spacing,
         origin,
@@ -171,7 +178,11 @@ impl Nodes {
         let (own, from) = (row * n, other as usize * n);
         let (h, y, z) = self.sides(j, k);
         let (low, high) = self.near.split_at_mut(own.max(from));
-        let (to, from) = if own > from { (&mut high[..n], &low[from..from + n]) } else { (&mut low[own..own + n], &high[..n]) };
+        let (to, from) = if own > from {
+            (&mut high[..n], &low[from..from + n])
+        } else {
+            (&mut low[own..own + n], &high[..n])
+        };
         for (i, (to, from)) in to.iter_mut().zip(from).enumerate() {
             to.offer(from, i as f32 * h, y, z);
         }

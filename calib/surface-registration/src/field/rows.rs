@@ -75,7 +75,11 @@ fn crossings_of([a, b, c]: &[Vector3<f64>; 3], lattice: Lattice, all: &mut Vec<(
     let range = |axis: usize| {
         let first = (least[axis] / lattice.spacing).ceil().max(0.0) as usize;
         let last = (most[axis] / lattice.spacing).floor();
-        let end = if last < 0.0 { 0 } else { (last as usize + 1).min(lattice.rows[axis - 1]) };
+        let end = if last < 0.0 {
+            0
+        } else {
+            (last as usize + 1).min(lattice.rows[axis - 1])
+        };
         first..end
     };
     for k in range(2) {

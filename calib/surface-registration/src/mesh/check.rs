@@ -172,7 +172,10 @@ fn parts(corners: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Result<Vec<Part>, 
 fn part(corners: &[Vector3<f64>], triangles: Vec<[u32; 3]>, borders: &[Border]) -> Part {
     let (caps, ends) = caps(corners, borders);
     let solid = triangles.iter().map(|t| t.map(|c| corners[c as usize]));
-    let area = solid.clone().map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum();
+    let area = solid
+        .clone()
+        .map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm())
+        .sum();
     let bounds = bounds(corners, &triangles);
     // About the middle of the box, so that a part far from the origin loses no digits.
     let middle = (bounds[0] + bounds[1]) * 0.5;
@@ -214,7 +217,10 @@ fn caps(corners: &[Vector3<f64>], borders: &[Border]) -> (Vec<[Vector3<f64>; 3]>
         caps.extend(group.iter().map(|(_, border)| [at(border.to), at(border.from), apex]));
         ends.push(OpenEnd {
             edges: group.len(),
-            length_mm: group.iter().map(|(_, border)| (at(border.to) - at(border.from)).norm()).sum(),
+            length_mm: group
+                .iter()
+                .map(|(_, border)| (at(border.to) - at(border.from)).norm())
+                .sum(),
             centre_mm: apex.into(),
         });
     }

@@ -42,7 +42,10 @@ impl Cloud {
         let square: f64 = places.iter().zip(&votes).map(|(p, vote)| vote * p.norm_squared()).sum();
         let beams: Vec<Vector3<f64>> = points
             .iter()
-            .map(|p| p.beam.map_or(Vector3::zeros(), |beam| beam.direction.components().into()))
+            .map(|p| {
+                p.beam
+                    .map_or(Vector3::zeros(), |beam| beam.direction.components().into())
+            })
             .collect();
         let depth = |p: &SurfacePoint<F>| p.beam.and_then(|beam| beam.depth_mm).unwrap_or(0.0);
         Self {
@@ -105,7 +108,11 @@ fn votes(places: &[Vector3<f64>], held_mm: f64) -> Vec<f64> {
         let own = cell(p);
         let mut near = 0_usize;
         for k in 0..27_i64 {
-            let beside = [own[0].saturating_add(k % 3 - 1), own[1].saturating_add(k / 3 % 3 - 1), own[2].saturating_add(k / 9 - 1)];
+            let beside = [
+                own[0].saturating_add(k % 3 - 1),
+                own[1].saturating_add(k / 3 % 3 - 1),
+                own[2].saturating_add(k / 9 - 1),
+            ];
             let members = cells.get(&beside).into_iter().flatten();
             near += members.filter(|j| (places[**j] - p).norm() <= held_mm).count();
         }

@@ -54,7 +54,9 @@ pub enum PointsError {
         found: f64,
     },
     /// Too few once such as were taken by a probe that was held still count as one.
-    #[error("the points are {effective:.1} places, as a probe held still counts once; at least {LEAST_POINTS} are needed")]
+    #[error(
+        "the points are {effective:.1} places, as a probe held still counts once; at least {LEAST_POINTS} are needed"
+    )]
     HeldStill {
         /// How many places they are.
         effective: f64,
@@ -112,7 +114,10 @@ fn is_definite(c: &Matrix3<f64>) -> bool {
 fn check_shared(shared: &SharedError, points: usize) -> Result<(), PointsError> {
     let refused = |found: String, expected: String| Err(PointsError::Shared { found, expected });
     if shared.levers.len() != points {
-        return refused(format!("{} levers", shared.levers.len()), format!("{points}, one a point"));
+        return refused(
+            format!("{} levers", shared.levers.len()),
+            format!("{points}, one a point"),
+        );
     }
     let numbers = shared.levers.iter().flat_map(|lever| lever.iter());
     if numbers.chain(shared.covariance.iter()).any(|x| !x.is_finite()) {

@@ -20,7 +20,9 @@ pub enum RegisterError {
         allowed: &'static str,
     },
     /// The points are spread wider than the bone is: another bone, or another unit.
-    #[error("the points are {points_mm:.0} mm across, the surface is {surface_mm:.0} mm: they are not of this bone, or not in mm")]
+    #[error(
+        "the points are {points_mm:.0} mm across, the surface is {surface_mm:.0} mm: they are not of this bone, or not in mm"
+    )]
     TooWide {
         /// Diameter of the points, without the widest tenth, mm.
         points_mm: f64,
@@ -58,7 +60,15 @@ pub(super) fn check<To: Frame, From: Frame>(
         bone_mm,
     } = options.priors;
     let effort = &options.effort;
-    let counts = [effort.seeds, effort.pairs, effort.places, effort.sample, effort.tried, effort.polished, effort.ends];
+    let counts = [
+        effort.seeds,
+        effort.pairs,
+        effort.places,
+        effort.sample,
+        effort.tried,
+        effort.polished,
+        effort.ends,
+    ];
     let least = counts.into_iter().min().unwrap_or(0) as f64;
     let most = counts.into_iter().max().unwrap_or(0) as f64;
     let (mut turn, mut shift) = (0.0, 0.0);

@@ -77,6 +77,8 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub share_beyond: f64,
     /// Cost, squares of deviations.
     pub cost: f64,
+    /// Steps of the last fit.
+    pub steps: usize,
     /// Whether the last fit settled.
     pub is_settled: bool,
     /// The other minima that were found, the least first.
@@ -135,7 +137,8 @@ pub(super) fn result<To: Frame, From: Frame>(
     let held = free * held(&at.matrix, cloud.radius_mm) * free;
     let fitted = fitted(&problem, &state, &held);
     let kept = kept(&each, &cloud.votes, fitted);
-    let inflation = tukey_variance(solver.end) * kept.ratio.max(1.0).powi(2);
+    let told = tukey_variance(solver.end) * kept.ratio.max(1.0).powi(2);
+    let inflation = told.max(scattered(&each, &cloud.votes, solver.end, fitted));
     let covariance = held * inflation + shared(&problem, points, &state, &held);
     let pose = transform(&state, points)?;
     let centre = Point::<To>::new(state.shift.x, state.shift.y, state.shift.z);
@@ -174,6 +177,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         share_beyond: share(Class::Beyond),
         points: each,
         cost,
+        steps: best.ended.steps,
         is_settled: best.ended.is_settled,
         others,
         seeds: searched.seeds,
@@ -190,8 +194,16 @@ pub(super) fn result<To: Frame, From: Frame>(
 fn off(a: &State, b: &State, inverse: &Matrix6<f64>) -> f64 {
     let turn = a.turn * b.turn.transpose();
     // The vector of a rotation up to its angle over its sine: a distance of 90 degrees and more is no small error of anything.
-    let skew = Vector3::new(turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)]) * 0.5;
-    let scale = if turn.trace() > 1.0 { 1.0 } else { std::f64::consts::PI / skew.norm().max(1e-3) };
+    let skew = Vector3::new(
+        turn[(2, 1)] - turn[(1, 2)],
+        turn[(0, 2)] - turn[(2, 0)],
+        turn[(1, 0)] - turn[(0, 1)],
+    ) * 0.5;
+    let scale = if turn.trace() > 1.0 {
+        1.0
+    } else {
+        std::f64::consts::PI / skew.norm().max(1e-3)
+    };
     let (w, v) = (skew * scale, a.shift - b.shift);
     let motion = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
     motion.dot(&(inverse * motion))
@@ -282,6 +294,26 @@ fn kept(each: &[PointResult], votes: &[f64], fitted: f64) -> Kept {
         (f64::INFINITY, f64::INFINITY)
     };
     Kept { count, ratio, sigma }
+}
+
+/// By how much the variance exceeds the inverse of the weighted normal equations, by the residuals themselves (Huber 1981, section 6.6):
+/// gross errors that lie near the surface have a say, and scatter the result more than the noise that was told does.
+fn scattered(each: &[PointResult], votes: &[f64], end: f64, fitted: f64) -> f64 {
+    let (mut count, mut squares, mut slope, mut weights) = (0.0, 0.0, 0.0, 0.0);
+    for (point, vote) in each.iter().zip(votes).filter(|(point, _)| point.class == Class::Kept) {
+        let share = (point.deviations / end).powi(2);
+        let left = (1.0 - share).max(0.0);
+        count += vote;
+        squares += vote * (left * left * point.deviations).powi(2);
+        slope += vote * (left * left - 4.0 * left * share);
+        weights += vote * left * left;
+    }
+    let freedom = count - fitted;
+    if freedom <= 0.5 || slope <= 0.0 {
+        // The count of points refuses this; as the error of nothing it is large.
+        return FREE_MM;
+    }
+    count / freedom * squares * weights / (slope * slope)
 }
 
 /// What the error that all points share adds: it moves every residual at once, and the fit answers.

@@ -113,7 +113,10 @@ fn about<'a, To: Frame, From: Frame>(
     let to: Vec<Point<To>> = landmarks.iter().map(|mark| mark.to).collect();
     let from: Vec<Point<From>> = landmarks.iter().map(|mark| mark.from).collect();
     let weights: Vec<f64> = landmarks.iter().map(|mark| mark.sigma_mm.powi(-2)).collect();
-    let pose = state(&fit(Landmarks::new(&to, &from)?.weighted(&weights)?, Method::default())?.transform, cloud);
+    let pose = state(
+        &fit(Landmarks::new(&to, &from)?.weighted(&weights)?, Method::default())?.transform,
+        cloud,
+    );
     let mut information = Matrix6::zeros();
     for anchor in anchors {
         let cross = (pose.turn * anchor.from).cross_matrix();

@@ -103,7 +103,10 @@ impl<'a> Pairs<'a> {
         }
         let along = way / length;
         let from = Frame3::of(along, cloud.beams[i], cloud.beams[j]);
-        for (place, (a, b)) in self.table[self.first[bin] as usize..self.first[last] as usize].iter().enumerate() {
+        for (place, (a, b)) in self.table[self.first[bin] as usize..self.first[last] as usize]
+            .iter()
+            .enumerate()
+        {
             let (a, b) = (&self.spots[*a as usize], &self.spots[*b as usize]);
             let Some(to_along) = (b.place - a.place).try_normalize(1e-9) else {
                 continue;

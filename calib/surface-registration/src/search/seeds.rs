@@ -10,11 +10,7 @@ use crate::solve::{State, turned};
 /// Poses to begin with.
 pub(crate) enum Seeds<'a> {
     /// In a ball about a pose: turned by up to `turn_rad` about the points' centre, and shifted by up to `shift_mm`.
-    Around {
-        pose: State,
-        turn_rad: f64,
-        shift_mm: f64,
-    },
+    Around { pose: State, turn_rad: f64, shift_mm: f64 },
     /// Normal about a pose, `factor` times its transpose being the covariance of turn and shift in place.
     Normal { pose: State, factor: Matrix6<f64> },
     /// Wherever two points may lie.
@@ -24,7 +20,11 @@ pub(crate) enum Seeds<'a> {
 impl Seeds<'_> {
     pub(super) fn each(&self, effort: &Effort, take: &mut dyn FnMut(State)) {
         match self {
-            Self::Around { pose, turn_rad, shift_mm } => {
+            Self::Around {
+                pose,
+                turn_rad,
+                shift_mm,
+            } => {
                 take(*pose);
                 for i in 1..effort.seeds {
                     let chance = Chance::new(effort.seed, i as u64);
@@ -38,7 +38,10 @@ impl Seeds<'_> {
                 for i in 1..effort.seeds {
                     let chance = Chance::new(effort.seed, i as u64);
                     let step = factor * Vector6::from_fn(|k, _| chance.normal(k as u64));
-                    let (w, v) = (step.fixed_rows::<3>(0).into_owned(), step.fixed_rows::<3>(3).into_owned());
+                    let (w, v) = (
+                        step.fixed_rows::<3>(0).into_owned(),
+                        step.fixed_rows::<3>(3).into_owned(),
+                    );
                     take(moved(pose, &w, &v));
                 }
             }

@@ -142,7 +142,10 @@ impl<D: Distances> Problem<'_, D> {
     /// Adds what is known before, and gives its cost.
     fn known(&self, state: &State, at: &mut At) -> f64 {
         let mut cost = 0.0;
-        let numbers = [(6, state.scale, self.priors.depth_scale), (7, state.offset, self.priors.offset_mm)];
+        let numbers = [
+            (6, state.scale, self.priors.depth_scale),
+            (7, state.offset, self.priors.offset_mm),
+        ];
         for (place, value, sigma) in numbers {
             if sigma > 0.0 {
                 let sharp = 1.0 / (sigma * sigma);
@@ -237,10 +240,10 @@ impl<D: Distances> fit::Problem for Problem<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::points::{Beam, BeamNoise, Points, SurfacePoint};
     use crate::solve::turned;
     use chance::Chance;
     use geometry::{Direction, Point, Tracker};
-    use crate::points::{Beam, BeamNoise, Points, SurfacePoint};
 
     /// A ball of 40 mm about the origin, in closed form.
     struct Ball;
@@ -256,7 +259,9 @@ mod tests {
             let c = Chance::new(11, i);
             let [x, y, z] = [0, 1, 2].map(|k| 40.0 * c.normal(k));
             let beam = Beam {
-                direction: geometry::Vector::new(c.normal(5), c.normal(6), 1.0).direction().unwrap(),
+                direction: geometry::Vector::new(c.normal(5), c.normal(6), 1.0)
+                    .direction()
+                    .unwrap(),
                 depth_mm: Some(20.0 + 10.0 * c.uniform(9)),
             };
             let noise = BeamNoise {
@@ -306,7 +311,11 @@ mod tests {
                 let (ahead, back) = (state.moved(&step).unwrap(), state.moved(&-step).unwrap());
                 let slope = (problem.sum(&ahead).0 - problem.sum(&back).0) / (2.0 * h);
                 // A cost of some thousands is rounded by 1e-12 of itself: below 1e-2 of the slope's difference at 1e-6.
-                assert!((slope - 2.0 * at.slope[k]).abs() < 1e-5 * (1.0 + slope.abs()) + 1e-2, "{kernel:?} {k}: {slope} {}", at.slope[k]);
+                assert!(
+                    (slope - 2.0 * at.slope[k]).abs() < 1e-5 * (1.0 + slope.abs()) + 1e-2,
+                    "{kernel:?} {k}: {slope} {}",
+                    at.slope[k]
+                );
             }
         }
     }

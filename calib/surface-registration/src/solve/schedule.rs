@@ -5,7 +5,7 @@ use geometry::Frame;
 use nalgebra::Vector3;
 
 use super::problem::{Exact, MOST_BEND_MM};
-use super::{apart_mm, Anchor, Distances, Priors, Problem, State};
+use super::{Anchor, Distances, Priors, Problem, State, apart_mm};
 use crate::points::Cloud;
 use crate::{Field, Kernel, Surface};
 
@@ -46,10 +46,10 @@ const ROUNDS: usize = 6;
 /// Steps of one round.
 const ROUND_STEPS: usize = 20;
 /// A step that ends a round, mm.
-const SETTLED_MM: f64 = 2e-3;
-/// A round that moved the points by less ends the fit, mm: a fiftieth of the least error that is promised of the best sweeps, and more than
+const SETTLED_MM: f64 = 8e-3;
+/// A round that moved the points by less ends the fit, mm: a tenth of the least error that is promised of the best sweeps, and more than
 /// by what a fit goes to and fro between two facets of the surface.
-const STILL_MM: f64 = 0.01;
+const STILL_MM: f64 = 0.02;
 
 impl<F: Frame> Solver<'_, F> {
     /// One over each point's deviation, of the mean of its variances over the axes.
@@ -108,7 +108,13 @@ impl<F: Frame> Solver<'_, F> {
     }
 
     /// The problem of the end.
-    pub(crate) fn last<'b>(&'b self, cloud: &'b Cloud, exact: &'b Exact<'_, F>, sharp: &'b [f64], bends: &'b [f64]) -> Problem<'b, Exact<'b, F>>
+    pub(crate) fn last<'b>(
+        &'b self,
+        cloud: &'b Cloud,
+        exact: &'b Exact<'_, F>,
+        sharp: &'b [f64],
+        bends: &'b [f64],
+    ) -> Problem<'b, Exact<'b, F>>
     where
         Self: 'b,
     {

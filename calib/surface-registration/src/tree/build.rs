@@ -12,9 +12,11 @@ pub(super) fn build(corners: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Tree {
     let mut order: Vec<u32> = (0..made.len() as u32).collect();
     let mut nodes = Vec::with_capacity(made.len());
     split(&made, &centres, &mut order, 0, &mut nodes);
+    let triangles: Vec<Triangle> = order.iter().map(|i| made[*i as usize].clone()).collect();
     Tree {
         nodes,
-        triangles: order.iter().map(|i| made[*i as usize].clone()).collect(),
+        balls: triangles.iter().map(ball).collect(),
+        triangles,
     }
 }
 
@@ -47,6 +49,19 @@ fn split(made: &[Triangle], centres: &[Vector3<f64>], order: &mut [u32], first: 
     split(made, centres, right, first + middle, nodes);
 }
 
+fn ball(t: &Triangle) -> [f32; 4] {
+    let middle = (t.a + t.b + t.c) / 3.0;
+    let radius = [t.a, t.b, t.c].iter().map(|p| (p - middle).norm()).fold(0.0, f64::max);
+    // The cast of the middle moves it by half an ulp in each axis: an ulp of its greatest coordinate more is enough.
+    let room = middle.amax() * f64::from(f32::EPSILON);
+    [
+        middle.x as f32,
+        middle.y as f32,
+        middle.z as f32,
+        ((radius + room) as f32).next_up(),
+    ]
+}
+
 fn bounded(made: &[Triangle], order: &[u32]) -> Node {
     let mut least = [f32::INFINITY; 3];
     let mut most = [f32::NEG_INFINITY; 3];
@@ -73,7 +88,10 @@ fn with_normals(corners: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Vec<Triangl
     let at = |t: &[u32; 3]| t.map(|c| corners[c as usize]);
     let face = |t: &[u32; 3]| {
         let [a, b, c] = at(t);
-        (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector3::zeros)
+        (b - a)
+            .cross(&(c - a))
+            .try_normalize(0.0)
+            .unwrap_or_else(Vector3::zeros)
     };
     let faces: Vec<Vector3<f64>> = triangles.iter().map(face).collect();
     let mut at_corner = vec![Vector3::zeros(); corners.len()];

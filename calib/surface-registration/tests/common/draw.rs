@@ -105,7 +105,9 @@ impl Source {
         };
         for i in 0..sweep.points {
             let c = Chance::new(seed, i as u64);
-            let t = chosen[sums.partition_point(|s| *s < c.uniform(0) * total).min(chosen.len() - 1)];
+            let t = chosen[sums
+                .partition_point(|s| *s < c.uniform(0) * total)
+                .min(chosen.len() - 1)];
             let (u, v) = (c.uniform(1).sqrt(), c.uniform(2));
             let on = t[0] * (1.0 - u) + t[1] * (u * (1.0 - v)) + t[2] * (u * v);
             let n = cross(t).try_normalize(0.0).unwrap();
@@ -128,7 +130,9 @@ impl Source {
             let noise = [7, 8, 9].map(|k| c.normal(k * 5));
             let [axial, wide, high] = sweep.sigma_mm;
             let mut q = V::from((inverse * point(p)).mm());
-            q += b * (axial * noise[0] + depth * sweep.speed) + lateral * (wide * noise[1]) + elevation * (high * noise[2]);
+            q += b * (axial * noise[0] + depth * sweep.speed)
+                + lateral * (wide * noise[1])
+                + elevation * (high * noise[2]);
             let place = Point::new(q.x, q.y, q.z);
             drawn.points.push(if sweep.has_beams {
                 let beam = Beam {
@@ -174,7 +178,10 @@ fn turn(way: [f64; 3], angle: f64) -> Rotation {
 fn chance_pose(seed: u64) -> Rigid<Ct, Tracker> {
     let c = Chance::new(seed, 1 << 40);
     let angle = std::f64::consts::PI * c.uniform(50);
-    Rigid::from_parts(turn(way(c, 0), angle), Vector::new(100.0, 2000.0 * c.uniform(51), -500.0))
+    Rigid::from_parts(
+        turn(way(c, 0), angle),
+        Vector::new(100.0, 2000.0 * c.uniform(51), -500.0),
+    )
 }
 
 /// The truth, turned and shifted by so much about the middle of the points, in directions that follow from the seed.
@@ -206,7 +213,10 @@ pub fn targets() -> [Point<Ct>; 6] {
 
 /// Target registration errors, mm.
 pub fn tre_mm(found: &Rigid<Ct, Tracker>, truth: &Rigid<Ct, Tracker>, targets: &[Point<Ct>]) -> Vec<f64> {
-    targets.iter().map(|t| (*found * (truth.inverse() * *t)).distance(*t)).collect()
+    targets
+        .iter()
+        .map(|t| (*found * (truth.inverse() * *t)).distance(*t))
+        .collect()
 }
 
 pub fn rms(values: &[f64]) -> f64 {
@@ -235,7 +245,9 @@ pub fn bound_mm(surface: &Surface<Ct>, drawn: &Drawn, targets: &[Point<Ct>], pri
         let own = turn.tr_mul(&n);
         let variance = own.dot(&(p.covariance_mm2 * own));
         let w = V::from(drawn.exact[i].mm()).cross(&n);
-        let deep = p.beam.map_or(0.0, |b| own.dot(&V::from(b.direction.components())) * b.depth_mm.unwrap());
+        let deep = p.beam.map_or(0.0, |b| {
+            own.dot(&V::from(b.direction.components())) * b.depth_mm.unwrap()
+        });
         let j = RowSVector::<f64, 8>::from([w.x, w.y, w.z, n.x, n.y, n.z, -deep, -1.0]);
         h += j.transpose() * j / variance;
     }
@@ -243,7 +255,9 @@ pub fn bound_mm(surface: &Surface<Ct>, drawn: &Drawn, targets: &[Point<Ct>], pri
     let mut sum = 0.0;
     for t in targets {
         let mut lever = Matrix3x6::zeros();
-        lever.fixed_view_mut::<3, 3>(0, 0).copy_from(&-V::from(t.mm()).cross_matrix());
+        lever
+            .fixed_view_mut::<3, 3>(0, 0)
+            .copy_from(&-V::from(t.mm()).cross_matrix());
         lever.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
         sum += (lever * c * lever.transpose()).trace() / targets.len() as f64;
     }
@@ -255,13 +269,19 @@ pub fn chi2(found: &SurfaceRegistration<Ct, Tracker>, truth: &Rigid<Ct, Tracker>
     let shown = found.transform.transform() * (truth.inverse() * target);
     let miss = V::from((shown - target).mm());
     let c = found.at(target).covariance();
-    miss.dot(&c.try_inverse().map_or(V::repeat(f64::INFINITY), |inverse| inverse * miss))
+    miss.dot(
+        &c.try_inverse()
+            .map_or(V::repeat(f64::INFINITY), |inverse| inverse * miss),
+    )
 }
 
 /// The points of a patch: those of `drawn` within `radius_mm` of the first of them.
 pub fn patch(mut drawn: Drawn, radius_mm: f64, most: usize) -> Drawn {
     let middle = drawn.exact[0];
-    let near: Vec<usize> = (0..drawn.points.len()).filter(|i| drawn.exact[*i].distance(middle) < radius_mm).take(most).collect();
+    let near: Vec<usize> = (0..drawn.points.len())
+        .filter(|i| drawn.exact[*i].distance(middle) < radius_mm)
+        .take(most)
+        .collect();
     drawn.points = near.iter().map(|i| drawn.points[*i]).collect();
     drawn.is_outlier = near.iter().map(|i| drawn.is_outlier[*i]).collect();
     drawn.exact = near.iter().map(|i| drawn.exact[*i]).collect();

@@ -18,7 +18,10 @@ pub fn folder() -> Option<PathBuf> {
     if folder.join("truth.json").is_file() {
         return Some(folder);
     }
-    eprintln!("skipped: {} is not there (TROCAR_SHARED names the folder)", folder.display());
+    eprintln!(
+        "skipped: {} is not there (TROCAR_SHARED names the folder)",
+        folder.display()
+    );
     None
 }
 
@@ -26,9 +29,15 @@ pub fn folder() -> Option<PathBuf> {
 pub fn bone(name: &str) -> Option<Triangles> {
     let bytes = std::fs::read(folder()?.join("bones").join(format!("{name}.npz"))).unwrap();
     let corners = array(&bytes, "vertices_mm.npy");
-    let corners: Vec<f64> = corners.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap()).into()).collect();
+    let corners: Vec<f64> = corners
+        .chunks_exact(4)
+        .map(|b| f32::from_le_bytes(b.try_into().unwrap()).into())
+        .collect();
     let triangles = array(&bytes, "triangles.npy");
-    let triangles: Vec<u32> = triangles.chunks_exact(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect();
+    let triangles: Vec<u32> = triangles
+        .chunks_exact(4)
+        .map(|b| u32::from_le_bytes(b.try_into().unwrap()))
+        .collect();
     Some((
         corners.chunks_exact(3).map(|c| c.try_into().unwrap()).collect(),
         triangles.chunks_exact(3).map(|c| c.try_into().unwrap()).collect(),
@@ -59,7 +68,9 @@ fn array(zip: &[u8], name: &str) -> Vec<u8> {
     let (packed, local) = (u32_at(entry + 20), u32_at(entry + 42));
     let first = local + 30 + u16_at(local + 26) + u16_at(local + 28);
     let mut bytes = Vec::new();
-    flate2::read::DeflateDecoder::new(&zip[first..first + packed]).read_to_end(&mut bytes).unwrap();
+    flate2::read::DeflateDecoder::new(&zip[first..first + packed])
+        .read_to_end(&mut bytes)
+        .unwrap();
     let header = usize::from(u16::from_le_bytes(bytes[8..10].try_into().unwrap()));
     bytes.split_off(10 + header)
 }

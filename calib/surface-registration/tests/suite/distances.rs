@@ -31,7 +31,10 @@ fn a_ball_has_its_distance_and_its_inside() {
             let along: f64 = d.normal.iter().zip(p).map(|(n, x)| n * x / r).sum();
             // Near the middle every facet is as near as any other.
             assert!(r < 20.0 || along > 0.99, "{p:?} {along}");
-            assert!((ball.winding(at(p)) - f64::from(u8::from(r < 40.0))).abs() < 1e-9, "{p:?}");
+            assert!(
+                (ball.winding(at(p)) - f64::from(u8::from(r < 40.0))).abs() < 1e-9,
+                "{p:?}"
+            );
         }
     }
 }
@@ -108,13 +111,19 @@ fn the_field_is_the_distance_within_its_bound() {
 /// A flood leaks out where the CT ended, and every result was 1 mm off.
 #[test]
 fn an_open_bone_has_its_inside() {
-    let Some(bone) = oracle::surface("pelvis-phantom") else { return };
+    let Some(bone) = oracle::surface("pelvis-phantom") else {
+        return;
+    };
     assert_eq!(bone.facts().open_edges, 631);
     let field = Field::new(&bone, Spacing::default()).unwrap();
     let (mut inside, mut looked) = (0, 0);
     for i in 0..4000 {
         let c = Chance::new(9, i);
-        let p = at([20.0 + 300.0 * c.uniform(0), 10.0 + 110.0 * c.uniform(1), 25.0 + 215.0 * c.uniform(2)]);
+        let p = at([
+            20.0 + 300.0 * c.uniform(0),
+            10.0 + 110.0 * c.uniform(1),
+            25.0 + 215.0 * c.uniform(2),
+        ]);
         let exact = bone.distance(p);
         if exact.is_open || exact.mm.abs() < 2.0 {
             continue;
@@ -126,7 +135,11 @@ fn an_open_bone_has_its_inside() {
     assert!(looked > 3000 && inside > 150, "{inside} of {looked}");
     let deep = (0..4000).map(|i| Chance::new(9, i));
     for c in deep.take(40) {
-        let p = at([20.0 + 300.0 * c.uniform(0), 30.0 + 90.0 * c.uniform(1), 25.0 + 215.0 * c.uniform(2)]);
+        let p = at([
+            20.0 + 300.0 * c.uniform(0),
+            30.0 + 90.0 * c.uniform(1),
+            25.0 + 215.0 * c.uniform(2),
+        ]);
         let d = bone.distance(p);
         if !d.is_open && d.mm.abs() > 0.5 {
             assert_eq!(bone.winding(p) > 0.5, d.mm < 0.0, "{p:?}");

@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 
 use chance::Chance;
 use geometry::{Ct, Point, Rigid, Tracker, Vector};
-use surface_registration::{Field, Free, Limits, Options, Points, Refusal, Spacing, Start, Surface, SurfacePoint, free, register};
+use surface_registration::{
+    Field, Free, Limits, Options, Points, Refusal, Spacing, Start, Surface, SurfacePoint, free, register,
+};
 
 use crate::shapes;
 
@@ -13,7 +15,8 @@ use crate::shapes;
 fn freed(body: shapes::Triangles, place: impl Fn(Chance) -> [f64; 3], target: Point<Ct>) -> Vec<Free> {
     let surface = Surface::<Ct>::new(&body.0, &body.1).unwrap();
     let field = Field::new(&surface, Spacing::default()).unwrap();
-    let truth: Rigid<Ct, Tracker> = Rigid::from_rotation_vector(Vector::new(0.4, -0.8, 0.3), Vector::new(50.0, -20.0, 700.0)).unwrap();
+    let truth: Rigid<Ct, Tracker> =
+        Rigid::from_rotation_vector(Vector::new(0.4, -0.8, 0.3), Vector::new(50.0, -20.0, 700.0)).unwrap();
     let point = |i: u64| {
         let c = Chance::new(21, i);
         let [x, y, z] = place(c);
@@ -21,7 +24,8 @@ fn freed(body: shapes::Triangles, place: impl Fn(Chance) -> [f64; 3], target: Po
         SurfacePoint::touched(truth.inverse() * Point::new(x + ex, y + ey, z + ez), 0.3)
     };
     let points = Points::new(&(0..80).map(point).collect::<Vec<_>>(), None, 0.0).unwrap();
-    let pose = Rigid::from_rotation_vector(Vector::new(0.03, 0.02, -0.03), Vector::new(2.0, -1.0, 1.0)).unwrap() * truth;
+    let pose =
+        Rigid::from_rotation_vector(Vector::new(0.03, 0.02, -0.03), Vector::new(2.0, -1.0, 1.0)).unwrap() * truth;
     let start = Start::Guess {
         pose,
         turn_rad: 0.2,
@@ -29,10 +33,16 @@ fn freed(body: shapes::Triangles, place: impl Fn(Chance) -> [f64; 3], target: Po
     };
     let found = register(&surface, &field, &points, &start, &Options::default()).unwrap();
     let refusals = Limits::default().judge(&found, &[target]);
-    assert!(refusals.iter().any(|r| matches!(r, Refusal::Tre { .. })), "{refusals:?}");
+    assert!(
+        refusals.iter().any(|r| matches!(r, Refusal::Tre { .. })),
+        "{refusals:?}"
+    );
     let named = refusals.iter().any(|r| matches!(r, Refusal::Free(_)));
     assert!(named, "{refusals:?}");
-    free(&found, &[target, Point::new(30.0, 30.0, 0.0), Point::new(-30.0, 20.0, 20.0)])
+    free(
+        &found,
+        &[target, Point::new(30.0, 30.0, 0.0), Point::new(-30.0, 20.0, 20.0)],
+    )
 }
 
 /// How much freer the last of the first `n` motions is than the next.
@@ -52,10 +62,16 @@ fn a_plane_leaves_two_slides_and_a_turn() {
     for motion in &motions[..3] {
         // Nothing leaves the plane: what turns does so about its normal.
         assert!(motion.slide_mm[2].abs() < 0.05 * motion.deviation_mm, "{motion:?}");
-        assert!(motion.turn[0].hypot(motion.turn[1]) < 0.05 * (motion.turn[2].abs() + 1.0), "{motion:?}");
+        assert!(
+            motion.turn[0].hypot(motion.turn[1]) < 0.05 * (motion.turn[2].abs() + 1.0),
+            "{motion:?}"
+        );
     }
     let words = motions[0].to_string();
-    assert!(words.contains("slides along") || words.contains("turns about"), "{words}");
+    assert!(
+        words.contains("slides along") || words.contains("turns about"),
+        "{words}"
+    );
 }
 
 #[test]
@@ -79,6 +95,12 @@ fn a_cylinder_leaves_a_slide_and_a_turn() {
     let motions = freed(shapes::tube(15.0, 150.0, 360), on, Point::new(40.0, 0.0, -60.0));
     assert!(step(&motions, 2) > 5.0, "{motions:?}");
     // Along the axis of the cylinder, and about it.
-    assert!(motions[0].about_mm.is_none() && motions[0].slide_mm[2].abs() > 0.99 * motions[0].deviation_mm, "{motions:?}");
-    assert!(motions[1].about_mm.is_some() && motions[1].turn[2].abs() > 20.0 * motions[1].turn[0].hypot(motions[1].turn[1]), "{motions:?}");
+    assert!(
+        motions[0].about_mm.is_none() && motions[0].slide_mm[2].abs() > 0.99 * motions[0].deviation_mm,
+        "{motions:?}"
+    );
+    assert!(
+        motions[1].about_mm.is_some() && motions[1].turn[2].abs() > 20.0 * motions[1].turn[0].hypot(motions[1].turn[1]),
+        "{motions:?}"
+    );
 }

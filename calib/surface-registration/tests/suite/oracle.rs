@@ -4,8 +4,8 @@ use geometry::rotation::RotationMatrix;
 use geometry::{Ct, Point, Rigid, Tracker, Vector, checked};
 use serde_json::Value;
 use surface_registration::{
-    Beam, BeamNoise, Field, Landmark, Limits, Options, Points, Refusal, Spacing, Start, Surface, SurfacePoint, SurfaceRegistration,
-    register,
+    Beam, BeamNoise, Field, Landmark, Limits, Options, Points, Refusal, Spacing, Start, Surface, SurfacePoint,
+    SurfaceRegistration, register,
 };
 
 use crate::common::draw::{across, rms, tre_mm};
@@ -22,7 +22,10 @@ fn pose(v: &Value) -> Option<Rigid<Ct, Tracker>> {
     let rows = [0, 1, 2].map(|i| triple(&v[i]));
     let t = [0, 1, 2].map(|i| v[i][3].as_f64());
     let [Some(x), Some(y), Some(z)] = t else { return None };
-    Some(Rigid::from_parts(RotationMatrix::new(rows, 1e-6).ok()?.rotation(), Vector::new(x, y, z)))
+    Some(Rigid::from_parts(
+        RotationMatrix::new(rows, 1e-6).ok()?.rotation(),
+        Vector::new(x, y, z),
+    ))
 }
 
 fn list(v: &Value) -> Vec<[f64; 3]> {
@@ -40,7 +43,11 @@ fn points(problem: &Value) -> Points<Tracker> {
             direction: checked::direction(triple(&problem["beam"][i])).unwrap(),
             depth_mm: Some(problem["depth_mm"][i].as_f64().unwrap()),
         };
-        let noise = BeamNoise { axial_mm, lateral_mm, elevation_mm };
+        let noise = BeamNoise {
+            axial_mm,
+            lateral_mm,
+            elevation_mm,
+        };
         SurfacePoint::seen(place, beam, across(beam.direction), noise)
     };
     let all: Vec<_> = list(&problem["points_mm"]).into_iter().enumerate().map(one).collect();
@@ -52,7 +59,11 @@ fn start(problem: &Value) -> Start<Ct, Tracker> {
         // The class `far` is off by 60 degrees and 50 mm.
         let is_far = problem["id"].as_str().unwrap().contains("far");
         let (turn, shift_mm) = if is_far { (65.0_f64, 55.0) } else { (25.0, 25.0) };
-        return Start::Guess { pose, turn_rad: turn.to_radians(), shift_mm };
+        return Start::Guess {
+            pose,
+            turn_rad: turn.to_radians(),
+            shift_mm,
+        };
     }
     if problem["landmarks"].is_null() {
         return Start::Nothing;
@@ -70,7 +81,9 @@ fn start(problem: &Value) -> Start<Ct, Tracker> {
 
 /// Of each problem of a bone whose id has one of the words: id, TRE rms, refusals, result.
 fn solved(bone: &str, words: &[&str]) -> Vec<(String, f64, Vec<Refusal>, SurfaceRegistration<Ct, Tracker>)> {
-    let Some((problems, truth)) = oracle::problems() else { return Vec::new() };
+    let Some((problems, truth)) = oracle::problems() else {
+        return Vec::new();
+    };
     let surface: Surface<Ct> = oracle::surface(bone).unwrap();
     let field = Field::new(&surface, Spacing::default()).unwrap();
     let mut all = Vec::new();
@@ -80,8 +93,13 @@ fn solved(bone: &str, words: &[&str]) -> Vec<(String, f64, Vec<Refusal>, Surface
             continue;
         }
         let found = register(&surface, &field, &points(problem), &start(problem), &Options::default()).unwrap();
-        let targets: Vec<Point<Ct>> = list(&problem["targets_ct_mm"]).into_iter().map(|[x, y, z]| Point::new(x, y, z)).collect();
-        let error = pose(&truth[&id]["ct_from_tracker"]).map_or(f64::NAN, |truth| rms(&tre_mm(&found.transform.transform(), &truth, &targets)));
+        let targets: Vec<Point<Ct>> = list(&problem["targets_ct_mm"])
+            .into_iter()
+            .map(|[x, y, z]| Point::new(x, y, z))
+            .collect();
+        let error = pose(&truth[&id]["ct_from_tracker"]).map_or(f64::NAN, |truth| {
+            rms(&tre_mm(&found.transform.transform(), &truth, &targets))
+        });
         let refusals = Limits::default().judge(&found, &targets);
         all.push((id, error, refusals, found));
     }
@@ -91,10 +109,24 @@ fn solved(bone: &str, words: &[&str]) -> Vec<(String, f64, Vec<Refusal>, Surface
 #[test]
 fn problems_of_both_bones_are_solved_and_accepted() {
     for bone in ["pelvis-phantom", "hip77"] {
-        for (id, error, refusals, found) in
-            solved(bone, &["easy-0", "echoes40-1", "far-2", "no-guess-0", "landmarks-1", "slips-0", "speed+4%-2", "one-end-1"])
-        {
-            let told = format!("{id}: {error:.2} mm, ratio {:.2}, margin {:?}: {refusals:?}", found.noise_ratio, found.margin());
+        for (id, error, refusals, found) in solved(
+            bone,
+            &[
+                "easy-0",
+                "echoes40-1",
+                "far-2",
+                "no-guess-0",
+                "landmarks-1",
+                "slips-0",
+                "speed+4%-2",
+                "one-end-1",
+            ],
+        ) {
+            let told = format!(
+                "{id}: {error:.2} mm, ratio {:.2}, margin {:?}: {refusals:?}",
+                found.noise_ratio,
+                found.margin()
+            );
             assert!(error < 2.0, "{told}");
             assert!(refusals.is_empty(), "{told}");
         }
@@ -105,7 +137,12 @@ fn problems_of_both_bones_are_solved_and_accepted() {
 fn mirrored_bones_and_small_patches_are_refused() {
     for bone in ["pelvis-phantom", "hip77"] {
         for (id, error, refusals, found) in solved(bone, &["mirrored", "small-patch"]) {
-            let told = format!("{id}: {error:.2} mm, ratio {:.2}, margin {:?}, hits {}", found.noise_ratio, found.margin(), found.hits);
+            let told = format!(
+                "{id}: {error:.2} mm, ratio {:.2}, margin {:?}, hits {}",
+                found.noise_ratio,
+                found.margin(),
+                found.hits
+            );
             assert!(!refusals.is_empty(), "{told}");
         }
     }
@@ -117,7 +154,12 @@ fn mirrored_bones_and_small_patches_are_refused() {
 fn all_problems() {
     for bone in ["pelvis-phantom", "hip77"] {
         for (id, error, refusals, found) in solved(bone, &["0", "1", "2", "mirrored", "patch"]) {
-            eprintln!("{id}: {error:.2} mm, ratio {:.2}, margin {:?}, hits {}, refused by {refusals:?}", found.noise_ratio, found.margin(), found.hits);
+            eprintln!(
+                "{id}: {error:.2} mm, ratio {:.2}, margin {:?}, hits {}, refused by {refusals:?}",
+                found.noise_ratio,
+                found.margin(),
+                found.hits
+            );
         }
     }
 }
