@@ -35,6 +35,7 @@ pub fn free<To: Frame, From: Frame>(found: &SurfaceRegistration<To, From>, targe
         way.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
         measure += way.transpose() * way / targets.len().max(1) as f64;
     }
+    // A root of the covariance by its eigenvectors: it may be singular, where a number is held.
     let eigen = about.symmetric_eigen();
     let root = eigen.eigenvectors * Matrix6::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
     let modes = (root.transpose() * measure * root).symmetric_eigen();

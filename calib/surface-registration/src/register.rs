@@ -1,5 +1,6 @@
 //! A registration from points, a surface and what is known of where they lie.
 
+mod check;
 mod error;
 mod result;
 mod start;
@@ -53,7 +54,7 @@ pub fn register<To: Frame, From: Frame>(
     start: &Start<To, From>,
     options: &Options,
 ) -> Result<SurfaceRegistration<To, From>, RegisterError> {
-    error::check(surface, points, start, options)?;
+    check::check(surface, points, start, options)?;
     let cloud = &points.cloud;
     let anchors = start.anchors(cloud);
     let solver = Solver {
@@ -90,6 +91,7 @@ pub fn refine<To: Frame, From: Frame>(
         end: options.kernel_end,
         facing: options.facing,
     };
+    // From afar to near in one go: without other starts the kernel alone must find the way.
     let state = start::state(start, cloud);
     let stages = crate::search::long_stages(options.kernel_end);
     let nowhere = || RegisterError::Nowhere { seeds: 1 };

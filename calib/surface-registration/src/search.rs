@@ -220,6 +220,7 @@ pub(crate) fn search<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, seeds: &Se
         .map(|(state, cost)| (cost, state))
         .collect();
     let fits = rough.len();
+    // Distinct ones only: the best four hundred are mostly one minimum, and the others are what a verdict needs to know of.
     let mut rough = distinct(rough, cloud.radius_mm, ROUGH_MM);
     rough.truncate(effort.polished);
     let blunt = solver.blunt(cloud);

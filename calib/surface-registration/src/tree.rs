@@ -37,12 +37,8 @@ impl Node {
     /// Square of the distance to the box.
     #[inline]
     fn distance2(&self, p: &[f32; 3]) -> f32 {
-        let mut sum = 0.0;
-        for k in 0..3 {
-            let off = (self.least[k] - p[k]).max(p[k] - self.most[k]).max(0.0);
-            sum += off * off;
-        }
-        sum
+        let off = [0, 1, 2].map(|k| (self.least[k] - p[k]).max(p[k] - self.most[k]).max(0.0));
+        off[0] * off[0] + off[1] * off[1] + off[2] * off[2]
     }
 }
 

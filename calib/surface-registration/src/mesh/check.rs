@@ -58,6 +58,7 @@ pub(super) fn checked(corners_mm: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result
 
 fn gathered(corners: Vec<Vector3<f64>>, outer: &[Part], inner: &[Part], collapsed: usize) -> Checked {
     let triangles: Vec<[u32; 3]> = outer.iter().flat_map(|part| part.triangles.iter().copied()).collect();
+    // Of the parts that are kept alone: an inner wall's border leads nowhere that a probe comes.
     let ends: Vec<OpenEnd> = outer.iter().flat_map(|part| part.ends.iter().copied()).collect();
     let [least, most] = bounds(&corners, &triangles);
     let facts = Facts {
@@ -165,7 +166,7 @@ fn parts(corners: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Result<Vec<Part>, 
         let triangles = group.iter().map(|(_, i)| triangles[*i as usize]).collect();
         parts.push(part(corners, triangles, &own));
     }
-    parts.sort_by(|a, b| b.triangles.len().cmp(&a.triangles.len()));
+    parts.sort_by_key(|part| std::cmp::Reverse(part.triangles.len()));
     Ok(parts)
 }
 
@@ -213,6 +214,7 @@ fn caps(corners: &[Vector3<f64>], borders: &[Border]) -> (Vec<[Vector3<f64>; 3]>
     for group in by_end.chunk_by(|a, b| a.0 == b.0) {
         let at = |corner: u32| corners[corner as usize];
         let sum: Vector3<f64> = group.iter().map(|(_, border)| at(border.from)).sum();
+        // Any apex closes the border; the mean of its corners makes the cone a lid and not a spike.
         let apex = sum / group.len() as f64;
         caps.extend(group.iter().map(|(_, border)| [at(border.to), at(border.from), apex]));
         ends.push(OpenEnd {

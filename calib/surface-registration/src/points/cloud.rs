@@ -35,6 +35,7 @@ impl Cloud {
     pub(super) fn new<F: Frame>(points: &[SurfacePoint<F>], held_mm: f64) -> Self {
         let places: Vec<Vector3<f64>> = points.iter().map(|p| Vector3::from(p.place.mm())).collect();
         let votes = votes(&places, held_mm);
+        // About the middle, so that a tracker two metres away costs neither digits nor a lever between turn and shift.
         let total: f64 = votes.iter().sum();
         let weighted = places.iter().zip(&votes).map(|(p, vote)| p * *vote);
         let centre = weighted.sum::<Vector3<f64>>() / total;

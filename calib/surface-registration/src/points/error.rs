@@ -91,6 +91,7 @@ pub(super) fn check<F: Frame>(
         if p.covariance_mm2.iter().any(|x| !x.is_finite()) {
             return not_finite("covariance");
         }
+        // Deviations of 0 would make one point outweigh all others.
         let c = &p.covariance_mm2;
         let is_even = (c - c.transpose()).amax() <= 1e-9 * c.amax();
         if !is_even || !is_definite(c) {

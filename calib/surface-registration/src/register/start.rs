@@ -129,7 +129,10 @@ fn about<'a, To: Frame, From: Frame>(
     // A pose was determined, so that this has an inverse; were it not to rounding, there would be no landmarks worth the name.
     let covariance = information.try_inverse().unwrap_or_else(Matrix6::zeros) * (WIDER * WIDER);
     let factor = covariance.cholesky().map_or_else(Matrix6::zeros, |c| c.l());
-    Ok(Seeds::Normal { pose, factor })
+    Ok(Seeds::Normal {
+        pose,
+        factor: Box::new(factor),
+    })
 }
 
 /// Places of the surface, even over its area, with their normals.

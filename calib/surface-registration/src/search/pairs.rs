@@ -49,6 +49,7 @@ impl<'a> Pairs<'a> {
                 counts[b + 1] += u32::from(i != j);
             }
         }
+        // Sorted by counting: a million pairs, and their order within a bin does not matter.
         for b in 1..counts.len() {
             counts[b] += counts[b - 1];
         }
@@ -101,6 +102,7 @@ impl<'a> Pairs<'a> {
         if bin >= last {
             return;
         }
+        // Two bins about the length: places are half a spacing off the points that are laid on them, each.
         let along = way / length;
         let from = Frame3::of(along, cloud.beams[i], cloud.beams[j]);
         for (place, (a, b)) in self.table[self.first[bin] as usize..self.first[last] as usize]

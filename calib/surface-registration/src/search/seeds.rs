@@ -12,7 +12,7 @@ pub(crate) enum Seeds<'a> {
     /// In a ball about a pose: turned by up to `turn_rad` about the points' centre, and shifted by up to `shift_mm`.
     Around { pose: State, turn_rad: f64, shift_mm: f64 },
     /// Normal about a pose, `factor` times its transpose being the covariance of turn and shift in place.
-    Normal { pose: State, factor: Matrix6<f64> },
+    Normal { pose: State, factor: Box<Matrix6<f64>> },
     /// Wherever two points may lie.
     Anywhere(Pairs<'a>),
 }
@@ -25,6 +25,7 @@ impl Seeds<'_> {
                 turn_rad,
                 shift_mm,
             } => {
+                // What was told first: where it is right, no other seed is nearer.
                 take(*pose);
                 for i in 1..effort.seeds {
                     let chance = Chance::new(effort.seed, i as u64);
@@ -37,7 +38,7 @@ impl Seeds<'_> {
                 take(*pose);
                 for i in 1..effort.seeds {
                     let chance = Chance::new(effort.seed, i as u64);
-                    let step = factor * Vector6::from_fn(|k, _| chance.normal(k as u64));
+                    let step = **factor * Vector6::from_fn(|k, _| chance.normal(k as u64));
                     let (w, v) = (
                         step.fixed_rows::<3>(0).into_owned(),
                         step.fixed_rows::<3>(3).into_owned(),

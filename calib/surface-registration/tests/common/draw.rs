@@ -12,25 +12,25 @@ type V = Vector3<f64>;
 
 /// Where points are taken, and what is wrong with them.
 #[derive(Debug, Clone, Copy)]
-pub struct Sweep {
+pub(crate) struct Sweep {
     /// Regions of the phantom: [`LEFT`], [`RIGHT`], [`PUBIS`], [`ALL`], together.
-    pub regions: u8,
-    pub points: usize,
+    pub(crate) regions: u8,
+    pub(crate) points: usize,
     /// Share of gross errors: 70 % of them 3 to 20 mm nearer to the probe, the others off by up to 15 mm in each axis.
-    pub outliers: f64,
+    pub(crate) outliers: f64,
     /// Axial, lateral, elevation, mm.
-    pub sigma_mm: [f64; 3],
+    pub(crate) sigma_mm: [f64; 3],
     /// By what share depths are read too long.
-    pub speed: f64,
+    pub(crate) speed: f64,
     /// By how much the true bone lies outside of the surface that is given, mm.
-    pub offset_mm: f64,
-    pub has_beams: bool,
+    pub(crate) offset_mm: f64,
+    pub(crate) has_beams: bool,
 }
 
-pub const LEFT: u8 = 1;
-pub const RIGHT: u8 = 2;
-pub const PUBIS: u8 = 4;
-pub const ALL: u8 = 8;
+pub(crate) const LEFT: u8 = 1;
+pub(crate) const RIGHT: u8 = 2;
+pub(crate) const PUBIS: u8 = 4;
+pub(crate) const ALL: u8 = 8;
 
 impl Default for Sweep {
     fn default() -> Self {
@@ -47,16 +47,16 @@ impl Default for Sweep {
 }
 
 /// Points with their truth.
-pub struct Drawn {
-    pub points: Vec<SurfacePoint<Tracker>>,
-    pub is_outlier: Vec<bool>,
-    pub ct_from_tracker: Rigid<Ct, Tracker>,
+pub(crate) struct Drawn {
+    pub(crate) points: Vec<SurfacePoint<Tracker>>,
+    pub(crate) is_outlier: Vec<bool>,
+    pub(crate) ct_from_tracker: Rigid<Ct, Tracker>,
     /// Where the inliers are without noise.
-    pub exact: Vec<Point<Ct>>,
+    pub(crate) exact: Vec<Point<Ct>>,
 }
 
 /// What a probe reaches from the front, of the phantom of the UCL.
-pub fn is_in(regions: u8, p: &V, n: &V) -> bool {
+pub(crate) fn is_in(regions: u8, p: &V, n: &V) -> bool {
     let reached = n.y > 0.1;
     let left = p.x < 86.0 && p.y > 64.0 && (30.0..170.0).contains(&p.z);
     let right = p.x > 262.0 && p.y > 64.0 && (30.0..175.0).contains(&p.z);
@@ -66,12 +66,12 @@ pub fn is_in(regions: u8, p: &V, n: &V) -> bool {
 }
 
 /// The triangles of a surface, to draw points from.
-pub struct Source {
+pub(crate) struct Source {
     triangles: Vec<[V; 3]>,
 }
 
 impl Source {
-    pub fn new((corners, triangles): &Triangles) -> Self {
+    pub(crate) fn new((corners, triangles): &Triangles) -> Self {
         let at = |i: u32| V::from(corners[i as usize]);
         Self {
             triangles: triangles.iter().map(|t| t.map(at)).collect(),
@@ -79,7 +79,7 @@ impl Source {
     }
 
     /// Points of a sweep; everything follows from the seed.
-    pub fn draw(&self, sweep: &Sweep, seed: u64) -> Drawn {
+    pub(crate) fn draw(&self, sweep: &Sweep, seed: u64) -> Drawn {
         let cross = |t: &[V; 3]| (t[1] - t[0]).cross(&(t[2] - t[0]));
         let chosen: Vec<&[V; 3]> = self
             .triangles
@@ -155,13 +155,13 @@ impl Source {
 }
 
 /// The direction across a beam that the oracle's lateral axis is.
-pub fn across(beam: Direction<Tracker>) -> Direction<Tracker> {
+pub(crate) fn across(beam: Direction<Tracker>) -> Direction<Tracker> {
     let b = beam.components();
     let other = if b[2].abs() < 0.9 { Direction::Z } else { Direction::X };
     beam.cross(other).direction().unwrap()
 }
 
-pub fn point(v: V) -> Point<Ct> {
+pub(crate) fn point(v: V) -> Point<Ct> {
     Point::new(v.x, v.y, v.z)
 }
 
@@ -185,7 +185,7 @@ fn chance_pose(seed: u64) -> Rigid<Ct, Tracker> {
 }
 
 /// The truth, turned and shifted by so much about the middle of the points, in directions that follow from the seed.
-pub fn off(drawn: &Drawn, turn_deg: f64, shift_mm: f64, seed: u64) -> Rigid<Ct, Tracker> {
+pub(crate) fn off(drawn: &Drawn, turn_deg: f64, shift_mm: f64, seed: u64) -> Rigid<Ct, Tracker> {
     let c = Chance::new(seed, 1 << 41);
     let n = drawn.points.len() as f64;
     let mut middle = V::zeros();
@@ -199,7 +199,7 @@ pub fn off(drawn: &Drawn, turn_deg: f64, shift_mm: f64, seed: u64) -> Rigid<Ct, 
 }
 
 /// The targets of the oracle in the phantom.
-pub fn targets() -> [Point<Ct>; 6] {
+pub(crate) fn targets() -> [Point<Ct>; 6] {
     [
         [110.0, 60.0, 130.0],
         [235.0, 60.0, 130.0],
@@ -212,25 +212,25 @@ pub fn targets() -> [Point<Ct>; 6] {
 }
 
 /// Target registration errors, mm.
-pub fn tre_mm(found: &Rigid<Ct, Tracker>, truth: &Rigid<Ct, Tracker>, targets: &[Point<Ct>]) -> Vec<f64> {
+pub(crate) fn tre_mm(found: &Rigid<Ct, Tracker>, truth: &Rigid<Ct, Tracker>, targets: &[Point<Ct>]) -> Vec<f64> {
     targets
         .iter()
         .map(|t| (*found * (truth.inverse() * *t)).distance(*t))
         .collect()
 }
 
-pub fn rms(values: &[f64]) -> f64 {
+pub(crate) fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
 /// The points, checked.
-pub fn checked_points(drawn: &Drawn) -> Points<Tracker> {
+pub(crate) fn checked_points(drawn: &Drawn) -> Points<Tracker> {
     Points::new(&drawn.points, None, 0.5).unwrap()
 }
 
 /// First-order bound of the TRE rms over targets, mm: of the inliers with their true normals; pose, depth scale and offset are unknown with
 /// these priors (0 holds a number).
-pub fn bound_mm(surface: &Surface<Ct>, drawn: &Drawn, targets: &[Point<Ct>], priors: &Priors) -> f64 {
+pub(crate) fn bound_mm(surface: &Surface<Ct>, drawn: &Drawn, targets: &[Point<Ct>], priors: &Priors) -> f64 {
     use nalgebra::{Matrix3, Matrix3x6, RowSVector, SMatrix};
     let turn: Matrix3<f64> = drawn.ct_from_tracker.rotation().matrix().into();
     let mut h = SMatrix::<f64, 8, 8>::zeros();
@@ -265,7 +265,7 @@ pub fn bound_mm(surface: &Surface<Ct>, drawn: &Drawn, targets: &[Point<Ct>], pri
 }
 
 /// Square of the error at a target in its predicted covariance: chi-square of three degrees of freedom.
-pub fn chi2(found: &SurfaceRegistration<Ct, Tracker>, truth: &Rigid<Ct, Tracker>, target: Point<Ct>) -> f64 {
+pub(crate) fn chi2(found: &SurfaceRegistration<Ct, Tracker>, truth: &Rigid<Ct, Tracker>, target: Point<Ct>) -> f64 {
     let shown = found.transform.transform() * (truth.inverse() * target);
     let miss = V::from((shown - target).mm());
     let c = found.at(target).covariance();
@@ -276,7 +276,7 @@ pub fn chi2(found: &SurfaceRegistration<Ct, Tracker>, truth: &Rigid<Ct, Tracker>
 }
 
 /// The points of a patch: those of `drawn` within `radius_mm` of the first of them.
-pub fn patch(mut drawn: Drawn, radius_mm: f64, most: usize) -> Drawn {
+pub(crate) fn patch(mut drawn: Drawn, radius_mm: f64, most: usize) -> Drawn {
     let middle = drawn.exact[0];
     let near: Vec<usize> = (0..drawn.points.len())
         .filter(|i| drawn.exact[*i].distance(middle) < radius_mm)

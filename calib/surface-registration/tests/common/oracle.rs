@@ -8,10 +8,10 @@ use serde_json::Value;
 use surface_registration::Surface;
 
 /// Corners and triangles.
-pub type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+pub(crate) type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
 /// The folder of the oracle; `None`, with the reason printed, where it is not there.
-pub fn folder() -> Option<PathBuf> {
+pub(crate) fn folder() -> Option<PathBuf> {
     let told = std::env::var_os("TROCAR_SHARED").map(PathBuf::from);
     let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared"));
     let folder = told.unwrap_or_else(beside).join("oracles/surface");
@@ -26,7 +26,7 @@ pub fn folder() -> Option<PathBuf> {
 }
 
 /// A bone's corners and triangles.
-pub fn bone(name: &str) -> Option<Triangles> {
+pub(crate) fn bone(name: &str) -> Option<Triangles> {
     let bytes = std::fs::read(folder()?.join("bones").join(format!("{name}.npz"))).unwrap();
     let corners = array(&bytes, "vertices_mm.npy");
     let corners: Vec<f64> = corners
@@ -45,7 +45,7 @@ pub fn bone(name: &str) -> Option<Triangles> {
 }
 
 /// A bone as a surface.
-pub fn surface(name: &str) -> Option<Surface<Ct>> {
+pub(crate) fn surface(name: &str) -> Option<Surface<Ct>> {
     let (corners, triangles) = bone(name)?;
     Some(Surface::new(&corners, &triangles).unwrap())
 }
@@ -76,7 +76,7 @@ fn array(zip: &[u8], name: &str) -> Vec<u8> {
 }
 
 /// All problems, and their truths by id.
-pub fn problems() -> Option<(Vec<Value>, Value)> {
+pub(crate) fn problems() -> Option<(Vec<Value>, Value)> {
     let folder = folder()?;
     let read = |name: &str| -> Value { serde_json::from_slice(&std::fs::read(folder.join(name)).unwrap()).unwrap() };
     let problems = read("problems.json")["problems"].as_array().unwrap().clone();

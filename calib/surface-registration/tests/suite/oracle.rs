@@ -79,8 +79,11 @@ fn start(problem: &Value) -> Start<Ct, Tracker> {
     Start::Landmarks(to.into_iter().zip(from).map(mark).collect())
 }
 
-/// Of each problem of a bone whose id has one of the words: id, TRE rms, refusals, result.
-fn solved(bone: &str, words: &[&str]) -> Vec<(String, f64, Vec<Refusal>, SurfaceRegistration<Ct, Tracker>)> {
+/// Id, TRE rms, refusals, result.
+type Solved = (String, f64, Vec<Refusal>, SurfaceRegistration<Ct, Tracker>);
+
+/// Of each problem of a bone whose id ends with one of the words.
+fn solved(bone: &str, words: &[&str]) -> Vec<Solved> {
     let Some((problems, truth)) = oracle::problems() else {
         return Vec::new();
     };
