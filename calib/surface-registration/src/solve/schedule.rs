@@ -51,6 +51,10 @@ const SETTLED_MM: f64 = 8e-3;
 /// by what a fit goes to and fro between two facets of the surface.
 const STILL_MM: f64 = 0.02;
 
+/// What a last round may have moved the points by, mm: some fits sway for ever, as a point at the kernel's edge or on the ridge between two
+/// facets changes sides, and by less than a third of the least error that is promised it is no matter.
+const SWAYING_MM: f64 = 0.1;
+
 impl<F: Frame> Solver<'_, F> {
     /// One over each point's deviation, of the mean of its variances over the axes.
     pub(crate) fn blunt(&self, cloud: &Cloud) -> Vec<f64> {
@@ -93,14 +97,14 @@ impl<F: Frame> Solver<'_, F> {
             let problem = self.last(cloud, exact, &sharp, &bends);
             let ended = least_squares(&problem, now.state, Damping::GAUSS_NEWTON, Limits::tries(ROUND_STEPS))?;
             // The deviations change the minimum by a share of what the last round moved: once that is little nothing is left to change.
-            let is_settled = apart_mm(&ended.state, &now.state, cloud.radius_mm) < STILL_MM;
+            let moved = apart_mm(&ended.state, &now.state, cloud.radius_mm);
             now = Ended {
                 state: ended.state,
                 cost: ended.cost,
                 steps: now.steps + ended.steps,
-                is_settled,
+                is_settled: moved < SWAYING_MM,
             };
-            if is_settled {
+            if moved < STILL_MM {
                 break;
             }
         }
