@@ -255,11 +255,14 @@ fn score<F: Frame>(solver: &Solver<'_, F>, sample: &Cloud, state: &State, limit:
     }
     for i in 0..sample.len() {
         let p = state.turn * sample.places[i] + state.shift;
-        let (d, n) = solver.field.look(&p);
-        let faces = n.dot(&(state.turn * sample.beams[i])) <= solver.facing;
-        let square = d * d;
+        let (d, slope) = solver.field.glance(&p);
+        let square = f64::from(d * d);
+        let beam = state.turn * sample.beams[i];
+        let along = beam.x * f64::from(slope[0]) + beam.y * f64::from(slope[1]) + beam.z * f64::from(slope[2]);
+        // The slope is that over one cell, of its length where the field is smooth: good enough for the sign of a cosine.
+        let counts = d.is_finite() && along <= solver.facing * solver.field.spacing().spacing_mm;
         cost += sample.votes[i]
-            * if faces {
+            * if counts {
                 square / (square + SCORE_MM * SCORE_MM)
             } else {
                 1.0
