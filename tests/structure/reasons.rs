@@ -10,6 +10,7 @@ const NUMERIC: &[&str] = &[
     "calib/bead/src",
     "calib/optics/src",
     "calib/src",
+    "calib/surface-registration/src",
     "crates/fit/src",
     "crates/geometry/src",
     "crates/simulation/src",

@@ -1,0 +1,159 @@
+//! The signed distance to a surface on a lattice: fast enough for thousands of starts.
+//!
+//! One level, interpolated linearly in each axis. The search goes by this field; what is reported at the end does not: the last steps
+//! use the surface itself ([`crate::Surface::distance`]), so that the field's error is in no result. That is instead of a fine lattice
+//! with a smooth interpolant near the bone, which would cost ten times the memory and still be wrong by some hundredths of a millimetre.
+
+mod build;
+mod rows;
+
+use geometry::{Frame, Point};
+use nalgebra::Vector3;
+
+use crate::Surface;
+
+/// The most nodes: 1.2 GB while it is made, 0.25 GB after.
+pub const MOST_NODES: usize = 60_000_000;
+
+/// How fine a field is, and how far it goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spacing {
+    /// Spacing of the lattice, mm.
+    pub spacing_mm: f64,
+    /// How far around the surface's box it goes, mm. Beyond, a distance is that at its border and the way there.
+    pub margin_mm: f64,
+}
+
+impl Default for Spacing {
+    fn default() -> Self {
+        Self {
+            spacing_mm: 2.0,
+            margin_mm: 40.0,
+        }
+    }
+}
+
+/// Why a field was not made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FieldError {
+    /// A length is out of its range.
+    #[error("{what} is {found} mm; allowed is {allowed}")]
+    Spacing {
+        /// What it is of.
+        what: &'static str,
+        /// What was found, mm.
+        found: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// More nodes than fit.
+    #[error("a field of {nodes} nodes; at most {MOST_NODES} are made: a wider spacing is needed")]
+    TooFine {
+        /// How many it would have.
+        nodes: usize,
+    },
+}
+
+/// The signed distance on a lattice.
+#[derive(Debug, Clone)]
+pub struct Field {
+    spacing: Spacing,
+    origin: Vector3<f64>,
+    nodes: [usize; 3],
+    values: Vec<f32>,
+}
+
+impl Field {
+    /// The field of a surface: exact at nodes within 1.5 spacings of it, and beyond the distance to the nearest of the places that were
+    /// found there, which is too long by less than a tenth of the spacing.
+    ///
+    /// # Errors
+    /// Each variant of [`FieldError`].
+    pub fn new<F: Frame>(surface: &Surface<F>, spacing: Spacing) -> Result<Self, FieldError> {
+        build::build(&surface.tree, &surface.caps, surface.facts().is_sheet, spacing)
+    }
+
+    /// How fine it is.
+    pub fn spacing(&self) -> Spacing {
+        self.spacing
+    }
+
+    /// Nodes of the lattice.
+    pub fn nodes(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Signed distance and its gradient at a place of the surface's frame, mm.
+    pub fn at<F: Frame>(&self, place: Point<F>) -> (f64, [f64; 3]) {
+        let (d, g) = self.look(&Vector3::from(place.mm()));
+        (d, g.into())
+    }
+
+    #[inline]
+    pub(crate) fn look(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let per_mm = 1.0 / self.spacing.spacing_mm;
+        let u = (p - self.origin) * per_mm;
+        let inside = (0..3).all(|k| u[k] >= 0.0 && u[k] < (self.nodes[k] - 1) as f64);
+        if inside {
+            return self.within(&u);
+        }
+        self.beyond(&u)
+    }
+
+    /// The distance at the node before a place, and the slope from there: half a cell's diagonal off, at half the price. Infinite beyond
+    /// the lattice. For what is compared by millimetres.
+    #[inline]
+    pub(crate) fn glance(&self, p: &Vector3<f64>) -> (f32, [f32; 3]) {
+        let per_mm = 1.0 / self.spacing.spacing_mm;
+        // By half a cell on, so that what the cast cuts off is half a cell to either side.
+        let u = (p - self.origin) * per_mm + Vector3::repeat(0.5);
+        if !(0..3).all(|k| u[k] >= 0.0 && u[k] < (self.nodes[k] - 1) as f64) {
+            return (f32::INFINITY, [0.0; 3]);
+        }
+        let row = self.nodes[0];
+        let layer = row * self.nodes[1];
+        let first = u.z as usize * layer + u.y as usize * row + u.x as usize;
+        let v = &self.values[first..=first + layer];
+        (v[0], [v[1] - v[0], v[row] - v[0], v[layer] - v[0]])
+    }
+
+    #[cold]
+    fn beyond(&self, u: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        // The last cell ends just below the last node; NaN goes to the first.
+        let held = Vector3::from_fn(|k, _| u[k].max(0.0).min((self.nodes[k] - 1) as f64 - 1e-6));
+        let (d, g) = self.within(&held);
+        let way = (u - held) * self.spacing.spacing_mm;
+        let length = way.norm();
+        if length.is_nan() {
+            return (f64::NAN, Vector3::repeat(f64::NAN));
+        }
+        (d + length, way.try_normalize(1e-6).unwrap_or(g))
+    }
+
+    /// Linear in each axis between the eight nodes around `u`, in nodes.
+    #[inline]
+    fn within(&self, u: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let cell = [u.x as usize, u.y as usize, u.z as usize];
+        let f = Vector3::new(u.x - cell[0] as f64, u.y - cell[1] as f64, u.z - cell[2] as f64);
+        let row = self.nodes[0];
+        let layer = row * self.nodes[1];
+        let first = cell[2] * layer + cell[1] * row + cell[0];
+        // One check of the bounds for all eight.
+        let v = &self.values[first..=first + layer + row + 1];
+        let at = |i: usize| f64::from(v[i]);
+        let x0 = [at(0), at(row), at(layer), at(layer + row)];
+        let x1 = [at(1), at(row + 1), at(layer + 1), at(layer + row + 1)];
+        let dx = [x1[0] - x0[0], x1[1] - x0[1], x1[2] - x0[2], x1[3] - x0[3]];
+        let vx = [
+            x0[0] + f.x * dx[0],
+            x0[1] + f.x * dx[1],
+            x0[2] + f.x * dx[2],
+            x0[3] + f.x * dx[3],
+        ];
+        let (dy0, dy1) = (vx[1] - vx[0], vx[3] - vx[2]);
+        let (vy0, vy1) = (vx[0] + f.y * dy0, vx[2] + f.y * dy1);
+        let (sx0, sx1) = (dx[0] + f.y * (dx[1] - dx[0]), dx[2] + f.y * (dx[3] - dx[2]));
+        let slope = Vector3::new(sx0 + f.z * (sx1 - sx0), dy0 + f.z * (dy1 - dy0), vy1 - vy0);
+        (vy0 + f.z * (vy1 - vy0), slope / self.spacing.spacing_mm)
+    }
+}

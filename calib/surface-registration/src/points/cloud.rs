@@ -1,0 +1,131 @@
+//! Points without their frame, as the fit goes over them.
+
+use std::collections::HashMap;
+
+use geometry::Frame;
+use nalgebra::{Matrix3, Vector3};
+
+use super::SurfacePoint;
+
+/// Points about their centre.
+#[derive(Debug, Clone)]
+pub(crate) struct Cloud {
+    /// The mean of all places, mm.
+    pub(crate) centre: Vector3<f64>,
+    /// Root mean square distance from it, mm.
+    pub(crate) radius_mm: f64,
+    /// Places relative to it.
+    pub(crate) places: Vec<Vector3<f64>>,
+    /// Beam times depth, mm: by how much a place moves against it for a depth scale of 1. Zero where no depth is known.
+    pub(crate) deep: Vec<Vector3<f64>>,
+    /// Beams; zero where there is none.
+    pub(crate) beams: Vec<Vector3<f64>>,
+    pub(crate) covariances: Vec<Matrix3<f64>>,
+    /// Roots of the covariances: their axes, each as long as its deviation, mm.
+    pub(crate) roots: Vec<Matrix3<f64>>,
+    /// Root of the mean variance over the three axes, mm.
+    pub(crate) sigmas: Vec<f64>,
+    /// What each point counts, 0 to 1: the reciprocal of how many were taken at its place.
+    pub(crate) votes: Vec<f64>,
+    /// All points in an order without any: the first n of them are a fair sample.
+    pub(crate) order: Vec<u32>,
+}
+
+impl Cloud {
+    pub(super) fn new<F: Frame>(points: &[SurfacePoint<F>], held_mm: f64) -> Self {
+        let places: Vec<Vector3<f64>> = points.iter().map(|p| Vector3::from(p.place.mm())).collect();
+        let votes = votes(&places, held_mm);
+        // About the middle, so that a tracker two metres away costs neither digits nor a lever between turn and shift.
+        let total: f64 = votes.iter().sum();
+        let weighted = places.iter().zip(&votes).map(|(p, vote)| p * *vote);
+        let centre = weighted.sum::<Vector3<f64>>() / total;
+        let places: Vec<Vector3<f64>> = places.iter().map(|p| p - centre).collect();
+        let square: f64 = places.iter().zip(&votes).map(|(p, vote)| vote * p.norm_squared()).sum();
+        let beams: Vec<Vector3<f64>> = points
+            .iter()
+            .map(|p| {
+                p.beam
+                    .map_or(Vector3::zeros(), |beam| beam.direction.components().into())
+            })
+            .collect();
+        let depth = |p: &SurfacePoint<F>| p.beam.and_then(|beam| beam.depth_mm).unwrap_or(0.0);
+        Self {
+            centre,
+            radius_mm: (square / total).sqrt(),
+            deep: beams.iter().zip(points).map(|(beam, p)| beam * depth(p)).collect(),
+            roots: points.iter().map(|p| root(&p.covariance_mm2)).collect(),
+            covariances: points.iter().map(|p| p.covariance_mm2).collect(),
+            sigmas: points.iter().map(|p| (p.covariance_mm2.trace() / 3.0).sqrt()).collect(),
+            order: shuffled(places.len()),
+            places,
+            beams,
+            votes,
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The first `n` points of [`Cloud::order`], as a cloud of its own about the same centre.
+    pub(crate) fn thinned(&self, n: usize) -> Self {
+        let chosen: Vec<usize> = self.order.iter().take(n).map(|i| *i as usize).collect();
+        fn of<T: Clone>(all: &[T], chosen: &[usize]) -> Vec<T> {
+            chosen.iter().map(|i| all[*i].clone()).collect()
+        }
+        Self {
+            centre: self.centre,
+            radius_mm: self.radius_mm,
+            places: of(&self.places, &chosen),
+            deep: of(&self.deep, &chosen),
+            beams: of(&self.beams, &chosen),
+            covariances: of(&self.covariances, &chosen),
+            roots: of(&self.roots, &chosen),
+            sigmas: of(&self.sigmas, &chosen),
+            votes: of(&self.votes, &chosen),
+            order: (0..chosen.len() as u32).collect(),
+        }
+    }
+}
+
+/// The axes of a covariance, each as long as its deviation.
+fn root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
+    let eigen = covariance.symmetric_eigen();
+    eigen.eigenvectors * Matrix3::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()))
+}
+
+/// One over the number of points within `held_mm` of each, itself with them.
+fn votes(places: &[Vector3<f64>], held_mm: f64) -> Vec<f64> {
+    if held_mm <= 0.0 {
+        return vec![1.0; places.len()];
+    }
+    // Cells of that size: neighbours lie in the same cell or one beside it. Casts saturate.
+    let cell = |p: &Vector3<f64>| [p.x, p.y, p.z].map(|x| (x / held_mm).floor() as i64);
+    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    for (i, p) in places.iter().enumerate() {
+        cells.entry(cell(p)).or_default().push(i);
+    }
+    let vote = |p: &Vector3<f64>| {
+        let own = cell(p);
+        let mut near = 0_usize;
+        for k in 0..27_i64 {
+            let beside = [
+                own[0].saturating_add(k % 3 - 1),
+                own[1].saturating_add(k / 3 % 3 - 1),
+                own[2].saturating_add(k / 9 - 1),
+            ];
+            let members = cells.get(&beside).into_iter().flatten();
+            near += members.filter(|j| (places[**j] - p).norm() <= held_mm).count();
+        }
+        1.0 / near.max(1) as f64
+    };
+    places.iter().map(vote).collect()
+}
+
+/// An order that has nothing to do with place: a part of it has as many gross errors as the whole, which the points that lie furthest
+/// apart would not.
+fn shuffled(n: usize) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    order.sort_by_key(|i| chance::mix(u64::from(*i)));
+    order
+}

@@ -1,0 +1,276 @@
+//! From many starts to distinct minima.
+//!
+//! 1. Seeds: poses around a guess, within the errors of landmarks, or, where nothing is known, all that lay two measured points on two
+//!    places of the surface ([`pairs`]).
+//! 2. Each is scored on a sample of the points, without a step.
+//! 3. The best are fitted on that sample, by a narrowing kernel on the field.
+//! 4. The best distinct ends of those are fitted on all points, and the best distinct ones of these on the surface itself.
+//!
+//! All that is drawn at random is drawn from numbers that a seed repeats, so that the same input gives the same bits.
+
+mod distinct;
+pub(crate) mod pairs;
+mod seeds;
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use geometry::Frame;
+
+use crate::kernel::Kernel;
+use crate::points::Cloud;
+use crate::solve::{Ended, Exact, Solver, Stage, State};
+
+use distinct::distinct;
+pub(crate) use seeds::Seeds;
+
+/// How much is tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Seeds that are scored around a guess or landmarks.
+    pub seeds: usize,
+    /// Pairs of measured points that are laid on all pairs of places of the surface, where nothing is known.
+    pub pairs: usize,
+    /// Places of the surface that they are laid on.
+    pub places: usize,
+    /// Points of the sample.
+    pub sample: usize,
+    /// Best seeds that are fitted on the sample.
+    pub tried: usize,
+    /// Best distinct ones of those that are fitted on all points.
+    pub polished: usize,
+    /// Best distinct ones of those that are fitted on the surface itself.
+    pub ends: usize,
+    /// Of all that is drawn at random.
+    pub seed: u64,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self {
+            seeds: 20_000,
+            pairs: 15,
+            places: 1000,
+            sample: 48,
+            tried: 400,
+            polished: 40,
+            ends: 8,
+            seed: 1,
+        }
+    }
+}
+
+/// One minimum.
+#[derive(Debug, Clone)]
+pub(crate) struct Minimum {
+    pub(crate) ended: Ended,
+    /// Fits on the sample that led here.
+    pub(crate) hits: usize,
+}
+
+/// What a search found.
+pub(crate) struct Searched {
+    /// Distinct minima, the least first.
+    pub(crate) minima: Vec<Minimum>,
+    /// Seeds that were scored.
+    pub(crate) seeds: usize,
+    /// Fits on the sample.
+    pub(crate) fits: usize,
+}
+
+/// Two ends nearer than this are one minimum, mm at the points, while they are known on the sample only.
+const ROUGH_MM: f64 = 4.0;
+/// And at the end.
+const FINE_MM: f64 = 1.0;
+
+/// The seeds of least cost so far.
+struct Best {
+    most: usize,
+    /// The worst on top; of equal ones that which came last.
+    heap: BinaryHeap<Scored>,
+    came: usize,
+}
+
+struct Scored {
+    cost: f64,
+    came: usize,
+    state: State,
+}
+
+impl Ord for Scored {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.cost.total_cmp(&other.cost).then(self.came.cmp(&other.came))
+    }
+}
+impl PartialOrd for Scored {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl PartialEq for Scored {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Scored {}
+
+impl Best {
+    fn of(most: usize) -> Self {
+        Self {
+            most,
+            heap: BinaryHeap::new(),
+            came: 0,
+        }
+    }
+
+    /// What a seed must cost less than.
+    fn limit(&self) -> f64 {
+        let is_full = self.heap.len() == self.most;
+        self.heap
+            .peek()
+            .filter(|_| is_full)
+            .map_or(f64::INFINITY, |worst| worst.cost)
+    }
+
+    fn offer(&mut self, cost: f64, state: State) {
+        if cost >= self.limit() {
+            return;
+        }
+        if self.heap.len() == self.most {
+            self.heap.pop();
+        }
+        self.came += 1;
+        self.heap.push(Scored {
+            cost,
+            came: self.came,
+            state,
+        });
+    }
+
+    fn in_order(self) -> Vec<(f64, State)> {
+        self.heap
+            .into_sorted_vec()
+            .into_iter()
+            .map(|s| (s.cost, s.state))
+            .collect()
+    }
+}
+
+/// Stages on the sample.
+fn rough_stages(end: f64) -> [Stage; 4] {
+    let wide = |m: f64, steps: usize| Stage {
+        kernel: Kernel::Wide(m),
+        is_facing: false,
+        steps,
+        settled_mm: 0.3,
+    };
+    let last = Stage {
+        kernel: Kernel::Tukey(2.0 * end),
+        is_facing: true,
+        steps: 4,
+        settled_mm: 0.1,
+    };
+    [wide(10.0, 4), wide(5.0, 4), wide(3.0, 4), last]
+}
+
+/// Stages on all points.
+fn polish_stages(end: f64) -> [Stage; 2] {
+    let wide = Stage {
+        kernel: Kernel::Wide(3.0),
+        is_facing: true,
+        steps: 8,
+        settled_mm: 0.05,
+    };
+    let last = Stage {
+        kernel: Kernel::Tukey(end),
+        steps: 12,
+        settled_mm: 0.02,
+        ..wide
+    };
+    [wide, last]
+}
+
+/// Where a stage narrows a kernel from afar: for one start alone.
+pub(crate) fn long_stages(end: f64) -> Vec<Stage> {
+    let wide = |m: f64| Stage {
+        kernel: Kernel::Wide(m),
+        is_facing: false,
+        steps: 5,
+        settled_mm: 0.2,
+    };
+    let mut stages: Vec<Stage> = [40.0, 20.0, 10.0, 5.0].into_iter().map(wide).collect();
+    stages.extend(polish_stages(end));
+    stages
+}
+
+pub(crate) fn search<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, seeds: &Seeds<'_>, effort: &Effort) -> Searched {
+    let sample = cloud.thinned(effort.sample);
+    let blunt = solver.blunt(&sample);
+    let (mut best, mut count) = (Best::of(effort.tried), 0);
+    seeds.each(effort, &mut |state| {
+        count += 1;
+        let limit = best.limit();
+        best.offer(score(solver, &sample, &state, limit), state);
+    });
+    let scored = best.in_order();
+    let stages = rough_stages(solver.end);
+    let rough: Vec<(f64, State)> = scored
+        .iter()
+        .filter_map(|(_, state)| solver.through(&sample, &blunt, *state, &stages))
+        .map(|(state, cost)| (cost, state))
+        .collect();
+    let fits = rough.len();
+    // Distinct ones only: the best four hundred are mostly one minimum, and the others are what a verdict needs to know of.
+    let mut rough = distinct(rough, cloud.radius_mm, ROUGH_MM);
+    rough.truncate(effort.polished);
+    let blunt = solver.blunt(cloud);
+    let stages = polish_stages(solver.end);
+    let polished = rough.iter().filter_map(|(_, state, hits)| {
+        let (state, cost) = solver.through(cloud, &blunt, *state, &stages)?;
+        Some((cost, state, *hits))
+    });
+    let mut polished = distinct::merged(polished.collect(), cloud.radius_mm, FINE_MM);
+    polished.truncate(effort.ends);
+    let exact = Exact::new(solver.surface, solver.field, cloud.len());
+    let ended = polished.iter().filter_map(|(_, state, hits)| {
+        let ended = solver.end(cloud, &exact, *state)?;
+        Some((ended.cost, ended, *hits))
+    });
+    Searched {
+        minima: distinct::ends(ended.collect(), cloud.radius_mm, FINE_MM),
+        seeds: count,
+        fits,
+    }
+}
+
+/// Width of the kernel that seeds are scored by, mm: about the distance of seeds.
+const SCORE_MM: f64 = 6.0;
+
+/// The cost of a seed on the sample, in squares of `SCORE_MM`; infinite where it is not below `limit`.
+fn score<F: Frame>(solver: &Solver<'_, F>, sample: &Cloud, state: &State, limit: f64) -> f64 {
+    let mut cost = 0.0;
+    for anchor in solver.anchors {
+        let off = state.turn * anchor.from + state.shift - anchor.to;
+        cost += off.norm_squared() / (anchor.sigma_mm * anchor.sigma_mm + SCORE_MM * SCORE_MM) / 3.0;
+    }
+    for i in 0..sample.len() {
+        let p = state.turn * sample.places[i] + state.shift;
+        let (d, slope) = solver.field.glance(&p);
+        let square = f64::from(d * d);
+        let beam = state.turn * sample.beams[i];
+        let along = beam.x * f64::from(slope[0]) + beam.y * f64::from(slope[1]) + beam.z * f64::from(slope[2]);
+        // The slope is that over one cell, of its length where the field is smooth: good enough for the sign of a cosine.
+        let counts = d.is_finite() && along <= solver.facing * solver.field.spacing().spacing_mm;
+        cost += sample.votes[i]
+            * if counts {
+                square / (square + SCORE_MM * SCORE_MM)
+            } else {
+                1.0
+            };
+        // Costs only grow: most seeds are ruled out by a few points.
+        if cost.is_nan() || cost >= limit {
+            return f64::INFINITY;
+        }
+    }
+    cost
+}

@@ -1,0 +1,312 @@
+//! Whether a registration may be used: limits, and what falls short of them, with numbers.
+//!
+//! A wrong minimum looks confident: its predicted error is as small as that of the right one. What tells it are the points that do not
+//! fit (noise ratio, share kept), other minima that fit as well (margin), and how often the search came back to it (hits). Each of them
+//! alone lets some through; `docs/surface-registration.md` has the counts.
+
+use std::fmt;
+
+use geometry::{Frame, Point};
+
+use crate::free::{Free, free};
+use crate::register::SurfaceRegistration;
+
+/// What a registration must keep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Residuals over the noise that was told, at most; where there are few points so many of its own deviations above 1 are allowed, as
+    /// [`Limits::noise_sigmas`] says, if that is more.
+    pub most_noise_ratio: f64,
+    /// And at least: below, the noise that was told is so large that no wrong pose would be noticed.
+    pub least_noise_ratio: f64,
+    /// How many deviations of the noise ratio itself it may be off 1.
+    pub noise_sigmas: f64,
+    /// Cost of the nearest other minimum over that of the result, squares of deviations, at least.
+    pub least_margin: f64,
+    /// Share of the points that fit, at least.
+    pub least_share: f64,
+    /// Points that fit, at least.
+    pub least_kept: f64,
+    /// Share of the points whose beam comes from inside the bone, at most.
+    pub most_facing_away: f64,
+    /// Share of the points beyond an open border, at most.
+    pub most_beyond: f64,
+    /// Root mean square target registration error predicted at each target, mm, at most.
+    pub most_tre_mm: f64,
+    /// Fits of the search that led to the result, at least: what was found once only stands for places that were not found at all.
+    pub least_hits: usize,
+    /// Mean square of the landmarks' misses over what their errors say, at most.
+    pub most_landmark_ratio: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            most_noise_ratio: 1.2,
+            least_noise_ratio: 0.6,
+            noise_sigmas: 2.5,
+            least_margin: 15.0,
+            least_share: 0.5,
+            least_kept: 15.0,
+            most_facing_away: 0.3,
+            most_beyond: 0.3,
+            most_tre_mm: 2.0,
+            least_hits: 3,
+            most_landmark_ratio: 5.0,
+        }
+    }
+}
+
+/// Why a registration must not be used.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Refusal {
+    /// Nothing was searched, so that nothing is known of other minima.
+    NotSearched,
+    /// The last fit did not settle.
+    NotSettled,
+    /// Residuals are larger than the noise that was told: a wrong minimum, another bone, or a noise that was told too small.
+    Noise {
+        /// Residuals over the noise.
+        found: f64,
+        /// At most allowed.
+        most: f64,
+    },
+    /// Residuals are much smaller than the noise that was told: nothing wrong would be noticed.
+    Quiet {
+        /// Residuals over the noise.
+        found: f64,
+        /// At least needed.
+        least: f64,
+    },
+    /// Another pose fits nearly as well.
+    Margin {
+        /// By how much its cost is higher.
+        found: f64,
+        /// At least needed.
+        least: f64,
+        /// How far it lies from the result, mm at the points.
+        apart_mm: f64,
+    },
+    /// Too few of the points fit.
+    Share {
+        /// Their share.
+        found: f64,
+        /// At least needed.
+        least: f64,
+    },
+    /// Too few points fit.
+    Kept {
+        /// How many do.
+        found: f64,
+        /// At least needed.
+        least: f64,
+    },
+    /// Too many beams come from inside the bone: they are turned round, or sides are.
+    FacingAway {
+        /// Share of the points.
+        found: f64,
+        /// At most allowed.
+        most: f64,
+    },
+    /// Too many points lie beyond an open border of the surface: the CT did not go as far.
+    Beyond {
+        /// Share of the points.
+        found: f64,
+        /// At most allowed.
+        most: f64,
+    },
+    /// The error predicted at a target is too large.
+    Tre {
+        /// The target, by its place in the list.
+        target: usize,
+        /// The error, mm; not a number where there was no target.
+        found_mm: f64,
+        /// At most allowed, mm.
+        most_mm: f64,
+    },
+    /// A motion that the points do not hold.
+    Free(Free),
+    /// The search came here too seldom to have seen everything.
+    Hits {
+        /// How often.
+        found: usize,
+        /// At least needed.
+        least: usize,
+        /// Of how many fits.
+        fits: usize,
+    },
+    /// The landmarks do not lie where the surface says.
+    Landmarks {
+        /// Mean square of their misses over what their errors say.
+        found: f64,
+        /// At most allowed.
+        most: f64,
+    },
+}
+
+impl Limits {
+    /// Everything in which a registration falls short at these targets; empty where it may be used. Without a target none may.
+    pub fn judge<To: Frame, From: Frame>(
+        &self,
+        found: &SurfaceRegistration<To, From>,
+        targets: &[Point<To>],
+    ) -> Vec<Refusal> {
+        let mut refusals = Vec::new();
+        if found.seeds == 0 {
+            refusals.push(Refusal::NotSearched);
+        } else if found.hits < self.least_hits {
+            refusals.push(Refusal::Hits {
+                found: found.hits,
+                least: self.least_hits,
+                fits: found.fits,
+            });
+        }
+        if !found.is_settled {
+            refusals.push(Refusal::NotSettled);
+        }
+        self.noise(found, &mut refusals);
+        // Each comparison is written so that a NaN falls short.
+        let mut least = |value: f64, least: f64, refusal: Refusal| {
+            if value.is_nan() || value < least {
+                refusals.push(refusal);
+            }
+        };
+        if let Some(other) = found.others.first() {
+            let (margin, apart_mm) = (other.margin, other.apart_mm);
+            let refusal = Refusal::Margin {
+                found: margin,
+                least: self.least_margin,
+                apart_mm,
+            };
+            least(margin, self.least_margin, refusal);
+        }
+        let share = Refusal::Share {
+            found: found.share_kept,
+            least: self.least_share,
+        };
+        least(found.share_kept, self.least_share, share);
+        let kept = Refusal::Kept {
+            found: found.kept,
+            least: self.least_kept,
+        };
+        least(found.kept, self.least_kept, kept);
+        let away = Refusal::FacingAway {
+            found: found.share_facing_away,
+            most: self.most_facing_away,
+        };
+        least(-found.share_facing_away, -self.most_facing_away, away);
+        let beyond = Refusal::Beyond {
+            found: found.share_beyond,
+            most: self.most_beyond,
+        };
+        least(-found.share_beyond, -self.most_beyond, beyond);
+        if let Some(ratio) = found.landmark_ratio {
+            let refusal = Refusal::Landmarks {
+                found: ratio,
+                most: self.most_landmark_ratio,
+            };
+            least(-ratio, -self.most_landmark_ratio, refusal);
+        }
+        self.errors(found, targets, &mut refusals);
+        refusals
+    }
+
+    fn noise<To: Frame, From: Frame>(&self, found: &SurfaceRegistration<To, From>, refusals: &mut Vec<Refusal>) {
+        let spread = self.noise_sigmas * found.noise_ratio_sigma;
+        let (most, least) = (
+            self.most_noise_ratio.max(1.0 + spread),
+            self.least_noise_ratio.min(1.0 - spread),
+        );
+        let ratio = found.noise_ratio;
+        if ratio.is_nan() || ratio > most {
+            refusals.push(Refusal::Noise { found: ratio, most });
+        } else if ratio < least {
+            refusals.push(Refusal::Quiet { found: ratio, least });
+        }
+    }
+
+    /// The errors at the targets, and the motions that make them too large.
+    fn errors<To: Frame, From: Frame>(
+        &self,
+        found: &SurfaceRegistration<To, From>,
+        targets: &[Point<To>],
+        refusals: &mut Vec<Refusal>,
+    ) {
+        let each = targets.iter().map(|target| found.predicted_tre_mm(*target));
+        let worst = each.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let (target, found_mm) = worst.unwrap_or((0, f64::NAN));
+        if found_mm.is_nan() || found_mm > self.most_tre_mm {
+            refusals.push(Refusal::Tre {
+                target,
+                found_mm,
+                most_mm: self.most_tre_mm,
+            });
+        }
+        let motions = free(found, targets);
+        let too_free = motions
+            .into_iter()
+            .filter(|motion| motion.deviation_mm > self.most_tre_mm);
+        refusals.extend(too_free.map(Refusal::Free));
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotSearched => write!(
+                f,
+                "one start was followed and nothing searched, so that nothing is known of other poses that fit"
+            ),
+            Self::NotSettled => write!(f, "the fit did not settle"),
+            Self::Noise { found, most } => write!(
+                f,
+                "residuals are {found:.2} times the noise that was told, at most {most:.2} is accepted: a wrong pose, another bone, a mirrored one, or noise told too small"
+            ),
+            Self::Quiet { found, least } => write!(
+                f,
+                "residuals are {found:.2} times the noise that was told, at least {least:.2} is accepted: with noise told that large no wrong pose would be noticed"
+            ),
+            Self::Margin { found, least, apart_mm } => write!(
+                f,
+                "another pose, {apart_mm:.1} mm off at the points, costs {found:.1} more; at least {least:.1} is accepted: touch places that tell the two apart"
+            ),
+            Self::Share { found, least } => write!(
+                f,
+                "{:.0} % of the points fit, at least {:.0} % is accepted",
+                found * 100.0,
+                least * 100.0
+            ),
+            Self::Kept { found, least } => write!(f, "{found:.0} points fit, at least {least:.0} is accepted"),
+            Self::FacingAway { found, most } => write!(
+                f,
+                "{:.0} % of the beams come from inside the bone, at most {:.0} % is accepted: are beams or sides turned round?",
+                found * 100.0,
+                most * 100.0
+            ),
+            Self::Beyond { found, most } => write!(
+                f,
+                "{:.0} % of the points lie beyond the end of the bone's surface, at most {:.0} % is accepted: does the CT go so far?",
+                found * 100.0,
+                most * 100.0
+            ),
+            Self::Tre {
+                target,
+                found_mm,
+                most_mm,
+            } => write!(
+                f,
+                "the error predicted at target {} is {found_mm:.2} mm, at most {most_mm:.2} is accepted",
+                target + 1
+            ),
+            Self::Free(free) => write!(f, "not held: {free}"),
+            Self::Hits { found, least, fits } => write!(
+                f,
+                "{found} of {fits} fits led here, at least {least} is accepted: the search was too sparse to have seen every pose"
+            ),
+            Self::Landmarks { found, most } => write!(
+                f,
+                "the landmarks' squared misses are {found:.1} times what their errors say, at most {most:.1} is accepted: are they swapped?"
+            ),
+        }
+    }
+}
