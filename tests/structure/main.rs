@@ -7,3 +7,4 @@ mod documents;
 mod floors;
 mod licences;
 mod reasons;
+mod remote;

@@ -5,6 +5,14 @@
 //! woken. `ahead` is by how much the receiver's clock is ahead of the truth, which is by how much every age is overstated; below 0 it
 //! would be understated.
 
+#![allow(
+    clippy::disallowed_methods,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    missing_docs,
+    reason = "tests and benchmarks start programs, measure time and say why they skip"
+)]
+
 mod delay;
 mod listen;
 #[allow(dead_code, reason = "the tests use all of it")]
@@ -266,7 +274,6 @@ fn at(sorted: &[f64], share: f64) -> f64 {
         .unwrap_or(f64::NAN)
 }
 
-#[allow(clippy::print_stdout, reason = "the table is what is asked for")]
 fn say(line: &str) {
     println!("{line}");
 }

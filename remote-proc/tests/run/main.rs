@@ -1,5 +1,13 @@
 //! Two runs of this machine, one shown in the other: real processes, a real bus each, a real link between them.
 
+#![allow(
+    clippy::disallowed_methods,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    missing_docs,
+    reason = "tests and benchmarks start programs, measure time and say why they skip"
+)]
+
 #[allow(unreachable_pub, reason = "shared with the tests of the workspace beside this one")]
 #[path = "../../../tests/support/cable.rs"]
 mod cable;
