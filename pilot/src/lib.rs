@@ -22,7 +22,6 @@ mod replay_state;
 mod report;
 mod resolve;
 mod run;
-mod sheet;
 mod shutdown;
 mod spawn;
 mod state;

@@ -1,5 +1,7 @@
 //! The end of a run: every view shows one and the same pose, the pictures are written, the report is built from the metrics.
 
+mod sheet;
+
 use std::collections::BTreeMap;
 use std::fs;
 
@@ -17,9 +19,9 @@ use crate::problems::{missing, problems};
 use crate::remote::RemoteReport;
 use crate::replay::Recomputed;
 use crate::report::{MemoryReport, Pictures, ProcessReport, Report, ViewReport, VolumeReport};
-use crate::sheet::{self, Panel};
 use crate::spawn;
 use crate::state::{Options, Run};
+use sheet::Panel;
 
 const SHEET: &str = "sheet.png";
 

@@ -60,3 +60,18 @@ pub(crate) fn ask(endpoint: &str, keys: Option<&Path>) -> Result<RemoteFacts, Re
         source,
     })
 }
+
+#[cfg(test)]
+impl RemoteFacts {
+    /// Of a run whose clock is 3 s ahead of this machine's.
+    pub(super) fn sample(scene: &str) -> Self {
+        Self {
+            run: "or-3".to_owned(),
+            scene: scene.to_owned(),
+            volume_hash: "ab".to_owned(),
+            session: "17".to_owned(),
+            now_ns: 5_000_000_000,
+            monotonic_ns: 2_000_000_000,
+        }
+    }
+}
