@@ -141,3 +141,82 @@ fn a_cable_that_is_pulled_is_told_of_and_poses_come_again_when_it_is_back() {
         back.elapsed().as_secs_f64()
     );
 }
+
+/// What such a link gives is printed: `cargo test --test run -- --ignored --nocapture slow`, as root, with `tc` and `nft`.
+#[test]
+#[ignore = "prints what a link of 1 Mbit/s that loses a fifth of its packets gives; takes a minute"]
+fn a_slow_and_lossy_link_shows_what_comes_with_its_age() {
+    let _alone = alone();
+    let Some(cable) = Cable::new() else { return };
+    let world = world();
+    let (head, last) = cable.address.rsplit_once('.').unwrap();
+    let here = format!("{head}.{}", last.parse::<u8>().unwrap() - 1);
+    let endpoint = format!("tls/{here}:{}", 18_000 + std::process::id() % 1000);
+    let keys = keys(world.path(), &here);
+    let dims = [80, 80, 80];
+    let mut room = Room::open(world.path(), Duration::from_secs(1), dims, |_| {});
+    let second = Second::open(world.path(), "second", &endpoint);
+    let number = std::process::id();
+    for (name, words) in [
+        (
+            "tc",
+            format!("qdisc add dev tn{number} root tbf rate 1mbit burst 16kbit latency 200ms"),
+        ),
+        ("ip", format!("netns exec tr{number} nft add table inet t")),
+        (
+            "ip",
+            format!("netns exec tr{number} nft add chain inet t i {{ type filter hook input priority 0 ; }}"),
+        ),
+        (
+            "ip",
+            format!("netns exec tr{number} nft add rule inet t i numgen random mod 100 < 20 drop"),
+        ),
+    ] {
+        let done = std::process::Command::new(name).args(words.split(' ')).status();
+        assert!(done.is_ok_and(|status| status.success()), "{name} {words}");
+    }
+    let by = |verb: &str| {
+        ["--keys", &keys].iter().fold(vec![verb.to_owned()], |mut all, word| {
+            all.push((*word).to_owned());
+            all
+        })
+    };
+    let mut send = remote_proc();
+    send.args(by("send"));
+    let _sender = room.send_by(send, world.path(), &endpoint);
+    let mut receive = cable.command(env!("CARGO_BIN_EXE_remote-proc").as_ref());
+    receive.args(by("receive"));
+    let began = Instant::now();
+    let receiver = second.receive_by(receive, world.path(), &endpoint, &room.id());
+    let mut came = Vec::new();
+    let mut volume_s = None;
+    let (mut first, mut newest) = (None, None);
+    while began.elapsed() < Duration::from_secs(60) {
+        room.serve_late_joiners();
+        room.pose();
+        std::thread::sleep(Duration::from_millis(16));
+        if volume_s.is_none() && second.volumes.poll().unwrap().is_some() {
+            volume_s = Some(began.elapsed().as_secs_f64());
+        }
+        while let Some(pose) = second.poses.next().unwrap() {
+            let age_ns = room.bus.clock().now_ns() - pose.t_capture_ns;
+            assert!(newest.is_none_or(|newest| pose.seq > newest), "a pose went back");
+            first = first.or(Some(pose.seq));
+            newest = Some(pose.seq);
+            came.push(bus::clock::ms(age_ns));
+        }
+    }
+    came.sort_by(f64::total_cmp);
+    let at = |share: f64| came[(share * (came.len() - 1) as f64) as usize];
+    let sent = newest.unwrap() - first.unwrap() + 1;
+    println!(
+        "{} KiB of voxels after {volume_s:?} s; {} of {sent} poses came, {:.0} ms old (p50), {:.0} (p90), {:.0} (p99)\n{:?}\n{}",
+        dims.iter().product::<u32>() / (1 << 9),
+        came.len(),
+        at(0.5),
+        at(0.9),
+        at(0.99),
+        second.note(),
+        receiver.said()
+    );
+}
