@@ -6,6 +6,7 @@
 
 pub mod cli;
 pub mod facts;
+mod linger;
 pub mod link;
 pub mod protocol;
 pub mod receive;

@@ -22,6 +22,7 @@ use bus::wake::Waits;
 use bus::{Bus, BusError};
 use scene::{Scene, SceneError};
 
+use crate::linger::let_go_at_once;
 use crate::protocol::{Channel, Facts, VERSION, hex, payloads};
 use crate::session::{Opened, SessionError};
 use answers::Answers;
@@ -127,6 +128,8 @@ struct Sender {
     states: States,
     answers: Answers,
     next_look_ns: i64,
+    /// Whether connections are let go at once, as far as is known.
+    lets_go: bool,
     /// Publishers and answers end with it. Left to the end of the process: see [`crate::session::ONE_THREAD`].
     _session: ManuallyDrop<Opened>,
 }
@@ -150,6 +153,7 @@ impl Sender {
             outlets: Outlets::open(&session, id)?,
             _session: ManuallyDrop::new(session),
             next_look_ns: 0,
+            lets_go: true,
         })
     }
 
@@ -169,6 +173,7 @@ impl Sender {
                 bus::stderr_line!("remote-proc: run {:?} has ended", run.name);
                 return Ok(false);
             }
+            self.lets_go &= lets_go(self.lets_go);
             self.answers.tell_receivers();
             self.outlets.tell_refused();
         }
@@ -182,6 +187,18 @@ impl Sender {
             self.answers.told(&self.facts);
         }
     }
+}
+
+/// Lets connections go at once; whether that can be done. That it cannot is said once.
+fn lets_go(said_yet: bool) -> bool {
+    let done = let_go_at_once();
+    if let (Err(error), true) = (&done, said_yet) {
+        bus::stderr_line!(
+            "remote-proc: warning: a receiver that stands still will hold up the others for up to 10 s when it is given up, as the system \
+             does not let this process look at its own connections: {error}"
+        );
+    }
+    done.is_ok()
 }
 
 /// Tells a run from every other: its facts hold a key that was drawn for it.

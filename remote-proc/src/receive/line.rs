@@ -9,6 +9,7 @@ use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
 use super::inbox::{Inbox, Incoming, Promise, answer};
+use crate::linger::let_go_at_once;
 use crate::protocol::{Channel, FACTS};
 use crate::session::{Opened, dial, look};
 
@@ -29,6 +30,7 @@ pub(super) struct Line {
     /// A thread dials, or looks why there is no answer.
     is_busy: bool,
     next_ns: i64,
+    next_let_go_ns: i64,
     /// When the sender answered last, or the session was opened; `None`: never.
     answered_ns: Option<i64>,
     /// The sender fell silent, and this was told.
@@ -46,6 +48,7 @@ impl Line {
             session: None,
             is_busy: false,
             next_ns: i64::MIN,
+            next_let_go_ns: i64::MIN,
             answered_ns: None,
             was_cut: false,
             why: None,
@@ -58,6 +61,11 @@ impl Line {
 
     /// Dials where there is no session, and looks why where there is no answer.
     pub(super) fn step(&mut self, now: i64) {
+        if now >= self.next_let_go_ns {
+            self.next_let_go_ns = now.saturating_add(ns(AGAIN));
+            // Where it cannot be done a sender that stands still is dialled later, and nothing else.
+            let _ = let_go_at_once();
+        }
         if !self.is_silent(now) {
             return;
         }
@@ -166,7 +174,8 @@ pub(super) fn ask_facts(session: &Opened, inbox: &Inbox) {
     let asked = session
         .get(FACTS)
         .timeout(FACTS_WITHIN)
-        .congestion_control(CongestionControl::Drop)
+        // The answer goes by the question's rule: a long scene waits for room on its way.
+        .congestion_control(CongestionControl::Block)
         .callback(move |reply| promise.keep(Incoming::Facts(answer(reply))))
         .wait();
     if let Err(why) = asked {

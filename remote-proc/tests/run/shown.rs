@@ -116,9 +116,10 @@ fn a_receiver_that_stands_still_holds_up_no_other() {
         });
     }
     receivers[0].signal(Signal::STOP);
-    // 2 s at 500 Hz are 350 KiB, more than all buffers of a receiver hold.
+    // 4 s at 500 Hz are 700 KiB, more than all buffers of a receiver hold, and longer than it is waited for: its link is given up
+    // meanwhile, which held up the other one for 10 s.
     let mut newest = 0;
-    for _ in 0..1000 {
+    for _ in 0..2000 {
         newest = room.pose().seq;
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -130,7 +131,18 @@ fn a_receiver_that_stands_still_holds_up_no_other() {
         (seqs.last() == Some(&newest)).then_some(())
     });
     let gaps = seqs.windows(2).filter(|two| two[1] != two[0] + 1).count();
-    assert_eq!(gaps, 0, "{}", sender.said());
+    // A busy machine may drop some; a link that was held up drops thousands.
+    assert!(
+        gaps <= 20 && seqs.len() >= 1900,
+        "{gaps} gaps, {} came\n{}",
+        seqs.len(),
+        sender.said()
+    );
+    assert!(
+        !receivers[1].said().contains("does not answer"),
+        "{}",
+        receivers[1].said()
+    );
     // It comes back when it goes on, and shows what is new by then.
     receivers[0].signal(Signal::CONT);
     until("a pose of the present", || {
