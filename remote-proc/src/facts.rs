@@ -11,14 +11,16 @@ use serde::Serialize;
 use zenoh::Wait;
 
 use crate::protocol::{FACTS, Facts, FactsError};
-use crate::receive::ask_clock;
+use crate::receive::{ask_clock, words};
 use crate::session::{Opened, SessionError, dial};
 
 /// How long a sender may take to answer.
 const WITHIN: Duration = Duration::from_secs(5);
 /// Between two questions.
 const AGAIN: Duration = Duration::from_millis(50);
-/// Questions about its clock.
+/// How long one answer about the clock is waited for.
+const ANSWERED_WITHIN: Duration = Duration::from_millis(500);
+/// Answers about its clock.
 const ASKED: usize = 8;
 
 /// Why nothing is known of a sender.
@@ -93,9 +95,10 @@ pub fn ask(endpoint: &str, keys: Option<&Path>) -> Result<Told, AskError> {
     })?;
     let clock = clock(&session);
     let monotonic_ns = monotonic_ns();
-    let now_ns = clock.likely_ns(monotonic_ns);
+    // Beyond 36 years it is no run's clock, and differences would not fit.
+    let now_ns = clock.likely_ns(monotonic_ns).filter(|now_ns| now_ns.abs() < 1 << 60);
     Ok(Told {
-        now_ns: now_ns.ok_or_else(|| silent("it says nothing of its clock".to_owned()))?,
+        now_ns: now_ns.ok_or_else(|| silent("it says nothing of its clock that can be".to_owned()))?,
         monotonic_ns,
         uncertain_ns: clock.uncertain_ns(monotonic_ns).unwrap_or_default(),
         volume_hash: header.volume_hash().to_string(),
@@ -117,23 +120,27 @@ fn asked(session: &Opened) -> Result<Vec<u8>, String> {
             .map_err(|why| why.to_string())?;
         match replies.recv().map(zenoh::query::Reply::into_result) {
             Ok(Ok(sample)) => return Ok(sample.payload().to_bytes().into_owned()),
-            Ok(Err(why)) => return Err(String::from_utf8_lossy(&why.payload().to_bytes()).into_owned()),
+            Ok(Err(why)) => return Err(words(&why.payload().to_bytes())),
             Err(_) if monotonic_ns() < last_ns => std::thread::sleep(AGAIN),
             Err(_) => return Err(format!("no answer within {} s", WITHIN.as_secs())),
         }
     }
 }
 
+/// A question may be dropped on its way, or end without a word: it is asked again for a while.
 fn clock(session: &Opened) -> FarClock {
     let mut clock = FarClock::default();
-    for _ in 0..ASKED {
-        let (sender, answers) = channel();
-        ask_clock(session, 0, move |exchange| {
-            let _ = sender.send(exchange);
+    let last_ns = monotonic_ns() + bus::clock::ns(WITHIN);
+    let mut answers = 0;
+    while answers < ASKED && monotonic_ns() < last_ns {
+        let (sender, answer) = channel();
+        ask_clock(session, 0, move |asked| {
+            let _ = sender.send(asked.exchange);
         });
-        if let Ok(exchange) = answers.recv_timeout(WITHIN) {
+        match answer.recv_timeout(ANSWERED_WITHIN) {
             // One that cannot be says nothing.
-            let _ = clock.take(exchange);
+            Ok(exchange) => answers += usize::from(clock.take(exchange).is_ok()),
+            Err(_) => std::thread::sleep(AGAIN),
         }
     }
     clock

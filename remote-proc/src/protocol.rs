@@ -1,11 +1,13 @@
 //! What goes over the link: keys, envelopes, and what a sender says of itself.
 
+mod clock_answer;
 mod envelope;
 mod facts;
 
 use bus::message::{Event, Guide, Identity, MarkerFrame, ToolPose, VolumeHeader, Workflow};
 use bus::topic::{EVENT, GUIDE, IDENTITY, MARKERS, TOOL_POSE, Topic, VOLUME, WORKFLOW};
 
+pub use clock_answer::ClockAnswer;
 pub use envelope::{Envelope, EnvelopeError};
 pub use facts::{Facts, FactsError, hex};
 
@@ -13,7 +15,7 @@ pub use facts::{Facts, FactsError, hex};
 pub const VERSION: u32 = 1;
 /// Answers with [`Facts`].
 pub const FACTS: &str = "trocar/1/facts";
-/// Answers with two moments of the run's clock: see [`bus::clock::far`].
+/// Answers with a [`ClockAnswer`].
 pub const CLOCK: &str = "trocar/1/clock";
 /// Answers with a piece of the voxels, as they lie in memory.
 pub const PIECE: &str = "trocar/1/volume";

@@ -25,7 +25,8 @@ use clock::SenderClock;
 pub(crate) use clock::ask as ask_clock;
 pub use examination::ExaminationError;
 use examination::{Examination, Step};
-use inbox::{Inbox, Incoming};
+pub(crate) use inbox::words;
+use inbox::{Asked, Inbox, Incoming};
 use line::Line;
 use outputs::Outputs;
 
@@ -102,6 +103,10 @@ struct Receiver {
     next_facts_ns: i64,
     /// The sender serves another run now, or speaks another language: nothing of it is shown.
     refused: Option<String>,
+    /// The sender whose facts were found good; nothing of another is shown before its own are.
+    sender: Option<u64>,
+    /// The sender that answered last.
+    answering: Option<u64>,
 }
 
 impl Receiver {
@@ -117,6 +122,8 @@ impl Receiver {
             outputs: Outputs::open(&process.bus)?,
             next_facts_ns: i64::MAX,
             refused: None,
+            sender: None,
+            answering: None,
             process,
             inbox,
         })
@@ -165,19 +172,28 @@ impl Receiver {
                 bus::stderr_line!("remote-proc: asking {} what it shows: {why}", self.endpoint);
                 self.next_facts_ns = monotonic_ns().saturating_add(bus::clock::ns(AGAIN));
             }
-            Incoming::Clock(exchange) => {
-                // The sender may be another one by now, and what was asked of the old one does not come.
-                if self.line.answered(monotonic_ns()) {
-                    self.examination.ask_anew();
-                    self.next_facts_ns = 0;
-                }
-                self.clock.take(exchange)?;
-            }
+            Incoming::Clock(asked) => self.clock(asked)?,
             Incoming::Piece(index, piece) => self.piece(index, piece)?,
             Incoming::Message(channel, envelope, body) => self.message(channel, envelope, &body)?,
             Incoming::Odd(words) => self.refuse(&words),
         }
         Ok(())
+    }
+
+    fn clock(&mut self, asked: Asked) -> Result<(), ReceiveError> {
+        let came_back = self.line.answered(monotonic_ns());
+        // The sender is another one by now, or may be, and what was asked of the old one does not come.
+        if came_back || self.answering != Some(asked.sender) {
+            self.answering = Some(asked.sender);
+            self.sender = None;
+            self.examination.ask_anew();
+            self.next_facts_ns = 0;
+        }
+        // Another run has another clock, by which nothing that is shown here is old or young.
+        match asked.run == self.run {
+            true => Ok(self.clock.take(asked)?),
+            false => Ok(()),
+        }
     }
 
     fn facts(&mut self, bytes: &[u8]) -> Result<(), ReceiveError> {
@@ -195,6 +211,7 @@ impl Receiver {
         }
         let Ok((id, Some(header))) = read else { return Ok(()) };
         if id == self.run {
+            self.sender = self.answering;
             let begun = self.examination.begin(&self.process.bus, header);
             begun.map_err(|source| self.of_examination(source))?;
         }
@@ -229,9 +246,10 @@ impl Receiver {
             self.refuse("a message of another run came");
             return Ok(());
         }
-        // Nobody can say how old a pose is before the clock is known, and nobody can show it without the examination.
-        let may_show = self.refused.is_none() && self.clock.is_known() && self.examination.is_there();
-        if channel == Channel::Pose && !may_show {
+        // Who it is must be known, and a pose's age, and the examination that it is shown in.
+        let is_good = self.refused.is_none() && self.sender == Some(envelope.sender);
+        let may_show = self.clock.is_known() && self.examination.is_there();
+        if !is_good || (channel == Channel::Pose && !may_show) {
             return Ok(());
         }
         if let Some(why) = self.outputs.send(channel, envelope, body, &mut self.process.counters)? {

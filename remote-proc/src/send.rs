@@ -4,6 +4,7 @@
 //! Voxels are answered for on a thread of their own, so that a slow receiver's examination never holds up a pose.
 
 mod answers;
+mod examination;
 mod outlets;
 mod voxels;
 
@@ -13,8 +14,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::{self, monotonic_ns};
-use bus::message::{ToolPose, VolumeHash, VolumeHeader, Wire};
-use bus::port::{Subscriber, VolumeSubscriber};
+use bus::message::{ToolPose, Wire};
+use bus::port::Subscriber;
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError, run_dir};
 use bus::topic::TOOL_POSE;
@@ -26,6 +27,7 @@ use crate::linger::let_go_at_once;
 use crate::protocol::{Channel, Facts, VERSION, hex, payloads};
 use crate::session::{Opened, SessionError};
 use answers::Answers;
+use examination::Shown;
 use outlets::{Outlets, States};
 
 /// Between two looks at what wakes nobody.
@@ -121,8 +123,7 @@ fn live(run: &RunContext) -> Result<(), SendError> {
 
 /// A run being shown.
 struct Sender {
-    volumes: VolumeSubscriber,
-    volume: Option<VolumeHash>,
+    shown: Shown,
     facts: Facts,
     outlets: Outlets,
     states: States,
@@ -137,9 +138,9 @@ struct Sender {
 impl Sender {
     fn open(bus: &Bus, scene: &Scene, (run, text): (&RunContext, &str), session: Opened) -> Result<Self, SendError> {
         let id = run_id(run, text);
+        let number = monotonic_ns() as u64 ^ u64::from(std::process::id()) << 40;
         Ok(Self {
-            volumes: VolumeSubscriber::open(bus)?,
-            volume: None,
+            shown: Shown::open(bus, scene)?,
             facts: Facts {
                 version: VERSION,
                 payloads: payloads(),
@@ -149,8 +150,8 @@ impl Sender {
                 volume: None,
             },
             states: States::open(bus, scene)?,
-            answers: Answers::open(&session, run)?,
-            outlets: Outlets::open(&session, id)?,
+            answers: Answers::open(&session, run, (id, number))?,
+            outlets: Outlets::open(&session, (id, number))?,
             _session: ManuallyDrop::new(session),
             next_look_ns: 0,
             lets_go: true,
@@ -163,8 +164,9 @@ impl Sender {
             self.outlets.put(Channel::Pose, pose.wire_bytes());
         }
         self.states.step(&mut self.outlets)?;
-        if let Some(volume) = self.volumes.poll()? {
-            self.volume(volume.header());
+        if let Some(header) = self.shown.new_header()? {
+            self.facts.volume = Some(hex(header.wire_bytes()));
+            self.answers.told(&self.facts);
         }
         let now = monotonic_ns();
         if now >= self.next_look_ns {
@@ -178,14 +180,6 @@ impl Sender {
             self.outlets.tell_refused();
         }
         Ok(true)
-    }
-
-    /// The first examination is the run's, as for the renderers.
-    fn volume(&mut self, header: &VolumeHeader) {
-        if *self.volume.get_or_insert(header.volume_hash()) == header.volume_hash() {
-            self.facts.volume = Some(hex(header.wire_bytes()));
-            self.answers.told(&self.facts);
-        }
     }
 }
 
@@ -201,7 +195,16 @@ fn lets_go(said_yet: bool) -> bool {
     done.is_ok()
 }
 
-/// Tells a run from every other: its facts hold a key that was drawn for it.
-fn run_id(run: &RunContext, text: &str) -> u64 {
-    u64::from_str_radix(&run.facts_hash(text)[..16], 16).unwrap_or_default()
+/// [`Facts::run_id`]: tells a run from every other, as its facts hold a key that was drawn for it, and a sender from one that speaks otherwise.
+pub fn run_id(run: &RunContext, text: &str) -> u64 {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(run.facts_hash(text).as_bytes());
+    for words in payloads().iter().chain([&VERSION.to_string()]) {
+        hasher
+            .update(&(words.len() as u64).to_le_bytes())
+            .update(words.as_bytes());
+    }
+    let mut first = [0; 8];
+    first.copy_from_slice(&hasher.finalize().as_bytes()[..8]);
+    u64::from_le_bytes(first)
 }

@@ -35,7 +35,7 @@ pub(crate) struct RemoteArgs {
     /// How long to show it (500ms, 10s, 2m); without it, until stopped.
     #[arg(long = "for", value_name = "TIME", value_parser = duration::parse)]
     pub(crate) duration: Option<Duration>,
-    /// Records here too, as the other machine's scene says. What is recorded is a patient's: without this, nothing is.
+    /// Records here, as the other machine's scene says, if it says anything. What is recorded is a patient's: without this, nothing is.
     #[arg(long)]
     pub(crate) record: bool,
     /// Where pictures and report go.
@@ -96,8 +96,10 @@ fn scene(facts: &RemoteFacts, record: bool) -> Result<(Source, Scene), SceneErro
     if let Some(plan) = scene.plan.as_mut() {
         plan.labels = None;
     }
-    if !record {
-        scene.recording = None;
+    match record {
+        // Who asks for a recording has one, whether the other machine makes one or not.
+        true => drop(scene.recording.get_or_insert_default()),
+        false => scene.recording = None,
     }
     let checked = Scene::from_raw(&source)?;
     Ok((source, checked))
@@ -116,6 +118,8 @@ mod tests {
         assert_eq!(shown.limits.stale, Duration::from_millis(77));
         let (_, recorded) = scene(&RemoteFacts::sample(text), true).unwrap();
         assert!(recorded.recording.is_some());
+        let (_, asked_for) = scene(&RemoteFacts::sample(""), true).unwrap();
+        assert!(asked_for.recording.is_some());
         assert!(scene(&RemoteFacts::sample("[nonsense]"), false).is_err());
     }
 }

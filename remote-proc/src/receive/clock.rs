@@ -11,14 +11,17 @@ use bus::{Bus, BusError};
 use zenoh::Wait;
 use zenoh::qos::{CongestionControl, Priority};
 
-use super::inbox::{Inbox, Incoming};
-use crate::protocol::CLOCK;
+use super::inbox::{Asked, Inbox, Incoming};
+use crate::protocol::{CLOCK, ClockAnswer};
 use crate::session::Opened;
 
 /// Between two questions: the clocks may drift apart by a tenth of a millisecond meanwhile.
 const EVERY: Duration = Duration::from_millis(100);
 /// An answer that took longer says less than those before it.
 const WITHIN: Duration = Duration::from_secs(5);
+
+/// Reading two clocks takes a moment: so much is no sleep.
+const AWAKE_NS: i64 = 1_000_000;
 
 /// What is known of the sender's clock, and told.
 pub(super) struct SenderClock {
@@ -53,12 +56,18 @@ impl SenderClock {
         self.next_ns = now + ns(EVERY);
         ask(session, self.number, {
             let to = inbox.clone();
-            move |exchange| to.put(Incoming::Clock(exchange))
+            move |asked| to.put(Incoming::Clock(asked))
         });
     }
 
     /// Takes in an answer, and tells what is known now.
-    pub(super) fn take(&mut self, exchange: Exchange) -> Result<(), BusError> {
+    pub(super) fn take(&mut self, asked: Asked) -> Result<(), BusError> {
+        self.look_for_sleep();
+        // What was asked before this machine slept knows nothing of that.
+        if self.slept_ns - asked.slept_ns > AWAKE_NS {
+            return Ok(());
+        }
+        let exchange = asked.exchange;
         match self.far.take(exchange) {
             Ok(false) => {}
             Ok(true) => bus::stderr_line!("remote-proc: warning: the sender's clock was set, or stood still"),
@@ -73,8 +82,7 @@ impl SenderClock {
     /// While this machine slept the sender's clock went on.
     pub(super) fn look_for_sleep(&mut self) {
         let slept = slept_ns();
-        // Reading two clocks takes a moment.
-        if slept - self.slept_ns > 1_000_000 {
+        if slept - self.slept_ns > AWAKE_NS {
             self.far.stood_still(slept - self.slept_ns);
             self.slept_ns = slept;
             // Late is worse than unsaid: whoever takes a pose now finds the old law otherwise.
@@ -106,38 +114,37 @@ impl SenderClock {
 }
 
 /// Asks the sender for its clock; `then` is called on a thread of the link.
-pub(crate) fn ask(session: &Opened, number: u64, then: impl Fn(Exchange) + Send + Sync + 'static) {
-    let sent_ns = monotonic_ns();
+pub(crate) fn ask(session: &Opened, number: u64, then: impl Fn(Asked) + Send + Sync + 'static) {
+    let (slept_ns, sent_ns) = (slept_ns(), monotonic_ns());
     let asked = session
         .get(CLOCK)
         .payload(number.to_le_bytes())
         .timeout(WITHIN)
         .express(true)
         .priority(Priority::RealTime)
+        // The answer goes by this rule too: it never waits.
         .congestion_control(CongestionControl::Drop)
         .callback(move |reply| {
             let came_ns = monotonic_ns();
             let Ok(sample) = reply.result() else { return };
-            let bytes = sample.payload().to_bytes();
-            let Some((heard, answered)) = moments(&bytes) else {
+            let Some(answer) = ClockAnswer::read(&sample.payload().to_bytes()) else {
                 return;
             };
-            then(Exchange {
+            let exchange = Exchange {
                 sent_ns,
-                heard_ns: heard,
-                answered_ns: answered,
+                heard_ns: answer.heard_ns,
+                answered_ns: answer.answered_ns,
                 came_ns,
+            };
+            let (run, sender) = (answer.run, answer.sender);
+            then(Asked {
+                exchange,
+                run,
+                sender,
+                slept_ns,
             });
         })
         .wait();
     // A question that did not go out is one that is not answered: the line sees to that.
     let _ = asked;
-}
-
-fn moments(bytes: &[u8]) -> Option<(i64, i64)> {
-    let (heard, answered) = bytes.split_first_chunk::<8>()?;
-    Some((
-        i64::from_le_bytes(*heard),
-        i64::from_le_bytes(answered.try_into().ok()?),
-    ))
 }

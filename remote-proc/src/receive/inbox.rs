@@ -16,6 +16,18 @@ use crate::session::Opened;
 /// Messages that wait; where more come, the oldest give way, as they would on the bus.
 const MOST: usize = 4096;
 
+/// A question for the clock, and its answer.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Asked {
+    /// When it left and came.
+    pub(crate) exchange: Exchange,
+    /// Whose clock it is.
+    pub(crate) run: u64,
+    pub(crate) sender: u64,
+    /// For how long this machine had slept when it left, ns.
+    pub(crate) slept_ns: i64,
+}
+
 /// What came over the link.
 pub(super) enum Incoming {
     /// A session that was dialled, or why there is none.
@@ -25,7 +37,7 @@ pub(super) enum Incoming {
     /// What the sender says of its run.
     Facts(Result<Vec<u8>, String>),
     /// The sender's clock.
-    Clock(Exchange),
+    Clock(Asked),
     /// A piece of the voxels.
     Piece(u32, Result<Vec<u8>, String>),
     /// A message, of as many bytes as its channel has.
@@ -108,8 +120,10 @@ impl Promise {
 
     /// The answer.
     pub(super) fn keep(&self, answer: Incoming) {
-        self.is_kept.store(true, Ordering::Relaxed);
-        self.to.put(answer);
+        // One question has one answer, whatever else a sender says.
+        if !self.is_kept.swap(true, Ordering::Relaxed) {
+            self.to.put(answer);
+        }
     }
 }
 
@@ -126,8 +140,14 @@ impl Drop for Promise {
 pub(super) fn answer(reply: Reply) -> Result<Vec<u8>, String> {
     match reply.into_result() {
         Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
-        Err(why) => Err(String::from_utf8_lossy(&why.payload().to_bytes()).into_owned()),
+        Err(why) => Err(words(&why.payload().to_bytes())),
     }
+}
+
+/// A sender's words, as many as a line has room for.
+pub(crate) fn words(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
+    text.chars().filter(|c| !c.is_control()).take(200).collect()
 }
 
 /// Empties what wakes, before the queue is looked at.

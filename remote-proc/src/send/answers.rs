@@ -8,10 +8,11 @@ use std::time::Duration;
 use bus::clock::{self, monotonic_ns};
 use bus::run::RunContext;
 use zenoh::Wait;
+use zenoh::qos::CongestionControl;
 use zenoh::query::Query;
 
 use super::voxels;
-use crate::protocol::{CLOCK, FACTS, Facts, PIECE};
+use crate::protocol::{CLOCK, ClockAnswer, FACTS, Facts, PIECE};
 use crate::session::{Opened, SessionError};
 
 /// Questions that wait to be answered; who asks for more is told to ask again.
@@ -35,7 +36,7 @@ pub(super) struct Answers {
 }
 
 impl Answers {
-    pub(super) fn open(session: &Opened, run: &RunContext) -> Result<Self, SessionError> {
+    pub(super) fn open(session: &Opened, run: &RunContext, (id, number): (u64, u64)) -> Result<Self, SessionError> {
         let facts = Arc::new(Mutex::new(Vec::new()));
         let seen = Seen::default();
         let asked = serve(run.clone(), facts.clone());
@@ -51,10 +52,20 @@ impl Answers {
         let (epoch_ns, heard) = (run.epoch_ns, seen.clone());
         answer(session, CLOCK, move |query| {
             let heard_ns = monotonic_ns() - epoch_ns;
+            // An answer goes by its question's rule, and one that may wait would do so in the link's one thread.
+            if query.congestion_control() != CongestionControl::Drop {
+                let _ = asked.try_send(query);
+                return;
+            }
             note(&heard, &query);
             let answered_ns = monotonic_ns() - epoch_ns;
-            let moments = [heard_ns.to_le_bytes(), answered_ns.to_le_bytes()].concat();
-            reply(&query, Ok(moments));
+            let told = ClockAnswer {
+                heard_ns,
+                answered_ns,
+                run: id,
+                sender: number,
+            };
+            reply(&query, Ok(told.bytes()));
         })?;
         Ok(Self { facts, seen, told: 0 })
     }

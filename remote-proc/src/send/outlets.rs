@@ -29,7 +29,7 @@ pub(super) struct Outlets {
 }
 
 impl Outlets {
-    pub(super) fn open(session: &Opened, run: u64) -> Result<Self, SessionError> {
+    pub(super) fn open(session: &Opened, (run, sender): (u64, u64)) -> Result<Self, SessionError> {
         let publisher = |channel: Channel| {
             let publisher = session
                 .declare_publisher(channel.key())
@@ -51,7 +51,7 @@ impl Outlets {
                 .map(publisher)
                 .collect::<Result<_, SessionError>>()?,
             run,
-            sender: monotonic_ns() as u64 ^ u64::from(std::process::id()) << 40,
+            sender,
             refused: (0, None),
             told: 0,
         })

@@ -11,7 +11,7 @@ use bus::{Bus, BusError};
 use zenoh::query::Query;
 
 use super::answers::{Told, reply};
-use crate::protocol::{FACTS, piece};
+use crate::protocol::{FACTS, PIECE, piece};
 
 /// Between two looks for an examination.
 const LOOK: Duration = Duration::from_millis(100);
@@ -25,13 +25,14 @@ pub(super) fn serve(run: &RunContext, facts: &Told, questions: &Receiver<Query>)
     let mut volume: Option<SharedVolume> = None;
     loop {
         if let Some(new) = volumes.poll()? {
-            // The first is the run's, as for the renderers.
-            if volume.as_ref().is_none_or(|first| first.hash() == new.hash()) {
-                volume = Some(new);
-            }
+            // Who asks names the one that the facts told; any other is none of the run's.
+            volume = Some(new);
         }
         match questions.recv_timeout(LOOK) {
             Ok(query) if query.key_expr().as_str() == FACTS => reply(&query, told(facts)),
+            Ok(query) if query.key_expr().as_str() != PIECE => {
+                reply(&query, Err("ask so that the answer need not wait"))
+            }
             Ok(query) => reply(&query, part(volume.as_ref(), &query)),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),

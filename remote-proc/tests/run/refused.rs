@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bus::message::{VolumeHeader, Wire};
+use bus::message::{VolumeHash, VolumeHeader, Wire};
 use bus::run::{RUNTIME_DIR_VARIABLE, ReplayOf, shm_free_bytes};
 
 use remote_proc::protocol::{FACTS, Facts, VERSION, hex, payloads};
@@ -169,6 +169,27 @@ fn another_run_behind_the_same_address_is_not_shown() {
     std::thread::sleep(Duration::from_millis(500));
     assert!(second.poses.next().unwrap().is_none(), "{}", receiver.said());
     assert!(second.volumes.poll().unwrap().is_none());
+    // By its clock an old image of the other run would be young.
+    assert!(second.laws.newest().unwrap().is_none());
+}
+
+/// A loader came back with another examination, which the run's images are not of; who looks on from outside sees that one alone.
+#[test]
+fn an_examination_that_the_run_does_not_show_is_not_sent() {
+    let _alone = alone();
+    let world = world();
+    let endpoint = free_endpoint();
+    let room = Room::open(world.path(), Duration::from_secs(1), [8, 8, 8], |_| {});
+    room.shows(VolumeHash([9; 32]));
+    let sender = room.send(world.path(), &endpoint);
+    until("the sender's words", || {
+        room.serve_late_joiners();
+        sender.said().contains("none is sent").then_some(())
+    });
+    let mut command = remote_proc();
+    command.args(["facts", &endpoint]);
+    let said = refused(command);
+    assert!(said.contains("has no examination yet"), "{said}");
 }
 
 #[test]

@@ -10,11 +10,12 @@ use std::time::{Duration, Instant};
 use bus::Bus;
 use bus::clock::monotonic_ns;
 use bus::message::{
-    ClockLaw, Event, Guide, Heartbeat, Identity, Level, ToolPose, Tracked, VolumeHash, VolumeHeader, Workflow,
+    ClockLaw, Event, FrameStamp, Guide, Heartbeat, Identity, Level, ToolPose, Tracked, VolumeHash, VolumeHeader,
+    Workflow,
 };
 use bus::port::{Publisher, Subscriber, VolumePublisher, VolumeSubscriber};
 use bus::run::{RUNTIME_DIR_VARIABLE, RemoteOf, RunContext, RunLock};
-use bus::topic::{EVENT, GUIDE, HEARTBEAT, IDENTITY, SESSION_CLOCK, TOOL_POSE, WORKFLOW};
+use bus::topic::{EVENT, FRAME_STAMP, GUIDE, HEARTBEAT, IDENTITY, SESSION_CLOCK, TOOL_POSE, WORKFLOW};
 use bus::volume::{Hasher, Layout, Marks, SliceHash};
 use geometry::{Affine, Rigid, VolumeGrid};
 use tempfile::TempDir;
@@ -149,6 +150,7 @@ pub(crate) struct Room {
     pub(crate) run: RunContext,
     _lock: RunLock,
     pub(crate) bus: Bus,
+    stamps: Publisher<FrameStamp>,
     pub(crate) poses: Publisher<ToolPose>,
     pub(crate) guides: Publisher<Guide>,
     pub(crate) workflows: Publisher<Workflow>,
@@ -179,7 +181,8 @@ impl Room {
         let mut header = VolumeHeader::new(&grid, &layout, -1000, hash, Marks::NONE);
         lie(&mut header);
         loan.publish(header).unwrap();
-        Self {
+        let room = Self {
+            stamps: Publisher::open(&bus, &FRAME_STAMP, "view-axial").unwrap(),
             poses: Publisher::open(&bus, &TOOL_POSE, "").unwrap(),
             guides: Publisher::open(&bus, &GUIDE, "").unwrap(),
             workflows: Publisher::open(&bus, &WORKFLOW, "").unwrap(),
@@ -192,7 +195,9 @@ impl Room {
             run,
             bus,
             seq: 0,
-        }
+        };
+        room.shows(room.header.volume_hash());
+        room
     }
 
     /// Publishes the next pose; what went out.
@@ -214,6 +219,7 @@ impl Room {
 
     pub(crate) fn serve_late_joiners(&self) {
         self.volumes.serve_late_joiners();
+        self.stamps.serve_late_joiners();
         self.guides.serve_late_joiners();
         self.workflows.serve_late_joiners();
         self.identities.serve_late_joiners();
@@ -237,7 +243,16 @@ impl Room {
 
     /// As [`remote_proc::protocol::Facts::run_id`] has it.
     pub(crate) fn id(&self) -> String {
-        self.run.facts_hash(SCENE)[..16].to_owned()
+        format!("{:016x}", remote_proc::send::run_id(&self.run, SCENE))
+    }
+
+    /// An image of this examination is shown.
+    pub(crate) fn shows(&self, hash: VolumeHash) {
+        let stamp = FrameStamp {
+            volume_hash: hash.0,
+            ..FrameStamp::default()
+        };
+        self.stamps.send(stamp).unwrap();
     }
 }
 
