@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use bus::clock::monotonic_ns;
 use bus::message::{VolumeHash, VolumeHeader, Wire};
 use bus::run::{RUNTIME_DIR_VARIABLE, ReplayOf, shm_free_bytes};
 
@@ -171,6 +172,44 @@ fn another_run_behind_the_same_address_is_not_shown() {
     assert!(second.volumes.poll().unwrap().is_none());
     // By its clock an old image of the other run would be young.
     assert!(second.laws.newest().unwrap().is_none());
+}
+
+/// One run ends, and the next one is shown at the same address at once: by its clock, which began anew, the last image of the first
+/// would be of the present.
+#[test]
+fn a_run_that_follows_on_another_gives_neither_poses_nor_its_clock() {
+    let _alone = alone();
+    let (first, next) = (world(), world());
+    let endpoint = free_endpoint();
+    let mut room = Room::open(first.path(), Duration::from_secs(600), [8, 8, 8], |_| {});
+    let second = Second::open(first.path(), "second", &endpoint);
+    let mut sender = room.send(first.path(), &endpoint);
+    let receiver = second.receive(first.path(), &endpoint, &room.id());
+    until("the first pose", || {
+        room.serve_late_joiners();
+        room.pose();
+        second.poses.next().unwrap()
+    });
+    sender.signal(rustix::process::Signal::KILL);
+    sender.ended();
+    let mut other = Room::open(next.path(), Duration::from_secs(1), [8, 8, 8], |_| {});
+    let _sender = other.send(next.path(), &endpoint);
+    until("the refusal", || {
+        other.serve_late_joiners();
+        other.pose();
+        second.note().filter(|note| note.contains("shows another run"))
+    });
+    while second.poses.next().unwrap().is_some() {}
+    for _ in 0..50 {
+        other.pose();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert!(second.poses.next().unwrap().is_none(), "{}", receiver.said());
+    // The first run's clock goes on, from what was known of it last.
+    let last = second.laws.newest().unwrap().unwrap().law().unwrap();
+    let now = monotonic_ns();
+    let ahead_ns = last.at(now) - (now - room.run.epoch_ns);
+    assert!(ahead_ns >= 0, "{ahead_ns} ns");
 }
 
 /// A loader came back with another examination, which the run's images are not of; who looks on from outside sees that one alone.
