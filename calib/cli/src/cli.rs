@@ -13,12 +13,13 @@ use crate::camera::{CAMERA_HELP, CameraArgs};
 use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
 use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
-use crate::foreign::{EXPORT_HELP, ExportArgs, IMPORT_HELP, ImportArgs, SURFACE_HELP, SurfaceArgs};
+use crate::foreign::{EXPORT_HELP, ExportArgs, IMPORT_HELP, ImportArgs, MESH_HELP, MeshArgs};
 use crate::grid::{GRID_HELP, GridArgs};
 use crate::live::{FollowMarkers, LiveArgs, TOUCH_HELP, TouchArgs, Watch};
 use crate::register::args::{REGISTER_HELP, RegisterArgs};
 use crate::rom::{ROM_HELP, RomArgs};
 use crate::steps::{STEPS_HELP, StepsArgs};
+use crate::surface::{SURFACE_HELP, SWEEP_HELP, SurfaceArgs, SweepArgs};
 
 /// Calibrates and registers from measured points.
 #[derive(Debug, Parser)]
@@ -41,7 +42,8 @@ Examples:
   calib rom info 8700340.rom
   calib import PlusDeviceSet.xml --from StylusTip --to Stylus --shaft x --tip-error-mm 0.5 --axis-error-deg 1 --out tool.json
   calib export registration.json --holds slicer-node --out TrackerToRas.tfm
-  calib surface pelvis.vtk --frame lps
+  calib mesh pelvis.vtk --frame lps
+  calib surface --bone bone.ply --points touched.csv --target 10,-20,95.5 --out registration.json
   calib camera grids.json --out camera.toml
   calib beads ct-folder --out beads.json --png beads.png
   calib match beads.json touched.txt --out registration.json
@@ -95,8 +97,14 @@ enum Command {
     #[command(after_help = EXPORT_HELP)]
     Export(Box<ExportArgs>),
     /// Read a surface (STL, PLY, OBJ, VTK), and write it in another format or frame
+    #[command(after_help = MESH_HELP)]
+    Mesh(Box<MeshArgs>),
+    /// Register the patient by points of the bone's surface, without knowing which point of the bone each is
     #[command(after_help = SURFACE_HELP)]
     Surface(Box<SurfaceArgs>),
+    /// Glide over the bone with the pointer of a run that is going, and be told what is still missing
+    #[command(after_help = SWEEP_HELP)]
+    Sweep(Box<SweepArgs>),
     /// Find the metal beads of a CT
     #[command(after_help = BEADS_HELP)]
     Beads(Box<BeadsArgs>),
@@ -132,6 +140,7 @@ impl Command {
             Self::Seat(args) => Some(args.live()),
             Self::Touch(args) => Some(&mut args.live),
             Self::Check(args) => Some(&mut args.live),
+            Self::Sweep(args) => Some(&mut args.live),
             _ => None,
         }
     }
@@ -208,7 +217,9 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Rom(args) => told(args.run()),
         Command::Import(args) => told(args.run()),
         Command::Export(args) => told(args.run()),
-        Command::Surface(args) => told(args.run()),
+        Command::Mesh(args) => told(args.run()),
+        Command::Surface(args) => told(args.run(load)),
+        Command::Sweep(args) => told(args.run(follow)),
         Command::Beads(args) => told(args.run(load)),
         Command::Match(args) => told(args.run(load)),
         Command::Touch(args) => told(args.run(follow)),

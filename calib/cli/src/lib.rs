@@ -25,6 +25,7 @@ mod rom;
 mod scene_context;
 mod steps;
 mod store;
+mod surface;
 mod text;
 mod values;
 
