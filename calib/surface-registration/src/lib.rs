@@ -72,7 +72,7 @@ pub use kernel::Kernel;
 pub use mesh::{DIAGONAL_MM, Distance, Facts, MOST_TRIANGLES, OpenEnd, Surface, SurfaceError};
 pub use points::{Beam, BeamNoise, LEAST_POINTS, MOST_POINTS, Points, PointsError, SharedError, SurfacePoint};
 pub use register::{
-    Class, Landmark, Options, Other, PointResult, RegisterError, Start, SurfaceRegistration, refine, register,
+    Class, Halves, Landmark, Options, Other, PointResult, RegisterError, Start, SurfaceRegistration, refine, register,
 };
 pub use search::Effort;
 pub use solve::Priors;
