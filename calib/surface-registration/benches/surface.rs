@@ -62,7 +62,9 @@ fn main() {
         return dump::dump(&bone, &scene, runs, &folder);
     }
     let words: Vec<&String> = args.iter().skip(1).take_while(|a| !a.starts_with("--")).collect();
-    println!("| row | right | wrong | silent | right refused | moved, right moved | TRE mm | over bound: median, rms | 95 % | chi2/3 | ms: mean, median |");
+    println!(
+        "| row | right | wrong | silent | right refused | moved, right moved | TRE mm | over bound: median, rms | 95 % | chi2/3 | ms: mean, median |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let mut all = Count::default();
     for row in rows::rows()

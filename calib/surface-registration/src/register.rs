@@ -110,7 +110,7 @@ pub fn refine<To: Frame, From: Frame>(
 }
 
 /// Points by which one start finds its way from afar: a share of gross errors among so many is within some per cent that of all.
-const AFAR_POINTS: usize = 100;
+const AFAR_POINTS: usize = 200;
 
 /// The pose of a state.
 pub(crate) fn transform<To: Frame, From: Frame>(

@@ -247,4 +247,3 @@ pub(crate) fn search<F: Frame>(
         fits,
     }
 }
-

@@ -101,7 +101,10 @@ impl Tree {
     #[inline]
     fn rounded(&self, p: &Vector3<f64>) -> ([f32; 3], f64) {
         let near = [p.x as f32, p.y as f32, p.z as f32];
-        (near, 1e-6 * f64::from(near.iter().fold(3000.0_f32, |m, x| m.max(x.abs()))))
+        (
+            near,
+            1e-6 * f64::from(near.iter().fold(3000.0_f32, |m, x| m.max(x.abs()))),
+        )
     }
 
     /// Whether the ball about a triangle comes within `reach`.

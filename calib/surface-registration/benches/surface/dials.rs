@@ -72,7 +72,12 @@ const DIALS: [Dial; 7] = [
 ];
 
 pub(crate) fn dials((corners, triangles): &Triangles, mut scene: Scene, runs: u64, file: &str) {
-    println!("{} corners, {} triangles; {:?}", corners.len(), triangles.len(), Effort::default());
+    println!(
+        "{} corners, {} triangles; {:?}",
+        corners.len(),
+        triangles.len(),
+        Effort::default()
+    );
     println!("| dial | value | right | median TRE, mm | within the 95 % | ms |");
     println!("|---|---|---|---|---|---|");
     let mut chart = Chart::new(
@@ -118,7 +123,12 @@ pub(crate) fn dials((corners, triangles): &Triangles, mut scene: Scene, runs: u6
             line.push([count.ms(), middle(&count.tre)]);
         }
         let marks = Mark::ALL;
-        chart.push(Series::joined(dial.name, COLOURS[k % COLOURS.len()], marks[k % marks.len()], line));
+        chart.push(Series::joined(
+            dial.name,
+            COLOURS[k % COLOURS.len()],
+            marks[k % marks.len()],
+            line,
+        ));
     }
     let drawn = chart.draw(1000, 700);
     picture::write_png(std::path::Path::new(file), &drawn.canvas, &[]).unwrap();

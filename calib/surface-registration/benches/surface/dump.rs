@@ -31,7 +31,9 @@ pub(crate) fn dump((corners, triangles): &Triangles, scene: &Scene, runs: u64, f
     let folder = Path::new(folder);
     std::fs::create_dir_all(folder).unwrap();
     let mut obj = String::new();
-    corners.iter().for_each(|[x, y, z]| writeln!(obj, "v {x} {y} {z}").unwrap());
+    corners
+        .iter()
+        .for_each(|[x, y, z]| writeln!(obj, "v {x} {y} {z}").unwrap());
     for t in triangles {
         let [a, b, c] = t.map(|i| i + 1);
         writeln!(obj, "f {a} {b} {c}").unwrap();

@@ -102,13 +102,19 @@ pub(crate) fn run(scene: &Scene, row: &Row, options: &Options, seed: u64, count:
         // Again at once: what the processor keeps near itself then is there for who refines twenty times a second.
         let again = || seconds(|| self::found(scene, row, &drawn, shared.clone(), seed, &options)).0;
         count.least_ms.pop();
-        count.least_ms.push((0..5).map(|_| again()).fold(f64::INFINITY, f64::min) * 1e3);
+        count
+            .least_ms
+            .push((0..5).map(|_| again()).fold(f64::INFINITY, f64::min) * 1e3);
     }
     let Some(found) = found else {
         count.failed += 1;
         return;
     };
-    let tre = rms(&tre_mm(&found.transform.transform(), &drawn.ct_from_tracker, &targets()));
+    let tre = rms(&tre_mm(
+        &found.transform.transform(),
+        &drawn.ct_from_tracker,
+        &targets(),
+    ));
     let refusals = Limits::default().judge(&found, &targets());
     let is_refused = refusals.iter().any(|r| *r != Refusal::NotSearched);
     let is_moved = refusals.iter().any(|r| matches!(r, Refusal::Moved { .. }));
@@ -116,7 +122,13 @@ pub(crate) fn run(scene: &Scene, row: &Row, options: &Options, seed: u64, count:
     count.moved += usize::from(is_moved);
     count.wrong += usize::from(tre >= 4.0);
     if std::env::var_os("WHY").is_some() {
-        println!("  {seed} {tre:.2} {:?} {} seeds, {} steps, {:.2} ms", found.halves.as_ref().map(|h| (h.before, h.square)), found.seeds, found.steps, time * 1e3);
+        println!(
+            "  {seed} {tre:.2} {:?} {} seeds, {} steps, {:.2} ms",
+            found.halves.as_ref().map(|h| (h.before, h.square)),
+            found.seeds,
+            found.steps,
+            time * 1e3
+        );
         refusals.iter().for_each(|r| println!("  {seed} {tre:.2} {r}"));
     }
     if tre >= 4.0 && !is_refused {

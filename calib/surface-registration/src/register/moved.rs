@@ -168,8 +168,8 @@ impl Sums {
         let answer = self.matrix.fixed_rows::<6>(0) * inverse;
         let pull = self.pull.fixed_rows::<6>(0) - answer * all.pull;
         let own = self.scatter.fixed_rows::<6>(0) * answer.transpose();
-        let scatter = self.scatter.fixed_view::<6, 6>(0, 0) - own - own.transpose()
-            + answer * all.scatter * answer.transpose();
+        let scatter =
+            self.scatter.fixed_view::<6, 6>(0, 0) - own - own.transpose() + answer * all.scatter * answer.transpose();
         Some(pull.dot(&scatter.cholesky()?.solve(&pull)))
     }
 }
@@ -236,7 +236,9 @@ fn difference<To: Frame, From: Frame>(
     for (place, part) in [(0, first), (6, second)] {
         for row in &part.rows.rows {
             let mut slope = SVector::<f64, 14>::zeros();
-            slope.fixed_rows_mut::<6>(place).copy_from(&row.slope.fixed_rows::<6>(0));
+            slope
+                .fixed_rows_mut::<6>(place)
+                .copy_from(&row.slope.fixed_rows::<6>(0));
             slope.fixed_rows_mut::<2>(12).copy_from(&row.slope.fixed_rows::<2>(6));
             matrix.ger(row.weight, &slope, &slope, 1.0);
             pull += slope * (row.weight * row.deviations);
@@ -263,7 +265,8 @@ fn difference<To: Frame, From: Frame>(
     let unit = Matrix14::from_diagonal(&unit);
     let eigen = (unit * matrix * unit).symmetric_eigen();
     let values = eigen.eigenvalues.map(|value| 1.0 / value.max(FREE_MM.powi(-2)));
-    let inverse = unit * (eigen.eigenvectors * Matrix14::from_diagonal(&values) * eigen.eigenvectors.transpose()) * unit;
+    let inverse =
+        unit * (eigen.eigenvectors * Matrix14::from_diagonal(&values) * eigen.eigenvectors.transpose()) * unit;
     let mut minus = SMatrix::<f64, 6, 14>::zeros();
     (0..6).for_each(|k| (minus[(k, k)], minus[(k, 6 + k)]) = (1.0, -1.0));
     let each: Vec<PointResult> = first.each.iter().chain(&second.each).copied().collect();

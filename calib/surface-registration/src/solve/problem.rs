@@ -420,7 +420,7 @@ mod tests {
             sharp: &sharp,
             bends: &[],
             settled_mm: 1e-3,
-                is_dear: false,
+            is_dear: false,
         };
         let start = State {
             turn: turned(&Vector3::zeros()),

@@ -136,7 +136,10 @@ fn normals(made: &[Triangle], corners: usize, triangles: &[[u32; 3]]) -> Vec<Nor
         let bit = |is_open: bool, k: usize| u8::from(is_open) << k;
         let open = (0..3).map(|k| bit(edges[k].1 != 0, k) | bit(is_open[t[k] as usize], k + 3));
         let smooth = t.map(|corner| {
-            let near = around.of(corner).iter().map(|place| (*place as usize / 3, *place as usize % 3));
+            let near = around
+                .of(corner)
+                .iter()
+                .map(|place| (*place as usize / 3, *place as usize % 3));
             let alike = near.filter(|(other, _)| faces[*other].dot(&faces[i]) > CREASE_COSINE);
             narrow(alike.map(|(other, k)| parts[other][k]).sum())
         });

@@ -11,7 +11,9 @@ use super::draw::{Drawn, across};
 type V = Vector3<f64>;
 
 fn way(c: Chance, first: u64) -> V {
-    V::from_fn(|k, _| c.normal(first + k as u64)).try_normalize(0.0).unwrap()
+    V::from_fn(|k, _| c.normal(first + k as u64))
+        .try_normalize(0.0)
+        .unwrap()
 }
 
 /// Takes the points at these places, in this order.
@@ -135,7 +137,8 @@ pub(crate) fn with_calibration_error(drawn: &mut Drawn, sigma: [f64; 6], seed: u
         places.push(Point::new(0.0, 0.0, depth));
     }
     let [a, b, d, x, y, z] = [0, 1, 2, 3, 4, 5].map(|k| sigma[k] * c.normal(k as u64));
-    let error: Rigid<Tracker, Tracker> = Rigid::from_rotation_vector(Vector::new(a, b, d), Vector::new(x, y, z)).unwrap();
+    let error: Rigid<Tracker, Tracker> =
+        Rigid::from_rotation_vector(Vector::new(a, b, d), Vector::new(x, y, z)).unwrap();
     for (point, (pose, place)) in drawn.points.iter_mut().zip(poses.iter().zip(&places)) {
         point.place = *pose * (error * *place);
     }
