@@ -10,13 +10,15 @@
 //! below is held while a step is made: were it a function of the pose, points would be drawn to where the surface shows them their
 //! widest side.
 
+mod exact;
 mod problem;
 mod schedule;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-pub(crate) use problem::{Distances, Exact, Problem};
-pub(crate) use schedule::{Ended, Solver, Stage};
+pub(crate) use exact::Exact;
+pub(crate) use problem::{Distances, Problem};
+pub(crate) use schedule::{Ended, Noise, Solver, Stage};
 
 /// Unknowns: turn and shift of the cloud's centre, depth scale, offset.
 pub(crate) const UNKNOWNS: usize = 8;

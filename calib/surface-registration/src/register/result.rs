@@ -9,6 +9,9 @@ use crate::points::Points;
 use crate::search::{Minimum, Searched};
 use crate::solve::{Exact, Matrix8, Problem, Solver, State, UNKNOWNS, apart_mm};
 
+use super::moved::{Halves, halves};
+use super::rows::Rows;
+
 /// What became of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Class {
@@ -91,6 +94,8 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub hits: usize,
     /// Mean square of landmarks' misses over what their errors say; `None` without landmarks.
     pub landmark_ratio: Option<f64>,
+    /// The two parts of the sweep, in the order of the points, that differ most as two poses; `None` where nothing goes with the order.
+    pub halves: Option<Halves>,
     /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,
     pub(crate) radius_mm: f64,
@@ -120,6 +125,7 @@ impl Searched {
 
 pub(super) fn result<To: Frame, From: Frame>(
     solver: &Solver<'_, To>,
+    exact: &Exact<'_, To>,
     points: &Points<From>,
     searched: Searched,
 ) -> Result<SurfaceRegistration<To, From>, RegisterError> {
@@ -127,19 +133,18 @@ pub(super) fn result<To: Frame, From: Frame>(
     let nowhere = || RegisterError::Nowhere { seeds: searched.seeds };
     let best = searched.minima.first().ok_or_else(nowhere)?;
     let state = best.ended.state;
-    let exact = Exact::new(solver.surface, solver.field, cloud.len());
-    let sharp = solver.sharp(cloud, &exact, &state);
-    let bends = solver.bends(cloud, &state);
-    let problem = solver.last(cloud, &exact, &sharp, &bends);
+    let noise = solver.exact_noise(cloud, exact, &state);
+    let problem = solver.last(cloud, exact, &noise);
     let (cost, at) = problem.sum(&state);
     let each: Vec<PointResult> = (0..cloud.len()).map(|i| one(&problem, i, &state)).collect();
     let free = free(solver);
-    let held = free * held(&at.matrix, cloud.radius_mm) * free;
-    let fitted = fitted(&problem, &state, &held);
+    let rows = Rows::new(&problem, &state);
+    let own = free * rows.matrix() * free;
+    let held = free * held(&(own + at.known()), cloud.radius_mm) * free;
+    let fitted = (own * held).trace().clamp(0.0, UNKNOWNS as f64);
     let kept = kept(&each, &cloud.votes, fitted);
-    let told = tukey_variance(solver.end) * kept.ratio.max(1.0).powi(2);
-    let inflation = told.max(scattered(&each, &cloud.votes, solver.end, fitted));
-    let covariance = held * inflation + shared(&problem, points, &state, &held);
+    let inflation = inflation(solver, &each, &cloud.votes, fitted);
+    let covariance = held * inflation + shared(&rows, points, &state, &held);
     let pose = transform(&state, points)?;
     let centre = Point::<To>::new(state.shift.x, state.shift.y, state.shift.z);
     let about: Matrix6<f64> = covariance.fixed_view::<6, 6>(0, 0).into_owned();
@@ -184,14 +189,28 @@ pub(super) fn result<To: Frame, From: Frame>(
         fits: searched.fits,
         hits,
         landmark_ratio: landmark_ratio(&problem, &state),
+        halves: halves(solver, points, &noise, &state),
         centre: state.shift,
         radius_mm: cloud.radius_mm,
         about_points: covariance,
     })
 }
 
+/// By how much the covariance exceeds the inverse of the weighted normal equations.
+pub(super) fn inflation<F: Frame>(solver: &Solver<'_, F>, each: &[PointResult], votes: &[f64], fitted: f64) -> f64 {
+    let ratio = kept(each, votes, fitted).ratio;
+    let told = tukey_variance(solver.end) * ratio.max(1.0).powi(2);
+    told.max(scattered(each, votes, solver.end, fitted))
+}
+
 /// Square of the motion between two states in the deviations of the pose.
 fn off(a: &State, b: &State, inverse: &Matrix6<f64>) -> f64 {
+    let motion = motion(a, b);
+    motion.dot(&(inverse * motion))
+}
+
+/// The motion from `b` to `a`: rotation vector, and shift of the points' centre.
+pub(super) fn motion(a: &State, b: &State) -> Vector6<f64> {
     let turn = a.turn * b.turn.transpose();
     // The vector of a rotation up to its angle over its sine: a distance of 90 degrees and more is no small error of anything.
     let skew = Vector3::new(
@@ -205,11 +224,10 @@ fn off(a: &State, b: &State, inverse: &Matrix6<f64>) -> f64 {
         std::f64::consts::PI / skew.norm().max(1e-3)
     };
     let (w, v) = (skew * scale, a.shift - b.shift);
-    let motion = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
-    motion.dot(&(inverse * motion))
+    Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)
 }
 
-fn one<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, i: usize, state: &State) -> PointResult {
+pub(super) fn one<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, i: usize, state: &State) -> PointResult {
     let (s, slope, has_say) = problem.residual(i, state);
     let (_, weight) = problem.kernel.at(s * s);
     let n = Vector3::new(slope[3], slope[4], slope[5]);
@@ -253,22 +271,6 @@ fn free<F: Frame>(solver: &Solver<'_, F>) -> Matrix8 {
 fn units(radius_mm: f64) -> Matrix8 {
     let r = 1.0 / radius_mm;
     Matrix8::from_diagonal(&[r, r, r, 1.0, 1.0, 1.0, 0.02, 1.0].into())
-}
-
-/// How many numbers were fitted by the points: what priors hold was not.
-fn fitted<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, state: &State, held: &Matrix8) -> f64 {
-    let unknown = |sigma: f64| if sigma > 0.0 { f64::INFINITY } else { 0.0 };
-    let none = crate::Priors {
-        depth_scale: unknown(problem.priors.depth_scale),
-        offset_mm: unknown(problem.priors.offset_mm),
-        ..*problem.priors
-    };
-    let bare = Problem {
-        anchors: &[],
-        priors: &none,
-        ..*problem
-    };
-    (bare.sum(state).1.matrix * held).trace().clamp(0.0, UNKNOWNS as f64)
 }
 
 /// What the residuals within three deviations say of the noise.
@@ -317,23 +319,14 @@ fn scattered(each: &[PointResult], votes: &[f64], end: f64, fitted: f64) -> f64 
 }
 
 /// What the error that all points share adds: it moves every residual at once, and the fit answers.
-fn shared<F: Frame, From: Frame>(
-    problem: &Problem<'_, Exact<'_, F>>,
-    points: &Points<From>,
-    state: &State,
-    held: &Matrix8,
-) -> Matrix8 {
+fn shared<From: Frame>(rows: &Rows, points: &Points<From>, state: &State, held: &Matrix8) -> Matrix8 {
     let Some(shared) = points.shared() else {
         return Matrix8::zeros();
     };
     let mut pull = SMatrix::<f64, UNKNOWNS, 6>::zeros();
-    for (i, lever) in shared.levers.iter().enumerate() {
-        let (s, slope, has_say) = problem.residual(i, state);
-        let weight = problem.kernel.at(s * s).1 * problem.cloud.votes[i];
-        if has_say && weight > 0.0 {
-            let normal = nalgebra::RowVector3::new(slope[3], slope[4], slope[5]);
-            pull += slope * (normal * state.turn * lever) * weight;
-        }
+    for row in &rows.rows {
+        let normal = row.slope.fixed_rows::<3>(3).transpose();
+        pull += row.slope * (normal * state.turn * shared.levers[row.point]) * row.weight;
     }
     let answer = held * pull;
     answer * shared.covariance * answer.transpose()

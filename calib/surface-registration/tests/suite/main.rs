@@ -12,5 +12,6 @@ mod shapes;
 mod bad_input;
 mod distances;
 mod free;
+mod moved;
 mod oracle;
 mod planted;

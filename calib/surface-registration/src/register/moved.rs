@@ -1,0 +1,280 @@
+//! Whether the bone moved while the points were taken: the sweep's two parts as two poses.
+//!
+//! Points come in the order in which they were taken; no clock is asked. Where the bone moved after some of them, the residuals of the
+//! later ones pull at the pose in one direction and those of the earlier ones in the other, whichever minimum the fit of all is in.
+//!
+//! 1. At each of some places in the order, the pull of the later points on a pose of their own is compared with what it scatters by (a
+//!    score test with the points' own scatter, White 1982), with a kernel that is not blind to what is far off.
+//! 2. Where the greatest is more than chance makes of that many places, both parts are fitted as two poses with one depth scale and one
+//!    offset, and their difference is compared with its covariance, and the costs with one another.
+
+use geometry::{Frame, Point};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
+
+use super::result::{FREE_MM, PointResult, inflation, motion, one};
+use super::rows::Rows;
+use crate::kernel::Kernel;
+use crate::points::{Cloud, Points};
+use crate::solve::{Exact, Matrix8, Noise, Problem, Solver, Stage, State, Vector8};
+use crate::{Priors, SharedError};
+
+/// The two parts of a sweep as two poses: where in the order they differ most, and by what.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Halves {
+    /// Points before the change.
+    pub before: usize,
+    /// The square of the difference in its covariance, or by how much two poses cost less than one, whichever is less. Of a bone that did
+    /// not move about a chi-square of six degrees of freedom, the greatest of some places in the order.
+    pub square: f64,
+    /// From the second pose to the first, about `centre`: rad, mm.
+    motion: Vector6<f64>,
+    centre: Vector3<f64>,
+}
+
+impl Halves {
+    /// By how much the two poses differ at a target, mm.
+    pub fn apart_mm<To: Frame>(&self, target: Point<To>) -> f64 {
+        let (w, v) = (self.motion.fixed_rows::<3>(0), self.motion.fixed_rows::<3>(3));
+        let arm = Vector3::from(target.mm()) - self.centre;
+        (w.into_owned().cross(&arm) + v).norm()
+    }
+}
+
+/// Steps between places that are looked at, shares of all points; the first and the last place.
+const STEP: f64 = 0.05;
+const ENDS: [f64; 2] = [0.15, 0.85];
+/// A part with fewer points, such as were taken by a probe held still as one, has no pose of its own.
+const LEAST_PART: f64 = 15.0;
+/// Score from which on the parts are fitted: nearly all runs of a bone that did not move stay below.
+const SUSPECT: f64 = 18.0;
+/// The kernel of the score, deviations: what lies that far off still has half of its greatest pull.
+const SCORE_KERNEL: f64 = 6.0;
+
+type Matrix14 = SMatrix<f64, 14, 14>;
+
+/// `None` where nothing goes with the order of the points, or a part holds no pose.
+pub(super) fn halves<To: Frame, From: Frame>(
+    solver: &Solver<'_, To>,
+    points: &Points<From>,
+    noise: &Noise,
+    state: &State,
+) -> Option<Halves> {
+    let (score, before) = suspect(solver, &points.cloud, noise, state)?;
+    if score < SUSPECT {
+        return None;
+    }
+    // Held where the fit of all put them: a part has not the depths to tell scale and offset apart.
+    let priors = Priors {
+        depth_scale: 0.0,
+        offset_mm: 0.0,
+        ..*solver.priors
+    };
+    let alone = Solver {
+        anchors: &[],
+        priors: &priors,
+        ..*solver
+    };
+    let n = points.cloud.len();
+    let first = Part::fitted(&alone, points, 0..before, state)?;
+    let second = Part::fitted(&alone, points, before..n, state)?;
+    let (motion, covariance) = difference(solver, points, &first, &second)?;
+    let square = motion.dot(&(covariance.cholesky()?.solve(&motion)));
+    Some(Halves {
+        before,
+        square: square.min(first.gained + second.gained),
+        motion,
+        centre: state.shift,
+    })
+}
+
+/// The greatest score, and the number of points before its place.
+fn suspect<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, noise: &Noise, state: &State) -> Option<(f64, usize)> {
+    let problem = Problem {
+        anchors: &[],
+        kernel: Kernel::Wide(SCORE_KERNEL),
+        ..solver.on_field(cloud, noise)
+    };
+    let n = cloud.len();
+    let total: f64 = cloud.votes.iter().sum();
+    let mut parts = vec![Sums::default()];
+    let mut starts = vec![0];
+    let (mut votes, mut next) = (0.0, ENDS[0]);
+    for i in 0..n {
+        if votes >= next * total && next <= ENDS[1] && votes >= LEAST_PART && total - votes >= LEAST_PART {
+            parts.push(Sums::default());
+            starts.push(i);
+        }
+        while votes >= next * total {
+            next += STEP;
+        }
+        let (s, slope, has_say) = problem.residual(i, state);
+        if has_say && let Some(part) = parts.last_mut() {
+            part.add(&slope, s, cloud.votes[i] * problem.kernel.at(s * s).1);
+        }
+        votes += cloud.votes[i];
+    }
+    let mut all = parts.iter().fold(Sums::default(), |all, part| all.with(part));
+    for (k, sigma) in [(6, solver.priors.depth_scale), (7, solver.priors.offset_mm)] {
+        all.matrix[(k, k)] += if sigma > 0.0 { sigma.powi(-2) } else { 1e12 };
+    }
+    let inverse = all.matrix.cholesky()?.inverse();
+    let mut after = all.clone();
+    let mut best: Option<(f64, usize)> = None;
+    for (part, start) in parts.iter().zip(starts.iter().skip(1)) {
+        after = after.without(part);
+        let score = after.score(&all, &inverse).unwrap_or(0.0);
+        if best.is_none_or(|best| score > best.0) {
+            best = Some((score, *start));
+        }
+    }
+    best
+}
+
+/// Sums over some points.
+#[derive(Clone, Default)]
+struct Sums {
+    matrix: Matrix8,
+    pull: Vector8,
+    /// Of the pulls' squares.
+    scatter: Matrix8,
+}
+
+impl Sums {
+    fn add(&mut self, slope: &Vector8, s: f64, weight: f64) {
+        self.matrix.ger(weight, slope, slope, 1.0);
+        let pull = slope * (weight * s);
+        self.pull += pull;
+        self.scatter.ger(1.0, &pull, &pull, 1.0);
+    }
+
+    fn with(&self, other: &Self) -> Self {
+        Self {
+            matrix: self.matrix + other.matrix,
+            pull: self.pull + other.pull,
+            scatter: self.scatter + other.scatter,
+        }
+    }
+
+    fn without(&self, other: &Self) -> Self {
+        Self {
+            matrix: self.matrix - other.matrix,
+            pull: self.pull - other.pull,
+            scatter: self.scatter - other.scatter,
+        }
+    }
+
+    /// The square of the pull of these points on a pose of their own, what the common unknowns can answer taken off, in its scatter.
+    fn score(&self, all: &Self, inverse: &Matrix8) -> Option<f64> {
+        let answer = self.matrix.fixed_rows::<6>(0) * inverse;
+        let pull = self.pull.fixed_rows::<6>(0) - answer * all.pull;
+        let own = self.scatter.fixed_rows::<6>(0) * answer.transpose();
+        let scatter =
+            self.scatter.fixed_view::<6, 6>(0, 0) - own - own.transpose() + answer * all.scatter * answer.transpose();
+        Some(pull.dot(&scatter.cholesky()?.solve(&pull)))
+    }
+}
+
+/// One part of the sweep with its own pose.
+struct Part {
+    state: State,
+    rows: Rows,
+    each: Vec<PointResult>,
+    votes: Vec<f64>,
+    /// By how much it costs less than with the pose of all.
+    gained: f64,
+    /// Number of its first point.
+    first: usize,
+}
+
+impl Part {
+    fn fitted<To: Frame, From: Frame>(
+        solver: &Solver<'_, To>,
+        points: &Points<From>,
+        range: std::ops::Range<usize>,
+        from: &State,
+    ) -> Option<Self> {
+        let chosen: Vec<usize> = range.clone().collect();
+        let cloud = points.cloud.of(&chosen);
+        let wide = |m: f64| Stage {
+            kernel: Kernel::Wide(m),
+            is_facing: true,
+            steps: 8,
+            settled_mm: 0.05,
+        };
+        let last = Stage {
+            kernel: Kernel::Tukey(solver.end),
+            ..wide(3.0)
+        };
+        let (state, _) = solver.through(&cloud, &solver.blunt(&cloud), *from, &[wide(8.0)])?;
+        let (state, _) = solver.near(&cloud, state, &[wide(3.0), last])?;
+        let exact = Exact::new(solver.surface, solver.field, cloud.len());
+        let state = solver.end(&cloud, &exact, state)?.state;
+        let noise = solver.exact_noise(&cloud, &exact, &state);
+        let problem = solver.last(&cloud, &exact, &noise);
+        let gained = problem.sum(from).0 - problem.sum(&state).0;
+        Some(Self {
+            rows: Rows::new(&problem, &state),
+            each: (0..cloud.len()).map(|i| one(&problem, i, &state)).collect(),
+            votes: cloud.votes.clone(),
+            state,
+            gained,
+            first: range.start,
+        })
+    }
+}
+
+/// From the second pose to the first, to first order as both with one depth scale and one offset, and its covariance.
+fn difference<To: Frame, From: Frame>(
+    solver: &Solver<'_, To>,
+    points: &Points<From>,
+    first: &Part,
+    second: &Part,
+) -> Option<(Vector6<f64>, Matrix6<f64>)> {
+    let mut matrix = Matrix14::zeros();
+    let mut pull = SVector::<f64, 14>::zeros();
+    let mut common = SMatrix::<f64, 14, 6>::zeros();
+    for (place, part) in [(0, first), (6, second)] {
+        for row in &part.rows.rows {
+            let mut slope = SVector::<f64, 14>::zeros();
+            slope
+                .fixed_rows_mut::<6>(place)
+                .copy_from(&row.slope.fixed_rows::<6>(0));
+            slope.fixed_rows_mut::<2>(12).copy_from(&row.slope.fixed_rows::<2>(6));
+            matrix.ger(row.weight, &slope, &slope, 1.0);
+            pull += slope * (row.weight * row.deviations);
+            if let Some(SharedError { levers, .. }) = points.shared() {
+                let normal = row.slope.fixed_rows::<3>(3).transpose();
+                common += slope * (normal * part.state.turn * levers[part.first + row.point]) * row.weight;
+            }
+        }
+    }
+    let numbers = [
+        (solver.priors.depth_scale, first.state.scale),
+        (solver.priors.offset_mm, first.state.offset),
+    ];
+    for (k, (sigma, value)) in numbers.into_iter().enumerate() {
+        let sharp = if sigma > 0.0 { sigma.powi(-2) } else { 1e12 };
+        matrix[(12 + k, 12 + k)] += sharp;
+        pull[12 + k] += sharp * value;
+    }
+    // One unit for all: mm at the points, share at a depth of 50 mm.
+    let r = 1.0 / points.cloud.radius_mm;
+    let mut unit = SVector::<f64, 14>::repeat(1.0);
+    (0..3).for_each(|k| (unit[k], unit[6 + k]) = (r, r));
+    unit[12] = 0.02;
+    let unit = Matrix14::from_diagonal(&unit);
+    let eigen = (unit * matrix * unit).symmetric_eigen();
+    let values = eigen.eigenvalues.map(|value| 1.0 / value.max(FREE_MM.powi(-2)));
+    let inverse =
+        unit * (eigen.eigenvectors * Matrix14::from_diagonal(&values) * eigen.eigenvectors.transpose()) * unit;
+    let mut minus = SMatrix::<f64, 6, 14>::zeros();
+    (0..6).for_each(|k| (minus[(k, k)], minus[(k, 6 + k)]) = (1.0, -1.0));
+    let each: Vec<PointResult> = first.each.iter().chain(&second.each).copied().collect();
+    let votes: Vec<f64> = first.votes.iter().chain(&second.votes).copied().collect();
+    let mut covariance = minus * inverse * minus.transpose() * inflation(solver, &each, &votes, 12.0);
+    if let Some(shared) = points.shared() {
+        let answer = minus * inverse * common;
+        covariance += answer * shared.covariance * answer.transpose();
+    }
+    Some((motion(&first.state, &second.state) - minus * inverse * pull, covariance))
+}
