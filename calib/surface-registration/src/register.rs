@@ -61,7 +61,7 @@ pub fn register<To: Frame, From: Frame>(
     let cloud = &points.cloud;
     let anchors = start.anchors(cloud);
     let solver = Solver {
-        surface,
+        tree: &surface.tree,
         field,
         anchors: &anchors,
         priors: &options.priors,
@@ -69,7 +69,7 @@ pub fn register<To: Frame, From: Frame>(
         facing: options.facing,
     };
     let seeds = start.seeds(surface, cloud, &anchors, &options.effort)?;
-    let exact = Exact::new(surface, field, cloud.len());
+    let exact = Exact::new(&surface.tree, field, cloud.len());
     let searched = search(&solver, &exact, cloud, &seeds, &options.effort);
     result::result(&solver, &exact, points, searched)
 }
@@ -88,7 +88,7 @@ pub fn refine<To: Frame, From: Frame>(
 ) -> Result<SurfaceRegistration<To, From>, RegisterError> {
     let cloud = &points.cloud;
     let solver = Solver {
-        surface,
+        tree: &surface.tree,
         field,
         anchors: &[],
         priors: &options.priors,
@@ -104,7 +104,7 @@ pub fn refine<To: Frame, From: Frame>(
         .through(&sample, &solver.blunt(&sample), state, &afar)
         .and_then(|(state, _)| solver.near(cloud, state, &near))
         .ok_or_else(nowhere)?;
-    let exact = Exact::new(surface, field, cloud.len());
+    let exact = Exact::new(&surface.tree, field, cloud.len());
     let ended = solver.end(cloud, &exact, state).ok_or_else(nowhere)?;
     result::result(&solver, &exact, points, crate::search::Searched::of_one(ended))
 }

@@ -16,8 +16,6 @@ mod seeds;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use geometry::Frame;
-
 use crate::kernel::Kernel;
 use crate::points::Cloud;
 use crate::solve::{Ended, Exact, Solver, Stage, State};
@@ -203,9 +201,9 @@ pub(crate) fn long_stages(end: f64) -> ([Stage; 4], [Stage; 2]) {
     ([wide(40.0), wide(20.0), wide(10.0), wide(5.0)], polish_stages(end))
 }
 
-pub(crate) fn search<F: Frame>(
-    solver: &Solver<'_, F>,
-    exact: &Exact<'_, F>,
+pub(crate) fn search(
+    solver: &Solver<'_>,
+    exact: &Exact<'_>,
     cloud: &Cloud,
     seeds: &Seeds<'_>,
     effort: &Effort,

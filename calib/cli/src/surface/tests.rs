@@ -198,7 +198,7 @@ fn columns_that_do_not_go_together_are_refused_with_their_place() {
             "",
             "line 2 of the file",
         ),
-        ("x,y,z,sigma", "1,2,NaN,1", "", "line 2, column 3 (z)"),
+        ("x,y,z,sigma", "1,2,NaN,1", "", "line 2, column 5 (z)"),
         ("x,y,sigma", "1,2,1", "", "no column z"),
     ] {
         let text = format!("{header}\n{}", format!("{row}\n").repeat(8));

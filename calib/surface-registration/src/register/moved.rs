@@ -14,7 +14,7 @@ use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 use super::result::{FREE_MM, PointResult, inflation, motion, one};
 use super::rows::Rows;
 use crate::kernel::Kernel;
-use crate::points::{Cloud, Points};
+use crate::points::Cloud;
 use crate::solve::{Exact, Matrix8, Noise, Problem, Solver, Stage, State, Vector8};
 use crate::{Priors, SharedError};
 
@@ -53,13 +53,14 @@ const SCORE_KERNEL: f64 = 6.0;
 type Matrix14 = SMatrix<f64, 14, 14>;
 
 /// `None` where nothing goes with the order of the points, or a part holds no pose.
-pub(super) fn halves<To: Frame, From: Frame>(
-    solver: &Solver<'_, To>,
-    points: &Points<From>,
+pub(super) fn halves(
+    solver: &Solver<'_>,
+    cloud: &Cloud,
+    shared: Option<&SharedError>,
     noise: &Noise,
     state: &State,
 ) -> Option<Halves> {
-    let (score, before) = suspect(solver, &points.cloud, noise, state)?;
+    let (score, before) = suspect(solver, cloud, noise, state)?;
     if score < SUSPECT {
         return None;
     }
@@ -74,10 +75,10 @@ pub(super) fn halves<To: Frame, From: Frame>(
         priors: &priors,
         ..*solver
     };
-    let n = points.cloud.len();
-    let first = Part::fitted(&alone, points, 0..before, state)?;
-    let second = Part::fitted(&alone, points, before..n, state)?;
-    let (motion, covariance) = difference(solver, points, &first, &second)?;
+    let n = cloud.len();
+    let first = Part::fitted(&alone, cloud, 0..before, state)?;
+    let second = Part::fitted(&alone, cloud, before..n, state)?;
+    let (motion, covariance) = difference(solver, (cloud.radius_mm, shared), &first, &second)?;
     let square = motion.dot(&(covariance.cholesky()?.solve(&motion)));
     Some(Halves {
         before,
@@ -88,7 +89,7 @@ pub(super) fn halves<To: Frame, From: Frame>(
 }
 
 /// The greatest score, and the number of points before its place.
-fn suspect<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, noise: &Noise, state: &State) -> Option<(f64, usize)> {
+fn suspect(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) -> Option<(f64, usize)> {
     let problem = Problem {
         anchors: &[],
         kernel: Kernel::Wide(SCORE_KERNEL),
@@ -187,14 +188,9 @@ struct Part {
 }
 
 impl Part {
-    fn fitted<To: Frame, From: Frame>(
-        solver: &Solver<'_, To>,
-        points: &Points<From>,
-        range: std::ops::Range<usize>,
-        from: &State,
-    ) -> Option<Self> {
+    fn fitted(solver: &Solver<'_>, cloud: &Cloud, range: std::ops::Range<usize>, from: &State) -> Option<Self> {
         let chosen: Vec<usize> = range.clone().collect();
-        let cloud = points.cloud.of(&chosen);
+        let cloud = cloud.of(&chosen);
         let wide = |m: f64| Stage {
             kernel: Kernel::Wide(m),
             is_facing: true,
@@ -207,7 +203,7 @@ impl Part {
         };
         let (state, _) = solver.through(&cloud, &solver.blunt(&cloud), *from, &[wide(8.0)])?;
         let (state, _) = solver.near(&cloud, state, &[wide(3.0), last])?;
-        let exact = Exact::new(solver.surface, solver.field, cloud.len());
+        let exact = Exact::new(solver.tree, solver.field, cloud.len());
         let state = solver.end(&cloud, &exact, state)?.state;
         let noise = solver.exact_noise(&cloud, &exact, &state);
         let problem = solver.last(&cloud, &exact, &noise);
@@ -224,9 +220,9 @@ impl Part {
 }
 
 /// From the second pose to the first, to first order as both with one depth scale and one offset, and its covariance.
-fn difference<To: Frame, From: Frame>(
-    solver: &Solver<'_, To>,
-    points: &Points<From>,
+fn difference(
+    solver: &Solver<'_>,
+    (radius_mm, shared): (f64, Option<&SharedError>),
     first: &Part,
     second: &Part,
 ) -> Option<(Vector6<f64>, Matrix6<f64>)> {
@@ -242,7 +238,7 @@ fn difference<To: Frame, From: Frame>(
             slope.fixed_rows_mut::<2>(12).copy_from(&row.slope.fixed_rows::<2>(6));
             matrix.ger(row.weight, &slope, &slope, 1.0);
             pull += slope * (row.weight * row.deviations);
-            if let Some(SharedError { levers, .. }) = points.shared() {
+            if let Some(SharedError { levers, .. }) = shared {
                 let normal = row.slope.fixed_rows::<3>(3).transpose();
                 common += slope * (normal * part.state.turn * levers[part.first + row.point]) * row.weight;
             }
@@ -258,7 +254,7 @@ fn difference<To: Frame, From: Frame>(
         pull[12 + k] += sharp * value;
     }
     // One unit for all: mm at the points, share at a depth of 50 mm.
-    let r = 1.0 / points.cloud.radius_mm;
+    let r = 1.0 / radius_mm;
     let mut unit = SVector::<f64, 14>::repeat(1.0);
     (0..3).for_each(|k| (unit[k], unit[6 + k]) = (r, r));
     unit[12] = 0.02;
@@ -272,7 +268,7 @@ fn difference<To: Frame, From: Frame>(
     let each: Vec<PointResult> = first.each.iter().chain(&second.each).copied().collect();
     let votes: Vec<f64> = first.votes.iter().chain(&second.votes).copied().collect();
     let mut covariance = minus * inverse * minus.transpose() * inflation(solver, &each, &votes, 12.0);
-    if let Some(shared) = points.shared() {
+    if let Some(shared) = shared {
         let answer = minus * inverse * common;
         covariance += answer * shared.covariance * answer.transpose();
     }

@@ -124,8 +124,8 @@ impl Searched {
 }
 
 pub(super) fn result<To: Frame, From: Frame>(
-    solver: &Solver<'_, To>,
-    exact: &Exact<'_, To>,
+    solver: &Solver<'_>,
+    exact: &Exact<'_>,
     points: &Points<From>,
     searched: Searched,
 ) -> Result<SurfaceRegistration<To, From>, RegisterError> {
@@ -189,7 +189,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         fits: searched.fits,
         hits,
         landmark_ratio: landmark_ratio(&problem, &state),
-        halves: halves(solver, points, &noise, &state),
+        halves: halves(solver, cloud, points.shared(), &noise, &state),
         centre: state.shift,
         radius_mm: cloud.radius_mm,
         about_points: covariance,
@@ -197,7 +197,7 @@ pub(super) fn result<To: Frame, From: Frame>(
 }
 
 /// By how much the covariance exceeds the inverse of the weighted normal equations.
-pub(super) fn inflation<F: Frame>(solver: &Solver<'_, F>, each: &[PointResult], votes: &[f64], fitted: f64) -> f64 {
+pub(super) fn inflation(solver: &Solver<'_>, each: &[PointResult], votes: &[f64], fitted: f64) -> f64 {
     let ratio = kept(each, votes, fitted).ratio;
     let told = tukey_variance(solver.end) * ratio.max(1.0).powi(2);
     told.max(scattered(each, votes, solver.end, fitted))
@@ -227,7 +227,7 @@ pub(super) fn motion(a: &State, b: &State) -> Vector6<f64> {
     Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)
 }
 
-pub(super) fn one<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, i: usize, state: &State) -> PointResult {
+pub(super) fn one(problem: &Problem<'_, Exact<'_>>, i: usize, state: &State) -> PointResult {
     let (s, slope, has_say) = problem.residual(i, state);
     let (_, weight) = problem.kernel.at(s * s);
     let n = Vector3::new(slope[3], slope[4], slope[5]);
@@ -259,7 +259,7 @@ fn held(matrix: &Matrix8, radius_mm: f64) -> Matrix8 {
 }
 
 /// 1 for what is unknown, 0 for what is held.
-fn free<F: Frame>(solver: &Solver<'_, F>) -> Matrix8 {
+fn free(solver: &Solver<'_>) -> Matrix8 {
     let mut free = Matrix8::identity();
     for (place, sigma) in [(6, solver.priors.depth_scale), (7, solver.priors.offset_mm)] {
         free[(place, place)] = f64::from(u8::from(sigma > 0.0));
@@ -340,7 +340,7 @@ fn about_origin(covariance: &Matrix8, centre: &Vector3<f64>) -> Matrix8 {
     (c + c.transpose()) * 0.5
 }
 
-fn landmark_ratio<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, state: &State) -> Option<f64> {
+fn landmark_ratio(problem: &Problem<'_, Exact<'_>>, state: &State) -> Option<f64> {
     let misses = problem.anchors.iter().map(|anchor| {
         let off = state.turn * anchor.from + state.shift - anchor.to;
         off.norm_squared() / (3.0 * anchor.sigma_mm * anchor.sigma_mm)

@@ -4,7 +4,6 @@
 //! against one another seems to hold a turn, each facet by a little, and the bone that it stands for does not. So the covariance goes by
 //! the smooth normals: between those at a triangle's corners, of faces that do not meet in a crease.
 
-use geometry::Frame;
 use nalgebra::Vector3;
 
 use crate::solve::{Exact, Matrix8, Problem, State, Vector8};
@@ -23,7 +22,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    pub(super) fn new<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, state: &State) -> Self {
+    pub(super) fn new(problem: &Problem<'_, Exact<'_>>, state: &State) -> Self {
         let cloud = problem.cloud;
         let mut rows = Vec::with_capacity(cloud.len());
         for i in 0..cloud.len() {

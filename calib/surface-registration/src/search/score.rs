@@ -1,7 +1,5 @@
 //! What a seed costs, without a step.
 
-use geometry::Frame;
-
 use crate::points::Cloud;
 use crate::solve::{Solver, State};
 
@@ -9,8 +7,8 @@ use crate::solve::{Solver, State};
 const SCORE_MM: f64 = 6.0;
 
 /// The points of a sample as seeds are scored on them, in single precision: a hundred thousand seeds and more go over them.
-pub(super) struct Scorer<'a, F> {
-    solver: &'a Solver<'a, F>,
+pub(super) struct Scorer<'a> {
+    solver: &'a Solver<'a>,
     points: Vec<Scored>,
 }
 
@@ -20,8 +18,8 @@ struct Scored {
     vote: f32,
 }
 
-impl<'a, F: Frame> Scorer<'a, F> {
-    pub(super) fn new(solver: &'a Solver<'a, F>, sample: &Cloud) -> Self {
+impl<'a> Scorer<'a> {
+    pub(super) fn new(solver: &'a Solver<'a>, sample: &Cloud) -> Self {
         let narrow = |v: &nalgebra::Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         let one = |i: usize| Scored {
             place: narrow(&sample.places[i]),

@@ -2,12 +2,11 @@
 
 use std::cell::RefCell;
 
-use geometry::Frame;
 use nalgebra::Vector3;
 
 use super::Distances;
-use crate::tree::Foot;
-use crate::{Field, Surface};
+use crate::Field;
+use crate::tree::{Foot, Tree};
 
 /// How far a point may go before the triangles near it are gathered anew, mm: more than the field's error, by which a fit that begins
 /// where one on the field ended moves points.
@@ -18,8 +17,8 @@ const FIELD_MM: f64 = 0.2;
 const MOST_NEAR: usize = 32;
 
 /// The surface itself, with what was found for each point the last time.
-pub(crate) struct Exact<'a, F> {
-    surface: &'a Surface<F>,
+pub(crate) struct Exact<'a> {
+    tree: &'a Tree,
     field: &'a Field,
     points: RefCell<Vec<Looked>>,
 }
@@ -36,8 +35,8 @@ struct Looked {
     near: Vec<u32>,
 }
 
-impl<'a, F: Frame> Exact<'a, F> {
-    pub(crate) fn new(surface: &'a Surface<F>, field: &'a Field, points: usize) -> Self {
+impl<'a> Exact<'a> {
+    pub(crate) fn new(tree: &'a Tree, field: &'a Field, points: usize) -> Self {
         let nowhere = Vector3::repeat(f64::NAN);
         let looked = Looked {
             at: nowhere,
@@ -48,7 +47,7 @@ impl<'a, F: Frame> Exact<'a, F> {
             near: Vec::new(),
         };
         Self {
-            surface,
+            tree,
             field,
             points: RefCell::new(vec![looked; points]),
         }
@@ -57,12 +56,12 @@ impl<'a, F: Frame> Exact<'a, F> {
     /// The normal of the smooth surface that the facets stand for, where a point was looked at last, and by how much it bulges there, mm.
     pub(crate) fn smooth(&self, point: usize) -> Option<(Vector3<f64>, f64)> {
         let foot = self.points.borrow()[point].foot?;
-        Some(self.surface.tree.smooth(&foot))
+        Some(self.tree.smooth(&foot))
     }
 
     /// The nearest place to `p`; `about_mm` is its distance by the field.
     fn find(&self, looked: &mut Looked, p: &Vector3<f64>, about_mm: f64) -> Option<Foot> {
-        let tree = &self.surface.tree;
+        let tree = self.tree;
         // Of a point within r of another one the nearest place is within d + r, and within d + 2 r of the other one.
         if !looked.near.is_empty() && (looked.about - p).norm() < ROOM_MM {
             return tree.foot_among(p, &looked.near);
@@ -82,7 +81,7 @@ impl<'a, F: Frame> Exact<'a, F> {
     }
 }
 
-impl<F: Frame> Distances for Exact<'_, F> {
+impl Distances for Exact<'_> {
     fn look(&self, point: usize, p: &Vector3<f64>, reach_mm: f64) -> (f64, Vector3<f64>, bool) {
         let looked = &mut self.points.borrow_mut()[point];
         // A fit ends where its deviations are asked for next.

@@ -1,18 +1,18 @@
 //! The stages of a fit: from a kernel that feels everything to one that forgets gross errors, from the field to the surface itself.
 
 use fit::{Damping, Limits, least_squares};
-use geometry::Frame;
 use nalgebra::Vector3;
 
 use super::problem::MOST_BEND_MM;
 use super::{Anchor, Distances, Exact, Priors, Problem, State, apart_mm};
 use crate::points::Cloud;
-use crate::{Field, Kernel, Surface};
+use crate::tree::Tree;
+use crate::{Field, Kernel};
 
 /// What fits of one search have in common.
 #[derive(Clone, Copy)]
-pub(crate) struct Solver<'a, F> {
-    pub(crate) surface: &'a Surface<F>,
+pub(crate) struct Solver<'a> {
+    pub(crate) tree: &'a Tree,
     pub(crate) field: &'a Field,
     pub(crate) anchors: &'a [Anchor],
     pub(crate) priors: &'a Priors,
@@ -55,7 +55,7 @@ const STILL_MM: f64 = 0.06;
 /// facets changes sides, and by less than a third of the least error that is promised it is no matter.
 const SWAYING_MM: f64 = 0.1;
 
-impl<F: Frame> Solver<'_, F> {
+impl Solver<'_> {
     /// One over each point's deviation, of the mean of its variances over the axes.
     pub(crate) fn blunt(&self, cloud: &Cloud) -> Vec<f64> {
         let bone = self.priors.bone_mm;
@@ -116,7 +116,7 @@ impl<F: Frame> Solver<'_, F> {
     }
 
     /// To the minimum, on the surface itself, with each point's deviation along its normal.
-    pub(crate) fn end(&self, cloud: &Cloud, exact: &Exact<'_, F>, start: State) -> Option<Ended> {
+    pub(crate) fn end(&self, cloud: &Cloud, exact: &Exact<'_>, start: State) -> Option<Ended> {
         let mut now = Ended {
             state: start,
             cost: f64::INFINITY,
@@ -143,12 +143,7 @@ impl<F: Frame> Solver<'_, F> {
     }
 
     /// The problem of the end.
-    pub(crate) fn last<'b>(
-        &'b self,
-        cloud: &'b Cloud,
-        exact: &'b Exact<'_, F>,
-        noise: &'b Noise,
-    ) -> Problem<'b, Exact<'b, F>>
+    pub(crate) fn last<'b>(&'b self, cloud: &'b Cloud, exact: &'b Exact<'_>, noise: &'b Noise) -> Problem<'b, Exact<'b>>
     where
         Self: 'b,
     {
@@ -173,7 +168,7 @@ impl<F: Frame> Solver<'_, F> {
     /// much times the root of two in deviation. Of a quadratic surface both follow from the second differences over the axes of the
     /// noise at the root of three deviations, `h = 3 sigma^2 d''`: the mean is the sum of `h / 6`, the variance that of `h^2 / 18`. They
     /// are taken from the field, whose cells are of the size of the noise.
-    pub(crate) fn exact_noise(&self, cloud: &Cloud, exact: &Exact<'_, F>, state: &State) -> Noise {
+    pub(crate) fn exact_noise(&self, cloud: &Cloud, exact: &Exact<'_>, state: &State) -> Noise {
         self.noise(cloud, exact, state, |i| exact.smooth(i).map_or(0.0, |(_, bulge)| bulge))
     }
 
