@@ -14,6 +14,7 @@ mod calib_live_walk;
 mod calib_mesh;
 mod calib_pivot;
 mod calib_register;
+mod calib_sweep;
 mod configs;
 mod help;
 mod labels;

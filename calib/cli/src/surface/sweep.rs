@@ -120,7 +120,7 @@ impl SweepArgs {
             limits: self.of.limits(),
             begin: self.of.begin(),
             noise_mm: None,
-            held_mm: 0.0,
+            held_mm: course::HELD_MM,
             shared,
             targets: self.of.targets(Some(scened))?,
             from: from.to_owned(),

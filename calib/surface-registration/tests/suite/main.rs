@@ -13,5 +13,6 @@ mod bad_input;
 mod distances;
 mod free;
 mod moved;
+mod next;
 mod oracle;
 mod planted;

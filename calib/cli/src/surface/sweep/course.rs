@@ -21,6 +21,8 @@ pub(super) struct Course<'a> {
     pub(super) contact_mm: f64,
 }
 
+/// Points nearer to one another are one place touched again: how the tip lies on the bone there is no new chance, mm.
+pub(super) const HELD_MM: f64 = 0.5;
 /// Between two poses that are further apart in time nothing is known of the speed, s.
 const GAP_S: f64 = 0.25;
 /// Frames from which on a way is said: with fewer points a search finds as good as anything.
@@ -122,7 +124,7 @@ impl<'a> Advice<'a> {
             return format!("{count} points; glide on");
         }
         let sigma_mm = (points[0].covariance_mm2.trace() / 3.0).sqrt();
-        let found = Points::new(&points, None, 0.0)
+        let found = Points::new(&points, None, HELD_MM)
             .map_err(|error| error.to_string())
             .and_then(|points| {
                 let (surface, field) = (&self.bone.surface, &self.bone.field);
