@@ -149,7 +149,7 @@ impl Field {
     }
 
     /// A place from the lattice's origin, as [`Field::glance`] takes it.
-    pub(crate) fn from_origin(&self, p: &Vector3<f64>) -> [f32; 3] {
+    pub(crate) fn in_lattice(&self, p: &Vector3<f64>) -> [f32; 3] {
         let p = p - self.origin;
         [p.x as f32, p.y as f32, p.z as f32]
     }

@@ -3,16 +3,19 @@
 mod check;
 mod error;
 mod moved;
+mod parts;
 mod result;
 mod rows;
 mod start;
+mod suspect;
 
 use geometry::rotation::RotationMatrix;
 use geometry::{Frame, Rigid, Vector};
 
 pub use error::RegisterError;
 pub use moved::Halves;
-pub use result::{Class, Other, PointResult, SurfaceRegistration};
+pub use parts::{Class, PointResult};
+pub use result::{Other, SurfaceRegistration};
 pub use start::{Landmark, Start};
 
 use crate::points::Points;
@@ -97,11 +100,12 @@ pub fn refine<To: Frame, From: Frame>(
     };
     // From afar to near in one go: without other starts the kernel alone must find the way.
     let state = start::state(start, cloud);
-    let (afar, near) = crate::search::long_stages(options.kernel_end);
+    let [afar, narrowing, near] = crate::search::long_stages(options.kernel_end);
     let nowhere = || RegisterError::Nowhere { seeds: 1 };
     let sample = cloud.thinned(AFAR_POINTS);
     let (state, _) = solver
         .through(&sample, &solver.blunt(&sample), state, &afar)
+        .and_then(|(state, _)| solver.through(cloud, &solver.blunt(cloud), state, &narrowing))
         .and_then(|(state, _)| solver.near(cloud, state, &near))
         .ok_or_else(nowhere)?;
     let exact = Exact::new(&surface.tree, field, cloud.len());
@@ -110,7 +114,7 @@ pub fn refine<To: Frame, From: Frame>(
 }
 
 /// Points by which one start finds its way from afar: a share of gross errors among so many is within some per cent that of all.
-const AFAR_POINTS: usize = 200;
+const AFAR_POINTS: usize = 80;
 
 /// The pose of a state.
 pub(crate) fn transform<To: Frame, From: Frame>(

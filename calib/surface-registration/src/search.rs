@@ -190,15 +190,15 @@ fn polish_stages(end: f64) -> [Stage; 2] {
     [wide, last]
 }
 
-/// The stages of one start alone: those on a sample, which narrow the kernel from afar, and those on all points.
-pub(crate) fn long_stages(end: f64) -> ([Stage; 4], [Stage; 2]) {
+/// The stages of one start alone: those on a sample, which narrow the kernel from afar, and two and two on all points.
+pub(crate) fn long_stages(end: f64) -> [[Stage; 2]; 3] {
     let wide = |m: f64| Stage {
         kernel: Kernel::Wide(m),
         is_facing: false,
         steps: 4,
         settled_mm: 0.4,
     };
-    ([wide(40.0), wide(20.0), wide(10.0), wide(5.0)], polish_stages(end))
+    [[wide(40.0), wide(20.0)], [wide(10.0), wide(5.0)], polish_stages(end)]
 }
 
 pub(crate) fn search(

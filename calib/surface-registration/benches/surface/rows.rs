@@ -42,7 +42,9 @@ pub(crate) enum Matter {
     Line,
     /// Left for right.
     Mirrored,
-    /// The probe's calibration has an error, which is told.
+    /// Speed of sound and offset of the bone are drawn from their priors.
+    Priors,
+    /// And the probe's calibration has an error, which is told.
     Shared,
 }
 
@@ -178,6 +180,8 @@ pub(crate) fn rows() -> Vec<Row> {
         ),
         matter("left for right", with(0.1, all), Matter::Mirrored),
         matter("in order 200, 10 %", with(0.1, all), Matter::InOrder),
+        matter("priors drawn, 200, 10 %", with(0.1, all), Matter::Priors),
+        matter("priors drawn, one crest 100", with(0.1, crest), Matter::Priors),
         matter("calibration error 200, 10 %", with(0.1, all), Matter::Shared),
         matter("calibration error, one crest 100", with(0.1, crest), Matter::Shared),
         matter("moved by 0 mm, in order", with(0.1, all), Matter::Moved(0.0, true)),

@@ -1,5 +1,6 @@
 //! One run of a row, and what is counted over many.
 
+use chance::Chance;
 use geometry::{Ct, Tracker};
 use surface_registration::{Field, Limits, Options, Points, Priors, Refusal, SharedError, Start, Surface};
 use surface_registration::{SurfaceRegistration, refine, register};
@@ -55,13 +56,20 @@ const CALIBRATION: [f64; 6] = [0.004, 0.004, 0.004, 0.3, 0.3, 0.3];
 
 /// The points of a run, and what is known of an error that they share.
 pub(crate) fn drawn(scene: &Scene, row: &Row, seed: u64) -> (Drawn, Option<SharedError>) {
-    let mut drawn = scene.source.draw(&row.sweep, seed);
+    let mut sweep = row.sweep;
+    if matches!(row.matter, Matter::Priors | Matter::Shared) {
+        let (c, priors) = (Chance::new(seed, 1 << 45), Priors::default());
+        // A depth that is too long by the share k is found as k / (1 + k).
+        let scale = priors.depth_scale * c.normal(0);
+        (sweep.speed, sweep.offset_mm) = (scale / (1.0 - scale), priors.offset_mm * c.normal(5));
+    }
+    let mut drawn = scene.source.draw(&sweep, seed);
     if row.patch_mm > 0.0 {
         drawn = patch(drawn, row.patch_mm, 60);
     }
     let mut shared = None;
     match row.matter {
-        Matter::Nothing => {}
+        Matter::Nothing | Matter::Priors => {}
         Matter::InOrder => drawn = change::in_order(drawn),
         Matter::Moved(mm, is_in_order) => {
             if is_in_order {

@@ -11,11 +11,12 @@
 use geometry::{Frame, Point};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-use super::result::{FREE_MM, PointResult, inflation, motion, one};
+use super::parts::{FREE_MM, PointResult, inflation, one};
 use super::rows::Rows;
+use super::suspect::suspect;
 use crate::kernel::Kernel;
 use crate::points::Cloud;
-use crate::solve::{Exact, Matrix8, Noise, Problem, Solver, Stage, State, Vector8};
+use crate::solve::{Exact, Noise, Solver, Stage, State, motion};
 use crate::{Priors, SharedError};
 
 /// The two parts of a sweep as two poses: where in the order they differ most, and by what.
@@ -40,16 +41,8 @@ impl Halves {
     }
 }
 
-/// Steps between places that are looked at, shares of all points; the first and the last place.
-const STEP: f64 = 0.05;
-const ENDS: [f64; 2] = [0.15, 0.85];
-/// A part with fewer points, such as were taken by a probe held still as one, has no pose of its own.
-const LEAST_PART: f64 = 15.0;
 /// Score from which on the parts are fitted: nearly all runs of a bone that did not move stay below.
 const SUSPECT: f64 = 18.0;
-/// The kernel of the score, deviations: what lies that far off still has half of its greatest pull.
-const SCORE_KERNEL: f64 = 6.0;
-
 type Matrix14 = SMatrix<f64, 14, 14>;
 
 /// `None` where nothing goes with the order of the points, or a part holds no pose.
@@ -88,93 +81,6 @@ pub(super) fn halves(
     })
 }
 
-/// The greatest score, and the number of points before its place.
-fn suspect(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) -> Option<(f64, usize)> {
-    let problem = Problem {
-        anchors: &[],
-        kernel: Kernel::Wide(SCORE_KERNEL),
-        ..solver.on_field(cloud, noise)
-    };
-    let n = cloud.len();
-    let total: f64 = cloud.votes.iter().sum();
-    let mut parts = vec![Sums::default()];
-    let mut starts = vec![0];
-    let (mut votes, mut next) = (0.0, ENDS[0]);
-    for i in 0..n {
-        if votes >= next * total && next <= ENDS[1] && votes >= LEAST_PART && total - votes >= LEAST_PART {
-            parts.push(Sums::default());
-            starts.push(i);
-        }
-        while votes >= next * total {
-            next += STEP;
-        }
-        let (s, slope, has_say) = problem.residual(i, state);
-        if has_say && let Some(part) = parts.last_mut() {
-            part.add(&slope, s, cloud.votes[i] * problem.kernel.at(s * s).1);
-        }
-        votes += cloud.votes[i];
-    }
-    let mut all = parts.iter().fold(Sums::default(), |all, part| all.with(part));
-    for (k, sigma) in [(6, solver.priors.depth_scale), (7, solver.priors.offset_mm)] {
-        all.matrix[(k, k)] += if sigma > 0.0 { sigma.powi(-2) } else { 1e12 };
-    }
-    let inverse = all.matrix.cholesky()?.inverse();
-    let mut after = all.clone();
-    let mut best: Option<(f64, usize)> = None;
-    for (part, start) in parts.iter().zip(starts.iter().skip(1)) {
-        after = after.without(part);
-        let score = after.score(&all, &inverse).unwrap_or(0.0);
-        if best.is_none_or(|best| score > best.0) {
-            best = Some((score, *start));
-        }
-    }
-    best
-}
-
-/// Sums over some points.
-#[derive(Clone, Default)]
-struct Sums {
-    matrix: Matrix8,
-    pull: Vector8,
-    /// Of the pulls' squares.
-    scatter: Matrix8,
-}
-
-impl Sums {
-    fn add(&mut self, slope: &Vector8, s: f64, weight: f64) {
-        self.matrix.ger(weight, slope, slope, 1.0);
-        let pull = slope * (weight * s);
-        self.pull += pull;
-        self.scatter.ger(1.0, &pull, &pull, 1.0);
-    }
-
-    fn with(&self, other: &Self) -> Self {
-        Self {
-            matrix: self.matrix + other.matrix,
-            pull: self.pull + other.pull,
-            scatter: self.scatter + other.scatter,
-        }
-    }
-
-    fn without(&self, other: &Self) -> Self {
-        Self {
-            matrix: self.matrix - other.matrix,
-            pull: self.pull - other.pull,
-            scatter: self.scatter - other.scatter,
-        }
-    }
-
-    /// The square of the pull of these points on a pose of their own, what the common unknowns can answer taken off, in its scatter.
-    fn score(&self, all: &Self, inverse: &Matrix8) -> Option<f64> {
-        let answer = self.matrix.fixed_rows::<6>(0) * inverse;
-        let pull = self.pull.fixed_rows::<6>(0) - answer * all.pull;
-        let own = self.scatter.fixed_rows::<6>(0) * answer.transpose();
-        let scatter =
-            self.scatter.fixed_view::<6, 6>(0, 0) - own - own.transpose() + answer * all.scatter * answer.transpose();
-        Some(pull.dot(&scatter.cholesky()?.solve(&pull)))
-    }
-}
-
 /// One part of the sweep with its own pose.
 struct Part {
     state: State,
@@ -189,6 +95,7 @@ struct Part {
 
 impl Part {
     fn fitted(solver: &Solver<'_>, cloud: &Cloud, range: std::ops::Range<usize>, from: &State) -> Option<Self> {
+        // From the pose of all, which lies between the two: wide enough for both, and no wider than a bone moves.
         let chosen: Vec<usize> = range.clone().collect();
         let cloud = cloud.of(&chosen);
         let wide = |m: f64| Stage {
@@ -204,9 +111,9 @@ impl Part {
         let (state, _) = solver.through(&cloud, &solver.blunt(&cloud), *from, &[wide(8.0)])?;
         let (state, _) = solver.near(&cloud, state, &[wide(3.0), last])?;
         let exact = Exact::new(solver.tree, solver.field, cloud.len());
-        let state = solver.end(&cloud, &exact, state)?.state;
-        let noise = solver.exact_noise(&cloud, &exact, &state);
-        let problem = solver.last(&cloud, &exact, &noise);
+        let ended = solver.end(&cloud, &exact, state)?;
+        let state = ended.state;
+        let problem = solver.last(&cloud, &exact, &ended.noise);
         let gained = problem.sum(from).0 - problem.sum(&state).0;
         Some(Self {
             rows: Rows::new(&problem, &state),

@@ -40,7 +40,7 @@ impl<'a> Scorer<'a> {
             known += off.norm_squared() / (anchor.sigma_mm * anchor.sigma_mm + SCORE_MM * SCORE_MM) / 3.0;
         }
         let turn: [[f32; 3]; 3] = [0, 1, 2].map(|i| [0, 1, 2].map(|j| state.turn[(i, j)] as f32));
-        let shift = self.solver.field.from_origin(&state.shift);
+        let shift = self.solver.field.in_lattice(&state.shift);
         let turned = |v: &[f32; 3]| turn.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
         let facing = self.solver.facing as f32;
         let limit = (limit - known) as f32;

@@ -62,10 +62,6 @@ impl<'a> Exact<'a> {
     /// The nearest place to `p`; `about_mm` is its distance by the field.
     fn find(&self, looked: &mut Looked, p: &Vector3<f64>, about_mm: f64) -> Option<Foot> {
         let tree = self.tree;
-        // Of a point within r of another one the nearest place is within d + r, and within d + 2 r of the other one.
-        if !looked.near.is_empty() && (looked.about - p).norm() < ROOM_MM {
-            return tree.foot_among(p, &looked.near);
-        }
         looked.about = *p;
         let reach = about_mm + FIELD_MM + 2.0 * ROOM_MM;
         if tree.gather(p, reach, MOST_NEAR, &mut looked.near).is_some()
@@ -86,14 +82,21 @@ impl Distances for Exact<'_> {
         let looked = &mut self.points.borrow_mut()[point];
         // A fit ends where its deviations are asked for next.
         if looked.at != *p {
-            // A nearest place that is far away is dear to find, and a point that has no say need not have it. No distance differs from
-            // another one by more than the way between the two, and the mean way to the nodes of a cell, weighted as they are, is below
-            // 0.87 of its side; nodes are too long by less than a tenth.
-            let (d, n) = self.field.look(p);
-            if d.abs() > reach_mm + self.field.spacing().spacing_mm {
-                return (d, n, false);
-            }
-            let Some(foot) = self.find(looked, p, d.abs()) else {
+            // Of a point within r of another one the nearest place is within d + r, and within d + 2 r of the other one.
+            let is_near = !looked.near.is_empty() && (looked.about - p).norm() < ROOM_MM;
+            let foot = if is_near {
+                self.tree.foot_among(p, &looked.near)
+            } else {
+                // A nearest place that is far away is dear to find, and a point that has no say need not have it. No distance differs
+                // from another one by more than the way between the two, and the mean way to the nodes of a cell, weighted as they
+                // are, is below 0.87 of its side; nodes are too long by less than a tenth.
+                let (d, n) = self.field.look(p);
+                if d.abs() > reach_mm + self.field.spacing().spacing_mm {
+                    return (d, n, false);
+                }
+                self.find(looked, p, d.abs())
+            };
+            let Some(foot) = foot else {
                 return (f64::NAN, Vector3::zeros(), true);
             };
             (looked.mm, looked.normal) = foot.signed(p);

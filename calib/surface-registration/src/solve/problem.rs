@@ -3,6 +3,7 @@
 use fit::Step;
 use nalgebra::Vector3;
 
+use super::equations::Sums;
 use super::{Anchor, Matrix8, Priors, State, UNKNOWNS, Vector8};
 use crate::points::Cloud;
 use crate::{Field, Kernel};
@@ -69,47 +70,6 @@ struct Row {
     deviations: f64,
     slope: Vector8,
     vote: f64,
-}
-
-/// Sums of normal equations: the upper half of the matrix by rows, and the right side.
-struct Sums {
-    upper: [f64; 36],
-    slope: [f64; UNKNOWNS],
-}
-
-impl Sums {
-    fn new() -> Self {
-        Self {
-            upper: [0.0; 36],
-            slope: [0.0; UNKNOWNS],
-        }
-    }
-
-    #[inline]
-    fn add(&mut self, j: &Vector8, s: f64, weight: f64) {
-        let mut place = 0;
-        for row in 0..UNKNOWNS {
-            let wj = weight * j[row];
-            self.slope[row] += wj * s;
-            for column in row..UNKNOWNS {
-                self.upper[place] += wj * j[column];
-                place += 1;
-            }
-        }
-    }
-
-    fn whole(&self) -> (Matrix8, Vector8) {
-        let mut matrix = Matrix8::zeros();
-        let mut place = 0;
-        for row in 0..UNKNOWNS {
-            for column in row..UNKNOWNS {
-                matrix[(row, column)] = self.upper[place];
-                matrix[(column, row)] = self.upper[place];
-                place += 1;
-            }
-        }
-        (matrix, Vector8::from(self.slope))
-    }
 }
 
 /// Rounds of a step over linear residuals.
@@ -199,6 +159,7 @@ impl<D: Distances> Problem<'_, D> {
         for _ in 0..INNER_ROUNDS {
             let mut sums = Sums::new();
             for row in &at.rows {
+                // Where the step of before leads, as the residual is linear: its weight is taken there, the equations stay those of here.
                 let s = row.deviations + row.slope.dot(&step);
                 let weight = row.vote * self.kernel.at(s * s).1;
                 if weight > 0.0 {

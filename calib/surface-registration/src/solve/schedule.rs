@@ -39,6 +39,8 @@ pub(crate) struct Ended {
     pub(crate) cost: f64,
     pub(crate) steps: usize,
     pub(crate) is_settled: bool,
+    /// What the noise of the points was taken for.
+    pub(crate) noise: Noise,
 }
 
 /// Rounds of the end: in each one the deviations are those of the pose before.
@@ -50,6 +52,9 @@ const SETTLED_MM: f64 = 0.02;
 /// A round that moved the points by less ends the fit, mm: deviations and bends that are those of a pose so far off change the minimum by
 /// a tenth of it, some hundredths of the least error that is promised.
 const STILL_MM: f64 = 0.06;
+
+/// Over so much, mm, a surface's bend over the noise does not change: the cells that it is taken from are twenty times as large.
+const SAME_BEND_MM: f64 = 0.1;
 
 /// What a last round may have moved the points by, mm: some fits sway for ever, as a point at the kernel's edge or on the ridge between two
 /// facets changes sides, and by less than a third of the least error that is promised it is no matter.
@@ -117,29 +122,33 @@ impl Solver<'_> {
 
     /// To the minimum, on the surface itself, with each point's deviation along its normal.
     pub(crate) fn end(&self, cloud: &Cloud, exact: &Exact<'_>, start: State) -> Option<Ended> {
+        let mut noise = self.exact_noise(cloud, exact, &start);
+        // Where the bends were looked at.
+        let mut bent = start;
         let mut now = Ended {
             state: start,
             cost: f64::INFINITY,
             steps: 0,
             is_settled: false,
+            noise: Noise::default(),
         };
-        for _ in 0..ROUNDS {
-            let noise = self.exact_noise(cloud, exact, &now.state);
+        for round in 0..ROUNDS {
+            if round > 0 && apart_mm(&now.state, &bent, cloud.radius_mm) < SAME_BEND_MM {
+                self.sharpen(cloud, exact, &now.state, &mut noise);
+            } else if round > 0 {
+                (noise, bent) = (self.exact_noise(cloud, exact, &now.state), now.state);
+            }
             let problem = self.last(cloud, exact, &noise);
             let ended = least_squares(&problem, now.state, Damping::GAUSS_NEWTON, Limits::tries(ROUND_STEPS))?;
             // The deviations change the minimum by a share of what the last round moved: once that is little nothing is left to change.
             let moved = apart_mm(&ended.state, &now.state, cloud.radius_mm);
-            now = Ended {
-                state: ended.state,
-                cost: ended.cost,
-                steps: now.steps + ended.steps,
-                is_settled: moved < SWAYING_MM,
-            };
+            (now.state, now.cost) = (ended.state, ended.cost);
+            (now.steps, now.is_settled) = (now.steps + ended.steps, moved < SWAYING_MM);
             if moved < STILL_MM {
                 break;
             }
         }
-        Some(now)
+        Some(Ended { noise, ..now })
     }
 
     /// The problem of the end.
@@ -172,18 +181,30 @@ impl Solver<'_> {
         self.noise(cloud, exact, state, |i| exact.smooth(i).map_or(0.0, |(_, bulge)| bulge))
     }
 
+    /// Takes the deviations along the normals at another state, the bends staying what they were.
+    fn sharpen(&self, cloud: &Cloud, exact: &Exact<'_>, state: &State, noise: &mut Noise) {
+        for i in 0..cloud.len() {
+            let arm = state.turn * (cloud.places[i] - cloud.deep[i] * state.scale);
+            let (_, n, _) = exact.look(i, &(arm + state.shift), 0.0);
+            noise.sharp[i] = 1.0 / (self.along(cloud, i, state, &n) + noise.spread[i]).sqrt();
+        }
+    }
+
+    /// Variance of a point along a normal, the bone's own with it, mm^2.
+    fn along(&self, cloud: &Cloud, i: usize, state: &State, n: &Vector3<f64>) -> f64 {
+        // The field's gradient is not of length 1.
+        let own: Vector3<f64> = state.turn.tr_mul(n) / n.norm().max(1e-3);
+        own.dot(&(cloud.covariances[i] * own)) + self.priors.bone_mm * self.priors.bone_mm
+    }
+
     /// The same by any distances; `bulge` of the facet nearest to a point, mm.
     fn noise(&self, cloud: &Cloud, distances: &impl Distances, state: &State, bulge: impl Fn(usize) -> f64) -> Noise {
-        let bone = self.priors.bone_mm * self.priors.bone_mm;
         let mut noise = Noise::default();
         for i in 0..cloud.len() {
             let arm = state.turn * (cloud.places[i] - cloud.deep[i] * state.scale);
             let p = arm + state.shift;
             let (d, n, _) = distances.look(i, &p, 0.0);
-            // The field's gradient is not of length 1.
-            let own: Vector3<f64> = state.turn.tr_mul(&n) / n.norm().max(1e-3);
-            let mut variance = own.dot(&(cloud.covariances[i] * own)) + bone;
-            let mut bend = 0.0;
+            let (mut spread, mut bend) = (0.0, 0.0);
             // Further off a point has no say, whatever its noise.
             if d.abs() < FAR_DEVIATIONS * (cloud.sigmas[i] + self.priors.bone_mm) + FAR_MM {
                 let middle = self.field.look(&p).0;
@@ -196,9 +217,12 @@ impl Solver<'_> {
                     squares += h * h / 18.0;
                 }
                 // Of a bulge between 0 and so much, half of it.
-                variance += squares.min(MOST_BEND_MM * MOST_BEND_MM) + (0.5 * bulge(i)).powi(2);
+                spread = squares.min(MOST_BEND_MM * MOST_BEND_MM) + (0.5 * bulge(i)).powi(2);
             }
-            noise.sharp.push(1.0 / variance.sqrt());
+            noise
+                .sharp
+                .push(1.0 / (self.along(cloud, i, state, &n) + spread).sqrt());
+            noise.spread.push(spread);
             noise.bends.push(bend.clamp(-MOST_BEND_MM, MOST_BEND_MM));
         }
         noise
@@ -210,10 +234,12 @@ const FAR_DEVIATIONS: f64 = 10.0;
 const FAR_MM: f64 = 2.0;
 
 /// What the noise of points does to their distances.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Noise {
     /// One over each point's deviation along the normal of the surface at it, 1/mm.
     pub(crate) sharp: Vec<f64>,
     /// By how much each point lies outside of the surface on average because the surface bends, mm.
     pub(crate) bends: Vec<f64>,
+    /// Variance that bends and facets add to that along the normal, mm^2.
+    spread: Vec<f64>,
 }

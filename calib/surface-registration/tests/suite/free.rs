@@ -124,7 +124,7 @@ fn a_box_holds_what_its_faces_hold() {
         let c = Chance::new(22, i);
         let mut p = [0, 1, 2].map(|k| half[k] * (1.8 * c.uniform(k as u64) - 0.9));
         let axis = i as usize % 3;
-        p[axis] = half[axis] * if i / 3 % 2 == 0 { 1.0 } else { -1.0 };
+        p[axis] = half[axis] * if (i / 3).is_multiple_of(2) { 1.0 } else { -1.0 };
         let [x, y, z] = [0, 1, 2].map(|k| p[k] + 0.3 * c.normal(10 + k as u64));
         SurfacePoint::<Tracker>::touched(Point::new(x, y, z), 0.3)
     };
