@@ -7,7 +7,10 @@ use std::sync::Arc;
 use clap::{Parser, Subcommand};
 
 use crate::base::{BASE_HELP, BaseArgs, SEAT_HELP, SeatArgs};
-use crate::beads::{BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadVolume, MATCH_HELP, MatchArgs};
+use crate::beads::{
+    BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadLabels, LoadVolume, MATCH_HELP, MatchArgs, ReadLabelNames,
+};
+use crate::bone::{BONE_HELP, BoneArgs};
 use crate::bundle::{MARKER_HELP, MarkerArgs};
 use crate::camera::{CAMERA_HELP, CameraArgs};
 use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
@@ -46,6 +49,7 @@ Examples:
   calib surface --bone bone.ply --points touched.csv --target 10,-20,95.5 --out registration.json
   calib camera grids.json --out camera.toml
   calib beads ct-folder --out beads.json --png beads.png
+  calib bone ct.nii.gz --labels organs.nii.gz --label hip_left --out hip.ply --png hip.png
   calib match beads.json touched.txt --out registration.json
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33,1890.4
   calib pivot --live default --axis scene --out tool.json
@@ -108,6 +112,9 @@ enum Command {
     /// Find the metal beads of a CT
     #[command(after_help = BEADS_HELP)]
     Beads(Box<BeadsArgs>),
+    /// Take the surface of a bone from a CT
+    #[command(after_help = BONE_HELP)]
+    Bone(Box<BoneArgs>),
     /// Register the patient: find which bead each touched point is
     #[command(after_help = MATCH_HELP)]
     Match(Box<MatchArgs>),
@@ -151,6 +158,10 @@ impl Command {
 pub struct Hands {
     /// Reads a volume.
     pub load: LoadVolume,
+    /// Reads a label map.
+    pub labels: LoadLabels,
+    /// Reads the names of its structures.
+    pub label_names: ReadLabelNames,
     /// Follows the markers of a run.
     pub follow: FollowMarkers,
 }
@@ -196,12 +207,22 @@ where
 #[cfg(test)]
 pub(crate) fn run(cli: Cli, load: LoadVolume) -> Result<Outcome, String> {
     let follow: FollowMarkers = |_| Err("no run is followed here".into());
-    carry_out(cli, Hands { load, follow })
+    let labels: LoadLabels = |_, _| Err("no label map is read here".into());
+    let label_names: ReadLabelNames = |_| Ok(guidance::safety::LabelNames::default());
+    carry_out(
+        cli,
+        Hands {
+            load,
+            labels,
+            label_names,
+            follow,
+        },
+    )
 }
 
 /// Does what a command line asks.
 pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
-    let Hands { load, follow } = hands;
+    let Hands { load, follow, .. } = hands;
     match cli.command {
         Command::Register(args) => told(args.run(load)),
         Command::Pivot(args) => told(args.run(follow)),
@@ -221,6 +242,7 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Surface(args) => told(args.run(load)),
         Command::Sweep(args) => told(args.run(follow)),
         Command::Beads(args) => told(args.run(load)),
+        Command::Bone(args) => told(args.run(&hands)),
         Command::Match(args) => told(args.run(load)),
         Command::Touch(args) => told(args.run(follow)),
         Command::Check(args) => told(args.run(follow)),

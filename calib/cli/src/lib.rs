@@ -6,6 +6,7 @@
 
 mod base;
 mod beads;
+mod bone;
 mod bounds;
 mod bundle;
 mod calibration;
@@ -30,8 +31,10 @@ mod text;
 mod values;
 
 pub use beads::{
-    BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, LoadVolume, RejectedRecord, SearchRecord, VolumeRecord,
+    BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, LoadLabels, LoadVolume, ReadLabelNames, RejectedRecord,
+    SearchRecord, VolumeRecord,
 };
+pub use bone::{BONE_FORMAT, BONE_VERSION, BoneFile, BoneScannerRecord, LostRecord};
 pub use calibration::{
     BaseRecord, CALIBRATION_VERSION, CalibrationError, CalibrationFile, CoverageRecord, EmitterRecord, FeatureRecord,
     Gate, GroupRecord, ImportedRecord, Kind, MarkerRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded,
