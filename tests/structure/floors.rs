@@ -27,6 +27,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("bone", 2),
     ("bus", 2),
     ("hand", 2),
+    ("probe", 2),
     ("surface-registration", 2),
     ("calib-cli", 3),
     ("gateway-proc", 3),

@@ -9,6 +9,8 @@
 //! | [`Tool`] | M | inner tip of the tube | +z along the tube, from the handle to the tip | mm |
 //! | [`Base`] | socle | the calibration base | its drawing | mm |
 //! | [`Pointer`] | palpeur | the pointer's calibration | the pointer's calibration | mm |
+//! | [`Probe`] | sonde | the marker on the ultrasound probe | the marker's calibration | mm |
+//! | [`Phantom`] | | a calibration phantom's drawing | its drawing | mm |
 //! | [`Named`] | | of a file that names its frames | of that file | mm |
 //! | [`Voxel`] | | centre of the first voxel | column, row, slice | voxel index |
 //! | [`Image`] | | centre of the first pixel | right, down, into the screen | pixel |
@@ -45,6 +47,10 @@ frames! {
     Base
     /// The pointer, mm (thesis: palpeur).
     Pointer
+    /// The marker on an ultrasound probe, mm.
+    Probe
+    /// A phantom of wires that a probe is calibrated with, by its drawing, mm.
+    Phantom
     /// A frame whose name is known at run time only, mm: [`crate::named`].
     Named
     /// Continuous voxel index; whole numbers are voxel centres.
