@@ -6,6 +6,7 @@ use std::fs;
 
 use crate::support::{Pilot, SMALL, World, stderr, stdout};
 use calib::file::{Registered, RegistrationFile};
+use chance::Chance;
 use geometry::{Ct, Point, Reference};
 
 /// Where the marker on the patient sits unless a scene says otherwise.
@@ -17,6 +18,8 @@ const COLUMNS: u32 = 120;
 /// Poses of the gesture, s apart.
 const STEP_S: f64 = 0.04;
 const POSES: u32 = 500;
+/// Deviation of the tip from the bone that it touches.
+const CONTACT_MM: f64 = 0.35;
 
 /// The bone's surface in a direction: a ball with bumps that no turn brings back.
 fn surface([x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -76,7 +79,9 @@ fn gliding() -> String {
         let direction = towards(0.4 + 2.2 * way, std::f64::consts::TAU * 5.0 * way);
         let lifted = if i % 100 >= 88 { 25.0 } else { 0.0 };
         let [x, y, z] = surface(direction);
-        let [x, y, z] = [0, 1, 2].map(|k| [x, y, z][k] + lifted * direction[k]);
+        // How well a tip lies on a bone.
+        let off = lifted + CONTACT_MM * Chance::new(3, u64::from(i)).normal(0);
+        let [x, y, z] = [0, 1, 2].map(|k| [x, y, z][k] + off * direction[k]);
         csv += &format!("{},1,0,0,0,{x},{y},{z}\n", STEP_S * f64::from(i));
     }
     csv

@@ -22,7 +22,7 @@ use geometry::Point;
 use surface_registration::{Limits, Options, Refusal, SurfaceRegistration};
 
 use crate::commands::Outcome;
-use crate::commands::common::CommandError;
+use crate::commands::common::{CommandError, gates_text};
 use crate::input_files::source::Source;
 use crate::register::judge;
 use crate::register::solve::{From, To};
@@ -83,7 +83,9 @@ fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result
     }
     let mut text = match asked.json {
         true => file.to_json()?,
-        false => report::text(&made, &file) + &judged,
+        // A scene's gates alone accept nothing: beside a refusal they have no verdict.
+        false if made.refusals.is_empty() => report::text(&made, &file) + &judged,
+        false => report::text(&made, &file) + &gates_text(&file.gates),
     };
     let written = match (&asked.out, &refused) {
         (Some(out), None) => {

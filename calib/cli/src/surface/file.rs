@@ -121,7 +121,7 @@ fn surface(made: &Made<'_>) -> SurfaceRecord {
             triangles: facts.triangles,
             inner_parts: facts.inner_parts,
             open_ends: facts.open_ends.len(),
-            open_length_mm: facts.open_ends.iter().map(|end| end.length_mm).sum(),
+            open_length_mm: facts.open_ends.iter().fold(0.0, |sum, end| sum + end.length_mm),
             sigma_mm: priors.bone_mm,
         },
         start: made.begun.word.to_owned(),

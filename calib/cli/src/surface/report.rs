@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use surface_registration::Class;
+use surface_registration::{Class, Refusal};
 
 use super::Made;
 use super::file::{class_name, shared_words};
@@ -34,6 +34,12 @@ pub(super) fn text(made: &Made<'_>, file: &RegistrationFile) -> String {
     line!(text);
     for refusal in &made.refusals {
         line!(text, "REFUSED          {refusal}");
+        if let Refusal::Quiet { found, .. } = refusal {
+            line!(
+                text,
+                "                 if {found:.2} of it is what your points scatter, tell less (--contact-mm of calib sweep, --noise-mm, the columns of the file)"
+            );
+        }
     }
     if made.refusals.is_empty() {
         line!(
@@ -47,7 +53,8 @@ pub(super) fn text(made: &Made<'_>, file: &RegistrationFile) -> String {
 fn bone(text: &mut String, made: &Made<'_>) {
     let facts = made.bone.surface.facts();
     let size = [0, 1, 2].map(|k| facts.bounds_mm[1][k] - facts.bounds_mm[0][k]);
-    let open: f64 = facts.open_ends.iter().map(|end| end.length_mm).sum();
+    // A sum of nothing is a zero below zero.
+    let open = facts.open_ends.iter().fold(0.0, |sum, end| sum + end.length_mm);
     line!(
         text,
         "bone             {} triangles, {:.0} x {:.0} x {:.0} mm, {} open ends ({open:.0} mm), {} inner parts left out; +- {:.2} mm from place to place",
