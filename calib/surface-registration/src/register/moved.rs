@@ -112,7 +112,7 @@ impl Part {
             kernel: Kernel::Tukey(solver.end),
             ..wide(3.0)
         };
-        let (state, _) = solver.through(&cloud, &solver.blunt(&cloud), *from, &[wide(8.0)])?;
+        let (state, _) = solver.through(&cloud, &solver.blunt(&cloud), *from, &[wide(25.0), wide(8.0)])?;
         let (state, _) = solver.near(&cloud, state, &[wide(3.0), last])?;
         let exact = Exact::new(solver.surface, solver.field, cloud.len());
         let ended = solver.end(&cloud, &exact, state)?;
