@@ -15,17 +15,16 @@ const LEAST_PART: f64 = 15.0;
 /// the wide one a bone that moved so far that one part of the points is left out by the fit.
 const SCORE_KERNELS: [f64; 2] = [6.0, 25.0];
 
-/// The greatest score, and the number of points before its place.
-pub(super) fn suspect<F: Frame>(
+/// The greatest of each kind of score, with the number of points before its place.
+pub(super) fn suspects<F: Frame>(
     solver: &Solver<'_, F>,
     cloud: &Cloud,
     noise: &Noise,
     state: &State,
-) -> Option<(f64, usize)> {
+) -> Vec<(f64, usize)> {
     let scored = SCORE_KERNELS.map(|kernel| suspect_by(solver, cloud, noise, state, Kernel::Wide(kernel)));
     let left = left_out(solver, cloud, noise, state);
-    let all = scored.into_iter().chain([left]).flatten();
-    all.max_by(|a, b| a.0.total_cmp(&b.0))
+    scored.into_iter().chain([left]).flatten().collect()
 }
 
 /// Where the shares of points that fit differ most before and after, by twice the square of their difference in its deviations: of a bone
@@ -41,7 +40,7 @@ fn left_out<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, noise: &Noise, stat
     let share = fit / total;
     let (mut votes, mut before) = (0.0, 0.0);
     let mut best: Option<(f64, usize)> = None;
-    for i in 0..cloud.len() {
+    for (i, own) in each.iter().enumerate() {
         let rest = total - votes;
         // The places are those between which scores are summed, but each point is one.
         if votes >= LEAST_PART.max(ENDS[0] * total) && rest >= LEAST_PART.max((1.0 - ENDS[1]) * total) {
@@ -52,7 +51,7 @@ fn left_out<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, noise: &Noise, stat
             }
         }
         votes += cloud.votes[i];
-        before += each[i];
+        before += own;
     }
     best
 }
