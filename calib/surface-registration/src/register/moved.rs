@@ -4,8 +4,9 @@
 //! later ones pull at the pose in one direction and those of the earlier ones in the other, whichever minimum the fit of all is in.
 //!
 //! 1. At each of some places in the order, the pull of the later points on a pose of their own is compared with what it scatters by (a
-//!    score test with the points' own scatter, White 1982), with a kernel that is not blind to what is far off.
-//! 2. Where the greatest is more than chance makes of that many places, both parts are fitted as two poses with one depth scale and one
+//!    score test with the points' own scatter, White 1982), with kernels that are not blind to what is far off; and the share of points
+//!    that fit before with that after, since a fit leaves the one part out where the bone moved far.
+//! 2. Where one of them is more than chance makes of that many places, both parts are fitted as two poses with one depth scale and one
 //!    offset, and their difference is compared with its covariance, and the costs with one another.
 
 use geometry::{Frame, Point};
@@ -13,7 +14,7 @@ use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::parts::{FREE_MM, PointResult, inflation, one};
 use super::rows::Rows;
-use super::suspect::suspect;
+use super::suspect::suspects;
 use crate::kernel::Kernel;
 use crate::points::Cloud;
 use crate::solve::{Exact, Noise, Solver, Stage, State, motion};
@@ -53,10 +54,27 @@ pub(super) fn halves(
     noise: &Noise,
     state: &State,
 ) -> Option<Halves> {
-    let (score, before) = suspect(solver, cloud, noise, state)?;
-    if score < SUSPECT {
-        return None;
-    }
+    let mut places: Vec<usize> = suspects(solver, cloud, noise, state)
+        .into_iter()
+        .filter(|(score, _)| *score >= SUSPECT)
+        .map(|(_, before)| before)
+        .collect();
+    places.dedup();
+    // Scores of different kinds do not compare; what two poses at their places say does.
+    let told = places
+        .into_iter()
+        .filter_map(|before| at(solver, cloud, shared, state, before));
+    told.max_by(|a, b| a.square.total_cmp(&b.square))
+}
+
+/// The parts before and after a place as two poses.
+fn at(
+    solver: &Solver<'_>,
+    cloud: &Cloud,
+    shared: Option<&SharedError>,
+    state: &State,
+    before: usize,
+) -> Option<Halves> {
     // Held where the fit of all put them: a part has not the depths to tell scale and offset apart.
     let priors = Priors {
         depth_scale: 0.0,
@@ -108,7 +126,7 @@ impl Part {
             kernel: Kernel::Tukey(solver.end),
             ..wide(3.0)
         };
-        let (state, _) = solver.through(&cloud, &solver.blunt(&cloud), *from, &[wide(8.0)])?;
+        let (state, _) = solver.through(&cloud, &solver.blunt(&cloud), *from, &[wide(25.0), wide(8.0)])?;
         let (state, _) = solver.near(&cloud, state, &[wide(3.0), last])?;
         let exact = Exact::new(solver.tree, solver.field, cloud.len());
         let ended = solver.end(&cloud, &exact, state)?;

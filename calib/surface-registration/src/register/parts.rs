@@ -63,9 +63,12 @@ pub(super) fn one(problem: &Problem<'_, Exact<'_>>, i: usize, state: &State) -> 
 
 /// By how much the covariance exceeds the inverse of the weighted normal equations.
 pub(super) fn inflation(solver: &Solver<'_>, each: &[PointResult], votes: &[f64], fitted: f64) -> f64 {
-    let ratio = kept(each, votes, fitted).ratio;
-    let told = tukey_variance(solver.end) * ratio.max(1.0).powi(2);
-    told.max(scattered(each, votes, solver.end, fitted))
+    let Kept { ratio, sigma, .. } = kept(each, votes, fitted);
+    // Each estimate but for one deviation of its own: the greatest of some numbers that scatter about 1 would be above it on average, and
+    // with 100 points promise an error that is too large by 4 %.
+    let least = (1.0 - sigma).max(0.5);
+    let told = tukey_variance(solver.end) * (ratio * least).max(1.0).powi(2);
+    told.max(scattered(each, votes, solver.end, fitted) * (1.0 - 2.0 * sigma).max(0.25))
 }
 
 /// What the residuals within three deviations say of the noise.

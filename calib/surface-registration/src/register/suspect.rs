@@ -9,14 +9,56 @@ const STEP: f64 = 0.05;
 const ENDS: [f64; 2] = [0.15, 0.85];
 /// A part with fewer points, such as were taken by a probe held still as one, has no pose of its own.
 const LEAST_PART: f64 = 15.0;
-/// The kernel of the score, deviations: what lies that far off still has half of its greatest pull.
-const SCORE_KERNEL: f64 = 6.0;
+/// The kernels of the scores, deviations: what lies so far off still has half of its greatest pull. The narrow one sees some millimetres,
+/// the wide one a bone that moved so far that one part of the points is left out by the fit.
+const SCORE_KERNELS: [f64; 2] = [6.0, 25.0];
 
-/// The greatest score, and the number of points before its place.
-pub(super) fn suspect(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) -> Option<(f64, usize)> {
+/// The greatest of each kind of score, with the number of points before its place.
+pub(super) fn suspects(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) -> Vec<(f64, usize)> {
+    let scored = SCORE_KERNELS.map(|kernel| suspect_by(solver, cloud, noise, state, Kernel::Wide(kernel)));
+    let left = left_out(solver, cloud, noise, state);
+    scored.into_iter().chain([left]).flatten().collect()
+}
+
+/// Where the shares of points that fit differ most before and after, by twice the square of their difference in its deviations: of a bone
+/// that moved far the one part is left out, and gross errors know of no order.
+fn left_out(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) -> Option<(f64, usize)> {
+    let problem = solver.on_field(cloud, noise);
+    let fits = |i: usize| {
+        let (s, _, has_say) = problem.residual(i, state);
+        f64::from(u8::from(has_say && s.abs() < 3.0)) * cloud.votes[i]
+    };
+    let each: Vec<f64> = (0..cloud.len()).map(fits).collect();
+    let (total, fit): (f64, f64) = (cloud.votes.iter().sum(), each.iter().sum());
+    let share = fit / total;
+    let (mut votes, mut before) = (0.0, 0.0);
+    let mut best: Option<(f64, usize)> = None;
+    for (i, own) in each.iter().enumerate() {
+        let rest = total - votes;
+        // The places are those between which scores are summed, but each point is one.
+        if votes >= LEAST_PART.max(ENDS[0] * total) && rest >= LEAST_PART.max((1.0 - ENDS[1]) * total) {
+            let apart = before / votes - (fit - before) / rest;
+            let square = apart * apart / (share * (1.0 - share) * (1.0 / votes + 1.0 / rest)).max(1e-9);
+            if best.is_none_or(|best| 2.0 * square > best.0) {
+                best = Some((2.0 * square, i));
+            }
+        }
+        votes += cloud.votes[i];
+        before += own;
+    }
+    best
+}
+
+fn suspect_by(
+    solver: &Solver<'_>,
+    cloud: &Cloud,
+    noise: &Noise,
+    state: &State,
+    kernel: Kernel,
+) -> Option<(f64, usize)> {
     let problem = Problem {
         anchors: &[],
-        kernel: Kernel::Wide(SCORE_KERNEL),
+        kernel,
         ..solver.on_field(cloud, noise)
     };
     let n = cloud.len();
