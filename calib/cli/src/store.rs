@@ -15,6 +15,12 @@ pub(crate) enum StoreError {
     /// The name is a folder's.
     #[error("writing {path}: this is a folder; give --out the name of a file")]
     Folder { path: PathBuf },
+    /// What has the name is no file: a device, a pipe.
+    #[error("writing {path}: this is no file; give another --out")]
+    NotAFile { path: PathBuf },
+    /// Nothing can be written there.
+    #[error("writing {path}: there is no folder {folder}; make it, or give another --out")]
+    NoFolder { path: PathBuf, folder: PathBuf },
     /// The name is an input's.
     #[error("writing {path}: this is the file that the points were read from; give another --out")]
     Input { path: PathBuf },
@@ -37,14 +43,25 @@ pub(crate) fn check(path: &Path, overwrite: bool) -> Result<(), StoreError> {
     let owned = || path.to_owned();
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_dir() => Err(StoreError::Folder { path: owned() }),
+        // Renamed over, a device would be gone for everybody.
+        Ok(found) if !(found.is_file() || found.is_symlink()) => Err(StoreError::NotAFile { path: owned() }),
         Ok(_) if !overwrite => Err(StoreError::Exists { path: owned() }),
         // An earlier one that died may have left it, and so may somebody who calls files so: a person looks.
         _ if fs::symlink_metadata(Part::place(path)).is_ok() => Err(StoreError::Left {
             path: owned(),
             part: Part::place(path),
         }),
-        _ => Ok(()),
+        _ => folder_of(path).map_or(Ok(()), |folder| {
+            let path = owned();
+            Err(StoreError::NoFolder { path, folder })
+        }),
     }
+}
+
+/// The folder that a file would be in, where there is none.
+fn folder_of(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty())?;
+    (!folder.is_dir()).then(|| folder.to_owned())
 }
 
 /// Writes under a temporary name and renames, so that a file of this name is always whole.

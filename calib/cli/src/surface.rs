@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 pub(crate) use args::{SURFACE_HELP, SurfaceArgs};
 pub(crate) use sweep::{SWEEP_HELP, SweepArgs};
 
-use geometry::Point;
-use surface_registration::{Limits, Options, Refusal, SurfaceRegistration};
+use geometry::{Point, Vector};
+use surface_registration::{Limits, Options, Refusal, Start, SurfaceRegistration};
 
 use crate::commands::Outcome;
 use crate::commands::common::{CommandError, gates_text};
@@ -45,6 +45,8 @@ struct Asked {
     noise_mm: Option<f64>,
     held_mm: f64,
     shared: Shared,
+    /// The file of the tip.
+    tip: Option<PathBuf>,
     /// In the CT, mm; at least one.
     targets: Vec<[f64; 3]>,
     /// Name of the frame of the points.
@@ -66,6 +68,8 @@ struct Made<'a> {
     found: SurfaceRegistration<To, From>,
     targets: Vec<Point<To>>,
     refusals: Vec<Refusal>,
+    /// How far it lies from the guess, where that is further than was told.
+    beyond: Option<String>,
 }
 
 /// Does what is asked; what is refused, by the numerics or by a scene's gates, is told and not written.
@@ -82,9 +86,11 @@ fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result
         store::write_bytes(path, Ok(png), asked.inputs(bone).chain([asked.points.as_path()]))?;
     }
     let mut text = match asked.json {
+        // A file of a refused registration looks like any other to whoever reads it.
+        true if refused.is_some() => String::new(),
         true => file.to_json()?,
         // A scene's gates alone accept nothing: beside a refusal they have no verdict.
-        false if made.refusals.is_empty() => report::text(&made, &file) + &judged,
+        false if made.against().is_empty() => report::text(&made, &file) + &judged,
         false => report::text(&made, &file) + &gates_text(&file.gates),
     };
     let written = match (&asked.out, &refused) {
@@ -112,7 +118,7 @@ fn make<'a>(bone: &'a Bone, asked: &'a Asked) -> Result<Made<'a>, SurfaceCommand
             shared: asked.shared.clone(),
         },
     )?;
-    let begun = asked.begin.read(TO, &asked.from)?;
+    let begun = asked.begin.read(&asked.of())?;
     let found = surface_registration::register(
         &bone.surface,
         &bone.field,
@@ -127,6 +133,7 @@ fn make<'a>(bone: &'a Bone, asked: &'a Asked) -> Result<Made<'a>, SurfaceCommand
     })?;
     let targets: Vec<Point<To>> = asked.targets.iter().map(|[x, y, z]| Point::new(*x, *y, *z)).collect();
     let refusals = asked.limits.judge(&found, &targets);
+    let beyond = beyond(&begun, &measured, &found);
     Ok(Made {
         asked,
         bone,
@@ -136,25 +143,72 @@ fn make<'a>(bone: &'a Bone, asked: &'a Asked) -> Result<Made<'a>, SurfaceCommand
         found,
         targets,
         refusals,
+        beyond,
+    })
+}
+
+/// Why a result is not what a guess allows: fits go on from where they are begun, and nothing was searched out there.
+fn beyond(begun: &Begun, measured: &Measured, found: &SurfaceRegistration<To, From>) -> Option<String> {
+    let Start::Guess {
+        pose,
+        turn_rad,
+        shift_mm,
+    } = &begun.start
+    else {
+        return None;
+    };
+    let found = found.transform.transform();
+    let turn = (found * pose.inverse()).rotation().vector().radians();
+    let turned = turn.iter().fold(0.0, |length, part| f64::hypot(length, *part));
+    let points = measured.points.points();
+    let shifts = points.iter().map(|point| (found * point.place) - (*pose * point.place));
+    let sum = shifts.fold(Vector::new(0.0, 0.0, 0.0), |sum, shift| sum + shift);
+    let shifted = sum.norm() / points.len() as f64;
+    // The search begins within, and a fit goes a little on from there.
+    let most = 1.2;
+    (turned > most * turn_rad || shifted > most * shift_mm).then(|| {
+        format!(
+            "the result is turned by {:.0} degrees against the guess and {shifted:.0} mm off at the points, and {:.0} degrees and \
+             {shift_mm:.0} mm were told: nothing was searched out there; tell more, or search without a guess",
+            turned.to_degrees(),
+            turn_rad.to_degrees()
+        )
     })
 }
 
 impl Made<'_> {
+    /// Everything that is against it, in words.
+    fn against(&self) -> Vec<String> {
+        let refusals = self.refusals.iter().map(Refusal::to_string);
+        refusals.chain(self.beyond.clone()).collect()
+    }
+
     /// Why it must not be used, in words.
     fn refused(&self) -> Option<String> {
-        let words: Vec<String> = self.refusals.iter().map(Refusal::to_string).collect();
+        let words = self.against();
         let path = self.asked.points.display();
         (!words.is_empty()).then(|| format!("the registration of {path} is not accepted: {}", words.join("; ")))
     }
 }
 
 impl Asked {
+    /// What a guess must be of.
+    fn of(&self) -> start::Of<'_> {
+        start::Of {
+            to: TO,
+            from: &self.from,
+            ct_hash: self.ct_hash.as_deref(),
+            marker: self.marker.as_deref(),
+        }
+    }
+
     /// The files that are read, which nothing may be written over.
     fn inputs<'a>(&'a self, bone: &'a Bone) -> impl Iterator<Item = &'a Path> {
         let begin = match &self.begin {
             Begin::Guess { path, .. } | Begin::Landmarks { path, .. } => Some(path.as_path()),
             Begin::Nothing => None,
         };
-        std::iter::once(bone.path.as_path()).chain(begin)
+        let bone = [bone.path.as_path(), bone.beside.as_path()];
+        bone.into_iter().chain(begin).chain(self.tip.as_deref())
     }
 }

@@ -65,6 +65,7 @@ mod search;
 #[allow(dead_code, reason = "each of its two users takes what it needs")]
 mod shapes;
 mod solve;
+mod tail;
 mod tree;
 mod verdict;
 
@@ -79,4 +80,5 @@ pub use register::{
 };
 pub use search::Effort;
 pub use solve::Priors;
+pub use tail::{Tail, tail};
 pub use verdict::{Limits, Refusal};

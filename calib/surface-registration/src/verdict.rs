@@ -10,6 +10,7 @@ use geometry::{Frame, Point};
 
 use crate::free::{Free, free};
 use crate::register::SurfaceRegistration;
+use crate::tail::{Tail, tail};
 
 /// What a registration must keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +38,10 @@ pub struct Limits {
     pub least_hits: usize,
     /// Mean square of the landmarks' misses over what their errors say, at most.
     pub most_landmark_ratio: f64,
+    /// How much likelier it is that the last points fit less often than the others, logarithm, at most ([`crate::Tail::likelihood`]).
+    pub most_tail: f64,
+    /// Depth scale and offset over what was told of them before, deviations, at most.
+    pub most_prior: f64,
     /// Square of the difference of the sweep's two parts as two poses in its covariance, at most ([`crate::Halves::square`]).
     pub most_moved: f64,
 }
@@ -55,6 +60,8 @@ impl Default for Limits {
             most_tre_mm: 2.0,
             least_hits: 3,
             most_landmark_ratio: 5.0,
+            most_tail: 10.0,
+            most_prior: 3.0,
             most_moved: 30.0,
         }
     }
@@ -145,6 +152,17 @@ pub enum Refusal {
         /// At most allowed.
         most: f64,
     },
+    /// The last points hardly fit: the bone moved, or the tool left it.
+    Tail(Tail),
+    /// The depth scale or the offset is far from what was told of it: another surface than the bone's, skin for instance.
+    Prior {
+        /// Which, with its unit.
+        what: &'static str,
+        /// What was found.
+        found: f64,
+        /// The deviation about 0 that was told.
+        told: f64,
+    },
     /// The points before and after a place in their order say two poses: the bone moved against the tracker's reference on the way.
     Moved {
         /// Points before the change.
@@ -231,8 +249,25 @@ impl Limits {
             };
             least(-halves.square, -self.most_moved, refusal);
         }
+        if let Some(tail) = tail(&found.points).filter(|tail| tail.likelihood > self.most_tail) {
+            refusals.push(Refusal::Tail(tail));
+        }
+        self.priors(found, &mut refusals);
         self.errors(found, targets, &mut refusals);
         refusals
+    }
+
+    /// What was fitted beside the pose, against what was told of it before.
+    fn priors<To: Frame, From: Frame>(&self, found: &SurfaceRegistration<To, From>, refusals: &mut Vec<Refusal>) {
+        let [scale, offset] = [found.priors.depth_scale, found.priors.offset_mm];
+        for (what, found, told) in [
+            ("depths are too long by a share of", found.depth_scale, scale),
+            ("the bone lies outside of the surface by mm", found.offset_mm, offset),
+        ] {
+            if found.is_nan() || found.abs() > self.most_prior * told {
+                refusals.push(Refusal::Prior { what, found, told });
+            }
+        }
     }
 
     fn noise<To: Frame, From: Frame>(&self, found: &SurfaceRegistration<To, From>, refusals: &mut Vec<Refusal>) {
@@ -257,6 +292,8 @@ impl Limits {
         refusals: &mut Vec<Refusal>,
     ) {
         let each = targets.iter().map(|target| found.predicted_tre_mm(*target));
+        // What is no number is the worst of all, whichever its sign.
+        let each = each.map(|mm| if mm.is_nan() { f64::INFINITY } else { mm });
         let worst = each.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         let (target, found_mm) = worst.unwrap_or((0, f64::NAN));
         if found_mm.is_nan() || found_mm > self.most_tre_mm {
@@ -269,7 +306,7 @@ impl Limits {
         let motions = free(found, targets);
         let too_free = motions
             .into_iter()
-            .filter(|motion| motion.deviation_mm > self.most_tre_mm);
+            .filter(|motion| motion.deviation_mm.is_nan() || motion.deviation_mm > self.most_tre_mm);
         refusals.extend(too_free.map(Refusal::Free));
     }
 }
@@ -326,6 +363,17 @@ impl fmt::Display for Refusal {
             Self::Hits { found, least, fits } => write!(
                 f,
                 "{found} of {fits} fits led here, at least {least} is accepted: the search was too sparse to have seen every pose"
+            ),
+            Self::Tail(tail) => write!(
+                f,
+                "of the last {} points {:.0} % do not fit, of those before {:.0} %: the bone moved under the reference, or the tool left it; leave them out, or touch the first places again",
+                tail.points,
+                tail.left_out * 100.0,
+                tail.left_out_before * 100.0
+            ),
+            Self::Prior { what, found, told } => write!(
+                f,
+                "{what} {found:+.3}, and {told} was told as its deviation: another surface than the bone's (skin?), another bone, or a deviation told too small"
             ),
             Self::Moved {
                 before,

@@ -20,7 +20,8 @@ pub(crate) const SURFACE_HELP: &str = "\
 Finds the pose in which points of the bone's surface, touched with a pointer or seen by a tracked ultrasound probe, lie on it, without knowing \
 which point of the bone each is. The thesis' way of registering a patient (part I, 2.2.1 and 2.3.3).
 
---points has a line a point, in mm, in the frame of the marker on the patient or of the localizer. The first line names the columns, in any \
+--points has a line a point, in the order in which they were taken, in mm, in the frame of the marker on the patient or of the localizer. \
+The first line names the columns, in any \
 order:
 
   x,y,z                                    the place; a file of calib touch is read as it is
@@ -124,6 +125,7 @@ impl SurfaceArgs {
             noise_mm: self.noise_mm.map(|mm| mm.0),
             held_mm: self.held_mm,
             shared,
+            tip: self.tip,
             targets: self.of.targets(scened)?,
             from: from.0,
             ct_hash: ct_hash.map(|name| name.0),

@@ -16,10 +16,14 @@ const FORMAT: &str = "trocar-bone";
 const VERSION: u64 = 1;
 /// The longest such file, bytes.
 const MAX_RECORD: usize = 16 << 20;
+/// The largest deviation, mm.
+const MOST_MM: f64 = 10.0;
 
 /// A bone that was read and checked.
 pub(super) struct Bone {
     pub(super) path: PathBuf,
+    /// Where the file of calib bone lies, or would lie.
+    pub(super) beside: PathBuf,
     pub(super) surface: Surface<To>,
     pub(super) field: Field,
     pub(super) corners: Vec<[f64; 3]>,
@@ -76,6 +80,7 @@ impl Bone {
         })?;
         Ok(Self {
             path: path.to_owned(),
+            beside,
             surface,
             field,
             corners,
@@ -96,13 +101,16 @@ impl Record {
                 "found format {format:?}, version {version}; expected {FORMAT:?}, {VERSION}"
             )));
         }
+        if let Err(expected) = record.frame.parse::<PatientAxes>() {
+            return Err(wrong(&format!("its frame is {:?}, {expected}", record.frame)));
+        }
         for (key, sigma) in [
             ("surface_sigma_mm", record.surface_sigma_mm),
             ("surface_shared_sigma_mm", record.surface_shared_sigma_mm),
         ] {
             // A bone that is off by more is none that anybody registers to.
-            if !(0.0..=20.0).contains(&sigma) {
-                return Err(wrong(&format!("{key} is {sigma}; 0 to 20 mm is allowed")));
+            if !(0.0..=MOST_MM).contains(&sigma) {
+                return Err(wrong(&format!("{key} is {sigma}; 0 to {MOST_MM} mm is allowed")));
             }
         }
         Ok(record)

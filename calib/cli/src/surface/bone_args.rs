@@ -7,10 +7,11 @@ use exchange::{LengthUnit, PatientAxes};
 use surface_registration::{Limits, Options, Priors};
 
 use super::bone::Bone;
-use super::error::SurfaceCommandError;
+use super::error::{FAR_MM, SurfaceCommandError};
 use super::start::Begin;
+use crate::commands::common::CommandError;
 use crate::scene_context::SceneContext;
-use crate::store::{self, StoreError};
+use crate::store;
 use crate::values::{Name, Positive, Target};
 
 /// The bone, where the search begins, where the error counts, and what is written.
@@ -55,15 +56,16 @@ pub(crate) struct BoneArgs {
     /// Three points or more that are known in both frames, as calib register takes pairs
     #[arg(long, value_name = "FILE.csv")]
     pub(super) landmarks: Option<PathBuf>,
-    /// Deviation of a landmark along each axis
+    /// Deviation of a landmark along each axis, at least 0.5: what is known better is for calib register
     #[arg(
         long,
         value_name = "MM",
         default_value = "4",
         requires = "landmarks",
+        value_parser = rough,
         allow_hyphen_values = true
     )]
-    pub(super) landmark_mm: Positive,
+    pub(super) landmark_mm: f64,
     /// Where the error counts, in the CT, LPS mm; may be given several times [default: the scene's targets]
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
     pub(super) target: Vec<Target>,
@@ -79,6 +81,15 @@ pub(crate) struct BoneArgs {
     /// Replace these files if they exist
     #[arg(long)]
     pub(super) overwrite: bool,
+}
+
+/// The deviation of a landmark that is known roughly. One that is told as exact would overrule the surface.
+fn rough(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    let allowed = value.is_finite() && value >= 0.5;
+    allowed
+        .then_some(value)
+        .ok_or_else(|| format!("{value} is not a finite number of at least 0.5"))
 }
 
 /// A number of at least 0.
@@ -97,11 +108,18 @@ impl BoneArgs {
     }
 
     /// Refuses what cannot be written before the work is done.
-    pub(super) fn check(&self) -> Result<(), StoreError> {
-        self.out
-            .iter()
-            .chain(&self.picture)
-            .try_for_each(|out| store::check(out, self.overwrite))
+    pub(super) fn check(&self) -> Result<(), CommandError> {
+        if let (Some(out), true) = (&self.out, self.out == self.picture) {
+            return Err(SurfaceCommandError::Twice { path: out.clone() }.into());
+        }
+        // Beside the bone lies what calib bone says of it, which the next one would look for there.
+        if let Some(out) = self.out.iter().find(|out| **out == self.bone.with_extension("json")) {
+            return Err(SurfaceCommandError::Beside { path: out.clone() }.into());
+        }
+        let outputs = self.out.iter().chain(&self.picture);
+        Ok(outputs
+            .into_iter()
+            .try_for_each(|out| store::check(out, self.overwrite))?)
     }
 
     /// The targets: those that are given, else the scene's. In the CT, mm.
@@ -111,9 +129,11 @@ impl BoneArgs {
             let own = scened.map(|scened| scened.scene.targets.iter().map(|target| target.centre.mm()));
             targets.extend(own.into_iter().flatten());
         }
-        match targets.is_empty() {
-            true => Err(SurfaceCommandError::NoTarget),
-            false => Ok(targets),
+        let far = targets.iter().find(|target| target.iter().any(|mm| mm.abs() > FAR_MM));
+        match (targets.is_empty(), far) {
+            (true, _) => Err(SurfaceCommandError::NoTarget),
+            (false, Some(target)) => Err(SurfaceCommandError::FarTarget { target: *target }),
+            (false, None) => Ok(targets),
         }
     }
 
@@ -133,7 +153,7 @@ impl BoneArgs {
             },
             (None, Some(path)) => Begin::Landmarks {
                 path: path.clone(),
-                sigma_mm: self.landmark_mm.0,
+                sigma_mm: self.landmark_mm,
             },
             (None, None) => Begin::Nothing,
         }

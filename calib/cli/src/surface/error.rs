@@ -12,6 +12,9 @@ use crate::register::file::ReadError;
 use crate::register::input_error::InputError;
 use crate::text::shown;
 
+/// No target of a patient lies further from his CT's origin along an axis, mm.
+pub(super) const FAR_MM: f64 = 1e5;
+
 /// Why there is no registration.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SurfaceCommandError {
@@ -84,6 +87,17 @@ pub(crate) enum SurfaceCommandError {
     NoTarget,
     #[error("a sweep is made in a run that is going: name it with --live")]
     NoRun,
+    #[error(
+        "the target {target:?} mm is no place in a patient: at most {} mm along each axis is allowed",
+        FAR_MM
+    )]
+    FarTarget { target: [f64; 3] },
+    #[error("writing {path}: the result and the picture cannot both be there; give another --picture")]
+    Twice { path: PathBuf },
+    #[error(
+        "writing {path}: what lies beside a bone under its name says what it rests on (calib bone); give another --out"
+    )]
+    Beside { path: PathBuf },
     #[error("drawing {path}: {what}")]
     Picture { path: PathBuf, what: String },
 }

@@ -52,13 +52,14 @@ pub(super) fn png(made: &Made<'_>) -> Result<Vec<u8>, String> {
 
 /// One word above everything: a picture is looked at before its numbers are read.
 fn title(canvas: &mut Canvas, made: &Made<'_>) {
-    let (words, colour) = match made.refusals.is_empty() {
+    let against = made.against();
+    let (words, colour) = match against.is_empty() {
         true => {
             let tre = made.targets.iter().map(|target| made.found.predicted_tre_mm(*target));
             let worst = tre.fold(0.0, f64::max);
             (format!("error predicted at the targets: {worst:.2} mm rms"), WORDS)
         }
-        false => (format!("REFUSED: {}", made.refusals[0]), ALARM),
+        false => (format!("REFUSED: {}", against[0]), ALARM),
     };
     let words: String = words.chars().take(150).collect();
     canvas.text(

@@ -160,7 +160,7 @@ impl Of {
         let even = |sigma_mm: f64| Matrix3::identity() * (sigma_mm * sigma_mm);
         let covariance_mm2 = match (&self.noise, beam) {
             (NoiseOf::Told(sigma_mm), _) => even(*sigma_mm),
-            (NoiseOf::Sigma, _) => even(row.number("sigma")?),
+            (NoiseOf::Sigma, _) => even(deviation(row, "sigma")?),
             (NoiseOf::Covariance, _) => covariance(row)?,
             (NoiseOf::Beam, Some(beam)) => return self.seen(row, place, beam),
             // Refused with the header.
@@ -185,7 +185,9 @@ impl Of {
     }
 
     fn seen(&self, row: &Row<'_>, place: Point<From>, beam: Beam<From>) -> Result<SurfacePoint<From>, TableError> {
-        let [axial_mm, lateral_mm, elevation_mm] = row.point(NOISE)?;
+        let [axial, lateral, elevation] = NOISE;
+        let (axial_mm, lateral_mm) = (deviation(row, axial)?, deviation(row, lateral)?);
+        let elevation_mm = deviation(row, elevation)?;
         let noise = BeamNoise {
             axial_mm,
             lateral_mm,
@@ -205,6 +207,15 @@ impl Of {
             }
         };
         Ok(SurfacePoint::seen(place, beam, across, noise))
+    }
+}
+
+/// A deviation: its square is one for either sign.
+fn deviation(row: &Row<'_>, name: &str) -> Result<f64, TableError> {
+    let mm = row.number(name)?;
+    match mm > 0.0 {
+        true => Ok(mm),
+        false => Err(row.bad(name, "a deviation above 0 mm")),
     }
 }
 

@@ -32,8 +32,10 @@ pub(super) fn text(made: &Made<'_>, file: &RegistrationFile) -> String {
     motions(&mut text, made, file);
     warnings(&mut text, made);
     line!(text);
-    for refusal in &made.refusals {
+    for refusal in made.against() {
         line!(text, "REFUSED          {refusal}");
+    }
+    for refusal in &made.refusals {
         if let Refusal::Quiet { found, .. } = refusal {
             line!(
                 text,
@@ -41,7 +43,7 @@ pub(super) fn text(made: &Made<'_>, file: &RegistrationFile) -> String {
             );
         }
     }
-    if made.refusals.is_empty() {
+    if made.against().is_empty() {
         line!(
             text,
             "nothing speaks against it. Touch a point that you know and hold calib check against it"

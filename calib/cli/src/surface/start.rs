@@ -28,9 +28,17 @@ pub(super) struct Begun {
     pub(super) inputs: Vec<InputFile>,
 }
 
+/// What a guess must be of; what is not known is not asked.
+pub(super) struct Of<'a> {
+    pub(super) to: &'a str,
+    pub(super) from: &'a str,
+    pub(super) ct_hash: Option<&'a str>,
+    pub(super) marker: Option<&'a str>,
+}
+
 impl Begin {
-    /// Reads what it names; a guess must be between the frames of these names.
-    pub(super) fn read(&self, to: &str, from: &str) -> Result<Begun, SurfaceCommandError> {
+    /// Reads what it names.
+    pub(super) fn read(&self, of: &Of<'_>) -> Result<Begun, SurfaceCommandError> {
         match self {
             Self::Nothing => Ok(Begun {
                 start: Start::Nothing,
@@ -40,7 +48,7 @@ impl Begin {
             Self::Guess { path, degrees, mm } => {
                 let bytes = crate::foreign::bytes(path, MAX_GUESS)?;
                 Ok(Begun {
-                    start: guess(path, [to, from], degrees.to_radians(), *mm)?,
+                    start: guess(path, of, degrees.to_radians(), *mm)?,
                     word: "guess",
                     inputs: vec![super::bone::input("guess", path, &bytes)],
                 })
@@ -73,20 +81,20 @@ impl Begin {
 /// The longest file of a guess, bytes.
 const MAX_GUESS: usize = 64 << 20;
 
-fn guess(
-    path: &Path,
-    [to, from]: [&str; 2],
-    turn_rad: f64,
-    shift_mm: f64,
-) -> Result<Start<To, From>, SurfaceCommandError> {
+fn guess(path: &Path, of: &Of<'_>, turn_rad: f64, shift_mm: f64) -> Result<Start<To, From>, SurfaceCommandError> {
     let file = RegistrationFile::read(path)?;
-    if (file.to.as_str(), file.from.as_str()) != (to, from) {
+    let name = |to: &str, from: &str| format!("{to}_from_{from}");
+    if (file.to.as_str(), file.from.as_str()) != (of.to, of.from) {
         return Err(SurfaceCommandError::OtherFrames {
             path: path.to_owned(),
-            found: file.transform.name,
-            expected: format!("{to}_from_{from}"),
+            found: crate::text::shown(&name(&file.to, &file.from)),
+            expected: name(of.to, of.from),
         });
     }
+    // What is not known of this one is what the file says.
+    let known = |own: Option<&str>, told: &Option<String>| own.or(told.as_deref()).unwrap_or_default().to_owned();
+    let ct_hash = known(of.ct_hash, &file.ct_hash);
+    file.paired(path, &ct_hash, &known(of.marker, &file.marker))?;
     let numbers = |what: String| SurfaceCommandError::GuessNumbers {
         path: path.to_owned(),
         what,

@@ -122,6 +122,7 @@ impl SweepArgs {
             noise_mm: None,
             held_mm: course::HELD_MM,
             shared,
+            tip: self.tip.clone(),
             targets: self.of.targets(Some(scened))?,
             from: from.to_owned(),
             ct_hash: ct_hash.map(|name| name.0),

@@ -160,7 +160,7 @@ fn what_must_not_be_used_is_refused_and_not_written() {
 fn columns_that_do_not_go_together_are_refused_with_their_place() {
     let desk = Desk::new(20);
     for (header, row, words, expected) in [
-        ("x,y,z,sigma", "1,2,3,0", "", "line 2 of the file"),
+        ("x,y,z,sigma", "1,2,3,0", "", "a deviation above 0 mm"),
         ("x,y,z,sigma", "1,2,3,0.5", "--noise-mm 1", "would overrule them"),
         (
             "x,y,z,sigma,axial,lateral,elevation",
@@ -208,6 +208,56 @@ fn columns_that_do_not_go_together_are_refused_with_their_place() {
     }
 }
 
+/// Found by somebody who tried to have a wrong pose accepted.
+#[test]
+fn wrong_poses_that_look_right_are_refused() {
+    let desk = Desk::new(160);
+    let told = format!("--noise-mm {NOISE_MM} {TARGET} --ct-hash ab --shared-mm 0");
+    fs::write(desk.path("late.csv"), desk.planted.moved_csv(24, 10.0)).unwrap();
+    fs::write(desk.path("skin.csv"), desk.planted.skin_csv(6.0)).unwrap();
+    let made = desk
+        .surface(&format!("--points @p.csv {told} --out @right.json"))
+        .unwrap();
+    assert_eq!(made.refused, None, "{}", made.text);
+    // The guess is 8 mm from where the points are.
+    let text = fs::read_to_string(desk.path("right.json")).unwrap();
+    let mut guess: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let x = guess["transform"]["translation_mm"][0].as_f64().unwrap();
+    guess["transform"]["translation_mm"][0] = (x + 8.0).into();
+    fs::write(desk.path("guess.json"), guess.to_string()).unwrap();
+    for (words, expected) in [
+        (
+            format!("--points @late.csv {told}"),
+            "the bone moved under the reference, or the tool left it",
+        ),
+        (format!("--points @skin.csv {told}"), "another surface than the bone's"),
+        (
+            format!("--points @p.csv {told} --target 1e300,0,0"),
+            "is no place in a patient",
+        ),
+        (
+            format!("--points @p.csv {told} --guess @guess.json --guess-deg 5 --guess-mm 3"),
+            "nothing was searched out there",
+        ),
+        (
+            format!("--points @p.csv --noise-mm 0.3 {TARGET} --ct-hash cd --guess @guess.json"),
+            "is of the CT \"ab\"",
+        ),
+        (
+            format!("--points @p.csv {told} --landmarks @p.csv --landmark-mm 0.01"),
+            "at least 0.5",
+        ),
+    ] {
+        let why = desk.refused(&words);
+        assert!(why.contains(expected), "{words}: {why}");
+    }
+    // A file of a refused registration looks like any other to whoever reads it.
+    let refused = desk
+        .surface(&format!("--points @p.csv {told} --max-tre-mm 0.01 --json"))
+        .unwrap();
+    assert_eq!((refused.text.as_str(), refused.refused.is_some()), ("", true));
+}
+
 /// The file of `calib bone` beside a bone says which CT it is of and how exact; facts of another surface, or another CT, stop everything.
 #[test]
 fn a_bone_of_another_ct_is_refused() {
@@ -231,7 +281,7 @@ fn a_bone_of_another_ct_is_refused() {
     assert!(why.contains("is of the CT of this CT, another is used"), "{why}");
     for (text, expected) in [
         (facts(&"0".repeat(64), "0.1"), "one of the two was changed"),
-        (facts(&hash, "-1"), "surface_sigma_mm is -1; 0 to 20 mm"),
+        (facts(&hash, "-1"), "surface_sigma_mm is -1; 0 to 10 mm"),
         (
             facts(&hash, "0.1").replace("trocar-bone", "other"),
             "expected \"trocar-bone\", 1",
@@ -273,5 +323,16 @@ fn an_output_that_is_there_is_not_replaced() {
     fs::write(desk.path("r.json"), "mine").unwrap();
     let why = desk.refused(&format!("--points @p.csv --noise-mm 1 {TARGET} --out @r.json"));
     assert!(why.contains("there is a file of this name"), "{why}");
+    // As root a device would be gone for everybody.
+    let _socket = std::os::unix::net::UnixListener::bind(desk.path("socket")).unwrap();
+    for (words, expected) in [
+        ("--out @socket --overwrite", "this is no file"),
+        ("--out @none/r.json", "there is no folder"),
+        ("--out @a.json --picture @a.json", "cannot both be there"),
+        ("--out @bone.json", "what lies beside a bone"),
+    ] {
+        let why = desk.refused(&format!("--points @p.csv --noise-mm 1 {TARGET} {words}"));
+        assert!(why.contains(expected), "{words}: {why}");
+    }
     assert_eq!(fs::read_to_string(Path::new(&desk.path("r.json"))).unwrap(), "mine");
 }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 use super::{RegisterError, transform};
 use crate::points::Points;
 use crate::search::{Minimum, Searched};
-use crate::solve::{Exact, Matrix8, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
+use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
 use super::moved::{Halves, halves};
 use super::parts::{Class, FREE_MM, PointResult, inflation, kept, one};
@@ -34,6 +34,8 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub depth_scale: f64,
     /// By how much the true bone lies outside of the surface, mm.
     pub offset_mm: f64,
+    /// What was known of depth scale, offset and bone before.
+    pub priors: Priors,
     /// Covariance of (w, v) in `To`, depth scale and offset: rad, mm, 1, mm.
     pub covariance: SMatrix<f64, 8, 8>,
     /// Each point, in the order in which they were given.
@@ -138,6 +140,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         transform: uncertain,
         depth_scale: state.scale,
         offset_mm: state.offset,
+        priors: *solver.priors,
         covariance: about_origin(&covariance, &state.shift),
         noise_ratio: kept.ratio,
         noise_ratio_sigma: kept.sigma,

@@ -96,7 +96,7 @@ impl<'a> Advice<'a> {
             bone,
             asked,
             course,
-            start: asked.begin.read(super::super::TO, &asked.from)?.start,
+            start: asked.begin.read(&asked.of())?.start,
             targets: asked.targets.iter().map(|[x, y, z]| Point::new(*x, *y, *z)).collect(),
         })
     }

@@ -63,6 +63,28 @@ impl Planted {
         self.text(|p| p, scale)
     }
 
+    /// Points of skin: so far outside of the bone.
+    pub(super) fn skin_csv(&self, mm: f64) -> String {
+        let out = |p: [f64; 3]| {
+            let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
+            p.map(|x| x * (1.0 + mm / length))
+        };
+        self.text(out, 1.0)
+    }
+
+    /// The last points of a bone that was moved before them.
+    pub(super) fn moved_csv(&self, last: usize, mm: f64) -> String {
+        let text = self.csv();
+        let rows: Vec<&str> = text.lines().collect();
+        let still = rows.len() - last;
+        let moved = rows[still..].iter().map(|row| {
+            let (x, rest) = row.split_once(',').unwrap();
+            format!("{},{rest}", x.parse::<f64>().unwrap() + mm)
+        });
+        let lines: Vec<String> = rows[..still].iter().map(|row| (*row).to_owned()).chain(moved).collect();
+        lines.join("\n") + "\n"
+    }
+
     fn text(&self, change: impl Fn([f64; 3]) -> [f64; 3], scale: f64) -> String {
         let mut text = "x,y,z\n".to_owned();
         for point in &self.points {
