@@ -54,7 +54,7 @@ pub(crate) fn shell(crop: &Crop, mask: &[u8], level: f64) -> Result<Shell, Refus
         Ok(())
     })?;
     debug_assert!(nz > 0);
-    let edge = mesh.points().iter().map(|p| edge(crop, mask, level, *p)).collect();
+    let edge: Vec<Edge> = mesh.points().iter().map(|p| edge(crop, mask, level, *p)).collect();
     let corners: Vec<Vector3<f64>> = mesh
         .points()
         .iter()
@@ -66,7 +66,24 @@ pub(crate) fn shell(crop: &Crop, mask: &[u8], level: f64) -> Result<Shell, Refus
         .triangles()
         .iter()
         .map(|[a, b, c]| if is_mirrored { [*a, *c, *b] } else { [*a, *b, *c] });
-    outer(corners, triangles.collect(), edge)
+    let triangles: Vec<[u32; 3]> = triangles.collect();
+    let edge = widened(&edge, &triangles);
+    outer(corners, triangles, edge)
+}
+
+/// Corners beside an end belong to it as well: half of what would tell how the surface lies there is missing.
+fn widened(edge: &[Edge], triangles: &[[u32; 3]]) -> Vec<Edge> {
+    let mut wide = edge.to_vec();
+    for t in triangles {
+        for (from, to) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
+            let end = edge[t[from] as usize];
+            let slot = &mut wide[t[to] as usize];
+            if end != Edge::None && *slot == Edge::None {
+                *slot = end;
+            }
+        }
+    }
+    wide
 }
 
 /// What the cell of a corner touches.
