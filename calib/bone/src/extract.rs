@@ -98,7 +98,7 @@ pub fn extract(voxels: &dyn Voxels, options: &Options<'_>) -> Result<Bone, Refus
         metal,
     } = choose(voxels, &options.region, options.cuts, options.excluded, levels, margin)?;
     (options.progress)("filling", 0.0);
-    fill(&crop, &mut mask);
+    fill(&crop, &mut mask, options.level_hu);
     let shell = shell(&crop, &mask, options.level_hu)?;
     let work = Work {
         crop: &crop,
