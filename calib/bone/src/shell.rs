@@ -92,10 +92,10 @@ fn edge(crop: &Crop, mask: &[u8], level: f64, point: [f32; 3]) -> Edge {
     let mut cut = false;
     for corner in 0..8_usize {
         let at = [0, 1, 2].map(|k| base[k] + (corner >> k & 1) as i64);
-        for k in 0..3 {
-            if (at[k] < 0 && crop.is_end[k][0]) || (at[k] >= crop.dims[k] as i64 && crop.is_end[k][1]) {
-                return Edge::End;
-            }
+        let is_beyond =
+            |k: usize| (at[k] < 0 && crop.is_end[k][0]) || (at[k] >= crop.dims[k] as i64 && crop.is_end[k][1]);
+        if (0..3).any(is_beyond) {
+            return Edge::End;
         }
         if (0..3).all(|k| at[k] >= 0 && at[k] < crop.dims[k] as i64) {
             let offset = crop.offset(at.map(|k| k as usize));

@@ -1,5 +1,7 @@
 //! Bone from generated CTs.
 
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+
 #[path = "../common/mod.rs"]
 #[allow(dead_code, reason = "the benchmark takes the rest")]
 mod common;
