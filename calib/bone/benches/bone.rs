@@ -6,6 +6,8 @@
 #![allow(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 #![allow(clippy::unwrap_used, reason = "a benchmark may stop")]
 
+#[path = "bone/chain.rs"]
+mod chain;
 #[path = "../tests/common/mod.rs"]
 mod common;
 
@@ -16,6 +18,13 @@ use common::{Body, Cortex, Scene, grid, scan};
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
+    for (step, blur) in [(0.7, 0.45), (1.5, 0.8), (3.0, 1.3)] {
+        let scene = Scene::new(Body::Rods, Cortex::Waves(0.5, 3.0), step, blur);
+        let row = format!("{step} mm, registration");
+        if words.is_empty() || words.iter().any(|w| row.contains(w.as_str())) {
+            chain::chain(&scene);
+        }
+    }
     println!(
         "{:<44} {:>6} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6} {:>6} {:>6}  scanner",
         "row", "kept", "bias", "sd", "sigma", "shared", "z rms", "in95", "lost", "s"

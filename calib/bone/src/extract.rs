@@ -11,7 +11,7 @@ use crate::optics::Optics;
 use crate::patch::{Lost, Patch, Window, patch};
 use crate::quadric::{Adjacent, Quadric, normals, quadric};
 use crate::region::{Chosen, Cut, IsLabelled, Levels, Region, choose};
-use crate::result::{Bone, Place, ScannerFound, State};
+use crate::result::{Bone, LEAST_CORTEX, Place, ScannerFound, State};
 use crate::scanner::{Scanner, by_shared, measure};
 use crate::shell::{Edge, Shell, shell};
 use crate::solve::{covariance, fit};
@@ -74,8 +74,7 @@ const MODEL_ERROR: f64 = 0.03;
 const STRAY: f64 = 4.0;
 /// The least share of the surface that must be fitted.
 const LEAST_KEPT: f64 = 0.25;
-/// A cortex holds more than this beyond what is inside, HU mm; and of a bone at least this share does.
-const LEAST_CORTEX: f64 = 150.0;
+/// The most share of a bone's surface that has no cortex.
 const MOST_WITHOUT: f64 = 0.6;
 
 /// Takes the surface of a bone from a CT.
@@ -99,7 +98,7 @@ pub fn extract(voxels: &dyn Voxels, options: &Options<'_>) -> Result<Bone, Refus
         metal,
     } = choose(voxels, &options.region, options.cuts, options.excluded, levels, margin)?;
     (options.progress)("filling", 0.0);
-    fill(&crop, &mut mask);
+    fill(&crop, &mut mask, options.level_hu);
     let shell = shell(&crop, &mask, options.level_hu)?;
     let work = Work {
         crop: &crop,
@@ -199,14 +198,19 @@ struct Work<'a> {
 impl Work<'_> {
     fn quadrics(&self, corners: &[Vector3<f64>], shell: &Shell) -> Vec<Option<Quadric>> {
         let adjacent = Adjacent::new(corners.len(), &shell.triangles);
-        let normals = normals(corners, &shell.triangles);
+        // Where the CT or the region ends a lid closes the shell: it says nothing of how the bone's surface lies.
+        let is_lid = |t: &&[u32; 3]| t.iter().any(|i| shell.edge[*i as usize] != Edge::None);
+        let walls: Vec<[u32; 3]> = shell.triangles.iter().filter(|t| !is_lid(t)).copied().collect();
+        let normals = normals(corners, &walls);
         let [plane, axial] = self.optics.step_mm;
         // Wide enough for the steps of slices, and as narrow as a bone's edges ask.
         let reach = (1.6 * (plane * plane * axial).cbrt())
             .max(1.3 * plane.max(axial))
             .max(2.0);
         self.parallel("normals", corners.len(), |i, found| {
+            // Where a sheared grid leaves too few corners within reach, those a little farther do.
             quadric(corners, &normals, &adjacent, i, reach, found)
+                .or_else(|| quadric(corners, &normals, &adjacent, i, 1.6 * reach, found))
         })
     }
 

@@ -7,13 +7,18 @@ use crate::voxels::Crop;
 /// Walls are closed over holes up to twice this, mm.
 const CLOSE_MM: f64 = 2.0;
 
-/// Adds to a mask what it encloses. At the CT's ends a cavity that is cut is closed where its wall is closed in that plane.
-pub(crate) fn fill(crop: &Crop, mask: &mut [u8]) {
+/// Adds to a mask what it encloses together with whatever else has `level` HU and more, where it has more of the wall than the others have: a
+/// bone is not opened where a joint was cut off it. At the CT's ends a cavity that is cut is closed where its wall is closed in that plane.
+pub(crate) fn fill(crop: &Crop, mask: &mut [u8], level: f64) {
+    let wall: Vec<u8> = mask
+        .iter()
+        .zip(&crop.hu)
+        .map(|(m, hu)| m | u8::from(f64::from(*hu) >= level))
+        .collect();
     let reach = ball(crop, CLOSE_MM.max(1.01 * least_step(crop)));
-    let grown = dilated(crop, mask, 1, &reach);
-    let open: Vec<u8> = grown.iter().map(|v| 1 - v).collect();
+    let open: Vec<u8> = dilated(crop, &wall, 1, &reach).iter().map(|v| 1 - v).collect();
     let open = dilated(crop, &open, 1, &reach);
-    // Of the closed mask 0, of what is around it 1.
+    // Of the closed walls 0, of what is around them 1.
     let around = flooded(crop, &open);
     let holes: Vec<u8> = open
         .iter()
@@ -21,15 +26,48 @@ pub(crate) fn fill(crop: &Crop, mask: &mut [u8]) {
         .map(|(o, a)| u8::from(*o == 1 && *a == 0))
         .collect();
     // A cavity ends where the closing began: grown back it meets its wall again.
-    let holes = dilated(crop, &holes, 1, &reach);
-    for (voxel, hole) in mask.iter_mut().zip(&holes) {
-        *voxel |= hole;
-    }
+    let mut cavity = dilated(crop, &holes, 1, &reach);
     // And what is enclosed without any closing.
+    let free: Vec<u8> = wall.iter().map(|v| 1 - v).collect();
+    let around = flooded(crop, &free);
+    for (i, voxel) in cavity.iter_mut().enumerate() {
+        *voxel = u8::from(free[i] == 1 && (*voxel == 1 || around[i] == 0));
+    }
+    own_cavities(crop, &cavity, &wall, mask);
+    // What the bone encloses itself is its own, whatever it is: cement, a screw.
     let free: Vec<u8> = mask.iter().map(|v| 1 - v).collect();
     let around = flooded(crop, &free);
     for (voxel, outside) in mask.iter_mut().zip(&around) {
         *voxel = 1 - outside;
+    }
+}
+
+/// Adds each cavity to the mask whose walls are the mask's for the greater part.
+fn own_cavities(crop: &Crop, cavity: &[u8], wall: &[u8], mask: &mut [u8]) {
+    let [nx, ny, _] = crop.dims;
+    let mut seen = vec![false; cavity.len()];
+    let before = mask.to_vec();
+    for start in 0..cavity.len() {
+        if cavity[start] == 0 || seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let (mut members, mut next, mut own, mut others) = (vec![start], 0, 0_u64, 0_u64);
+        while next < members.len() {
+            let at = members[next];
+            next += 1;
+            for other in neighbours(crop, [at % nx, at / nx % ny, at / (nx * ny)]) {
+                own += u64::from(before[other] == 1);
+                others += u64::from(before[other] == 0 && wall[other] == 1);
+                if cavity[other] == 1 && !seen[other] {
+                    seen[other] = true;
+                    members.push(other);
+                }
+            }
+        }
+        if own > others {
+            members.iter().for_each(|i| mask[*i] = 1);
+        }
     }
 }
 

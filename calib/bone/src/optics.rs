@@ -38,7 +38,9 @@ impl Optics {
         };
         let (u, v) = ((across + 1) % 3, (across + 2) % 3);
         let vector = |axis: usize| Vector3::from(grid.ct_from_voxel().step(axis).mm());
-        let normal = vector(u).cross(&vector(v)).normalize();
+        // A checked grid's steps span a volume.
+        let across_plane = vector(u).cross(&vector(v)).try_normalize(0.0);
+        let normal = across_plane.ok_or(Refused::Axes { found: step })?;
         Ok(Self {
             normal,
             step_mm: [0.5 * (step[u] + step[v]), vector(across).dot(&normal).abs()],

@@ -104,7 +104,7 @@ pub(crate) fn quadric(
         .sum();
     let up = mean.try_normalize(1e-12)?;
     let side = if up.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-    let u = up.cross(&side).normalize();
+    let u = up.cross(&side).try_normalize(0.0)?;
     let v = up.cross(&u);
     let (mut matrix, mut right, mut count) = (Matrix6::zeros(), Vector6::zeros(), 0);
     for i in found.iter().map(|i| *i as usize) {
@@ -125,14 +125,11 @@ pub(crate) fn quadric(
     let c = matrix.cholesky()?.solve(&right);
     // Of a graph with slope the curvature is the second derivative over (1 + slope^2)^(3/2), to first order in the slope's square.
     let slope = 1.0 + c[1] * c[1] + c[2] * c[2];
-    let normal = (up - u * c[1] - v * c[2]).normalize();
+    let normal = (up - u * c[1] - v * c[2]).try_normalize(0.0)?;
     let bend = SymmetricEigen::new(-Matrix2::new(c[3], c[4], c[4], c[5]) / slope.sqrt());
-    let axis = |k: usize| {
-        let e: Vector2<f64> = bend.eigenvectors.column(k).into();
-        let raw = u * e.x + v * e.y;
-        (raw - normal * raw.dot(&normal)).normalize()
-    };
-    let first = axis(0);
+    let e: Vector2<f64> = bend.eigenvectors.column(0).into();
+    let raw = u * e.x + v * e.y;
+    let first = (raw - normal * raw.dot(&normal)).try_normalize(0.0)?;
     Some(Quadric {
         foot: middle + up * c[0],
         normal,

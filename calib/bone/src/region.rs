@@ -51,6 +51,13 @@ pub struct Cut {
     pub normal: [f64; 3],
 }
 
+impl Cut {
+    /// Whether a place is cut away.
+    fn holds(&self, mm: &Vector3<f64>) -> bool {
+        (mm - Vector3::from(self.place_mm)).dot(&Vector3::from(self.normal)) > 0.0
+    }
+}
+
 /// The body that was chosen: the part of the CT about it, and its voxels.
 pub(crate) struct Chosen {
     pub(crate) crop: Crop,
@@ -118,7 +125,11 @@ pub(crate) fn choose(
         Region::Only if count > 1 => return Err(Refused::Which { count, largest: listed }),
         _ => 0,
     };
-    Ok(cropped(voxels, &crop, &mut bodies, number, (listed, levels, margin_mm)))
+    let mut chosen = cropped(voxels, &crop, &mut bodies, number, (listed, levels, margin_mm));
+    if let Region::Labelled { is_in, .. } = region {
+        add_marrow(&mut chosen, is_in, cuts, levels);
+    }
+    Ok(chosen)
 }
 
 /// The part of the CT about a body, with a margin for the profiles across its surface.
@@ -156,6 +167,26 @@ fn cropped(
         listed,
         metal,
     }
+}
+
+/// What the label map says is bone, and is more than 1.7 voxels within, is bone though it be dark: marrow.
+fn add_marrow(chosen: &mut Chosen, is_in: IsLabelled<'_>, cuts: &[Cut], levels: Levels) {
+    let crop = &chosen.crop;
+    let mut labelled = vec![0; crop.hu.len()];
+    for_each(crop, |offset, [x, y, z]| {
+        let first = crop.place.first;
+        labelled[offset] = u8::from(is_in([x as u32 + first[0], y as u32 + first[1], z as u32 + first[2]]));
+    });
+    let step = (0..3).map(|k| crop.steps.column(k).norm()).fold(0.0, f64::max);
+    // Labels are wrong by a voxel: at their rim the HU say what is bone.
+    let rim = dilated(crop, &labelled, 0, &ball(crop, 1.7 * step));
+    for_each(crop, |offset, place| {
+        let mm = crop.mm(Vector3::from(place.map(|k| k as f64)));
+        let is_cut = cuts.iter().any(|cut| cut.holds(&mm));
+        if rim[offset] == 0 && crop.hu[offset] < levels.metal_hu && !is_cut {
+            chosen.mask[offset] = 1;
+        }
+    });
 }
 
 fn outside(voxels: &dyn Voxels) -> Refused {
@@ -244,9 +275,7 @@ fn allowed(crop: &Crop, region: &Region<'_>, cuts: &[Cut], excluded: IsLabelled<
             return;
         }
         let mm = crop.mm(Vector3::from(place.map(|k| k as f64)));
-        let is_cut = cuts
-            .iter()
-            .any(|cut| (mm - Vector3::from(cut.place_mm)).dot(&Vector3::from(cut.normal)) > 0.0);
+        let is_cut = cuts.iter().any(|cut| cut.holds(&mm));
         if is_cut || excluded(in_ct(place)) {
             mask[offset] = 0;
         }

@@ -10,7 +10,12 @@ use crate::scanner::Scanner;
 use crate::shell::Shell;
 
 /// Less than this beyond what is inside is no cortex, HU mm.
-const LEAST_CORTEX: f64 = 150.0;
+pub(crate) const LEAST_CORTEX: f64 = 150.0;
+/// Nor is less than so many times what a step from tissue to inside has over the blur's width: fitted to a mere step, a thin layer takes
+/// up what is wrong with the blur.
+const LEAST_OF_STEP: f64 = 0.8;
+/// What has so many HU behind its surface is cortex throughout.
+const SOLID_HU: f64 = 600.0;
 
 /// A place of the bone's surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -173,7 +178,11 @@ impl Bone {
             .map(|t| area(t.map(|i| shell.corners[i as usize])))
             .sum();
         let after = triangles.iter().map(|t| area(t.map(|i| places[i as usize].mm))).sum();
-        let bare = |p: &&Place| (p.cortex_hu - p.inside_hu) * p.thickness_mm < LEAST_CORTEX;
+        let blur = scanner.blur_mm[0].min(scanner.blur_mm[1]);
+        let bare = |p: &&Place| {
+            let least = LEAST_CORTEX.max(LEAST_OF_STEP * blur * (p.inside_hu - p.tissue_hu));
+            p.inside_hu < SOLID_HU && (p.cortex_hu - p.inside_hu) * p.thickness_mm < least
+        };
         let without_cortex = places.iter().filter(bare).count() as f64 / (places.len() as f64).max(1.0);
         Self {
             places,

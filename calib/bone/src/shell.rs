@@ -54,7 +54,7 @@ pub(crate) fn shell(crop: &Crop, mask: &[u8], level: f64) -> Result<Shell, Refus
         Ok(())
     })?;
     debug_assert!(nz > 0);
-    let edge = mesh.points().iter().map(|p| edge(crop, mask, level, *p)).collect();
+    let edge: Vec<Edge> = mesh.points().iter().map(|p| edge(crop, mask, level, *p)).collect();
     let corners: Vec<Vector3<f64>> = mesh
         .points()
         .iter()
@@ -66,7 +66,24 @@ pub(crate) fn shell(crop: &Crop, mask: &[u8], level: f64) -> Result<Shell, Refus
         .triangles()
         .iter()
         .map(|[a, b, c]| if is_mirrored { [*a, *c, *b] } else { [*a, *b, *c] });
-    outer(corners, triangles.collect(), edge)
+    let triangles: Vec<[u32; 3]> = triangles.collect();
+    let edge = widened(&edge, &triangles);
+    outer(corners, triangles, edge)
+}
+
+/// Corners beside an end belong to it as well: half of what would tell how the surface lies there is missing.
+fn widened(edge: &[Edge], triangles: &[[u32; 3]]) -> Vec<Edge> {
+    let mut wide = edge.to_vec();
+    for t in triangles {
+        for (from, to) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
+            let end = edge[t[from] as usize];
+            let slot = &mut wide[t[to] as usize];
+            if end != Edge::None && *slot == Edge::None {
+                *slot = end;
+            }
+        }
+    }
+    wide
 }
 
 /// What the cell of a corner touches.
@@ -75,10 +92,10 @@ fn edge(crop: &Crop, mask: &[u8], level: f64, point: [f32; 3]) -> Edge {
     let mut cut = false;
     for corner in 0..8_usize {
         let at = [0, 1, 2].map(|k| base[k] + (corner >> k & 1) as i64);
-        for k in 0..3 {
-            if (at[k] < 0 && crop.is_end[k][0]) || (at[k] >= crop.dims[k] as i64 && crop.is_end[k][1]) {
-                return Edge::End;
-            }
+        let is_beyond =
+            |k: usize| (at[k] < 0 && crop.is_end[k][0]) || (at[k] >= crop.dims[k] as i64 && crop.is_end[k][1]);
+        if (0..3).any(is_beyond) {
+            return Edge::End;
         }
         if (0..3).all(|k| at[k] >= 0 && at[k] < crop.dims[k] as i64) {
             let offset = crop.offset(at.map(|k| k as usize));
