@@ -9,6 +9,7 @@
 //! | the same from a flat wall whose place is not known | [`calibrate_by_wall`] |
 //! | how far points of images that took no part lie from their wires | [`check`](fn@check), [`cross_validate`] |
 //! | motions that the frames do not hold, in words | [`ProbeCalibration::free`] |
+//! | how late poses are, from one motion that images and poses show | [`lag`](fn@lag) |
 //! | poses between those recorded, or a mean of neighbours | [`Track`] |
 //!
 //! A pixel `(u, v)` of the image (whole numbers are centres of pixels, u to the right, v down) with sizes `(s_u, s_v)` lies in the
@@ -26,6 +27,7 @@ mod calibration;
 mod check;
 mod error;
 mod free;
+mod lag;
 mod linear;
 mod seen;
 mod solve;
@@ -36,6 +38,7 @@ pub use calibration::{Lag, Moved, PointResult, ProbeCalibration, calibrate, cali
 pub use check::{Checked, CrossValidated, check, cross_validate};
 pub use error::ProbeError;
 pub use free::Free;
+pub use lag::{LagError, LagOptions, MotionLag, lag, principal_motion};
 pub use seen::{LEAST_FRAMES, MOST_POINTS, Mark, Seen};
 pub use solve::{Options, PointNoise, PoseNoise, Priors};
 pub use target::{Wire, Wires};
