@@ -27,6 +27,7 @@ mod calibration;
 mod check;
 mod error;
 mod free;
+mod known;
 mod lag;
 mod linear;
 mod seen;
@@ -38,6 +39,7 @@ pub use calibration::{Lag, Moved, PointResult, ProbeCalibration, calibrate, cali
 pub use check::{Checked, CrossValidated, check, cross_validate};
 pub use error::ProbeError;
 pub use free::Free;
+pub use known::KnownImage;
 pub use lag::{LagError, LagOptions, MotionLag, lag, principal_motion};
 pub use seen::{LEAST_FRAMES, MOST_POINTS, Mark, Seen};
 pub use solve::{Options, PointNoise, PoseNoise, Priors};

@@ -1,13 +1,13 @@
 //! The words of the command, and what is done.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use calib::gate::{Gates, Reached, Verdict};
 use clap::Args;
 use geometry::Uncertain;
 use probe::{
     CrossValidated, Options, PointNoise, PoseNoise, Priors, ProbeCalibration, Track, calibrate, calibrate_by_wall,
-    cross_validate,
+    check, cross_validate,
 };
 
 use super::error::ProbeCommandError;
@@ -36,10 +36,14 @@ A lag is told as the time to add to an image's stamp to find the pose that goes 
 
 What falls short of a bound is said, and the exit code is 1; nothing is written then.
 
+--check judges a calibration by wires that it has not seen, best in another place than the phantom of the calibration: a phantom whose place is wrong is wrong for \
+all of its own wires alike.
+
 Examples:
   calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 --phantom-error-deg 0.5 --out probe.json
   calib probe --points points.csv --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0 --phantom-error-deg 0 \
 --window-ms 100 --lag-ms 100 --tracker-percent 3 --out probe.json
+  calib probe --check probe.json --points cross.csv --sequence cross.mha --config Cross.xml --phantom-error-mm 0.3 --phantom-error-deg 0.5
   calib probe --wall --points wall.csv --sequence wall.mha --pixel-mm 0.08,0.08 --pixel-percent 2 --max-error-mm 1 --out probe.json";
 
 #[derive(Debug, Args)]
@@ -67,6 +71,9 @@ pub(crate) struct ProbeArgs {
     /// The frame in it in which the phantom stands still
     #[arg(long, value_name = "FRAME", default_value = "Reference")]
     reference_frame: String,
+    /// Calibrate nothing: tell how far the points lie from their wires by this calibration. One wire is enough
+    #[arg(long, value_name = "PROBE.json", conflicts_with_all = ["wall", "out", "lag_ms", "tracker_percent", "play_mm", "pixel_mm"])]
+    check: Option<PathBuf>,
     /// The points lie on a flat wall that stands still
     #[arg(long)]
     wall: bool,
@@ -160,7 +167,7 @@ impl ProbeArgs {
                 self.phantom_error_mm.unwrap_or(0.0),
                 self.phantom_error_deg.unwrap_or(0.0).to_radians(),
             ];
-            phantom::read(path, frames, errors)
+            phantom::read(path, frames, errors, self.check.is_some())
         });
         let phantom = phantom.transpose()?;
         let names: Vec<String> = match &phantom {
@@ -168,13 +175,16 @@ impl ProbeArgs {
             None => vec![String::new()],
         };
         let read = read(&self.points, &self.sequence, &self.transform, &names)?;
+        if let (Some(path), Some(told)) = (&self.check, &phantom) {
+            return self.judge(path, &read, told, &options);
+        }
         let found = self.solve(&read, phantom, &options)?;
         let gates = self.gates();
         let verdict = gates.judge(&reached(&found.calibration));
         let file = ProbeFile::new(
             &found.calibration,
             found.crossed.as_ref(),
-            &read,
+            read.lost,
             self.sources(),
             &verdict,
         );
@@ -223,6 +233,31 @@ impl ProbeArgs {
             crossed: crossed.ok(),
             phantom: Some(told),
         })
+    }
+
+    /// Holds a calibration against wires.
+    fn judge(&self, path: &Path, read: &Read, told: &Told, options: &Options) -> Result<Outcome, ProbeCommandError> {
+        let file = ProbeFile::read(path).map_err(Box::new)?;
+        let known = file.known().ok_or(ProbeCommandError::NoImage)?;
+        // A lag is along a track; without one each frame has its own pose.
+        let track = match self.window_ms > 0.0 || known.lag_s != 0.0 {
+            true => Some(Track::new(&read.timed, self.window_ms / 1000.0)?),
+            false => None,
+        };
+        let place = &told.reference_from_phantom;
+        let found = check(&known, &read.frames, &told.wires, place, track.as_ref(), options)?;
+        let gates = Gates {
+            max_noise_ratio: Some(self.max_noise_ratio.0),
+            ..Gates::default()
+        };
+        let verdict = gates.judge(&Reached {
+            noise_ratio: Some(found.ratio),
+            ..Reached::default()
+        });
+        let text = report::checked(&found, &file) + &format!("verdict          {verdict}\n");
+        let refused =
+            (!verdict.is_accepted()).then(|| format!("the probe's image is not where these wires say: {verdict}"));
+        Ok(Outcome { text, refused })
     }
 
     fn options(&self) -> Options {

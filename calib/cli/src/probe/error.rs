@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use exchange::plus::PlusError;
 use probe::{ProbeError, TrackError};
 
+use super::file::ProbeReadError;
 use crate::input_files::source::SourceError;
 use crate::poses::PosesError;
 use crate::store::StoreError;
@@ -57,6 +58,10 @@ pub(crate) enum ProbeCommandError {
     Lost { sequence: PathBuf, lost: usize, all: usize },
     #[error("{path} has {found} points; at most {most} are read")]
     TooMany { path: PathBuf, found: usize, most: usize },
+    #[error(transparent)]
+    Read(#[from] Box<ProbeReadError>),
+    #[error("--check: the file holds no image")]
+    NoImage,
     #[error("poses over time: {0}")]
     Track(#[from] TrackError),
     #[error("calibrating the probe: {0}")]

@@ -8,10 +8,9 @@ use calib::file::content_id;
 use calib::gate::Verdict;
 use geometry::{Image, Probe, Uncertain, checked};
 use nalgebra::{Matrix6, SMatrix};
-use probe::{CrossValidated, ProbeCalibration};
+use probe::{CrossValidated, KnownImage, ProbeCalibration};
 use serde::{Deserialize, Serialize};
 
-use super::input::Read;
 use crate::calibration::now;
 use crate::input_files::source::Source;
 
@@ -60,6 +59,9 @@ pub struct ProbeFile {
     /// Linear error of the tracker's shifts, by rows, where it was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tracker: Option<[[f64; 3]; 3]>,
+    /// The place in the reference that this error is about, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracker_about_mm: Option<[f64; 3]>,
     /// Frames that took part, and frames with points whose pose was lost.
     pub frames: [usize; 2],
     /// Points, and the share of them that was kept.
@@ -147,7 +149,7 @@ impl ProbeFile {
     pub(super) fn new(
         found: &ProbeCalibration,
         crossed: Option<&[CrossValidated; 2]>,
-        read: &Read,
+        lost: usize,
         sources: Vec<&PathBuf>,
         verdict: &Verdict,
     ) -> Self {
@@ -179,7 +181,8 @@ impl ProbeFile {
                 ratio: moved.ratio,
             }),
             tracker: found.tracker,
-            frames: [found.frames, read.lost],
+            tracker_about_mm: found.known().tracker.map(|(_, about)| about),
+            frames: [found.frames, lost],
             points: found.points.len(),
             share_kept: found.share_kept,
             mean_mm: found.mean_mm,
@@ -230,6 +233,17 @@ impl ProbeFile {
         let rigid = checked::rigid(self.quaternion_wxyz, self.translation_mm, 1e-9).ok()?;
         let all = self.matrix()?;
         Uncertain::new(rigid, Matrix6::from_fn(|i, j| all[(i, j)])).ok()
+    }
+
+    /// What a check takes of it; `None` never of a file that was read.
+    pub fn known(&self) -> Option<KnownImage> {
+        Some(KnownImage {
+            probe_from_image: self.probe_from_image()?.transform(),
+            pixel_mm: self.pixel_mm,
+            covariance: self.matrix()?,
+            lag_s: self.lag.map_or(0.0, |lag| lag.lag_s),
+            tracker: self.tracker.zip(self.tracker_about_mm),
+        })
     }
 
     /// The covariance of all eight numbers.

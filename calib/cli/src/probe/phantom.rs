@@ -19,8 +19,13 @@ pub(super) struct Told {
 }
 
 /// Reads wires and place; `frames` are the phantom's and the reference's, `errors` the deviations of shift (mm) and turn (rad) about the
-/// middle of the wires.
-pub(super) fn read(path: &Path, frames: [&str; 2], errors: [f64; 2]) -> Result<Told, ProbeCommandError> {
+/// middle of the wires. Wires of a check may be few.
+pub(super) fn read(
+    path: &Path,
+    frames: [&str; 2],
+    errors: [f64; 2],
+    to_check: bool,
+) -> Result<Told, ProbeCommandError> {
     let source = Source::read_whole(path)?;
     let plus = |source| ProbeCommandError::Plus {
         path: path.to_owned(),
@@ -40,7 +45,12 @@ pub(super) fn read(path: &Path, frames: [&str; 2], errors: [f64; 2]) -> Result<T
         })
         .collect();
     let middle = middle(&all);
-    let wires = Wires::new(all).map_err(|source| ProbeCommandError::Wires {
+    let wires = if to_check {
+        Wires::to_check(all)
+    } else {
+        Wires::new(all)
+    };
+    let wires = wires.map_err(|source| ProbeCommandError::Wires {
         path: path.to_owned(),
         source,
     })?;

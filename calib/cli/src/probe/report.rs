@@ -1,7 +1,8 @@
 //! What was found, in words.
 
-use probe::{CrossValidated, ProbeCalibration};
+use probe::{Checked, CrossValidated, ProbeCalibration};
 
+use super::file::ProbeFile;
 use super::input::Read;
 use super::phantom::Told;
 
@@ -59,6 +60,24 @@ pub(super) fn text(
         text.push_str(&format!("held least       {free}\n"));
     }
     text
+}
+
+/// A check.
+pub(super) fn checked(found: &Checked, file: &ProbeFile) -> String {
+    format!(
+        "calibration      {}, which tells {:.3} mm of itself\n\
+         distances        {} points: mean {:.3}, root mean square {:.3}, largest {:.3} mm\n\
+         of one wire      its points lie {:.3} mm off on average, at most: what noise does not explain\n\
+         promise          distances are {:.2} times what noise, poses, phantom and calibration say of them together\n",
+        file.id,
+        file.error_mm,
+        found.distances_mm.len(),
+        found.mean_mm,
+        found.rms_mm,
+        found.most_mm,
+        found.bias_mm,
+        found.ratio
+    )
 }
 
 /// What else was found.

@@ -154,6 +154,21 @@ fn what_is_written_is_read_back_and_is_the_planted_image() {
         (file.frames, file.method.as_str(), file.sources.len()),
         ([12, 0], "wires", 3)
     );
+    // By its own wires it is right, and by a phantom 1 mm aside it is not.
+    let check = format!("{EXACT} --check out.json");
+    let checked = files.answer(&check).unwrap();
+    assert!(
+        checked.refused.is_none() && checked.text.contains("of one wire"),
+        "{}",
+        checked.text
+    );
+    let mut aside = self::files();
+    let (_, place) = self::planted();
+    let moved = rigid::<Reference, Reference>([0.0; 3], [1.0, 1.0, 0.0]) * place;
+    aside.config = aside.config.replace(&matrix(&place), &matrix(&moved));
+    fs::copy(files.path("out.json"), aside.path("out.json")).unwrap();
+    let refused = aside.refused(&check);
+    assert!(refused.contains("is not where these wires say"), "{refused}");
     // A changed number is seen, and so is a file of another kind.
     let text = fs::read_to_string(files.path("out.json")).unwrap();
     let changed = |from: &str, to: &str| {

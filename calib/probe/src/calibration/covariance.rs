@@ -23,7 +23,7 @@ pub(super) fn of(solver: &Solver<'_>, ended: &Ended, poses: &Poses) -> Result<Co
     let prior = solver.prior(&ended.state);
     let data = &sum.normal - &prior.normal;
     let Some(solved) = sum.normal.clone().cholesky() else {
-        let what = free::open(&sum.normal, &ended.state);
+        let what = free::open(&sum.normal, &ended.state.image.matrix());
         return Err(ProbeError::Open { what });
     };
     let inverse = solved.inverse();

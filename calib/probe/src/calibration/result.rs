@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::covariance;
 use crate::error::ProbeError;
 use crate::free::{self, Free};
+use crate::known::KnownImage;
 use crate::solve::{Ended, Solver, State};
 
 /// The image in the probe's marker.
@@ -51,7 +52,7 @@ pub struct ProbeCalibration {
     pub(crate) inside: Inside,
 }
 
-/// How the fit left it: what judges other frames goes on from here.
+/// How the fit left it: frames of the same phantom are judged from here.
 #[derive(Debug, Clone)]
 pub(crate) struct Inside {
     pub(crate) state: State,
@@ -244,6 +245,17 @@ impl ProbeCalibration {
             })
     }
 
+    /// What a check takes of it, and a file holds.
+    pub fn known(&self) -> KnownImage {
+        KnownImage {
+            probe_from_image: self.probe_from_image.transform(),
+            pixel_mm: self.pixel_mm,
+            covariance: self.covariance,
+            lag_s: self.lag.map_or(0.0, |lag| lag.lag_s),
+            tracker: self.tracker.map(|rows| (rows, self.inside.centre.into())),
+        }
+    }
+
     /// The largest root mean square error of the calibration over the four corners of where points were seen, mm.
     pub fn worst_mm(&self) -> f64 {
         let [low, high] = self.seen_px;
@@ -255,7 +267,7 @@ impl ProbeCalibration {
     /// Motions of the image that the frames hold least, by what they do over the part of it in which points were seen; the largest first.
     pub fn free(&self) -> Vec<Free> {
         let inside = &self.inside;
-        free::of(&inside.about_middle, &inside.state, inside.radius_mm)
+        free::of(&inside.about_middle, &inside.state.image.matrix(), inside.radius_mm)
     }
 
     /// How well the points are explained, to choose between minima: more is better.

@@ -363,7 +363,7 @@ impl Solver<'_> {
         let length = if ended.steps == 0 { 0.0 } else { ended.length };
         match ended.end {
             fit::End::Singular => Err(ProbeError::Open {
-                what: free::open(&ended.at.normal, &ended.state),
+                what: free::open(&ended.at.normal, &ended.state.image.matrix()),
             }),
             _ => Ok((ended.state, length)),
         }

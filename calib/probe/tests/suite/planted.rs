@@ -337,13 +337,13 @@ fn an_independent_wire_tells_a_wrong_calibration() {
     )
     .unwrap();
     let others = world.frames(20, 0.3, Some(5));
-    let good = check(&found, &others, &world.wires, &exact, None, &world.noise).unwrap();
+    let good = check(&found.known(), &others, &world.wires, &exact, None, &world.noise).unwrap();
     assert!((0.8..1.2).contains(&good.ratio), "{}", good.ratio);
     assert!(good.bias_mm < 0.25, "{}", good.bias_mm);
     // The phantom stands 1 mm aside: the same as an image that is 1 mm off.
     let aside = rigid::<Reference, Reference>([0.0; 3], [0.0, 1.0, 0.0]) * world.reference_from_phantom;
     let wrong = check(
-        &found,
+        &found.known(),
         &others,
         &world.wires,
         &Uncertain::from(aside),
@@ -357,6 +357,27 @@ fn an_independent_wire_tells_a_wrong_calibration() {
         wrong.ratio,
         wrong.bias_mm
     );
+    // One wire alone, and what the fit says of itself by its own frames: the same distances.
+    let one = Wires::to_check(vec![world.wires.all()[1].clone()]).unwrap();
+    let mut alone = others.clone();
+    for frame in &mut alone {
+        frame.marks.retain(|mark| mark.wire == 1);
+        frame.marks.iter_mut().for_each(|mark| mark.wire = 0);
+    }
+    let alone = check(&found.known(), &alone, &one, &exact, None, &world.noise).unwrap();
+    assert!((0.6..1.4).contains(&alone.ratio), "{}", alone.ratio);
+    let own = check(
+        &found.known(),
+        &world.frames(40, 0.3, Some(4)),
+        &world.wires,
+        &exact,
+        None,
+        &world.noise,
+    )
+    .unwrap();
+    for (judged, fitted) in own.distances_mm.iter().zip(&found.points) {
+        assert!((judged - fitted.distance_mm).abs() < 1e-9);
+    }
     let halves = cross_validate(&others, &world.wires, &exact, None, &world.noise, |i| i % 2 == 0).unwrap();
     assert!(
         halves
