@@ -48,7 +48,8 @@ Examples:
   calib beads ct-folder --out beads.json --png beads.png
   calib match beads.json touched.txt --out registration.json
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33,1890.4
-  calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 --phantom-error-deg 0.5 --out probe.json
+  calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 \
+--phantom-error-deg 0.5 --out probe.json
   calib lag --signal rows.csv --sequence tank.mha
   calib pivot --live default --axis scene --out tool.json
   calib touch bead-1 --live default --to touched.csv

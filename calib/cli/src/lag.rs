@@ -14,14 +14,18 @@ use crate::input_files::source::{Source, SourceError};
 use crate::poses::{PosesError, timed};
 
 pub(crate) const LAG_HELP: &str = "\
-The probe is moved back and forth at changing speed for ten seconds or more over something flat, along the beam or along the rows; a number that follows \
-that way is read off each image: the row of the line, say. The command finds the time to add to an image's stamp to find the pose that goes with it: above 0 where poses \
+The probe is moved back and forth at changing speed for ten seconds or more over something flat, along the beam or \
+along the rows; a number that follows \
+that way is read off each image: the row of the line, say. The command finds the time to add to an image's stamp \
+to find the pose that goes with it: above 0 where poses \
 have later stamps. Which way a number goes does not matter.
 
-The signal is CSV: frame,value with the numbers of the sequence's frames, whose time stamps are taken, or t_s,value with times on the clock of the sequence. The way is that of \
+The signal is CSV: frame,value with the numbers of the sequence's frames, whose time stamps are taken, or \
+t_s,value with times on the clock of the sequence. The way is that of \
 the poses along the direction in which they moved most. Numbers far off are let go of.
 
-Refused, with exit code 1: a motion that stands still, goes at one speed, or repeats itself within the range, signals that are not alike, and a lag that is less sure than \
+Refused, with exit code 1: a motion that stands still, goes at one speed, or repeats itself within the range, \
+signals that are not alike, and a lag that is less sure than \
 --max-sigma-ms.
 
 Examples:

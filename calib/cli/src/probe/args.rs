@@ -20,31 +20,43 @@ use crate::store;
 use crate::values::{Positive, Target};
 
 pub(crate) const PROBE_HELP: &str = "\
-Finds where the image of a tracked ultrasound probe lies in the marker on it, with the size of its pixels, from points of a phantom's wires \
-(--config: a device set of PLUS with the wires' ends and the phantom's place) or of a flat wall that stands still (--wall). Any wires do \
+Finds where the image of a tracked ultrasound probe lies in the marker on it, with the size of its pixels, from \
+points of a phantom's wires \
+(--config: a device set of PLUS with the wires' ends and the phantom's place) or of a flat wall that stands still \
+(--wall). Any wires do \
 that are not all parallel; none needs to belong to an N.
 
-Points are CSV with the columns frame, wire, u, v (pixels; whole numbers are centres of pixels, u to the right, v down; of a wall the wire is \
-empty), or JSON as {\"frames\": {\"0\": [{\"wire\": \"7:G1_g1\", \"px\": [592.1, 195.8]}]}}. frame is the number in the sequence. Points of \
+Points are CSV with the columns frame, wire, u, v (pixels; whole numbers are centres of pixels, u to the right, v \
+down; of a wall the wire is \
+empty), or JSON as {\"frames\": {\"0\": [{\"wire\": \"7:G1_g1\", \"px\": [592.1, 195.8]}]}}. frame is the number \
+in the sequence. Points of \
 frames whose pose was lost are left out, and counted.
 
-The phantom's place has an error, and it is one for all frames: more frames do not make it less. --phantom-error-mm and --phantom-error-deg say \
-it; 0 and 0 say that it is exact. What else may be wrong is free where its deviation is given: --lag-ms, --tracker-percent, --play-mm. Each makes \
-the residuals smaller whether it is true or not; the distances of frames that took no part, which are told at the end, say whether it is.
+The phantom's place has an error, and it is one for all frames: more frames do not make it less. \
+--phantom-error-mm and --phantom-error-deg say \
+it; 0 and 0 say that it is exact. What else may be wrong is free where its deviation is given: --lag-ms, \
+--tracker-percent, --play-mm. Each makes \
+the residuals smaller whether it is true or not; the distances of frames that took no part, which are told at the \
+end, say whether it is.
 
 A lag is told as the time to add to an image's stamp to find the pose that goes with it.
 
 What falls short of a bound is said, and the exit code is 1; nothing is written then.
 
---check judges a calibration by wires that it has not seen, best in another place than the phantom of the calibration: a phantom whose place is wrong is wrong for \
+--check judges a calibration by wires that it has not seen, best in another place than the phantom of the \
+calibration: a phantom whose place is wrong is wrong for \
 all of its own wires alike.
 
 Examples:
-  calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 --phantom-error-deg 0.5 --out probe.json
-  calib probe --points points.csv --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0 --phantom-error-deg 0 \
+  calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 \
+--phantom-error-deg 0.5 --out probe.json
+  calib probe --points points.csv --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0 \
+--phantom-error-deg 0 \
 --window-ms 100 --lag-ms 100 --tracker-percent 3 --out probe.json
-  calib probe --check probe.json --points cross.csv --sequence cross.mha --config Cross.xml --phantom-error-mm 0.3 --phantom-error-deg 0.5
-  calib probe --wall --points wall.csv --sequence wall.mha --pixel-mm 0.08,0.08 --pixel-percent 2 --max-error-mm 1 --out probe.json";
+  calib probe --check probe.json --points cross.csv --sequence cross.mha --config Cross.xml --phantom-error-mm 0.3 \
+--phantom-error-deg 0.5
+  calib probe --wall --points wall.csv --sequence wall.mha --pixel-mm 0.08,0.08 --pixel-percent 2 --max-error-mm 1 \
+--out probe.json";
 
 #[derive(Debug, Args)]
 pub(crate) struct ProbeArgs {

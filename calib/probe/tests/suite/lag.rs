@@ -4,13 +4,16 @@ use chance::Chance;
 use geometry::{Probe, Reference, Rigid, Vector};
 use probe::{LagError, LagOptions, lag, principal_motion};
 
+/// Time, s, and value.
+type Samples = Vec<(f64, f64)>;
+
 /// A hand that goes back and forth at changing speed.
 fn hand(t: f64) -> f64 {
     10.0 * (2.1 * t).sin() + 4.0 * (3.7 * t + 1.0).sin() + 1.5 * (7.3 * t).cos()
 }
 
 /// Images at 13 Hz and poses at 25 Hz over 15 s: rows of 0.1 mm, poses off by 0.1 mm, rows by `rows` pixels.
-fn signals(seed: u64, planted: f64, rows: f64) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
+fn signals(seed: u64, planted: f64, rows: f64) -> (Samples, Samples) {
     let chance = Chance::new(seed, 0);
     let image = (0..195_u32).map(|i| {
         let t = 0.5 + f64::from(i) * 0.0768;
