@@ -9,6 +9,8 @@ use tracker_proc::{Markers, PosedMarkers};
 fn main() -> std::process::ExitCode {
     calib_cli::cli::main(Hands {
         load: volume_loader::load,
+        labels: volume_loader::load_labels,
+        label_names: |path| Ok(volume_loader::label_names(path)?),
         follow,
     })
 }

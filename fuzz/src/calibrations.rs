@@ -45,6 +45,8 @@ fn output(words: &[&str], last: Option<&Path>) -> Result<String, String> {
     let follow: FollowMarkers = |_| Err("nothing is followed here".into());
     let hands = Hands {
         load: volume_loader::load,
+        labels: volume_loader::load_labels,
+        label_names: |path| Ok(volume_loader::label_names(path)?),
         follow,
     };
     let words = words.iter().map(PathBuf::from).chain(last.map(Path::to_owned));

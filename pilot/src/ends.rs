@@ -24,17 +24,21 @@ impl Run {
             return false;
         };
         let over = self.clock().now_ns() - (began + clock::ns(duration));
-        match self.scene.tracker.source {
-            TrackerSource::External => over >= clock::ns(ON_ITS_WAY),
-            _ => over >= 0 && (self.tracker_is_done || over > clock::ns(GRACE)),
+        match self.has_foreign_poses() {
+            true => over >= clock::ns(ON_ITS_WAY),
+            false => over >= 0 && (self.tracker_is_done || over > clock::ns(GRACE)),
         }
+    }
+
+    /// Whether another program or machine publishes the poses, which goes on when this run ends.
+    fn has_foreign_poses(&self) -> bool {
+        matches!(self.scene.tracker.source, TrackerSource::External) || self.options.remote.is_some()
     }
 
     /// Whether a pose of another program or machine came when the time was over: it goes on beyond it.
     pub(crate) fn is_beyond(&self, pose: &ToolPose) -> bool {
-        let external = matches!(self.scene.tracker.source, TrackerSource::External) || self.options.remote.is_some();
         let since_ns = |began_ns| pose.t_publish_ns.saturating_sub(began_ns);
-        external
+        self.has_foreign_poses()
             && self
                 .began_ns
                 .is_some_and(|began_ns| self.context.is_beyond(since_ns(began_ns)))

@@ -24,6 +24,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("simulation", 1),
     ("surface", 1),
     ("bead", 2),
+    ("bone", 2),
     ("bus", 2),
     ("hand", 2),
     ("probe", 2),

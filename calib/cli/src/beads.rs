@@ -11,8 +11,10 @@ mod tests;
 mod volume;
 
 pub(crate) use check::{CHECK_HELP, CheckArgs, uncertain};
+pub(crate) use error::BeadsError;
 pub use file::{BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, RejectedRecord, SearchRecord, VolumeRecord};
 pub(crate) use find::{BEADS_HELP, BeadsArgs};
 pub(crate) use matching::{MATCH_HELP, MatchArgs};
-pub use volume::LoadVolume;
-pub(crate) use volume::ReadArgs;
+pub(crate) use sheet::{sample, tone};
+pub use volume::{LoadLabels, LoadVolume, ReadLabelNames};
+pub(crate) use volume::{ReadArgs, Volume};

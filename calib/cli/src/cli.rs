@@ -7,13 +7,16 @@ use std::sync::Arc;
 use clap::{Parser, Subcommand};
 
 use crate::base::{BASE_HELP, BaseArgs, SEAT_HELP, SeatArgs};
-use crate::beads::{BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadVolume, MATCH_HELP, MatchArgs};
+use crate::beads::{
+    BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadLabels, LoadVolume, MATCH_HELP, MatchArgs, ReadLabelNames,
+};
+use crate::bone::{BONE_HELP, BoneArgs};
 use crate::bundle::{MARKER_HELP, MarkerArgs};
 use crate::camera::{CAMERA_HELP, CameraArgs};
 use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
 use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
-use crate::foreign::{EXPORT_HELP, ExportArgs, IMPORT_HELP, ImportArgs, SURFACE_HELP, SurfaceArgs};
+use crate::foreign::{EXPORT_HELP, ExportArgs, IMPORT_HELP, ImportArgs, MESH_HELP, MeshArgs};
 use crate::grid::{GRID_HELP, GridArgs};
 use crate::lag::{LAG_HELP, LagArgs};
 use crate::live::{FollowMarkers, LiveArgs, TOUCH_HELP, TouchArgs, Watch};
@@ -21,6 +24,7 @@ use crate::probe::{PROBE_HELP, ProbeArgs};
 use crate::register::args::{REGISTER_HELP, RegisterArgs};
 use crate::rom::{ROM_HELP, RomArgs};
 use crate::steps::{STEPS_HELP, StepsArgs};
+use crate::surface::{SURFACE_HELP, SWEEP_HELP, SurfaceArgs, SweepArgs};
 
 /// Calibrates and registers from measured points.
 #[derive(Debug, Parser)]
@@ -43,9 +47,11 @@ Examples:
   calib rom info 8700340.rom
   calib import PlusDeviceSet.xml --from StylusTip --to Stylus --shaft x --tip-error-mm 0.5 --axis-error-deg 1 --out tool.json
   calib export registration.json --holds slicer-node --out TrackerToRas.tfm
-  calib surface pelvis.vtk --frame lps
+  calib mesh pelvis.vtk --frame lps
+  calib surface --bone bone.ply --points touched.csv --target 10,-20,95.5 --out registration.json
   calib camera grids.json --out camera.toml
   calib beads ct-folder --out beads.json --png beads.png
+  calib bone ct.nii.gz --labels organs.nii.gz --label hip_left --out hip.ply --png hip.png
   calib match beads.json touched.txt --out registration.json
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33,1890.4
   calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 \
@@ -100,11 +106,20 @@ enum Command {
     #[command(after_help = EXPORT_HELP)]
     Export(Box<ExportArgs>),
     /// Read a surface (STL, PLY, OBJ, VTK), and write it in another format or frame
+    #[command(after_help = MESH_HELP)]
+    Mesh(Box<MeshArgs>),
+    /// Register the patient by points of the bone's surface, without knowing which point of the bone each is
     #[command(after_help = SURFACE_HELP)]
     Surface(Box<SurfaceArgs>),
+    /// Glide over the bone with the pointer of a run that is going, and be told what is still missing
+    #[command(after_help = SWEEP_HELP)]
+    Sweep(Box<SweepArgs>),
     /// Find the metal beads of a CT
     #[command(after_help = BEADS_HELP)]
     Beads(Box<BeadsArgs>),
+    /// Take the surface of a bone from a CT
+    #[command(after_help = BONE_HELP)]
+    Bone(Box<BoneArgs>),
     /// Register the patient: find which bead each touched point is
     #[command(after_help = MATCH_HELP)]
     Match(Box<MatchArgs>),
@@ -143,6 +158,7 @@ impl Command {
             Self::Seat(args) => Some(args.live()),
             Self::Touch(args) => Some(&mut args.live),
             Self::Check(args) => Some(&mut args.live),
+            Self::Sweep(args) => Some(&mut args.live),
             _ => None,
         }
     }
@@ -153,6 +169,10 @@ impl Command {
 pub struct Hands {
     /// Reads a volume.
     pub load: LoadVolume,
+    /// Reads a label map.
+    pub labels: LoadLabels,
+    /// Reads the names of its structures.
+    pub label_names: ReadLabelNames,
     /// Follows the markers of a run.
     pub follow: FollowMarkers,
 }
@@ -198,12 +218,22 @@ where
 #[cfg(test)]
 pub(crate) fn run(cli: Cli, load: LoadVolume) -> Result<Outcome, String> {
     let follow: FollowMarkers = |_| Err("no run is followed here".into());
-    carry_out(cli, Hands { load, follow })
+    let labels: LoadLabels = |_, _| Err("no label map is read here".into());
+    let label_names: ReadLabelNames = |_| Ok(guidance::safety::LabelNames::default());
+    carry_out(
+        cli,
+        Hands {
+            load,
+            labels,
+            label_names,
+            follow,
+        },
+    )
 }
 
 /// Does what a command line asks.
 pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
-    let Hands { load, follow } = hands;
+    let Hands { load, follow, .. } = hands;
     match cli.command {
         Command::Register(args) => told(args.run(load)),
         Command::Pivot(args) => told(args.run(follow)),
@@ -219,8 +249,11 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Rom(args) => told(args.run()),
         Command::Import(args) => told(args.run()),
         Command::Export(args) => told(args.run()),
-        Command::Surface(args) => told(args.run()),
+        Command::Mesh(args) => told(args.run()),
+        Command::Surface(args) => told(args.run(load)),
+        Command::Sweep(args) => told(args.run(follow)),
         Command::Beads(args) => told(args.run(load)),
+        Command::Bone(args) => told(args.run(&hands)),
         Command::Match(args) => told(args.run(load)),
         Command::Probe(args) => told(args.run()),
         Command::Lag(args) => told(args.run()),

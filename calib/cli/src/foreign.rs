@@ -1,15 +1,15 @@
-//! `calib import`, `calib export` and `calib surface`: calibrations, registrations and surfaces as other programs have them.
+//! `calib import`, `calib export` and `calib mesh`: calibrations, registrations and surfaces as other programs have them.
 
 mod export;
 mod holds;
 mod import;
-mod surface;
+mod mesh;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use export::{EXPORT_HELP, ExportArgs};
 pub(crate) use import::{IMPORT_HELP, ImportArgs};
-pub(crate) use surface::{SURFACE_HELP, SurfaceArgs};
+pub(crate) use mesh::{MESH_HELP, MeshArgs, read as read_mesh};
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -112,7 +112,7 @@ impl Format {
 }
 
 /// The bytes of a regular file of at most so many.
-fn bytes(path: &Path, most: usize) -> Result<Vec<u8>, ForeignError> {
+pub(crate) fn bytes(path: &Path, most: usize) -> Result<Vec<u8>, ForeignError> {
     let fail = |source| ForeignError::Open {
         path: path.to_owned(),
         source,

@@ -6,6 +6,7 @@
 
 mod base;
 mod beads;
+mod bone;
 mod bounds;
 mod bundle;
 mod calibration;
@@ -27,12 +28,15 @@ mod rom;
 mod scene_context;
 mod steps;
 mod store;
+mod surface;
 mod text;
 mod values;
 
 pub use beads::{
-    BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, LoadVolume, RejectedRecord, SearchRecord, VolumeRecord,
+    BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, LoadLabels, LoadVolume, ReadLabelNames, RejectedRecord,
+    SearchRecord, VolumeRecord,
 };
+pub use bone::{BONE_FORMAT, BONE_VERSION, BoneFile, BoneScannerRecord, LostRecord};
 pub use calibration::{
     BaseRecord, CALIBRATION_VERSION, CalibrationError, CalibrationFile, CoverageRecord, EmitterRecord, FeatureRecord,
     Gate, GroupRecord, ImportedRecord, Kind, MarkerRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded,

@@ -9,6 +9,7 @@ pub(crate) mod report;
 pub(crate) mod residual_table;
 pub(crate) mod row;
 pub(crate) mod solve;
+pub(crate) mod surface;
 
 use std::path::PathBuf;
 
@@ -29,8 +30,8 @@ use crate::register::solve::{Options, Solution, SolveError, method_name, solve};
 use crate::scene_context::SceneContext;
 use crate::store::{self, StoreError};
 
-const TRANSFORM_CONVENTION: &str = "maps coordinates in `from` to coordinates in `to`: p_to = scale * R * p_from + t, R from the unit quaternion w, x, y, z";
-const COVARIANCE_CONVENTION: &str = "rows and columns are (rotation vector w in rad, translation v in mm), both in `to`, turning about its origin: the \
+pub(crate) const TRANSFORM_CONVENTION: &str = "maps coordinates in `from` to coordinates in `to`: p_to = scale * R * p_from + t, R from the unit quaternion w, x, y, z";
+pub(crate) const COVARIANCE_CONVENTION: &str = "rows and columns are (rotation vector w in rad, translation v in mm), both in `to`, turning about its origin: the \
      true transform is p -> exp(w) (scale R p + t) + v; a fitted scale is taken as known";
 
 /// One registration to be made.
@@ -132,19 +133,20 @@ pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) ->
         transform: transform(request, solution),
         fre_rms_mm: registration.fre_rms_mm,
         fre_max_mm: used.map(|(fre, _)| *fre).fold(0.0, f64::max),
-        condition: registration.fit.condition(),
-        singular_values: registration.fit.singular_values().0,
-        certificate: certificate(registration),
-        noise: Noise {
+        condition: Some(registration.fit.condition()),
+        singular_values: Some(registration.fit.singular_values().0),
+        certificate: Some(certificate(registration)),
+        noise: Some(Noise {
             sigma_mm: solution.noise.sigma_mm,
             estimated: request.options.is_estimate(solution.noise.sigma_mm),
-        },
+        }),
         covariance: covariance(solution),
         covariance_convention: COVARIANCE_CONVENTION.to_owned(),
         centre_mm: registration.centre().mm(),
         predicted_tre: predicted_tre(request, solution),
         robust_tolerance_mm: request.options.robust,
         pairs: pairs(input, solution),
+        surface: None,
         inputs: inputs(input),
         gates: Vec::new(),
         ct_hash: request.ct_hash.clone(),
@@ -219,7 +221,7 @@ fn pairs(input: &Input, solution: &Solution) -> Vec<PairResult> {
     input.rows.iter().enumerate().map(result).collect()
 }
 
-fn inputs(input: &Input) -> Vec<InputFile> {
+pub(crate) fn inputs(input: &Input) -> Vec<InputFile> {
     let file = |(role, source): &(&'static str, crate::input_files::source::Source)| InputFile {
         role: (*role).to_owned(),
         path: source.path.to_string_lossy().into_owned(),

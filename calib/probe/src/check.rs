@@ -24,15 +24,19 @@ pub struct Checked {
     pub rms_mm: f64,
     /// The largest, mm.
     pub most_mm: f64,
-    /// Root of the mean square of the residuals over what noise, pose and calibration say of them together: some 1 where these are
+    /// Root of the mean square of the residuals over what noise, pose and calibration say of them together: some 1
+    /// where these are
     /// right.
     pub ratio: f64,
-    /// Mean residual of all points that belong to one wire, the largest over the wires, mm: what stays where noise averages out.
+    /// Mean residual of all points that belong to one wire, the largest over the wires, mm: what stays where noise
+    /// averages out.
     pub bias_mm: f64,
 }
 
-/// Judges frames by a calibration: the distances of their points from the wires, nothing being fitted and no point left out. The wires may
-/// be others than those of the calibration, in another place: an independent wire, or two that cross ([`Wires::to_check`]).
+/// Judges frames by a calibration: the distances of their points from the wires, nothing being fitted and no point
+/// left out. The wires may
+/// be others than those of the calibration, in another place: an independent wire, or two that cross
+/// ([`Wires::to_check`]).
 ///
 /// # Errors
 /// [`ProbeError`] of the frames.
@@ -125,13 +129,15 @@ impl Judge<'_> {
 /// A calibration of one half judged on the other, both ways.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrossValidated {
-    /// Mean distance of the points of the half that was judged, mm: of the second by the first, of the first by the second.
+    /// Mean distance of the points of the half that was judged, mm: of the second by the first, of the first by the
+    /// second.
     pub mean_mm: [f64; 2],
     /// Mean distance of the same half's own points in its fit, mm.
     pub own_mm: [f64; 2],
 }
 
-/// Fits one half of the frames and judges the other, both ways: the phantom's motion and its wires' play are those of the fit. `is_first` says which half a frame of this index is of.
+/// Fits one half of the frames and judges the other, both ways: the phantom's motion and its wires' play are those
+/// of the fit. `is_first` says which half a frame of this index is of.
 ///
 /// # Errors
 /// [`ProbeError`] of a half.

@@ -33,7 +33,8 @@ const NAMES: [&str; 8] = [
     "is stretched along the beam",
 ];
 
-/// The motions of a covariance about the middle of an image with these axes, the one that moves the image's points most first.
+/// The motions of a covariance about the middle of an image with these axes, the one that moves the image's points
+/// most first.
 pub(crate) fn of(about: &SMatrix<f64, 8, 8>, axes: &Matrix3<f64>, radius_mm: f64) -> Vec<Free> {
     let into = into_image(axes);
     let covariance = into * about * into.transpose();

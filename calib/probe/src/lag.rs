@@ -1,16 +1,19 @@
 //! How late images are behind poses, from one motion that both show.
 //!
-//! The probe is moved back and forth over something flat; a number that is read off each image (the row of a line) follows the probe's way
+//! The probe is moved back and forth over something flat; a number that is read off each image (the row of a line)
+//! follows the probe's way
 //! along one direction. With `i` that number and `p` the way,
 //!
 //! ```text
 //! i(t) = a + b p(t + lag) + noise                                                                               (1)
 //! ```
 //!
-//! For each lag the best `a` and `b` are linear; the lag is where the sum of squares is least. So **the pose that goes with an image of time
+//! For each lag the best `a` and `b` are linear; the lag is where the sum of squares is least. So **the pose that
+//! goes with an image of time
 //! t is that of time t + lag**: above 0 where poses come with later stamps than images do.
 //!
-//! The way is read as a mean over a window: between two samples that are read as they are the noise is less midway, which would draw the
+//! The way is read as a mean over a window: between two samples that are read as they are the noise is less midway,
+//! which would draw the
 //! lag there. The window lowers fast motions, not their time: what that leaves is at right angles to what a lag does.
 
 mod error;
@@ -79,7 +82,8 @@ const FAR: f64 = 3.0;
 /// Median of the absolute value of a normal residual.
 const MEDIAN_ABS: f64 = 0.674_489_750_196_081_7;
 
-/// Finds the lag of poses behind images; each signal is (time, s; value), the image's any number that is linear in the way.
+/// Finds the lag of poses behind images; each signal is (time, s; value), the image's any number that is linear in
+/// the way.
 ///
 /// # Errors
 /// [`LagError`]: also where the motion says nothing of it.
@@ -148,7 +152,8 @@ impl<'a> Fit<'a> {
         let inside = fit.inside(image);
         let middle = fit::median(inside.iter().map(|s| s.1).collect());
         let spread = fit::median(inside.iter().map(|s| (s.1 - middle).abs()).collect()) / MEDIAN_ABS;
-        // Gross errors would hide the motion from the first search; after it they are told by their distance from the line.
+        // Gross errors would hide the motion from the first search; after it they are told by their distance from
+        // the line.
         let drawn_in = |v: f64| v.clamp(middle - FAR * spread, middle + FAR * spread);
         fit.samples = inside.into_iter().map(|(t, v)| (t, drawn_in(v))).collect();
         fit.enough()?;
@@ -315,8 +320,10 @@ impl<'a> Fit<'a> {
         })
     }
 
-    /// The deviation from the curvature and from the pulls: their squares, or where that is more the sum of the products of neighbours'
-    /// (Newey and West 1987) over as many as the window reaches; with few products that sum alone is too small now and then.
+    /// The deviation from the curvature and from the pulls: their squares, or where that is more the sum of the
+    /// products of neighbours'
+    /// (Newey and West 1987) over as many as the window reaches; with few products that sum alone is too small now
+    /// and then.
     fn sigma(&self, lag_s: f64, line: &Line) -> f64 {
         let n = self.samples.len();
         let points: Vec<(f64, f64)> = self.samples.iter().map(|(t, _)| self.way.at(t + lag_s)).collect();

@@ -1,6 +1,7 @@
 //! Floor 2: a tracked ultrasound probe: where its image lies in its marker, how late it is, and bone in it.
 //!
-//! Pure numerics: no file, no clock, no process. Lengths are mm, angles rad, frames are types. The same input gives the same bits.
+//! Pure numerics: no file, no clock, no process. Lengths are mm, angles rad, frames are types. The same input gives
+//! the same bits.
 //!
 //! | step | where |
 //! |---|---|
@@ -12,15 +13,18 @@
 //! | how late poses are, from one motion that images and poses show | [`lag`](fn@lag) |
 //! | poses between those recorded, or a mean of neighbours | [`Track`] |
 //!
-//! A pixel `(u, v)` of the image (whole numbers are centres of pixels, u to the right, v down) with sizes `(s_u, s_v)` lies in the
+//! A pixel `(u, v)` of the image (whole numbers are centres of pixels, u to the right, v down) with sizes `(s_u,
+//! s_v)` lies in the
 //! probe's marker at
 //!
 //! ```text
 //! p = R (u s_u, v s_v, 0) + t                                                                                    (1)
 //! ```
 //!
-//! so that the frame [`geometry::Image`] is here in mm from the centre of the first pixel: x right, y down, z = x x y. An image that is
-//! shown mirrored has a place in space like any other, with z on the other side; what is wrong is to show it one way when calibrating
+//! so that the frame [`geometry::Image`] is here in mm from the centre of the first pixel: x right, y down, z = x x
+//! y. An image that is
+//! shown mirrored has a place in space like any other, with z on the other side; what is wrong is to show it one way
+//! when calibrating
 //! and another way later.
 
 mod calibration;

@@ -61,6 +61,54 @@ pub struct Field {
     origin: Vector3<f64>,
     nodes: [usize; 3],
     values: Vec<f32>,
+    rough: Rough,
+}
+
+/// The field at every second node in four bytes: of a pelvis as much as a processor keeps near itself.
+#[derive(Debug, Clone)]
+struct Rough {
+    per_mm: f32,
+    spacing_mm: f32,
+    nodes: [usize; 3],
+    /// Distance in steps of [`ROUGH_MM`], gradient in steps of one over [`ROUGH_SLOPE`].
+    values: Vec<[i8; 4]>,
+}
+
+/// Distances up to 63 mm, to a quarter of a millimetre: what is further costs the same.
+const ROUGH_MM: f32 = 0.5;
+const ROUGH_SLOPE: f32 = 127.0;
+
+impl Rough {
+    fn new(spacing_mm: f64, size: [usize; 3], values: &[f32]) -> Self {
+        let nodes = size.map(|n| n.div_ceil(2));
+        let wide = 2.0 * spacing_mm;
+        let steps = [1, size[0], size[0] * size[1]];
+        let mut packed = Vec::with_capacity(nodes.iter().product());
+        for k in 0..nodes[2] {
+            for j in 0..nodes[1] {
+                for i in 0..nodes[0] {
+                    let at = [2 * i, 2 * j, 2 * k];
+                    let place = at[2] * steps[2] + at[1] * steps[1] + at[0];
+                    let slope = [0, 1, 2].map(|axis| {
+                        // One-sided at the lattice's faces.
+                        let ahead = usize::from(at[axis] + 1 < size[axis]);
+                        let back = usize::from(at[axis] > 0);
+                        let rise = values[place + ahead * steps[axis]] - values[place - back * steps[axis]];
+                        let run = (ahead + back).max(1) as f32 * spacing_mm as f32;
+                        // Casts saturate.
+                        (rise / run * ROUGH_SLOPE).round() as i8
+                    });
+                    packed.push([(values[place] / ROUGH_MM).round() as i8, slope[0], slope[1], slope[2]]);
+                }
+            }
+        }
+        Self {
+            per_mm: (1.0 / wide) as f32,
+            spacing_mm: wide as f32,
+            nodes,
+            values: packed,
+        }
+    }
 }
 
 impl Field {
@@ -100,21 +148,34 @@ impl Field {
         self.beyond(&u)
     }
 
-    /// The distance at the node before a place, and the slope from there: half a cell's diagonal off, at half the price. Infinite beyond
-    /// the lattice. For what is compared by millimetres.
+    /// A place from the lattice's origin, as [`Field::glance`] takes it.
+    pub(crate) fn in_lattice(&self, p: &Vector3<f64>) -> [f32; 3] {
+        let p = p - self.origin;
+        [p.x as f32, p.y as f32, p.z as f32]
+    }
+
+    /// Roughly the distance at a place, from the lattice's origin, and its gradient: linear from the nearest node of every second one.
+    /// For what is compared by millimetres. Infinite beyond the lattice.
     #[inline]
-    pub(crate) fn glance(&self, p: &Vector3<f64>) -> (f32, [f32; 3]) {
-        let per_mm = 1.0 / self.spacing.spacing_mm;
-        // By half a cell on, so that what the cast cuts off is half a cell to either side.
-        let u = (p - self.origin) * per_mm + Vector3::repeat(0.5);
-        if !(0..3).all(|k| u[k] >= 0.0 && u[k] < (self.nodes[k] - 1) as f64) {
+    pub(crate) fn glance(&self, p: [f32; 3]) -> (f32, [f32; 3]) {
+        let Rough {
+            per_mm,
+            spacing_mm,
+            nodes,
+            values,
+        } = &self.rough;
+        // Half a step on, so that the cast, which cuts off, gives the nearest node.
+        let u = p.map(|x| x * per_mm + 0.5);
+        // A NaN is in no range.
+        if !(0..3).all(|k| u[k] >= 0.0 && u[k] < nodes[k] as f32) {
             return (f32::INFINITY, [0.0; 3]);
         }
-        let row = self.nodes[0];
-        let layer = row * self.nodes[1];
-        let first = u.z as usize * layer + u.y as usize * row + u.x as usize;
-        let v = &self.values[first..=first + layer];
-        (v[0], [v[1] - v[0], v[row] - v[0], v[layer] - v[0]])
+        let i = u.map(|x| x as usize);
+        let [d, x, y, z] = values[(i[2] * nodes[1] + i[1]) * nodes[0] + i[0]];
+        let slope = [x, y, z].map(|g| f32::from(g) / ROUGH_SLOPE);
+        let off = [0, 1, 2].map(|k| p[k] - i[k] as f32 * spacing_mm);
+        let on = slope[0] * off[0] + slope[1] * off[1] + slope[2] * off[2];
+        (f32::from(d) * ROUGH_MM + on, slope)
     }
 
     #[cold]

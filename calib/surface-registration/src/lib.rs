@@ -11,6 +11,7 @@
 //! | from a guess, from landmarks or from nothing to the pose of least cost | [`register`] |
 //! | its error at targets, other minima, each point's part | [`SurfaceRegistration`] |
 //! | motions that the points do not hold, in words | [`free`](fn@free) |
+//! | where touching more would help most | [`next`](fn@next) |
 //! | whether it may be used, and if not why, with numbers | [`Limits::judge`] |
 //!
 //! Minimised is, over the pose `(R, t)`, a depth scale `k` (the speed of sound) and an offset `o` of the surface (a threshold puts bone
@@ -56,6 +57,7 @@ mod field;
 mod free;
 mod kernel;
 mod mesh;
+mod next;
 mod points;
 mod register;
 mod search;
@@ -70,9 +72,10 @@ pub use field::{Field, FieldError, MOST_NODES, Spacing};
 pub use free::{Free, free};
 pub use kernel::Kernel;
 pub use mesh::{DIAGONAL_MM, Distance, Facts, MOST_TRIANGLES, OpenEnd, Surface, SurfaceError};
+pub use next::{Next, Touches, next};
 pub use points::{Beam, BeamNoise, LEAST_POINTS, MOST_POINTS, Points, PointsError, SharedError, SurfacePoint};
 pub use register::{
-    Class, Landmark, Options, Other, PointResult, RegisterError, Start, SurfaceRegistration, refine, register,
+    Class, Halves, Landmark, Options, Other, PointResult, RegisterError, Start, SurfaceRegistration, refine, register,
 };
 pub use search::Effort;
 pub use solve::Priors;

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 pub use error::SurfaceError;
 
-use crate::tree::{Foot, Tree};
+use crate::tree::Tree;
 
 /// The most triangles that are taken.
 pub const MOST_TRIANGLES: usize = 4_000_000;
@@ -123,9 +123,5 @@ impl<F: Frame> Surface<F> {
         let p = Vector3::from(place.mm());
         let triangles = self.tree.triangles().map(|t| [t.a, t.b, t.c]);
         check::winding(triangles.chain(self.caps.iter().copied()), &p)
-    }
-
-    pub(crate) fn foot(&self, p: &Vector3<f64>, hint: Option<u32>) -> Option<Foot> {
-        self.tree.foot(p, f64::INFINITY, hint)
     }
 }

@@ -2,14 +2,20 @@
 
 mod check;
 mod error;
+mod moved;
+mod parts;
 mod result;
+mod rows;
 mod start;
+mod suspect;
 
 use geometry::rotation::RotationMatrix;
 use geometry::{Frame, Rigid, Vector};
 
 pub use error::RegisterError;
-pub use result::{Class, Other, PointResult, SurfaceRegistration};
+pub use moved::Halves;
+pub use parts::{Class, PointResult};
+pub use result::{Other, SurfaceRegistration};
 pub use start::{Landmark, Start};
 
 use crate::points::Points;
@@ -58,7 +64,7 @@ pub fn register<To: Frame, From: Frame>(
     let cloud = &points.cloud;
     let anchors = start.anchors(cloud);
     let solver = Solver {
-        surface,
+        tree: &surface.tree,
         field,
         anchors: &anchors,
         priors: &options.priors,
@@ -66,8 +72,9 @@ pub fn register<To: Frame, From: Frame>(
         facing: options.facing,
     };
     let seeds = start.seeds(surface, cloud, &anchors, &options.effort)?;
-    let searched = search(&solver, cloud, &seeds, &options.effort);
-    result::result(&solver, points, searched)
+    let exact = Exact::new(&surface.tree, field, cloud.len());
+    let searched = search(&solver, &exact, cloud, &seeds, &options.effort);
+    result::result(&solver, &exact, points, searched)
 }
 
 /// Registers from one start alone, without a search: the minimum that a narrowing kernel leads to from there. It knows of no other
@@ -84,7 +91,7 @@ pub fn refine<To: Frame, From: Frame>(
 ) -> Result<SurfaceRegistration<To, From>, RegisterError> {
     let cloud = &points.cloud;
     let solver = Solver {
-        surface,
+        tree: &surface.tree,
         field,
         anchors: &[],
         priors: &options.priors,
@@ -93,15 +100,21 @@ pub fn refine<To: Frame, From: Frame>(
     };
     // From afar to near in one go: without other starts the kernel alone must find the way.
     let state = start::state(start, cloud);
-    let stages = crate::search::long_stages(options.kernel_end);
+    let [afar, narrowing, near] = crate::search::long_stages(options.kernel_end);
     let nowhere = || RegisterError::Nowhere { seeds: 1 };
+    let sample = cloud.thinned(AFAR_POINTS);
     let (state, _) = solver
-        .through(cloud, &solver.blunt(cloud), state, &stages)
+        .through(&sample, &solver.blunt(&sample), state, &afar)
+        .and_then(|(state, _)| solver.through(cloud, &solver.blunt(cloud), state, &narrowing))
+        .and_then(|(state, _)| solver.near(cloud, state, &near))
         .ok_or_else(nowhere)?;
-    let exact = Exact::new(surface, field, cloud.len());
+    let exact = Exact::new(&surface.tree, field, cloud.len());
     let ended = solver.end(cloud, &exact, state).ok_or_else(nowhere)?;
-    result::result(&solver, points, crate::search::Searched::of_one(ended))
+    result::result(&solver, &exact, points, crate::search::Searched::of_one(ended))
 }
+
+/// Points by which one start finds its way from afar: a share of gross errors among so many is within some per cent that of all.
+const AFAR_POINTS: usize = 80;
 
 /// The pose of a state.
 pub(crate) fn transform<To: Frame, From: Frame>(

@@ -10,18 +10,18 @@
 
 mod distinct;
 pub(crate) mod pairs;
+mod score;
 mod seeds;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-
-use geometry::Frame;
 
 use crate::kernel::Kernel;
 use crate::points::Cloud;
 use crate::solve::{Ended, Exact, Solver, Stage, State};
 
 use distinct::distinct;
+use score::Scorer;
 pub(crate) use seeds::Seeds;
 
 /// How much is tried.
@@ -178,39 +178,44 @@ fn polish_stages(end: f64) -> [Stage; 2] {
     let wide = Stage {
         kernel: Kernel::Wide(3.0),
         is_facing: true,
-        steps: 8,
-        settled_mm: 0.05,
+        steps: 6,
+        settled_mm: 0.1,
     };
     let last = Stage {
         kernel: Kernel::Tukey(end),
-        steps: 12,
-        settled_mm: 0.02,
+        steps: 6,
+        settled_mm: 0.05,
         ..wide
     };
     [wide, last]
 }
 
-/// Where a stage narrows a kernel from afar: for one start alone.
-pub(crate) fn long_stages(end: f64) -> Vec<Stage> {
+/// The stages of one start alone: those on a sample, which narrow the kernel from afar, and two and two on all points.
+pub(crate) fn long_stages(end: f64) -> [[Stage; 2]; 3] {
     let wide = |m: f64| Stage {
         kernel: Kernel::Wide(m),
         is_facing: false,
-        steps: 5,
-        settled_mm: 0.2,
+        steps: 4,
+        settled_mm: 0.4,
     };
-    let mut stages: Vec<Stage> = [40.0, 20.0, 10.0, 5.0].into_iter().map(wide).collect();
-    stages.extend(polish_stages(end));
-    stages
+    [[wide(40.0), wide(20.0)], [wide(10.0), wide(5.0)], polish_stages(end)]
 }
 
-pub(crate) fn search<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, seeds: &Seeds<'_>, effort: &Effort) -> Searched {
+pub(crate) fn search(
+    solver: &Solver<'_>,
+    exact: &Exact<'_>,
+    cloud: &Cloud,
+    seeds: &Seeds<'_>,
+    effort: &Effort,
+) -> Searched {
     let sample = cloud.thinned(effort.sample);
     let blunt = solver.blunt(&sample);
+    let scorer = Scorer::new(solver, &sample);
     let (mut best, mut count) = (Best::of(effort.tried), 0);
     seeds.each(effort, &mut |state| {
         count += 1;
         let limit = best.limit();
-        best.offer(score(solver, &sample, &state, limit), state);
+        best.offer(scorer.score(&state, limit), state);
     });
     let scored = best.in_order();
     let stages = rough_stages(solver.end);
@@ -223,17 +228,15 @@ pub(crate) fn search<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, seeds: &Se
     // Distinct ones only: the best four hundred are mostly one minimum, and the others are what a verdict needs to know of.
     let mut rough = distinct(rough, cloud.radius_mm, ROUGH_MM);
     rough.truncate(effort.polished);
-    let blunt = solver.blunt(cloud);
     let stages = polish_stages(solver.end);
     let polished = rough.iter().filter_map(|(_, state, hits)| {
-        let (state, cost) = solver.through(cloud, &blunt, *state, &stages)?;
+        let (state, cost) = solver.near(cloud, *state, &stages)?;
         Some((cost, state, *hits))
     });
     let mut polished = distinct::merged(polished.collect(), cloud.radius_mm, FINE_MM);
     polished.truncate(effort.ends);
-    let exact = Exact::new(solver.surface, solver.field, cloud.len());
     let ended = polished.iter().filter_map(|(_, state, hits)| {
-        let ended = solver.end(cloud, &exact, *state)?;
+        let ended = solver.end(cloud, exact, *state)?;
         Some((ended.cost, ended, *hits))
     });
     Searched {
@@ -241,36 +244,4 @@ pub(crate) fn search<F: Frame>(solver: &Solver<'_, F>, cloud: &Cloud, seeds: &Se
         seeds: count,
         fits,
     }
-}
-
-/// Width of the kernel that seeds are scored by, mm: about the distance of seeds.
-const SCORE_MM: f64 = 6.0;
-
-/// The cost of a seed on the sample, in squares of `SCORE_MM`; infinite where it is not below `limit`.
-fn score<F: Frame>(solver: &Solver<'_, F>, sample: &Cloud, state: &State, limit: f64) -> f64 {
-    let mut cost = 0.0;
-    for anchor in solver.anchors {
-        let off = state.turn * anchor.from + state.shift - anchor.to;
-        cost += off.norm_squared() / (anchor.sigma_mm * anchor.sigma_mm + SCORE_MM * SCORE_MM) / 3.0;
-    }
-    for i in 0..sample.len() {
-        let p = state.turn * sample.places[i] + state.shift;
-        let (d, slope) = solver.field.glance(&p);
-        let square = f64::from(d * d);
-        let beam = state.turn * sample.beams[i];
-        let along = beam.x * f64::from(slope[0]) + beam.y * f64::from(slope[1]) + beam.z * f64::from(slope[2]);
-        // The slope is that over one cell, of its length where the field is smooth: good enough for the sign of a cosine.
-        let counts = d.is_finite() && along <= solver.facing * solver.field.spacing().spacing_mm;
-        cost += sample.votes[i]
-            * if counts {
-                square / (square + SCORE_MM * SCORE_MM)
-            } else {
-                1.0
-            };
-        // Costs only grow: most seeds are ruled out by a few points.
-        if cost.is_nan() || cost >= limit {
-            return f64::INFINITY;
-        }
-    }
-    cost
 }

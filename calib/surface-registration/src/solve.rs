@@ -10,13 +10,16 @@
 //! below is held while a step is made: were it a function of the pose, points would be drawn to where the surface shows them their
 //! widest side.
 
+mod equations;
+mod exact;
 mod problem;
 mod schedule;
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
-pub(crate) use problem::{Distances, Exact, Problem};
-pub(crate) use schedule::{Ended, Solver, Stage};
+pub(crate) use exact::Exact;
+pub(crate) use problem::{Distances, Problem};
+pub(crate) use schedule::{Ended, Noise, Solver, Stage};
 
 /// Unknowns: turn and shift of the cloud's centre, depth scale, offset.
 pub(crate) const UNKNOWNS: usize = 8;
@@ -97,4 +100,22 @@ pub(crate) fn turned(w: &Vector3<f64>) -> Matrix3<f64> {
 pub(crate) fn apart_mm(a: &State, b: &State, radius_mm: f64) -> f64 {
     let turn = (a.turn - b.turn).norm_squared() * radius_mm * radius_mm / 3.0;
     (turn + (a.shift - b.shift).norm_squared()).sqrt()
+}
+
+/// The motion from `b` to `a`: rotation vector, and shift of the points' centre.
+pub(crate) fn motion(a: &State, b: &State) -> Vector6<f64> {
+    let turn = a.turn * b.turn.transpose();
+    // The vector of a rotation up to its angle over its sine: a distance of 90 degrees and more is no small error of anything.
+    let skew = Vector3::new(
+        turn[(2, 1)] - turn[(1, 2)],
+        turn[(0, 2)] - turn[(2, 0)],
+        turn[(1, 0)] - turn[(0, 1)],
+    ) * 0.5;
+    let scale = if turn.trace() > 1.0 {
+        1.0
+    } else {
+        std::f64::consts::PI / skew.norm().max(1e-3)
+    };
+    let (w, v) = (skew * scale, a.shift - b.shift);
+    Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)
 }

@@ -37,6 +37,8 @@ pub struct Limits {
     pub least_hits: usize,
     /// Mean square of the landmarks' misses over what their errors say, at most.
     pub most_landmark_ratio: f64,
+    /// Square of the difference of the sweep's two parts as two poses in its covariance, at most ([`crate::Halves::square`]).
+    pub most_moved: f64,
 }
 
 impl Default for Limits {
@@ -53,6 +55,7 @@ impl Default for Limits {
             most_tre_mm: 2.0,
             least_hits: 3,
             most_landmark_ratio: 5.0,
+            most_moved: 30.0,
         }
     }
 }
@@ -142,6 +145,17 @@ pub enum Refusal {
         /// At most allowed.
         most: f64,
     },
+    /// The points before and after a place in their order say two poses: the bone moved against the tracker's reference on the way.
+    Moved {
+        /// Points before the change.
+        before: usize,
+        /// By how much the two poses differ at the target where they differ most, mm.
+        apart_mm: f64,
+        /// The square of the difference in its covariance.
+        found: f64,
+        /// At most allowed.
+        most: f64,
+    },
 }
 
 impl Limits {
@@ -206,6 +220,16 @@ impl Limits {
                 most: self.most_landmark_ratio,
             };
             least(-ratio, -self.most_landmark_ratio, refusal);
+        }
+        if let Some(halves) = &found.halves {
+            let apart = targets.iter().map(|target| halves.apart_mm(*target));
+            let refusal = Refusal::Moved {
+                before: halves.before,
+                apart_mm: apart.fold(0.0, f64::max),
+                found: halves.square,
+                most: self.most_moved,
+            };
+            least(-halves.square, -self.most_moved, refusal);
         }
         self.errors(found, targets, &mut refusals);
         refusals
@@ -302,6 +326,15 @@ impl fmt::Display for Refusal {
             Self::Hits { found, least, fits } => write!(
                 f,
                 "{found} of {fits} fits led here, at least {least} is accepted: the search was too sparse to have seen every pose"
+            ),
+            Self::Moved {
+                before,
+                apart_mm,
+                found,
+                most,
+            } => write!(
+                f,
+                "the first {before} points and those after them say two poses, {apart_mm:.1} mm apart at the target: {found:.0} squares of deviations, at most {most:.0} is accepted: did the bone move under the reference?"
             ),
             Self::Landmarks { found, most } => write!(
                 f,

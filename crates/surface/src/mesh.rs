@@ -14,6 +14,24 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// A surface of these triangles in one colour, the first of a list; smooth, its normals being those of the triangles that meet at each
+    /// corner. `None` where a triangle names a corner that is not there.
+    pub fn of_triangles(points: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Option<Self> {
+        let is_there = |corner: &u32| (*corner as usize) < points.len();
+        if !triangles.iter().flatten().all(is_there) {
+            return None;
+        }
+        let paints = vec![0; triangles.len()];
+        let mut mesh = Self {
+            points,
+            normals: Vec::new(),
+            triangles,
+            paints,
+        };
+        mesh.make_normals();
+        Some(mesh)
+    }
+
     /// The corners, CT, LPS mm.
     pub fn points(&self) -> &[[f32; 3]] {
         &self.points

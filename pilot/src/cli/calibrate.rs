@@ -24,6 +24,7 @@ Examples:
   pilot calibrate touch bead-1 --to touched.csv           a point of the patient, and then
   pilot calibrate match beads.json touched.csv --out registration.json
   pilot calibrate register --to-points ct.txt --from-points touched.csv --out registration.json
+  pilot calibrate sweep --bone bone.ply --to swept.csv --out registration.json
   pilot calibrate check --known 10,-20,95.5               a known point is touched, and the error held against its prediction
 
 Exit codes: 0 done; 1 refused, and nothing was written.";
@@ -47,6 +48,8 @@ pub(crate) enum What {
     Register,
     /// The patient, from touched points and the beads of the CT.
     Match,
+    /// The patient, by gliding over a bone with the tip.
+    Sweep,
     /// The registration: hold the tip on a known point.
     Check,
     /// Nothing: prints this. As a value, so that `--help` behind one of the others is that of `calib`.

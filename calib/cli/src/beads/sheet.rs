@@ -103,7 +103,7 @@ fn panel(volume: &Volume, centre: [f64; 3], right: [f64; 3], down: [f64; 3]) -> 
 }
 
 /// The grey of a value.
-fn tone(hu: f64) -> u8 {
+pub(crate) fn tone(hu: f64) -> u8 {
     let hu = hu.clamp(TONES[0][0], TONES[TONES.len() - 1][0]);
     let piece = TONES.windows(2).find(|ends| hu <= ends[1][0]);
     piece.map_or(255, |ends| {
@@ -113,7 +113,7 @@ fn tone(hu: f64) -> u8 {
 }
 
 /// The HU at a place, linear between the eight voxels around; `None` outside.
-fn sample(volume: &Volume, [x, y, z]: [f64; 3]) -> Option<f64> {
+pub(crate) fn sample(volume: &Volume, [x, y, z]: [f64; 3]) -> Option<f64> {
     let grid = volume.grid();
     let index = (grid.voxel_from_ct() * Point::<Ct>::new(x, y, z)).mm();
     let dims = grid.dims();

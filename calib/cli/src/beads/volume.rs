@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use bead::Voxels;
-use bus::volume::OwnedVolume;
+use bus::volume::{LabelMap, OwnedVolume};
 use clap::Args;
 use geometry::VolumeGrid;
+use guidance::safety::LabelNames;
 use scene::{FileSpec, VolumeSource, VolumeSpec};
 
 use super::error::BeadsError;
@@ -28,8 +29,14 @@ pub(crate) struct ReadArgs {
     spacing_mm: Option<Positive>,
 }
 
+/// Reads a label map of a volume from a file. Handed in as [`LoadVolume`] is.
+pub type LoadLabels = fn(&Path, &VolumeSpec) -> Result<LabelMap, Box<dyn std::error::Error + Send + Sync>>;
+
+/// Reads the names that a label map comes with. Handed in as [`LoadVolume`] is.
+pub type ReadLabelNames = fn(&Path) -> Result<LabelNames, Box<dyn std::error::Error + Send + Sync>>;
+
 /// A volume in memory.
-pub(super) struct Volume(pub(super) OwnedVolume);
+pub(crate) struct Volume(pub(crate) OwnedVolume);
 
 impl ReadArgs {
     /// The hash of a volume, as it stands in files and on images.
@@ -37,7 +44,12 @@ impl ReadArgs {
         Ok(self.load(path, load)?.0.hash.to_string())
     }
 
-    pub(super) fn load(&self, path: &Path, load: LoadVolume) -> Result<Volume, BeadsError> {
+    pub(crate) fn load(&self, path: &Path, load: LoadVolume) -> Result<Volume, BeadsError> {
+        load(&self.spec(path)?).map(Volume).map_err(BeadsError::Volume)
+    }
+
+    /// What is to be read of a file, a folder, or `phantom`.
+    pub(crate) fn spec(&self, path: &Path) -> Result<VolumeSpec, BeadsError> {
         let mut spec = VolumeSpec::of_path(PathBuf::from(path));
         match &mut spec.source {
             VolumeSource::File(_) if self.spacing_mm.is_some() => {
@@ -48,7 +60,7 @@ impl ReadArgs {
             }
             VolumeSource::Phantom { spacing_mm } => *spacing_mm = self.spacing_mm.map_or(*spacing_mm, |mm| mm.0),
         }
-        load(&spec).map(Volume).map_err(BeadsError::Volume)
+        Ok(spec)
     }
 }
 

@@ -204,7 +204,7 @@ fn gates(touch: &Touched, scened: &SceneContext) -> Vec<Gate> {
 }
 
 /// A tip from its file: of the whole tool, or of a pivot calibration, whose frame then has the marker's axes.
-fn tip_of(path: &Path, run: &Run<'_>) -> Result<Uncertain<Marker, Tool>, CommandError> {
+pub(crate) fn tip_of(path: &Path, run: &Run<'_>) -> Result<Uncertain<Marker, Tool>, CommandError> {
     let (file, tip) = tip_in(path)?;
     file.of_tool(path, "run", &run.scened.scene.tool.name)?;
     if let Some(link) = &run.scened.scene.tracker.links.calibration {
@@ -215,7 +215,7 @@ fn tip_of(path: &Path, run: &Run<'_>) -> Result<Uncertain<Marker, Tool>, Command
 }
 
 /// The file and its tip.
-fn tip_in(path: &Path) -> Result<(CalibrationFile, Uncertain<Marker, Tool>), CommandError> {
+pub(crate) fn tip_in(path: &Path) -> Result<(CalibrationFile, Uncertain<Marker, Tool>), CommandError> {
     let unusable = |error: &dyn std::fmt::Display| LiveError::NoTip {
         name: path.display().to_string(),
         why: error.to_string(),

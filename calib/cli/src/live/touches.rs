@@ -15,7 +15,7 @@ const HEADER: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz";
 
 /// What all touches of a file are of, which its first line says: the tool with its calibration, and the frame. Touches with another
 /// calibration are places of another tip.
-pub(super) fn comment(tool: &str, frame: &str, tip: &Uncertain<Marker, Tool>) -> String {
+pub(crate) fn comment(tool: &str, frame: &str, tip: &Uncertain<Marker, Tool>) -> String {
     let rigid = tip.transform();
     let numbers = [&rigid.quaternion()[..], &rigid.translation_mm(), &tip.upper()].concat();
     let id = scene::registration_id(&numbers);

@@ -122,7 +122,8 @@ pub(crate) struct ProbeArgs {
     /// Find the play of each wire's ends in their holes, of this deviation
     #[arg(long, value_name = "MM", default_value = "0", value_parser = up_to::<2>)]
     play_mm: f64,
-    /// Refuse an image whose error by its covariance is above this at a corner of where points were seen, root mean square
+    /// Refuse an image whose error by its covariance is above this at a corner of where points were seen, root mean
+    /// square
     #[arg(long, value_name = "MM", default_value = "1")]
     max_error_mm: Positive,
     /// Refuse residuals above this many times the noise told

@@ -19,7 +19,8 @@ pub const PROBE_FORMAT: &str = "trocar-probe";
 /// The value of `version`. It rises when a key changes its meaning or goes; new keys leave it.
 pub const PROBE_VERSION: u32 = 1;
 
-/// The file's content. A pixel (u, v) lies at `R (u pixel_mm[0], v pixel_mm[1], 0) + t` in the probe's marker, mm; whole numbers are
+/// The file's content. A pixel (u, v) lies at `R (u pixel_mm[0], v pixel_mm[1], 0) + t` in the probe's marker, mm;
+/// whole numbers are
 /// centres of pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProbeFile {
@@ -43,7 +44,8 @@ pub struct ProbeFile {
     pub translation_mm: [f64; 3],
     /// Size of a pixel along a row and along a column, mm.
     pub pixel_mm: [f64; 2],
-    /// Covariance by rows of (w, v) in the marker about its origin, and of the logarithms of both sizes: rad, mm, 1, 1. The true image is
+    /// Covariance by rows of (w, v) in the marker about its origin, and of the logarithms of both sizes: rad, mm, 1,
+    /// 1. The true image is
     /// `exp(w) (R p + t) + v`.
     pub covariance: Vec<Vec<f64>>,
     /// Least and largest column and row of the points: beyond them the errors grow.
@@ -228,7 +230,8 @@ impl ProbeFile {
         }
     }
 
-    /// The image in the probe's marker, mm from its first pixel, with its covariance; `None` never of a file that was read.
+    /// The image in the probe's marker, mm from its first pixel, with its covariance; `None` never of a file that
+    /// was read.
     pub fn probe_from_image(&self) -> Option<Uncertain<Probe, Image>> {
         let rigid = checked::rigid(self.quaternion_wxyz, self.translation_mm, 1e-9).ok()?;
         let all = self.matrix()?;

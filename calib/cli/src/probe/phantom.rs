@@ -18,7 +18,8 @@ pub(super) struct Told {
     pub(super) error: Option<f64>,
 }
 
-/// Reads wires and place; `frames` are the phantom's and the reference's, `errors` the deviations of shift (mm) and turn (rad) about the
+/// Reads wires and place; `frames` are the phantom's and the reference's, `errors` the deviations of shift (mm) and
+/// turn (rad) about the
 /// middle of the wires. Wires of a check may be few.
 pub(super) fn read(
     path: &Path,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::Gate;
 use crate::input_files::source::{Source, SourceError};
+use crate::register::surface::SurfaceRecord;
 
 /// The value of `format`.
 pub const FORMAT: &str = "trocar-registration";
@@ -32,30 +33,39 @@ pub struct RegistrationFile {
     pub method: String,
     /// `to_from_from`.
     pub transform: Transform,
-    /// Root of the weighted mean of the squared distances of the pairs used, mm: divides by N or the sum of weights.
+    /// Root of the weighted mean of the squared distances of the pairs used, mm: divides by N or the sum of weights. Of a registration by
+    /// the bone's surface: of the distances of points to it.
     pub fre_rms_mm: f64,
-    /// The longest distance of a pair used, mm.
+    /// The longest distance of a pair or point used, mm.
     pub fre_max_mm: f64,
-    /// `s1 / (s2 + s3)`: radians of rotation per relative error of the data's correlation.
-    pub condition: f64,
+    /// `s1 / (s2 + s3)`: radians of rotation per relative error of the data's correlation. This and the next three: of pairs alone.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub condition: Option<f64>,
     /// Singular values of the correlation matrix of the centred clouds, relative to their sizes.
-    pub singular_values: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub singular_values: Option<[f64; 3]>,
     /// The proof that no other rotation fits better.
-    pub certificate: Certificate,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub certificate: Option<Certificate>,
     /// The noise that covariance and predicted TRE rest on.
-    pub noise: Noise,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub noise: Option<Noise>,
     /// Of (rotation vector, translation); `null` where the points do not determine one.
     pub covariance: Option<[[f64; 6]; 6]>,
     /// What the covariance means, in words.
     pub covariance_convention: String,
-    /// Centre of the pairs used, in `to`, mm.
+    /// Centre of the pairs used, or of all points of the surface, in `to`, mm.
     pub centre_mm: [f64; 3],
     /// Target registration error predicted at the centre and at each `--target`.
     pub predicted_tre: Vec<PredictedTre>,
     /// The tolerance of `--robust`, mm.
     pub robust_tolerance_mm: Option<f64>,
     /// Each pair in the order of the file.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub pairs: Vec<PairResult>,
+    /// Of a registration by the bone's surface: what is known of it beside the pose.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub surface: Option<SurfaceRecord>,
     /// The files that were read.
     pub inputs: Vec<InputFile>,
     /// The bounds of a scene that it kept.

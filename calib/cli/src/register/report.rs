@@ -2,7 +2,7 @@
 
 use crate::text::{line, mm, shown};
 
-use crate::register::file::{PredictedTre, RegistrationFile};
+use crate::register::file::{Certificate, PredictedTre, RegistrationFile};
 use crate::register::residual_table;
 
 /// Below this the third singular value tells of a mirror image: of a perfect one it is the relative extent along the
@@ -43,7 +43,7 @@ fn heading(text: &mut String, file: &RegistrationFile) {
     line!(text);
 }
 
-fn transform(text: &mut String, file: &RegistrationFile) {
+pub(crate) fn transform(text: &mut String, file: &RegistrationFile) {
     line!(text, "matrix (mm)");
     for [a, b, c, t] in file.transform.matrix {
         line!(text, "  {a:>14.10} {b:>14.10} {c:>14.10} {t:>18.9}");
@@ -63,24 +63,19 @@ fn transform(text: &mut String, file: &RegistrationFile) {
 }
 
 fn quality(text: &mut String, file: &RegistrationFile) {
-    let certificate = &file.certificate;
-    let bound = certificate
-        .error_bound_rad
-        .map_or("unbounded".to_owned(), |rad| format!("{rad:.1e} rad"));
-    let third = file.singular_values[2];
-    let verdict = match certificate.global_optimum {
-        true => format!("this is the global optimum, to within {bound}"),
-        false => format!("NOT PROVEN to be the global optimum (angle to it: {bound})"),
-    };
     line!(
         text,
         "FRE rms          {} mm, longest {} mm",
         mm(file.fre_rms_mm),
         mm(file.fre_max_mm)
     );
-    line!(text, "condition        {:.3e}", file.condition);
-    line!(text, "certificate      {verdict}");
-    if third < MIRRORED {
+    if let (Some(condition), Some(certificate)) = (file.condition, &file.certificate) {
+        line!(text, "condition        {condition:.3e}");
+        line!(text, "certificate      {}", proof(certificate));
+    }
+    if let Some([_, _, third]) = file.singular_values
+        && third < MIRRORED
+    {
         line!(
             text,
             "WARNING          a mirror image fits better than any rotation (third singular value {third:.2}): check the sign \
@@ -89,16 +84,24 @@ fn quality(text: &mut String, file: &RegistrationFile) {
     }
 }
 
-fn accuracy(text: &mut String, file: &RegistrationFile) {
-    let origin = match file.noise.estimated {
-        true => "estimated from the residuals",
-        false => "given",
-    };
-    line!(
-        text,
-        "noise            {} mm per axis, {origin}",
-        mm(file.noise.sigma_mm)
-    );
+fn proof(certificate: &Certificate) -> String {
+    let bound = certificate
+        .error_bound_rad
+        .map_or("unbounded".to_owned(), |rad| format!("{rad:.1e} rad"));
+    match certificate.global_optimum {
+        true => format!("this is the global optimum, to within {bound}"),
+        false => format!("NOT PROVEN to be the global optimum (angle to it: {bound})"),
+    }
+}
+
+pub(crate) fn accuracy(text: &mut String, file: &RegistrationFile) {
+    if let Some(noise) = &file.noise {
+        let origin = match noise.estimated {
+            true => "estimated from the residuals",
+            false => "given",
+        };
+        line!(text, "noise            {} mm per axis, {origin}", mm(noise.sigma_mm));
+    }
     match &file.covariance {
         Some(covariance) => deviations(text, file, covariance),
         None => {

@@ -102,26 +102,25 @@ impl Registered {
 
     pub(super) fn figures(&self) -> Vec<StepFigure> {
         let file = &self.file;
-        let noise = match file.noise.estimated {
-            true => "as the residuals suggest",
-            false => "the least that a hand and a CT err by",
-        };
-        let lines = [
-            format!(
-                "residuals {:.2} mm (root mean square), the largest {:.2} mm",
-                file.fre_rms_mm, file.fre_max_mm
-            ),
-            format!(
-                "error of a touch {:.2} mm along each axis, {noise}",
-                file.noise.sigma_mm
-            ),
-        ];
-        lines.iter().map(|line| StepFigure::new(line)).collect()
+        let residuals = format!(
+            "residuals {:.2} mm (root mean square), the largest {:.2} mm",
+            file.fre_rms_mm, file.fre_max_mm
+        );
+        let noise = file.noise.as_ref().map(|noise| {
+            let origin = match noise.estimated {
+                true => "as the residuals suggest",
+                false => "the least that a hand and a CT err by",
+            };
+            format!("error of a touch {:.2} mm along each axis, {origin}", noise.sigma_mm)
+        });
+        let lines = std::iter::once(residuals).chain(noise);
+        lines.map(|line| StepFigure::new(&line)).collect()
     }
 
     /// A pair of the registration, on the point of the screen that it is of.
     pub(super) fn on_point(&self, pair: &PairResult, point: StepPoint) -> StepPoint {
-        let expected_mm = LENGTH_95 * self.file.noise.sigma_mm;
+        let noise_mm = self.file.noise.as_ref().map_or(f64::NAN, |noise| noise.sigma_mm);
+        let expected_mm = LENGTH_95 * noise_mm;
         let left_out_mm = pair.leave_one_out_mm.unwrap_or(f64::NAN);
         let off = if left_out_mm > OFF * expected_mm {
             StepPoint::OFF

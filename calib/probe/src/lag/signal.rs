@@ -96,7 +96,8 @@ pub(super) fn checked(signal: &'static str, samples: &[(f64, f64)]) -> Result<()
     Ok(())
 }
 
-/// The way of poses along the direction in which they moved most, mm from their mean: the signal of a marker's motion. The sign is that of
+/// The way of poses along the direction in which they moved most, mm from their mean: the signal of a marker's
+/// motion. The sign is that of
 /// the direction's largest part.
 pub fn principal_motion<To, From>(timed: &[(f64, Rigid<To, From>)]) -> Vec<(f64, f64)> {
     let places: Vec<Vector3<f64>> = timed.iter().map(|(_, pose)| pose.translation_mm().into()).collect();

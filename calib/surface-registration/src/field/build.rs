@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::rows::{Lattice, Rows};
-use super::{Field, FieldError, MOST_NODES, Spacing};
+use super::{Field, FieldError, MOST_NODES, Rough, Spacing};
 use crate::tree::{Tree, Triangle};
 
 /// Nodes within so many spacings of a triangle get their exact distance.
@@ -91,6 +91,7 @@ pub(super) fn build(
         spacing,
         origin,
         nodes: size,
+        rough: Rough::new(h, size, &values),
         values,
     })
 }
@@ -125,7 +126,7 @@ impl Nodes {
             for j in first[1]..=last[1] {
                 for i in first[0]..=last[0] {
                     let at = Vector3::new(i as f64, j as f64, k as f64) * h;
-                    let foot = t.foot(&(at + self.origin), 0);
+                    let foot = t.near(&(at + self.origin));
                     let place = self.place(i, j, k);
                     let near = &mut self.near[place];
                     if (foot.distance2 as f32) < near.distance2 {

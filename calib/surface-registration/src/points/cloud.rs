@@ -1,7 +1,5 @@
 //! Points without their frame, as the fit goes over them.
 
-use std::collections::HashMap;
-
 use geometry::Frame;
 use nalgebra::{Matrix3, Vector3};
 
@@ -70,20 +68,25 @@ impl Cloud {
     /// The first `n` points of [`Cloud::order`], as a cloud of its own about the same centre.
     pub(crate) fn thinned(&self, n: usize) -> Self {
         let chosen: Vec<usize> = self.order.iter().take(n).map(|i| *i as usize).collect();
+        self.of(&chosen)
+    }
+
+    /// Some points, as a cloud of its own about the same centre.
+    pub(crate) fn of(&self, chosen: &[usize]) -> Self {
         fn of<T: Clone>(all: &[T], chosen: &[usize]) -> Vec<T> {
             chosen.iter().map(|i| all[*i].clone()).collect()
         }
         Self {
             centre: self.centre,
             radius_mm: self.radius_mm,
-            places: of(&self.places, &chosen),
-            deep: of(&self.deep, &chosen),
-            beams: of(&self.beams, &chosen),
-            covariances: of(&self.covariances, &chosen),
-            roots: of(&self.roots, &chosen),
-            sigmas: of(&self.sigmas, &chosen),
-            votes: of(&self.votes, &chosen),
-            order: (0..chosen.len() as u32).collect(),
+            places: of(&self.places, chosen),
+            deep: of(&self.deep, chosen),
+            beams: of(&self.beams, chosen),
+            covariances: of(&self.covariances, chosen),
+            roots: of(&self.roots, chosen),
+            sigmas: of(&self.sigmas, chosen),
+            votes: of(&self.votes, chosen),
+            order: shuffled(chosen.len()),
         }
     }
 }
@@ -99,27 +102,22 @@ fn votes(places: &[Vector3<f64>], held_mm: f64) -> Vec<f64> {
     if held_mm <= 0.0 {
         return vec![1.0; places.len()];
     }
-    // Cells of that size: neighbours lie in the same cell or one beside it. Casts saturate.
-    let cell = |p: &Vector3<f64>| [p.x, p.y, p.z].map(|x| (x / held_mm).floor() as i64);
-    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
-    for (i, p) in places.iter().enumerate() {
-        cells.entry(cell(p)).or_default().push(i);
-    }
-    let vote = |p: &Vector3<f64>| {
-        let own = cell(p);
-        let mut near = 0_usize;
-        for k in 0..27_i64 {
-            let beside = [
-                own[0].saturating_add(k % 3 - 1),
-                own[1].saturating_add(k / 3 % 3 - 1),
-                own[2].saturating_add(k / 9 - 1),
-            ];
-            let members = cells.get(&beside).into_iter().flatten();
-            near += members.filter(|j| (places[**j] - p).norm() <= held_mm).count();
+    // In the order of x only those that follow within that length can be near.
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_unstable_by(|i, j| places[*i].x.total_cmp(&places[*j].x).then(i.cmp(j)));
+    let mut near = vec![1_usize; places.len()];
+    for (k, i) in order.iter().enumerate() {
+        for j in &order[k + 1..] {
+            if places[*j].x - places[*i].x > held_mm {
+                break;
+            }
+            if (places[*j] - places[*i]).norm() <= held_mm {
+                near[*i] += 1;
+                near[*j] += 1;
+            }
         }
-        1.0 / near.max(1) as f64
-    };
-    places.iter().map(vote).collect()
+    }
+    near.into_iter().map(|near| 1.0 / near as f64).collect()
 }
 
 /// An order that has nothing to do with place: a part of it has as many gross errors as the whole, which the points that lie furthest

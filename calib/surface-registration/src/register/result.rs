@@ -1,41 +1,16 @@
 //! A registration with all that is known of its error.
 
 use geometry::{Frame, Point, Rigid, Uncertain, UncertainPoint};
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
 use super::{RegisterError, transform};
-use crate::kernel::tukey_variance;
 use crate::points::Points;
 use crate::search::{Minimum, Searched};
-use crate::solve::{Exact, Matrix8, Problem, Solver, State, UNKNOWNS, apart_mm};
+use crate::solve::{Exact, Matrix8, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
-/// What became of a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Class {
-    /// It has a say.
-    Kept,
-    /// Left out: it lies outside of the bone, where soft tissue echoes.
-    InFront,
-    /// Left out: it lies inside of the bone.
-    Behind,
-    /// Left out: its beam comes from inside the bone.
-    FacesAway,
-    /// Left out: the bone nearest to it is an open border of the surface, beyond which nothing is known.
-    Beyond,
-}
-
-/// One point's part in a registration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PointResult {
-    /// Its distance to the surface with the offset taken off, mm: above 0 outside.
-    pub residual_mm: f64,
-    /// The same in its own deviations along the normal.
-    pub deviations: f64,
-    /// What it counts, 0 to 1.
-    pub weight: f64,
-    /// What became of it.
-    pub class: Class,
-}
+use super::moved::{Halves, halves};
+use super::parts::{Class, FREE_MM, PointResult, inflation, kept, one};
+use super::rows::Rows;
 
 /// Another minimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,6 +66,8 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub hits: usize,
     /// Mean square of landmarks' misses over what their errors say; `None` without landmarks.
     pub landmark_ratio: Option<f64>,
+    /// The two parts of the sweep, in the order of the points, that differ most as two poses; `None` where nothing goes with the order.
+    pub halves: Option<Halves>,
     /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,
     pub(crate) radius_mm: f64,
@@ -98,15 +75,8 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     about_points: Matrix8,
 }
 
-/// Residuals beyond so many deviations are not those of the noise.
-const KEPT: f64 = 3.0;
-/// The mean square of a normal residual that is within three deviations.
-const MEAN_SQUARE: f64 = 0.973_34;
 /// 99.9 % of normal errors of six degrees of freedom have a smaller square.
 const SAME_CHI2: f64 = 22.46;
-/// Deviation, mm, of what nothing holds.
-pub(crate) const FREE_MM: f64 = 1000.0;
-
 impl Searched {
     /// Of one start alone.
     pub(super) fn of_one(ended: crate::solve::Ended) -> Self {
@@ -119,7 +89,8 @@ impl Searched {
 }
 
 pub(super) fn result<To: Frame, From: Frame>(
-    solver: &Solver<'_, To>,
+    solver: &Solver<'_>,
+    exact: &Exact<'_>,
     points: &Points<From>,
     searched: Searched,
 ) -> Result<SurfaceRegistration<To, From>, RegisterError> {
@@ -127,19 +98,18 @@ pub(super) fn result<To: Frame, From: Frame>(
     let nowhere = || RegisterError::Nowhere { seeds: searched.seeds };
     let best = searched.minima.first().ok_or_else(nowhere)?;
     let state = best.ended.state;
-    let exact = Exact::new(solver.surface, solver.field, cloud.len());
-    let sharp = solver.sharp(cloud, &exact, &state);
-    let bends = solver.bends(cloud, &state);
-    let problem = solver.last(cloud, &exact, &sharp, &bends);
+    let noise = &best.ended.noise;
+    let problem = solver.last(cloud, exact, noise);
     let (cost, at) = problem.sum(&state);
     let each: Vec<PointResult> = (0..cloud.len()).map(|i| one(&problem, i, &state)).collect();
     let free = free(solver);
-    let held = free * held(&at.matrix, cloud.radius_mm) * free;
-    let fitted = fitted(&problem, &state, &held);
+    let rows = Rows::new(&problem, &state);
+    let own = free * rows.matrix() * free;
+    let held = free * held(&(own + at.known()), cloud.radius_mm) * free;
+    let fitted = (own * held).trace().clamp(0.0, UNKNOWNS as f64);
     let kept = kept(&each, &cloud.votes, fitted);
-    let told = tukey_variance(solver.end) * kept.ratio.max(1.0).powi(2);
-    let inflation = told.max(scattered(&each, &cloud.votes, solver.end, fitted));
-    let covariance = held * inflation + shared(&problem, points, &state, &held);
+    let inflation = inflation(solver, &each, &cloud.votes, fitted);
+    let covariance = held * inflation + shared(&rows, points, &state, &held);
     let pose = transform(&state, points)?;
     let centre = Point::<To>::new(state.shift.x, state.shift.y, state.shift.z);
     let about: Matrix6<f64> = covariance.fixed_view::<6, 6>(0, 0).into_owned();
@@ -184,6 +154,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         fits: searched.fits,
         hits,
         landmark_ratio: landmark_ratio(&problem, &state),
+        halves: halves(solver, cloud, points.shared(), noise, &state),
         centre: state.shift,
         radius_mm: cloud.radius_mm,
         about_points: covariance,
@@ -192,41 +163,8 @@ pub(super) fn result<To: Frame, From: Frame>(
 
 /// Square of the motion between two states in the deviations of the pose.
 fn off(a: &State, b: &State, inverse: &Matrix6<f64>) -> f64 {
-    let turn = a.turn * b.turn.transpose();
-    // The vector of a rotation up to its angle over its sine: a distance of 90 degrees and more is no small error of anything.
-    let skew = Vector3::new(
-        turn[(2, 1)] - turn[(1, 2)],
-        turn[(0, 2)] - turn[(2, 0)],
-        turn[(1, 0)] - turn[(0, 1)],
-    ) * 0.5;
-    let scale = if turn.trace() > 1.0 {
-        1.0
-    } else {
-        std::f64::consts::PI / skew.norm().max(1e-3)
-    };
-    let (w, v) = (skew * scale, a.shift - b.shift);
-    let motion = Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z);
+    let motion = motion(a, b);
     motion.dot(&(inverse * motion))
-}
-
-fn one<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, i: usize, state: &State) -> PointResult {
-    let (s, slope, has_say) = problem.residual(i, state);
-    let (_, weight) = problem.kernel.at(s * s);
-    let n = Vector3::new(slope[3], slope[4], slope[5]);
-    let faces = n.dot(&(state.turn * problem.cloud.beams[i])) <= problem.facing.unwrap_or(1.0) * n.norm();
-    let class = match (has_say, faces) {
-        (false, false) => Class::FacesAway,
-        (false, true) => Class::Beyond,
-        _ if weight > 0.0 => Class::Kept,
-        _ if s > 0.0 => Class::InFront,
-        _ => Class::Behind,
-    };
-    PointResult {
-        residual_mm: s / problem.sharp[i],
-        deviations: s,
-        weight: if has_say { weight * problem.cloud.votes[i] } else { 0.0 },
-        class,
-    }
 }
 
 /// The inverse of normal equations; what nothing holds has the deviation [`FREE_MM`].
@@ -241,7 +179,7 @@ fn held(matrix: &Matrix8, radius_mm: f64) -> Matrix8 {
 }
 
 /// 1 for what is unknown, 0 for what is held.
-fn free<F: Frame>(solver: &Solver<'_, F>) -> Matrix8 {
+fn free(solver: &Solver<'_>) -> Matrix8 {
     let mut free = Matrix8::identity();
     for (place, sigma) in [(6, solver.priors.depth_scale), (7, solver.priors.offset_mm)] {
         free[(place, place)] = f64::from(u8::from(sigma > 0.0));
@@ -255,85 +193,15 @@ fn units(radius_mm: f64) -> Matrix8 {
     Matrix8::from_diagonal(&[r, r, r, 1.0, 1.0, 1.0, 0.02, 1.0].into())
 }
 
-/// How many numbers were fitted by the points: what priors hold was not.
-fn fitted<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, state: &State, held: &Matrix8) -> f64 {
-    let unknown = |sigma: f64| if sigma > 0.0 { f64::INFINITY } else { 0.0 };
-    let none = crate::Priors {
-        depth_scale: unknown(problem.priors.depth_scale),
-        offset_mm: unknown(problem.priors.offset_mm),
-        ..*problem.priors
-    };
-    let bare = Problem {
-        anchors: &[],
-        priors: &none,
-        ..*problem
-    };
-    (bare.sum(state).1.matrix * held).trace().clamp(0.0, UNKNOWNS as f64)
-}
-
-/// What the residuals within three deviations say of the noise.
-struct Kept {
-    count: f64,
-    ratio: f64,
-    sigma: f64,
-}
-
-fn kept(each: &[PointResult], votes: &[f64], fitted: f64) -> Kept {
-    let (mut count, mut squares) = (0.0, 0.0);
-    for (point, vote) in each.iter().zip(votes) {
-        if point.class == Class::Kept && point.deviations.abs() <= KEPT {
-            count += vote;
-            squares += vote * point.deviations * point.deviations;
-        }
-    }
-    let freedom = MEAN_SQUARE * count - fitted;
-    // Without anything left over nothing is known of the noise.
-    let (ratio, sigma) = if freedom > 0.5 {
-        ((squares / freedom).sqrt(), (0.5 / freedom).sqrt())
-    } else {
-        (f64::INFINITY, f64::INFINITY)
-    };
-    Kept { count, ratio, sigma }
-}
-
-/// By how much the variance exceeds the inverse of the weighted normal equations, by the residuals themselves (Huber 1981, section 6.6):
-/// gross errors that lie near the surface have a say, and scatter the result more than the noise that was told does.
-fn scattered(each: &[PointResult], votes: &[f64], end: f64, fitted: f64) -> f64 {
-    let (mut count, mut squares, mut slope, mut weights) = (0.0, 0.0, 0.0, 0.0);
-    for (point, vote) in each.iter().zip(votes).filter(|(point, _)| point.class == Class::Kept) {
-        let share = (point.deviations / end).powi(2);
-        let left = (1.0 - share).max(0.0);
-        count += vote;
-        squares += vote * (left * left * point.deviations).powi(2);
-        slope += vote * (left * left - 4.0 * left * share);
-        weights += vote * left * left;
-    }
-    let freedom = count - fitted;
-    if freedom <= 0.5 || slope <= 0.0 {
-        // The count of points refuses this; as the error of nothing it is large.
-        return FREE_MM;
-    }
-    count / freedom * squares * weights / (slope * slope)
-}
-
 /// What the error that all points share adds: it moves every residual at once, and the fit answers.
-fn shared<F: Frame, From: Frame>(
-    problem: &Problem<'_, Exact<'_, F>>,
-    points: &Points<From>,
-    state: &State,
-    held: &Matrix8,
-) -> Matrix8 {
+fn shared<From: Frame>(rows: &Rows, points: &Points<From>, state: &State, held: &Matrix8) -> Matrix8 {
     let Some(shared) = points.shared() else {
         return Matrix8::zeros();
     };
     let mut pull = SMatrix::<f64, UNKNOWNS, 6>::zeros();
-    for (i, lever) in shared.levers.iter().enumerate() {
-        let (s, slope, has_say) = problem.residual(i, state);
-        let weight = problem.kernel.at(s * s).1 * problem.cloud.votes[i];
-        if has_say && weight > 0.0 {
-            let normal = nalgebra::RowVector3::new(slope[3], slope[4], slope[5]);
-            pull += slope * (normal * state.turn * lever) * weight;
-        }
+    for row in &rows.rows {
+        let normal = row.slope.fixed_rows::<3>(3).transpose();
+        pull += row.slope * (normal * state.turn * shared.levers[row.point]) * row.weight;
     }
     let answer = held * pull;
     answer * shared.covariance * answer.transpose()
@@ -347,7 +215,7 @@ fn about_origin(covariance: &Matrix8, centre: &Vector3<f64>) -> Matrix8 {
     (c + c.transpose()) * 0.5
 }
 
-fn landmark_ratio<F: Frame>(problem: &Problem<'_, Exact<'_, F>>, state: &State) -> Option<f64> {
+fn landmark_ratio(problem: &Problem<'_, Exact<'_>>, state: &State) -> Option<f64> {
     let misses = problem.anchors.iter().map(|anchor| {
         let off = state.turn * anchor.from + state.shift - anchor.to;
         off.norm_squared() / (3.0 * anchor.sigma_mm * anchor.sigma_mm)

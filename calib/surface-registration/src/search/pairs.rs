@@ -168,7 +168,7 @@ impl Frame3 {
                     c += sums[k][0];
                     s += sums[k][1];
                 }
-                let length = c.hypot(s);
+                let length = (c * c + s * s).sqrt();
                 if length < 1e-9 {
                     return None;
                 }

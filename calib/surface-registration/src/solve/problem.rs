@@ -1,14 +1,12 @@
 //! Residuals, their cost, and normal equations.
 
-use std::cell::Cell;
-
 use fit::Step;
-use geometry::Frame;
 use nalgebra::Vector3;
 
+use super::equations::Sums;
 use super::{Anchor, Matrix8, Priors, State, UNKNOWNS, Vector8};
 use crate::points::Cloud;
-use crate::{Field, Kernel, Surface};
+use crate::{Field, Kernel};
 
 /// No bend is taken for more than this, mm.
 pub(crate) const MOST_BEND_MM: f64 = 1.0;
@@ -28,41 +26,6 @@ impl Distances for Field {
     }
 }
 
-/// The surface itself, with the triangle that each point was nearest to the last time.
-pub(crate) struct Exact<'a, F> {
-    surface: &'a Surface<F>,
-    field: &'a Field,
-    hints: Vec<Cell<u32>>,
-}
-
-impl<'a, F: Frame> Exact<'a, F> {
-    pub(crate) fn new(surface: &'a Surface<F>, field: &'a Field, points: usize) -> Self {
-        Self {
-            surface,
-            field,
-            hints: vec![Cell::new(0); points],
-        }
-    }
-}
-
-impl<F: Frame> Distances for Exact<'_, F> {
-    fn look(&self, point: usize, p: &Vector3<f64>, reach_mm: f64) -> (f64, Vector3<f64>, bool) {
-        // A nearest place that is far away is dear to find, and a point that has no say need not have it. Within a cell the field is
-        // wrong by less than its diagonal.
-        let (d, n) = self.field.look(p);
-        if d.abs() > reach_mm + 1.8 * self.field.spacing().spacing_mm {
-            return (d, n, false);
-        }
-        let hint = &self.hints[point];
-        let Some(foot) = self.surface.foot(p, Some(hint.get())) else {
-            return (f64::NAN, Vector3::zeros(), true);
-        };
-        hint.set(foot.triangle);
-        let (d, n) = foot.signed(p);
-        (d, n, foot.is_open)
-    }
-}
-
 /// One stage of a fit.
 pub(crate) struct Problem<'a, D> {
     pub(crate) cloud: &'a Cloud,
@@ -78,6 +41,9 @@ pub(crate) struct Problem<'a, D> {
     pub(crate) bends: &'a [f64],
     /// Steps shorter than this end it, mm.
     pub(crate) settled_mm: f64,
+    /// Whether a step goes to the minimum of the residuals as they are linear here, with the weights that they have there, and not with
+    /// those of here: worth it where distances are dear.
+    pub(crate) is_dear: bool,
 }
 
 /// Normal equations at a state.
@@ -85,7 +51,29 @@ pub(crate) struct Problem<'a, D> {
 pub(crate) struct At {
     pub(crate) matrix: Matrix8,
     pub(crate) slope: Vector8,
+    /// The residuals that have a say, where [`Problem::is_dear`].
+    rows: Vec<Row>,
+    /// What is known before, alone.
+    known: Option<(Matrix8, Vector8)>,
 }
+
+impl At {
+    /// The normal equations of what is known before, where [`Problem::is_dear`].
+    pub(crate) fn known(&self) -> Matrix8 {
+        self.known.as_ref().map_or_else(Matrix8::zeros, |known| known.0)
+    }
+}
+
+/// A residual as it is linear at a state.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    deviations: f64,
+    slope: Vector8,
+    vote: f64,
+}
+
+/// Rounds of a step over linear residuals.
+const INNER_ROUNDS: usize = 12;
 
 impl<D: Distances> Problem<'_, D> {
     /// The residual of a point in deviations with its derivative, and whether it may have a say.
@@ -106,11 +94,19 @@ impl<D: Distances> Problem<'_, D> {
         ((d - bend - state.offset) * sharp, slope, faces && !is_open)
     }
 
+    /// The derivative of a point's residual by the unknowns, the distance's gradient being `n`.
+    pub(crate) fn slope(&self, i: usize, state: &State, n: &Vector3<f64>) -> Vector8 {
+        let beam = state.turn * self.cloud.deep[i];
+        let arm = state.turn * self.cloud.places[i] - beam * state.scale;
+        let w = arm.cross(n);
+        Vector8::from([w.x, w.y, w.z, n.x, n.y, n.z, -n.dot(&beam), -1.0]) * self.sharp[i]
+    }
+
     /// Cost and normal equations. The cost is in squares of deviations.
     pub(crate) fn sum(&self, state: &State) -> (f64, At) {
         let mut cost = 0.0;
-        let mut upper = [0.0; 36];
-        let mut slope = [0.0; UNKNOWNS];
+        let mut sums = Sums::new();
+        let mut rows = Vec::with_capacity(if self.is_dear { self.cloud.len() } else { 0 });
         for i in 0..self.cloud.len() {
             let (s, j, has_say) = self.residual(i, state);
             let vote = self.cloud.votes[i];
@@ -123,20 +119,85 @@ impl<D: Distances> Problem<'_, D> {
             cost += vote * c;
             let weight = vote * w;
             if weight > 0.0 {
-                let mut place = 0;
-                for row in 0..UNKNOWNS {
-                    let wj = weight * j[row];
-                    slope[row] += wj * s;
-                    for column in row..UNKNOWNS {
-                        upper[place] += wj * j[column];
-                        place += 1;
-                    }
-                }
+                sums.add(&j, s, weight);
+            }
+            if self.is_dear {
+                rows.push(Row {
+                    deviations: s,
+                    slope: j,
+                    vote,
+                });
             }
         }
-        let mut at = whole(&upper, &slope);
+        let (matrix, slope) = sums.whole();
+        let mut at = At {
+            matrix,
+            slope,
+            rows,
+            known: None,
+        };
+        if self.is_dear {
+            let mut known = At {
+                matrix: Matrix8::zeros(),
+                slope: Vector8::zeros(),
+                rows: Vec::new(),
+                known: None,
+            };
+            self.known(state, &mut known);
+            at.known = Some((known.matrix, known.slope));
+        }
         cost += self.known(state, &mut at);
         (cost, at)
+    }
+
+    /// From a first step to the minimum of linear residuals: weights by the residuals where the step leads, and a step by those weights,
+    /// until it stays. A step by the weights of where it began goes half of the way where many points are near the kernel's edge, and
+    /// each costs the nearest places of all points.
+    fn inner(&self, at: &At, first: Vector8) -> Option<Vector8> {
+        let (known, pull) = at.known.as_ref()?;
+        let mut step = first;
+        for _ in 0..INNER_ROUNDS {
+            let mut sums = Sums::new();
+            for row in &at.rows {
+                // Where the step of before leads, as the residual is linear: its weight is taken there, the equations stay those of here.
+                let s = row.deviations + row.slope.dot(&step);
+                let weight = row.vote * self.kernel.at(s * s).1;
+                if weight > 0.0 {
+                    sums.add(&row.slope, row.deviations, weight);
+                }
+            }
+            let (matrix, slope) = sums.whole();
+            let (mut matrix, mut slope) = (matrix + known, slope + pull);
+            self.hold(&mut matrix, &mut slope);
+            for k in 0..UNKNOWNS {
+                matrix[(k, k)] += 1e-9;
+            }
+            let next = -matrix.cholesky()?.solve(&slope);
+            let change = self.length(&(next - step));
+            step = next;
+            if change < 0.1 * self.settled_mm {
+                break;
+            }
+        }
+        Some(step)
+    }
+
+    /// Millimetres at the points: what a turn does at their radius, a scale at the depth of 50 mm.
+    fn length(&self, step: &Vector8) -> f64 {
+        let (turn, shift) = (step.fixed_rows::<3>(0).norm(), step.fixed_rows::<3>(3).norm());
+        turn * self.cloud.radius_mm + shift + 50.0 * step[6].abs() + step[7].abs()
+    }
+
+    /// Gives each number that is held an equation of its own, which has nothing to do with the others.
+    fn hold(&self, matrix: &mut Matrix8, slope: &mut Vector8) {
+        for (place, sigma) in [(6, self.priors.depth_scale), (7, self.priors.offset_mm)] {
+            if sigma <= 0.0 {
+                matrix.row_mut(place).fill(0.0);
+                matrix.column_mut(place).fill(0.0);
+                matrix[(place, place)] = 1.0;
+                slope[place] = 0.0;
+            }
+        }
     }
 
     /// Adds what is known before, and gives its cost.
@@ -152,14 +213,9 @@ impl<D: Distances> Problem<'_, D> {
                 cost += value * value * sharp;
                 at.matrix[(place, place)] += sharp;
                 at.slope[place] += value * sharp;
-            } else {
-                // Held: an equation of its own that has nothing to do with the others.
-                at.matrix.row_mut(place).fill(0.0);
-                at.matrix.column_mut(place).fill(0.0);
-                at.matrix[(place, place)] = 1.0;
-                at.slope[place] = 0.0;
             }
         }
+        self.hold(&mut at.matrix, &mut at.slope);
         for anchor in self.anchors {
             let arm = state.turn * anchor.from;
             let off = arm + state.shift - anchor.to;
@@ -186,22 +242,6 @@ impl<D: Distances> Problem<'_, D> {
     }
 }
 
-fn whole(upper: &[f64; 36], slope: &[f64; UNKNOWNS]) -> At {
-    let mut matrix = Matrix8::zeros();
-    let mut place = 0;
-    for row in 0..UNKNOWNS {
-        for column in row..UNKNOWNS {
-            matrix[(row, column)] = upper[place];
-            matrix[(column, row)] = upper[place];
-            place += 1;
-        }
-    }
-    At {
-        matrix,
-        slope: Vector8::from(*slope),
-    }
-}
-
 impl<D: Distances> fit::Problem for Problem<'_, D> {
     type State = State;
     type At = At;
@@ -217,13 +257,14 @@ impl<D: Distances> fit::Problem for Problem<'_, D> {
             // A direction that nothing holds has a zero here: the least that keeps the equations regular, in which nothing moves.
             matrix[(k, k)] += at.matrix[(k, k)] * damping + 1e-9;
         }
-        let step = -matrix.cholesky()?.solve(&at.slope);
-        let (turn, shift) = (step.fixed_rows::<3>(0).norm(), step.fixed_rows::<3>(3).norm());
-        // Millimetres at the points: what a turn does at their radius, a scale at the depth of 50 mm.
-        let length = turn * self.cloud.radius_mm + shift + 50.0 * step[6].abs() + step[7].abs();
+        let mut step = -matrix.cholesky()?.solve(&at.slope);
+        // Where that led up, the surface is not as linear as this, and plain steps follow.
+        if self.is_dear && damping == 0.0 {
+            step = self.inner(at, step).unwrap_or(step);
+        }
         Some(Step {
             to: state.moved(&step)?,
-            length,
+            length: self.length(&step),
             gain: -step.dot(&at.slope),
         })
     }
@@ -296,6 +337,7 @@ mod tests {
                 sharp: &sharp,
                 bends: &[],
                 settled_mm: 1e-3,
+                is_dear: false,
             };
             let state = State {
                 turn: turned(&Vector3::new(0.3, -0.7, 1.1)),
@@ -339,6 +381,7 @@ mod tests {
             sharp: &sharp,
             bends: &[],
             settled_mm: 1e-3,
+            is_dear: false,
         };
         let start = State {
             turn: turned(&Vector3::zeros()),

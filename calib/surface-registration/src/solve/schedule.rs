@@ -1,18 +1,18 @@
 //! The stages of a fit: from a kernel that feels everything to one that forgets gross errors, from the field to the surface itself.
 
 use fit::{Damping, Limits, least_squares};
-use geometry::Frame;
 use nalgebra::Vector3;
 
-use super::problem::{Exact, MOST_BEND_MM};
-use super::{Anchor, Distances, Priors, Problem, State, apart_mm};
+use super::problem::MOST_BEND_MM;
+use super::{Anchor, Distances, Exact, Priors, Problem, State, apart_mm};
 use crate::points::Cloud;
-use crate::{Field, Kernel, Surface};
+use crate::tree::Tree;
+use crate::{Field, Kernel};
 
 /// What fits of one search have in common.
 #[derive(Clone, Copy)]
-pub(crate) struct Solver<'a, F> {
-    pub(crate) surface: &'a Surface<F>,
+pub(crate) struct Solver<'a> {
+    pub(crate) tree: &'a Tree,
     pub(crate) field: &'a Field,
     pub(crate) anchors: &'a [Anchor],
     pub(crate) priors: &'a Priors,
@@ -39,27 +39,63 @@ pub(crate) struct Ended {
     pub(crate) cost: f64,
     pub(crate) steps: usize,
     pub(crate) is_settled: bool,
+    /// What the noise of the points was taken for.
+    pub(crate) noise: Noise,
 }
 
 /// Rounds of the end: in each one the deviations are those of the pose before.
 const ROUNDS: usize = 6;
 /// Steps of one round.
-const ROUND_STEPS: usize = 20;
+const ROUND_STEPS: usize = 8;
 /// A step that ends a round, mm.
-const SETTLED_MM: f64 = 8e-3;
-/// A round that moved the points by less ends the fit, mm: a tenth of the least error that is promised of the best sweeps, and more than
-/// by what a fit goes to and fro between two facets of the surface.
-const STILL_MM: f64 = 0.02;
+const SETTLED_MM: f64 = 0.02;
+/// A round that moved the points by less ends the fit, mm: deviations and bends that are those of a pose so far off change the minimum by
+/// a tenth of it, some hundredths of the least error that is promised.
+const STILL_MM: f64 = 0.06;
+
+/// Over so much, mm, a surface's bend over the noise does not change: the cells that it is taken from are twenty times as large.
+const SAME_BEND_MM: f64 = 0.1;
 
 /// What a last round may have moved the points by, mm: some fits sway for ever, as a point at the kernel's edge or on the ridge between two
 /// facets changes sides, and by less than a third of the least error that is promised it is no matter.
 const SWAYING_MM: f64 = 0.1;
 
-impl<F: Frame> Solver<'_, F> {
+impl Solver<'_> {
     /// One over each point's deviation, of the mean of its variances over the axes.
     pub(crate) fn blunt(&self, cloud: &Cloud) -> Vec<f64> {
         let bone = self.priors.bone_mm;
         cloud.sigmas.iter().map(|s| 1.0 / s.hypot(bone)).collect()
+    }
+
+    /// To the minimum on the field, with each point's deviation along its normal.
+    pub(crate) fn near(&self, cloud: &Cloud, start: State, stages: &[Stage; 2]) -> Option<(State, f64)> {
+        let (state, _) = self.through(cloud, &self.blunt(cloud), start, &stages[..1])?;
+        let noise = self.noise(cloud, self.field, &state, |_| 0.0);
+        let problem = Problem {
+            facing: Some(self.facing),
+            kernel: stages[1].kernel,
+            settled_mm: stages[1].settled_mm,
+            is_dear: true,
+            ..self.on_field(cloud, &noise)
+        };
+        let ended = least_squares(&problem, state, Damping::GAUSS_NEWTON, Limits::tries(stages[1].steps))?;
+        Some((ended.state, ended.cost))
+    }
+
+    /// A problem on the field with points' own deviations.
+    pub(crate) fn on_field<'b>(&'b self, cloud: &'b Cloud, noise: &'b Noise) -> Problem<'b, Field> {
+        Problem {
+            cloud,
+            distances: self.field,
+            anchors: self.anchors,
+            priors: self.priors,
+            kernel: Kernel::Tukey(self.end),
+            facing: Some(self.facing),
+            sharp: &noise.sharp,
+            bends: &noise.bends,
+            settled_mm: 0.0,
+            is_dear: false,
+        }
     }
 
     /// Through stages on the field.
@@ -76,6 +112,7 @@ impl<F: Frame> Solver<'_, F> {
                 sharp,
                 bends: &[],
                 settled_mm: stage.settled_mm,
+                is_dear: false,
             };
             let ended = least_squares(&problem, now.0, Damping::GAUSS_NEWTON, Limits::tries(stage.steps))?;
             now = (ended.state, ended.cost);
@@ -84,41 +121,38 @@ impl<F: Frame> Solver<'_, F> {
     }
 
     /// To the minimum, on the surface itself, with each point's deviation along its normal.
-    pub(crate) fn end(&self, cloud: &Cloud, exact: &Exact<'_, F>, start: State) -> Option<Ended> {
+    pub(crate) fn end(&self, cloud: &Cloud, exact: &Exact<'_>, start: State) -> Option<Ended> {
+        let mut noise = self.exact_noise(cloud, exact, &start);
+        // Where the bends were looked at.
+        let mut bent = start;
         let mut now = Ended {
             state: start,
             cost: f64::INFINITY,
             steps: 0,
             is_settled: false,
+            noise: Noise::default(),
         };
-        for _ in 0..ROUNDS {
-            let sharp = self.sharp(cloud, exact, &now.state);
-            let bends = self.bends(cloud, &now.state);
-            let problem = self.last(cloud, exact, &sharp, &bends);
+        for round in 0..ROUNDS {
+            if round > 0 && apart_mm(&now.state, &bent, cloud.radius_mm) < SAME_BEND_MM {
+                self.sharpen(cloud, exact, &now.state, &mut noise);
+            } else if round > 0 {
+                (noise, bent) = (self.exact_noise(cloud, exact, &now.state), now.state);
+            }
+            let problem = self.last(cloud, exact, &noise);
             let ended = least_squares(&problem, now.state, Damping::GAUSS_NEWTON, Limits::tries(ROUND_STEPS))?;
             // The deviations change the minimum by a share of what the last round moved: once that is little nothing is left to change.
             let moved = apart_mm(&ended.state, &now.state, cloud.radius_mm);
-            now = Ended {
-                state: ended.state,
-                cost: ended.cost,
-                steps: now.steps + ended.steps,
-                is_settled: moved < SWAYING_MM,
-            };
+            (now.state, now.cost) = (ended.state, ended.cost);
+            (now.steps, now.is_settled) = (now.steps + ended.steps, moved < SWAYING_MM);
             if moved < STILL_MM {
                 break;
             }
         }
-        Some(now)
+        Some(Ended { noise, ..now })
     }
 
     /// The problem of the end.
-    pub(crate) fn last<'b>(
-        &'b self,
-        cloud: &'b Cloud,
-        exact: &'b Exact<'_, F>,
-        sharp: &'b [f64],
-        bends: &'b [f64],
-    ) -> Problem<'b, Exact<'b, F>>
+    pub(crate) fn last<'b>(&'b self, cloud: &'b Cloud, exact: &'b Exact<'_>, noise: &'b Noise) -> Problem<'b, Exact<'b>>
     where
         Self: 'b,
     {
@@ -129,42 +163,83 @@ impl<F: Frame> Solver<'_, F> {
             priors: self.priors,
             kernel: Kernel::Tukey(self.end),
             facing: Some(self.facing),
-            sharp,
-            bends,
+            sharp: &noise.sharp,
+            bends: &noise.bends,
             settled_mm: SETTLED_MM,
+            is_dear: true,
         }
     }
 
-    /// One over each point's deviation along the normal of the surface at it.
-    pub(crate) fn sharp(&self, cloud: &Cloud, exact: &Exact<'_, F>, state: &State) -> Vec<f64> {
-        let bone = self.priors.bone_mm * self.priors.bone_mm;
-        let one = |i: usize| {
-            let arm = state.turn * (cloud.places[i] - cloud.deep[i] * state.scale);
-            let (_, n, _) = exact.look(i, &(arm + state.shift), 0.0);
-            let own: Vector3<f64> = state.turn.tr_mul(&n);
-            1.0 / (own.dot(&(cloud.covariances[i] * own)) + bone).sqrt()
-        };
-        (0..cloud.len()).map(one).collect()
+    /// What each point's noise does to its distance from the surface where it is.
+    ///
+    /// Beside the deviation along the normal, noise along a surface that curves away carries points off it to one side: of a ridge of
+    /// 8 mm radius and 1.5 mm of noise along it by 1.5^2 / (2 x 8) = 0.14 mm on average, which no number of points makes less, and by as
+    /// much times the root of two in deviation. Of a quadratic surface both follow from the second differences over the axes of the
+    /// noise at the root of three deviations, `h = 3 sigma^2 d''`: the mean is the sum of `h / 6`, the variance that of `h^2 / 18`. They
+    /// are taken from the field, whose cells are of the size of the noise.
+    pub(crate) fn exact_noise(&self, cloud: &Cloud, exact: &Exact<'_>, state: &State) -> Noise {
+        self.noise(cloud, exact, state, |i| exact.smooth(i).map_or(0.0, |(_, bulge)| bulge))
     }
 
-    /// By how much each point lies outside of the surface on average because the surface bends, mm.
-    ///
-    /// Noise along a surface that curves away carries points off it to one side: of a ridge of 8 mm radius and 1.5 mm of noise along it
-    /// by 1.5^2 / (2 x 8) = 0.14 mm, which no number of points makes less. The mean over the noise is that over six points at the root of
-    /// three deviations along its axes (exact for a quadratic surface), taken from the field, whose cells are of the size of the noise.
-    pub(crate) fn bends(&self, cloud: &Cloud, state: &State) -> Vec<f64> {
-        let one = |i: usize| {
+    /// Takes the deviations along the normals at another state, the bends staying what they were.
+    fn sharpen(&self, cloud: &Cloud, exact: &Exact<'_>, state: &State, noise: &mut Noise) {
+        for i in 0..cloud.len() {
+            let arm = state.turn * (cloud.places[i] - cloud.deep[i] * state.scale);
+            let (_, n, _) = exact.look(i, &(arm + state.shift), 0.0);
+            noise.sharp[i] = 1.0 / (self.along(cloud, i, state, &n) + noise.spread[i]).sqrt();
+        }
+    }
+
+    /// Variance of a point along a normal, the bone's own with it, mm^2.
+    fn along(&self, cloud: &Cloud, i: usize, state: &State, n: &Vector3<f64>) -> f64 {
+        // The field's gradient is not of length 1.
+        let own: Vector3<f64> = state.turn.tr_mul(n) / n.norm().max(1e-3);
+        own.dot(&(cloud.covariances[i] * own)) + self.priors.bone_mm * self.priors.bone_mm
+    }
+
+    /// The same by any distances; `bulge` of the facet nearest to a point, mm.
+    fn noise(&self, cloud: &Cloud, distances: &impl Distances, state: &State, bulge: impl Fn(usize) -> f64) -> Noise {
+        let mut noise = Noise::default();
+        for i in 0..cloud.len() {
             let arm = state.turn * (cloud.places[i] - cloud.deep[i] * state.scale);
             let p = arm + state.shift;
-            let middle = self.field.look(&p).0;
-            let root = state.turn * cloud.roots[i];
-            let mut sum = 0.0;
-            for axis in 0..3 {
-                let step = root.column(axis) * 3.0_f64.sqrt();
-                sum += self.field.look(&(p + step)).0 + self.field.look(&(p - step)).0 - 2.0 * middle;
+            let (d, n, _) = distances.look(i, &p, 0.0);
+            let (mut spread, mut bend) = (0.0, 0.0);
+            // Further off a point has no say, whatever its noise.
+            if d.abs() < FAR_DEVIATIONS * (cloud.sigmas[i] + self.priors.bone_mm) + FAR_MM {
+                let middle = self.field.look(&p).0;
+                let root = state.turn * cloud.roots[i];
+                let mut squares = 0.0;
+                for axis in 0..3 {
+                    let step = root.column(axis) * 3.0_f64.sqrt();
+                    let h = self.field.look(&(p + step)).0 + self.field.look(&(p - step)).0 - 2.0 * middle;
+                    bend += h / 6.0;
+                    squares += h * h / 18.0;
+                }
+                // Of a bulge between 0 and so much, half of it.
+                spread = squares.min(MOST_BEND_MM * MOST_BEND_MM) + (0.5 * bulge(i)).powi(2);
             }
-            (sum / 6.0).clamp(-MOST_BEND_MM, MOST_BEND_MM)
-        };
-        (0..cloud.len()).map(one).collect()
+            noise
+                .sharp
+                .push(1.0 / (self.along(cloud, i, state, &n) + spread).sqrt());
+            noise.spread.push(spread);
+            noise.bends.push(bend.clamp(-MOST_BEND_MM, MOST_BEND_MM));
+        }
+        noise
     }
+}
+
+/// How far off points may still have a say: deviations at the largest, twice the greatest kernel that is common, and mm of offset.
+const FAR_DEVIATIONS: f64 = 10.0;
+const FAR_MM: f64 = 2.0;
+
+/// What the noise of points does to their distances.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Noise {
+    /// One over each point's deviation along the normal of the surface at it, 1/mm.
+    pub(crate) sharp: Vec<f64>,
+    /// By how much each point lies outside of the surface on average because the surface bends, mm.
+    pub(crate) bends: Vec<f64>,
+    /// Variance that bends and facets add to that along the normal, mm^2.
+    spread: Vec<f64>,
 }

@@ -2,13 +2,18 @@
 
 use nalgebra::Vector3;
 
-/// A triangle with the pseudo-normals of its edges and corners (Baerentzen and Aanaes 2005): with the one at the nearest place, the sign
-/// of the scalar product says on which side of the whole surface a point is.
+/// The corners of a triangle: what the search for a nearest place reads, and nothing else.
 #[derive(Debug, Clone)]
 pub(crate) struct Triangle {
     pub(crate) a: Vector3<f64>,
     pub(crate) b: Vector3<f64>,
     pub(crate) c: Vector3<f64>,
+}
+
+/// The pseudo-normals of a triangle, its edges and its corners (Baerentzen and Aanaes 2005): with the one at the nearest place, the sign
+/// of the scalar product says on which side of the whole surface a point is.
+#[derive(Debug, Clone)]
+pub(crate) struct Normals {
     /// Of the face, of length 1; zero where it has no area.
     pub(super) face: Vector3<f64>,
     /// Of the edges ab, bc, ca.
@@ -17,6 +22,19 @@ pub(crate) struct Triangle {
     pub(super) corners: [[f32; 3]; 3],
     /// Bits 0 to 2: edges on an open border; 3 to 5: corners on one.
     pub(super) open: u8,
+    /// At the corners, of the smooth surface that the facets stand for: the sum by angle of the faces there that are turned by less than
+    /// a crease against this one.
+    pub(super) smooth: [[f32; 3]; 3],
+    /// By how much that surface bulges over this triangle, mm.
+    pub(crate) bulge_mm: f32,
+}
+
+/// The place of a triangle that is nearest to a point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near {
+    pub(crate) distance2: f64,
+    pub(crate) place: Vector3<f64>,
+    part: Part,
 }
 
 /// The nearest place of a surface.
@@ -32,8 +50,12 @@ pub(crate) struct Foot {
     pub(crate) is_open: bool,
 }
 
+fn wide(n: [f32; 3]) -> Vector3<f64> {
+    Vector3::new(n[0].into(), n[1].into(), n[2].into())
+}
+
 /// A part of a triangle.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 enum Part {
     Face,
     Edge(usize),
@@ -43,26 +65,18 @@ enum Part {
 impl Triangle {
     /// The nearest place (Ericson 2005, section 5.1.5).
     #[inline]
-    pub(crate) fn foot(&self, p: &Vector3<f64>, triangle: u32) -> Foot {
+    pub(crate) fn near(&self, p: &Vector3<f64>) -> Near {
         let (place, part) = self.nearest(p);
-        let wide = |n: [f32; 3]| Vector3::new(n[0].into(), n[1].into(), n[2].into());
-        let (normal, bit) = match part {
-            Part::Face => (self.face, 0),
-            Part::Edge(k) => (wide(self.edges[k]), 1 << k),
-            Part::Corner(k) => (wide(self.corners[k]), 8 << k),
-        };
-        Foot {
+        Near {
             distance2: (p - place).norm_squared(),
             place,
-            triangle,
-            normal,
-            is_open: self.open & bit != 0,
+            part,
         }
     }
 
     #[inline]
     fn nearest(&self, p: &Vector3<f64>) -> (Vector3<f64>, Part) {
-        let Self { a, b, c, .. } = self;
+        let Self { a, b, c } = self;
         let (ab, ac, ap) = (b - a, c - a, p - a);
         let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
         if d1 <= 0.0 && d2 <= 0.0 {
@@ -94,6 +108,39 @@ impl Triangle {
         let sum = va + vb + vc;
         let share = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         (a + ab * (vb * share) + ac * (vc * share), Part::Face)
+    }
+}
+
+impl Normals {
+    /// The nearest place with what is known there.
+    pub(super) fn foot(&self, near: &Near, triangle: u32) -> Foot {
+        let (normal, bit) = match near.part {
+            Part::Face => (self.face, 0),
+            Part::Edge(k) => (wide(self.edges[k]), 1 << k),
+            Part::Corner(k) => (wide(self.corners[k]), 8 << k),
+        };
+        Foot {
+            distance2: near.distance2,
+            place: near.place,
+            triangle,
+            normal,
+            is_open: self.open & bit != 0,
+        }
+    }
+
+    /// The normal, at a place of its triangle, of the smooth surface that the facets stand for: between those of the corners (Phong 1975).
+    pub(super) fn smooth(&self, Triangle { a, b, c }: &Triangle, place: &Vector3<f64>) -> Vector3<f64> {
+        let (ab, ac, ap) = (b - a, c - a, place - a);
+        let (bb, bc, cc) = (ab.norm_squared(), ab.dot(&ac), ac.norm_squared());
+        let (pb, pc) = (ap.dot(&ab), ap.dot(&ac));
+        let whole = bb * cc - bc * bc;
+        if whole <= 0.0 {
+            return self.face;
+        }
+        let (v, w) = ((cc * pb - bc * pc) / whole, (bb * pc - bc * pb) / whole);
+        let corner = |k: usize| wide(self.smooth[k]).try_normalize(0.0).unwrap_or(self.face);
+        let sum = corner(0) * (1.0 - v - w) + corner(1) * v + corner(2) * w;
+        sum.try_normalize(1e-9).unwrap_or(self.face)
     }
 }
 

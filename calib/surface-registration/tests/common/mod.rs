@@ -4,5 +4,6 @@
 #![allow(clippy::print_stderr, reason = "what is skipped says why")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
+pub(crate) mod change;
 pub(crate) mod draw;
 pub(crate) mod oracle;

@@ -10,8 +10,7 @@ use surface_registration::{
 
 use crate::shapes;
 
-/// The motions of a body whose points `place` draws, the freest first. Facets are shape to the fit: where
-/// they are turned by less than a degree against one another, a turn over them is held by tenths of a degree, not by nothing.
+/// The motions of a body whose points `place` draws, the freest first.
 fn freed(body: shapes::Triangles, place: impl Fn(Chance) -> [f64; 3], target: Point<Ct>) -> Vec<Free> {
     let surface = Surface::<Ct>::new(&body.0, &body.1).unwrap();
     let field = Field::new(&surface, Spacing::default()).unwrap();
@@ -74,33 +73,65 @@ fn a_plane_leaves_two_slides_and_a_turn() {
     );
 }
 
+/// Facets turned by up to 10 degrees against one another are shape to the fit, and not to what is promised of it: a ball of facets of 3
+/// degrees seemed to hold its turns.
 #[test]
-fn a_ball_leaves_three_turns() {
+fn a_ball_of_any_facets_leaves_three_turns() {
     let on = |c: Chance| {
         let v = [0, 1, 2].map(|k| c.normal(k));
         let r = v.iter().map(|x| x * x).sum::<f64>().sqrt();
         v.map(|x| 40.0 * x / r)
     };
-    let motions = freed(shapes::ball(40.0, 120), on, Point::new(0.0, 80.0, -60.0));
-    assert_eq!(turns(&motions[..3]), 3, "{motions:?}");
-    assert!(step(&motions, 3) > 5.0, "{motions:?}");
+    for degrees in [10, 3, 1] {
+        let motions = freed(shapes::ball(40.0, 180 / degrees), on, Point::new(0.0, 80.0, -60.0));
+        assert_eq!(turns(&motions[..3]), 3, "{degrees}: {motions:?}");
+        assert!(step(&motions, 3) > 20.0, "{degrees}: {motions:?}");
+    }
 }
 
 #[test]
-fn a_cylinder_leaves_a_slide_and_a_turn() {
+fn a_cylinder_of_any_facets_leaves_a_slide_and_a_turn() {
     let on = |c: Chance| {
         let f = TAU * c.uniform(0);
         [15.0 * f.cos(), 15.0 * f.sin(), 80.0 * c.uniform(1) - 40.0]
     };
-    let motions = freed(shapes::tube(15.0, 150.0, 360), on, Point::new(40.0, 0.0, -60.0));
-    assert!(step(&motions, 2) > 5.0, "{motions:?}");
-    // Along the axis of the cylinder, and about it.
-    assert!(
-        motions[0].about_mm.is_none() && motions[0].slide_mm[2].abs() > 0.99 * motions[0].deviation_mm,
-        "{motions:?}"
-    );
-    assert!(
-        motions[1].about_mm.is_some() && motions[1].turn[2].abs() > 20.0 * motions[1].turn[0].hypot(motions[1].turn[1]),
-        "{motions:?}"
-    );
+    for degrees in [10, 3, 1] {
+        let tube = shapes::tube(15.0, 150.0, 360 / degrees);
+        let motions = freed(tube, on, Point::new(40.0, 0.0, -60.0));
+        assert!(step(&motions, 2) > 20.0, "{degrees}: {motions:?}");
+        // Along the axis of the cylinder, and about it, in either order.
+        let slide = motions[..2].iter().find(|motion| motion.about_mm.is_none());
+        let turn = motions[..2].iter().find(|motion| motion.about_mm.is_some());
+        let (Some(slide), Some(turn)) = (slide, turn) else {
+            panic!("{degrees}: {motions:?}")
+        };
+        assert!(
+            slide.slide_mm[2].abs() > 0.99 * slide.deviation_mm,
+            "{degrees}: {motions:?}"
+        );
+        let across = turn.turn[0].hypot(turn.turn[1]);
+        assert!(turn.turn[2].abs() > 20.0 * across, "{degrees}: {motions:?}");
+    }
+}
+
+/// Corners of a body itself are no facets: what its edges hold stays held.
+#[test]
+fn a_box_holds_what_its_faces_hold() {
+    let half = [30.0, 20.0, 10.0];
+    let surface = Surface::<Ct>::new(&shapes::cuboid(half, 1).0, &shapes::cuboid(half, 1).1).unwrap();
+    let field = Field::new(&surface, Spacing::default()).unwrap();
+    let point = |i: u64| {
+        let c = Chance::new(22, i);
+        let mut p = [0, 1, 2].map(|k| half[k] * (1.8 * c.uniform(k as u64) - 0.9));
+        let axis = i as usize % 3;
+        p[axis] = half[axis] * if (i / 3).is_multiple_of(2) { 1.0 } else { -1.0 };
+        let [x, y, z] = [0, 1, 2].map(|k| p[k] + 0.3 * c.normal(10 + k as u64));
+        SurfacePoint::<Tracker>::touched(Point::new(x, y, z), 0.3)
+    };
+    let points = Points::new(&(0..120).map(point).collect::<Vec<_>>(), None, 0.0).unwrap();
+    let start = Rigid::<Ct, Tracker>::from_rotation_vector(Vector::new(0.02, 0.0, 0.01), Vector::new(0.5, 0.3, -0.5));
+    let found = surface_registration::refine(&surface, &field, &points, &start.unwrap(), &Options::default()).unwrap();
+    // Of 40 points a side of 0.34 mm each (with the bone's own 0.15) 0.05 mm, and turns of 0.34 mm over some 15 mm.
+    let predicted = found.predicted_tre_mm(Point::new(0.0, 0.0, 0.0));
+    assert!((0.06..0.2).contains(&predicted), "{predicted}");
 }

@@ -12,5 +12,7 @@ mod shapes;
 mod bad_input;
 mod distances;
 mod free;
+mod moved;
+mod next;
 mod oracle;
 mod planted;

@@ -1,4 +1,4 @@
-//! The end of a run whose poses another program publishes: it goes on beyond the time that the run navigates for, and the
+//! The end of a run whose poses another program or machine publishes: it goes on beyond the time that the run navigates for, and the
 //! recording does not.
 
 use bus::message::ToolPose;
@@ -15,7 +15,8 @@ pub(super) struct Bound {
 
 impl Bound {
     pub(super) fn new(run: &RunContext, scene: &Scene) -> Self {
-        let bounded = run.duration_ns.is_some() && matches!(scene.tracker.source, TrackerSource::External);
+        let external = matches!(scene.tracker.source, TrackerSource::External) || run.remote.is_some();
+        let bounded = run.duration_ns.is_some() && external;
         Self {
             run: bounded.then(|| run.clone()),
             began_ns: None,
@@ -53,5 +54,12 @@ mod tests {
         run.begin(1_000).unwrap();
         assert!(external.holds(&pose(1_099)) && !external.holds(&pose(1_100)));
         assert!(Bound::new(&run, &scene("simulated")).holds(&pose(1_100)));
+        // The tracker of another machine goes on, whatever its scene says it is.
+        run.remote = Some(bus::run::RemoteOf {
+            endpoint: "tcp/127.0.0.1:7443".to_owned(),
+            run: "or".to_owned(),
+        });
+        let mut remote = Bound::new(&run, &scene("simulated"));
+        assert!(remote.holds(&pose(1_099)) && !remote.holds(&pose(1_100)));
     }
 }

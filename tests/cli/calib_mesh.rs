@@ -1,4 +1,4 @@
-//! `calib surface`: surfaces of others, beside trimesh, and the published pelvis that VTK wrote.
+//! `calib mesh`: surfaces of others, beside trimesh, and the published pelvis that VTK wrote.
 
 #![allow(clippy::disallowed_methods, reason = "an independent program is the point of a test")]
 
@@ -14,7 +14,7 @@ fn peer(python: &Path, arguments: &[&str]) -> Value {
     serde_json::from_str(&stdout(&output)).unwrap()
 }
 
-/// trimesh writes an ellipsoid that is on no axis, as text and as binary; `calib surface` writes each again, and trimesh reads it at
+/// trimesh writes an ellipsoid that is on no axis, as text and as binary; `calib mesh` writes each again, and trimesh reads it at
 /// the same places: turned by half a circle where the axes are others.
 #[test]
 fn surfaces_of_trimesh_come_back_where_they_lay() {
@@ -31,7 +31,7 @@ fn surfaces_of_trimesh_come_back_where_they_lay() {
         for (ending, axes) in [("stl", "ras"), ("ply", "lps"), ("obj", "ras")] {
             let out = world.path(&format!("{place}.{ending}"));
             let out = out.to_str().unwrap();
-            let words = ["surface", path, "--frame", "ras", "--axes", axes, "--out", out];
+            let words = ["mesh", path, "--frame", "ras", "--axes", axes, "--out", out];
             let made = world.output("calib", &words);
             assert!(made.status.success(), "{path}: {}", stderr(&made));
             triples.push(serde_json::json!([
@@ -41,7 +41,7 @@ fn surfaces_of_trimesh_come_back_where_they_lay() {
             ]));
         }
         // Nothing is guessed.
-        let refused = world.output("calib", &["surface", path]);
+        let refused = world.output("calib", &["mesh", path]);
         assert_eq!(refused.status.code(), Some(1));
         assert!(
             stderr(&refused).contains("does not say whether its coordinates are LPS or RAS"),
@@ -65,7 +65,7 @@ fn the_published_pelvis_is_read_whole_and_comes_back() {
     };
     let world = World::new();
     let pelvis = pelvis.to_str().unwrap();
-    let read = world.output("calib", &["surface", pelvis, "--frame", "lps"]);
+    let read = world.output("calib", &["mesh", pelvis, "--frame", "lps"]);
     assert!(
         stdout(&read).contains("93003 triangles on 47831 points"),
         "{}{}",
@@ -76,11 +76,11 @@ fn the_published_pelvis_is_read_whole_and_comes_back() {
     let out = out.to_str().unwrap();
     let made = world.output(
         "calib",
-        &["surface", pelvis, "--frame", "lps", "--out", out, "--axes", "ras"],
+        &["mesh", pelvis, "--frame", "lps", "--out", out, "--axes", "ras"],
     );
     assert!(made.status.success(), "{}", stderr(&made));
     // It says its axes now, so that nobody has to.
-    let again = world.output("calib", &["surface", out]);
+    let again = world.output("calib", &["mesh", out]);
     let bounds = |output: &str| output.lines().skip(1).take(2).map(str::to_owned).collect::<Vec<_>>();
     assert_eq!(bounds(&stdout(&again)), bounds(&stdout(&read)), "{}", stderr(&again));
 }

@@ -1,4 +1,4 @@
-//! `calib surface`: surfaces of other programs, from one format and frame to another.
+//! `calib mesh`: surfaces of other programs, from one format and frame to another.
 
 use std::path::{Path, PathBuf};
 
@@ -10,17 +10,17 @@ use super::{ForeignError, bytes};
 use crate::commands::common::{CommandError, Outcome};
 use crate::store;
 
-pub(crate) const SURFACE_HELP: &str = "\
+pub(crate) const MESH_HELP: &str = "\
 Reads a surface of triangles (.stl, .ply, .obj, .vtk), says where it lies in the patient, and with --out writes it again. Which axes its
 coordinates are along is read from its comment, where 3D Slicer writes SPACE=RAS or SPACE=LPS; else it is said with --frame. Normals,
 colours and textures are left out. What is written says its axes, and is in mm.
 
 Examples:
-  calib surface pelvis.vtk --frame lps
-  calib surface bone.stl --frame ras --unit m --out bone.ply --axes lps";
+  calib mesh pelvis.vtk --frame lps
+  calib mesh bone.stl --frame ras --unit m --out bone.ply --axes lps";
 
 #[derive(Debug, Args)]
-pub(crate) struct SurfaceArgs {
+pub(crate) struct MeshArgs {
     /// The surface
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -41,14 +41,18 @@ pub(crate) struct SurfaceArgs {
     overwrite: bool,
 }
 
-impl SurfaceArgs {
+impl MeshArgs {
     /// Does what is asked.
     pub(crate) fn run(&self) -> Result<Outcome, CommandError> {
         if let Some(out) = &self.out {
             store::check(out, self.overwrite)?;
             format(out)?;
         }
-        let mesh = self.read()?;
+        let said = Said {
+            axes: self.frame,
+            unit: self.unit,
+        };
+        let (mesh, _) = read(&self.file, said)?;
         let mut text = report(&self.file, &mesh);
         if let (Some(out), Some(axes)) = (&self.out, self.axes) {
             let written = mesh::write(&mesh, format(out)?, axes);
@@ -58,16 +62,14 @@ impl SurfaceArgs {
         }
         Ok(Outcome { text, refused: None })
     }
+}
 
-    fn read(&self) -> Result<Mesh, ForeignError> {
-        let format = format(&self.file)?;
-        let bytes = bytes(&self.file, mesh::MAX_BYTES)?;
-        let said = Said {
-            axes: self.frame,
-            unit: self.unit,
-        };
-        mesh::read(&bytes, format, said).map_err(|source| mesh_error(&self.file, source))
-    }
+/// A surface as a file has it, and the file's bytes.
+pub(crate) fn read(path: &Path, said: Said) -> Result<(Mesh, Vec<u8>), ForeignError> {
+    let format = format(path)?;
+    let bytes = bytes(path, mesh::MAX_BYTES)?;
+    let mesh = mesh::read(&bytes, format, said).map_err(|source| mesh_error(path, source))?;
+    Ok((mesh, bytes))
 }
 
 fn mesh_error(path: &Path, source: mesh::MeshError) -> ForeignError {

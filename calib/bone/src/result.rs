@@ -1,0 +1,231 @@
+//! What was taken from a CT.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use crate::components::Component;
+use crate::patch::Lost;
+use crate::scanner::Scanner;
+use crate::shell::Shell;
+
+/// Less than this beyond what is inside is no cortex, HU mm.
+const LEAST_CORTEX: f64 = 150.0;
+
+/// A place of the bone's surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Where, mm (left, posterior, superior).
+    pub mm: Vector3<f64>,
+    /// Outwards, of length 1.
+    pub normal: Vector3<f64>,
+    /// How far outside the smoothed surface of the threshold it lies, mm; mostly below 0.
+    pub outer_mm: f64,
+    /// Deviation along the normal, mm, that this place has for itself; neighbours less than two voxels away share voxels and most of it.
+    pub deviation_mm: f64,
+    /// Deviation along the normal, mm, by what all places share: the scanner's blur and the cortex's HU.
+    pub shared_mm: f64,
+    /// Thickness of the cortex that fits, mm.
+    pub thickness_mm: f64,
+    /// Deviation of its logarithm: where it is large, the thickness is what was expected.
+    pub thickness_log_deviation: f64,
+    /// HU of the cortex.
+    pub cortex_hu: f64,
+    /// HU behind it.
+    pub inside_hu: f64,
+    /// HU before it.
+    pub tissue_hu: f64,
+    /// Whether it has no position of its own and lies between others.
+    pub is_bridged: bool,
+}
+
+impl Place {
+    /// Deviation along the normal, mm, of all that is known.
+    pub fn total_mm(&self) -> f64 {
+        self.deviation_mm.hypot(self.shared_mm)
+    }
+}
+
+/// A place, or why it is lost.
+pub(crate) type State = Result<Place, Lost>;
+
+/// What was found of the scanner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScannerFound {
+    /// Blur in the slice's plane and along its normal, deviations, mm.
+    pub blur_mm: [f64; 2],
+    /// Its own deviation, relative.
+    pub blur_relative: [f64; 2],
+    /// Whether it was told.
+    pub is_told: bool,
+    /// Excess kurtosis of the blur, and its deviation.
+    pub kurtosis: [f64; 2],
+    /// HU of cortex, and deviation of its mean.
+    pub cortex_hu: [f64; 2],
+    /// How much the cortex's HU differ from place to place, relative.
+    pub cortex_spread: f64,
+    /// Mean of the logarithm of the thickness, mm, and its deviation from place to place.
+    pub log_thickness: [f64; 2],
+    /// Deviation of a voxel, HU, what the model leaves included.
+    pub noise_hu: f64,
+    /// Correlation of neighbouring voxels along each axis.
+    pub noise_neighbours: [f64; 3],
+    /// Places that told of it; 0 where there were too few, and all is what is expected of voxels of this size.
+    pub places: usize,
+}
+
+impl ScannerFound {
+    pub(crate) fn new(scanner: &Scanner, is_told: bool) -> Self {
+        let deviation = |k: usize| scanner.covariance[(k, k)].max(0.0).sqrt();
+        Self {
+            blur_mm: scanner.blur_mm,
+            blur_relative: [deviation(0), deviation(1)],
+            is_told,
+            kurtosis: [scanner.kurtosis, deviation(3)],
+            cortex_hu: [scanner.cortex_hu, scanner.cortex_hu * deviation(2)],
+            cortex_spread: scanner.cortex_spread,
+            log_thickness: scanner.log_thickness,
+            noise_hu: scanner.noise.hu,
+            noise_neighbours: scanner.noise.neighbours,
+            places: scanner.places,
+        }
+    }
+}
+
+/// The surface of a bone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bone {
+    /// Its places.
+    pub places: Vec<Place>,
+    /// Triangles, anticlockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// The scanner.
+    pub scanner: ScannerFound,
+    /// Corners of the threshold's outer surface.
+    pub threshold_corners: usize,
+    /// How many of them have no position, by the reason.
+    pub lost: BTreeMap<Lost, usize>,
+    /// Area of the threshold's outer surface, and of what is left of it, mm^2.
+    pub area_mm2: [f64; 2],
+    /// Triangles of cavities, left out.
+    pub inner_triangles: usize,
+    /// Share of the places that have no cortex.
+    pub without_cortex: f64,
+    /// The body above the threshold.
+    pub body: Component,
+    /// The largest bodies of the region.
+    pub listed: Vec<Component>,
+    /// Voxels of metal about it.
+    pub metal_voxels: u64,
+}
+
+impl Bone {
+    /// Root mean square deviation of a place by itself, mm.
+    pub fn deviation_rms_mm(&self) -> f64 {
+        rms(self.places.iter().map(|p| p.deviation_mm))
+    }
+
+    /// Root mean square deviation by what all places share, mm.
+    pub fn shared_rms_mm(&self) -> f64 {
+        rms(self.places.iter().map(|p| p.shared_mm))
+    }
+
+    /// Quantile of the places' whole deviation, mm.
+    pub fn quantile_mm(&self, share: f64) -> f64 {
+        fit::quantile(self.places.iter().map(Place::total_mm).collect(), share)
+    }
+
+    pub(crate) fn gather(
+        shell: &Shell,
+        states: &[State],
+        scanner: ScannerFound,
+        (body, listed, metal_voxels): (Component, Vec<Component>, u64),
+    ) -> Self {
+        let mut lost: BTreeMap<Lost, usize> = BTreeMap::new();
+        states
+            .iter()
+            .filter_map(|s| s.as_ref().err())
+            .for_each(|why| *lost.entry(*why).or_default() += 1);
+        let place = |i: u32| states[i as usize].as_ref().ok();
+        let kept: Vec<[u32; 3]> = shell
+            .triangles
+            .iter()
+            .filter(|t| is_sound(t, |i| place(i).map(|p| p.mm), |i| shell.corners[i as usize]))
+            .copied()
+            .collect();
+        let kept = balanced(kept);
+        let mut new_of = vec![u32::MAX; states.len()];
+        let mut places = Vec::new();
+        for corner in kept.iter().flatten() {
+            let slot = &mut new_of[*corner as usize];
+            if *slot == u32::MAX
+                && let Some(p) = place(*corner)
+            {
+                *slot = places.len() as u32;
+                places.push(*p);
+            }
+        }
+        let triangles: Vec<[u32; 3]> = kept.iter().map(|t| t.map(|i| new_of[i as usize])).collect();
+        let area = |t: [Vector3<f64>; 3]| 0.5 * (t[1] - t[0]).cross(&(t[2] - t[0])).norm();
+        let before = shell
+            .triangles
+            .iter()
+            .map(|t| area(t.map(|i| shell.corners[i as usize])))
+            .sum();
+        let after = triangles.iter().map(|t| area(t.map(|i| places[i as usize].mm))).sum();
+        let bare = |p: &&Place| (p.cortex_hu - p.inside_hu) * p.thickness_mm < LEAST_CORTEX;
+        let without_cortex = places.iter().filter(bare).count() as f64 / (places.len() as f64).max(1.0);
+        Self {
+            places,
+            triangles,
+            scanner,
+            threshold_corners: states.len(),
+            lost,
+            area_mm2: [before, after],
+            inner_triangles: shell.inner,
+            without_cortex,
+            body,
+            listed,
+            metal_voxels,
+        }
+    }
+}
+
+/// Whether a triangle's corners all have a position, and it was not turned over by their moves.
+fn is_sound(t: &[u32; 3], place: impl Fn(u32) -> Option<Vector3<f64>>, before: impl Fn(u32) -> Vector3<f64>) -> bool {
+    let normal = |[a, b, c]: [Vector3<f64>; 3]| (b - a).cross(&(c - a));
+    let (Some(a), Some(b), Some(c)) = (place(t[0]), place(t[1]), place(t[2])) else {
+        return false;
+    };
+    normal([a, b, c]).dot(&normal(t.map(before))) > 0.0
+}
+
+/// Without triangles at edges along which, as others went, more than one too many goes one way.
+fn balanced(mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+    loop {
+        let mut edges: Vec<(u32, u32, bool, u32)> = Vec::with_capacity(3 * triangles.len());
+        for (i, t) in (0..).zip(&triangles) {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                edges.push((a.min(b), a.max(b), a < b, i));
+            }
+        }
+        edges.sort_unstable();
+        let mut drop = vec![false; triangles.len()];
+        for group in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let up = group.iter().filter(|e| e.2).count();
+            if up.abs_diff(group.len() - up) > 1 {
+                group.iter().for_each(|e| drop[e.3 as usize] = true);
+            }
+        }
+        if !drop.contains(&true) {
+            return triangles;
+        }
+        let mut next = drop.iter();
+        triangles.retain(|_| !next.next().is_some_and(|d| *d));
+    }
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0_u32), |(s, n), v| (s + v * v, n + 1));
+    (sum / f64::from(count.max(1))).sqrt()
+}

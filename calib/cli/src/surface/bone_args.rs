@@ -1,0 +1,172 @@
+//! What the commands share that register to a bone's surface.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use exchange::{LengthUnit, PatientAxes};
+use surface_registration::{Limits, Options, Priors};
+
+use super::bone::Bone;
+use super::error::SurfaceCommandError;
+use super::start::Begin;
+use crate::scene_context::SceneContext;
+use crate::store::{self, StoreError};
+use crate::values::{Name, Positive, Target};
+
+/// The bone, where the search begins, where the error counts, and what is written.
+#[derive(Debug, Args)]
+pub(crate) struct BoneArgs {
+    /// The bone: a surface of triangles (.ply, .vtk, .stl, .obj), as calib bone makes it
+    #[arg(long, value_name = "FILE")]
+    pub(super) bone: PathBuf,
+    /// The axes of its coordinates, where it does not say them
+    #[arg(long, value_name = "lps|ras")]
+    pub(super) bone_frame: Option<PatientAxes>,
+    /// Its unit: m, or mm though it is at most 2 mm long [default: what its comment says, else mm]
+    #[arg(long, value_name = "mm|m")]
+    pub(super) bone_unit: Option<LengthUnit>,
+    /// Deviation of the bone's surface from place to place [default: what calib bone says, else 0.15]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    pub(super) bone_mm: Option<Positive>,
+    /// Deviation of an offset of the whole surface, which is fitted; 0 holds it [default: what calib bone says, else 1]
+    #[arg(long, value_name = "MM", value_parser = from_zero, allow_hyphen_values = true)]
+    pub(super) offset_mm: Option<f64>,
+    /// A registration that is roughly right
+    #[arg(long, value_name = "FILE.json", conflicts_with = "landmarks")]
+    pub(super) guess: Option<PathBuf>,
+    /// By how much it may be turned
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value = "30",
+        requires = "guess",
+        allow_hyphen_values = true
+    )]
+    pub(super) guess_deg: Positive,
+    /// By how much it may be off at the points
+    #[arg(
+        long,
+        value_name = "MM",
+        default_value = "30",
+        requires = "guess",
+        allow_hyphen_values = true
+    )]
+    pub(super) guess_mm: Positive,
+    /// Three points or more that are known in both frames, as calib register takes pairs
+    #[arg(long, value_name = "FILE.csv")]
+    pub(super) landmarks: Option<PathBuf>,
+    /// Deviation of a landmark along each axis
+    #[arg(
+        long,
+        value_name = "MM",
+        default_value = "4",
+        requires = "landmarks",
+        allow_hyphen_values = true
+    )]
+    pub(super) landmark_mm: Positive,
+    /// Where the error counts, in the CT, LPS mm; may be given several times [default: the scene's targets]
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    pub(super) target: Vec<Target>,
+    /// The largest error predicted at a target, root mean square, that is accepted
+    #[arg(long, value_name = "MM", default_value = "2", allow_hyphen_values = true)]
+    pub(super) max_tre_mm: Positive,
+    /// Write the result here, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub(super) out: Option<PathBuf>,
+    /// Draw the points on the bone from three sides; also where the result is refused
+    #[arg(long, value_name = "FILE.png")]
+    pub(super) picture: Option<PathBuf>,
+    /// Replace these files if they exist
+    #[arg(long)]
+    pub(super) overwrite: bool,
+}
+
+/// A number of at least 0.
+pub(super) fn from_zero(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    let allowed = value.is_finite() && value >= 0.0;
+    allowed
+        .then_some(value)
+        .ok_or_else(|| format!("{value} is not a finite number of at least 0"))
+}
+
+impl BoneArgs {
+    /// Refuses what could not be written, and reads the bone.
+    pub(super) fn bone(&self) -> Result<Bone, SurfaceCommandError> {
+        Bone::read(&self.bone, self.bone_frame, self.bone_unit)
+    }
+
+    /// Refuses what cannot be written before the work is done.
+    pub(super) fn check(&self) -> Result<(), StoreError> {
+        self.out
+            .iter()
+            .chain(&self.picture)
+            .try_for_each(|out| store::check(out, self.overwrite))
+    }
+
+    /// The targets: those that are given, else the scene's. In the CT, mm.
+    pub(super) fn targets(&self, scened: Option<&SceneContext>) -> Result<Vec<[f64; 3]>, SurfaceCommandError> {
+        let mut targets: Vec<[f64; 3]> = self.target.iter().map(|target| target.0).collect();
+        if targets.is_empty() {
+            let own = scened.map(|scened| scened.scene.targets.iter().map(|target| target.centre.mm()));
+            targets.extend(own.into_iter().flatten());
+        }
+        match targets.is_empty() {
+            true => Err(SurfaceCommandError::NoTarget),
+            false => Ok(targets),
+        }
+    }
+
+    pub(super) fn limits(&self) -> Limits {
+        Limits {
+            most_tre_mm: self.max_tre_mm.0,
+            ..Limits::default()
+        }
+    }
+
+    pub(super) fn begin(&self) -> Begin {
+        match (&self.guess, &self.landmarks) {
+            (Some(path), _) => Begin::Guess {
+                path: path.clone(),
+                degrees: self.guess_deg.0,
+                mm: self.guess_mm.0,
+            },
+            (None, Some(path)) => Begin::Landmarks {
+                path: path.clone(),
+                sigma_mm: self.landmark_mm.0,
+            },
+            (None, None) => Begin::Nothing,
+        }
+    }
+
+    /// What is known before: as the command line says, else the bone's own file, else the usual.
+    pub(super) fn options(&self, bone: &Bone, depth_scale: f64) -> Options {
+        let known = bone.record.as_ref();
+        let usual = Priors::default();
+        let offset_mm = self.offset_mm.or(known.map(|record| record.surface_shared_sigma_mm));
+        let bone_mm = self.bone_mm.map(|mm| mm.0);
+        let bone_mm = bone_mm.or(known.map(|record| record.surface_sigma_mm));
+        let priors = Priors {
+            depth_scale,
+            offset_mm: offset_mm.unwrap_or(usual.offset_mm),
+            bone_mm: bone_mm.unwrap_or(usual.bone_mm),
+        };
+        Options {
+            priors,
+            ..Options::default()
+        }
+    }
+}
+
+/// The CT that the bone is of: what its file says, which one that is expected must be.
+pub(super) fn ct_of(bone: &Bone, expected: Option<Name>) -> Result<Option<Name>, SurfaceCommandError> {
+    let own = bone.record.as_ref().and_then(|record| record.ct_hash.as_deref());
+    match (own, expected) {
+        (Some(own), Some(expected)) if own != expected.as_str() => Err(SurfaceCommandError::OtherCt {
+            path: bone.path.clone(),
+            found: own.to_owned(),
+            expected: expected.0,
+        }),
+        (own, expected) => Ok(expected.or_else(|| own.map(Name::told))),
+    }
+}

@@ -1,0 +1,120 @@
+//! Why there is no registration by the bone's surface.
+
+use std::path::{Path, PathBuf};
+
+use surface_registration::{FieldError, PointsError, RegisterError, SurfaceError};
+
+use crate::calibration::CalibrationError;
+use crate::commands::common::OwnError;
+use crate::foreign::ForeignError;
+use crate::input_files::columns::TableError;
+use crate::register::file::ReadError;
+use crate::register::input_error::InputError;
+use crate::text::shown;
+
+/// Why there is no registration.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SurfaceCommandError {
+    #[error(transparent)]
+    Foreign(#[from] ForeignError),
+    #[error("the bone {path}: {source}")]
+    Surface { path: PathBuf, source: SurfaceError },
+    #[error("the bone {path}: {source}")]
+    Field { path: PathBuf, source: FieldError },
+    #[error("reading what calib bone says of the bone, {path}: {what}")]
+    Record { path: PathBuf, what: String },
+    #[error(
+        "{path} is of a surface whose bytes have the hash {told}, and {bone} has {found}: one of the two was changed; make the bone anew"
+    )]
+    OtherBone {
+        path: PathBuf,
+        bone: PathBuf,
+        told: String,
+        found: String,
+    },
+    #[error("the bone {path} is of the CT {found}, {expected} is used: take the bone of this CT")]
+    OtherCt {
+        path: PathBuf,
+        found: String,
+        expected: String,
+    },
+    #[error(transparent)]
+    Table(#[from] TableError),
+    #[error("reading {path}: {what}")]
+    Columns { path: PathBuf, what: &'static str },
+    #[error("{path}: {source}{}", line_words(*line))]
+    Points {
+        path: PathBuf,
+        /// The line of the point that is refused, where it is one.
+        line: Option<usize>,
+        source: PointsError,
+    },
+    #[error("{of} has no covariance of the tip: the error that all points share cannot be told from it")]
+    NoCovariance { of: String },
+    #[error(
+        "--tip needs the pose of the marker on the tool at each point: the columns marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z of {path}; without \
+         them say --shared-mm"
+    )]
+    NoMarkerPoses { path: PathBuf },
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    #[error(transparent)]
+    Landmarks(#[from] InputError),
+    #[error(transparent)]
+    Guess(#[from] ReadError),
+    #[error("the guess {path} is {found}, {expected} is needed")]
+    OtherFrames {
+        path: PathBuf,
+        found: String,
+        expected: String,
+    },
+    #[error("the guess {path}: its transform is none: {what}")]
+    GuessNumbers { path: PathBuf, what: String },
+    #[error("registering {path} to {bone}: {source}")]
+    Register {
+        path: PathBuf,
+        bone: PathBuf,
+        source: RegisterError,
+    },
+    #[error("{0}")]
+    Volume(Box<dyn std::error::Error + Send + Sync>),
+    #[error(
+        "no target is given: --target x,y,z, or a scene with [[targets]]. Whether the error is small enough depends on where"
+    )]
+    NoTarget,
+    #[error("a sweep is made in a run that is going: name it with --live")]
+    NoRun,
+    #[error("drawing {path}: {what}")]
+    Picture { path: PathBuf, what: String },
+}
+
+impl OwnError for SurfaceCommandError {}
+
+/// Indices of the numerics count points from 0; a person counts lines of the file.
+fn line_words(line: Option<usize>) -> String {
+    line.map_or_else(String::new, |line| format!(" (line {line} of the file)"))
+}
+
+impl SurfaceCommandError {
+    /// Points that were refused, read from these lines.
+    pub(super) fn points(path: &Path, lines: &[usize], source: PointsError) -> Self {
+        let point = match source {
+            PointsError::NotFinite { point, .. }
+            | PointsError::Covariance { point }
+            | PointsError::Depth { point, .. } => Some(point),
+            _ => None,
+        };
+        Self::Points {
+            path: path.to_owned(),
+            line: point.and_then(|point| lines.get(point).copied()),
+            source,
+        }
+    }
+
+    pub(super) fn record(path: &Path, what: impl std::fmt::Display) -> Self {
+        Self::Record {
+            path: path.to_owned(),
+            what: shown(&what.to_string()).chars().take(200).collect(),
+        }
+    }
+}

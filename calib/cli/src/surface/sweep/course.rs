@@ -1,0 +1,169 @@
+//! The way of a tip over a bone: the points that are taken of it, and what the registration by them still lacks.
+
+use geometry::{Ct, Direction, Marker, Point, Tool, Tracker, Uncertain, UncertainPoint, letters};
+use nalgebra::{Matrix3, Vector3};
+use surface_registration::{LEAST_POINTS, Points, Start, SurfacePoint, Touches, next};
+
+use super::super::Asked;
+use super::super::bone::Bone;
+use super::super::error::SurfaceCommandError;
+use crate::live::{Lacks, Listened, touches_comment};
+use crate::register::solve::{From, To};
+
+/// How a way becomes points.
+pub(super) struct Course<'a> {
+    pub(super) tip: &'a Uncertain<Marker, Tool>,
+    /// A point each so far, mm.
+    pub(super) step_mm: f64,
+    /// Faster is lifted, mm/s.
+    pub(super) most_mm_s: f64,
+    /// Deviation of the tip from the bone that it touches, along each axis, mm.
+    pub(super) contact_mm: f64,
+}
+
+/// Points nearer to one another are one place touched again: how the tip lies on the bone there is no new chance, mm.
+pub(super) const HELD_MM: f64 = 0.5;
+/// Between two poses that are further apart in time nothing is known of the speed, s.
+const GAP_S: f64 = 0.25;
+/// Frames from which on a way is said: with fewer points a search finds as good as anything.
+const ADVISED: usize = 2 * LEAST_POINTS;
+/// So many points more at one place are reckoned with.
+const MORE: f64 = 10.0;
+/// Places that are told are so far from one another, mm.
+const APART_MM: f64 = 40.0;
+
+impl Course<'_> {
+    /// Which poses are points: each the first one that is a step away from the point before, of a tip that is slow enough.
+    fn taken<'h>(
+        &self,
+        heard: &'h Listened,
+    ) -> impl Iterator<Item = (&'h Uncertain<Tracker, Marker>, UncertainPoint<Tracker>)> {
+        let at = self.tip.transform() * Point::<Tool>::new(0.0, 0.0, 0.0);
+        let (step_mm, most_mm_s) = (self.step_mm, self.most_mm_s);
+        let mut before: Option<(f64, Point<Tracker>)> = None;
+        let mut last: Option<Point<Tracker>> = None;
+        let contact = Matrix3::identity() * (self.contact_mm * self.contact_mm);
+        heard.poses.iter().zip(&heard.times_s).filter_map(move |(pose, t_s)| {
+            let seen: UncertainPoint<Tracker> = *pose * at;
+            let place = seen.point();
+            let slow = before.is_some_and(|(then_s, there)| {
+                let passed_s = t_s - then_s;
+                (0.0..GAP_S).contains(&passed_s) && place.distance(there) <= most_mm_s * passed_s
+            });
+            before = Some((*t_s, place));
+            let far = last.is_none_or(|last| place.distance(last) >= step_mm);
+            if !(slow && far) {
+                return None;
+            }
+            last = Some(place);
+            UncertainPoint::new(place, seen.covariance() + contact)
+                .ok()
+                .map(|point| (pose, point))
+        })
+    }
+
+    /// The file of the points: as `calib touch` has them, with the pose of the marker at each.
+    pub(super) fn csv(&self, heard: &Listened, tool: &str, frame: &str) -> String {
+        let mut text = format!(
+            "{}\nx,y,z,cxx,cxy,cxz,cyy,cyz,czz,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n",
+            touches_comment(tool, frame, self.tip)
+        );
+        for (pose, point) in self.taken(heard) {
+            let c = point.covariance();
+            let covariance = [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]];
+            let rigid = pose.transform();
+            let (q, t) = (rigid.quaternion(), rigid.translation_mm());
+            let numbers = [&point.point().mm()[..], &covariance, &q, &t].concat();
+            let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
+            text += &(words.join(",") + "\n");
+        }
+        text
+    }
+}
+
+/// What is said of a way while it goes on.
+pub(super) struct Advice<'a> {
+    bone: &'a Bone,
+    asked: &'a Asked,
+    course: &'a Course<'a>,
+    start: Start<To, From>,
+    targets: Vec<Point<To>>,
+}
+
+impl<'a> Advice<'a> {
+    pub(super) fn new(bone: &'a Bone, asked: &'a Asked, course: &'a Course<'a>) -> Result<Self, SurfaceCommandError> {
+        Ok(Self {
+            bone,
+            asked,
+            course,
+            start: asked.begin.read(super::super::TO, &asked.from)?.start,
+            targets: asked.targets.iter().map(|[x, y, z]| Point::new(*x, *y, *z)).collect(),
+        })
+    }
+
+    /// What the points so far still lack.
+    pub(super) fn lacks(&self, heard: &Listened) -> Lacks {
+        Lacks {
+            words: self.words(heard),
+            motion: None,
+        }
+    }
+
+    fn words(&self, heard: &Listened) -> String {
+        let point = |(_, point): (_, UncertainPoint<Tracker>)| {
+            let [x, y, z] = point.point().mm();
+            SurfacePoint::<From> {
+                place: Point::new(x, y, z),
+                covariance_mm2: point.covariance(),
+                beam: None,
+            }
+        };
+        let points: Vec<SurfacePoint<From>> = self.course.taken(heard).map(point).collect();
+        let count = points.len();
+        if count < ADVISED {
+            return format!("{count} points; glide on");
+        }
+        let sigma_mm = (points[0].covariance_mm2.trace() / 3.0).sqrt();
+        let found = Points::new(&points, None, HELD_MM)
+            .map_err(|error| error.to_string())
+            .and_then(|points| {
+                let (surface, field) = (&self.bone.surface, &self.bone.field);
+                surface_registration::register(surface, field, &points, &self.start, &self.asked.options)
+                    .map_err(|error| error.to_string())
+            });
+        let found = match found {
+            Ok(found) => found,
+            Err(why) => return format!("{count} points; {why}"),
+        };
+        let worst = self
+            .targets
+            .iter()
+            .map(|target| found.predicted_tre_mm(*target))
+            .fold(0.0, f64::max);
+        let verdict = match self.asked.limits.judge(&found, &self.targets).first() {
+            None => format!("{count} points, nothing speaks against it; {worst:.1} mm at the targets"),
+            Some(refusal) => format!("{count} points, not yet: {refusal}"),
+        };
+        let touches = Touches {
+            points: MORE,
+            sigma_mm: sigma_mm.hypot(self.asked.options.priors.bone_mm),
+            apart_mm: APART_MM,
+            places: 2,
+        };
+        let places = next(&self.bone.surface, &found, &self.targets, &touches);
+        let words: Vec<String> = places
+            .iter()
+            .map(|place| place_words(place.place_mm, place.normal, place.tre_mm))
+            .collect();
+        format!("{verdict}. More helps most {}", words.join(", or "))
+    }
+}
+
+/// `near R 110 A 20 S 130, from L: 0.6 mm`.
+fn place_words([x, y, z]: [f64; 3], normal: [f64; 3], tre_mm: f64) -> String {
+    let place = Point::<Ct>::new(x, y, z).in_words(0);
+    let side = Vector3::from(normal);
+    let side: Option<Direction<Ct>> = geometry::Vector::new(side.x, side.y, side.z).direction();
+    let from = side.map_or_else(String::new, |side| format!(", from {}", letters(side)));
+    format!("near {place}{from}: then {tre_mm:.1} mm")
+}

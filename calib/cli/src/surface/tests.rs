@@ -1,0 +1,277 @@
+//! `calib surface` as it is typed, on a bone whose pose is planted.
+
+mod bone;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use geometry::{Ct, Point, Tracker};
+
+use crate::cli::{Cli, run};
+use crate::commands::Outcome;
+use crate::register::file::RegistrationFile;
+use bone::{NOISE_MM, Planted};
+
+/// A folder with a bone and points of it.
+struct Desk {
+    folder: tempfile::TempDir,
+    planted: Planted,
+}
+
+impl Desk {
+    fn new(count: usize) -> Self {
+        let desk = Self {
+            folder: tempfile::tempdir().unwrap(),
+            planted: Planted::new(count),
+        };
+        fs::write(desk.path("bone.ply"), desk.planted.ply()).unwrap();
+        fs::write(desk.path("p.csv"), desk.planted.csv()).unwrap();
+        desk
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// `calib surface` with these words more; a word that begins with `@` is a file of the folder.
+    fn surface(&self, words: &str) -> Result<Outcome, String> {
+        let line = format!("calib surface --bone @bone.ply {words}");
+        let words = line.split_whitespace().map(|word| match word.strip_prefix('@') {
+            Some(name) => self.path(name).to_str().unwrap().to_owned(),
+            None => word.to_owned(),
+        });
+        let cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
+        run(cli, |_| Err("no CT is read here".into()))
+    }
+
+    /// Why it is refused, wherever that is said.
+    fn refused(&self, words: &str) -> String {
+        match self.surface(words) {
+            Err(error) => error,
+            Ok(outcome) => outcome
+                .refused
+                .unwrap_or_else(|| panic!("{words}: accepted\n{}", outcome.text)),
+        }
+    }
+}
+
+const TARGET: &str = "--target 10,-20,15";
+
+fn tre_mm(planted: &Planted, file: &RegistrationFile) -> f64 {
+    let text = file.to_json().unwrap();
+    let read = calib::file::RegistrationFile::parse(&text).unwrap();
+    let calib::file::Registered::Fixed(found) = read.registered else {
+        panic!("{text}")
+    };
+    let target = Point::<Ct>::new(10.0, -20.0, 15.0);
+    let seen: Point<Tracker> = planted.ct_from_tracker.inverse() * target;
+    (found.transform() * seen).distance(target)
+}
+
+/// From nothing, a guess and landmarks to the planted pose, in a file that a tracker reads, with a picture.
+#[test]
+fn points_of_a_bone_give_its_pose() {
+    let desk = Desk::new(160);
+    fs::write(desk.path("three.csv"), desk.planted.landmarks()).unwrap();
+    let common = format!("--points @p.csv --noise-mm {NOISE_MM} {TARGET} --ct-hash ab --marker m --shared-mm 0");
+    let made = desk
+        .surface(&format!("{common} --out @nothing.json --picture @p.png"))
+        .unwrap();
+    assert_eq!(made.refused, None, "{}", made.text);
+    assert!(made.text.contains("nothing speaks against it"), "{}", made.text);
+    for (name, more) in [
+        ("guess", "--guess @nothing.json --guess-deg 15 --guess-mm 15"),
+        ("landmarks", "--landmarks @three.csv --landmark-mm 4"),
+    ] {
+        let made = desk.surface(&format!("{common} {more} --out @{name}.json")).unwrap();
+        assert_eq!(made.refused, None, "{name}: {}", made.text);
+    }
+    for name in ["nothing", "guess", "landmarks"] {
+        let file = RegistrationFile::read(&desk.path(&format!("{name}.json"))).unwrap();
+        let predicted = file.predicted_tre[1].rms_mm.unwrap();
+        // 160 points of 0.3 mm on a bone of 45 mm; three dimensions are beyond 3.2 times their rms once in a million.
+        let tre = tre_mm(&desk.planted, &file);
+        assert!(
+            tre < 3.2 * predicted && predicted < 0.5,
+            "{name}: {tre} mm, {predicted} predicted"
+        );
+        assert_eq!(
+            (file.ct_hash.as_deref(), file.marker.as_deref(), file.method.as_str()),
+            (Some("ab"), Some("m"), "surface")
+        );
+        let surface = file.surface.as_ref().unwrap();
+        assert_eq!((surface.start.as_str(), surface.points.len()), (name, 160));
+        assert!(
+            surface
+                .points
+                .iter()
+                .all(|point| point.line > 1 && point.residual_mm.abs() < 2.0)
+        );
+    }
+    let picture = image::load_from_memory(&fs::read(desk.path("p.png")).unwrap()).unwrap();
+    assert!(picture.width() > 1000, "{picture:?}");
+    // The same input gives the same file.
+    let again = desk.surface(&format!("{common} --out @again.json")).unwrap();
+    assert_eq!(again.refused, None);
+    assert_eq!(
+        fs::read(desk.path("again.json")).unwrap(),
+        fs::read(desk.path("nothing.json")).unwrap()
+    );
+}
+
+/// What is wrong is told, nothing is written, and the numerics' verdict is an exit code.
+#[test]
+fn what_must_not_be_used_is_refused_and_not_written() {
+    let desk = Desk::new(120);
+    let told = format!("--noise-mm {NOISE_MM} {TARGET} --ct-hash ab --out @r.json");
+    fs::write(desk.path("mirrored.csv"), desk.planted.mirrored_csv()).unwrap();
+    fs::write(desk.path("few.csv"), first_lines(&desk.planted.csv(), 6)).unwrap();
+    fs::write(desk.path("metres.csv"), desk.planted.scaled_csv(1e-3)).unwrap();
+    for (words, expected) in [
+        (
+            format!("--points @mirrored.csv {told}"),
+            "times the noise that was told",
+        ),
+        (format!("--points @few.csv {told}"), "5 points; 7 to"),
+        (format!("--points @metres.csv {told}"), "are they in metres?"),
+        (format!("--points @p.csv --noise-mm {NOISE_MM}"), "no target is given"),
+        (format!("--points @p.csv {TARGET}"), "say --noise-mm"),
+        (
+            format!("--points @p.csv {told} --max-tre-mm 0.01"),
+            "the error predicted at target 1",
+        ),
+        (
+            format!("--points @p.csv --noise-mm 3 {TARGET} --out @r.json"),
+            "no wrong pose would be noticed",
+        ),
+        (
+            format!("--points @p.csv {told} --guess @p.csv"),
+            "reading the registration",
+        ),
+    ] {
+        let why = desk.refused(&words);
+        assert!(why.contains(expected), "{words}: {why}");
+        assert!(!desk.path("r.json").exists(), "{words}");
+    }
+}
+
+#[test]
+fn columns_that_do_not_go_together_are_refused_with_their_place() {
+    let desk = Desk::new(20);
+    for (header, row, words, expected) in [
+        ("x,y,z,sigma", "1,2,3,0", "", "line 2 of the file"),
+        ("x,y,z,sigma", "1,2,3,0.5", "--noise-mm 1", "would overrule them"),
+        (
+            "x,y,z,sigma,axial,lateral,elevation",
+            "1,2,3,1,1,1,1",
+            "",
+            "in more than one way",
+        ),
+        (
+            "x,y,z,axial,lateral,elevation",
+            "1,2,3,1,1,1",
+            "",
+            "beam_x,beam_y,beam_z are missing",
+        ),
+        (
+            "x,y,z,sigma,depth",
+            "1,2,3,1,20",
+            "",
+            "beam_x,beam_y,beam_z are missing",
+        ),
+        (
+            "x,y,z,sigma,beam_x,beam_y,beam_z",
+            "1,2,3,1,0,0,2",
+            "",
+            "its length is 2.000000",
+        ),
+        (
+            "x,y,z,axial,lateral,elevation,beam_x,beam_y,beam_z",
+            "1,2,3,1,1,2,0,0,1",
+            "",
+            "which tell the two apart",
+        ),
+        (
+            "x,y,z,sigma,beam_x,beam_y,beam_z,depth",
+            "1,2,3,1,0,0,1,-5",
+            "",
+            "line 2 of the file",
+        ),
+        ("x,y,z,sigma", "1,2,NaN,1", "", "line 2, column 5 (z)"),
+        ("x,y,sigma", "1,2,1", "", "no column z"),
+    ] {
+        let text = format!("{header}\n{}", format!("{row}\n").repeat(8));
+        fs::write(desk.path("bad.csv"), text).unwrap();
+        let why = desk.refused(&format!("--points @bad.csv {words} {TARGET}"));
+        assert!(why.contains(expected), "{header}: {why}");
+    }
+}
+
+/// The file of `calib bone` beside a bone says which CT it is of and how exact; facts of another surface, or another CT, stop everything.
+#[test]
+fn a_bone_of_another_ct_is_refused() {
+    let desk = Desk::new(120);
+    let common = format!("--points @p.csv --noise-mm {NOISE_MM} {TARGET} --shared-mm 0");
+    let hash = blake3::hash(desk.planted.ply().as_ref()).to_hex().to_string();
+    let facts = |hash: &str, sigma: &str| {
+        format!(
+            r#"{{"format":"trocar-bone","version":1,"frame":"LPS","ct_hash":"of this CT","surface_blake3":"{hash}",
+            "surface_sigma_mm":{sigma},"surface_shared_sigma_mm":0.2,"more":[1]}}"#
+        )
+    };
+    fs::write(desk.path("bone.json"), facts(&hash, "0.1")).unwrap();
+    let made = desk.surface(&format!("{common} --out @r.json")).unwrap();
+    assert_eq!(made.refused, None, "{}", made.text);
+    let file = RegistrationFile::read(&desk.path("r.json")).unwrap();
+    let surface = file.surface.unwrap();
+    assert_eq!(file.ct_hash.as_deref(), Some("of this CT"));
+    assert_eq!((surface.bone.sigma_mm, surface.offset_mm.prior_sigma), (0.1, 0.2));
+    let why = desk.refused(&format!("{common} --ct-hash another"));
+    assert!(why.contains("is of the CT of this CT, another is used"), "{why}");
+    for (text, expected) in [
+        (facts(&"0".repeat(64), "0.1"), "one of the two was changed"),
+        (facts(&hash, "-1"), "surface_sigma_mm is -1; 0 to 20 mm"),
+        (
+            facts(&hash, "0.1").replace("trocar-bone", "other"),
+            "expected \"trocar-bone\", 1",
+        ),
+        ("{".to_owned(), "reading what calib bone says of the bone"),
+    ] {
+        fs::write(desk.path("bone.json"), text).unwrap();
+        let why = desk.refused(&common);
+        assert!(why.contains(expected), "{why}");
+    }
+}
+
+/// An error that all points share is in what is predicted, and more points do not take it away.
+#[test]
+fn a_shared_error_is_in_what_is_predicted() {
+    let desk = Desk::new(160);
+    let common = format!("--points @p.csv --noise-mm {NOISE_MM} {TARGET} --ct-hash ab --json");
+    let tre = |more: &str| -> f64 {
+        let text = desk.surface(&format!("{common} {more}")).unwrap().text;
+        let file: RegistrationFile = serde_json::from_str(&text).unwrap();
+        file.predicted_tre[1].rms_mm.unwrap()
+    };
+    let (none, some) = (tre("--shared-mm 0"), tre("--shared-mm 0.4"));
+    assert_eq!(none, tre(""));
+    // A shift of the points is one of the pose: three axes of 0.4 mm, beside what there is without.
+    let expected = (none * none + 3.0 * 0.4 * 0.4).sqrt();
+    assert!((some / expected - 1.0).abs() < 0.02, "{some} mm, {expected} expected");
+    let why = desk.refused(&format!("{common} --tip @none.json"));
+    assert!(why.contains("none.json"), "{why}");
+}
+
+fn first_lines(text: &str, count: usize) -> String {
+    text.lines().take(count).collect::<Vec<_>>().join("\n") + "\n"
+}
+
+#[test]
+fn an_output_that_is_there_is_not_replaced() {
+    let desk = Desk::new(20);
+    fs::write(desk.path("r.json"), "mine").unwrap();
+    let why = desk.refused(&format!("--points @p.csv --noise-mm 1 {TARGET} --out @r.json"));
+    assert!(why.contains("there is a file of this name"), "{why}");
+    assert_eq!(fs::read_to_string(Path::new(&desk.path("r.json"))).unwrap(), "mine");
+}
