@@ -18,7 +18,9 @@ use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
 use crate::foreign::{EXPORT_HELP, ExportArgs, IMPORT_HELP, ImportArgs, MESH_HELP, MeshArgs};
 use crate::grid::{GRID_HELP, GridArgs};
+use crate::lag::{LAG_HELP, LagArgs};
 use crate::live::{FollowMarkers, LiveArgs, TOUCH_HELP, TouchArgs, Watch};
+use crate::probe::{PROBE_HELP, ProbeArgs};
 use crate::register::args::{REGISTER_HELP, RegisterArgs};
 use crate::rom::{ROM_HELP, RomArgs};
 use crate::steps::{STEPS_HELP, StepsArgs};
@@ -52,6 +54,9 @@ Examples:
   calib bone ct.nii.gz --labels organs.nii.gz --label hip_left --out hip.ply --png hip.png
   calib match beads.json touched.txt --out registration.json
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33,1890.4
+  calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 \
+--phantom-error-deg 0.5 --out probe.json
+  calib lag --signal rows.csv --sequence tank.mha
   calib pivot --live default --axis scene --out tool.json
   calib touch bead-1 --live default --to touched.csv
   calib seat --base base.json --live default --out tool.json";
@@ -118,6 +123,12 @@ enum Command {
     /// Register the patient: find which bead each touched point is
     #[command(after_help = MATCH_HELP)]
     Match(Box<MatchArgs>),
+    /// Find where the image of a tracked ultrasound probe lies in its marker
+    #[command(after_help = PROBE_HELP)]
+    Probe(Box<ProbeArgs>),
+    /// Find how late poses are behind images, from a motion that both show
+    #[command(after_help = LAG_HELP)]
+    Lag(Box<LagArgs>),
     /// Touch a point with the pointer of a run that is going
     #[command(after_help = TOUCH_HELP)]
     Touch(Box<TouchArgs>),
@@ -244,6 +255,8 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Beads(args) => told(args.run(load)),
         Command::Bone(args) => told(args.run(&hands)),
         Command::Match(args) => told(args.run(load)),
+        Command::Probe(args) => told(args.run()),
+        Command::Lag(args) => told(args.run()),
         Command::Touch(args) => told(args.run(follow)),
         Command::Check(args) => told(args.run(follow)),
         Command::Steps(args) => {

@@ -18,8 +18,10 @@ mod f2554;
 mod foreign;
 mod grid;
 mod input_files;
+mod lag;
 mod live;
 mod poses;
+mod probe;
 mod refusal;
 mod register;
 mod rom;
@@ -45,6 +47,9 @@ pub use camera::{
 };
 pub use grid::{ReadImageError, read_image};
 pub use live::{Delivered, Follow, FollowMarkers, Seen};
+pub use probe::{
+    CrossRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile, ProbeReadError, ProbeSource,
+};
 pub use register::file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,

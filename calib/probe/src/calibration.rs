@@ -17,8 +17,10 @@ pub use result::{Lag, Moved, PointResult, ProbeCalibration};
 
 /// The image's place in the probe's marker, from points of a phantom's wires in tracked images.
 ///
-/// `reference_from_phantom` is the place of the phantom with the covariance of its error; that error is one for all frames, so more
-/// frames do not make it less. Where it is not 0, the phantom may move within it. With a `track` the frames' poses are taken from it
+/// `reference_from_phantom` is the place of the phantom with the covariance of its error; that error is one for all
+/// frames, so more
+/// frames do not make it less. Where it is not 0, the phantom may move within it. With a `track` the frames' poses
+/// are taken from it
 /// at their times, else each frame's own; the lag is found where [`crate::Priors::lag_s`] is above 0.
 ///
 /// # Errors
@@ -49,7 +51,8 @@ pub fn calibrate(
     finish(&solver, start)
 }
 
-/// The same from a flat wall that stands still in the reference and is seen as a line in each image: at least two points of a frame,
+/// The same from a flat wall that stands still in the reference and is seen as a line in each image: at least two
+/// points of a frame,
 /// better more. Where the wall is, is found with it. `wire` of each mark is 0.
 ///
 /// # Errors

@@ -22,7 +22,7 @@ pub enum ProbeError {
         found: f64,
     },
     /// Too few wires, or too many.
-    #[error("{found} wires; 3 to 100 are allowed")]
+    #[error("{found} wires; 3 to 100 are allowed, for a check from 1 on")]
     WireCount {
         /// How many there are.
         found: usize,

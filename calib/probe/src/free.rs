@@ -4,8 +4,6 @@ use std::fmt;
 
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
 
-use crate::solve::State;
-
 /// Of equations that give no image, the size of one: half of a usual one.
 const RADIUS_MM: f64 = 25.0;
 
@@ -35,10 +33,10 @@ const NAMES: [&str; 8] = [
     "is stretched along the beam",
 ];
 
-/// The motions of a covariance about the middle, the one that moves the image's points most first.
-pub(crate) fn of(about: &SMatrix<f64, 8, 8>, state: &State, radius_mm: f64) -> Vec<Free> {
-    let axes = state.image.matrix();
-    let into = into_image(&axes);
+/// The motions of a covariance about the middle of an image with these axes, the one that moves the image's points
+/// most first.
+pub(crate) fn of(about: &SMatrix<f64, 8, 8>, axes: &Matrix3<f64>, radius_mm: f64) -> Vec<Free> {
+    let into = into_image(axes);
     let covariance = into * about * into.transpose();
     let eigen = covariance.symmetric_eigen();
     let root = eigen.eigenvectors * SMatrix::<f64, 8, 8>::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
@@ -86,9 +84,9 @@ fn one(motion: &SVector<f64, 8>, square: f64, radius_mm: f64) -> Free {
 }
 
 /// Of equations that cannot be solved: what they leave open.
-pub(crate) fn open(normal: &DMatrix<f64>, state: &State) -> String {
-    let (axes, radius_mm) = (state.image.matrix(), RADIUS_MM);
-    let into = into_image(&axes);
+pub(crate) fn open(normal: &DMatrix<f64>, axes: &Matrix3<f64>) -> String {
+    let radius_mm = RADIUS_MM;
+    let into = into_image(axes);
     let block = normal.fixed_view::<8, 8>(0, 0).into_owned();
     // In mm at the edge of the image, so that turns and shifts can be compared.
     let unit = SVector::<f64, 8>::from_fn(|k, _| if (3..6).contains(&k) { 1.0 } else { 1.0 / radius_mm });

@@ -1,7 +1,9 @@
 //! A start from nothing: the image's place as nine free numbers, which are linear.
 //!
-//! A pixel lies at `c_u u + c_v v + t` in the probe, whatever the two columns are; so the distance of a point from its wire is linear in
-//! the nine numbers, for wires in any arrangement, and the least squares need no start. Weights that begin convex (graduated) let go of
+//! A pixel lies at `c_u u + c_v v + t` in the probe, whatever the two columns are; so the distance of a point from
+//! its wire is linear in
+//! the nine numbers, for wires in any arrangement, and the least squares need no start. Weights that begin convex
+//! (graduated) let go of
 //! points that belong to no wire. The two columns are then made square.
 
 use fit::robust::{MEDIAN_CHI2_2, convex_widths, geman_mcclure, squared_scale};
@@ -92,7 +94,8 @@ fn solve(rows: &[(Rows, Vector2<f64>)], weights: &[f64]) -> Result<SVector<f64, 
         .ok_or(ProbeError::Nowhere)
 }
 
-/// Starts by a wall whose place is not known: for each of many directions of its normal the ten numbers are linear, and the best few
+/// Starts by a wall whose place is not known: for each of many directions of its normal the ten numbers are linear,
+/// and the best few
 /// directions are followed further.
 pub(crate) fn by_wall(data: &Data<'_>) -> Result<Vec<State>, ProbeError> {
     let poses = data.poses(0.0)?;
@@ -124,7 +127,8 @@ fn direction(k: usize) -> Vector3<f64> {
     Vector3::new(radius * cos, radius * sin, z)
 }
 
-/// The image by a wall of this normal, and how far its points lie off, bounded; `None` where no image of two axes comes out.
+/// The image by a wall of this normal, and how far its points lie off, bounded; `None` where no image of two axes
+/// comes out.
 fn on_wall(data: &Data<'_>, poses: &[Posed], normal: &Vector3<f64>) -> Option<(f64, State)> {
     let mut rows = Vec::new();
     for (seen, pose) in data.frames.iter().zip(poses) {

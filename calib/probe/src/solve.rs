@@ -1,6 +1,7 @@
 //! From a start to the minimum below it: the image's place, sizes of pixels, and what else is asked for.
 //!
-//! With `(u, v)` a pixel, `(u0, v0)` the middle of all, `(R, t)` the place of that middle in the probe, `X` the pose of the probe in the
+//! With `(u, v)` a pixel, `(u0, v0)` the middle of all, `(R, t)` the place of that middle in the probe, `X` the pose
+//! of the probe in the
 //! reference, `D` a linear error of the tracker about the middle `c` of all poses, `(w, m)` a motion of the phantom:
 //!
 //! ```text
@@ -10,8 +11,10 @@
 //! r = n' y - d                         of a wall
 //! ```
 //!
-//! Minimised is the sum of `r' V^-1 r`, Tukey's biweight of each point, and what is known before. `V` has each point's own noise and
-//! the error of the pose, which all points of a frame share: nine points of one frame do not tell nine times as much of where the
+//! Minimised is the sum of `r' V^-1 r`, Tukey's biweight of each point, and what is known before. `V` has each
+//! point's own noise and
+//! the error of the pose, which all points of a frame share: nine points of one frame do not tell nine times as much
+//! of where the
 //! frame is. The pose's six errors are unknowns with a prior, eliminated frame by frame.
 
 mod frame;

@@ -21,8 +21,6 @@ pub struct Wire {
 pub struct Wires {
     wires: Vec<Wire>,
     pub(crate) lines: Vec<Line>,
-    /// Mean of all ends: what the phantom's own motion turns about.
-    pub(crate) centre: Vector3<f64>,
 }
 
 /// A wire for the fit.
@@ -45,10 +43,11 @@ impl Wires {
     /// # Errors
     /// [`ProbeError::WireCount`], [`ProbeError::WireLength`], [`ProbeError::WiresParallel`].
     pub fn new(wires: Vec<Wire>) -> Result<Self, ProbeError> {
-        if !(3..=100).contains(&wires.len()) {
+        let all = Self::to_check(wires)?;
+        let (wires, lines) = (&all.wires, &all.lines);
+        if wires.len() < 3 {
             return Err(ProbeError::WireCount { found: wires.len() });
         }
-        let lines: Vec<Line> = wires.iter().map(line).collect::<Result<_, _>>()?;
         let between = |a: &Line, b: &Line| a.along.cross(&b.along).norm().min(1.0).asin();
         let pairs = lines
             .iter()
@@ -61,9 +60,19 @@ impl Wires {
                 most_deg: most.to_degrees(),
             });
         }
-        let ends = lines.iter().map(|l| l.front + l.along * (0.5 * l.length));
-        let centre = ends.sum::<Vector3<f64>>() / lines.len() as f64;
-        Ok(Self { wires, lines, centre })
+        Ok(all)
+    }
+
+    /// Wires that a calibration is checked with: one is enough, and they may be parallel.
+    ///
+    /// # Errors
+    /// [`ProbeError::WireCount`], [`ProbeError::WireLength`].
+    pub fn to_check(wires: Vec<Wire>) -> Result<Self, ProbeError> {
+        if !(1..=100).contains(&wires.len()) {
+            return Err(ProbeError::WireCount { found: wires.len() });
+        }
+        let lines: Vec<Line> = wires.iter().map(line).collect::<Result<_, _>>()?;
+        Ok(Self { wires, lines })
     }
 
     /// The wires, in the order in which they were given.

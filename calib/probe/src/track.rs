@@ -46,8 +46,10 @@ pub enum TrackError {
 }
 
 impl<To: Frame, From: Frame> Track<To, From> {
-    /// A track of poses and their times, s. With a window above 0 each pose is that of a straight motion fitted to its neighbours, which
-    /// count by a normal curve of that deviation, s: noise that differs from pose to pose falls, and turns sharper than the window are
+    /// A track of poses and their times, s. With a window above 0 each pose is that of a straight motion fitted to
+    /// its neighbours, which
+    /// count by a normal curve of that deviation, s: noise that differs from pose to pose falls, and turns sharper
+    /// than the window are
     /// cut.
     ///
     /// # Errors
@@ -87,7 +89,8 @@ impl<To: Frame, From: Frame> Track<To, From> {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// The pose at a time, s; `None` where it lies more than half a second beyond the ends, or in a gap so wide that no window reaches
+    /// The pose at a time, s; `None` where it lies more than half a second beyond the ends, or in a gap so wide that
+    /// no window reaches
     /// over it.
     pub fn at(&self, t_s: f64) -> Option<Rigid<To, From>> {
         let (first, last) = self.span_s();

@@ -6,10 +6,12 @@
 
 mod error;
 mod read;
+mod wires;
 mod write;
 
 pub use error::PlusError;
 pub use read::read;
+pub use wires::{MAX_WIRES, PhantomWire, wires};
 pub use write::write;
 
 use geometry::{Affine, Frame, Point, Rigid, Vector};

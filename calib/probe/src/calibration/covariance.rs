@@ -15,7 +15,8 @@ pub(super) struct Covariance {
     pub(super) frame_correlation: f64,
 }
 
-/// Blocks that the frames are put into, in their order, for their correlation: neighbours in time share what noise is slow.
+/// Blocks that the frames are put into, in their order, for their correlation: neighbours in time share what noise
+/// is slow.
 const BLOCKS: usize = 16;
 
 pub(super) fn of(solver: &Solver<'_>, ended: &Ended, poses: &Poses) -> Result<Covariance, ProbeError> {
@@ -23,7 +24,7 @@ pub(super) fn of(solver: &Solver<'_>, ended: &Ended, poses: &Poses) -> Result<Co
     let prior = solver.prior(&ended.state);
     let data = &sum.normal - &prior.normal;
     let Some(solved) = sum.normal.clone().cholesky() else {
-        let what = free::open(&sum.normal, &ended.state);
+        let what = free::open(&sum.normal, &ended.state.image.matrix());
         return Err(ProbeError::Open { what });
     };
     let inverse = solved.inverse();
@@ -37,7 +38,8 @@ pub(super) fn of(solver: &Solver<'_>, ended: &Ended, poses: &Poses) -> Result<Co
     let own = 8.0 - known + if solver.layout.wall.is_some() { 3.0 } else { 0.0 };
     let noise_ratio = (sum.cost / (rows - own).max(1.0)).max(0.0).sqrt();
     let frame_correlation = correlation(&sum.pulls, &data, noise_ratio);
-    // Noise larger than told, and frames that are not independent, make what the data say less sure; what is known before stays.
+    // Noise larger than told, and frames that are not independent, make what the data say less sure; what is known
+    // before stays.
     let factor = noise_ratio.max(1.0).powi(2) * frame_correlation;
     let meat = data * factor + prior.normal;
     let all = &inverse * meat * &inverse;
@@ -49,7 +51,8 @@ pub(super) fn of(solver: &Solver<'_>, ended: &Ended, poses: &Poses) -> Result<Co
     })
 }
 
-/// The mean, over the image's eight unknowns, of how much more the sums of neighbouring frames vary than their noise says.
+/// The mean, over the image's eight unknowns, of how much more the sums of neighbouring frames vary than their noise
+/// says.
 fn correlation(pulls: &[DVector<f64>], data: &DMatrix<f64>, noise_ratio: f64) -> f64 {
     let size = pulls.len().div_ceil(BLOCKS);
     if size < 2 {

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::covariance;
 use crate::error::ProbeError;
 use crate::free::{self, Free};
+use crate::known::KnownImage;
 use crate::solve::{Ended, Solver, State};
 
 /// The image in the probe's marker.
@@ -35,10 +36,12 @@ pub struct ProbeCalibration {
     pub rms_mm: f64,
     /// Mean distance of these, mm: the measure that PLUS publishes.
     pub mean_mm: f64,
-    /// Root of the mean square of residuals over what the noise told makes of them; where above 1 the covariance has grown with its
+    /// Root of the mean square of residuals over what the noise told makes of them; where above 1 the covariance has
+    /// grown with its
     /// square.
     pub noise_ratio: f64,
-    /// By how much more neighbouring frames vary together than independent ones would; the covariance has grown with it.
+    /// By how much more neighbouring frames vary together than independent ones would; the covariance has grown with
+    /// it.
     pub frame_correlation: f64,
     /// Share of the points that have a weight above 0.5.
     pub share_kept: f64,
@@ -51,7 +54,7 @@ pub struct ProbeCalibration {
     pub(crate) inside: Inside,
 }
 
-/// How the fit left it: what judges other frames goes on from here.
+/// How the fit left it: frames of the same phantom are judged from here.
 #[derive(Debug, Clone)]
 pub(crate) struct Inside {
     pub(crate) state: State,
@@ -79,7 +82,8 @@ pub struct Moved {
     pub turn: [f64; 3],
     /// mm.
     pub shift_mm: [f64; 3],
-    /// Its square in its given covariance over 6: some 1 where that covariance is right, and 16 where it moved by four deviations.
+    /// Its square in its given covariance over 6: some 1 where that covariance is right, and 16 where it moved by
+    /// four deviations.
     pub ratio: f64,
 }
 
@@ -237,11 +241,23 @@ impl ProbeCalibration {
         }
         let covariance = by * self.covariance * by.transpose();
         UncertainPoint::new(place, (covariance + covariance.transpose()) * 0.5)
-            // A covariance carried through is one: rounding alone can fail it, and then the place alone would promise too much.
+            // A covariance carried through is one: rounding alone can fail it, and then the place alone would
+            // promise too much.
             .unwrap_or_else(|_| {
                 let radius = Matrix3::identity() * covariance.trace().abs();
                 UncertainPoint::new(place, radius).unwrap_or_else(|_| UncertainPoint::from(place))
             })
+    }
+
+    /// What a check takes of it, and a file holds.
+    pub fn known(&self) -> KnownImage {
+        KnownImage {
+            probe_from_image: self.probe_from_image.transform(),
+            pixel_mm: self.pixel_mm,
+            covariance: self.covariance,
+            lag_s: self.lag.map_or(0.0, |lag| lag.lag_s),
+            tracker: self.tracker.map(|rows| (rows, self.inside.centre.into())),
+        }
     }
 
     /// The largest root mean square error of the calibration over the four corners of where points were seen, mm.
@@ -252,10 +268,11 @@ impl ProbeCalibration {
         corners.into_iter().map(error).fold(0.0, f64::max)
     }
 
-    /// Motions of the image that the frames hold least, by what they do over the part of it in which points were seen; the largest first.
+    /// Motions of the image that the frames hold least, by what they do over the part of it in which points were
+    /// seen; the largest first.
     pub fn free(&self) -> Vec<Free> {
         let inside = &self.inside;
-        free::of(&inside.about_middle, &inside.state, inside.radius_mm)
+        free::of(&inside.about_middle, &inside.state.image.matrix(), inside.radius_mm)
     }
 
     /// How well the points are explained, to choose between minima: more is better.

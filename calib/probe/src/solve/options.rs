@@ -29,7 +29,8 @@ pub struct Priors {
     pub pixel_mm: Option<([f64; 2], f64)>,
     /// Lag of the poses about 0, s; above 0 it needs a track.
     pub lag_s: f64,
-    /// Each of the nine numbers of a linear error of the tracker's shifts, about 0: a field tracker's distortion. 0.03 is 3 %.
+    /// Each of the nine numbers of a linear error of the tracker's shifts, about 0: a field tracker's distortion.
+    /// 0.03 is 3 %.
     pub tracker: f64,
     /// Play of each end of each wire in its hole, in each direction across it, mm.
     pub play_mm: f64,

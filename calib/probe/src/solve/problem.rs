@@ -215,7 +215,8 @@ impl Solver<'_> {
         Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, shift, shift, shift).map(|s| s * s))
     }
 
-    /// The normal equations with these weights, the pose's errors of each frame eliminated; what is known before is in them.
+    /// The normal equations with these weights, the pose's errors of each frame eliminated; what is known before is
+    /// in them.
     pub(crate) fn sum(&self, state: &State, poses: &Poses, weights: &[f64]) -> Sum {
         let n = self.layout.len;
         let mut sum = Sum {
@@ -250,7 +251,8 @@ impl Solver<'_> {
                 shared += row.pose.transpose() * inverse * row.pose;
                 b += row.pose.transpose() * inverse * row.residual;
             }
-            // The pose's six errors have the prior and their own equations; the best of them are put in (Schur complement).
+            // The pose's six errors have the prior and their own equations; the best of them are put in (Schur
+            // complement).
             if let (Some(_), Some(solved)) = (information, shared.cholesky()) {
                 let mixed_out = solved.solve(&mixed.transpose());
                 sum.normal -= &mixed * &mixed_out;
@@ -317,7 +319,8 @@ impl Solver<'_> {
         }
     }
 
-    /// From a start that graduated weights have found to the end. The scale follows the residuals, so that what is far off at first is not
+    /// From a start that graduated weights have found to the end. The scale follows the residuals, so that what is
+    /// far off at first is not
     /// let go of for the start's own error.
     pub(crate) fn run(&self, start: State) -> Result<Ended, ProbeError> {
         let median = if self.components() == 1 {
@@ -363,7 +366,7 @@ impl Solver<'_> {
         let length = if ended.steps == 0 { 0.0 } else { ended.length };
         match ended.end {
             fit::End::Singular => Err(ProbeError::Open {
-                what: free::open(&ended.at.normal, &ended.state),
+                what: free::open(&ended.at.normal, &ended.state.image.matrix()),
             }),
             _ => Ok((ended.state, length)),
         }

@@ -135,7 +135,8 @@ pub(crate) fn turned(w: &Vector3<f64>) -> Matrix3<f64> {
     vector.map_or_else(|_| Matrix3::identity(), |v| Rotation::from_vector(v).matrix().into())
 }
 
-/// The pose whose x axis is along `x` and whose y axis is as near to `y` as it can be, with its origin at `t`, and their lengths; `None`
+/// The pose whose x axis is along `x` and whose y axis is as near to `y` as it can be, with its origin at `t`, and
+/// their lengths; `None`
 /// where the two are parallel.
 pub(crate) fn unskewed(x: &Vector3<f64>, y: &Vector3<f64>, t: &Vector3<f64>) -> Option<(Pose, [f64; 2])> {
     let size = [x.norm(), y.norm()];

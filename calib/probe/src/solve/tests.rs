@@ -12,7 +12,8 @@ fn turn(v: [f64; 3]) -> Rotation {
     Rotation::from_vector(RotationVector::new(v).unwrap())
 }
 
-/// Every column of a row, with everything free, against the difference of two residuals: within what a step of 1e-5 loses.
+/// Every column of a row, with everything free, against the difference of two residuals: within what a step of 1e-5
+/// loses.
 #[test]
 fn derivatives_are_those_of_differences() {
     let wire = |x: f64| Wire {
@@ -89,7 +90,8 @@ fn derivatives_are_those_of_differences() {
                     };
                     let difference = (step(1.0) - step(-1.0)) / 2e-5;
                     let off = (difference - row.unknowns.column(column)).norm();
-                    // Differences are off by h^2 times a third derivative and by rounding over h; the left Jacobian's series by 1e-6 here.
+                    // Differences are off by h^2 times a third derivative and by rounding over h; the left
+                    // Jacobian's series by 1e-6 here.
                     let bound = 1e-6 + 3e-6 * difference.norm();
                     assert!(
                         off < bound,

@@ -6,5 +6,6 @@
     reason = "a test that is skipped says why, and others what they measured"
 )]
 
+mod lag;
 mod planted;
 mod plus;

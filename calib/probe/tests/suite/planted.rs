@@ -67,7 +67,8 @@ impl World {
         }
     }
 
-    /// A pose of the probe at which the image lies in the phantom turned by `w` about its own axes, its middle at `y` along the wires.
+    /// A pose of the probe at which the image lies in the phantom turned by `w` about its own axes, its middle at
+    /// `y` along the wires.
     fn pose(&self, w: [f64; 3], y: f64, aside: [f64; 2]) -> Rigid<Reference, Probe> {
         // Image x along the phantom's x, image y down (phantom -z): z of the image along phantom y.
         let upright: Rigid<Phantom, geometry::Image> = rigid([-std::f64::consts::FRAC_PI_2, 0.0, 0.0], [0.0; 3]);
@@ -151,7 +152,8 @@ impl World {
     }
 }
 
-/// Without noise nothing is left but rounding: pixels of every size, many frames and the fewest, wide fans and narrow ones.
+/// Without noise nothing is left but rounding: pixels of every size, many frames and the fewest, wide fans and
+/// narrow ones.
 #[test]
 fn exact_points_give_the_planted_image() {
     for pixel in [0.05, 0.1, 0.5] {
@@ -183,7 +185,8 @@ fn squares(world: &World, found: &probe::ProbeCalibration) -> Vec<f64> {
     world.corners().map(one).to_vec()
 }
 
-/// The predicted ellipses hold the truth as often as they say; a phantom that is not where it is told to be is in them, and more frames
+/// The predicted ellipses hold the truth as often as they say; a phantom that is not where it is told to be is in
+/// them, and more frames
 /// do not make that less.
 #[test]
 fn predicted_errors_hold_the_planted_image() {
@@ -227,7 +230,8 @@ fn predicted_errors_hold_the_planted_image() {
         assert!(coverage > 0.86, "{name}: {coverage}");
         // Mean of 40 chi-squares of three: deviation 0.39; the frames' factor, at least 1, makes it smaller.
         assert!((1.2..4.4).contains(&mean), "{name}: {mean}");
-        // Without tilts nothing tells the phantom's error of 0.3 mm along each axis from the image's: 80 frames do not average it away.
+        // Without tilts nothing tells the phantom's error of 0.3 mm along each axis from the image's: 80 frames do
+        // not average it away.
         assert!(fan > 0.1 || worst_mm > 0.3 * 3.0_f64.sqrt() * 0.9, "{worst_mm}");
     }
 }
@@ -337,13 +341,13 @@ fn an_independent_wire_tells_a_wrong_calibration() {
     )
     .unwrap();
     let others = world.frames(20, 0.3, Some(5));
-    let good = check(&found, &others, &world.wires, &exact, None, &world.noise).unwrap();
+    let good = check(&found.known(), &others, &world.wires, &exact, None, &world.noise).unwrap();
     assert!((0.8..1.2).contains(&good.ratio), "{}", good.ratio);
     assert!(good.bias_mm < 0.25, "{}", good.bias_mm);
     // The phantom stands 1 mm aside: the same as an image that is 1 mm off.
     let aside = rigid::<Reference, Reference>([0.0; 3], [0.0, 1.0, 0.0]) * world.reference_from_phantom;
     let wrong = check(
-        &found,
+        &found.known(),
         &others,
         &world.wires,
         &Uncertain::from(aside),
@@ -357,6 +361,27 @@ fn an_independent_wire_tells_a_wrong_calibration() {
         wrong.ratio,
         wrong.bias_mm
     );
+    // One wire alone, and what the fit says of itself by its own frames: the same distances.
+    let one = Wires::to_check(vec![world.wires.all()[1].clone()]).unwrap();
+    let mut alone = others.clone();
+    for frame in &mut alone {
+        frame.marks.retain(|mark| mark.wire == 1);
+        frame.marks.iter_mut().for_each(|mark| mark.wire = 0);
+    }
+    let alone = check(&found.known(), &alone, &one, &exact, None, &world.noise).unwrap();
+    assert!((0.6..1.4).contains(&alone.ratio), "{}", alone.ratio);
+    let own = check(
+        &found.known(),
+        &world.frames(40, 0.3, Some(4)),
+        &world.wires,
+        &exact,
+        None,
+        &world.noise,
+    )
+    .unwrap();
+    for (judged, fitted) in own.distances_mm.iter().zip(&found.points) {
+        assert!((judged - fitted.distance_mm).abs() < 1e-9);
+    }
     let halves = cross_validate(&others, &world.wires, &exact, None, &world.noise, |i| i % 2 == 0).unwrap();
     assert!(
         halves
@@ -506,12 +531,14 @@ impl NormalizeOr for nalgebra::Vector3<f64> {
     }
 }
 
-/// Images of a plane `n y = 30` of the reference at tilts of up to `fan` and a full turn about the normal: five points of each line.
+/// Images of a plane `n y = 30` of the reference at tilts of up to `fan` and a full turn about the normal: five
+/// points of each line.
 fn wall(world: &World, n: nalgebra::Vector3<f64>, count: u64, fan: f64, seed: Option<u64>) -> Vec<Seen> {
     let one = |i: u64| {
         let place = Chance::new(seed.unwrap_or(7) + 40, i);
         let even = |k: u64, most: f64| most * (2.0 * place.uniform(500 + k) - 1.0);
-        // A frame at the wall, z along the normal, turned about it, then the image upright in it with the beam against the normal.
+        // A frame at the wall, z along the normal, turned about it, then the image upright in it with the beam
+        // against the normal.
         let z = Vector::<Reference>::new(n.x, n.y, n.z).direction().unwrap();
         let origin = Point::new(30.0 * n.x, 30.0 * n.y, 30.0 * n.z);
         let at: Rigid<Reference, Phantom> = Rigid::from_axes(origin, z, geometry::Direction::Y).unwrap();

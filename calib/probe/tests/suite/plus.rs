@@ -123,8 +123,10 @@ fn options(lag_s: f64, tracker: f64, play_mm: f64) -> Options {
     }
 }
 
-/// What each candidate for an error of the model is worth: kept only where frames that took no part say so. Every second frame is
-/// judged by the others, then the second half by the first, both ways: mean distance to the wires, mm. PLUS's own matrix has 0.428 on
+/// What each candidate for an error of the model is worth: kept only where frames that took no part say so. Every
+/// second frame is
+/// judged by the others, then the second half by the first, both ways: mean distance to the wires, mm. PLUS's own
+/// matrix has 0.428 on
 /// frames that it was fitted to.
 #[test]
 fn frames_that_took_no_part_say_what_belongs_in_the_model() {
@@ -190,7 +192,8 @@ fn frames_that_took_no_part_say_what_belongs_in_the_model() {
     }
 }
 
-/// The image lies where PLUS has it, within what both are off: the tracker's linear error alone, not the phantom's 6 numbers, leaves it
+/// The image lies where PLUS has it, within what both are off: the tracker's linear error alone, not the phantom's 6
+/// numbers, leaves it
 /// there.
 #[test]
 fn the_image_lies_where_plus_has_it() {

@@ -39,6 +39,26 @@ pub enum PlusError {
         /// What it should hold.
         expected: &'static str,
     },
+    /// A wire of the phantom lacks something, or has what it must not.
+    #[error("line {line}: {key} of a Wire is {found}; expected {expected}")]
+    Wire {
+        /// Where.
+        line: u32,
+        /// The attribute.
+        key: &'static str,
+        /// What it holds.
+        found: String,
+        /// What it should hold.
+        expected: &'static str,
+    },
+    /// No phantom, or more wires than any has.
+    #[error("{found} wires in its PhantomDefinition; 1 to {most} are read")]
+    WireCount {
+        /// How many there are.
+        found: usize,
+        /// How many are read.
+        most: usize,
+    },
     /// More transforms than any device set has.
     #[error("{found} transforms; at most {MAX_TRANSFORMS} are read")]
     TooMany {

@@ -17,22 +17,8 @@ const MOST: f64 = 1e9;
 /// # Errors
 /// The first five variants of [`PlusError`].
 pub fn read(bytes: &[u8]) -> Result<DeviceSet, PlusError> {
-    if bytes.len() > MAX_BYTES {
-        return Err(PlusError::TooLong { bytes: bytes.len() });
-    }
-    let xml = |why: String| PlusError::Xml {
-        why: why.chars().take(160).collect(),
-    };
-    let text = str::from_utf8(unmarked(bytes))
-        .map_err(|error| xml(format!("byte {} is not UTF-8 text", error.valid_up_to())))?;
-    // Without entities of its own, which could make much of little.
-    let options = ParsingOptions {
-        allow_dtd: false,
-        nodes_limit: MAX_NODES,
-        ..ParsingOptions::default()
-    };
-    let document = Document::parse_with_options(text, options);
-    let document = document.map_err(|error| xml(error.to_string()))?;
+    let text = text(bytes)?;
+    let document = document(text)?;
     let root = document.root_element();
     let places: Vec<Node<'_, '_>> = root
         .children()
@@ -52,6 +38,29 @@ pub fn read(bytes: &[u8]) -> Result<DeviceSet, PlusError> {
     let definitions = transforms.iter().map(|node| definition(&document, node));
     Ok(DeviceSet {
         definitions: definitions.collect::<Result<_, _>>()?,
+    })
+}
+
+/// The text of a file that is not too long.
+pub(super) fn text(bytes: &[u8]) -> Result<&str, PlusError> {
+    if bytes.len() > MAX_BYTES {
+        return Err(PlusError::TooLong { bytes: bytes.len() });
+    }
+    str::from_utf8(unmarked(bytes)).map_err(|error| PlusError::Xml {
+        why: format!("byte {} is not UTF-8 text", error.valid_up_to()),
+    })
+}
+
+/// Its elements.
+pub(super) fn document(text: &str) -> Result<Document<'_>, PlusError> {
+    // Without entities of its own, which could make much of little.
+    let options = ParsingOptions {
+        allow_dtd: false,
+        nodes_limit: MAX_NODES,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(text, options).map_err(|error| PlusError::Xml {
+        why: error.to_string().chars().take(160).collect(),
     })
 }
 

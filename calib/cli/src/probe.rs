@@ -1,0 +1,15 @@
+//! `calib probe`: points of a phantom's wires in tracked ultrasound images to the image's place in the probe's marker.
+
+mod args;
+mod error;
+mod file;
+mod input;
+mod phantom;
+mod report;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use args::{PROBE_HELP, ProbeArgs};
+pub use file::{
+    CrossRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile, ProbeReadError, ProbeSource,
+};

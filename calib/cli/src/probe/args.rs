@@ -1,0 +1,325 @@
+//! The words of the command, and what is done.
+
+use std::path::{Path, PathBuf};
+
+use calib::gate::{Gates, Reached, Verdict};
+use clap::Args;
+use geometry::Uncertain;
+use probe::{
+    CrossValidated, Options, PointNoise, PoseNoise, Priors, ProbeCalibration, Track, calibrate, calibrate_by_wall,
+    check, cross_validate,
+};
+
+use super::error::ProbeCommandError;
+use super::file::ProbeFile;
+use super::input::{Read, read};
+use super::phantom::{self, Told};
+use super::report;
+use crate::commands::Outcome;
+use crate::store;
+use crate::values::{Positive, Target};
+
+pub(crate) const PROBE_HELP: &str = "\
+Finds where the image of a tracked ultrasound probe lies in the marker on it, with the size of its pixels, from \
+points of a phantom's wires \
+(--config: a device set of PLUS with the wires' ends and the phantom's place) or of a flat wall that stands still \
+(--wall). Any wires do \
+that are not all parallel; none needs to belong to an N.
+
+Points are CSV with the columns frame, wire, u, v (pixels; whole numbers are centres of pixels, u to the right, v \
+down; of a wall the wire is \
+empty), or JSON as {\"frames\": {\"0\": [{\"wire\": \"7:G1_g1\", \"px\": [592.1, 195.8]}]}}. frame is the number \
+in the sequence. Points of \
+frames whose pose was lost are left out, and counted.
+
+The phantom's place has an error, and it is one for all frames: more frames do not make it less. \
+--phantom-error-mm and --phantom-error-deg say \
+it; 0 and 0 say that it is exact. What else may be wrong is free where its deviation is given: --lag-ms, \
+--tracker-percent, --play-mm. Each makes \
+the residuals smaller whether it is true or not; the distances of frames that took no part, which are told at the \
+end, say whether it is.
+
+A lag is told as the time to add to an image's stamp to find the pose that goes with it.
+
+What falls short of a bound is said, and the exit code is 1; nothing is written then.
+
+--check judges a calibration by wires that it has not seen, best in another place than the phantom of the \
+calibration: a phantom whose place is wrong is wrong for \
+all of its own wires alike.
+
+Examples:
+  calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 \
+--phantom-error-deg 0.5 --out probe.json
+  calib probe --points points.csv --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0 \
+--phantom-error-deg 0 \
+--window-ms 100 --lag-ms 100 --tracker-percent 3 --out probe.json
+  calib probe --check probe.json --points cross.csv --sequence cross.mha --config Cross.xml --phantom-error-mm 0.3 \
+--phantom-error-deg 0.5
+  calib probe --wall --points wall.csv --sequence wall.mha --pixel-mm 0.08,0.08 --pixel-percent 2 --max-error-mm 1 \
+--out probe.json";
+
+#[derive(Debug, Args)]
+pub(crate) struct ProbeArgs {
+    /// Points in the images
+    #[arg(long, value_name = "FILE.json|csv")]
+    points: PathBuf,
+    /// The poses: a sequence of PLUS, whose pixels are not read
+    #[arg(long, value_name = "FILE.mha")]
+    sequence: PathBuf,
+    /// The transform of the sequence from the probe's marker to what stands still with the phantom
+    #[arg(long, value_name = "NAME", default_value = "ProbeToReference")]
+    transform: String,
+    /// A device set of PLUS with the phantom's wires and its place
+    #[arg(
+        long,
+        value_name = "FILE.xml",
+        required_unless_present = "wall",
+        conflicts_with = "wall"
+    )]
+    config: Option<PathBuf>,
+    /// The phantom's frame in the device set
+    #[arg(long, value_name = "FRAME", default_value = "Phantom")]
+    phantom_frame: String,
+    /// The frame in it in which the phantom stands still
+    #[arg(long, value_name = "FRAME", default_value = "Reference")]
+    reference_frame: String,
+    /// Calibrate nothing: tell how far the points lie from their wires by this calibration. One wire is enough
+    #[arg(long, value_name = "PROBE.json", conflicts_with_all = ["wall", "out", "lag_ms", "tracker_percent", "play_mm", "pixel_mm"])]
+    check: Option<PathBuf>,
+    /// The points lie on a flat wall that stands still
+    #[arg(long)]
+    wall: bool,
+    /// Deviation of the phantom's place along each axis, 0 to 10: at the middle of its wires
+    #[arg(long, value_name = "MM", required_unless_present = "wall", value_parser = up_to::<10>)]
+    phantom_error_mm: Option<f64>,
+    /// Deviation of its turn about each axis, 0 to 10
+    #[arg(long, value_name = "DEG", required_unless_present = "wall", value_parser = up_to::<10>)]
+    phantom_error_deg: Option<f64>,
+    /// Deviations of a point along a row, along the beam and across the image
+    #[arg(long, value_name = "MM,MM,MM", default_value = "0.2,0.15,0.4")]
+    noise_mm: Target,
+    /// Deviation of a pose's shift along each axis, 0 to 10: it is shared by the points of a frame
+    #[arg(long, value_name = "MM", default_value = "0.1", value_parser = up_to::<10>)]
+    pose_noise_mm: f64,
+    /// Deviation of a pose's turn about each axis, 0 to 5
+    #[arg(long, value_name = "DEG", default_value = "0.05", value_parser = up_to::<5>)]
+    pose_noise_deg: f64,
+    /// Sizes of a pixel along a row and along a column, where they are known
+    #[arg(long, value_name = "MM,MM", requires = "pixel_percent", value_parser = pair)]
+    pixel_mm: Option<Pair>,
+    /// How well they are known, 0 to 100; 0 holds them
+    #[arg(long, value_name = "PERCENT", requires = "pixel_mm", value_parser = up_to::<100>)]
+    pixel_percent: Option<f64>,
+    /// Take each pose as the mean of its neighbours in time, weighted by a normal curve of this deviation
+    #[arg(long, value_name = "MS", default_value = "0", value_parser = up_to::<1000>)]
+    window_ms: f64,
+    /// Find the lag of the poses, 0 plus or minus this deviation; needs --window-ms
+    #[arg(long, value_name = "MS", default_value = "0", value_parser = up_to::<1000>)]
+    lag_ms: f64,
+    /// Find a linear error of the tracker's shifts, nine numbers of this deviation: the distortion of a field tracker
+    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = up_to::<20>)]
+    tracker_percent: f64,
+    /// Find the play of each wire's ends in their holes, of this deviation
+    #[arg(long, value_name = "MM", default_value = "0", value_parser = up_to::<2>)]
+    play_mm: f64,
+    /// Refuse an image whose error by its covariance is above this at a corner of where points were seen, root mean
+    /// square
+    #[arg(long, value_name = "MM", default_value = "1")]
+    max_error_mm: Positive,
+    /// Refuse residuals above this many times the noise told
+    #[arg(long, value_name = "RATIO", default_value = "1.5")]
+    max_noise_ratio: Positive,
+    /// Refuse where a larger share of the points is left out, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value = "0.3")]
+    max_rejected: Positive,
+    /// Write the calibration here
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<PathBuf>,
+    /// Replace --out if it exists
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+}
+
+/// Two numbers.
+#[derive(Debug, Clone, Copy)]
+struct Pair([f64; 2]);
+
+fn pair(text: &str) -> Result<Pair, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+    let numbers: Option<[f64; 2]> = numbers.and_then(|n| n.try_into().ok());
+    numbers
+        .map(Pair)
+        .ok_or_else(|| "expected two numbers, for instance 0.08,0.075".to_owned())
+}
+
+fn up_to<const MOST: u32>(text: &str) -> Result<f64, String> {
+    let found = text
+        .parse()
+        .ok()
+        .filter(|found| (0.0..=f64::from(MOST)).contains(found));
+    found.ok_or_else(|| format!("expected a number from 0 to {MOST}"))
+}
+
+/// What was found, with what judges it.
+struct Found {
+    calibration: ProbeCalibration,
+    crossed: Option<[CrossValidated; 2]>,
+    phantom: Option<Told>,
+}
+
+impl ProbeArgs {
+    /// Does what is asked.
+    pub(crate) fn run(&self) -> Result<Outcome, ProbeCommandError> {
+        if let Some(out) = &self.out {
+            store::check(out, self.overwrite)?;
+        }
+        let options = self.options();
+        let phantom = self.config.as_deref().map(|path| {
+            let frames = [self.phantom_frame.as_str(), self.reference_frame.as_str()];
+            let errors = [
+                self.phantom_error_mm.unwrap_or(0.0),
+                self.phantom_error_deg.unwrap_or(0.0).to_radians(),
+            ];
+            phantom::read(path, frames, errors, self.check.is_some())
+        });
+        let phantom = phantom.transpose()?;
+        let names: Vec<String> = match &phantom {
+            Some(told) => told.wires.all().iter().map(|wire| wire.name.clone()).collect(),
+            None => vec![String::new()],
+        };
+        let read = read(&self.points, &self.sequence, &self.transform, &names)?;
+        if let (Some(path), Some(told)) = (&self.check, &phantom) {
+            return self.judge(path, &read, told, &options);
+        }
+        let found = self.solve(&read, phantom, &options)?;
+        let gates = self.gates();
+        let verdict = gates.judge(&reached(&found.calibration));
+        let file = ProbeFile::new(
+            &found.calibration,
+            found.crossed.as_ref(),
+            read.lost,
+            self.sources(),
+            &verdict,
+        );
+        let mut text = report::text(
+            &found.calibration,
+            found.crossed.as_ref(),
+            found.phantom.as_ref(),
+            &read,
+        );
+        text.push_str(&format!("verdict          {verdict}\n"));
+        if let Verdict::Refused(_) = verdict {
+            let refused = Some(format!("the probe's image is not accepted: {verdict}"));
+            return Ok(Outcome { text, refused });
+        }
+        if let Some(out) = &self.out {
+            let inputs = [Some(&self.points), Some(&self.sequence), self.config.as_ref()];
+            store::write(out, file.text(), inputs.into_iter().flatten().map(PathBuf::as_path))?;
+            text.push_str(&format!("written to {}, id {}\n", out.display(), file.id));
+        }
+        Ok(Outcome { text, refused: None })
+    }
+
+    fn solve(&self, read: &Read, phantom: Option<Told>, options: &Options) -> Result<Found, ProbeCommandError> {
+        let track = match self.window_ms > 0.0 || self.lag_ms > 0.0 {
+            true => Some(Track::new(&read.timed, self.window_ms / 1000.0)?),
+            false => None,
+        };
+        let track = track.as_ref();
+        let Some(told) = phantom else {
+            return Ok(Found {
+                calibration: calibrate_by_wall(&read.frames, track, options)?,
+                crossed: None,
+                phantom: None,
+            });
+        };
+        let place: &Uncertain<_, _> = &told.reference_from_phantom;
+        let calibration = calibrate(&read.frames, &told.wires, place, track, options)?;
+        let half = read.frames.len() / 2;
+        let crossed = |is_first: &dyn Fn(usize) -> bool| {
+            cross_validate(&read.frames, &told.wires, place, track, options, is_first)
+        };
+        // Half of few frames may hold no image: that is no error of all of them.
+        let crossed = crossed(&|i| i % 2 == 0).and_then(|every| Ok([every, crossed(&|i| i < half)?]));
+        Ok(Found {
+            calibration,
+            crossed: crossed.ok(),
+            phantom: Some(told),
+        })
+    }
+
+    /// Holds a calibration against wires.
+    fn judge(&self, path: &Path, read: &Read, told: &Told, options: &Options) -> Result<Outcome, ProbeCommandError> {
+        let file = ProbeFile::read(path).map_err(Box::new)?;
+        let known = file.known().ok_or(ProbeCommandError::NoImage)?;
+        // A lag is along a track; without one each frame has its own pose.
+        let track = match self.window_ms > 0.0 || known.lag_s != 0.0 {
+            true => Some(Track::new(&read.timed, self.window_ms / 1000.0)?),
+            false => None,
+        };
+        let place = &told.reference_from_phantom;
+        let found = check(&known, &read.frames, &told.wires, place, track.as_ref(), options)?;
+        let gates = Gates {
+            max_noise_ratio: Some(self.max_noise_ratio.0),
+            ..Gates::default()
+        };
+        let verdict = gates.judge(&Reached {
+            noise_ratio: Some(found.ratio),
+            ..Reached::default()
+        });
+        let text = report::checked(&found, &file) + &format!("verdict          {verdict}\n");
+        let refused =
+            (!verdict.is_accepted()).then(|| format!("the probe's image is not where these wires say: {verdict}"));
+        Ok(Outcome { text, refused })
+    }
+
+    fn options(&self) -> Options {
+        let [lateral_mm, axial_mm, elevation_mm] = self.noise_mm.0;
+        let known = self.pixel_mm.zip(self.pixel_percent);
+        Options {
+            point: PointNoise {
+                lateral_mm,
+                axial_mm,
+                elevation_mm,
+            },
+            pose: PoseNoise {
+                turn_rad: self.pose_noise_deg.to_radians(),
+                shift_mm: self.pose_noise_mm,
+            },
+            priors: Priors {
+                pixel_mm: known.map(|(Pair(sizes), percent)| (sizes, percent / 100.0)),
+                lag_s: self.lag_ms / 1000.0,
+                tracker: self.tracker_percent / 100.0,
+                play_mm: self.play_mm,
+            },
+            ..Options::default()
+        }
+    }
+
+    fn gates(&self) -> Gates {
+        Gates {
+            max_tip_error_mm: None,
+            max_target_mm: Some(self.max_error_mm.0),
+            max_noise_ratio: Some(self.max_noise_ratio.0),
+            max_rejected: Some(self.max_rejected.0),
+            ..Gates::default()
+        }
+    }
+
+    fn sources(&self) -> Vec<&PathBuf> {
+        let all = [Some(&self.points), Some(&self.sequence), self.config.as_ref()];
+        all.into_iter().flatten().collect()
+    }
+}
+
+fn reached(found: &ProbeCalibration) -> Reached {
+    Reached {
+        rms_mm: Some(found.rms_mm),
+        // A fit that did not settle has no error that could be promised.
+        target_mm: found.is_settled.then(|| found.worst_mm()),
+        noise_ratio: Some(found.noise_ratio),
+        rejected: Some(1.0 - found.share_kept),
+        count: Some(found.frames),
+        ..Reached::default()
+    }
+}
