@@ -1,5 +1,7 @@
 //! Where touching more would help: what is promised is what a fit with those points then predicts.
 
+use std::f64::consts::TAU;
+
 use chance::Chance;
 use geometry::{Ct, Point, Rigid, Tracker, Vector};
 use surface_registration::{Field, Options, Points, Spacing, Surface, SurfacePoint, Touches, next, refine};
@@ -7,11 +9,20 @@ use surface_registration::{Field, Options, Points, Spacing, Surface, SurfacePoin
 use crate::shapes;
 
 const SIGMA_MM: f64 = 0.3;
+/// Half axes.
+const HALF_MM: [f64; 3] = [40.0, 25.0, 16.0];
 
-/// A box of which one face and half of another were touched: its long way is held by nothing but noise.
+/// An ellipsoid of which the top was touched alone: a turn about its third axis is hardly held.
 #[test]
 fn what_is_promised_of_a_place_is_what_touching_it_gives() {
-    let body = shapes::cuboid([30.0, 20.0, 10.0], 12);
+    let (corners, triangles) = shapes::ball(1.0, 60);
+    let body = (
+        corners
+            .iter()
+            .map(|p| [0, 1, 2].map(|k| HALF_MM[k] * p[k]))
+            .collect::<Vec<_>>(),
+        triangles,
+    );
     let surface = Surface::<Ct>::new(&body.0, &body.1).unwrap();
     let field = Field::new(&surface, Spacing::default()).unwrap();
     let truth: Rigid<Ct, Tracker> =
@@ -20,14 +31,15 @@ fn what_is_promised_of_a_place_is_what_touching_it_gives() {
     let mut points: Vec<SurfacePoint<Tracker>> = (0..90)
         .map(|i| {
             let c = Chance::new(5, i);
-            let (u, v) = (2.0 * c.uniform(0) - 1.0, 2.0 * c.uniform(1) - 1.0);
+            // Within 60 degrees of the third axis.
+            let (cosine, angle) = (1.0 - 0.5 * c.uniform(0), TAU * c.uniform(1));
+            let sine = f64::sqrt(1.0 - cosine * cosine);
+            let [x, y, z] = [
+                HALF_MM[0] * sine * angle.cos(),
+                HALF_MM[1] * sine * angle.sin(),
+                HALF_MM[2] * cosine,
+            ];
             let [ex, ey, ez] = [2, 3, 4].map(|k| SIGMA_MM * c.normal(k));
-            // The face above, and a side along y: nothing looks along x.
-            let [x, y, z] = if i < 60 {
-                [28.0 * u, 18.0 * v, 10.0]
-            } else {
-                [28.0 * u, 20.0, 8.0 * v]
-            };
             touched([x + ex, y + ey, z + ez])
         })
         .collect();
@@ -49,17 +61,17 @@ fn what_is_promised_of_a_place_is_what_touching_it_gives() {
     };
     let places = next(&surface, &before, &targets, &touches);
     assert_eq!(places.len(), 3);
-    // The ends of the box hold what slides.
-    assert!(places[0].normal[0].abs() > 0.99, "{places:?}");
     assert!(places.is_sorted_by(|a, b| a.tre_mm <= b.tre_mm), "{places:?}");
-    let [x, y, z] = places[0].place_mm;
+    let (place, normal) = (places[0].place_mm, places[0].normal);
+    // Square to the normal, so that steps along it stay on the surface: 0.5 mm of a radius of 10 mm leave it by 0.01 mm.
+    let length = normal[0].hypot(normal[1]);
+    let along = [-normal[1] / length, normal[0] / length, 0.0];
     for i in 0..10 {
-        // Some tenths of a millimetre apart in the face, or they were one place and no ten points.
-        let f = f64::from(i) * 0.1;
-        points.push(touched([x, y + f.sin(), z + f.cos() - 1.0]));
+        let step = 0.11 * (f64::from(i) - 4.5);
+        points.push(touched([0, 1, 2].map(|k| place[k] + step * along[k])));
     }
     let after = tre(&fitted(&points));
     // To first order, of points that all have their full say; a twentieth is left for the factor by which residuals scatter.
     assert!((places[0].tre_mm / after - 1.0).abs() < 0.05, "{places:?}: {after}");
-    assert!(after < 0.2 * tre(&before), "{after} of {}", tre(&before));
+    assert!(after < 0.8 * tre(&before), "{after} of {}", tre(&before));
 }
