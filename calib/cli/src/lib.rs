@@ -18,7 +18,6 @@ mod f2554;
 mod foreign;
 mod grid;
 mod input_files;
-mod lag;
 mod live;
 mod poses;
 mod probe;
