@@ -13,14 +13,13 @@ use crate::beads::{
 use crate::bone::{BONE_HELP, BoneArgs};
 use crate::bundle::{MARKER_HELP, MarkerArgs};
 use crate::camera::{CAMERA_HELP, CameraArgs};
+use crate::commands::probe::{LAG_HELP, LagArgs, PROBE_HELP, ProbeArgs};
 use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
 use crate::discs::{DISCS_HELP, DiscsArgs};
 use crate::f2554::{F2554_HELP, F2554Args};
 use crate::foreign::{EXPORT_HELP, ExportArgs, IMPORT_HELP, ImportArgs, MESH_HELP, MeshArgs};
 use crate::grid::{GRID_HELP, GridArgs};
-use crate::lag::{LAG_HELP, LagArgs};
 use crate::live::{FollowMarkers, LiveArgs, TOUCH_HELP, TouchArgs, Watch};
-use crate::probe::{PROBE_HELP, ProbeArgs};
 use crate::register::args::{REGISTER_HELP, RegisterArgs};
 use crate::rom::{ROM_HELP, RomArgs};
 use crate::steps::{STEPS_HELP, StepsArgs};

@@ -1,10 +1,11 @@
-//! The commands that calibrate from recorded poses: `pivot`, `spin` and `tool`.
+//! The commands that calibrate from recorded poses: `pivot`, `spin`, `tool`, `probe` and `lag`.
 
 #[cfg(test)]
 mod body_tests;
 pub(crate) mod common;
 mod pivot;
 mod pivot_report;
+pub(crate) mod probe;
 mod spin;
 #[cfg(test)]
 mod tests;

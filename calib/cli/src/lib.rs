@@ -18,10 +18,8 @@ mod f2554;
 mod foreign;
 mod grid;
 mod input_files;
-mod lag;
 mod live;
 mod poses;
-mod probe;
 mod refusal;
 mod register;
 mod rom;
@@ -45,11 +43,11 @@ pub use calibration::{
 pub use camera::{
     CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, FieldRecord, PlateRecord, SourceRecord,
 };
-pub use grid::{ReadImageError, read_image};
-pub use live::{Delivered, Follow, FollowMarkers, Seen};
-pub use probe::{
+pub use commands::probe::{
     CrossRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile, ProbeReadError, ProbeSource,
 };
+pub use grid::{ReadImageError, read_image};
+pub use live::{Delivered, Follow, FollowMarkers, Seen};
 pub use register::file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,

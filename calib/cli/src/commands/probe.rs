@@ -1,9 +1,11 @@
-//! `calib probe`: points of a phantom's wires in tracked ultrasound images to the image's place in the probe's marker.
+//! `calib probe` and `calib lag`: points of a phantom's wires in tracked ultrasound images to the image's place in the probe's
+//! marker, and how late its poses are.
 
 mod args;
 mod error;
 mod file;
 mod input;
+mod lag;
 mod phantom;
 mod report;
 #[cfg(test)]
@@ -13,3 +15,4 @@ pub(crate) use args::{PROBE_HELP, ProbeArgs};
 pub use file::{
     CrossRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile, ProbeReadError, ProbeSource,
 };
+pub(crate) use lag::{LAG_HELP, LagArgs};

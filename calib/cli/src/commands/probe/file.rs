@@ -44,9 +44,8 @@ pub struct ProbeFile {
     pub translation_mm: [f64; 3],
     /// Size of a pixel along a row and along a column, mm.
     pub pixel_mm: [f64; 2],
-    /// Covariance by rows of (w, v) in the marker about its origin, and of the logarithms of both sizes: rad, mm, 1,
-    /// 1. The true image is
-    /// `exp(w) (R p + t) + v`.
+    /// Covariance by rows of (w, v) in the marker about its origin, and of the logarithms of both sizes: rad, mm, 1, 1.
+    /// The true image is `exp(w) (R p + t) + v`.
     pub covariance: Vec<Vec<f64>>,
     /// Least and largest column and row of the points: beyond them the errors grow.
     pub seen_px: [[f64; 2]; 2],
