@@ -10,7 +10,7 @@ use crate::base::{BASE_HELP, BaseArgs, SEAT_HELP, SeatArgs};
 use crate::beads::{
     BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadLabels, LoadVolume, MATCH_HELP, MatchArgs, ReadLabelNames,
 };
-use crate::bone::{BONE_HELP, BoneArgs};
+use crate::bone::{BONE_HELP, BoneArgs, Readers};
 use crate::bundle::{MARKER_HELP, MarkerArgs};
 use crate::camera::{CAMERA_HELP, CameraArgs};
 use crate::commands::{Outcome, PIVOT_HELP, PivotArgs, SPIN_HELP, SpinArgs, TOOL_HELP, ToolArgs};
@@ -231,7 +231,11 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Export(args) => told(args.run()),
         Command::Surface(args) => told(args.run()),
         Command::Beads(args) => told(args.run(load)),
-        Command::Bone(args) => told(args.run(&hands)),
+        Command::Bone(args) => told(args.run(&Readers {
+            load,
+            labels: hands.labels,
+            label_names: hands.label_names,
+        })),
         Command::Match(args) => told(args.run(load)),
         Command::Touch(args) => told(args.run(follow)),
         Command::Check(args) => told(args.run(follow)),
