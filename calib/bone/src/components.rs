@@ -1,25 +1,11 @@
 //! Bodies of voxels that hang together by their faces, by runs along rows: memory goes with the surface, not with the volume.
 
+use crate::component::Component;
 use crate::error::Refused;
 use crate::voxels::{Crop, VoxelBox};
 
 /// More runs are noise.
 const MOST_RUNS: usize = 60_000_000;
-
-/// A body above the threshold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Component {
-    /// Voxels of it.
-    pub voxels: u64,
-    /// Its volume, ml.
-    pub volume_ml: f64,
-    /// Mean of its voxels, mm (left, posterior, superior).
-    pub centre_mm: [f64; 3],
-    /// Mean of its voxels, HU.
-    pub mean_hu: f64,
-    /// Where it lies in the CT.
-    pub place: VoxelBox,
-}
 
 /// Voxels `start..end` of a row.
 #[derive(Debug, Clone, Copy)]

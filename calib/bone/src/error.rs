@@ -1,6 +1,6 @@
 //! Why no bone is taken from a CT.
 
-use crate::components::Component;
+use crate::component::Component;
 
 /// Why no bone is taken from a CT.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

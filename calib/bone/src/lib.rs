@@ -37,6 +37,7 @@
 //! # Ok::<(), geometry::GridError>(())
 //! ```
 
+mod component;
 mod components;
 mod error;
 mod extract;
@@ -53,7 +54,7 @@ mod shell;
 mod solve;
 mod voxels;
 
-pub use components::Component;
+pub use component::Component;
 pub use error::Refused;
 pub use extract::{Options, Progress, extract};
 pub use patch::Lost;

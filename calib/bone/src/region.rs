@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use crate::components::{Bodies, Component};
+use crate::component::Component;
+use crate::components::Bodies;
 use crate::error::Refused;
 use crate::fill::{ball, dilated, for_each};
 use crate::voxels::{Crop, VoxelBox, Voxels};

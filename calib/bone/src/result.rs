@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use crate::components::Component;
+use crate::component::Component;
 use crate::patch::Lost;
 use crate::scanner::Scanner;
 use crate::shell::Shell;

@@ -3,6 +3,7 @@
 mod error;
 mod file;
 mod labels;
+mod readers;
 mod region;
 mod report;
 mod sheet;
@@ -21,12 +22,12 @@ use geometry::VolumeGrid;
 pub use file::{BONE_FORMAT, BONE_VERSION, BoneFile, BoneScannerRecord, LostRecord};
 
 use crate::beads::{ReadArgs, Volume};
-use crate::cli::Hands;
 use crate::commands::Outcome;
 use crate::store;
 use crate::values::Positive;
 use error::BoneError;
 use labels::Labelled;
+pub(crate) use readers::Readers;
 use region::RegionArgs;
 use surface::Format;
 
@@ -91,7 +92,7 @@ pub(crate) struct BoneArgs {
 const MOST_THREADS: usize = 16;
 
 impl BoneArgs {
-    pub(crate) fn run(&self, hands: &Hands) -> Result<Outcome, BoneError> {
+    pub(crate) fn run(&self, hands: &Readers) -> Result<Outcome, BoneError> {
         let outputs = self.outputs()?;
         for path in outputs
             .iter()

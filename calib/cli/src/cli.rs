@@ -10,7 +10,7 @@ use crate::base::{BASE_HELP, BaseArgs, SEAT_HELP, SeatArgs};
 use crate::beads::{
     BEADS_HELP, BeadsArgs, CHECK_HELP, CheckArgs, LoadLabels, LoadVolume, MATCH_HELP, MatchArgs, ReadLabelNames,
 };
-use crate::bone::{BONE_HELP, BoneArgs};
+use crate::bone::{BONE_HELP, BoneArgs, Readers};
 use crate::bundle::{MARKER_HELP, MarkerArgs};
 use crate::camera::{CAMERA_HELP, CameraArgs};
 use crate::commands::probe::{LAG_HELP, LagArgs, PROBE_HELP, ProbeArgs};
@@ -252,7 +252,11 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Surface(args) => told(args.run(load)),
         Command::Sweep(args) => told(args.run(follow)),
         Command::Beads(args) => told(args.run(load)),
-        Command::Bone(args) => told(args.run(&hands)),
+        Command::Bone(args) => told(args.run(&Readers {
+            load,
+            labels: hands.labels,
+            label_names: hands.label_names,
+        })),
         Command::Match(args) => told(args.run(load)),
         Command::Probe(args) => told(args.run()),
         Command::Lag(args) => told(args.run()),

@@ -8,8 +8,8 @@ use guidance::safety::{GridMatch, LabelNames};
 use scene::VolumeSpec;
 
 use super::error::BoneError;
+use super::readers::Readers;
 use crate::beads::Volume;
-use crate::cli::Hands;
 
 /// Other labels whose mean is more than this share of the threshold may be bone, or vessels with contrast medium: they are kept out.
 const BRIGHT: f64 = 0.6;
@@ -42,7 +42,7 @@ impl Labelled {
         path: &Path,
         (asked, excluded): (&str, &[String]),
         (volume, spec): (&Volume, &VolumeSpec),
-        hands: &Hands,
+        hands: &Readers,
         threshold_hu: f64,
     ) -> Result<Self, BoneError> {
         let fail = |source| BoneError::Labels {

@@ -9,8 +9,8 @@ use scene::VolumeSpec;
 
 use super::error::BoneError;
 use super::labels::Labelled;
+use super::readers::Readers;
 use crate::beads::Volume;
-use crate::cli::Hands;
 use crate::values::Target;
 
 /// Six numbers, with commas between.
@@ -107,7 +107,7 @@ impl RegionArgs {
         &self,
         volume: &Volume,
         spec: &VolumeSpec,
-        hands: &Hands,
+        hands: &Readers,
         threshold_hu: f64,
     ) -> Result<Option<Labelled>, BoneError> {
         let (Some(path), Some(label)) = (&self.labels, &self.label) else {
