@@ -1,5 +1,6 @@
 //! `calib grid`: images of a regular grid of discs to the place of each disc.
 
+pub(crate) mod discs;
 pub(crate) mod overlay;
 pub(crate) mod read;
 mod record;

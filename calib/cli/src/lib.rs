@@ -13,7 +13,6 @@ mod calibration;
 mod camera;
 pub mod cli;
 mod commands;
-mod discs;
 mod f2554;
 mod foreign;
 mod grid;
