@@ -39,6 +39,7 @@ pub fn tail(points: &[PointResult]) -> Option<Tail> {
             continue;
         }
         let (left_out, left_out_before) = (share(out, length), share(all - out, count - length));
+        // Wilks: twice this is a chi-square of one degree, of which the greatest of some dozens that overlap is looked for.
         let likelihood = own(out, length) + own(all - out, count - length) - own(all, count);
         let is_tail = left_out >= LEAST_LEFT_OUT && left_out_before < 0.5 * left_out;
         if is_tail && found.is_none_or(|found| likelihood > found.likelihood) {
