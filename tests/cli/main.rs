@@ -5,6 +5,7 @@
 mod bad_input;
 mod calib_beads;
 mod calib_bodies;
+mod calib_bone;
 mod calib_camera;
 mod calib_discs;
 mod calib_exchange;

@@ -286,7 +286,6 @@ impl Work<'_> {
             cortex_hu: cortex,
             inside_hu: inside,
             tissue_hu: tissue,
-            is_bridged: false,
         })
     }
 

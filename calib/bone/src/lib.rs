@@ -42,6 +42,7 @@ mod components;
 mod error;
 mod extract;
 mod fill;
+mod islands;
 mod model;
 mod normal;
 mod optics;

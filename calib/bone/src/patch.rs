@@ -36,11 +36,13 @@ pub enum Lost {
     Unsure,
     /// It lies off from those around it by more than their deviations.
     Stray,
+    /// It is of a small piece among places that are lost.
+    Island,
 }
 
 impl Lost {
     /// All, in order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::End,
         Self::Cut,
         Self::Other,
@@ -49,6 +51,7 @@ impl Lost {
         Self::Misfit,
         Self::Unsure,
         Self::Stray,
+        Self::Island,
     ];
 
     /// In words.
@@ -62,6 +65,7 @@ impl Lost {
             Self::Misfit => "the model does not fit",
             Self::Unsure => "the position is hardly known",
             Self::Stray => "off from its neighbours",
+            Self::Island => "a small piece that stands alone",
         }
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use crate::component::Component;
+use crate::islands::without_islands;
 use crate::patch::Lost;
 use crate::scanner::Scanner;
 use crate::shell::Shell;
@@ -40,8 +41,6 @@ pub struct Place {
     pub inside_hu: f64,
     /// HU before it.
     pub tissue_hu: f64,
-    /// Whether it has no position of its own and lies between others.
-    pub is_bridged: bool,
 }
 
 impl Place {
@@ -158,7 +157,12 @@ impl Bone {
             .filter(|t| is_sound(t, |i| place(i).map(|p| p.mm), |i| shell.corners[i as usize]))
             .copied()
             .collect();
-        let kept = balanced(kept);
+        let at = |i: u32| place(i).map_or_else(|| shell.corners[i as usize], |p| p.mm);
+        let area = |t: [Vector3<f64>; 3]| 0.5 * (t[1] - t[0]).cross(&(t[2] - t[0])).norm();
+        let (kept, alone) = without_islands(balanced(kept), |t| area(t.map(at)));
+        if alone > 0 {
+            lost.insert(Lost::Island, alone);
+        }
         let mut new_of = vec![u32::MAX; states.len()];
         let mut places = Vec::new();
         for corner in kept.iter().flatten() {
@@ -171,7 +175,6 @@ impl Bone {
             }
         }
         let triangles: Vec<[u32; 3]> = kept.iter().map(|t| t.map(|i| new_of[i as usize])).collect();
-        let area = |t: [Vector3<f64>; 3]| 0.5 * (t[1] - t[0]).cross(&(t[2] - t[0])).norm();
         let before = shell
             .triangles
             .iter()
