@@ -250,7 +250,7 @@ fn the_file_holds_every_bit_and_is_not_replaced_unasked() {
     );
     refused(
         &register(&world, &["--pairs", pairs, "--out", "/no/such/r.json"]),
-        "writing /no/such/r.json | No such file",
+        "writing /no/such/r.json | there is no folder /no/such",
     );
     let left: Vec<_> = fs::read_dir(world.path(""))
         .unwrap()
