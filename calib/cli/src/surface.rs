@@ -23,6 +23,7 @@ use surface_registration::{Limits, Options, Refusal, Start, SurfaceRegistration}
 
 use crate::commands::Outcome;
 use crate::commands::common::{CommandError, gates_text};
+use crate::input_files::columns::TableError;
 use crate::input_files::source::Source;
 use crate::register::judge;
 use crate::register::solve::{From, To};
@@ -35,6 +36,9 @@ use start::{Begin, Begun};
 
 /// Name of the frame of the bone.
 const TO: &str = "ct";
+
+/// How far beyond what is told of a guess a result may lie: the search begins within, and a fit goes a little on from there.
+const BEYOND: f64 = 1.2;
 
 /// One registration to be made.
 struct Asked {
@@ -74,12 +78,13 @@ struct Made<'a> {
 
 /// Does what is asked; what is refused, by the numerics or by a scene's gates, is told and not written.
 fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result<Outcome, CommandError> {
-    let made = make(bone, asked)?;
+    let source = Source::read(&asked.points).map_err(TableError::from)?;
+    let made = make(bone, asked, source)?;
     let mut file = file::describe(&made);
     let (judged, of_scene) = judge(&mut file, scened)?;
     let refused = made.refused().or(of_scene);
     if let Some(path) = &asked.picture {
-        let png = picture::png(&made).map_err(|what| SurfaceCommandError::Picture {
+        let png = picture::png(&made, refused.as_deref()).map_err(|what| SurfaceCommandError::Picture {
             path: path.clone(),
             what,
         })?;
@@ -90,8 +95,8 @@ fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result
         true if refused.is_some() => String::new(),
         true => file.to_json()?,
         // A scene's gates alone accept nothing: beside a refusal they have no verdict.
-        false if made.against().is_empty() => report::text(&made, &file) + &judged,
-        false => report::text(&made, &file) + &gates_text(&file.gates),
+        false if made.against().is_empty() => report::text(&made, &file, refused.is_none()) + &judged,
+        false => report::text(&made, &file, false) + &gates_text(&file.gates),
     };
     let written = match (&asked.out, &refused) {
         (Some(out), None) => {
@@ -107,8 +112,8 @@ fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result
     Ok(Outcome { text, refused })
 }
 
-fn make<'a>(bone: &'a Bone, asked: &'a Asked) -> Result<Made<'a>, SurfaceCommandError> {
-    let source = Source::read(&asked.points).map_err(crate::input_files::columns::TableError::from)?;
+/// The registration of the points that a file has, or will have.
+fn make<'a>(bone: &'a Bone, asked: &'a Asked, source: Source) -> Result<Made<'a>, SurfaceCommandError> {
     let measured = Measured::read(
         &source,
         points::Asked {
@@ -164,9 +169,7 @@ fn beyond(begun: &Begun, measured: &Measured, found: &SurfaceRegistration<To, Fr
     let shifts = points.iter().map(|point| (found * point.place) - (*pose * point.place));
     let sum = shifts.fold(Vector::new(0.0, 0.0, 0.0), |sum, shift| sum + shift);
     let shifted = sum.norm() / points.len() as f64;
-    // The search begins within, and a fit goes a little on from there.
-    let most = 1.2;
-    (turned > most * turn_rad || shifted > most * shift_mm).then(|| {
+    (turned > BEYOND * turn_rad || shifted > BEYOND * shift_mm).then(|| {
         format!(
             "the result is turned by {:.0} degrees against the guess and {shifted:.0} mm off at the points, and {:.0} degrees and \
              {shift_mm:.0} mm were told: nothing was searched out there; tell more, or search without a guess",

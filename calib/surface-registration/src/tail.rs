@@ -20,7 +20,7 @@ pub struct Tail {
 
 /// Fewer points that are left out are no sign of anything: a tool is lifted.
 const LEAST_POINTS: usize = 8;
-/// Of a bone that moved hardly any point fits, mm of the way aside: a share below this is echoes.
+/// Of a bone that moved far hardly any point fits; a smaller share is echoes.
 const LEAST_LEFT_OUT: f64 = 0.7;
 
 /// The tail that differs most from what is before it; `None` where the last points fit like the others.

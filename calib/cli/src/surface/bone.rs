@@ -7,13 +7,11 @@ use serde::Deserialize;
 use surface_registration::{Field, Spacing, Surface};
 
 use super::error::SurfaceCommandError;
+use crate::bone::{BONE_FORMAT, BONE_VERSION};
 use crate::foreign::{bytes, read_mesh};
 use crate::register::file::InputFile;
 use crate::register::solve::To;
 
-/// The format of the file beside a bone.
-const FORMAT: &str = "trocar-bone";
-const VERSION: u64 = 1;
 /// The longest such file, bytes.
 const MAX_RECORD: usize = 16 << 20;
 /// The largest deviation, mm.
@@ -36,7 +34,7 @@ pub(super) struct Bone {
 #[derive(Debug, Deserialize)]
 pub(super) struct Record {
     format: String,
-    version: u64,
+    version: u32,
     frame: String,
     pub(super) ct_hash: Option<String>,
     surface_blake3: String,
@@ -95,10 +93,10 @@ impl Record {
     fn read(path: &Path, bytes: &[u8]) -> Result<Self, SurfaceCommandError> {
         let wrong = |what: &dyn std::fmt::Display| SurfaceCommandError::record(path, what);
         let record: Self = serde_json::from_slice(bytes).map_err(|error| wrong(&error))?;
-        if record.format != FORMAT || record.version != VERSION {
+        if record.format != BONE_FORMAT || record.version != BONE_VERSION {
             let (format, version) = (&record.format, record.version);
             return Err(wrong(&format!(
-                "found format {format:?}, version {version}; expected {FORMAT:?}, {VERSION}"
+                "found format {format:?}, version {version}; expected {BONE_FORMAT:?}, {BONE_VERSION}"
             )));
         }
         if let Err(expected) = record.frame.parse::<PatientAxes>() {

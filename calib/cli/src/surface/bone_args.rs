@@ -102,7 +102,7 @@ pub(super) fn from_zero(text: &str) -> Result<f64, String> {
 }
 
 impl BoneArgs {
-    /// Refuses what could not be written, and reads the bone.
+    /// Reads the bone.
     pub(super) fn bone(&self) -> Result<Bone, SurfaceCommandError> {
         Bone::read(&self.bone, self.bone_frame, self.bone_unit)
     }

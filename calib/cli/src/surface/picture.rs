@@ -26,8 +26,8 @@ const SIDES: [[Direction<Ct>; 2]; 3] = [
     [Direction::X, Direction::Y],
 ];
 
-/// The picture as PNG; in words why there is none.
-pub(super) fn png(made: &Made<'_>) -> Result<Vec<u8>, String> {
+/// The picture as PNG, `refused` being why the result is not accepted; in words why there is none.
+pub(super) fn png(made: &Made<'_>, refused: Option<&str>) -> Result<Vec<u8>, String> {
     let bone = &made.bone;
     let corners = bone.corners.iter().map(|corner| corner.map(|mm| mm as f32)).collect();
     let mesh =
@@ -40,7 +40,7 @@ pub(super) fn png(made: &Made<'_>) -> Result<Vec<u8>, String> {
         Rgb(8, 8, 10),
         255,
     );
-    title(&mut canvas, made);
+    title(&mut canvas, made, refused);
     for (place, axes) in (0_u32..).zip(SIDES) {
         let left = GAP + place * (PANEL + GAP);
         let camera = camera(made, axes).map_err(|error| error.to_string())?;
@@ -51,15 +51,16 @@ pub(super) fn png(made: &Made<'_>) -> Result<Vec<u8>, String> {
 }
 
 /// One word above everything: a picture is looked at before its numbers are read.
-fn title(canvas: &mut Canvas, made: &Made<'_>) {
-    let against = made.against();
-    let (words, colour) = match against.is_empty() {
-        true => {
+fn title(canvas: &mut Canvas, made: &Made<'_>, refused: Option<&str>) {
+    let (words, colour) = match (made.against().first(), refused) {
+        (Some(first), _) => (format!("REFUSED: {first}"), ALARM),
+        // By a scene's gates.
+        (None, Some(refused)) => (format!("REFUSED: {refused}"), ALARM),
+        (None, None) => {
             let tre = made.targets.iter().map(|target| made.found.predicted_tre_mm(*target));
             let worst = tre.fold(0.0, f64::max);
             (format!("error predicted at the targets: {worst:.2} mm rms"), WORDS)
         }
-        false => (format!("REFUSED: {}", against[0]), ALARM),
     };
     let words: String = words.chars().take(150).collect();
     canvas.text(

@@ -11,8 +11,8 @@ use crate::register::file::RegistrationFile;
 use crate::register::report::{accuracy, transform};
 use crate::text::{line, mm, shown};
 
-/// The report, without the gates of a scene.
-pub(super) fn text(made: &Made<'_>, file: &RegistrationFile) -> String {
+/// The report, without the gates of a scene, which may refuse what the numerics do not.
+pub(super) fn text(made: &Made<'_>, file: &RegistrationFile, is_accepted: bool) -> String {
     let mut text = String::new();
     line!(
         text,
@@ -43,7 +43,7 @@ pub(super) fn text(made: &Made<'_>, file: &RegistrationFile) -> String {
             );
         }
     }
-    if made.against().is_empty() {
+    if is_accepted {
         line!(
             text,
             "nothing speaks against it. Touch a point that you know and hold calib check against it"
@@ -165,7 +165,7 @@ fn warnings(text: &mut String, made: &Made<'_>) {
     if made.asked.ct_hash.is_none() {
         line!(
             text,
-            "WARNING          nothing says which CT this bone is of: no tracker takes the file without (--ct, --ct-hash, or calib bone's own file beside)"
+            "WARNING          nothing says which CT this bone is of: a tracker takes the file only where its scene says unchecked_ct (else say --ct or --ct-hash, or keep calib bone's file beside the bone)"
         );
     }
 }

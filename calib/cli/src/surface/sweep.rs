@@ -78,11 +78,20 @@ impl SweepArgs {
             most_mm_s: self.max_speed_mm_s.0,
             contact_mm: self.contact_mm.0,
         };
-        let advice = Advice::new(&bone, &asked, &course)?;
+        // Also read here, so that a guess that is none is told before the sweep and not after it.
+        asked.begin.read(&asked.of())?;
+        let (tool, frame) = (run.scened.scene.tool.name.as_str(), run.against.name());
+        let advice = Advice {
+            bone: &bone,
+            asked: &asked,
+            course: &course,
+            tool,
+            frame,
+        };
         let seconds = self.live.seconds_or(SWEEP_S);
         let told = |heard: &Listened| advice.lacks(heard);
         let heard = run.listen(seconds, Some(&told))?;
-        let text = course.csv(&heard, &run.scened.scene.tool.name, run.against.name());
+        let text = course.csv(&heard, tool, frame);
         let inputs = asked.inputs(&bone);
         store::write(&self.to, Ok(text), inputs)?;
         // From the file: what is registered is what can be registered again.

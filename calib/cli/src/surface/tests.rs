@@ -251,6 +251,19 @@ fn wrong_poses_that_look_right_are_refused() {
         let why = desk.refused(&words);
         assert!(why.contains(expected), "{words}: {why}");
     }
+    // A scene that refuses what the numerics do not: nothing says that nothing speaks against it.
+    let scene = "[tracker]\nsource = \"operating-room\"\n[tracker.registration]\nfile = \"r.json\"\n\
+                 [tracker.registration.gates]\nmax_tre_mm = 0.01\n";
+    fs::write(desk.path("s.toml"), scene).unwrap();
+    let gated = desk
+        .surface(&format!("--points @p.csv {told} --scene @s.toml --out @gated.json"))
+        .unwrap();
+    assert!(
+        gated.refused.is_some_and(|why| why.contains("max_tre_mm 0.01")),
+        "{}",
+        gated.text
+    );
+    assert!(!gated.text.contains("nothing speaks against it") && !desk.path("gated.json").exists());
     // A file of a refused registration looks like any other to whoever reads it.
     let refused = desk
         .surface(&format!("--points @p.csv {told} --max-tre-mm 0.01 --json"))

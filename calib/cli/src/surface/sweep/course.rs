@@ -2,13 +2,14 @@
 
 use geometry::{Ct, Direction, Marker, Point, Tool, Tracker, Uncertain, UncertainPoint, letters};
 use nalgebra::{Matrix3, Vector3};
-use surface_registration::{LEAST_POINTS, Points, Start, SurfacePoint, Touches, next};
+use surface_registration::{LEAST_POINTS, Touches, next};
 
-use super::super::Asked;
 use super::super::bone::Bone;
 use super::super::error::SurfaceCommandError;
+use super::super::{Asked, make};
+use crate::input_files::columns::TableError;
+use crate::input_files::source::Source;
 use crate::live::{Lacks, Listened, touches_comment};
-use crate::register::solve::{From, To};
 
 /// How a way becomes points.
 pub(super) struct Course<'a> {
@@ -25,7 +26,7 @@ pub(super) struct Course<'a> {
 pub(super) const HELD_MM: f64 = 0.5;
 /// Between two poses that are further apart in time nothing is known of the speed, s.
 const GAP_S: f64 = 0.25;
-/// Frames from which on a way is said: with fewer points a search finds as good as anything.
+/// Points from which on the registration is tried: with fewer a search finds as good as anything.
 const ADVISED: usize = 2 * LEAST_POINTS;
 /// So many points more at one place are reckoned with.
 const MORE: f64 = 10.0;
@@ -83,79 +84,58 @@ impl Course<'_> {
 
 /// What is said of a way while it goes on.
 pub(super) struct Advice<'a> {
-    bone: &'a Bone,
-    asked: &'a Asked,
-    course: &'a Course<'a>,
-    start: Start<To, From>,
-    targets: Vec<Point<To>>,
+    pub(super) bone: &'a Bone,
+    pub(super) asked: &'a Asked,
+    pub(super) course: &'a Course<'a>,
+    /// Names of tool and frame, for the file.
+    pub(super) tool: &'a str,
+    pub(super) frame: &'a str,
 }
 
-impl<'a> Advice<'a> {
-    pub(super) fn new(bone: &'a Bone, asked: &'a Asked, course: &'a Course<'a>) -> Result<Self, SurfaceCommandError> {
-        Ok(Self {
-            bone,
-            asked,
-            course,
-            start: asked.begin.read(&asked.of())?.start,
-            targets: asked.targets.iter().map(|[x, y, z]| Point::new(*x, *y, *z)).collect(),
-        })
-    }
-
+impl Advice<'_> {
     /// What the points so far still lack.
     pub(super) fn lacks(&self, heard: &Listened) -> Lacks {
         Lacks {
-            words: self.words(heard),
+            words: self.words(heard).unwrap_or_else(|why| why.to_string()),
             motion: None,
         }
     }
 
-    fn words(&self, heard: &Listened) -> String {
-        let point = |(_, point): (_, UncertainPoint<Tracker>)| {
-            let [x, y, z] = point.point().mm();
-            SurfacePoint::<From> {
-                place: Point::new(x, y, z),
-                covariance_mm2: point.covariance(),
-                beam: None,
-            }
-        };
-        let points: Vec<SurfacePoint<From>> = self.course.taken(heard).map(point).collect();
-        let count = points.len();
+    fn words(&self, heard: &Listened) -> Result<String, SurfaceCommandError> {
+        let count = self.course.taken(heard).count();
         if count < ADVISED {
-            return format!("{count} points; glide on");
+            return Ok(format!("{count} points; glide on"));
         }
-        let sigma_mm = (points[0].covariance_mm2.trace() / 3.0).sqrt();
-        let found = Points::new(&points, None, HELD_MM)
-            .map_err(|error| error.to_string())
-            .and_then(|points| {
-                let (surface, field) = (&self.bone.surface, &self.bone.field);
-                surface_registration::register(surface, field, &points, &self.start, &self.asked.options)
-                    .map_err(|error| error.to_string())
-            });
-        let found = match found {
-            Ok(found) => found,
-            Err(why) => return format!("{count} points; {why}"),
-        };
-        let worst = self
-            .targets
-            .iter()
-            .map(|target| found.predicted_tre_mm(*target))
-            .fold(0.0, f64::max);
-        let verdict = match self.asked.limits.judge(&found, &self.targets).first() {
+        // By the very way of the result: what is told meanwhile has the errors that points share, and its conditions.
+        let text = self.course.csv(heard, self.tool, self.frame);
+        let source = Source::from_bytes(&self.asked.points, text.into_bytes()).map_err(TableError::from)?;
+        let made = make(self.bone, self.asked, source)?;
+        let tre = made.targets.iter().map(|target| made.found.predicted_tre_mm(*target));
+        let worst = tre.fold(0.0, f64::max);
+        let verdict = match made.against().first() {
             None => format!("{count} points, nothing speaks against it; {worst:.1} mm at the targets"),
             Some(refusal) => format!("{count} points, not yet: {refusal}"),
         };
+        let variances = made
+            .measured
+            .points
+            .points()
+            .iter()
+            .map(|point| point.covariance_mm2.trace() / 3.0);
         let touches = Touches {
             points: MORE,
-            sigma_mm: sigma_mm.hypot(self.asked.options.priors.bone_mm),
+            sigma_mm: (variances.sum::<f64>() / count as f64)
+                .sqrt()
+                .hypot(self.asked.options.priors.bone_mm),
             apart_mm: APART_MM,
             places: 2,
         };
-        let places = next(&self.bone.surface, &found, &self.targets, &touches);
+        let places = next(&self.bone.surface, &made.found, &made.targets, &touches);
         let words: Vec<String> = places
             .iter()
             .map(|place| place_words(place.place_mm, place.normal, place.tre_mm))
             .collect();
-        format!("{verdict}. More helps most {}", words.join(", or "))
+        Ok(format!("{verdict}. More helps most {}", words.join(", or ")))
     }
 }
 
