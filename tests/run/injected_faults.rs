@@ -195,8 +195,10 @@ fn kill_at_points(count: Option<usize>) {
         );
         assert!(2 * missed < n, "{process}: {missed} of {n} points were not reached");
     }
-    let status = pilot.wait_for("the run", is_well);
-    assert_eq!(status["dead_processes_left"], 0);
+    // The last one killed may still be ending: what it leaves is removed in the next round.
+    pilot.wait_for("the run well and nothing left of the killed", |status| {
+        is_well(status) && status["dead_processes_left"] == 0
+    });
     assert_eq!(pilot.stop().code(), Some(3));
     for view in crate::support::report(&world.path("out"))["views"].as_array().unwrap() {
         assert_eq!(view["unflagged_old"], 0);
