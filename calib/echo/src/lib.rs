@@ -1,0 +1,4 @@
+//! Floor 2: what an ultrasound image shows: the line of a bone, dots of wires, the line of a wall.
+//!
+//! Pure numerics: no file, no clock, no process. Places are mm in the image's plane ([`ultrasound::Shape`]), or
+//! pixels where it is said. The same input gives the same bits.
