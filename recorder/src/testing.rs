@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use bus::message::{EmitterFrame, EmitterSight, ToolPose, Tracked};
+use bus::message::{EmitterFrame, EmitterSight, ToolPose, Tracked, UsImageHeader};
 use geometry::{Ct, Rigid, Tool, Vector};
 use scene::Compression;
 
@@ -56,6 +56,30 @@ pub(crate) fn frame(seq: u64) -> EmitterFrame {
     let tool: Vec<_> = (0..24).filter(|i| i % 3 == 0).map(sight).collect();
     frame.set(tool.into_iter(), [sight(1), sight(2)].into_iter()).unwrap();
     frame
+}
+
+/// An ultrasound image that was published `after_ns` behind pose `seq`: 5 x 4 pixels, each image of its own.
+pub(crate) fn us_frame(number: u64, seq: u64, after_ns: i64) -> proto::UsFrame {
+    let pose = pose(seq);
+    let header = UsImageHeader {
+        seq: number,
+        t_device_ns: -7,
+        t_capture_ns: pose.t_capture_ns + after_ns,
+        t_arrival_ns: pose.t_publish_ns + after_ns - 1,
+        t_publish_ns: pose.t_publish_ns + after_ns,
+        pixel_mm: [0.1, 0.2],
+        depth_mm: 45.0,
+        beams: [0.0, 40.0, -0.0, 0.0],
+        array: UsImageHeader::LINEAR,
+        clock: 0,
+        width: 5,
+        height: 4,
+        ..UsImageHeader::default()
+    };
+    proto::UsFrame {
+        header: header.with_device("simulated"),
+        grey: (0..20).map(|i| (number * 31 + i) as u8).collect(),
+    }
 }
 
 /// The fields of a message as bits, in order: equality that tells NaNs and zeros apart.

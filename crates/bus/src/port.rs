@@ -6,6 +6,7 @@ mod handed;
 mod places;
 mod services;
 mod stream;
+mod us_image;
 mod volume;
 
 pub use command::{CommandClient, CommandServer, Pending, Reply, Request};
@@ -14,6 +15,7 @@ pub use handed::HandedVolume;
 pub use places::Crowded;
 pub use services::{Members, Services};
 pub use stream::{Publisher, Subscriber};
+pub use us_image::{UsImage, UsImagePublisher, UsImageSubscriber};
 pub use volume::{LoanedVolume, SharedVolume, VolumePublisher, VolumeSubscriber};
 
 use std::fmt::Debug;

@@ -94,6 +94,16 @@ pub const MARKERS: Topic = Topic {
     ..BASE
 };
 
+/// The images of a tracked ultrasound probe. Few listen, as images are large; a reader may be late by some.
+pub const US_IMAGE: Topic = Topic {
+    name: "us-image",
+    payload: "trocar/UsImageHeader/1 + [u8] grey",
+    subscribers: 4,
+    buffer: 8,
+    purpose: "images of a tracked ultrasound probe",
+    ..BASE
+};
+
 /// Where the simulated tool truly is.
 pub const GROUND_TRUTH: Topic = Topic {
     name: "ground-truth",
@@ -238,11 +248,12 @@ pub const COMMAND: Topic = Topic {
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 19] = [
+pub const TOPICS: [&Topic; 20] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
     &MARKERS,
+    &US_IMAGE,
     &GROUND_TRUTH,
     &SESSION_CLOCK,
     &TIMELINE,

@@ -59,6 +59,62 @@ pub struct Room {
     pub played: Option<PlayedGesture>,
     /// The hand does what the steps of calibration, registration and check ask for; `None`: it does its gesture and nothing else.
     pub practice: Option<PracticeRoom>,
+    /// The tool is an ultrasound probe; `None`: it is none.
+    pub probe: Option<Probe>,
+}
+
+/// A simulated ultrasound probe: the tool's tip is the middle of its face, beams run along the tool's z, the image's rows along
+/// its x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Probe {
+    /// Its elements.
+    pub array: Array,
+    /// How deep beams are shown, mm.
+    pub depth_mm: f64,
+    /// The side of a pixel, mm.
+    pub pixel_mm: f64,
+    /// Images a second.
+    pub rate_hz: f64,
+    /// How much later than its capture an image is stamped, s.
+    pub lag_s: f64,
+    /// The true speed of sound over the one that the scanner assumes.
+    pub speed_ratio: f64,
+}
+
+impl Probe {
+    /// The sides of the smallest image that shows every beam whole, mm.
+    pub fn extent_mm(&self) -> [f64; 2] {
+        match self.array {
+            Array::Linear { width_mm } => [width_mm, self.depth_mm],
+            Array::Convex {
+                radius_mm,
+                half_angle_rad,
+            } => {
+                let far_mm = radius_mm + self.depth_mm;
+                [
+                    2.0 * far_mm * half_angle_rad.sin(),
+                    far_mm - radius_mm * half_angle_rad.cos(),
+                ]
+            }
+        }
+    }
+}
+
+/// The elements of an ultrasound probe.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Array {
+    /// Side by side.
+    Linear {
+        /// From the first beam to the last, mm.
+        width_mm: f64,
+    },
+    /// On an arc.
+    Convex {
+        /// The arc's, mm.
+        radius_mm: f64,
+        /// How far the outermost beams lean to each side, rad.
+        half_angle_rad: f64,
+    },
 }
 
 /// What is there to practise with.

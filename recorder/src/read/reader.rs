@@ -20,9 +20,11 @@ use mcap::records::Metadata;
 
 use crate::read::damage::{Damage, OpenError};
 use crate::read::scan::{self, Item, Scan};
-use crate::wire::proto::{DecodeError, decode_emitters, decode_guide, decode_markers, decode_pose};
+use crate::wire::proto::{
+    DecodeError, UsFrame, decode_emitters, decode_guide, decode_markers, decode_pose, decode_us_image,
+};
 use crate::wire::schema::{
-    EMITTER_SCHEMA, EMITTERS, GUIDE, GUIDE_SCHEMA, MARKER_SCHEMA, MARKERS, POSE_SCHEMA, RUN, SCENE,
+    EMITTER_SCHEMA, EMITTERS, GUIDE, GUIDE_SCHEMA, MARKER_SCHEMA, MARKERS, POSE_SCHEMA, RAW_IMAGE_SCHEMA, RUN, SCENE,
 };
 
 /// Why a message could not be read.
@@ -95,6 +97,14 @@ impl Recorded for MarkerFrame {
     }
 }
 
+impl Recorded for UsFrame {
+    const SCHEMA: &'static str = RAW_IMAGE_SCHEMA;
+
+    fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        decode_us_image(bytes)
+    }
+}
+
 impl Recorded for Guide {
     const SCHEMA: &'static str = GUIDE_SCHEMA;
 
@@ -119,6 +129,8 @@ pub type Poses = Messages<ToolPose>;
 pub type Guides = Messages<Guide>;
 /// What the localizer saw.
 pub type Emitters = Messages<EmitterFrame>;
+/// The images of an ultrasound probe.
+pub type UsImages = Messages<UsFrame>;
 /// The markers that it followed.
 pub type Markers = Messages<MarkerFrame>;
 

@@ -29,10 +29,10 @@ use mcap::records::Metadata;
 use mcap::{MAGIC, McapError, Summary};
 
 use crate::read::damage::OpenError;
-use crate::read::reader::{Emitters, Markers, Messages, Poses};
+use crate::read::reader::{Emitters, Markers, Messages, Poses, UsImages};
 use crate::read::scan::{self, Item, Scan};
 use crate::wire::proto::file_time;
-use crate::wire::schema::{self, EMITTERS, MARKERS, TOOL_POSE};
+use crate::wire::schema::{self, EMITTERS, MARKERS, TOOL_POSE, US_IMAGE};
 pub use guides::Found;
 use places::Places;
 pub(crate) use sound::Indexed;
@@ -178,6 +178,24 @@ impl Session {
     pub fn markers_from(&self, t_ns: i64) -> Result<Markers, OpenError> {
         let t_ns = file_time(t_ns);
         Ok(Messages::of(self.items_from(t_ns)?, MARKERS, t_ns))
+    }
+
+    /// The images of an ultrasound probe captured at `t_ns` or later.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn us_images_from(&self, t_ns: i64) -> Result<UsImages, OpenError> {
+        let t_ns = file_time(t_ns);
+        Ok(Messages::of(self.items_from(t_ns)?, US_IMAGE, t_ns))
+    }
+
+    /// Whether there may be messages of `topic`: without an index nobody knows.
+    pub(crate) fn may_hold(&self, topic: &str) -> bool {
+        let Some(summary) = &self.summary else { return true };
+        let Some(stats) = &summary.stats else { return true };
+        let count = |id| stats.channel_message_counts.get(id).copied().unwrap_or(0);
+        let of_topic = summary.channels.iter().filter(|(_, channel)| channel.topic == topic);
+        of_topic.into_iter().any(|(id, _)| count(id) > 0)
     }
 
     /// Everything from the first chunk on that has a message of `t_ns` or later; earlier ones of that chunk come too.

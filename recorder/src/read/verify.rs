@@ -16,7 +16,8 @@ use crate::read::damage::OpenError;
 use crate::read::reader::{self, ReadError, Recorded};
 use crate::read::scan::{self, Item};
 use crate::read::seek;
-use crate::wire::schema::{EMITTER_SCHEMA, LIBRARIES, MARKER_SCHEMA, POSE_SCHEMA};
+use crate::wire::proto::UsFrame;
+use crate::wire::schema::{EMITTER_SCHEMA, LIBRARIES, MARKER_SCHEMA, POSE_SCHEMA, RAW_IMAGE_SCHEMA, US_IMAGE};
 
 /// More are counted, not named.
 const NAMED: usize = 100;
@@ -82,6 +83,10 @@ impl Verified {
         let stamps = match schema {
             POSE_SCHEMA => stamps::<ToolPose>(message, |pose| (pose.seq, pose.t_capture_ns)),
             EMITTER_SCHEMA => stamps::<EmitterFrame>(message, |frame| (frame.seq, frame.t_capture_ns)),
+            // Images of other programs have this schema too.
+            RAW_IMAGE_SCHEMA if topic == US_IMAGE => {
+                stamps::<UsFrame>(message, |image| (image.header.seq, image.header.t_capture_ns))
+            }
             MARKER_SCHEMA => stamps::<MarkerFrame>(message, |frame| (frame.seq, frame.t_capture_ns)),
             _ => return,
         };

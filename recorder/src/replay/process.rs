@@ -28,7 +28,7 @@ use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
 use crate::replay::account::AccountError;
 use crate::report::basis::Limits;
-use outlet::Outlet;
+use outlet::{Outlet, UsOutlet};
 
 /// The name of this process on the bus.
 pub const NAME: &str = "replay";
@@ -126,6 +126,7 @@ struct Replayer<'a> {
     tape: Tape,
     outlet: Outlet,
     truths: Publisher<ToolPose>,
+    images_of_probe: UsOutlet,
     guides: Publisher<Guide>,
     choices: Choices,
     /// What cannot be read of the choices.
@@ -226,6 +227,7 @@ impl<'a> Replayer<'a> {
             tape,
             outlet: Outlet::open(bus, options.frames)?,
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
+            images_of_probe: UsOutlet::default(),
             guides: Publisher::open(bus, &GUIDE, "")?,
             choices: Choices::new(found.guides),
             unread: found.unread,
@@ -270,7 +272,7 @@ impl<'a> Replayer<'a> {
             .next(self.tape.peek().map(super::tape::Moment::due_ns), monotonic_ns());
         self.tell()?;
         match act {
-            Act::Publish => self.publish()?,
+            Act::Publish => self.publish(process)?,
             Act::Sleep(until_ns) => self.sleep(until_ns),
             Act::Find(at_ns) => self.find(at_ns, process)?,
             Act::Idle if was != self.transport.state() => self.write_account()?,
@@ -354,7 +356,7 @@ impl<'a> Replayer<'a> {
         Ok(())
     }
 
-    fn publish(&mut self) -> Result<(), ReplayError> {
+    fn publish(&mut self, process: &Process) -> Result<(), ReplayError> {
         let Some(moment) = self.tape.take() else { return Ok(()) };
         if !self.outlet.takes(&moment) {
             self.without_frames += 1;
@@ -379,6 +381,7 @@ impl<'a> Replayer<'a> {
         for truth in &moment.truths {
             self.truths.send(*truth)?;
         }
+        self.images_of_probe.send(&process.bus, &moment.images)?;
         self.published += 1;
         self.published_ns = monotonic_ns();
         self.last = Some(moment.pose);

@@ -11,10 +11,13 @@ use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
 use crate::read::damage::OpenError;
 use crate::read::reader::{Messages, ReadError, Recorded};
 use crate::read::seek::Session;
-use crate::wire::schema::{GROUND_TRUTH, TOOL_POSE};
+use crate::wire::proto::UsFrame;
+use crate::wire::schema::{GROUND_TRUTH, TOOL_POSE, US_IMAGE};
 
 /// True poses that are kept behind one pose at most: a recording without poses of the tool does not fill the memory.
 const MOST_TRUTHS: usize = 4096;
+/// Ultrasound images that are kept behind one pose at most, for the same reason.
+const MOST_IMAGES: usize = 16;
 /// A place is looked for among what was captured from this long before it on, as a pose is published after its capture, ns;
 /// where that was not enough, from [`WIDER`] times as long before.
 const BEFORE_NS: i64 = 50_000_000;
@@ -29,6 +32,8 @@ pub struct Moment {
     pub frame: Option<Delivered>,
     /// The true poses that were published from then on, up to the next pose; with the first pose also those before it.
     pub truths: Vec<ToolPose>,
+    /// The ultrasound images of the same stretch.
+    pub images: Vec<UsFrame>,
 }
 
 /// What a localizer delivers.
@@ -62,6 +67,8 @@ pub struct Tape {
     session: Session,
     poses: Peekable<Readable<ToolPose>>,
     truths: Peekable<Readable<ToolPose>>,
+    /// Where the recording has any.
+    images: Option<Box<Peekable<Readable<UsFrame>>>>,
     /// Where poses are made again.
     frames: Option<Frames>,
     next: Option<Moment>,
@@ -108,6 +115,12 @@ impl Stamped for EmitterFrame {
 impl Stamped for MarkerFrame {
     fn stamps(&self) -> (u64, [i64; 2]) {
         (self.seq, [self.t_capture_ns, self.t_publish_ns])
+    }
+}
+
+impl Stamped for UsFrame {
+    fn stamps(&self) -> (u64, [i64; 2]) {
+        (self.header.seq, [self.header.t_capture_ns, self.header.t_publish_ns])
     }
 }
 
@@ -180,6 +193,7 @@ impl Tape {
         let mut tape = Self {
             poses: open(TOOL_POSE)?,
             truths: open(GROUND_TRUTH)?,
+            images: images_of(&session, i64::MIN, &unread)?,
             frames: delivery
                 .map(|delivery| Frames::from(&session, delivery, i64::MIN, &unread))
                 .transpose()?,
@@ -228,6 +242,7 @@ impl Tape {
         let open = |topic| self.session.poses_of(topic, from_ns);
         self.poses = readable(open(TOOL_POSE)?, &self.unread);
         self.truths = readable(open(GROUND_TRUTH)?, &self.unread);
+        self.images = images_of(&self.session, from_ns, &self.unread)?;
         if let Some(frames) = &mut self.frames {
             *frames = Frames::from(&self.session, frames.delivery(), from_ns, &self.unread)?;
         }
@@ -266,9 +281,34 @@ impl Tape {
                 break;
             }
         }
+        let mut images = Vec::new();
+        if let Some(of_probe) = &mut self.images {
+            while images.len() < MOST_IMAGES
+                && let Some(image) = of_probe.next_if(|image| image.header.t_publish_ns < until_ns)
+            {
+                images.push(image);
+            }
+        }
         let frame = self.frames.as_mut().and_then(|frames| frames.of(&pose));
-        Some(Moment { pose, frame, truths })
+        Some(Moment {
+            pose,
+            frame,
+            truths,
+            images,
+        })
     }
+}
+
+/// The ultrasound images from `from_ns` on. A recording without any is not read once more for them.
+fn images_of(
+    session: &Session,
+    from_ns: i64,
+    unread: &Log,
+) -> Result<Option<Box<Peekable<Readable<UsFrame>>>>, OpenError> {
+    if !session.may_hold(US_IMAGE) {
+        return Ok(None);
+    }
+    Ok(Some(Box::new(readable(session.us_images_from(from_ns)?, unread))))
 }
 
 impl Frames {

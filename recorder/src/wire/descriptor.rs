@@ -24,5 +24,8 @@ pub(crate) const LOG: &[u8] = include_bytes!("../../proto/foxglove/Log.binpb");
 /// The schema of [`crate::wire::proto::CompressedImage`].
 pub(crate) const COMPRESSED_IMAGE: &[u8] = include_bytes!("../../proto/foxglove/CompressedImage.binpb");
 
+/// The schema of [`crate::wire::proto::RawImage`].
+pub(crate) const RAW_IMAGE: &[u8] = include_bytes!("../../proto/foxglove/RawImage.binpb");
+
 #[cfg(test)]
 mod tests;

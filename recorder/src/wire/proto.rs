@@ -2,7 +2,8 @@
 //!
 //! [`ToolPose`] is ours and lossless: what was on the bus can be rebuilt from it bit for bit. [`FrameTransform`] is
 //! Foxglove's, so that its viewer draws the tool; it is in **metres**, the only place of this crate that is.
-//! [`EmitterFrame`] and [`MarkerFrame`] are what the localizer saw and [`Guide`] what a person chose, without loss too; the rest is for
+//! [`EmitterFrame`] and [`MarkerFrame`] are what the localizer saw, [`RawImage`] what an ultrasound probe saw and [`Guide`] what a person
+//! chose, without loss too; the rest is for
 //! people.
 
 use bus::message::{self, Tracked};
@@ -12,12 +13,14 @@ mod emitters;
 mod guide;
 mod identity;
 mod markers;
+mod us_image;
 mod words;
 
 pub use emitters::{EmitterFrame, decode_emitters};
 pub use guide::{Guide, Workflow, decode_guide};
 pub use identity::Identity;
 pub use markers::{MarkerFrame, decode_markers};
+pub use us_image::{RawImage, UsFrame, decode_us_image};
 pub use words::{CompressedImage, Log, ProcessStatus};
 
 /// `trocar.ToolPose`: every field of [`bus::message::ToolPose`], in its units (ns, mm, rad).

@@ -19,6 +19,8 @@ pub const TF: &str = "/tf";
 pub const EMITTERS: &str = "/emitters";
 /// The topic of the poses of markers that the localizer made, `trocar.MarkerFrame`.
 pub const MARKERS: &str = "/markers";
+/// The topic of the images of an ultrasound probe, `foxglove.RawImage`.
+pub const US_IMAGE: &str = "/us_image";
 /// The topic of the processes' states, `trocar.ProcessStatus`, where they change.
 pub const STATUS: &str = "/status";
 /// The topic of what a person chose and held, `trocar.Guide`, where it changes.
@@ -35,6 +37,8 @@ pub const VIEW: &str = "/view/";
 pub const EMITTER_SCHEMA: &str = "trocar.EmitterFrame";
 /// The name of our lossless schema of markers.
 pub const MARKER_SCHEMA: &str = "trocar.MarkerFrame";
+/// The name of Foxglove's schema of images as they came, with ours of an ultrasound image beside.
+pub const RAW_IMAGE_SCHEMA: &str = "foxglove.RawImage";
 /// The name of our lossless schema.
 pub const POSE_SCHEMA: &str = "trocar.ToolPose";
 /// The name of our lossless schema of what was chosen.
@@ -71,6 +75,7 @@ const IDENTITY_SCHEMA_ID: u16 = 9;
 const GUIDE_SCHEMA_ID: u16 = 7;
 const WORKFLOW_SCHEMA_ID: u16 = 8;
 const MARKER_SCHEMA_ID: u16 = 10;
+const RAW_IMAGE_SCHEMA_ID: u16 = 11;
 /// The channel of [`TF`].
 pub(crate) const TF_CHANNEL: u16 = 3;
 /// The channel of [`EMITTERS`].
@@ -87,6 +92,8 @@ pub(crate) const GUIDE_CHANNEL: u16 = 7;
 pub(crate) const WORKFLOW_CHANNEL: u16 = 8;
 /// The channel of [`MARKERS`].
 pub(crate) const MARKER_CHANNEL: u16 = 10;
+/// The channel of [`US_IMAGE`].
+pub(crate) const US_IMAGE_CHANNEL: u16 = 11;
 /// The channel of the first of the [`VIEW`]s; those of the others follow.
 pub(crate) const VIEW_CHANNEL: u16 = 16;
 
@@ -126,7 +133,7 @@ impl Source {
 }
 
 /// The schemas: number, name, descriptor.
-pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 9] {
+pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 10] {
     [
         (POSE_SCHEMA_ID, POSE_SCHEMA, descriptor::TOOL_POSE),
         (TF_SCHEMA_ID, TF_SCHEMA, descriptor::FRAME_TRANSFORM),
@@ -137,6 +144,7 @@ pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 9] {
         (GUIDE_SCHEMA_ID, GUIDE_SCHEMA, descriptor::GUIDE),
         (WORKFLOW_SCHEMA_ID, WORKFLOW_SCHEMA, descriptor::WORKFLOW),
         (MARKER_SCHEMA_ID, MARKER_SCHEMA, descriptor::MARKER_FRAME),
+        (RAW_IMAGE_SCHEMA_ID, RAW_IMAGE_SCHEMA, descriptor::RAW_IMAGE),
     ]
 }
 
@@ -157,6 +165,8 @@ pub(crate) fn channels() -> Vec<records::Channel> {
     let markers =
         "tracker_from_marker; lengths mm, stamps ns since the run's epoch but the device's own; q is w, x, y, z";
     let guide = "places in the CT's frame, LPS, mm; stamps ns since the run's epoch; each holds from its t_ns on";
+    let images =
+        "grey values as they came; lengths mm, angles rad, stamps ns since the run's epoch but the device's own";
     let stamps = "stamps since the run's epoch";
     vec![
         channel(Source::Tool.channel(), POSE_SCHEMA_ID, TOOL_POSE, pose),
@@ -168,6 +178,7 @@ pub(crate) fn channels() -> Vec<records::Channel> {
         channel(GUIDE_CHANNEL, GUIDE_SCHEMA_ID, GUIDE, guide),
         channel(WORKFLOW_CHANNEL, WORKFLOW_SCHEMA_ID, WORKFLOW, stamps),
         channel(MARKER_CHANNEL, MARKER_SCHEMA_ID, MARKERS, markers),
+        channel(US_IMAGE_CHANNEL, RAW_IMAGE_SCHEMA_ID, US_IMAGE, images),
     ]
 }
 

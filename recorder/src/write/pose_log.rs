@@ -17,7 +17,7 @@ use scene::Compression;
 use crate::wire::proto::{self, file_time, frame_transform_in_metres};
 use crate::wire::schema::{
     self, EMITTER_CHANNEL, GUIDE_CHANNEL, IDENTITY_CHANNEL, LIBRARY, LOG_CHANNEL, MARKER_CHANNEL, RunFacts, SCENE,
-    STATUS_CHANNEL, Source, TF_CHANNEL, VIEW_CHANNEL, WORKFLOW_CHANNEL,
+    STATUS_CHANNEL, Source, TF_CHANNEL, US_IMAGE_CHANNEL, VIEW_CHANNEL, WORKFLOW_CHANNEL,
 };
 
 /// A recording that grows.
@@ -39,6 +39,8 @@ pub enum Entry<'a> {
     Emitters(&'a proto::EmitterFrame),
     /// The markers that it followed.
     Markers(&'a proto::MarkerFrame),
+    /// What an ultrasound probe saw.
+    UsImage(&'a proto::RawImage),
     /// The state of a process.
     Status(&'a proto::ProcessStatus),
     /// Whose examination it is; only after [`PoseLog::with_identity`].
@@ -69,6 +71,7 @@ impl Entry<'_> {
             Self::Pose(_, pose) => Some(pose.seq),
             Self::Emitters(frame) => Some(frame.seq),
             Self::Markers(frame) => Some(frame.seq),
+            Self::UsImage(image) => Some(image.seq),
             _ => None,
         }
     }
@@ -107,6 +110,12 @@ impl Entry<'_> {
                 frame.seq,
                 [frame.t_capture_ns, frame.t_publish_ns],
                 frame,
+            ),
+            Entry::UsImage(image) => one(
+                US_IMAGE_CHANNEL,
+                image.seq,
+                [image.t_capture_ns, image.t_publish_ns],
+                image,
             ),
             Entry::Status(status) => one(STATUS_CHANNEL, 0, [status.t_ns; 2], status),
             Entry::Identity(identity) => one(IDENTITY_CHANNEL, 0, [identity.t_ns; 2], identity),

@@ -98,6 +98,7 @@ pub(crate) struct Recorder {
     truth: Stream,
     emitters: Stream,
     markers: Stream,
+    images: Stream,
     watch: Watch,
     thumbnails: Option<Thumbnails>,
     /// Where the recording says whose examination it is.
@@ -144,6 +145,7 @@ impl Recorder {
             truth: Stream::default(),
             emitters: Stream::default(),
             markers: Stream::default(),
+            images: Stream::default(),
             watch: Watch::open(bus, scene)?,
             thumbnails: thumbnails.transpose()?,
             whose: spec.identity.then(|| Whose::open(bus)).transpose()?,
@@ -215,21 +217,26 @@ impl Recorder {
                 Err(_) => *refused += 1,
             }
         }
+        self.images.saw(taken.images.iter().map(|image| image.header.seq));
+        for image in &taken.images {
+            series.put(now_ns, Entry::UsImage(&proto::RawImage::from(image)));
+        }
         Ok(())
     }
 
     /// What has come of it so far.
     pub(crate) fn progress(&self) -> Progress {
-        let seqs = [self.tool.seqs, self.truth.seqs, self.emitters.seqs, self.markers.seqs];
+        let streams = [&self.tool, &self.truth, &self.emitters, &self.markers, &self.images];
+        let seqs = streams.map(|stream| stream.seqs);
         let missing = seqs.iter().map(|seqs| seqs.missing).fold(0, u64::saturating_add);
         let unrecorded = self.series.unrecorded();
-        let streams = [
+        let waiting = [
             (&self.tool, &topic::TOOL_POSE),
             (&self.truth, &topic::GROUND_TRUTH),
             (&self.emitters, &topic::EMITTERS),
             (&self.markers, &topic::MARKERS),
         ];
-        let waits = streams.map(|(stream, topic)| (stream.waited, intake::ROOM + topic.buffer));
+        let waits = waiting.map(|(stream, topic)| (stream.waited, intake::ROOM + topic.buffer));
         Progress {
             counters: Counters {
                 published: self.tool.seqs.range.map_or(0, |(_, last)| last.saturating_add(1)),

@@ -1,7 +1,7 @@
 //! The services of a run, made before anybody joins.
 
 use super::places::{Crowded, Places};
-use super::{command, event_service, frame, stream, volume};
+use super::{command, event_service, frame, stream, us_image, volume};
 use crate::message::{
     ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, MarkerFrame, Plan, Steps, Timeline,
     ToolPose, Workflow,
@@ -54,6 +54,7 @@ impl Services {
         keep_stream::<ToolPose>(&mut kept, bus, &TOOL_POSE, "")?;
         keep_stream::<EmitterFrame>(&mut kept, bus, &EMITTERS, "")?;
         keep_stream::<MarkerFrame>(&mut kept, bus, &MARKERS, "")?;
+        keep(&mut kept, bus, || us_image::service(bus))?;
         keep_stream::<ToolPose>(&mut kept, bus, &GROUND_TRUTH, "")?;
         keep_stream::<Event>(&mut kept, bus, &EVENT, "pilot")?;
         keep_stream::<Guide>(&mut kept, bus, &GUIDE, "")?;

@@ -9,11 +9,11 @@ use super::super::raw::RawRigid;
 use super::super::values::{Checked, UNIT_TOLERANCE, invalid, number, point};
 use super::raw::{
     RawBall, RawBreathing, RawBump, RawEmitter, RawFaults, RawGates, RawHand, RawHandle, RawLocalizer, RawMarker,
-    RawPatient, RawPractice, RawReference, RawRoom,
+    RawPatient, RawPractice, RawProbe, RawReference, RawRoom,
 };
 use super::{
-    Approach, Breathing, Bump, Deviations, Emitters, Faults, Gates, Hand, Handle, ListedEmitter, MAX_EMITTERS,
-    MAX_EYES, Patient, PlayedGesture, PracticeRoom, ReferenceMarker, Room, Sensor, Shape, Timing,
+    Approach, Array, Breathing, Bump, Deviations, Emitters, Faults, Gates, Hand, Handle, ListedEmitter, MAX_EMITTERS,
+    MAX_EYES, Patient, PlayedGesture, PracticeRoom, Probe, ReferenceMarker, Room, Sensor, Shape, Timing,
 };
 
 /// Script times that a scene may name, s: a day.
@@ -24,6 +24,13 @@ const MAX_MM: f64 = 100_000.0;
 const MARKER_BEHIND_MM: f64 = 100.0;
 /// and this far from the tube's axis, so that handle and hand leave it free.
 const MARKER_ASIDE_MM: f64 = 60.0;
+/// The default width of a linear array, mm.
+const LINEAR_MM: f64 = 50.0;
+/// The default angle of a curved array, degrees.
+const CONVEX_DEG: f64 = 60.0;
+/// Sides of a simulated ultrasound image, pixels.
+const LEAST_PIXELS: f64 = 24.0;
+const MOST_PIXELS: f64 = 1024.0;
 /// The default handle's length.
 const HANDLE_MM: f64 = 80.0;
 
@@ -64,6 +71,7 @@ pub(in super::super) fn room(raw: &RawRoom, approach: Approach, tool_mm: f64) ->
         approach,
         played: raw.gesture.as_ref().map(played).transpose()?,
         practice: raw.practice.as_ref().map(practice).transpose()?,
+        probe: raw.probe.as_ref().map(probe).transpose()?,
         marker,
     })
 }
@@ -285,6 +293,45 @@ fn practice(raw: &RawPractice) -> Checked<PracticeRoom> {
         touch_error_mm: within(&at("touch_error_mm"), raw.touch_error_mm, 0.0..=50.0, "mm")?,
         tremor_mm: within(&at("tremor_mm"), raw.tremor_mm, 0.0..=50.0, "mm")?,
     })
+}
+
+fn probe(raw: &RawProbe) -> Checked<Probe> {
+    let at = |name: &str| format!("probe.{name}");
+    let array = match (raw.width_mm, raw.radius_mm) {
+        (Some(width), Some(_)) => {
+            let allowed = "width_mm of a linear array or radius_mm of a curved one, and not both";
+            return Err(invalid(key(&at("width_mm")), width, allowed));
+        }
+        (width, None) => {
+            if let Some(angle) = raw.angle_deg {
+                return Err(invalid(key(&at("angle_deg")), angle, "none without radius_mm"));
+            }
+            Array::Linear {
+                width_mm: within(&at("width_mm"), width.unwrap_or(LINEAR_MM), 5.0..=200.0, "mm")?,
+            }
+        }
+        (None, Some(radius)) => Array::Convex {
+            radius_mm: within(&at("radius_mm"), radius, 5.0..=200.0, "mm")?,
+            half_angle_rad: degrees(&at("angle_deg"), raw.angle_deg.unwrap_or(CONVEX_DEG), 2.0..=150.0)? / 2.0,
+        },
+    };
+    let probe = Probe {
+        array,
+        depth_mm: within(&at("depth_mm"), raw.depth_mm, 5.0..=300.0, "mm")?,
+        pixel_mm: within(&at("pixel_mm"), raw.pixel_mm, 0.05..=1.0, "mm")?,
+        rate_hz: within(&at("rate_hz"), raw.rate_hz, 0.1..=60.0, "images a second")?,
+        lag_s: within(&at("lag_ms"), raw.lag_ms, 0.0..=1000.0, "ms")? / 1000.0,
+        speed_ratio: 1.0 + within(&at("speed_percent"), raw.speed_percent, -10.0..=10.0, "percent")? / 100.0,
+    };
+    let [columns, rows] = probe.extent_mm().map(|side| side / probe.pixel_mm);
+    match columns.max(rows) <= MOST_PIXELS && columns.min(rows) >= LEAST_PIXELS {
+        true => Ok(probe),
+        false => Err(invalid(
+            key(&at("pixel_mm")),
+            format!("{} mm: images of {columns:.0} x {rows:.0} pixels", probe.pixel_mm),
+            format!("{LEAST_PIXELS} to {MOST_PIXELS} pixels a side"),
+        )),
+    }
 }
 
 fn faults(raw: &RawFaults, emitters: usize) -> Checked<Faults> {

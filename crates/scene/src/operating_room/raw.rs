@@ -42,6 +42,50 @@ pub struct RawRoom {
     /// `[tracker.room.practice]`; absent: the hand does its gesture and nothing else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub practice: Option<RawPractice>,
+    /// `[tracker.room.probe]`; absent: the tool is no ultrasound probe.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probe: Option<RawProbe>,
+}
+
+/// `[tracker.room.probe]`: the tool is an ultrasound probe, its tip the middle of the face; beams run along the tool's z,
+/// the image's rows along its x.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawProbe {
+    /// The width of a linear array, mm; not beside `radius_mm`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width_mm: Option<f64>,
+    /// The radius of a curved array's face, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_mm: Option<f64>,
+    /// The angle from the first beam of a curved array to its last, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<f64>,
+    /// How deep beams are shown, mm.
+    pub depth_mm: f64,
+    /// The side of a pixel, mm.
+    pub pixel_mm: f64,
+    /// Images a second.
+    pub rate_hz: f64,
+    /// How much later than its capture an image is stamped, ms.
+    pub lag_ms: f64,
+    /// How much faster than the scanner assumes sound runs, percent.
+    pub speed_percent: f64,
+}
+
+impl Default for RawProbe {
+    fn default() -> Self {
+        Self {
+            width_mm: None,
+            radius_mm: None,
+            angle_deg: None,
+            depth_mm: 60.0,
+            pixel_mm: 0.2,
+            rate_hz: 15.0,
+            lag_ms: 0.0,
+            speed_percent: 0.0,
+        }
+    }
 }
 
 /// `[tracker.room.practice]`

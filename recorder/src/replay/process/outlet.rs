@@ -1,11 +1,12 @@
 //! Where what is replayed goes.
 
-use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
-use bus::port::Publisher;
+use bus::message::{EmitterFrame, MarkerFrame, ToolPose, UsImageHeader};
+use bus::port::{Publisher, UsImagePublisher};
 use bus::topic::{EMITTERS, MARKERS, TOOL_POSE};
 use bus::{Bus, BusError};
 
 use crate::replay::tape::{Delivered, Delivery, Moment};
+use crate::wire::proto::UsFrame;
 
 /// The topic in whose writer's place the replayer stands.
 #[derive(Debug)]
@@ -48,5 +49,34 @@ impl Outlet {
             Self::Emitters(frames) => frames.serve_late_joiners(),
             Self::Markers(frames) => frames.serve_late_joiners(),
         }
+    }
+}
+
+/// Where the images of an ultrasound probe go, as soon as there are some.
+#[derive(Debug, Default)]
+pub(super) struct UsOutlet {
+    publisher: Option<UsImagePublisher>,
+    /// Pixels that an image may have.
+    room: usize,
+}
+
+impl UsOutlet {
+    pub(super) fn send(&mut self, bus: &Bus, images: &[UsFrame]) -> Result<(), BusError> {
+        for image in images {
+            if image.grey.len() > UsImageHeader::MOST_PIXELS {
+                // No publisher of ours sends such a one.
+                continue;
+            }
+            if self.publisher.is_none() || image.grey.len() > self.room {
+                // The one before goes first: there is a place for one.
+                self.publisher = None;
+                self.room = image.grey.len();
+                self.publisher = Some(UsImagePublisher::open(bus, self.room)?);
+            }
+            if let Some(publisher) = &self.publisher {
+                publisher.send(image.header, &image.grey)?;
+            }
+        }
+        Ok(())
     }
 }

@@ -48,6 +48,7 @@ impl Replayer<'_> {
                     pose,
                     frame: None,
                     truths: Vec::new(),
+                    images: Vec::new(),
                 })?;
             }
         }

@@ -2,7 +2,9 @@ use super::*;
 use std::path::PathBuf;
 
 use crate::testing;
+use crate::wire::proto;
 use crate::wire::schema::Source;
+use crate::write::pose_log::Entry;
 
 fn written(bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
     let tmp = tempfile::tempdir().unwrap();
@@ -46,6 +48,35 @@ fn truths_come_behind_the_pose_that_was_published_before_them() {
         all.push(moment.truths.iter().map(|t| t.seq).collect::<Vec<_>>());
     }
     assert_eq!(all, [vec![0], vec![1], vec![2, 9]]);
+}
+
+#[test]
+fn ultrasound_images_come_behind_the_pose_that_was_published_before_them_bit_for_bit() {
+    let mut log = testing::log(0, 1);
+    let images =
+        [(0, 0, -1), (1, 0, 1), (2, 1, 5), (3, 2, 1_000_000_000)].map(|(n, seq, ns)| testing::us_frame(n, seq, ns));
+    (0..3).for_each(|seq| log.pose(Source::Tool, &testing::pose(seq)).unwrap());
+    for image in &images {
+        log.put(Entry::UsImage(&proto::RawImage::from(image))).unwrap();
+    }
+    let (_tmp, path) = written(&log.finish().unwrap().into_inner());
+    let mut tape = Tape::open(&path).unwrap();
+    for round in 0..2 {
+        let mut all = Vec::new();
+        while let Some(moment) = tape.take() {
+            all.push(moment.images);
+        }
+        assert_eq!(all.concat(), images, "round {round}");
+        tape.near(0).unwrap();
+    }
+    // From a place in the middle on, those of before do not come again.
+    tape.near(testing::pose(2).t_publish_ns).unwrap();
+    while tape.peek().is_some_and(|moment| moment.pose.seq < 2) {
+        tape.take();
+    }
+    let last = tape.take().unwrap().images;
+    assert_eq!(last, images[3..]);
+    assert!(tape.unread().is_empty());
 }
 
 #[test]

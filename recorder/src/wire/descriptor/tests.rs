@@ -9,7 +9,7 @@ use super::*;
 use crate::wire::proto;
 
 /// The `.proto` file of each schema, without its ending.
-const SCHEMAS: [(&str, &[u8]); 10] = [
+const SCHEMAS: [(&str, &[u8]); 11] = [
     ("trocar/ToolPose", TOOL_POSE),
     ("trocar/EmitterFrame", EMITTER_FRAME),
     ("trocar/MarkerFrame", MARKER_FRAME),
@@ -19,6 +19,7 @@ const SCHEMAS: [(&str, &[u8]); 10] = [
     ("trocar/Identity", IDENTITY),
     ("foxglove/FrameTransform", FRAME_TRANSFORM),
     ("foxglove/Log", LOG),
+    ("foxglove/RawImage", RAW_IMAGE),
     ("foxglove/CompressedImage", COMPRESSED_IMAGE),
 ];
 
@@ -317,4 +318,50 @@ fn what_foxglove_draws_is_read_by_the_schema() {
     };
     let read = fields(COMPRESSED_IMAGE, "foxglove.CompressedImage", &image.encode_to_vec());
     assert_eq!([&read["data"], &read["frame_id"]], ["\"A\"", "\"axial\""]);
+}
+
+#[test]
+fn an_ultrasound_image_is_read_by_the_schema() {
+    let image = proto::RawImage {
+        timestamp: Some(prost_types::Timestamp { seconds: 1, nanos: 2 }),
+        width: 2,
+        height: 3,
+        encoding: "mono8".to_owned(),
+        step: 5,
+        data: vec![65],
+        frame_id: "7".to_owned(),
+        seq: 100,
+        t_device_ns: -101,
+        t_capture_ns: 102,
+        t_arrival_ns: 103,
+        t_publish_ns: 104,
+        pixel_mm: vec![105.5],
+        depth_mm: 106.5,
+        beams: vec![107.5],
+        array: 108,
+        clock: 109,
+        device: vec![66],
+    };
+    let read = fields(RAW_IMAGE, "foxglove.RawImage", &image.encode_to_vec());
+    for (name, value) in [
+        ("width", "2"),
+        ("height", "3"),
+        ("encoding", "\"mono8\""),
+        ("step", "5"),
+        ("data", "\"A\""),
+        ("frame_id", "\"7\""),
+        ("seq", "100"),
+        ("t_device_ns", "-101"),
+        ("t_capture_ns", "102"),
+        ("t_arrival_ns", "103"),
+        ("t_publish_ns", "104"),
+        ("pixel_mm", "[105.5]"),
+        ("depth_mm", "106.5"),
+        ("beams", "[107.5]"),
+        ("array", "108"),
+        ("clock", "109"),
+        ("device", "\"B\""),
+    ] {
+        assert_eq!(read[name], value, "{name}");
+    }
 }

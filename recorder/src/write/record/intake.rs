@@ -7,16 +7,20 @@ use std::thread::{self, JoinHandle};
 
 use bus::life::LifeLine;
 use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
-use bus::port::{Message, Subscriber};
+use bus::port::{Message, Subscriber, UsImageSubscriber};
 use bus::run::RunContext;
 use bus::topic::{self, Topic};
 use bus::{Bus, BusError};
 
 use super::{RecordError, TICK};
+use crate::wire::proto::UsFrame;
 
 /// Messages of one topic that wait in memory: 8 s of 4000 a second, 66 MiB of the largest. What comes beyond waits on the
 /// bus, whose oldest messages give way.
 pub(super) const ROOM: usize = 1 << 15;
+
+/// Bytes of ultrasound images that wait in memory: 14 s of 15 images of 300 kB a second.
+const IMAGE_ROOM: usize = 64 << 20;
 
 /// What has been taken and not yet been written, in the order of its coming.
 #[derive(Debug, Default)]
@@ -25,6 +29,7 @@ pub(super) struct Taken {
     pub(super) truth: Vec<ToolPose>,
     pub(super) emitters: Vec<EmitterFrame>,
     pub(super) markers: Vec<MarkerFrame>,
+    pub(super) images: Vec<UsFrame>,
 }
 
 impl Taken {
@@ -33,6 +38,7 @@ impl Taken {
         self.truth.clear();
         self.emitters.clear();
         self.markers.clear();
+        self.images.clear();
     }
 }
 
@@ -121,6 +127,7 @@ struct Ports {
     truth: Subscriber<ToolPose>,
     emitters: Subscriber<EmitterFrame>,
     markers: Subscriber<MarkerFrame>,
+    images: UsImageSubscriber,
     _bus: Bus,
 }
 
@@ -135,6 +142,7 @@ impl Ports {
             truth: opened(&bus, &topic::GROUND_TRUTH)?,
             emitters: opened(&bus, &topic::EMITTERS)?,
             markers: opened(&bus, &topic::MARKERS)?,
+            images: UsImageSubscriber::open(&bus)?,
             _bus: bus,
         })
     }
@@ -166,7 +174,8 @@ impl Ports {
         fill(&self.tool, &mut taken.tool, room)?;
         fill(&self.truth, &mut taken.truth, room)?;
         fill(&self.emitters, &mut taken.emitters, room)?;
-        fill(&self.markers, &mut taken.markers, room)
+        fill(&self.markers, &mut taken.markers, room)?;
+        fill_images(&self.images, &mut taken.images)
     }
 }
 
@@ -175,6 +184,20 @@ fn fill<T: Message>(from: &Subscriber<T>, into: &mut Vec<T>, room: usize) -> Res
         && let Some(message) = from.next()?
     {
         into.push(message);
+    }
+    Ok(())
+}
+
+fn fill_images(from: &UsImageSubscriber, into: &mut Vec<UsFrame>) -> Result<(), BusError> {
+    let mut bytes: usize = into.iter().map(|image| image.grey.len()).sum();
+    while bytes < IMAGE_ROOM
+        && let Some(image) = from.next()?
+    {
+        bytes += image.grey().len();
+        into.push(UsFrame {
+            header: *image.header(),
+            grey: image.grey().to_vec(),
+        });
     }
     Ok(())
 }

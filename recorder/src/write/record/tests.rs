@@ -100,6 +100,28 @@ fn what_is_published_is_in_the_file_bit_for_bit() {
 }
 
 #[test]
+fn ultrasound_images_are_in_the_file_bit_for_bit_and_gaps_are_counted() {
+    let rig = Rig::new();
+    let images = bus::port::UsImagePublisher::open(&rig.bus, 20).unwrap();
+    let mut recorder = rig.recorder();
+    let mut sent = Vec::new();
+    for number in [0, 1, 2, 5] {
+        let image = testing::us_frame(number, number, 0);
+        images.send(image.header, &image.grey).unwrap();
+        recorder.step(image.header.t_publish_ns).unwrap();
+        sent.push(image);
+    }
+    let progress = recorder.progress();
+    assert_eq!((progress.gaps, progress.counters.dropped), (1, 2));
+    recorder.finish(1_000_000_000).unwrap();
+    let session = crate::read::seek::Session::open(&rig.out).unwrap();
+    let found: Vec<_> = session.us_images_from(0).unwrap().map(Result::unwrap).collect();
+    assert_eq!(found, sent);
+    let verified = crate::read::verify::verify(&rig.out).unwrap();
+    assert!(verified.findings.is_empty(), "{:?}", verified.findings);
+}
+
+#[test]
 fn what_a_person_chose_is_in_the_file_bit_for_bit() {
     let rig = Rig::new();
     let guides = Publisher::open(&rig.bus, &topic::GUIDE, "").unwrap();
