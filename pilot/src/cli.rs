@@ -296,10 +296,11 @@ fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
 
 /// Another program publishes at its own pace, which nobody here can make up.
 fn simulated_time_for(scene: &Scene) -> Result<(), CliError> {
-    match scene.tracker.source {
+    match &scene.tracker.source {
         TrackerSource::External => Err(CliError::NotSimulated("external")),
         TrackerSource::Emitters(_) => Err(CliError::NotSimulated("emitters")),
         TrackerSource::Markers(_) => Err(CliError::NotSimulated("markers")),
+        TrackerSource::OperatingRoom(room) if room.probe.is_some() => Err(CliError::ProbeInSimulatedTime),
         TrackerSource::Simulated(_) | TrackerSource::OperatingRoom(_) | TrackerSource::Sequence(_) => Ok(()),
     }
 }

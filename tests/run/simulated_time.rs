@@ -176,6 +176,9 @@ fn what_cannot_run_in_simulated_time_is_refused_by_name() {
         let output = output(&room.file("s.toml", &text), &["max", "--for", "1s"]);
         room.is_refused(&output, &format!("--speed max | tracker.source = {source:?}"));
     }
+    let probe = SMALL.replace("[tracker]\n", "[tracker]\nsource = \"operating-room\"\n") + "[tracker.room.probe]\n";
+    let output_of_probe = output(&room.file("s.toml", &probe), &["max", "--for", "1s"]);
+    room.is_refused(&output_of_probe, "--speed max | tracker.room.probe");
     let slow = output(&room.good, &["2", "--for", "1s"]);
     assert!(
         crate::support::stderr(&slow).contains("possible values: max"),

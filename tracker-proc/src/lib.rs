@@ -13,6 +13,7 @@ mod markers;
 pub mod operating_room;
 mod output;
 mod posed_markers;
+pub mod probe;
 mod run;
 mod run_error;
 mod simulated;

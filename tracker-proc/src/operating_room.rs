@@ -184,6 +184,11 @@ impl OperatingRoom {
         self.delivery.longest_ns()
     }
 
+    /// Where the tool truly is at script time `t_s`.
+    pub fn ct_from_tool(&self, t_s: f64) -> Rigid<Ct, Tool> {
+        self.script.ct_from_tool(t_s)
+    }
+
     /// Frame `seq`. The same for the same seed, always.
     pub fn frame(&self, seq: u64) -> Frame {
         let t_capture_ns = self.delivery.capture_ns(seq);

@@ -8,6 +8,7 @@ use crate::follow::PlayError;
 use crate::gesture::GestureError;
 use crate::markers::MarkersError;
 use crate::operating_room::{RoomError, ScriptError};
+use crate::probe::ProbeError;
 
 /// Why the tracker ended.
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +28,9 @@ pub enum RunError {
     /// Its gesture cannot be played.
     #[error(transparent)]
     Script(#[from] ScriptError),
+    /// Its ultrasound probe.
+    #[error(transparent)]
+    Probe(#[from] ProbeError),
     /// The noise of a marker's pose is no covariance.
     #[error("tracker.markers.noise_mm and noise_deg: {0}")]
     Noise(CovarianceError),

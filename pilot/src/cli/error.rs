@@ -36,6 +36,11 @@ pub(crate) enum CliError {
          pace. Needed is \"simulated\", \"operating-room\" or \"sequence\""
     )]
     NotSimulated(&'static str),
+    #[error(
+        "--speed max runs in simulated time, and the scene has a tracker.room.probe, whose images come at their own pace. Leave \
+         the probe out, or run without --speed max"
+    )]
+    ProbeInSimulatedTime,
     #[error("{0}")]
     Faults(String),
     #[error("run {run:?} refused: {why}")]

@@ -11,6 +11,7 @@ use scene::operating_room::Room;
 use super::{Follower, Source, Stamp, examination, numbers, region};
 use crate::chain::Chain;
 use crate::operating_room::{Arrival, Frame, OperatingRoom, Script, is_noiseless};
+use crate::probe::{Publishing, SimulatedProbe};
 use crate::output::{LOOK_UP, OVER, Output, catch_up_ns};
 use crate::run_error::RunError;
 use crate::simulated_time::SimulatedTime;
@@ -70,6 +71,11 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
     if process.run.simulated_time {
         return in_room.follow_in_simulated_time(process, &mut follower);
     }
+    let probe = spec.probe.map(|probe| SimulatedProbe::new(probe, process.scene.seed)).transpose()?;
+    let of = (&process.run, &process.scene);
+    let mut images = probe
+        .map(|probe| Publishing::start(of, &in_room.room, probe, start.at_ns))
+        .transpose()?;
     let catch_up = catch_up_ns(&process.scene);
     let mut after = match start.is_first {
         true => -1,
@@ -78,6 +84,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
     while !process.stop.is_set() {
         let now = process.clock().now_ns() - start.at_ns;
         in_room.obey(now)?;
+        images.as_mut().map_or(Ok(()), Publishing::look)?;
         after = after.max(now - catch_up);
         in_room.room.arrivals(after, now, &mut arrivals);
         for arrival in &arrivals {

@@ -71,7 +71,11 @@ pub(in super::super) fn room(raw: &RawRoom, approach: Approach, tool_mm: f64) ->
         approach,
         played: raw.gesture.as_ref().map(played).transpose()?,
         practice: raw.practice.as_ref().map(practice).transpose()?,
-        probe: raw.probe.as_ref().map(probe).transpose()?,
+        probe: raw
+            .probe
+            .as_ref()
+            .map(|of| probe(of, raw.practice.is_some()))
+            .transpose()?,
         marker,
     })
 }
@@ -295,8 +299,16 @@ fn practice(raw: &RawPractice) -> Checked<PracticeRoom> {
     })
 }
 
-fn probe(raw: &RawProbe) -> Checked<Probe> {
+fn probe(raw: &RawProbe, has_practice: bool) -> Checked<Probe> {
     let at = |name: &str| format!("probe.{name}");
+    if has_practice {
+        let found = "there, and [tracker.room.practice] as well";
+        return Err(invalid(
+            key("probe"),
+            found,
+            "one of the two: the hand that practises holds a pointer",
+        ));
+    }
     let array = match (raw.width_mm, raw.radius_mm) {
         (Some(width), Some(_)) => {
             let allowed = "width_mm of a linear array or radius_mm of a curved one, and not both";

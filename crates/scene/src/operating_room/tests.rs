@@ -124,6 +124,13 @@ const REFUSED: &[(&str, &str, &str)] = &[
     (".reference_gates", "outlier_sigmas = 0", "1 to 1000 deviations"),
     (".reference_gates", "max_tip_mm = 0", "0.001 to 1000 mm"),
     (".gesture", "file = \"\"", "the path of a CSV file"),
+    (".probe", "width_mm = 2", "5 to 200 mm"),
+    (".probe", "angle_deg = 40", "none without radius_mm"),
+    (".probe", "depth_mm = 1", "5 to 300 mm"),
+    (".probe", "pixel_mm = 0.02", "0.05 to 1 mm"),
+    (".probe", "rate_hz = 0", "0.1 to 60 images a second"),
+    (".probe", "lag_ms = -1", "0 to 1000 ms"),
+    (".probe", "speed_percent = 11", "-10 to 10 percent"),
 ];
 
 #[test]
@@ -157,6 +164,7 @@ fn unknown_keys_misplaced_tables_and_two_shapes_are_refused() {
         ".gates",
         ".reference_gates",
         ".gesture",
+        ".probe",
     ] {
         let error = parsed(&format!("[tracker.room{table}]\nradius_m = 1")).unwrap_err();
         assert!(error.to_string().contains("unknown field `radius_m`"), "{error}");
@@ -174,9 +182,23 @@ fn unknown_keys_misplaced_tables_and_two_shapes_are_refused() {
 }
 
 #[test]
+fn a_probe_is_one_array_of_a_size_that_can_be_shown_and_not_held_by_who_practises() {
+    let probe = |keys: &str| parsed(&format!("[tracker.room.probe]\n{keys}"));
+    let words = |keys: &str| probe(keys).unwrap_err().to_string();
+    assert!(words("width_mm = 40\nradius_mm = 50").contains("not both"));
+    assert!(words("depth_mm = 250\npixel_mm = 0.1").contains("24 to 1024 pixels a side"));
+    assert!(words("[tracker.room.practice]").contains("one of the two"));
+    // A half turn would be as wide as the arc's ends are apart: 2 (60 + 40) sin 30 degrees.
+    let room = room("[tracker.room.probe]\nradius_mm = 60\nangle_deg = 60\ndepth_mm = 40");
+    let [width, height] = room.probe.unwrap().extent_mm();
+    assert!((width - 100.0).abs() < 1e-9 && (height - (100.0 - 60.0 * 0.75_f64.sqrt())).abs() < 1e-9);
+}
+
+#[test]
 fn a_written_room_reads_back() {
     let text = "[tracker]\nsource = \"operating-room\"\n[tracker.room.hand]\n[tracker.room.reference]\n\
-                [tracker.room.patient.breathing]\n[tracker.room.patient.bump]\n[tracker.room.gesture]\nfile = \"/a.csv\"";
+                [tracker.room.patient.breathing]\n[tracker.room.patient.bump]\n[tracker.room.gesture]\nfile = \"/a.csv\"\n\
+                [tracker.room.probe]\nradius_mm = 60.0";
     let source = raw::parse(text, Path::new("s.toml")).unwrap();
     let again = raw::parse(&source.to_toml(), Path::new("s.toml")).unwrap();
     assert_eq!(source.scene, again.scene);
