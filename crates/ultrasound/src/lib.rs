@@ -5,6 +5,21 @@
 //! **The image.** A pixel (u, v), whole numbers being centres of pixels, u to the right and v down, lies in the
 //! image's plane at (u s_u, v s_v) mm, as for `probe`'s calibrations. Where beams run in that plane is [`Beams`].
 
+mod display;
+mod echoes;
+mod fan;
+mod field;
+mod lattice;
+mod scanner;
+mod scene;
+mod settings;
 mod shape;
+mod speckle;
+mod survey;
+mod tissue;
+mod wires;
 
+pub use scanner::Scanner;
+pub use scene::{Body, Pose, Scene, SceneError, Wall, Wire, water};
+pub use settings::{Focus, SettingError, Settings};
 pub use shape::{Beam, Beams, Image, Shape, ShapeError};
