@@ -105,7 +105,7 @@ impl SimulatedProbe {
         number: u64,
     ) -> Result<Vec<u8>, SceneError> {
         let origin = (ct_from_tool * self.tool_from_image([0.0, 0.0])).mm();
-        let along = |x, z| (ct_from_tool * Vector::<Tool>::new(x, 0.0, z)).components();
+        let along = |x, z| (ct_from_tool * Vector::<Tool>::new(x, 0.0, z)).mm();
         let pose = Pose::new(origin, along(1.0, 0.0), along(0.0, 1.0))?;
         self.scanner.scan(&Scene::of(tissue), &pose, number)
     }
