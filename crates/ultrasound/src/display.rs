@@ -64,7 +64,7 @@ impl Display {
 
     /// Adds noise of image `number`, compresses, and fills the pixels.
     pub(crate) fn show(&mut self, power: &[f32], number: u64, beams: usize, out: &mut [u8]) {
-        let seed = mix(number ^ 0x6e6f_6973_65);
+        let seed = mix(number ^ 0x006e_6f69_7365);
         let rows = power.chunks_exact(beams).zip(self.grey.chunks_exact_mut(beams));
         let scale = 255.0 / self.range_db;
         // 10 log10 x = 3.0103 log2 x.

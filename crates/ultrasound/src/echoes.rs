@@ -20,15 +20,24 @@ const FASCIA_DB: f64 = 30.0;
 const FASCIA_FLOOR: f64 = 0.08;
 const FACE_DB: f64 = 24.0;
 /// The face rings, mm.
-const FACE_MM: f64 = 0.45;
+const FACE_MM: f64 = 0.25;
 /// HU from one side of a fascia to the other at which its echo is full: fat to muscle.
 const FASCIA_STEP: f32 = 150.0;
 /// How far under bone the haze of sound that found another way falls to 1 / e, mm.
-const HAZE_MM: f64 = 9.0;
+const HAZE_MM: f64 = 12.0;
+/// Its level beside that of repeated layers, dB.
+const HAZE_DB: f64 = 8.0;
+/// How far under bone repeated layers fall to 1 / e, mm: each way to and fro spreads.
+const REPEAT_MM: f64 = 12.0;
 /// Under gas everything repeats louder: the "dirty" shadow, dB.
 const DIRTY_DB: f64 = 10.0;
 /// Time-gain is too high where fluid took nothing, by at most this factor (12 dB).
 const MOST_SURPLUS: f32 = 4.0;
+/// A fascia is brighter here and fainter there: the size of such patches, mm.
+const PATCH_MM: f64 = 2.7;
+/// Below the bone's line, its pulse rings on: what each ring leaves of the one before, and how far apart they are, mm.
+const RING: f64 = 0.4;
+const RING_MM: f64 = 0.4;
 /// Rough patches of bone, mm.
 const ROUGH_MM: f64 = 0.25;
 
@@ -98,6 +107,10 @@ impl Echoes<'_> {
     pub(crate) fn fasciae(&self, field: &mut Field) {
         let (mut here, mut next) = (Vec::new(), Vec::new());
         let top = amplitude(FASCIA_DB) as f32;
+        let patches = Lattice {
+            cell_mm: PATCH_MM,
+            seed: mix(self.seed),
+        };
         for beam in 0..self.fan.beams {
             let (column, across) = self.survey.column(self.fan, beam as f64);
             let step = self.survey.profile(column, across, &mut here);
@@ -112,13 +125,16 @@ impl Echoes<'_> {
                 let along = f64::from(b - a) / step;
                 let beside = f64::from(next[row] + share * (next[row + 1] - next[row]) - FASCIA_HU as f32) / aside;
                 let cosine = along.abs() / along.hypot(beside);
+                // NaN where a neighbour is stopped before: nothing is known of its slant.
+                if cosine.is_nan() {
+                    continue;
+                }
                 let mirrored = FASCIA_FLOOR + (1.0 - FASCIA_FLOOR) * cosine.powi(12);
                 let jump = ((here[row + 2] - here[row - 1]).abs() / FASCIA_STEP).min(1.0);
-                field.line(
-                    beam,
-                    (row as f64 + f64::from(share)) * step,
-                    top * jump * mirrored as f32,
-                );
+                let depth = (row as f64 + f64::from(share)) * step;
+                let (plane, _) = self.fan.at(beam as f64, depth);
+                let patch = patches.smooth(self.pose.place(plane)).powi(2) as f32;
+                field.line(beam, depth, 2.5 * patch * top * jump * mirrored as f32);
             }
         }
     }
@@ -128,7 +144,7 @@ impl Echoes<'_> {
         let weights = weights();
         let paths = &self.survey.paths;
         let rays: Vec<Rays> = paths.iter().map(Rays::of).collect();
-        let haze = amplitude(self.reverberation_db + 8.0);
+        let haze = amplitude(self.reverberation_db + HAZE_DB);
         let dirty = |kind| if kind == Kind::Gas { amplitude(DIRTY_DB) } else { 1.0 };
         let mut gain = vec![1.0_f32; paths.len()];
         let beams = self.fan.beams;
@@ -177,7 +193,10 @@ impl Echoes<'_> {
                 if depth.is_infinite() {
                     continue;
                 }
-                field.line(beam, depth, (mirrored * weight) as f32);
+                for ring in 0..4 {
+                    let height = mirrored * weight * RING.powi(ring);
+                    field.line(beam, depth + RING_MM * f64::from(ring), height as f32);
+                }
                 let (plane, _) = self.fan.at(beam as f64, depth);
                 let place = self.pose.beside(plane, aside(ray) * self.fan.elevation_mm(depth));
                 // Power, not amplitude, is shared by rough places: their phases differ.
@@ -225,9 +244,12 @@ impl Echoes<'_> {
                 if from >= to {
                     continue;
                 }
-                field.lines[to] += again * field.lines[from];
+                let again = again * (-((sample as f64 - start) * self.fan.step_mm / REPEAT_MM) as f32).exp();
+                // The layers are met from below and at all slants: their lines come back rough, not mirrored.
+                let line = field.lines[from] * again / self.peak;
                 let [into, other] = [field.speckle[to], field.speckle[from]];
-                field.speckle[to] = std::array::from_fn(|i| into[i] + again * other[i]);
+                let rough = normals(mix((sample * beams + beam) as u64 ^ self.seed));
+                field.speckle[to] = std::array::from_fn(|i| into[i] + again * other[i] + line * rough[i]);
             }
         }
     }

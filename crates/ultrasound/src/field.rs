@@ -145,7 +145,27 @@ impl Field {
                 *out = speckle / looks + (line * height).powi(2);
             }
         }
+        if looks > 1.0 {
+            self.smooth(kernels);
+        }
         &self.spare_lines
+    }
+
+    /// The mean power of neighbouring beams, about as wide as the beam: what scanners call speckle reduction.
+    fn smooth(&mut self, kernels: &Kernels) {
+        let rows = self.spare_lines.chunks_exact_mut(self.beams).zip(&kernels.lateral);
+        for (row, kernel) in rows {
+            // The kernel is 2.6 deviations long; a box of this half width is about as wide as the beam.
+            let half = kernel.len() / 3;
+            let mut sums = vec![0.0_f64; self.beams + 1];
+            for (at, value) in row.iter().enumerate() {
+                sums[at + 1] = sums[at] + f64::from(*value);
+            }
+            for (at, value) in row.iter_mut().enumerate() {
+                let (from, to) = (at.saturating_sub(half), (at + half + 1).min(self.beams));
+                *value = ((sums[to] - sums[from]) / (to - from) as f64) as f32;
+            }
+        }
     }
 }
 

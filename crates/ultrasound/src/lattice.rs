@@ -29,6 +29,26 @@ impl Lattice {
         place.map(|part| (part / self.cell_mm).floor() as i64)
     }
 
+    /// A number from 0 to 1 that changes smoothly from cell to cell.
+    pub(crate) fn smooth(&self, place: [f64; 3]) -> f64 {
+        let scaled = place.map(|part| part / self.cell_mm);
+        let low = scaled.map(|part| part.floor() as i64);
+        // Perlin's cubic: flat at the corners.
+        let ease: [f64; 3] = std::array::from_fn(|i| {
+            let part = scaled[i] - low[i] as f64;
+            part * part * (3.0 - 2.0 * part)
+        });
+        let corner = |corner: usize| {
+            let up = |i: usize| (corner >> i) & 1;
+            let weight: f64 = (0..3)
+                .map(|i| if up(i) == 1 { ease[i] } else { 1.0 - ease[i] })
+                .product();
+            let bits = self.bits(std::array::from_fn(|i| low[i] + up(i) as i64));
+            weight * (bits >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..8).map(corner).sum()
+    }
+
     /// Visits every cell whose middle is over the image and within `reach(depth as shown)` of its plane, in one order.
     ///
     /// Beyond the outermost beams and depths another `reach` of cells is visited.

@@ -17,9 +17,11 @@ mod shape;
 mod speckle;
 mod survey;
 mod tissue;
+mod truth;
 mod wires;
 
 pub use scanner::Scanner;
 pub use scene::{Body, Pose, Scene, SceneError, Wall, Wire, water};
 pub use settings::{Focus, SettingError, Settings};
 pub use shape::{Beam, Beams, Image, Shape, ShapeError};
+pub use truth::{Crossing, Level, Met, Truth, WireCrossing, truth};

@@ -100,9 +100,9 @@ impl Settings {
             gel_mm: 2.5,
             survey_mm: 0.8,
             range_db: 60.0,
-            gain_db: 9.0,
-            noise_db: -34.0,
-            reverberation_db: -14.0,
+            gain_db: 13.0,
+            noise_db: -44.0,
+            reverberation_db: -16.0,
             compound: true,
             seed: 1,
         }

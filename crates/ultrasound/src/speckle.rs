@@ -16,12 +16,12 @@ const SPEED: f64 = 1.54;
 /// Deviations of the beam across the image beyond which a scatterer is left out: 0.2 % of the power.
 const REACH: f64 = 2.2;
 /// Size of the cells of thin layers, mm, and their largest radius.
-const SEPTUM_MM: f64 = 1.6;
+const SEPTUM_MM: f64 = 1.3;
 const SEPTUM_RADIUS_MM: f64 = 4.5;
 /// A layer is seen within about this angle from square to the beam: cosine.
-const SEPTUM_COSINE: f64 = 0.95;
+const SEPTUM_COSINE: f64 = 0.94;
 /// Level of a thin layer that lies square in the beam, dB.
-const SEPTUM_DB: f64 = 15.0;
+const SEPTUM_DB: f64 = 20.0;
 /// Steps of a turn, and of the Gaussian across the image.
 const TURN: usize = 256;
 const FALL: usize = 256;

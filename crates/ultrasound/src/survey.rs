@@ -44,7 +44,7 @@ pub(crate) struct Survey {
     columns: usize,
     rows: usize,
     step: f64,
-    /// In the plane, column by column, then beside it on either side; there NaN where nobody asked.
+    /// In the plane, column by column, then beside it on either side; NaN where nobody asked: below what stops sound.
     hu: [Vec<f32>; 3],
     pub(crate) paths: Vec<Path>,
     /// How often the body was asked.
@@ -77,7 +77,8 @@ impl Survey {
     pub(crate) fn new(fan: &Fan, survey_mm: f64) -> Self {
         let depth = fan.shape.depth_mm();
         let wide = fan.pitch_mm(0.75 * depth) * (fan.beams - 1) as f64;
-        let columns = ((wide / survey_mm).ceil() as usize + 1).clamp(2, fan.beams);
+        // Tissue changes less along the skin than down into it.
+        let columns = ((wide / (1.5 * survey_mm)).ceil() as usize + 1).clamp(2, fan.beams);
         let rows = (depth / survey_mm).ceil().max(4.0);
         let nodes = columns * (rows as usize + 1);
         Self {
@@ -103,11 +104,6 @@ impl Survey {
         for side in &mut self.hu {
             side.fill(f32::NAN);
         }
-        for column in 0..self.columns {
-            for row in 0..self.rows {
-                self.node(&sight, 0, column, row);
-            }
-        }
         self.paths.clear();
         for beam in 0..fan.beams {
             let path = self.central(&sight, beam);
@@ -122,7 +118,7 @@ impl Survey {
         }
     }
 
-    /// HU of the plane between the nodes.
+    /// HU of the plane between the nodes; NaN where sound does not come.
     pub(crate) fn hu_at(&self, fan: &Fan, beam: f64, shown: f64) -> f32 {
         let (column, across) = self.column(fan, beam);
         let row = (shown / self.step).clamp(0.0, (self.rows - 1) as f64);
@@ -299,11 +295,11 @@ impl Survey {
     /// A wall in front of a ray's stop takes its place.
     fn walls<B: Body>(&mut self, sight: &Sight<B>, beam: usize) {
         for wall in sight.scene.walls {
-            for ray in 0..3 {
+            for (ray, off) in RAYS.into_iter().enumerate() {
                 let mut depth = sight.fan.shape.depth_mm();
                 // The ray bends with the beam's width, by little: three steps leave less than a micrometre.
                 for _ in 0..3 {
-                    let aside = RAYS[ray] * sight.fan.elevation_mm(depth);
+                    let aside = off * sight.fan.elevation_mm(depth);
                     let (face, direction) = sight.fan.at(beam as f64, 0.0);
                     let from = sub(wall.point, sight.pose.beside(face, aside));
                     let along = dot(wall.normal, sight.pose.direction(direction)) * sight.fan.ratio;
