@@ -15,6 +15,8 @@ const CLEAR: f64 = 2.2;
 const LEAST_TISSUE: f64 = 6.0;
 /// Beams so far to each side have a say in whether there is a shadow below one, mm.
 const NEIGHBOURS_MM: f64 = 2.0;
+/// The shortest piece that is told of a line with gaps, as a share of the shortest line.
+const SHORTEST_PIECE: f64 = 0.4;
 
 /// What was found of a line.
 pub(super) struct Judged {
@@ -48,12 +50,13 @@ pub(super) fn judge(grid: &Grid, ridges: &Ridges, line: &Line, options: &Options
         .collect();
     let share = is_silent.iter().filter(|silent| **silent).count() as f64 / contrast.len() as f64;
     let tissue = Tissue::about(grid, ridges, line, &is_silent, options);
-    let is_told: Vec<bool> = (0..contrast.len())
+    let mut is_told: Vec<bool> = (0..contrast.len())
         .map(|i| {
             let silent = is_silent[about(i)].iter().filter(|silent| **silent).count();
             2 * silent > about(i).len() && contrast[i] >= options.min_contrast
         })
         .collect();
+    drop_short(&mut is_told, (SHORTEST_PIECE * options.shortest_mm / grid.wide_mm).round() as usize);
     let told = is_told.iter().filter(|told| **told).count() as f64;
     let bright: f64 = contrast
         .iter()
@@ -82,6 +85,15 @@ pub(super) fn judge(grid: &Grid, ridges: &Ridges, line: &Line, options: &Options
         },
         is_told,
         contrast,
+    }
+}
+
+/// Lets go of runs of fewer beams: a few beams beyond a gap are of something else as easily.
+fn drop_short(is_told: &mut [bool], fewest: usize) {
+    for run in is_told.chunk_by_mut(|a, b| a == b) {
+        if run.len() < fewest {
+            run.fill(false);
+        }
     }
 }
 

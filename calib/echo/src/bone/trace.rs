@@ -16,6 +16,11 @@ const OWN_MM: f64 = 1.2;
 /// The steepest line, mm of depth a mm of width: just beyond the steepest slope that is looked for.
 const STEEPEST: f64 = 2.4;
 
+/// A line is cut where it turns up by more than this, rad, from what it is on one side to what it is on the other.
+const CORNER: f64 = 0.6;
+/// How long a side is, mm.
+const SIDE_MM: f64 = 2.0;
+
 /// A place that may be part of a line.
 #[derive(Clone, Copy)]
 struct Node {
@@ -49,10 +54,8 @@ pub(super) fn lines(grid: &Grid, ridges: &Ridges, least_mm: f64, min_contrast: f
                 node.is_free &= node.row.abs_diff(*row) > own;
             }
         }
-        if line.rows.len() >= shortest {
-            found.push(line);
-        }
-        if found.len() == MOST_LINES {
+        found.extend(pieces(line, grid).into_iter().filter(|piece| piece.rows.len() >= shortest));
+        if found.len() >= MOST_LINES {
             break;
         }
     }
@@ -63,6 +66,48 @@ pub(super) fn lines(grid: &Grid, ridges: &Ridges, least_mm: f64, min_contrast: f
 pub(super) struct Line {
     pub(super) first: usize,
     pub(super) rows: Vec<usize>,
+}
+
+/// A line, cut where it turns up sharply towards the probe: there a bone ends in the tissue behind it, or at another one.
+///
+/// The other way it is not cut: a crest is sharp.
+fn pieces(line: Line, grid: &Grid) -> Vec<Line> {
+    let side = (SIDE_MM / grid.wide_mm).round().max(3.0) as usize;
+    let turn = |i: usize| {
+        let angle = |rows: &[usize]| (slope(rows) * grid.step_mm / grid.wide_mm).atan();
+        angle(&line.rows[i..=i + side]) - angle(&line.rows[i - side..=i])
+    };
+    let turns: Vec<f64> = (0..line.rows.len())
+        .map(|i| if i >= side && i + side < line.rows.len() { turn(i) } else { 0.0 })
+        .collect();
+    let is_corner = |i: usize| {
+        let near = &turns[i.saturating_sub(side)..(i + side + 1).min(turns.len())];
+        turns[i] < -CORNER && near.iter().all(|other| turns[i] <= *other)
+    };
+    let mut cuts: Vec<usize> = (0..line.rows.len()).filter(|i| is_corner(*i)).collect();
+    cuts.push(line.rows.len());
+    let mut from = 0;
+    let cut = cuts.into_iter().map(|to| {
+        let piece = Line {
+            first: line.first + from,
+            rows: line.rows[from..to].to_vec(),
+        };
+        from = to;
+        piece
+    });
+    cut.collect()
+}
+
+/// The slope of the straight line through rows of neighbouring beams, samples a beam.
+fn slope(rows: &[usize]) -> f64 {
+    let middle = 0.5 * (rows.len() as f64 - 1.0);
+    let (mut up, mut down) = (0.0, 0.0);
+    for (i, row) in rows.iter().enumerate() {
+        let x = i as f64 - middle;
+        up += x * *row as f64;
+        down += x * x;
+    }
+    if down > 0.0 { up / down } else { 0.0 }
 }
 
 fn nodes(grid: &Grid, ridges: &Ridges, beam: usize, first: usize, min_contrast: f64) -> Vec<Node> {
