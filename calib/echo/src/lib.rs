@@ -2,3 +2,5 @@
 //!
 //! Pure numerics: no file, no clock, no process. Places are mm in the image's plane ([`ultrasound::Shape`]), or
 //! pixels where it is said. The same input gives the same bits.
+
+pub mod bone;
