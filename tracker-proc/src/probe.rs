@@ -177,7 +177,8 @@ mod tests {
     /// A flat bone, square to the beams and 20 mm below the face, wherever the tool is.
     #[test]
     fn a_bone_is_shown_at_its_depth_below_the_tip_wherever_the_tool_is() {
-        let turned = Rigid::<Ct, Tool>::from_rotation_vector(Vector::new(0.7, -0.3, 1.9), Vector::new(40.0, -25.0, 90.0));
+        let turned =
+            Rigid::<Ct, Tool>::from_rotation_vector(Vector::new(0.7, -0.3, 1.9), Vector::new(40.0, -25.0, 90.0));
         let ct_from_tool = turned.unwrap();
         for array in arrays() {
             let mut probe = SimulatedProbe::new(spec(array), 1).unwrap();
@@ -194,7 +195,11 @@ mod tests {
                 f64::from(grey[v.round() as usize * shape.columns() + u.round() as usize])
             };
             let depths: Vec<f64> = (20..196).map(|i| f64::from(i) * 0.25).collect();
-            let brightest = depths.iter().copied().max_by(|a, b| level(*a).total_cmp(&level(*b))).unwrap();
+            let brightest = depths
+                .iter()
+                .copied()
+                .max_by(|a, b| level(*a).total_cmp(&level(*b)))
+                .unwrap();
             // Half a pulse and a pixel, and bone that is as thick as the beam is high where beams lean.
             assert!((brightest - depth_mm).abs() < 1.0, "{array:?}: {brightest}");
             let shadow: f64 = (24..36).map(|mm| level(f64::from(mm))).sum::<f64>() / 12.0;

@@ -11,8 +11,8 @@ use scene::operating_room::Room;
 use super::{Follower, Source, Stamp, examination, numbers, region};
 use crate::chain::Chain;
 use crate::operating_room::{Arrival, Frame, OperatingRoom, Script, is_noiseless};
-use crate::probe::{Publishing, SimulatedProbe};
 use crate::output::{LOOK_UP, OVER, Output, catch_up_ns};
+use crate::probe::{Publishing, SimulatedProbe};
 use crate::run_error::RunError;
 use crate::simulated_time::SimulatedTime;
 
@@ -71,7 +71,10 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
     if process.run.simulated_time {
         return in_room.follow_in_simulated_time(process, &mut follower);
     }
-    let probe = spec.probe.map(|probe| SimulatedProbe::new(probe, process.scene.seed)).transpose()?;
+    let probe = spec
+        .probe
+        .map(|probe| SimulatedProbe::new(probe, process.scene.seed))
+        .transpose()?;
     let of = (&process.run, &process.scene);
     let mut images = probe
         .map(|probe| Publishing::start(of, &in_room.room, probe, start.at_ns))

@@ -69,7 +69,11 @@ mod tests {
 
     #[test]
     fn a_linear_field_is_met_between_voxels_and_nothing_beyond_them() {
-        let steps = [Vector::new(2.0, 0.0, 0.0), Vector::new(0.0, 1.5, 0.0), Vector::new(0.0, 0.0, 3.0)];
+        let steps = [
+            Vector::new(2.0, 0.0, 0.0),
+            Vector::new(0.0, 1.5, 0.0),
+            Vector::new(0.0, 0.0, 3.0),
+        ];
         let grid = VolumeGrid::checked([5, 6, 7], Affine::from_steps(Point::new(-4.0, 1.0, 10.0), steps)).unwrap();
         let layout = Layout::choose([5, 6, 7]).unwrap();
         let mut voxels = vec![0_i16; layout.stored() as usize];
@@ -88,7 +92,12 @@ mod tests {
             // Values at voxels are whole, and what lies between is linear.
             assert!((between_voxels(&view, Point::new(x, y, z)) - field([x, y, z])).abs() < 1e-9);
         }
-        for beyond in [[-4.1, 2.0, 11.0], [4.1, 2.0, 11.0], [0.0, f64::NAN, 11.0], [0.0, 2.0, 28.1]] {
+        for beyond in [
+            [-4.1, 2.0, 11.0],
+            [4.1, 2.0, 11.0],
+            [0.0, f64::NAN, 11.0],
+            [0.0, 2.0, 28.1],
+        ] {
             let [x, y, z] = beyond;
             assert_eq!(between_voxels(&view, Point::new(x, y, z)), -1000.0, "{beyond:?}");
         }

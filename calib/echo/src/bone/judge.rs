@@ -56,7 +56,10 @@ pub(super) fn judge(grid: &Grid, ridges: &Ridges, line: &Line, options: &Options
             2 * silent > about(i).len() && contrast[i] >= options.min_contrast
         })
         .collect();
-    drop_short(&mut is_told, (SHORTEST_PIECE * options.shortest_mm / grid.wide_mm).round() as usize);
+    drop_short(
+        &mut is_told,
+        (SHORTEST_PIECE * options.shortest_mm / grid.wide_mm).round() as usize,
+    );
     let told = is_told.iter().filter(|told| **told).count() as f64;
     let bright: f64 = contrast
         .iter()

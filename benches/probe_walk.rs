@@ -1,0 +1,135 @@
+//! The whole way of a registration by ultrasound, with its truth: a generated patient's CT, the pelvis taken from it, a probe that
+//! glides over his skin, bone in its images, registration.
+//!
+//! ```text
+//! cargo bench --bench probe_walk -- [seeds] [--first SEED] [--pictures FOLDER]
+//! ```
+//!
+//! For each seed another patient, another hand, another speed of sound, another noise, and another error of the probe's calibration,
+//! drawn from what is told of it. Printed are the error at the patient's five nodes beside the one predicted, how far the points lie from
+//! the true bone, and what it took; at the end medians, the worst, and how many were refused or wrong.
+
+#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
+
+#[path = "probe_walk/ct.rs"]
+mod ct;
+#[path = "../tests/support/sounding.rs"]
+mod sounding;
+#[path = "probe_walk/sweep.rs"]
+mod sweep;
+
+use std::time::Instant;
+
+use geometry::{Ct, Point};
+use phantom::Phantom;
+use surface_registration::{Field, Limits, Options, Spacing, Start, Surface, register};
+use sweep::{Sweep, Swept};
+
+fn main() {
+    // Cargo adds `--bench`.
+    let args: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let after = |name: &str| {
+        args.iter()
+            .position(|a| a == name)
+            .and_then(|place| args.get(place + 1))
+    };
+    let seeds: u64 = args.first().and_then(|a| a.parse().ok()).unwrap_or(50);
+    let first: u64 = after("--first").and_then(|a| a.parse().ok()).unwrap_or(1);
+    println!(
+        "| seed | images, with bone | points: off the true bone mm (bias, scatter, told; far) | TRE mm | predicted | offset, speed % | verdict | s: sound, find, register |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    let mut walks = Vec::new();
+    for seed in first..first + seeds {
+        let walk = walk(seed, after("--pictures").map(String::as_str));
+        println!("{}", walk.line(seed));
+        walks.push(walk);
+    }
+    summary(&walks);
+}
+
+struct Walk {
+    swept: Swept,
+    tre_mm: f64,
+    predicted_mm: f64,
+    offset_mm: f64,
+    speed: f64,
+    refused: Option<String>,
+    register_s: f64,
+}
+
+fn walk(seed: u64, pictures: Option<&str>) -> Walk {
+    let patient = Phantom::new(seed);
+    let bone = ct::pelvis(&patient);
+    let triangles: Vec<[f64; 3]> = bone.places.iter().map(|place| place.mm.into()).collect();
+    let surface = Surface::<Ct>::new(&triangles, &bone.triangles).unwrap();
+    let field = Field::new(&surface, Spacing::default()).unwrap();
+    let swept = Sweep::of(&patient, seed).go(pictures);
+    let began = Instant::now();
+    let mut options = Options::default();
+    options.priors.bone_mm = bone.deviation_rms_mm().max(0.05);
+    let found = register(&surface, &field, &swept.points, &Start::Nothing, &options).unwrap();
+    let register_s = began.elapsed().as_secs_f64();
+    let targets: Vec<Point<Ct>> = patient.targets().iter().map(|target| target.centre).collect();
+    let off = targets.iter().map(|target| {
+        let there = swept.tracker_from_ct * *target;
+        (found.transform.transform() * there).distance(*target).powi(2)
+    });
+    let count = targets.len() as f64;
+    let predicted = targets.iter().map(|target| found.predicted_tre_mm(*target).powi(2));
+    let refusals = Limits::default().judge(&found, &targets);
+    Walk {
+        tre_mm: (off.sum::<f64>() / count).sqrt(),
+        predicted_mm: (predicted.sum::<f64>() / count).sqrt(),
+        offset_mm: found.offset_mm,
+        speed: found.depth_scale,
+        refused: refusals.first().map(ToString::to_string),
+        register_s,
+        swept,
+    }
+}
+
+impl Walk {
+    fn line(&self, seed: u64) -> String {
+        let swept = &self.swept;
+        let [bias, scatter, told] = swept.off_mm;
+        format!(
+            "| {seed} | {}, {} | {}: {bias:.2}, {scatter:.2}, {told:.2}; {:.3} | {:.2} | {:.2} | {:.2}, {:.2} of {:.2} | {} | {:.2}, {:.2}, {:.2} |",
+            swept.images,
+            swept.with_bone,
+            swept.points.points().len(),
+            swept.far,
+            self.tre_mm,
+            self.predicted_mm,
+            self.offset_mm,
+            100.0 * (self.speed - 1.0),
+            100.0 * (swept.speed - 1.0),
+            self.refused.as_deref().unwrap_or("taken"),
+            swept.seconds[0],
+            swept.seconds[1],
+            self.register_s
+        )
+    }
+}
+
+fn summary(walks: &[Walk]) {
+    let taken: Vec<&Walk> = walks.iter().filter(|walk| walk.refused.is_none()).collect();
+    let mut tre: Vec<f64> = taken.iter().map(|walk| walk.tre_mm).collect();
+    tre.sort_by(f64::total_cmp);
+    if tre.is_empty() {
+        println!("{} walks, all refused", walks.len());
+        return;
+    }
+    let square = |of: fn(&Walk) -> f64| taken.iter().map(|walk| of(walk).powi(2)).sum::<f64>() / taken.len() as f64;
+    println!(
+        "{} walks, {} refused; of the others TRE median {:.2}, worst {:.2} mm; rms {:.2} where {:.2} is predicted; {} of 2 mm and more",
+        walks.len(),
+        walks.len() - taken.len(),
+        tre[tre.len() / 2],
+        tre[tre.len() - 1],
+        square(|walk| walk.tre_mm).sqrt(),
+        square(|walk| walk.predicted_mm).sqrt(),
+        tre.iter().filter(|tre| **tre >= 2.0).count()
+    );
+}
