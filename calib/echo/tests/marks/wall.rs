@@ -1,8 +1,6 @@
 //! The line of a wall in images whose truth is known.
 
-mod common;
-
-use common::{COLUMNS, Made, ROWS};
+use crate::made::{COLUMNS, Made, ROWS};
 use echo::{Grey, WallError, WallOptions, wall};
 
 fn found(made: &Made) -> Result<echo::Wall, WallError> {

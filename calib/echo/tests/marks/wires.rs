@@ -1,8 +1,6 @@
 //! Dots and their names in images whose truth is known.
 
-mod common;
-
-use common::{COLUMNS, Made, ROWS};
+use crate::made::{COLUMNS, Made, ROWS};
 use echo::{Dot, DotOptions, Drawing, Grey, WiresError, WiresOptions, dots, label};
 
 type V3 = [f64; 3];
