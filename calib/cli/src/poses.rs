@@ -11,7 +11,6 @@ mod error;
 mod folder;
 mod live;
 mod matrix;
-#[allow(dead_code, reason = "the commands that read images come next")]
 mod pixels;
 mod sequence;
 
@@ -21,7 +20,6 @@ use geometry::{Marker, Rigid, Tracker};
 
 pub(crate) use error::PosesError;
 pub(crate) use live::keep;
-#[allow(unused_imports, reason = "the commands that read images come next")]
 pub(crate) use pixels::{Pixels, PixelsError};
 pub(crate) use sequence::{Timed, timed};
 

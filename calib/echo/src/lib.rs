@@ -4,3 +4,12 @@
 //! pixels where it is said. The same input gives the same bits.
 
 pub mod bone;
+mod dots;
+mod grey;
+mod wall;
+mod wires;
+
+pub use dots::{Dot, DotOptions, dots};
+pub use grey::{Grey, GreyError, Region};
+pub use wall::{Wall, WallError, WallOptions, WallPoint, wall};
+pub use wires::{Drawing, Labelled, WiresError, WiresOptions, label};

@@ -8,6 +8,8 @@ mod input;
 mod lag;
 mod phantom;
 mod report;
+mod seeing;
+mod segment;
 #[cfg(test)]
 mod tests;
 

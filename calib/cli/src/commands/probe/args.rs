@@ -12,10 +12,12 @@ use probe::{
 
 use super::error::ProbeCommandError;
 use super::file::ProbeFile;
-use super::input::{Read, read};
+use super::input::{self, Read};
 use super::phantom::{self, Told};
 use super::report;
+use super::seeing::SeeingArgs;
 use crate::commands::Outcome;
+use crate::poses::timed;
 use crate::store;
 use crate::values::{Positive, Target};
 
@@ -25,6 +27,11 @@ points of a phantom's wires \
 (--config: a device set of PLUS with the wires' ends and the phantom's place) or of a flat wall that stands still \
 (--wall). Any wires do \
 that are not all parallel; none needs to belong to an N.
+
+Without --points the dots of the wires, or the line of the wall, are read off the images of the sequence (8 bits a \
+pixel, plain or deflated). A dot has a name where the drawing leaves no other; wires must be parallel for that, three \
+or more, but for those that run across. A drawing that is the same from behind needs --right and --down. What is left \
+out is told with its reason; --points-out keeps the points, --picture shows them: look at it.
 
 Points are CSV with the columns frame, wire, u, v (pixels; whole numbers are centres of pixels, u to the right, v \
 down; of a wall the wire is \
@@ -48,6 +55,8 @@ calibration: a phantom whose place is wrong is wrong for \
 all of its own wires alike.
 
 Examples:
+  calib probe --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 --phantom-error-deg 0.5 \
+--points-out points.csv --picture dots.png --out probe.json
   calib probe --points points.json --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 \
 --phantom-error-deg 0.5 --out probe.json
   calib probe --points points.csv --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0 \
@@ -60,10 +69,12 @@ Examples:
 
 #[derive(Debug, Args)]
 pub(crate) struct ProbeArgs {
-    /// Points in the images
+    /// Points in the images; without it they are read off the images of the sequence
     #[arg(long, value_name = "FILE.json|csv")]
-    points: PathBuf,
-    /// The poses: a sequence of PLUS, whose pixels are not read
+    points: Option<PathBuf>,
+    #[command(flatten)]
+    seeing: SeeingArgs,
+    /// The poses, and the images where there are no --points: a sequence of PLUS
     #[arg(long, value_name = "FILE.mha")]
     sequence: PathBuf,
     /// The transform of the sequence from the probe's marker to what stands still with the phantom
@@ -173,6 +184,7 @@ impl ProbeArgs {
         if let Some(out) = &self.out {
             store::check(out, self.overwrite)?;
         }
+        self.seeing.check()?;
         let options = self.options();
         let phantom = self.config.as_deref().map(|path| {
             let frames = [self.phantom_frame.as_str(), self.reference_frame.as_str()];
@@ -187,9 +199,11 @@ impl ProbeArgs {
             Some(told) => told.wires.all().iter().map(|wire| wire.name.clone()).collect(),
             None => vec![String::new()],
         };
-        let read = read(&self.points, &self.sequence, &self.transform, &names)?;
+        let (read, seen) = self.read(&names, phantom.as_ref())?;
         if let (Some(path), Some(told)) = (&self.check, &phantom) {
-            return self.judge(path, &read, told, &options);
+            let mut outcome = self.judge(path, &read, told, &options)?;
+            outcome.text.insert_str(0, &seen);
+            return Ok(outcome);
         }
         let found = self.solve(&read, phantom, &options)?;
         let gates = self.gates();
@@ -201,7 +215,8 @@ impl ProbeArgs {
             self.sources(),
             &verdict,
         );
-        let mut text = report::text(
+        let mut text = seen;
+        text += &report::text(
             &found.calibration,
             found.crossed.as_ref(),
             found.phantom.as_ref(),
@@ -213,11 +228,23 @@ impl ProbeArgs {
             return Ok(Outcome { text, refused });
         }
         if let Some(out) = &self.out {
-            let inputs = [Some(&self.points), Some(&self.sequence), self.config.as_ref()];
-            store::write(out, file.text(), inputs.into_iter().flatten().map(PathBuf::as_path))?;
+            store::write(out, file.text(), self.sources().into_iter().map(PathBuf::as_path))?;
             text.push_str(&format!("written to {}, id {}\n", out.display(), file.id));
         }
         Ok(Outcome { text, refused: None })
+    }
+
+    /// Points and poses, and what was seen in the images where the points are theirs.
+    fn read(&self, names: &[String], phantom: Option<&Told>) -> Result<(Read, String), ProbeCommandError> {
+        let poses = timed(&self.sequence, &self.transform)?;
+        if let Some(points) = &self.points {
+            let marks = input::marks(points, names)?;
+            return Ok((input::join(marks, points, &self.sequence, &poses)?, String::new()));
+        }
+        let inputs = self.sources();
+        let by_number = input::poses_of(&poses);
+        let (marks, text) = self.seeing.see(&self.sequence, phantom, names, &by_number, &inputs)?;
+        Ok((input::join(marks, &self.sequence, &self.sequence, &poses)?, text))
     }
 
     fn solve(&self, read: &Read, phantom: Option<Told>, options: &Options) -> Result<Found, ProbeCommandError> {
@@ -307,7 +334,7 @@ impl ProbeArgs {
     }
 
     fn sources(&self) -> Vec<&PathBuf> {
-        let all = [Some(&self.points), Some(&self.sequence), self.config.as_ref()];
+        let all = [self.points.as_ref(), Some(&self.sequence), self.config.as_ref()];
         all.into_iter().flatten().collect()
     }
 }

@@ -6,6 +6,7 @@ use exchange::plus::PlusError;
 use probe::{ProbeError, TrackError};
 
 use super::file::ProbeReadError;
+use super::segment::SegmentError;
 use crate::input_files::source::SourceError;
 use crate::poses::PosesError;
 use crate::store::StoreError;
@@ -18,6 +19,8 @@ pub(crate) enum ProbeCommandError {
     Poses(#[from] PosesError),
     #[error(transparent)]
     Store(#[from] StoreError),
+    #[error(transparent)]
+    Segment(#[from] SegmentError),
     #[error("reading {path}: {source}")]
     Plus { path: PathBuf, source: Box<PlusError> },
     #[error("{path}: {source}")]

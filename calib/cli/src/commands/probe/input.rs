@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::error::ProbeCommandError;
 use crate::input_files::source::Source;
-use crate::poses::{Timed, timed};
+use crate::poses::Timed;
 
 /// What was read.
 pub(super) struct Read {
@@ -35,15 +35,13 @@ struct PointRecord {
     px: [f64; 2],
 }
 
-/// Reads both files. `names` are the wires', one empty name where points lie on a wall.
-pub(super) fn read(
+/// Puts points and poses together; `points` is the file that the points are of.
+pub(super) fn join(
+    marks: BTreeMap<u32, Vec<Mark>>,
     points: &Path,
     sequence: &Path,
-    transform: &str,
-    names: &[String],
+    poses: &[Timed],
 ) -> Result<Read, ProbeCommandError> {
-    let marks = marks(points, names)?;
-    let poses = timed(sequence, transform)?;
     let by_number: BTreeMap<u32, &Timed> = poses.iter().map(|frame| (frame.number, frame)).collect();
     let (mut frames, mut lost, all) = (Vec::new(), 0, marks.len());
     for (number, marks) in marks {
@@ -80,13 +78,22 @@ pub(super) fn read(
     })
 }
 
+/// The poses of the frames that have one.
+pub(super) fn poses_of(poses: &[Timed]) -> BTreeMap<u32, Rigid<Reference, Probe>> {
+    let all = poses
+        .iter()
+        .filter_map(|frame| Some((frame.number, renamed(&frame.pose?))));
+    all.collect()
+}
+
 /// The same transform between the frames that --transform says it is of.
 fn renamed<A, B>(pose: &Rigid<A, B>) -> Rigid<Reference, Probe> {
     let [x, y, z] = pose.translation_mm();
     Rigid::from_parts(pose.rotation(), Vector::new(x, y, z))
 }
 
-fn marks(path: &Path, names: &[String]) -> Result<BTreeMap<u32, Vec<Mark>>, ProbeCommandError> {
+/// Reads points. `names` are the wires', one empty name where points lie on a wall.
+pub(super) fn marks(path: &Path, names: &[String]) -> Result<BTreeMap<u32, Vec<Mark>>, ProbeCommandError> {
     let source = Source::read_whole(path)?;
     let is_json = source.text.trim_start().starts_with('{');
     let rows = if is_json { json(&source)? } else { csv(&source)? };

@@ -7,8 +7,11 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
+use echo::Region;
 use probe::{LagError, LagOptions, MotionLag, lag, principal_motion};
 
+use super::seeing::region;
+use super::segment::{SegmentError, Sought, segment};
 use crate::commands::Outcome;
 use crate::input_files::source::{Source, SourceError};
 use crate::poses::{PosesError, timed};
@@ -20,6 +23,10 @@ that way is read off each image: the row of the line, say. The command finds the
 to find the pose that goes with it: above 0 where poses \
 have later stamps. Which way a number goes does not matter.
 
+Without --signal the row of the line of a flat wall, at the middle column, is read off the images of the sequence: of \
+parallel lines the uppermost strong one. The probe's own face shows lines too, which never move: leave them out with \
+--region.
+
 The signal is CSV: frame,value with the numbers of the sequence's frames, whose time stamps are taken, or \
 t_s,value with times on the clock of the sequence. The way is that of \
 the poses along the direction in which they moved most. Numbers far off are let go of.
@@ -29,14 +36,18 @@ signals that are not alike, and a lag that is less sure than \
 --max-sigma-ms.
 
 Examples:
+  calib lag --sequence tank.mha --region 0,60,820,600
   calib lag --signal rows.csv --sequence tank.mha
   calib lag --signal rows.csv --sequence tank.mha --transform ProbeToTracker --most-ms 300 --max-sigma-ms 5";
 
 #[derive(Debug, Args)]
 pub(crate) struct LagArgs {
-    /// The number of each image: frame,value or t_s,value
+    /// The number of each image: frame,value or t_s,value; without it the row of the wall's line is read off the images
     #[arg(long, value_name = "FILE.csv")]
-    signal: PathBuf,
+    signal: Option<PathBuf>,
+    /// Look at these pixels only: first column and row, and the first ones beyond
+    #[arg(long, value_name = "U,V,U,V", conflicts_with = "signal", value_parser = region)]
+    region: Option<Region>,
     /// The poses, with time stamps
     #[arg(long, value_name = "FILE.mha")]
     sequence: PathBuf,
@@ -63,6 +74,8 @@ pub(crate) enum LagCommandError {
     Source(#[from] SourceError),
     #[error(transparent)]
     Poses(#[from] PosesError),
+    #[error(transparent)]
+    Segment(#[from] SegmentError),
     #[error("reading {path}: line {line}: found {found:?}, expected {expected}")]
     Csv {
         path: PathBuf,
@@ -87,10 +100,12 @@ pub(crate) enum LagCommandError {
 impl LagArgs {
     /// Does what is asked.
     pub(crate) fn run(&self) -> Result<Outcome, LagCommandError> {
-        let source = Source::read(&self.signal)?;
         let frames = timed(&self.sequence, &self.transform)?;
         let times: BTreeMap<u32, f64> = frames.iter().filter_map(|f| Some((f.number, f.t_s?))).collect();
-        let image = self.samples(&source, &times)?;
+        let (image, mut told) = match &self.signal {
+            Some(path) => (self.samples(&Source::read(path)?, &times)?, String::new()),
+            None => self.seen(&times)?,
+        };
         let poses: Vec<_> = frames.iter().filter_map(|f| Some((f.t_s?, f.pose?))).collect();
         let way = principal_motion(&poses);
         let options = LagOptions {
@@ -100,14 +115,25 @@ impl LagArgs {
             max_sigma_s: self.max_sigma_ms / 1000.0,
         };
         let found = lag(&image, &way, &options).map_err(|source| LagCommandError::Lag {
-            signal: self.signal.clone(),
+            signal: self.signal.clone().unwrap_or_else(|| self.sequence.clone()),
             sequence: self.sequence.clone(),
             source,
         })?;
+        told += &text(&found, &way);
         Ok(Outcome {
-            text: text(&found, &way),
+            text: told,
             refused: None,
         })
+    }
+
+    /// The row of the wall in each image that shows it, and what was seen in words.
+    fn seen(&self, times: &BTreeMap<u32, f64>) -> Result<(Vec<(f64, f64)>, String), LagCommandError> {
+        let found = segment(&self.sequence, self.region, &Sought::Wall, false)?;
+        let timed = found
+            .rows
+            .iter()
+            .filter_map(|(frame, row)| Some((*times.get(frame)?, *row)));
+        Ok((timed.collect(), found.words()))
     }
 
     fn samples(&self, source: &Source, times: &BTreeMap<u32, f64>) -> Result<Vec<(f64, f64)>, LagCommandError> {
@@ -141,7 +167,7 @@ impl LagArgs {
             }
             let frame = first.trim().parse().map_err(|_| wrong())?;
             let t_s = times.get(&frame).ok_or_else(|| LagCommandError::NoTime {
-                path: self.signal.clone(),
+                path: source.path.clone(),
                 sequence: self.sequence.clone(),
                 frame,
             })?;
