@@ -26,7 +26,7 @@ const FASCIA_STEP: f32 = 150.0;
 /// How far under bone the haze of sound that found another way falls to 1 / e, mm.
 const HAZE_MM: f64 = 12.0;
 /// Its level beside that of repeated layers, dB.
-const HAZE_DB: f64 = 8.0;
+const HAZE_DB: f64 = 13.0;
 /// How far under bone repeated layers fall to 1 / e, mm: each way to and fro spreads.
 const REPEAT_MM: f64 = 12.0;
 /// Under gas everything repeats louder: the "dirty" shadow, dB.
@@ -134,7 +134,7 @@ impl Echoes<'_> {
                 let depth = (row as f64 + f64::from(share)) * step;
                 let (plane, _) = self.fan.at(beam as f64, depth);
                 let patch = patches.smooth(self.pose.place(plane)).powi(2) as f32;
-                field.line(beam, depth, 2.5 * patch * top * jump * mirrored as f32);
+                field.line(beam, depth, 2.2 * patch * top * jump * mirrored as f32);
             }
         }
     }

@@ -150,8 +150,12 @@ impl Speckle {
                 if along.abs() < SEPTUM_COSINE {
                     return;
                 }
-                let level =
-                    top * tissue(middle.0, middle.1) * ((along.abs() - SEPTUM_COSINE) / (1.0 - SEPTUM_COSINE)) as f32;
+                // Most are faint.
+                let own = (0.15 + 0.85 * part(2).powi(2)) as f32;
+                let level = top
+                    * own
+                    * tissue(middle.0, middle.1)
+                    * ((along.abs() - SEPTUM_COSINE) / (1.0 - SEPTUM_COSINE)) as f32;
                 if level < 0.05 {
                     return;
                 }

@@ -164,7 +164,7 @@ impl<B: Body> Search<'_, B> {
             depth_mm,
             shown_mm,
             pixel: self.shape.pixel_at(self.shape.along(share, shown_mm).0),
-            incidence: cosine.min(1.0).acos(),
+            incidence: cosine.clamp(0.0, 1.0).acos(),
         }
     }
 
