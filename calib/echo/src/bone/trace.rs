@@ -54,7 +54,11 @@ pub(super) fn lines(grid: &Grid, ridges: &Ridges, least_mm: f64, min_contrast: f
                 node.is_free &= node.row.abs_diff(*row) > own;
             }
         }
-        found.extend(pieces(line, grid).into_iter().filter(|piece| piece.rows.len() >= shortest));
+        found.extend(
+            pieces(line, grid)
+                .into_iter()
+                .filter(|piece| piece.rows.len() >= shortest),
+        );
         if found.len() >= MOST_LINES {
             break;
         }
@@ -78,7 +82,13 @@ fn pieces(line: Line, grid: &Grid) -> Vec<Line> {
         angle(&line.rows[i..=i + side]) - angle(&line.rows[i - side..=i])
     };
     let turns: Vec<f64> = (0..line.rows.len())
-        .map(|i| if i >= side && i + side < line.rows.len() { turn(i) } else { 0.0 })
+        .map(|i| {
+            if i >= side && i + side < line.rows.len() {
+                turn(i)
+            } else {
+                0.0
+            }
+        })
         .collect();
     let is_corner = |i: usize| {
         let near = &turns[i.saturating_sub(side)..(i + side + 1).min(turns.len())];
