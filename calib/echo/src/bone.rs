@@ -1,7 +1,8 @@
 //! The line of a bone in an ultrasound image, an error for each point; or that there is none.
 //!
 //! Bone sends nearly everything back and lets nothing through: a bright line, dark above, silent below. A fascia is as
-//! bright a line, often a brighter one, with tissue below. So lines are found first, whatever they are, and each is then
+//! bright a line, often a brighter one, with tissue below. So lines are found first, whatever they are, and each is
+//! then
 //! judged **as a whole**: below how much of it there is silence, and whether tissue is missing there.
 //!
 //! 1. The image is resampled along its beams (`grid`).
@@ -11,7 +12,8 @@
 //! 4. Each judged by its shadow (`judge`).
 //! 5. Places between samples, and their deviations (`place`).
 //!
-//! **Where in its echo the surface lies.** A point is the *top* of the echo along its beam. The front of a pulse reaches
+//! **Where in its echo the surface lies.** A point is the *top* of the echo along its beam. The front of a pulse
+//! reaches
 //! the surface first and the top of its envelope follows half a pulse later, so the surface lies at the top or before
 //! it, by up to half of the echo's length; Jain and Taylor (SPIE Medical Imaging 2004) and Daanen, Tonetti and Troccaz
 //! (MICCAI 2004), who compared the two, place it in the echo's upper part. The front is not taken because it moves with

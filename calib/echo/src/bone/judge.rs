@@ -44,7 +44,8 @@ pub(super) fn judge(grid: &Grid, ridges: &Ridges, line: &Line, options: &Options
     let about = |i: usize| i.saturating_sub(near)..(i + near + 1).min(contrast.len());
     let is_silent: Vec<bool> = (0..contrast.len())
         .map(|i| {
-            // Its grey, not its contrast: tissue lies above a bone, and nothing about an echo that goes to and fro below.
+            // Its grey, not its contrast: tissue lies above a bone, and nothing about an echo that goes to and fro
+            // below.
             let own: f64 = about(i)
                 .map(|j| f64::from(grid.beam(line.first + j)[line.rows[j]]))
                 .sum();
@@ -175,7 +176,8 @@ struct Tissue {
     /// What would come back from below if the tissue above went on, as it fades with depth.
     expected: f64,
     below: f64,
-    /// The darkest stretch of [`DARK_MM`] of the mean over the beams below: one beam's speckle has dark places of its own.
+    /// The darkest stretch of [`DARK_MM`] of the mean over the beams below: one beam's speckle has dark places of
+    /// its own.
     darkest: f64,
 }
 
@@ -242,7 +244,8 @@ impl Tissue {
     }
 }
 
-/// The least mean of so many neighbouring rows of a profile, given as sums and counts: those that half of the beams have.
+/// The least mean of so many neighbouring rows of a profile, given as sums and counts: those that half of the beams
+/// have.
 fn darkest(profile: &[(f64, f64)], length: usize) -> f64 {
     let most = profile.iter().map(|row| row.1).fold(0.0, f64::max);
     let seen = profile.iter().take_while(|row| row.1 > 0.0 && 2.0 * row.1 >= most);

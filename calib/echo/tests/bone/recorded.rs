@@ -1,6 +1,7 @@
 //! A recorded bone (PLUS, `BoneUltrasound_L14`): 21 frames of an arc below a skin fascia, a deeper fascia and muscle.
 //!
-//! There is no truth. What was seen in the frames, drawn and looked at one by one: the arc's top lies at a depth of 22.3 to
+//! There is no truth. What was seen in the frames, drawn and looked at one by one: the arc's top lies at a depth of
+//! 22.3 to
 //! 22.9 mm, its left flank runs out of the image, its right one ends in bright tissue 36 mm deep; the skin fascia lies
 //! at 3 to 7 mm, the deep one at 11 to 20 mm.
 
