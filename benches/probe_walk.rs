@@ -103,7 +103,7 @@ impl Walk {
             self.tre_mm,
             self.predicted_mm,
             self.offset_mm,
-            100.0 * (self.speed - 1.0),
+            100.0 * self.speed,
             100.0 * (swept.speed - 1.0),
             self.refused.as_deref().unwrap_or("taken"),
             swept.seconds[0],

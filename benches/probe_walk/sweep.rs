@@ -128,7 +128,7 @@ impl<'a> Sweep<'a> {
                     (pose * told_image) * checked::direction::<Image>([x, y, 0.0]).unwrap()
                 };
                 let noise = BeamNoise {
-                    axial_mm: point.axial_mm.hypot(POSE[0]),
+                    axial_mm: (ax() * point.axial_mm).hypot(POSE[0]),
                     lateral_mm: point.lateral_mm.hypot(POSE[0]),
                     elevation_mm: ELEVATION_MM.hypot(POSE[0]),
                 };
@@ -163,7 +163,7 @@ impl<'a> Sweep<'a> {
         }
         let shared = SharedError::of_tool(covariance, &poses, &places);
         Swept {
-            points: Points::new(&surface_points, Some(shared), 0.5).unwrap(),
+            points: Points::new(&surface_points, Some(shared), held()).unwrap(),
             tracker_from_ct,
             images,
             with_bone,
@@ -201,3 +201,5 @@ fn picture(folder: &str, name: &str, shape: &ultrasound::Shape, grey: &[u8], lin
     std::fs::create_dir_all(folder).unwrap();
     image.save(format!("{folder}/{name}.png")).unwrap();
 }
+fn held() -> f64 { std::env::var("HELD").ok().and_then(|v| v.parse().ok()).unwrap_or(0.5) }
+pub(crate) fn ax() -> f64 { std::env::var("AX").ok().and_then(|v| v.parse().ok()).unwrap_or(1.0) }

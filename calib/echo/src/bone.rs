@@ -1,7 +1,8 @@
 //! The line of a bone in an ultrasound image, an error for each point; or that there is none.
 //!
 //! Bone sends nearly everything back and lets nothing through: a bright line, dark above, silent below. A fascia is as
-//! bright a line, often a brighter one, with tissue below. So lines are found first, whatever they are, and each is then
+//! bright a line, often a brighter one, with tissue below. So lines are found first, whatever they are, and each is
+//! then
 //! judged **as a whole**: below how much of it there is silence, and whether tissue is missing there.
 //!
 //! 1. The image is resampled along its beams (`grid`).
@@ -11,7 +12,8 @@
 //! 4. Each judged by its shadow (`judge`).
 //! 5. Places between samples, and their deviations (`place`).
 //!
-//! **Where in its echo the surface lies.** A point is the *top* of the echo along its beam. The front of a pulse reaches
+//! **Where in its echo the surface lies.** A point is the *top* of the echo along its beam. The front of a pulse
+//! reaches
 //! the surface first and the top of its envelope follows half a pulse later, so the surface lies at the top or before
 //! it, by up to half of the echo's length; Jain and Taylor (SPIE Medical Imaging 2004) and Daanen, Tonetti and Troccaz
 //! (MICCAI 2004), who compared the two, place it in the echo's upper part. The front is not taken because it moves with
@@ -49,12 +51,16 @@ pub struct Options {
     pub min_contrast: f64,
     /// How far below a line the image must go on, mm.
     pub shadow_mm: f64,
-    /// The brightest line below a bone, as a share of its own contrast: echoes that go to and fro stay below.
+    /// The most contrast of any line below a bone, as a share of the bone's grey.
     pub echo_below: f64,
+    /// The same at twice the line's depth, where its own echo comes again, having gone to the face and back twice.
+    pub echo_again: f64,
     /// The share of a line's beams that must have nothing brighter below.
     pub min_shadow_share: f64,
     /// The grey left below a bone, as a share of what tissue would have there.
     pub tissue_below: f64,
+    /// The most grey of the darkest stretch below a bone: silence is shown black at usual gain.
+    pub black: f64,
     /// The shortest line that is told, mm.
     pub shortest_mm: f64,
 }
@@ -68,10 +74,12 @@ impl Default for Options {
             along_mm: 0.8,
             lateral_mm: 0.5,
             min_contrast: 15.0,
-            shadow_mm: 6.0,
-            echo_below: 0.45,
-            min_shadow_share: 0.65,
+            shadow_mm: 10.0,
+            echo_below: 0.3,
+            echo_again: 0.6,
+            min_shadow_share: 0.75,
             tissue_below: 0.8,
+            black: 18.0,
             shortest_mm: 8.0,
         }
     }
@@ -110,6 +118,8 @@ pub enum Verdict {
     EchoesBelow,
     /// Nothing is bright below, but tissue goes on as above.
     TissueBelow,
+    /// Nothing is bright below, and less comes back than from above, but nowhere is it silent.
+    NotSilent,
     /// Above it there is no tissue whose absence below could be seen.
     NothingToMiss,
     /// Bone by all else, but shorter than is told.
@@ -139,6 +149,8 @@ pub struct Ridge {
     pub tissue_expected: f64,
     /// What it is below.
     pub left_below: f64,
+    /// And in the darkest stretch below, over all beams.
+    pub darkest_below: f64,
     /// Mean contrast of what is told, grey levels.
     pub contrast: f64,
 }
@@ -197,6 +209,10 @@ impl BoneLine {
             Verdict::TissueBelow => format!(
                 "below {at} the grey is {:.0}, and {:.0} would be expected of tissue: it goes on",
                 ridge.left_below, ridge.tissue_expected
+            ),
+            Verdict::NotSilent => format!(
+                "below {at} it is nowhere silent: the darkest has a grey of {:.0}",
+                ridge.darkest_below
             ),
             Verdict::NothingToMiss => format!("above {at} there is no tissue, so its absence below says nothing"),
             Verdict::Short | Verdict::Beaten | Verdict::Bone => {
@@ -287,8 +303,10 @@ fn check(options: &Options) -> Result<(), BoneError> {
         ("the least contrast", options.min_contrast, 3.0..=250.0),
         ("the depth of a shadow, mm", options.shadow_mm, 2.0..=100.0),
         ("the brightest echo below, a share,", options.echo_below, 0.0..=1.0),
+        ("the echo that comes again, a share,", options.echo_again, 0.0..=1.0),
         ("the share with a shadow", options.min_shadow_share, 0.5..=1.0),
         ("the grey left below, a share,", options.tissue_below, 0.0..=0.95),
+        ("the grey of silence", options.black, 0.0..=100.0),
         ("the shortest line, mm", options.shortest_mm, 2.0..=100.0),
     ];
     match rows.into_iter().find(|(_, found, range)| !range.contains(found)) {

@@ -34,7 +34,8 @@ struct Node {
 
 /// Lines as (first beam, the row in each beam), the best first.
 ///
-/// The best sum of what places are worth over all lines through neighbouring beams, by dynamic programming; then without
+/// The best sum of what places are worth over all lines through neighbouring beams, by dynamic programming; then
+/// without
 /// that one's places the next. A line may begin and end anywhere.
 pub(super) fn lines(grid: &Grid, ridges: &Ridges, least_mm: f64, min_contrast: f64, shortest_mm: f64) -> Vec<Line> {
     let first = (least_mm / grid.step_mm).ceil() as usize;
@@ -72,7 +73,8 @@ pub(super) struct Line {
     pub(super) rows: Vec<usize>,
 }
 
-/// A line, cut where it turns up sharply towards the probe: there a bone ends in the tissue behind it, or at another one.
+/// A line, cut where it turns up sharply towards the probe: there a bone ends in the tissue behind it, or at another
+/// one.
 ///
 /// The other way it is not cut: a crest is sharp.
 fn pieces(line: Line, grid: &Grid) -> Vec<Line> {
