@@ -14,6 +14,8 @@ use ultrasound::Image as UsImage;
 
 /// Every so many-th place of the hand.
 const EVERY: usize = 3;
+/// Points that are nearer to one another count as one: they share the pose of their image and the look of their echo, mm.
+const HELD_MM: f64 = 8.0;
 /// Points of one image are taken so far from one another, mm.
 const STEP_MM: f64 = 3.0;
 /// Deviation of a point across the image: of the beam's height, mm.
@@ -128,7 +130,7 @@ impl<'a> Sweep<'a> {
                     (pose * told_image) * checked::direction::<Image>([x, y, 0.0]).unwrap()
                 };
                 let noise = BeamNoise {
-                    axial_mm: (ax() * point.axial_mm).hypot(POSE[0]),
+                    axial_mm: point.axial_mm.hypot(POSE[0]),
                     lateral_mm: point.lateral_mm.hypot(POSE[0]),
                     elevation_mm: ELEVATION_MM.hypot(POSE[0]),
                 };
@@ -163,7 +165,7 @@ impl<'a> Sweep<'a> {
         }
         let shared = SharedError::of_tool(covariance, &poses, &places);
         Swept {
-            points: Points::new(&surface_points, Some(shared), held()).unwrap(),
+            points: Points::new(&surface_points, Some(shared), HELD_MM).unwrap(),
             tracker_from_ct,
             images,
             with_bone,
@@ -201,5 +203,3 @@ fn picture(folder: &str, name: &str, shape: &ultrasound::Shape, grey: &[u8], lin
     std::fs::create_dir_all(folder).unwrap();
     image.save(format!("{folder}/{name}.png")).unwrap();
 }
-fn held() -> f64 { std::env::var("HELD").ok().and_then(|v| v.parse().ok()).unwrap_or(0.5) }
-pub(crate) fn ax() -> f64 { std::env::var("AX").ok().and_then(|v| v.parse().ok()).unwrap_or(1.0) }

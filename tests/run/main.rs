@@ -28,4 +28,5 @@ mod supervision;
 #[path = "../support/mod.rs"]
 mod support;
 mod tracker;
+mod us_images;
 mod window;

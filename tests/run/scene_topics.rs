@@ -29,13 +29,14 @@ fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-const ALWAYS: [&str; 9] = [
+const ALWAYS: [&str; 10] = [
     "volume",
     "identity",
     "tool-pose",
     "emitters",
     "markers",
     "ground-truth",
+    "us-image",
     "event/pilot",
     "guide",
     "workflow",

@@ -12,7 +12,7 @@ const REACH_MM: f64 = 2.5;
 /// The top is looked for this far from where the line was traced, mm.
 const TOP_MM: f64 = 0.8;
 /// How far a surface may lie from the top of its echo, as a share of the echo's deviation. Neighbours share it.
-const WITHIN_ECHO: f64 = 0.25;
+const WITHIN_ECHO: f64 = 0.15;
 /// A profile falls to half of its height at 1.177 deviations.
 const HALF_HEIGHT: f64 = 1.177;
 
