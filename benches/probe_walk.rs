@@ -14,13 +14,12 @@
 
 #[path = "probe_walk/ct.rs"]
 mod ct;
-#[path = "../tests/support/sounding.rs"]
+#[path = "probe_walk/sounding.rs"]
 mod sounding;
 #[path = "probe_walk/sweep.rs"]
 mod sweep;
 
-use std::time::Instant;
-
+use bus::clock::monotonic_ns;
 use geometry::{Ct, Point};
 use phantom::Phantom;
 use surface_registration::{Field, Limits, Options, Spacing, Start, Surface, register};
@@ -49,6 +48,11 @@ fn main() {
     summary(&walks);
 }
 
+/// On the machine's clock, s.
+fn seconds_since(began_ns: i64) -> f64 {
+    (monotonic_ns() - began_ns) as f64 / 1e9
+}
+
 struct Walk {
     swept: Swept,
     tre_mm: f64,
@@ -66,11 +70,11 @@ fn walk(seed: u64, pictures: Option<&str>) -> Walk {
     let surface = Surface::<Ct>::new(&triangles, &bone.triangles).unwrap();
     let field = Field::new(&surface, Spacing::default()).unwrap();
     let swept = Sweep::of(&patient, seed).go(pictures);
-    let began = Instant::now();
+    let began = monotonic_ns();
     let mut options = Options::default();
     options.priors.bone_mm = bone.deviation_rms_mm().max(0.05);
     let found = register(&surface, &field, &swept.points, &Start::Nothing, &options).unwrap();
-    let register_s = began.elapsed().as_secs_f64();
+    let register_s = seconds_since(began);
     let targets: Vec<Point<Ct>> = patient.targets().iter().map(|target| target.centre).collect();
     let off = targets.iter().map(|target| {
         let there = swept.tracker_from_ct * *target;

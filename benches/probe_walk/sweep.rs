@@ -1,9 +1,8 @@
 //! A probe that glides over a patient's skin, and the bone in its images.
 
-use std::time::Instant;
-
+use bus::clock::monotonic_ns;
 use chance::Chance;
-use echo::bone::{BoneLine, Options, find};
+use echo::bone::{BoneLine, BonePoint, Options, find};
 use geometry::{Ct, Direction, Image, Point, Probe, Rigid, Tool, Tracker, Vector, checked};
 use nalgebra::Matrix6;
 use phantom::Phantom;
@@ -18,6 +17,10 @@ const EVERY: usize = 3;
 const HELD_MM: f64 = 8.0;
 /// Points of one image are taken so far from one another, mm.
 const STEP_MM: f64 = 3.0;
+/// A point that is so far from the true bone is no error of its place, mm.
+const FAR_MM: f64 = 3.0;
+/// From here on it is bone, HU, as the simulated scanner has it.
+const BONE_HU: f64 = 300.0;
 /// Deviation of a point across the image: of the beam's height, mm.
 const ELEVATION_MM: f64 = 0.7;
 /// Deviations of the marker's poses along and about each axis.
@@ -89,97 +92,131 @@ impl<'a> Sweep<'a> {
     }
 
     pub(crate) fn go(mut self, pictures: Option<&str>) -> Swept {
+        let turn = Vector::new(0.4, -1.1, 0.8);
         let tracker_from_ct: Rigid<Tracker, Ct> =
-            Rigid::from_rotation_vector(Vector::new(0.4, -1.1, 0.8), Vector::new(150.0, -80.0, 1200.0)).unwrap();
+            Rigid::from_rotation_vector(turn, Vector::new(150.0, -80.0, 1200.0)).unwrap();
         // The marker sits somewhere on the probe; its calibration is wrong by what is told of it.
+        let turn = Vector::new(1.2, 0.1, -0.4);
         let probe_from_tool: Rigid<Probe, Tool> =
-            Rigid::from_rotation_vector(Vector::new(1.2, 0.1, -0.4), Vector::new(30.0, 45.0, -110.0)).unwrap();
+            Rigid::from_rotation_vector(turn, Vector::new(30.0, 45.0, -110.0)).unwrap();
         let true_image: Rigid<Probe, Image> = probe_from_tool * self.probe.image_on_tool().unwrap();
-        let told_image: Rigid<Probe, Image> = small::<Probe, Probe>(CALIBRATION, &self.chance, 60) * true_image;
-        let mut taken: Vec<(SurfacePoint<Tracker>, Rigid<Tracker, Probe>, Point<Probe>)> = Vec::new();
-        let (mut offs, mut with_bone, mut seconds) = (Vec::new(), 0, [0.0; 2]);
-        let shape = *self.probe.shape();
-        let patient = self.patient;
-        let tissue = |[x, y, z]: [f64; 3]| patient.hu(Point::new(x, y, z));
-        for (number, place) in self.places.clone().into_iter().enumerate() {
-            let began = Instant::now();
-            let grey = self.probe.image(&tissue, place, number as u64).unwrap();
-            seconds[0] += began.elapsed().as_secs_f64();
-            let began = Instant::now();
-            let line = find(&UsImage::new(&shape, &grey).unwrap(), &Options::default()).unwrap();
-            seconds[1] += began.elapsed().as_secs_f64();
-            if let Some(folder) = pictures {
-                picture(folder, &format!("{:03}-{number:03}", self.seed), &shape, &grey, &line);
-            }
+        let told_image = small::<Probe, Probe>(CALIBRATION, &self.chance, 60) * true_image;
+        let (mut taken, mut offs, mut with_bone, mut seconds) = (Vec::new(), Vec::new(), 0, [0.0; 2]);
+        for (number, place) in (0..).zip(self.places.clone()) {
+            let line = self.look(place, number, (pictures, &mut seconds));
             with_bone += usize::from(!line.points.is_empty());
-            let draw = Chance::new(self.seed, 1000 + number as u64);
-            let true_pose = tracker_from_ct * place * probe_from_tool.inverse();
-            let pose = true_pose * small::<Probe, Probe>(POSE, &draw, 0);
-            let mut last: Option<[f64; 2]> = None;
-            for point in &line.points {
-                let far = |last: [f64; 2]| (last[0] - point.place_mm[0]).hypot(last[1] - point.place_mm[1]) >= STEP_MM;
-                if !last.is_none_or(far) {
-                    continue;
-                }
-                last = Some(point.place_mm);
-                let [x, y] = point.place_mm;
-                let in_image = Point::<Image>::new(x, y, 0.0);
-                let on_probe = told_image * in_image;
-                let [bx, by] = point.beam.direction;
-                let direct = |x, y| -> Direction<Tracker> {
-                    (pose * told_image) * checked::direction::<Image>([x, y, 0.0]).unwrap()
-                };
-                let noise = BeamNoise {
-                    axial_mm: point.axial_mm.hypot(POSE[0]),
-                    lateral_mm: point.lateral_mm.hypot(POSE[0]),
-                    elevation_mm: ELEVATION_MM.hypot(POSE[0]),
-                };
-                let beam = Beam {
-                    direction: direct(bx, by),
-                    depth_mm: Some(point.beam.depth_mm),
-                };
-                let seen = SurfacePoint::seen(pose * on_probe, beam, direct(-by, bx), noise);
-                taken.push((seen, pose, on_probe));
-                // By the truth, at the true speed.
-                let depth = point.beam.depth_mm;
-                let ([tx, ty], _) = shape.along(point.beam.share, 0.0);
-                let at = |along: f64| place * self.probe.tool_from_image([tx + along * bx, ty + along * by]);
-                let bone = (0..4000)
-                    .map(|i| 0.02 * f64::from(i))
-                    .find(|along| patient.hu(at(*along)) > 300.0);
-                if let Some(bone) = bone {
-                    offs.push([depth * self.speed - bone, point.axial_mm]);
-                } else {
-                    offs.push([f64::INFINITY, point.axial_mm]);
-                }
+            let draw = Chance::new(self.seed, 1000 + number);
+            let pose = tracker_from_ct * place * probe_from_tool.inverse() * small::<Probe, Probe>(POSE, &draw, 0);
+            for point in apart(&line) {
+                taken.push(seen(point, pose, told_image));
+                offs.push([self.off_mm(point, place), point.axial_mm]);
             }
         }
         let images = self.places.len();
-        let (surface_points, poses): (Vec<_>, Vec<_>) = taken.iter().map(|(point, pose, _)| (*point, *pose)).unzip();
-        let places: Vec<Point<Probe>> = taken.iter().map(|(_, _, place)| *place).collect();
-        // About the probe's origin, as the error of its calibration is drawn.
-        let mut covariance = Matrix6::zeros();
-        for i in 0..3 {
-            covariance[(i, i)] = CALIBRATION[1].powi(2);
-            covariance[(3 + i, 3 + i)] = CALIBRATION[0].powi(2);
-        }
-        let shared = SharedError::of_tool(covariance, &poses, &places);
         Swept {
-            points: Points::new(&surface_points, Some(shared), HELD_MM).unwrap(),
+            points: points(&taken),
             tracker_from_ct,
             images,
             with_bone,
-            far: offs.iter().filter(|[off, _]| off.abs() >= 3.0).count() as f64 / offs.len() as f64,
+            far: offs.iter().filter(|[off, _]| off.abs() >= FAR_MM).count() as f64 / offs.len() as f64,
             off_mm: near(&offs),
             speed: self.speed,
             seconds: seconds.map(|s| s / images as f64),
         }
     }
+
+    /// Makes an image and finds bone in it.
+    fn look(
+        &mut self,
+        place: Rigid<Ct, Tool>,
+        number: u64,
+        (pictures, seconds): (Option<&str>, &mut [f64; 2]),
+    ) -> BoneLine {
+        let (shape, patient) = (*self.probe.shape(), self.patient);
+        let tissue = |[x, y, z]: [f64; 3]| patient.hu(Point::new(x, y, z));
+        let began = monotonic_ns();
+        let grey = self.probe.image(&tissue, place, number).unwrap();
+        seconds[0] += crate::seconds_since(began);
+        let began = monotonic_ns();
+        let line = find(&UsImage::new(&shape, &grey).unwrap(), &Options::default()).unwrap();
+        seconds[1] += crate::seconds_since(began);
+        if let Some(folder) = pictures {
+            picture(folder, &format!("{:03}-{number:03}", self.seed), &shape, &grey, &line);
+        }
+        line
+    }
+
+    /// How much further than the true bone a point lies along its beam, at the true speed of sound, mm; infinite where there is no bone.
+    fn off_mm(&self, point: &BonePoint, place: Rigid<Ct, Tool>) -> f64 {
+        let ([x, y], [along_x, along_y]) = self.probe.shape().along(point.beam.share, 0.0);
+        let at = |mm: f64| place * self.probe.tool_from_image([x + mm * along_x, y + mm * along_y]);
+        let bone = (0..4000)
+            .map(|i| 0.02 * f64::from(i))
+            .find(|mm| self.patient.hu(at(*mm)) > BONE_HU);
+        bone.map_or(f64::INFINITY, |mm| point.beam.depth_mm * self.speed - mm)
+    }
 }
 
-/// Bias, scatter and what was told, of those within 3 mm.
+/// The points of a line, [`STEP_MM`] from one another.
+fn apart(line: &BoneLine) -> Vec<&BonePoint> {
+    let mut kept: Vec<&BonePoint> = Vec::new();
+    for point in &line.points {
+        let [x, y] = point.place_mm;
+        let is_far = |last: &&BonePoint| (last.place_mm[0] - x).hypot(last.place_mm[1] - y) >= STEP_MM;
+        if kept.last().is_none_or(is_far) {
+            kept.push(point);
+        }
+    }
+    kept
+}
+
+/// A point of the bone, with the pose of the probe and its place on it.
+struct Taken {
+    point: SurfacePoint<Tracker>,
+    pose: Rigid<Tracker, Probe>,
+    on_probe: Point<Probe>,
+}
+
+fn seen(point: &BonePoint, pose: Rigid<Tracker, Probe>, probe_from_image: Rigid<Probe, Image>) -> Taken {
+    let [x, y] = point.place_mm;
+    let on_probe = probe_from_image * Point::<Image>::new(x, y, 0.0);
+    let [along_x, along_y] = point.beam.direction;
+    let direct =
+        |x, y| -> Direction<Tracker> { (pose * probe_from_image) * checked::direction::<Image>([x, y, 0.0]).unwrap() };
+    let noise = BeamNoise {
+        axial_mm: point.axial_mm.hypot(POSE[0]),
+        lateral_mm: point.lateral_mm.hypot(POSE[0]),
+        elevation_mm: ELEVATION_MM.hypot(POSE[0]),
+    };
+    let beam = Beam {
+        direction: direct(along_x, along_y),
+        depth_mm: Some(point.beam.depth_mm),
+    };
+    Taken {
+        point: SurfacePoint::seen(pose * on_probe, beam, direct(-along_y, along_x), noise),
+        pose,
+        on_probe,
+    }
+}
+
+/// The points, with the error of the calibration that all share.
+fn points(taken: &[Taken]) -> Points<Tracker> {
+    let points: Vec<_> = taken.iter().map(|taken| taken.point).collect();
+    let poses: Vec<_> = taken.iter().map(|taken| taken.pose).collect();
+    let places: Vec<_> = taken.iter().map(|taken| taken.on_probe).collect();
+    // About the probe's origin, as it is drawn.
+    let mut covariance = Matrix6::zeros();
+    for i in 0..3 {
+        covariance[(i, i)] = CALIBRATION[1].powi(2);
+        covariance[(3 + i, 3 + i)] = CALIBRATION[0].powi(2);
+    }
+    let shared = SharedError::of_tool(covariance, &poses, &places);
+    Points::new(&points, Some(shared), HELD_MM).unwrap()
+}
+
+/// Bias, scatter and what was told, of those that are not far.
 fn near(offs: &[[f64; 2]]) -> [f64; 3] {
-    let near: Vec<&[f64; 2]> = offs.iter().filter(|[off, _]| off.abs() < 3.0).collect();
+    let near: Vec<&[f64; 2]> = offs.iter().filter(|[off, _]| off.abs() < FAR_MM).collect();
     let count = near.len() as f64;
     let bias = near.iter().map(|[off, _]| off).sum::<f64>() / count;
     let scatter = near.iter().map(|[off, _]| (off - bias).powi(2)).sum::<f64>() / count;

@@ -13,7 +13,7 @@ pub(crate) enum Tissue {
     /// The generated patient itself, and not the voxels that were made of him.
     Phantom(Box<Phantom>),
     /// A CT.
-    Ct(SharedVolume),
+    Ct(Box<SharedVolume>),
 }
 
 impl Tissue {
@@ -21,7 +21,7 @@ impl Tissue {
     pub(crate) fn of(scene: &Scene, volume: SharedVolume) -> Self {
         match scene.volume.source {
             VolumeSource::Phantom { .. } => Self::Phantom(Box::new(Phantom::new(scene.seed))),
-            VolumeSource::File(_) => Self::Ct(volume),
+            VolumeSource::File(_) => Self::Ct(Box::new(volume)),
         }
     }
 }

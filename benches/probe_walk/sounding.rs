@@ -1,7 +1,7 @@
 //! A hand that glides over a patient's skin with an ultrasound probe, above bone that lies near it.
 
 use chance::Chance;
-use geometry::{Ct, Point, Rigid, Tool, Vector, checked};
+use geometry::{Ct, Point, Rigid, Tool, checked};
 use phantom::Phantom;
 
 /// From here on it is bone, HU, as the simulated scanner has it.
@@ -14,18 +14,16 @@ const DEPTH_MM: std::ops::RangeInclusive<f64> = 8.0..=62.0;
 const HEIGHTS_MM: [f64; 7] = [-20.0, -32.0, -44.0, -56.0, -68.0, -82.0, -96.0];
 /// Places on one of them, rad apart: 5 mm on the skin.
 const APART_RAD: f64 = 0.035;
-/// The probe is lifted between places that are further apart, mm.
-const LIFTED_MM: f64 = 20.0;
 
 /// Where the probe is held on the skin, one place after the other.
-pub fn places(patient: &Phantom, seed: u64) -> Vec<Rigid<Ct, Tool>> {
+pub(crate) fn places(patient: &Phantom, seed: u64) -> Vec<Rigid<Ct, Tool>> {
     let mut all = Vec::new();
     for (line, z) in HEIGHTS_MM.into_iter().enumerate() {
         // The patient lies on his back: the sides and the front can be reached.
         let steps = (3.6 / APART_RAD) as u32;
         for step in 0..steps {
             let step = if line % 2 == 0 { step } else { steps - 1 - step };
-            let azimuth = 0.45 + APART_RAD * f64::from(step) + std::f64::consts::PI - 0.45 - 0.23;
+            let azimuth = std::f64::consts::PI - 0.23 + APART_RAD * f64::from(step);
             let number = u64::from(step) + 1000 * line as u64;
             all.extend(held(patient, azimuth, z, &Chance::new(seed, number)));
         }
@@ -108,35 +106,4 @@ fn rigid(columns: [[f64; 3]; 3], origin: [f64; 3]) -> Option<Rigid<Ct, Tool>> {
     let turn = nalgebra::UnitQuaternion::from_matrix(&rotation);
     let quaternion = [turn.w, turn.i, turn.j, turn.k];
     checked::rigid(quaternion, origin, 1e-6).ok()
-}
-
-/// The gesture as a file: from place to place in `step_s` each; lifted on the way to one that is far.
-pub fn gesture(places: &[Rigid<Ct, Tool>], step_s: f64) -> String {
-    let mut csv = "t_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm\n".to_owned();
-    let mut t_s = 0.0;
-    let mut line = |t_s: f64, pose: &Rigid<Ct, Tool>| {
-        let ([w, x, y, z], [a, b, c]) = (pose.quaternion(), pose.translation_mm());
-        csv += &format!("{t_s},{w},{x},{y},{z},{a},{b},{c}\n");
-    };
-    let tip = Point::<Tool>::new(0.0, 0.0, 0.0);
-    let mut before: Option<Rigid<Ct, Tool>> = None;
-    for place in places {
-        if let Some(before) = before.filter(|before| (*before * tip).distance(*place * tip) > LIFTED_MM) {
-            for from in [&before, place] {
-                t_s += 0.5;
-                let up = *from * raised();
-                line(t_s, &up);
-            }
-            t_s += 0.5;
-        }
-        line(t_s, place);
-        t_s += step_s;
-        before = Some(*place);
-    }
-    csv
-}
-
-/// Off the skin.
-fn raised() -> Rigid<Tool, Tool> {
-    Rigid::from_parts(geometry::rotation::Rotation::IDENTITY, Vector::new(0.0, 0.0, -40.0))
 }
