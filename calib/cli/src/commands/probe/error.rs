@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
+use echo::GreyError;
 use exchange::plus::PlusError;
 use probe::{ProbeError, TrackError};
 
 use super::file::ProbeReadError;
-use super::segment::SegmentError;
 use crate::input_files::source::SourceError;
-use crate::poses::PosesError;
+use crate::poses::{PixelsError, PosesError};
 use crate::store::StoreError;
 
 #[derive(Debug, thiserror::Error)]
@@ -69,4 +69,22 @@ pub(crate) enum ProbeCommandError {
     Track(#[from] TrackError),
     #[error("calibrating the probe: {0}")]
     Probe(#[from] ProbeError),
+}
+
+/// Why images gave no points.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SegmentError {
+    #[error(transparent)]
+    Pixels(#[from] PixelsError),
+    #[error("--region: {0}")]
+    Region(#[from] GreyError),
+    #[error("{path}: naming dots: {source}; give --points")]
+    Drawing { path: String, source: echo::WiresError },
+    #[error("{path}: of {images} images, none shows {what}. {reasons}")]
+    Nothing {
+        path: String,
+        images: usize,
+        what: &'static str,
+        reasons: String,
+    },
 }

@@ -10,8 +10,9 @@ use clap::Args;
 use echo::Region;
 use probe::{LagError, LagOptions, MotionLag, lag, principal_motion};
 
+use super::error::SegmentError;
 use super::seeing::region;
-use super::segment::{SegmentError, Sought, segment};
+use super::segment::{Sought, segment};
 use crate::commands::Outcome;
 use crate::input_files::source::{Source, SourceError};
 use crate::poses::{PosesError, timed};

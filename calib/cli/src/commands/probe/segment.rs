@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
-use echo::{DotOptions, Drawing, Grey, GreyError, Region, WallOptions, WiresOptions, dots, label, wall};
+use echo::{DotOptions, Drawing, Grey, Region, WallOptions, WiresOptions, dots, label, wall};
 use geometry::{Probe, Reference, Rigid, Vector};
 use picture::{Anchor, Canvas, Line, Rgb};
 use probe::Mark;
 
+use super::error::SegmentError;
 use super::phantom::Told;
-use crate::poses::{Pixels, PixelsError};
+use crate::poses::Pixels;
 
 /// Tiles of the picture: how many, side by side, and their width in pixels.
 const TILES: usize = 24;
@@ -22,24 +23,6 @@ const TITLE: u32 = 20;
 const TOLD_EVERY: u32 = 50;
 const MARK: Rgb = Rgb(255, 64, 64);
 const WORDS: Rgb = Rgb(255, 230, 120);
-
-/// Why images gave no points.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum SegmentError {
-    #[error(transparent)]
-    Pixels(#[from] PixelsError),
-    #[error("--region: {0}")]
-    Region(#[from] GreyError),
-    #[error("{path}: naming dots: {source}; give --points")]
-    Drawing { path: String, source: echo::WiresError },
-    #[error("{path}: of {images} images, none shows {what}. {reasons}")]
-    Nothing {
-        path: String,
-        images: usize,
-        what: &'static str,
-        reasons: String,
-    },
-}
 
 /// What is looked for.
 pub(super) enum Sought<'a> {
