@@ -19,7 +19,7 @@ const HELD: &str = "t_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm\n0,0.7071067811865476,-0.7
 fn scene() -> String {
     SMALL.replace("[tracker]\n", "[tracker]\nsource = \"operating-room\"\n")
         + "[tracker.room.gesture]\nfile = \"held.csv\"\n\
-           [tracker.room.probe]\nradius_mm = 50\ndepth_mm = 100\npixel_mm = 0.5\nlag_ms = 60\nrate_hz = 10\n"
+           [tracker.room.probe]\nradius_mm = 50\ndepth_mm = 100\npixel_mm = 0.5\nlag_ms = 60\nrate_hz = 5\n"
 }
 
 /// The image that the scene's probe makes of the generated patient, by the libraries alone.
@@ -48,7 +48,7 @@ fn images_of_a_probe_are_recorded_and_replayed_bit_for_bit() {
     assert_eq!(grey, expected(first.seq));
     assert!(grey.iter().filter(|level| **level > 60).count() > grey.len() / 20);
     // Stamped late by the lag, by a clock of its own that starts with the script.
-    assert_eq!(first.t_device_ns, 100_000_000 * first.seq as i64 + 60_000_000);
+    assert_eq!(first.t_device_ns, 200_000_000 * first.seq as i64 + 60_000_000);
     assert!(first.t_publish_ns >= first.t_capture_ns);
     std::thread::sleep(std::time::Duration::from_secs(2));
     assert!(pilot.stop().success());
@@ -60,7 +60,7 @@ fn images_of_a_probe_are_recorded_and_replayed_bit_for_bit() {
         .unwrap()
         .map(Result::unwrap)
         .collect();
-    assert!(images.len() >= 15, "{} images", images.len());
+    assert!(images.len() >= 8, "{} images", images.len());
     assert!(images.iter().zip(0..).all(|(image, number)| image.header.seq == number));
     assert_eq!(images[first.seq as usize].grey, grey);
 
