@@ -4,6 +4,7 @@
 
 mod dwell;
 mod error;
+mod images;
 mod run;
 mod sequence;
 mod still;
@@ -20,6 +21,7 @@ use crate::scene_context::SceneArgs;
 use crate::values::Positive;
 
 pub(crate) use error::LiveError;
+pub(crate) use images::Looked;
 pub(crate) use run::{Listened, Run};
 pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};

@@ -3,12 +3,13 @@
 use bus::BusError;
 use bus::clock;
 use bus::message::{EmitterFrame, MarkerFrame};
-use bus::port::Subscriber;
+use bus::port::{Subscriber, UsImageSubscriber};
 use bus::run::RunLock;
 use bus::topic::{EMITTERS, MARKERS};
 use geometry::{Direction, Marker, Rigid, Tool, Tracker, Uncertain, Vector};
 use scene::TrackerSource;
 
+use super::images::{Looked, look};
 use super::{Against, Delivered, Follow, FollowMarkers, Heard, Lacks, LiveArgs, LiveError, Watch};
 use crate::poses::MAX_POSES;
 use crate::scene_context::{Going, SceneContext};
@@ -28,6 +29,8 @@ pub(crate) struct Run<'a> {
     going: &'a Going,
     watch: Watch,
     frames: Frames,
+    /// Where its ultrasound probe is listened to.
+    images: Option<UsImageSubscriber>,
 }
 
 /// What the run's localizer delivers.
@@ -87,7 +90,16 @@ pub(crate) struct Listened {
     pub(crate) poses: Vec<Uncertain<Tracker, Marker>>,
     /// When each was captured, s from the first.
     pub(crate) times_s: Vec<f64>,
+    /// What the images of the run's ultrasound probe showed, where it is listened to.
+    pub(crate) images: Vec<Looked>,
     first_ns: i64,
+}
+
+impl Listened {
+    /// The time of a stamp of the run's clock, s from the first pose.
+    pub(crate) fn seconds_of(&self, t_ns: i64) -> f64 {
+        clock::ms(t_ns.saturating_sub(self.first_ns)) / 1e3
+    }
 }
 
 impl<'a> Run<'a> {
@@ -118,7 +130,14 @@ impl<'a> Run<'a> {
             going,
             watch: args.watch.clone(),
             frames,
+            images: None,
         }))
+    }
+
+    /// Listens to the images of the run's ultrasound probe too.
+    pub(crate) fn hear_images(&mut self) -> Result<(), LiveError> {
+        self.images = Some(UsImageSubscriber::open(&self.going.bus)?);
+        Ok(())
     }
 
     /// The run's name.
@@ -160,6 +179,9 @@ impl<'a> Run<'a> {
                     continue;
                 }
                 self.take(&frame, clock.now_ns(), &mut heard);
+            }
+            if let Some(images) = &self.images {
+                heard.images.extend(look(images, began)?);
             }
             let passed_s = clock::ms(now - began) / 1e3;
             if now >= until || heard.poses.len() >= MAX_POSES {

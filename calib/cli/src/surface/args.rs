@@ -119,7 +119,7 @@ impl SurfaceArgs {
             (None, None) => Shared::Unknown,
         };
         Ok(Asked {
-            options: self.of.options(bone, self.speed_percent / 100.0),
+            options: self.of.options(bone, self.speed_percent / 100.0, 0.0),
             limits: self.of.limits(),
             begin: self.of.begin(),
             noise_mm: self.noise_mm.map(|mm| mm.0),

@@ -159,11 +159,13 @@ impl BoneArgs {
         }
     }
 
-    /// What is known before: as the command line says, else the bone's own file, else the usual.
-    pub(super) fn options(&self, bone: &Bone, depth_scale: f64) -> Options {
+    /// What is known before: as the command line says, else the bone's own file, else the usual. `alike_mm` is how far all that touches or
+    /// sees the bone may lie off it alike, deviation.
+    pub(super) fn options(&self, bone: &Bone, depth_scale: f64, alike_mm: f64) -> Options {
         let known = bone.record.as_ref();
         let usual = Priors::default();
-        let offset_mm = self.offset_mm.or(known.map(|record| record.surface_shared_sigma_mm));
+        let of_bone = known.map(|record| record.surface_shared_sigma_mm.hypot(alike_mm));
+        let offset_mm = self.offset_mm.or(of_bone);
         let bone_mm = self.bone_mm.map(|mm| mm.0);
         let bone_mm = bone_mm.or(known.map(|record| record.surface_sigma_mm));
         let priors = Priors {

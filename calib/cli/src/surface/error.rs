@@ -6,6 +6,7 @@ use surface_registration::{FieldError, PointsError, RegisterError, SurfaceError}
 
 use crate::calibration::CalibrationError;
 use crate::commands::common::OwnError;
+use crate::commands::probe::ProbeReadError;
 use crate::foreign::ForeignError;
 use crate::input_files::columns::TableError;
 use crate::register::file::ReadError;
@@ -52,6 +53,20 @@ pub(crate) enum SurfaceCommandError {
         line: Option<usize>,
         source: PointsError,
     },
+    #[error(transparent)]
+    Probe(Box<ProbeReadError>),
+    #[error(
+        "image {seq} has pixels of {} x {} mm, the probe was calibrated with {} x {} mm: the depth was changed since; calibrate at the depth \
+         that is used",
+        found[0], found[1], expected[0], expected[1]
+    )]
+    OtherDepth {
+        seq: u64,
+        found: [f64; 2],
+        expected: [f64; 2],
+    },
+    #[error("in {seconds} s no image of an ultrasound probe came: does the run have one?")]
+    NoImages { seconds: f64 },
     #[error("{of} has no covariance of the tip: the error that all points share cannot be told from it")]
     NoCovariance { of: String },
     #[error(

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geometry::{Marker, Point, Rigid, Tool, Uncertain, checked};
+use geometry::{Image, Marker, Point, Rigid, Tool, Uncertain, checked};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 use surface_registration::{Beam, BeamNoise, Points, SharedError, SurfacePoint};
 
@@ -64,6 +64,8 @@ pub(super) enum Shared {
     Shift(f64),
     /// That of a calibration of the tip, named in words.
     Tip(String, Box<Uncertain<Marker, Tool>>),
+    /// That of a calibration of an ultrasound probe, named in words.
+    Probe(String, Box<Uncertain<Marker, Image>>),
 }
 
 /// How points are to be taken where their file leaves it open.
@@ -88,6 +90,7 @@ impl Measured {
             Shared::Unknown => None,
             Shared::Shift(sigma_mm) => Some(shift(*sigma_mm, points.len())),
             Shared::Tip(of, tip) => Some(of_tip(of, tip, &table, &rows, &points, asked.path)?),
+            Shared::Probe(_, image) => Some(of_probe(image, &table, &rows, &points, asked.path)?),
         };
         let labels = rows.iter().map(|row| row.text("on").to_owned()).collect();
         let points = Points::new(&points, shared, asked.held_mm)
@@ -291,6 +294,35 @@ fn of_tip(
         places.push(place);
     }
     Ok(SharedError::of_tool(tip.covariance(), &poses, &places))
+}
+
+/// The error of the probe's calibration, by the pose of the marker as each image was taken.
+fn of_probe(
+    image: &Uncertain<Marker, Image>,
+    table: &Table<'_>,
+    rows: &[Row<'_>],
+    points: &[SurfacePoint<From>],
+    path: &Path,
+) -> Result<SharedError, SurfaceCommandError> {
+    if !table.has(TURN[0]) {
+        return Err(SurfaceCommandError::NoMarkerPoses { path: path.to_owned() });
+    }
+    let back = image.transform().inverse();
+    let (mut poses, mut places) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
+    for (row, point) in rows.iter().zip(points) {
+        let pose = marker_pose(row)?;
+        let place = pose.inverse() * point.place;
+        let off_mm = (back * place).mm()[2].abs();
+        if off_mm.is_nan() || off_mm > OFF_TIP_MM {
+            let expected = format!(
+                "a pose of the marker that puts the point within {OFF_TIP_MM} mm of the probe's image; it is {off_mm:.1} mm off"
+            );
+            return Err(row.bad(SHIFT[0], expected).into());
+        }
+        poses.push(pose);
+        places.push(place);
+    }
+    Ok(SharedError::of_tool(image.covariance(), &poses, &places))
 }
 
 fn marker_pose(row: &Row<'_>) -> Result<Rigid<From, Marker>, TableError> {

@@ -1,6 +1,7 @@
-//! `calib sweep`: the tip of a run's pointer goes over the bone; the registration is made meanwhile, and what it still lacks is told.
+//! `calib sweep`: the tip of a run's pointer, or its ultrasound probe, goes over the bone; the registration is made meanwhile, and what it still lacks is told.
 
 mod course;
+mod sounded;
 
 use std::path::PathBuf;
 
@@ -8,7 +9,7 @@ use clap::Args;
 use geometry::{Marker, Tool, Uncertain};
 
 use super::bone::Bone;
-use super::bone_args::{BoneArgs, ct_of};
+use super::bone_args::{BoneArgs, ct_of, from_zero};
 use super::error::SurfaceCommandError;
 use super::points::Shared;
 use super::{Asked, register};
@@ -18,7 +19,8 @@ use crate::live::{FollowMarkers, Listened, LiveArgs, LiveError, Run, tip_of};
 use crate::scene_context::SceneContext;
 use crate::store;
 use crate::values::Positive;
-use course::{Advice, Course};
+use course::{Advice, Course, Way};
+use sounded::{Calibrated, Sounding};
 
 pub(crate) const SWEEP_HELP: &str = "\
 Lets the tip of the run's pointer glide over the bone for --seconds, and takes a point each --step-mm of its way. Once a second or so the points \
@@ -28,14 +30,25 @@ place of the bone more points would help most: whether the pointer reaches it is
 Lift the pointer quickly: what is faster than --max-speed-mm-s is no point. What was taken in the air all the same is left out by the fit, as \
 long as it is less than half of all. A marker on the patient is needed where the patient may move.
 
+With --probe the run's tool is a tracked ultrasound probe, and the bone is seen in its images (us-image) through the skin: --probe is its calibration, as \
+calib probe writes it, with its lag where that was found. A point is taken each --step-mm of a bone's line; neighbours within --held-mm share the pose of \
+their image and the look of their echo, and count as one. Depth is measured by the probe's nominal speed of sound, which is fitted within \
+--speed-percent.
+
 The points are written to --to, with the covariance of each and the pose of the marker, so that calib surface can use them again; with \
 --out the result is written too, as by calib surface, and under the same conditions.
 
 Examples:
   calib sweep --live default --bone bone.ply --to swept.csv --out registration.json
   calib sweep --live or --bone bone.ply --to swept.csv --seconds 90 --guess before.json --target 10,-20,95.5 --picture p.png
+  calib sweep --live or --bone bone.ply --probe probe.json --to seen.csv --target 10,-20,95.5 --out registration.json
   pilot calibrate sweep --bone bone.ply --to swept.csv --out registration.json";
 
+/// Points of one image within this share the pose of the image and the look of their echo, mm: with less the error predicted is too
+/// small (docs/ultrasound.md).
+const HELD_IN_IMAGES_MM: f64 = 8.0;
+/// How far the top of an echo may lie from the surface that sends it back, everywhere alike, deviation, mm (docs/bone-line.md).
+const ECHO_MM: f64 = 0.5;
 /// How long a sweep takes, s.
 const SWEEP_S: f64 = 60.0;
 
@@ -51,10 +64,22 @@ pub(crate) struct SweepArgs {
     /// A pivot or tool calibration, instead of the run's own tip
     #[arg(long, value_name = "FILE.json")]
     tip: Option<PathBuf>,
+    /// The calibration of the ultrasound probe that is the run's tool: the bone is seen in its images
+    #[arg(long, value_name = "FILE.json", conflicts_with = "tip")]
+    probe: Option<PathBuf>,
+    /// Deviation across its image of what the probe sees: the beam's height
+    #[arg(long, value_name = "MM", default_value = "0.7", allow_hyphen_values = true)]
+    elevation_mm: Positive,
+    /// Points nearer to one another than this count as one [default: 0.5, with --probe 8]
+    #[arg(long, value_name = "MM", value_parser = from_zero, allow_hyphen_values = true)]
+    held_mm: Option<f64>,
+    /// Deviation of the speed of sound, which is fitted with --probe; 0 holds it
+    #[arg(long, value_name = "PERCENT", default_value = "3", value_parser = from_zero, allow_hyphen_values = true)]
+    speed_percent: f64,
     /// How far the tip may be off the bone where it touches it, along each axis
     #[arg(long, value_name = "MM", default_value = "0.3", allow_hyphen_values = true)]
     contact_mm: Positive,
-    /// A point each so far of the tip's way
+    /// A point each so far of the tip's way, or along a line of bone in an image
     #[arg(long, value_name = "MM", default_value = "2", allow_hyphen_values = true)]
     step_mm: Positive,
     /// A tip that is faster is lifted
@@ -67,35 +92,66 @@ impl SweepArgs {
     pub(crate) fn run(self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.of.check()?;
         store::check(&self.to, self.of.overwrite)?;
+        let probe = self.probe.as_deref().map(Calibrated::read).transpose()?;
         let scened = SceneContext::open(&self.live.of)?;
         let bone = self.of.bone()?;
         let mut run = Run::open(scened.as_ref(), &self.live, follow)?.ok_or(SurfaceCommandError::NoRun)?;
-        let (of, tip) = self.tip(&run)?;
-        let asked = self.asked(run.scened, &bone, run.against.name(), (of, &tip))?;
-        let course = Course {
-            tip: &tip,
-            step_mm: self.step_mm.0,
-            most_mm_s: self.max_speed_mm_s.0,
-            contact_mm: self.contact_mm.0,
+        let tip = match &probe {
+            Some(_) => None,
+            None => Some(self.tip(&run)?),
         };
+        let (way, shared) = match (&probe, &tip) {
+            (Some(probe), _) => (self.sounding(probe), probe.shared()),
+            (None, Some((of, tip))) => self.course(&run, of, tip),
+            (None, None) => return Err(SurfaceCommandError::NoRun.into()),
+        };
+        let asked = self.asked(run.scened, &bone, run.against.name(), shared)?;
         // Also read here, so that a guess that is none is told before the sweep and not after it.
         asked.begin.read(&asked.of())?;
-        let (tool, frame) = (run.scened.scene.tool.name.as_str(), run.against.name());
+        let frame = run.against.name();
         let advice = Advice {
             bone: &bone,
             asked: &asked,
-            course: &course,
-            tool,
+            way: &way,
             frame,
         };
+        if probe.is_some() {
+            run.hear_images()?;
+        }
         let seconds = self.live.seconds_or(SWEEP_S);
         let told = |heard: &Listened| advice.lacks(heard);
         let heard = run.listen(seconds, Some(&told))?;
-        let text = course.csv(&heard, tool, frame);
+        if probe.is_some() && heard.images.is_empty() {
+            return Err(SurfaceCommandError::NoImages { seconds }.into());
+        }
+        let (text, _) = way.csv(&heard, frame)?;
         let inputs = asked.inputs(&bone);
         store::write(&self.to, Ok(text), inputs)?;
         // From the file: what is registered is what can be registered again.
         register(&bone, &asked, scened.as_ref())
+    }
+
+    fn sounding<'a>(&self, probe: &'a Calibrated) -> Way<'a> {
+        Way::Probe(Sounding {
+            probe,
+            step_mm: self.step_mm.0,
+            elevation_mm: self.elevation_mm.0,
+        })
+    }
+
+    fn course<'a>(&self, run: &Run<'a>, of: &str, tip: &'a Uncertain<Marker, Tool>) -> (Way<'a>, Shared) {
+        let course = Course {
+            tip,
+            step_mm: self.step_mm.0,
+            most_mm_s: self.max_speed_mm_s.0,
+            contact_mm: self.contact_mm.0,
+        };
+        // A scene's drawing has no covariance: nothing is known of its error, and that is said.
+        let shared = match tip.upper().iter().any(|entry| *entry != 0.0) {
+            true => Shared::Tip(of.to_owned(), Box::new(*tip)),
+            false => Shared::Unknown,
+        };
+        (Way::Tip(course, run.scened.scene.tool.name.as_str()), shared)
     }
 
     /// The calibration of the tip, with the words for it.
@@ -111,25 +167,19 @@ impl SweepArgs {
         Ok((format!("the calibration {}", path.display()), tip))
     }
 
-    fn asked(
-        &self,
-        scened: &SceneContext,
-        bone: &Bone,
-        from: &str,
-        (of, tip): (String, &Uncertain<Marker, Tool>),
-    ) -> Result<Asked, CommandError> {
+    fn asked(&self, scened: &SceneContext, bone: &Bone, from: &str, shared: Shared) -> Result<Asked, CommandError> {
         let ct_hash = ct_of(bone, scened.ct_hash(None)?)?;
-        // A scene's drawing has no covariance: nothing is known of its error, and that is said.
-        let shared = match tip.upper().iter().any(|entry| *entry != 0.0) {
-            true => Shared::Tip(of, Box::new(*tip)),
-            false => Shared::Unknown,
+        let (speed, held_mm, alike_mm) = match &self.probe {
+            Some(_) => (self.speed_percent / 100.0, HELD_IN_IMAGES_MM, ECHO_MM),
+            // A tip has no depth.
+            None => (0.0, course::HELD_MM, self.contact_mm.0),
         };
         Ok(Asked {
-            options: self.of.options(bone, 0.0),
+            options: self.of.options(bone, speed, alike_mm),
             limits: self.of.limits(),
             begin: self.of.begin(),
             noise_mm: None,
-            held_mm: course::HELD_MM,
+            held_mm: self.held_mm.unwrap_or(held_mm),
             shared,
             tip: self.tip.clone(),
             targets: self.of.targets(Some(scened))?,

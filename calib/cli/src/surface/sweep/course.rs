@@ -7,6 +7,7 @@ use surface_registration::{LEAST_POINTS, Touches, next};
 use super::super::bone::Bone;
 use super::super::error::SurfaceCommandError;
 use super::super::{Asked, make};
+use super::sounded::{Sounding, sounded_words};
 use crate::input_files::columns::TableError;
 use crate::input_files::source::Source;
 use crate::live::{Lacks, Listened, touches_comment};
@@ -82,13 +83,38 @@ impl Course<'_> {
     }
 }
 
+/// What is swept with.
+pub(super) enum Way<'a> {
+    /// A pointer's tip on the bone; with its tool's name.
+    Tip(Course<'a>, &'a str),
+    /// A probe that sees the bone.
+    Probe(Sounding<'a>),
+}
+
+impl Way<'_> {
+    /// The file of the points so far, and how many they are; `frame` is the name of theirs.
+    pub(super) fn csv(&self, heard: &Listened, frame: &str) -> Result<(String, usize), SurfaceCommandError> {
+        match self {
+            Self::Tip(course, tool) => Ok((course.csv(heard, tool, frame), course.taken(heard).count())),
+            Self::Probe(sounding) => sounding.csv(heard, frame),
+        }
+    }
+
+    /// What is to be done next, where there are too few points yet.
+    fn go_on(&self, heard: &Listened) -> String {
+        match self {
+            Self::Tip(..) => "glide on".to_owned(),
+            Self::Probe(_) => sounded_words(heard),
+        }
+    }
+}
+
 /// What is said of a way while it goes on.
 pub(super) struct Advice<'a> {
     pub(super) bone: &'a Bone,
     pub(super) asked: &'a Asked,
-    pub(super) course: &'a Course<'a>,
-    /// Names of tool and frame, for the file.
-    pub(super) tool: &'a str,
+    pub(super) way: &'a Way<'a>,
+    /// The name of the points' frame, for the file.
     pub(super) frame: &'a str,
 }
 
@@ -102,12 +128,11 @@ impl Advice<'_> {
     }
 
     fn words(&self, heard: &Listened) -> Result<String, SurfaceCommandError> {
-        let count = self.course.taken(heard).count();
+        let (text, count) = self.way.csv(heard, self.frame)?;
         if count < ADVISED {
-            return Ok(format!("{count} points; glide on"));
+            return Ok(format!("{count} points; {}", self.way.go_on(heard)));
         }
         // By the very way of the result: what is told meanwhile has the errors that points share, and its conditions.
-        let text = self.course.csv(heard, self.tool, self.frame);
         let source = Source::from_bytes(&self.asked.points, text.into_bytes()).map_err(TableError::from)?;
         let made = make(self.bone, self.asked, source)?;
         let tre = made.targets.iter().map(|target| made.found.predicted_tre_mm(*target));

@@ -1,0 +1,183 @@
+//! Lines of bone in the images of a tracked probe, as points of the file of a sweep.
+
+use std::path::Path;
+
+use geometry::{Direction, Image, Marker, Point, Rigid, Tracker, Uncertain, UncertainPoint, Vector, checked};
+use nalgebra::{Matrix3, Vector3};
+use probe::Track;
+
+use super::super::error::SurfaceCommandError;
+use super::super::points::Shared;
+use crate::commands::probe::ProbeFile;
+use crate::live::{Listened, Looked};
+
+/// Between two poses that are further apart in time nothing is known of the way, s.
+const GAP_S: f64 = 0.15;
+/// An image of pixels that differ by more than this share from those of the calibration was made at another depth.
+const OTHER_PIXELS: f64 = 0.02;
+
+/// A probe's calibration, as a sweep needs it.
+pub(super) struct Calibrated {
+    /// In words.
+    of: String,
+    marker_from_image: Uncertain<Marker, Image>,
+    pixel_mm: [f64; 2],
+    /// To be added to an image's stamp to find the pose that goes with it, and its deviation, s.
+    lag_s: [f64; 2],
+}
+
+/// How images become points.
+pub(super) struct Sounding<'a> {
+    pub(super) probe: &'a Calibrated,
+    /// A point each so far along a line, mm.
+    pub(super) step_mm: f64,
+    /// Deviation of a point across its image, mm.
+    pub(super) elevation_mm: f64,
+}
+
+/// A point with its errors.
+struct Row {
+    seq: u64,
+    pose: Rigid<Tracker, Marker>,
+    seen: UncertainPoint<Tracker>,
+    beam: Direction<Tracker>,
+    depth_mm: f64,
+}
+
+impl Calibrated {
+    pub(super) fn read(path: &Path) -> Result<Self, SurfaceCommandError> {
+        let file = ProbeFile::read(path).map_err(|source| SurfaceCommandError::Probe(Box::new(source)))?;
+        let none = || SurfaceCommandError::NoCovariance {
+            of: format!("the probe {}", path.display()),
+        };
+        let found = file.probe_from_image().ok_or_else(none)?;
+        // The tool's marker of a run is the one on the probe.
+        let [x, y, z] = found.transform().translation_mm();
+        let rigid = Rigid::from_parts(found.transform().rotation(), Vector::new(x, y, z));
+        Ok(Self {
+            of: format!("the probe's calibration {}", path.display()),
+            marker_from_image: Uncertain::from_upper(rigid, found.upper()).map_err(|_| none())?,
+            pixel_mm: file.pixel_mm,
+            lag_s: file.lag.map_or([0.0; 2], |lag| [lag.lag_s, lag.sigma_s]),
+        })
+    }
+}
+
+impl Calibrated {
+    /// The error that all points have by it.
+    pub(super) fn shared(&self) -> Shared {
+        Shared::Probe(self.of.clone(), Box::new(self.marker_from_image))
+    }
+}
+
+impl Sounding<'_> {
+    /// The points of all images so far, as a file, and how many they are.
+    pub(super) fn csv(&self, heard: &Listened, frame: &str) -> Result<(String, usize), SurfaceCommandError> {
+        let mut text = format!(
+            "# places seen by an ultrasound probe in the {frame}, mm\n\
+             on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n"
+        );
+        let rows = self.rows(heard)?;
+        for row in &rows {
+            let c = row.seen.covariance();
+            let covariance = [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]];
+            let (q, t) = (row.pose.quaternion(), row.pose.translation_mm());
+            let beam = row.beam.components();
+            let numbers = [&row.seen.point().mm()[..], &covariance, &beam, &[row.depth_mm], &q, &t].concat();
+            let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
+            text += &format!("image {},{}\n", row.seq, words.join(","));
+        }
+        Ok((text, rows.len()))
+    }
+
+    fn rows(&self, heard: &Listened) -> Result<Vec<Row>, SurfaceCommandError> {
+        let mut timed: Vec<(f64, Rigid<Tracker, Marker>)> = Vec::with_capacity(heard.poses.len());
+        for (t_s, pose) in heard.times_s.iter().zip(&heard.poses) {
+            // A frame that came late is passed over.
+            if timed.last().is_none_or(|(last_s, _)| t_s > last_s) {
+                timed.push((*t_s, pose.transform()));
+            }
+        }
+        let Ok(track) = Track::new(&timed, 0.0) else {
+            return Ok(Vec::new());
+        };
+        let mut rows = Vec::new();
+        for image in &heard.images {
+            let other = (0..2).any(|i| (image.pixel_mm[i] / self.probe.pixel_mm[i] - 1.0).abs() > OTHER_PIXELS);
+            if other {
+                return Err(SurfaceCommandError::OtherDepth {
+                    seq: image.seq,
+                    found: image.pixel_mm,
+                    expected: self.probe.pixel_mm,
+                });
+            }
+            let t_s = heard.seconds_of(image.t_capture_ns) + self.probe.lag_s[0];
+            if let Some((pose, speed_mm_s)) = posed(heard, &track, t_s) {
+                self.points(image, &pose, speed_mm_s, &mut rows);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// The points of one image.
+    fn points(&self, image: &Looked, pose: &Uncertain<Tracker, Marker>, speed_mm_s: f64, rows: &mut Vec<Row>) {
+        let Ok(line) = &image.line else { return };
+        let marker_from_image = self.probe.marker_from_image.transform();
+        let on_marker = *pose * marker_from_image;
+        // The lag's own error moves the image along the way of the probe, whichever that is.
+        let late = Matrix3::identity() * (speed_mm_s * self.probe.lag_s[1]).powi(2);
+        let mut last: Option<[f64; 2]> = None;
+        for point in &line.points {
+            let [x, y] = [0, 1].map(|i| point.pixel[i] * self.probe.pixel_mm[i]);
+            if last.is_some_and(|[a, b]| (a - x).hypot(b - y) < self.step_mm) {
+                continue;
+            }
+            last = Some([x, y]);
+            let [along_x, along_y] = point.beam.direction;
+            let axis = |x: f64, y: f64, z: f64, mm: f64| {
+                let axis = Vector3::new(x, y, z);
+                axis * axis.transpose() * (mm * mm)
+            };
+            let own = axis(along_x, along_y, 0.0, point.axial_mm)
+                + axis(-along_y, along_x, 0.0, point.lateral_mm)
+                + axis(0.0, 0.0, 1.0, self.elevation_mm)
+                + late;
+            let (Ok(seen), Ok(beam)) = (
+                UncertainPoint::<Image>::new(Point::new(x, y, 0.0), own),
+                checked::direction::<Image>([along_x, along_y, 0.0]),
+            ) else {
+                continue;
+            };
+            rows.push(Row {
+                seq: image.seq,
+                pose: pose.transform(),
+                seen: on_marker * seen,
+                beam: on_marker.transform() * beam,
+                depth_mm: point.beam.depth_mm,
+            });
+        }
+    }
+}
+
+/// The marker at a time, between two poses that are near, and how fast it moved, mm/s.
+fn posed(heard: &Listened, track: &Track<Tracker, Marker>, t_s: f64) -> Option<(Uncertain<Tracker, Marker>, f64)> {
+    let after = heard.times_s.partition_point(|t| *t < t_s);
+    let before = after.checked_sub(1)?;
+    let (from, to) = (heard.poses.get(before)?, heard.poses.get(after)?);
+    let passed_s = heard.times_s[after] - heard.times_s[before];
+    if passed_s.is_nan() || passed_s > GAP_S {
+        return None;
+    }
+    let origin = Point::<Marker>::new(0.0, 0.0, 0.0);
+    let way_mm = (from.transform() * origin).distance(to.transform() * origin);
+    let pose = Uncertain::from_upper(track.at(t_s)?, to.upper()).ok()?;
+    Some((pose, way_mm / passed_s))
+}
+
+/// How many images came, in how many bone was found, and why not in the last one.
+pub(super) fn sounded_words(heard: &Listened) -> String {
+    let with_bone = heard.images.iter().filter(|image| image.line.is_ok()).count();
+    let last = heard.images.last().and_then(|image| image.line.as_ref().err());
+    let why = last.map_or_else(String::new, |why| format!("; the last without: {why}"));
+    format!("bone in {with_bone} of {} images{why}", heard.images.len())
+}

@@ -1,0 +1,224 @@
+//! `calib sweep --probe`: an ultrasound probe glides over the skin in the simulated operating room, and the patient is registered by the bone
+//! in its images.
+
+#![allow(clippy::print_stdout, reason = "the figures of the registration")]
+
+#[path = "../../benches/probe_walk/sounding.rs"]
+mod sounding;
+
+use std::fs;
+
+use crate::support::{Pilot, SMALL, World, stderr, stdout};
+use calib::file::{Registered, RegistrationFile, content_id};
+use calib_cli::{LagRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile};
+use chance::Chance;
+use geometry::{Ct, Image, Marker, Point, Reference, Rigid, Tool, Vector};
+use phantom::Phantom;
+use scene::{Scene, TrackerSource};
+use tracker_proc::probe::SimulatedProbe;
+
+/// Where the marker on the patient sits unless a scene says otherwise; its axes are the CT's.
+const REFERENCE_MM: [f64; 3] = [150.0, -120.0, -150.0];
+/// Error of the probe's calibration, along and about each axis.
+const CALIBRATION: [f64; 2] = [0.2, 0.002];
+/// From one place of the hand to the next, and for the ways through the air, s.
+const STEP_S: f64 = 0.14;
+const AIR_S: f64 = 0.15;
+
+fn scene() -> String {
+    SMALL
+        .replace("[tracker]\n", "[tracker]\nsource = \"operating-room\"\n")
+        .replace("spacing_mm = 6.0", "spacing_mm = 1.5")
+        + "[tracker.registration]\nfile = \"registration.json\"\n[tracker.registration.gates]\nmax_tre_mm = 3.0\n\
+           [tracker.room.marker]\ncone_deg = 180.0\n[tracker.room.handle]\nradius_mm = 0.0\n\
+           [tracker.room.reference]\ncone_deg = 180.0\n[tracker.room.patient.breathing]\n\
+           [tracker.room.gesture]\nfile = \"glide.csv\"\nat_end = \"loop\"\n\
+           [tracker.room.probe]\nradius_mm = 60\nangle_deg = 57\ndepth_mm = 80\npixel_mm = 0.25\nrate_hz = 10\nlag_ms = 40\nspeed_percent = 1.5\n"
+}
+
+/// From place to place, and lifted on the way to one that is far.
+fn gliding(places: &[Rigid<Ct, Tool>]) -> String {
+    let mut csv = "t_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm\n".to_owned();
+    let mut t_s = 0.0;
+    let mut line = |t_s: f64, pose: Rigid<Ct, Tool>| {
+        let ([w, x, y, z], [a, b, c]) = (pose.quaternion(), pose.translation_mm());
+        csv += &format!("{t_s},{w},{x},{y},{z},{a},{b},{c}\n");
+    };
+    let tip = Point::<Tool>::new(0.0, 0.0, 0.0);
+    let above = |pose: Rigid<Ct, Tool>| {
+        let [x, y, z] = (pose * Point::<Tool>::new(0.0, 0.0, -40.0)).mm();
+        Rigid::from_parts(pose.rotation(), Vector::new(x, y, z))
+    };
+    for (i, place) in places.iter().enumerate() {
+        let before = i.checked_sub(1).map(|i| places[i]);
+        if let Some(before) = before.filter(|before| (*before * tip).distance(*place * tip) > 20.0) {
+            for lifted in [above(before), above(*place)] {
+                t_s += AIR_S;
+                line(t_s, lifted);
+            }
+            t_s += AIR_S;
+        }
+        line(t_s, *place);
+        t_s += STEP_S;
+    }
+    csv
+}
+
+/// The calibration of the scene's probe, wrong by a draw of what it says of itself.
+fn calibration() -> ProbeFile {
+    let scene = Scene::parse(&scene(), std::path::Path::new("s.toml")).unwrap();
+    let TrackerSource::OperatingRoom(room) = scene.tracker.source else {
+        panic!("another source");
+    };
+    let spec = room.probe.unwrap();
+    let probe = SimulatedProbe::new(spec, scene.seed).unwrap();
+    let truth: Rigid<Marker, Image> = room.marker_from_tool * probe.image_on_tool().unwrap();
+    let draw = |i: u64| Chance::new(9, 0).normal(i);
+    let [mm, rad] = CALIBRATION;
+    let off: Rigid<Marker, Marker> = Rigid::from_rotation_vector(
+        Vector::new(rad * draw(0), rad * draw(1), rad * draw(2)),
+        Vector::new(mm * draw(3), mm * draw(4), mm * draw(5)),
+    )
+    .unwrap();
+    let told = off * truth;
+    let variances = [rad, rad, rad, mm, mm, mm, 1e-3, 1e-3].map(|deviation| deviation * deviation);
+    let mut file = ProbeFile {
+        format: PROBE_FORMAT.to_owned(),
+        version: PROBE_VERSION,
+        id: String::new(),
+        program: "a test".to_owned(),
+        date: "2026-01-01T00:00:00Z".to_owned(),
+        verdict: "accepted".to_owned(),
+        method: "wires".to_owned(),
+        quaternion_wxyz: told.quaternion(),
+        translation_mm: told.translation_mm(),
+        pixel_mm: [spec.pixel_mm; 2],
+        covariance: (0..8)
+            .map(|i| (0..8).map(|j| if i == j { variances[i] } else { 0.0 }).collect())
+            .collect(),
+        seen_px: [[0.0, 300.0], [0.0, 300.0]],
+        error_mm: 0.5,
+        lag: Some(LagRecord {
+            // Images are stamped late: the pose that goes with one is that of before.
+            lag_s: -spec.lag_s + 0.002,
+            sigma_s: 0.002,
+        }),
+        phantom: None,
+        tracker: None,
+        tracker_about_mm: None,
+        frames: [100, 0],
+        points: 900,
+        share_kept: 1.0,
+        mean_mm: 0.3,
+        rms_mm: 0.3,
+        noise_ratio: 1.0,
+        frame_correlation: 1.0,
+        cross_validated: None,
+        sources: Vec::new(),
+    };
+    file.id = content_id(serde_json::to_value(&file).unwrap());
+    file
+}
+
+fn waiting(world: &World) -> Pilot<'_> {
+    let pilot = world.start(&world.file("s.toml", &scene()), &world.path("out"), "default");
+    let words = "patient not registered: registration.json is not there";
+    pilot.wait_for(words, |status| {
+        let processes = status["processes"].as_array().unwrap();
+        let tracker = processes.iter().find(|p| p["name"] == "tracker").unwrap();
+        tracker["note"].as_str().unwrap().contains(words)
+    });
+    pilot
+}
+
+/// A patient who breathes, sound that is faster than the scanner believes, images that are stamped late, a probe that is calibrated as well as
+/// probes are: he is registered without being touched, from nothing, and the truth lies within what is promised.
+#[test]
+fn a_patient_is_registered_by_the_bone_that_a_probe_sees() {
+    let world = World::new();
+    let patient = Phantom::new(1);
+    world.file("glide.csv", &gliding(&sounding::places(&patient, 1)));
+    let path = |name: &str| world.path(name).to_str().unwrap().to_owned();
+    let (bone, probe, to, out, png) = (
+        path("bone.ply"),
+        path("probe.json"),
+        path("seen.csv"),
+        path("registration.json"),
+        path("p.png"),
+    );
+    // The pelvis, from the CT that is navigated in.
+    let region = "-150,-90,-133,150,100,-12";
+    let words = [
+        "bone",
+        "phantom",
+        "--spacing-mm",
+        "1.5",
+        "--threshold-hu",
+        "300",
+        "--out",
+        &bone,
+    ];
+    let made = world.output("calib", &[&words[..], &[&format!("--box={region}")]].concat());
+    assert!(made.status.success(), "{}", stderr(&made));
+    fs::write(&probe, serde_json::to_string(&calibration()).unwrap()).unwrap();
+
+    let pilot = waiting(&world);
+    let target = patient.targets()[3].centre;
+    let [x, y, z] = target.mm();
+    let aimed = format!("--target={x},{y},{z}");
+    let sweep = [
+        "calibrate",
+        "sweep",
+        "--bone",
+        &bone,
+        "--probe",
+        &probe,
+        "--to",
+        &to,
+        &aimed,
+    ];
+    let more = ["--seconds", "28", "--out", &out, "--picture", &png];
+    let output = world.output("pilot", &[&sweep[..], &more].concat());
+    let said = stderr(&output);
+    println!("{said}{}", stdout(&output));
+    assert!(output.status.success(), "{said}");
+    assert!(world.path("p.png").exists());
+    within_its_promise(&world, target);
+    pilot.wait_live();
+
+    // Another depth since the calibration.
+    let other = ProbeFile {
+        pixel_mm: [0.2, 0.2],
+        ..calibration()
+    };
+    let other = ProbeFile {
+        id: content_id(serde_json::to_value(&other).unwrap()),
+        ..other
+    };
+    fs::write(&probe, serde_json::to_string(&other).unwrap()).unwrap();
+    let again = world.output("pilot", &[&sweep[..], &["--seconds", "2", "--overwrite"]].concat());
+    let words = stderr(&again);
+    assert!(
+        !again.status.success() && words.contains("the depth was changed since"),
+        "{words}"
+    );
+    assert!(pilot.stop().success());
+}
+
+fn within_its_promise(world: &World, target: Point<Ct>) {
+    let text = fs::read_to_string(world.path("registration.json")).unwrap();
+    let file = RegistrationFile::parse(&text).unwrap();
+    let Registered::Referenced(found) = file.registered else {
+        panic!("{text}")
+    };
+    let ([x, y, z], [a, b, c]) = (target.mm(), REFERENCE_MM);
+    let seen = Point::<Reference>::new(x - a, y - b, z - c);
+    let tre = (found.transform() * seen).distance(target);
+    let predicted = (found * seen).rms_mm();
+    println!("the target is off by {tre:.2} mm, {predicted:.2} mm predicted");
+    // Beyond four times its root mean square an error has a chance of 1e-6, in whichever directions it may be.
+    assert!(
+        tre < 4.0 * predicted && predicted < 2.0,
+        "{tre} mm, {predicted} predicted"
+    );
+}
