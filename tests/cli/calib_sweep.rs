@@ -2,6 +2,8 @@
 
 #![allow(clippy::print_stdout, reason = "the figures of the registration")]
 
+mod probe;
+
 use std::fs;
 
 use crate::support::{Pilot, SMALL, World, stderr, stdout};

@@ -15,7 +15,6 @@ mod calib_live_walk;
 mod calib_mesh;
 mod calib_pivot;
 mod calib_register;
-mod calib_sounding;
 mod calib_sweep;
 mod configs;
 mod help;
