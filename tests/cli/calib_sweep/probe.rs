@@ -186,7 +186,34 @@ fn a_patient_is_registered_by_the_bone_that_a_probe_sees() {
     within_its_promise(&world, target);
     pilot.wait_live();
 
-    // Another depth since the calibration.
+    // The same points again, from the file: the same pose to the last digit.
+    let again = path("again.json");
+    let surface = [
+        "surface", "--bone", &bone, "--points", &to, "--probe", &probe, &aimed, "--out", &again,
+    ];
+    let output = world.output("calib", &[&surface[..], &["--live", "default"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let transform = |name: &str| {
+        let text = fs::read_to_string(world.path(name)).unwrap();
+        let Registered::Referenced(found) = RegistrationFile::parse(&text).unwrap().registered else {
+            panic!("{text}")
+        };
+        found.transform()
+    };
+    assert_eq!(transform("again.json"), transform("registration.json"));
+
+    // Another depth since the calibration, and one that says nothing of a lag.
+    let without = ProbeFile {
+        lag: None,
+        ..calibration()
+    };
+    let without = ProbeFile {
+        id: content_id(serde_json::to_value(&without).unwrap()),
+        ..without
+    };
+    fs::write(&probe, serde_json::to_string(&without).unwrap()).unwrap();
+    let refused = world.output("pilot", &[&sweep[..], &["--seconds", "2", "--overwrite"]].concat());
+    assert!(stderr(&refused).contains("say --lag-ms"), "{}", stderr(&refused));
     let other = ProbeFile {
         pixel_mm: [0.2, 0.2],
         ..calibration()

@@ -1,9 +1,9 @@
 //! The images of a run's ultrasound probe, looked at as they come.
 
-use bus::message::UsImageHeader;
+use bus::message::{CaptureClock, UsImageHeader};
 use bus::port::{UsImage, UsImageSubscriber};
 use echo::bone::{BoneLine, Options, find};
-use ultrasound::Image;
+use ultrasound::{Image, Shape};
 
 use super::LiveError;
 
@@ -14,8 +14,10 @@ pub(crate) struct Looked {
     pub(crate) t_capture_ns: i64,
     /// Its number.
     pub(crate) seq: u64,
-    /// Sizes of a pixel as its source says, mm.
-    pub(crate) pixel_mm: [f64; 2],
+    /// Its size, pixels and beams, or why they are none.
+    pub(crate) shape: Result<Shape, String>,
+    /// Whether `t_capture_ns` is the source's own stamp, and not the image's arrival.
+    pub(crate) is_stamped: bool,
     /// The line of a bone, or why there is none.
     pub(crate) line: Result<BoneLine, String>,
 }
@@ -23,14 +25,16 @@ pub(crate) struct Looked {
 impl Looked {
     /// Looks for bone in an image.
     fn at(header: &UsImageHeader, grey: &[u8]) -> Self {
-        let line = header.shape().map_err(|why| why.to_string()).and_then(|shape| {
+        let shape = header.shape().map_err(|why| why.to_string());
+        let line = shape.clone().and_then(|shape| {
             let image = Image::new(&shape, grey).map_err(|why| why.to_string())?;
             find(&image, &Options::default()).map_err(|why| why.to_string())
         });
         Self {
             t_capture_ns: header.t_capture_ns,
             seq: header.seq,
-            pixel_mm: header.pixel_mm,
+            shape,
+            is_stamped: header.capture_clock() == Some(CaptureClock::Mapped),
             line: line.and_then(|line| match line.reason() {
                 Some(why) => Err(why),
                 None => Ok(line),

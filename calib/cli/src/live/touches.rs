@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geometry::{Marker, Point, Tool, Tracker, Uncertain, UncertainPoint};
+use geometry::{Marker, Point, Tracker, Uncertain, UncertainPoint};
 use nalgebra::Matrix3;
 
 use super::LiveError;
@@ -15,7 +15,7 @@ const HEADER: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz";
 
 /// What all touches of a file are of, which its first line says: the tool with its calibration, and the frame. Touches with another
 /// calibration are places of another tip.
-pub(crate) fn comment(tool: &str, frame: &str, tip: &Uncertain<Marker, Tool>) -> String {
+pub(crate) fn comment<F>(tool: &str, frame: &str, tip: &Uncertain<Marker, F>) -> String {
     let rigid = tip.transform();
     let numbers = [&rigid.quaternion()[..], &rigid.translation_mm(), &tip.upper()].concat();
     let id = scene::registration_id(&numbers);
@@ -133,6 +133,7 @@ fn existing(path: &Path, comment: &str) -> Result<(String, usize), LiveError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geometry::Tool;
     use geometry::{Rigid, Vector};
 
     /// A calibration of a tip so far along z.

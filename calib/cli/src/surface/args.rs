@@ -8,6 +8,7 @@ use super::bone::Bone;
 use super::bone_args::{BoneArgs, ct_of, from_zero};
 use super::error::SurfaceCommandError;
 use super::points::Shared;
+use super::sweep::{Calibrated, ECHO_MM, HELD_IN_IMAGES_MM};
 use super::{Asked, register};
 use crate::beads::{LoadVolume, ReadArgs};
 use crate::commands::Outcome;
@@ -15,6 +16,9 @@ use crate::commands::common::CommandError;
 use crate::live::{tip_in, touched_in};
 use crate::scene_context::{SceneArgs, SceneContext};
 use crate::values::{Name, Positive};
+
+/// Points nearer to one another are of a pointer held still, mm.
+const HELD_MM: f64 = 0.5;
 
 pub(crate) const SURFACE_HELP: &str = "\
 Finds the pose in which points of the bone's surface, touched with a pointer or seen by a tracked ultrasound probe, lie on it, without knowing \
@@ -47,7 +51,8 @@ Examples:
   calib surface --bone bone.ply --points touched.csv --target 10,-20,95.5 --out registration.json --picture residuals.png
   calib surface --bone bone.ply --points swept.csv --guess before.json --guess-deg 20 --guess-mm 20 --target 10,-20,95.5
   calib surface --bone bone.stl --bone-frame lps --points p.csv --noise-mm 0.5 --landmarks three.csv --target 0,0,0
-  calib surface --bone bone.ply --points touched.csv --live default --tip tip.json --out registration.json";
+  calib surface --bone bone.ply --points touched.csv --live default --tip tip.json --out registration.json
+  calib surface --bone bone.ply --points seen.csv --probe probe.json --target 10,-20,95.5 --out registration.json";
 
 #[derive(Debug, Args)]
 pub(crate) struct SurfaceArgs {
@@ -59,15 +64,18 @@ pub(crate) struct SurfaceArgs {
     /// Deviation along each axis of points whose file has none
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     noise_mm: Option<Positive>,
-    /// Points nearer to one another than this were taken by a tool held still, and count as one
-    #[arg(long, value_name = "MM", default_value = "0.5", value_parser = from_zero, allow_hyphen_values = true)]
-    held_mm: f64,
+    /// Points nearer to one another than this were taken by a tool held still, and count as one [default: 0.5, with --probe 8]
+    #[arg(long, value_name = "MM", value_parser = from_zero, allow_hyphen_values = true)]
+    held_mm: Option<f64>,
     /// Deviation of the speed of sound, which is fitted where points have a depth; 0 holds it
     #[arg(long, value_name = "PERCENT", default_value = "3", value_parser = from_zero, allow_hyphen_values = true)]
     speed_percent: f64,
     /// The pointer's tip or tool calibration: its error is that of all points
     #[arg(long, value_name = "FILE.json", conflicts_with = "shared_mm")]
     tip: Option<PathBuf>,
+    /// The calibration of the ultrasound probe that saw the points: its error is that of all points, and an echo's top may lie off the bone
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["tip", "shared_mm"])]
+    probe: Option<PathBuf>,
     /// Deviation along each axis of a shift that all points share, where no calibration tells it; 0 where there is none
     #[arg(long, value_name = "MM", value_parser = from_zero, allow_hyphen_values = true)]
     shared_mm: Option<f64>,
@@ -110,22 +118,28 @@ impl SurfaceArgs {
             Some(scened) => scened.registered_marker(self.marker.as_ref())?,
             None => self.marker.clone(),
         };
-        let shared = match (&self.tip, self.shared_mm) {
-            (Some(path), _) => {
+        let shared = match (&self.tip, &self.probe, self.shared_mm) {
+            // Its lag went into the points when they were seen.
+            (None, Some(path), _) => Calibrated::read(path, Some([0.0; 2]))?.shared(),
+            (Some(path), ..) => {
                 let of = format!("the calibration {}", path.display());
                 Shared::Tip(of, Box::new(tip_in(path)?.1))
             }
-            (None, Some(sigma_mm)) => Shared::Shift(sigma_mm),
-            (None, None) => Shared::Unknown,
+            (None, None, Some(sigma_mm)) => Shared::Shift(sigma_mm),
+            (None, None, None) => Shared::Unknown,
+        };
+        let (held_mm, alike_mm) = match &self.probe {
+            Some(_) => (HELD_IN_IMAGES_MM, ECHO_MM),
+            None => (HELD_MM, 0.0),
         };
         Ok(Asked {
-            options: self.of.options(bone, self.speed_percent / 100.0, 0.0),
+            options: self.of.options(bone, self.speed_percent / 100.0, alike_mm),
             limits: self.of.limits(),
             begin: self.of.begin(),
             noise_mm: self.noise_mm.map(|mm| mm.0),
-            held_mm: self.held_mm,
+            held_mm: self.held_mm.unwrap_or(held_mm),
             shared,
-            tip: self.tip,
+            tip: self.tip.or(self.probe),
             targets: self.of.targets(scened)?,
             from: from.0,
             ct_hash: ct_hash.map(|name| name.0),

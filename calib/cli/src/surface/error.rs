@@ -65,9 +65,23 @@ pub(crate) enum SurfaceCommandError {
         found: [f64; 2],
         expected: [f64; 2],
     },
+    #[error(
+        "image {seq} has another size, depth or array than the first of the sweep: leave the scanner as it is while you sweep"
+    )]
+    OtherShape { seq: u64 },
+    #[error("image {seq}: {why}")]
+    NoShape { seq: u64, why: String },
+    #[error(
+        "image {seq} is stamped by its arrival: how late it is beside the poses is not one number, and no calibration of the lag holds for it"
+    )]
+    NotStamped { seq: u64 },
+    #[error(
+        "the probe {path} has no lag of its images behind the poses: find it (calib lag, or calib probe with --lag-ms) and say --lag-ms LAG,DEVIATION"
+    )]
+    NoLag { path: PathBuf },
     #[error("in {seconds} s no image of an ultrasound probe came: does the run have one?")]
     NoImages { seconds: f64 },
-    #[error("{of} has no covariance of the tip: the error that all points share cannot be told from it")]
+    #[error("{of} has no covariance: the error that all points share cannot be told from it")]
     NoCovariance { of: String },
     #[error(
         "--tip needs the pose of the marker on the tool at each point: the columns marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z of {path}; without \

@@ -307,6 +307,11 @@ fn of_probe(
     if !table.has(TURN[0]) {
         return Err(SurfaceCommandError::NoMarkerPoses { path: path.to_owned() });
     }
+    if image.upper().iter().all(|entry| *entry == 0.0) {
+        return Err(SurfaceCommandError::NoCovariance {
+            of: "the probe's calibration".to_owned(),
+        });
+    }
     let back = image.transform().inverse();
     let (mut poses, mut places) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
     for (row, point) in rows.iter().zip(points) {

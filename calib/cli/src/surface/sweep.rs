@@ -20,7 +20,8 @@ use crate::scene_context::SceneContext;
 use crate::store;
 use crate::values::Positive;
 use course::{Advice, Course, Way};
-use sounded::{Calibrated, Sounding};
+pub(super) use sounded::Calibrated;
+use sounded::Sounding;
 
 pub(crate) const SWEEP_HELP: &str = "\
 Lets the tip of the run's pointer glide over the bone for --seconds, and takes a point each --step-mm of its way. Once a second or so the points \
@@ -46,9 +47,9 @@ Examples:
 
 /// Points of one image within this share the pose of the image and the look of their echo, mm: with less the error predicted is too
 /// small (docs/ultrasound.md).
-const HELD_IN_IMAGES_MM: f64 = 8.0;
+pub(super) const HELD_IN_IMAGES_MM: f64 = 8.0;
 /// How far the top of an echo may lie from the surface that sends it back, everywhere alike, deviation, mm (docs/bone-line.md).
-const ECHO_MM: f64 = 0.5;
+pub(super) const ECHO_MM: f64 = 0.5;
 /// How long a sweep takes, s.
 const SWEEP_S: f64 = 60.0;
 
@@ -67,6 +68,10 @@ pub(crate) struct SweepArgs {
     /// The calibration of the ultrasound probe that is the run's tool: the bone is seen in its images
     #[arg(long, value_name = "FILE.json", conflicts_with = "tip")]
     probe: Option<PathBuf>,
+    /// How late poses are behind images, and its deviation, instead of what the calibration says: the time to add to an image's stamp to
+    /// find its pose, as calib lag tells it
+    #[arg(long, value_name = "MS,MS", requires = "probe", allow_hyphen_values = true)]
+    lag_ms: Option<LagMs>,
     /// Deviation across its image of what the probe sees: the beam's height
     #[arg(long, value_name = "MM", default_value = "0.7", allow_hyphen_values = true)]
     elevation_mm: Positive,
@@ -87,12 +92,36 @@ pub(crate) struct SweepArgs {
     max_speed_mm_s: Positive,
 }
 
+/// A lag and its deviation, s.
+#[derive(Debug, Clone, Copy)]
+struct LagMs([f64; 2]);
+
+impl std::str::FromStr for LagMs {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+        match numbers.as_deref() {
+            Some([lag, sigma]) if lag.abs() <= 1000.0 && (0.0..=100.0).contains(sigma) => {
+                Ok(Self([lag / 1e3, sigma / 1e3]))
+            }
+            _ => Err(
+                "expected a lag of -1000 to 1000 ms and its deviation of 0 to 100 ms, for instance -42.5,3".to_owned(),
+            ),
+        }
+    }
+}
+
 impl SweepArgs {
     /// Does what is asked.
     pub(crate) fn run(self, follow: FollowMarkers) -> Result<Outcome, CommandError> {
         self.of.check()?;
         store::check(&self.to, self.of.overwrite)?;
-        let probe = self.probe.as_deref().map(Calibrated::read).transpose()?;
+        let probe = self
+            .probe
+            .as_deref()
+            .map(|path| Calibrated::read(path, self.lag_ms.map(|lag| lag.0)))
+            .transpose()?;
         let scened = SceneContext::open(&self.live.of)?;
         let bone = self.of.bone()?;
         let mut run = Run::open(scened.as_ref(), &self.live, follow)?.ok_or(SurfaceCommandError::NoRun)?;
@@ -101,7 +130,7 @@ impl SweepArgs {
             None => Some(self.tip(&run)?),
         };
         let (way, shared) = match (&probe, &tip) {
-            (Some(probe), _) => (self.sounding(probe), probe.shared()),
+            (Some(probe), _) => (self.sounding(&run, probe), probe.shared()),
             (None, Some((of, tip))) => self.course(&run, of, tip),
             (None, None) => return Err(SurfaceCommandError::NoRun.into()),
         };
@@ -131,12 +160,13 @@ impl SweepArgs {
         register(&bone, &asked, scened.as_ref())
     }
 
-    fn sounding<'a>(&self, probe: &'a Calibrated) -> Way<'a> {
-        Way::Probe(Sounding {
+    fn sounding<'a>(&self, run: &Run<'a>, probe: &'a Calibrated) -> Way<'a> {
+        let sounding = Sounding {
             probe,
             step_mm: self.step_mm.0,
             elevation_mm: self.elevation_mm.0,
-        })
+        };
+        Way::Probe(sounding, run.scened.scene.tool.name.as_str())
     }
 
     fn course<'a>(&self, run: &Run<'a>, of: &str, tip: &'a Uncertain<Marker, Tool>) -> (Way<'a>, Shared) {
@@ -181,7 +211,7 @@ impl SweepArgs {
             noise_mm: None,
             held_mm: self.held_mm.unwrap_or(held_mm),
             shared,
-            tip: self.tip.clone(),
+            tip: self.probe.clone().or_else(|| self.tip.clone()),
             targets: self.of.targets(Some(scened))?,
             from: from.to_owned(),
             ct_hash: ct_hash.map(|name| name.0),

@@ -87,8 +87,8 @@ impl Course<'_> {
 pub(super) enum Way<'a> {
     /// A pointer's tip on the bone; with its tool's name.
     Tip(Course<'a>, &'a str),
-    /// A probe that sees the bone.
-    Probe(Sounding<'a>),
+    /// A probe that sees the bone; with its tool's name.
+    Probe(Sounding<'a>, &'a str),
 }
 
 impl Way<'_> {
@@ -96,7 +96,7 @@ impl Way<'_> {
     pub(super) fn csv(&self, heard: &Listened, frame: &str) -> Result<(String, usize), SurfaceCommandError> {
         match self {
             Self::Tip(course, tool) => Ok((course.csv(heard, tool, frame), course.taken(heard).count())),
-            Self::Probe(sounding) => sounding.csv(heard, frame),
+            Self::Probe(sounding, tool) => sounding.csv(heard, tool, frame),
         }
     }
 
@@ -104,7 +104,7 @@ impl Way<'_> {
     fn go_on(&self, heard: &Listened) -> String {
         match self {
             Self::Tip(..) => "glide on".to_owned(),
-            Self::Probe(_) => sounded_words(heard),
+            Self::Probe(..) => sounded_words(heard),
         }
     }
 }

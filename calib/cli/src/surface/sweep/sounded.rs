@@ -9,15 +9,20 @@ use probe::Track;
 use super::super::error::SurfaceCommandError;
 use super::super::points::Shared;
 use crate::commands::probe::ProbeFile;
-use crate::live::{Listened, Looked};
+use crate::live::{Listened, Looked, touches_comment};
 
 /// Between two poses that are further apart in time nothing is known of the way, s.
 const GAP_S: f64 = 0.15;
 /// An image of pixels that differ by more than this share from those of the calibration was made at another depth.
 const OTHER_PIXELS: f64 = 0.02;
 
+/// By so much the error of the lag may move a point, deviation, mm: it moves neighbours alike, which is not reckoned with.
+const MOST_LATE_MM: f64 = 0.2;
+/// Points that a file has at most.
+const MOST_ROWS: usize = 10_000;
+
 /// A probe's calibration, as a sweep needs it.
-pub(super) struct Calibrated {
+pub(in super::super) struct Calibrated {
     /// In words.
     of: String,
     marker_from_image: Uncertain<Marker, Image>,
@@ -45,7 +50,8 @@ struct Row {
 }
 
 impl Calibrated {
-    pub(super) fn read(path: &Path) -> Result<Self, SurfaceCommandError> {
+    /// Reads a calibration; `lag_s` (the lag and its deviation) stands in the place of the file's.
+    pub(in super::super) fn read(path: &Path, lag_s: Option<[f64; 2]>) -> Result<Self, SurfaceCommandError> {
         let file = ProbeFile::read(path).map_err(|source| SurfaceCommandError::Probe(Box::new(source)))?;
         let none = || SurfaceCommandError::NoCovariance {
             of: format!("the probe {}", path.display()),
@@ -58,24 +64,31 @@ impl Calibrated {
             of: format!("the probe's calibration {}", path.display()),
             marker_from_image: Uncertain::from_upper(rigid, found.upper()).map_err(|_| none())?,
             pixel_mm: file.pixel_mm,
-            lag_s: file.lag.map_or([0.0; 2], |lag| [lag.lag_s, lag.sigma_s]),
+            lag_s: lag_s
+                .or(file.lag.map(|lag| [lag.lag_s, lag.sigma_s]))
+                .ok_or_else(|| SurfaceCommandError::NoLag { path: path.to_owned() })?,
         })
     }
 }
 
 impl Calibrated {
     /// The error that all points have by it.
-    pub(super) fn shared(&self) -> Shared {
+    pub(in super::super) fn shared(&self) -> Shared {
         Shared::Probe(self.of.clone(), Box::new(self.marker_from_image))
     }
 }
 
 impl Sounding<'_> {
     /// The points of all images so far, as a file, and how many they are.
-    pub(super) fn csv(&self, heard: &Listened, frame: &str) -> Result<(String, usize), SurfaceCommandError> {
+    pub(super) fn csv(
+        &self,
+        heard: &Listened,
+        tool: &str,
+        frame: &str,
+    ) -> Result<(String, usize), SurfaceCommandError> {
         let mut text = format!(
-            "# places seen by an ultrasound probe in the {frame}, mm\n\
-             on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n"
+            "{}\non,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n",
+            touches_comment(tool, frame, &self.probe.marker_from_image)
         );
         let rows = self.rows(heard)?;
         for row in &rows {
@@ -103,29 +116,42 @@ impl Sounding<'_> {
         };
         let mut rows = Vec::new();
         for image in &heard.images {
-            let other = (0..2).any(|i| (image.pixel_mm[i] / self.probe.pixel_mm[i] - 1.0).abs() > OTHER_PIXELS);
-            if other {
-                return Err(SurfaceCommandError::OtherDepth {
-                    seq: image.seq,
-                    found: image.pixel_mm,
-                    expected: self.probe.pixel_mm,
-                });
-            }
+            self.check(image, &heard.images[0])?;
             let t_s = heard.seconds_of(image.t_capture_ns) + self.probe.lag_s[0];
-            if let Some((pose, speed_mm_s)) = posed(heard, &track, t_s) {
-                self.points(image, &pose, speed_mm_s, &mut rows);
+            if let Some(posed) = posed(heard, &track, t_s) {
+                self.points(image, &posed, &mut rows);
             }
         }
-        Ok(rows)
+        // A registration takes no more.
+        let every = rows.len().div_ceil(MOST_ROWS).max(1);
+        Ok(rows.into_iter().step_by(every).collect())
+    }
+
+    /// Refuses an image that the calibration does not hold for; `first` is that of the sweep.
+    fn check(&self, image: &Looked, first: &Looked) -> Result<(), SurfaceCommandError> {
+        let seq = image.seq;
+        let shape = image
+            .shape
+            .as_ref()
+            .map_err(|why| SurfaceCommandError::NoShape { seq, why: why.clone() })?;
+        let (found, expected) = (shape.pixel_mm(), self.probe.pixel_mm);
+        if (0..2).any(|i| (found[i] / expected[i] - 1.0).abs() > OTHER_PIXELS) {
+            return Err(SurfaceCommandError::OtherDepth { seq, found, expected });
+        }
+        if image.shape != first.shape {
+            return Err(SurfaceCommandError::OtherShape { seq });
+        }
+        match image.is_stamped {
+            true => Ok(()),
+            false => Err(SurfaceCommandError::NotStamped { seq }),
+        }
     }
 
     /// The points of one image.
-    fn points(&self, image: &Looked, pose: &Uncertain<Tracker, Marker>, speed_mm_s: f64, rows: &mut Vec<Row>) {
+    fn points(&self, image: &Looked, posed: &Posed, rows: &mut Vec<Row>) {
         let Ok(line) = &image.line else { return };
         let marker_from_image = self.probe.marker_from_image.transform();
-        let on_marker = *pose * marker_from_image;
-        // The lag's own error moves the image along the way of the probe, whichever that is.
-        let late = Matrix3::identity() * (speed_mm_s * self.probe.lag_s[1]).powi(2);
+        let on_marker = posed.pose * marker_from_image;
         let mut last: Option<[f64; 2]> = None;
         for point in &line.points {
             let [x, y] = [0, 1].map(|i| point.pixel[i] * self.probe.pixel_mm[i]);
@@ -133,6 +159,12 @@ impl Sounding<'_> {
                 continue;
             }
             last = Some([x, y]);
+            // The lag's own error moves a point along its way, and many of them alike: where that is much, none is taken.
+            let late_mm = self.probe.lag_s[1] * posed.speed_mm_s(marker_from_image * Point::new(x, y, 0.0));
+            if late_mm > MOST_LATE_MM {
+                continue;
+            }
+            let late = Matrix3::identity() * (late_mm * late_mm);
             let [along_x, along_y] = point.beam.direction;
             let axis = |x: f64, y: f64, z: f64, mm: f64| {
                 let axis = Vector3::new(x, y, z);
@@ -150,7 +182,7 @@ impl Sounding<'_> {
             };
             rows.push(Row {
                 seq: image.seq,
-                pose: pose.transform(),
+                pose: posed.pose.transform(),
                 seen: on_marker * seen,
                 beam: on_marker.transform() * beam,
                 depth_mm: point.beam.depth_mm,
@@ -159,19 +191,36 @@ impl Sounding<'_> {
     }
 }
 
-/// The marker at a time, between two poses that are near, and how fast it moved, mm/s.
-fn posed(heard: &Listened, track: &Track<Tracker, Marker>, t_s: f64) -> Option<(Uncertain<Tracker, Marker>, f64)> {
+/// The marker at the time of an image.
+struct Posed {
+    pose: Uncertain<Tracker, Marker>,
+    /// The poses before and after, and from one to the other, s.
+    between: [Rigid<Tracker, Marker>; 2],
+    passed_s: f64,
+}
+
+impl Posed {
+    /// How fast a place on the marker moves, mm/s.
+    fn speed_mm_s(&self, place: Point<Marker>) -> f64 {
+        let [from, to] = self.between;
+        (from * place).distance(to * place) / self.passed_s
+    }
+}
+
+/// The marker at a time, between two poses that are near.
+fn posed(heard: &Listened, track: &Track<Tracker, Marker>, t_s: f64) -> Option<Posed> {
     let after = heard.times_s.partition_point(|t| *t < t_s);
     let before = after.checked_sub(1)?;
     let (from, to) = (heard.poses.get(before)?, heard.poses.get(after)?);
     let passed_s = heard.times_s[after] - heard.times_s[before];
-    if passed_s.is_nan() || passed_s > GAP_S {
+    if !(passed_s > 0.0 && passed_s <= GAP_S) {
         return None;
     }
-    let origin = Point::<Marker>::new(0.0, 0.0, 0.0);
-    let way_mm = (from.transform() * origin).distance(to.transform() * origin);
-    let pose = Uncertain::from_upper(track.at(t_s)?, to.upper()).ok()?;
-    Some((pose, way_mm / passed_s))
+    Some(Posed {
+        pose: Uncertain::from_upper(track.at(t_s)?, to.upper()).ok()?,
+        between: [from.transform(), to.transform()],
+        passed_s,
+    })
 }
 
 /// How many images came, in how many bone was found, and why not in the last one.
