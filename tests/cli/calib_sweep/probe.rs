@@ -8,17 +8,15 @@ mod sounding;
 
 use std::fs;
 
-use crate::support::{Pilot, SMALL, World, stderr, stdout};
+use crate::support::{SMALL, World, stderr, stdout};
 use calib::file::{Registered, RegistrationFile, content_id};
 use calib_cli::{LagRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile};
 use chance::Chance;
-use geometry::{Ct, Image, Marker, Point, Reference, Rigid, Tool, Vector};
+use geometry::{Ct, Image, Marker, Point, Rigid, Tool, Vector};
 use phantom::Phantom;
 use scene::{Scene, TrackerSource};
 use tracker_proc::probe::SimulatedProbe;
 
-/// Where the marker on the patient sits unless a scene says otherwise; its axes are the CT's.
-const REFERENCE_MM: [f64; 3] = [150.0, -120.0, -150.0];
 /// Error of the probe's calibration, along and about each axis.
 const CALIBRATION: [f64; 2] = [0.2, 0.002];
 /// From one place of the hand to the next, and for the ways through the air, s.
@@ -120,17 +118,6 @@ fn calibration() -> ProbeFile {
     file
 }
 
-fn waiting(world: &World) -> Pilot<'_> {
-    let pilot = world.start(&world.file("s.toml", &scene()), &world.path("out"), "default");
-    let words = "patient not registered: registration.json is not there";
-    pilot.wait_for(words, |status| {
-        let processes = status["processes"].as_array().unwrap();
-        let tracker = processes.iter().find(|p| p["name"] == "tracker").unwrap();
-        tracker["note"].as_str().unwrap().contains(words)
-    });
-    pilot
-}
-
 /// A patient who breathes, sound that is faster than the scanner believes, images that are stamped late, a probe that is calibrated as well as
 /// probes are: he is registered without being touched, from nothing, and the truth lies within what is promised.
 #[test]
@@ -162,7 +149,7 @@ fn a_patient_is_registered_by_the_bone_that_a_probe_sees() {
     assert!(made.status.success(), "{}", stderr(&made));
     fs::write(&probe, serde_json::to_string(&calibration()).unwrap()).unwrap();
 
-    let pilot = waiting(&world);
+    let pilot = super::waiting(&world, &scene());
     let target = patient.targets()[3].centre;
     let [x, y, z] = target.mm();
     let aimed = format!("--target={x},{y},{z}");
@@ -177,13 +164,24 @@ fn a_patient_is_registered_by_the_bone_that_a_probe_sees() {
         &to,
         &aimed,
     ];
-    let more = ["--seconds", "28", "--out", &out, "--picture", &png];
-    let output = world.output("pilot", &[&sweep[..], &more].concat());
-    let said = stderr(&output);
-    println!("{said}{}", stdout(&output));
-    assert!(output.status.success(), "{said}");
+    // Where in the gesture it begins is chance, and a sweep that falls short is refused: one in eight of them. Whoever is refused sweeps again.
+    let more = ["--seconds", "28", "--out", &out, "--picture", &png, "--overwrite"];
+    let is_accepted = (0..3).any(|_| {
+        let output = world.output("pilot", &[&sweep[..], &more].concat());
+        let said = stderr(&output);
+        println!("{said}{}", stdout(&output));
+        if !output.status.success() {
+            assert!(
+                output.status.code() == Some(1) && said.contains("is not accepted"),
+                "{said}"
+            );
+            assert!(!world.path("registration.json").exists());
+        }
+        output.status.success()
+    });
+    assert!(is_accepted, "three sweeps were refused");
     assert!(world.path("p.png").exists());
-    within_its_promise(&world, target);
+    super::within_its_promise(&world, target, 2.0);
     pilot.wait_live();
 
     // The same points again, from the file: the same pose to the last digit.
@@ -230,22 +228,4 @@ fn a_patient_is_registered_by_the_bone_that_a_probe_sees() {
         "{words}"
     );
     assert!(pilot.stop().success());
-}
-
-fn within_its_promise(world: &World, target: Point<Ct>) {
-    let text = fs::read_to_string(world.path("registration.json")).unwrap();
-    let file = RegistrationFile::parse(&text).unwrap();
-    let Registered::Referenced(found) = file.registered else {
-        panic!("{text}")
-    };
-    let ([x, y, z], [a, b, c]) = (target.mm(), REFERENCE_MM);
-    let seen = Point::<Reference>::new(x - a, y - b, z - c);
-    let tre = (found.transform() * seen).distance(target);
-    let predicted = (found * seen).rms_mm();
-    println!("the target is off by {tre:.2} mm, {predicted:.2} mm predicted");
-    // Beyond four times its root mean square an error has a chance of 1e-6, in whichever directions it may be.
-    assert!(
-        tre < 4.0 * predicted && predicted < 2.0,
-        "{tre} mm, {predicted} predicted"
-    );
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geometry::{Image, Marker, Point, Rigid, Tool, Uncertain, checked};
+use geometry::{Frame, Image, Marker, Point, Rigid, Tool, Uncertain, checked};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 use surface_registration::{Beam, BeamNoise, Points, SharedError, SurfacePoint};
 
@@ -89,8 +89,24 @@ impl Measured {
         let shared = match &asked.shared {
             Shared::Unknown => None,
             Shared::Shift(sigma_mm) => Some(shift(*sigma_mm, points.len())),
-            Shared::Tip(of, tip) => Some(of_tip(of, tip, &table, &rows, &points, asked.path)?),
-            Shared::Probe(_, image) => Some(of_probe(image, &table, &rows, &points, asked.path)?),
+            Shared::Tip(of, tip) => {
+                let at = tip.transform() * Point::new(0.0, 0.0, 0.0);
+                let off = |place: Point<Marker>| place.distance(at);
+                Some(of_tool((of, tip, "the tip"), off, &table, &rows, &points, asked.path)?)
+            }
+            Shared::Probe(of, image) => {
+                let back = image.transform().inverse();
+                // The image is a plane.
+                let off = |place: Point<Marker>| (back * place).mm()[2].abs();
+                Some(of_tool(
+                    (of, image, "the image"),
+                    off,
+                    &table,
+                    &rows,
+                    &points,
+                    asked.path,
+                )?)
+            }
         };
         let labels = rows.iter().map(|row| row.text("on").to_owned()).collect();
         let points = Points::new(&points, shared, asked.held_mm)
@@ -263,10 +279,11 @@ fn shift(sigma_mm: f64, points: usize) -> SharedError {
     }
 }
 
-/// The error of the tip's calibration, which every point has by the pose of the marker when it was touched.
-fn of_tip(
-    of: &str,
-    tip: &Uncertain<Marker, Tool>,
+/// The error of a tool's calibration (a tip's, a probe's), which every point has by the pose of the marker as it was taken. `off` says by how
+/// much a place in the marker contradicts the calibration, mm, of what it speaks in `what`: points beyond are another tool's.
+fn of_tool<T: Frame>(
+    (of, tool, what): (&str, &Uncertain<Marker, T>, &str),
+    off: impl Fn(Point<Marker>) -> f64,
     table: &Table<'_>,
     rows: &[Row<'_>],
     points: &[SurfacePoint<From>],
@@ -275,59 +292,24 @@ fn of_tip(
     if !table.has(TURN[0]) {
         return Err(SurfaceCommandError::NoMarkerPoses { path: path.to_owned() });
     }
-    if tip.upper().iter().all(|entry| *entry == 0.0) {
+    if tool.upper().iter().all(|entry| *entry == 0.0) {
         return Err(SurfaceCommandError::NoCovariance { of: of.to_owned() });
     }
-    let place_of_tip = tip.transform() * Point::new(0.0, 0.0, 0.0);
     let (mut poses, mut places) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
     for (row, point) in rows.iter().zip(points) {
         let pose = marker_pose(row)?;
         let place = pose.inverse() * point.place;
-        let off_mm = place.distance(place_of_tip);
+        let off_mm = off(place);
         if off_mm.is_nan() || off_mm > OFF_TIP_MM {
             let expected = format!(
-                "a pose of the marker that puts the tip within {OFF_TIP_MM} mm of the point; it is {off_mm:.1} mm off"
+                "a pose of the marker that puts {what} within {OFF_TIP_MM} mm of the point; it is {off_mm:.1} mm off"
             );
             return Err(row.bad(SHIFT[0], expected).into());
         }
         poses.push(pose);
         places.push(place);
     }
-    Ok(SharedError::of_tool(tip.covariance(), &poses, &places))
-}
-
-/// The error of the probe's calibration, by the pose of the marker as each image was taken.
-fn of_probe(
-    image: &Uncertain<Marker, Image>,
-    table: &Table<'_>,
-    rows: &[Row<'_>],
-    points: &[SurfacePoint<From>],
-    path: &Path,
-) -> Result<SharedError, SurfaceCommandError> {
-    if !table.has(TURN[0]) {
-        return Err(SurfaceCommandError::NoMarkerPoses { path: path.to_owned() });
-    }
-    if image.upper().iter().all(|entry| *entry == 0.0) {
-        return Err(SurfaceCommandError::NoCovariance {
-            of: "the probe's calibration".to_owned(),
-        });
-    }
-    let back = image.transform().inverse();
-    let (mut poses, mut places) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
-    for (row, point) in rows.iter().zip(points) {
-        let pose = marker_pose(row)?;
-        let place = pose.inverse() * point.place;
-        let off_mm = (back * place).mm()[2].abs();
-        if off_mm.is_nan() || off_mm > OFF_TIP_MM {
-            let expected = format!(
-                "a pose of the marker that puts the point within {OFF_TIP_MM} mm of the probe's image; it is {off_mm:.1} mm off"
-            );
-            return Err(row.bad(SHIFT[0], expected).into());
-        }
-        poses.push(pose);
-        places.push(place);
-    }
-    Ok(SharedError::of_tool(image.covariance(), &poses, &places))
+    Ok(SharedError::of_tool(tool.covariance(), &poses, &places))
 }
 
 fn marker_pose(row: &Row<'_>) -> Result<Rigid<From, Marker>, TableError> {

@@ -230,3 +230,70 @@ pub(super) fn sounded_words(heard: &Listened) -> String {
     let why = last.map_or_else(String::new, |why| format!("; the last without: {why}"));
     format!("bone in {with_bone} of {} images{why}", heard.images.len())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ultrasound::{Beams, Shape};
+
+    fn looked(depth_mm: f64, pixel_mm: f64) -> Looked {
+        let beams = Beams::Linear {
+            from_mm: 0.0,
+            to_mm: 20.0,
+            face_mm: 0.0,
+        };
+        Looked {
+            t_capture_ns: 0,
+            seq: 7,
+            shape: Ok(Shape::new([200, 300], [pixel_mm; 2], beams, depth_mm).unwrap()),
+            is_stamped: true,
+            line: Err("nothing".to_owned()),
+        }
+    }
+
+    /// An image whose source says no pixels was once told to be of another depth, and one stamped by its arrival was taken.
+    #[test]
+    fn images_that_the_calibration_does_not_hold_for_are_refused_by_name() {
+        let probe = Calibrated {
+            of: "a test".to_owned(),
+            marker_from_image: Uncertain::from_upper(Rigid::identity(), [0.0; 21]).unwrap(),
+            pixel_mm: [0.1; 2],
+            lag_s: [0.0; 2],
+        };
+        let sounding = Sounding {
+            probe: &probe,
+            step_mm: 2.0,
+            elevation_mm: 0.7,
+        };
+        let first = looked(30.0, 0.1);
+        let words = |image: &Looked| sounding.check(image, &first).unwrap_err().to_string();
+        assert!(sounding.check(&first, &first).is_ok());
+        assert!(words(&looked(30.0, 0.103)).contains("the depth was changed"));
+        assert!(words(&looked(25.0, 0.1)).contains("another size, depth or array than the first"));
+        let unstamped = Looked {
+            is_stamped: false,
+            ..looked(30.0, 0.1)
+        };
+        assert!(words(&unstamped).contains("stamped by its arrival"));
+        let unknown = Looked {
+            shape: Err("its source does not say".to_owned()),
+            ..looked(30.0, 0.1)
+        };
+        assert_eq!(words(&unknown), "image 7: its source does not say");
+    }
+
+    /// The speed is the point's, and not that of the marker, about which the probe may turn.
+    #[test]
+    fn a_probe_that_turns_about_its_marker_moves_what_it_sees() {
+        let turned = Rigid::from_rotation_vector(Vector::new(0.0, 0.0, 0.01), Vector::new(0.0, 0.0, 0.0)).unwrap();
+        let posed = Posed {
+            pose: Uncertain::from_upper(Rigid::identity(), [0.0; 21]).unwrap(),
+            between: [Rigid::identity(), turned],
+            passed_s: 0.02,
+        };
+        assert_eq!(posed.speed_mm_s(Point::new(0.0, 0.0, 0.0)), 0.0);
+        // A chord of 0.01 rad at 150 mm.
+        let expected = 2.0 * 150.0 * 0.005_f64.sin() / 0.02;
+        assert!((posed.speed_mm_s(Point::new(150.0, 0.0, 0.0)) - expected).abs() < 1e-9);
+    }
+}
