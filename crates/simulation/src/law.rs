@@ -22,6 +22,7 @@ mod tests;
 
 pub use lame::Lame;
 pub use material::{Law, Material};
+pub(crate) use neo_hookean::x_minus_ln_1p;
 pub use ogden::Ogden;
 pub use project::{Modes, signed_svd};
 pub use response::{Response, Volume};

@@ -47,24 +47,25 @@ impl Ogden {
         })
     }
 
-    fn terms(&self) -> &[(f64, f64)] {
+    /// `(m_p, a_p)`, scaled.
+    pub(crate) fn terms(&self) -> &[(f64, f64)] {
         &self.terms[..self.count]
     }
 
     /// `h(l) / (2 mu)` from `ln l`, without cancellation at rest.
-    fn h(&self, log: f64) -> f64 {
+    pub(crate) fn h(&self, log: f64) -> f64 {
         let term = |(m, a): &(f64, f64)| m * (((a - 1.0) * log).exp_m1() - (-log).exp_m1());
         self.terms().iter().map(term).sum()
     }
 
     /// `h'(l) / (2 mu)`.
-    fn slope(&self, log: f64) -> f64 {
+    pub(crate) fn slope(&self, log: f64) -> f64 {
         let term = |(m, a): &(f64, f64)| m * ((a - 1.0) * ((a - 2.0) * log).exp() + (-2.0 * log).exp());
         self.terms().iter().map(term).sum()
     }
 
     /// `(h(l1) - h(l2)) / (l1 - l2) / (2 mu)`, also where they meet.
-    fn divided_difference(&self, [log1, log2]: [f64; 2]) -> f64 {
+    pub(crate) fn divided_difference(&self, [log1, log2]: [f64; 2]) -> f64 {
         let t = log1 - log2;
         let power = |b: f64| {
             // `(l1^b - l2^b) / (l1 - l2)` is `l2^(b - 1)` times a quotient that tends to `b`; `exp_m1` keeps its digits
