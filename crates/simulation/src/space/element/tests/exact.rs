@@ -83,7 +83,8 @@ fn rigid_motions_cost_nothing() {
             // Displacements of 6 are rounded to eps times that.
             let scale = 6.0 * stiffness.amax();
             assert!(forces.amax() < 1e-13 * scale, "{material:?} {}", forces.amax() / scale);
-            assert!(energy.abs() < 1e-24 * scale, "{material:?} {}", energy / scale);
+            // Rounding of G alone: the terms of a density are of size 1 at a half turn.
+            assert!(energy.abs() < 1e-15 * scale, "{material:?} {}", energy / scale);
             // And no stiffness along what moves on.
             let rotated = displaced(&cell, |x| spin * (x + motion * x));
             let shifted = displaced(&cell, |_| Vector3::new(1.0, -2.0, 0.5));
