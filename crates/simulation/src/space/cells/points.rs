@@ -1,0 +1,71 @@
+//! Points inside a mesh, and how free nodes move a place.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::mesh::Mesh;
+use super::shape::{gradients, values};
+
+/// A point inside a mesh's region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VolumePoint {
+    /// Number of its cube.
+    pub(super) cell: u32,
+    /// Where it is in the reference configuration, mm.
+    pub at: Vector3<f64>,
+    /// Volume that it stands for, mm^3.
+    pub volume: f64,
+}
+
+impl Mesh {
+    /// Free nodes, with weights, whose weighted displacements are that of a place. `None` outside all cubes.
+    pub fn row(&self, at: &Vector3<f64>) -> Option<Vec<(u32, f64)>> {
+        let cell = self.grid.containing(at)?;
+        let number = self.cells.binary_search(&cell).ok()?;
+        Some(self.row_in(number, at))
+    }
+
+    /// Free nodes with the derivatives of their weights in a point's displacement by the reference position.
+    pub fn slopes(&self, point: &VolumePoint) -> Vec<(u32, Vector3<f64>)> {
+        let cell = point.cell as usize;
+        let scale = 2.0 / self.grid.length(self.cells[cell].span);
+        let slopes = gradients(self.order, self.grid.local(&self.cells[cell], &point.at));
+        let mut sum: BTreeMap<u32, Vector3<f64>> = BTreeMap::new();
+        for (node, slope) in self.ties.of_cell[cell].iter().zip(slopes) {
+            for (free, part) in &self.ties.ties[*node as usize] {
+                *sum.entry(*free).or_insert_with(Vector3::zeros) += slope * (scale * part);
+            }
+        }
+        sum.into_iter().collect()
+    }
+
+    /// Free nodes with their weights in a point's displacement.
+    pub fn point_row(&self, point: &VolumePoint) -> Vec<(u32, f64)> {
+        self.row_in(point.cell as usize, &point.at)
+    }
+
+    /// Forces on the unknowns of a force by reference volume.
+    pub fn spread(&self, force: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Vec<f64> {
+        let mut forces = vec![0.0; self.unknowns()];
+        for point in self.points() {
+            let force = force(&point.at) * point.volume;
+            for (node, weight) in self.point_row(point) {
+                (0..3).for_each(|k| forces[3 * node as usize + k] += weight * force[k]);
+            }
+        }
+        forces
+    }
+
+    /// Weights of the free nodes at a place by the shape functions of a cube, which the place may lie outside of.
+    pub(super) fn row_in(&self, cell: usize, at: &Vector3<f64>) -> Vec<(u32, f64)> {
+        let weights = values(self.order, self.grid.local(&self.cells[cell], at));
+        let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
+        for (node, weight) in self.ties.of_cell[cell].iter().zip(weights) {
+            for (free, part) in &self.ties.ties[*node as usize] {
+                *sum.entry(*free).or_insert(0.0) += weight * part;
+            }
+        }
+        sum.into_iter().collect()
+    }
+}

@@ -1,0 +1,86 @@
+//! Points of the region's surface, and what moves them.
+
+use nalgebra::Vector3;
+
+use super::mesh::Mesh;
+use super::rule::{Surface, gauss};
+
+/// A point of the surface of a mesh's region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Number of its cube.
+    cell: u32,
+    /// Where it is in the reference configuration, mm.
+    pub at: Vector3<f64>,
+    /// Unit normal out of the region.
+    pub normal: Vector3<f64>,
+    /// Area that it stands for, mm^2.
+    pub area: f64,
+}
+
+impl SurfacePoint {
+    pub(super) fn of(cell: usize, surface: &Surface) -> Self {
+        Self {
+            cell: cell as u32,
+            at: surface.at,
+            normal: surface.normal,
+            area: surface.area,
+        }
+    }
+}
+
+impl Mesh {
+    /// Free nodes, with weights, whose weighted displacements are that of a point of the surface.
+    pub fn surface_row(&self, point: &SurfacePoint) -> Vec<(u32, f64)> {
+        self.row_in(point.cell as usize, &point.at)
+    }
+}
+
+/// Points of the faces of whole cubes that no cube lies beyond: where the region ends with the grid.
+pub(super) fn faces(mesh: &Mesh, whole: &[bool]) -> Vec<SurfacePoint> {
+    let mut points = Vec::new();
+    for (number, cell) in mesh.cells.iter().enumerate().filter(|(k, _)| whole[*k]) {
+        let [low, high] = mesh.grid.corners(cell);
+        for (axis, up) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
+            let mut beyond = cell.corner;
+            beyond[axis] += if up { cell.span } else { -1 };
+            if mesh.grid.cell_at(beyond).is_none() && !any_smaller(mesh, beyond, axis, cell.span) {
+                points.extend(face(number, &low, &high, axis, up));
+            }
+        }
+    }
+    points
+}
+
+/// Whether smaller cubes lie behind a face of which the first step beyond is given.
+fn any_smaller(mesh: &Mesh, beyond: [i32; 3], axis: usize, span: i32) -> bool {
+    let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
+    [[0, 0], [1, 0], [0, 1], [1, 1]].iter().any(|part| {
+        let mut at = beyond;
+        at[a] += part[0] * span / 2;
+        at[b] += part[1] * span / 2;
+        mesh.grid.cell_at(at).is_some()
+    })
+}
+
+fn face(cell: usize, low: &Vector3<f64>, high: &Vector3<f64>, axis: usize, up: bool) -> Vec<SurfacePoint> {
+    let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
+    let side = high - low;
+    let mut normal = Vector3::zeros();
+    normal[axis] = if up { 1.0 } else { -1.0 };
+    let mut points = Vec::new();
+    for (x, wx) in gauss(4) {
+        for (y, wy) in gauss(4) {
+            let mut at = if up { *high } else { *low };
+            at[a] = low[a] + side[a] * x;
+            at[b] = low[b] + side[b] * y;
+            points.push(SurfacePoint {
+                cell: cell as u32,
+                at,
+                normal,
+                area: side[a] * side[b] * wx * wy,
+            });
+        }
+    }
+    points
+}

@@ -1,0 +1,68 @@
+//! Solids as black boxes, as [`crate::solid`] has them in the plane.
+//!
+//! What knows a solid knows how many parameters it has, rigid motions of them, its energy with two derivatives, and points
+//! of its surface. Nothing else knows what a parameter means.
+
+mod deformable;
+
+pub use deformable::{Deformable, NotMixed};
+
+use nalgebra::{Rotation3, Vector3};
+
+use crate::sparse::Triplets;
+
+/// A solid of any kind. Parameters `a` are a slice of [`Self::parameters`] numbers, all with the unit of length, so that
+/// their derivatives are forces.
+pub trait Solid: std::fmt::Debug + Send + Sync {
+    /// How many parameters describe its deformation.
+    fn parameters(&self) -> usize;
+
+    /// The parameters of the reference configuration.
+    fn initial(&self) -> Vec<f64> {
+        vec![0.0; self.parameters()]
+    }
+
+    /// Moves it by a translation.
+    fn translate(&self, a: &mut [f64], by: Vector3<f64>);
+
+    /// Turns it about a centre.
+    fn rotate(&self, a: &mut [f64], by: &Rotation3<f64>, centre: Vector3<f64>);
+
+    /// Potential energy of elasticity and weight, zero in the reference configuration. `None` where it has none: the law
+    /// forbids the deformation, or a parameter is not a number.
+    fn energy(&self, a: &[f64]) -> Option<f64>;
+
+    /// The energy, and its derivatives *added* to `gradient`.
+    fn gradient(&self, a: &[f64], gradient: &mut [f64]) -> Option<f64>;
+
+    /// The second derivatives, added to `sink` from the unknown `offset` on. Where `convex`, those of the nearest positive
+    /// semidefinite matrix that is cheap to have.
+    fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets, offset: usize) -> Option<()>;
+
+    /// The forces of the weight on the parameters, *added* to `forces`.
+    fn weight(&self, forces: &mut [f64]);
+
+    /// The least determinant of the deformation gradient at the points looked at. Zero or less: turned inside out.
+    fn least_determinant(&self, a: &[f64]) -> f64;
+
+    /// A scale of its stiffness, units of stress; zero where it has none.
+    fn stiffness_scale(&self) -> f64;
+
+    /// Its largest side in the reference configuration.
+    fn extent(&self) -> f64;
+
+    /// How many points of its surface are known.
+    fn points(&self) -> usize;
+
+    /// The area that a point of the surface stands for in the reference configuration, and the unit normal out there.
+    fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64);
+
+    /// Where a point of the surface is.
+    fn point(&self, a: &[f64], point: usize) -> Vector3<f64>;
+
+    /// Calls `visit` with every parameter that moves a point of the surface, and the derivative of its position.
+    fn rows(&self, a: &[f64], point: usize, visit: &mut dyn FnMut(usize, Vector3<f64>));
+
+    /// Adds `force . d2 point` to `sink`: nothing where positions are linear in the parameters.
+    fn bend(&self, _a: &[f64], _point: usize, _force: Vector3<f64>, _sink: &mut Triplets, _offset: usize) {}
+}

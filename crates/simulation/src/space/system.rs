@@ -1,0 +1,200 @@
+//! A system: solids, what is fixed, dead loads, and the terms that constraints add to the energy.
+
+use super::solid::Solid;
+use super::term::Term;
+use crate::control::Potential;
+use crate::sparse::Triplets;
+
+/// Solids, and where the parameters of each lie in the vector of all.
+#[derive(Debug, Default)]
+pub struct Bodies {
+    solids: Vec<Box<dyn Solid>>,
+    offsets: Vec<usize>,
+    size: usize,
+}
+
+impl Bodies {
+    /// The number of solids.
+    pub fn len(&self) -> usize {
+        self.solids.len()
+    }
+
+    /// True without any.
+    pub fn is_empty(&self) -> bool {
+        self.solids.is_empty()
+    }
+
+    /// Parameters of all solids together.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// A solid.
+    pub fn solid(&self, body: usize) -> &dyn Solid {
+        self.solids[body].as_ref()
+    }
+
+    /// The first unknown of a solid.
+    pub fn offset(&self, body: usize) -> usize {
+        self.offsets[body]
+    }
+
+    /// The parameters of a solid among all.
+    pub fn part<'a>(&self, body: usize, a: &'a [f64]) -> &'a [f64] {
+        let end = self.offsets.get(body + 1).copied().unwrap_or(self.size);
+        &a[self.offsets[body]..end]
+    }
+
+    /// The largest side of any, the scale of lengths.
+    pub fn extent(&self) -> f64 {
+        self.solids.iter().map(|s| s.extent()).fold(0.0, f64::max)
+    }
+
+    /// The largest stiffness, units of stress.
+    pub fn stiffness_scale(&self) -> f64 {
+        self.solids.iter().map(|s| s.stiffness_scale()).fold(0.0, f64::max)
+    }
+
+    /// `(offset, solid, its parameters)` of each.
+    fn each<'a>(&'a self, a: &'a [f64]) -> impl Iterator<Item = (usize, &'a dyn Solid, &'a [f64])> {
+        (0..self.len()).map(move |k| (self.offsets[k], self.solid(k), self.part(k, a)))
+    }
+}
+
+/// A system of solids. It holds no state: the vector of all parameters is the caller's.
+#[derive(Debug, Default)]
+pub struct System {
+    /// The solids.
+    pub bodies: Bodies,
+    /// Unknowns that keep their value.
+    pub fixed: Vec<bool>,
+    /// Dead forces on the unknowns.
+    pub loads: Vec<f64>,
+    /// Terms that constraints add.
+    pub terms: Vec<Box<dyn Term>>,
+    weights: Vec<f64>,
+}
+
+impl System {
+    /// A system without solids.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a solid; its number.
+    pub fn add(&mut self, solid: impl Solid + 'static) -> usize {
+        let parameters = solid.parameters();
+        let mut weights = vec![0.0; parameters];
+        solid.weight(&mut weights);
+        self.weights.extend(weights);
+        let bodies = &mut self.bodies;
+        bodies.offsets.push(bodies.size);
+        bodies.size += parameters;
+        bodies.solids.push(Box::new(solid));
+        self.fixed.resize(bodies.size, false);
+        self.loads.resize(bodies.size, 0.0);
+        bodies.solids.len() - 1
+    }
+
+    /// Adds dead forces `(parameter, force)` on a solid.
+    pub fn load(&mut self, body: usize, forces: &[(usize, f64)]) {
+        let start = self.bodies.offset(body);
+        for (parameter, force) in forces {
+            self.loads[start + parameter] += force;
+        }
+    }
+
+    /// The parameters of all reference configurations.
+    pub fn initial(&self) -> Vec<f64> {
+        self.bodies.solids.iter().flat_map(|s| s.initial()).collect()
+    }
+
+    fn load_energy(&self, a: &[f64]) -> f64 {
+        -self.loads.iter().zip(a).map(|(l, a)| l * a).sum::<f64>()
+    }
+}
+
+impl Potential for System {
+    fn size(&self) -> usize {
+        self.bodies.size()
+    }
+
+    fn energy(&self, a: &[f64]) -> Option<f64> {
+        let mut energy = self.load_energy(a);
+        for (_, solid, part) in self.bodies.each(a) {
+            energy += solid.energy(part)?;
+        }
+        for term in &self.terms {
+            energy += term.energy(&self.bodies, a)?;
+        }
+        Some(energy)
+    }
+
+    fn gradient(&self, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        let mut energy = self.load_energy(a);
+        gradient.iter_mut().zip(&self.loads).for_each(|(g, l)| *g = -l);
+        for (offset, solid, part) in self.bodies.each(a) {
+            energy += solid.gradient(part, &mut gradient[offset..offset + part.len()])?;
+        }
+        for term in &self.terms {
+            energy += term.gradient(&self.bodies, a, gradient)?;
+        }
+        Some(energy)
+    }
+
+    fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
+        sink.reset(self.size());
+        for (offset, solid, part) in self.bodies.each(a) {
+            solid.hessian(part, convex, sink, offset)?;
+        }
+        self.terms
+            .iter()
+            .try_for_each(|term| term.hessian(&self.bodies, a, convex, sink))
+    }
+
+    fn reach(&self, a: &[f64], step: &[f64]) -> f64 {
+        let each = self.terms.iter().map(|term| term.reach(&self.bodies, a, step));
+        each.fold(1.0, f64::min)
+    }
+
+    fn fixed(&self) -> &[bool] {
+        &self.fixed
+    }
+
+    fn load(&self, i: usize) -> f64 {
+        self.weights[i] + self.loads[i]
+    }
+
+    fn reaction(&self, a: &[f64]) -> f64 {
+        let each = self.terms.iter().map(|term| term.reaction(&self.bodies, a));
+        each.fold(0.0, f64::max)
+    }
+
+    /// Of the solids: stiffness times displacement, and where nothing is loaded the size of the solid is counted in.
+    fn rounding(&self, a: &[f64], sizes: &mut Vec<f64>) {
+        let mut elastic = Triplets::new(self.size());
+        let unloaded = (0..self.size()).all(|i| Potential::load(self, i) == 0.0);
+        let mut lengths = Vec::with_capacity(a.len());
+        for (offset, solid, part) in self.bodies.each(a) {
+            let known = solid.hessian(part, false, &mut elastic, offset).is_some();
+            let size = if unloaded && known { solid.extent() } else { 0.0 };
+            lengths.extend(part.iter().map(|u| u.abs() + size));
+        }
+        sizes.clear();
+        sizes.extend(elastic.absolute_product(&lengths));
+    }
+
+    fn extent(&self) -> f64 {
+        self.bodies.extent()
+    }
+
+    fn stiffness(&self) -> f64 {
+        let scale = self.bodies.stiffness_scale();
+        if scale > 0.0 { scale } else { f64::INFINITY }
+    }
+
+    fn least_determinant(&self, a: &[f64]) -> f64 {
+        let each = self.bodies.each(a).map(|(_, solid, part)| solid.least_determinant(part));
+        each.fold(f64::INFINITY, f64::min)
+    }
+}

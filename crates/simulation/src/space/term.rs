@@ -1,0 +1,28 @@
+//! Terms that links and contacts add to the energy. They see surfaces of solids only.
+
+mod springs;
+
+pub use springs::Springs;
+
+use super::system::Bodies;
+use crate::sparse::Triplets;
+
+/// A term of the energy.
+pub trait Term: std::fmt::Debug + Send + Sync {
+    /// The energy; `None` where the state is not allowed.
+    fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64>;
+
+    /// The energy, and its derivatives added to `gradient`.
+    fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64>;
+
+    /// The second derivatives, added to `sink`; where `convex`, of a positive semidefinite matrix near them.
+    fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()>;
+
+    /// The part of `step`, at most 1, that may be made without passing through anything.
+    fn reach(&self, _bodies: &Bodies, _a: &[f64], _step: &[f64]) -> f64 {
+        1.0
+    }
+
+    /// The largest force at `a` on a point.
+    fn reaction(&self, bodies: &Bodies, a: &[f64]) -> f64;
+}

@@ -1,0 +1,93 @@
+//! A manufactured solution on a ball that cuts its cubes, of two sizes: errors of order 3 in the displacement and 2 in its
+//! gradient.
+
+use nalgebra::{Matrix3, Vector3};
+use simulation::control::{Newton, Settings as Control};
+use simulation::law::Law;
+use simulation::space::cells::{Ball, Mesh, Settings};
+use simulation::space::law::Material;
+use simulation::space::solid::Deformable;
+use simulation::space::system::System;
+use simulation::space::term::Springs;
+
+fn exact(x: &Vector3<f64>) -> Vector3<f64> {
+    let [a, b, c] = [1.7 * x.x, 1.3 * x.y, 1.5 * x.z];
+    Vector3::new(a.sin() * b.cos() + 0.3 * c.sin(), (b + c).cos() - 1.0, a.cos() * c.sin()) * 0.04
+}
+
+fn exact_gradient(x: &Vector3<f64>) -> Matrix3<f64> {
+    let [a, b, c] = [1.7 * x.x, 1.3 * x.y, 1.5 * x.z];
+    let first = [1.7 * a.cos() * b.cos(), -1.3 * a.sin() * b.sin(), 0.45 * c.cos()];
+    let second = [0.0, -1.3 * (b + c).sin(), -1.5 * (b + c).sin()];
+    let third = [-1.7 * a.sin() * c.sin(), 0.0, 1.5 * a.cos() * c.cos()];
+    Matrix3::from_row_slice(&[first, second, third].concat()) * 0.04
+}
+
+fn stress(material: &Material, x: &Vector3<f64>) -> Matrix3<f64> {
+    let stress = material.response(&exact_gradient(x)).unwrap().stress;
+    Matrix3::from_column_slice(stress.as_slice())
+}
+
+/// `-Div P`, by differences of fourth order: `h^4 / 30` times fifth derivatives below 20 is 1e-12.
+fn force(material: &Material, x: &Vector3<f64>) -> Vector3<f64> {
+    let h = 1e-3;
+    let mut force = Vector3::zeros();
+    for axis in 0..3 {
+        let at = |by: f64| {
+            let mut x = *x;
+            x[axis] += by * h;
+            stress(material, &x)
+        };
+        let slope = ((at(1.0) - at(-1.0)) * 8.0 - (at(2.0) - at(-2.0))) / (12.0 * h);
+        force -= slope.column(axis);
+    }
+    force
+}
+
+/// Root of the integrals of the squared errors of the displacement and of its gradient; unknowns.
+fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
+    let ball = Ball { centre: Vector3::new(0.013, -0.021, 0.017) * shift, radius: 1.0 };
+    let corners = [Vector3::repeat(-1.3), Vector3::repeat(1.3)];
+    let mesh = Mesh::new(&ball, corners, settings, &|low, high| low.x + high.x < 0.0).unwrap();
+    let material = Material::new(Law::NeoHookean, 1.0, nu).unwrap();
+    let forces = mesh.spread(|x| force(&material, x));
+    let solid = Deformable::new(mesh, material, Vector3::zeros()).unwrap();
+    let mesh = solid.mesh().clone();
+    let traction = solid.traction(|x, normal| stress(&material, x) * normal);
+    let mut system = System::new();
+    let body = system.add(solid);
+    let forces: Vec<(usize, f64)> = forces.into_iter().enumerate().chain(traction).collect();
+    System::load(&mut system, body, &forces);
+    // Springs at rest in the exact state take rigid motions away and leave the solution as it is.
+    let springs = Springs::new(&system.bodies, body, |_, _| 1.0, |x| x + exact(x));
+    system.terms.push(Box::new(springs));
+    let mut a = system.initial();
+    let control = Control { provisional: true, tolerance: 1e-10, ..Control::default() };
+    Newton::new(control).minimise(&system, &mut a).map_or_else(|e| println!("FAILED {e}"), |m| println!("iterations {} det {}", m.iterations, m.least_determinant));
+    let mut sums = [0.0; 2];
+    let u = |n: u32| Vector3::from_column_slice(&a[3 * n as usize..3 * n as usize + 3]);
+    for point in mesh.points() {
+        let value: Vector3<f64> = mesh.point_row(point).iter().map(|(n, w)| u(*n) * *w).sum();
+        let slope: Matrix3<f64> = mesh.slopes(point).iter().map(|(n, q)| u(*n) * q.transpose()).sum();
+        sums[0] += (value - exact(&point.at)).norm_squared() * point.volume;
+        sums[1] += (slope - exact_gradient(&point.at)).norm_squared() * point.volume;
+    }
+    (sums.map(f64::sqrt), a.len())
+}
+
+#[test]
+fn orders_of_convergence() {
+    for (nu, least_fill) in [(0.3, 0.0), (0.3, 0.02), (0.3, 0.05), (0.499, 0.0), (0.499, 0.02), (0.499, 0.05), (0.3, 0.2)] {
+        println!("{least_fill}");
+        let mut last: Option<([f64; 2], f64)> = None;
+        for cells in [3.0, 4.0, 6.0, 8.0] {
+            let settings = Settings { levels: 1, least_fill, ..Settings::of_side(2.6 / cells) };
+            let shifts = [0.0, 1.0, 2.0];
+            let each = shifts.map(|shift| errors(&settings, shift, nu));
+            let mean = [0, 1].map(|k| each.iter().map(|e| e.0[k]).product::<f64>().powf(1.0 / 3.0));
+            let order = last.map(|(before, n)| [0, 1].map(|k: usize| (before[k] / mean[k]).ln() / (cells / n).ln()));
+            println!("nu {nu}, {cells}^3 cubes, halved on one side, {} unknowns: {:.3e} {:.3e} order {order:.2?}", each[0].1, mean[0], mean[1]);
+            last = Some((mean, cells));
+        }
+    }
+}
