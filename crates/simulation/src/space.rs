@@ -4,4 +4,5 @@
 //! [`crate::sparse`]. Lengths in mm, stresses in any unit `U`: forces are then in `U mm^2`.
 
 pub mod element;
+pub mod lanes;
 pub mod law;

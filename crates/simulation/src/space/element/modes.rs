@@ -16,7 +16,7 @@ pub enum Dilatation {
 }
 
 /// Functions at most.
-pub(super) const MODES: usize = 4;
+pub(in crate::space) const MODES: usize = 4;
 
 /// Below this part of the largest extent of the points, an extent is none.
 const FLAT: f64 = 1e-10;
