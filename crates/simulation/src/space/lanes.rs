@@ -1,8 +1,8 @@
 //! Four cells of one [`Table`] at once, neo-Hookean: energy, forces and stiffness in lanes of four numbers.
 //!
 //! Each lane does what one cell alone would do, in the same order, and no product is fused with a sum. So the bits of a
-//! cell depend neither on the processor (AVX2 or not) nor on the three cells beside it: [`Lanes::one`] gives them too. They
-//! differ from those of [`Table::gradient`] and [`Table::stiffness`] by rounding.
+//! cell depend neither on the processor (AVX2 or not) nor on the three cells beside it: [`Lanes::gradient_of_one`] and the
+//! like, for cells whose table no other has, give them too. They differ from those of [`Table::gradient`] and [`Table::stiffness`] by rounding.
 //!
 //! The stiffness is not contracted from a tangent of 9 x 9: with `a_n = (cof F) Q_n` and the pressure `p`,
 //! `K_(ni)(mk) = w (mu Q_n . Q_m d_ik + (mu - p) / J^2 a_nk a_mi)`, and what the pressures couple. That follows from
@@ -11,15 +11,16 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod forces;
+mod four;
 mod lane;
 mod points;
+mod single;
 mod stiffness;
 
 #[cfg(test)]
 mod tests;
 
 use lane::Lane;
-use points::Work;
 
 use super::element::Table;
 use super::law::Material;
@@ -28,15 +29,22 @@ use crate::law::Law;
 /// How many cells are done at once.
 pub const CELLS: usize = 4;
 
-/// Memory for four cells, kept from call to call.
+/// Memory for four cells and for one, kept from call to call.
 #[derive(Debug, Clone, Default)]
 pub struct Lanes {
     #[cfg(target_arch = "x86_64")]
-    vector: Option<avx2::Vector>,
-    #[cfg(target_arch = "x86_64")]
-    wide: Option<Work<avx2::Wide>>,
-    portable: Work<[f64; CELLS]>,
-    single: Work<f64>,
+    wide: Option<Wide>,
+    four: four::Work<[f64; CELLS]>,
+    single: single::Work<[f64; CELLS]>,
+}
+
+/// The same for AVX2.
+#[cfg(target_arch = "x86_64")]
+#[derive(Debug, Clone)]
+struct Wide {
+    proof: avx2::Vector,
+    four: four::Work<avx2::Wide>,
+    single: single::Work<avx2::Wide>,
 }
 
 impl Lanes {
@@ -44,8 +52,12 @@ impl Lanes {
     pub fn new() -> Self {
         Self {
             #[cfg(target_arch = "x86_64")]
-            vector: avx2::Vector::detect(),
-            ..Self::portable()
+            wide: avx2::Vector::detect().map(|proof| Wide {
+                proof,
+                four: four::Work::new(proof),
+                single: single::Work::default(),
+            }),
+            ..Self::default()
         }
     }
 
@@ -57,7 +69,7 @@ impl Lanes {
     /// Whether AVX2 is used.
     pub fn is_wide(&self) -> bool {
         #[cfg(target_arch = "x86_64")]
-        return self.vector.is_some();
+        return self.wide.is_some();
         #[cfg(not(target_arch = "x86_64"))]
         return false;
     }
@@ -71,10 +83,13 @@ impl Lanes {
     /// The material is taken as neo-Hookean.
     pub fn energy(&mut self, table: &Table, material: &Material, u: [&[f64]; CELLS]) -> [Option<f64>; CELLS] {
         #[cfg(target_arch = "x86_64")]
-        if let Some(vector) = self.vector {
-            return vector.energy(&mut self.wide, table, material, u);
+        if let Some(Wide { proof, four, .. }) = &mut self.wide {
+            return proof.run(
+                #[inline(always)]
+                || forces::energy(*proof, four, table, material, &u),
+            );
         }
-        forces::energy((), &mut self.portable, table, material, &u)
+        forces::energy((), &mut self.four, table, material, &u)
     }
 
     /// The same, and their derivatives added to `forces`, of cells with an energy.
@@ -86,10 +101,13 @@ impl Lanes {
         forces: [&mut [f64]; CELLS],
     ) -> [Option<f64>; CELLS] {
         #[cfg(target_arch = "x86_64")]
-        if let Some(vector) = self.vector {
-            return vector.gradient(&mut self.wide, table, material, u, forces);
+        if let Some(Wide { proof, four, .. }) = &mut self.wide {
+            return proof.run(
+                #[inline(always)]
+                || forces::gradient(*proof, four, table, material, &u, forces),
+            );
         }
-        forces::gradient((), &mut self.portable, table, material, &u, forces)
+        forces::gradient((), &mut self.four, table, material, &u, forces)
     }
 
     /// The second derivatives, packed as by [`Table::stiffness`], not made convex. False for a cell where the law has no
@@ -102,49 +120,54 @@ impl Lanes {
         packed: &mut [Vec<f64>; CELLS],
     ) -> [bool; CELLS] {
         #[cfg(target_arch = "x86_64")]
-        if let Some(vector) = self.vector {
-            return vector.stiffness(&mut self.wide, table, material, u, packed);
+        if let Some(Wide { proof, four, .. }) = &mut self.wide {
+            return proof.run(
+                #[inline(always)]
+                || stiffness::stiffness(*proof, four, table, material, &u, packed),
+            );
         }
-        stiffness::stiffness((), &mut self.portable, table, material, &u, packed)
+        stiffness::stiffness((), &mut self.four, table, material, &u, packed)
     }
 
-    /// One cell alone, to the bits that it has among four.
-    pub fn one<'a>(&'a mut self, table: &'a Table, material: &'a Material, u: &'a [f64]) -> One<'a> {
-        One {
-            work: &mut self.single,
-            table,
-            material,
-            u,
+    /// [`Self::energy`] of one cell alone.
+    pub fn energy_of_one(&mut self, table: &Table, material: &Material, u: &[f64]) -> Option<f64> {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(Wide { proof, single, .. }) = &mut self.wide {
+            return proof.run(
+                #[inline(always)]
+                || single::energy(*proof, single, table, material, u),
+            );
         }
-    }
-}
-
-/// One cell alone.
-#[derive(Debug)]
-pub struct One<'a> {
-    work: &'a mut Work<f64>,
-    table: &'a Table,
-    material: &'a Material,
-    u: &'a [f64],
-}
-
-impl One<'_> {
-    /// Its elastic energy. `None` where the law has none.
-    pub fn energy(&mut self) -> Option<f64> {
-        let [energy, ..] = forces::energy((), self.work, self.table, self.material, &[self.u]);
-        energy
+        single::energy((), &mut self.single, table, material, u)
     }
 
-    /// The same, and its derivatives added to `forces`.
-    pub fn gradient(&mut self, forces: &mut [f64]) -> Option<f64> {
-        let [energy, ..] = forces::gradient((), self.work, self.table, self.material, &[self.u], [forces]);
-        energy
+    /// [`Self::gradient`] of one cell alone.
+    pub fn gradient_of_one(
+        &mut self,
+        table: &Table,
+        material: &Material,
+        u: &[f64],
+        forces: &mut [f64],
+    ) -> Option<f64> {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(Wide { proof, single, .. }) = &mut self.wide {
+            return proof.run(
+                #[inline(always)]
+                || single::gradient(*proof, single, table, material, u, forces),
+            );
+        }
+        single::gradient((), &mut self.single, table, material, u, forces)
     }
 
-    /// The second derivative, packed as by [`Table::stiffness`]; false where the law has no energy.
-    pub fn stiffness(&mut self, packed: &mut Vec<f64>) -> bool {
-        let packed = std::slice::from_mut(packed);
-        let [regular, ..] = stiffness::stiffness((), self.work, self.table, self.material, &[self.u], packed);
-        regular
+    /// [`Self::stiffness`] of one cell alone.
+    pub fn stiffness_of_one(&mut self, table: &Table, material: &Material, u: &[f64], packed: &mut Vec<f64>) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(Wide { proof, single, .. }) = &mut self.wide {
+            return proof.run(
+                #[inline(always)]
+                || single::stiffness(*proof, single, table, material, u, packed),
+            );
+        }
+        single::stiffness((), &mut self.single, table, material, u, packed)
     }
 }

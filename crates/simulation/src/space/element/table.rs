@@ -17,8 +17,8 @@ pub struct Table {
     pub(in crate::space) weights: Vec<f64>,
     /// Point by point, node by node.
     pub(in crate::space) slopes: Vec<[f64; 3]>,
-    /// Point by point, [`MODES`] numbers.
-    modes: Vec<f64>,
+    /// Of each point the values of the functions that are projected on; 0 beyond their count.
+    modes: Vec<[f64; MODES]>,
     pub(in crate::space) mode_count: usize,
     volume: f64,
     /// `sum_p w_p Q_n . Q_m` of nodes `n >= m`, row by row.
@@ -166,8 +166,8 @@ impl Table {
 
     /// The functions that are projected on, at a point.
     #[inline]
-    pub(in crate::space) fn modes_at(&self, point: usize) -> &[f64] {
-        &self.modes[MODES * point..MODES * (point + 1)]
+    pub(in crate::space) fn modes_at(&self, point: usize) -> &[f64; MODES] {
+        &self.modes[point]
     }
 
     /// Adds what a point gives to the coefficients of the projected `theta`: means of `theta` times a function.

@@ -10,8 +10,7 @@ use std::arch::x86_64::{
     __m256d, _mm256_add_pd, _mm256_div_pd, _mm256_mul_pd, _mm256_set1_pd, _mm256_setr_pd, _mm256_sub_pd,
 };
 
-use super::points::Work;
-use super::{CELLS, Lane, Material, Table, forces, stiffness};
+use super::{CELLS, Lane};
 
 /// Proof that this processor has AVX2.
 #[derive(Debug, Clone, Copy)]
@@ -26,83 +25,22 @@ impl Vector {
         std::arch::is_x86_feature_detected!("avx2").then_some(Self(()))
     }
 
-    pub(super) fn energy(
-        self,
-        work: &mut Option<Work<Wide>>,
-        table: &Table,
-        material: &Material,
-        u: [&[f64]; CELLS],
-    ) -> [Option<f64>; CELLS] {
-        let work = work.get_or_insert_with(|| Work::new(self));
+    /// Runs `work` compiled for AVX2.
+    #[inline(always)]
+    pub(super) fn run<R>(self, work: impl FnOnce() -> R) -> R {
         // SAFETY: the proof says that this processor has AVX2.
-        unsafe { energy(self, work, table, material, &u) }
-    }
-
-    pub(super) fn gradient(
-        self,
-        work: &mut Option<Work<Wide>>,
-        table: &Table,
-        material: &Material,
-        u: [&[f64]; CELLS],
-        forces: [&mut [f64]; CELLS],
-    ) -> [Option<f64>; CELLS] {
-        let work = work.get_or_insert_with(|| Work::new(self));
-        // SAFETY: the proof says that this processor has AVX2.
-        unsafe { gradient(self, work, table, material, &u, forces) }
-    }
-
-    pub(super) fn stiffness(
-        self,
-        work: &mut Option<Work<Wide>>,
-        table: &Table,
-        material: &Material,
-        u: [&[f64]; CELLS],
-        packed: &mut [Vec<f64>; CELLS],
-    ) -> [bool; CELLS] {
-        let work = work.get_or_insert_with(|| Work::new(self));
-        // SAFETY: the proof says that this processor has AVX2.
-        unsafe { stiffness_of(self, work, table, material, &u, packed) }
+        unsafe { run(work) }
     }
 }
 
+/// Compiles what it is given for AVX2.
 #[target_feature(enable = "avx2")]
-fn energy(
-    proof: Vector,
-    work: &mut Work<Wide>,
-    table: &Table,
-    material: &Material,
-    u: &[&[f64]; CELLS],
-) -> [Option<f64>; CELLS] {
-    forces::energy(proof, work, table, material, u)
-}
-
-#[target_feature(enable = "avx2")]
-fn gradient(
-    proof: Vector,
-    work: &mut Work<Wide>,
-    table: &Table,
-    material: &Material,
-    u: &[&[f64]; CELLS],
-    forces: [&mut [f64]; CELLS],
-) -> [Option<f64>; CELLS] {
-    forces::gradient(proof, work, table, material, u, forces)
-}
-
-#[target_feature(enable = "avx2")]
-fn stiffness_of(
-    proof: Vector,
-    work: &mut Work<Wide>,
-    table: &Table,
-    material: &Material,
-    u: &[&[f64]; CELLS],
-    packed: &mut [Vec<f64>; CELLS],
-) -> [bool; CELLS] {
-    stiffness::stiffness(proof, work, table, material, u, packed)
+fn run<R>(work: impl FnOnce() -> R) -> R {
+    work()
 }
 
 impl Lane for Wide {
     type Proof = Vector;
-    const COUNT: usize = CELLS;
 
     #[inline(always)]
     fn splat(_: Vector, value: f64) -> Self {

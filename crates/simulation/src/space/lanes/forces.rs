@@ -1,6 +1,7 @@
-//! Energies and forces.
+//! Four cells: energies and forces.
 
-use super::points::{Point, Work, prepare, pressure};
+use super::four::{Work, prepare, pressure};
+use super::points::stress;
 use super::{CELLS, Lane, Material, Table};
 
 /// Energies of the cells, `None` where the law has none.
@@ -18,13 +19,13 @@ pub(super) fn energy<W: Lane>(
 
 /// The same, and forces added.
 #[inline(always)]
-pub(super) fn gradient<W: Lane, const N: usize>(
+pub(super) fn gradient<W: Lane>(
     proof: W::Proof,
     work: &mut Work<W>,
     table: &Table,
     material: &Material,
     u: &[&[f64]],
-    forces: [&mut [f64]; N],
+    forces: [&mut [f64]; CELLS],
 ) -> [Option<f64>; CELLS] {
     let regular = prepare(proof, work, table, u);
     let energies = told(&regular, sum(proof, work, table, material));
@@ -72,19 +73,6 @@ fn sum<W: Lane>(proof: W::Proof, work: &Work<W>, table: &Table, material: &Mater
 fn told(regular: &[bool; CELLS], energies: impl Lane) -> [Option<f64>; CELLS] {
     let lanes = energies.lanes();
     std::array::from_fn(|k| (regular[k] && lanes[k].is_finite()).then_some(lanes[k]))
-}
-
-/// `w (mu (F - cof F) + slope cof F)`.
-#[inline(always)]
-fn stress<W: Lane>(proof: W::Proof, at: &Point<W>, mu: W, slope: W, weight: W) -> [W; 9] {
-    let one = W::splat(proof, 1.0);
-    let mut stress = at.g;
-    for (entry, stress) in stress.iter_mut().enumerate() {
-        let c = at.cofactor[entry];
-        let whole = if entry % 4 == 0 { c.plus(one) } else { c };
-        *stress = weight.times(stress.minus(c).times(mu).plus(whole.times(slope)));
-    }
-    stress
 }
 
 /// `f_ni += P_iJ Q_nJ`.

@@ -4,57 +4,21 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use super::CELLS;
 
-/// A number for each of some cells.
+/// Four numbers: one of each of four cells or points, or the three of a vector and one that does not count.
 pub(super) trait Lane: Copy + std::fmt::Debug {
     /// What it takes to make one.
     type Proof: Copy;
-    /// For how many cells, at most [`CELLS`].
-    const COUNT: usize;
 
     /// The same number for all.
     fn splat(proof: Self::Proof, value: f64) -> Self;
-    /// The first [`Self::COUNT`] numbers.
+    /// These numbers.
     fn of(proof: Self::Proof, lanes: [f64; CELLS]) -> Self;
-    /// Its numbers; those from [`Self::COUNT`] on are 0.
+    /// Its numbers.
     fn lanes(self) -> [f64; CELLS];
     fn plus(self, other: Self) -> Self;
     fn minus(self, other: Self) -> Self;
     fn times(self, other: Self) -> Self;
     fn over(self, other: Self) -> Self;
-}
-
-impl Lane for f64 {
-    type Proof = ();
-    const COUNT: usize = 1;
-
-    #[inline(always)]
-    fn splat((): (), value: f64) -> Self {
-        value
-    }
-    #[inline(always)]
-    fn of((): (), lanes: [f64; CELLS]) -> Self {
-        lanes[0]
-    }
-    #[inline(always)]
-    fn lanes(self) -> [f64; CELLS] {
-        [self, 0.0, 0.0, 0.0]
-    }
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        self + other
-    }
-    #[inline(always)]
-    fn minus(self, other: Self) -> Self {
-        self - other
-    }
-    #[inline(always)]
-    fn times(self, other: Self) -> Self {
-        self * other
-    }
-    #[inline(always)]
-    fn over(self, other: Self) -> Self {
-        self / other
-    }
 }
 
 #[inline(always)]
@@ -64,7 +28,6 @@ fn each(a: [f64; CELLS], b: [f64; CELLS], of: impl Fn(f64, f64) -> f64) -> [f64;
 
 impl Lane for [f64; CELLS] {
     type Proof = ();
-    const COUNT: usize = CELLS;
 
     #[inline(always)]
     fn splat((): (), value: f64) -> Self {

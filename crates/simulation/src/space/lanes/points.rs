@@ -1,47 +1,9 @@
-//! The deformation at the points of the cells.
+//! The deformation at a point.
 
-use super::{CELLS, Lane, Table};
+use super::Lane;
 use crate::law::x_minus_ln_1p;
-use crate::space::element::MODES;
 
-/// What is kept between the passes over the points.
-#[derive(Debug, Clone)]
-pub(super) struct Work<W> {
-    /// Displacements, node by node.
-    pub(super) u: Vec<W>,
-    pub(super) points: Vec<Point<W>>,
-    /// Coefficients of the projected `theta`.
-    pub(super) means: [W; MODES],
-    /// Forces, or what a stiffness needs.
-    pub(super) forces: Vec<W>,
-    pub(super) images: Vec<[W; 3]>,
-    pub(super) weighted: Vec<[W; 3]>,
-    pub(super) changes: Vec<W>,
-    pub(super) rows: Vec<W>,
-}
-
-impl<W: Lane<Proof = ()>> Default for Work<W> {
-    fn default() -> Self {
-        Self::new(())
-    }
-}
-
-impl<W: Lane> Work<W> {
-    pub(super) fn new(proof: W::Proof) -> Self {
-        Self {
-            u: Vec::new(),
-            points: Vec::new(),
-            means: [W::splat(proof, 0.0); MODES],
-            forces: Vec::new(),
-            images: Vec::new(),
-            weighted: Vec::new(),
-            changes: Vec::new(),
-            rows: Vec::new(),
-        }
-    }
-}
-
-/// One point of the cells.
+/// One point of four cells, or four points of one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point<W> {
     /// The displacement gradient, column by column.
@@ -58,54 +20,9 @@ pub(super) struct Point<W> {
     pub(super) rest: W,
 }
 
-/// Fills `work.u`, `work.points` and `work.means`; tells which cells have `J > 0` at all points.
-#[inline(always)]
-pub(super) fn prepare<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table, u: &[&[f64]]) -> [bool; CELLS] {
-    let zero = W::splat(proof, 0.0);
-    work.u.clear();
-    for entry in 0..3 * table.nodes() {
-        let mut lanes = [0.0; CELLS];
-        for (lane, u) in lanes.iter_mut().zip(u) {
-            *lane = u[entry];
-        }
-        work.u.push(W::of(proof, lanes));
-    }
-    work.points.clear();
-    work.means = [zero; MODES];
-    let mut regular = [true; CELLS];
-    for (point, weight) in table.weights.iter().enumerate() {
-        let g = gradient(proof, &work.u, table.slopes_at(point));
-        let at = deformation(proof, g);
-        for (regular, j) in regular.iter_mut().zip(at.j.lanes()).take(W::COUNT) {
-            *regular &= j > 0.0 && j.is_finite();
-        }
-        let part = W::splat(proof, weight / table.volume()).times(at.theta);
-        for (mean, mode) in work.means.iter_mut().zip(table.modes_at(point)) {
-            *mean = mean.plus(part.times(W::splat(proof, *mode)));
-        }
-        work.points.push(at);
-    }
-    regular
-}
-
-/// `G_iJ = sum_n u_ni Q_nJ`.
-#[inline(always)]
-fn gradient<W: Lane>(proof: W::Proof, u: &[W], slopes: &[[f64; 3]]) -> [W; 9] {
-    let mut g = [W::splat(proof, 0.0); 9];
-    for (u, q) in u.as_chunks::<3>().0.iter().zip(slopes) {
-        for (column, q) in g.as_chunks_mut::<3>().0.iter_mut().zip(q) {
-            let q = W::splat(proof, *q);
-            for (g, u) in column.iter_mut().zip(u) {
-                *g = g.plus(u.times(q));
-            }
-        }
-    }
-    g
-}
-
 /// As in [`crate::space::law`]: nothing is formed as a difference of numbers near 1.
 #[inline(always)]
-fn deformation<W: Lane>(proof: W::Proof, g: [W; 9]) -> Point<W> {
+pub(super) fn deformation<W: Lane>(proof: W::Proof, g: [W; 9]) -> Point<W> {
     let minor = |a: usize, b: usize, c: usize, d: usize| g[a].times(g[b]).minus(g[c].times(g[d]));
     let small = [
         minor(4, 8, 5, 7),
@@ -193,16 +110,15 @@ fn logarithm<W: Lane>(proof: W::Proof, x: W) -> (W, W) {
     (W::of(proof, theta), W::of(proof, rest))
 }
 
-/// The pressure at a point over `J`'s derivative: `lambda` times `theta`, projected where it is.
+/// `w (mu (F - cof F) + slope cof F)`.
 #[inline(always)]
-pub(super) fn pressure<W: Lane>(proof: W::Proof, work: &Work<W>, table: &Table, lambda: f64, point: usize) -> W {
-    let lambda = W::splat(proof, lambda);
-    if table.mode_count == 0 {
-        return lambda.times(work.points[point].theta);
+pub(super) fn stress<W: Lane>(proof: W::Proof, at: &Point<W>, mu: W, slope: W, weight: W) -> [W; 9] {
+    let one = W::splat(proof, 1.0);
+    let mut stress = at.g;
+    for (entry, stress) in stress.iter_mut().enumerate() {
+        let c = at.cofactor[entry];
+        let whole = if entry % 4 == 0 { c.plus(one) } else { c };
+        *stress = weight.times(stress.minus(c).times(mu).plus(whole.times(slope)));
     }
-    let mut sum = W::splat(proof, 0.0);
-    for (mean, mode) in work.means.iter().zip(table.modes_at(point)) {
-        sum = sum.plus(mean.times(W::splat(proof, *mode)));
-    }
-    lambda.times(sum)
+    stress
 }

@@ -1,6 +1,6 @@
-//! Second derivatives.
+//! Four cells: second derivatives.
 
-use super::points::{Work, prepare, pressure};
+use super::four::{Work, prepare, pressure};
 use super::{CELLS, Lane, Material, Table};
 
 /// Packed lower triangles of the cells; false where the law has no energy.
