@@ -144,13 +144,13 @@ impl Bench {
             }
             Way::Alone => {
                 for u in &self.cells {
-                    assert!(lanes.stiffness_of_one(&self.table, &self.material, u, &mut packed[0]));
+                    assert!(lanes.stiffness_of_one(&self.table, &self.material, u, false, &mut packed[0]));
                     found.extend(kept(&packed[0]));
                 }
             }
             _ => {
                 for u in self.cells.as_chunks::<CELLS>().0 {
-                    let regular = lanes.stiffness(&self.table, &self.material, slices(u), &mut packed);
+                    let regular = lanes.stiffness(&self.table, &self.material, slices(u), false, &mut packed);
                     assert_eq!(regular, [true; CELLS]);
                     found.extend(packed.iter().flat_map(kept));
                 }

@@ -13,6 +13,7 @@ mod avx2;
 mod forces;
 mod four;
 mod lane;
+mod other;
 mod points;
 mod single;
 mod stiffness;
@@ -74,14 +75,16 @@ impl Lanes {
         return false;
     }
 
-    /// Whether a material is done in lanes: neo-Hookean, without fibres. Others are to be given to [`Table`].
+    /// Whether a material is done in lanes: neo-Hookean, without fibres. Others are done cell by cell by [`Table`].
     pub fn knows(material: &Material) -> bool {
         material.law == Law::NeoHookean && material.fibre.is_none()
     }
 
     /// The elastic energies of four cells of these displacements ([`Table`]'s `u`). `None` for a cell where the law has none.
-    /// The material is taken as neo-Hookean.
     pub fn energy(&mut self, table: &Table, material: &Material, u: [&[f64]; CELLS]) -> [Option<f64>; CELLS] {
+        if !Self::knows(material) {
+            return other::energy(table, material, u);
+        }
         #[cfg(target_arch = "x86_64")]
         if let Some(Wide { proof, four, .. }) = &mut self.wide {
             return proof.run(
@@ -100,6 +103,9 @@ impl Lanes {
         u: [&[f64]; CELLS],
         forces: [&mut [f64]; CELLS],
     ) -> [Option<f64>; CELLS] {
+        if !Self::knows(material) {
+            return other::gradient(table, material, u, forces);
+        }
         #[cfg(target_arch = "x86_64")]
         if let Some(Wide { proof, four, .. }) = &mut self.wide {
             return proof.run(
@@ -110,15 +116,19 @@ impl Lanes {
         forces::gradient((), &mut self.four, table, material, &u, forces)
     }
 
-    /// The second derivatives, packed as by [`Table::stiffness`], not made convex. False for a cell where the law has no
-    /// energy: its numbers are not to be used.
+    /// The second derivatives, packed as by [`Table::stiffness`]; convex ones are made cell by cell. False for a cell where
+    /// the law has no energy: its numbers are not to be used.
     pub fn stiffness(
         &mut self,
         table: &Table,
         material: &Material,
         u: [&[f64]; CELLS],
+        convex: bool,
         packed: &mut [Vec<f64>; CELLS],
     ) -> [bool; CELLS] {
+        if convex || !Self::knows(material) {
+            return other::stiffness(table, material, u, convex, packed);
+        }
         #[cfg(target_arch = "x86_64")]
         if let Some(Wide { proof, four, .. }) = &mut self.wide {
             return proof.run(
@@ -131,6 +141,9 @@ impl Lanes {
 
     /// [`Self::energy`] of one cell alone.
     pub fn energy_of_one(&mut self, table: &Table, material: &Material, u: &[f64]) -> Option<f64> {
+        if !Self::knows(material) {
+            return table.energy(material, u);
+        }
         #[cfg(target_arch = "x86_64")]
         if let Some(Wide { proof, single, .. }) = &mut self.wide {
             return proof.run(
@@ -149,6 +162,9 @@ impl Lanes {
         u: &[f64],
         forces: &mut [f64],
     ) -> Option<f64> {
+        if !Self::knows(material) {
+            return other::gradient_of_one(table, material, u, forces);
+        }
         #[cfg(target_arch = "x86_64")]
         if let Some(Wide { proof, single, .. }) = &mut self.wide {
             return proof.run(
@@ -160,7 +176,17 @@ impl Lanes {
     }
 
     /// [`Self::stiffness`] of one cell alone.
-    pub fn stiffness_of_one(&mut self, table: &Table, material: &Material, u: &[f64], packed: &mut Vec<f64>) -> bool {
+    pub fn stiffness_of_one(
+        &mut self,
+        table: &Table,
+        material: &Material,
+        u: &[f64],
+        convex: bool,
+        packed: &mut Vec<f64>,
+    ) -> bool {
+        if convex || !Self::knows(material) {
+            return table.stiffness(material, u, convex, packed).is_some();
+        }
         #[cfg(target_arch = "x86_64")]
         if let Some(Wide { proof, single, .. }) = &mut self.wide {
             return proof.run(

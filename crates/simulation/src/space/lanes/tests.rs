@@ -75,8 +75,11 @@ fn all_lanes_give_the_same_bits() {
         assert_eq!(wide.energy(table, &material, slices(&u)), energies);
         assert_eq!(portable.energy(table, &material, slices(&u)), energies);
         let [mut stiff, mut other] = [(); 2].map(|()| [(); CELLS].map(|()| Vec::new()));
-        let regular = wide.stiffness(table, &material, slices(&u), &mut stiff);
-        assert_eq!(regular, portable.stiffness(table, &material, slices(&u), &mut other));
+        let regular = wide.stiffness(table, &material, slices(&u), false, &mut stiff);
+        assert_eq!(
+            regular,
+            portable.stiffness(table, &material, slices(&u), false, &mut other)
+        );
         for (k, u) in u.iter().enumerate() {
             assert_eq!(energies[k].is_some(), regular[k]);
             none += usize::from(!regular[k]);
@@ -85,7 +88,10 @@ fn all_lanes_give_the_same_bits() {
                 assert_eq!(lanes.energy_of_one(table, &material, u), energies[k]);
                 assert_eq!(lanes.gradient_of_one(table, &material, u, &mut alone), energies[k]);
                 assert_eq!(bits(&alone), bits(&forces[k]));
-                assert_eq!(lanes.stiffness_of_one(table, &material, u, &mut packed), regular[k]);
+                assert_eq!(
+                    lanes.stiffness_of_one(table, &material, u, false, &mut packed),
+                    regular[k]
+                );
                 assert!(!regular[k] || bits(&stiff[k]) == bits(&packed));
             }
             if regular[k] {
@@ -104,7 +110,7 @@ fn numbers_are_those_of_the_elements() {
         let u = states(table, seed);
         let (energies, forces) = gradient(&mut lanes, table, &u);
         let mut stiff = [(); CELLS].map(|()| Vec::new());
-        lanes.stiffness(table, &material, slices(&u), &mut stiff);
+        lanes.stiffness(table, &material, slices(&u), false, &mut stiff);
         for (k, u) in u.iter().enumerate() {
             let mut expected = vec![0.0; u.len()];
             let energy = table.gradient(&material, u, &mut expected);
@@ -156,4 +162,56 @@ fn what_lanes_know() {
     };
     assert!(!Lanes::knows(&fibred));
     assert!(!Lanes::knows(&Material::new(Law::Linear, 1.0, 0.3).unwrap()));
+}
+
+#[test]
+fn what_lanes_do_not_know_is_done_by_the_table() {
+    let law = Law::StableNeoHookean;
+    let (mut lanes, material) = (Lanes::new(), Material::new(law, 1.0, 0.4).unwrap());
+    for table in &tables() {
+        let u = states(table, 3);
+        let zero = || [(); CELLS].map(|()| vec![0.0; 3 * table.nodes()]);
+        let (mut forces, mut packed) = (zero(), zero());
+        let [a, b, c, d] = &mut forces;
+        let energies = lanes.gradient(table, &material, slices(&u), [a, b, c, d]);
+        assert_eq!(
+            lanes.energy(table, &material, slices(&u)).map(|e| e.is_some()),
+            energies.map(|e| e.is_some())
+        );
+        for (convex, material) in [(false, material), (true, material), (true, self::material())] {
+            let regular = lanes.stiffness(table, &material, slices(&u), convex, &mut packed);
+            for (k, u) in u.iter().enumerate() {
+                let (mut alone, mut other) = (Vec::new(), Vec::new());
+                let expected = table.stiffness(&material, u, convex, &mut alone).is_some();
+                assert_eq!(regular[k], expected);
+                assert_eq!(
+                    lanes.stiffness_of_one(table, &material, u, convex, &mut other),
+                    expected
+                );
+                assert!(!expected || (alone == packed[k] && alone == other));
+            }
+        }
+        for (k, u) in u.iter().enumerate() {
+            let (mut alone, mut other) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+            assert_eq!(table.gradient(&material, u, &mut alone), energies[k]);
+            assert_eq!(lanes.gradient_of_one(table, &material, u, &mut other), energies[k]);
+            assert_eq!(lanes.energy_of_one(table, &material, u), table.energy(&material, u));
+            assert_eq!((&alone, &other), (&forces[k], &forces[k]));
+        }
+    }
+}
+
+#[test]
+fn infinite_and_huge_states_have_no_energy() {
+    let mut lanes = Lanes::new();
+    for table in &tables() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200, -1e200] {
+            let mut u = [(); CELLS].map(|()| vec![0.0; 3 * table.nodes()]);
+            u[2][1] = bad;
+            let (energies, forces) = gradient(&mut lanes, table, &u);
+            assert_eq!(energies, [Some(0.0), Some(0.0), None, Some(0.0)]);
+            assert!(forces.iter().flatten().all(|f| *f == 0.0));
+            assert_eq!(lanes.energy_of_one(table, &material(), &u[2]), None);
+        }
+    }
 }
