@@ -5,6 +5,7 @@
 
 pub mod cells;
 pub mod element;
+pub mod lanes;
 pub mod law;
 pub mod solid;
 pub mod system;

@@ -17,6 +17,7 @@ mod tests;
 
 pub use cube::Order;
 pub use modes::Dilatation;
+pub(in crate::space) use modes::MODES;
 pub use state::State;
 pub use table::Table;
 

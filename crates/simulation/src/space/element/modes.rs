@@ -16,7 +16,7 @@ pub enum Dilatation {
 }
 
 /// Functions at most.
-pub(super) const MODES: usize = 4;
+pub(in crate::space) const MODES: usize = 4;
 
 /// Below this part of the largest extent of the points, an extent is none.
 const FLAT: f64 = 1e-10;
@@ -25,9 +25,9 @@ const ROUNDING: f64 = 1e-14;
 
 /// Functions orthonormal in the mean over the points: `sum_p w_p b_i(p) b_j(p) / sum_p w_p` is 1 for `i = j`, else 0; the
 /// first is 1. They do not change with the unit of length, to the last bit where that is a power of two. Functions that the points
-/// cannot tell from those before them are left out. Point by point, [`MODES`] numbers each of which the first `count`
-/// count; the second result is `count`.
-pub(super) fn orthonormal(points: &[Point], dilatation: Dilatation) -> (Vec<f64>, usize) {
+/// cannot tell from those before them are left out. For each point [`MODES`] numbers, of which
+/// the first so many count as the second result says; the others are 0.
+pub(super) fn orthonormal(points: &[Point], dilatation: Dilatation) -> (Vec<[f64; MODES]>, usize) {
     let mut kept: Vec<Vec<f64>> = Vec::new();
     if dilatation != Dilatation::Plain {
         kept.push(vec![1.0; points.len()]);
@@ -35,10 +35,10 @@ pub(super) fn orthonormal(points: &[Point], dilatation: Dilatation) -> (Vec<f64>
     if dilatation == Dilatation::Linear {
         add_linear(points, &mut kept);
     }
-    let mut modes = vec![0.0; MODES * points.len()];
+    let mut modes = vec![[0.0; MODES]; points.len()];
     for (mode, values) in kept.iter().enumerate() {
         for (point, value) in values.iter().enumerate() {
-            modes[MODES * point + mode] = *value;
+            modes[point][mode] = *value;
         }
     }
     (modes, kept.len())
@@ -126,7 +126,7 @@ mod tests {
         for (which, (cloud, expected)) in clouds.iter().enumerate() {
             let (modes, count) = orthonormal(cloud, Dilatation::Linear);
             assert_eq!(count, *expected, "cloud {which}");
-            let column = |mode: usize| modes.iter().skip(mode).step_by(MODES).copied().collect::<Vec<f64>>();
+            let column = |mode: usize| modes.iter().map(|m| m[mode]).collect::<Vec<f64>>();
             for i in 0..MODES {
                 for j in 0..MODES {
                     let volume: f64 = cloud.iter().map(|p| p.weight).sum();

@@ -14,13 +14,15 @@ const KEPT: usize = 64;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     nodes: usize,
-    pub(super) weights: Vec<f64>,
+    pub(in crate::space) weights: Vec<f64>,
     /// Point by point, node by node.
-    pub(super) slopes: Vec<[f64; 3]>,
-    /// Point by point, [`MODES`] numbers.
-    modes: Vec<f64>,
-    pub(super) mode_count: usize,
+    pub(in crate::space) slopes: Vec<[f64; 3]>,
+    /// Of each point the values of the functions that are projected on; 0 beyond their count.
+    modes: Vec<[f64; MODES]>,
+    pub(in crate::space) mode_count: usize,
     volume: f64,
+    /// `sum_p w_p Q_n . Q_m` of nodes `n >= m`, row by row.
+    pub(in crate::space) laplacian: Vec<f64>,
 }
 
 impl Table {
@@ -52,6 +54,7 @@ impl Table {
             modes,
             mode_count,
             volume: points.iter().map(|p| p.weight).sum(),
+            laplacian: laplacian(nodes, points),
         })
     }
 
@@ -133,7 +136,7 @@ impl Table {
 
     /// The displacement gradient at a point.
     #[inline]
-    pub(super) fn displacement_gradient(&self, u: &[f64], point: usize) -> Matrix3<f64> {
+    pub(in crate::space) fn displacement_gradient(&self, u: &[f64], point: usize) -> Matrix3<f64> {
         let mut columns = [[0.0; 3]; 3];
         for (q, u) in self.slopes_at(point).iter().zip(u.as_chunks::<3>().0) {
             for (column, q) in columns.iter_mut().zip(q) {
@@ -147,13 +150,13 @@ impl Table {
     }
 
     #[inline]
-    pub(super) fn slopes_at(&self, point: usize) -> &[[f64; 3]] {
+    pub(in crate::space) fn slopes_at(&self, point: usize) -> &[[f64; 3]] {
         &self.slopes[self.nodes * point..self.nodes * (point + 1)]
     }
 
     /// `forces_ni += P_iJ Q_nJ`.
     #[inline]
-    pub(super) fn add_forces(&self, point: usize, p: &Tensor, forces: &mut [f64]) {
+    pub(in crate::space) fn add_forces(&self, point: usize, p: &Tensor, forces: &mut [f64]) {
         for (q, f) in self.slopes_at(point).iter().zip(forces.as_chunks_mut::<3>().0) {
             for (i, f) in f.iter_mut().enumerate() {
                 *f += p[i] * q[0] + p[i + 3] * q[1] + p[i + 6] * q[2];
@@ -163,13 +166,13 @@ impl Table {
 
     /// The functions that are projected on, at a point.
     #[inline]
-    pub(super) fn modes_at(&self, point: usize) -> &[f64] {
-        &self.modes[MODES * point..MODES * (point + 1)]
+    pub(in crate::space) fn modes_at(&self, point: usize) -> &[f64; MODES] {
+        &self.modes[point]
     }
 
     /// Adds what a point gives to the coefficients of the projected `theta`: means of `theta` times a function.
     #[inline]
-    pub(super) fn add_mean(&self, point: usize, theta: f64, means: &mut [f64; MODES]) {
+    pub(in crate::space) fn add_mean(&self, point: usize, theta: f64, means: &mut [f64; MODES]) {
         let part = self.weights[point] / self.volume * theta;
         for (mean, mode) in means.iter_mut().zip(self.modes_at(point)) {
             *mean += part * mode;
@@ -178,7 +181,7 @@ impl Table {
 
     /// The projected `theta` at a point.
     #[inline]
-    pub(super) fn projected(&self, point: usize, means: &[f64; MODES]) -> f64 {
+    pub(in crate::space) fn projected(&self, point: usize, means: &[f64; MODES]) -> f64 {
         means.iter().zip(self.modes_at(point)).map(|(m, b)| m * b).sum()
     }
 
@@ -186,6 +189,22 @@ impl Table {
     fn volume_energy(&self, material: &Material, means: &[f64; MODES]) -> f64 {
         0.5 * material.lame.lambda * self.volume * means.iter().map(|m| m * m).sum::<f64>()
     }
+}
+
+fn laplacian(nodes: usize, points: &[Point]) -> Vec<f64> {
+    let mut sums = vec![0.0; nodes * (nodes + 1) / 2];
+    for point in points {
+        let mut rest = sums.as_mut_slice();
+        for (n, q) in point.slopes.iter().enumerate() {
+            let (own, next) = rest.split_at_mut(n + 1);
+            let weighted = q * point.weight;
+            for (sum, q) in own.iter_mut().zip(&point.slopes) {
+                *sum += weighted.dot(q);
+            }
+            rest = next;
+        }
+    }
+    sums
 }
 
 fn finite(value: f64) -> Option<f64> {
