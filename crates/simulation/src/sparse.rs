@@ -10,13 +10,19 @@
 
 mod front;
 mod graph;
+mod kept;
 mod ldl;
+mod numbers;
 mod order;
+mod parallel;
+mod substitution;
 mod symbolic;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod triplets;
 
-pub use ldl::{Inertia, Ldl, NoPivot};
+pub use kept::Reduced;
+pub use ldl::{Inertia, Ldl, NoPivot, Precision};
+pub use order::{Dissection, NoOrder};
 pub use triplets::Triplets;
