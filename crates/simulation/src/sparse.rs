@@ -14,7 +14,9 @@ mod kept;
 mod ldl;
 mod numbers;
 mod order;
+mod packed;
 mod parallel;
+mod store;
 mod substitution;
 mod symbolic;
 #[cfg(test)]
@@ -23,6 +25,7 @@ mod tree;
 mod triplets;
 
 pub use kept::Reduced;
-pub use ldl::{Inertia, Ldl, NoPivot, Precision};
+pub use ldl::{Inertia, Ldl, NoPivot};
 pub use order::{Dissection, NoOrder};
+pub use store::Precision;
 pub use triplets::Triplets;

@@ -31,7 +31,8 @@ impl Ldl {
     /// The first half of a solution of `A x = b`: down to the root.
     pub fn reduce(&self, b: &[f64]) -> Reduced {
         let mut x: Vec<f64> = self.symbolic.order.iter().map(|i| b[*i as usize]).collect();
-        self.forward(0..self.above_root(), &mut x);
+        let fronts = 0..self.above_root();
+        self.store.forward(&self.symbolic, &self.factor, fronts, &mut x);
         Reduced {
             x,
             kept: self.symbolic.kept,
@@ -43,7 +44,8 @@ impl Ldl {
         let mut x = reduced.x.clone();
         let first = x.len() - self.symbolic.kept;
         x[first..].copy_from_slice(y);
-        self.back_over(0..self.above_root(), &mut x);
+        let fronts = 0..self.above_root();
+        self.store.back(&self.symbolic, &self.factor, fronts, &mut x);
         let mut all = vec![0.0; x.len()];
         for (i, value) in self.symbolic.order.iter().zip(x) {
             all[*i as usize] = value;

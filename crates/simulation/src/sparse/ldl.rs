@@ -1,7 +1,6 @@
 //! `L D L^T` of a sparse symmetric matrix.
 
 use std::num::NonZeroUsize;
-use std::ops::Range;
 
 use nalgebra::DMatrix;
 
@@ -9,7 +8,8 @@ use super::Triplets;
 use super::numbers::Matrix;
 use super::order::Dissection;
 use super::parallel::Workers;
-use super::substitution::{Stored, Stores};
+use super::store::{Precision, Store};
+use super::substitution;
 use super::symbolic::Symbolic;
 
 /// Patterns that are joined before the oldest are forgotten.
@@ -38,17 +38,6 @@ pub struct NoPivot {
     pub diagonal: f64,
 }
 
-/// How entries of `L` are stored for solutions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Precision {
-    /// As they are eliminated.
-    #[default]
-    Double,
-    /// Rounded to single precision, pivots in double: half the bytes to read. A solution has an error of about 6e-8 times
-    /// the condition of the matrix, which refinement with the residual takes away where that product is below one.
-    Single,
-}
-
 /// A factorisation that remembers the pattern it met last, so that a matrix of the same pattern costs no search.
 ///
 /// Multifrontal (Duff and Reid 1983): unknowns with the same rows below are eliminated together, in a dense matrix that takes
@@ -70,10 +59,9 @@ pub struct Ldl {
     /// The matrix taken up last, by the same places as the factor.
     matrix: Vec<f64>,
     /// The columns of all fronts: `L`, and the pivots on the diagonal.
-    factor: Vec<f64>,
-    /// The same in single precision, where that is asked for.
-    single: Vec<f32>,
-    pivots: Vec<f64>,
+    pub(super) factor: Vec<f64>,
+    /// The same for solutions of large matrices.
+    pub(super) store: Store,
     /// What a shift is multiplied by, unknown by unknown; none: 1.
     weights: Vec<f64>,
     /// The diagonal of what is factored, in the order of elimination.
@@ -238,18 +226,15 @@ impl Ldl {
         };
         let threads = self.threads.map_or(1, usize::from);
         let found = self.workers.eliminate(matrix, factor, root, most, threads);
-        let negative = found.map_err(|(front, (column, pivot, diagonal))| NoPivot {
+        // Paths of contacts in the plane rest on the rounding of the unpacked one. Also without a pivot in the root,
+        // as what comes before it is whole.
+        let packed = self.dissection.is_some() || self.precision == Precision::Single;
+        self.store.take_up(packed.then_some(self.precision), symbolic, factor);
+        found.map_err(|(front, (column, pivot, diagonal))| NoPivot {
             unknown: symbolic.order[symbolic.fronts[front].first + column] as usize,
             pivot,
             diagonal,
-        })?;
-        self.pivots.clear();
-        self.pivots.extend(symbolic.diagonals().map(|slot| factor[slot]));
-        self.single.clear();
-        if self.precision == Precision::Single {
-            self.single.extend(factor.iter().map(|l| *l as f32));
-        }
-        Ok(negative)
+        })
     }
 
     /// A direction `v` with `v^T A v < 0`, from the first negative pivot of the matrix `A` factored last: `L^T v = e_k`, which
@@ -261,7 +246,7 @@ impl Ldl {
         let first = s.diagonals().position(|slot| self.factor[slot] < 0.0)?;
         let mut x = vec![0.0; s.order.len()];
         x[first] = 1.0;
-        self.stores(&self.factor).back_by_column(&mut x);
+        substitution::back(s, &self.factor, &mut x);
         let mut direction = vec![0.0; x.len()];
         for (i, value) in s.order.iter().zip(x) {
             direction[*i as usize] = value;
@@ -274,36 +259,10 @@ impl Ldl {
         let order = &self.symbolic.order;
         let mut x: Vec<f64> = order.iter().map(|i| b[*i as usize]).collect();
         let fronts = self.symbolic.fronts.len();
-        self.forward(0..fronts, &mut x);
-        self.back_over(0..fronts, &mut x);
+        self.store.forward(&self.symbolic, &self.factor, 0..fronts, &mut x);
+        self.store.back(&self.symbolic, &self.factor, 0..fronts, &mut x);
         for (i, value) in order.iter().zip(x) {
             b[*i as usize] = value;
-        }
-    }
-
-    fn stores<'a, T: Stored>(&'a self, columns: &'a [T]) -> Stores<'a, T> {
-        Stores {
-            symbolic: &self.symbolic,
-            columns,
-            pivots: &self.pivots,
-        }
-    }
-
-    pub(super) fn forward(&self, fronts: Range<usize>, x: &mut [f64]) {
-        match self.single.is_empty() {
-            true => self.stores(&self.factor).forward(fronts, x),
-            false => self.stores(&self.single).forward(fronts, x),
-        }
-    }
-
-    pub(super) fn back_over(&self, fronts: Range<usize>, x: &mut [f64]) {
-        if !self.single.is_empty() {
-            self.stores(&self.single).back(fronts, x);
-        } else if self.dissection.is_some() {
-            self.stores(&self.factor).back(fronts, x);
-        } else {
-            // Paths of contacts rest on its rounding.
-            self.stores(&self.factor).back_by_column(x);
         }
     }
 }

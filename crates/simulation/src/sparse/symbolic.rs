@@ -124,6 +124,11 @@ impl Symbolic {
         }
     }
 
+    /// The unknowns below a front.
+    pub(super) fn below(&self, front: &Front) -> &[u32] {
+        &self.rows[front.rows..front.rows + front.height]
+    }
+
     /// The entry of the factor's storage that a place adds to. `None` where the pattern lacks it.
     pub(super) fn slot(&self, (i, j): (u32, u32)) -> Option<u32> {
         let (a, b) = (self.place_of[i as usize], self.place_of[j as usize]);
