@@ -1,6 +1,7 @@
 //! Orders of elimination of meshes in space, and what factorisations and solutions by them cost.
 //!
-//! `cargo bench -p simulation --bench dissection`. Cubes of hexahedra with 27 or 8 nodes, three unknowns a node, the bottom held.
+//! `cargo bench -p simulation --bench dissection`. Cubes of hexahedra with 27 or 8 nodes, three unknowns a node, the bottom held, and
+//! a bean of hexahedra of 27 nodes.
 //! Minimum degree, nested dissection by the pattern alone, by places, and by places with a root of surface nodes in the middle of
 //! the top. Tables and `out/bench/dissection-orders.csv`, `dissection-times.csv`. With `--export DIR` also each graph and order as text,
 //! for other programs to count.
@@ -13,17 +14,20 @@ mod shared;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
+use nalgebra::{Point3, Rotation3};
 use shared::{least, now, peak, say_load, write_csv};
 use simulation::sparse::{Dissection, Ldl, Precision, Triplets};
 
 fn main() {
     say_load();
+    let only_orders = std::env::args().any(|a| a == "--orders");
     let export = std::env::args().skip_while(|a| a != "--export").nth(1);
-    let meshes: Vec<Mesh> = [(6, 2), (12, 1), (8, 2), (16, 1), (10, 2), (20, 1)]
-        .map(|(cells, order)| Mesh::new(cells, order))
+    let meshes: Vec<Mesh> = [(6, 2), (8, 2), (10, 2), (12, 1), (16, 1), (20, 1)]
+        .map(|(cells, order)| Mesh::cube(cells, order))
         .into();
+    let beans = [12, 18].map(Mesh::bean);
     let mut orders = Vec::new();
-    for mesh in &meshes {
+    for mesh in meshes.iter().chain(&beans) {
         if let Some(folder) = &export {
             mesh.export(Path::new(folder));
         }
@@ -34,9 +38,12 @@ fn main() {
         "mesh,unknowns,order,fill,multiplications,seconds",
         &orders,
     );
+    if only_orders {
+        return;
+    }
     let rate = peak();
     println!("dense product: {rate:.1} Gflop/s of one thread");
-    let times: Vec<String> = meshes.iter().step_by(2).flat_map(Mesh::times).collect();
+    let times: Vec<String> = meshes[..3].iter().flat_map(Mesh::times).collect();
     write_csv(
         "dissection-times",
         "unknowns,order,precision,threads,factor_ms,gflops,solve_ms,gbs,residual",
@@ -45,35 +52,63 @@ fn main() {
     say_load();
 }
 
-/// A cube of cells, and a matrix of its pattern.
+/// Cells of a cubic grid, and a matrix of the pattern of their nodes.
 struct Mesh {
     name: String,
     places: Vec<[f64; 3]>,
     matrix: Triplets,
-    side: usize,
+    cells: Vec<Vec<usize>>,
 }
 
 impl Mesh {
-    /// So many cells along each edge, each with `order + 1` nodes along its own.
-    fn new(cells: usize, order: usize) -> Self {
-        let side = cells * order + 1;
-        // The lowest layer is held: it has no unknowns.
-        let node = |[x, y, z]: [usize; 3]| (z > 0).then(|| 3 * (x + side * (y + side * (z - 1))));
-        let mut places = vec![[0.0; 3]; 3 * side * side * (side - 1)];
-        let mut matrix = Triplets::new(places.len());
-        for c in 0..cells.pow(3) {
-            let first = [c % cells, c / cells % cells, c / cells / cells].map(|c| c * order);
-            let mut unknowns = Vec::new();
+    /// A cube of so many cells along each edge, each with `order + 1` nodes along its own; the lowest layer of nodes is held.
+    fn cube(cells: usize, order: usize) -> Self {
+        let name = format!("hex{} {cells}^3", if order == 2 { 27 } else { 8 });
+        Self::new(name, [cells; 3], order, |_| true, 1)
+    }
+
+    /// The cells of 27 nodes of an ellipsoid with a notch, about as a kidney: nothing is held.
+    fn bean(cells: usize) -> Self {
+        let n = cells as f64;
+        let inside = |[x, y, z]: [f64; 3]| {
+            let [x, y, z] = [2.0 * x / n - 1.0, 2.0 * y / (0.6 * n) - 1.0, 2.0 * z / (0.5 * n) - 1.0];
+            x * x + y * y + z * z < 1.0 && x * x + (y - 1.2) * (y - 1.2) > 0.5
+        };
+        let counts = [1.0, 0.6, 0.5].map(|part| (part * n).ceil() as usize);
+        Self::new(format!("bean {cells}"), counts, 2, inside, 0)
+    }
+
+    /// Cells whose middle is `inside`, nodes from layer `held` on.
+    fn new(name: String, counts: [usize; 3], order: usize, inside: impl Fn([f64; 3]) -> bool, held: usize) -> Self {
+        let sides = counts.map(|n| n * order + 1);
+        let mut numbers = vec![None; sides.iter().product()];
+        let (mut places, mut matrix) = (Vec::new(), Triplets::default());
+        let mut cells = Vec::new();
+        for c in 0..counts.iter().product() {
+            let first = [c % counts[0], c / counts[0] % counts[1], c / counts[0] / counts[1]];
+            if !inside(first.map(|x| x as f64 + 0.5)) {
+                continue;
+            }
             let per = order + 1;
+            let mut nodes = Vec::new();
             for k in 0..per.pow(3) {
                 let local = [k % per, k / per % per, k / per / per];
-                let at: [usize; 3] = std::array::from_fn(|d| first[d] + local[d]);
-                if let Some(u) = node(at) {
-                    unknowns.extend([u, u + 1, u + 2]);
-                    (u..u + 3).for_each(|u| places[u] = at.map(|x| x as f64 / order as f64));
+                let at: [usize; 3] = std::array::from_fn(|d| first[d] * order + local[d]);
+                if at[2] < held {
+                    continue;
                 }
+                nodes.push(
+                    *numbers[at[0] + sides[0] * (at[1] + sides[1] * at[2])].get_or_insert_with(|| {
+                        places.extend([at.map(|x| x as f64 / order as f64); 3]);
+                        places.len() / 3 - 1
+                    }),
+                );
             }
-            let n = unknowns.len();
+            cells.push(nodes);
+        }
+        matrix.reset(places.len());
+        for (c, nodes) in cells.iter().enumerate() {
+            let n = 3 * nodes.len();
             // Definite: the diagonal outweighs its row.
             let value = |(i, j): (usize, usize)| {
                 if i == j {
@@ -83,14 +118,14 @@ impl Mesh {
                 }
             };
             let values: Vec<f64> = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(value).collect();
-            matrix.add_block(unknowns.iter().copied(), &values);
+            let unknowns: Vec<usize> = nodes.iter().flat_map(|n| 3 * n..3 * n + 3).collect();
+            matrix.add_block(unknowns.into_iter(), &values);
         }
-        let name = format!("hex{} {cells}^3", if order == 2 { 27 } else { 8 });
         Self {
             name,
             places,
             matrix,
-            side,
+            cells,
         }
     }
 
@@ -98,21 +133,27 @@ impl Mesh {
         self.places.len()
     }
 
-    /// The unknowns of the nodes of the top within a radius, in cells, of its middle.
-    fn top(&self, radius: f64) -> Vec<usize> {
-        let top = self.places.iter().map(|p| p[2]).fold(0.0, f64::max);
-        let near = |p: &[f64; 3]| p[2] == top && (p[0] - top / 2.0).hypot(p[1] - top / 2.0) <= radius;
+    /// The unknowns of the nodes of the top within a quarter of its side, in cells, of its middle.
+    fn top(&self) -> Vec<usize> {
+        let ends = |d: usize| self.places.iter().map(|p| p[d]).fold(0.0, f64::max);
+        let [x, y, top] = [0, 1, 2].map(ends);
+        let near = |p: &[f64; 3]| p[2] == top && (p[0] - x / 2.0).hypot(p[1] - y / 2.0) <= x / 4.0;
         (0..self.unknowns()).filter(|u| near(&self.places[*u])).collect()
     }
 
     fn orders(&self, export: Option<&Path>) -> Vec<String> {
         let by_places = |root: &[usize]| Ldl::ordered_by(Dissection::by_places(&self.places, root).unwrap());
-        let root = self.top(self.places[self.unknowns() - 1][2] / 4.0);
+        // Axes that lie across the cells.
+        let turn = Rotation3::from_euler_angles(0.4, 0.5, 0.6);
+        let turned: Vec<[f64; 3]> = self.places.iter().map(|p| (turn * Point3::from(*p)).into()).collect();
+        let turned = Dissection::by_places(&turned, &[]).unwrap();
+        let root = self.top();
         let of_root = format!("by places with a root of {}", root.len());
         let by_pattern = Dissection::by_pattern(self.unknowns(), &[]).unwrap();
         let all = [
             ("minimum degree", Ldl::new()),
             ("by pattern", Ldl::ordered_by(by_pattern)),
+            ("by turned places", Ldl::ordered_by(turned)),
             ("by places", by_places(&[])),
             (&of_root, by_places(&root)),
         ];
@@ -140,29 +181,17 @@ impl Mesh {
 
     /// Neighbours of each node, a line a node.
     fn export(&self, folder: &Path) {
-        let (side, order) = (self.side, if self.name.starts_with("hex27") { 2 } else { 1 });
-        let nodes = self.unknowns() / 3;
-        let at = |n: usize| [n % side, n / side % side, n / side / side + 1];
-        // Neighbours share a cell: from the first to the last node of the cells that touch the node.
-        let span = |x: usize| {
-            (
-                x.saturating_sub(1) / order * order,
-                ((x / order + 1) * order).min(side - 1),
-            )
-        };
+        let mut near = vec![Vec::new(); self.unknowns() / 3];
+        for nodes in &self.cells {
+            nodes
+                .iter()
+                .for_each(|n| near[*n].extend(nodes.iter().filter(|m| *m != n)));
+        }
         let mut text = String::new();
-        for n in 0..nodes {
-            let [x, y, z] = at(n).map(span);
-            for k in z.0.max(1)..=z.1 {
-                for j in y.0..=y.1 {
-                    for i in x.0..=x.1 {
-                        let m = i + side * (j + side * (k - 1));
-                        if m != n {
-                            text += &format!("{m} ");
-                        }
-                    }
-                }
-            }
+        for list in &mut near {
+            list.sort_unstable();
+            list.dedup();
+            text += &list.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
             text.push('\n');
         }
         std::fs::write(folder.join(format!("{}.graph", self.name.replace(' ', "_"))), text).unwrap();

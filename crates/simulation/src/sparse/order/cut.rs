@@ -13,7 +13,10 @@ const MOST_OF_ONE_SIDE: f64 = 0.8;
 pub(super) struct Cut {
     pub(super) sides: [Vec<u32>; 2],
     pub(super) between: Vec<u32>,
-    cost: f64,
+    /// Which of the directions it goes across.
+    pub(super) direction: usize,
+    /// Less is better.
+    pub(super) cost: f64,
 }
 
 /// Looks for cuts of parts of one graph.
@@ -47,7 +50,7 @@ impl<'a> Cutter<'a> {
     /// leaves two halves.
     pub(super) fn best(&mut self, part: &[u32], directions: &[Vec<f64>]) -> Option<Cut> {
         let mut best: Option<Cut> = None;
-        for along in directions {
+        for (direction, along) in directions.iter().enumerate() {
             let mut order: Vec<usize> = (0..part.len()).collect();
             // Equal numbers by vertex: the result depends on nothing else.
             order.sort_by(|a, b| along[*a].total_cmp(&along[*b]).then(part[*a].cmp(&part[*b])));
@@ -55,7 +58,7 @@ impl<'a> Cutter<'a> {
                 let cut = self.at(part, &order, position);
                 let better = cut.cost < best.as_ref().map_or(f64::INFINITY, |b| b.cost);
                 if better {
-                    best = Some(cut);
+                    best = Some(Cut { direction, ..cut });
                 }
             }
         }

@@ -57,12 +57,21 @@ fn cut(
     if unknowns <= LEAF_UNKNOWNS {
         return None;
     }
-    let by_places = places.and_then(|places| {
-        let along = |axis: usize| piece.iter().map(|i| places[*i as usize][axis]).collect();
-        cutter.best(piece, &[0, 1, 2].map(along))
-    });
-    // Nodes may lie in one place, or so that no plane parts them.
-    by_places.or_else(|| cutter.best(piece, &levels.directions(piece)))
+    let Some(places) = places else {
+        return cutter.best(piece, &levels.directions(piece));
+    };
+    let along = |axis: usize| piece.iter().map(|i| places[*i as usize][axis]).collect();
+    let axes: [Vec<f64>; 3] = [0, 1, 2].map(along);
+    match cutter.best(piece, &axes) {
+        Some(across) => {
+            // Cells may lie across the axes.
+            let straight = levels.straight(piece, axes[across.direction].clone());
+            let other = cutter.best(piece, &[straight]);
+            Some(other.filter(|other| other.cost < across.cost).unwrap_or(across))
+        }
+        // Nodes may lie in one place, or so that no plane parts them.
+        None => cutter.best(piece, &levels.directions(piece)),
+    }
 }
 
 /// A part that is not cut, by minimum degree among what lies around it.

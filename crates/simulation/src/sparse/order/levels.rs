@@ -3,6 +3,10 @@
 use super::super::graph::Graph;
 
 const UNSEEN: u32 = u32::MAX;
+/// How often halves are made even and diffused anew.
+const ROUNDS: usize = 6;
+/// For how many steps: this part of the side of a cube of as many vertices, as a cut that bends little moves by less than a vertex in few.
+const STEPS_PER_SIDE: f64 = 0.5;
 
 /// Steps from a vertex to every vertex of its part, in the order in which they are reached.
 pub(super) struct Levels<'a> {
@@ -65,13 +69,50 @@ impl<'a> Levels<'a> {
             let from_one = self.steps(part, one);
             let from_other = self.steps(part, far(&from_one));
             let difference = from_one.iter().zip(&from_other);
-            directions.push(difference.map(|(a, b)| f64::from(*a) - f64::from(*b)).collect());
+            let difference = difference.map(|(a, b)| f64::from(*a) - f64::from(*b));
+            directions.push(self.straightened(part, difference.collect()));
             for (k, l) in least.iter_mut().enumerate() {
                 *l = (*l).min(from_one[k]).min(from_other[k]);
             }
         }
         part.iter().for_each(|i| self.number[*i as usize] = UNSEEN);
         directions
+    }
+
+    /// A direction whose middle is a shorter cut: halves diffuse into one another, which pulls in what juts out of them, and are
+    /// made halves again (threshold dynamics of Merriman, Bence and Osher 1992).
+    pub(super) fn straight(&mut self, part: &[u32], along: Vec<f64>) -> Vec<f64> {
+        for (k, i) in part.iter().enumerate() {
+            self.number[*i as usize] = k as u32;
+        }
+        let straight = self.straightened(part, along);
+        part.iter().for_each(|i| self.number[*i as usize] = UNSEEN);
+        straight
+    }
+
+    fn straightened(&self, part: &[u32], mut along: Vec<f64>) -> Vec<f64> {
+        let steps = (STEPS_PER_SIDE * (part.len() as f64).cbrt()).ceil() as usize;
+        let mut sorted = Vec::new();
+        let mut next = vec![0.0; part.len()];
+        for _ in 0..ROUNDS {
+            sorted.clone_from(&along);
+            sorted.sort_unstable_by(f64::total_cmp);
+            let middle = sorted[sorted.len() / 2];
+            along.iter_mut().for_each(|x| *x = if *x < middle { -1.0 } else { 1.0 });
+            for _ in 0..steps {
+                for (k, next) in next.iter_mut().enumerate() {
+                    let near = self.graph.of(part[k] as usize).iter().map(|j| self.number[*j as usize]);
+                    let (mut sum, mut count) = (along[k], 1.0);
+                    for j in near.filter(|j| *j != UNSEEN) {
+                        sum += along[j as usize];
+                        count += 1.0;
+                    }
+                    *next = sum / count;
+                }
+                std::mem::swap(&mut along, &mut next);
+            }
+        }
+        along
     }
 
     /// Steps from one vertex of the part to each.

@@ -57,9 +57,9 @@ pub(super) fn elastic(cells: usize, ratio: f64, soft: f64) -> (Triplets, Vec<[f6
     let stiffness = cell(ratio);
     for c in 0..cells.pow(3) {
         let at = [c % cells, c / cells % cells, c / cells / cells];
-        let modulus = if at[2] % 2 == 0 { 1.0 } else { soft };
+        let modulus = if at[2].is_multiple_of(2) { 1.0 } else { soft };
         let unknown = |k: usize| {
-            let [x, y, z]: [usize; 3] = std::array::from_fn(|d| at[d] + (k / 3 >> d & 1));
+            let [x, y, z]: [usize; 3] = std::array::from_fn(|d| at[d] + ((k / 3) >> d & 1));
             (z > 0).then(|| (3 * (x + side * (y + side * (z - 1))) + k % 3, [x, y, z]))
         };
         for k in 0..24 {
@@ -80,10 +80,10 @@ fn cell(ratio: f64) -> DMatrix<f64> {
     let (lambda, mu) = (ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio)), 0.5 / (1.0 + ratio));
     let mut stiffness = DMatrix::zeros(24, 24);
     for p in 0..8 {
-        let x: [f64; 3] = std::array::from_fn(|d| 0.5 + (f64::from(p >> d & 1) - 0.5) / 3.0_f64.sqrt());
+        let x: [f64; 3] = std::array::from_fn(|d| 0.5 + (f64::from((p >> d) & 1) - 0.5) / 3.0_f64.sqrt());
         let slope = |node: usize, d: usize| {
             let part = |e: usize| {
-                let far = node >> e & 1 == 1;
+                let far = (node >> e) & 1 == 1;
                 match (e == d, far) {
                     (true, far) => {
                         if far {
