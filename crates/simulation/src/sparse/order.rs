@@ -95,25 +95,17 @@ pub(super) struct Ordered {
 impl Ordered {
     /// The order of the unknowns of a pattern: by dissection, or by minimum degree.
     pub(super) fn new(pattern: &Graph, dissection: Option<&Dissection>) -> Self {
-        let size = pattern.size();
         // Made for another matrix, neither places nor root say anything.
-        let fits = dissection.filter(|d| d.size == size);
+        let fits = dissection.filter(|d| d.size == pattern.size());
         let root = fits.map_or(&[][..], |d| &d.root[..]);
-        let mut alone = vec![false; size];
-        root.iter().for_each(|u| alone[*u as usize] = true);
+        let mut in_root = vec![false; pattern.size()];
+        root.iter().for_each(|u| in_root[*u as usize] = true);
         // Unknowns with the same neighbours, as those of a node, are ordered as one.
-        let (graph, groups) = pattern.alike(&alone);
+        let (graph, groups) = pattern.alike(&in_root);
         let weights: Vec<usize> = groups.iter().map(Vec::len).collect();
         let order = if dissection.is_some() {
-            let first = |g: &Vec<u32>| g[0] as usize;
-            let places = fits.and_then(|d| d.places.as_ref());
-            let places: Option<Vec<_>> = places.map(|all| groups.iter().map(|g| all[first(g)]).collect());
-            let kept: Vec<bool> = groups.iter().map(|g| alone[first(g)]).collect();
-            let mut group_of = vec![0; size];
-            (0..groups.len()).for_each(|g| group_of[first(&groups[g])] = g as u32);
-            let mut order = dissection::dissection(&graph, &weights, places.as_deref(), &kept);
-            order.extend(root.iter().map(|u| group_of[*u as usize]));
-            order
+            let places = fits.and_then(|d| d.places.as_deref());
+            dissected(&graph, &groups, &weights, places, root)
         } else {
             minimum_degree(&graph, &weights)
         };
@@ -125,4 +117,24 @@ impl Ordered {
             kept: root.len(),
         }
     }
+}
+
+/// The order of groups by dissection, the root's unknowns, each a group, at its end.
+fn dissected(
+    graph: &Graph,
+    groups: &[Vec<u32>],
+    weights: &[usize],
+    places: Option<&[[f64; 3]]>,
+    root: &[u32],
+) -> Vec<u32> {
+    // Unknowns that are alike lie in one node: any speaks for the group.
+    let places: Option<Vec<[f64; 3]>> = places.map(|all| groups.iter().map(|g| all[g[0] as usize]).collect());
+    let mut group_of = vec![0; weights.iter().sum()];
+    (0..groups.len()).for_each(|g| group_of[groups[g][0] as usize] = g as u32);
+    let root: Vec<u32> = root.iter().map(|u| group_of[*u as usize]).collect();
+    let mut kept = vec![false; groups.len()];
+    root.iter().for_each(|g| kept[*g as usize] = true);
+    let mut order = dissection::dissection(graph, weights, places.as_deref(), &kept);
+    order.extend(root);
+    order
 }
