@@ -4,19 +4,32 @@
 //! call and of a new order counts as much as the rate of large dense blocks, which is the library's. The signs of `D` are the inertia of the
 //! matrix (Sylvester), which tells a minimum from a saddle.
 //!
-//! Multifrontal: `graph` holds the pattern and unknowns that are alike, `order` the order of elimination (minimum degree), `tree`
-//! the elimination tree and its supernodes, `symbolic` the fronts and where entries go, `front` the dense kernels (large ones by
-//! `nalgebra`'s product), `ldl` the numbers.
+//! Meshes in space are larger and keep their pattern: they are ordered by nested dissection ([`Dissection`]), solve from a factor packed
+//! for it, in single precision where that is asked for ([`Precision`]), and eliminate by several threads.
+//!
+//! Multifrontal: `graph` holds the pattern and unknowns that are alike, `order` the order of elimination (minimum degree or nested
+//! dissection), `tree` the elimination tree and its supernodes, `symbolic` the fronts and where entries go, `front` the dense kernels
+//! (large ones by `nalgebra`'s product), `numbers` a front's elimination and `parallel` that of all by threads, `substitution`,
+//! `packed` and `store` solutions, `kept` those by way of a root that is eliminated last, `ldl` the whole.
 
 mod front;
 mod graph;
+mod kept;
 mod ldl;
+mod numbers;
 mod order;
+mod packed;
+mod parallel;
+mod store;
+mod substitution;
 mod symbolic;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod triplets;
 
+pub use kept::Reduced;
 pub use ldl::{Inertia, Ldl, NoPivot};
+pub use order::{Dissection, NoOrder};
+pub use store::Precision;
 pub use triplets::Triplets;

@@ -53,6 +53,29 @@ impl Graph {
         graph
     }
 
+    /// The graph of some vertices and of what lies next to them: these first, in their order, then the others, which see none of
+    /// their own kind. With the vertex behind each number. `number` is `u32::MAX` for all vertices, before and after.
+    pub(super) fn around(&self, inner: &[u32], number: &mut [u32]) -> (Self, Vec<u32>) {
+        let mut vertices = inner.to_vec();
+        for (k, i) in inner.iter().enumerate() {
+            number[*i as usize] = k as u32;
+        }
+        for &j in inner.iter().flat_map(|i| self.of(*i as usize)) {
+            if number[j as usize] == u32::MAX {
+                number[j as usize] = vertices.len() as u32;
+                vertices.push(j);
+            }
+        }
+        let graph = Self::collect(vertices.len(), |k, seen| {
+            let inside = k < inner.len();
+            let near = self.of(vertices[k] as usize).iter().map(|j| number[*j as usize]);
+            near.filter(|j| *j != u32::MAX && (inside || (*j as usize) < inner.len()))
+                .for_each(seen);
+        });
+        vertices.iter().for_each(|i| number[*i as usize] = u32::MAX);
+        (graph, vertices)
+    }
+
     /// Vertices.
     pub(super) fn size(&self) -> usize {
         self.start.len() - 1
@@ -64,8 +87,8 @@ impl Graph {
     }
 
     /// Groups of vertices whose neighbours and themselves are the same set, as the two coordinates of a node: the graph of
-    /// the groups, and the vertices of each.
-    pub(super) fn alike(&self) -> (Self, Vec<Vec<u32>>) {
+    /// the groups, and the vertices of each. Those that are to be `alone` are groups of their own.
+    pub(super) fn alike(&self, alone: &[bool]) -> (Self, Vec<Vec<u32>>) {
         let n = self.size();
         // Sums of scrambled numbers: equal for equal sets, whatever their order.
         let scrambled = |i: u32| (u64::from(i) + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29);
@@ -90,7 +113,10 @@ impl Graph {
             for &j in self.of(i) {
                 let k = j as usize;
                 // Sums only pick candidates: two sets may have the same one.
-                let like = sums[k] == sums[i] && group_of[k] == u32::MAX && self.of(k).len() == self.of(i).len();
+                let like = sums[k] == sums[i]
+                    && group_of[k] == u32::MAX
+                    && self.of(k).len() == self.of(i).len()
+                    && !(alone[i] || alone[k]);
                 if like && self.of(k).iter().all(|v| mark[*v as usize] == i as u32) {
                     group_of[k] = group;
                     members.push(j);
@@ -126,7 +152,7 @@ mod tests {
         }
         let graph = Graph::of_places(7, &places);
         assert_eq!(graph.of(0).len(), 3);
-        let (between, mut groups) = graph.alike();
+        let (between, mut groups) = graph.alike(&[false; 7]);
         groups.iter_mut().for_each(|g| g.sort_unstable());
         assert_eq!(groups, [vec![0, 1], vec![2, 3], vec![4], vec![5], vec![6]]);
         assert_eq!((between.of(0), between.of(4)), (&[1_u32][..], &[2_u32][..]));

@@ -1,8 +1,16 @@
 //! `L D L^T` of a sparse symmetric matrix.
 
+use std::num::NonZeroUsize;
+
+use nalgebra::DMatrix;
+
 use super::Triplets;
-use super::front::{Factor, Vanished, eliminate, subtract};
-use super::symbolic::{Front, Symbolic};
+use super::numbers::Matrix;
+use super::order::Dissection;
+use super::parallel::Workers;
+use super::store::{Precision, Store};
+use super::substitution;
+use super::symbolic::Symbolic;
 
 /// Patterns that are joined before the oldest are forgotten.
 const MOST_JOINED: usize = 8;
@@ -36,31 +44,62 @@ pub struct NoPivot {
 /// up what those before it left behind. On a mesh the first ones are the elements, whose inner nodes are thus condensed.
 #[derive(Debug, Clone, Default)]
 pub struct Ldl {
+    /// None: minimum degree.
+    dissection: Option<Dissection>,
+    precision: Precision,
+    /// None: one.
+    threads: Option<NonZeroUsize>,
     places: Vec<(u32, u32)>,
     /// The entry that each triplet adds to.
     slots: Vec<u32>,
     /// The places that the elimination was found for: those of several matrices.
     pattern: Vec<(u32, u32)>,
     pub(super) joined: usize,
-    symbolic: Symbolic,
+    pub(super) symbolic: Symbolic,
     /// The matrix taken up last, by the same places as the factor.
     matrix: Vec<f64>,
     /// The columns of all fronts: `L`, and the pivots on the diagonal.
-    factor: Vec<f64>,
+    pub(super) factor: Vec<f64>,
+    /// The same for solutions of large matrices.
+    pub(super) store: Store,
     /// What a shift is multiplied by, unknown by unknown; none: 1.
     weights: Vec<f64>,
     /// The diagonal of what is factored, in the order of elimination.
     diagonal: Vec<f64>,
-    /// What fronts left behind and no other has taken yet: front and beginning, and dense lower triangles.
-    left: Vec<(usize, usize)>,
-    stack: Vec<f64>,
-    scratch: Vec<f64>,
+    /// What the elimination of all others leaves on the root.
+    pub(super) root: DMatrix<f64>,
+    workers: Workers,
 }
 
 impl Ldl {
-    /// A factorisation of nothing yet.
+    /// A factorisation of nothing yet, which orders by minimum degree: for patterns that change.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The same by nested dissection, for meshes in space.
+    ///
+    /// A matrix of another size than that of the dissection is dissected by its pattern alone and keeps no root.
+    pub fn ordered_by(dissection: Dissection) -> Self {
+        Self {
+            dissection: Some(dissection),
+            ..Self::default()
+        }
+    }
+
+    /// How entries are stored for solutions, from the next factorisation on.
+    pub fn set_precision(&mut self, precision: Precision) {
+        self.precision = precision;
+    }
+
+    /// How many threads eliminate, each subtrees of its own: with any number the bits are the same.
+    pub fn set_threads(&mut self, threads: NonZeroUsize) {
+        self.threads = Some(threads);
+    }
+
+    /// The unknowns in the order of their elimination.
+    pub fn order(&self) -> &[u32] {
+        &self.symbolic.order
     }
 
     /// Factors `matrix + shift I`. Without pivoting: exact for definite matrices, and for others while no leading block
@@ -128,7 +167,7 @@ impl Ldl {
             self.joined += 1;
             let same = common(&self.pattern, places);
             self.pattern.extend_from_slice(&places[same..]);
-            self.symbolic = Symbolic::new(size, &self.pattern);
+            self.symbolic = Symbolic::new(size, &self.pattern, self.dissection.as_ref());
             self.places.clear();
             // Every place was put in above.
             self.find_slots(places);
@@ -178,58 +217,24 @@ impl Ldl {
         }
     }
 
-    /// Front by front: what is left below a front waits on the stack for its parent. How many pivots are negative; once they
-    /// are `most`, the rest is left as it is.
+    /// Front by front. How many pivots are negative; once they are `most`, the rest is left as it is.
     fn eliminate(&mut self, most: usize) -> Result<usize, NoPivot> {
-        self.left.clear();
-        self.stack.clear();
-        let mut negative = 0;
-        for k in 0..self.symbolic.fronts.len() {
-            let front = self.symbolic.fronts[k];
-            let found = self.front(k, &front, most - negative);
-            negative += found.map_err(|(column, pivot, diagonal)| NoPivot {
-                unknown: self.symbolic.order[front.first + column] as usize,
-                pivot,
-                diagonal,
-            })?;
-            if negative >= most {
-                break;
-            }
-        }
-        Ok(negative)
-    }
-
-    fn front(&mut self, number: usize, front: &Front, most: usize) -> Result<usize, Vanished> {
-        let top = self.stack.len();
-        self.stack.resize(top + front.height * front.height, 0.0);
-        let panel = &mut self.factor[front.panel()];
-        let (waiting, own) = self.stack.split_at_mut(top);
-        let children = self.left.len() - front.children;
-        // What the children left is summed where this front needs it (Duff and Reid 1983).
-        for &(child, start) in &self.left[children..] {
-            take_up(&self.symbolic, child, &waiting[start..], front, panel, own);
-        }
-        let diagonal = &self.diagonal[front.first..front.first + front.width];
-        let negative = eliminate(panel, front.size(), diagonal, most, &mut self.scratch)?;
-        // Only the number of negative pivots was asked for, up to that many.
-        if negative >= most {
-            return Ok(negative);
-        }
-        let factor = Factor {
-            columns: panel,
-            size: front.size(),
-            skip: front.width,
+        let (symbolic, factor, root) = (&self.symbolic, &mut self.factor, &mut self.root);
+        let matrix = Matrix {
+            symbolic,
+            diagonal: &self.diagonal,
         };
-        subtract(&factor, own, front.height, front.height, &mut self.scratch);
-        let base = self.left.get(children).map_or(top, |(_, start)| *start);
-        // The children are used up: what this front leaves takes their place on the stack.
-        self.stack.copy_within(top.., base);
-        self.stack.truncate(base + front.height * front.height);
-        self.left.truncate(children);
-        if front.height > 0 {
-            self.left.push((number, base));
-        }
-        Ok(negative)
+        let threads = self.threads.map_or(1, usize::from);
+        let found = self.workers.eliminate(matrix, factor, root, most, threads);
+        // Paths of contacts in the plane rest on the rounding of the unpacked one. Also without a pivot in the root,
+        // as what comes before it is whole.
+        let packed = self.dissection.is_some() || self.precision == Precision::Single;
+        self.store.take_up(packed.then_some(self.precision), symbolic, factor);
+        found.map_err(|(front, (column, pivot, diagonal))| NoPivot {
+            unknown: symbolic.order[symbolic.fronts[front].first + column] as usize,
+            pivot,
+            diagonal,
+        })
     }
 
     /// A direction `v` with `v^T A v < 0`, from the first negative pivot of the matrix `A` factored last: `L^T v = e_k`, which
@@ -241,7 +246,7 @@ impl Ldl {
         let first = s.diagonals().position(|slot| self.factor[slot] < 0.0)?;
         let mut x = vec![0.0; s.order.len()];
         x[first] = 1.0;
-        self.solve_transposed(&mut x);
+        substitution::back(s, &self.factor, &mut x);
         let mut direction = vec![0.0; x.len()];
         for (i, value) in s.order.iter().zip(x) {
             direction[*i as usize] = value;
@@ -249,57 +254,13 @@ impl Ldl {
         Some(direction)
     }
 
-    /// `L^T x = b` in the order of elimination.
-    fn solve_transposed(&self, x: &mut [f64]) {
-        let mut below = Vec::new();
-        for front in self.symbolic.fronts.iter().rev() {
-            let (panel, size) = (&self.factor[front.panel()], front.size());
-            let rows = &self.symbolic.rows[front.rows..front.rows + front.height];
-            below.clear();
-            below.extend_from_slice(&x[front.first..front.first + front.width]);
-            below.extend(rows.iter().map(|row| x[*row as usize]));
-            // Backwards: a column needs those after it.
-            for k in (0..front.width).rev() {
-                let column = &panel[k * size + k + 1..(k + 1) * size];
-                let sum: f64 = column.iter().zip(&below[k + 1..]).map(|(l, x)| l * x).sum();
-                below[k] -= sum;
-            }
-            x[front.first..front.first + front.width].copy_from_slice(&below[..front.width]);
-        }
-    }
-
-    /// `L x = b`, then `D x = b`, in the order of elimination.
-    fn solve_lower(&self, x: &mut [f64]) {
-        let mut below = Vec::new();
-        for front in &self.symbolic.fronts {
-            let (panel, size) = (&self.factor[front.panel()], front.size());
-            let rows = &self.symbolic.rows[front.rows..front.rows + front.height];
-            below.clear();
-            below.resize(front.height, 0.0);
-            let (own, width) = (&mut x[front.first..front.first + front.width], front.width);
-            for k in 0..width {
-                let (value, column) = (own[k], &panel[k * size..(k + 1) * size]);
-                own[k + 1..]
-                    .iter_mut()
-                    .zip(&column[k + 1..width])
-                    .for_each(|(x, l)| *x -= l * value);
-                below
-                    .iter_mut()
-                    .zip(&column[width..])
-                    .for_each(|(x, l)| *x += l * value);
-                // The pivot on the diagonal; `L` itself has ones there.
-                own[k] = value / column[k];
-            }
-            rows.iter().zip(&below).for_each(|(row, by)| x[*row as usize] -= by);
-        }
-    }
-
     /// Solves with the matrix factored last; `b` becomes the solution.
     pub fn solve(&self, b: &mut [f64]) {
         let order = &self.symbolic.order;
         let mut x: Vec<f64> = order.iter().map(|i| b[*i as usize]).collect();
-        self.solve_lower(&mut x);
-        self.solve_transposed(&mut x);
+        let fronts = self.symbolic.fronts.len();
+        self.store.forward(&self.symbolic, &self.factor, 0..fronts, &mut x);
+        self.store.back(&self.symbolic, &self.factor, 0..fronts, &mut x);
         for (i, value) in order.iter().zip(x) {
             b[*i as usize] = value;
         }
@@ -309,25 +270,4 @@ impl Ldl {
 /// How many places two lists have in common at their beginning.
 fn common(one: &[(u32, u32)], other: &[(u32, u32)]) -> usize {
     one.iter().zip(other).take_while(|(a, b)| a == b).count()
-}
-
-/// Adds what a child left behind to its parent's columns and to the rest.
-fn take_up(symbolic: &Symbolic, child: usize, left: &[f64], front: &Front, panel: &mut [f64], own: &mut [f64]) {
-    let child = &symbolic.fronts[child];
-    let to = &symbolic.in_parent[child.rows..child.rows + child.height];
-    let (width, size) = (front.width, front.size());
-    for (j, column) in left.chunks_exact(child.height).take(child.height).enumerate() {
-        let at = to[j] as usize;
-        let target = if at < width {
-            &mut panel[at * size..(at + 1) * size]
-        } else {
-            // From here on all rows lie below the columns.
-            let start = (at - width) * front.height;
-            &mut own[start..start + front.height]
-        };
-        let before = if at < width { 0 } else { width };
-        for (row, value) in to[j..].iter().zip(&column[j..]) {
-            target[*row as usize - before] += value;
-        }
-    }
 }

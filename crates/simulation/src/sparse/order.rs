@@ -1,193 +1,140 @@
-//! An order of elimination that fills little: minimum degree on the quotient graph.
+//! Orders of elimination that fill little: `minimum_degree` for patterns that change, `dissection` for meshes, with `cut` (a part
+//! in two), `cover` (by the fewest vertices) and `levels` (directions in a graph without places).
+
+mod cover;
+mod cut;
+mod dissection;
+mod levels;
+mod minimum_degree;
+
+#[cfg(test)]
+pub(super) use cover::{Sides, smallest_cover};
 
 use super::graph::Graph;
+use minimum_degree::minimum_degree;
 
-/// A variable's place in the quotient graph (Amestoy, Davis and Duff 1996).
-struct Quotient {
-    /// Unknowns that a variable stands for; 0 once it is eliminated or joined to another.
-    weight: Vec<usize>,
-    /// Vertices that a variable stands for.
-    stands_for: Vec<Vec<u32>>,
-    variables: Vec<Vec<u32>>,
-    elements: Vec<Vec<u32>>,
-    /// The variables of the element that an eliminated variable became; empty once absorbed.
-    members: Vec<Vec<u32>>,
-    /// Unknowns of each element.
-    size: Vec<usize>,
-    degree: Vec<usize>,
-    /// No degree is larger.
-    most: usize,
-    mark: Vec<u32>,
-    stamp: u32,
-    /// `|L_e \ L_p|` of the elements met at this step.
-    outside: Vec<usize>,
-    seen: Vec<u32>,
+/// Nested dissection: for matrices of meshes in space, whose pattern stays.
+///
+/// A few unknowns that part the rest in two are eliminated last, and so on in each part. Of `n` unknowns of a solid that leaves
+/// `n^2` multiplications, which minimum degree exceeds the more, the larger the mesh.
+#[derive(Debug, Clone, Default)]
+pub struct Dissection {
+    size: usize,
+    places: Option<Vec<[f64; 3]>>,
+    root: Vec<u32>,
 }
 
-/// An order of elimination of the vertices of a graph, each of a weight: the k-th vertex eliminated. Those that become
-/// alike on the way follow one another.
-pub(super) fn minimum_degree(graph: &Graph, weights: &[usize]) -> Vec<u32> {
-    let mut quotient = Quotient::new(graph, weights);
-    quotient.eliminate()
+/// What no order can be made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoOrder {
+    /// A coordinate that is not finite.
+    #[error("the place of unknown {0} is not finite")]
+    Place(usize),
+    /// An unknown that does not exist.
+    #[error("unknown {unknown} of the root is none of the {size} unknowns")]
+    Beyond {
+        /// The unknown.
+        unknown: usize,
+        /// How many there are.
+        size: usize,
+    },
+    /// An unknown named twice.
+    #[error("unknown {0} is named twice in the root")]
+    Twice(usize),
 }
 
-impl Quotient {
-    fn new(graph: &Graph, weights: &[usize]) -> Self {
-        let n = graph.size();
-        let sum = |i: usize| graph.of(i).iter().map(|j| weights[*j as usize]).sum();
+impl Dissection {
+    /// By the place of each unknown's node, in any unit: cuts across the axes.
+    ///
+    /// `root` is eliminated last, in that order, whatever the rest: see [`super::Ldl::root`].
+    ///
+    /// # Errors
+    /// [`NoOrder`]. Places may coincide: what no plane parts is dissected by its pattern alone.
+    pub fn by_places(places: &[[f64; 3]], root: &[usize]) -> Result<Self, NoOrder> {
+        if let Some(unknown) = places.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(NoOrder::Place(unknown));
+        }
+        let by_pattern = Self::by_pattern(places.len(), root)?;
+        Ok(Self {
+            places: Some(places.to_vec()),
+            ..by_pattern
+        })
+    }
+
+    /// By the pattern alone of a matrix of `size` unknowns, which finds worse cuts.
+    ///
+    /// # Errors
+    /// [`NoOrder`].
+    pub fn by_pattern(size: usize, root: &[usize]) -> Result<Self, NoOrder> {
+        let mut named = vec![false; size];
+        for &unknown in root {
+            match named.get_mut(unknown) {
+                None => return Err(NoOrder::Beyond { unknown, size }),
+                Some(named) if *named => return Err(NoOrder::Twice(unknown)),
+                Some(named) => *named = true,
+            }
+        }
+        Ok(Self {
+            size,
+            places: None,
+            root: root.iter().map(|u| *u as u32).collect(),
+        })
+    }
+}
+
+/// Groups of unknowns that are alike, in the order of their elimination.
+pub(super) struct Ordered {
+    pub(super) graph: Graph,
+    pub(super) groups: Vec<Vec<u32>>,
+    pub(super) weights: Vec<usize>,
+    pub(super) order: Vec<u32>,
+    /// How many of the last ones are the root.
+    pub(super) kept: usize,
+}
+
+impl Ordered {
+    /// The order of the unknowns of a pattern: by dissection, or by minimum degree.
+    pub(super) fn new(pattern: &Graph, dissection: Option<&Dissection>) -> Self {
+        // Made for another matrix, neither places nor root say anything.
+        let fits = dissection.filter(|d| d.size == pattern.size());
+        let root = fits.map_or(&[][..], |d| &d.root[..]);
+        let mut in_root = vec![false; pattern.size()];
+        root.iter().for_each(|u| in_root[*u as usize] = true);
+        // Unknowns with the same neighbours, as those of a node, are ordered as one.
+        let (graph, groups) = pattern.alike(&in_root);
+        let weights: Vec<usize> = groups.iter().map(Vec::len).collect();
+        let order = if dissection.is_some() {
+            let places = fits.and_then(|d| d.places.as_deref());
+            dissected(&graph, &groups, &weights, places, root)
+        } else {
+            minimum_degree(&graph, &weights)
+        };
         Self {
-            weight: weights.to_vec(),
-            stands_for: (0..n as u32).map(|i| vec![i]).collect(),
-            variables: (0..n).map(|i| graph.of(i).to_vec()).collect(),
-            elements: vec![Vec::new(); n],
-            members: vec![Vec::new(); n],
-            size: vec![0; n],
-            degree: (0..n).map(sum).collect(),
-            most: weights.iter().sum(),
-            mark: vec![0; n],
-            stamp: 0,
-            outside: vec![0; n],
-            seen: vec![0; n],
+            graph,
+            groups,
+            weights,
+            order,
+            kept: root.len(),
         }
     }
+}
 
-    fn eliminate(&mut self) -> Vec<u32> {
-        let n = self.weight.len();
-        let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); self.most + 1];
-        for (i, degree) in self.degree.iter().enumerate() {
-            buckets[*degree].push(i as u32);
-        }
-        let mut order = Vec::with_capacity(n);
-        let mut least = 0;
-        while order.len() < n {
-            let Some(i) = buckets[least].pop() else {
-                least += 1;
-                continue;
-            };
-            let i = i as usize;
-            // A variable lies in every bucket that it has passed: only the last one counts.
-            if self.weight[i] == 0 || self.degree[i] != least {
-                continue;
-            }
-            order.append(&mut self.stands_for[i]);
-            for j in self.pivot(i) {
-                let degree = self.degree[j as usize];
-                buckets[degree].push(j);
-                // Degrees fall too: the search for the least goes back.
-                least = least.min(degree);
-            }
-        }
-        order
-    }
-
-    /// Eliminates `p`: it becomes an element. Returns its variables, whose degrees are new.
-    fn pivot(&mut self, p: usize) -> Vec<u32> {
-        self.weight[p] = 0;
-        let mut members = self.gather(p);
-        self.count_outside(&members);
-        let total: usize = members.iter().map(|i| self.weight[*i as usize]).sum();
-        for &i in &members {
-            self.update(i as usize, p, total);
-        }
-        self.join_alike(&members);
-        members.retain(|i| self.weight[*i as usize] > 0);
-        self.size[p] = total;
-        self.members[p].clone_from(&members);
-        members
-    }
-
-    /// The variables that elimination of `p` joins; its elements are absorbed.
-    fn gather(&mut self, p: usize) -> Vec<u32> {
-        self.stamp += 1;
-        let mut members = Vec::new();
-        let mut take = |list: &[u32], mark: &mut [u32], weight: &[usize], stamp: u32| {
-            for &j in list {
-                if weight[j as usize] > 0 && mark[j as usize] != stamp {
-                    mark[j as usize] = stamp;
-                    members.push(j);
-                }
-            }
-        };
-        let own = std::mem::take(&mut self.variables[p]);
-        take(&own, &mut self.mark, &self.weight, self.stamp);
-        for e in std::mem::take(&mut self.elements[p]) {
-            let list = std::mem::take(&mut self.members[e as usize]);
-            take(&list, &mut self.mark, &self.weight, self.stamp);
-        }
-        members
-    }
-
-    /// For every element next to the new one: the weight of its variables that the new one lacks.
-    fn count_outside(&mut self, members: &[u32]) {
-        for &i in members {
-            let weight = self.weight[i as usize];
-            for &e in &self.elements[i as usize] {
-                let e = e as usize;
-                if self.seen[e] != self.stamp {
-                    self.seen[e] = self.stamp;
-                    // The whole element at first sight; each member met then takes its weight off.
-                    self.outside[e] = self.size[e];
-                }
-                self.outside[e] = self.outside[e].saturating_sub(weight);
-            }
-        }
-    }
-
-    /// New lists and an upper bound of the degree of variable `i` of the new element `p` of weight `total`.
-    fn update(&mut self, i: usize, p: usize, total: usize) {
-        let (mark, weight, stamp) = (&self.mark, &self.weight, self.stamp);
-        self.variables[i].retain(|j| weight[*j as usize] > 0 && mark[*j as usize] != stamp);
-        let (members, outside) = (&self.members, &self.outside);
-        // An element inside the new one says nothing more.
-        self.elements[i].retain(|e| !members[*e as usize].is_empty() && outside[*e as usize] > 0);
-        let near: usize = self.variables[i].iter().map(|j| weight[*j as usize]).sum();
-        let far: usize = self.elements[i].iter().map(|e| outside[*e as usize]).sum();
-        self.elements[i].push(p as u32);
-        // The approximate degree of Amestoy, Davis and Duff: what the lists add up to, but no more than the old degree
-        // and all of the new element.
-        let bound = (near + far + total - weight[i]).min(self.degree[i] + total);
-        // Elements overlap: their sum may exceed all there is.
-        self.degree[i] = bound.min(self.most);
-    }
-
-    /// Joins the variables of the new element that have the same neighbours now: they are eliminated together.
-    fn join_alike(&mut self, members: &[u32]) {
-        let key = |i: u32| {
-            let lists = [&self.variables[i as usize], &self.elements[i as usize]];
-            let sums = lists.map(|list| list.iter().map(|j| u64::from(*j)).sum::<u64>());
-            (sums[0], sums[1], lists[0].len(), lists[1].len())
-        };
-        let mut keyed: Vec<_> = members.iter().map(|i| (key(*i), *i)).collect();
-        // Equal keys become neighbours, and the order does not depend on that of the lists.
-        keyed.sort_unstable();
-        for at in 0..keyed.len() {
-            let (key, i) = keyed[at];
-            if self.weight[i as usize] == 0 {
-                continue;
-            }
-            self.stamp += 1;
-            let lists = self.variables[i as usize].iter().chain(&self.elements[i as usize]);
-            lists.for_each(|j| self.mark[*j as usize] = self.stamp);
-            for &(_, j) in keyed[at + 1..].iter().take_while(|(other, _)| *other == key) {
-                let k = j as usize;
-                // Variables and elements have numbers of their own: an element is no variable any more.
-                let lists = self.variables[k].iter().chain(&self.elements[k]);
-                let same = lists.into_iter().all(|v| self.mark[*v as usize] == self.stamp);
-                if self.weight[k] > 0 && same {
-                    self.join(k, i as usize);
-                }
-            }
-        }
-    }
-
-    /// `k` goes with `i` from now on.
-    fn join(&mut self, k: usize, i: usize) {
-        // `k` is no neighbour of `i` any more, but a part of it. The bound may already be below: never under zero.
-        self.degree[i] = self.degree[i].saturating_sub(self.weight[k]);
-        self.weight[i] += std::mem::take(&mut self.weight[k]);
-        let vertices = std::mem::take(&mut self.stands_for[k]);
-        self.stands_for[i].extend(vertices);
-        self.variables[k] = Vec::new();
-        self.elements[k] = Vec::new();
-    }
+/// The order of groups by dissection, the root's unknowns, each a group, at its end.
+fn dissected(
+    graph: &Graph,
+    groups: &[Vec<u32>],
+    weights: &[usize],
+    places: Option<&[[f64; 3]]>,
+    root: &[u32],
+) -> Vec<u32> {
+    // Unknowns that are alike lie in one node: any speaks for the group.
+    let places: Option<Vec<[f64; 3]>> = places.map(|all| groups.iter().map(|g| all[g[0] as usize]).collect());
+    let mut group_of = vec![0; weights.iter().sum()];
+    (0..groups.len()).for_each(|g| group_of[groups[g][0] as usize] = g as u32);
+    let root: Vec<u32> = root.iter().map(|u| group_of[*u as usize]).collect();
+    let mut kept = vec![false; groups.len()];
+    root.iter().for_each(|g| kept[*g as usize] = true);
+    let mut order = dissection::dissection(graph, weights, places.as_deref(), &kept);
+    order.extend(root);
+    order
 }

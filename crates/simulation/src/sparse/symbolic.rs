@@ -1,7 +1,7 @@
 //! Where the entries of a factor are, from where those of the matrix are.
 
 use super::graph::Graph;
-use super::order::minimum_degree;
+use super::order::{Dissection, Ordered};
 use super::tree::Elimination;
 
 /// Unknowns eliminated together: a dense matrix whose first columns are columns of `L`, the rest what they leave behind.
@@ -45,6 +45,8 @@ pub(super) struct Symbolic {
     pub(super) in_parent: Vec<u32>,
     /// Entries of all fronts' columns.
     pub(super) entries: usize,
+    /// How many unknowns at the end are the root: the last front, if any.
+    pub(super) kept: usize,
     /// When each unknown is eliminated, and by which front.
     place_of: Vec<u32>,
     front_of: Vec<u32>,
@@ -52,15 +54,15 @@ pub(super) struct Symbolic {
 
 impl Symbolic {
     /// The elimination of a matrix with entries at these places of its lower triangle.
-    pub(super) fn new(size: usize, places: &[(u32, u32)]) -> Self {
-        // Unknowns with the same neighbours, as those of a node, are ordered as one.
-        let (graph, groups) = Graph::of_places(size, places).alike();
-        let weights: Vec<usize> = groups.iter().map(Vec::len).collect();
-        let Elimination { order, columns } = Elimination::new(&graph, &weights, &minimum_degree(&graph, &weights));
+    pub(super) fn new(size: usize, places: &[(u32, u32)], dissection: Option<&Dissection>) -> Self {
+        let ordered = Ordered::new(&Graph::of_places(size, places), dissection);
+        let (groups, weights, kept) = (&ordered.groups, &ordered.weights, ordered.kept);
+        let Elimination { order, columns } = Elimination::new(&ordered.graph, weights, &ordered.order, kept);
         let mut symbolic = Self {
             order: order.iter().flat_map(|g| groups[*g as usize].iter().copied()).collect(),
             place_of: vec![0; size],
             front_of: vec![0; size],
+            kept,
             ..Self::default()
         };
         for (k, i) in symbolic.order.iter().enumerate() {
@@ -120,6 +122,11 @@ impl Symbolic {
                 self.in_parent[k] = (parent.width + at) as u32;
             }
         }
+    }
+
+    /// The unknowns below a front.
+    pub(super) fn below(&self, front: &Front) -> &[u32] {
+        &self.rows[front.rows..front.rows + front.height]
     }
 
     /// The entry of the factor's storage that a place adds to. `None` where the pattern lacks it.

@@ -1,5 +1,10 @@
 //! Factorisations against dense algebra.
 
+mod cover;
+mod dissection;
+mod kept;
+mod meshes;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::Triplets;

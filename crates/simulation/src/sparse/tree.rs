@@ -29,11 +29,16 @@ pub(super) struct Elimination {
 }
 
 impl Elimination {
-    /// Of a graph in an order that fills little; weights are unknowns by vertex.
-    pub(super) fn new(graph: &Graph, weights: &[usize], order: &[u32]) -> Self {
-        let parents = parents(graph, order);
+    /// Of a graph in an order that fills little; weights are unknowns by vertex. The last `kept` vertices stay the last ones, in
+    /// their order, in columns of their own, as if each saw all of them.
+    pub(super) fn new(graph: &Graph, weights: &[usize], order: &[u32], kept: usize) -> Self {
+        let mut parents = parents(graph, order);
+        // Vertices that see one another are eliminated in a chain.
+        for k in (order.len() - kept + 1..order.len()).rev() {
+            parents[k - 1] = k as u32;
+        }
         let order: Vec<u32> = postorder(&parents).iter().map(|k| order[*k as usize]).collect();
-        let columns = columns(graph, weights, &order);
+        let columns = columns(graph, weights, &order, kept);
         Self { order, columns }
     }
 }
@@ -96,13 +101,15 @@ fn postorder(parents: &[u32]) -> Vec<u32> {
 }
 
 /// The columns in a postorder, joined to supernodes, some zeros accepted.
-fn columns(graph: &Graph, weights: &[usize], order: &[u32]) -> Vec<Columns> {
+fn columns(graph: &Graph, weights: &[usize], order: &[u32], kept: usize) -> Vec<Columns> {
+    let weight = |k: usize| weights[order[k] as usize];
+    let eliminated = order.len() - kept;
     let place = places(order);
     let mut done: Vec<Columns> = Vec::new();
     // Rows of a column that no parent has taken yet, by parent.
     let mut waiting: Vec<Vec<Vec<u32>>> = vec![Vec::new(); order.len()];
     let mut mark = vec![NO_PARENT; order.len()];
-    for (k, vertex) in order.iter().enumerate() {
+    for (k, vertex) in order.iter().enumerate().take(eliminated) {
         mark[k] = k as u32;
         let mut below = Vec::new();
         let mut take = |row: u32| {
@@ -121,7 +128,6 @@ fn columns(graph: &Graph, weights: &[usize], order: &[u32]) -> Vec<Columns> {
             // A column's rows pass to its parent only, which passes them on: the rows of `L` need no other search.
             waiting[*parent as usize].push(below.clone());
         }
-        let weight = |k: usize| weights[order[k] as usize];
         let height = below.iter().map(|row| weight(*row as usize)).sum();
         let mut next = Columns {
             first: k,
@@ -137,6 +143,16 @@ fn columns(graph: &Graph, weights: &[usize], order: &[u32]) -> Vec<Columns> {
             }
         }
         done.push(next);
+    }
+    if kept > 0 {
+        done.push(Columns {
+            first: eliminated,
+            end: order.len(),
+            below: Vec::new(),
+            width: (eliminated..order.len()).map(weight).sum(),
+            height: 0,
+            zeros: 0,
+        });
     }
     done
 }

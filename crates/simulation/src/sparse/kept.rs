@@ -1,0 +1,60 @@
+//! The root that is eliminated last: what the others leave on it, and solutions by way of it.
+
+use nalgebra::DMatrix;
+
+use super::Ldl;
+
+/// A right side that was reduced to the root.
+#[derive(Debug, Clone)]
+pub struct Reduced {
+    /// In the order of elimination.
+    x: Vec<f64>,
+    kept: usize,
+}
+
+impl Reduced {
+    /// What is left of the right side on the root, in the order of the root's unknowns.
+    pub fn on_root(&self) -> &[f64] {
+        &self.x[self.x.len() - self.kept..]
+    }
+}
+
+impl Ldl {
+    /// The root's unknowns, in the order in which they were named, and the Schur complement on them of the matrix factored last:
+    /// `S = A_rr - A_ri A_ii^-1 A_ir`, the others being `i`. `S y = Reduced::on_root` is what a solution demands of the root's part `y`.
+    /// It is there also where [`Self::factor`] found no pivot in the root; empty without a root.
+    pub fn root(&self) -> (&[u32], &DMatrix<f64>) {
+        let order = &self.symbolic.order;
+        (&order[order.len() - self.symbolic.kept..], &self.root)
+    }
+
+    /// The first half of a solution of `A x = b`: down to the root.
+    pub fn reduce(&self, b: &[f64]) -> Reduced {
+        let mut x: Vec<f64> = self.symbolic.order.iter().map(|i| b[*i as usize]).collect();
+        let fronts = 0..self.above_root();
+        self.store.forward(&self.symbolic, &self.factor, fronts, &mut x);
+        Reduced {
+            x,
+            kept: self.symbolic.kept,
+        }
+    }
+
+    /// The second half, with the root's unknowns `y` known: all unknowns.
+    pub fn back(&self, reduced: &Reduced, y: &[f64]) -> Vec<f64> {
+        let mut x = reduced.x.clone();
+        let first = x.len() - self.symbolic.kept;
+        x[first..].copy_from_slice(y);
+        let fronts = 0..self.above_root();
+        self.store.back(&self.symbolic, &self.factor, fronts, &mut x);
+        let mut all = vec![0.0; x.len()];
+        for (i, value) in self.symbolic.order.iter().zip(x) {
+            all[*i as usize] = value;
+        }
+        all
+    }
+
+    /// Fronts but the root's.
+    fn above_root(&self) -> usize {
+        self.symbolic.fronts.len() - usize::from(self.symbolic.kept > 0)
+    }
+}
