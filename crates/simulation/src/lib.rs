@@ -18,6 +18,7 @@ pub mod equilibrium;
 pub mod law;
 pub mod q9;
 pub mod solid;
+pub mod space;
 pub mod sparse;
 pub mod system;
 mod turn;

@@ -1,0 +1,6 @@
+mod distance;
+mod oracle;
+mod refusals;
+mod seams;
+mod sweep;
+mod touch;
