@@ -21,7 +21,7 @@
 //! a segment (a side curves once, a sphere twice): the end itself answers as the sphere. On the axis a normal does not
 //! exist, and [`Distance`] says which is given.
 //!
-//! Lengths are in any consistent unit; no tolerance is absolute. Lengths between 1e-70 and 1e70 neither vanish nor overflow.
+//! Lengths are in any consistent unit; no tolerance is absolute. Lengths, offsets included, between 1e-70 and 1e70 neither vanish nor overflow.
 
 mod cone;
 mod distance;

@@ -1,4 +1,5 @@
 mod distance;
+mod extremes;
 mod oracle;
 mod refusals;
 mod seams;

@@ -128,6 +128,23 @@ fn the_axis_has_a_depth_and_a_stated_normal() {
     }
 }
 
+/// Nearer to the axis than 1e-12 radii the stated normal is given, with no curvature; farther away the true ones are.
+#[test]
+fn beside_the_axis_the_stated_normal_gives_way_to_the_true_one() {
+    let axis = [Point3::origin(), Point3::new(0.0, 0.0, 4.0)];
+    let tube = Tube::new(Isometry3::identity(), &axis, &[1.0; 2]).unwrap();
+    for z in [0.0, 2.0, 4.0] {
+        let on = tube.signed_distance(&Vector3::new(0.0, 0.0, z));
+        assert!(on.gradient.z.abs() < 1e-15);
+        for off in [Vector3::new(0.6, 0.8, 0.0), Vector3::new(-0.6, -0.8, 0.0)] {
+            let stated = tube.signed_distance(&(Vector3::z() * z + off * 0.9e-12));
+            assert_eq!((stated.gradient, stated.hessian), (on.gradient, Matrix3::zeros()));
+            let own = tube.signed_distance(&(Vector3::z() * z + off * 1.1e-12));
+            assert!((own.gradient - off).norm() < 1e-3 && own.hessian.norm() > 0.9e12 / 1.1);
+        }
+    }
+}
+
 /// Points so near that the normal's direction is rounding: finite all the same, down to the least number there is.
 #[test]
 fn places_at_the_edge_of_the_numbers_are_finite() {
