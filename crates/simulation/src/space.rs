@@ -2,11 +2,19 @@
 //!
 //! The parts are those of the plane ([`crate::solid`], [`crate::constraint`]) and share its [`crate::control`] and
 //! [`crate::sparse`]. Lengths in mm, stresses in any unit `U`: forces are then in `U mm^2`.
+//!
+//! * [`cells`]: a mesh over a region that a field gives, be it the smoothed label of a label map;
+//! * [`element`], [`law`], [`lanes`]: the energy of an element with two derivatives;
+//! * [`solid`], [`tube`]: deformable bodies, and the rigid tube;
+//! * [`term`]: springs, and contact with the tube;
+//! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance.
 
 pub mod cells;
 pub mod element;
+pub mod equilibrium;
 pub mod lanes;
 pub mod law;
 pub mod solid;
 pub mod system;
 pub mod term;
+pub mod tube;

@@ -3,7 +3,7 @@
 use super::evaluation::{Evaluation, largest};
 use super::report::Work;
 use super::{Failed, Potential, Stability};
-use crate::sparse::{Ldl, Triplets};
+use crate::sparse::{Dissection, Ldl, Triplets};
 
 /// An eigenvalue below this part of the softest stiffness is neutral.
 const NEUTRAL_PART: f64 = 1e-12;
@@ -35,6 +35,14 @@ pub(super) struct Factors {
 }
 
 impl Factors {
+    /// Factors in an order that is found once, from this.
+    pub(super) fn ordered_by(dissection: Dissection) -> Self {
+        Self {
+            ldl: Ldl::ordered_by(dissection),
+            ..Self::default()
+        }
+    }
+
     /// Newton's step from a state: with the true matrix if that is positive definite, else with a shift that makes it so, else
     /// with the convex one. `None` where none of them leads to finite numbers.
     pub(super) fn new_step(

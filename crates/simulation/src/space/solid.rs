@@ -51,10 +51,13 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// Its largest side in the reference configuration.
     fn extent(&self) -> f64;
 
+    /// A place in the reference configuration for each parameter, near what it moves: it orders their elimination.
+    fn places(&self) -> Vec<[f64; 3]>;
+
     /// How many points of its surface are known.
     fn points(&self) -> usize;
 
-    /// The area that a point of the surface stands for in the reference configuration, and the unit normal out there.
+    /// A point of the surface in the reference configuration: its place, the unit normal out there, and the area it stands for.
     fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64);
 
     /// Where a point of the surface is.

@@ -1,7 +1,7 @@
 //! A system: solids, what is fixed, dead loads, and the terms that constraints add to the energy.
 
 use super::solid::Solid;
-use super::term::Term;
+use super::term::{Change, Term, TubeContact};
 use crate::control::Potential;
 use crate::sparse::Triplets;
 
@@ -70,8 +70,10 @@ pub struct System {
     pub fixed: Vec<bool>,
     /// Dead forces on the unknowns.
     pub loads: Vec<f64>,
-    /// Terms that constraints add.
-    pub terms: Vec<Box<dyn Term>>,
+    /// Tubes that the solids are pushed by.
+    pub tubes: Vec<TubeContact>,
+    /// Other terms that constraints add.
+    pub others: Vec<Box<dyn Term>>,
     weights: Vec<f64>,
 }
 
@@ -109,6 +111,28 @@ impl System {
         self.bodies.solids.iter().flat_map(|s| s.initial()).collect()
     }
 
+    /// Lets every term take the forces at `a` as those to go on from; the largest change.
+    pub fn update(&mut self, a: &[f64]) -> Change {
+        let bodies = &self.bodies;
+        let tubes = self.tubes.iter_mut().map(|tube| tube.update(bodies, a));
+        let others = self.others.iter_mut().map(|term| term.update(bodies, a));
+        tubes.chain(others).fold(Change::default(), |one, other| Change {
+            force: one.force.max(other.force),
+            depth: one.depth.max(other.depth),
+        })
+    }
+
+    /// The place of each unknown's node, for the order of elimination.
+    pub fn places(&self) -> Vec<[f64; 3]> {
+        self.bodies.solids.iter().flat_map(|s| s.places()).collect()
+    }
+
+    /// The terms of tubes and all others.
+    fn terms(&self) -> impl Iterator<Item = &dyn Term> {
+        let tubes = self.tubes.iter().map(|tube| tube as &dyn Term);
+        tubes.chain(self.others.iter().map(AsRef::as_ref))
+    }
+
     fn load_energy(&self, a: &[f64]) -> f64 {
         -self.loads.iter().zip(a).map(|(l, a)| l * a).sum::<f64>()
     }
@@ -124,7 +148,7 @@ impl Potential for System {
         for (_, solid, part) in self.bodies.each(a) {
             energy += solid.energy(part)?;
         }
-        for term in &self.terms {
+        for term in self.terms() {
             energy += term.energy(&self.bodies, a)?;
         }
         Some(energy)
@@ -136,7 +160,7 @@ impl Potential for System {
         for (offset, solid, part) in self.bodies.each(a) {
             energy += solid.gradient(part, &mut gradient[offset..offset + part.len()])?;
         }
-        for term in &self.terms {
+        for term in self.terms() {
             energy += term.gradient(&self.bodies, a, gradient)?;
         }
         Some(energy)
@@ -147,13 +171,12 @@ impl Potential for System {
         for (offset, solid, part) in self.bodies.each(a) {
             solid.hessian(part, convex, sink, offset)?;
         }
-        self.terms
-            .iter()
+        self.terms()
             .try_for_each(|term| term.hessian(&self.bodies, a, convex, sink))
     }
 
     fn reach(&self, a: &[f64], step: &[f64]) -> f64 {
-        let each = self.terms.iter().map(|term| term.reach(&self.bodies, a, step));
+        let each = self.terms().map(|term| term.reach(&self.bodies, a, step));
         each.fold(1.0, f64::min)
     }
 
@@ -166,7 +189,7 @@ impl Potential for System {
     }
 
     fn reaction(&self, a: &[f64]) -> f64 {
-        let each = self.terms.iter().map(|term| term.reaction(&self.bodies, a));
+        let each = self.terms().map(|term| term.reaction(&self.bodies, a));
         each.fold(0.0, f64::max)
     }
 

@@ -1,11 +1,22 @@
 //! Terms that links and contacts add to the energy. They see surfaces of solids only.
 
 mod springs;
+mod tube_contact;
 
 pub use springs::Springs;
+pub use tube_contact::{TubeContact, TubeForce};
 
 use super::system::Bodies;
 use crate::sparse::Triplets;
+
+/// How far a term was from the state that it was brought up to.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Change {
+    /// The largest change of a force.
+    pub force: f64,
+    /// The deepest that a point is where it must not be, mm.
+    pub depth: f64,
+}
 
 /// A term of the energy.
 pub trait Term: std::fmt::Debug + Send + Sync {
@@ -25,4 +36,9 @@ pub trait Term: std::fmt::Debug + Send + Sync {
 
     /// The largest force at `a` on a point.
     fn reaction(&self, bodies: &Bodies, a: &[f64]) -> f64;
+
+    /// Takes the forces at `a` as those to go on from; how much that changed them.
+    fn update(&mut self, _bodies: &Bodies, _a: &[f64]) -> Change {
+        Change::default()
+    }
 }

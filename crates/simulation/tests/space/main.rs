@@ -4,6 +4,7 @@
 
 mod manufactured;
 mod meshes;
+mod push;
 mod rules;
 mod sphere;
 

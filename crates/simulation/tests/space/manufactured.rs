@@ -60,7 +60,7 @@ fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
     System::load(&mut system, body, &forces);
     // Springs at rest in the exact state take rigid motions away and leave the solution as it is.
     let springs = Springs::new(&system.bodies, body, |_, _| 1.0, |x| x + exact(x));
-    system.terms.push(Box::new(springs));
+    system.others.push(Box::new(springs));
     let mut a = system.initial();
     let control = Control { provisional: true, tolerance: 1e-10, ..Control::default() };
     Newton::new(control).minimise(&system, &mut a).map_or_else(|e| println!("FAILED {e}"), |m| println!("iterations {} det {}", m.iterations, m.least_determinant));

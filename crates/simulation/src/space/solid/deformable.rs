@@ -170,6 +170,10 @@ impl Solid for Deformable {
         self.extent
     }
 
+    fn places(&self) -> Vec<[f64; 3]> {
+        self.mesh.nodes.iter().flat_map(|x| [(*x).into(); 3]).collect()
+    }
+
     fn points(&self) -> usize {
         self.rows.len()
     }

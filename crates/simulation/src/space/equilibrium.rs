@@ -1,0 +1,105 @@
+//! The state in which all forces balance, contact exact.
+
+use super::system::System;
+use crate::control::{Failed, Newton};
+
+/// Rounds of pressures at most.
+const MOST_ROUNDS: usize = 60;
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Change of a contact's force in the last round beside the largest force.
+    pub change: f64,
+    /// Depth of a point in what it must stay out of, beside the largest solid.
+    pub depth: f64,
+}
+
+impl Default for Tolerance {
+    /// A millionth of the force, a hundred millionth of the size.
+    fn default() -> Self {
+        Self {
+            change: 1e-6,
+            depth: 1e-8,
+        }
+    }
+}
+
+/// What was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Equilibrium {
+    /// Energy of solids, weights, loads and springs; of contacts nothing is left.
+    pub energy: f64,
+    /// The largest free force, and what it is measured by.
+    pub residual: f64,
+    /// The largest load or reaction.
+    pub load: f64,
+    /// Change of a contact's force in the last round.
+    pub change: f64,
+    /// The deepest point in what it must stay out of, mm.
+    pub depth: f64,
+    /// The least determinant of the deformation gradient at the points of the elements.
+    pub least_determinant: f64,
+    /// Rounds of pressures.
+    pub rounds: usize,
+    /// Steps of Newton's method in all of them.
+    pub iterations: usize,
+}
+
+/// Why no state was found.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum NoEquilibrium {
+    /// A search failed.
+    #[error("in round {round} of the contact's pressures: {failed}")]
+    Search {
+        /// From 1.
+        round: usize,
+        /// Why.
+        failed: Failed,
+    },
+    /// Pressures do not settle.
+    #[error("the contact's pressures still change by {change:e} beside {load:e}, and points are {depth:e} mm deep, after {MOST_ROUNDS} rounds")]
+    Pressures {
+        /// Change of a force.
+        change: f64,
+        /// The largest force.
+        load: f64,
+        /// Depth, mm.
+        depth: f64,
+    },
+}
+
+/// Moves `a` to the state in which forces balance and contacts are exact.
+///
+/// # Errors
+/// [`NoEquilibrium`]. `a` and the contacts are then as far as the search came.
+pub fn settle(
+    system: &mut System,
+    newton: &mut Newton,
+    a: &mut Vec<f64>,
+    tolerance: &Tolerance,
+) -> Result<Equilibrium, NoEquilibrium> {
+    let (mut iterations, mut last) = (0, (0.0, 0.0, 0.0));
+    for round in 1..=MOST_ROUNDS {
+        let found = newton.minimise(system, a);
+        let found = found.map_err(|failed| NoEquilibrium::Search { round, failed })?;
+        iterations += found.iterations;
+        let change = system.update(a);
+        last = (change.force, found.load, change.depth);
+        let settled = change.force <= tolerance.change * found.load;
+        if settled && change.depth <= tolerance.depth * system.bodies.extent() {
+            return Ok(Equilibrium {
+                energy: found.energy,
+                residual: found.residual,
+                load: found.load,
+                change: change.force,
+                depth: change.depth,
+                least_determinant: found.least_determinant,
+                rounds: round,
+                iterations,
+            });
+        }
+    }
+    let (change, load, depth) = last;
+    Err(NoEquilibrium::Pressures { change, load, depth })
+}

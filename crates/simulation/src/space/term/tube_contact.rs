@@ -1,0 +1,188 @@
+//! Contact of a surface with a rigid tube, without friction.
+//!
+//! Pressures `p` at points of the surface are multipliers of `distance >= 0`, found by the augmented Lagrangian: the energy
+//! `sum of A / (2 k) (max(0, p - k d)^2 - p^2)` is minimised and `p` becomes `max(0, p - k d)`, in turns. Its limit is exact:
+//! no depth is left that a stiffness would have to hold, and no pressure where there is a gap.
+
+use nalgebra::Vector3;
+
+use super::{Change, Term};
+use crate::space::system::Bodies;
+use crate::space::tube::{Distance, Tube};
+use crate::sparse::Triplets;
+
+/// Contact of points of a body's surface with a tube.
+#[derive(Debug, Clone)]
+pub struct TubeContact {
+    body: usize,
+    tube: Tube,
+    /// Stress by length.
+    stiffness: f64,
+    points: Vec<Touch>,
+}
+
+/// A point of the surface that may touch the tube.
+#[derive(Debug, Clone, Copy)]
+struct Touch {
+    point: usize,
+    area: f64,
+    pressure: f64,
+}
+
+/// What the tissue does to the tube.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TubeForce {
+    /// The sum of the forces on the tube.
+    pub force: Vector3<f64>,
+    /// Their moment about the origin of the tube's own frame.
+    pub moment: Vector3<f64>,
+    /// Points that press on it.
+    pub points: usize,
+    /// Area of the surface, in the reference configuration, that they stand for, mm^2.
+    pub area: f64,
+    /// The deepest point in the tube, mm; 0 where none is.
+    pub depth: f64,
+}
+
+impl TubeContact {
+    /// Contact of the points of a body's surface for which `wanted(reference place, normal)` holds. `stiffness`, stress by
+    /// length, sets how fast pressures converge, not where to: some ten times Young's modulus over the side of an element.
+    pub fn new(
+        bodies: &Bodies,
+        body: usize,
+        tube: Tube,
+        stiffness: f64,
+        wanted: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
+    ) -> Self {
+        let solid = bodies.solid(body);
+        let points = (0..solid.points()).filter_map(|point| {
+            let (at, normal, area) = solid.reference(point);
+            wanted(&at, &normal).then_some(Touch {
+                point,
+                area,
+                pressure: 0.0,
+            })
+        });
+        Self {
+            body,
+            tube,
+            stiffness,
+            points: points.collect(),
+        }
+    }
+
+    /// The tube.
+    pub fn tube(&self) -> &Tube {
+        &self.tube
+    }
+
+    /// Puts the tube elsewhere; pressures stay as the first guess of the new ones.
+    pub fn move_to(&mut self, tube: Tube) {
+        self.tube = tube;
+    }
+
+    /// What the tissue does to the tube at `a`, by the pressures found.
+    pub fn force(&self, bodies: &Bodies, a: &[f64]) -> TubeForce {
+        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
+        let origin = self.tube.pose().translation.vector;
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        let (mut points, mut area, mut depth) = (0, 0.0, 0.0_f64);
+        for touch in &self.points {
+            let at = solid.point(part, touch.point);
+            let distance = self.tube.signed_distance(&at);
+            depth = depth.max(-distance.value);
+            if touch.pressure > 0.0 {
+                let on_tube = distance.gradient * (-touch.area * touch.pressure);
+                force += on_tube;
+                moment += (at - origin).cross(&on_tube);
+                points += 1;
+                area += touch.area;
+            }
+        }
+        TubeForce {
+            force,
+            moment,
+            points,
+            area,
+            depth,
+        }
+    }
+
+    /// Calls `each` with point, area, pressure at work and distance, for points that press.
+    fn visit(
+        &self,
+        bodies: &Bodies,
+        a: &[f64],
+        mut each: impl FnMut(usize, f64, f64, &Distance),
+    ) -> Option<f64> {
+        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
+        let mut energy = 0.0;
+        for touch in &self.points {
+            let distance = self.tube.signed_distance(&solid.point(part, touch.point));
+            let (pressure, half) = (touch.pressure - self.stiffness * distance.value, 0.5 * touch.area / self.stiffness);
+            if pressure > 0.0 {
+                energy += half * pressure * pressure;
+                each(touch.point, touch.area, pressure, &distance);
+            }
+            energy -= half * touch.pressure * touch.pressure;
+        }
+        Some(energy).filter(|e| e.is_finite())
+    }
+}
+
+impl Term for TubeContact {
+    fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
+        self.visit(bodies, a, |_, _, _, _| {})
+    }
+
+    fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        let (solid, part, offset) = (bodies.solid(self.body), bodies.part(self.body, a), bodies.offset(self.body));
+        self.visit(bodies, a, |k, area, pressure, distance| {
+            let slope = distance.gradient * (-area * pressure);
+            solid.rows(part, k, &mut |p, by| gradient[offset + p] += by.dot(&slope));
+        })
+    }
+
+    fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
+        let (solid, part, offset) = (bodies.solid(self.body), bodies.part(self.body, a), bodies.offset(self.body));
+        let mut row = Vec::new();
+        self.visit(bodies, a, |k, area, pressure, distance| {
+            let normal = distance.gradient;
+            let mut matrix = normal * normal.transpose() * (area * self.stiffness);
+            // The tube is round: pressing on it lowers the energy sideways.
+            if !convex {
+                matrix -= distance.hessian * (area * pressure);
+                solid.bend(part, k, normal * (-area * pressure), sink, offset);
+            }
+            row.clear();
+            solid.rows(part, k, &mut |p, by| row.push((p, by)));
+            for (i, (p, by)) in row.iter().enumerate() {
+                let pulled = matrix * by;
+                for (q, other) in &row[..=i] {
+                    sink.add(offset + p, offset + q, pulled.dot(other));
+                }
+            }
+        })?;
+        Some(())
+    }
+
+    fn reaction(&self, bodies: &Bodies, a: &[f64]) -> f64 {
+        let mut largest = 0.0_f64;
+        // Without an energy there is no reaction to speak of.
+        let _ = self.visit(bodies, a, |_, area, pressure, _| largest = largest.max(area * pressure));
+        largest
+    }
+
+    fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
+        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
+        let mut change = Change::default();
+        for touch in &mut self.points {
+            let distance = self.tube.signed_distance(&solid.point(part, touch.point)).value;
+            let new = (touch.pressure - self.stiffness * distance).max(0.0);
+            change.force = change.force.max((new - touch.pressure).abs() * touch.area);
+            change.depth = change.depth.max(-distance);
+            touch.pressure = new;
+        }
+        change
+    }
+}
