@@ -9,18 +9,18 @@ const MOST_ROUNDS: usize = 60;
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// Change of a contact's force in the last round beside the largest force.
+    /// Change of a contact's force on an unknown in the last round beside the largest force of a point.
     pub change: f64,
     /// Depth of a point in what it must stay out of, beside the largest solid.
     pub depth: f64,
 }
 
 impl Default for Tolerance {
-    /// A millionth of the force, a hundred millionth of the size.
+    /// A millionth of the force and of the size.
     fn default() -> Self {
         Self {
             change: 1e-6,
-            depth: 1e-8,
+            depth: 1e-6,
         }
     }
 }
@@ -57,6 +57,14 @@ pub enum NoEquilibrium {
         /// Why.
         failed: Failed,
     },
+    /// The tube was put too far into the tissue at once.
+    #[error("a point is {depth:.3} mm deep in the tube; deeper than {most:.3} mm it might leave on the other side: move the tube by shorter ways")]
+    TooDeep {
+        /// Depth, mm.
+        depth: f64,
+        /// The most, half the tube's radius.
+        most: f64,
+    },
     /// Pressures do not settle.
     #[error("the contact's pressures still change by {change:e} beside {load:e}, and points are {depth:e} mm deep, after {MOST_ROUNDS} rounds")]
     Pressures {
@@ -79,6 +87,12 @@ pub fn settle(
     a: &mut Vec<f64>,
     tolerance: &Tolerance,
 ) -> Result<Equilibrium, NoEquilibrium> {
+    for tube in &system.tubes {
+        let (depth, most) = (tube.depth(&system.bodies, a), tube.deepest());
+        if depth > most {
+            return Err(NoEquilibrium::TooDeep { depth, most });
+        }
+    }
     let (mut iterations, mut last) = (0, (0.0, 0.0, 0.0));
     for round in 1..=MOST_ROUNDS {
         let found = newton.minimise(system, a);

@@ -124,6 +124,13 @@ impl Tube {
         Ok(Self { pose, ..self.clone() })
     }
 
+    /// The least radius at any point of the axis.
+    #[must_use]
+    pub fn least_radius(&self) -> f64 {
+        let each = self.cones.iter().map(|cone| cone.first.radius.min(cone.last.radius));
+        each.fold(f64::INFINITY, f64::min)
+    }
+
     /// The pose: takes the tube's frame to the world's.
     #[must_use]
     pub fn pose(&self) -> &Isometry3<f64> {

@@ -6,7 +6,7 @@ use simulation::law::Law;
 use simulation::space::cells::{Mesh, Plane, Settings};
 use simulation::space::equilibrium::{Equilibrium, Tolerance, settle};
 use simulation::space::law::Material;
-use simulation::space::solid::{Deformable, Solid};
+use simulation::space::solid::Deformable;
 use simulation::space::system::System;
 use simulation::space::term::{TubeContact, TubeForce};
 use simulation::space::tube::Tube;
@@ -18,6 +18,7 @@ const HEIGHT: f64 = 100.0;
 const RADIUS: f64 = 10.0;
 /// 5 kPa, in N/mm^2.
 const YOUNG: f64 = 5e-3;
+const STIFF: f64 = 60.0;
 
 /// A tube whose tip is `depth` below the top of the block, in the middle of it.
 fn tube(depth: f64) -> Tube {
@@ -45,7 +46,7 @@ fn quarter(settings: &Settings, nu: f64, fine: &[f64]) -> (System, usize) {
     let mut system = System::new();
     let body = system.add(solid);
     held.iter().for_each(|i| system.fixed[*i] = true);
-    let stiffness = 10.0 * YOUNG / (settings.side / f64::powi(2.0, fine.len() as i32));
+    let stiffness = STIFF * YOUNG / (settings.side / f64::powi(2.0, fine.len() as i32));
     let contact = TubeContact::new(&system.bodies, body, tube(0.0), stiffness, |_, normal| normal.z > 0.5);
     system.tubes.push(contact);
     (system, body)

@@ -7,6 +7,7 @@ use simulation::space::cells::{Mesh, Settings, Shell};
 use simulation::space::law::Material;
 use simulation::space::solid::{Deformable, Solid};
 use simulation::space::system::System;
+use simulation::sparse::Dissection;
 
 pub(crate) const RADII: [f64; 2] = [20.0, 40.0];
 const PRESSURE: f64 = 1e-3;
@@ -40,76 +41,34 @@ pub(crate) fn octant(settings: &Settings, nu: f64) -> (f64, usize) {
     held.iter().for_each(|i| system.fixed[*i] = true);
     let mut a = system.initial();
     let control = Control { provisional: true, ..Control::default() };
-    Newton::new(control).minimise(&system, &mut a).unwrap();
+    Newton::ordered_by(control, Dissection::by_places(&system.places(), &[]).unwrap()).minimise(&system, &mut a).unwrap();
     assert!(system.least_determinant(&a) > 0.9);
     (worst(system.bodies.solid(body), &a, nu), unknowns)
 }
 
 fn worst(solid: &dyn Solid, a: &[f64], nu: f64) -> f64 {
     let mut worst = 0.0_f64;
-    let mut all = Vec::new();
     for point in 0..solid.points() {
         let (at, _, _) = solid.reference(point);
         let exact = at.normalize() * lame(nu, at.norm());
-        let e = (solid.point(a, point) - at - exact).norm();
-        all.push((e, at, (solid.point(a, point) - at).dot(&at.normalize()) / exact.norm()));
-        worst = worst.max(e);
+        worst = worst.max((solid.point(a, point) - at - exact).norm());
     }
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for k in [0usize; 0] { if k < all.len() { println!("{} {:.3e} at {:?} r {} ratio {}", k, all[k].0 / lame(nu, RADII[0]), all[k].1.as_slice(), all[k].1.norm(), all[k].2); } }
     worst / lame(nu, RADII[0])
 }
 
 #[test]
-fn the_worst_of_many_grids_is_near_the_closed_form() {
-    for nu in [0.3] {
-        for cells in [4.0, 8.0] {
-            let mut worst = (0.0_f64, 0.0);
-            let count = 1;
-            for k in 0..count {
-                // From some 8 to 9 cubes a radius: the surfaces cut them in other places each time.
-                let side = RADII[1] / (cells + f64::from(k) / f64::from(count));
-                let (error, unknowns) = octant(&Settings::of_side(side), nu);
-                println!("nu {nu} side {side:.3}: {:.4} % with {unknowns} unknowns", 100.0 * error);
-                worst = if error > worst.0 { (error, side) } else { worst };
-            }
-            println!("nu {nu}, {cells} cells a radius: worst {:.4} % at a side of {:.3}", 100.0 * worst.0, worst.1);
+fn the_worst_of_thirty_grids_is_within_one_percent_at_eight_cubes_a_radius() {
+    for (nu, count) in [(0.3, 10), (0.49, 10), (0.4999, 10)] {
+        let mut worst = (0.0_f64, 0.0);
+        for k in 0..count {
+            // From 8 to 9 cubes a radius: the surfaces cut them in other places each time.
+            let side = RADII[1] / (8.0 + (f64::from(k) + nu) / f64::from(count));
+            let (error, _) = octant(&Settings::of_side(side), nu);
+            worst = if error > worst.0 { (error, side) } else { worst };
         }
-    }
-}
-
-#[test]
-fn explore() {
-    use simulation::space::element::Dilatation;
-    for (name, s) in [
-        ("as is", Settings::of_side(1.0)),
-        ("plain", Settings { dilatation: Dilatation::Plain, ..Settings::of_side(1.0) }),
-        ("constant", Settings { dilatation: Dilatation::Constant, ..Settings::of_side(1.0) }),
-        ("no ties", Settings { least_fill: 0.0, ..Settings::of_side(1.0) }),
-        ("no ties plain", Settings { least_fill: 0.0, dilatation: Dilatation::Plain, ..Settings::of_side(1.0) }),
-        ("least fill 0.1", Settings { least_fill: 0.1, ..Settings::of_side(1.0) }),
-        ("least fill 0.05", Settings { least_fill: 0.05, ..Settings::of_side(1.0) }),
-        ("fast", Settings::of_side(1.0).fast()),
-    ] {
-        for cells in [4.1, 5.9, 8.2] {
-            let side = RADII[1] / cells;
-            let (error, unknowns) = octant(&Settings { side, ..s }, 0.3);
-            println!("{name}: {cells} cells: {:.4} % {unknowns}", 100.0 * error);
-        }
-    }
-}
-
-#[test]
-fn explore_worst() {
-    for nu in [0.3, 0.4999] {
-        for least_fill in [0.0, 0.02, 0.05, 0.1, 0.2] {
-            let mut all = Vec::new();
-            for k in 0..30 {
-                let side = RADII[1] / (8.0 + f64::from(k) / 30.0);
-                all.push(octant(&Settings { side, least_fill, ..Settings::of_side(1.0) }, nu).0 * 100.0);
-            }
-            all.sort_by(f64::total_cmp);
-            println!("nu {nu} fill {least_fill}: median {:.3} worst {:.3} {:.3} {:.3}", all[15], all[27], all[28], all[29]);
-        }
+        println!("nu {nu}: worst of {count} {:.4} % at a side of {:.3} mm", 100.0 * worst.0, worst.1);
+        // Quadratic elements of a twelfth of the gradient's length: (1/4)^3 of the largest displacement at most, as 4 cubes
+        // make up the inner radius; what is asked for is less.
+        assert!(worst.0 < 0.01, "{worst:?}");
     }
 }

@@ -11,6 +11,9 @@ use crate::space::system::Bodies;
 use crate::space::tube::{Distance, Tube};
 use crate::sparse::Triplets;
 
+/// A point may be as deep as this part of the tube's radius, and no deeper: the way out must lead back where it came from.
+const DEEPEST_PART: f64 = 0.5;
+
 /// Contact of points of a body's surface with a tube.
 #[derive(Debug, Clone)]
 pub struct TubeContact {
@@ -79,6 +82,18 @@ impl TubeContact {
     /// Puts the tube elsewhere; pressures stay as the first guess of the new ones.
     pub fn move_to(&mut self, tube: Tube) {
         self.tube = tube;
+    }
+
+    /// The deepest point in the tube, mm; 0 where none is.
+    pub fn depth(&self, bodies: &Bodies, a: &[f64]) -> f64 {
+        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
+        let depth = |touch: &Touch| -self.tube.signed_distance(&solid.point(part, touch.point)).value;
+        self.points.iter().map(depth).fold(0.0, f64::max)
+    }
+
+    /// Deeper than this a point might leave on the other side, mm.
+    pub fn deepest(&self) -> f64 {
+        DEEPEST_PART * self.tube.least_radius()
     }
 
     /// What the tissue does to the tube at `a`, by the pressures found.
@@ -166,6 +181,23 @@ impl Term for TubeContact {
         Some(())
     }
 
+    fn reach(&self, bodies: &Bodies, a: &[f64], step: &[f64]) -> f64 {
+        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
+        let moved = bodies.part(self.body, step);
+        let deepest = self.deepest();
+        let mut reach = 1.0_f64;
+        for touch in &self.points {
+            let mut way = Vector3::zeros();
+            solid.rows(part, touch.point, &mut |p, by| way += by * moved[p]);
+            // No point comes nearer to the tube than by its way.
+            let (way, room) = (way.norm(), self.tube.signed_distance(&solid.point(part, touch.point)).value + deepest);
+            if way > room {
+                reach = reach.min((room / way).max(0.0));
+            }
+        }
+        reach
+    }
+
     fn reaction(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let mut largest = 0.0_f64;
         // Without an energy there is no reaction to speak of.
@@ -173,16 +205,24 @@ impl Term for TubeContact {
         largest
     }
 
+    /// Pressures at points are more than the unknowns that they press on: some patterns of them push nothing and hardly
+    /// settle. So their change is measured by the forces on the unknowns.
     fn update(&mut self, bodies: &Bodies, a: &[f64]) -> Change {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
-        let mut change = Change::default();
+        let (mut forces, mut depth) = (vec![0.0; part.len()], 0.0_f64);
         for touch in &mut self.points {
-            let distance = self.tube.signed_distance(&solid.point(part, touch.point)).value;
-            let new = (touch.pressure - self.stiffness * distance).max(0.0);
-            change.force = change.force.max((new - touch.pressure).abs() * touch.area);
-            change.depth = change.depth.max(-distance);
+            let distance = self.tube.signed_distance(&solid.point(part, touch.point));
+            let new = (touch.pressure - self.stiffness * distance.value).max(0.0);
+            let more = distance.gradient * ((new - touch.pressure) * touch.area);
             touch.pressure = new;
+            depth = depth.max(-distance.value);
+            if more != Vector3::zeros() {
+                solid.rows(part, touch.point, &mut |p, by| forces[p] += by.dot(&more));
+            }
         }
-        change
+        Change {
+            force: forces.iter().fold(0.0, |most: f64, f| most.max(f.abs())),
+            depth,
+        }
     }
 }
