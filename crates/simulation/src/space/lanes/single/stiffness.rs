@@ -126,11 +126,12 @@ impl Cell<'_> {
         let evens = &self.table.laplacian[n * (n + 1) / 2 + m..];
         for (offset, (block, even)) in blocks.iter().zip(evens).enumerate() {
             let (block, even) = (block.map(W::lanes), self.material.lame.mu * even);
-            for i in 0..3 {
-                let (row, column) = (3 * n + i, 3 * (m + offset));
-                let start = row * (row + 1) / 2;
-                for k in (0..3).take_while(|k| column + k <= row) {
-                    packed[start + column + k] = if i == k { block[k][i] + even } else { block[k][i] };
+            for (k, entries) in block.iter().enumerate() {
+                for (i, entry) in entries.iter().take(3).enumerate() {
+                    let (row, column) = (3 * n + i, 3 * (m + offset) + k);
+                    if column <= row {
+                        packed[row * (row + 1) / 2 + column] = if i == k { entry + even } else { *entry };
+                    }
                 }
             }
         }
