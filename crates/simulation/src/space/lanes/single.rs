@@ -71,6 +71,7 @@ pub(super) fn gradient<W: Lane>(
     work.forces.resize(table.nodes(), W::splat(proof, 0.0));
     let mu = W::splat(proof, material.lame.mu);
     for (group, at) in work.groups.iter().enumerate() {
+        // What is done point by point is done for four points at once.
         let lanes = |of: &dyn Fn(usize) -> f64| W::of(proof, of_points(table, group, of));
         let pressure = lanes(&|point| pressure(work, table, material.lame.lambda, point));
         let slope = mu.times(at.x).plus(pressure).over(at.j);
@@ -78,6 +79,7 @@ pub(super) fn gradient<W: Lane>(
         let stress = stress(proof, at, mu, slope, weight).map(W::lanes);
         for (lane, point) in points(table, group).enumerate() {
             let columns = columns(proof, &stress, lane);
+            // Point after point, as the order of a sum is part of its bits.
             scatter(proof, &columns, table.slopes_at(point), &mut work.forces);
         }
     }
@@ -126,6 +128,7 @@ fn prepare<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table, u: &[f64
     let mut means = W::splat(proof, 0.0);
     let mut regular = true;
     for group in 0..table.points().div_ceil(GROUP) {
+        // Lanes without a point stay at rest, which every law survives.
         let mut tensors = [[0.0; GROUP]; 9];
         for (lane, point) in points(table, group).enumerate() {
             let columns = displacement_gradient(proof, &work.u, table.slopes_at(point)).map(W::lanes);
@@ -137,6 +140,7 @@ fn prepare<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table, u: &[f64
         let (j, theta) = (at.j.lanes(), at.theta.lanes());
         for (lane, point) in points(table, group).enumerate() {
             regular &= j[lane] > 0.0 && j[lane].is_finite();
+            // The same products in the same order as for four cells.
             let part = table.weights[point] / table.volume() * theta[lane];
             let modes = W::of(proof, *table.modes_at(point));
             means = means.plus(W::splat(proof, part).times(modes));

@@ -106,6 +106,7 @@ impl Fibre {
         }
         let [_, first, second] = self.derivatives(x);
         add_square(tangent, &self.dyad(&image), second);
+        // What turns the fibre's pull with F: the unit vectors are its three components.
         for i in 0..3 {
             add_square(tangent, &self.dyad(&Vector3::ith(i, 1.0)), first);
         }

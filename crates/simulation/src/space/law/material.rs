@@ -54,6 +54,7 @@ impl Material {
     /// The tangent `dP/dF`. `None` where the law has no energy.
     pub fn tangent(&self, g: &Matrix3<f64>) -> Option<Tangent> {
         let g = vector(g);
+        // `lambda theta` is the pressure here; its derivative adds the square of theta's.
         let (theta, slope) = self.volume_slope(&g)?;
         let mut tangent = self.tangent_at_pressure(&g, self.lame.lambda * theta)?;
         add_square(&mut tangent, &slope, self.lame.lambda);
@@ -146,6 +147,7 @@ impl Material {
             Law::StVenantKirchhoff => saint_venant::shear_tangent(mu, g),
             Law::Linear => linear::shear_tangent(mu),
         };
+        // Part of what is not projected: fibres bear stretch, not volume.
         if let Some(fibre) = &self.fibre {
             fibre.add_tangent(g, &mut tangent);
         }

@@ -19,6 +19,7 @@ fn q(g: &Tensor) -> f64 {
 
 /// `mu (F - cof F) + slope cof F`, from `slope` the derivative of `u` by `J`.
 fn stress(mu: f64, g: &Tensor, slope: f64) -> Tensor {
+    // `F - cof F = G - (cof F - I)` to the last digit, as both lose the same I.
     let c = cofactor_excess(g);
     (g - c) * mu + deformation(&c) * slope
 }

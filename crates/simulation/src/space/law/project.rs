@@ -17,10 +17,12 @@ pub(super) fn isotropic(tangent: &Tangent, g: &Tensor) -> Tangent {
         let j = (i + 1) % 3;
         let (ij, ji) = (principal.dyad(i, j), principal.dyad(j, i));
         for mode in [ij - ji, ij + ji] {
+            // Halves, as these modes are sqrt 2 long.
             lift(&mut lifted, &mode, 0.5 * mode.dot(&(tangent * mode)), 0.5);
         }
     }
     let scalings: [Tensor; 3] = std::array::from_fn(|i| principal.dyad(i, i));
+    // Scalings couple through the volume: their block has eigenvectors of its own.
     let images = scalings.map(|scaling| tangent * scaling);
     let block = Matrix3::from_fn(|i, j| scalings[i].dot(&images[j])).symmetric_eigen();
     for (value, vector) in block.eigenvalues.iter().zip(block.eigenvectors.column_iter()) {

@@ -19,6 +19,7 @@ pub(in crate::space::lanes) fn stiffness<W: Lane>(
     let unknowns = 3 * table.nodes();
     // Each entry is written below: no need to clear.
     packed.resize(unknowns * (unknowns + 1) / 2, 0.0);
+    // As for four cells; lanes are the entries of a vector here, one of four idle.
     images(proof, work, table);
     changes(proof, work, table);
     let cell = Cell { table, material };
@@ -83,6 +84,7 @@ fn weigh<W: Lane>(proof: W::Proof, work: &mut Work<W>, cell: &Cell<'_>, n: usize
     let (lambda, mu) = (cell.material.lame.lambda, cell.material.lame.mu);
     let mut weighted = std::mem::take(&mut work.weighted);
     weighted.clear();
+    // Factors of four points at once; images one by one.
     let images = &work.images[n * table.points()..(n + 1) * table.points()];
     for part in 0..if table.mode_count == 0 { 2 } else { 1 } {
         for (group, at) in work.groups.iter().enumerate() {
@@ -129,6 +131,7 @@ impl Cell<'_> {
             for (k, entries) in block.iter().enumerate() {
                 for (i, entry) in entries.iter().take(3).enumerate() {
                     let (row, column) = (3 * n + i, 3 * (m + offset) + k);
+                    // Blocks on the diagonal are written by half.
                     if column <= row {
                         packed[row * (row + 1) / 2 + column] = if i == k { entry + even } else { *entry };
                     }
@@ -146,12 +149,14 @@ fn sums<W: Lane, const M: usize>(proof: W::Proof, work: &Work<W>, count: usize, 
     let (turned, straight) = work.weighted.split_at(count);
     for (point, weighted) in turned.iter().enumerate() {
         for (block, images) in blocks.iter_mut().zip(&images) {
+            // One image serves three sums, one weight three nodes.
             let image = images[point];
             for (column, weighted) in block.iter_mut().zip(weighted) {
                 *column = column.plus(W::splat(proof, *weighted).times(image));
             }
         }
     }
+    // Only where nothing is projected: there theta of each point has a stiffness of its own.
     for (point, weighted) in straight.iter().enumerate() {
         let weighted = W::of(proof, *weighted);
         for (block, images) in blocks.iter_mut().zip(&images) {
