@@ -45,6 +45,10 @@ impl Table {
         for (point, p) in points.iter().enumerate() {
             check(nodes, point, p)?;
         }
+        let volume: f64 = points.iter().map(|p| p.weight).sum();
+        if !volume.is_finite() {
+            return Err(BadTable::Volume { found: volume });
+        }
         let (modes, mode_count) = modes::orthonormal(points, dilatation);
         let entries = points.iter().flat_map(|p| &p.slopes);
         Ok(Self {
@@ -53,7 +57,7 @@ impl Table {
             slopes: entries.map(|q| [q.x, q.y, q.z]).collect(),
             modes,
             mode_count,
-            volume: points.iter().map(|p| p.weight).sum(),
+            volume,
             laplacian: laplacian(nodes, points),
         })
     }

@@ -80,8 +80,10 @@ impl Fibre {
         let (k1, k2) = (self.stiffness, self.exponent);
         let y = k2 * x * x;
         let growth = y.exp();
+        // `(e^y - 1) / y`: an exponent next to nothing is a fibre of constant stiffness.
+        let mean_growth = if y < f64::MIN_POSITIVE { 1.0 } else { y.exp_m1() / y };
         [
-            0.5 * k1 / k2 * y.exp_m1(),
+            0.5 * k1 * x * x * mean_growth,
             2.0 * k1 * x * growth,
             4.0 * k1 * (1.0 + 2.0 * y) * growth,
         ]

@@ -131,11 +131,10 @@ impl Material {
             Law::StVenantKirchhoff => saint_venant::shear_stress(mu, g),
             Law::Linear => linear::shear_stress(mu, g),
         };
-        let Some(fibre) = &self.fibre else {
-            return Some((density, stress));
-        };
-        let (more, pull) = fibre.stress(g);
-        Some((density + more, stress + pull))
+        let (more, pull) = self.fibre.map_or((0.0, Tensor::zeros()), |fibre| fibre.stress(g));
+        let stress = stress + pull;
+        // High powers may overflow in a derivative before they do in the energy.
+        stress.sum().is_finite().then_some((density + more, stress))
     }
 
     fn shear_tangent(&self, g: &Tensor) -> Option<Tangent> {
