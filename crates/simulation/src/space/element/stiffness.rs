@@ -39,6 +39,21 @@ impl Table {
         blocks: &mut [f64],
         changes: &mut [f64],
     ) -> Option<()> {
+        self.tangents(material, u, convex, changes, |point, tangent| {
+            add_blocks(self.slopes_at(point), tangent, blocks);
+        })
+    }
+
+    /// Calls `each` with every point and its tangent times its weight, made convex where asked for; adds to `changes` the
+    /// derivatives of the means of `theta` times the volume, function by function. `None` where the law has no energy.
+    pub(in crate::space) fn tangents(
+        &self,
+        material: &Material,
+        u: &[f64],
+        convex: bool,
+        changes: &mut [f64],
+        mut each: impl FnMut(usize, &Tangent),
+    ) -> Option<()> {
         let means = match self.mode_count {
             0 => [0.0; MODES],
             _ => self.means(material, u)?,
@@ -62,7 +77,7 @@ impl Table {
             if !tangent.sum().is_finite() {
                 return None;
             }
-            add_blocks(self.slopes_at(point), &tangent, blocks);
+            each(point, &tangent);
         }
         Some(())
     }

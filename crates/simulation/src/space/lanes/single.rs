@@ -2,8 +2,10 @@
 //!
 //! Sums run over nodes and points as they do for four cells: so do the bits.
 
+mod general;
 mod stiffness;
 
+pub(super) use general::contract;
 pub(super) use stiffness::stiffness;
 
 use super::points::{Point, deformation, stress};
@@ -26,6 +28,7 @@ pub(super) struct Work<W> {
     images: Vec<W>,
     weighted: Vec<[f64; 4]>,
     changes: Vec<W>,
+    halves: Vec<W>,
 }
 
 impl<W> Default for Work<W> {
@@ -38,6 +41,7 @@ impl<W> Default for Work<W> {
             images: Vec::new(),
             weighted: Vec::new(),
             changes: Vec::new(),
+            halves: Vec::new(),
         }
     }
 }
@@ -209,4 +213,20 @@ fn scatter<W: Lane>(proof: W::Proof, p: &[W; 3], slopes: &[[f64; 3]], forces: &m
 fn product<W: Lane>(proof: W::Proof, columns: &[W; 3], q: &[f64; 3]) -> W {
     let [x, y, z] = q.map(|q| W::splat(proof, q));
     columns[0].times(x).plus(columns[1].times(y)).plus(columns[2].times(z))
+}
+
+/// Writes the blocks of a node `n` and of others from `m` on, column by column, to the lower triangle row by row.
+#[inline(always)]
+fn write<W: Lane, const M: usize>(blocks: &[[W; 3]; M], [n, m]: [usize; 2], packed: &mut [f64]) {
+    for (offset, block) in blocks.iter().enumerate() {
+        for (k, entries) in block.iter().enumerate() {
+            for (i, entry) in entries.lanes().iter().take(3).enumerate() {
+                let (row, column) = (3 * n + i, 3 * (m + offset) + k);
+                // Blocks on the diagonal are written by half.
+                if column <= row {
+                    packed[row * (row + 1) / 2 + column] = *entry;
+                }
+            }
+        }
+    }
 }

@@ -138,20 +138,7 @@ impl Material {
     }
 
     fn shear_tangent(&self, g: &Tensor) -> Option<Tangent> {
-        let mu = self.lame.mu;
-        let mut tangent = match &self.law {
-            Law::NeoHookean => neo_hookean::shear_tangent(mu, g)?,
-            Law::StableNeoHookean => neo_hookean::stable_shear_tangent(mu, g),
-            Law::Ogden(law) => ogden::shear_tangent(law, mu, g)?,
-            Law::StVenantKirchhoff => saint_venant::shear_tangent(mu, g),
-            Law::Linear => linear::shear_tangent(mu),
-        };
-        // Part of what is not projected: fibres bear stretch, not volume.
-        if let Some(fibre) = &self.fibre {
-            fibre.add_tangent(g, &mut tangent);
-        }
-        // That of the linear law is the same everywhere, even where there is no energy.
-        (tangent.sum().is_finite() && g.sum().is_finite()).then_some(tangent)
+        self.tangent_at_pressure(g, 0.0)
     }
 
     #[inline]
@@ -184,7 +171,20 @@ impl Material {
 
     /// The second derivative of `w_s + pressure theta`: the tangent but for what the derivative of the pressure adds.
     pub(crate) fn tangent_at_pressure(&self, g: &Tensor, pressure: f64) -> Option<Tangent> {
-        Some(self.shear_tangent(g)? + self.volume_hessian(g)? * pressure)
+        let mu = self.lame.mu;
+        let mut tangent = match &self.law {
+            Law::NeoHookean => neo_hookean::tangent_at_pressure(mu, g, pressure)?,
+            Law::StableNeoHookean => neo_hookean::stable_tangent_at_pressure(mu, g, pressure),
+            Law::Ogden(law) => ogden::shear_tangent(law, mu, g)? + neo_hookean::log_hessian(g)? * pressure,
+            Law::StVenantKirchhoff => saint_venant::shear_tangent(mu, g) + Tangent::identity() * pressure,
+            Law::Linear => linear::shear_tangent(mu),
+        };
+        // Part of what is not projected: fibres bear stretch, not volume.
+        if let Some(fibre) = &self.fibre {
+            fibre.add_tangent(g, &mut tangent);
+        }
+        // That of the linear law is the same everywhere, even where there is no energy.
+        (tangent.sum().is_finite() && g.sum().is_finite()).then_some(tangent)
     }
 }
 

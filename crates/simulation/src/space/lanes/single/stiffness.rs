@@ -1,6 +1,6 @@
 //! One cell: its second derivative.
 
-use super::{GROUP, Lane, Material, Table, Work, columns, of_points, points, prepare, pressure, product};
+use super::{GROUP, Lane, Material, Table, Work, columns, of_points, points, prepare, pressure, product, write};
 
 /// Nodes whose blocks are summed at once: nine sums are kept in registers.
 const TOGETHER: usize = 3;
@@ -28,10 +28,10 @@ pub(in crate::space::lanes) fn stiffness<W: Lane>(
         let mut m = 0;
         while m <= n {
             if m + TOGETHER <= n + 1 {
-                cell.write::<W, TOGETHER>(proof, work, [n, m], packed);
+                cell.blocks::<W, TOGETHER>(proof, work, [n, m], packed);
                 m += TOGETHER;
             } else {
-                cell.write::<W, 1>(proof, work, [n, m], packed);
+                cell.blocks::<W, 1>(proof, work, [n, m], packed);
                 m += 1;
             }
         }
@@ -114,7 +114,7 @@ struct Cell<'a> {
 impl Cell<'_> {
     /// Writes the blocks of a node `n` and of `M` nodes from `m` on.
     #[inline(always)]
-    fn write<W: Lane, const M: usize>(&self, proof: W::Proof, work: &Work<W>, [n, m]: [usize; 2], packed: &mut [f64]) {
+    fn blocks<W: Lane, const M: usize>(&self, proof: W::Proof, work: &Work<W>, [n, m]: [usize; 2], packed: &mut [f64]) {
         let mut blocks = sums::<W, M>(proof, work, self.table.points(), m);
         let factor = W::splat(proof, self.material.lame.lambda / self.table.volume());
         for changes in work.changes.chunks_exact(self.table.nodes()) {
@@ -126,18 +126,16 @@ impl Cell<'_> {
             }
         }
         let evens = &self.table.laplacian[n * (n + 1) / 2 + m..];
-        for (offset, (block, even)) in blocks.iter().zip(evens).enumerate() {
-            let (block, even) = (block.map(W::lanes), self.material.lame.mu * even);
-            for (k, entries) in block.iter().enumerate() {
-                for (i, entry) in entries.iter().take(3).enumerate() {
-                    let (row, column) = (3 * n + i, 3 * (m + offset) + k);
-                    // Blocks on the diagonal are written by half.
-                    if column <= row {
-                        packed[row * (row + 1) / 2 + column] = if i == k { entry + even } else { *entry };
-                    }
-                }
+        for (block, even) in blocks.iter_mut().zip(evens) {
+            // Numbers beside the diagonal stay as they are: a sum of products from 0 on is never -0.
+            let even = self.material.lame.mu * even;
+            for (axis, column) in block.iter_mut().enumerate() {
+                let mut unit = [0.0; 4];
+                unit[axis] = even;
+                *column = column.plus(W::of(proof, unit));
             }
         }
+        write(&blocks, [n, m], packed);
     }
 }
 
