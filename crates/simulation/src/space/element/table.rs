@@ -49,6 +49,7 @@ impl Table {
         if !volume.is_finite() {
             return Err(BadTable::Volume { found: volume });
         }
+        // Of all that does not change with the state, what is used most is kept.
         let (modes, mode_count) = modes::orthonormal(points, dilatation);
         let entries = points.iter().flat_map(|p| &p.slopes);
         Ok(Self {

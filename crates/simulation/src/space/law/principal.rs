@@ -86,8 +86,9 @@ fn directions(g: &Tensor) -> ([Vector3<f64>; 3], [Vector3<f64>; 3]) {
             turned = true;
             // The smaller of the two rotations that make the columns orthogonal: the iteration converges with it.
             let half = 0.5 * (product(&v, &w, q, q) - product(&v, &w, p, p)) / across;
-            let tangent = half.signum() / (half.abs() + half.hypot(1.0));
-            let cosine = 1.0 / tangent.hypot(1.0);
+            // Where the square overflows the angle is next to nothing, and 0 will do.
+            let tangent = half.signum() / (half.abs() + (half * half + 1.0).sqrt());
+            let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
             // G V turns as V does; it is never formed anew, which would cost the digits that differences keep.
             for x in [&mut v, &mut w] {
                 let (xp, xq) = (x[p], x[q]);
