@@ -68,10 +68,11 @@ impl Bench {
     }
 
     fn rows(&self, name: &str) -> Vec<String> {
-        let functions: [Function; 3] = [
+        let functions: [Function; 4] = [
             ("energy", Self::energy),
             ("forces", Self::forces),
-            ("stiffness", Self::stiffness),
+            ("stiffness", |bench, way| bench.stiffness(way, false)),
+            ("convex stiffness", |bench, way| bench.stiffness(way, true)),
         ];
         let row = |(function, work): Function| {
             let [scalar, portable, wide, alone] =
@@ -130,7 +131,7 @@ impl Bench {
         })
     }
 
-    fn stiffness(&self, way: Way) -> Timed {
+    fn stiffness(&self, way: Way, convex: bool) -> Timed {
         let mut lanes = way.lanes();
         let mut packed = [(); CELLS].map(|()| Vec::new());
         // Of each cell one row is kept: all of them would be what is measured.
@@ -138,19 +139,19 @@ impl Bench {
         self.timed(|found| match way {
             Way::Table => {
                 for u in &self.cells {
-                    self.table.stiffness(&self.material, u, false, &mut packed[0]).unwrap();
+                    self.table.stiffness(&self.material, u, convex, &mut packed[0]).unwrap();
                     found.extend(kept(&packed[0]));
                 }
             }
             Way::Alone => {
                 for u in &self.cells {
-                    assert!(lanes.stiffness_of_one(&self.table, &self.material, u, false, &mut packed[0]));
+                    assert!(lanes.stiffness_of_one(&self.table, &self.material, u, convex, &mut packed[0]));
                     found.extend(kept(&packed[0]));
                 }
             }
             _ => {
                 for u in self.cells.as_chunks::<CELLS>().0 {
-                    let regular = lanes.stiffness(&self.table, &self.material, slices(u), false, &mut packed);
+                    let regular = lanes.stiffness(&self.table, &self.material, slices(u), convex, &mut packed);
                     assert_eq!(regular, [true; CELLS]);
                     found.extend(packed.iter().flat_map(kept));
                 }

@@ -65,6 +65,12 @@ pub enum BadTable {
         /// The number found.
         found: f64,
     },
+    /// The weights are finite, and their sum is not.
+    #[error("the weights of the points sum to {found}")]
+    Volume {
+        /// Their sum.
+        found: f64,
+    },
     /// A position or a slope is not finite.
     #[error("point {point} has a position or a slope that is not finite")]
     NotFinite {

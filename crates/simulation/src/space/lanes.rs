@@ -37,6 +37,7 @@ pub struct Lanes {
     wide: Option<Wide>,
     four: four::Work<[f64; CELLS]>,
     single: single::Work<[f64; CELLS]>,
+    other: other::Work,
 }
 
 /// The same for AVX2.
@@ -75,7 +76,8 @@ impl Lanes {
         return false;
     }
 
-    /// Whether a material is done in lanes: neo-Hookean, without fibres. Others are done cell by cell by [`Table`].
+    /// Whether a material is done in lanes from end to end: neo-Hookean, without fibres. Of others, energies and forces are
+    /// [`Table`]'s, cell by cell, and lanes contract the tangents to the stiffness.
     pub fn knows(material: &Material) -> bool {
         material.law == Law::NeoHookean && material.fibre.is_none()
     }
@@ -116,7 +118,8 @@ impl Lanes {
         forces::gradient((), &mut self.four, table, material, &u, forces)
     }
 
-    /// The second derivatives, packed as by [`Table::stiffness`]; convex ones are made cell by cell. False for a cell where
+    /// The second derivatives, packed as by [`Table::stiffness`]; convex ones are made cell by cell, from
+    /// tangents. False for a cell where
     /// the law has no energy: its numbers are not to be used.
     pub fn stiffness(
         &mut self,
@@ -127,7 +130,11 @@ impl Lanes {
         packed: &mut [Vec<f64>; CELLS],
     ) -> [bool; CELLS] {
         if convex || !Self::knows(material) {
-            return other::stiffness(table, material, u, convex, packed);
+            let mut regular = [false; CELLS];
+            for ((regular, u), packed) in regular.iter_mut().zip(u).zip(packed) {
+                *regular = self.stiffness_of_one(table, material, u, convex, packed);
+            }
+            return regular;
         }
         #[cfg(target_arch = "x86_64")]
         if let Some(Wide { proof, four, .. }) = &mut self.wide {
@@ -185,7 +192,7 @@ impl Lanes {
         packed: &mut Vec<f64>,
     ) -> bool {
         if convex || !Self::knows(material) {
-            return table.stiffness(material, u, convex, packed).is_some();
+            return self.general(table, material, u, convex, packed);
         }
         #[cfg(target_arch = "x86_64")]
         if let Some(Wide { proof, single, .. }) = &mut self.wide {
@@ -195,5 +202,18 @@ impl Lanes {
             );
         }
         single::stiffness((), &mut self.single, table, material, u, packed)
+    }
+
+    /// [`Self::stiffness_of_one`] of any law.
+    fn general(&mut self, table: &Table, material: &Material, u: &[f64], convex: bool, packed: &mut Vec<f64>) -> bool {
+        let other = &mut self.other;
+        #[cfg(target_arch = "x86_64")]
+        if let Some(Wide { proof, single, .. }) = &mut self.wide {
+            return proof.run(
+                #[inline(always)]
+                || other::stiffness(*proof, (other, single), table, material, u, convex, packed),
+            );
+        }
+        other::stiffness((), (other, &mut self.single), table, material, u, convex, packed)
     }
 }

@@ -54,6 +54,7 @@ impl Table {
             for (v, y) in rule.iter().map(|(x, w)| (w, x)) {
                 for (u, x) in rule.iter().map(|(x, w)| (w, x)) {
                     let slopes = order.gradients([*x, *y, *z]);
+                    // Halves of the edge are exact where it is a power of two: cubes of such sizes differ by no rounding.
                     points.push(Point {
                         weight: u * v * w * (half * half * half),
                         at: Vector3::new(1.0 + x, 1.0 + y, 1.0 + z) * half,

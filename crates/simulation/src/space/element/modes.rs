@@ -47,6 +47,7 @@ pub(super) fn orthonormal(points: &[Point], dilatation: Dilatation) -> (Vec<[f64
 /// Gram-Schmidt of the three coordinates, the longest rest first.
 fn add_linear(points: &[Point], kept: &mut Vec<Vec<f64>>) {
     let volume: f64 = points.iter().map(|p| p.weight).sum();
+    // About the centre, so that coordinates far from the origin keep the digits of their differences.
     let centre = points.iter().map(|p| p.at * (p.weight / volume)).sum::<Vector3<f64>>();
     let farthest = points.iter().map(|p| p.at.amax()).fold(0.0, f64::max);
     let coordinate = |axis: usize| points.iter().map(|p| p.at[axis] - centre[axis]).collect::<Vec<f64>>();

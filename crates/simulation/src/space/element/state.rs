@@ -49,6 +49,7 @@ impl Table {
         } else {
             self.projected(point, &self.means(material, u)?)
         };
+        // What the element's energy has in this place, not what the law alone would give: a plain pressure checkers near nu = 1/2.
         let pressure = material.lame.lambda * theta;
         let (shear, stress) = material.shear_stress(&g)?;
         let piola = Matrix3::from_column_slice((stress + material.volume_slope(&g)?.1 * pressure).as_slice());

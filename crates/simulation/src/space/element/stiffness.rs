@@ -23,6 +23,7 @@ impl Table {
         let (blocks, changes) = rest.split_at_mut(blocks);
         self.add_points(material, u, convex, blocks, changes)?;
         unpack(n, blocks, result);
+        // The pressures eliminated: one square for each function, as these are orthonormal.
         for change in changes.chunks_exact(unknowns) {
             add_square(material.lame.lambda / self.volume(), change, result);
         }
@@ -37,6 +38,21 @@ impl Table {
         convex: bool,
         blocks: &mut [f64],
         changes: &mut [f64],
+    ) -> Option<()> {
+        self.tangents(material, u, convex, changes, |point, tangent| {
+            add_blocks(self.slopes_at(point), tangent, blocks);
+        })
+    }
+
+    /// Calls `each` with every point and its tangent times its weight, made convex where asked for; adds to `changes` the
+    /// derivatives of the means of `theta` times the volume, function by function. `None` where the law has no energy.
+    pub(in crate::space) fn tangents(
+        &self,
+        material: &Material,
+        u: &[f64],
+        convex: bool,
+        changes: &mut [f64],
+        mut each: impl FnMut(usize, &Tangent),
     ) -> Option<()> {
         let means = match self.mode_count {
             0 => [0.0; MODES],
@@ -61,7 +77,7 @@ impl Table {
             if !tangent.sum().is_finite() {
                 return None;
             }
-            add_blocks(self.slopes_at(point), &tangent, blocks);
+            each(point, &tangent);
         }
         Some(())
     }
@@ -80,8 +96,10 @@ fn add_blocks(slopes: &[[f64; 3]], a: &Tangent, blocks: &mut [f64]) {
     let mut rest = blocks;
     for (n, qn) in slopes.iter().enumerate() {
         let by_axis = contracted(a, qn);
+        // Blocks of a node with itself and with those before it follow one another.
         let (own, others) = rest.split_at_mut(BLOCK * (n + 1));
         for (block, qm) in own.as_chunks_mut::<BLOCK>().0.iter_mut().zip(slopes) {
+            // A block is nine numbers in a row: the innermost loop is as wide as the machine's registers or wider.
             for (k, entry) in block.iter_mut().enumerate() {
                 *entry += by_axis[0][k] * qm[0] + by_axis[1][k] * qm[1] + by_axis[2][k] * qm[2];
             }
@@ -107,6 +125,7 @@ fn unpack(nodes: usize, blocks: &[f64], packed: &mut [f64]) {
         let (own, others) = blocks.split_at(BLOCK * (n + 1));
         for i in 0..3 {
             let (row, next) = rows.split_at_mut(3 * n + i + 1);
+            // The last block of a row is cut by the diagonal, where its chunk is shorter.
             for (to, from) in row.chunks_mut(3).zip(own.chunks_exact(BLOCK)) {
                 to.copy_from_slice(&from[3 * i..3 * i + to.len()]);
             }

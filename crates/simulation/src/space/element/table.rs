@@ -45,6 +45,11 @@ impl Table {
         for (point, p) in points.iter().enumerate() {
             check(nodes, point, p)?;
         }
+        let volume: f64 = points.iter().map(|p| p.weight).sum();
+        if !volume.is_finite() {
+            return Err(BadTable::Volume { found: volume });
+        }
+        // Of all that does not change with the state, what is used most is kept.
         let (modes, mode_count) = modes::orthonormal(points, dilatation);
         let entries = points.iter().flat_map(|p| &p.slopes);
         Ok(Self {
@@ -53,7 +58,7 @@ impl Table {
             slopes: entries.map(|q| [q.x, q.y, q.z]).collect(),
             modes,
             mode_count,
-            volume: points.iter().map(|p| p.weight).sum(),
+            volume,
             laplacian: laplacian(nodes, points),
         })
     }
@@ -78,6 +83,7 @@ impl Table {
         let (mut energy, mut means) = (0.0, [0.0; MODES]);
         for (point, weight) in self.weights.iter().enumerate() {
             let g = self.displacement_gradient(u, point);
+            // Without a projection the law is asked whole: nothing couples the points.
             let density = if self.mode_count == 0 {
                 material.density(&g)?
             } else {
@@ -102,11 +108,13 @@ impl Table {
             }
             return finite(energy);
         }
+        // The pressure at a point needs theta at all points: a first pass finds it, a second one the stresses.
         let mut kept = [Tensor::zeros(); KEPT];
         let mut means = [0.0; MODES];
         for point in 0..self.points() {
             let g = vector(&self.displacement_gradient(u, point));
             self.add_mean(point, material.theta(&g)?, &mut means);
+            // Cells of more points than are kept pay a second sum, and no memory.
             if let Some(place) = kept.get_mut(point) {
                 *place = g;
             }
@@ -116,6 +124,7 @@ impl Table {
                 Some(g) => *g,
                 None => vector(&self.displacement_gradient(u, point)),
             };
+            // The derivative of the projection's square is the projected pressure times the derivative of theta itself.
             let (density, stress) = material.shear_stress(&g)?;
             let (_, slope) = material.volume_slope(&g)?;
             let pressure = material.lame.lambda * self.projected(point, &means);
@@ -173,6 +182,7 @@ impl Table {
     /// Adds what a point gives to the coefficients of the projected `theta`: means of `theta` times a function.
     #[inline]
     pub(in crate::space) fn add_mean(&self, point: usize, theta: f64, means: &mut [f64; MODES]) {
+        // Fractions of the volume, so that the unit of length drops out to the last bit.
         let part = self.weights[point] / self.volume * theta;
         for (mean, mode) in means.iter_mut().zip(self.modes_at(point)) {
             *mean += part * mode;
@@ -197,6 +207,7 @@ fn laplacian(nodes: usize, points: &[Point]) -> Vec<f64> {
         let mut rest = sums.as_mut_slice();
         for (n, q) in point.slopes.iter().enumerate() {
             let (own, next) = rest.split_at_mut(n + 1);
+            // Only pairs of the lower triangle: the matrix is symmetric.
             let weighted = q * point.weight;
             for (sum, q) in own.iter_mut().zip(&point.slopes) {
                 *sum += weighted.dot(q);

@@ -29,6 +29,7 @@ pub(super) fn gradient<W: Lane>(
 ) -> [Option<f64>; CELLS] {
     let regular = prepare(proof, work, table, u);
     let energies = told(&regular, sum(proof, work, table, material));
+    // Taken out, as the points are read while forces are written.
     let mut own = std::mem::take(&mut work.forces);
     own.clear();
     own.resize(3 * table.nodes(), W::splat(proof, 0.0));
@@ -36,11 +37,13 @@ pub(super) fn gradient<W: Lane>(
     for (point, weight) in table.weights.iter().enumerate() {
         let at = &work.points[point];
         let pressure = pressure(proof, work, table, lambda, point);
+        // The derivative by J of `mu (x - ln J)` and of the volume's part, which is the pressure over J.
         let slope = mu.times(at.x).plus(pressure).over(at.j);
         let stress = stress(proof, at, mu, slope, W::splat(proof, *weight));
         scatter(proof, &stress, table.slopes_at(point), &mut own);
     }
     for (lane, (forces, energy)) in forces.into_iter().zip(&energies).enumerate() {
+        // Of a cell without an energy nothing is added: its forces may be no numbers.
         if energy.is_some() {
             forces.iter_mut().zip(&own).for_each(|(f, own)| *f += own.lanes()[lane]);
         }
@@ -59,6 +62,7 @@ fn sum<W: Lane>(proof: W::Proof, work: &Work<W>, table: &Table, material: &Mater
         shear = shear.plus(weight.times(half.times(at.q).plus(at.rest)));
         square = square.plus(weight.times(at.theta.times(at.theta)));
     }
+    // The square of the projection in the place of theta's own.
     if table.mode_count > 0 {
         square = W::splat(proof, 0.0);
         for mean in work.means {

@@ -47,6 +47,7 @@ pub(super) fn prepare<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Tabl
     let zero = W::splat(proof, 0.0);
     work.u.clear();
     for entry in 0..3 * table.nodes() {
+        // From cell by cell to number by number: below, one instruction serves four cells.
         let mut lanes = [0.0; CELLS];
         for (lane, u) in lanes.iter_mut().zip(u) {
             *lane = u[entry];
@@ -59,6 +60,7 @@ pub(super) fn prepare<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Tabl
     for (point, weight) in table.weights.iter().enumerate() {
         let g = gradient(proof, &work.u, table.slopes_at(point));
         let at = deformation(proof, g);
+        // A cell without an energy goes on with what numbers it has: its lane disturbs no other.
         for (regular, j) in regular.iter_mut().zip(at.j.lanes()) {
             *regular &= j > 0.0 && j.is_finite();
         }
@@ -75,6 +77,7 @@ pub(super) fn prepare<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Tabl
 #[inline(always)]
 fn gradient<W: Lane>(proof: W::Proof, u: &[W], slopes: &[[f64; 3]]) -> [W; 9] {
     let mut g = [W::splat(proof, 0.0); 9];
+    // Nine sums in registers, one pass over the nodes.
     for (u, q) in u.as_chunks::<3>().0.iter().zip(slopes) {
         for (column, q) in g.as_chunks_mut::<3>().0.iter_mut().zip(q) {
             let q = W::splat(proof, *q);

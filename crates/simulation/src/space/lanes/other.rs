@@ -1,6 +1,7 @@
-//! What is not done in lanes: cell by cell, by the table.
+//! Other laws than the neo-Hookean: energies and forces by the table, stiffness from the table's tangents.
 
-use super::{CELLS, Material, Table};
+use super::{CELLS, Lane, Material, Table, single};
+use crate::space::law::Tangent;
 
 pub(super) fn energy(table: &Table, material: &Material, u: [&[f64]; CELLS]) -> [Option<f64>; CELLS] {
     u.map(|u| table.energy(material, u))
@@ -25,16 +26,33 @@ pub(super) fn gradient_of_one(table: &Table, material: &Material, u: &[f64], for
     table.gradient(material, u, forces)
 }
 
-pub(super) fn stiffness(
+/// What the stiffness of other laws, or one made convex, needs beside [`single::Work`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct Work {
+    tangents: Vec<Tangent>,
+    changes: Vec<f64>,
+}
+
+/// The packed stiffness from tangents of 9 x 9. False where the law has no energy.
+#[inline(always)]
+pub(super) fn stiffness<W: Lane>(
+    proof: W::Proof,
+    (work, single): (&mut Work, &mut single::Work<W>),
     table: &Table,
     material: &Material,
-    u: [&[f64]; CELLS],
+    u: &[f64],
     convex: bool,
-    packed: &mut [Vec<f64>; CELLS],
-) -> [bool; CELLS] {
-    let mut regular = [false; CELLS];
-    for ((regular, u), packed) in regular.iter_mut().zip(u).zip(packed) {
-        *regular = table.stiffness(material, u, convex, packed).is_some();
+    packed: &mut Vec<f64>,
+) -> bool {
+    work.tangents.clear();
+    work.changes.clear();
+    work.changes.resize(3 * table.nodes() * table.mode_count, 0.0);
+    let (tangents, changes) = (&mut work.tangents, &mut work.changes);
+    let found = table.tangents(material, u, convex, changes, |_, tangent| tangents.push(*tangent));
+    if found.is_none() {
+        return false;
     }
-    regular
+    let couples = (material.lame.lambda / table.volume(), work.changes.as_slice());
+    single::contract(proof, single, table, &work.tangents, couples, packed);
+    true
 }

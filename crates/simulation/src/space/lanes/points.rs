@@ -23,6 +23,7 @@ pub(super) struct Point<W> {
 /// As in [`crate::space::law`]: nothing is formed as a difference of numbers near 1.
 #[inline(always)]
 pub(super) fn deformation<W: Lane>(proof: W::Proof, g: [W; 9]) -> Point<W> {
+    // Columns of cof G are cross products of the columns of G.
     let minor = |a: usize, b: usize, c: usize, d: usize| g[a].times(g[b]).minus(g[c].times(g[d]));
     let small = [
         minor(4, 8, 5, 7),
@@ -35,6 +36,7 @@ pub(super) fn deformation<W: Lane>(proof: W::Proof, g: [W; 9]) -> Point<W> {
         minor(2, 3, 0, 5),
         minor(0, 4, 1, 3),
     ];
+    // `J - 1` by the three invariants: each keeps its own order of a small strain.
     let trace = g[0].plus(g[4]).plus(g[8]);
     let second = small[8].plus(small[0]).plus(small[4]);
     let third = g[0]
@@ -44,6 +46,7 @@ pub(super) fn deformation<W: Lane>(proof: W::Proof, g: [W; 9]) -> Point<W> {
     let x = trace.plus(second).plus(third);
     let off = |entry: usize, turned: usize| small[entry].minus(g[turned]);
     let on = |entry: usize| small[entry].minus(g[entry]).plus(trace);
+    // `cof F - I = cof G + (tr G) I - G^T`.
     let cofactor = [
         on(0),
         off(1, 3),
@@ -99,6 +102,7 @@ fn logarithm<W: Lane>(proof: W::Proof, x: W) -> (W, W) {
     let rest = x.times(s).minus(one(2.0).times(s.times(s2)).times(series));
     let theta = x.minus(rest);
     let far = |x: f64| x.is_nan() || x.abs() > SERIES_TO;
+    // Tissue hardly changes its volume: the series serves nearly always, and takes no call.
     let lanes = x.lanes();
     if !lanes.into_iter().any(far) {
         return (theta, rest);
@@ -117,6 +121,7 @@ pub(super) fn stress<W: Lane>(proof: W::Proof, at: &Point<W>, mu: W, slope: W, w
     let mut stress = at.g;
     for (entry, stress) in stress.iter_mut().enumerate() {
         let c = at.cofactor[entry];
+        // Entries of the diagonal are 0, 4 and 8.
         let whole = if entry % 4 == 0 { c.plus(one) } else { c };
         *stress = weight.times(stress.minus(c).times(mu).plus(whole.times(slope)));
     }

@@ -2,8 +2,10 @@
 //!
 //! Sums run over nodes and points as they do for four cells: so do the bits.
 
+mod general;
 mod stiffness;
 
+pub(super) use general::contract;
 pub(super) use stiffness::stiffness;
 
 use super::points::{Point, deformation, stress};
@@ -26,6 +28,7 @@ pub(super) struct Work<W> {
     images: Vec<W>,
     weighted: Vec<[f64; 4]>,
     changes: Vec<W>,
+    halves: Vec<W>,
 }
 
 impl<W> Default for Work<W> {
@@ -38,6 +41,7 @@ impl<W> Default for Work<W> {
             images: Vec::new(),
             weighted: Vec::new(),
             changes: Vec::new(),
+            halves: Vec::new(),
         }
     }
 }
@@ -71,6 +75,7 @@ pub(super) fn gradient<W: Lane>(
     work.forces.resize(table.nodes(), W::splat(proof, 0.0));
     let mu = W::splat(proof, material.lame.mu);
     for (group, at) in work.groups.iter().enumerate() {
+        // What is done point by point is done for four points at once.
         let lanes = |of: &dyn Fn(usize) -> f64| W::of(proof, of_points(table, group, of));
         let pressure = lanes(&|point| pressure(work, table, material.lame.lambda, point));
         let slope = mu.times(at.x).plus(pressure).over(at.j);
@@ -78,6 +83,7 @@ pub(super) fn gradient<W: Lane>(
         let stress = stress(proof, at, mu, slope, weight).map(W::lanes);
         for (lane, point) in points(table, group).enumerate() {
             let columns = columns(proof, &stress, lane);
+            // Point after point, as the order of a sum is part of its bits.
             scatter(proof, &columns, table.slopes_at(point), &mut work.forces);
         }
     }
@@ -126,6 +132,7 @@ fn prepare<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table, u: &[f64
     let mut means = W::splat(proof, 0.0);
     let mut regular = true;
     for group in 0..table.points().div_ceil(GROUP) {
+        // Lanes without a point stay at rest, which every law survives.
         let mut tensors = [[0.0; GROUP]; 9];
         for (lane, point) in points(table, group).enumerate() {
             let columns = displacement_gradient(proof, &work.u, table.slopes_at(point)).map(W::lanes);
@@ -137,6 +144,7 @@ fn prepare<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table, u: &[f64
         let (j, theta) = (at.j.lanes(), at.theta.lanes());
         for (lane, point) in points(table, group).enumerate() {
             regular &= j[lane] > 0.0 && j[lane].is_finite();
+            // The same products in the same order as for four cells.
             let part = table.weights[point] / table.volume() * theta[lane];
             let modes = W::of(proof, *table.modes_at(point));
             means = means.plus(W::splat(proof, part).times(modes));
@@ -205,4 +213,20 @@ fn scatter<W: Lane>(proof: W::Proof, p: &[W; 3], slopes: &[[f64; 3]], forces: &m
 fn product<W: Lane>(proof: W::Proof, columns: &[W; 3], q: &[f64; 3]) -> W {
     let [x, y, z] = q.map(|q| W::splat(proof, q));
     columns[0].times(x).plus(columns[1].times(y)).plus(columns[2].times(z))
+}
+
+/// Writes the blocks of a node `n` and of others from `m` on, column by column, to the lower triangle row by row.
+#[inline(always)]
+fn write<W: Lane, const M: usize>(blocks: &[[W; 3]; M], [n, m]: [usize; 2], packed: &mut [f64]) {
+    for (offset, block) in blocks.iter().enumerate() {
+        for (k, entries) in block.iter().enumerate() {
+            for (i, entry) in entries.lanes().iter().take(3).enumerate() {
+                let (row, column) = (3 * n + i, 3 * (m + offset) + k);
+                // Blocks on the diagonal are written by half.
+                if column <= row {
+                    packed[row * (row + 1) / 2 + column] = *entry;
+                }
+            }
+        }
+    }
 }

@@ -19,6 +19,7 @@ pub(super) fn stiffness<W: Lane>(
         // Each entry is written below: no need to clear.
         packed.resize(unknowns * (unknowns + 1) / 2, 0.0);
     }
+    // Once for each node and point; each is used by as many pairs as there are nodes.
     images(proof, work, table);
     changes(proof, work, table);
     let mut rows = std::mem::take(&mut work.rows);
@@ -32,6 +33,7 @@ pub(super) fn stiffness<W: Lane>(
                 rows[unknowns * (k / 3) + 3 * m + k % 3] = entry;
             }
         }
+        // Rows are gathered four wide, then each cell's copy is written in one run.
         for i in 0..3 {
             let (row, length) = (3 * n + i, 3 * n + i + 1);
             let (start, from) = (row * (row + 1) / 2, &rows[unknowns * i..unknowns * i + length]);
@@ -119,6 +121,7 @@ fn block<W: Lane>(proof: W::Proof, work: &Work<W>, table: &Table, material: &Mat
     let images = &work.images[m * points..(m + 1) * points];
     let (turned, straight) = work.weighted.split_at(points);
     let mut block = [W::splat(proof, 0.0); 9];
+    // Nine sums stay in registers while the points pass by: the order of loops that reads and writes least.
     for (weighted, image) in turned.iter().zip(images) {
         for i in 0..3 {
             for k in 0..3 {
@@ -133,6 +136,7 @@ fn block<W: Lane>(proof: W::Proof, work: &Work<W>, table: &Table, material: &Mat
             }
         }
     }
+    // The pressures eliminated, as in the table: the same sum, a pair at a time.
     let factor = W::splat(proof, material.lame.lambda / table.volume());
     for changes in work.changes.chunks_exact(3 * table.nodes()) {
         for i in 0..3 {
@@ -142,6 +146,7 @@ fn block<W: Lane>(proof: W::Proof, work: &Work<W>, table: &Table, material: &Mat
             }
         }
     }
+    // What does not depend on the state was summed with the table.
     let even = W::splat(proof, material.lame.mu * table.laplacian[n * (n + 1) / 2 + m]);
     for entry in [0, 4, 8] {
         block[entry] = block[entry].plus(even);

@@ -80,8 +80,10 @@ impl Fibre {
         let (k1, k2) = (self.stiffness, self.exponent);
         let y = k2 * x * x;
         let growth = y.exp();
+        // `(e^y - 1) / y`: an exponent next to nothing is a fibre of constant stiffness.
+        let mean_growth = if y < f64::MIN_POSITIVE { 1.0 } else { y.exp_m1() / y };
         [
-            0.5 * k1 / k2 * y.exp_m1(),
+            0.5 * k1 * x * x * mean_growth,
             2.0 * k1 * x * growth,
             4.0 * k1 * (1.0 + 2.0 * y) * growth,
         ]
@@ -106,6 +108,7 @@ impl Fibre {
         }
         let [_, first, second] = self.derivatives(x);
         add_square(tangent, &self.dyad(&image), second);
+        // What turns the fibre's pull with F: the unit vectors are its three components.
         for i in 0..3 {
             add_square(tangent, &self.dyad(&Vector3::ith(i, 1.0)), first);
         }

@@ -29,5 +29,6 @@ pub(super) fn shear_tangent(mu: f64) -> Tangent {
 
 /// `theta = tr G`, and its derivative.
 pub(super) fn volume(g: &Tensor) -> (f64, Tensor) {
+    // `I` is the deformation of no displacement.
     (trace(g), deformation(&Tensor::zeros()))
 }

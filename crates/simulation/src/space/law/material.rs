@@ -54,6 +54,7 @@ impl Material {
     /// The tangent `dP/dF`. `None` where the law has no energy.
     pub fn tangent(&self, g: &Matrix3<f64>) -> Option<Tangent> {
         let g = vector(g);
+        // `lambda theta` is the pressure here; its derivative adds the square of theta's.
         let (theta, slope) = self.volume_slope(&g)?;
         let mut tangent = self.tangent_at_pressure(&g, self.lame.lambda * theta)?;
         add_square(&mut tangent, &slope, self.lame.lambda);
@@ -130,27 +131,14 @@ impl Material {
             Law::StVenantKirchhoff => saint_venant::shear_stress(mu, g),
             Law::Linear => linear::shear_stress(mu, g),
         };
-        let Some(fibre) = &self.fibre else {
-            return Some((density, stress));
-        };
-        let (more, pull) = fibre.stress(g);
-        Some((density + more, stress + pull))
+        let (more, pull) = self.fibre.map_or((0.0, Tensor::zeros()), |fibre| fibre.stress(g));
+        let stress = stress + pull;
+        // High powers may overflow in a derivative before they do in the energy.
+        stress.sum().is_finite().then_some((density + more, stress))
     }
 
     fn shear_tangent(&self, g: &Tensor) -> Option<Tangent> {
-        let mu = self.lame.mu;
-        let mut tangent = match &self.law {
-            Law::NeoHookean => neo_hookean::shear_tangent(mu, g)?,
-            Law::StableNeoHookean => neo_hookean::stable_shear_tangent(mu, g),
-            Law::Ogden(law) => ogden::shear_tangent(law, mu, g)?,
-            Law::StVenantKirchhoff => saint_venant::shear_tangent(mu, g),
-            Law::Linear => linear::shear_tangent(mu),
-        };
-        if let Some(fibre) = &self.fibre {
-            fibre.add_tangent(g, &mut tangent);
-        }
-        // That of the linear law is the same everywhere, even where there is no energy.
-        (tangent.sum().is_finite() && g.sum().is_finite()).then_some(tangent)
+        self.tangent_at_pressure(g, 0.0)
     }
 
     #[inline]
@@ -183,7 +171,20 @@ impl Material {
 
     /// The second derivative of `w_s + pressure theta`: the tangent but for what the derivative of the pressure adds.
     pub(crate) fn tangent_at_pressure(&self, g: &Tensor, pressure: f64) -> Option<Tangent> {
-        Some(self.shear_tangent(g)? + self.volume_hessian(g)? * pressure)
+        let mu = self.lame.mu;
+        let mut tangent = match &self.law {
+            Law::NeoHookean => neo_hookean::tangent_at_pressure(mu, g, pressure)?,
+            Law::StableNeoHookean => neo_hookean::stable_tangent_at_pressure(mu, g, pressure),
+            Law::Ogden(law) => ogden::shear_tangent(law, mu, g)? + neo_hookean::log_hessian(g)? * pressure,
+            Law::StVenantKirchhoff => saint_venant::shear_tangent(mu, g) + Tangent::identity() * pressure,
+            Law::Linear => linear::shear_tangent(mu),
+        };
+        // Part of what is not projected: fibres bear stretch, not volume.
+        if let Some(fibre) = &self.fibre {
+            fibre.add_tangent(g, &mut tangent);
+        }
+        // That of the linear law is the same everywhere, even where there is no energy.
+        (tangent.sum().is_finite() && g.sum().is_finite()).then_some(tangent)
     }
 }
 

@@ -19,6 +19,7 @@ fn q(g: &Tensor) -> f64 {
 
 /// `mu (F - cof F) + slope cof F`, from `slope` the derivative of `u` by `J`.
 fn stress(mu: f64, g: &Tensor, slope: f64) -> Tensor {
+    // `F - cof F = G - (cof F - I)` to the last digit, as both lose the same I.
     let c = cofactor_excess(g);
     (g - c) * mu + deformation(&c) * slope
 }
@@ -48,8 +49,9 @@ pub(super) fn shear_stress(mu: f64, g: &Tensor) -> Option<(f64, Tensor)> {
     Some((0.5 * mu * q(g) + mu * x_minus_ln_1p(x), stress(mu, g, mu * x / j)))
 }
 
-pub(super) fn shear_tangent(mu: f64, g: &Tensor) -> Option<Tangent> {
-    positive(g).map(|(j, _)| tangent(mu, g, [-mu / j, mu / (j * j)]))
+/// That of the shear part and of `pressure ln J` at once: the parts cancel but for `pressure - mu`.
+pub(super) fn tangent_at_pressure(mu: f64, g: &Tensor, pressure: f64) -> Option<Tangent> {
+    positive(g).map(|(j, _)| tangent(mu, g, [(pressure - mu) / j, (mu - pressure) / (j * j)]))
 }
 
 /// `theta = ln J`. `None` where `J <= 0`.
@@ -78,8 +80,9 @@ pub(super) fn stable_shear_stress(mu: f64, g: &Tensor) -> (f64, Tensor) {
     (stable_shear_density(mu, g), stress(mu, g, mu * excess(g)))
 }
 
-pub(super) fn stable_shear_tangent(mu: f64, g: &Tensor) -> Tangent {
-    tangent(mu, g, [mu * (excess(g) - 1.0), mu])
+/// And with that of `pressure (J - 1)`.
+pub(super) fn stable_tangent_at_pressure(mu: f64, g: &Tensor, pressure: f64) -> Tangent {
+    tangent(mu, g, [mu * (excess(g) - 1.0) + pressure, mu])
 }
 
 /// `theta = J - 1`, and its derivative.

@@ -36,6 +36,7 @@ fn principal(g: &Tensor) -> Option<(Principal, [f64; 3])> {
 }
 
 fn density(ogden: &Ogden, mu: f64, logs: &[f64; 3]) -> f64 {
+    // `m / a` is above 0 and so is each exponential's rest: a sum without cancellation.
     let of_term = |(m, a): &(f64, f64)| m / a * logs.iter().map(|log| exp_minus_1_minus(a * log)).sum::<f64>();
     2.0 * mu * ogden.terms().iter().map(of_term).sum::<f64>()
 }
@@ -58,6 +59,7 @@ pub(super) fn shear_tangent(ogden: &Ogden, mu: f64, g: &Tensor) -> Option<Tangen
         let j = (i + 1) % 3;
         let [l, m] = [principal.stretches[i], principal.stretches[j]];
         let twist = (ogden.h(logs[i]) + ogden.h(logs[j])) / (l + m);
+        // From the logarithms, whose difference is exact where both stretches meet.
         let flip = ogden.divided_difference([logs[i], logs[j]]);
         let (ij, ji) = (principal.dyad(i, j), principal.dyad(j, i));
         // The halves of the squares of `(ij -+ ji) / sqrt 2`.

@@ -31,6 +31,7 @@ impl Principal {
         let (right, moved) = directions(g);
         let excesses: [f64; 3] = std::array::from_fn(|p| product(&right, &moved, p, p));
         let images: [Vector3<f64>; 3] = std::array::from_fn(|p| right[p] + moved[p]);
+        // The length of the shortest image would lose the sign of det F, and what rounding mixes in of the longer ones.
         let (left, least) = frame(&images);
         let mut stretches = images.map(|image| image.norm());
         stretches[least] = left[least].dot(&images[least]);
@@ -83,9 +84,12 @@ fn directions(g: &Tensor) -> ([Vector3<f64>; 3], [Vector3<f64>; 3]) {
                 continue;
             }
             turned = true;
+            // The smaller of the two rotations that make the columns orthogonal: the iteration converges with it.
             let half = 0.5 * (product(&v, &w, q, q) - product(&v, &w, p, p)) / across;
-            let tangent = half.signum() / (half.abs() + half.hypot(1.0));
-            let cosine = 1.0 / tangent.hypot(1.0);
+            // Where the square overflows the angle is next to nothing, and 0 will do.
+            let tangent = half.signum() / (half.abs() + (half * half + 1.0).sqrt());
+            let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
+            // G V turns as V does; it is never formed anew, which would cost the digits that differences keep.
             for x in [&mut v, &mut w] {
                 let (xp, xq) = (x[p], x[q]);
                 x[p] = (xp - xq * tangent) * cosine;
@@ -104,6 +108,7 @@ fn directions(g: &Tensor) -> ([Vector3<f64>; 3], [Vector3<f64>; 3]) {
 fn frame(images: &[Vector3<f64>; 3]) -> ([Vector3<f64>; 3], usize) {
     let lengths = images.map(|image| image.norm());
     let least = (0..3).fold(0, |a, b| if lengths[b] < lengths[a] { b } else { a });
+    // The longest gives the first direction, as it has the most digits.
     let (mut i, mut j) = ((least + 1) % 3, (least + 2) % 3);
     let cyclic = lengths[i] >= lengths[j];
     if !cyclic {

@@ -16,11 +16,14 @@ pub(super) fn isotropic(tangent: &Tangent, g: &Tensor) -> Tangent {
     for i in 0..3 {
         let j = (i + 1) % 3;
         let (ij, ji) = (principal.dyad(i, j), principal.dyad(j, i));
-        for mode in [ij - ji, ij + ji] {
-            lift(&mut lifted, &mode, 0.5 * mode.dot(&(tangent * mode)), 0.5);
-        }
+        let image = tangent * ij;
+        let (own, crossed) = (ij.dot(&image), ji.dot(&image));
+        // Both dyads have the same stiffness: of their difference and sum it is `own` less and more what couples them.
+        lift(&mut lifted, &(ij - ji), own - crossed, 0.5);
+        lift(&mut lifted, &(ij + ji), own + crossed, 0.5);
     }
     let scalings: [Tensor; 3] = std::array::from_fn(|i| principal.dyad(i, i));
+    // Scalings couple through the volume: their block has eigenvectors of its own.
     let images = scalings.map(|scaling| tangent * scaling);
     let block = Matrix3::from_fn(|i, j| scalings[i].dot(&images[j])).symmetric_eigen();
     for (value, vector) in block.eigenvalues.iter().zip(block.eigenvectors.column_iter()) {

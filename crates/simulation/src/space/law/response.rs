@@ -59,6 +59,7 @@ fn second_invariant(g: &Tensor) -> f64 {
 /// The cofactors of a matrix, column by column: the derivative of its determinant.
 #[inline]
 pub(super) fn cofactor(m: &Tensor) -> Tensor {
+    // Columns of the cofactors are cross products of the columns.
     let [a, b, c] = [0, 3, 6];
     let cross = |p: usize, q: usize, k: usize| {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
@@ -86,6 +87,7 @@ pub(crate) fn excess(g: &Tensor) -> f64 {
 #[inline]
 pub(super) fn cofactor_excess(g: &Tensor) -> Tensor {
     let (mut c, t) = (cofactor(g), trace(g));
+    // The linear part first: for small G it is the whole, and cof G adds its own order only.
     for row in 0..3 {
         for column in 0..3 {
             c[row + 3 * column] -= g[column + 3 * row];
@@ -110,6 +112,7 @@ pub(super) fn isochoric_square(g: &Tensor) -> f64 {
 pub(super) fn add_determinant_hessian(tangent: &mut Tangent, f: &Tensor, factor: f64) {
     for third in 0..3 {
         let (first, second) = ((third + 1) % 3, (third + 2) % 3);
+        // Six signed entries of F fill each 3 x 3 block off the diagonal, all others are zero.
         for m in 0..3 {
             let (i, k) = ((m + 1) % 3, (m + 2) % 3);
             let value = factor * f[m + 3 * third];

@@ -11,6 +11,7 @@ fn strain(g: &Tensor) -> Tensor {
         for row in column..3 {
             let (p, q) = (3 * row, 3 * column);
             let product = g[p] * g[q] + g[p + 1] * g[q + 1] + g[p + 2] * g[q + 2];
+            // From G: `F^T F - I` would leave eps of 1 in a strain of any size.
             let value = 0.5 * (g[row + q] + g[column + p] + product);
             strain[row + q] = value;
             strain[column + p] = value;

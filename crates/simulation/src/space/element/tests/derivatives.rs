@@ -1,6 +1,7 @@
 //! Forces and stiffness against differences of what they derive; convexity; memory.
 
 use super::*;
+use crate::sparse::Triplets;
 
 #[test]
 fn forces_and_stiffness_are_the_derivatives() {
@@ -72,4 +73,22 @@ fn no_memory_is_asked_for_twice() {
     cell.table.stiffness(&material, &u, false, &mut packed).unwrap();
     assert_eq!(packed, first);
     assert_eq!(packed.as_ptr(), place);
+}
+
+#[test]
+fn a_packed_stiffness_is_what_triplets_take() {
+    let cell = cube(Order::Linear, 1.0, Dilatation::Constant);
+    let (material, u) = (materials()[2], noisy(&cell, 0.05, 2));
+    let (mut packed, mut sum) = (Vec::new(), Triplets::new(27));
+    cell.table.stiffness(&material, &u, false, &mut packed).unwrap();
+    // Unknowns 3 on, the last node first.
+    let unknowns = (0..24).map(|k| 3 + 3 * (7 - k / 3) + k % 3);
+    sum.add_block(unknowns.clone(), &packed);
+    let way: Vec<f64> = (0..27).map(|k| f64::from(k).sin()).collect();
+    let found = sum.product(&way);
+    let matrix = full(&packed, 24);
+    let exact = &matrix * DVector::from_iterator(24, unknowns.clone().map(|k| way[k]));
+    let error = unknowns.zip(exact.iter()).map(|(k, exact)| (found[k] - exact).abs());
+    assert!(error.fold(0.0, f64::max) < 1e-14 * matrix.amax());
+    assert_eq!(found[..3], [0.0; 3]);
 }

@@ -47,6 +47,12 @@ fn bad_tables_are_refused_by_name() {
         let found = Table::cube(Order::Linear, size, Dilatation::Plain);
         assert!(matches!(found, Err(BadTable::Edge { .. })));
     }
+    let large = Point {
+        weight: 1e308,
+        ..point(4)
+    };
+    let found = refused(4, &[large.clone(), large]);
+    assert!(matches!(found, BadTable::Volume { found } if found.is_infinite()));
     // Its volume is no number.
     assert!(Table::cube(Order::Linear, 1e200, Dilatation::Plain).is_err());
     assert!(Table::cube(Order::Linear, 1e-200, Dilatation::Plain).is_err());

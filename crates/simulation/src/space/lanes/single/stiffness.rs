@@ -1,6 +1,6 @@
 //! One cell: its second derivative.
 
-use super::{GROUP, Lane, Material, Table, Work, columns, of_points, points, prepare, pressure, product};
+use super::{GROUP, Lane, Material, Table, Work, columns, of_points, points, prepare, pressure, product, write};
 
 /// Nodes whose blocks are summed at once: nine sums are kept in registers.
 const TOGETHER: usize = 3;
@@ -19,6 +19,7 @@ pub(in crate::space::lanes) fn stiffness<W: Lane>(
     let unknowns = 3 * table.nodes();
     // Each entry is written below: no need to clear.
     packed.resize(unknowns * (unknowns + 1) / 2, 0.0);
+    // As for four cells; lanes are the entries of a vector here, one of four idle.
     images(proof, work, table);
     changes(proof, work, table);
     let cell = Cell { table, material };
@@ -27,10 +28,10 @@ pub(in crate::space::lanes) fn stiffness<W: Lane>(
         let mut m = 0;
         while m <= n {
             if m + TOGETHER <= n + 1 {
-                cell.write::<W, TOGETHER>(proof, work, [n, m], packed);
+                cell.blocks::<W, TOGETHER>(proof, work, [n, m], packed);
                 m += TOGETHER;
             } else {
-                cell.write::<W, 1>(proof, work, [n, m], packed);
+                cell.blocks::<W, 1>(proof, work, [n, m], packed);
                 m += 1;
             }
         }
@@ -83,6 +84,7 @@ fn weigh<W: Lane>(proof: W::Proof, work: &mut Work<W>, cell: &Cell<'_>, n: usize
     let (lambda, mu) = (cell.material.lame.lambda, cell.material.lame.mu);
     let mut weighted = std::mem::take(&mut work.weighted);
     weighted.clear();
+    // Factors of four points at once; images one by one.
     let images = &work.images[n * table.points()..(n + 1) * table.points()];
     for part in 0..if table.mode_count == 0 { 2 } else { 1 } {
         for (group, at) in work.groups.iter().enumerate() {
@@ -112,7 +114,7 @@ struct Cell<'a> {
 impl Cell<'_> {
     /// Writes the blocks of a node `n` and of `M` nodes from `m` on.
     #[inline(always)]
-    fn write<W: Lane, const M: usize>(&self, proof: W::Proof, work: &Work<W>, [n, m]: [usize; 2], packed: &mut [f64]) {
+    fn blocks<W: Lane, const M: usize>(&self, proof: W::Proof, work: &Work<W>, [n, m]: [usize; 2], packed: &mut [f64]) {
         let mut blocks = sums::<W, M>(proof, work, self.table.points(), m);
         let factor = W::splat(proof, self.material.lame.lambda / self.table.volume());
         for changes in work.changes.chunks_exact(self.table.nodes()) {
@@ -124,16 +126,16 @@ impl Cell<'_> {
             }
         }
         let evens = &self.table.laplacian[n * (n + 1) / 2 + m..];
-        for (offset, (block, even)) in blocks.iter().zip(evens).enumerate() {
-            let (block, even) = (block.map(W::lanes), self.material.lame.mu * even);
-            for i in 0..3 {
-                let (row, column) = (3 * n + i, 3 * (m + offset));
-                let start = row * (row + 1) / 2;
-                for k in (0..3).take_while(|k| column + k <= row) {
-                    packed[start + column + k] = if i == k { block[k][i] + even } else { block[k][i] };
-                }
+        for (block, even) in blocks.iter_mut().zip(evens) {
+            // Numbers beside the diagonal stay as they are: a sum of products from 0 on is never -0.
+            let even = self.material.lame.mu * even;
+            for (axis, column) in block.iter_mut().enumerate() {
+                let mut unit = [0.0; 4];
+                unit[axis] = even;
+                *column = column.plus(W::of(proof, unit));
             }
         }
+        write(&blocks, [n, m], packed);
     }
 }
 
@@ -145,12 +147,14 @@ fn sums<W: Lane, const M: usize>(proof: W::Proof, work: &Work<W>, count: usize, 
     let (turned, straight) = work.weighted.split_at(count);
     for (point, weighted) in turned.iter().enumerate() {
         for (block, images) in blocks.iter_mut().zip(&images) {
+            // One image serves three sums, one weight three nodes.
             let image = images[point];
             for (column, weighted) in block.iter_mut().zip(weighted) {
                 *column = column.plus(W::splat(proof, *weighted).times(image));
             }
         }
     }
+    // Only where nothing is projected: there theta of each point has a stiffness of its own.
     for (point, weighted) in straight.iter().enumerate() {
         let weighted = W::of(proof, *weighted);
         for (block, images) in blocks.iter_mut().zip(&images) {

@@ -112,6 +112,16 @@ fn a_fibre_bears_tension_alone() {
         let pull = vector(&(axis * axis.transpose())) * (2.0 * x * growth * 2.0 * stretch);
         assert!((more.1 - less.1 - pull).amax() < 1e-14, "{stretch}");
     }
+    // Next to no exponent: w = k1 / 2 (I4 - 1)^2.
+    for k2 in [1e-310, 1e-30] {
+        let soft = Material {
+            fibre: Some(Fibre::new(axis, 2.0, k2).unwrap()),
+            ..bare
+        };
+        let g = axis * axis.transpose() * 0.1;
+        let (more, less) = (soft.response(&g).unwrap(), bare.response(&g).unwrap());
+        assert!((more.density - less.density - 0.21 * 0.21).abs() < 1e-15, "{k2}");
+    }
     // Beyond the largest exponential there is no energy; before it, where derivatives 1e4 times it are numbers, there is.
     let pulled = |x: f64| axis * axis.transpose() * ((1.0 + x).sqrt() - 1.0);
     let limit = (709.0_f64 / 0.7).sqrt();

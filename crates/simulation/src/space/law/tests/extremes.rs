@@ -56,3 +56,13 @@ fn rank_one_gradients_stretch_one_direction() {
         assert!((density / exact - 1.0).abs() < 1e-14, "{t} {density} {exact}");
     }
 }
+
+#[test]
+fn derivatives_that_overflow_are_no_stress() {
+    // l^-40 is a number where l^-41 is none.
+    let law = Law::Ogden(Ogden::new(&[(-1.0, -40.0)]).unwrap());
+    let material = Material::new(law, 1.0, 0.3).unwrap();
+    let g = Matrix3::from_diagonal(&Vector3::new(10.0_f64.powf(-7.6) - 1.0, 0.0, 0.0));
+    assert!(material.density(&g).is_some());
+    assert!(material.stress(&g).is_none() && material.tangent(&g).is_none() && material.response(&g).is_none());
+}
