@@ -65,6 +65,7 @@ fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
     // From the exact displacements of the nodes: the search has only the error of the mesh to find.
     let mut a: Vec<f64> = mesh.nodes.iter().flat_map(|x| exact(x).data.0[0]).collect();
     let control = Control { provisional: true, tolerance: 1e-10, ..Control::default() };
+    { let mut g = vec![0.0; a.len()]; use simulation::control::Potential; system.gradient(&a, &mut g).unwrap(); println!("start residual {:e} det {}", g.iter().fold(0.0_f64, |m, x| m.max(x.abs())), system.least_determinant(&a)); }
     Newton::ordered_by(control, Dissection::by_places(&system.places(), &[]).unwrap()).minimise(&system, &mut a).map_or_else(|e| println!("FAILED {e}"), |m| println!("iterations {} det {}", m.iterations, m.least_determinant));
     let mut sums = [0.0; 2];
     let u = |n: u32| Vector3::from_column_slice(&a[3 * n as usize..3 * n as usize + 3]);
@@ -79,10 +80,10 @@ fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
 
 #[test]
 fn orders_of_convergence() {
-    for (nu, least_fill) in [(0.3, 0.02), (0.499, 0.02), (0.499, 0.0)] {
+    for (nu, least_fill) in [(0.3, 0.02), (0.4, 0.02), (0.45, 0.02), (0.48, 0.02), (0.49, 0.02), (0.49, 0.2), (0.499, 0.2)] {
         println!("{least_fill}");
         let mut last: Option<([f64; 2], f64)> = None;
-        for cells in [3.0, 4.0, 6.0] {
+        for cells in [3.0, 4.0] {
             let settings = Settings { levels: 1, least_fill, ..Settings::of_side(2.6 / cells) };
             let shifts = [0.0, 1.0, 2.0];
             let each = shifts.map(|shift| errors(&settings, shift, nu));
