@@ -20,6 +20,7 @@ mod numbers;
 mod order;
 mod packed;
 mod parallel;
+mod share;
 mod store;
 mod substitution;
 mod symbolic;
