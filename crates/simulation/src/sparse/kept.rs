@@ -22,7 +22,8 @@ impl Reduced {
 impl Ldl {
     /// The root's unknowns, in the order in which they were named, and the Schur complement on them of the matrix factored last:
     /// `S = A_rr - A_ri A_ii^-1 A_ir`, the others being `i`. `S y = Reduced::on_root` is what a solution demands of the root's part `y`.
-    /// It is there also where [`Self::factor`] found no pivot in the root; empty without a root.
+    /// Of the shifted matrix where there was a shift. It is there also where [`Self::factor`] found no pivot in the root; empty without a
+    /// root, and of no use where [`Self::definite`] said no.
     pub fn root(&self) -> (&[u32], &DMatrix<f64>) {
         let order = &self.symbolic.order;
         (&order[order.len() - self.symbolic.kept..], &self.root)

@@ -1,5 +1,7 @@
 //! Orders by nested dissection.
 
+use nalgebra::{Point3, Rotation3};
+
 use super::super::order::{Dissection, NoOrder};
 use super::super::{Ldl, Triplets};
 use super::meshes::{Numbers, dense, elastic, random};
@@ -101,6 +103,26 @@ fn a_mesh_is_dissected_as_well_when_its_unknowns_are_shuffled_and_its_axes_stret
                 minimum.work()
             );
         }
+    }
+}
+
+/// Cells that lie across the axes, and no places at all, cost no more than two thirds of minimum degree either.
+#[test]
+fn a_mesh_is_dissected_well_across_the_axes_and_by_its_pattern() {
+    let (triplets, places) = elastic(10, 0.3, 1.0);
+    let work = |mut ldl: Ldl| {
+        ldl.take(&triplets);
+        ldl.work() as f64
+    };
+    let turn = Rotation3::from_euler_angles(0.4, 0.5, 0.6);
+    let turned: Vec<[f64; 3]> = places.iter().map(|p| (turn * Point3::from(*p)).into()).collect();
+    let minimum = work(Ldl::new());
+    for dissection in [
+        Dissection::by_places(&turned, &[]),
+        Dissection::by_pattern(places.len(), &[]),
+    ] {
+        let found = work(Ldl::ordered_by(dissection.unwrap()));
+        assert!(found < 0.67 * minimum, "{found} {minimum}");
     }
 }
 
