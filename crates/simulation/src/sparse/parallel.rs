@@ -55,6 +55,9 @@ impl Workers {
         self.main.clear();
         self.main.scratch.threads = threads;
         let symbolic = matrix.symbolic;
+        if root.nrows() != symbolic.kept {
+            *root = DMatrix::zeros(symbolic.kept, symbolic.kept);
+        }
         let rest = symbolic.fronts.len() - usize::from(symbolic.kept > 0);
         let negative = if threads > 1 {
             self.by_parts(matrix, factor, parts(symbolic, rest, threads), most, threads)?
@@ -79,14 +82,10 @@ impl Workers {
         let front = &matrix.symbolic.fronts[number];
         let panel = &mut factor[front.panel()];
         self.main.assemble(matrix.symbolic, front, panel);
-        let size = front.width;
-        if root.nrows() != size {
-            *root = DMatrix::zeros(size, size);
-        }
         root.copy_from_slice(panel);
         root.fill_upper_triangle_with_lower_triangle();
         let diagonal = &matrix.diagonal[front.first..];
-        eliminate(panel, size, diagonal, most, &mut self.main.scratch).map_err(|vanished| (number, vanished))
+        eliminate(panel, front.width, diagonal, most, &mut self.main.scratch).map_err(|vanished| (number, vanished))
     }
 
     fn by_parts(
