@@ -15,6 +15,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 use nalgebra::{Point3, Rotation3};
+use rustix::time::{ClockId, clock_gettime};
 use shared::{least, now, peak, say_load, write_csv};
 use simulation::sparse::{Dissection, Ldl, Precision, Triplets};
 
@@ -46,7 +47,7 @@ fn main() {
     let times: Vec<String> = meshes[..3].iter().flat_map(Mesh::times).collect();
     write_csv(
         "dissection-times",
-        "unknowns,order,precision,threads,factor_ms,gflops,solve_ms,gbs,residual",
+        "unknowns,order,precision,threads,factor_ms,factor_wall_ms,gflops,solve_ms,gbs,residual",
         &times,
     );
     say_load();
@@ -218,11 +219,8 @@ impl Mesh {
     fn time(&self, order: &str, precision: &str, threads: usize, ldl: &mut Ldl) -> String {
         ldl.take(&self.matrix);
         let mut eliminate = || ldl.shifted(0.0).unwrap();
-        let (factor, _) = if threads == 1 {
-            least(3, &mut eliminate)
-        } else {
-            least_wall(3, &mut eliminate)
-        };
+        let factor = least_by(ClockId::ProcessCPUTime, &mut eliminate);
+        let wall = least_by(ClockId::Monotonic, &mut eliminate);
         let mut x = vec![1.0; self.unknowns()];
         let (solve, ()) = least(10, || {
             x.fill(1.0);
@@ -237,7 +235,7 @@ impl Mesh {
         // Every entry is read twice.
         let bytes = 2 * ldl.fill() * if precision == "single" { 4 } else { 8 };
         let row = format!(
-            "{},{order},{precision},{threads},{factor:.1},{:.1},{solve:.2},{:.1},{left:.0e}",
+            "{},{order},{precision},{threads},{factor:.1},{wall:.1},{:.1},{solve:.2},{:.1},{left:.0e}",
             self.unknowns(),
             2e-6 * ldl.work() as f64 / factor,
             1e-6 * bytes as f64 / solve,
@@ -247,22 +245,16 @@ impl Mesh {
     }
 }
 
-/// The least time on the wall, as one thread's processor time says nothing of several: in milliseconds.
-fn least_wall<T>(rounds: usize, mut work: impl FnMut() -> T) -> (f64, T) {
-    let wall = || {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+/// The least time of five rounds by a clock, in milliseconds: `least` reads that of this thread alone.
+fn least_by<T>(clock: ClockId, work: &mut impl FnMut() -> T) -> f64 {
+    let time = || {
+        let time = clock_gettime(clock);
         time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
     };
-    let mut best = f64::INFINITY;
-    let mut round = || {
-        let began = wall();
-        let found = work();
-        best = best.min(1e3 * (wall() - began));
-        found
-    };
-    let mut last = round();
-    for _ in 1..rounds {
-        last = round();
-    }
-    (best, last)
+    let rounds = (0..5).map(|_| {
+        let began = time();
+        work();
+        1e3 * (time() - began)
+    });
+    rounds.fold(f64::INFINITY, f64::min)
 }

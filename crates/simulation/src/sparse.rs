@@ -9,17 +9,18 @@
 //!
 //! Multifrontal: `graph` holds the pattern and unknowns that are alike, `order` the order of elimination (minimum degree or nested
 //! dissection), `tree` the elimination tree and its supernodes, `symbolic` the fronts and where entries go, `front` the dense kernels
-//! (large ones by `nalgebra`'s product), `numbers` a front's elimination and `parallel` that of all by threads, `substitution`,
-//! `packed` and `store` solutions, `kept` those by way of a root that is eliminated last, `ldl` the whole.
+//! (large ones by `nalgebra`'s product), `numbers` a front's elimination and `parallel` that of all by threads (`share`), `ldl` the
+//! whole, `solution` what is solved with it, by `substitution` in the factor or in one `packed` for it (`store`).
 
 mod front;
 mod graph;
-mod kept;
 mod ldl;
 mod numbers;
 mod order;
 mod packed;
 mod parallel;
+mod share;
+mod solution;
 mod store;
 mod substitution;
 mod symbolic;
@@ -28,8 +29,8 @@ mod tests;
 mod tree;
 mod triplets;
 
-pub use kept::Reduced;
 pub use ldl::{Inertia, Ldl, NoPivot};
 pub use order::{Dissection, NoOrder};
+pub use solution::Reduced;
 pub use store::Precision;
 pub use triplets::Triplets;

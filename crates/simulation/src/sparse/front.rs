@@ -5,6 +5,8 @@
 
 use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 
+use super::share::share;
+
 /// Columns eliminated together before the rest is brought up to date.
 const BLOCK_COLUMNS: usize = 4;
 /// Products with this many rows and columns, and this many terms, are worth the library's preparations.
@@ -13,12 +15,21 @@ const PACKED_FROM_DEPTH: usize = 12;
 /// Columns of a triangle that are updated as one rectangle.
 const STRIP_COLUMNS: usize = 48;
 const NARROW_STRIP_COLUMNS: usize = 12;
+/// Multiplications that are worth several threads, which take some tens of microseconds to begin.
+const SHARED_FROM: usize = 8_000_000;
 /// A pivot below this part of the diagonal entry that it comes from counts as zero: what is left is rounding.
 // Some 45 times 2^-52: what cancellation of a diagonal entry may leave.
 const ZERO_PIVOT: f64 = 1e-14;
 
 /// A pivot vanished: column, pivot, diagonal entry.
 pub(super) type Vanished = (usize, f64, f64);
+
+/// Memory for products, and how many threads may share a large one: none counts as one.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scratch {
+    terms: Vec<f64>,
+    pub(super) threads: usize,
+}
 
 /// Eliminates the first columns of a dense matrix of `size` rows, of which `panel` holds them: `L` below the diagonal and
 /// the pivots on it. `diagonal` holds the matrix's own diagonal entries. How many pivots are negative: at `most` of them it ends.
@@ -27,7 +38,7 @@ pub(super) fn eliminate(
     size: usize,
     diagonal: &[f64],
     most: usize,
-    scratch: &mut Vec<f64>,
+    scratch: &mut Scratch,
 ) -> Result<usize, Vanished> {
     halves(panel, size, diagonal, [0, diagonal.len()], most, scratch)
 }
@@ -39,7 +50,7 @@ fn halves(
     diagonal: &[f64],
     [from, to]: [usize; 2],
     most: usize,
-    scratch: &mut Vec<f64>,
+    scratch: &mut Scratch,
 ) -> Result<usize, Vanished> {
     if to - from <= BLOCK_COLUMNS {
         let mut negative = 0;
@@ -113,15 +124,29 @@ impl Factor<'_> {
 
 /// `C -= L D L^T` on and below the diagonal of a matrix of `count` columns, `stride` entries apart, as tall as `L` is from
 /// `skip` on.
-pub(super) fn subtract(factor: &Factor<'_>, c: &mut [f64], stride: usize, count: usize, scratch: &mut Vec<f64>) {
+pub(super) fn subtract(factor: &Factor<'_>, c: &mut [f64], stride: usize, count: usize, scratch: &mut Scratch) {
     let (height, depth) = (factor.size - factor.skip, factor.depth());
+    let mut strips = Vec::new();
     let mut from = 0;
     // The library packs both factors first, which few terms do not repay.
     if depth >= PACKED_FROM_DEPTH {
         while height - from >= PACKED_FROM_SIDE && count - from >= NARROW_STRIP_COLUMNS {
             let width = STRIP_COLUMNS.min(count - from);
-            strip(factor, &mut c[from * (stride + 1)..], stride, [from, width], scratch);
+            strips.push([from, width]);
             from += width;
+        }
+    }
+    if scratch.threads > 1 && height * count * depth >= SHARED_FROM {
+        shared(factor, c, stride, &strips, scratch.threads);
+    } else {
+        for [from, width] in strips {
+            strip(
+                factor,
+                &mut c[from * (stride + 1)..],
+                stride,
+                [from, width],
+                &mut scratch.terms,
+            );
         }
     }
     let mut j = from;
@@ -135,20 +160,35 @@ pub(super) fn subtract(factor: &Factor<'_>, c: &mut [f64], stride: usize, count:
     }
 }
 
+/// Strips by several threads: each has columns of its own, so that the bits are those of one.
+fn shared(factor: &Factor<'_>, mut c: &mut [f64], stride: usize, strips: &[[usize; 2]], threads: usize) {
+    let mut jobs = Vec::new();
+    for &[from, width] in strips {
+        // The last column may end with its last row.
+        let end = (width * stride).min(c.len());
+        let (own, rest) = std::mem::take(&mut c).split_at_mut(end);
+        c = rest;
+        jobs.push((&mut own[from..], [from, width]));
+    }
+    share(jobs, threads, |(columns, strip_of)| {
+        strip(factor, columns, stride, strip_of, &mut Vec::new());
+    });
+}
+
 /// So many columns from one on by one product; entries above the diagonal are spoilt.
-fn strip(factor: &Factor<'_>, c: &mut [f64], stride: usize, [from, width]: [usize; 2], scratch: &mut Vec<f64>) {
+fn strip(factor: &Factor<'_>, c: &mut [f64], stride: usize, [from, width]: [usize; 2], terms: &mut Vec<f64>) {
     let (height, depth) = (factor.size - factor.skip - from, factor.depth());
-    scratch.clear();
+    terms.clear();
     for p in 0..depth {
         let pivot = factor.pivot(p);
         // `D L^T` is formed once: the library's product knows no diagonal between its factors.
-        scratch.extend(factor.rows(p, from)[..width].iter().map(|l| l * pivot));
+        terms.extend(factor.rows(p, from)[..width].iter().map(|l| l * pivot));
     }
     let (one, size) = (Dyn(1), Dyn(factor.size));
     let (tall, wide) = (Dyn(height), Dyn(width));
     let lower = &factor.columns[factor.skip + from..];
     let a = DMatrixView::from_slice_with_strides_generic(lower, tall, Dyn(depth), one, size);
-    let b = DMatrixView::from_slice_with_strides_generic(scratch, Dyn(depth), wide, wide, one);
+    let b = DMatrixView::from_slice_with_strides_generic(terms, Dyn(depth), wide, wide, one);
     let mut c = DMatrixViewMut::from_slice_with_strides_generic(c, tall, wide, one, Dyn(stride));
     c.gemm(-1.0, &a, &b, 1.0);
 }

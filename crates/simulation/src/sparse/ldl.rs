@@ -9,7 +9,6 @@ use super::numbers::Matrix;
 use super::order::Dissection;
 use super::parallel::Workers;
 use super::store::{Precision, Store};
-use super::substitution;
 use super::symbolic::Symbolic;
 
 /// Patterns that are joined before the oldest are forgotten.
@@ -235,35 +234,6 @@ impl Ldl {
             pivot,
             diagonal,
         })
-    }
-
-    /// A direction `v` with `v^T A v < 0`, from the first negative pivot of the matrix `A` factored last: `L^T v = e_k`, which
-    /// asks for the columns before that pivot only.
-    pub fn falling_direction(&self) -> Option<Vec<f64>> {
-        let s = &self.symbolic;
-        // `v^T A v = d_k < 0` for `L^T v = e_k`. Columns after the first negative pivot may not be eliminated; `e_k`
-        // has no part in them.
-        let first = s.diagonals().position(|slot| self.factor[slot] < 0.0)?;
-        let mut x = vec![0.0; s.order.len()];
-        x[first] = 1.0;
-        substitution::back(s, &self.factor, &mut x);
-        let mut direction = vec![0.0; x.len()];
-        for (i, value) in s.order.iter().zip(x) {
-            direction[*i as usize] = value;
-        }
-        Some(direction)
-    }
-
-    /// Solves with the matrix factored last; `b` becomes the solution.
-    pub fn solve(&self, b: &mut [f64]) {
-        let order = &self.symbolic.order;
-        let mut x: Vec<f64> = order.iter().map(|i| b[*i as usize]).collect();
-        let fronts = self.symbolic.fronts.len();
-        self.store.forward(&self.symbolic, &self.factor, 0..fronts, &mut x);
-        self.store.back(&self.symbolic, &self.factor, 0..fronts, &mut x);
-        for (i, value) in order.iter().zip(x) {
-            b[*i as usize] = value;
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The numbers of an elimination, front by front: what is left below a front waits on a stack for its parent.
 
-use super::front::{Factor, Vanished, eliminate, subtract};
+use super::front::{Factor, Scratch, Vanished, eliminate, subtract};
 use super::symbolic::{Front, Symbolic};
 
 /// What is eliminated: the elimination, and the diagonal of the matrix in its order.
@@ -16,7 +16,7 @@ pub(super) struct Worker {
     /// What fronts left behind and no other has taken yet: front and beginning, and dense lower triangles.
     left: Vec<(usize, usize)>,
     stack: Vec<f64>,
-    scratch: Vec<f64>,
+    pub(super) scratch: Scratch,
 }
 
 impl Worker {

@@ -1,14 +1,14 @@
-//! An elimination by several threads: each eliminates subtrees, and one the fronts above them.
+//! An elimination by several threads: each eliminates subtrees, and all share the products of large fronts above them.
 //!
 //! A front sums what its children left in their order, whoever eliminated them: the bits are those of one thread.
 
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
 
 use nalgebra::DMatrix;
 
 use super::front::{Vanished, eliminate};
 use super::numbers::{Matrix, Worker};
+use super::share::share;
 use super::symbolic::Symbolic;
 
 /// Runs of subtrees are so many times as many as threads, as they differ in work.
@@ -53,7 +53,11 @@ impl Workers {
         threads: usize,
     ) -> Result<usize, Failed> {
         self.main.clear();
+        self.main.scratch.threads = threads;
         let symbolic = matrix.symbolic;
+        if root.nrows() != symbolic.kept {
+            *root = DMatrix::zeros(symbolic.kept, symbolic.kept);
+        }
         let rest = symbolic.fronts.len() - usize::from(symbolic.kept > 0);
         let negative = if threads > 1 {
             self.by_parts(matrix, factor, parts(symbolic, rest, threads), most, threads)?
@@ -78,14 +82,10 @@ impl Workers {
         let front = &matrix.symbolic.fronts[number];
         let panel = &mut factor[front.panel()];
         self.main.assemble(matrix.symbolic, front, panel);
-        let size = front.width;
-        if root.nrows() != size {
-            *root = DMatrix::zeros(size, size);
-        }
         root.copy_from_slice(panel);
         root.fill_upper_triangle_with_lower_triangle();
         let diagonal = &matrix.diagonal[front.first..];
-        eliminate(panel, size, diagonal, most, &mut Vec::new()).map_err(|vanished| (number, vanished))
+        eliminate(panel, front.width, diagonal, most, &mut self.main.scratch).map_err(|vanished| (number, vanished))
     }
 
     fn by_parts(
@@ -157,17 +157,9 @@ impl Workers {
                 });
             }
         }
-        let queue = Mutex::new(jobs.into_iter());
-        let work = || {
-            let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-            while let Some(job) = next() {
-                job.worker.clear();
-                *job.found = run(matrix, job.fronts, job.panels, job.worker, most);
-            }
-        };
-        std::thread::scope(|scope| {
-            (1..threads.min(count)).for_each(|_| drop(scope.spawn(work)));
-            work();
+        share(jobs, threads, |job| {
+            job.worker.clear();
+            *job.found = run(matrix, job.fronts, job.panels, job.worker, most);
         });
         results
     }

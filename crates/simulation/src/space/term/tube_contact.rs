@@ -14,13 +14,20 @@ use crate::sparse::Triplets;
 /// A point may be as deep as this part of the tube's radius, and no deeper: the way out must lead back where it came from.
 const DEEPEST_PART: f64 = 0.5;
 
+/// A round that leaves more than this part of the depth asks for more stiffness: so much of it, and so much in all.
+const SLOW_PART: f64 = 0.25;
+const STIFFENED: f64 = 3.0;
+const MOST_STIFFENED: f64 = 1e4;
+
 /// Contact of points of a body's surface with a tube.
 #[derive(Debug, Clone)]
 pub struct TubeContact {
     body: usize,
     tube: Tube,
-    /// Stress by length.
-    stiffness: f64,
+    /// Stress by length: the one asked for, and the one at work.
+    stiffness: [f64; 2],
+    /// The depth that the last round left, mm.
+    depth: f64,
     points: Vec<Touch>,
 }
 
@@ -69,7 +76,8 @@ impl TubeContact {
         Self {
             body,
             tube,
-            stiffness,
+            stiffness: [stiffness; 2],
+            depth: f64::INFINITY,
             points: points.collect(),
         }
     }
@@ -82,6 +90,8 @@ impl TubeContact {
     /// Puts the tube elsewhere; pressures stay as the first guess of the new ones.
     pub fn move_to(&mut self, tube: Tube) {
         self.tube = tube;
+        self.stiffness[1] = self.stiffness[0];
+        self.depth = f64::INFINITY;
     }
 
     /// The deepest point in the tube, mm; 0 where none is.
@@ -132,9 +142,10 @@ impl TubeContact {
     ) -> Option<f64> {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
         let mut energy = 0.0;
+        let stiffness = self.stiffness[1];
         for touch in &self.points {
             let distance = self.tube.signed_distance(&solid.point(part, touch.point));
-            let (pressure, half) = (touch.pressure - self.stiffness * distance.value, 0.5 * touch.area / self.stiffness);
+            let (pressure, half) = (touch.pressure - stiffness * distance.value, 0.5 * touch.area / stiffness);
             if pressure > 0.0 {
                 energy += half * pressure * pressure;
                 each(touch.point, touch.area, pressure, &distance);
@@ -163,7 +174,7 @@ impl Term for TubeContact {
         let mut row = Vec::new();
         self.visit(bodies, a, |k, area, pressure, distance| {
             let normal = distance.gradient;
-            let mut matrix = normal * normal.transpose() * (area * self.stiffness);
+            let mut matrix = normal * normal.transpose() * (area * self.stiffness[1]);
             // The tube is round: pressing on it lowers the energy sideways.
             if !convex {
                 matrix -= distance.hessian * (area * pressure);
@@ -212,7 +223,7 @@ impl Term for TubeContact {
         let (mut forces, mut depth) = (vec![0.0; part.len()], 0.0_f64);
         for touch in &mut self.points {
             let distance = self.tube.signed_distance(&solid.point(part, touch.point));
-            let new = (touch.pressure - self.stiffness * distance.value).max(0.0);
+            let new = (touch.pressure - self.stiffness[1] * distance.value).max(0.0);
             let more = distance.gradient * ((new - touch.pressure) * touch.area);
             touch.pressure = new;
             depth = depth.max(-distance.value);
@@ -220,6 +231,12 @@ impl Term for TubeContact {
                 solid.rows(part, touch.point, &mut |p, by| forces[p] += by.dot(&more));
             }
         }
+        // Where points are more than their unknowns can follow, depths shrink only as pressures outgrow one another.
+        let slow = depth > SLOW_PART * self.depth;
+        if slow && self.stiffness[1] < MOST_STIFFENED * self.stiffness[0] {
+            self.stiffness[1] *= STIFFENED;
+        }
+        self.depth = depth;
         Change {
             force: forces.iter().fold(0.0, |most: f64, f| most.max(f.abs())),
             depth,

@@ -176,6 +176,27 @@ fn any_number_of_threads_gives_the_same_bits() {
     }
 }
 
+/// One front so large that its products are shared.
+#[test]
+fn threads_that_share_a_front_give_the_same_bits() {
+    let size = 600;
+    let triplets = random(size, 3 * size, 1, 400.0, 6);
+    let of = |threads: usize, root: &[usize]| {
+        let mut ldl = Ldl::ordered_by(Dissection::by_pattern(size, root).unwrap());
+        ldl.set_threads(NonZeroUsize::new(threads).unwrap());
+        ldl.factor(&triplets, 0.0).unwrap();
+        let mut x = vec![1.0; size];
+        ldl.solve(&mut x);
+        (x, ldl.root().1.clone())
+    };
+    for root in [&[][..], &[3, 1, 599]] {
+        let one = of(1, root);
+        for threads in [2, 5] {
+            assert_eq!(of(threads, root), one, "{threads}");
+        }
+    }
+}
+
 #[test]
 fn threads_name_the_same_unknown_where_a_matrix_is_singular() {
     let (mut triplets, places) = elastic(6, 0.3, 1.0);

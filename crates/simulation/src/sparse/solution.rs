@@ -1,8 +1,8 @@
-//! The root that is eliminated last: what the others leave on it, and solutions by way of it.
+//! Solutions with a factor: whole, and by way of the root that is eliminated last.
 
 use nalgebra::DMatrix;
 
-use super::Ldl;
+use super::{Ldl, substitution};
 
 /// A right side that was reduced to the root.
 #[derive(Debug, Clone)]
@@ -20,9 +20,39 @@ impl Reduced {
 }
 
 impl Ldl {
+    /// A direction `v` with `v^T A v < 0`, from the first negative pivot of the matrix `A` factored last: `L^T v = e_k`, which
+    /// asks for the columns before that pivot only.
+    pub fn falling_direction(&self) -> Option<Vec<f64>> {
+        let s = &self.symbolic;
+        // `v^T A v = d_k < 0` for `L^T v = e_k`. Columns after the first negative pivot may not be eliminated; `e_k`
+        // has no part in them.
+        let first = s.diagonals().position(|slot| self.factor[slot] < 0.0)?;
+        let mut x = vec![0.0; s.order.len()];
+        x[first] = 1.0;
+        substitution::back(s, &self.factor, &mut x);
+        let mut direction = vec![0.0; x.len()];
+        for (i, value) in s.order.iter().zip(x) {
+            direction[*i as usize] = value;
+        }
+        Some(direction)
+    }
+
+    /// Solves with the matrix factored last; `b` becomes the solution.
+    pub fn solve(&self, b: &mut [f64]) {
+        let order = &self.symbolic.order;
+        let mut x: Vec<f64> = order.iter().map(|i| b[*i as usize]).collect();
+        let fronts = self.symbolic.fronts.len();
+        self.store.forward(&self.symbolic, &self.factor, 0..fronts, &mut x);
+        self.store.back(&self.symbolic, &self.factor, 0..fronts, &mut x);
+        for (i, value) in order.iter().zip(x) {
+            b[*i as usize] = value;
+        }
+    }
+
     /// The root's unknowns, in the order in which they were named, and the Schur complement on them of the matrix factored last:
     /// `S = A_rr - A_ri A_ii^-1 A_ir`, the others being `i`. `S y = Reduced::on_root` is what a solution demands of the root's part `y`.
-    /// It is there also where [`Self::factor`] found no pivot in the root; empty without a root.
+    /// Of the shifted matrix where there was a shift. It is there also where [`Self::factor`] found no pivot in the root; empty without a
+    /// root, and of no use where [`Self::definite`] said no.
     pub fn root(&self) -> (&[u32], &DMatrix<f64>) {
         let order = &self.symbolic.order;
         (&order[order.len() - self.symbolic.kept..], &self.root)
