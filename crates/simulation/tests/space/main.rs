@@ -2,11 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
+mod labels;
 mod manufactured;
 mod meshes;
 mod push;
 mod rules;
 mod sphere;
+mod terms;
 
 /// A number in `[0, 1)` from a state: the same ones in every run.
 fn random(state: &mut u64) -> f64 {
