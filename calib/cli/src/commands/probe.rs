@@ -4,6 +4,7 @@
 mod args;
 mod error;
 mod file;
+mod images;
 mod input;
 mod lag;
 mod phantom;
@@ -17,4 +18,5 @@ pub(crate) use args::{PROBE_HELP, ProbeArgs};
 pub use file::{
     CrossRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile, ProbeReadError, ProbeSource,
 };
+pub use images::{ArrayRecord, ImagesRecord};
 pub(crate) use lag::{LAG_HELP, LagArgs};

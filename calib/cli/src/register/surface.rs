@@ -34,6 +34,9 @@ pub struct SurfaceRecord {
     pub shared_error: String,
     /// Motions of the patient that the points hold least, in words, with what a deviation of each does at the targets, mm.
     pub free: Vec<FreeMotion>,
+    /// What is not against it, and should be known.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub warnings: Vec<String>,
     /// Each point in the order of the file.
     pub points: Vec<SurfacePointResult>,
 }

@@ -69,6 +69,37 @@ pub(crate) enum SurfaceCommandError {
         "image {seq} has another size, depth or array than the first of the sweep: leave the scanner as it is while you sweep"
     )]
     OtherShape { seq: u64 },
+    #[error(
+        "image {seq} has {what}: a picture that was cropped, moved or shown at another depth since, or another array, needs a calibration of its \
+         own (calib probe)"
+    )]
+    OtherImages { seq: u64, what: String },
+    #[error(
+        "{path} does not say {what}: it cannot be compared with what is used. Make it anew (calib probe, calib sweep), or say --unchecked-images \
+         where you have seen that nothing was changed since"
+    )]
+    Unchecked { path: PathBuf, what: String },
+    #[error(
+        "the probe {path} is the calibration of the tool {expected:?}, and the run's tool is {found:?}{}: take that tool's calibration, or say \
+         --probe-tool {expected} where both are one",
+        alias_words(alias.as_deref())
+    )]
+    OtherTool {
+        path: PathBuf,
+        expected: String,
+        found: String,
+        alias: Option<String>,
+    },
+    #[error(
+        "the points {points} were made with the probe's calibration {found:?}, and {path} is {expected:?}: take the calibration that they were \
+         made with"
+    )]
+    OtherCalibration {
+        points: PathBuf,
+        found: String,
+        path: PathBuf,
+        expected: String,
+    },
     #[error("image {seq}: {why}")]
     NoShape { seq: u64, why: String },
     #[error(
@@ -132,6 +163,10 @@ pub(crate) enum SurfaceCommandError {
 }
 
 impl OwnError for SurfaceCommandError {}
+
+fn alias_words(alias: Option<&str>) -> String {
+    alias.map_or_else(String::new, |alias| format!(" (--probe-tool {alias:?})"))
+}
 
 /// Indices of the numerics count points from 0; a person counts lines of the file.
 fn line_words(line: Option<usize>) -> String {

@@ -162,6 +162,7 @@ fn surface(made: &Made<'_>) -> SurfaceRecord {
                 at_targets_mm: motion.deviation_mm,
             })
             .collect(),
+        warnings: made.warnings(),
         points: points(made),
     }
 }

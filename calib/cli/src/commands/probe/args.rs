@@ -12,14 +12,15 @@ use probe::{
 
 use super::error::ProbeCommandError;
 use super::file::ProbeFile;
+use super::images::{self, ArrayArgs};
 use super::input::{self, Read};
 use super::phantom::{self, Told};
 use super::report;
 use super::seeing::SeeingArgs;
 use crate::commands::Outcome;
-use crate::poses::timed;
+use crate::poses::{Pixels, timed};
 use crate::store;
-use crate::values::{Positive, Target};
+use crate::values::{Name, Positive, Target};
 
 pub(crate) const PROBE_HELP: &str = "\
 Finds where the image of a tracked ultrasound probe lies in the marker on it, with the size of its pixels, from \
@@ -46,6 +47,10 @@ it; 0 and 0 say that it is exact. What else may be wrong is free where its devia
 the residuals smaller whether it is true or not; the distances of frames that took no part, which are told at the \
 end, say whether it is.
 
+The file says which images it holds for: their size, how they are turned, array, depth (--array and --depth-mm, or the \
+<ScanConversion> of a device set), and the name of the tool (--tool). A sweep compares each with the images that it gets and \
+refuses others; what the file does not say it refuses too, but where it is told to take it unchecked.
+
 A lag is told as the time to add to an image's stamp to find the pose that goes with it.
 
 What falls short of a bound is said, and the exit code is 1; nothing is written then.
@@ -62,6 +67,8 @@ Examples:
   calib probe --points points.csv --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0 \
 --phantom-error-deg 0 \
 --window-ms 100 --lag-ms 100 --tracker-percent 3 --out probe.json
+  calib probe --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 --phantom-error-deg 0.5 \
+--array curved:200,-280,300,56 --depth-mm 80 --tool probe --out probe.json
   calib probe --check probe.json --points cross.csv --sequence cross.mha --config Cross.xml --phantom-error-mm 0.3 \
 --phantom-error-deg 0.5
   calib probe --wall --points wall.csv --sequence wall.mha --pixel-mm 0.08,0.08 --pixel-percent 2 --max-error-mm 1 \
@@ -80,7 +87,12 @@ pub(crate) struct ProbeArgs {
     /// The transform of the sequence from the probe's marker to what stands still with the phantom
     #[arg(long, value_name = "NAME", default_value = "ProbeToReference")]
     transform: String,
-    /// A device set of PLUS with the phantom's wires and its place
+    #[command(flatten)]
+    array: ArrayArgs,
+    /// The name that a run's scene has for the tool that the marker is on [default: the marker's, of --transform]
+    #[arg(long, value_name = "NAME")]
+    tool: Option<Name>,
+    /// A device set of PLUS with the phantom's wires and its place, and where it has <ScanConversion> with what --scan says
     #[arg(
         long,
         value_name = "FILE.xml",
@@ -199,19 +211,23 @@ impl ProbeArgs {
             Some(told) => told.wires.all().iter().map(|wire| wire.name.clone()).collect(),
             None => vec![String::new()],
         };
+        let pictured = Pixels::pictured(&self.sequence)?;
         let (read, seen) = self.read(&names, phantom.as_ref())?;
         if let (Some(path), Some(told)) = (&self.check, &phantom) {
             let mut outcome = self.judge(path, &read, told, &options)?;
             outcome.text.insert_str(0, &seen);
             return Ok(outcome);
         }
+        let beamed = self.array.read(self.config.as_deref(), pictured.size_px)?;
+        let images = images::record(pictured, &beamed, &self.transform, self.tool.as_ref().map(Name::as_str));
         let found = self.solve(&read, phantom, &options)?;
         let gates = self.gates();
         let verdict = gates.judge(&reached(&found.calibration));
+        let holds_for = images.words();
         let file = ProbeFile::new(
             &found.calibration,
             found.crossed.as_ref(),
-            read.lost,
+            (read.lost, images),
             self.sources(),
             &verdict,
         );
@@ -222,6 +238,8 @@ impl ProbeArgs {
             found.phantom.as_ref(),
             &read,
         );
+        text += &holds_for;
+        text.extend(beamed.left.map(|why| format!("  {why}\n")));
         text.push_str(&format!("verdict          {verdict}\n"));
         if let Verdict::Refused(_) = verdict {
             let refused = Some(format!("the probe's image is not accepted: {verdict}"));

@@ -21,6 +21,10 @@ pub(crate) enum ProbeCommandError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Segment(#[from] SegmentError),
+    #[error(transparent)]
+    Pixels(#[from] PixelsError),
+    #[error("{path} has no <ScanConversion>: say --array and --depth-mm")]
+    NoScan { path: PathBuf },
     #[error("reading {path}: {source}")]
     Plus { path: PathBuf, source: Box<PlusError> },
     #[error("{path}: {source}")]

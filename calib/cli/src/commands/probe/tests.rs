@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use geometry::{Image, Phantom, Point, Probe, Reference, Rigid, Vector};
 
-use super::ProbeFile;
+use super::{ArrayRecord, ProbeFile};
 use crate::cli::{Cli, run};
 use crate::commands::Outcome;
 
@@ -255,6 +255,84 @@ fn what_is_wrong_is_refused_by_name() {
         metres.contains("are these metres?") || metres.contains("parallel") || metres.contains("noise given"),
         "{metres}"
     );
+}
+
+/// A crop, a flip, another depth, another array and another tool's probe went unseen: nothing in the file said what it was of.
+#[test]
+fn a_calibration_says_which_images_and_which_tool_it_is_of() {
+    let of = |files: &Files, more: &str| {
+        let outcome = files.answer(&format!("{EXACT} --out out.json {more}")).unwrap();
+        let file = ProbeFile::read(&files.path("out.json")).unwrap();
+        fs::remove_file(files.path("out.json")).unwrap();
+        (outcome.text, file.images.unwrap())
+    };
+    // Poses alone and a phantom: the transform's names are all that is known, and what is not is told.
+    let files = files();
+    let (text, bare) = of(&files, "");
+    assert_eq!(
+        (
+            bare.tool.as_deref(),
+            bare.marker.as_deref(),
+            bare.reference.as_deref(),
+            bare.size_px
+        ),
+        (Some("Probe"), Some("Probe"), Some("Reference"), None)
+    );
+    assert!(
+        text.contains("not told: the size of the images, the array (--array or --scan)"),
+        "{text}"
+    );
+    // All that PLUS writes.
+    let mut whole = self::files();
+    whole.header = whole.header.replace(
+        "NDims = 3\n",
+        "NDims = 3\nDimSize = 400 300 12\nElementType = MET_UCHAR\nUltrasoundImageOrientation = MF\n",
+    );
+    let scan = "<ScanConversion TransducerGeometry=\"LINEAR\" ImagingDepthMm=\"24\" TransducerWidthMm=\"38\" OutputImageSizePixel=\"400 300\" \
+                TransducerCenterPixel=\"200 2\" OutputImageSpacingMmPerPixel=\"0.1 0.08\" NumberOfScanLines=\"128\" /></PlusConfiguration>";
+    whole.config = whole.config.replace("</PlusConfiguration>", scan);
+    let (text, told) = of(&whole, "--tool us-probe");
+    let linear = ArrayRecord::Linear {
+        from_px: 10.0,
+        to_px: 390.0,
+        face_px: 2.0,
+    };
+    assert_eq!(
+        (
+            told.size_px,
+            told.orientation.as_deref(),
+            told.array,
+            told.lines,
+            told.depth_mm,
+            told.tool.as_deref()
+        ),
+        (
+            Some([400, 300]),
+            Some("MF"),
+            Some(linear),
+            Some(128),
+            Some(24.0),
+            Some("us-probe")
+        )
+    );
+    assert!(
+        text.contains("400 x 300 pixels; turned MF; a linear array") && !text.contains("not told"),
+        "{text}"
+    );
+    // The command line overrules a device set, and one of images of another size is not taken.
+    let (_, curved) = of(&whole, "--array curved:200,-600,620,60 --depth-mm 22");
+    assert!(
+        matches!(curved.array, Some(ArrayRecord::Curved { angle_deg, .. }) if angle_deg == 60.0)
+            && curved.depth_mm == Some(22.0)
+    );
+    whole.header = whole.header.replace("400 300 12", "400 280 12");
+    let (text, other) = of(&whole, "");
+    assert!(
+        other.array.is_none() && text.contains("of images of 400 x 300 pixels and these have 400 x 280"),
+        "{text}"
+    );
+    let refused = whole.refused(&format!("{EXACT} --array linear:390,10,2"));
+    assert!(refused.contains("expected linear:U,U,V"), "{refused}");
 }
 
 /// The recording of PLUS from its own files: accepted with what its tracker needs, refused without.

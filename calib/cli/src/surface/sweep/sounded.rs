@@ -1,35 +1,19 @@
 //! Lines of bone in the images of a tracked probe, as points of the file of a sweep.
 
-use std::path::Path;
-
-use geometry::{Direction, Image, Marker, Point, Rigid, Tracker, Uncertain, UncertainPoint, Vector, checked};
+use geometry::{Direction, Image, Marker, Point, Rigid, Tracker, Uncertain, UncertainPoint, checked};
 use nalgebra::{Matrix3, Vector3};
 use probe::Track;
 
+use super::super::calibrated::Calibrated;
 use super::super::error::SurfaceCommandError;
-use super::super::points::Shared;
-use crate::commands::probe::ProbeFile;
 use crate::live::{Listened, Looked, touches_comment};
 
 /// Between two poses that are further apart in time nothing is known of the way, s.
 const GAP_S: f64 = 0.15;
-/// An image of pixels that differ by more than this share from those of the calibration was made at another depth.
-const OTHER_PIXELS: f64 = 0.02;
-
 /// By so much the error of the lag may move a point, deviation, mm: it moves neighbours alike, which is not reckoned with.
 const MOST_LATE_MM: f64 = 0.2;
 /// Points that a file has at most.
 const MOST_ROWS: usize = 10_000;
-
-/// A probe's calibration, as a sweep needs it.
-pub(in super::super) struct Calibrated {
-    /// In words.
-    of: String,
-    marker_from_image: Uncertain<Marker, Image>,
-    pixel_mm: [f64; 2],
-    /// To be added to an image's stamp to find the pose that goes with it, and its deviation, s.
-    lag_s: [f64; 2],
-}
 
 /// How images become points.
 pub(super) struct Sounding<'a> {
@@ -49,35 +33,6 @@ struct Row {
     depth_mm: f64,
 }
 
-impl Calibrated {
-    /// Reads a calibration; `lag_s` (the lag and its deviation) stands in the place of the file's.
-    pub(in super::super) fn read(path: &Path, lag_s: Option<[f64; 2]>) -> Result<Self, SurfaceCommandError> {
-        let file = ProbeFile::read(path).map_err(|source| SurfaceCommandError::Probe(Box::new(source)))?;
-        let none = || SurfaceCommandError::NoCovariance {
-            of: format!("the probe {}", path.display()),
-        };
-        let found = file.probe_from_image().ok_or_else(none)?;
-        // The tool's marker of a run is the one on the probe.
-        let [x, y, z] = found.transform().translation_mm();
-        let rigid = Rigid::from_parts(found.transform().rotation(), Vector::new(x, y, z));
-        Ok(Self {
-            of: format!("the probe's calibration {}", path.display()),
-            marker_from_image: Uncertain::from_upper(rigid, found.upper()).map_err(|_| none())?,
-            pixel_mm: file.pixel_mm,
-            lag_s: lag_s
-                .or(file.lag.map(|lag| [lag.lag_s, lag.sigma_s]))
-                .ok_or_else(|| SurfaceCommandError::NoLag { path: path.to_owned() })?,
-        })
-    }
-}
-
-impl Calibrated {
-    /// The error that all points have by it.
-    pub(in super::super) fn shared(&self) -> Shared {
-        Shared::Probe(self.of.clone(), Box::new(self.marker_from_image))
-    }
-}
-
 impl Sounding<'_> {
     /// The points of all images so far, as a file, and how many they are.
     pub(super) fn csv(
@@ -87,8 +42,9 @@ impl Sounding<'_> {
         frame: &str,
     ) -> Result<(String, usize), SurfaceCommandError> {
         let mut text = format!(
-            "{}\non,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n",
-            touches_comment(tool, frame, &self.probe.marker_from_image)
+            "{}\n{}\non,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n",
+            touches_comment(tool, frame, &self.probe.marker_from_image),
+            self.probe.comment()
         );
         let rows = self.rows(heard)?;
         for row in &rows {
@@ -134,10 +90,7 @@ impl Sounding<'_> {
             .shape
             .as_ref()
             .map_err(|why| SurfaceCommandError::NoShape { seq, why: why.clone() })?;
-        let (found, expected) = (shape.pixel_mm(), self.probe.pixel_mm);
-        if (0..2).any(|i| (found[i] / expected[i] - 1.0).abs() > OTHER_PIXELS) {
-            return Err(SurfaceCommandError::OtherDepth { seq, found, expected });
-        }
+        self.probe.holds_for(seq, shape)?;
         if image.shape != first.shape {
             return Err(SurfaceCommandError::OtherShape { seq });
         }
@@ -233,7 +186,10 @@ pub(super) fn sounded_words(heard: &Listened) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::calibrated::tests::calibrated;
     use super::*;
+    use crate::commands::probe::ImagesRecord;
+    use geometry::Vector;
     use ultrasound::{Beams, Shape};
 
     fn looked(depth_mm: f64, pixel_mm: f64) -> Looked {
@@ -254,12 +210,7 @@ mod tests {
     /// An image whose source says no pixels was once told to be of another depth, and one stamped by its arrival was taken.
     #[test]
     fn images_that_the_calibration_does_not_hold_for_are_refused_by_name() {
-        let probe = Calibrated {
-            of: "a test".to_owned(),
-            marker_from_image: Uncertain::from_upper(Rigid::identity(), [0.0; 21]).unwrap(),
-            pixel_mm: [0.1; 2],
-            lag_s: [0.0; 2],
-        };
+        let probe = calibrated(ImagesRecord::default());
         let sounding = Sounding {
             probe: &probe,
             step_mm: 2.0,

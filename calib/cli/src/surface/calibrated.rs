@@ -1,0 +1,295 @@
+//! The calibration of an ultrasound probe, as points of bone need it: what it says of the image, and whether it is of these images
+//! and of this tool.
+
+use std::path::{Path, PathBuf};
+
+use geometry::{Image, Marker, Rigid, Uncertain, Vector};
+use ultrasound::Shape;
+
+use super::error::SurfaceCommandError;
+use super::points::Shared;
+use crate::commands::probe::{ImagesRecord, ProbeFile};
+
+/// An image of pixels that differ by more than this share from those of the calibration was made at another depth.
+const OTHER_PIXELS: f64 = 0.02;
+/// The second line of a file of points that a probe saw begins so; its calibration's id follows, and what nothing compared.
+const BY_PROBE: &str = "# by the probe's calibration ";
+const UNCHECKED: &str = "; not compared: ";
+
+/// A probe's calibration.
+pub(super) struct Calibrated {
+    path: PathBuf,
+    /// Of the file's content.
+    id: String,
+    pub(super) marker_from_image: Uncertain<Marker, Image>,
+    pub(super) pixel_mm: [f64; 2],
+    /// To be added to an image's stamp to find the pose that goes with it, and its deviation, s.
+    pub(super) lag_s: [f64; 2],
+    images: ImagesRecord,
+}
+
+impl Calibrated {
+    /// Reads a calibration; `lag_s` (the lag and its deviation) stands in the place of the file's.
+    pub(super) fn read(path: &Path, lag_s: Option<[f64; 2]>) -> Result<Self, SurfaceCommandError> {
+        let file = ProbeFile::read(path).map_err(|source| SurfaceCommandError::Probe(Box::new(source)))?;
+        let none = || SurfaceCommandError::NoCovariance {
+            of: format!("the probe {}", path.display()),
+        };
+        let found = file.probe_from_image().ok_or_else(none)?;
+        // The tool's marker of a run is the one on the probe.
+        let [x, y, z] = found.transform().translation_mm();
+        let rigid = Rigid::from_parts(found.transform().rotation(), Vector::new(x, y, z));
+        Ok(Self {
+            path: path.to_owned(),
+            marker_from_image: Uncertain::from_upper(rigid, found.upper()).map_err(|_| none())?,
+            pixel_mm: file.pixel_mm,
+            lag_s: lag_s
+                .or(file.lag.map(|lag| [lag.lag_s, lag.sigma_s]))
+                .ok_or_else(|| SurfaceCommandError::NoLag { path: path.to_owned() })?,
+            images: file.images.unwrap_or_default(),
+            id: file.id,
+        })
+    }
+
+    /// The error that all points have by it.
+    pub(super) fn shared(&self) -> Shared {
+        let of = format!("the probe's calibration {}", self.path.display());
+        Shared::Probe(of, Box::new(self.marker_from_image))
+    }
+
+    /// What images and tool cannot be compared with, in words; refused unless it is accepted.
+    pub(super) fn unchecked(&self, is_accepted: bool) -> Result<Option<String>, SurfaceCommandError> {
+        let unknown = self.images.unknown();
+        if unknown.is_empty() {
+            return Ok(None);
+        }
+        let what = unknown.join(", ");
+        match is_accepted {
+            true => Ok(Some(what)),
+            false => Err(SurfaceCommandError::Unchecked {
+                path: self.path.clone(),
+                what,
+            }),
+        }
+    }
+
+    /// Refuses the tool of a run that is not that of the calibration; `alias` is the calibration's name for it where that is another.
+    pub(super) fn of_tool(&self, tool: &str, alias: Option<&str>) -> Result<(), SurfaceCommandError> {
+        match &self.images.tool {
+            Some(expected) if !expected.eq_ignore_ascii_case(alias.unwrap_or(tool)) => {
+                Err(SurfaceCommandError::OtherTool {
+                    path: self.path.clone(),
+                    expected: expected.clone(),
+                    found: tool.to_owned(),
+                    alias: alias.map(str::to_owned),
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses an image that it does not hold for.
+    pub(super) fn holds_for(&self, seq: u64, shape: &Shape) -> Result<(), SurfaceCommandError> {
+        if let Some(what) = self.images.differs(shape) {
+            return Err(SurfaceCommandError::OtherImages { seq, what });
+        }
+        let (found, expected) = (shape.pixel_mm(), self.pixel_mm);
+        match (0..2).any(|i| (found[i] / expected[i] - 1.0).abs() > OTHER_PIXELS) {
+            true => Err(SurfaceCommandError::OtherDepth { seq, found, expected }),
+            false => Ok(()),
+        }
+    }
+
+    /// What is never compared though the calibration says it, as a run does not tell it; `None` where there is nothing.
+    pub(super) fn never_compared(&self) -> Option<String> {
+        let turned = self.images.orientation.as_ref();
+        turned.map(|turned| {
+            format!(
+                "the probe was calibrated with images turned {turned}, and images of a run do not say how they are turned: that \
+                 nothing was mirrored on the scanner since is for you to see"
+            )
+        })
+    }
+
+    /// The second line of the file of points.
+    pub(super) fn comment(&self) -> String {
+        let unknown = self.images.unknown();
+        match unknown.is_empty() {
+            true => format!("{BY_PROBE}{}", self.id),
+            false => format!("{BY_PROBE}{}{UNCHECKED}{}", self.id, unknown.join(", ")),
+        }
+    }
+
+    /// Refuses points that were made with another calibration, and unless it is accepted such as do not say with which; what was not
+    /// compared when they were made, in words.
+    pub(super) fn made(
+        &self,
+        points: &Path,
+        text: &str,
+        is_accepted: bool,
+    ) -> Result<Option<String>, SurfaceCommandError> {
+        let said = text.lines().take(2).find_map(|line| line.strip_prefix(BY_PROBE));
+        let Some(said) = said else {
+            let what = "that its points were made with this calibration";
+            return match is_accepted {
+                true => Ok(Some(format!("{} does not say {what}", points.display()))),
+                false => Err(SurfaceCommandError::Unchecked {
+                    path: points.to_owned(),
+                    what: what.to_owned(),
+                }),
+            };
+        };
+        let (found, unchecked) = said.split_once(UNCHECKED).unwrap_or((said, ""));
+        if found != self.id {
+            return Err(SurfaceCommandError::OtherCalibration {
+                points: points.to_owned(),
+                found: found.chars().take(64).collect(),
+                path: self.path.clone(),
+                expected: self.id.clone(),
+            });
+        }
+        let words = |what: &str| format!("when the points were made, these were not compared: {}", crate::text::shown(what));
+        Ok((!unchecked.is_empty()).then(|| words(unchecked)))
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::commands::probe::ArrayRecord;
+    use ultrasound::Beams;
+
+    /// Of images of 200 x 300 pixels of 0.1 mm, 30 mm deep, by a linear array.
+    pub(in super::super) fn calibrated(images: ImagesRecord) -> Calibrated {
+        Calibrated {
+            path: "probe.json".into(),
+            id: "0123".to_owned(),
+            marker_from_image: Uncertain::from_upper(Rigid::identity(), [0.0; 21]).unwrap(),
+            pixel_mm: [0.1; 2],
+            lag_s: [0.0; 2],
+            images,
+        }
+    }
+
+    fn images() -> ImagesRecord {
+        ImagesRecord {
+            size_px: Some([200, 300]),
+            orientation: Some("MF".to_owned()),
+            array: Some(ArrayRecord::Linear {
+                from_px: 0.0,
+                to_px: 199.0,
+                face_px: 0.0,
+            }),
+            lines: None,
+            depth_mm: Some(30.0),
+            tool: Some("Probe".to_owned()),
+            marker: Some("Probe".to_owned()),
+            reference: Some("Reference".to_owned()),
+        }
+    }
+
+    fn shape(size: [usize; 2], pixel_mm: f64, [from_mm, to_mm, face_mm]: [f64; 3], depth_mm: f64) -> Shape {
+        let beams = Beams::Linear {
+            from_mm,
+            to_mm,
+            face_mm,
+        };
+        Shape::new(size, [pixel_mm; 2], beams, depth_mm).unwrap()
+    }
+
+    /// A crop, a picture that was moved, another depth with pixels of the same size and another array went unseen.
+    #[test]
+    fn images_that_are_not_those_of_the_calibration_are_refused_with_found_and_expected() {
+        let probe = calibrated(images());
+        let words = |shape: &Shape| probe.holds_for(7, shape).unwrap_err().to_string();
+        let own = [0.0, 19.9, 0.0];
+        assert!(probe.holds_for(7, &shape([200, 300], 0.1, own, 30.0)).is_ok());
+        // Drawn by hand and told by the scanner: 2 pixels apart.
+        assert!(probe.holds_for(7, &shape([200, 300], 0.1, [0.2, 19.8, 0.1], 30.3)).is_ok());
+        for (other, told) in [
+            (
+                shape([180, 300], 0.1, [0.0, 17.9, 0.0], 30.0),
+                "image 7 has 180 x 300 pixels, and the probe was calibrated with 200 x 300",
+            ),
+            (
+                shape([200, 300], 0.1, [2.0, 21.9, 0.0], 30.0),
+                "where its beams run: a linear array, beams in columns 20.0 to 219.0, face in row 0.0, and the probe was calibrated \
+                 with a linear array, beams in columns 0.0 to 199.0",
+            ),
+            (shape([200, 300], 0.1, [0.0, 19.9, 2.0], 30.0), "face in row 20.0"),
+            (
+                shape([200, 300], 0.1, own, 25.0),
+                "a depth of 25.0 mm, and the probe was calibrated at 30.0 mm",
+            ),
+            (shape([200, 300], 0.103, [0.0, 20.5, 0.0], 30.0), "pixels of 0.103 x 0.103 mm"),
+        ] {
+            let words = words(&other);
+            assert!(words.contains(told), "{words}");
+        }
+        let curved = Beams::Convex {
+            centre_mm: [10.0, -60.0],
+            radius_mm: 60.0,
+            half_angle: 0.3,
+        };
+        let curved = Shape::new([200, 300], [0.1; 2], curved, 30.0).unwrap();
+        assert!(words(&curved).contains("image 7 has a curved array"), "{}", words(&curved));
+        // And the curved one's own, whose radius is told to a per cent.
+        let own = calibrated(ImagesRecord {
+            array: Some(ArrayRecord::Curved {
+                centre_px: [100.0, -606.0],
+                radius_px: 606.0,
+                angle_deg: 34.5,
+            }),
+            ..images()
+        });
+        assert!(own.holds_for(7, &curved).is_ok(), "{:?}", own.holds_for(7, &curved));
+    }
+
+    #[test]
+    fn what_a_calibration_does_not_say_is_refused_unless_it_is_accepted() {
+        assert_eq!(calibrated(images()).unchecked(false).unwrap(), None);
+        let older = calibrated(ImagesRecord::default());
+        let words = older.unchecked(false).unwrap_err().to_string();
+        assert!(
+            words.contains("probe.json does not say the size of the images, the array (--array or --scan), the depth")
+                && words.contains("--unchecked-images"),
+            "{words}"
+        );
+        assert!(older.unchecked(true).unwrap().unwrap().contains("the tool"));
+        let shallow = calibrated(ImagesRecord {
+            depth_mm: None,
+            ..images()
+        });
+        assert!(shallow.unchecked(false).unwrap_err().to_string().contains("does not say the depth"));
+        // How the image is turned no run says: told, never silent.
+        assert!(calibrated(images()).never_compared().unwrap().contains("turned MF"));
+    }
+
+    #[test]
+    fn another_tool_s_probe_is_refused_by_name() {
+        let probe = calibrated(images());
+        assert!(probe.of_tool("probe", None).is_ok());
+        let words = probe.of_tool("endoscope", None).unwrap_err().to_string();
+        assert!(words.contains("of the tool \"Probe\"") && words.contains("run's tool is \"endoscope\""), "{words}");
+        assert!(probe.of_tool("endoscope", Some("Probe")).is_ok());
+        let words = probe.of_tool("probe", Some("other")).unwrap_err().to_string();
+        assert!(words.contains("--probe-tool \"other\""), "{words}");
+    }
+
+    /// Points of one calibration with the errors of another are points of nothing.
+    #[test]
+    fn points_of_another_calibration_are_refused() {
+        let probe = calibrated(images());
+        let path = Path::new("seen.csv");
+        let file = |line: &str| format!("# places\n{line}\nx,y,z\n");
+        assert_eq!(probe.made(path, &file(&probe.comment()), false).unwrap(), None);
+        let words = probe.made(path, &file("# by the probe's calibration 9"), true).unwrap_err().to_string();
+        assert!(words.contains("calibration \"9\"") && words.contains("\"0123\""), "{words}");
+        let words = probe.made(path, "x,y,z\n", false).unwrap_err().to_string();
+        assert!(words.contains("seen.csv does not say that its points"), "{words}");
+        assert!(probe.made(path, "x,y,z\n", true).unwrap().is_some());
+        let unknown = calibrated(ImagesRecord::default());
+        let told = unknown.made(path, &file(&unknown.comment()), false).unwrap().unwrap();
+        assert!(told.contains("not compared: the size of the images"), "{told}");
+    }
+}
