@@ -194,7 +194,8 @@ impl Made<'_> {
 
     /// What is not against it, and should be known.
     fn warnings(&self) -> Vec<String> {
-        self.asked.warnings.clone()
+        let of_order = self.found.order.why_not();
+        self.asked.warnings.iter().cloned().chain(of_order).collect()
     }
 
     /// Why it must not be used, in words.

@@ -138,7 +138,11 @@ impl Advice<'_> {
         let tre = made.targets.iter().map(|target| made.found.predicted_tre_mm(*target));
         let worst = tre.fold(0.0, f64::max);
         let verdict = match made.against().first() {
-            None => format!("{count} points, nothing speaks against it; {worst:.1} mm at the targets"),
+            None => {
+                let unknown = made.found.order.why_not();
+                let unknown = unknown.map_or("", |_| " (whether the bone moved cannot be told yet)");
+                format!("{count} points, nothing speaks against it{unknown}; {worst:.1} mm at the targets")
+            }
             Some(refusal) => format!("{count} points, not yet: {refusal}"),
         };
         let variances = made
