@@ -146,7 +146,10 @@ fn refused_images() -> [(fn(&mut ProbeFile), &'static str); 4] {
         file.images.as_mut().unwrap()
     }
     [
-        (|file| images(file).size_px = Some([200, 200]), "was calibrated with 200 x 200"),
+        (
+            |file| images(file).size_px = Some([200, 200]),
+            "was calibrated with 200 x 200",
+        ),
         (|file| images(file).depth_mm = Some(60.0), "was calibrated at 60.0 mm"),
         (
             |file| images(file).tool = Some("needle".to_owned()),

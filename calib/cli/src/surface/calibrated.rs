@@ -148,7 +148,12 @@ impl Calibrated {
                 expected: self.id.clone(),
             });
         }
-        let words = |what: &str| format!("when the points were made, these were not compared: {}", crate::text::shown(what));
+        let words = |what: &str| {
+            format!(
+                "when the points were made, these were not compared: {}",
+                crate::text::shown(what)
+            )
+        };
         Ok((!unchecked.is_empty()).then(|| words(unchecked)))
     }
 }
@@ -205,7 +210,11 @@ pub(super) mod tests {
         let own = [0.0, 19.9, 0.0];
         assert!(probe.holds_for(7, &shape([200, 300], 0.1, own, 30.0)).is_ok());
         // Drawn by hand and told by the scanner: 2 pixels apart.
-        assert!(probe.holds_for(7, &shape([200, 300], 0.1, [0.2, 19.8, 0.1], 30.3)).is_ok());
+        assert!(
+            probe
+                .holds_for(7, &shape([200, 300], 0.1, [0.2, 19.8, 0.1], 30.3))
+                .is_ok()
+        );
         for (other, told) in [
             (
                 shape([180, 300], 0.1, [0.0, 17.9, 0.0], 30.0),
@@ -221,7 +230,10 @@ pub(super) mod tests {
                 shape([200, 300], 0.1, own, 25.0),
                 "a depth of 25.0 mm, and the probe was calibrated at 30.0 mm",
             ),
-            (shape([200, 300], 0.103, [0.0, 20.5, 0.0], 30.0), "pixels of 0.103 x 0.103 mm"),
+            (
+                shape([200, 300], 0.103, [0.0, 20.5, 0.0], 30.0),
+                "pixels of 0.103 x 0.103 mm",
+            ),
         ] {
             let words = words(&other);
             assert!(words.contains(told), "{words}");
@@ -232,7 +244,11 @@ pub(super) mod tests {
             half_angle: 0.3,
         };
         let curved = Shape::new([200, 300], [0.1; 2], curved, 30.0).unwrap();
-        assert!(words(&curved).contains("image 7 has a curved array"), "{}", words(&curved));
+        assert!(
+            words(&curved).contains("image 7 has a curved array"),
+            "{}",
+            words(&curved)
+        );
         // And the curved one's own, whose radius is told to a per cent.
         let own = calibrated(ImagesRecord {
             array: Some(ArrayRecord::Curved {
@@ -260,7 +276,13 @@ pub(super) mod tests {
             depth_mm: None,
             ..images()
         });
-        assert!(shallow.unchecked(false).unwrap_err().to_string().contains("does not say the depth"));
+        assert!(
+            shallow
+                .unchecked(false)
+                .unwrap_err()
+                .to_string()
+                .contains("does not say the depth")
+        );
         // How the image is turned no run says: told, never silent.
         assert!(calibrated(images()).never_compared().unwrap().contains("turned MF"));
     }
@@ -270,7 +292,10 @@ pub(super) mod tests {
         let probe = calibrated(images());
         assert!(probe.of_tool("probe", None).is_ok());
         let words = probe.of_tool("endoscope", None).unwrap_err().to_string();
-        assert!(words.contains("of the tool \"Probe\"") && words.contains("run's tool is \"endoscope\""), "{words}");
+        assert!(
+            words.contains("of the tool \"Probe\"") && words.contains("run's tool is \"endoscope\""),
+            "{words}"
+        );
         assert!(probe.of_tool("endoscope", Some("Probe")).is_ok());
         let words = probe.of_tool("probe", Some("other")).unwrap_err().to_string();
         assert!(words.contains("--probe-tool \"other\""), "{words}");
@@ -283,8 +308,14 @@ pub(super) mod tests {
         let path = Path::new("seen.csv");
         let file = |line: &str| format!("# places\n{line}\nx,y,z\n");
         assert_eq!(probe.made(path, &file(&probe.comment()), false).unwrap(), None);
-        let words = probe.made(path, &file("# by the probe's calibration 9"), true).unwrap_err().to_string();
-        assert!(words.contains("calibration \"9\"") && words.contains("\"0123\""), "{words}");
+        let words = probe
+            .made(path, &file("# by the probe's calibration 9"), true)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            words.contains("calibration \"9\"") && words.contains("\"0123\""),
+            "{words}"
+        );
         let words = probe.made(path, "x,y,z\n", false).unwrap_err().to_string();
         assert!(words.contains("seen.csv does not say that its points"), "{words}");
         assert!(probe.made(path, "x,y,z\n", true).unwrap().is_some());

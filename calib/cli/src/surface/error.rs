@@ -100,6 +100,10 @@ pub(crate) enum SurfaceCommandError {
         path: PathBuf,
         expected: String,
     },
+    #[error("{0}")]
+    AllRefused(String),
+    #[error("{why}. Their {points} points are kept in {to}, and nothing is registered: sweep again")]
+    MostRefused { to: PathBuf, points: usize, why: String },
     #[error("image {seq}: {why}")]
     NoShape { seq: u64, why: String },
     #[error(

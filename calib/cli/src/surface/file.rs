@@ -8,7 +8,9 @@ use super::points::Shared;
 use super::{Made, TO};
 use crate::register::file::{FORMAT, InputFile, PredictedTre, RegistrationFile, Transform, Units, VERSION};
 use crate::register::solve::To;
-use crate::register::surface::{BoneRecord, Fitted, FreeMotion, MovedCheck, OtherMinimum, SurfacePointResult, SurfaceRecord};
+use crate::register::surface::{
+    BoneRecord, Fitted, FreeMotion, MovedCheck, OtherMinimum, SurfacePointResult, SurfaceRecord,
+};
 use crate::register::{COVARIANCE_CONVENTION, TRANSFORM_CONVENTION};
 
 /// So many of the motions that are held least are told.

@@ -20,7 +20,7 @@ use crate::live::{FollowMarkers, Listened, LiveArgs, LiveError, Run, tip_of};
 use crate::scene_context::SceneContext;
 use crate::store;
 use crate::values::{Name, Positive};
-use course::{Advice, Course, Way};
+use course::{Advice, Course, Taken, Way};
 use sounded::Sounding;
 
 pub(crate) const SWEEP_HELP: &str = "\
@@ -40,6 +40,9 @@ The calibration says which images it is of. Images of another size, depth, array
 are refused with what was found and expected; where one and the same tool has two names, say --probe-tool. A calibration that does not say one of \
 these is refused as well, unless --unchecked-images takes it; what was not compared is then told on stderr and in the result. That an image \
 was mirrored nothing sees: a run does not say how its images are turned.
+
+An image that the calibration does not hold for is left out and named, and the points of the others are kept; where those are not half of all, nothing is \
+registered.
 
 The points are written to --to, with the covariance of each and the pose of the marker, so that calib surface can use them again; with \
 --out the result is written too, as by calib surface, and under the same conditions.
@@ -175,11 +178,30 @@ impl SweepArgs {
         if probe.is_some() && heard.images.is_empty() {
             return Err(SurfaceCommandError::NoImages { seconds }.into());
         }
-        let (text, _) = way.csv(&heard, frame)?;
-        let inputs = asked.inputs(&bone);
-        store::write(&self.to, Ok(text), inputs)?;
+        let taken = way.taken(&heard, frame);
+        asked.warnings.extend(self.keep(&asked, &bone, taken)?);
         // From the file: what is registered is what can be registered again.
         register(&bone, &asked, scened.as_ref())
+    }
+
+    /// Writes the points, whatever else is the matter; what is to be told of images that were left out.
+    fn keep(&self, asked: &Asked, bone: &Bone, taken: Taken) -> Result<Option<String>, CommandError> {
+        let Taken { text, count, refused } = taken;
+        match (refused, count) {
+            (Some(refused), 0) => Err(SurfaceCommandError::AllRefused(refused.to_string()).into()),
+            (refused, _) => {
+                store::write(&self.to, Ok(text), asked.inputs(bone))?;
+                match refused {
+                    Some(refused) if refused.is_most() => Err(SurfaceCommandError::MostRefused {
+                        to: self.to.clone(),
+                        points: count,
+                        why: refused.to_string(),
+                    }
+                    .into()),
+                    refused => Ok(refused.map(|refused| refused.to_string())),
+                }
+            }
+        }
     }
 
     fn sounding<'a>(&self, run: &Run<'a>, probe: &'a Calibrated) -> Way<'a> {

@@ -354,11 +354,17 @@ fn an_output_that_is_there_is_not_replaced() {
 #[test]
 fn that_it_could_not_be_looked_whether_the_bone_moved_is_told() {
     let desk = Desk::new(28);
-    let told = format!("--points @p.csv --noise-mm {NOISE_MM} {TARGET} --ct-hash ab --shared-mm 0 --out @r.json --max-tre-mm 9");
+    let told = format!(
+        "--points @p.csv --noise-mm {NOISE_MM} {TARGET} --ct-hash ab --shared-mm 0 --out @r.json --max-tre-mm 9"
+    );
     let made = desk.surface(&told).unwrap();
     assert_eq!(made.refused, None, "{}", made.text);
     let words = "whether the bone moved under its marker could not be looked at: 28 points";
-    assert!(made.text.contains(&format!("WARNING          {words}")), "{}", made.text);
+    assert!(
+        made.text.contains(&format!("WARNING          {words}")),
+        "{}",
+        made.text
+    );
     let surface = |desk: &Desk| RegistrationFile::read(&desk.path("r.json")).unwrap().surface.unwrap();
     let record = surface(&desk);
     let check = record.moved_check.unwrap();

@@ -74,13 +74,7 @@ fn left_out(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) ->
     best
 }
 
-fn suspect_by(
-    solver: &Solver<'_>,
-    cloud: &Cloud,
-    noise: &Noise,
-    state: &State,
-    kernel: Kernel,
-) -> Scored {
+fn suspect_by(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State, kernel: Kernel) -> Scored {
     let problem = Problem {
         anchors: &[],
         kernel,

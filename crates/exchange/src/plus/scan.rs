@@ -88,7 +88,9 @@ fn read(line: u32, node: &Node<'_, '_>) -> Result<ScanConversion, PlusError> {
     };
     let whole = |key, [least, most]: [f64; 2], expected| match node.attribute(key) {
         None => Ok(None),
-        Some(_) => of.numbers::<1>(key, [least, most], expected).map(|[n]| Some(n as usize)),
+        Some(_) => of
+            .numbers::<1>(key, [least, most], expected)
+            .map(|[n]| Some(n as usize)),
     };
     let size_px = match node.attribute("OutputImageSizePixel") {
         None => None,
@@ -101,7 +103,11 @@ fn read(line: u32, node: &Node<'_, '_>) -> Result<ScanConversion, PlusError> {
         array,
         depth_mm,
         centre_px: of.numbers("TransducerCenterPixel", [-1e4, 1e4], "two numbers, -10000 to 10000")?,
-        pixel_mm: of.numbers("OutputImageSpacingMmPerPixel", [0.005, 2.0], "two numbers, 0.005 to 2 mm")?,
+        pixel_mm: of.numbers(
+            "OutputImageSpacingMmPerPixel",
+            [0.005, 2.0],
+            "two numbers, 0.005 to 2 mm",
+        )?,
         size_px,
         lines: whole("NumberOfScanLines", [1.0, 1e5], "a number of lines, 1 to 100000")?,
     })
@@ -197,7 +203,11 @@ mod tests {
             let error = parsed(&text.replacen(from, to, 1)).unwrap_err();
             assert!(error.contains(words), "{from} {to}: {error}");
         }
-        assert!(parsed(&format!("{LINEAR}{CURVED}")).unwrap_err().contains("more than once"));
+        assert!(
+            parsed(&format!("{LINEAR}{CURVED}"))
+                .unwrap_err()
+                .contains("more than once")
+        );
     }
 
     proptest! {

@@ -294,11 +294,7 @@ pub(crate) struct Beamed {
 
 impl ArrayArgs {
     /// What the command line says, and else --scan or `config`, where that is of images of this size.
-    pub(crate) fn read(
-        &self,
-        config: Option<&Path>,
-        size_px: Option<[usize; 2]>,
-    ) -> Result<Beamed, ProbeCommandError> {
+    pub(crate) fn read(&self, config: Option<&Path>, size_px: Option<[usize; 2]>) -> Result<Beamed, ProbeCommandError> {
         let scan = match self.scan.as_deref().or(config) {
             Some(path) => {
                 let source = Source::read_whole(path)?;
@@ -349,9 +345,7 @@ fn array(text: &str) -> Result<ArrayRecord, String> {
             to_px: *to_px,
             face_px: *face_px,
         }),
-        ("curved", Some([u, v, radius_px, angle_deg]))
-            if *radius_px > 0.0 && (1.0..=170.0).contains(angle_deg) =>
-        {
+        ("curved", Some([u, v, radius_px, angle_deg])) if *radius_px > 0.0 && (1.0..=170.0).contains(angle_deg) => {
             Ok(ArrayRecord::Curved {
                 centre_px: [*u, *v],
                 radius_px: *radius_px,

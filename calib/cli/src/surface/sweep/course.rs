@@ -91,11 +91,54 @@ pub(super) enum Way<'a> {
     Probe(Sounding<'a>, &'a str),
 }
 
+/// The points of a way.
+pub(super) struct Taken {
+    /// Their file.
+    pub(super) text: String,
+    /// How many they are.
+    pub(super) count: usize,
+    /// Images that were refused, where some were.
+    pub(super) refused: Option<Refused>,
+}
+
+/// Images that gave no points because the calibration does not hold for them.
+#[derive(Debug)]
+pub(super) struct Refused {
+    /// How many, and of how many.
+    pub(super) count: usize,
+    pub(super) of: usize,
+    /// The number of the last of them.
+    pub(super) last: u64,
+    /// Why the first was refused; it says which one that is.
+    pub(super) first: SurfaceCommandError,
+}
+
+impl Refused {
+    /// Whether the sweep as a whole is none.
+    pub(super) fn is_most(&self) -> bool {
+        2 * self.count > self.of
+    }
+}
+
+impl std::fmt::Display for Refused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { count, of, last, first } = self;
+        write!(
+            f,
+            "{count} of {of} images are left out, the last of them image {last}: {first}"
+        )
+    }
+}
+
 impl Way<'_> {
-    /// The file of the points so far, and how many they are; `frame` is the name of theirs.
-    pub(super) fn csv(&self, heard: &Listened, frame: &str) -> Result<(String, usize), SurfaceCommandError> {
+    /// The points so far; `frame` is the name of theirs.
+    pub(super) fn taken(&self, heard: &Listened, frame: &str) -> Taken {
         match self {
-            Self::Tip(course, tool) => Ok((course.csv(heard, tool, frame), course.taken(heard).count())),
+            Self::Tip(course, tool) => Taken {
+                text: course.csv(heard, tool, frame),
+                count: course.taken(heard).count(),
+                refused: None,
+            },
             Self::Probe(sounding, tool) => sounding.csv(heard, tool, frame),
         }
     }
@@ -128,9 +171,10 @@ impl Advice<'_> {
     }
 
     fn words(&self, heard: &Listened) -> Result<String, SurfaceCommandError> {
-        let (text, count) = self.way.csv(heard, self.frame)?;
+        let Taken { text, count, refused } = self.way.taken(heard, self.frame);
+        let left = refused.map_or_else(String::new, |refused| format!(". {refused}"));
         if count < ADVISED {
-            return Ok(format!("{count} points; {}", self.way.go_on(heard)));
+            return Ok(format!("{count} points; {}{left}", self.way.go_on(heard)));
         }
         // By the very way of the result: what is told meanwhile has the errors that points share, and its conditions.
         let source = Source::from_bytes(&self.asked.points, text.into_bytes()).map_err(TableError::from)?;
@@ -164,7 +208,7 @@ impl Advice<'_> {
             .iter()
             .map(|place| place_words(place.place_mm, place.normal, place.tre_mm))
             .collect();
-        Ok(format!("{verdict}. More helps most {}", words.join(", or ")))
+        Ok(format!("{verdict}. More helps most {}{left}", words.join(", or ")))
     }
 }
 

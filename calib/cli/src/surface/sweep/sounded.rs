@@ -6,6 +6,7 @@ use probe::Track;
 
 use super::super::calibrated::Calibrated;
 use super::super::error::SurfaceCommandError;
+use super::course::{Refused, Taken};
 use crate::live::{Listened, Looked, touches_comment};
 
 /// Between two poses that are further apart in time nothing is known of the way, s.
@@ -24,6 +25,18 @@ pub(super) struct Sounding<'a> {
     pub(super) elevation_mm: f64,
 }
 
+/// Counts an image that was refused.
+fn refuse(refused: &mut Option<Refused>, seq: u64, why: SurfaceCommandError, of: usize) {
+    let refused = refused.get_or_insert(Refused {
+        count: 0,
+        of,
+        last: seq,
+        first: why,
+    });
+    refused.count += 1;
+    refused.last = seq;
+}
+
 /// A point with its errors.
 struct Row {
     seq: u64,
@@ -34,19 +47,14 @@ struct Row {
 }
 
 impl Sounding<'_> {
-    /// The points of all images so far, as a file, and how many they are.
-    pub(super) fn csv(
-        &self,
-        heard: &Listened,
-        tool: &str,
-        frame: &str,
-    ) -> Result<(String, usize), SurfaceCommandError> {
+    /// The points of all images so far, as a file.
+    pub(super) fn csv(&self, heard: &Listened, tool: &str, frame: &str) -> Taken {
         let mut text = format!(
             "{}\n{}\non,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n",
             touches_comment(tool, frame, &self.probe.marker_from_image),
             self.probe.comment()
         );
-        let rows = self.rows(heard)?;
+        let (rows, refused) = self.rows(heard);
         for row in &rows {
             let c = row.seen.covariance();
             let covariance = [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]];
@@ -56,10 +64,14 @@ impl Sounding<'_> {
             let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
             text += &format!("image {},{}\n", row.seq, words.join(","));
         }
-        Ok((text, rows.len()))
+        Taken {
+            text,
+            count: rows.len(),
+            refused,
+        }
     }
 
-    fn rows(&self, heard: &Listened) -> Result<Vec<Row>, SurfaceCommandError> {
+    fn rows(&self, heard: &Listened) -> (Vec<Row>, Option<Refused>) {
         let mut timed: Vec<(f64, Rigid<Tracker, Marker>)> = Vec::with_capacity(heard.poses.len());
         for (t_s, pose) in heard.times_s.iter().zip(&heard.poses) {
             // A frame that came late is passed over.
@@ -68,11 +80,16 @@ impl Sounding<'_> {
             }
         }
         let Ok(track) = Track::new(&timed, 0.0) else {
-            return Ok(Vec::new());
+            return (Vec::new(), None);
         };
-        let mut rows = Vec::new();
+        let (mut rows, mut refused) = (Vec::new(), None);
+        let mut first = None;
         for image in &heard.images {
-            self.check(image, &heard.images[0])?;
+            if let Err(why) = self.check(image, first.unwrap_or(image)) {
+                refuse(&mut refused, image.seq, why, heard.images.len());
+                continue;
+            }
+            first = first.or(Some(image));
             let t_s = heard.seconds_of(image.t_capture_ns) + self.probe.lag_s[0];
             if let Some(posed) = posed(heard, &track, t_s) {
                 self.points(image, &posed, &mut rows);
@@ -80,10 +97,10 @@ impl Sounding<'_> {
         }
         // A registration takes no more.
         let every = rows.len().div_ceil(MOST_ROWS).max(1);
-        Ok(rows.into_iter().step_by(every).collect())
+        (rows.into_iter().step_by(every).collect(), refused)
     }
 
-    /// Refuses an image that the calibration does not hold for; `first` is that of the sweep.
+    /// Refuses an image that the calibration does not hold for; `first` is the first of the sweep that it holds for.
     fn check(&self, image: &Looked, first: &Looked) -> Result<(), SurfaceCommandError> {
         let seq = image.seq;
         let shape = image
@@ -189,8 +206,9 @@ mod tests {
     use super::super::super::calibrated::tests::calibrated;
     use super::*;
     use crate::commands::probe::ImagesRecord;
+    use echo::bone::{BoneLine, BonePoint};
     use geometry::Vector;
-    use ultrasound::{Beams, Shape};
+    use ultrasound::{Beam, Beams, Shape};
 
     fn looked(depth_mm: f64, pixel_mm: f64) -> Looked {
         let beams = Beams::Linear {
@@ -246,5 +264,73 @@ mod tests {
         // A chord of 0.01 rad at 150 mm.
         let expected = 2.0 * 150.0 * 0.005_f64.sin() / 0.02;
         assert!((posed.speed_mm_s(Point::new(150.0, 0.0, 0.0)) - expected).abs() < 1e-9);
+    }
+
+    /// A line of three points 15 mm deep, 5 mm apart.
+    fn line() -> BoneLine {
+        let point = |x: f64| BonePoint {
+            pixel: [x / 0.1, 150.0],
+            place_mm: [x, 15.0],
+            beam: Beam {
+                direction: [0.0, 1.0],
+                depth_mm: 15.0,
+                share: x / 20.0,
+            },
+            axial_mm: 0.1,
+            lateral_mm: 0.5,
+            echo_mm: 0.2,
+            slope: 0.0,
+            contrast: 50.0,
+            ridge: 0,
+        };
+        BoneLine {
+            points: [5.0, 10.0, 15.0].map(point).to_vec(),
+            ridges: Vec::new(),
+            shadow_share: 1.0,
+            margin: 1.0,
+        }
+    }
+
+    /// One image of another depth at the end once lost all points of the sweep.
+    #[test]
+    fn a_bad_image_at_the_end_is_named_and_the_points_of_the_others_are_kept() {
+        let probe = calibrated(ImagesRecord::default());
+        let sounding = Sounding {
+            probe: &probe,
+            step_mm: 2.0,
+            elevation_mm: 0.7,
+        };
+        let times_s: Vec<f64> = (0..60).map(|i| f64::from(i) * 0.05).collect();
+        let poses = vec![Uncertain::from_upper(Rigid::identity(), [0.0; 21]).unwrap(); 60];
+        let images = |bad: &[u64]| -> Vec<Looked> {
+            let one = |seq: u64| Looked {
+                seq,
+                t_capture_ns: 100_000_000 * (seq as i64 + 1),
+                line: Ok(line()),
+                ..looked(30.0, if bad.contains(&seq) { 0.13 } else { 0.1 })
+            };
+            (0..20).map(one).collect()
+        };
+        let taken = |bad: &[u64]| {
+            let heard = Listened::recorded(poses.clone(), times_s.clone(), images(bad));
+            sounding.csv(&heard, "probe", "tracker")
+        };
+        let all = taken(&[]);
+        assert!(all.refused.is_none() && all.count == 60, "{}", all.count);
+        let kept = taken(&[19]);
+        let refused = kept.refused.unwrap();
+        assert_eq!((kept.count, refused.count, refused.is_most()), (57, 1, false));
+        let words = refused.to_string();
+        assert!(
+            words.contains("1 of 20 images are left out") && words.contains("image 19 has pixels of 0.13 x 0.13 mm"),
+            "{words}"
+        );
+        assert_eq!(kept.text, all.text.split("image 19").next().unwrap());
+        // The first one is bad: the others are not measured by it.
+        assert_eq!(taken(&[0]).count, 57);
+        // And where most are, the sweep is none.
+        let most: Vec<u64> = (5..20).collect();
+        let few = taken(&most);
+        assert!(few.count == 15 && few.refused.unwrap().is_most());
     }
 }
