@@ -44,7 +44,7 @@ pub use camera::{
 };
 pub use commands::probe::{
     ArrayRecord, CrossRecord, ImagesRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile,
-    ProbeReadError, ProbeSource,
+    ProbeReadError, ProbeSource, WaterRecord,
 };
 pub use grid::{ReadImageError, read_image};
 pub use live::{Delivered, Follow, FollowMarkers, Seen};

@@ -118,6 +118,7 @@ fn calibration() -> ProbeFile {
             tool: Some(scene.tool.name.clone()),
             ..ImagesRecord::default()
         }),
+        water: None,
         lag: Some(LagRecord {
             // Images are stamped late: the pose that goes with one is that of before.
             lag_s: -spec.lag_s + 0.002,

@@ -13,6 +13,7 @@ mod seeing;
 mod segment;
 #[cfg(test)]
 mod tests;
+mod water;
 
 pub(crate) use args::{PROBE_HELP, ProbeArgs};
 pub use file::{
@@ -20,3 +21,5 @@ pub use file::{
 };
 pub use images::{ArrayRecord, ImagesRecord};
 pub(crate) use lag::{LAG_HELP, LagArgs};
+pub use water::WaterRecord;
+pub(crate) use water::celsius_of;

@@ -8,7 +8,7 @@ use ultrasound::Shape;
 
 use super::error::SurfaceCommandError;
 use super::points::Shared;
-use crate::commands::probe::{ImagesRecord, ProbeFile};
+use crate::commands::probe::{ImagesRecord, ProbeFile, celsius_of};
 
 /// An image of pixels that differ by more than this share from those of the calibration was made at another depth.
 const OTHER_PIXELS: f64 = 0.02;
@@ -26,6 +26,8 @@ pub(super) struct Calibrated {
     /// To be added to an image's stamp to find the pose that goes with it, and its deviation, s.
     pub(super) lag_s: [f64; 2],
     images: ImagesRecord,
+    /// The temperature of the water that it was calibrated in, where that was told.
+    water_celsius: Option<f64>,
 }
 
 impl Calibrated {
@@ -47,6 +49,7 @@ impl Calibrated {
                 .or(file.lag.map(|lag| [lag.lag_s, lag.sigma_s]))
                 .ok_or_else(|| SurfaceCommandError::NoLag { path: path.to_owned() })?,
             images: file.images.unwrap_or_default(),
+            water_celsius: file.water.map(|water| water.celsius),
             id: file.id,
         })
     }
@@ -95,8 +98,29 @@ impl Calibrated {
         }
         let (found, expected) = (shape.pixel_mm(), self.pixel_mm);
         match (0..2).any(|i| (found[i] / expected[i] - 1.0).abs() > OTHER_PIXELS) {
-            true => Err(SurfaceCommandError::OtherDepth { seq, found, expected }),
+            true => Err(SurfaceCommandError::OtherDepth {
+                seq,
+                found,
+                expected,
+                cause: self.cause(found[1] / expected[1]),
+            }),
             false => Ok(()),
+        }
+    }
+
+    /// What the likely cause of other pixels is, of which one is so many times as long along the beam.
+    fn cause(&self, times: f64) -> String {
+        match (self.water_celsius, celsius_of(times)) {
+            (None, Some(celsius)) => format!(
+                ": the depth was changed since, or the probe was calibrated in water of about {celsius:.0} C, which shows depths {:.1} % too \
+                 long, without telling it (calib probe --water-celsius). Calibrate at the depth that is used, with the water's temperature",
+                100.0 * (times - 1.0)
+            ),
+            (Some(celsius), _) => format!(
+                ": the depth was changed since, or the water of the calibration was not that of {celsius:.1} C that was told; calibrate at the \
+                 depth that is used"
+            ),
+            (None, None) => ": the depth was changed since; calibrate at the depth that is used".to_owned(),
         }
     }
 
@@ -173,6 +197,7 @@ pub(super) mod tests {
             pixel_mm: [0.1; 2],
             lag_s: [0.0; 2],
             images,
+            water_celsius: None,
         }
     }
 
@@ -322,5 +347,42 @@ pub(super) mod tests {
         let unknown = calibrated(ImagesRecord::default());
         let told = unknown.made(path, &file(&unknown.comment()), false).unwrap().unwrap();
         assert!(told.contains("not compared: the size of the images"), "{told}");
+    }
+
+    /// Water of 20 degrees was refused as a depth that was changed, and as nothing else.
+    #[test]
+    fn a_probe_that_was_calibrated_in_cold_water_is_refused_with_the_likely_causes() {
+        let own = [0.0, 19.9, 0.0];
+        // Found in water of 20 degrees: 1482.4 of 1540 of what the scanner says.
+        let mut probe = calibrated(ImagesRecord::default());
+        probe.pixel_mm = [0.1, 0.1 * 1482.38 / 1540.0];
+        let words = probe
+            .holds_for(7, &shape([200, 300], 0.1, own, 30.0))
+            .unwrap_err()
+            .to_string();
+        for part in [
+            "the depth was changed since",
+            "in water of about 20 C",
+            "3.9 % too",
+            "--water-celsius",
+        ] {
+            assert!(words.contains(part), "{part}: {words}");
+        }
+        probe.water_celsius = Some(20.0);
+        let words = probe
+            .holds_for(7, &shape([200, 300], 0.1, own, 30.0))
+            .unwrap_err()
+            .to_string();
+        assert!(words.contains("not that of 20.0 C that was told"), "{words}");
+        probe.pixel_mm = [0.05; 2];
+        probe.water_celsius = None;
+        let words = probe
+            .holds_for(7, &shape([200, 300], 0.1, own, 30.0))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            words.contains("the depth was changed since; calibrate") && !words.contains("water"),
+            "{words}"
+        );
     }
 }

@@ -56,14 +56,15 @@ pub(crate) enum SurfaceCommandError {
     #[error(transparent)]
     Probe(Box<ProbeReadError>),
     #[error(
-        "image {seq} has pixels of {} x {} mm, the probe was calibrated with {} x {} mm: the depth was changed since; calibrate at the depth \
-         that is used",
+        "image {seq} has pixels of {} x {} mm, the probe was calibrated with {} x {:.4} mm{cause}",
         found[0], found[1], expected[0], expected[1]
     )]
     OtherDepth {
         seq: u64,
         found: [f64; 2],
         expected: [f64; 2],
+        /// Likely ones, in words.
+        cause: String,
     },
     #[error(
         "image {seq} has another size, depth or array than the first of the sweep: leave the scanner as it is while you sweep"

@@ -23,6 +23,10 @@ pub(crate) enum ProbeCommandError {
     Segment(#[from] SegmentError),
     #[error(transparent)]
     Pixels(#[from] PixelsError),
+    #[error(
+        "--water-celsius needs to know where beams run: say --array, or --scan with a device set that has <ScanConversion>"
+    )]
+    WaterArray,
     #[error("{path} has no <ScanConversion>: say --array and --depth-mm")]
     NoScan { path: PathBuf },
     #[error("reading {path}: {source}")]

@@ -12,6 +12,7 @@ use probe::{CrossValidated, KnownImage, ProbeCalibration};
 use serde::{Deserialize, Serialize};
 
 use super::images::ImagesRecord;
+use super::water::WaterRecord;
 use crate::calibration::now;
 use crate::input_files::source::Source;
 
@@ -55,6 +56,10 @@ pub struct ProbeFile {
     /// The images that it holds for; files of before it was written have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub images: Option<ImagesRecord>,
+    /// The water that it was calibrated in, where its temperature was told: then the image, `pixel_mm` among it, is that of tissue in
+    /// which sound has the scanner's speed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water: Option<WaterRecord>,
     /// The lag of the poses, where it was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<LagRecord>,
@@ -154,7 +159,7 @@ impl ProbeFile {
     pub(super) fn new(
         found: &ProbeCalibration,
         crossed: Option<&[CrossValidated; 2]>,
-        (lost, images): (usize, ImagesRecord),
+        (lost, images, water): (usize, ImagesRecord, Option<WaterRecord>),
         sources: Vec<&PathBuf>,
         verdict: &Verdict,
     ) -> Self {
@@ -177,6 +182,7 @@ impl ProbeFile {
             seen_px: found.seen_px,
             error_mm: found.worst_mm(),
             images: Some(images),
+            water,
             lag: found.lag.map(|lag| LagRecord {
                 lag_s: lag.lag_s,
                 sigma_s: lag.sigma_s,

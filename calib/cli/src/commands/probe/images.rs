@@ -148,6 +148,26 @@ impl ArrayRecord {
         }
     }
 
+    /// The pixel of the same beam at so many times the depth. Pixels are taken for square.
+    pub(crate) fn at_depth(&self, [u, v]: [f64; 2], times: f64) -> [f64; 2] {
+        match *self {
+            Self::Linear { face_px, .. } => [u, face_px + (v - face_px) * times],
+            Self::Curved {
+                centre_px: [a, b],
+                radius_px,
+                ..
+            } => {
+                let (x, y) = (u - a, v - b);
+                let from_centre = x.hypot(y);
+                if from_centre == 0.0 {
+                    return [u, v];
+                }
+                let grown = (radius_px + (from_centre - radius_px) * times) / from_centre;
+                [a + x * grown, b + y * grown]
+            }
+        }
+    }
+
     /// Whether beams run elsewhere than in another picture of this longer side, pixels.
     fn is_other(&self, other: &Self, side_px: f64) -> bool {
         let near = |a: f64, b: f64| (a - b).abs() <= (MOVED[0] * side_px).max(MOVED[1]);

@@ -257,6 +257,59 @@ fn what_is_wrong_is_refused_by_name() {
     );
 }
 
+/// Water of 20 degrees makes pixels 3.7 % too short along the beam, unless its temperature is told; the phantom stands where it stands.
+#[test]
+fn a_probe_calibrated_in_cold_water_has_the_pixels_of_tissue() {
+    let array = "--array linear:0,400,6";
+    let share = 1482.38 / 1540.0;
+    let mut cold = files();
+    let shown = |line: &str| match line.rsplit_once(',') {
+        Some((left, v)) if v != "v" => format!("{left},{:.4}\n", 6.0 + (v.parse::<f64>().unwrap() - 6.0) / share),
+        _ => format!("{line}\n"),
+    };
+    cold.points = cold.points.lines().map(shown).collect();
+    let of = |more: &str| {
+        let outcome = cold.answer(&format!("{EXACT} --out out.json {more}")).unwrap();
+        assert_eq!(outcome.refused, None, "{}", outcome.text);
+        let file = ProbeFile::read(&cold.path("out.json")).unwrap();
+        fs::remove_file(cold.path("out.json")).unwrap();
+        (outcome.text, file)
+    };
+    let (_, untold) = of("");
+    assert!((untold.pixel_mm[1] / (share * PIXEL[1]) - 1.0).abs() < 1e-5 && untold.water.is_none());
+    let (text, told) = of(&format!("{array} --water-celsius 20"));
+    // The planted image and its pixels, as without water: the formula's speed is that above to 3e-6.
+    let ((planted, _), found) = (planted(), told.probe_from_image().unwrap());
+    let off = Vector3::from(found.transform().translation_mm()) - Vector3::from(planted.translation_mm());
+    assert!(off.norm() < 2e-3, "{off}");
+    assert!((told.pixel_mm[1] / PIXEL[1] - 1.0).abs() < 2e-5, "{:?}", told.pixel_mm);
+    assert!((told.pixel_mm[0] / PIXEL[0] - 1.0).abs() < 1e-5, "{:?}", told.pixel_mm);
+    let water = told.water.unwrap();
+    assert!((water.speed_m_s - 1482.38).abs() < 0.01 && water.scanner_m_s == 1540.0 && water.celsius == 20.0);
+    assert!(text.contains("20.0 C: sound at 1482.4 m/s, 3.7 % slower"), "{text}");
+    // Its check is made in water too.
+    let written = cold
+        .answer(&format!("{EXACT} {array} --water-celsius 20 --out out.json"))
+        .unwrap();
+    assert_eq!(written.refused, None);
+    let check = format!("{EXACT} --check out.json");
+    assert!(
+        cold.answer(&format!("{check} {array} --water-celsius 20"))
+            .unwrap()
+            .refused
+            .is_none()
+    );
+    assert!(cold.answer(&check).unwrap().refused.is_some());
+    assert!(
+        cold.refused(&format!("{EXACT} --water-celsius 20"))
+            .contains("needs to know where beams run")
+    );
+    assert!(
+        cold.refused(&format!("{EXACT} {array} --water-celsius 96"))
+            .contains("from 0 to 95")
+    );
+}
+
 /// A crop, a flip, another depth, another array and another tool's probe went unseen: nothing in the file said what it was of.
 #[test]
 fn a_calibration_says_which_images_and_which_tool_it_is_of() {
