@@ -6,6 +6,7 @@ mod bone_args;
 mod calibrated;
 mod error;
 mod file;
+mod line;
 mod picture;
 mod points;
 mod report;
@@ -17,6 +18,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 pub(crate) use args::{SURFACE_HELP, SurfaceArgs};
+pub(crate) use line::{BONE_LINE_HELP, BoneLineArgs};
 pub(crate) use sweep::{SWEEP_HELP, SweepArgs};
 
 use geometry::{Point, Vector};

@@ -11,15 +11,20 @@ mod phantom;
 mod report;
 mod seeing;
 mod segment;
+mod sheet;
 #[cfg(test)]
 mod tests;
 mod water;
 
 pub(crate) use args::{PROBE_HELP, ProbeArgs};
+pub(crate) use error::ProbeCommandError;
 pub use file::{
     CrossRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile, ProbeReadError, ProbeSource,
 };
+pub(crate) use images::{ArrayArgs, frames};
 pub use images::{ArrayRecord, ImagesRecord};
 pub(crate) use lag::{LAG_HELP, LagArgs};
+pub(crate) use segment::TOLD_EVERY;
+pub(crate) use sheet::Sheet;
 pub use water::WaterRecord;
 pub(crate) use water::celsius_of;

@@ -14,6 +14,8 @@ use crate::commands::probe::{ImagesRecord, ProbeFile, celsius_of};
 const OTHER_PIXELS: f64 = 0.02;
 /// The second line of a file of points that a probe saw begins so; its calibration's id follows, and what nothing compared.
 const BY_PROBE: &str = "# by the probe's calibration ";
+/// In the place of an id where the calibration was a matrix.
+const BY_MATRIX: &str = "none, a matrix";
 const UNCHECKED: &str = "; not compared: ";
 
 /// A probe's calibration.
@@ -54,6 +56,29 @@ impl Calibrated {
         })
     }
 
+    /// The image in the marker by a matrix, of which neither the error nor the images are known.
+    pub(super) fn of_matrix(
+        path: &Path,
+        marker_from_image: Rigid<Marker, Image>,
+        pixel_mm: [f64; 2],
+        lag_s: [f64; 2],
+    ) -> Self {
+        Self {
+            path: path.to_owned(),
+            id: BY_MATRIX.to_owned(),
+            marker_from_image: marker_from_image.into(),
+            pixel_mm,
+            lag_s,
+            images: ImagesRecord::default(),
+            water_celsius: None,
+        }
+    }
+
+    /// What it says of its images.
+    pub(super) fn images(&self) -> &ImagesRecord {
+        &self.images
+    }
+
     /// The error that all points have by it.
     pub(super) fn shared(&self) -> Shared {
         let of = format!("the probe's calibration {}", self.path.display());
@@ -89,6 +114,14 @@ impl Calibrated {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Whether it was made with a marker of this name.
+    pub(super) fn of_marker(&self, marker: &str) -> bool {
+        self.images
+            .marker
+            .as_deref()
+            .is_some_and(|own| own.eq_ignore_ascii_case(marker))
     }
 
     /// Refuses an image that it does not hold for.

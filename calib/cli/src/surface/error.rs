@@ -6,9 +6,10 @@ use surface_registration::{FieldError, PointsError, RegisterError, SurfaceError}
 
 use crate::calibration::CalibrationError;
 use crate::commands::common::OwnError;
-use crate::commands::probe::ProbeReadError;
+use crate::commands::probe::{ProbeCommandError, ProbeReadError};
 use crate::foreign::ForeignError;
 use crate::input_files::columns::TableError;
+use crate::poses::{PixelsError, PosesError};
 use crate::register::file::ReadError;
 use crate::register::input_error::InputError;
 use crate::text::shown;
@@ -117,6 +118,40 @@ pub(crate) enum SurfaceCommandError {
     NoLag { path: PathBuf },
     #[error("in {seconds} s no image of an ultrasound probe came: does the run have one?")]
     NoImages { seconds: f64 },
+    #[error(transparent)]
+    Recorded(#[from] ProbeCommandError),
+    #[error(transparent)]
+    Pixels(#[from] PixelsError),
+    #[error(transparent)]
+    Poses(Box<PosesError>),
+    #[error("{0} has no images: its header has no DimSize that is one's")]
+    NoPixels(PathBuf),
+    #[error(
+        "none of {frames} frames of {path} has a valid pose {transform}: the marker was hidden, or --transform is another one's"
+    )]
+    NoTracked {
+        path: PathBuf,
+        frames: usize,
+        transform: String,
+    },
+    #[error(
+        "where beams run in the images is not known: say --array and --depth-mm, or --scan with a device set that has <ScanConversion>"
+    )]
+    NoBeams,
+    #[error("the images of {path}: {what}")]
+    NoImageShape { path: PathBuf, what: String },
+    #[error("--lag-ms, or the lag of the calibration, needs times, and frame {frame} of {path} has none")]
+    NoTimes { path: PathBuf, frame: u32 },
+    #[error("--image-to-probe {given}: {what}")]
+    Matrix { given: String, what: String },
+    #[error("searching image {frame}: {source}")]
+    Bone { frame: u32, source: echo::bone::BoneError },
+    #[error("of {images} images of {path}, none shows bone where a pose is known. {reasons}")]
+    NoBone {
+        path: PathBuf,
+        images: usize,
+        reasons: String,
+    },
     #[error("{of} has no covariance: the error that all points share cannot be told from it")]
     NoCovariance { of: String },
     #[error(

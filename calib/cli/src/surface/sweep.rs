@@ -2,6 +2,7 @@
 
 mod course;
 mod sounded;
+mod taken;
 
 use std::path::PathBuf;
 
@@ -20,8 +21,9 @@ use crate::live::{FollowMarkers, Listened, LiveArgs, LiveError, Run, tip_of};
 use crate::scene_context::SceneContext;
 use crate::store;
 use crate::values::{Name, Positive};
-use course::{Advice, Course, Taken, Way};
-use sounded::Sounding;
+use course::{Advice, Course, Way};
+pub(super) use sounded::Sounding;
+pub(super) use taken::Taken;
 
 pub(crate) const SWEEP_HELP: &str = "\
 Lets the tip of the run's pointer glide over the bone for --seconds, and takes a point each --step-mm of its way. Once a second or so the points \
@@ -108,7 +110,7 @@ pub(crate) struct SweepArgs {
 
 /// A lag and its deviation, s.
 #[derive(Debug, Clone, Copy)]
-struct LagMs([f64; 2]);
+pub(super) struct LagMs(pub(super) [f64; 2]);
 
 impl std::str::FromStr for LagMs {
     type Err = String;

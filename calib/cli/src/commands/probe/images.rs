@@ -168,6 +168,19 @@ impl ArrayRecord {
         }
     }
 
+    /// How many rows of a picture of so many lie below the face.
+    pub(crate) fn shown_rows(&self, rows: usize) -> f64 {
+        let face = match *self {
+            Self::Linear { face_px, .. } => face_px,
+            Self::Curved {
+                centre_px: [_, v],
+                radius_px,
+                ..
+            } => v + radius_px,
+        };
+        rows as f64 - 1.0 - face
+    }
+
     /// Whether beams run elsewhere than in another picture of this longer side, pixels.
     fn is_other(&self, other: &Self, side_px: f64) -> bool {
         let near = |a: f64, b: f64| (a - b).abs() <= (MOVED[0] * side_px).max(MOVED[1]);
@@ -392,7 +405,7 @@ pub(super) fn record(pictured: Pictured, beamed: &Beamed, transform: &str, tool:
 }
 
 /// The two frames of `ProbeToReference`.
-fn frames(transform: &str) -> Option<(String, String)> {
+pub(crate) fn frames(transform: &str) -> Option<(String, String)> {
     let name = transform.strip_suffix("Transform").unwrap_or(transform);
     let at = name.match_indices("To").map(|(at, _)| (&name[..at], &name[at + 2..]));
     let mut two = at.filter(|(from, to)| !from.is_empty() && to.starts_with(|c: char| c.is_ascii_uppercase()));

@@ -8,6 +8,7 @@ use super::super::bone::Bone;
 use super::super::error::SurfaceCommandError;
 use super::super::{Asked, make};
 use super::sounded::{Sounding, sounded_words};
+use super::taken::Taken;
 use crate::input_files::columns::TableError;
 use crate::input_files::source::Source;
 use crate::live::{Lacks, Listened, touches_comment};
@@ -89,45 +90,6 @@ pub(super) enum Way<'a> {
     Tip(Course<'a>, &'a str),
     /// A probe that sees the bone; with its tool's name.
     Probe(Sounding<'a>, &'a str),
-}
-
-/// The points of a way.
-pub(super) struct Taken {
-    /// Their file.
-    pub(super) text: String,
-    /// How many they are.
-    pub(super) count: usize,
-    /// Images that were refused, where some were.
-    pub(super) refused: Option<Refused>,
-}
-
-/// Images that gave no points because the calibration does not hold for them.
-#[derive(Debug)]
-pub(super) struct Refused {
-    /// How many, and of how many.
-    pub(super) count: usize,
-    pub(super) of: usize,
-    /// The number of the last of them.
-    pub(super) last: u64,
-    /// Why the first was refused; it says which one that is.
-    pub(super) first: SurfaceCommandError,
-}
-
-impl Refused {
-    /// Whether the sweep as a whole is none.
-    pub(super) fn is_most(&self) -> bool {
-        2 * self.count > self.of
-    }
-}
-
-impl std::fmt::Display for Refused {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { count, of, last, first } = self;
-        write!(
-            f,
-            "{count} of {of} images are left out, the last of them image {last}: {first}"
-        )
-    }
 }
 
 impl Way<'_> {

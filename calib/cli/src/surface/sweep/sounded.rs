@@ -6,7 +6,7 @@ use probe::Track;
 
 use super::super::calibrated::Calibrated;
 use super::super::error::SurfaceCommandError;
-use super::course::{Refused, Taken};
+use super::taken::{Refused, Taken};
 use crate::live::{Listened, Looked, touches_comment};
 
 /// Between two poses that are further apart in time nothing is known of the way, s.
@@ -17,12 +17,18 @@ const MOST_LATE_MM: f64 = 0.2;
 const MOST_ROWS: usize = 10_000;
 
 /// How images become points.
-pub(super) struct Sounding<'a> {
-    pub(super) probe: &'a Calibrated,
+pub(in super::super) struct Sounding<'a> {
+    pub(in super::super) probe: &'a Calibrated,
     /// A point each so far along a line, mm.
-    pub(super) step_mm: f64,
+    pub(in super::super) step_mm: f64,
     /// Deviation of a point across its image, mm.
-    pub(super) elevation_mm: f64,
+    pub(in super::super) elevation_mm: f64,
+}
+
+/// As many as a registration takes.
+fn thinned(rows: Vec<Row>) -> Vec<Row> {
+    let every = rows.len().div_ceil(MOST_ROWS).max(1);
+    rows.into_iter().step_by(every).collect()
 }
 
 /// Counts an image that was refused.
@@ -48,14 +54,46 @@ struct Row {
 
 impl Sounding<'_> {
     /// The points of all images so far, as a file.
-    pub(super) fn csv(&self, heard: &Listened, tool: &str, frame: &str) -> Taken {
+    pub(in super::super) fn csv(&self, heard: &Listened, tool: &str, frame: &str) -> Taken {
+        let (rows, refused) = self.rows(heard);
+        Taken {
+            text: self.text(&rows, tool, frame),
+            count: rows.len(),
+            refused,
+        }
+    }
+
+    /// The same of images each of which has a pose of its own, as the frames of a recording have; nothing is late there.
+    pub(in super::super) fn csv_of_own(
+        &self,
+        frames: &[(Looked, Uncertain<Tracker, Marker>)],
+        tool: &str,
+        frame: &str,
+    ) -> Taken {
+        let mut rows = Vec::new();
+        for (image, pose) in frames {
+            let posed = Posed {
+                pose: *pose,
+                between: [pose.transform(); 2],
+                passed_s: 1.0,
+            };
+            self.points(image, &posed, &mut rows);
+        }
+        let rows = thinned(rows);
+        Taken {
+            text: self.text(&rows, tool, frame),
+            count: rows.len(),
+            refused: None,
+        }
+    }
+
+    fn text(&self, rows: &[Row], tool: &str, frame: &str) -> String {
         let mut text = format!(
             "{}\n{}\non,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n",
             touches_comment(tool, frame, &self.probe.marker_from_image),
             self.probe.comment()
         );
-        let (rows, refused) = self.rows(heard);
-        for row in &rows {
+        for row in rows {
             let c = row.seen.covariance();
             let covariance = [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]];
             let (q, t) = (row.pose.quaternion(), row.pose.translation_mm());
@@ -64,11 +102,7 @@ impl Sounding<'_> {
             let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
             text += &format!("image {},{}\n", row.seq, words.join(","));
         }
-        Taken {
-            text,
-            count: rows.len(),
-            refused,
-        }
+        text
     }
 
     fn rows(&self, heard: &Listened) -> (Vec<Row>, Option<Refused>) {
@@ -95,9 +129,7 @@ impl Sounding<'_> {
                 self.points(image, &posed, &mut rows);
             }
         }
-        // A registration takes no more.
-        let every = rows.len().div_ceil(MOST_ROWS).max(1);
-        (rows.into_iter().step_by(every).collect(), refused)
+        (thinned(rows), refused)
     }
 
     /// Refuses an image that the calibration does not hold for; `first` is the first of the sweep that it holds for.
