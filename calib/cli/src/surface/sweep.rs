@@ -189,9 +189,12 @@ impl SweepArgs {
     /// Writes the points, whatever else is the matter; what is to be told of images that were left out.
     fn keep(&self, asked: &Asked, bone: &Bone, taken: Taken) -> Result<Option<String>, CommandError> {
         let Taken { text, count, refused } = taken;
-        match (refused, count) {
-            (Some(refused), 0) => Err(SurfaceCommandError::AllRefused(refused.to_string()).into()),
-            (refused, _) => {
+        match refused {
+            // There is nothing to keep, and what --to holds of before stays.
+            Some(refused) if refused.count == refused.of => {
+                Err(SurfaceCommandError::AllRefused(refused.to_string()).into())
+            }
+            refused => {
                 store::write(&self.to, Ok(text), asked.inputs(bone))?;
                 match refused {
                     Some(refused) if refused.is_most() => Err(SurfaceCommandError::MostRefused {
