@@ -10,9 +10,10 @@ use probe::{
     check, cross_validate,
 };
 
+use super::array::ArrayRecord;
 use super::error::ProbeCommandError;
 use super::file::ProbeFile;
-use super::images::{self, ArrayArgs, ArrayRecord};
+use super::images::{self, ArrayArgs};
 use super::input::{self, Read};
 use super::phantom::{self, Told};
 use super::report;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::images::ArrayRecord;
+use super::array::ArrayRecord;
 use super::input::Read;
 
 /// The speed of sound that scanners reckon with, m/s.
