@@ -23,7 +23,7 @@ use crate::live::{FollowMarkers, LiveArgs, TOUCH_HELP, TouchArgs, Watch};
 use crate::register::args::{REGISTER_HELP, RegisterArgs};
 use crate::rom::{ROM_HELP, RomArgs};
 use crate::steps::{STEPS_HELP, StepsArgs};
-use crate::surface::{SURFACE_HELP, SWEEP_HELP, SurfaceArgs, SweepArgs};
+use crate::surface::{BONE_LINE_HELP, BoneLineArgs, SURFACE_HELP, SWEEP_HELP, SurfaceArgs, SweepArgs};
 
 /// Calibrates and registers from measured points.
 #[derive(Debug, Parser)]
@@ -48,6 +48,7 @@ Examples:
   calib export registration.json --holds slicer-node --out TrackerToRas.tfm
   calib mesh pelvis.vtk --frame lps
   calib surface --bone bone.ply --points touched.csv --target 10,-20,95.5 --out registration.json
+  calib bone-line --sequence sweep.mha --probe probe.json --to seen.csv --picture lines.png
   calib camera grids.json --out camera.toml
   calib beads ct-folder --out beads.json --png beads.png
   calib bone ct.nii.gz --labels organs.nii.gz --label hip_left --out hip.ply --png hip.png
@@ -113,6 +114,9 @@ enum Command {
     /// Glide over the bone with the pointer of a run that is going, and be told what is still missing
     #[command(after_help = SWEEP_HELP)]
     Sweep(Box<SweepArgs>),
+    /// Find bone in the images of a recorded sequence of a tracked ultrasound probe, as points for calib surface
+    #[command(name = "bone-line", after_help = BONE_LINE_HELP)]
+    BoneLine(Box<BoneLineArgs>),
     /// Find the metal beads of a CT
     #[command(after_help = BEADS_HELP)]
     Beads(Box<BeadsArgs>),
@@ -251,6 +255,7 @@ pub(crate) fn carry_out(cli: Cli, hands: Hands) -> Result<Outcome, String> {
         Command::Mesh(args) => told(args.run()),
         Command::Surface(args) => told(args.run(load)),
         Command::Sweep(args) => told(args.run(follow)),
+        Command::BoneLine(args) => told(args.run()),
         Command::Beads(args) => told(args.run(load)),
         Command::Bone(args) => told(args.run(&Readers {
             load,

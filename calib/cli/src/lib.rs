@@ -43,7 +43,8 @@ pub use camera::{
     CAMERA_FORMAT, CAMERA_VERSION, CameraFile, CameraReadError, CameraView, FieldRecord, PlateRecord, SourceRecord,
 };
 pub use commands::probe::{
-    CrossRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile, ProbeReadError, ProbeSource,
+    ArrayRecord, CrossRecord, ImagesRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile,
+    ProbeReadError, ProbeSource, WaterRecord,
 };
 pub use grid::{ReadImageError, read_image};
 pub use live::{Delivered, Follow, FollowMarkers, Seen};

@@ -20,7 +20,7 @@ use geometry::{Marker, Rigid, Tracker};
 
 pub(crate) use error::PosesError;
 pub(crate) use live::keep;
-pub(crate) use pixels::{Pixels, PixelsError};
+pub(crate) use pixels::{Pictured, Pixels, PixelsError};
 pub(crate) use sequence::{Timed, timed};
 
 /// The most poses of a recording.

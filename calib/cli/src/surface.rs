@@ -3,8 +3,10 @@
 mod args;
 mod bone;
 mod bone_args;
+mod calibrated;
 mod error;
 mod file;
+mod line;
 mod picture;
 mod points;
 mod report;
@@ -16,6 +18,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 pub(crate) use args::{SURFACE_HELP, SurfaceArgs};
+pub(crate) use line::{BONE_LINE_HELP, BoneLineArgs};
 pub(crate) use sweep::{SWEEP_HELP, SweepArgs};
 
 use geometry::{Point, Vector};
@@ -60,6 +63,8 @@ struct Asked {
     out: Option<PathBuf>,
     picture: Option<PathBuf>,
     json: bool,
+    /// What is not against the result, and should be known.
+    warnings: Vec<String>,
 }
 
 /// What was found, and all that it rests on.
@@ -80,6 +85,9 @@ struct Made<'a> {
 fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result<Outcome, CommandError> {
     let source = Source::read(&asked.points).map_err(TableError::from)?;
     let made = make(bone, asked, source)?;
+    for warning in made.warnings() {
+        bus::stderr_line!("calib: warning: {warning}");
+    }
     let mut file = file::describe(&made);
     let (judged, of_scene) = judge(&mut file, scened)?;
     let refused = made.refused().or(of_scene);
@@ -184,6 +192,12 @@ impl Made<'_> {
     fn against(&self) -> Vec<String> {
         let refusals = self.refusals.iter().map(Refusal::to_string);
         refusals.chain(self.beyond.clone()).collect()
+    }
+
+    /// What is not against it, and should be known.
+    fn warnings(&self) -> Vec<String> {
+        let of_order = self.found.order.why_not();
+        self.asked.warnings.iter().cloned().chain(of_order).collect()
     }
 
     /// Why it must not be used, in words.

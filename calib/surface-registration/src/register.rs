@@ -13,7 +13,7 @@ use geometry::rotation::RotationMatrix;
 use geometry::{Frame, Rigid, Vector};
 
 pub use error::RegisterError;
-pub use moved::Halves;
+pub use moved::{Halves, OrderCheck};
 pub use parts::{Class, PointResult};
 pub use result::{Other, SurfaceRegistration};
 pub use start::{Landmark, Start};

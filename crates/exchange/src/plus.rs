@@ -6,11 +6,13 @@
 
 mod error;
 mod read;
+mod scan;
 mod wires;
 mod write;
 
 pub use error::PlusError;
 pub use read::read;
+pub use scan::{ScanArray, ScanConversion, scan_conversion};
 pub use wires::{MAX_WIRES, PhantomWire, wires};
 pub use write::write;
 

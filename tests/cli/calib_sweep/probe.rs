@@ -10,12 +10,13 @@ use std::fs;
 
 use crate::support::{SMALL, World, stderr, stdout};
 use calib::file::{Registered, RegistrationFile, content_id};
-use calib_cli::{LagRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile};
+use calib_cli::{ArrayRecord, ImagesRecord, LagRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile};
 use chance::Chance;
 use geometry::{Ct, Image, Marker, Point, Rigid, Tool, Vector};
 use phantom::Phantom;
 use scene::{Scene, TrackerSource};
 use tracker_proc::probe::SimulatedProbe;
+use ultrasound::Beams;
 
 /// Error of the probe's calibration, along and about each axis.
 const CALIBRATION: [f64; 2] = [0.2, 0.002];
@@ -70,6 +71,20 @@ fn calibration() -> ProbeFile {
     };
     let spec = room.probe.unwrap();
     let probe = SimulatedProbe::new(spec, scene.seed).unwrap();
+    let Beams::Convex {
+        centre_mm: [x, y],
+        radius_mm,
+        half_angle,
+    } = probe.shape().beams()
+    else {
+        panic!("another array");
+    };
+    let [u, v] = probe.shape().pixel_mm();
+    let array = ArrayRecord::Curved {
+        centre_px: [x / u, y / v],
+        radius_px: radius_mm / v,
+        angle_deg: 2.0 * half_angle.to_degrees(),
+    };
     let truth: Rigid<Marker, Image> = room.marker_from_tool * probe.image_on_tool().unwrap();
     let draw = |i: u64| Chance::new(9, 0).normal(i);
     let [mm, rad] = CALIBRATION;
@@ -96,6 +111,14 @@ fn calibration() -> ProbeFile {
             .collect(),
         seen_px: [[0.0, 300.0], [0.0, 300.0]],
         error_mm: 0.5,
+        images: Some(ImagesRecord {
+            size_px: Some([probe.shape().columns(), probe.shape().rows()]),
+            array: Some(array),
+            depth_mm: Some(spec.depth_mm),
+            tool: Some(scene.tool.name.clone()),
+            ..ImagesRecord::default()
+        }),
+        water: None,
         lag: Some(LagRecord {
             // Images are stamped late: the pose that goes with one is that of before.
             lag_s: -spec.lag_s + 0.002,
@@ -116,6 +139,25 @@ fn calibration() -> ProbeFile {
     };
     file.id = content_id(serde_json::to_value(&file).unwrap());
     file
+}
+
+/// Changes to what the calibration says of its images, and the words of the refusal.
+fn refused_images() -> [(fn(&mut ProbeFile), &'static str); 4] {
+    fn images(file: &mut ProbeFile) -> &mut ImagesRecord {
+        file.images.as_mut().unwrap()
+    }
+    [
+        (
+            |file| images(file).size_px = Some([200, 200]),
+            "was calibrated with 200 x 200",
+        ),
+        (|file| images(file).depth_mm = Some(60.0), "was calibrated at 60.0 mm"),
+        (
+            |file| images(file).tool = Some("needle".to_owned()),
+            "is the calibration of the tool \"needle\"",
+        ),
+        (|file| file.images = None, "--unchecked-images"),
+    ]
 }
 
 /// A patient who breathes, sound that is faster than the scanner believes, images that are stamped late, a probe that is calibrated as well as
@@ -200,7 +242,16 @@ fn a_patient_is_registered_by_the_bone_that_a_probe_sees() {
     };
     assert_eq!(transform("again.json"), transform("registration.json"));
 
-    // Another depth since the calibration, and one that says nothing of a lag.
+    // A picture that was cropped, another tool's probe and a calibration that says neither, another depth since the calibration, and one that says nothing of a lag.
+    for (change, words) in refused_images() {
+        let mut other = calibration();
+        change(&mut other);
+        other.id = content_id(serde_json::to_value(&other).unwrap());
+        fs::write(&probe, serde_json::to_string(&other).unwrap()).unwrap();
+        let refused = world.output("pilot", &[&sweep[..], &["--seconds", "2", "--overwrite"]].concat());
+        let said = stderr(&refused);
+        assert!(!refused.status.success() && said.contains(words), "{words}: {said}");
+    }
     let without = ProbeFile {
         lag: None,
         ..calibration()

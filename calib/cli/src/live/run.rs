@@ -96,6 +96,17 @@ pub(crate) struct Listened {
 }
 
 impl Listened {
+    /// What a recording holds: poses with their times, s, and what its images showed, with stamps of the same clock.
+    pub(crate) fn recorded(poses: Vec<Uncertain<Tracker, Marker>>, times_s: Vec<f64>, images: Vec<Looked>) -> Self {
+        Self {
+            frames: poses.len(),
+            poses,
+            times_s,
+            images,
+            ..Self::default()
+        }
+    }
+
     /// The time of a stamp of the run's clock, s from the first pose.
     pub(crate) fn seconds_of(&self, t_ns: i64) -> f64 {
         clock::ms(t_ns.saturating_sub(self.first_ns)) / 1e3

@@ -85,6 +85,15 @@ pub(crate) struct Pixels {
     grey: Vec<u8>,
 }
 
+/// What a header says of its images.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Pictured {
+    /// Columns and rows; `None` of a sequence of poses alone.
+    pub(crate) size_px: Option<[usize; 2]>,
+    /// `UltrasoundImageOrientation`.
+    pub(crate) orientation: Option<String>,
+}
+
 /// A line of the header: its number, its key and its value.
 type Line = (usize, String, String);
 
@@ -94,15 +103,22 @@ impl Pixels {
     /// # Errors
     /// [`PixelsError`]: all but [`PixelsError::Data`] and [`PixelsError::More`].
     pub(crate) fn open(path: &Path) -> Result<Self, PixelsError> {
-        let failed = |source| PixelsError::Read {
-            path: path.to_owned(),
-            source,
-        };
-        // Asked for before opening: opening a pipe would wait for its writer.
-        if !std::fs::metadata(path).map_err(failed)?.is_file() {
-            return Err(PixelsError::NotAFile { path: path.to_owned() });
-        }
-        Self::over(path, BufReader::new(File::open(path).map_err(failed)?))
+        Self::over(path, opened(path)?)
+    }
+
+    /// What the header of a sequence says of its images, which it need not have.
+    ///
+    /// # Errors
+    /// [`PixelsError::Read`], [`PixelsError::NotAFile`], [`PixelsError::NoHeaderEnd`].
+    pub(crate) fn pictured(path: &Path) -> Result<Pictured, PixelsError> {
+        let (lines, _) = header(path, &mut opened(path)?)?;
+        let header = Header { path, lines: &lines };
+        Ok(Pictured {
+            size_px: header.size().ok().map(|[columns, rows, _]| [columns, rows]),
+            orientation: header
+                .get("UltrasoundImageOrientation")
+                .map(|(_, value)| value.chars().take(8).collect()),
+        })
     }
 
     /// The same of bytes that lie elsewhere.
@@ -184,6 +200,18 @@ impl Pixels {
             }),
         }
     }
+}
+
+fn opened(path: &Path) -> Result<BufReader<File>, PixelsError> {
+    let failed = |source| PixelsError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    // Asked for before opening: opening a pipe would wait for its writer.
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(PixelsError::NotAFile { path: path.to_owned() });
+    }
+    Ok(BufReader::new(File::open(path).map_err(failed)?))
 }
 
 /// The lines of the header, without those of single frames, and the byte after it.

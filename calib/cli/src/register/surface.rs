@@ -34,8 +34,26 @@ pub struct SurfaceRecord {
     pub shared_error: String,
     /// Motions of the patient that the points hold least, in words, with what a deviation of each does at the targets, mm.
     pub free: Vec<FreeMotion>,
+    /// Whether it was looked whether the bone moved while points were taken; files of before it was written have none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub moved_check: Option<MovedCheck>,
+    /// What is not against it, and should be known.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub warnings: Vec<String>,
     /// Each point in the order of the file.
     pub points: Vec<SurfacePointResult>,
+}
+
+/// Whether it was looked whether the bone moved under its marker.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MovedCheck {
+    /// Whether it could be looked.
+    pub made: bool,
+    /// At how many places in the order of the points.
+    pub places: usize,
+    /// Why not, in words.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub why_not: Option<String>,
 }
 
 /// The surface that points were registered to.

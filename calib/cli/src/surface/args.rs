@@ -6,13 +6,16 @@ use clap::Args;
 
 use super::bone::Bone;
 use super::bone_args::{BoneArgs, ct_of, from_zero};
+use super::calibrated::Calibrated;
 use super::error::SurfaceCommandError;
 use super::points::Shared;
-use super::sweep::{Calibrated, ECHO_MM, HELD_IN_IMAGES_MM};
+use super::sweep::{ECHO_MM, HELD_IN_IMAGES_MM};
 use super::{Asked, register};
 use crate::beads::{LoadVolume, ReadArgs};
 use crate::commands::Outcome;
 use crate::commands::common::CommandError;
+use crate::input_files::columns::TableError;
+use crate::input_files::source::Source;
 use crate::live::{tip_in, touched_in};
 use crate::scene_context::{SceneArgs, SceneContext};
 use crate::values::{Name, Positive};
@@ -37,6 +40,9 @@ order:
   depth                                    along the beam, by the probe's nominal speed of sound
   marker_qw,...,marker_qz,marker_x,...     pose of the marker on the tool as the point was taken, for --tip
   on                                       a name
+
+Points that a probe saw say in their second line with which calibration they were made, and --probe takes no other; points without that line \
+only with --unchecked-images.
 
 Where the search begins: within --guess-deg and --guess-mm of the registration --guess, at --landmarks (pairs as calib register takes \
 them), or, without either, everywhere. One kind of ill luck has no number: a bone that is not the patient's own. Touch a point that \
@@ -76,6 +82,9 @@ pub(crate) struct SurfaceArgs {
     /// The calibration of the ultrasound probe that saw the points: its error is that of all points, and an echo's top may lie off the bone
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["tip", "shared_mm"])]
     probe: Option<PathBuf>,
+    /// Take points that do not say with which calibration of the probe they were made
+    #[arg(long, requires = "probe")]
+    unchecked_images: bool,
     /// Deviation along each axis of a shift that all points share, where no calibration tells it; 0 where there is none
     #[arg(long, value_name = "MM", value_parser = from_zero, allow_hyphen_values = true)]
     shared_mm: Option<f64>,
@@ -118,9 +127,15 @@ impl SurfaceArgs {
             Some(scened) => scened.registered_marker(self.marker.as_ref())?,
             None => self.marker.clone(),
         };
+        let mut warnings = Vec::new();
         let shared = match (&self.tip, &self.probe, self.shared_mm) {
-            // Its lag went into the points when they were seen.
-            (None, Some(path), _) => Calibrated::read(path, Some([0.0; 2]))?.shared(),
+            (None, Some(path), _) => {
+                // Its lag went into the points when they were seen, and its images were compared then.
+                let probe = Calibrated::read(path, Some([0.0; 2]))?;
+                let source = Source::read(&self.points).map_err(TableError::from)?;
+                warnings.extend(probe.made(&self.points, &source.text, self.unchecked_images)?);
+                probe.shared()
+            }
             (Some(path), ..) => {
                 let of = format!("the calibration {}", path.display());
                 Shared::Tip(of, Box::new(tip_in(path)?.1))
@@ -148,6 +163,7 @@ impl SurfaceArgs {
             out: self.of.out,
             picture: self.of.picture,
             json: self.json,
+            warnings,
         })
     }
 

@@ -6,9 +6,10 @@ use surface_registration::{FieldError, PointsError, RegisterError, SurfaceError}
 
 use crate::calibration::CalibrationError;
 use crate::commands::common::OwnError;
-use crate::commands::probe::ProbeReadError;
+use crate::commands::probe::{ProbeCommandError, ProbeReadError};
 use crate::foreign::ForeignError;
 use crate::input_files::columns::TableError;
+use crate::poses::{PixelsError, PosesError};
 use crate::register::file::ReadError;
 use crate::register::input_error::InputError;
 use crate::text::shown;
@@ -56,19 +57,55 @@ pub(crate) enum SurfaceCommandError {
     #[error(transparent)]
     Probe(Box<ProbeReadError>),
     #[error(
-        "image {seq} has pixels of {} x {} mm, the probe was calibrated with {} x {} mm: the depth was changed since; calibrate at the depth \
-         that is used",
+        "image {seq} has pixels of {} x {} mm, the probe was calibrated with {} x {:.4} mm{cause}",
         found[0], found[1], expected[0], expected[1]
     )]
     OtherDepth {
         seq: u64,
         found: [f64; 2],
         expected: [f64; 2],
+        /// Likely ones, in words.
+        cause: String,
     },
     #[error(
         "image {seq} has another size, depth or array than the first of the sweep: leave the scanner as it is while you sweep"
     )]
     OtherShape { seq: u64 },
+    #[error(
+        "image {seq} has {what}: a picture that was cropped, moved or shown at another depth since, or another array, needs a calibration of its \
+         own (calib probe)"
+    )]
+    OtherImages { seq: u64, what: String },
+    #[error(
+        "{path} does not say {what}: it cannot be compared with what is used. Make it anew (calib probe, calib sweep), or say --unchecked-images \
+         where you have seen that nothing was changed since"
+    )]
+    Unchecked { path: PathBuf, what: String },
+    #[error(
+        "the probe {path} is the calibration of the tool {expected:?}, and the run's tool is {found:?}{}: take that tool's calibration, or say \
+         --probe-tool {expected} where both are one",
+        alias_words(alias.as_deref())
+    )]
+    OtherTool {
+        path: PathBuf,
+        expected: String,
+        found: String,
+        alias: Option<String>,
+    },
+    #[error(
+        "the points {points} were made with the probe's calibration {found:?}, and {path} is {expected:?}: take the calibration that they were \
+         made with"
+    )]
+    OtherCalibration {
+        points: PathBuf,
+        found: String,
+        path: PathBuf,
+        expected: String,
+    },
+    #[error("{0}")]
+    AllRefused(String),
+    #[error("{why}. Their {points} points are kept in {to}, and nothing is registered: sweep again")]
+    MostRefused { to: PathBuf, points: usize, why: String },
     #[error("image {seq}: {why}")]
     NoShape { seq: u64, why: String },
     #[error(
@@ -81,6 +118,40 @@ pub(crate) enum SurfaceCommandError {
     NoLag { path: PathBuf },
     #[error("in {seconds} s no image of an ultrasound probe came: does the run have one?")]
     NoImages { seconds: f64 },
+    #[error(transparent)]
+    Recorded(#[from] ProbeCommandError),
+    #[error(transparent)]
+    Pixels(#[from] PixelsError),
+    #[error(transparent)]
+    Poses(Box<PosesError>),
+    #[error("{0} has no images: its header has no DimSize that is one's")]
+    NoPixels(PathBuf),
+    #[error(
+        "none of {frames} frames of {path} has a valid pose {transform}: the marker was hidden, or --transform is another one's"
+    )]
+    NoTracked {
+        path: PathBuf,
+        frames: usize,
+        transform: String,
+    },
+    #[error(
+        "where beams run in the images is not known: say --array and --depth-mm, or --scan with a device set that has <ScanConversion>"
+    )]
+    NoBeams,
+    #[error("the images of {path}: {what}")]
+    NoImageShape { path: PathBuf, what: String },
+    #[error("--lag-ms, or the lag of the calibration, needs times, and frame {frame} of {path} has none")]
+    NoTimes { path: PathBuf, frame: u32 },
+    #[error("--image-to-probe {given}: {what}")]
+    Matrix { given: String, what: String },
+    #[error("searching image {frame}: {source}")]
+    Bone { frame: u32, source: echo::bone::BoneError },
+    #[error("of {images} images of {path}, none shows bone where a pose is known. {reasons}")]
+    NoBone {
+        path: PathBuf,
+        images: usize,
+        reasons: String,
+    },
     #[error("{of} has no covariance: the error that all points share cannot be told from it")]
     NoCovariance { of: String },
     #[error(
@@ -132,6 +203,10 @@ pub(crate) enum SurfaceCommandError {
 }
 
 impl OwnError for SurfaceCommandError {}
+
+fn alias_words(alias: Option<&str>) -> String {
+    alias.map_or_else(String::new, |alias| format!(" (--probe-tool {alias:?})"))
+}
 
 /// Indices of the numerics count points from 0; a person counts lines of the file.
 fn line_words(line: Option<usize>) -> String {

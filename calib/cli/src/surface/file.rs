@@ -2,13 +2,15 @@
 
 use geometry::Point;
 use geometry::rotation::Rotation;
-use surface_registration::{Class, free};
+use surface_registration::{Class, OrderCheck, free};
 
 use super::points::Shared;
 use super::{Made, TO};
 use crate::register::file::{FORMAT, InputFile, PredictedTre, RegistrationFile, Transform, Units, VERSION};
 use crate::register::solve::To;
-use crate::register::surface::{BoneRecord, Fitted, FreeMotion, OtherMinimum, SurfacePointResult, SurfaceRecord};
+use crate::register::surface::{
+    BoneRecord, Fitted, FreeMotion, MovedCheck, OtherMinimum, SurfacePointResult, SurfaceRecord,
+};
 use crate::register::{COVARIANCE_CONVENTION, TRANSFORM_CONVENTION};
 
 /// So many of the motions that are held least are told.
@@ -162,7 +164,20 @@ fn surface(made: &Made<'_>) -> SurfaceRecord {
                 at_targets_mm: motion.deviation_mm,
             })
             .collect(),
+        moved_check: Some(moved_check(&found.order)),
+        warnings: made.warnings(),
         points: points(made),
+    }
+}
+
+fn moved_check(order: &OrderCheck) -> MovedCheck {
+    MovedCheck {
+        made: matches!(order, OrderCheck::Made { .. }),
+        places: match order {
+            OrderCheck::Made { places } => *places,
+            OrderCheck::TooFew { .. } | OrderCheck::Undecided => 0,
+        },
+        why_not: order.why_not(),
     }
 }
 

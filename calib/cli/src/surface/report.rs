@@ -156,6 +156,9 @@ fn motions(text: &mut String, made: &Made<'_>, file: &RegistrationFile) {
 
 /// What is not against the result, and should be known.
 fn warnings(text: &mut String, made: &Made<'_>) {
+    for warning in made.warnings() {
+        line!(text, "WARNING          {}", shown(&warning));
+    }
     if matches!(made.measured.shared, Shared::Unknown) {
         line!(
             text,

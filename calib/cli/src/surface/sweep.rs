@@ -2,6 +2,7 @@
 
 mod course;
 mod sounded;
+mod taken;
 
 use std::path::PathBuf;
 
@@ -10,6 +11,7 @@ use geometry::{Marker, Tool, Uncertain};
 
 use super::bone::Bone;
 use super::bone_args::{BoneArgs, ct_of, from_zero};
+use super::calibrated::Calibrated;
 use super::error::SurfaceCommandError;
 use super::points::Shared;
 use super::{Asked, register};
@@ -18,10 +20,10 @@ use crate::commands::common::CommandError;
 use crate::live::{FollowMarkers, Listened, LiveArgs, LiveError, Run, tip_of};
 use crate::scene_context::SceneContext;
 use crate::store;
-use crate::values::Positive;
+use crate::values::{Name, Positive};
 use course::{Advice, Course, Way};
-pub(super) use sounded::Calibrated;
-use sounded::Sounding;
+pub(super) use sounded::Sounding;
+pub(super) use taken::Taken;
 
 pub(crate) const SWEEP_HELP: &str = "\
 Lets the tip of the run's pointer glide over the bone for --seconds, and takes a point each --step-mm of its way. Once a second or so the points \
@@ -35,6 +37,14 @@ With --probe the run's tool is a tracked ultrasound probe, and the bone is seen 
 calib probe writes it, with its lag where that was found. A point is taken each --step-mm of a bone's line; neighbours within --held-mm share the pose of \
 their image and the look of their echo, and count as one. Depth is measured by the probe's nominal speed of sound, which is fitted within \
 --speed-percent.
+
+The calibration says which images it is of. Images of another size, depth, array or place of the beams, and a run whose tool has another name, \
+are refused with what was found and expected; where one and the same tool has two names, say --probe-tool. A calibration that does not say one of \
+these is refused as well, unless --unchecked-images takes it; what was not compared is then told on stderr and in the result. That an image \
+was mirrored nothing sees: a run does not say how its images are turned.
+
+An image that the calibration does not hold for is left out and named, and the points of the others are kept; where those are not half of all, nothing is \
+registered.
 
 The points are written to --to, with the covariance of each and the pose of the marker, so that calib surface can use them again; with \
 --out the result is written too, as by calib surface, and under the same conditions.
@@ -68,6 +78,12 @@ pub(crate) struct SweepArgs {
     /// The calibration of the ultrasound probe that is the run's tool: the bone is seen in its images
     #[arg(long, value_name = "FILE.json", conflicts_with = "tip")]
     probe: Option<PathBuf>,
+    /// The name that the calibration has for the run's tool, where it is another than the run's
+    #[arg(long, value_name = "NAME", requires = "probe")]
+    probe_tool: Option<Name>,
+    /// Take a calibration that does not say of which images or of which tool it is: what cannot be compared is told
+    #[arg(long, requires = "probe")]
+    unchecked_images: bool,
     /// How late poses are behind images, and its deviation, instead of what the calibration says: the time to add to an image's stamp to
     /// find its pose, as calib lag tells it
     #[arg(long, value_name = "MS,MS", requires = "probe", allow_hyphen_values = true)]
@@ -94,7 +110,7 @@ pub(crate) struct SweepArgs {
 
 /// A lag and its deviation, s.
 #[derive(Debug, Clone, Copy)]
-struct LagMs([f64; 2]);
+pub(super) struct LagMs(pub(super) [f64; 2]);
 
 impl std::str::FromStr for LagMs {
     type Err = String;
@@ -122,11 +138,21 @@ impl SweepArgs {
             .as_deref()
             .map(|path| Calibrated::read(path, self.lag_ms.map(|lag| lag.0)))
             .transpose()?;
+        let mut warnings = Vec::new();
+        if let Some(probe) = &probe {
+            let unchecked = probe.unchecked(self.unchecked_images)?;
+            warnings.extend(unchecked.map(|what| format!("the probe's calibration does not say {what}: not compared")));
+            warnings.extend(probe.never_compared());
+        }
         let scened = SceneContext::open(&self.live.of)?;
         let bone = self.of.bone()?;
         let mut run = Run::open(scened.as_ref(), &self.live, follow)?.ok_or(SurfaceCommandError::NoRun)?;
         let tip = match &probe {
-            Some(_) => None,
+            Some(probe) => {
+                let alias = self.probe_tool.as_ref().map(Name::as_str);
+                probe.of_tool(&run.scened.scene.tool.name, alias)?;
+                None
+            }
             None => Some(self.tip(&run)?),
         };
         let (way, shared) = match (&probe, &tip) {
@@ -134,7 +160,8 @@ impl SweepArgs {
             (None, Some((of, tip))) => self.course(&run, of, tip),
             (None, None) => return Err(SurfaceCommandError::NoRun.into()),
         };
-        let asked = self.asked(run.scened, &bone, run.against.name(), shared)?;
+        let mut asked = self.asked(run.scened, &bone, run.against.name(), shared)?;
+        asked.warnings = warnings;
         // Also read here, so that a guess that is none is told before the sweep and not after it.
         asked.begin.read(&asked.of())?;
         let frame = run.against.name();
@@ -153,11 +180,33 @@ impl SweepArgs {
         if probe.is_some() && heard.images.is_empty() {
             return Err(SurfaceCommandError::NoImages { seconds }.into());
         }
-        let (text, _) = way.csv(&heard, frame)?;
-        let inputs = asked.inputs(&bone);
-        store::write(&self.to, Ok(text), inputs)?;
+        let taken = way.taken(&heard, frame);
+        asked.warnings.extend(self.keep(&asked, &bone, taken)?);
         // From the file: what is registered is what can be registered again.
         register(&bone, &asked, scened.as_ref())
+    }
+
+    /// Writes the points, whatever else is the matter; what is to be told of images that were left out.
+    fn keep(&self, asked: &Asked, bone: &Bone, taken: Taken) -> Result<Option<String>, CommandError> {
+        let Taken { text, count, refused } = taken;
+        match refused {
+            // There is nothing to keep, and what --to holds of before stays.
+            Some(refused) if refused.count == refused.of => {
+                Err(SurfaceCommandError::AllRefused(refused.to_string()).into())
+            }
+            refused => {
+                store::write(&self.to, Ok(text), asked.inputs(bone))?;
+                match refused {
+                    Some(refused) if refused.is_most() => Err(SurfaceCommandError::MostRefused {
+                        to: self.to.clone(),
+                        points: count,
+                        why: refused.to_string(),
+                    }
+                    .into()),
+                    refused => Ok(refused.map(|refused| refused.to_string())),
+                }
+            }
+        }
     }
 
     fn sounding<'a>(&self, run: &Run<'a>, probe: &'a Calibrated) -> Way<'a> {
@@ -220,6 +269,7 @@ impl SweepArgs {
             out: self.of.out.clone(),
             picture: self.of.picture.clone(),
             json: false,
+            warnings: Vec::new(),
         })
     }
 }

@@ -349,3 +349,34 @@ fn an_output_that_is_there_is_not_replaced() {
     }
     assert_eq!(fs::read_to_string(Path::new(&desk.path("r.json"))).unwrap(), "mine");
 }
+
+/// With 15 to 30 points, such as share an image as one, no place in their order has enough before and after it: it was passed over in silence.
+#[test]
+fn that_it_could_not_be_looked_whether_the_bone_moved_is_told() {
+    let desk = Desk::new(28);
+    let told = format!(
+        "--points @p.csv --noise-mm {NOISE_MM} {TARGET} --ct-hash ab --shared-mm 0 --out @r.json --max-tre-mm 9"
+    );
+    let made = desk.surface(&told).unwrap();
+    assert_eq!(made.refused, None, "{}", made.text);
+    let words = "whether the bone moved under its marker could not be looked at: 28 points";
+    assert!(
+        made.text.contains(&format!("WARNING          {words}")),
+        "{}",
+        made.text
+    );
+    let surface = |desk: &Desk| RegistrationFile::read(&desk.path("r.json")).unwrap().surface.unwrap();
+    let record = surface(&desk);
+    let check = record.moved_check.unwrap();
+    assert!(!check.made && check.places == 0 && check.why_not.unwrap().contains(words));
+    assert!(record.warnings.iter().any(|warning| warning.contains(words)));
+    // With twice as many it is looked, and nothing is told.
+    let desk = Desk::new(60);
+    let made = desk.surface(&told).unwrap();
+    assert_eq!(made.refused, None, "{}", made.text);
+    assert!(!made.text.contains("whether the bone moved"), "{}", made.text);
+    let record = surface(&desk);
+    let check = record.moved_check.unwrap();
+    assert!(check.made && check.places > 0 && check.why_not.is_none());
+    assert_eq!(record.warnings, [""; 0]);
+}

@@ -14,7 +14,7 @@ use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::parts::{FREE_MM, PointResult, inflation, one};
 use super::rows::Rows;
-use super::suspect::suspects;
+use super::suspect::{LEAST_PART, suspects};
 use crate::kernel::Kernel;
 use crate::points::Cloud;
 use crate::solve::{Exact, Noise, Solver, Stage, State, motion};
@@ -46,25 +46,78 @@ impl Halves {
 const SUSPECT: f64 = 18.0;
 type Matrix14 = SMatrix<f64, 14, 14>;
 
-/// `None` where nothing goes with the order of the points, or a part holds no pose.
+/// Whether it could be looked whether the bone moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OrderCheck {
+    /// It was looked at so many places in the order of the points.
+    Made {
+        /// How many.
+        places: usize,
+    },
+    /// No place has enough points before it and after it: nothing is known.
+    TooFew {
+        /// All points, such as were taken by a probe held still as one.
+        points: f64,
+        /// So many are needed on each side of a place.
+        least: f64,
+    },
+    /// Something goes with the order of the points, or could not be computed, and no two poses could be fitted: nothing is known.
+    Undecided,
+}
+
+impl OrderCheck {
+    /// Why nothing is known, in words; `None` where it was looked.
+    #[must_use]
+    pub fn why_not(&self) -> Option<String> {
+        match self {
+            Self::Made { .. } => None,
+            Self::TooFew { points, least } => Some(format!(
+                "whether the bone moved under its marker could not be looked at: {points:.0} points, such as share a place or an image as \
+                 one, and {least:.0} are needed before and after a place in their order; take more, or touch the first places again"
+            )),
+            Self::Undecided => Some(
+                "whether the bone moved under its marker could not be decided: no two poses could be fitted to the points before and after; \
+                 take more points, or touch the first places again"
+                    .to_owned(),
+            ),
+        }
+    }
+}
+
+/// The parts that differ most, `None` where nothing goes with the order of the points; and whether it could be looked.
 pub(super) fn halves(
     solver: &Solver<'_>,
     cloud: &Cloud,
     shared: Option<&SharedError>,
     noise: &Noise,
     state: &State,
-) -> Option<Halves> {
-    let mut places: Vec<usize> = suspects(solver, cloud, noise, state)
-        .into_iter()
+) -> (Option<Halves>, OrderCheck) {
+    let suspects = suspects(solver, cloud, noise, state);
+    let mut places: Vec<usize> = suspects
+        .greatest
+        .iter()
         .filter(|(score, _)| *score >= SUSPECT)
-        .map(|(_, before)| before)
+        .map(|(_, before)| *before)
         .collect();
     places.dedup();
+    let is_suspected = !places.is_empty();
     // Scores of different kinds do not compare; what two poses at their places say does.
     let told = places
         .into_iter()
         .filter_map(|before| at(solver, cloud, shared, state, before));
-    told.max_by(|a, b| a.square.total_cmp(&b.square))
+    let found = told.max_by(|a, b| a.square.total_cmp(&b.square));
+    let check = match (&found, suspects.wide, suspects.places) {
+        (Some(_), ..) => OrderCheck::Made {
+            places: suspects.places.max(1),
+        },
+        (None, 0, _) => OrderCheck::TooFew {
+            points: suspects.points,
+            least: LEAST_PART,
+        },
+        (None, _, places) if is_suspected || places == 0 => OrderCheck::Undecided,
+        (None, _, places) => OrderCheck::Made { places },
+    };
+    (found, check)
 }
 
 /// The parts before and after a place as two poses.

@@ -8,7 +8,7 @@ use crate::points::Points;
 use crate::search::{Minimum, Searched};
 use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
-use super::moved::{Halves, halves};
+use super::moved::{Halves, OrderCheck, halves};
 use super::parts::{Class, FREE_MM, PointResult, inflation, kept, one};
 use super::rows::Rows;
 
@@ -70,6 +70,8 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub landmark_ratio: Option<f64>,
     /// The two parts of the sweep, in the order of the points, that differ most as two poses; `None` where nothing goes with the order.
     pub halves: Option<Halves>,
+    /// Whether it could be looked at all whether the bone moved: without it `halves` being `None` says nothing.
+    pub order: OrderCheck,
     /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,
     pub(crate) radius_mm: f64,
@@ -136,6 +138,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         let own = each.iter().zip(&cloud.votes).filter(|(p, _)| p.class == class);
         own.map(|(_, vote)| vote).sum::<f64>() / total
     };
+    let (halves, order) = halves(solver, cloud, points.shared(), noise, &state);
     Ok(SurfaceRegistration {
         transform: uncertain,
         depth_scale: state.scale,
@@ -157,7 +160,8 @@ pub(super) fn result<To: Frame, From: Frame>(
         fits: searched.fits,
         hits,
         landmark_ratio: landmark_ratio(&problem, &state),
-        halves: halves(solver, cloud, points.shared(), noise, &state),
+        halves,
+        order,
         centre: state.shift,
         radius_mm: cloud.radius_mm,
         about_points: covariance,

@@ -8,16 +8,41 @@ use crate::solve::{Matrix8, Noise, Problem, Solver, State, Vector8};
 const STEP: f64 = 0.05;
 const ENDS: [f64; 2] = [0.15, 0.85];
 /// A part with fewer points, such as were taken by a probe held still as one, has no pose of its own.
-const LEAST_PART: f64 = 15.0;
+pub(super) const LEAST_PART: f64 = 15.0;
 /// The kernels of the scores, deviations: what lies so far off still has half of its greatest pull. The narrow one sees some millimetres,
 /// the wide one a bone that moved so far that one part of the points is left out by the fit.
 const SCORE_KERNELS: [f64; 2] = [6.0, 25.0];
 
-/// The greatest of each kind of score, with the number of points before its place.
-pub(super) fn suspects(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) -> Vec<(f64, usize)> {
+/// What goes with the order of the points.
+pub(super) struct Suspects {
+    /// The greatest of each kind of score, with the number of points before its place.
+    pub(super) greatest: Vec<(f64, usize)>,
+    /// Places whose scores were computed, the fewer of both kernels'.
+    pub(super) places: usize,
+    /// Places with enough points before and after, whether their scores could be computed or not.
+    pub(super) wide: usize,
+    /// All points, such as were taken by a probe held still as one.
+    pub(super) points: f64,
+}
+
+/// Looks at all places.
+pub(super) fn suspects(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) -> Suspects {
     let scored = SCORE_KERNELS.map(|kernel| suspect_by(solver, cloud, noise, state, Kernel::Wide(kernel)));
     let left = left_out(solver, cloud, noise, state);
-    scored.into_iter().chain([left]).flatten().collect()
+    Suspects {
+        greatest: scored.iter().filter_map(|scored| scored.best).chain(left).collect(),
+        places: scored.iter().map(|scored| scored.places).min().unwrap_or(0),
+        wide: scored.iter().map(|scored| scored.wide).min().unwrap_or(0),
+        points: cloud.votes.iter().sum(),
+    }
+}
+
+/// The scores by one kernel.
+#[derive(Default)]
+struct Scored {
+    best: Option<(f64, usize)>,
+    places: usize,
+    wide: usize,
 }
 
 /// Where the shares of points that fit differ most before and after, by twice the square of their difference in its deviations: of a bone
@@ -49,13 +74,7 @@ fn left_out(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) ->
     best
 }
 
-fn suspect_by(
-    solver: &Solver<'_>,
-    cloud: &Cloud,
-    noise: &Noise,
-    state: &State,
-    kernel: Kernel,
-) -> Option<(f64, usize)> {
+fn suspect_by(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State, kernel: Kernel) -> Scored {
     let problem = Problem {
         anchors: &[],
         kernel,
@@ -85,17 +104,25 @@ fn suspect_by(
     for (k, sigma) in [(6, solver.priors.depth_scale), (7, solver.priors.offset_mm)] {
         all.matrix[(k, k)] += if sigma > 0.0 { sigma.powi(-2) } else { 1e12 };
     }
-    let inverse = all.matrix.cholesky()?.inverse();
+    let mut scored = Scored {
+        wide: starts.len() - 1,
+        ..Scored::default()
+    };
+    let Some(inverse) = all.matrix.cholesky().map(|factor| factor.inverse()) else {
+        return scored;
+    };
     let mut after = all.clone();
-    let mut best: Option<(f64, usize)> = None;
     for (part, start) in parts.iter().zip(starts.iter().skip(1)) {
         after = after.without(part);
-        let score = after.score(&all, &inverse).unwrap_or(0.0);
-        if best.is_none_or(|best| score > best.0) {
-            best = Some((score, *start));
+        let Some(score) = after.score(&all, &inverse).filter(|score| score.is_finite()) else {
+            continue;
+        };
+        scored.places += 1;
+        if scored.best.is_none_or(|best| score > best.0) {
+            scored.best = Some((score, *start));
         }
     }
-    best
+    scored
 }
 
 /// Sums over some points.

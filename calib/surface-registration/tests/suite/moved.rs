@@ -1,7 +1,9 @@
 //! A bone that moves on the way.
 
 use geometry::{Ct, Tracker};
-use surface_registration::{Field, Limits, Options, Refusal, Spacing, Start, Surface, SurfaceRegistration, register};
+use surface_registration::{
+    Field, Limits, Options, OrderCheck, Refusal, Spacing, Start, Surface, SurfaceRegistration, register,
+};
 
 use crate::common::change::{held, in_order, line, mirrored, moved, skin, with_calibration_error};
 use crate::common::draw::{Drawn, LEFT, Source, Sweep, off, targets};
@@ -76,7 +78,33 @@ fn a_bone_that_did_not_move_is_not_refused_as_moved() {
         let shared = with_calibration_error(&mut drawn, [0.004, 0.004, 0.004, 0.3, 0.3, 0.3], seed);
         let found = scene.found(&drawn, Some(shared));
         assert_eq!(Limits::default().judge(&found, &targets()), [], "{:?}", found.halves);
+        assert!(
+            matches!(found.order, OrderCheck::Made { places } if places > 0),
+            "{:?}",
+            found.order
+        );
     }
+}
+
+/// A bone that moved by 5 mm after half of 28 points: no place has 15 before and after it, so nothing was looked at, which is told.
+#[test]
+fn that_too_few_points_were_there_to_look_is_told() {
+    let Some(scene) = scene() else { return };
+    let sweep = Sweep {
+        outliers: 0.0,
+        points: 28,
+        ..Sweep::default()
+    };
+    let mut drawn = in_order(scene.source.draw(&sweep, 89));
+    moved(&mut drawn, 5.0, 89);
+    let found = scene.found(&drawn, None);
+    assert!(found.halves.is_none());
+    assert!(
+        matches!(found.order, OrderCheck::TooFew { points, .. } if points < 30.0),
+        "{:?}",
+        found.order
+    );
+    assert!(found.order.why_not().unwrap().contains("could not be looked at"));
 }
 
 #[test]

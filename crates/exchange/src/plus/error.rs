@@ -51,6 +51,18 @@ pub enum PlusError {
         /// What it should hold.
         expected: &'static str,
     },
+    /// A scan conversion lacks something, or has what it must not.
+    #[error("line {line}: {key} of a ScanConversion is {found}; expected {expected}")]
+    Scan {
+        /// Where.
+        line: u32,
+        /// The attribute.
+        key: &'static str,
+        /// What it holds.
+        found: String,
+        /// What it should hold.
+        expected: &'static str,
+    },
     /// No phantom, or more wires than any has.
     #[error("{found} wires in its PhantomDefinition; 1 to {most} are read")]
     WireCount {

@@ -10,16 +10,19 @@ use probe::{
     check, cross_validate,
 };
 
+use super::array::ArrayRecord;
 use super::error::ProbeCommandError;
 use super::file::ProbeFile;
+use super::images::{self, ArrayArgs};
 use super::input::{self, Read};
 use super::phantom::{self, Told};
 use super::report;
 use super::seeing::SeeingArgs;
+use super::water::{SCANNER_M_S, WaterRecord};
 use crate::commands::Outcome;
-use crate::poses::timed;
+use crate::poses::{Pixels, timed};
 use crate::store;
-use crate::values::{Positive, Target};
+use crate::values::{Name, Positive, Target};
 
 pub(crate) const PROBE_HELP: &str = "\
 Finds where the image of a tracked ultrasound probe lies in the marker on it, with the size of its pixels, from \
@@ -46,6 +49,14 @@ it; 0 and 0 say that it is exact. What else may be wrong is free where its devia
 the residuals smaller whether it is true or not; the distances of frames that took no part, which are told at the \
 end, say whether it is.
 
+The file says which images it holds for: their size, how they are turned, array, depth (--array and --depth-mm, or the \
+<ScanConversion> of a device set), and the name of the tool (--tool). A sweep compares each with the images that it gets and \
+refuses others; what the file does not say it refuses too, but where it is told to take it unchecked.
+
+In water sound is slower than a scanner believes (20 C: 1482 m/s, where scanners reckon with 1540), and depths are shown 3.8 % too \
+long: --water-celsius takes that out (Marczak 1997), so that the image is that of tissue, and a sweep's speed of sound is within some per cent of \
+1. Where water has salt or alcohol in it to have the speed of tissue, leave it out.
+
 A lag is told as the time to add to an image's stamp to find the pose that goes with it.
 
 What falls short of a bound is said, and the exit code is 1; nothing is written then.
@@ -62,6 +73,9 @@ Examples:
   calib probe --points points.csv --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0 \
 --phantom-error-deg 0 \
 --window-ms 100 --lag-ms 100 --tracker-percent 3 --out probe.json
+  calib probe --sequence sweep.mha --config PlusDeviceSet.xml --phantom-error-mm 0.3 --phantom-error-deg 0.5 \
+--array curved:200,-280,300,56 --depth-mm 80 --tool probe --out probe.json
+  calib probe --wall --sequence tank.mha --array linear:10,390,2 --depth-mm 40 --water-celsius 21.5 --out probe.json
   calib probe --check probe.json --points cross.csv --sequence cross.mha --config Cross.xml --phantom-error-mm 0.3 \
 --phantom-error-deg 0.5
   calib probe --wall --points wall.csv --sequence wall.mha --pixel-mm 0.08,0.08 --pixel-percent 2 --max-error-mm 1 \
@@ -80,7 +94,19 @@ pub(crate) struct ProbeArgs {
     /// The transform of the sequence from the probe's marker to what stands still with the phantom
     #[arg(long, value_name = "NAME", default_value = "ProbeToReference")]
     transform: String,
-    /// A device set of PLUS with the phantom's wires and its place
+    #[command(flatten)]
+    array: ArrayArgs,
+    /// The name that a run's scene has for the tool that the marker is on [default: the marker's, of --transform]
+    #[arg(long, value_name = "NAME")]
+    tool: Option<Name>,
+    /// The temperature of the water that the phantom or wall is in, 0 to 95: points are put where they would be shown in tissue, and the
+    /// file says it. Needs --array, --scan or a device set with <ScanConversion>
+    #[arg(long, value_name = "T", value_parser = up_to::<95>)]
+    water_celsius: Option<f64>,
+    /// The speed of sound that the scanner reckons with
+    #[arg(long, value_name = "M/S", default_value_t = SCANNER_M_S, requires = "water_celsius", value_parser = scanner_speed)]
+    scanner_speed_m_s: f64,
+    /// A device set of PLUS with the phantom's wires and its place, and where it has <ScanConversion> with what --scan says
     #[arg(
         long,
         value_name = "FILE.xml",
@@ -163,6 +189,11 @@ fn pair(text: &str) -> Result<Pair, String> {
         .ok_or_else(|| "expected two numbers, for instance 0.08,0.075".to_owned())
 }
 
+fn scanner_speed(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|found| (1400.0..=1700.0).contains(found));
+    found.ok_or_else(|| "expected a speed of 1400 to 1700 m/s".to_owned())
+}
+
 fn up_to<const MOST: u32>(text: &str) -> Result<f64, String> {
     let found = text
         .parse()
@@ -199,19 +230,24 @@ impl ProbeArgs {
             Some(told) => told.wires.all().iter().map(|wire| wire.name.clone()).collect(),
             None => vec![String::new()],
         };
-        let (read, seen) = self.read(&names, phantom.as_ref())?;
+        let pictured = Pixels::pictured(&self.sequence)?;
+        let (mut read, seen) = self.read(&names, phantom.as_ref())?;
+        let beamed = self.array.read(self.config.as_deref(), pictured.size_px)?;
+        let water = self.water(&mut read, beamed.array.as_ref())?;
         if let (Some(path), Some(told)) = (&self.check, &phantom) {
             let mut outcome = self.judge(path, &read, told, &options)?;
             outcome.text.insert_str(0, &seen);
             return Ok(outcome);
         }
+        let images = images::record(pictured, &beamed, &self.transform, self.tool.as_ref().map(Name::as_str));
         let found = self.solve(&read, phantom, &options)?;
         let gates = self.gates();
         let verdict = gates.judge(&reached(&found.calibration));
+        let holds_for = images.words();
         let file = ProbeFile::new(
             &found.calibration,
             found.crossed.as_ref(),
-            read.lost,
+            (read.lost, images, water),
             self.sources(),
             &verdict,
         );
@@ -222,6 +258,9 @@ impl ProbeArgs {
             found.phantom.as_ref(),
             &read,
         );
+        text += &holds_for;
+        text.extend(water.map(|water| water.words()));
+        text.extend(beamed.left.map(|why| format!("  {why}\n")));
         text.push_str(&format!("verdict          {verdict}\n"));
         if let Verdict::Refused(_) = verdict {
             let refused = Some(format!("the probe's image is not accepted: {verdict}"));
@@ -232,6 +271,17 @@ impl ProbeArgs {
             text.push_str(&format!("written to {}, id {}\n", out.display(), file.id));
         }
         Ok(Outcome { text, refused: None })
+    }
+
+    /// Puts the points right for the water that they were seen in, where its temperature is told.
+    fn water(&self, read: &mut Read, array: Option<&ArrayRecord>) -> Result<Option<WaterRecord>, ProbeCommandError> {
+        let Some(celsius) = self.water_celsius else {
+            return Ok(None);
+        };
+        let array = array.ok_or(ProbeCommandError::WaterArray)?;
+        let water = WaterRecord::new(celsius, self.scanner_speed_m_s);
+        water.put_right(read, array);
+        Ok(Some(water))
     }
 
     /// Points and poses, and what was seen in the images where the points are theirs.

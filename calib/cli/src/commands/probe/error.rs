@@ -21,6 +21,14 @@ pub(crate) enum ProbeCommandError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Segment(#[from] SegmentError),
+    #[error(transparent)]
+    Pixels(#[from] PixelsError),
+    #[error(
+        "--water-celsius needs to know where beams run: say --array, or --scan with a device set that has <ScanConversion>"
+    )]
+    WaterArray,
+    #[error("{path} has no <ScanConversion>: say --array and --depth-mm")]
+    NoScan { path: PathBuf },
     #[error("reading {path}: {source}")]
     Plus { path: PathBuf, source: Box<PlusError> },
     #[error("{path}: {source}")]

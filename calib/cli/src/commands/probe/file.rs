@@ -11,6 +11,8 @@ use nalgebra::{Matrix6, SMatrix};
 use probe::{CrossValidated, KnownImage, ProbeCalibration};
 use serde::{Deserialize, Serialize};
 
+use super::images::ImagesRecord;
+use super::water::WaterRecord;
 use crate::calibration::now;
 use crate::input_files::source::Source;
 
@@ -51,6 +53,13 @@ pub struct ProbeFile {
     pub seen_px: [[f64; 2]; 2],
     /// Largest root mean square error by the covariance at the corners of `seen_px`, mm.
     pub error_mm: f64,
+    /// The images that it holds for; files of before it was written have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub images: Option<ImagesRecord>,
+    /// The water that it was calibrated in, where its temperature was told: then the image, `pixel_mm` among it, is that of tissue in
+    /// which sound has the scanner's speed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water: Option<WaterRecord>,
     /// The lag of the poses, where it was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<LagRecord>,
@@ -150,7 +159,7 @@ impl ProbeFile {
     pub(super) fn new(
         found: &ProbeCalibration,
         crossed: Option<&[CrossValidated; 2]>,
-        lost: usize,
+        (lost, images, water): (usize, ImagesRecord, Option<WaterRecord>),
         sources: Vec<&PathBuf>,
         verdict: &Verdict,
     ) -> Self {
@@ -172,6 +181,8 @@ impl ProbeFile {
                 .collect(),
             seen_px: found.seen_px,
             error_mm: found.worst_mm(),
+            images: Some(images),
+            water,
             lag: found.lag.map(|lag| LagRecord {
                 lag_s: lag.lag_s,
                 sigma_s: lag.sigma_s,

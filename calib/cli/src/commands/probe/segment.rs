@@ -7,22 +7,15 @@ use std::path::Path;
 
 use echo::{DotOptions, Drawing, Grey, Region, WallOptions, WiresOptions, dots, label, wall};
 use geometry::{Probe, Reference, Rigid, Vector};
-use picture::{Anchor, Canvas, Line, Rgb};
 use probe::Mark;
 
 use super::error::SegmentError;
 use super::phantom::Told;
+use super::sheet::{Sheet, Shown};
 use crate::poses::Pixels;
 
-/// Tiles of the picture: how many, side by side, and their width in pixels.
-const TILES: usize = 24;
-const ACROSS: u32 = 4;
-const TILE: u32 = 400;
-const TITLE: u32 = 20;
 /// Every so many images a line of progress is told to a terminal.
-const TOLD_EVERY: u32 = 50;
-const MARK: Rgb = Rgb(255, 64, 64);
-const WORDS: Rgb = Rgb(255, 230, 120);
+pub(crate) const TOLD_EVERY: u32 = 50;
 
 /// What is looked for.
 pub(super) enum Sought<'a> {
@@ -43,7 +36,7 @@ pub(super) struct Segmented {
     doubtful: usize,
     /// Of each image with names, the phantom's directions of its columns and rows.
     runs: BTreeMap<u32, [[f64; 3]; 2]>,
-    picture: Option<Canvas>,
+    picture: Option<Sheet>,
 }
 
 /// Looks at each image of a sequence.
@@ -88,10 +81,10 @@ pub(super) fn segment(
             _ => all.wall(number, &image),
         };
         if let Some(sheet) = &mut sheet {
-            sheet.add(number, grey, &seen);
+            sheet.dots(number, grey, &seen);
         }
     }
-    all.picture = sheet.map(|sheet| sheet.canvas);
+    all.picture = sheet;
     if all.marks.is_empty() {
         let what = if drawing.is_some() { "the wires" } else { "a wall" };
         return Err(SegmentError::Nothing {
@@ -109,9 +102,6 @@ pub(super) fn segment(
     }
     Ok(all)
 }
-
-/// What an image shows, for the picture: places with their names, or why there are none.
-type Shown = Result<Vec<([f64; 2], String)>, String>;
 
 impl Segmented {
     fn wires(
@@ -224,66 +214,6 @@ impl Segmented {
 
     /// The picture as PNG, where one was asked for.
     pub(super) fn png(&self) -> Option<io::Result<Vec<u8>>> {
-        let encoded = picture::encode_png(self.picture.as_ref()?, &[]);
-        Some(encoded.map_err(io::Error::other))
-    }
-}
-
-/// Some of the images, evenly over the sequence, with what was seen in them.
-struct Sheet {
-    canvas: Canvas,
-    size: [usize; 2],
-    tile_height: u32,
-    every: usize,
-    drawn: u32,
-}
-
-impl Sheet {
-    fn new(size: [usize; 2], count: usize) -> Self {
-        let tiles = count.min(TILES) as u32;
-        let tile_height = ((TILE as usize * size[1]).div_ceil(size[0]) as u32).clamp(20, 4 * TILE);
-        let (across, down) = (tiles.min(ACROSS), tiles.div_ceil(ACROSS));
-        Self {
-            canvas: Canvas::new(across * TILE, down * (tile_height + TITLE)),
-            size,
-            tile_height,
-            every: count.div_ceil(TILES),
-            drawn: 0,
-        }
-    }
-
-    fn add(&mut self, number: u32, grey: &[u8], seen: &Shown) {
-        if !(number as usize).is_multiple_of(self.every) {
-            return;
-        }
-        let (left, top) = (
-            self.drawn % ACROSS * TILE,
-            self.drawn / ACROSS * (self.tile_height + TITLE),
-        );
-        self.drawn += 1;
-        let [columns, rows] = self.size;
-        let scale = f64::from(TILE) / columns as f64;
-        let mut rgba = Vec::with_capacity((TILE * self.tile_height * 4) as usize);
-        for v in 0..self.tile_height {
-            for u in 0..TILE {
-                let at = [u, v].map(|x| ((f64::from(x) + 0.5) / scale) as usize);
-                let inside = at[0] < columns && at[1] < rows;
-                let value = if inside { grey[at[1] * columns + at[0]] } else { 0 };
-                rgba.extend([value, value, value, 255]);
-            }
-        }
-        self.canvas.paste(&rgba, TILE, left, top + TITLE);
-        let words = match seen {
-            Ok(points) => format!("{number}: {} points", points.len()),
-            Err(why) => format!("{number}: {}", why.chars().take(60).collect::<String>()),
-        };
-        let [x, y] = [left, top].map(f64::from);
-        self.canvas.text([x + 4.0, y + 10.0], &words, 12.0, WORDS, Anchor::Left);
-        for (px, name) in seen.iter().flatten() {
-            let at = [x + (px[0] + 0.5) * scale, y + f64::from(TITLE) + (px[1] + 0.5) * scale];
-            self.canvas.circle(at, 6.0, Line::solid(MARK, 1.0));
-            self.canvas
-                .text([at[0] + 8.0, at[1] - 8.0], name, 11.0, WORDS, Anchor::Left);
-        }
+        Some(self.picture.as_ref()?.png())
     }
 }

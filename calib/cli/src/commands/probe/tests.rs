@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use geometry::{Image, Phantom, Point, Probe, Reference, Rigid, Vector};
 
-use super::ProbeFile;
+use super::{ArrayRecord, ProbeFile};
 use crate::cli::{Cli, run};
 use crate::commands::Outcome;
 
@@ -255,6 +255,137 @@ fn what_is_wrong_is_refused_by_name() {
         metres.contains("are these metres?") || metres.contains("parallel") || metres.contains("noise given"),
         "{metres}"
     );
+}
+
+/// Water of 20 degrees makes pixels 3.7 % too short along the beam, unless its temperature is told; the phantom stands where it stands.
+#[test]
+fn a_probe_calibrated_in_cold_water_has_the_pixels_of_tissue() {
+    let array = "--array linear:0,400,6";
+    let share = 1482.38 / 1540.0;
+    let mut cold = files();
+    let shown = |line: &str| match line.rsplit_once(',') {
+        Some((left, v)) if v != "v" => format!("{left},{:.4}\n", 6.0 + (v.parse::<f64>().unwrap() - 6.0) / share),
+        _ => format!("{line}\n"),
+    };
+    cold.points = cold.points.lines().map(shown).collect();
+    let of = |more: &str| {
+        let outcome = cold.answer(&format!("{EXACT} --out out.json {more}")).unwrap();
+        assert_eq!(outcome.refused, None, "{}", outcome.text);
+        let file = ProbeFile::read(&cold.path("out.json")).unwrap();
+        fs::remove_file(cold.path("out.json")).unwrap();
+        (outcome.text, file)
+    };
+    let (_, untold) = of("");
+    assert!((untold.pixel_mm[1] / (share * PIXEL[1]) - 1.0).abs() < 1e-5 && untold.water.is_none());
+    let (text, told) = of(&format!("{array} --water-celsius 20"));
+    // The planted image and its pixels, as without water: the formula's speed is that above to 3e-6.
+    let ((planted, _), found) = (planted(), told.probe_from_image().unwrap());
+    let off = Vector3::from(found.transform().translation_mm()) - Vector3::from(planted.translation_mm());
+    assert!(off.norm() < 2e-3, "{off}");
+    assert!((told.pixel_mm[1] / PIXEL[1] - 1.0).abs() < 2e-5, "{:?}", told.pixel_mm);
+    assert!((told.pixel_mm[0] / PIXEL[0] - 1.0).abs() < 1e-5, "{:?}", told.pixel_mm);
+    let water = told.water.unwrap();
+    assert!((water.speed_m_s - 1482.38).abs() < 0.01 && water.scanner_m_s == 1540.0 && water.celsius == 20.0);
+    assert!(text.contains("20.0 C: sound at 1482.4 m/s, 3.7 % slower"), "{text}");
+    // Its check is made in water too.
+    let written = cold
+        .answer(&format!("{EXACT} {array} --water-celsius 20 --out out.json"))
+        .unwrap();
+    assert_eq!(written.refused, None);
+    let check = format!("{EXACT} --check out.json");
+    assert!(
+        cold.answer(&format!("{check} {array} --water-celsius 20"))
+            .unwrap()
+            .refused
+            .is_none()
+    );
+    assert!(cold.answer(&check).unwrap().refused.is_some());
+    assert!(
+        cold.refused(&format!("{EXACT} --water-celsius 20"))
+            .contains("needs to know where beams run")
+    );
+    assert!(
+        cold.refused(&format!("{EXACT} {array} --water-celsius 96"))
+            .contains("from 0 to 95")
+    );
+}
+
+/// A crop, a flip, another depth, another array and another tool's probe went unseen: nothing in the file said what it was of.
+#[test]
+fn a_calibration_says_which_images_and_which_tool_it_is_of() {
+    let of = |files: &Files, more: &str| {
+        let outcome = files.answer(&format!("{EXACT} --out out.json {more}")).unwrap();
+        let file = ProbeFile::read(&files.path("out.json")).unwrap();
+        fs::remove_file(files.path("out.json")).unwrap();
+        (outcome.text, file.images.unwrap())
+    };
+    // Poses alone and a phantom: the transform's names are all that is known, and what is not is told.
+    let files = files();
+    let (text, bare) = of(&files, "");
+    assert_eq!(
+        (
+            bare.tool.as_deref(),
+            bare.marker.as_deref(),
+            bare.reference.as_deref(),
+            bare.size_px
+        ),
+        (Some("Probe"), Some("Probe"), Some("Reference"), None)
+    );
+    assert!(
+        text.contains("not told: the size of the images, the array (--array or --scan)"),
+        "{text}"
+    );
+    // All that PLUS writes.
+    let mut whole = self::files();
+    whole.header = whole.header.replace(
+        "NDims = 3\n",
+        "NDims = 3\nDimSize = 400 300 12\nElementType = MET_UCHAR\nUltrasoundImageOrientation = MF\n",
+    );
+    let scan = "<ScanConversion TransducerGeometry=\"LINEAR\" ImagingDepthMm=\"24\" TransducerWidthMm=\"38\" OutputImageSizePixel=\"400 300\" \
+                TransducerCenterPixel=\"200 2\" OutputImageSpacingMmPerPixel=\"0.1 0.08\" NumberOfScanLines=\"128\" /></PlusConfiguration>";
+    whole.config = whole.config.replace("</PlusConfiguration>", scan);
+    let (text, told) = of(&whole, "--tool us-probe");
+    let linear = ArrayRecord::Linear {
+        from_px: 10.0,
+        to_px: 390.0,
+        face_px: 2.0,
+    };
+    assert_eq!(
+        (
+            told.size_px,
+            told.orientation.as_deref(),
+            told.array,
+            told.lines,
+            told.depth_mm,
+            told.tool.as_deref()
+        ),
+        (
+            Some([400, 300]),
+            Some("MF"),
+            Some(linear),
+            Some(128),
+            Some(24.0),
+            Some("us-probe")
+        )
+    );
+    assert!(
+        text.contains("400 x 300 pixels; turned MF; a linear array") && !text.contains("not told"),
+        "{text}"
+    );
+    // The command line overrules a device set, and one of images of another size is not taken.
+    let (_, curved) = of(&whole, "--array curved:200,-600,620,60 --depth-mm 22");
+    assert!(
+        matches!(curved.array, Some(ArrayRecord::Curved { angle_deg, .. }) if angle_deg == 60.0)
+            && curved.depth_mm == Some(22.0)
+    );
+    whole.header = whole.header.replace("400 300 12", "400 280 12");
+    let (text, other) = of(&whole, "");
+    assert!(
+        other.array.is_none() && text.contains("of images of 400 x 300 pixels and these have 400 x 280"),
+        "{text}"
+    );
+    let refused = whole.refused(&format!("{EXACT} --array linear:390,10,2"));
+    assert!(refused.contains("expected linear:U,U,V"), "{refused}");
 }
 
 /// The recording of PLUS from its own files: accepted with what its tracker needs, refused without.

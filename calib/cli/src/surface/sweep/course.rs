@@ -8,6 +8,7 @@ use super::super::bone::Bone;
 use super::super::error::SurfaceCommandError;
 use super::super::{Asked, make};
 use super::sounded::{Sounding, sounded_words};
+use super::taken::Taken;
 use crate::input_files::columns::TableError;
 use crate::input_files::source::Source;
 use crate::live::{Lacks, Listened, touches_comment};
@@ -92,10 +93,14 @@ pub(super) enum Way<'a> {
 }
 
 impl Way<'_> {
-    /// The file of the points so far, and how many they are; `frame` is the name of theirs.
-    pub(super) fn csv(&self, heard: &Listened, frame: &str) -> Result<(String, usize), SurfaceCommandError> {
+    /// The points so far; `frame` is the name of theirs.
+    pub(super) fn taken(&self, heard: &Listened, frame: &str) -> Taken {
         match self {
-            Self::Tip(course, tool) => Ok((course.csv(heard, tool, frame), course.taken(heard).count())),
+            Self::Tip(course, tool) => Taken {
+                text: course.csv(heard, tool, frame),
+                count: course.taken(heard).count(),
+                refused: None,
+            },
             Self::Probe(sounding, tool) => sounding.csv(heard, tool, frame),
         }
     }
@@ -128,9 +133,10 @@ impl Advice<'_> {
     }
 
     fn words(&self, heard: &Listened) -> Result<String, SurfaceCommandError> {
-        let (text, count) = self.way.csv(heard, self.frame)?;
+        let Taken { text, count, refused } = self.way.taken(heard, self.frame);
+        let left = refused.map_or_else(String::new, |refused| format!(". {refused}"));
         if count < ADVISED {
-            return Ok(format!("{count} points; {}", self.way.go_on(heard)));
+            return Ok(format!("{count} points; {}{left}", self.way.go_on(heard)));
         }
         // By the very way of the result: what is told meanwhile has the errors that points share, and its conditions.
         let source = Source::from_bytes(&self.asked.points, text.into_bytes()).map_err(TableError::from)?;
@@ -138,7 +144,11 @@ impl Advice<'_> {
         let tre = made.targets.iter().map(|target| made.found.predicted_tre_mm(*target));
         let worst = tre.fold(0.0, f64::max);
         let verdict = match made.against().first() {
-            None => format!("{count} points, nothing speaks against it; {worst:.1} mm at the targets"),
+            None => {
+                let unknown = made.found.order.why_not();
+                let unknown = unknown.map_or("", |_| " (whether the bone moved cannot be told yet)");
+                format!("{count} points, nothing speaks against it{unknown}; {worst:.1} mm at the targets")
+            }
             Some(refusal) => format!("{count} points, not yet: {refusal}"),
         };
         let variances = made
@@ -160,7 +170,7 @@ impl Advice<'_> {
             .iter()
             .map(|place| place_words(place.place_mm, place.normal, place.tre_mm))
             .collect();
-        Ok(format!("{verdict}. More helps most {}", words.join(", or ")))
+        Ok(format!("{verdict}. More helps most {}{left}", words.join(", or ")))
     }
 }
 

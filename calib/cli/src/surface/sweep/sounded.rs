@@ -1,43 +1,46 @@
 //! Lines of bone in the images of a tracked probe, as points of the file of a sweep.
 
-use std::path::Path;
-
-use geometry::{Direction, Image, Marker, Point, Rigid, Tracker, Uncertain, UncertainPoint, Vector, checked};
+use geometry::{Direction, Image, Marker, Point, Rigid, Tracker, Uncertain, UncertainPoint, checked};
 use nalgebra::{Matrix3, Vector3};
 use probe::Track;
 
+use super::super::calibrated::Calibrated;
 use super::super::error::SurfaceCommandError;
-use super::super::points::Shared;
-use crate::commands::probe::ProbeFile;
+use super::taken::{Refused, Taken};
 use crate::live::{Listened, Looked, touches_comment};
 
 /// Between two poses that are further apart in time nothing is known of the way, s.
 const GAP_S: f64 = 0.15;
-/// An image of pixels that differ by more than this share from those of the calibration was made at another depth.
-const OTHER_PIXELS: f64 = 0.02;
-
 /// By so much the error of the lag may move a point, deviation, mm: it moves neighbours alike, which is not reckoned with.
 const MOST_LATE_MM: f64 = 0.2;
 /// Points that a file has at most.
 const MOST_ROWS: usize = 10_000;
 
-/// A probe's calibration, as a sweep needs it.
-pub(in super::super) struct Calibrated {
-    /// In words.
-    of: String,
-    marker_from_image: Uncertain<Marker, Image>,
-    pixel_mm: [f64; 2],
-    /// To be added to an image's stamp to find the pose that goes with it, and its deviation, s.
-    lag_s: [f64; 2],
+/// How images become points.
+pub(in super::super) struct Sounding<'a> {
+    pub(in super::super) probe: &'a Calibrated,
+    /// A point each so far along a line, mm.
+    pub(in super::super) step_mm: f64,
+    /// Deviation of a point across its image, mm.
+    pub(in super::super) elevation_mm: f64,
 }
 
-/// How images become points.
-pub(super) struct Sounding<'a> {
-    pub(super) probe: &'a Calibrated,
-    /// A point each so far along a line, mm.
-    pub(super) step_mm: f64,
-    /// Deviation of a point across its image, mm.
-    pub(super) elevation_mm: f64,
+/// As many as a registration takes.
+fn thinned(rows: Vec<Row>) -> Vec<Row> {
+    let every = rows.len().div_ceil(MOST_ROWS).max(1);
+    rows.into_iter().step_by(every).collect()
+}
+
+/// Counts an image that was refused.
+fn refuse(refused: &mut Option<Refused>, seq: u64, why: SurfaceCommandError, of: usize) {
+    let refused = refused.get_or_insert(Refused {
+        count: 0,
+        of,
+        last: seq,
+        first: why,
+    });
+    refused.count += 1;
+    refused.last = seq;
 }
 
 /// A point with its errors.
@@ -49,49 +52,48 @@ struct Row {
     depth_mm: f64,
 }
 
-impl Calibrated {
-    /// Reads a calibration; `lag_s` (the lag and its deviation) stands in the place of the file's.
-    pub(in super::super) fn read(path: &Path, lag_s: Option<[f64; 2]>) -> Result<Self, SurfaceCommandError> {
-        let file = ProbeFile::read(path).map_err(|source| SurfaceCommandError::Probe(Box::new(source)))?;
-        let none = || SurfaceCommandError::NoCovariance {
-            of: format!("the probe {}", path.display()),
-        };
-        let found = file.probe_from_image().ok_or_else(none)?;
-        // The tool's marker of a run is the one on the probe.
-        let [x, y, z] = found.transform().translation_mm();
-        let rigid = Rigid::from_parts(found.transform().rotation(), Vector::new(x, y, z));
-        Ok(Self {
-            of: format!("the probe's calibration {}", path.display()),
-            marker_from_image: Uncertain::from_upper(rigid, found.upper()).map_err(|_| none())?,
-            pixel_mm: file.pixel_mm,
-            lag_s: lag_s
-                .or(file.lag.map(|lag| [lag.lag_s, lag.sigma_s]))
-                .ok_or_else(|| SurfaceCommandError::NoLag { path: path.to_owned() })?,
-        })
-    }
-}
-
-impl Calibrated {
-    /// The error that all points have by it.
-    pub(in super::super) fn shared(&self) -> Shared {
-        Shared::Probe(self.of.clone(), Box::new(self.marker_from_image))
-    }
-}
-
 impl Sounding<'_> {
-    /// The points of all images so far, as a file, and how many they are.
-    pub(super) fn csv(
+    /// The points of all images so far, as a file.
+    pub(in super::super) fn csv(&self, heard: &Listened, tool: &str, frame: &str) -> Taken {
+        let (rows, refused) = self.rows(heard);
+        Taken {
+            text: self.text(&rows, tool, frame),
+            count: rows.len(),
+            refused,
+        }
+    }
+
+    /// The same of images each of which has a pose of its own, as the frames of a recording have; nothing is late there.
+    pub(in super::super) fn csv_of_own(
         &self,
-        heard: &Listened,
+        frames: &[(Looked, Uncertain<Tracker, Marker>)],
         tool: &str,
         frame: &str,
-    ) -> Result<(String, usize), SurfaceCommandError> {
+    ) -> Taken {
+        let mut rows = Vec::new();
+        for (image, pose) in frames {
+            let posed = Posed {
+                pose: *pose,
+                between: [pose.transform(); 2],
+                passed_s: 1.0,
+            };
+            self.points(image, &posed, &mut rows);
+        }
+        let rows = thinned(rows);
+        Taken {
+            text: self.text(&rows, tool, frame),
+            count: rows.len(),
+            refused: None,
+        }
+    }
+
+    fn text(&self, rows: &[Row], tool: &str, frame: &str) -> String {
         let mut text = format!(
-            "{}\non,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n",
-            touches_comment(tool, frame, &self.probe.marker_from_image)
+            "{}\n{}\non,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,beam_x,beam_y,beam_z,depth,marker_qw,marker_qx,marker_qy,marker_qz,marker_x,marker_y,marker_z\n",
+            touches_comment(tool, frame, &self.probe.marker_from_image),
+            self.probe.comment()
         );
-        let rows = self.rows(heard)?;
-        for row in &rows {
+        for row in rows {
             let c = row.seen.covariance();
             let covariance = [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]];
             let (q, t) = (row.pose.quaternion(), row.pose.translation_mm());
@@ -100,10 +102,10 @@ impl Sounding<'_> {
             let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
             text += &format!("image {},{}\n", row.seq, words.join(","));
         }
-        Ok((text, rows.len()))
+        text
     }
 
-    fn rows(&self, heard: &Listened) -> Result<Vec<Row>, SurfaceCommandError> {
+    fn rows(&self, heard: &Listened) -> (Vec<Row>, Option<Refused>) {
         let mut timed: Vec<(f64, Rigid<Tracker, Marker>)> = Vec::with_capacity(heard.poses.len());
         for (t_s, pose) in heard.times_s.iter().zip(&heard.poses) {
             // A frame that came late is passed over.
@@ -112,32 +114,32 @@ impl Sounding<'_> {
             }
         }
         let Ok(track) = Track::new(&timed, 0.0) else {
-            return Ok(Vec::new());
+            return (Vec::new(), None);
         };
-        let mut rows = Vec::new();
+        let (mut rows, mut refused) = (Vec::new(), None);
+        let mut first = None;
         for image in &heard.images {
-            self.check(image, &heard.images[0])?;
+            if let Err(why) = self.check(image, first.unwrap_or(image)) {
+                refuse(&mut refused, image.seq, why, heard.images.len());
+                continue;
+            }
+            first = first.or(Some(image));
             let t_s = heard.seconds_of(image.t_capture_ns) + self.probe.lag_s[0];
             if let Some(posed) = posed(heard, &track, t_s) {
                 self.points(image, &posed, &mut rows);
             }
         }
-        // A registration takes no more.
-        let every = rows.len().div_ceil(MOST_ROWS).max(1);
-        Ok(rows.into_iter().step_by(every).collect())
+        (thinned(rows), refused)
     }
 
-    /// Refuses an image that the calibration does not hold for; `first` is that of the sweep.
+    /// Refuses an image that the calibration does not hold for; `first` is the first of the sweep that it holds for.
     fn check(&self, image: &Looked, first: &Looked) -> Result<(), SurfaceCommandError> {
         let seq = image.seq;
         let shape = image
             .shape
             .as_ref()
             .map_err(|why| SurfaceCommandError::NoShape { seq, why: why.clone() })?;
-        let (found, expected) = (shape.pixel_mm(), self.probe.pixel_mm);
-        if (0..2).any(|i| (found[i] / expected[i] - 1.0).abs() > OTHER_PIXELS) {
-            return Err(SurfaceCommandError::OtherDepth { seq, found, expected });
-        }
+        self.probe.holds_for(seq, shape)?;
         if image.shape != first.shape {
             return Err(SurfaceCommandError::OtherShape { seq });
         }
@@ -233,8 +235,12 @@ pub(super) fn sounded_words(heard: &Listened) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::calibrated::tests::calibrated;
     use super::*;
-    use ultrasound::{Beams, Shape};
+    use crate::commands::probe::ImagesRecord;
+    use echo::bone::{BoneLine, BonePoint};
+    use geometry::Vector;
+    use ultrasound::{Beam, Beams, Shape};
 
     fn looked(depth_mm: f64, pixel_mm: f64) -> Looked {
         let beams = Beams::Linear {
@@ -254,12 +260,7 @@ mod tests {
     /// An image whose source says no pixels was once told to be of another depth, and one stamped by its arrival was taken.
     #[test]
     fn images_that_the_calibration_does_not_hold_for_are_refused_by_name() {
-        let probe = Calibrated {
-            of: "a test".to_owned(),
-            marker_from_image: Uncertain::from_upper(Rigid::identity(), [0.0; 21]).unwrap(),
-            pixel_mm: [0.1; 2],
-            lag_s: [0.0; 2],
-        };
+        let probe = calibrated(ImagesRecord::default());
         let sounding = Sounding {
             probe: &probe,
             step_mm: 2.0,
@@ -295,5 +296,73 @@ mod tests {
         // A chord of 0.01 rad at 150 mm.
         let expected = 2.0 * 150.0 * 0.005_f64.sin() / 0.02;
         assert!((posed.speed_mm_s(Point::new(150.0, 0.0, 0.0)) - expected).abs() < 1e-9);
+    }
+
+    /// A line of three points 15 mm deep, 5 mm apart.
+    fn line() -> BoneLine {
+        let point = |x: f64| BonePoint {
+            pixel: [x / 0.1, 150.0],
+            place_mm: [x, 15.0],
+            beam: Beam {
+                direction: [0.0, 1.0],
+                depth_mm: 15.0,
+                share: x / 20.0,
+            },
+            axial_mm: 0.1,
+            lateral_mm: 0.5,
+            echo_mm: 0.2,
+            slope: 0.0,
+            contrast: 50.0,
+            ridge: 0,
+        };
+        BoneLine {
+            points: [5.0, 10.0, 15.0].map(point).to_vec(),
+            ridges: Vec::new(),
+            shadow_share: 1.0,
+            margin: 1.0,
+        }
+    }
+
+    /// One image of another depth at the end once lost all points of the sweep.
+    #[test]
+    fn a_bad_image_at_the_end_is_named_and_the_points_of_the_others_are_kept() {
+        let probe = calibrated(ImagesRecord::default());
+        let sounding = Sounding {
+            probe: &probe,
+            step_mm: 2.0,
+            elevation_mm: 0.7,
+        };
+        let times_s: Vec<f64> = (0..60).map(|i| f64::from(i) * 0.05).collect();
+        let poses = vec![Uncertain::from_upper(Rigid::identity(), [0.0; 21]).unwrap(); 60];
+        let images = |bad: &[u64]| -> Vec<Looked> {
+            let one = |seq: u64| Looked {
+                seq,
+                t_capture_ns: 100_000_000 * (seq as i64 + 1),
+                line: Ok(line()),
+                ..looked(30.0, if bad.contains(&seq) { 0.13 } else { 0.1 })
+            };
+            (0..20).map(one).collect()
+        };
+        let taken = |bad: &[u64]| {
+            let heard = Listened::recorded(poses.clone(), times_s.clone(), images(bad));
+            sounding.csv(&heard, "probe", "tracker")
+        };
+        let all = taken(&[]);
+        assert!(all.refused.is_none() && all.count == 60, "{}", all.count);
+        let kept = taken(&[19]);
+        let refused = kept.refused.unwrap();
+        assert_eq!((kept.count, refused.count, refused.is_most()), (57, 1, false));
+        let words = refused.to_string();
+        assert!(
+            words.contains("1 of 20 images are left out") && words.contains("image 19 has pixels of 0.13 x 0.13 mm"),
+            "{words}"
+        );
+        assert_eq!(kept.text, all.text.split("image 19").next().unwrap());
+        // The first one is bad: the others are not measured by it.
+        assert_eq!(taken(&[0]).count, 57);
+        // And where most are, the sweep is none.
+        let most: Vec<u64> = (5..20).collect();
+        let few = taken(&most);
+        assert!(few.count == 15 && few.refused.unwrap().is_most());
     }
 }
