@@ -58,7 +58,9 @@ pub enum NoEquilibrium {
         failed: Failed,
     },
     /// The tube was put too far into the tissue at once.
-    #[error("a point is {depth:.3} mm deep in the tube; deeper than {most:.3} mm it might leave on the other side: move the tube by shorter ways")]
+    #[error(
+        "a point is {depth:.3} mm deep in the tube; deeper than {most:.3} mm it might leave on the other side: move the tube by shorter ways"
+    )]
     TooDeep {
         /// Depth, mm.
         depth: f64,
@@ -66,7 +68,9 @@ pub enum NoEquilibrium {
         most: f64,
     },
     /// Pressures do not settle.
-    #[error("the contact's pressures still change by {change:e} beside {load:e}, and points are {depth:e} mm deep, after {MOST_ROUNDS} rounds")]
+    #[error(
+        "the contact's pressures still change by {change:e} beside {load:e}, and points are {depth:e} mm deep, after {MOST_ROUNDS} rounds"
+    )]
     Pressures {
         /// Change of a force.
         change: f64,

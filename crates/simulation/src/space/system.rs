@@ -217,7 +217,10 @@ impl Potential for System {
     }
 
     fn least_determinant(&self, a: &[f64]) -> f64 {
-        let each = self.bodies.each(a).map(|(_, solid, part)| solid.least_determinant(part));
+        let each = self
+            .bodies
+            .each(a)
+            .map(|(_, solid, part)| solid.least_determinant(part));
         each.fold(f64::INFINITY, f64::min)
     }
 }

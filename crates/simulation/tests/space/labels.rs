@@ -1,7 +1,7 @@
 //! Regions of labels: their surfaces beside the bodies that were cut into voxels, and refusals.
 
 use nalgebra::Vector3;
-use simulation::space::cells::{LabelField, LabelMap, Mesh, NoRegion, Parts, Settings, Smoothing};
+use simulation::space::cells::{LabelField, LabelMap, Mesh, NoMesh, NoRegion, Parts, Settings, Smoothing};
 
 use crate::random;
 
@@ -13,11 +13,18 @@ fn map(spacing: Vector3<f64>, inside: impl Fn(&Vector3<f64>) -> bool) -> Vec<u16
         let at = [n % SIZE[0], n / SIZE[0] % SIZE[1], n / SIZE[0] / SIZE[1]];
         Vector3::from_fn(|k, _| spacing[k] * at[k] as f64)
     };
-    (0..SIZE.iter().product()).map(|n| if inside(&place(n)) { 7 } else { 3 }).collect()
+    (0..SIZE.iter().product())
+        .map(|n| if inside(&place(n)) { 7 } else { 3 })
+        .collect()
 }
 
 fn field(labels: &[u16], spacing: Vector3<f64>, smoothing: &Smoothing) -> Result<LabelField, NoRegion> {
-    let map = LabelMap { size: SIZE, origin: Vector3::zeros(), spacing, labels };
+    let map = LabelMap {
+        size: SIZE,
+        origin: Vector3::zeros(),
+        spacing,
+        labels,
+    };
     LabelField::new(&map, 7, smoothing)
 }
 
@@ -29,7 +36,10 @@ fn the_surface_of_a_ball_of_voxels_is_the_balls() {
             let centre = Vector3::new(40.0, 38.0, 45.0) + Vector3::from_fn(|_, _| 4.0 * random(&mut state));
             let radius = 25.0;
             let labels = map(spacing, |x| (x - centre).norm() < radius);
-            let smoothing = Smoothing { sigma: 3.0, ..Smoothing::default() };
+            let smoothing = Smoothing {
+                sigma: 3.0,
+                ..Smoothing::default()
+            };
             let field = field(&labels, spacing, &smoothing).unwrap();
             let mesh = Mesh::new(&field, field.corners, &Settings::of_side(9.0), &|_, _| false).unwrap();
             let (mut mean, mut worst, mut area) = (0.0, 0.0_f64, 0.0);
@@ -41,9 +51,16 @@ fn the_surface_of_a_ball_of_voxels_is_the_balls() {
             }
             mean /= area;
             let volume = mesh.volume() / field.facts.volume;
-            println!("spacing {:?}: off by {mean:.3} mm, at most {worst:.3} mm; volume {volume:.4}", spacing.as_slice());
-            // The voxels themselves are off by half of one; smoothed over a sigma of one their steps are a fifth of that.
-            assert!(mean.abs() < 0.1 && worst < 0.25 * spacing.max(), "{mean} {worst}");
+            println!(
+                "spacing {:?}: off by {mean:.3} mm, at most {worst:.3} mm; volume {volume:.4}",
+                spacing.as_slice()
+            );
+            // The voxels themselves are off by half of one, which a wide flat cap of them keeps however it is smoothed; on
+            // the whole they are not.
+            assert!(
+                mean.abs() < 0.05 * spacing.max() && worst < 0.5 * spacing.max(),
+                "{mean} {worst}"
+            );
             assert!((volume - 1.0).abs() < 0.005, "{volume}");
         }
     }
@@ -54,19 +71,45 @@ fn parts_holes_and_thin_labels_are_named() {
     let spacing = Vector3::repeat(3.0);
     let centre = Vector3::new(58.0, 56.0, 45.0);
     let far = |x: &Vector3<f64>| (x - centre).norm();
-    let plain = Smoothing { sigma: 2.0, ..Smoothing::default() };
+    let plain = Smoothing {
+        sigma: 2.0,
+        ..Smoothing::default()
+    };
     let speck = map(spacing, |x| far(x) < 20.0 || *x == Vector3::new(3.0, 3.0, 3.0));
-    assert!(matches!(field(&speck, spacing, &plain), Err(NoRegion::Parts { count: 2, next: 1, .. })));
-    let largest = Smoothing { parts: Parts::Largest, ..plain };
+    assert!(matches!(
+        field(&speck, spacing, &plain),
+        Err(NoRegion::Parts { count: 2, next: 1, .. })
+    ));
+    let largest = Smoothing {
+        parts: Parts::Largest,
+        ..plain
+    };
     let facts = field(&speck, spacing, &largest).unwrap().facts;
     assert_eq!((facts.parts, facts.dropped), (2, 1));
     let hollow = map(spacing, |x| (9.0..20.0).contains(&far(x)));
     let open = field(&hollow, spacing, &plain).unwrap();
-    let filled = field(&hollow, spacing, &Smoothing { fill_holes: true, ..plain }).unwrap();
+    let filled = field(
+        &hollow,
+        spacing,
+        &Smoothing {
+            fill_holes: true,
+            ..plain
+        },
+    )
+    .unwrap();
     assert!(open.facts.holes > 50 && !open.facts.filled && open.facts.holes == filled.facts.holes);
     assert_eq!(filled.facts.voxels, open.facts.voxels + open.facts.holes);
     let voxel = map(spacing, |x| *x == Vector3::new(60.0, 60.0, 45.0));
-    assert!(matches!(field(&voxel, spacing, &plain), Err(NoRegion::Lost { voxels: 1, .. })));
+    let one = field(&voxel, spacing, &plain).unwrap();
+    assert_eq!(one.facts.voxels, 1);
+    let mesh = |side: f64| Mesh::new(&one, one.corners, &Settings::of_side(side), &|_, _| false);
+    assert!(matches!(mesh(20.0), Err(NoMesh::Thin { .. })));
+    // A volume of 27 samples, most of them near its surface, is known to some five of them.
+    let volume = mesh(2.0).unwrap().volume() / 27.0;
+    assert!((volume - 1.0).abs() < 0.2, "{volume}");
+    let rod = map(spacing, |x| x.x == 60.0 && x.y == 60.0 && (9.0..80.0).contains(&x.z));
+    let coarse = Smoothing { sigma: 10.0, ..plain };
+    assert!(matches!(field(&rod, spacing, &coarse), Err(NoRegion::Lost { .. })));
     let cut = field(&map(spacing, |x| x.norm() < 40.0), spacing, &plain).unwrap();
     assert_eq!(cut.facts.cut, [[true, false]; 3]);
 }
@@ -75,15 +118,35 @@ fn parts_holes_and_thin_labels_are_named() {
 fn bad_label_maps_are_refused_by_name() {
     let labels = map(Vector3::repeat(1.0), |_| false);
     let plain = Smoothing::default();
-    assert!(matches!(field(&labels, Vector3::repeat(1.0), &plain), Err(NoRegion::Missing { label: 7 })));
-    assert!(matches!(field(&labels[1..], Vector3::repeat(1.0), &plain), Err(NoRegion::Size { .. })));
+    assert!(matches!(
+        field(&labels, Vector3::repeat(1.0), &plain),
+        Err(NoRegion::Missing { label: 7 })
+    ));
+    assert!(matches!(
+        field(&labels[1..], Vector3::repeat(1.0), &plain),
+        Err(NoRegion::Size { .. })
+    ));
     for spacing in [0.0, -3.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(field(&labels, Vector3::new(1.0, spacing, 1.0), &plain), Err(NoRegion::Place { .. })));
+        assert!(matches!(
+            field(&labels, Vector3::new(1.0, spacing, 1.0), &plain),
+            Err(NoRegion::Place { .. })
+        ));
     }
     for sigma in [-1.0, f64::NAN, 1e3] {
         let smoothing = Smoothing { sigma, ..plain };
-        assert!(matches!(field(&labels, Vector3::repeat(1.0), &smoothing), Err(NoRegion::Smoothing { .. })), "{sigma}");
+        assert!(
+            matches!(
+                field(&labels, Vector3::repeat(1.0), &smoothing),
+                Err(NoRegion::Smoothing { .. })
+            ),
+            "{sigma}"
+        );
     }
-    let map = LabelMap { size: [usize::MAX, 2, 2], origin: Vector3::zeros(), spacing: Vector3::repeat(1.0), labels: &labels };
+    let map = LabelMap {
+        size: [usize::MAX, 2, 2],
+        origin: Vector3::zeros(),
+        spacing: Vector3::repeat(1.0),
+        labels: &labels,
+    };
     assert!(matches!(LabelField::new(&map, 7, &plain), Err(NoRegion::Size { .. })));
 }

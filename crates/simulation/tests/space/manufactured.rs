@@ -20,7 +20,9 @@ struct Exact {
 
 impl Exact {
     fn of(nu: f64) -> Self {
-        Self { squeezed: 0.08 * (1.0 - 2.0 * nu) }
+        Self {
+            squeezed: 0.08 * (1.0 - 2.0 * nu),
+        }
     }
 
     fn displacement(&self, x: &Vector3<f64>) -> Vector3<f64> {
@@ -63,7 +65,10 @@ fn force(material: &Material, exact: &Exact, x: &Vector3<f64>) -> Vector3<f64> {
 
 /// Root of the integrals of the squared errors of the displacement and of its gradient; unknowns.
 fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
-    let ball = Ball { centre: Vector3::new(0.013, -0.021, 0.017) * shift, radius: 1.0 };
+    let ball = Ball {
+        centre: Vector3::new(0.013, -0.021, 0.017) * shift,
+        radius: 1.0,
+    };
     let corners = [Vector3::repeat(-1.3), Vector3::repeat(1.3)];
     let mesh = Mesh::new(&ball, corners, settings, &|low, high| low.x + high.x < 0.0).unwrap();
     let (material, field) = (Material::new(Law::NeoHookean, 1.0, nu).unwrap(), Exact::of(nu));
@@ -79,9 +84,19 @@ fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
     let springs = Springs::new(&system.bodies, body, |_, _| 1.0, |x| x + field.displacement(x));
     system.others.push(Box::new(springs));
     // From the exact displacements of the nodes: the search has only the error of the mesh to find.
-    let mut a: Vec<f64> = mesh.nodes.iter().flat_map(|x| field.displacement(x).data.0[0]).collect();
-    let control = Control { provisional: true, tolerance: 1e-10, ..Control::default() };
-    Newton::ordered_by(control, Dissection::by_places(&system.places(), &[]).unwrap()).minimise(&system, &mut a).unwrap();
+    let mut a: Vec<f64> = mesh
+        .nodes
+        .iter()
+        .flat_map(|x| field.displacement(x).data.0[0])
+        .collect();
+    let control = Control {
+        provisional: true,
+        tolerance: 1e-10,
+        ..Control::default()
+    };
+    Newton::ordered_by(control, Dissection::by_places(&system.places(), &[]).unwrap())
+        .minimise(&system, &mut a)
+        .unwrap();
     let mut sums = [0.0; 2];
     let u = |n: u32| Vector3::from_column_slice(&a[3 * n as usize..3 * n as usize + 3]);
     for point in mesh.points() {
@@ -98,10 +113,16 @@ fn orders_of_convergence() {
     for nu in [0.3, 0.499] {
         let mut last: Option<([f64; 2], f64)> = None;
         for cells in [4.0, 6.0] {
-            let settings = Settings { levels: 1, ..Settings::of_side(2.6 / cells) };
+            let settings = Settings {
+                levels: 1,
+                ..Settings::of_side(2.6 / cells)
+            };
             let each = [0.0, 1.0].map(|shift| errors(&settings, shift, nu));
             let mean = [0, 1].map(|k| (each[0].0[k] * each[1].0[k]).sqrt());
-            println!("nu {nu}, {cells}^3 cubes, halved on one side, {} unknowns: {:.3e} {:.3e}", each[0].1, mean[0], mean[1]);
+            println!(
+                "nu {nu}, {cells}^3 cubes, halved on one side, {} unknowns: {:.3e} {:.3e}",
+                each[0].1, mean[0], mean[1]
+            );
             if let Some((before, n)) = last {
                 let order = [0, 1].map(|k: usize| (before[k] / mean[k]).ln() / (cells / n).ln());
                 println!("order {order:.2?}");

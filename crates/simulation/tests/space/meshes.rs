@@ -17,7 +17,10 @@ fn mesh(field: &dyn Field, settings: &Settings) -> Mesh {
 }
 
 fn settings(side: f64) -> [Settings; 2] {
-    let quadratic = Settings { levels: 2, ..Settings::of_side(side) };
+    let quadratic = Settings {
+        levels: 2,
+        ..Settings::of_side(side)
+    };
     [quadratic, quadratic.fast()]
 }
 
@@ -25,7 +28,14 @@ fn settings(side: f64) -> [Settings; 2] {
 fn nodes_reproduce_polynomials_of_their_degree() {
     let mut state = 5;
     for (settings, quadratic) in settings(4.0).into_iter().zip([1.0, 0.0]) {
-        let ball = Ball { centre: Vector3::new(0.3, -0.7, 1.1), radius: 8.0 };
+        let settings = Settings {
+            least_fill: 0.3,
+            ..settings
+        };
+        let ball = Ball {
+            centre: Vector3::new(0.3, -0.7, 1.1),
+            radius: 8.0,
+        };
         let mesh = mesh(&ball, &settings);
         let coefficients: Vec<f64> = (0..10).map(|_| random(&mut state) - 0.5).collect();
         let polynomial = |x: &Vector3<f64>| {
@@ -38,12 +48,22 @@ fn nodes_reproduce_polynomials_of_their_degree() {
         for point in mesh.points() {
             let row = mesh.point_row(point);
             let value: f64 = row.iter().map(|(n, w)| w * polynomial(&mesh.nodes[*n as usize])).sum();
-            let size: f64 = row.iter().map(|(n, w)| (w * polynomial(&mesh.nodes[*n as usize])).abs()).sum();
+            let size: f64 = row
+                .iter()
+                .map(|(n, w)| (w * polynomial(&mesh.nodes[*n as usize])).abs())
+                .sum();
             extended += usize::from(row.iter().any(|(_, w)| w.abs() > 1.0 + 1e-9));
             // Some hundred products of rounded weights.
-            assert!((value - polynomial(&point.at)).abs() < 1e-13 * (1.0 + size), "{point:?}");
+            assert!(
+                (value - polynomial(&point.at)).abs() < 1e-13 * (1.0 + size),
+                "{point:?}"
+            );
         }
-        println!("{} nodes, {} elements, {extended} points with extended nodes", mesh.nodes.len(), mesh.elements.len());
+        println!(
+            "{} nodes, {} elements, {extended} points with extended nodes",
+            mesh.nodes.len(),
+            mesh.elements.len()
+        );
         // Weights above 1 are those of extended nodes; a point within eight nodes seldom has them.
         assert!(quadratic == 0.0 || extended > 0);
     }
@@ -52,7 +72,10 @@ fn nodes_reproduce_polynomials_of_their_degree() {
 #[test]
 fn constant_stress_is_in_balance_across_sizes_and_cuts() {
     let g = Matrix3::new(0.1, -0.05, 0.02, 0.03, -0.08, 0.06, -0.04, 0.07, 0.05);
-    let tilted = Plane { point: Vector3::new(0.3, 0.2, 0.4), normal: Vector3::new(0.3, -0.5, 0.8) };
+    let tilted = Plane {
+        point: Vector3::new(0.3, 0.2, 0.4),
+        normal: Vector3::new(0.3, -0.5, 0.8),
+    };
     for settings in settings(2.5) {
         for law in [Law::Linear, Law::NeoHookean] {
             let material = Material::new(law, 3.0, 0.45).unwrap();
@@ -69,7 +92,11 @@ fn constant_stress_is_in_balance_across_sizes_and_cuts() {
             }
             // Where cut cubes end with the grid no traction is known.
             let inner = |x: &Vector3<f64>| x.amax() < CORNERS[1] - 2.0 * settings.side;
-            let worst = solid.mesh().nodes_where(inner).into_iter().flat_map(|n| [3 * n, 3 * n + 1, 3 * n + 2]);
+            let worst = solid
+                .mesh()
+                .nodes_where(inner)
+                .into_iter()
+                .flat_map(|n| [3 * n, 3 * n + 1, 3 * n + 2]);
             let worst = worst.map(|i| residual[i].abs()).fold(0.0, f64::max);
             println!("{law:?}: {worst:e} beside {largest}");
             // Rules are exact for these polynomials to some 1e-14; sums of a hundred terms.
@@ -80,28 +107,46 @@ fn constant_stress_is_in_balance_across_sizes_and_cuts() {
 
 #[test]
 fn volume_is_that_of_the_region_whatever_the_sizes() {
-    let ball = Ball { centre: Vector3::new(0.3, -0.7, 1.1), radius: 8.0 };
+    let ball = Ball {
+        centre: Vector3::new(0.3, -0.7, 1.1),
+        radius: 8.0,
+    };
     for settings in settings(4.0) {
         let mesh = mesh(&ball, &settings);
         let exact = 4.0 / 3.0 * std::f64::consts::PI * 512.0;
         let found = mesh.volume() + mesh.left_out();
         // That of the rules: 1e-3 at four fifths of the radius, order 7 down to half of it.
-        assert!((found / exact - 1.0).abs() < 1e-3 * (0.5_f64 / 0.8).powi(7), "{found} {exact}");
+        assert!(
+            (found / exact - 1.0).abs() < 1e-3 * (0.5_f64 / 0.8).powi(7),
+            "{found} {exact}"
+        );
     }
 }
 
 #[test]
 fn bad_input_is_refused_by_name() {
-    let ball = Ball { centre: Vector3::zeros(), radius: 8.0 };
+    let ball = Ball {
+        centre: Vector3::zeros(),
+        radius: 8.0,
+    };
     let with = |settings: Settings, low: f64| {
         let corners = [Vector3::repeat(low), Vector3::repeat(10.0)];
         Mesh::new(&ball, corners, &settings, &|_, _| true).map(|m| m.nodes.len())
     };
     let good = Settings::of_side(4.0);
     for side in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(with(Settings { side, ..good }, -10.0), Err(NoMesh::Setting { .. })), "{side}");
+        assert!(
+            matches!(with(Settings { side, ..good }, -10.0), Err(NoMesh::Setting { .. })),
+            "{side}"
+        );
     }
-    for settings in [Settings { levels: 7, ..good }, Settings { least_fill: f64::NAN, ..good }] {
+    for settings in [
+        Settings { levels: 7, ..good },
+        Settings {
+            least_fill: f64::NAN,
+            ..good
+        },
+    ] {
         assert!(matches!(with(settings, -10.0), Err(NoMesh::Setting { .. })));
     }
     for low in [10.0, 11.0, f64::NAN, f64::NEG_INFINITY] {
@@ -109,9 +154,25 @@ fn bad_input_is_refused_by_name() {
     }
     assert_eq!(with(good, 9.0), Err(NoMesh::Empty));
     for side in [1e-3, 1e-300] {
-        assert!(matches!(with(Settings { side, ..good }, -10.0), Err(NoMesh::TooMany { .. })), "{side}");
+        assert!(
+            matches!(with(Settings { side, ..good }, -10.0), Err(NoMesh::TooMany { .. })),
+            "{side}"
+        );
     }
-    assert!(matches!(with(Settings { levels: 6, most_cubes: 1000, ..good }, -10.0), Err(NoMesh::TooMany { .. })));
+    assert!(matches!(
+        with(
+            Settings {
+                levels: 6,
+                most_cubes: 1000,
+                ..good
+            },
+            -10.0
+        ),
+        Err(NoMesh::TooMany { .. })
+    ));
     // A ball in the corner of eight cubes that it hardly fills.
-    assert!(matches!(with(Settings::of_side(100.0), -90.0), Err(NoMesh::Thin { .. })));
+    assert!(matches!(
+        with(Settings::of_side(100.0), -90.0),
+        Err(NoMesh::Thin { .. })
+    ));
 }

@@ -48,7 +48,10 @@ fn a_ball_has_its_volume_and_area_wherever_the_boxes_lie() {
     // of four fifths of the radius are off by 1e-4, a quarter of that side by 4^8 less. One order is left to the parts that
     // are cut.
     assert!(worst[0][0] < 1e-3 && worst[0][1] < 1e-2, "{worst:?}");
-    assert!(worst[1][0] < 1e-3 / 4_f64.powi(7) && worst[1][1] < 1e-2 / 4_f64.powi(7), "{worst:?}");
+    assert!(
+        worst[1][0] < 1e-3 / 4_f64.powi(7) && worst[1][1] < 1e-2 / 4_f64.powi(7),
+        "{worst:?}"
+    );
 }
 
 #[test]
@@ -56,7 +59,10 @@ fn a_shell_has_both_surfaces() {
     let mut state = 7;
     for _ in 0..5 {
         let centre = Vector3::from_fn(|_, _| 10.0 * random(&mut state));
-        let shell = Shell { centre, radii: [10.0, 20.0] };
+        let shell = Shell {
+            centre,
+            radii: [10.0, 20.0],
+        };
         let [volume, area, _] = over_boxes(&shell, 5.0, 30.0, Depth::default());
         let exact = [4.0 / 3.0 * PI * 7000.0, 4.0 * PI * 500.0];
         println!("{:e} {:e}", volume / exact[0] - 1.0, area / exact[1] - 1.0);
@@ -77,16 +83,26 @@ fn a_plane_is_exact_for_polynomials() {
             4 => normal.y *= 1e-9,
             _ => {}
         }
-        let plane = Plane { point: Vector3::zeros(), normal };
+        let plane = Plane {
+            point: Vector3::zeros(),
+            normal,
+        };
         let rule = Rule::of(&plane, &Vector3::repeat(-1.0), &Vector3::repeat(1.0), Depth::default());
-        assert!((rule.volume() - 4.0).abs() < 1e-12, "{round} {normal:?} {}", rule.volume());
+        assert!(
+            (rule.volume() - 4.0).abs() < 1e-12,
+            "{round} {normal:?} {}",
+            rule.volume()
+        );
         // The other half has the same moments of even degree.
         for powers in [[2, 0, 0], [0, 2, 4], [2, 2, 2], [1, 1, 0], [1, 3, 2], [0, 0, 6]] {
             let term = |x: &Vector3<f64>| (0..3).map(|k| x[k].powi(powers[k])).product::<f64>();
             let found: f64 = rule.inside.iter().map(|p| p.weight * term(&p.at)).sum();
             let axis = |p: i32| if p % 2 == 0 { 2.0 / f64::from(p + 1) } else { 0.0 };
             let exact = 0.5 * powers.iter().map(|p| axis(*p)).product::<f64>();
-            assert!((found - exact).abs() < 1e-12, "{round} {normal:?} {powers:?}: {found} {exact}");
+            assert!(
+                (found - exact).abs() < 1e-12,
+                "{round} {normal:?} {powers:?}: {found} {exact}"
+            );
         }
     }
 }

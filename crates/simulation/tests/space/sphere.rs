@@ -20,7 +20,10 @@ pub(crate) fn lame(nu: f64, r: f64) -> f64 {
 
 /// The largest error of a displacement on the surfaces beside the largest displacement, and the unknowns.
 pub(crate) fn octant(settings: &Settings, nu: f64) -> (f64, usize) {
-    let shell = Shell { centre: Vector3::zeros(), radii: RADII };
+    let shell = Shell {
+        centre: Vector3::zeros(),
+        radii: RADII,
+    };
     let corners = [Vector3::zeros(), Vector3::repeat(RADII[1])];
     let mesh = Mesh::new(&shell, corners, settings, &|_, _| false).unwrap();
     let unknowns = mesh.unknowns();
@@ -30,18 +33,33 @@ pub(crate) fn octant(settings: &Settings, nu: f64) -> (f64, usize) {
     // Inwards on the inner surface, which the normal points into; not on the three planes of symmetry.
     let flat = |at: &Vector3<f64>| at.iter().any(|x| x.abs() < 1e-9);
     let forces = solid.traction(|at, normal| {
-        if inner(at) && !flat(at) { -normal * PRESSURE } else { Vector3::zeros() }
+        if inner(at) && !flat(at) {
+            -normal * PRESSURE
+        } else {
+            Vector3::zeros()
+        }
     });
     let held: Vec<usize> = (0..3)
-        .flat_map(|k| solid.mesh().nodes_where(|x| x[k].abs() < 1e-9).into_iter().map(move |n| 3 * n + k))
+        .flat_map(|k| {
+            solid
+                .mesh()
+                .nodes_where(|x| x[k].abs() < 1e-9)
+                .into_iter()
+                .map(move |n| 3 * n + k)
+        })
         .collect();
     let mut system = System::new();
     let body = system.add(solid);
     System::load(&mut system, body, &forces);
     held.iter().for_each(|i| system.fixed[*i] = true);
     let mut a = system.initial();
-    let control = Control { provisional: true, ..Control::default() };
-    Newton::ordered_by(control, Dissection::by_places(&system.places(), &[]).unwrap()).minimise(&system, &mut a).unwrap();
+    let control = Control {
+        provisional: true,
+        ..Control::default()
+    };
+    Newton::ordered_by(control, Dissection::by_places(&system.places(), &[]).unwrap())
+        .minimise(&system, &mut a)
+        .unwrap();
     assert!(system.least_determinant(&a) > 0.9);
     (worst(system.bodies.solid(body), &a, nu), unknowns)
 }
@@ -66,7 +84,11 @@ fn the_worst_of_thirty_grids_is_within_one_percent_at_eight_cubes_a_radius() {
             let (error, _) = octant(&Settings::of_side(side), nu);
             worst = if error > worst.0 { (error, side) } else { worst };
         }
-        println!("nu {nu}: worst of {count} {:.4} % at a side of {:.3} mm", 100.0 * worst.0, worst.1);
+        println!(
+            "nu {nu}: worst of {count} {:.4} % at a side of {:.3} mm",
+            100.0 * worst.0,
+            worst.1
+        );
         // Quadratic elements of a twelfth of the gradient's length: (1/4)^3 of the largest displacement at most, as 4 cubes
         // make up the inner radius; what is asked for is less.
         assert!(worst.0 < 0.01, "{worst:?}");

@@ -51,7 +51,8 @@ pub(super) fn fill(field: &dyn Field, grid: &mut Grid, settings: &Settings) -> C
             continue;
         }
         let number = all.cells.len();
-        all.surface.extend(rule.surface.iter().map(|s| SurfacePoint::of(number, s)));
+        all.surface
+            .extend(rule.surface.iter().map(|s| SurfacePoint::of(number, s)));
         all.add(cell, recombine(rule.inside, &corners, settings.order), fill, false);
     }
     let kept: Vec<Cell> = all.cells.iter().map(|f| f.cell).collect();

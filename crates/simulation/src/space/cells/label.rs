@@ -38,7 +38,9 @@ pub enum NoRegion {
         found: usize,
     },
     /// Places that are none.
-    #[error("the label map's first voxel is at {origin:?} mm and its spacing {spacing:?} mm; both must be finite, spacings above 0")]
+    #[error(
+        "the label map's first voxel is at {origin:?} mm and its spacing {spacing:?} mm; both must be finite, spacings above 0"
+    )]
     Place {
         /// First voxel.
         origin: [f64; 3],
@@ -60,7 +62,9 @@ pub enum NoRegion {
         label: u16,
     },
     /// Several parts.
-    #[error("the label {label} has {count} parts that do not touch, the largest of {largest} and the next of {next} voxels: choose the largest, or mend the label map")]
+    #[error(
+        "the label {label} has {count} parts that do not touch, the largest of {largest} and the next of {next} voxels: choose the largest, or mend the label map"
+    )]
     Parts {
         /// The label.
         label: u16,
@@ -187,7 +191,9 @@ impl LabelField {
 
 impl LabelMap<'_> {
     fn check(&self) -> Result<(), NoRegion> {
-        let count = self.size[0].checked_mul(self.size[1]).and_then(|c| c.checked_mul(self.size[2]));
+        let count = self.size[0]
+            .checked_mul(self.size[1])
+            .and_then(|c| c.checked_mul(self.size[2]));
         if count != Some(self.labels.len()) {
             return Err(NoRegion::Size {
                 size: self.size,
@@ -223,7 +229,11 @@ impl Crop {
     fn of(map: &LabelMap<'_>, label: u16, margin: [usize; 3]) -> Option<Self> {
         let (mut first, mut last, mut any) = ([usize::MAX; 3], [0; 3], false);
         for (n, _) in map.labels.iter().enumerate().filter(|(_, l)| **l == label) {
-            let at = [n % map.size[0], n / map.size[0] % map.size[1], n / map.size[0] / map.size[1]];
+            let at = [
+                n % map.size[0],
+                n / map.size[0] % map.size[1],
+                n / map.size[0] / map.size[1],
+            ];
             for k in 0..3 {
                 first[k] = first[k].min(at[k]);
                 last[k] = last[k].max(at[k]);

@@ -128,12 +128,20 @@ impl Build<'_> {
         if most <= 0.0 {
             return self.whole(&low, &high);
         }
-        match self.height(&low, &high, cuts == 0) {
-            Some(axis) => {
+        // A box that is still not the graph of a function is small: one rule over its base is enough.
+        let found = self.height(&low, &high, false).map(|axis| (axis, self.cuts));
+        let found = found.or_else(|| {
+            (cuts == 0)
+                .then(|| self.height(&low, &high, true))
+                .flatten()
+                .map(|axis| (axis, 0))
+        });
+        match found {
+            Some((axis, cuts)) => {
                 let [a, b] = others(axis);
                 // The field on the two faces across the axis.
                 let faces = [low[axis], high[axis]].map(|at| vec![(axis, at)]);
-                self.base(&low, &high, axis, [a, b], &faces, self.cuts);
+                self.base(&low, &high, axis, [a, b], &faces, cuts);
             }
             None => {
                 for part in 0..8 {
@@ -198,7 +206,7 @@ impl Build<'_> {
         let (mut at, mut stops) = (*low, vec![low[first], high[first]]);
         for edge in &edges {
             edge.iter().for_each(|(k, x)| at[*k] = *x);
-            self.roots(&mut at, first, [low[first], high[first]], 4, &mut stops);
+            self.roots(&mut at, first, [low[first], high[first]], 3, &mut stops);
         }
         for (x, wx) in pieces(&mut stops, self.gauss) {
             let mut stops = vec![low[second], high[second]];

@@ -85,7 +85,9 @@ pub enum NoMesh {
     #[error("the region has no volume in the box")]
     Empty,
     /// A part that no cube is well filled by.
-    #[error("no cube near {at:?} mm is well filled: the region is thin there beside cubes of {side} mm; use smaller ones")]
+    #[error(
+        "no cube near {at:?} mm is well filled: the region is thin there beside cubes of {side} mm; use smaller ones"
+    )]
     Thin {
         /// The middle of a cube there.
         at: [f64; 3],
@@ -115,9 +117,12 @@ impl Settings {
             return refused("the least fill", self.least_fill, "0 to 0.9");
         }
         if self.depth.cuts > 6 || !(1..=5).contains(&self.depth.points) {
-            return refused("the depth of the rules", f64::from(self.depth.cuts), "0 to 6 cuts of 1 to 5 points");
+            return refused(
+                "the depth of the rules",
+                f64::from(self.depth.cuts),
+                "0 to 6 cuts of 1 to 5 points",
+            );
         }
         Ok(())
     }
 }
-

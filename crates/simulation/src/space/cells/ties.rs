@@ -71,7 +71,9 @@ impl Lattice<'_> {
             let mut next: BTreeMap<usize, usize> = BTreeMap::new();
             for from in waiting.drain(..) {
                 for beside in self.grid.across(&self.cells[from]) {
-                    let Some(&k) = self.number.get(&beside.corner) else { continue };
+                    let Some(&k) = self.number.get(&beside.corner) else {
+                        continue;
+                    };
                     if root[k].is_none() {
                         let best = next.entry(k).or_insert(from);
                         if filled[from] > filled[*best] {
@@ -88,7 +90,9 @@ impl Lattice<'_> {
         let missing = root.iter().position(Option::is_none);
         match missing {
             Some(k) => {
-                let at = self.grid.place(self.cells[k].corner.map(|x| x + self.cells[k].span / 2));
+                let at = self
+                    .grid
+                    .place(self.cells[k].corner.map(|x| x + self.cells[k].span / 2));
                 let side = self.grid.length(self.cells[k].span);
                 Err(NoMesh::Thin { at: at.into(), side })
             }

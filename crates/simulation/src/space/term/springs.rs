@@ -68,12 +68,18 @@ impl Springs {
 impl Term for Springs {
     fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
         let mut energy = 0.0;
-        self.visit(bodies, a, |_, _, force, stiff| energy += 0.5 * force.norm_squared() / stiff);
+        self.visit(bodies, a, |_, _, force, stiff| {
+            energy += 0.5 * force.norm_squared() / stiff
+        });
         Some(energy)
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
-        let (solid, part, offset) = (bodies.solid(self.body), bodies.part(self.body, a), bodies.offset(self.body));
+        let (solid, part, offset) = (
+            bodies.solid(self.body),
+            bodies.part(self.body, a),
+            bodies.offset(self.body),
+        );
         let mut energy = 0.0;
         self.visit(bodies, a, |point, _, force, stiff| {
             energy += 0.5 * force.norm_squared() / stiff;
@@ -83,7 +89,11 @@ impl Term for Springs {
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
-        let (solid, part, offset) = (bodies.solid(self.body), bodies.part(self.body, a), bodies.offset(self.body));
+        let (solid, part, offset) = (
+            bodies.solid(self.body),
+            bodies.part(self.body, a),
+            bodies.offset(self.body),
+        );
         let mut row = Vec::new();
         self.visit(bodies, a, |point, _, force, stiff| {
             row.clear();

@@ -134,18 +134,16 @@ impl TubeContact {
     }
 
     /// Calls `each` with point, area, pressure at work and distance, for points that press.
-    fn visit(
-        &self,
-        bodies: &Bodies,
-        a: &[f64],
-        mut each: impl FnMut(usize, f64, f64, &Distance),
-    ) -> Option<f64> {
+    fn visit(&self, bodies: &Bodies, a: &[f64], mut each: impl FnMut(usize, f64, f64, &Distance)) -> Option<f64> {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
         let mut energy = 0.0;
         let stiffness = self.stiffness[1];
         for touch in &self.points {
             let distance = self.tube.signed_distance(&solid.point(part, touch.point));
-            let (pressure, half) = (touch.pressure - stiffness * distance.value, 0.5 * touch.area / stiffness);
+            let (pressure, half) = (
+                touch.pressure - stiffness * distance.value,
+                0.5 * touch.area / stiffness,
+            );
             if pressure > 0.0 {
                 energy += half * pressure * pressure;
                 each(touch.point, touch.area, pressure, &distance);
@@ -162,7 +160,11 @@ impl Term for TubeContact {
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
-        let (solid, part, offset) = (bodies.solid(self.body), bodies.part(self.body, a), bodies.offset(self.body));
+        let (solid, part, offset) = (
+            bodies.solid(self.body),
+            bodies.part(self.body, a),
+            bodies.offset(self.body),
+        );
         self.visit(bodies, a, |k, area, pressure, distance| {
             let slope = distance.gradient * (-area * pressure);
             solid.rows(part, k, &mut |p, by| gradient[offset + p] += by.dot(&slope));
@@ -170,7 +172,11 @@ impl Term for TubeContact {
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
-        let (solid, part, offset) = (bodies.solid(self.body), bodies.part(self.body, a), bodies.offset(self.body));
+        let (solid, part, offset) = (
+            bodies.solid(self.body),
+            bodies.part(self.body, a),
+            bodies.offset(self.body),
+        );
         let mut row = Vec::new();
         self.visit(bodies, a, |k, area, pressure, distance| {
             let normal = distance.gradient;
@@ -201,7 +207,10 @@ impl Term for TubeContact {
             let mut way = Vector3::zeros();
             solid.rows(part, touch.point, &mut |p, by| way += by * moved[p]);
             // No point comes nearer to the tube than by its way.
-            let (way, room) = (way.norm(), self.tube.signed_distance(&solid.point(part, touch.point)).value + deepest);
+            let (way, room) = (
+                way.norm(),
+                self.tube.signed_distance(&solid.point(part, touch.point)).value + deepest,
+            );
             if way > room {
                 reach = reach.min((room / way).max(0.0));
             }

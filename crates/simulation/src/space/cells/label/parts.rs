@@ -3,7 +3,9 @@
 /// Keeps the largest part of voxels that touch at faces; sizes of all parts, the largest first.
 pub(super) fn largest_part(inside: &mut [bool], size: [usize; 3]) -> Vec<usize> {
     let parts = parts(inside, size);
-    let largest = parts.iter().max_by_key(|p| (p.len(), std::cmp::Reverse(p.first().copied())));
+    let largest = parts
+        .iter()
+        .max_by_key(|p| (p.len(), std::cmp::Reverse(p.first().copied())));
     inside.fill(false);
     for n in largest.into_iter().flatten() {
         inside[*n] = true;
@@ -17,7 +19,10 @@ pub(super) fn largest_part(inside: &mut [bool], size: [usize; 3]) -> Vec<usize> 
 pub(super) fn fill_holes(inside: &mut [bool], size: [usize; 3], fill: bool) -> usize {
     let outside: Vec<bool> = inside.iter().map(|i| !i).collect();
     // A margin is outside all around: the part that the first voxel is in.
-    let holes: Vec<Vec<usize>> = parts(&outside, size).into_iter().filter(|p| p.first() != Some(&0)).collect();
+    let holes: Vec<Vec<usize>> = parts(&outside, size)
+        .into_iter()
+        .filter(|p| p.first() != Some(&0))
+        .collect();
     for n in holes.iter().flatten().filter(|_| fill) {
         inside[*n] = true;
     }

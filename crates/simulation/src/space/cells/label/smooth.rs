@@ -30,7 +30,11 @@ pub(super) fn blurred(inside: &[bool], size: [usize; 3], passes: [usize; 3]) -> 
             for (n, value) in values.iter_mut().enumerate() {
                 let at = n / strides[axis] % size[axis];
                 let low = if at > 0 { before[n - strides[axis]] } else { 0.0 };
-                let high = if at + 1 < size[axis] { before[n + strides[axis]] } else { 0.0 };
+                let high = if at + 1 < size[axis] {
+                    before[n + strides[axis]]
+                } else {
+                    0.0
+                };
                 *value = 0.25 * low + 0.5 * before[n] + 0.25 * high;
             }
         }
