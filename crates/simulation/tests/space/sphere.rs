@@ -68,7 +68,7 @@ fn worst(solid: &dyn Solid, a: &[f64], nu: f64) -> f64 {
     let mut worst = 0.0_f64;
     for point in 0..solid.points() {
         let (at, _, _) = solid.reference(point);
-        let exact = at.normalize() * lame(nu, at.norm());
+        let exact = at * (lame(nu, at.norm()) / at.norm());
         worst = worst.max((solid.point(a, point) - at - exact).norm());
     }
     worst / lame(nu, RADII[0])

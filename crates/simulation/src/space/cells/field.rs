@@ -18,6 +18,11 @@ pub trait Field: Sync {
 
     /// The same of the derivative along each axis.
     fn slope_bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> [Bounds; 3];
+
+    /// Boxes smaller than this have no tighter bounds, mm.
+    fn resolution(&self) -> f64 {
+        0.0
+    }
 }
 
 /// What lies behind a plane: `(x - point) . normal < 0`.

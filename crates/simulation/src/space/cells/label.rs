@@ -297,6 +297,10 @@ impl Field for LabelField {
         self.spline.slope(at)
     }
 
+    fn resolution(&self) -> f64 {
+        self.spline.resolution()
+    }
+
     fn bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> Bounds {
         self.spline.bounds(low, high)
     }

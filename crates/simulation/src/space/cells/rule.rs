@@ -128,6 +128,11 @@ impl Build<'_> {
         if most <= 0.0 {
             return self.whole(&low, &high);
         }
+        let cuts = if (high - low).max() <= self.field.resolution() {
+            0
+        } else {
+            cuts
+        };
         // A box that is still not the graph of a function is small: one rule over its base is enough.
         let found = self.height(&low, &high, false).map(|axis| (axis, self.cuts));
         let found = found.or_else(|| {

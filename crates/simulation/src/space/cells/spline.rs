@@ -121,6 +121,11 @@ impl Field for Spline {
         })
     }
 
+    /// Half a step of its grid: a cubic bends once between two knots.
+    fn resolution(&self) -> f64 {
+        0.5 * self.spacing.min()
+    }
+
     fn bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> Bounds {
         let mut bounds = [f64::INFINITY, f64::NEG_INFINITY];
         visit(self.reach(low, high), |at| {

@@ -82,8 +82,14 @@ fn level_of_volume(spline: &Spline, size: [usize; 3], values: &[f32], inside: &[
     if between.is_empty() {
         return -0.5;
     }
-    let (_, level, _) = between.select_nth_unstable_by(rest, f64::total_cmp);
-    *level
+    let (below, level, _) = between.select_nth_unstable_by(rest, f64::total_cmp);
+    // Half-way between the last sample inside and the first outside: small regions have many samples of one value.
+    let last = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if last.is_finite() {
+        0.5 * (last + *level)
+    } else {
+        *level
+    }
 }
 
 /// Whether all values around a voxel are 1, or all are 0.
