@@ -1,4 +1,5 @@
-//! Quasi-static simulation of rigid and deformable solids in the plane, after chapter II 3 of Bainville's thesis.
+//! Quasi-static simulation of rigid and deformable solids in the plane, after chapter II 3 of Bainville's thesis, and in
+//! three dimensions ([`space`]).
 //!
 //! At each instant the system is in a local minimum of its potential energy within the free space. Three parts that know
 //! as little of one another as can be:
