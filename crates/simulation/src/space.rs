@@ -9,6 +9,7 @@
 //! * [`term`]: springs, and contact with the tube;
 //! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance.
 
+pub mod bodies;
 pub mod cells;
 pub mod element;
 pub mod equilibrium;

@@ -9,12 +9,14 @@
 //! * [`ties`]: nodes that hang on a larger neighbour, and nodes that hardly any material holds, follow others;
 //! * [`Mesh`]: the elements, each over nodes that are free.
 
+mod build;
 mod elements;
 mod field;
 mod fill;
 mod grid;
 mod label;
 mod mesh;
+mod parts;
 mod points;
 mod recombine;
 mod rule;
@@ -27,9 +29,8 @@ mod ties;
 pub use field::{Ball, Bounds, Field, Plane, Shell};
 pub use grid::{Cell, Grid};
 pub use label::{Facts, LabelField, LabelMap, NoRegion, Parts, Smoothing};
-pub use mesh::{Element, Mesh};
-pub use points::VolumePoint;
+pub use mesh::Mesh;
+pub use parts::{Element, SurfacePoint, VolumePoint};
 pub use rule::{Depth, Inside, Rule, Surface};
 pub use settings::{NoMesh, Settings};
 pub use spline::Spline;
-pub use surface::SurfacePoint;

@@ -1,65 +1,10 @@
 //! A system: solids, what is fixed, dead loads, and the terms that constraints add to the energy.
 
+use super::bodies::Bodies;
 use super::solid::Solid;
 use super::term::{Change, Term, TubeContact};
 use crate::control::Potential;
 use crate::sparse::Triplets;
-
-/// Solids, and where the parameters of each lie in the vector of all.
-#[derive(Debug, Default)]
-pub struct Bodies {
-    solids: Vec<Box<dyn Solid>>,
-    offsets: Vec<usize>,
-    size: usize,
-}
-
-impl Bodies {
-    /// The number of solids.
-    pub fn len(&self) -> usize {
-        self.solids.len()
-    }
-
-    /// True without any.
-    pub fn is_empty(&self) -> bool {
-        self.solids.is_empty()
-    }
-
-    /// Parameters of all solids together.
-    pub fn size(&self) -> usize {
-        self.size
-    }
-
-    /// A solid.
-    pub fn solid(&self, body: usize) -> &dyn Solid {
-        self.solids[body].as_ref()
-    }
-
-    /// The first unknown of a solid.
-    pub fn offset(&self, body: usize) -> usize {
-        self.offsets[body]
-    }
-
-    /// The parameters of a solid among all.
-    pub fn part<'a>(&self, body: usize, a: &'a [f64]) -> &'a [f64] {
-        let end = self.offsets.get(body + 1).copied().unwrap_or(self.size);
-        &a[self.offsets[body]..end]
-    }
-
-    /// The largest side of any, the scale of lengths.
-    pub fn extent(&self) -> f64 {
-        self.solids.iter().map(|s| s.extent()).fold(0.0, f64::max)
-    }
-
-    /// The largest stiffness, units of stress.
-    pub fn stiffness_scale(&self) -> f64 {
-        self.solids.iter().map(|s| s.stiffness_scale()).fold(0.0, f64::max)
-    }
-
-    /// `(offset, solid, its parameters)` of each.
-    fn each<'a>(&'a self, a: &'a [f64]) -> impl Iterator<Item = (usize, &'a dyn Solid, &'a [f64])> {
-        (0..self.len()).map(move |k| (self.offsets[k], self.solid(k), self.part(k, a)))
-    }
-}
 
 /// A system of solids. It holds no state: the vector of all parameters is the caller's.
 #[derive(Debug, Default)]
@@ -85,17 +30,13 @@ impl System {
 
     /// Adds a solid; its number.
     pub fn add(&mut self, solid: impl Solid + 'static) -> usize {
-        let parameters = solid.parameters();
-        let mut weights = vec![0.0; parameters];
+        let mut weights = vec![0.0; solid.parameters()];
         solid.weight(&mut weights);
         self.weights.extend(weights);
-        let bodies = &mut self.bodies;
-        bodies.offsets.push(bodies.size);
-        bodies.size += parameters;
-        bodies.solids.push(Box::new(solid));
-        self.fixed.resize(bodies.size, false);
-        self.loads.resize(bodies.size, 0.0);
-        bodies.solids.len() - 1
+        let body = self.bodies.add(solid);
+        self.fixed.resize(self.bodies.size(), false);
+        self.loads.resize(self.bodies.size(), 0.0);
+        body
     }
 
     /// Adds dead forces `(parameter, force)` on a solid.
@@ -108,7 +49,7 @@ impl System {
 
     /// The parameters of all reference configurations.
     pub fn initial(&self) -> Vec<f64> {
-        self.bodies.solids.iter().flat_map(|s| s.initial()).collect()
+        self.bodies.all().flat_map(Solid::initial).collect()
     }
 
     /// Lets every term take the forces at `a` as those to go on from; the largest change.
@@ -124,7 +65,7 @@ impl System {
 
     /// The place of each unknown's node, for the order of elimination.
     pub fn places(&self) -> Vec<[f64; 3]> {
-        self.bodies.solids.iter().flat_map(|s| s.places()).collect()
+        self.bodies.all().flat_map(Solid::places).collect()
     }
 
     /// The terms of tubes and all others.

@@ -6,7 +6,7 @@ mod tube_contact;
 pub use springs::Springs;
 pub use tube_contact::{TubeContact, TubeForce};
 
-use super::system::Bodies;
+use super::bodies::Bodies;
 use crate::sparse::Triplets;
 
 /// How far a term was from the state that it was brought up to.

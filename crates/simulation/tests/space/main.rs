@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
-mod kidney_explore;
 mod labels;
 mod manufactured;
 mod meshes;

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::fill::Filled;
-use super::mesh::{Element, Mesh};
+use super::mesh::Mesh;
+use super::parts::Element;
 use super::settings::NoMesh;
 use crate::space::element::{Point, Table};
 

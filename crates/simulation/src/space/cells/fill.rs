@@ -4,11 +4,10 @@ use nalgebra::Vector3;
 
 use super::field::Field;
 use super::grid::{Cell, Grid};
-use super::points::VolumePoint;
+use super::parts::{SurfacePoint, VolumePoint};
 use super::recombine::recombine;
 use super::rule::{Inside, Rule, gauss};
 use super::settings::Settings;
-use super::surface::SurfacePoint;
 use crate::space::element::Order;
 
 /// Cubes filled by less than this part are left out.

@@ -2,24 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::elements::elements;
-use super::field::Field;
-use super::fill::fill;
-use super::grid::{Cell, Cover, Grid};
-use super::points::VolumePoint;
-use super::settings::{NoMesh, Settings};
-use super::surface::{SurfacePoint, faces};
+use super::grid::{Cell, Grid};
+use super::parts::{Element, SurfacePoint, VolumePoint};
 use super::ties::Ties;
 use crate::space::element::{Dilatation, Order, Table};
-
-/// An element: its nodes, three unknowns each, and its table.
-#[derive(Debug, Clone)]
-pub struct Element {
-    /// Free nodes.
-    pub nodes: Vec<u32>,
-    /// Number of its table; whole cubes of one size share theirs.
-    pub table: u32,
-}
 
 /// Elements over a region.
 #[derive(Debug, Clone)]
@@ -37,67 +23,13 @@ pub struct Mesh {
     pub(super) cells: Vec<Cell>,
     pub(super) ties: Ties,
     /// Points inside, cube by cube.
-    points: Vec<VolumePoint>,
-    dilatation: Dilatation,
+    pub(super) points: Vec<VolumePoint>,
+    pub(super) dilatation: Dilatation,
     /// Volume in cubes that hold too little to count.
-    left_out: f64,
+    pub(super) left_out: f64,
 }
 
 impl Mesh {
-    /// The mesh of the part of a region in a box. Cubes for which `fine` holds are halved, as far as settings allow.
-    ///
-    /// # Errors
-    /// Every variant of [`NoMesh`].
-    pub fn new(
-        field: &dyn Field,
-        [low, high]: [Vector3<f64>; 2],
-        settings: &Settings,
-        fine: &dyn Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
-    ) -> Result<Self, NoMesh> {
-        settings.check()?;
-        if !(high - low).iter().all(|x| x.is_finite() && *x > 0.0) {
-            let [low, high] = [low, high].map(Into::into);
-            return Err(NoMesh::Box { low, high });
-        }
-        let cover = Cover {
-            low,
-            high,
-            side: settings.side,
-            levels: settings.levels,
-            wanted: &|low, high| field.bounds(low, high)[0] < 0.0,
-            fine,
-            most: settings.most_cubes,
-        };
-        let mut grid = Grid::new(&cover).ok_or(NoMesh::TooMany {
-            side: settings.side,
-            levels: settings.levels,
-            most: settings.most_cubes,
-        })?;
-        let mut filled = fill(field, &mut grid, settings);
-        if filled.cells.is_empty() {
-            return Err(NoMesh::Empty);
-        }
-        let parts: Vec<f64> = filled.cells.iter().map(|f| f.fill).collect();
-        let ties = Ties::new(&grid, settings.order, &parts, settings.least_fill)?;
-        let mut mesh = Self {
-            nodes: ties.free.iter().map(|at| grid.place(*at)).collect(),
-            elements: Vec::new(),
-            tables: Vec::new(),
-            surface: std::mem::take(&mut filled.surface),
-            points: std::mem::take(&mut filled.points),
-            order: settings.order,
-            cells: filled.cells.iter().map(|f| f.cell).collect(),
-            grid,
-            ties,
-            dilatation: settings.dilatation,
-            left_out: filled.left_out,
-        };
-        let whole: Vec<bool> = filled.cells.iter().map(|f| f.whole).collect();
-        mesh.surface.extend(faces(&mesh, &whole));
-        (mesh.elements, mesh.tables) = elements(&mesh, &filled.cells)?;
-        Ok(mesh)
-    }
-
     /// Volume of the elements, mm^3.
     pub fn volume(&self) -> f64 {
         self.elements.iter().map(|e| self.table(e).volume()).sum()

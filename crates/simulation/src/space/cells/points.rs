@@ -5,18 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::mesh::Mesh;
+use super::parts::VolumePoint;
 use super::shape::{gradients, values};
-
-/// A point inside a mesh's region.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct VolumePoint {
-    /// Number of its cube.
-    pub(super) cell: u32,
-    /// Where it is in the reference configuration, mm.
-    pub at: Vector3<f64>,
-    /// Volume that it stands for, mm^3.
-    pub volume: f64,
-}
 
 impl Mesh {
     /// Free nodes, with weights, whose weighted displacements are that of a place. `None` outside all cubes.

@@ -3,31 +3,8 @@
 use nalgebra::Vector3;
 
 use super::mesh::Mesh;
-use super::rule::{Surface, gauss};
-
-/// A point of the surface of a mesh's region.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SurfacePoint {
-    /// Number of its cube.
-    cell: u32,
-    /// Where it is in the reference configuration, mm.
-    pub at: Vector3<f64>,
-    /// Unit normal out of the region.
-    pub normal: Vector3<f64>,
-    /// Area that it stands for, mm^2.
-    pub area: f64,
-}
-
-impl SurfacePoint {
-    pub(super) fn of(cell: usize, surface: &Surface) -> Self {
-        Self {
-            cell: cell as u32,
-            at: surface.at,
-            normal: surface.normal,
-            area: surface.area,
-        }
-    }
-}
+use super::parts::SurfacePoint;
+use super::rule::gauss;
 
 impl Mesh {
     /// Free nodes, with weights, whose weighted displacements are that of a point of the surface.

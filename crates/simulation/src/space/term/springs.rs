@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Term;
-use crate::space::system::Bodies;
+use crate::space::bodies::Bodies;
 use crate::sparse::Triplets;
 
 /// Points of a solid's surface held at places by springs: `1/2 k A |x - place|^2` with the area `A` of each point.

@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 
 use super::{Change, Term};
-use crate::space::system::Bodies;
+use crate::space::bodies::Bodies;
 use crate::space::tube::{Distance, Tube};
 use crate::sparse::Triplets;
 
