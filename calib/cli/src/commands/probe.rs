@@ -3,6 +3,7 @@
 
 mod args;
 mod array;
+mod beams;
 mod error;
 mod file;
 mod images;
@@ -19,12 +20,12 @@ mod water;
 
 pub(crate) use args::{PROBE_HELP, ProbeArgs};
 pub use array::ArrayRecord;
+pub(crate) use beams::{ArrayArgs, frames};
 pub(crate) use error::ProbeCommandError;
 pub use file::{
     CrossRecord, LagRecord, MovedRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile, ProbeReadError, ProbeSource,
 };
 pub use images::ImagesRecord;
-pub(crate) use images::{ArrayArgs, frames};
 pub(crate) use lag::{LAG_HELP, LagArgs};
 pub(crate) use segment::TOLD_EVERY;
 pub(crate) use sheet::Sheet;

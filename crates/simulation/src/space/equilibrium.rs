@@ -44,6 +44,8 @@ pub struct Equilibrium {
     pub rounds: usize,
     /// Steps of Newton's method in all of them.
     pub iterations: usize,
+    /// Directions in which the energy falls, 0 at a minimum; not known, and 0, where the search was asked for provisional states.
+    pub falling: usize,
 }
 
 /// Why no state was found.
@@ -64,6 +66,16 @@ pub enum NoEquilibrium {
     TooDeep {
         /// Depth, mm.
         depth: f64,
+        /// The most, half the tube's radius.
+        most: f64,
+    },
+    /// The mesh is too coarse for the tube.
+    #[error(
+        "points of the surface at the tube are {gap:.3} mm apart from the middle between them; a tube of twice {most:.3} mm may lie unseen there: use smaller cubes at it"
+    )]
+    TooCoarse {
+        /// The widest gap, mm.
+        gap: f64,
         /// The most, half the tube's radius.
         most: f64,
     },
@@ -93,18 +105,25 @@ pub fn settle(
 ) -> Result<Equilibrium, NoEquilibrium> {
     for tube in &system.tubes {
         let (depth, most) = (tube.depth(&system.bodies, a), tube.deepest());
-        if depth > most {
+        // At the most no step could leave any more.
+        if depth >= most {
             return Err(NoEquilibrium::TooDeep { depth, most });
+        }
+        let gap = tube.widest_gap(&system.bodies, a);
+        if gap > most {
+            return Err(NoEquilibrium::TooCoarse { gap, most });
         }
     }
     let (mut iterations, mut last) = (0, (0.0, 0.0, 0.0));
     for round in 1..=MOST_ROUNDS {
+        // Pressures stand still while forces are balanced, and change between: either alone is a smooth problem.
         let found = newton.minimise(system, a);
         let found = found.map_err(|failed| NoEquilibrium::Search { round, failed })?;
         iterations += found.iterations;
         let change = system.update(a);
         last = (change.force, found.load, change.depth);
         let settled = change.force <= tolerance.change * found.load;
+        // Small changes alone could be slow ones: no depth may be left.
         if settled && change.depth <= tolerance.depth * system.bodies.extent() {
             return Ok(Equilibrium {
                 energy: found.energy,
@@ -115,6 +134,7 @@ pub fn settle(
                 least_determinant: found.least_determinant,
                 rounds: round,
                 iterations,
+                falling: found.stability.falling,
             });
         }
     }

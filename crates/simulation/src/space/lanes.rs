@@ -130,6 +130,7 @@ impl Lanes {
         packed: &mut [Vec<f64>; CELLS],
     ) -> [bool; CELLS] {
         if convex || !Self::knows(material) {
+            // Tangents come from the law cell by cell: only their contraction is done in lanes.
             let mut regular = [false; CELLS];
             for ((regular, u), packed) in regular.iter_mut().zip(u).zip(packed) {
                 *regular = self.stiffness_of_one(table, material, u, convex, packed);

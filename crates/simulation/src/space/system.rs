@@ -136,6 +136,7 @@ impl Potential for System {
 
     /// Of the solids: stiffness times displacement, and where nothing is loaded the size of the solid is counted in.
     fn rounding(&self, a: &[f64], sizes: &mut Vec<f64>) {
+        // Contacts hold differences of places, which are not large beside the solids here: they are left out.
         let mut elastic = Triplets::new(self.size());
         let unloaded = (0..self.size()).all(|i| Potential::load(self, i) == 0.0);
         let mut lengths = Vec::with_capacity(a.len());

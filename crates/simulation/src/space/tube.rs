@@ -105,10 +105,12 @@ impl Tube {
     ///
     /// As [`Self::new`]; a direction without length is [`TubeError::Point`] 1, as is a length below zero.
     pub fn straight(origin: Point3<f64>, direction: Vector3<f64>, length: f64, radius: f64) -> Result<Self, TubeError> {
+        // A length that is NaN fails the comparison, and is refused with those below zero.
         let along = direction
             .try_normalize(0.0)
             .filter(|_| length >= 0.0)
             .ok_or(TubeError::Point { index: 1 })?;
+        // The tip is the origin of the tube's own frame: only the pose says where it is.
         let axis = [Point3::origin(), Point3::from(along * length)];
         let pose = Isometry3::translation(origin.x, origin.y, origin.z);
         Self::new(pose, &axis, &[radius; 2])

@@ -52,6 +52,7 @@ fn halves(
     most: usize,
     scratch: &mut Scratch,
 ) -> Result<usize, Vanished> {
+    // By halves, so that most of the work is in products with many terms, whatever the width.
     if to - from <= BLOCK_COLUMNS {
         let mut negative = 0;
         for (k, own) in diagonal.iter().enumerate().take(to).skip(from) {
@@ -91,6 +92,7 @@ fn column(panel: &mut [f64], size: usize, [k, to]: [usize; 2], diagonal: f64) ->
     }
     let own = &mut own[1..];
     for (c, other) in rest.chunks_exact_mut(size).take(to - k - 1).enumerate() {
+        // The column is not divided yet: its entries still are those of `L` times the pivot.
         let by = own[c] / pivot;
         let below = &mut other[k + 1 + c..];
         below.iter_mut().zip(&own[c..]).for_each(|(y, l)| *y -= by * l);
@@ -150,6 +152,7 @@ pub(super) fn subtract(factor: &Factor<'_>, c: &mut [f64], stride: usize, count:
         }
     }
     let mut j = from;
+    // Two columns at a time: each entry of `L` that is read serves both.
     while j + 1 < count {
         let (one, two) = c[j * stride..].split_at_mut(stride);
         pair(factor, &mut one[j..height], &mut two[j..height], j);
@@ -190,6 +193,7 @@ fn strip(factor: &Factor<'_>, c: &mut [f64], stride: usize, [from, width]: [usiz
     let a = DMatrixView::from_slice_with_strides_generic(lower, tall, Dyn(depth), one, size);
     let b = DMatrixView::from_slice_with_strides_generic(terms, Dyn(depth), wide, wide, one);
     let mut c = DMatrixViewMut::from_slice_with_strides_generic(c, tall, wide, one, Dyn(stride));
+    // A full rectangle: what it wastes above the diagonal is little in a narrow strip.
     c.gemm(-1.0, &a, &b, 1.0);
 }
 

@@ -164,9 +164,11 @@ impl Ldl {
                 self.joined = 0;
             }
             self.joined += 1;
+            // Patterns mostly begin alike: what they share is not put in twice.
             let same = common(&self.pattern, places);
             self.pattern.extend_from_slice(&places[same..]);
             self.symbolic = Symbolic::new(size, &self.pattern, self.dissection.as_ref());
+            // Slots in the old elimination say nothing about the new one.
             self.places.clear();
             // Every place was put in above.
             self.find_slots(places);
@@ -202,6 +204,7 @@ impl Ldl {
             .fronts
             .iter()
             .flat_map(|f| (0..f.width).map(|k| f.size() - 1 - k));
+        // A column of `c` entries takes `c` for its pivot, and `c (c + 1) / 2` for the triangle it is taken from.
         columns.map(|c| c * (c + 3) / 2).sum()
     }
 

@@ -46,6 +46,7 @@ impl Worker {
             size: front.size(),
             skip: front.width,
         };
+        // What the children left is in there already: after this it is what goes to the parent.
         let own = &mut self.stack[top..];
         subtract(&factor, own, front.height, front.height, &mut self.scratch);
         self.leave(front, number, [top, children]);
@@ -56,6 +57,7 @@ impl Worker {
     /// first child.
     pub(super) fn assemble(&mut self, symbolic: &Symbolic, front: &Front, panel: &mut [f64]) -> (usize, usize) {
         let top = self.stack.len();
+        // Zeros first, as some entries come from no child and others from several.
         self.stack.resize(top + front.height * front.height, 0.0);
         let (waiting, own) = self.stack.split_at_mut(top);
         let children = self.left.len() - front.children;
@@ -68,6 +70,7 @@ impl Worker {
     /// The children are used up: what this front leaves takes their place on the stack.
     fn leave(&mut self, front: &Front, number: usize, [top, children]: [usize; 2]) {
         let base = self.left.get(children).map_or(top, |(_, start)| *start);
+        // Moved down over what the children left, so that no room stays behind that nobody will read.
         self.stack.copy_within(top.., base);
         self.stack.truncate(base + front.height * front.height);
         self.left.truncate(children);
@@ -100,6 +103,7 @@ fn take_up(symbolic: &Symbolic, child: usize, left: &[f64], front: &Front, panel
             &mut own[start..start + front.height]
         };
         let before = if at < width { 0 } else { width };
+        // From the diagonal on: products of strips may have spoilt what lies above it.
         for (row, value) in to[j..].iter().zip(&column[j..]) {
             target[*row as usize - before] += value;
         }

@@ -81,6 +81,7 @@ impl<T: Stored> Packed<T> {
             end += blocks(front.width).map(|(k, n)| n * (front.size() - k)).sum::<usize>();
         }
         self.starts.push(end);
+        // Nothing is cleared: every entry is written below, those at and above the diagonal as zeros.
         self.entries.resize(end, T::default());
         for (front, start) in symbolic.fronts.iter().zip(&self.starts) {
             let (panel, size, mut start) = (&factor[front.panel()], front.size(), *start);
@@ -88,6 +89,7 @@ impl<T: Stored> Packed<T> {
                 let columns = &panel[k * size..(k + n) * size];
                 let block = &mut self.entries[start..start + n * (size - k)];
                 start += block.len();
+                // The number of columns is a constant in each, so that loops over them can be unrolled.
                 match n {
                     8 => interleave::<T, 8>(columns, k, block),
                     4 => interleave::<T, 4>(columns, k, block),
@@ -118,9 +120,11 @@ impl<T: Stored> Packed<T> {
                     _ => take_off::<T, 1>(block, &mut all[k..]),
                 }
             }
+            // Pivots divide only now: rows below take off products with the solution for `L` alone.
             let (values, below) = all.split_at(front.width);
             let divided = values.iter().zip(&self.pivots[own.clone()]);
             x[own].iter_mut().zip(divided).for_each(|(x, (v, d))| *x = v / d);
+            // Rows below are scattered: each is met once for the whole front, not once for each column.
             let rows = symbolic.below(front).iter();
             rows.zip(below).for_each(|(row, by)| x[*row as usize] += by);
         }
@@ -134,6 +138,7 @@ impl<T: Stored> Packed<T> {
             let own = front.first..front.first + front.width;
             all.clear();
             all.extend_from_slice(&x[own.clone()]);
+            // Values below are solved for already, as their fronts are eliminated after this one.
             all.extend(symbolic.below(front).iter().map(|row| x[*row as usize]));
             let mut end = self.starts[k + 1];
             for (k, n) in blocks(front.width).rev() {
@@ -195,6 +200,7 @@ fn put_in<T: Stored, const N: usize>(block: &[T], y: &mut [f64]) {
         (0..N).for_each(|c| sums[1][c] += l[1][c].value() * y[1]);
         (0..N).for_each(|c| sums[0][c] += l[0][c].value() * y[0]);
     }
+    // Within the block each value needs those after it: these products cannot be summed ahead.
     for c in (0..N).rev() {
         let near: f64 = (c + 1..N).map(|i| rows[i][c].value() * own[i]).sum();
         own[c] -= sums[0][c] + sums[1][c] + near;

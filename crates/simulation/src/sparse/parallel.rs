@@ -83,6 +83,7 @@ impl Workers {
         let panel = &mut factor[front.panel()];
         self.main.assemble(matrix.symbolic, front, panel);
         root.copy_from_slice(panel);
+        // Only the lower triangle is assembled; those who take the root are to have it whole.
         root.fill_upper_triangle_with_lower_triangle();
         let diagonal = &matrix.diagonal[front.first..];
         eliminate(panel, front.width, diagonal, most, &mut self.main.scratch).map_err(|vanished| (number, vanished))
@@ -96,6 +97,7 @@ impl Workers {
         most: usize,
         threads: usize,
     ) -> Result<usize, Failed> {
+        // Runs need nothing from one another, while a front above them may need any run before it.
         let mut results = self.runs(matrix, factor, &parts, most, threads).into_iter();
         let mut runs = self.runs.iter();
         let mut negative = 0;
@@ -103,10 +105,12 @@ impl Workers {
             match part {
                 Part::Run(_) => {
                     negative += results.next().unwrap_or(Ok(0))?;
+                    // In the order of the parts: the stack is as one thread would have left it, and so are all sums.
                     if let Some(run) = runs.next() {
                         self.main.append(run);
                     }
                 }
+                // Fronts above the runs are few and large: threads share the products within them instead.
                 Part::Top(k) => {
                     negative += run(
                         matrix,
@@ -117,6 +121,7 @@ impl Workers {
                     )?
                 }
             }
+            // A run that ended early found so many by itself: what it left unfinished is never taken up.
             if negative >= most {
                 break;
             }
@@ -143,6 +148,8 @@ impl Workers {
                 Part::Run(fronts) => fronts.clone(),
                 Part::Top(k) => *k..k + 1,
             };
+            // Parts follow one another without gaps: each run gets columns that no other can touch,
+            // and those of the fronts above are passed over.
             let (panels, after) =
                 std::mem::take(&mut factor).split_at_mut(panels(matrix.symbolic, fronts.clone()).len());
             factor = after;
@@ -157,6 +164,7 @@ impl Workers {
                 });
             }
         }
+        // Each run counts up to `most` by itself: what the others find is not known before all have ended.
         share(jobs, threads, |job| {
             job.worker.clear();
             *job.found = run(matrix, job.fronts, job.panels, job.worker, most);
@@ -205,6 +213,7 @@ fn parts(symbolic: &Symbolic, count: usize, threads: usize) -> Vec<Part> {
     let mut whole = 0.0;
     for (k, front) in symbolic.fronts[..count].iter().enumerate() {
         let [w, h] = [front.width as f64, front.height as f64];
+        // The work of a dense elimination up to a factor, as only its parts of the whole matter.
         let own = w * (w * w / 3.0 + w * h + h * h);
         whole += own;
         let mut subtree = (k, own);
@@ -220,9 +229,11 @@ fn parts(symbolic: &Symbolic, count: usize, threads: usize) -> Vec<Part> {
     let most = whole / (RUNS_PER_THREAD * threads) as f64;
     let (mut parts, mut run) = (Vec::new(), (count..count, 0.0));
     let mut next = count;
+    // Backwards, as a subtree ends with its root: the last front of what is left is the root of one.
     while next > 0 {
         let (first, work) = subtrees[next - 1];
         if work > most {
+            // Too much for one run: this front waits above, and its subtrees are looked at one by one.
             parts.extend([Part::Run(run.0), Part::Top(next - 1)]);
             (run, next) = ((next - 1..next - 1, 0.0), next - 1);
             continue;

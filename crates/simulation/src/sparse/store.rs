@@ -30,6 +30,7 @@ pub(super) enum Store {
 impl Store {
     /// Takes up a factor anew: packed, or none where it is read where it was eliminated.
     pub(super) fn take_up(&mut self, packed: Option<Precision>, symbolic: &Symbolic, factor: &[f64]) {
+        // A store of the same kind is filled in the memory that it has: factors of one pattern are equally long.
         match (packed, &mut *self) {
             (Some(Precision::Double), Self::Double(packed)) => packed.store(symbolic, factor),
             (Some(Precision::Single), Self::Single(packed)) => packed.store(symbolic, factor),

@@ -11,6 +11,7 @@ pub(super) fn forward(symbolic: &Symbolic, factor: &[f64], x: &mut [f64]) {
         let (panel, size) = (&factor[front.panel()], front.size());
         let rows = &symbolic.rows[front.rows..front.rows + front.height];
         below.clear();
+        // Summed up for the whole front: scattered rows are met once, not once for each column.
         below.resize(front.height, 0.0);
         let (own, width) = (&mut x[front.first..front.first + front.width], front.width);
         for k in 0..width {
@@ -37,6 +38,7 @@ pub(super) fn back(symbolic: &Symbolic, factor: &[f64], x: &mut [f64]) {
         let (panel, size) = (&factor[front.panel()], front.size());
         let rows = &symbolic.rows[front.rows..front.rows + front.height];
         below.clear();
+        // Gathered into one piece, so that each column is one product of two vectors.
         below.extend_from_slice(&x[front.first..front.first + front.width]);
         below.extend(rows.iter().map(|row| x[*row as usize]));
         // Backwards: a column needs those after it.

@@ -68,6 +68,7 @@ impl Symbolic {
         for (k, i) in symbolic.order.iter().enumerate() {
             symbolic.place_of[*i as usize] = k as u32;
         }
+        // The tree is that of groups of unknowns; from here on each unknown has a number of its own.
         let mut starts = vec![0];
         for g in &order {
             starts.push(starts[starts.len() - 1] + weights[*g as usize]);
@@ -78,6 +79,7 @@ impl Symbolic {
                 rows.extend(each.flat_map(|g| (starts[g]..starts[g + 1]).map(|u| u as u32)));
             });
         }
+        // Not before all are there, as a front's parent comes after it.
         symbolic.link();
         symbolic
     }
@@ -138,6 +140,7 @@ impl Symbolic {
         let local = if (row as usize) < front.first + front.width {
             row as usize - front.first
         } else {
+            // A row may be missing, as with a new contact: the caller then finds another elimination.
             let rows = &self.rows[front.rows..front.rows + front.height];
             front.width + rows.binary_search(&row).ok()?
         };

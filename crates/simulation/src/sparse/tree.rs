@@ -84,6 +84,7 @@ fn postorder(parents: &[u32]) -> Vec<u32> {
         }
     }
     let mut order = Vec::with_capacity(n);
+    // Not as a call within a call: a tree may be a chain as long as the matrix.
     let mut stack = roots;
     while let Some(&k) = stack.last() {
         let first = std::mem::replace(&mut child[k as usize], NO_PARENT);
@@ -137,6 +138,7 @@ fn columns(graph: &Graph, weights: &[usize], order: &[u32], kept: usize) -> Vec<
             height,
             zeros: 0,
         };
+        // Columns of one front lie side by side: only the child right before its parent can join it.
         while done.last().is_some_and(|before| before.joins(&next)) {
             if let Some(before) = done.pop() {
                 next = before.with(next);

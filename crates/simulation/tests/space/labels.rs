@@ -104,9 +104,8 @@ fn parts_holes_and_thin_labels_are_named() {
     assert_eq!(one.facts.voxels, 1);
     let mesh = |side: f64| Mesh::new(&one, one.corners, &Settings::of_side(side), &|_, _| false);
     assert!(matches!(mesh(20.0), Err(NoMesh::Thin { .. })));
-    // A volume of 27 samples, most of them near its surface, is known to some five of them.
-    let volume = mesh(2.0).unwrap().volume() / 27.0;
-    assert!((volume - 1.0).abs() < 0.2, "{volume}");
+    // Its 27 samples do not tell its volume to a tenth.
+    assert!(matches!(mesh(2.0), Err(NoMesh::Lost { expected: 27.0, .. })));
     let rod = map(spacing, |x| x.x == 60.0 && x.y == 60.0 && (9.0..80.0).contains(&x.z));
     let coarse = Smoothing { sigma: 10.0, ..plain };
     assert!(matches!(field(&rod, spacing, &coarse), Err(NoRegion::Lost { .. })));
@@ -149,4 +148,60 @@ fn bad_label_maps_are_refused_by_name() {
         labels: &labels,
     };
     assert!(matches!(LabelField::new(&map, 7, &plain), Err(NoRegion::Size { .. })));
+}
+
+#[test]
+fn flat_faces_on_the_faces_of_cubes_are_there_once() {
+    // Voxels and cubes of one lattice: the smooth surface lies on, or within rounding of, faces of the cubes.
+    let spacing = Vector3::repeat(3.0);
+    let inside = |x: &Vector3<f64>| (0..3).all(|k| (12.0..=69.0).contains(&x[k]));
+    let field = field(
+        &map(spacing, inside),
+        spacing,
+        &Smoothing {
+            sigma: 3.0,
+            ..Smoothing::default()
+        },
+    )
+    .unwrap();
+    for side in [10.0, 12.0, 6.0] {
+        let mesh = Mesh::new(&field, field.corners, &Settings::of_side(side), &|_, _| false).unwrap();
+        let area: f64 = mesh.surface.iter().map(|p| p.area).sum();
+        let up: Vector3<f64> = mesh.surface.iter().map(|p| p.normal * p.area).sum();
+        println!(
+            "side {side}: volume {:.4}, area {:.4}",
+            mesh.volume() / 60_f64.powi(3),
+            area / (6.0 * 3600.0)
+        );
+        // Edges rounded over a sigma or so have a tenth less area; a face that is missing would be 17 %, and the closed surface has no
+        // resultant, be its points off by the rule's error of some 1e-3 of a cube's face.
+        assert!((mesh.volume() / 60_f64.powi(3) - 1.0).abs() < 0.01);
+        assert!(
+            (area / (6.0 * 3600.0) - 1.0).abs() < 0.05 && up.norm() < 0.01 * area,
+            "{area} {up}"
+        );
+    }
+}
+
+#[test]
+fn what_is_lost_or_comes_apart_is_refused() {
+    let spacing = Vector3::repeat(3.0);
+    let apart = |x: &Vector3<f64>, at: f64| (x - Vector3::new(at, 54.0, 45.0)).norm();
+    // Two balls with a bridge of one voxel, which smoothing by two voxels takes away.
+    let dumbbell = |x: &Vector3<f64>| {
+        let bridge = x.y == 54.0 && x.z == 45.0 && (30.0..90.0).contains(&x.x);
+        apart(x, 27.0) < 16.0 || apart(x, 93.0) < 16.0 || bridge
+    };
+    let field = field(
+        &map(spacing, dumbbell),
+        spacing,
+        &Smoothing {
+            sigma: 6.0,
+            ..Smoothing::default()
+        },
+    )
+    .unwrap();
+    assert_eq!(field.facts.parts, 1);
+    let mesh = Mesh::new(&field, field.corners, &Settings::of_side(6.0), &|_, _| false).map(|m| m.nodes.len());
+    assert!(matches!(mesh, Err(NoMesh::Apart { count: 2, .. })), "{mesh:?}");
 }

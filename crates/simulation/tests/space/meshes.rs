@@ -176,3 +176,20 @@ fn bad_input_is_refused_by_name() {
         Err(NoMesh::Thin { .. })
     ));
 }
+
+#[test]
+fn a_box_of_whole_cubes_has_no_cube_more() {
+    let everywhere = Plane {
+        point: Vector3::new(0.0, 0.0, 1e3),
+        normal: Vector3::z(),
+    };
+    for (low, high, side, count) in [(-0.1, 0.2, 0.1, 27), (-10.0, 20.1, 4.3, 343), (0.0, 100.0, 25.0, 64)] {
+        let corners = [Vector3::repeat(low), Vector3::repeat(high)];
+        let mesh = Mesh::new(&everywhere, corners, &Settings::of_side(side), &|_, _| false).unwrap();
+        assert_eq!(mesh.elements.len(), count, "{low} {high} {side}");
+        let volume = (high - low).powi(3);
+        assert!((mesh.volume() / volume - 1.0).abs() < 1e-12);
+        // The last face belongs to the last cube.
+        assert!(mesh.row(&corners[1]).is_some() && mesh.row(&corners[0]).is_some());
+    }
+}

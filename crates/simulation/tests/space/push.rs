@@ -169,8 +169,18 @@ fn the_force_is_the_slope_of_the_energy_and_the_way_back_is_the_way_there() {
 }
 
 #[test]
-fn a_tube_that_jumps_into_the_tissue_is_refused() {
-    let mut block = Pushed::new(&Settings::of_side(25.0), 0.45, &[]);
+fn a_tube_that_jumps_into_the_tissue_or_slips_between_its_points_is_refused() {
+    let mut coarse = Pushed::new(&Settings::of_side(25.0), 0.45, &[]);
+    let refused = coarse.to(1.0).map(|(found, _)| found.rounds);
+    assert!(
+        matches!(refused, Err(NoEquilibrium::TooCoarse { most: 5.0, .. })),
+        "{refused:?}"
+    );
+    let settings = Settings {
+        levels: 1,
+        ..Settings::of_side(25.0)
+    };
+    let mut block = Pushed::new(&settings, 0.45, &[30.0]);
     let refused = block.to(6.0).map(|(found, _)| found.rounds);
     assert!(
         matches!(refused, Err(NoEquilibrium::TooDeep { most: 5.0, .. })),

@@ -11,9 +11,9 @@ use probe::{
 };
 
 use super::array::ArrayRecord;
+use super::beams::{self, ArrayArgs};
 use super::error::ProbeCommandError;
 use super::file::ProbeFile;
-use super::images::{self, ArrayArgs};
 use super::input::{self, Read};
 use super::phantom::{self, Told};
 use super::report;
@@ -239,7 +239,7 @@ impl ProbeArgs {
             outcome.text.insert_str(0, &seen);
             return Ok(outcome);
         }
-        let images = images::record(pictured, &beamed, &self.transform, self.tool.as_ref().map(Name::as_str));
+        let images = beams::record(pictured, &beamed, &self.transform, self.tool.as_ref().map(Name::as_str));
         let found = self.solve(&read, phantom, &options)?;
         let gates = self.gates();
         let verdict = gates.judge(&reached(&found.calibration));
@@ -280,7 +280,9 @@ impl ProbeArgs {
         };
         let array = array.ok_or(ProbeCommandError::WaterArray)?;
         let water = WaterRecord::new(celsius, self.scanner_speed_m_s);
-        water.put_right(read, array);
+        let marks = read.frames.iter_mut().flat_map(|frame| &mut frame.marks);
+        // Along their beams, to where a scanner that knew the water would show them.
+        marks.for_each(|mark| mark.px = array.at_depth(mark.px, water.share()));
         Ok(Some(water))
     }
 

@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::array::ArrayRecord;
-use super::input::Read;
-
 /// The speed of sound that scanners reckon with, m/s.
 pub(super) const SCANNER_M_S: f64 = 1540.0;
 /// Temperatures that the formula is for, degrees Celsius.
@@ -33,16 +30,8 @@ impl WaterRecord {
     }
 
     /// Depths are so many times what is shown.
-    fn share(&self) -> f64 {
+    pub(super) fn share(&self) -> f64 {
         self.speed_m_s / self.scanner_m_s
-    }
-
-    /// Moves points along their beams to where a scanner that knew the water would show them.
-    pub(super) fn put_right(&self, read: &mut Read, array: &ArrayRecord) {
-        let marks = read.frames.iter_mut().flat_map(|frame| &mut frame.marks);
-        for mark in marks {
-            mark.px = array.at_depth(mark.px, self.share());
-        }
     }
 
     pub(super) fn words(&self) -> String {
@@ -93,6 +82,7 @@ pub(crate) fn celsius_of(shown_over_true: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::array::ArrayRecord;
     use super::*;
 
     /// Del Grosso and Mader (1972), whose table all later formulas are held against.

@@ -11,8 +11,11 @@ use super::settings::{NoMesh, Settings};
 use super::surface::faces;
 use super::ties::Ties;
 
+/// A mesh whose volume differs from the region's by more than this part has lost some of it.
+const MOST_LOST: f64 = 0.1;
+
 impl Mesh {
-    /// The mesh of the part of a region in a box. Cubes for which `fine` holds are halved, as far as settings allow.
+    /// The mesh of the part of a region in a box, which is filled up to whole cubes of the largest side: it may end beyond `high`. Cubes for which `fine` holds are halved, as far as settings allow.
     ///
     /// # Errors
     /// Every variant of [`NoMesh`].
@@ -45,6 +48,7 @@ impl Mesh {
         if filled.cells.is_empty() {
             return Err(NoMesh::Empty);
         }
+        // How full cubes are decides which nodes are free, and these what elements are.
         let parts: Vec<f64> = filled.cells.iter().map(|f| f.fill).collect();
         let ties = Ties::new(&grid, settings.order, &parts, settings.least_fill)?;
         let mut mesh = Self {
@@ -63,6 +67,49 @@ impl Mesh {
         let whole: Vec<bool> = filled.cells.iter().map(|f| f.whole).collect();
         mesh.surface.extend(faces(&mesh, &whole));
         (mesh.elements, mesh.tables) = elements(&mesh, &filled.cells)?;
+        mesh.is_whole(field, [low, high])?;
+        mesh.is_one()?;
         Ok(mesh)
+    }
+
+    /// Its volume is the region's, where that is known and the box holds all of it.
+    fn is_whole(&self, field: &dyn Field, [low, high]: [Vector3<f64>; 2]) -> Result<(), NoMesh> {
+        let Some((expected, corners)) = field.known() else {
+            return Ok(());
+        };
+        let holds = (0..3).all(|k| low[k] <= corners[0][k] && corners[1][k] <= high[k]);
+        let found = self.volume() + self.left_out();
+        if holds && !((found / expected - 1.0).abs() < MOST_LOST) {
+            return Err(NoMesh::Lost { found, expected });
+        }
+        Ok(())
+    }
+
+    /// All elements hang together.
+    fn is_one(&self) -> Result<(), NoMesh> {
+        let mut part: Vec<usize> = (0..self.nodes.len()).collect();
+        // Of each node the first that it hangs together with, by shorter and shorter ways.
+        let find = |part: &mut Vec<usize>, mut n: usize| {
+            while part[n] != n {
+                part[n] = part[part[n]];
+                n = part[n];
+            }
+            n
+        };
+        for element in &self.elements {
+            for pair in element.nodes.windows(2) {
+                let [one, other] = [0, 1].map(|k| find(&mut part, pair[k] as usize));
+                // The lower of two is the name of both from now on.
+                part[one.max(other)] = one.min(other);
+            }
+        }
+        let roots: Vec<usize> = (0..part.len()).filter(|n| part[*n] == *n).collect();
+        match roots.as_slice() {
+            [_] | [] => Ok(()),
+            [_, other, ..] => Err(NoMesh::Apart {
+                count: roots.len(),
+                at: self.nodes[*other].into(),
+            }),
+        }
     }
 }

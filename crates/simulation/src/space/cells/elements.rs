@@ -18,6 +18,7 @@ pub(super) fn elements(mesh: &Mesh, filled: &[Filled]) -> Result<(Vec<Element>, 
         groups.entry(*root).or_default().push(k);
     }
     let (mut elements, mut tables) = (Vec::new(), Vec::new());
+    // A whole cube's table knows its side only, not its place.
     let mut shared: BTreeMap<i32, u32> = BTreeMap::new();
     for (root, members) in groups {
         let cell = mesh.cells[root];
@@ -25,6 +26,7 @@ pub(super) fn elements(mesh: &Mesh, filled: &[Filled]) -> Result<(Vec<Element>, 
             at: mesh.grid.place(cell.corner.map(|x| x + cell.span / 2)).into(),
             why,
         };
+        // With nearly empty cubes to care for, or nodes that follow others, it has a table of its own.
         let regular = members.len() == 1 && filled[root].whole;
         let (nodes, known) = match regular.then(|| free_nodes(mesh, root)).flatten() {
             Some(nodes) => (nodes, shared.get(&cell.span).copied()),

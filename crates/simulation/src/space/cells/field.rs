@@ -19,6 +19,12 @@ pub trait Field: Sync {
     /// The same of the derivative along each axis.
     fn slope_bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> [Bounds; 3];
 
+    /// The volume of the region and corners of a box that holds it, where that is known apart from the field: a mesh of it is held against
+    /// that.
+    fn known(&self) -> Option<(f64, [Vector3<f64>; 2])> {
+        None
+    }
+
     /// Boxes smaller than this have no tighter bounds, mm.
     fn resolution(&self) -> f64 {
         0.0

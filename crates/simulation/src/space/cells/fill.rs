@@ -6,7 +6,7 @@ use super::field::Field;
 use super::grid::{Cell, Grid};
 use super::parts::{SurfacePoint, VolumePoint};
 use super::recombine::recombine;
-use super::rule::{Inside, Rule, gauss};
+use super::rule::{Inside, Rule, Surface, gauss};
 use super::settings::Settings;
 use crate::space::element::Order;
 
@@ -31,6 +31,8 @@ pub(super) struct Contents {
     pub(super) points: Vec<VolumePoint>,
     pub(super) surface: Vec<SurfacePoint>,
     pub(super) left_out: f64,
+    /// Points of the surface in cubes that were left out.
+    lost: Vec<Surface>,
 }
 
 /// What is in the cubes of a grid. Those with next to nothing are taken off it.
@@ -44,9 +46,13 @@ pub(super) fn fill(field: &dyn Field, grid: &mut Grid, settings: &Settings) -> C
             continue;
         }
         let rule = Rule::of(field, &corners[0], &corners[1], settings.depth);
-        let fill = rule.volume() / (corners[1] - corners[0]).product();
+        let side = corners[1].x - corners[0].x;
+        let fill = rule.volume() / side.powi(3);
         if fill <= NOTHING {
             all.left_out += rule.volume();
+            // A face of the region on a face of the cubes may lie, by rounding, in the empty one of the two: without it nothing
+            // could press or hold there.
+            all.lost.extend(rule.surface);
             continue;
         }
         let number = all.cells.len();
@@ -54,12 +60,24 @@ pub(super) fn fill(field: &dyn Field, grid: &mut Grid, settings: &Settings) -> C
             .extend(rule.surface.iter().map(|s| SurfacePoint::of(number, s)));
         all.add(cell, recombine(rule.inside, &corners, settings.order), fill, false);
     }
+    all.take_lost(grid);
     let kept: Vec<Cell> = all.cells.iter().map(|f| f.cell).collect();
     grid.retain(|cell| kept.binary_search(cell).is_ok());
     all
 }
 
 impl Contents {
+    /// Gives points of the surface in cubes that were left out to the cube on their inner side, if there is one.
+    fn take_lost(&mut self, grid: &Grid) {
+        let step = grid.length(1);
+        for point in std::mem::take(&mut self.lost) {
+            let inner = grid.containing(&(point.at - point.normal * (0.5 * step)));
+            let number = inner.and_then(|cell| self.cells.binary_search_by_key(&cell, |f| f.cell).ok());
+            self.surface
+                .extend(number.map(|number| SurfacePoint::of(number, &point)));
+        }
+    }
+
     fn add(&mut self, cell: Cell, points: Vec<Inside>, fill: f64, whole: bool) {
         let (number, first) = (self.cells.len() as u32, self.points.len());
         self.points.extend(points.into_iter().map(|p| VolumePoint {

@@ -50,7 +50,8 @@ impl Grid {
             largest,
             spans: BTreeMap::new(),
         };
-        let counts = (cover.high - cover.low).map(|x| (x / cover.side).ceil().max(1.0));
+        // A side that fits a whole number of times must not make one cube more by its rounding.
+        let counts = (cover.high - cover.low).map(|x| (x / cover.side * (1.0 - 1e-12)).ceil().max(1.0));
         // Steps are counted in 32 bits, and cubes below the limit.
         if !(counts.product() <= cover.most as f64 && counts.max() * f64::from(largest) < 1e9) {
             return None;
@@ -153,17 +154,25 @@ impl Grid {
         [0, 1, 2].map(|k| ((at[k] - low[k]) - (high[k] - at[k])) / (high[k] - low[k]))
     }
 
-    /// The cube that a place lies in; on a shared face the upper one.
+    /// The cube that a place lies in; on a shared face the upper one, on the last the lower one.
     pub fn containing(&self, at: &Vector3<f64>) -> Option<Cell> {
-        let steps = ((at - self.origin) / self.step).map(f64::floor);
+        let place = (at - self.origin) / self.step;
+        let steps = place.map(f64::floor);
         if !steps.iter().all(|x| x.abs() < 1e9) {
             return None;
         }
-        self.cell_at([0, 1, 2].map(|k| steps[k] as i32))
+        // On the last face there is no upper cube; the lower one holds the place as well.
+        (0..8).find_map(|part| {
+            let lower = |k: usize| part >> k & 1 == 1;
+            // A place of the lattice, but for rounding.
+            let allowed = (0..3).all(|k| !lower(k) || place[k] - steps[k] < 1e-9);
+            allowed.then(|| self.cell_at([0, 1, 2].map(|k| steps[k] as i32 - i32::from(lower(k)))))?
+        })
     }
 
     /// The cube that holds the step with this lowest corner.
     pub(super) fn cell_at(&self, step: [i32; 3]) -> Option<Cell> {
+        // Corners are multiples of the span: one question for each size finds the cube.
         let mut span = 2;
         while span <= self.largest {
             let corner = step.map(|x| x.div_euclid(span) * span);

@@ -2,7 +2,8 @@
 //!
 //! The label's indicator, 1 inside and 0 outside, is smoothed; the surface is where it falls below a level. A plane of any tilt
 //! stays where it is; a ball of radius `R` would shrink by about `sigma^2 / R`, so the level is chosen such that the region
-//! has the volume of the label's voxels.
+//! has the volume of the label's voxels. What a body loses at its edges comes back on its faces: those of a cube of 20 voxels lie a sixth of a
+//! voxel outside, where smoothing is by 0.9 voxels.
 
 mod parts;
 mod smooth;
@@ -153,6 +154,7 @@ impl LabelField {
     /// Every variant of [`NoRegion`].
     pub fn new(map: &LabelMap<'_>, label: u16, smoothing: &Smoothing) -> Result<Self, NoRegion> {
         map.check()?;
+        // The crop has room for what smoothing spreads: beyond it all is flat.
         let passes = smooth::passes(smoothing.sigma, &map.spacing)?;
         let crop = Crop::of(map, label, passes.map(|p| p + MARGIN)).ok_or(NoRegion::Missing { label })?;
         let (mut inside, mut facts) = (crop.indicator(map, label), crop.facts(map));
@@ -175,6 +177,7 @@ impl LabelField {
         let spline = smooth::spline(blurred, crop.size, crop.origin(map), map.spacing, &inside);
         let spline = spline.ok_or_else(|| map.no_place())?;
         let moved = crop.moved(&spline, map, &inside);
+        // The level keeps the volume of any shape: whether it is the label's own, its voxels say.
         if moved[0] as f64 > MOST_LOST * facts.voxels as f64 {
             return Err(NoRegion::Lost {
                 label,
@@ -295,6 +298,10 @@ impl Field for LabelField {
 
     fn slope(&self, at: &Vector3<f64>) -> Vector3<f64> {
         self.spline.slope(at)
+    }
+
+    fn known(&self) -> Option<(f64, [Vector3<f64>; 2])> {
+        Some((self.facts.volume, self.corners))
     }
 
     fn resolution(&self) -> f64 {

@@ -100,6 +100,7 @@ pub(super) fn gauss(points: usize) -> &'static [(f64, f64)] {
         (0.769_234_655_052_841_6, 0.239_314_335_249_683_23),
         (0.953_089_922_969_332, 0.118_463_442_528_094_54),
     ];
+    // Of `n` points the rule is exact to degree `2 n - 1`; more than five gain nothing beside the boxes' own size.
     match points {
         0 | 1 => &ONE,
         2 => &TWO,
@@ -125,6 +126,7 @@ impl Build<'_> {
         if least >= 0.0 {
             return;
         }
+        // No search where bounds decide: most boxes of a region are whole.
         if most <= 0.0 {
             return self.whole(&low, &high);
         }
@@ -191,7 +193,8 @@ impl Build<'_> {
         faces: &[Vec<(usize, f64)>],
         cuts: u32,
     ) {
-        // A face on which the field has one sign has no kink.
+        // The height of the column has a kink where the surface leaves it through a face. A face on which the field has one
+        // sign has none.
         let kinks: Vec<_> = faces.iter().filter(|f| self.may_vanish(low, high, f)).collect();
         let Some(second) = self.second(low, high, [a, b], &kinks, cuts == 0) else {
             for part in 0..4 {
@@ -208,6 +211,7 @@ impl Build<'_> {
             .iter()
             .flat_map(|face| [low[second], high[second]].map(|at| [face.as_slice(), &[(second, at)]].concat()))
             .collect();
+        // The outer integral has kinks where the curves of the faces leave the base.
         let (mut at, mut stops) = (*low, vec![low[first], high[first]]);
         for edge in &edges {
             edge.iter().for_each(|(k, x)| at[*k] = *x);
@@ -263,6 +267,7 @@ impl Build<'_> {
             at[axis] = x;
             self.field.value(&at)
         };
+        // The field rises or falls along the column: its ends tell all.
         let (bottom, top) = (value(low), value(high));
         let [from, to] = match (bottom < 0.0, top < 0.0) {
             (true, true) => [low, high],
@@ -364,7 +369,14 @@ fn root(value: &mut impl FnMut(f64) -> f64, [mut low, mut high]: Bounds, [mut at
     let small = 4.0 * f64::EPSILON * low.abs().max(high.abs()).max(high - low);
     // A halving at least every third step: 3 x 53 of them leave nothing.
     for step in 0..160 {
-        if high - low <= small || at_low == 0.0 {
+        // A zero at an end is the root: the secant would never leave it, and the middle is somewhere else.
+        if at_low == 0.0 {
+            return low;
+        }
+        if at_high == 0.0 {
+            return high;
+        }
+        if high - low <= small {
             break;
         }
         let secant = low - at_low * (high - low) / (at_high - at_low);
@@ -376,6 +388,7 @@ fn root(value: &mut impl FnMut(f64) -> f64, [mut low, mut high]: Bounds, [mut at
         }
         if (y < 0.0) == (at_low < 0.0) {
             (low, at_low) = (x, y);
+            // The end that stays counts for less, so that the secant moves it too.
             at_high *= 0.5;
         } else {
             (high, at_high) = (x, y);

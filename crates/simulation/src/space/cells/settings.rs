@@ -84,6 +84,26 @@ pub enum NoMesh {
     /// The field is nowhere negative in the box.
     #[error("the region has no volume in the box")]
     Empty,
+    /// The mesh is not the region.
+    #[error(
+        "the mesh has {found:.1} mm^3 and the region {expected:.1} mm^3: cubes are too large for its thin parts, or it is of a few voxels only"
+    )]
+    Lost {
+        /// Volume of the mesh.
+        found: f64,
+        /// That of the region.
+        expected: f64,
+    },
+    /// Parts of the mesh do not hold together.
+    #[error(
+        "the mesh has {count} parts that share no node, one of them near {at:?} mm: the region is apart there, or its bridge was smoothed away"
+    )]
+    Apart {
+        /// How many.
+        count: usize,
+        /// A node of another part than the first.
+        at: [f64; 3],
+    },
     /// A part that no cube is well filled by.
     #[error(
         "no cube near {at:?} mm is well filled: the region is thin there beside cubes of {side} mm; use smaller ones"

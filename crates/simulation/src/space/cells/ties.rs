@@ -14,6 +14,9 @@ use super::settings::NoMesh;
 use super::shape::values;
 use crate::space::element::Order;
 
+/// Nearly empty cubes this far from a well-filled one, in cubes, are extended from it.
+const MOST_RINGS: usize = 2;
+
 /// A combination of nodes.
 type Tie = Vec<(u32, f64)>;
 
@@ -66,8 +69,9 @@ impl Lattice<'_> {
     fn roots(&self, filled: &[f64]) -> Result<Vec<usize>, NoMesh> {
         let mut root: Vec<Option<usize>> = (0..self.cells.len()).map(|k| self.well[k].then_some(k)).collect();
         let mut waiting: VecDeque<usize> = (0..self.cells.len()).filter(|k| self.well[*k]).collect();
-        // In rings from the well-filled ones; of several neighbours in a ring the fullest.
-        while !waiting.is_empty() {
+        // In rings from the well-filled ones, not far: a polynomial says little beyond the next cube but one. Of several
+        // neighbours in a ring the fullest.
+        for _ in 0..MOST_RINGS {
             let mut next: BTreeMap<usize, usize> = BTreeMap::new();
             for from in waiting.drain(..) {
                 for beside in self.grid.across(&self.cells[from]) {
@@ -132,6 +136,7 @@ impl Lattice<'_> {
             .flat_map(|k| self.nodes(&self.cells[k]))
             .collect();
         let mut seen = BTreeSet::new();
+        // What a hanging node of a well-filled cube rests on is held by that cube's material, wherever it lies.
         while let Some(at) = waiting.pop() {
             if !seen.insert(at) {
                 continue;
@@ -212,6 +217,7 @@ impl Found<'_> {
         } else if lattice.held.contains(&at) {
             let next = self.places.len() as u32;
             let number = *self.free.entry(at).or_insert(next);
+            // Numbered as they are met: near ones have near numbers.
             if number == next {
                 self.places.push(at);
             }

@@ -30,6 +30,7 @@ const ROUNDING: f64 = 1e-14;
 pub(super) fn orthonormal(points: &[Point], dilatation: Dilatation) -> (Vec<[f64; MODES]>, usize) {
     let mut kept: Vec<Vec<f64>> = Vec::new();
     if dilatation != Dilatation::Plain {
+        // Of length 1 as it is, since the mean of 1 is 1 whatever the weights.
         kept.push(vec![1.0; points.len()]);
     }
     if dilatation == Dilatation::Linear {
@@ -55,6 +56,7 @@ fn add_linear(points: &[Point], kept: &mut Vec<Vec<f64>>) {
     let inner = |x: &[f64], y: &[f64]| inner(points, x, y) / volume;
     let norm = |x: &[f64]| inner(x, x).sqrt();
     let largest = rest.iter().map(|x| norm(x)).fold(0.0, f64::max);
+    // Two measures: a cloud is flat beside its own extent, and a tiny one far away is lost in rounding.
     let least = (FLAT * largest).max(ROUNDING * farthest);
     while !rest.is_empty() {
         // Twice: the second round takes off what rounding left in the first.
@@ -72,6 +74,7 @@ fn add_linear(points: &[Point], kept: &mut Vec<Vec<f64>>) {
         if !told_apart {
             break;
         }
+        // The longest goes first, as divided by its length it has the least rounding to hand on.
         let mut next = rest.swap_remove(longest);
         next.iter_mut().for_each(|x| *x /= length);
         kept.push(next);

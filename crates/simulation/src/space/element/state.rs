@@ -23,6 +23,7 @@ pub struct State {
 impl State {
     /// Von Mises' equivalent stress, `sqrt(3/2 s : s)` of the deviator `s` of Cauchy's: zero under pressure alone.
     pub fn von_mises(&self) -> f64 {
+        // The mean is taken off before any square, as near incompressibility it may be most of the stress.
         let deviator = self.cauchy - Matrix3::from_diagonal_element(self.cauchy.trace() / 3.0);
         1.5_f64.sqrt() * deviator.norm()
     }
@@ -30,6 +31,7 @@ impl State {
     /// Principal Cauchy stresses, the greatest first: positive where pulled.
     pub fn principal(&self) -> Vector3<f64> {
         let mut values = self.cauchy.symmetric_eigenvalues();
+        // By a total order, which a NaN does not break.
         values.as_mut_slice().sort_by(|a, b| b.total_cmp(a));
         values
     }

@@ -54,6 +54,7 @@ impl Table {
         changes: &mut [f64],
         mut each: impl FnMut(usize, &Tangent),
     ) -> Option<()> {
+        // Only where something is projected, as theta of all points takes a pass of its own.
         let means = match self.mode_count {
             0 => [0.0; MODES],
             _ => self.means(material, u)?,
@@ -69,6 +70,7 @@ impl Table {
                 self.add_changes(point, &(material.volume_slope(&g)?.1 * *weight), changes);
                 material.tangent_at_pressure(&g, pressure)?
             };
+            // Point by point: a sum of parts without negative directions has none.
             if convex {
                 tangent = material.convex(&tangent, &gradient);
             }
@@ -95,6 +97,7 @@ impl Table {
 fn add_blocks(slopes: &[[f64; 3]], a: &Tangent, blocks: &mut [f64]) {
     let mut rest = blocks;
     for (n, qn) in slopes.iter().enumerate() {
+        // One half of the product is formed once for a node: a pair pays for the other half only.
         let by_axis = contracted(a, qn);
         // Blocks of a node with itself and with those before it follow one another.
         let (own, others) = rest.split_at_mut(BLOCK * (n + 1));

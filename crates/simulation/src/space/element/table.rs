@@ -46,6 +46,7 @@ impl Table {
             check(nodes, point, p)?;
         }
         let volume: f64 = points.iter().map(|p| p.weight).sum();
+        // Weights that are finite one by one may still overflow together.
         if !volume.is_finite() {
             return Err(BadTable::Volume { found: volume });
         }

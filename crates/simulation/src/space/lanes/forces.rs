@@ -31,6 +31,7 @@ pub(super) fn gradient<W: Lane>(
     let energies = told(&regular, sum(proof, work, table, material));
     // Taken out, as the points are read while forces are written.
     let mut own = std::mem::take(&mut work.forces);
+    // Summed apart from the caller's: a cell without an energy must leave those as they are.
     own.clear();
     own.resize(3 * table.nodes(), W::splat(proof, 0.0));
     let (lambda, mu) = (material.lame.lambda, W::splat(proof, material.lame.mu));

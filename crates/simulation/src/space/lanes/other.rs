@@ -22,6 +22,7 @@ pub(super) fn gradient(
 
 /// Forces are added to where there is an energy only, as in lanes.
 pub(super) fn gradient_of_one(table: &Table, material: &Material, u: &[f64], forces: &mut [f64]) -> Option<f64> {
+    // The table adds forces before it has seen all points, so that the energy is asked for first.
     table.energy(material, u)?;
     table.gradient(material, u, forces)
 }
@@ -45,6 +46,7 @@ pub(super) fn stiffness<W: Lane>(
     packed: &mut Vec<f64>,
 ) -> bool {
     work.tangents.clear();
+    // Zeros each time, as the table adds to what it is given.
     work.changes.clear();
     work.changes.resize(3 * table.nodes() * table.mode_count, 0.0);
     let (tangents, changes) = (&mut work.tangents, &mut work.changes);

@@ -39,6 +39,7 @@ pub(super) fn deformation<W: Lane>(proof: W::Proof, g: [W; 9]) -> Point<W> {
     // `J - 1` by the three invariants: each keeps its own order of a small strain.
     let trace = g[0].plus(g[4]).plus(g[8]);
     let second = small[8].plus(small[0]).plus(small[4]);
+    // The cofactors are there already: with them the determinant takes three products.
     let third = g[0]
         .times(small[0])
         .plus(g[1].times(small[1]))
@@ -78,6 +79,7 @@ fn squares<W: Lane>(proof: W::Proof, g: &[W; 9]) -> W {
         let sum = g[a].plus(g[b]);
         sum.times(sum)
     };
+    // As in the law: in plane strain what is left of the stretches is the square of this, without cancellation.
     let difference = g[0].minus(g[4]);
     let two = W::splat(proof, 2.0);
     let third = g[8].times(g[8].minus(two.times(g[0].plus(g[4]))));
@@ -95,6 +97,7 @@ fn logarithm<W: Lane>(proof: W::Proof, x: W) -> (W, W) {
     // As in [`x_minus_ln_1p`]: ln(1 + x) = 2 artanh s with s = x / (2 + x), and x - 2 s = x s.
     let s = x.over(one(2.0).plus(x));
     let s2 = s.times(s);
+    // Seven terms: up to the bound above the next one is below rounding.
     let mut series = one(1.0 / 15.0);
     for k in [13.0, 11.0, 9.0, 7.0, 5.0, 3.0] {
         series = one(1.0 / k).plus(s2.times(series));
@@ -108,6 +111,7 @@ fn logarithm<W: Lane>(proof: W::Proof, x: W) -> (W, W) {
         return (theta, rest);
     }
     let (mut theta, mut rest) = (theta.lanes(), rest.lanes());
+    // Only the far lanes are replaced: the bits of a cell must not depend on those beside it.
     for (k, x) in lanes.into_iter().enumerate().filter(|(_, x)| far(*x)) {
         (theta[k], rest[k]) = (x.ln_1p(), x_minus_ln_1p(x));
     }
@@ -123,6 +127,7 @@ pub(super) fn stress<W: Lane>(proof: W::Proof, at: &Point<W>, mu: W, slope: W, w
         let c = at.cofactor[entry];
         // Entries of the diagonal are 0, 4 and 8.
         let whole = if entry % 4 == 0 { c.plus(one) } else { c };
+        // The I of F and that of cof F cancel in the first part, so that it is formed from their excesses.
         *stress = weight.times(stress.minus(c).times(mu).plus(whole.times(slope)));
     }
     stress

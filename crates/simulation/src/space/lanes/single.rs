@@ -178,6 +178,7 @@ fn pressure<W: Lane>(work: &Work<W>, table: &Table, lambda: f64, point: usize) -
         .iter()
         .zip(table.modes_at(point))
         .map(|(mean, mode)| mean * mode);
+    // A fold from 0, as the sum of four cells begins: `sum` may begin with -0.
     lambda * products.fold(0.0, |sum, product| sum + product)
 }
 

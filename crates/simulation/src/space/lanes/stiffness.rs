@@ -56,6 +56,7 @@ fn images<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table) {
     work.images.resize(table.nodes() * points, [zero; 3]);
     let one = W::splat(proof, 1.0);
     for (point, at) in work.points.iter().enumerate() {
+        // The I is added only now: products with slopes follow, and no difference that it would spoil.
         let mut c = at.cofactor;
         for entry in [0, 4, 8] {
             c[entry] = c[entry].plus(one);
@@ -79,6 +80,7 @@ fn changes<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table) {
     for (mode, changes) in work.changes.chunks_exact_mut(unknowns.max(1)).enumerate() {
         for (point, at) in work.points.iter().enumerate() {
             let weight = table.weights[point] * table.modes_at(point)[mode];
+            // Theta is `ln J` in this law: the J below is that of its derivative.
             let part = W::splat(proof, weight).over(at.j);
             for (n, change) in changes.as_chunks_mut::<3>().0.iter_mut().enumerate() {
                 let image = &work.images[n * points + point];
@@ -95,6 +97,7 @@ fn changes<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table) {
 fn weigh<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table, material: &Material, n: usize) {
     let points = table.points();
     let (lambda, mu) = (material.lame.lambda, W::splat(proof, material.lame.mu));
+    // Taken out, as images and points are read while weighted ones are written.
     let mut weighted = std::mem::take(&mut work.weighted);
     weighted.clear();
     let parts = if table.mode_count == 0 { 2 } else { 1 };
@@ -129,6 +132,7 @@ fn block<W: Lane>(proof: W::Proof, work: &Work<W>, table: &Table, material: &Mat
             }
         }
     }
+    // No round at all where theta is projected: there is no second part then.
     for (weighted, image) in straight.iter().zip(images) {
         for i in 0..3 {
             for k in 0..3 {

@@ -46,6 +46,7 @@ impl Fibre {
     pub fn new(direction: Vector3<f64>, k1: f64, k2: f64) -> Result<Self, BadFibre> {
         let [x, y, z] = direction.into();
         let largest = direction.amax();
+        // Each entry is asked for itself, as a NaN may hide from the largest.
         if !(largest > 0.0 && direction.iter().all(|x| x.is_finite())) {
             return Err(BadFibre::Direction { x, y, z });
         }
@@ -72,6 +73,7 @@ impl Fibre {
     fn stretched(&self, g: &Tensor) -> (Vector3<f64>, f64) {
         let a = &self.direction;
         let moved = Vector3::from_fn(|i, _| g[i] * a.x + g[i + 3] * a.y + g[i + 6] * a.z);
+        // Not `|F a|^2 - 1`, which would leave the rounding of 1 in a small strain.
         (a + moved, 2.0 * a.dot(&moved) + moved.norm_squared())
     }
 
@@ -79,6 +81,7 @@ impl Fibre {
     fn derivatives(&self, x: f64) -> [f64; 3] {
         let (k1, k2) = (self.stiffness, self.exponent);
         let y = k2 * x * x;
+        // An overflow stays infinite here: the material refuses what is not finite.
         let growth = y.exp();
         // `(e^y - 1) / y`: an exponent next to nothing is a fibre of constant stiffness.
         let mean_growth = if y < f64::MIN_POSITIVE { 1.0 } else { y.exp_m1() / y };

@@ -5,6 +5,7 @@ use super::response::{Tangent, Tensor, deformation, trace};
 
 /// `2 mu sym(G)`.
 fn stress(mu: f64, g: &Tensor) -> Tensor {
+    // An entry and its mirror sum to the same bits in either order: the stress is exactly symmetric.
     Tensor::from_fn(|entry, _| mu * (g[entry] + g[entry / 3 + 3 * (entry % 3)]))
 }
 
@@ -21,6 +22,7 @@ pub(super) fn shear_stress(mu: f64, g: &Tensor) -> (f64, Tensor) {
 
 pub(super) fn shear_tangent(mu: f64) -> Tangent {
     let mut tangent = Tangent::identity() * mu;
+    // The identity answers `G`, the transposition `G^T`: only their sum is blind to small rotations.
     for entry in 0..9 {
         tangent[(entry, entry / 3 + 3 * (entry % 3))] += mu;
     }

@@ -38,6 +38,7 @@ impl Material {
     pub fn density(&self, g: &Matrix3<f64>) -> Option<f64> {
         let g = vector(g);
         let theta = self.theta(&g)?;
+        // Asked of the sum: where either part is not finite, neither is it.
         finite(self.shear_density(&g)? + 0.5 * self.lame.lambda * theta * theta)
     }
 
@@ -63,6 +64,7 @@ impl Material {
 
     /// Energy, first Piola-Kirchhoff stress and tangent. `None` as [`Self::density`].
     pub fn response(&self, g: &Matrix3<f64>) -> Option<Response> {
+        // Density and stress first, as a tangent may be finite where they are not.
         let (density, stress) = self.stress(g)?;
         let tangent = self.tangent(g)?;
         Some(Response {
@@ -145,6 +147,7 @@ impl Material {
     pub(crate) fn theta(&self, g: &Tensor) -> Option<f64> {
         match &self.law {
             Law::NeoHookean | Law::Ogden(_) => neo_hookean::log_theta(g),
+            // The slopes of the others take no logarithm: a form of theta alone would save little.
             _ => self.volume_slope(g).map(|(theta, _)| theta),
         }
     }
@@ -177,6 +180,7 @@ impl Material {
             Law::StableNeoHookean => neo_hookean::stable_tangent_at_pressure(mu, g, pressure),
             Law::Ogden(law) => ogden::shear_tangent(law, mu, g)? + neo_hookean::log_hessian(g)? * pressure,
             Law::StVenantKirchhoff => saint_venant::shear_tangent(mu, g) + Tangent::identity() * pressure,
+            // `tr G` has no second derivative: no pressure stiffens the linear law.
             Law::Linear => linear::shear_tangent(mu),
         };
         // Part of what is not projected: fibres bear stretch, not volume.

@@ -36,6 +36,7 @@ fn tangent(mu: f64, g: &Tensor, [first, second]: [f64; 2]) -> Tangent {
 fn positive(g: &Tensor) -> Option<(f64, f64)> {
     let x = excess(g);
     let j = 1.0 + x;
+    // False where `J` is not a number, so that a NaN never becomes an energy.
     (j > 0.0 && j.is_finite()).then_some((j, x))
 }
 
@@ -46,16 +47,19 @@ pub(super) fn shear_density(mu: f64, g: &Tensor) -> Option<f64> {
 
 pub(super) fn shear_stress(mu: f64, g: &Tensor) -> Option<(f64, Tensor)> {
     let (j, x) = positive(g)?;
+    // The slope `mu (1 - 1 / J)` in the form `mu x / J`, which keeps its digits where J is near 1.
     Some((0.5 * mu * q(g) + mu * x_minus_ln_1p(x), stress(mu, g, mu * x / j)))
 }
 
 /// That of the shear part and of `pressure ln J` at once: the parts cancel but for `pressure - mu`.
 pub(super) fn tangent_at_pressure(mu: f64, g: &Tensor, pressure: f64) -> Option<Tangent> {
+    // The `-mu J` in q and the `mu J` of the rest cancel: what is left of both is `-mu ln J`.
     positive(g).map(|(j, _)| tangent(mu, g, [(pressure - mu) / j, (mu - pressure) / (j * j)]))
 }
 
 /// `theta = ln J`. `None` where `J <= 0`.
 pub(super) fn log_theta(g: &Tensor) -> Option<f64> {
+    // Of `x`, not of `1 + x`: a strain of 1e-20 would be lost in the sum.
     positive(g).map(|(_, x)| x.ln_1p())
 }
 
@@ -67,12 +71,14 @@ pub(super) fn log_volume(g: &Tensor) -> Option<(f64, Tensor)> {
 
 /// Its second derivative.
 pub(super) fn log_hessian(g: &Tensor) -> Option<Tangent> {
+    // Without mu the shared form is that of any function of J alone.
     positive(g).map(|(j, _)| tangent(0.0, g, [1.0 / j, -1.0 / (j * j)]))
 }
 
 /// `(mu / 2) q + (mu / 2)(J - 1)^2`.
 pub(super) fn stable_shear_density(mu: f64, g: &Tensor) -> f64 {
     let x = excess(g);
+    // Alone `q` falls without bound in a large expansion: the square of x holds it.
     0.5 * mu * (q(g) + x * x)
 }
 
@@ -82,6 +88,7 @@ pub(super) fn stable_shear_stress(mu: f64, g: &Tensor) -> (f64, Tensor) {
 
 /// And with that of `pressure (J - 1)`.
 pub(super) fn stable_tangent_at_pressure(mu: f64, g: &Tensor, pressure: f64) -> Tangent {
+    // The -1 is that of the linear term in q; nothing is divided by J, so that inverted states have a tangent too.
     tangent(mu, g, [mu * (excess(g) - 1.0) + pressure, mu])
 }
 

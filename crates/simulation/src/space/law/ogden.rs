@@ -30,6 +30,7 @@ fn principal(g: &Tensor) -> Option<(Principal, [f64; 3])> {
     if !upright {
         return None;
     }
+    // The determinant is asked before, as it costs far less than the stretches.
     let principal = Principal::of(g);
     let logs = principal.logs()?;
     Some((principal, logs))
@@ -58,6 +59,7 @@ pub(super) fn shear_tangent(ogden: &Ogden, mu: f64, g: &Tensor) -> Option<Tangen
         add_square(&mut tangent, &principal.dyad(i, i), 2.0 * mu * ogden.slope(logs[i]));
         let j = (i + 1) % 3;
         let [l, m] = [principal.stretches[i], principal.stretches[j]];
+        // Both stretches are above 0 here: their sum never vanishes, though the difference in the flip may.
         let twist = (ogden.h(logs[i]) + ogden.h(logs[j])) / (l + m);
         // From the logarithms, whose difference is exact where both stretches meet.
         let flip = ogden.divided_difference([logs[i], logs[j]]);

@@ -45,10 +45,12 @@ impl Principal {
 
     /// `ln s_i`. `None` where one is not above zero.
     pub(super) fn logs(&self) -> Option<[f64; 3]> {
+        // The least stretch has the sign of `det F`: of an inverted state it has no logarithm.
         let positive = self.stretches.iter().all(|s| *s > 0.0);
         positive.then(|| {
             std::array::from_fn(|p| {
                 if self.excesses[p] > SQUEEZED {
+                    // Half the logarithm of the square, so that a tiny strain loses nothing to the 1.
                     0.5 * self.excesses[p].ln_1p()
                 } else {
                     self.stretches[p].ln()
@@ -96,6 +98,7 @@ fn directions(g: &Tensor) -> ([Vector3<f64>; 3], [Vector3<f64>; 3]) {
                 x[q] = (xq + xp * tangent) * cosine;
             }
         }
+        // Where no pair was turned, the next sweep would see the same columns and turn none either.
         if !turned {
             break;
         }
@@ -116,6 +119,7 @@ fn frame(images: &[Vector3<f64>; 3]) -> ([Vector3<f64>; 3], usize) {
     }
     let first = images[i].try_normalize(0.0).unwrap_or_else(Vector3::x);
     let off = |x: &Vector3<f64>| x - first * first.dot(x);
+    // Twice, as the first round leaves rounding by the size of the image, which may be more than a short rest.
     let rest = off(&off(&images[j]));
     // Nothing tells a direction across a state of rank one: any will do.
     let second = if rest.norm() > SHORT * lengths[j] {
@@ -124,10 +128,12 @@ fn frame(images: &[Vector3<f64>; 3]) -> ([Vector3<f64>; 3], usize) {
         None
     };
     let second = second.unwrap_or_else(|| {
+        // The axis that `first` leans to least leaves the longest rest.
         let axis = first.iamin();
         let across = off(&Vector3::ith(axis, 1.0));
         across / across.norm()
     });
+    // The sign makes the three a rotation, so that an inversion shows in the least stretch alone.
     let third = first.cross(&second) * if cyclic { 1.0 } else { -1.0 };
     let mut left = [third; 3];
     left[i] = first;

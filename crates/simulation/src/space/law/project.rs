@@ -16,6 +16,7 @@ pub(super) fn isotropic(tangent: &Tangent, g: &Tensor) -> Tangent {
     for i in 0..3 {
         let j = (i + 1) % 3;
         let (ij, ji) = (principal.dyad(i, j), principal.dyad(j, i));
+        // One product serves both modes, as the tangent treats `ji` as it does `ij`.
         let image = tangent * ij;
         let (own, crossed) = (ij.dot(&image), ji.dot(&image));
         // Both dyads have the same stiffness: of their difference and sum it is `own` less and more what couples them.
@@ -27,6 +28,7 @@ pub(super) fn isotropic(tangent: &Tangent, g: &Tensor) -> Tangent {
     let images = scalings.map(|scaling| tangent * scaling);
     let block = Matrix3::from_fn(|i, j| scalings[i].dot(&images[j])).symmetric_eigen();
     for (value, vector) in block.eigenvalues.iter().zip(block.eigenvectors.column_iter()) {
+        // Asked here as well as in `lift`, so that no mode is formed where nothing is lifted.
         if *value < 0.0 {
             let mode = scalings[0] * vector[0] + scalings[1] * vector[1] + scalings[2] * vector[2];
             lift(&mut lifted, &mode, *value, 1.0);
@@ -37,6 +39,7 @@ pub(super) fn isotropic(tangent: &Tangent, g: &Tensor) -> Tangent {
 
 /// Of any law, by all nine eigenvalues.
 pub(super) fn general(tangent: &Tangent) -> Tangent {
+    // A fibre breaks the symmetry that the modes of an isotropic law rest on: no smaller block splits off.
     let eigen = tangent.symmetric_eigen();
     let mut lifted = *tangent;
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {

@@ -80,6 +80,7 @@ pub(super) fn determinant(m: &Tensor) -> f64 {
 /// `J - 1 = tr G + (second invariant of G) + det G`, without the cancellation of `det(I + G) - 1`.
 #[inline]
 pub(crate) fn excess(g: &Tensor) -> f64 {
+    // Terms of first, second and third order: none holds a 1 that would swallow a small strain.
     trace(g) + second_invariant(g) + determinant(g)
 }
 
@@ -104,6 +105,7 @@ pub(super) fn isochoric_square(g: &Tensor) -> f64 {
     let (a, b, c) = (g[0], g[4], g[8]);
     // `a^2 + b^2 + c^2 - 2 (ab + bc + ca)`; where one is 0 it is the square of a difference, as in the plane.
     let stretches = (a - b) * (a - b) + c * (c - 2.0 * (a + b));
+    // Shears enter as squares of sums, in which a small rotation drops out before it is squared.
     stretches + (xy * xy + yz * yz + zx * zx)
 }
 
@@ -133,6 +135,7 @@ pub(super) fn add_determinant_hessian(tangent: &mut Tangent, f: &Tensor, factor:
 pub(super) fn add_square(tangent: &mut Tangent, a: &Tensor, factor: f64) {
     for column in 0..9 {
         let scaled = factor * a[column];
+        // Down each column, as the entries lie in memory.
         for row in 0..9 {
             tangent[(row, column)] += a[row] * scaled;
         }

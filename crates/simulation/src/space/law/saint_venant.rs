@@ -8,6 +8,7 @@ use super::response::{Tangent, Tensor, deformation};
 fn strain(g: &Tensor) -> Tensor {
     let mut strain = Tensor::zeros();
     for column in 0..3 {
+        // One half is copied to the other: mirrored shears are the same number to the last bit.
         for row in column..3 {
             let (p, q) = (3 * row, 3 * column);
             let product = g[p] * g[q] + g[p + 1] * g[q + 1] + g[p + 2] * g[q + 2];
@@ -28,6 +29,7 @@ pub(super) fn shear_stress(mu: f64, g: &Tensor) -> (f64, Tensor) {
         let sum = f[row] * strain[column] + f[row + 3] * strain[column + 1] + f[row + 6] * strain[column + 2];
         2.0 * mu * sum
     });
+    // A sum of squares, which no strain makes cancel.
     (mu * strain.norm_squared(), stress)
 }
 
@@ -38,6 +40,7 @@ pub(super) fn shear_tangent(mu: f64, g: &Tensor) -> Tangent {
     Tangent::from_fn(|a, b| {
         let (i, jj, k, ll) = (a % 3, a / 3, b % 3, b / 3);
         let mut value = mu * f[i + 3 * ll] * f[k + 3 * jj];
+        // The stress as it stands: the one part that can be negative, where the solid is compressed.
         if i == k {
             value += 2.0 * mu * strain[jj + 3 * ll];
         }
@@ -51,5 +54,6 @@ pub(super) fn shear_tangent(mu: f64, g: &Tensor) -> Tangent {
 /// `theta = tr E`, and its derivative `F`. The second derivative is the identity.
 pub(super) fn volume(g: &Tensor) -> (f64, Tensor) {
     let strain = strain(g);
+    // `tr E` is half of `|F|^2 - 3`: its derivative is F itself and needs no strain.
     (strain[0] + strain[4] + strain[8], deformation(g))
 }

@@ -39,6 +39,7 @@ impl Deformable {
     pub fn new(mesh: Mesh, material: Material, weight: Vector3<f64>) -> Result<Self, NotMixed> {
         let lame = material.lame;
         let poisson = 0.5 * lame.lambda / (lame.lambda + lame.mu);
+        // These two have an energy everywhere: locking makes them wrong, not unsolvable.
         let finite = matches!(material.law, Law::Linear | Law::StVenantKirchhoff);
         if poisson >= MIXED_FROM && !mesh.is_mixed() && !finite {
             return Err(NotMixed { poisson });
@@ -47,6 +48,7 @@ impl Deformable {
             (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
             |(low, high), x| (low.inf(x), high.sup(x)),
         );
+        // Dead: in the reference configuration, once.
         let forces = mesh.spread(|_| weight);
         Ok(Self {
             weights: forces,

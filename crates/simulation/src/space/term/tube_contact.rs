@@ -101,6 +101,18 @@ impl TubeContact {
         self.points.iter().map(depth).fold(0.0, f64::max)
     }
 
+    /// The widest gap between points of the surface at the tube, mm: so thick a tube may lie between them unseen.
+    pub fn widest_gap(&self, bodies: &Bodies, a: &[f64]) -> f64 {
+        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
+        let gap = |touch: &Touch| {
+            let side = touch.area.sqrt();
+            let distance = self.tube.signed_distance(&solid.point(part, touch.point)).value;
+            // Of Gauss points of a square the middle of four is three quarters of the root of their area away from them.
+            if distance < 1.5 * side { 0.75 * side } else { 0.0 }
+        };
+        self.points.iter().map(gap).fold(0.0, f64::max)
+    }
+
     /// Deeper than this a point might leave on the other side, mm.
     pub fn deepest(&self) -> f64 {
         DEEPEST_PART * self.tube.least_radius()
@@ -186,6 +198,7 @@ impl Term for TubeContact {
                 matrix -= distance.hessian * (area * pressure);
                 solid.bend(part, k, normal * (-area * pressure), sink, offset);
             }
+            // Three unknowns of each node of its cube: all pairs of them lie in the cube's own stiffness already.
             row.clear();
             solid.rows(part, k, &mut |p, by| row.push((p, by)));
             for (i, (p, by)) in row.iter().enumerate() {
@@ -233,6 +246,7 @@ impl Term for TubeContact {
         for touch in &mut self.points {
             let distance = self.tube.signed_distance(&solid.point(part, touch.point));
             let new = (touch.pressure - self.stiffness[1] * distance.value).max(0.0);
+            // What the change of pressure does to the unknowns is what counts.
             let more = distance.gradient * ((new - touch.pressure) * touch.area);
             touch.pressure = new;
             depth = depth.max(-distance.value);

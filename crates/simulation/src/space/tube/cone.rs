@@ -60,6 +60,7 @@ impl Cone {
             // As a product: near sine 1 the difference of squares would cancel.
             let cosine = ((length - loss) * (length + loss)).sqrt() / length;
             let sine = loss / length;
+            // The product may underflow where one sphere all but holds the other: there is no side then.
             if cosine > 0.0 {
                 return Self {
                     first,
@@ -108,6 +109,7 @@ impl Cone {
         };
         let (t, across) = side.split(&(x - self.first.centre));
         let foot = side.foot(t, across.norm());
+        // Exactly at an end its sphere answers, so that the jump of the second derivative has one side only.
         if foot <= 0.0 {
             Foot::Ball(&self.first)
         } else if foot >= side.length {
@@ -149,6 +151,7 @@ impl Ball {
             let out = from / far;
             (out, (Matrix3::identity() - out * out.transpose()) / far)
         } else {
+            // The curvature has no bound here: zero keeps a matrix made of it finite.
             (*spare, Matrix3::zeros())
         };
         Distance {

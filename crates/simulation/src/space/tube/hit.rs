@@ -11,6 +11,7 @@ use super::cone::{Ball, Cone, Side};
 
 /// The least `t` in `[0, 1]` with `x + t d` in the closed cone whose radii are larger by `growth`.
 pub(super) fn first(cone: &Cone, x: &Vector3<f64>, d: &Vector3<f64>, growth: f64) -> Option<f64> {
+    // A start inside is answered first: the roots would tell where the way leaves.
     if cone.value(x) <= growth {
         return Some(0.0);
     }
@@ -27,6 +28,7 @@ fn ball_touch(ball: &Ball, x: &Vector3<f64>, d: &Vector3<f64>, growth: f64) -> O
     let quadratic = Quadratic {
         a: speed * speed,
         b: m.dot(d),
+        // As a product: close to the sphere the difference of squares would cancel.
         c: (far - radius) * (far + radius),
         discriminant: (radius * speed - moment) * (radius * speed + moment),
     };
@@ -83,6 +85,7 @@ struct Quadratic {
 impl Quadratic {
     /// Both roots, NaN or infinite where the degree is less; none where there is no real one.
     fn roots(&self) -> Option<[f64; 2]> {
+        // A NaN passes and makes the roots NaN, which lie on no way.
         if self.discriminant < 0.0 {
             return None;
         }

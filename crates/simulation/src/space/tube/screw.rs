@@ -23,6 +23,7 @@ impl Screw {
         let turn = (to.rotation * from.rotation.inverse()).scaled_axis();
         let way = to.translation.vector - from.translation.vector;
         let half = turn.cross(&way) * 0.5;
+        // The inverse of `V` in closed form, so that no system is solved.
         let slide = way - half + turn.cross(&turn.cross(&way)) * inverse_factor(turn.norm());
         Self { from, turn, slide }
     }
@@ -59,6 +60,7 @@ fn carry(turn: &Vector3<f64>) -> Matrix3<f64> {
 fn inverse_factor(angle: f64) -> f64 {
     let half = 0.5 * angle;
     if angle < SMALL_ANGLE {
+        // The difference below would be left with few digits, as its second number is nearly 1 here.
         1.0 / 12.0 + angle * angle / 720.0
     } else {
         (1.0 - half * half.cos() / half.sin()) / (angle * angle)

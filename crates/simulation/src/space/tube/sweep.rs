@@ -76,6 +76,7 @@ impl Sweep {
         let mut time = 0.0;
         for _ in 0..MOST_STEPS {
             let here = self.seen(x, d, time);
+            // Measured anew at each step, so that the errors of chords do not add up.
             let gap = self.gap(&here);
             if gap <= tolerance {
                 return Ok(Some(time));
@@ -114,6 +115,7 @@ impl Sweep {
         let turn = self.screw.turn.norm();
         let way = d.norm();
         let relative = (d - self.screw.velocity(x)).norm();
+        // Lengths in the place of vectors, and 1 in the place of the time: too large at times, never too small.
         turn * (way + relative + turn * way)
     }
 }

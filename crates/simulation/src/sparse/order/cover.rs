@@ -58,6 +58,7 @@ impl Matching {
         self.queue.clear();
         self.queue.push_back(start);
         let mut end = NONE;
+        // Breadth first: the path found is a shortest one, so that few edges are swapped.
         'search: while let Some(l) = self.queue.pop_front() {
             for &r in &sides.left[l as usize] {
                 if self.from[r as usize] != NONE {
@@ -74,11 +75,13 @@ impl Matching {
                 }
             }
         }
+        // Back from its end: what each left vertex gives up, the one before it takes. The start has nothing to give.
         while end != NONE {
             let l = self.from[end as usize];
             self.of_right[end as usize] = l;
             end = std::mem::replace(&mut self.of_left[l as usize], end);
         }
+        // Only what was reached is reset: a search costs what it meets, not the size of the graph.
         for r in self.touched.drain(..) {
             self.from[r as usize] = NONE;
         }

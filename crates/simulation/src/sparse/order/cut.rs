@@ -56,6 +56,7 @@ impl<'a> Cutter<'a> {
             order.sort_by(|a, b| along[*a].total_cmp(&along[*b]).then(part[*a].cmp(&part[*b])));
             for position in self.positions(part, along, &order) {
                 let cut = self.at(part, &order, position);
+                // Strictly less: an infinite cost never gets in, and of equal cuts the first stays.
                 let better = cut.cost < best.as_ref().map_or(f64::INFINITY, |b| b.cost);
                 if better {
                     best = Some(Cut { direction, ..cut });
@@ -72,6 +73,7 @@ impl<'a> Cutter<'a> {
         let mut before = 0;
         for k in 1..order.len() {
             before += self.weights[part[order[k - 1]] as usize];
+            // Vertices of one plane stay together: only their numbers would part them.
             if along[order[k - 1]] < along[order[k]] {
                 steps.push((before as f64 / whole as f64, k));
             }
@@ -96,6 +98,7 @@ impl<'a> Cutter<'a> {
             self.side[part[*i] as usize] = if k < position { Side::First } else { Side::Second };
         }
         let [first, second] = [Side::First, Side::Second].map(|side| self.edge(part, side));
+        // Smallest covers are rarely the only ones: taken from the other side, one may leave evener halves.
         let forth = self.cut(part, &first, &second, false);
         let back = self.cut(part, &second, &first, true);
         part.iter().for_each(|i| self.side[*i as usize] = Side::Outside);
@@ -114,6 +117,7 @@ impl<'a> Cutter<'a> {
 
     /// The cut that takes the fewest vertices from both sides of an edge; of several, most from `left`.
     fn cut(&mut self, part: &[u32], left: &[u32], right: &[u32], swapped: bool) -> Cut {
+        // Only numbers at the other side's edge are read, all of which are set here: old ones do no harm.
         for (k, i) in right.iter().enumerate() {
             self.number[*i as usize] = k as u32;
         }
@@ -124,6 +128,7 @@ impl<'a> Cutter<'a> {
                 .map(|j| self.number[*j as usize])
                 .collect()
         };
+        // Every edge across has to lose an end: a smallest cover does it with the fewest vertices.
         let Cover {
             left: taken,
             right: also,
@@ -169,6 +174,7 @@ fn cost(sides: [usize; 2], between: usize) -> f64 {
     if a.max(b) > MOST_OF_ONE_SIDE * whole || a.min(b) == 0.0 {
         return f64::INFINITY;
     }
+    // What lies between becomes a dense front and counts most; halves that differ a little cost next to nothing.
     let unlike = (a - b).abs() / (a + b);
     s * (1.0 + unlike * unlike)
 }

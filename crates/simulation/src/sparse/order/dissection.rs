@@ -35,6 +35,7 @@ pub(super) fn dissection(graph: &Graph, weights: &[usize], places: Option<&[[f64
         for piece in levels.pieces(part) {
             match cut(&mut cutter, &mut levels, weights, places, &piece) {
                 Some(Cut { sides, between, .. }) => {
+                    // The last task is done first: what lies between comes after both sides.
                     tasks.push(Task::Between(between));
                     tasks.extend(sides.into_iter().map(Task::Part));
                 }
@@ -78,6 +79,7 @@ fn cut(
 fn leaf(graph: &Graph, weights: &[usize], part: &[u32], number: &mut [u32]) -> Vec<u32> {
     let (around, vertices) = graph.around(part, number);
     let own: Vec<usize> = vertices.iter().map(|i| weights[*i as usize]).collect();
+    // What lies around is eliminated later but fills too: degrees without it would be too low.
     let order = minimum_degree_of(&around, &own, part.len());
     order.iter().map(|k| vertices[*k as usize]).collect()
 }

@@ -71,6 +71,7 @@ impl<'a> Levels<'a> {
             let difference = from_one.iter().zip(&from_other);
             let difference = difference.map(|(a, b)| f64::from(*a) - f64::from(*b));
             directions.push(self.straightened(part, difference.collect()));
+            // The next direction begins far from all ends so far, so that it leads elsewhere.
             for (k, l) in least.iter_mut().enumerate() {
                 *l = (*l).min(from_one[k]).min(from_other[k]);
             }
@@ -97,11 +98,13 @@ impl<'a> Levels<'a> {
         for _ in 0..ROUNDS {
             sorted.clone_from(&along);
             sorted.sort_unstable_by(f64::total_cmp);
+            // The median: halves stay halves, however far diffusion has moved the values.
             let middle = sorted[sorted.len() / 2];
             along.iter_mut().for_each(|x| *x = if *x < middle { -1.0 } else { 1.0 });
             for _ in 0..steps {
                 for (k, next) in next.iter_mut().enumerate() {
                     let near = self.graph.of(part[k] as usize).iter().map(|j| self.number[*j as usize]);
+                    // With its own value: else neighbours could exchange theirs at every step and never agree.
                     let (mut sum, mut count) = (along[k], 1.0);
                     for j in near.filter(|j| *j != UNSEEN) {
                         sum += along[j as usize];

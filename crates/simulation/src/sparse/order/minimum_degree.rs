@@ -121,6 +121,7 @@ impl Quotient {
         let own = std::mem::take(&mut self.variables[p]);
         take(&own, &mut self.mark, &self.weight, self.stamp);
         for e in std::mem::take(&mut self.elements[p]) {
+            // All that an absorbed element joins the new one joins too: its list is given up.
             let list = std::mem::take(&mut self.members[e as usize]);
             take(&list, &mut self.mark, &self.weight, self.stamp);
         }

@@ -20,6 +20,7 @@ pub(in crate::space::lanes) fn contract<W: Lane>(
     packed: &mut Vec<f64>,
 ) {
     let unknowns = 3 * table.nodes();
+    // Each entry is written below, so that what was there before does not matter.
     packed.resize(unknowns * (unknowns + 1) / 2, 0.0);
     work.images.clear();
     for a in tangents {
@@ -50,8 +51,10 @@ pub(in crate::space::lanes) fn contract<W: Lane>(
 /// `sum_J Q_nJ A_(iJ)(kL)` of one node: nine columns `(k, L)` for each point.
 #[inline(always)]
 fn halves<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table, n: usize) {
+    // Taken out, as the tangents are read while the halves are written.
     let mut halves = std::mem::take(&mut work.halves);
     halves.clear();
+    // One side of each tangent is contracted once for a node, not once for each pair that it is in.
     for (point, a) in work.images.chunks_exact(COLUMNS).enumerate() {
         let [x, y, z] = table.slopes_at(point)[n].map(|q| W::splat(proof, q));
         let columns = a.as_chunks::<3>().0.iter();

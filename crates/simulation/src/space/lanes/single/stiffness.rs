@@ -27,6 +27,7 @@ pub(in crate::space::lanes) fn stiffness<W: Lane>(
         weigh(proof, work, &cell, n);
         let mut m = 0;
         while m <= n {
+            // A group must not reach beyond the diagonal: the nodes that do not fill one are done one by one.
             if m + TOGETHER <= n + 1 {
                 cell.blocks::<W, TOGETHER>(proof, work, [n, m], packed);
                 m += TOGETHER;
@@ -50,6 +51,7 @@ fn images<W: Lane>(proof: W::Proof, work: &mut Work<W>, table: &Table) {
         for entry in [0, 4, 8] {
             whole[entry] = whole[entry].plus(one);
         }
+        // Out of the lanes once for each group: so far lanes are points, from here on entries of a vector.
         let whole = whole.map(W::lanes);
         for (lane, point) in points(table, group).enumerate() {
             let columns = columns(proof, &whole, lane);
@@ -86,6 +88,7 @@ fn weigh<W: Lane>(proof: W::Proof, work: &mut Work<W>, cell: &Cell<'_>, n: usize
     weighted.clear();
     // Factors of four points at once; images one by one.
     let images = &work.images[n * table.points()..(n + 1) * table.points()];
+    // Where theta is projected its stiffness comes with the pressures: a second part would count it twice.
     for part in 0..if table.mode_count == 0 { 2 } else { 1 } {
         for (group, at) in work.groups.iter().enumerate() {
             let factor = of_points(table, group, |point| {
@@ -116,6 +119,7 @@ impl Cell<'_> {
     #[inline(always)]
     fn blocks<W: Lane, const M: usize>(&self, proof: W::Proof, work: &Work<W>, [n, m]: [usize; 2], packed: &mut [f64]) {
         let mut blocks = sums::<W, M>(proof, work, self.table.points(), m);
+        // The pressures eliminated, after the points as for four cells: the order of a sum is part of its bits.
         let factor = W::splat(proof, self.material.lame.lambda / self.table.volume());
         for changes in work.changes.chunks_exact(self.table.nodes()) {
             let scaled = factor.times(changes[n]);
