@@ -151,8 +151,8 @@ fn bad_label_maps_are_refused_by_name() {
 }
 
 #[test]
-fn flat_faces_on_the_faces_of_cubes_are_there_once() {
-    // Voxels and cubes of one lattice: the smooth surface lies on, or within rounding of, faces of the cubes.
+fn a_block_of_voxels_has_all_of_its_surface() {
+    // Flat faces that meet in rounded edges, within one cube.
     let spacing = Vector3::repeat(3.0);
     let inside = |x: &Vector3<f64>| (0..3).all(|k| (12.0..=69.0).contains(&x[k]));
     let field = field(
@@ -164,22 +164,18 @@ fn flat_faces_on_the_faces_of_cubes_are_there_once() {
         },
     )
     .unwrap();
-    for side in [10.0, 12.0, 6.0] {
-        let mesh = Mesh::new(&field, field.corners, &Settings::of_side(side), &|_, _| false).unwrap();
-        let area: f64 = mesh.surface.iter().map(|p| p.area).sum();
-        let up: Vector3<f64> = mesh.surface.iter().map(|p| p.normal * p.area).sum();
-        println!(
-            "side {side}: volume {:.4}, area {:.4}",
-            mesh.volume() / 60_f64.powi(3),
-            area / (6.0 * 3600.0)
-        );
-        // Edges rounded over a sigma or so have a tenth less area; a face that is missing would be 17 %, and the closed surface has no
-        // resultant, be its points off by the rule's error of some 1e-3 of a cube's face.
-        assert!((mesh.volume() / 60_f64.powi(3) - 1.0).abs() < 0.01);
-        assert!(
-            (area / (6.0 * 3600.0) - 1.0).abs() < 0.05 && up.norm() < 0.01 * area,
-            "{area} {up}"
-        );
+    let mesh = Mesh::new(&field, field.corners, &Settings::of_side(12.0), &|_, _| false).unwrap();
+    let volume = mesh.volume() / 60_f64.powi(3);
+    assert!((volume - 1.0).abs() < 1e-3, "{volume}");
+    for axis in 0..3 {
+        let faces = [1.0, -1.0].map(|sign: f64| {
+            let each = mesh.surface.iter().map(|p| (sign * p.normal[axis]).max(0.0) * p.area);
+            each.sum::<f64>() / 3600.0
+        });
+        println!("axis {axis}: {faces:.5?}");
+        // Seen along an axis it is a square of 60.2 mm, as much as its rounded edges take away; a wall that stands upright over
+        // the base of a box is a sixth of that where boxes are not cut for it.
+        assert!(faces.iter().all(|f| (f - 1.0067).abs() < 2e-3), "{faces:?}");
     }
 }
 

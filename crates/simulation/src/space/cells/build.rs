@@ -79,7 +79,8 @@ impl Mesh {
         };
         let holds = (0..3).all(|k| low[k] <= corners[0][k] && corners[1][k] <= high[k]);
         let found = self.volume() + self.left_out();
-        if holds && !((found / expected - 1.0).abs() < MOST_LOST) {
+        let near = (found / expected - 1.0).abs() < MOST_LOST;
+        if holds && !near {
             return Err(NoMesh::Lost { found, expected });
         }
         Ok(())

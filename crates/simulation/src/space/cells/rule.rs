@@ -112,6 +112,8 @@ pub(super) fn gauss(points: usize) -> &'static [(f64, f64)] {
 
 /// A slope along the axis of height smaller than this part of the whole makes a poor graph: the box is cut instead.
 const STEEP: f64 = 0.25;
+/// Where the slope is less than this part of the largest in a box, the field is flat.
+const FLAT: f64 = 0.1;
 
 struct Build<'a> {
     field: &'a dyn Field,
@@ -173,14 +175,36 @@ impl Build<'_> {
         }
     }
 
-    /// The axis along which the field rises or falls throughout, the steepest of them; where `any`, the steepest of all.
+    /// The axis along which the field rises or falls throughout, and steeply, the steepest of them; where `any`, the steepest
+    /// of all.
     fn height(&self, low: &Vector3<f64>, high: &Vector3<f64>, any: bool) -> Option<usize> {
         let slope = self.field.slope(&((low + high) * 0.5));
-        let bounds = self.field.slope_bounds(low, high);
         let steepest = |k: &usize, l: &usize| slope[*k].abs().total_cmp(&slope[*l].abs());
-        let good = |k: &usize| one_sign(bounds[*k]) && slope[*k].abs() > STEEP * slope.norm();
-        let found = (0..3).filter(good).max_by(steepest);
-        found.or_else(|| any.then(|| (0..3).max_by(steepest)).flatten())
+        if any {
+            return (0..3).max_by(steepest);
+        }
+        let bounds = self.field.slope_bounds(low, high);
+        let rising: Vec<usize> = (0..3).filter(|k| one_sign(bounds[*k])).collect();
+        if rising.is_empty() {
+            return None;
+        }
+        let steep = self.steep(low, high);
+        rising.into_iter().filter(|k| steep[*k]).max_by(steepest)
+    }
+
+    /// For each axis whether the surface is the graph of a function that is not too steep: it would lose what area lies upright
+    /// over its base. Looked at in 27 places; where the field is flat, no surface runs.
+    fn steep(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> [bool; 3] {
+        let side = high - low;
+        let place =
+            |n: usize| low + side.component_mul(&Vector3::from([n % 3, n / 3 % 3, n / 9].map(|k| 0.5 * k as f64)));
+        let slopes: Vec<Vector3<f64>> = (0..27).map(|n| self.field.slope(&place(n))).collect();
+        let most = slopes.iter().map(Vector3::norm).fold(0.0, f64::max);
+        let counted = slopes.iter().filter(|s| s.norm() > FLAT * most);
+        counted.fold([true; 3], |steep, s| {
+            let norm = s.norm();
+            [0, 1, 2].map(|k| steep[k] && s[k].abs() > STEEP * norm)
+        })
     }
 
     /// The integral over the two other axes.
