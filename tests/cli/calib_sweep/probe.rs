@@ -141,8 +141,10 @@ fn calibration() -> ProbeFile {
     file
 }
 
-/// Changes to what the calibration says of its images, and the words of the refusal.
-fn refused_images() -> [(fn(&mut ProbeFile), &'static str); 4] {
+/// A change to what the calibration says of its images, and the words of the refusal.
+type Changed = (fn(&mut ProbeFile), &'static str);
+
+fn refused_images() -> [Changed; 4] {
     fn images(file: &mut ProbeFile) -> &mut ImagesRecord {
         file.images.as_mut().unwrap()
     }

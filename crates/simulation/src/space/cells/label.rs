@@ -1,9 +1,8 @@
 //! The region of a label in a label map, with a smooth surface.
 //!
-//! The label's indicator, 1 inside and 0 outside, is smoothed; the surface is where it falls below a level. A plane of any tilt
+//! The label's indicator, 1 inside and 0 outside, is smoothed; the surface is where it falls below a level. A plane of any tilt alone
 //! stays where it is; a ball of radius `R` would shrink by about `sigma^2 / R`, so the level is chosen such that the region
-//! has the volume of the label's voxels. What a body loses at its edges comes back on its faces: those of a cube of 20 voxels lie a sixth of a
-//! voxel outside, where smoothing is by 0.9 voxels.
+//! has the volume of the label's voxels. What a body loses at its edges comes back on its faces.
 
 mod parts;
 mod smooth;
