@@ -6,7 +6,7 @@
 //!
 //! * [`Rule`]: integrals over the part of a cube inside the region, by one-dimensional roots (Saye 2015), recombined to few
 //!   points with positive weights;
-//! * [`ties`]: nodes that hang on a larger neighbour, and nodes that hardly any material holds, follow others;
+//! * ties: nodes that hang on a larger neighbour, and nodes that hardly any material holds, follow others;
 //! * [`Mesh`]: the elements, each over nodes that are free.
 
 mod build;
