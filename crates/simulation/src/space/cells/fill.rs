@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::field::Field;
 use super::grid::{Cell, Grid};
 use super::parts::{SurfacePoint, VolumePoint};
-use super::recombine::recombine;
+use super::recombine;
 use super::rule::{Inside, Rule, Surface, gauss};
 use super::settings::Settings;
 use crate::space::element::Order;
@@ -56,9 +56,14 @@ pub(super) fn fill(field: &dyn Field, grid: &mut Grid, settings: &Settings) -> C
             continue;
         }
         let number = all.cells.len();
-        all.surface
-            .extend(rule.surface.iter().map(|s| SurfacePoint::of(number, s)));
-        all.add(cell, recombine(rule.inside, &corners, settings.order), fill, false);
+        let surface = recombine::surface(&rule.surface, &corners);
+        all.surface.extend(surface.iter().map(|s| SurfacePoint::of(number, s)));
+        all.add(
+            cell,
+            recombine::inside(&rule.inside, &corners, settings.order),
+            fill,
+            false,
+        );
     }
     all.take_lost(grid);
     let kept: Vec<Cell> = all.cells.iter().map(|f| f.cell).collect();

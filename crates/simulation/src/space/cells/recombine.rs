@@ -7,51 +7,74 @@ use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::rule::Inside;
+use super::rule::{Inside, Surface};
 use crate::space::element::Order;
 
-/// Points with the same integrals of all products of a linear function and a derivative of a shape function, at most as
-/// many as such products are independent: 17 for 8 nodes, 51 for 27. A state of linear stress then does the exact work on
-/// every displacement, which is what the order of convergence rests on. (Polynomials of total degree 4, 35 points, do not
+/// Points inside a cube with the same integrals of all products of a linear function and a derivative of a shape function, at
+/// most as many as such products are independent: 17 for 8 nodes, 51 for 27. A state of linear stress then does the exact work
+/// on every displacement, which is what the order of convergence rests on. (Polynomials of total degree 4, 35 points, do not
 /// even pass a patch test: `d(x^2 y^2 z^2)` has degree 5.)
-pub(super) fn recombine(mut points: Vec<Inside>, [low, high]: &[Vector3<f64>; 2], order: Order) -> Vec<Inside> {
-    let powers = powers(order);
+pub(super) fn inside(points: &[Inside], corners: &[Vector3<f64>; 2], order: Order) -> Vec<Inside> {
+    let each = points.iter().map(|p| (p.at, p.weight));
+    let kept = recombined(each.collect(), corners, &work_powers(order));
+    kept.into_iter()
+        .map(|(k, weight)| Inside { weight, ..points[k] })
+        .collect()
+}
+
+/// Points of the surface in a cube with the same integrals of the shape functions and of all polynomials up to the fourth
+/// degree, at most 39: a constant traction does the exact work on every displacement, and of smooth ones little is lost.
+pub(super) fn surface(points: &[Surface], corners: &[Vector3<f64>; 2]) -> Vec<Surface> {
+    let each = points.iter().map(|p| (p.at, p.area));
+    let kept = recombined(each.collect(), corners, &traction_powers());
+    kept.into_iter()
+        .map(|(k, area)| Surface { area, ..points[k] })
+        .collect()
+}
+
+/// Of places with weights, those that are kept and their new weights, so that the products of powers keep their sums.
+fn recombined(
+    points: Vec<(Vector3<f64>, f64)>,
+    [low, high]: &[Vector3<f64>; 2],
+    powers: &[[usize; 3]],
+) -> Vec<(usize, f64)> {
     let (centre, half) = ((low + high) * 0.5, (high - low) * 0.5);
-    let moments = |p: &Inside| {
-        let local = (p.at - centre).component_div(&half);
-        legendre(&local, &powers)
-    };
+    let mut kept: Vec<(usize, f64)> = points.iter().enumerate().map(|(k, p)| (k, p.1)).collect();
     // Every round halves the number of groups, and with it that of points, at least.
-    while points.len() > powers.len() {
-        let groups = (2 * powers.len()).min(points.len());
-        let bounds: Vec<usize> = (0..=groups).map(|g| g * points.len() / groups).collect();
+    while kept.len() > powers.len() {
+        let groups = (2 * powers.len()).min(kept.len());
+        let bounds: Vec<usize> = (0..=groups).map(|g| g * kept.len() / groups).collect();
         let mut sums = DMatrix::zeros(powers.len(), groups);
         for (g, pair) in bounds.windows(2).enumerate() {
-            for point in &points[pair[0]..pair[1]] {
-                let each = moments(point);
-                (0..powers.len()).for_each(|k| sums[(k, g)] += point.weight * each[k]);
+            for (k, weight) in &kept[pair[0]..pair[1]] {
+                let moments = legendre(&(points[*k].0 - centre).component_div(&half), powers);
+                (0..powers.len()).for_each(|row| sums[(row, g)] += weight * moments[row]);
             }
         }
         let shares = thinned(sums);
-        let mut kept = Vec::with_capacity(points.len() / 2);
+        let mut next = Vec::with_capacity(kept.len() / 2);
         for (g, share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
-            let group = &points[bounds[g]..bounds[g + 1]];
-            kept.extend(group.iter().map(|p| Inside {
-                weight: p.weight * share,
-                ..*p
-            }));
+            let group = &kept[bounds[g]..bounds[g + 1]];
+            next.extend(group.iter().map(|(k, weight)| (*k, weight * share)));
         }
         // Nothing left to drop: as many independent moments as points.
-        if kept.len() == points.len() {
+        if next.len() == kept.len() {
             break;
         }
-        points = kept;
+        kept = next;
     }
-    points
+    kept
+}
+
+/// Exponents of the products of shape functions of 27 nodes, and of all polynomials up to the fourth degree.
+fn traction_powers() -> Vec<[usize; 3]> {
+    let all = (0..125).map(|n| [n % 5, n / 5 % 5, n / 25]);
+    all.filter(|p| p.iter().all(|k| *k <= 2) || p.iter().sum::<usize>() <= 4)
+        .collect()
 }
 
 /// Exponents of the products: of a derivative along one axis of `x^i y^j z^k`, all up to the order, times 1, x, y or z.
-fn powers(order: Order) -> Vec<[usize; 3]> {
+fn work_powers(order: Order) -> Vec<[usize; 3]> {
     let most: usize = match order {
         Order::Linear => 1,
         Order::Quadratic => 2,
@@ -75,7 +98,11 @@ fn powers(order: Order) -> Vec<[usize; 3]> {
 
 /// Products of Legendre polynomials: powers of a place would be nearly dependent.
 fn legendre(at: &Vector3<f64>, powers: &[[usize; 3]]) -> Vec<f64> {
-    let one = |x: f64| [1.0, x, 1.5 * x * x - 0.5, x * (2.5 * x * x - 1.5)];
+    let one = |x: f64| {
+        let square = x * x;
+        let fourth = (35.0 * square * square - 30.0 * square + 3.0) / 8.0;
+        [1.0, x, 1.5 * square - 0.5, x * (2.5 * square - 1.5), fourth]
+    };
     let values = [one(at.x), one(at.y), one(at.z)];
     powers
         .iter()

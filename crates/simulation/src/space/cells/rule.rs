@@ -60,7 +60,7 @@ impl Rule {
         let mut build = Build {
             field,
             gauss: gauss(depth.points),
-            cuts: depth.cuts,
+            depth,
             rule: Self::default(),
         };
         build.volume(*low, *high, depth.cuts);
@@ -118,7 +118,7 @@ const FLAT: f64 = 0.1;
 struct Build<'a> {
     field: &'a dyn Field,
     gauss: &'static [(f64, f64)],
-    cuts: u32,
+    depth: Depth,
     rule: Rule,
 }
 
@@ -128,6 +128,14 @@ impl Build<'_> {
         if least >= 0.0 {
             return;
         }
+        // Of a quarter of the box and less fewer points do as well.
+        let made = (self.depth.cuts - cuts) as usize;
+        self.gauss = gauss(
+            self.depth
+                .points
+                .saturating_sub(made.saturating_sub(1))
+                .max(self.depth.points.min(2)),
+        );
         // No search where bounds decide: most boxes of a region are whole.
         if most <= 0.0 {
             return self.whole(&low, &high);
@@ -138,7 +146,7 @@ impl Build<'_> {
             cuts
         };
         // A box that is still not the graph of a function is small: one rule over its base is enough.
-        let found = self.height(&low, &high, false).map(|axis| (axis, self.cuts));
+        let found = self.height(&low, &high, false).map(|axis| (axis, self.depth.cuts));
         let found = found.or_else(|| {
             (cuts == 0)
                 .then(|| self.height(&low, &high, true))
@@ -326,21 +334,20 @@ impl Build<'_> {
     /// Adds the places along an axis where the field changes its sign; a part in which it may do so twice is halved.
     fn roots(&self, at: &mut Vector3<f64>, axis: usize, [low, high]: Bounds, halves: u32, found: &mut Vec<f64>) {
         let flat = |at: &Vector3<f64>, x: f64| with(at, &[(axis, x)]);
-        let (from, to) = (flat(at, low), flat(at, high));
-        let [least, most] = self.field.bounds(&from, &to);
-        if least >= 0.0 || most <= 0.0 {
-            return;
-        }
-        if halves > 0 && !one_sign(self.field.slope_bounds(&from, &to)[axis]) {
-            let middle = 0.5 * (low + high);
-            self.roots(at, axis, [low, middle], halves - 1, found);
-            self.roots(at, axis, [middle, high], halves - 1, found);
-            return;
-        }
         let mut value = |x: f64| self.field.value(&flat(at, x));
         let ends = [value(low), value(high)];
         if (ends[0] < 0.0) != (ends[1] < 0.0) {
             found.push(root(&mut value, [low, high], ends));
+            return;
+        }
+        // Ends alike: none, or two. Bounds cost more than values, and are asked for here only.
+        let (from, to) = (flat(at, low), flat(at, high));
+        let [least, most] = self.field.bounds(&from, &to);
+        let may_vanish = least < 0.0 && most > 0.0;
+        if halves > 0 && may_vanish && !one_sign(self.field.slope_bounds(&from, &to)[axis]) {
+            let middle = 0.5 * (low + high);
+            self.roots(at, axis, [low, middle], halves - 1, found);
+            self.roots(at, axis, [middle, high], halves - 1, found);
         }
     }
 }

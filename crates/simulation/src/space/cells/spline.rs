@@ -52,11 +52,6 @@ impl Spline {
         [self.origin, self.origin + last]
     }
 
-    fn coefficient(&self, at: [i64; 3]) -> f64 {
-        let [i, j, k] = [0, 1, 2].map(|a| at[a].clamp(0, self.size[a] as i64 - 1) as usize);
-        f64::from(self.coefficients[(k * self.size[1] + j) * self.size[0] + i])
-    }
-
     /// Of each axis: the first of four coefficients, and where between the second and the third the place is.
     fn place(&self, at: &Vector3<f64>) -> [(i64, f64); 3] {
         [0, 1, 2].map(|k| {
@@ -66,18 +61,21 @@ impl Spline {
         })
     }
 
-    fn sum(&self, place: &[(i64, f64); 3], weights: [[f64; 4]; 3]) -> f64 {
-        let mut sum = 0.0;
-        for (k, z) in (0..).zip(weights[2]) {
-            for (j, y) in (0..).zip(weights[1]) {
-                let row: f64 = (0..)
-                    .zip(weights[0])
-                    .map(|(i, x)| x * self.coefficient([place[0].0 + i, place[1].0 + j, place[2].0 + k]))
-                    .sum();
-                sum += z * y * row;
+    /// The index of a plane of coefficients across an axis; beyond the grid the outermost.
+    fn within(&self, axis: usize, at: i64) -> usize {
+        at.clamp(0, self.size[axis] as i64 - 1) as usize
+    }
+
+    /// Calls `each` with the four coefficients of a row along x, and which of four rows along y and z it is.
+    fn rows(&self, place: &[(i64, f64); 3], mut each: impl FnMut(usize, usize, [f64; 4])) {
+        let index = |axis: usize| [0, 1, 2, 3].map(|i| self.within(axis, place[axis].0 + i));
+        let [x, y, z] = [index(0), index(1), index(2)];
+        for (k, z) in z.into_iter().enumerate() {
+            for (j, y) in y.into_iter().enumerate() {
+                let start = (z * self.size[1] + y) * self.size[0];
+                each(j, k, x.map(|x| f64::from(self.coefficients[start + x])));
             }
         }
-        sum
     }
 
     /// First and last coefficient of each axis that a value in the box depends on.
@@ -107,18 +105,25 @@ fn slopes(t: f64) -> [f64; 4] {
 impl Field for Spline {
     fn value(&self, at: &Vector3<f64>) -> f64 {
         let place = self.place(at);
-        self.sum(&place, place.map(|(_, t)| weights(t))) - self.level
+        let [x, y, z] = place.map(|(_, t)| weights(t));
+        let mut sum = 0.0;
+        self.rows(&place, |j, k, row| sum += z[k] * y[j] * dot(&x, &row));
+        sum - self.level
     }
 
     fn slope(&self, at: &Vector3<f64>) -> Vector3<f64> {
         let place = self.place(at);
-        Vector3::from_fn(|axis, _| {
-            let each = [0, 1, 2].map(|k| {
-                let t = place[k].1;
-                if k == axis { slopes(t) } else { weights(t) }
-            });
-            self.sum(&place, each) / self.spacing[axis]
-        })
+        let ([x, y, z], [dx, dy, dz]) = (place.map(|(_, t)| weights(t)), place.map(|(_, t)| slopes(t)));
+        let mut sum = Vector3::zeros();
+        self.rows(&place, |j, k, row| {
+            let across = dot(&x, &row);
+            sum += Vector3::new(
+                z[k] * y[j] * dot(&dx, &row),
+                z[k] * dy[j] * across,
+                dz[k] * y[j] * across,
+            );
+        });
+        sum.component_div(&self.spacing)
     }
 
     /// Half a step of its grid: a cubic bends once between two knots.
@@ -127,37 +132,58 @@ impl Field for Spline {
     }
 
     fn bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> Bounds {
-        let mut bounds = [f64::INFINITY, f64::NEG_INFINITY];
-        visit(self.reach(low, high), |at| {
-            let c = self.coefficient(at) - self.level;
+        let mut bounds = [f32::INFINITY, f32::NEG_INFINITY];
+        self.visit(self.reach(low, high), |at| {
+            let c = self.coefficients[at];
             bounds = [bounds[0].min(c), bounds[1].max(c)];
         });
-        bounds
+        bounds.map(|b| f64::from(b) - self.level)
     }
 
     fn slope_bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> [Bounds; 3] {
         let reach = self.reach(low, high);
+        let strides = [1, self.size[0], self.size[0] * self.size[1]];
         [0, 1, 2].map(|axis| {
-            let (mut bounds, mut within) = ([f64::INFINITY, f64::NEG_INFINITY], reach);
-            // The derivative is a spline of one degree less of the differences.
-            within[axis][1] -= 1;
-            visit(within, |at| {
-                let mut next = at;
-                next[axis] += 1;
-                let difference = self.coefficient(next) - self.coefficient(at);
-                bounds = [bounds[0].min(difference), bounds[1].max(difference)];
+            // The derivative is a spline of one degree less of the differences; beyond the grid these are zero.
+            let last = self.size[axis] as i64 - 1;
+            let outside = reach[axis][0] < 0 || reach[axis][1] > last;
+            let mut bounds = if outside {
+                [0.0; 2]
+            } else {
+                [f64::INFINITY, f64::NEG_INFINITY]
+            };
+            let mut within = reach;
+            within[axis] = [reach[axis][0].clamp(0, last), reach[axis][1].clamp(0, last) - 1];
+            self.visit(within, |at| {
+                let [one, next] = [at, at + strides[axis]].map(|n| f64::from(self.coefficients[n]));
+                bounds = [bounds[0].min(next - one), bounds[1].max(next - one)];
             });
             bounds.map(|b| b / self.spacing[axis])
         })
     }
 }
 
-fn visit(reach: [[i64; 2]; 3], mut each: impl FnMut([i64; 3])) {
-    for k in reach[2][0]..=reach[2][1] {
-        for j in reach[1][0]..=reach[1][1] {
-            for i in reach[0][0]..=reach[0][1] {
-                each([i, j, k]);
+impl Spline {
+    /// Calls `each` with the index of every coefficient in reach, those of the border again for what lies beyond it.
+    fn visit(&self, reach: [[i64; 2]; 3], mut each: impl FnMut(usize)) {
+        let range = |axis: usize| {
+            let [first, last] = reach[axis].map(|at| self.within(axis, at));
+            // An axis of no differences has none to visit.
+            if reach[axis][1] < reach[axis][0] {
+                first..first
+            } else {
+                first..last + 1
+            }
+        };
+        for k in range(2) {
+            for j in range(1) {
+                let start = (k * self.size[1] + j) * self.size[0];
+                range(0).for_each(|i| each(start + i));
             }
         }
     }
+}
+
+fn dot(one: &[f64; 4], other: &[f64; 4]) -> f64 {
+    one[0] * other[0] + one[1] * other[1] + one[2] * other[2] + one[3] * other[3]
 }
