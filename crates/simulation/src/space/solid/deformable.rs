@@ -5,6 +5,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::Solid;
 use crate::law::Law;
 use crate::space::cells::Mesh;
+use crate::space::lanes::Lanes;
 use crate::space::law::Material;
 use crate::sparse::Triplets;
 
@@ -115,22 +116,23 @@ impl Solid for Deformable {
     }
 
     fn energy(&self, a: &[f64]) -> Option<f64> {
-        let (mut energy, mut u) = (self.weight_energy(a), Vec::new());
+        let (mut energy, mut u, mut lanes) = (self.weight_energy(a), Vec::new(), Lanes::new());
         for element in &self.mesh.elements {
             taken(&element.nodes, a, &mut u);
-            energy += self.mesh.table(element).energy(&self.material, &u)?;
+            energy += lanes.energy_of_one(self.mesh.table(element), &self.material, &u)?;
         }
         Some(energy).filter(|e| e.is_finite())
     }
 
     fn gradient(&self, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
         let (mut energy, mut u, mut forces) = (self.weight_energy(a), Vec::new(), Vec::new());
+        let mut lanes = Lanes::new();
         gradient.iter_mut().zip(&self.weights).for_each(|(g, w)| *g -= w);
         for element in &self.mesh.elements {
             taken(&element.nodes, a, &mut u);
             forces.clear();
             forces.resize(u.len(), 0.0);
-            energy += self.mesh.table(element).gradient(&self.material, &u, &mut forces)?;
+            energy += lanes.gradient_of_one(self.mesh.table(element), &self.material, &u, &mut forces)?;
             for (node, force) in element.nodes.iter().zip(forces.chunks_exact(3)) {
                 (0..3).for_each(|k| gradient[3 * *node as usize + k] += force[k]);
             }
@@ -139,11 +141,13 @@ impl Solid for Deformable {
     }
 
     fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets, offset: usize) -> Option<()> {
-        let (mut u, mut packed) = (Vec::new(), Vec::new());
+        let (mut u, mut packed, mut lanes) = (Vec::new(), Vec::new(), Lanes::new());
         for element in &self.mesh.elements {
             taken(&element.nodes, a, &mut u);
             let table = self.mesh.table(element);
-            table.stiffness(&self.material, &u, convex, &mut packed)?;
+            if !lanes.stiffness_of_one(table, &self.material, &u, convex, &mut packed) {
+                return None;
+            }
             let unknown = |p: usize| offset + 3 * element.nodes[p / 3] as usize + p % 3;
             sink.add_block((0..u.len()).map(unknown), &packed);
         }
