@@ -139,6 +139,22 @@ fn force_and_displacements_are_those_of_a_second_code() {
         assert!(found.least_determinant > 0.5 && found.depth <= 1e-6 * HEIGHT);
         last = Some(force);
     }
+    // What the tube pushes the ground carries: forces inside the block sum to nothing.
+    let mut inner = vec![0.0; block.a.len()];
+    block
+        .system
+        .bodies
+        .solid(block.body)
+        .gradient(&block.a, &mut inner)
+        .unwrap();
+    let ground: f64 = block
+        .mesh
+        .nodes_where(|x| x.z < 1e-9)
+        .iter()
+        .map(|n| inner[3 * n + 2])
+        .sum();
+    // Two thousand unknowns each within 1e-8 of the largest force, which is a fortieth of the sum.
+    assert!((4.0 * ground / last.unwrap() - 1.0).abs() < 1e-6, "{ground} {last:?}");
     let off = MOVED.map(|(at, moved)| (block.displacement(at) - Vector3::from(moved)).norm());
     println!(
         "force {:+.3} %, places off by {off:.3?} mm",
