@@ -4,6 +4,7 @@
 //! stays where it is; a ball of radius `R` would shrink by about `sigma^2 / R`, so the level is chosen such that the region
 //! has the volume of the label's voxels. What a body loses at its edges comes back on its faces.
 
+mod crop;
 mod parts;
 mod smooth;
 
@@ -11,6 +12,7 @@ use nalgebra::Vector3;
 
 use super::field::{Bounds, Field};
 use super::spline::Spline;
+use crop::Crop;
 use parts::{fill_holes, largest_part};
 
 /// A label map in its own axes: `size[0] x size[1] x size[2]` voxels, x fastest, the centre of the first at `origin`, mm.
@@ -215,78 +217,6 @@ impl LabelMap<'_> {
 
     fn at(&self, [i, j, k]: [usize; 3]) -> u16 {
         self.labels[(k * self.size[1] + j) * self.size[0] + i]
-    }
-}
-
-/// A box of voxels that may reach beyond the map.
-struct Crop {
-    /// First voxel of the label, last one, and how far the box goes beyond.
-    first: [usize; 3],
-    last: [usize; 3],
-    margin: [usize; 3],
-    size: [usize; 3],
-}
-
-impl Crop {
-    fn of(map: &LabelMap<'_>, label: u16, margin: [usize; 3]) -> Option<Self> {
-        let (mut first, mut last, mut any) = ([usize::MAX; 3], [0; 3], false);
-        for (n, _) in map.labels.iter().enumerate().filter(|(_, l)| **l == label) {
-            let at = [
-                n % map.size[0],
-                n / map.size[0] % map.size[1],
-                n / map.size[0] / map.size[1],
-            ];
-            for k in 0..3 {
-                first[k] = first[k].min(at[k]);
-                last[k] = last[k].max(at[k]);
-            }
-            any = true;
-        }
-        any.then(|| Self {
-            size: [0, 1, 2].map(|k| last[k] - first[k] + 1 + 2 * margin[k]),
-            first,
-            last,
-            margin,
-        })
-    }
-
-    fn each(&self) -> impl Iterator<Item = [usize; 3]> {
-        let [a, b, c] = self.size;
-        (0..a * b * c).map(move |n| [n % a, n / a % b, n / a / b])
-    }
-
-    fn indicator(&self, map: &LabelMap<'_>, label: u16) -> Vec<bool> {
-        let inside = |at: [usize; 3]| {
-            let from = |k: usize| (at[k] + self.first[k]).checked_sub(self.margin[k]);
-            let place = [from(0)?, from(1)?, from(2)?];
-            (0..3).all(|k| place[k] < map.size[k]).then(|| map.at(place) == label)
-        };
-        self.each().map(|at| inside(at).unwrap_or(false)).collect()
-    }
-
-    fn facts(&self, map: &LabelMap<'_>) -> Facts {
-        Facts {
-            cut: [0, 1, 2].map(|k| [self.first[k] == 0, self.last[k] + 1 == map.size[k]]),
-            ..Facts::default()
-        }
-    }
-
-    /// The centre of its first voxel.
-    fn origin(&self, map: &LabelMap<'_>) -> Vector3<f64> {
-        map.origin + Vector3::from_fn(|k, _| map.spacing[k] * (self.first[k] as f64 - self.margin[k] as f64))
-    }
-
-    /// Voxels inside the label but not the region, and the other way round.
-    fn moved(&self, spline: &Spline, map: &LabelMap<'_>, inside: &[bool]) -> [usize; 2] {
-        let origin = self.origin(map);
-        let mut moved = [0, 0];
-        for (at, inside) in self.each().zip(inside) {
-            let place = origin + Vector3::from_fn(|k, _| map.spacing[k] * at[k] as f64);
-            let within = spline.value(&place) < 0.0;
-            moved[0] += usize::from(*inside && !within);
-            moved[1] += usize::from(!*inside && within);
-        }
-        moved
     }
 }
 
