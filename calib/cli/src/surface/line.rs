@@ -53,8 +53,8 @@ impl BoneLineArgs {
                     false => Err(why),
                 })?;
         }
-        let shape = self.shape(&probe)?;
-        let found = self.find(&probe, &shape, (&marker, &reference.to_ascii_lowercase()))?;
+        let shapes = self.shapes(&probe)?;
+        let found = self.find(&probe, &shapes, (&marker, &reference.to_ascii_lowercase()))?;
         for warning in &warnings {
             bus::stderr_line!("calib: warning: {warning}");
         }
@@ -83,6 +83,9 @@ impl BoneLineArgs {
                 "  {lost} images have no valid pose {} and give no points\n",
                 self.transform
             );
+        }
+        if let Some(refused) = taken.refused {
+            text += &format!("WARNING          {refused}\n");
         }
         for warning in warnings {
             text += &format!("WARNING          {warning}\n");
@@ -116,8 +119,8 @@ impl BoneLineArgs {
         }
     }
 
-    /// Where beams run: as the command line says, or else the calibration.
-    fn shape(&self, probe: &Calibrated) -> Result<Shape, SurfaceCommandError> {
+    /// Where beams run, as the command line says, or else the calibration: as deep as the scanner was set to, and no deeper than the picture.
+    fn shapes(&self, probe: &Calibrated) -> Result<[Shape; 2], SurfaceCommandError> {
         let size_px = Pixels::pictured(&self.sequence)?.size_px;
         let size = size_px.ok_or_else(|| SurfaceCommandError::NoPixels(self.sequence.clone()))?;
         let set = self.image_to_probe.as_deref().map(Path::new);
@@ -141,16 +144,16 @@ impl BoneLineArgs {
                 what: why.to_string(),
             })
         };
-        let shape = of(depth_mm)?;
-        probe.holds_for(0, &shape)?;
+        let told = of(depth_mm)?;
+        probe.holds_for(0, &told)?;
         // A picture may end before the depth that the scanner was set to.
-        of(depth_mm.min(array.shown_rows(size[1]) * probe.pixel_mm[1]))
+        Ok([told, of(depth_mm.min(array.shown_rows(size[1]) * probe.pixel_mm[1]))?])
     }
 
     fn find(
         &self,
         probe: &Calibrated,
-        shape: &Shape,
+        [told, shown]: &[Shape; 2],
         (tool, frame): (&str, &str),
     ) -> Result<Found, SurfaceCommandError> {
         let poses = timed(&self.sequence, &self.transform).map_err(|why| SurfaceCommandError::Poses(Box::new(why)))?;
@@ -161,7 +164,11 @@ impl BoneLineArgs {
                 transform: self.transform.clone(),
             });
         }
-        let mut seen = seen::look(&self.sequence, shape, self.picture.is_some())?;
+        let mut seen = seen::look(&self.sequence, shown, self.picture.is_some())?;
+        // What the calibration is held against is the depth that was set, not where the picture ends.
+        for image in &mut seen.images {
+            image.shape = Ok(*told);
+        }
         let sounding = Sounding {
             probe,
             step_mm: self.step_mm.0,

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::{Boundary, Solid};
-use crate::law::{Law, Material};
+use crate::law::{Lame, Law, Material};
 use crate::q9::blocks::{DOFS, Forces, Stiffness};
 use crate::q9::{FieldPoint, Mesh};
 use crate::sparse::Triplets;
@@ -17,6 +17,20 @@ const MIXED_FROM: f64 = 0.495;
 pub struct NotMixed {
     /// The ratio.
     pub poisson: f64,
+}
+
+impl NotMixed {
+    /// Refuses a nearly incompressible material on elements that are not mixed.
+    pub(crate) fn check(law: &Law, lame: &Lame, mixed: bool) -> Result<(), Self> {
+        // `nu = lambda / (2 (lambda + mu))`.
+        let poisson = 0.5 * lame.lambda / (lame.lambda + lame.mu);
+        // These two have an energy everywhere: locking makes them wrong, not unsolvable.
+        let finite = matches!(law, Law::Linear | Law::StVenantKirchhoff);
+        if poisson >= MIXED_FROM && !mixed && !finite {
+            return Err(Self { poisson });
+        }
+        Ok(())
+    }
 }
 
 /// A mesh of one material under a uniform weight.
@@ -36,13 +50,7 @@ impl Deformable {
     /// [`NotMixed`]. Linear and Saint Venant-Kirchhoff materials of any ratio are let through on plain elements, so that
     /// the locking can be measured.
     pub fn new(mesh: Mesh, material: Material, weight: Vector2<f64>) -> Result<Self, NotMixed> {
-        let lame = material.lame;
-        // `nu = lambda / (2 (lambda + mu))`.
-        let poisson = 0.5 * lame.lambda / (lame.lambda + lame.mu);
-        let finite = matches!(material.law, Law::Linear | Law::StVenantKirchhoff);
-        if poisson >= MIXED_FROM && !mesh.is_mixed() && !finite {
-            return Err(NotMixed { poisson });
-        }
+        NotMixed::check(&material.law, &material.lame, mesh.is_mixed())?;
         let boundary = Boundary::new(mesh.boundary.clone(), |n| mesh.nodes[n]);
         let weights = weights(&mesh, weight);
         Ok(Self {

@@ -44,8 +44,8 @@ pub struct Equilibrium {
     pub rounds: usize,
     /// Steps of Newton's method in all of them.
     pub iterations: usize,
-    /// Directions in which the energy falls, 0 at a minimum; not known, and 0, where the search was asked for provisional states.
-    pub falling: usize,
+    /// Directions in which the energy falls: 0 at a minimum. `None`, not known, where the search was asked for provisional states.
+    pub falling: Option<usize>,
 }
 
 /// Why no state was found.
@@ -134,7 +134,7 @@ pub fn settle(
                 least_determinant: found.least_determinant,
                 rounds: round,
                 iterations,
-                falling: found.stability.falling,
+                falling: (!newton.settings.provisional).then_some(found.stability.falling),
             });
         }
     }

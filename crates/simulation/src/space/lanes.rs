@@ -1,8 +1,10 @@
 //! Four cells of one [`Table`] at once, neo-Hookean: energy, forces and stiffness in lanes of four numbers.
 //!
 //! Each lane does what one cell alone would do, in the same order, and no product is fused with a sum. So the bits of a
-//! cell depend neither on the processor (AVX2 or not) nor on the three cells beside it: [`Lanes::gradient_of_one`] and the
-//! like, for cells whose table no other has, give them too. They differ from those of [`Table::gradient`] and [`Table::stiffness`] by rounding.
+//! cell depend neither on whether AVX2 is there nor on the three cells beside it: [`Lanes::gradient_of_one`] and the like,
+//! for cells whose table no other has, give them too. From one machine to another they may differ where `J` is off 1 by more
+//! than 0.1: the logarithm there is the C library's. They differ from those of [`Table::gradient`] and [`Table::stiffness`]
+//! by rounding.
 //!
 //! The stiffness is not contracted from a tangent of 9 x 9: with `a_n = (cof F) Q_n` and the pressure `p`,
 //! `K_(ni)(mk) = w (mu Q_n . Q_m d_ik + (mu - p) / J^2 a_nk a_mi)`, and what the pressures couple. That follows from

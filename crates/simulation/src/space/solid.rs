@@ -5,7 +5,8 @@
 
 mod deformable;
 
-pub use deformable::{Deformable, NotMixed};
+pub use crate::solid::NotMixed;
+pub use deformable::Deformable;
 
 use nalgebra::{Rotation3, Vector3};
 

@@ -4,7 +4,7 @@ mod springs;
 mod tube_contact;
 
 pub use springs::Springs;
-pub use tube_contact::{TubeContact, TubeForce};
+pub use tube_contact::{BadStiffness, TubeContact, TubeForce};
 
 use super::bodies::Bodies;
 use crate::sparse::Triplets;

@@ -126,8 +126,8 @@ fn orders_of_convergence() {
             if let Some((before, n)) = last {
                 let order = [0, 1].map(|k: usize| (before[k] / mean[k]).ln() / (cells / n).ln());
                 println!("order {order:.2?}");
-                // Two grids of few cubes: orders scatter by how the ball cuts them; half an order is lost by a single
-                // wrong weight of a hanging node, and a whole one by a rule that is not exact for a quadratic field.
+                // Two grids of few cubes: orders scatter by how the ball cuts them, by some 0.15. A rule of 35 points that is
+                // not exact for constant stress gave 1.2.
                 assert!(order[0] > 2.7 && order[1] > 1.8, "{order:?}");
             }
             last = Some((mean, cells));

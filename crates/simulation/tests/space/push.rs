@@ -63,7 +63,7 @@ fn quarter(settings: &Settings, nu: f64, fine: &[f64]) -> (System, usize, Mesh) 
     let body = system.add(solid);
     held.iter().for_each(|i| system.fixed[*i] = true);
     let stiffness = 60.0 * YOUNG / (settings.side / f64::powi(2.0, fine.len() as i32));
-    let contact = TubeContact::new(&system.bodies, body, tube(0.0), stiffness, |_, normal| normal.z > 0.5);
+    let contact = TubeContact::new(&system.bodies, body, tube(0.0), stiffness, |_, normal| normal.z > 0.5).unwrap();
     system.tubes.push(contact);
     (system, body, mesh)
 }

@@ -75,7 +75,7 @@ fn worst(solid: &dyn Solid, a: &[f64], nu: f64) -> f64 {
 }
 
 #[test]
-fn the_worst_of_thirty_grids_is_within_one_percent_at_eight_cubes_a_radius() {
+fn the_worst_of_ten_grids_is_within_one_percent_at_eight_cubes_a_radius() {
     for (nu, count) in [(0.3, 10), (0.49, 10), (0.4999, 10)] {
         let mut worst = (0.0_f64, 0.0);
         for k in 0..count {
@@ -92,5 +92,45 @@ fn the_worst_of_thirty_grids_is_within_one_percent_at_eight_cubes_a_radius() {
         // Quadratic elements of a twelfth of the gradient's length: (1/4)^3 of the largest displacement at most, as 4 cubes
         // make up the inner radius; what is asked for is less.
         assert!(worst.0 < 0.01, "{worst:?}");
+    }
+}
+
+#[test]
+#[ignore = "a table of two minutes: 30 grids for each least fill"]
+fn error_by_least_fill() {
+    for least_fill in [0.0, 0.02, 0.05, 0.1, 0.2] {
+        let error = |k: u32| {
+            let side = RADII[1] / (8.0 + f64::from(k) / 30.0);
+            let settings = Settings {
+                least_fill,
+                ..Settings::of_side(side)
+            };
+            100.0 * octant(&settings, 0.3).0
+        };
+        let mut all: Vec<f64> = (0..30).map(error).collect();
+        all.sort_by(f64::total_cmp);
+        println!(
+            "least fill {least_fill}: median {:.3} %, worst {:.3} %",
+            all[15], all[29]
+        );
+    }
+}
+
+#[test]
+fn every_grid_has_the_shells_volume() {
+    // Of 30 grids one had lost 6e-5 of it when points were recombined, and with it the balance of a cube: 1.3 % of the
+    // displacement there.
+    for k in 0..30 {
+        let side = RADII[1] / (8.0 + f64::from(k) / 30.0);
+        let shell = Shell {
+            centre: Vector3::zeros(),
+            radii: RADII,
+        };
+        let corners = [Vector3::zeros(), Vector3::repeat(RADII[1])];
+        let mesh = Mesh::new(&shell, corners, &Settings::of_side(side), &|_, _| false).unwrap();
+        let exact = std::f64::consts::PI / 6.0 * (RADII[1].powi(3) - RADII[0].powi(3));
+        let off = mesh.volume() / exact - 1.0;
+        // The rules' own error at an eighth of the radius, order 7 from 1e-3 at four fifths of it.
+        assert!(off.abs() < 1e-3 * (0.25_f64 / 0.8).powi(7), "{k}: {off:e}");
     }
 }

@@ -64,7 +64,7 @@ fn check(term: &dyn Term, system: &System, a: &[f64]) {
 fn derivatives_of_contact_and_springs() {
     let (system, a) = scene();
     let tube = Tube::straight(Point3::new(2.0, 1.0, 23.0), Vector3::new(0.1, -0.2, 1.0), 50.0, 5.0).unwrap();
-    let mut contact = TubeContact::new(&system.bodies, 0, tube, 2.0, |_, _| true);
+    let mut contact = TubeContact::new(&system.bodies, 0, tube, 2.0, |_, _| true).unwrap();
     check(&contact, &system, &a);
     // With pressures too.
     contact.update(&system.bodies, &a);
@@ -85,12 +85,22 @@ fn derivatives_of_contact_and_springs() {
 fn a_step_never_takes_a_point_deeper_than_half_the_radius() {
     let (system, a) = scene();
     let tube = Tube::straight(Point3::new(0.0, 0.0, 24.9), Vector3::z(), 50.0, 5.0).unwrap();
-    let contact = TubeContact::new(&system.bodies, 0, tube, 2.0, |_, _| true);
+    let contact = TubeContact::new(&system.bodies, 0, tube, 2.0, |_, _| true).unwrap();
     for up in [1.0, 5.0, 100.0] {
         let step: Vec<f64> = (0..a.len()).map(|i| if i % 3 == 2 { up } else { 0.0 }).collect();
         let reach = contact.reach(&system.bodies, &a, &step);
         let moved: Vec<f64> = a.iter().zip(&step).map(|(a, s)| a + reach * s).collect();
         assert!(contact.depth(&system.bodies, &moved) <= contact.deepest() * (1.0 + 1e-12));
         assert!(reach > 0.0 && (up > 2.0 || reach == 1.0), "{up} {reach}");
+    }
+}
+
+#[test]
+fn a_stiffness_that_draws_points_in_is_refused() {
+    let (system, _) = scene();
+    let tube = Tube::straight(Point3::new(0.0, 0.0, 30.0), Vector3::z(), 50.0, 5.0).unwrap();
+    for stiffness in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let contact = TubeContact::new(&system.bodies, 0, tube.clone(), stiffness, |_, _| true);
+        assert!(contact.is_err(), "{stiffness}");
     }
 }

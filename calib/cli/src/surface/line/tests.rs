@@ -10,6 +10,11 @@ use ultrasound::{Beams, Pose, Scanner, Scene, Settings, Shape};
 
 use crate::cli::{Cli, run};
 use crate::commands::Outcome;
+use crate::commands::probe::ImagesRecord;
+use crate::surface::calibrated::Calibrated;
+use crate::surface::calibrated::tests::calibrated;
+
+use super::BoneLineArgs;
 
 const SIZE: [usize; 2] = [300, 300];
 const PIXEL: f64 = 0.13;
@@ -239,4 +244,41 @@ fn the_arc_of_the_recording_of_plus_is_found_in_all_its_images() {
             assert!(most - least < 0.05, "{axis}: {least} {most}");
         }
     }
+}
+
+/// Where a lag was told, every image was once refused as of another depth than the calibration's, as the picture ends above the depth that
+/// was set.
+#[test]
+fn a_picture_that_ends_above_the_depth_gives_its_points_with_a_lag_too() {
+    #[derive(Parser)]
+    struct Only {
+        #[command(flatten)]
+        args: BoneLineArgs,
+    }
+    let desk = Desk::new("OK", true);
+    let path = |name: &str| desk.path(name).to_str().unwrap().to_owned();
+    let words = format!(
+        "calib --sequence {} --transform ProbeToTracker --image-to-probe {} --to {} --array linear:0,299,0 --depth-mm 60",
+        path("s.mha"),
+        path("m.txt"),
+        path("p.csv")
+    );
+    let Only { args } = Only::parse_from(words.split_whitespace());
+    let mut probe = calibrated(ImagesRecord {
+        depth_mm: Some(60.0),
+        ..ImagesRecord::default()
+    });
+    probe.pixel_mm = [PIXEL; 2];
+    let shapes = args.shapes(&probe).unwrap();
+    assert!(shapes[1].depth_mm() < 40.0);
+    let count = |probe: &Calibrated| {
+        let found = args.find(probe, &shapes, ("probe", "tracker")).unwrap();
+        assert!(found.taken.refused.is_none());
+        found.taken.count
+    };
+    let own = count(&probe);
+    probe.lag_s = [-0.01, 0.0];
+    let late = count(&probe);
+    // The first image has no pose before it.
+    assert!(own > 20 && late > own / 2 && late <= own, "{own} {late}");
 }

@@ -112,19 +112,36 @@ fn legendre(at: &Vector3<f64>, powers: &[[usize; 3]]) -> Vec<f64> {
 
 /// Factors, none below zero and no more above it than rows, with `sums * factors = sums * 1`.
 fn thinned(sums: DMatrix<f64>) -> Vec<f64> {
+    let shares = at_once(&sums);
+    // Null vectors are taken off one another: where one is small at the group that it drops, the others lose their digits.
+    if error(&sums, &shares) <= MOST_ERROR {
+        shares
+    } else {
+        one_by_one(&sums)
+    }
+}
+
+/// What moments may change by in a round, beside the largest: a hundred sums of rounded numbers.
+const MOST_ERROR: f64 = 1e-12;
+
+/// The largest change of a moment, beside the largest sum of absolute values.
+fn error(sums: &DMatrix<f64>, shares: &[f64]) -> f64 {
+    let rows = sums.row_iter().map(|row| {
+        let change: f64 = row.iter().zip(shares).map(|(m, s)| m * (s - 1.0)).sum();
+        (change.abs(), row.iter().map(|m| m.abs()).sum::<f64>())
+    });
+    let (change, size) = rows.fold((0.0_f64, 0.0_f64), |most, row| (most.0.max(row.0), most.1.max(row.1)));
+    change / size
+}
+
+/// By one elimination for all groups that are dropped.
+fn at_once(sums: &DMatrix<f64>) -> Vec<f64> {
     let mut shares = vec![1.0; sums.ncols()];
-    let mut null = null_vectors(sums);
+    let mut null = null_vectors(sums.clone());
     while let Some(v) = null.pop() {
-        // As far along the null vector as no factor falls below zero: one becomes zero there.
-        let first = (0..v.len())
-            .filter(|j| v[*j] > 0.0)
-            .min_by(|i, j| (shares[*i] / v[*i]).total_cmp(&(shares[*j] / v[*j])));
-        let Some(first) = first else { continue };
-        let step = shares[first] / v[first];
-        for (share, by) in shares.iter_mut().zip(&v) {
-            *share = (*share - step * by).max(0.0);
-        }
-        shares[first] = 0.0;
+        let Some(first) = drop_one(&mut shares, &v) else {
+            continue;
+        };
         for other in &mut null {
             let part = other[first] / v[first];
             other.iter_mut().zip(&v).for_each(|(o, by)| *o -= part * by);
@@ -132,6 +149,35 @@ fn thinned(sums: DMatrix<f64>) -> Vec<f64> {
         }
     }
     shares
+}
+
+/// By an elimination of what is left for each group that is dropped.
+fn one_by_one(sums: &DMatrix<f64>) -> Vec<f64> {
+    let mut shares = vec![1.0; sums.ncols()];
+    loop {
+        let left: Vec<usize> = (0..shares.len()).filter(|k| shares[*k] > 0.0).collect();
+        let Some(short) = null_vectors(sums.select_columns(&left)).pop() else {
+            return shares;
+        };
+        let mut v = vec![0.0; shares.len()];
+        left.iter().zip(short).for_each(|(k, x)| v[*k] = x);
+        if drop_one(&mut shares, &v).is_none() {
+            return shares;
+        }
+    }
+}
+
+/// Goes along a null vector as far as no factor falls below zero: one becomes zero there.
+fn drop_one(shares: &mut [f64], v: &[f64]) -> Option<usize> {
+    let first = (0..v.len())
+        .filter(|j| v[*j] > 0.0)
+        .min_by(|i, j| (shares[*i] / v[*i]).total_cmp(&(shares[*j] / v[*j])))?;
+    let step = shares[first] / v[first];
+    for (share, by) in shares.iter_mut().zip(v) {
+        *share = (*share - step * by).max(0.0);
+    }
+    shares[first] = 0.0;
+    Some(first)
 }
 
 /// A basis of the vectors that a matrix takes to zero, by elimination with complete pivoting.

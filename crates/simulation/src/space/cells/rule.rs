@@ -85,6 +85,8 @@ impl Rule {
 
 /// A slope along the axis of height smaller than this part of the whole makes a poor graph: the box is cut instead.
 const STEEP: f64 = 0.25;
+/// Halvings of an edge in search of two roots near one another: missed ones cost the square of their distance.
+const MOST_HALVES: u32 = 12;
 /// Where the slope is less than this part of the largest in a box, the field is flat.
 const FLAT: f64 = 0.1;
 
@@ -220,7 +222,7 @@ impl Build<'_> {
         let (mut at, mut stops) = (*low, vec![low[first], high[first]]);
         for edge in &edges {
             edge.iter().for_each(|(k, x)| at[*k] = *x);
-            self.roots(&mut at, first, [low[first], high[first]], 3, &mut stops);
+            self.roots(&mut at, first, [low[first], high[first]], MOST_HALVES, &mut stops);
         }
         for (x, wx) in pieces(&mut stops, self.gauss) {
             let mut stops = vec![low[second], high[second]];
@@ -317,6 +319,12 @@ impl Build<'_> {
         let (from, to) = (flat(at, low), flat(at, high));
         let [least, most] = self.field.bounds(&from, &to);
         let may_vanish = least < 0.0 && most > 0.0;
+        // Two roots as near to one another as a surface that touches an edge makes them: only parts that may hold them are halved.
+        let halves = if high - low <= self.field.resolution() {
+            0
+        } else {
+            halves
+        };
         if halves > 0 && may_vanish && !one_sign(self.field.slope_bounds(&from, &to)[axis]) {
             let middle = 0.5 * (low + high);
             self.roots(at, axis, [low, middle], halves - 1, found);

@@ -16,7 +16,7 @@ pub struct State {
     pub cauchy: Matrix3<f64>,
     /// `J = det F`.
     pub determinant: f64,
-    /// Energy of a unit of reference volume, with the projected measure of volume: its sum over the points is the energy.
+    /// Energy of a unit of reference volume, with the projected measure of volume: its weighted sum over the points is the energy.
     pub density: f64,
 }
 
@@ -39,7 +39,7 @@ impl State {
 
 impl Table {
     /// The state at a quadrature point, counted from 0. `None` where there is no such point, where the law has no energy,
-    /// or `J <= 0`. The linear law does not tell the deformed area from the reference one: its stress is `P`.
+    /// or `J <= 0` but with the linear law, which does not tell the deformed area from the reference one: its stress is `P`.
     pub fn state(&self, material: &Material, u: &[f64], point: usize) -> Option<State> {
         if point >= self.points() {
             return None;

@@ -3,22 +3,11 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::Solid;
-use crate::law::Law;
+use crate::solid::NotMixed;
 use crate::space::cells::Mesh;
 use crate::space::lanes::Lanes;
 use crate::space::law::Material;
 use crate::sparse::Triplets;
-
-/// From this ratio on, plain elements lock: the mixed form is asked for.
-const MIXED_FROM: f64 = 0.495;
-
-/// A nearly incompressible material on plain elements.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("Poisson's ratio {poisson} with plain elements: from {MIXED_FROM} on they lock; project the dilatation")]
-pub struct NotMixed {
-    /// The ratio.
-    pub poisson: f64,
-}
 
 /// A mesh of one material under a uniform weight.
 #[derive(Debug, Clone)]
@@ -38,13 +27,7 @@ impl Deformable {
     /// [`NotMixed`]. Linear and Saint Venant-Kirchhoff materials of any ratio are let through on plain elements, so that
     /// the locking can be measured.
     pub fn new(mesh: Mesh, material: Material, weight: Vector3<f64>) -> Result<Self, NotMixed> {
-        let lame = material.lame;
-        let poisson = 0.5 * lame.lambda / (lame.lambda + lame.mu);
-        // These two have an energy everywhere: locking makes them wrong, not unsolvable.
-        let finite = matches!(material.law, Law::Linear | Law::StVenantKirchhoff);
-        if poisson >= MIXED_FROM && !mesh.is_mixed() && !finite {
-            return Err(NotMixed { poisson });
-        }
+        NotMixed::check(&material.law, &material.lame, mesh.is_mixed())?;
         let (low, high) = mesh.nodes.iter().fold(
             (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
             |(low, high), x| (low.inf(x), high.sup(x)),

@@ -19,6 +19,14 @@ const SLOW_PART: f64 = 0.25;
 const STIFFENED: f64 = 3.0;
 const MOST_STIFFENED: f64 = 1e4;
 
+/// A stiffness of contact that is none.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("the stiffness of contact is {found}; it must be finite and above 0")]
+pub struct BadStiffness {
+    /// The number found.
+    pub found: f64,
+}
+
 /// Contact of points of a body's surface with a tube.
 #[derive(Debug, Clone)]
 pub struct TubeContact {
@@ -57,13 +65,20 @@ pub struct TubeForce {
 impl TubeContact {
     /// Contact of the points of a body's surface for which `wanted(reference place, normal)` holds. `stiffness`, stress by
     /// length, sets how fast pressures converge, not where to: some ten times Young's modulus over the side of an element.
+    ///
+    /// # Errors
+    /// [`BadStiffness`]: with one below zero points would be drawn to the tube.
     pub fn new(
         bodies: &Bodies,
         body: usize,
         tube: Tube,
         stiffness: f64,
         wanted: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
-    ) -> Self {
+    ) -> Result<Self, BadStiffness> {
+        // With less than none, points would be drawn to the tube; with none, pressures would never change.
+        if !(stiffness.is_finite() && stiffness > 0.0) {
+            return Err(BadStiffness { found: stiffness });
+        }
         let solid = bodies.solid(body);
         let points = (0..solid.points()).filter_map(|point| {
             let (at, normal, area) = solid.reference(point);
@@ -73,13 +88,13 @@ impl TubeContact {
                 pressure: 0.0,
             })
         });
-        Self {
+        Ok(Self {
             body,
             tube,
             stiffness: [stiffness; 2],
             depth: f64::INFINITY,
             points: points.collect(),
-        }
+        })
     }
 
     /// The tube.

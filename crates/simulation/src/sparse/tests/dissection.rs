@@ -73,7 +73,7 @@ fn indefinite_matrices_have_the_inertia_of_their_eigenvalues() {
     }
 }
 
-/// A cube of `11^3` nodes costs less than half of minimum degree's work by places, whatever the axes' scale and the unknowns' numbers.
+/// A cube of `11^3` nodes costs less than 0.6 of minimum degree's work by places, whatever the axes' scale and the unknowns' numbers.
 #[test]
 fn a_mesh_is_dissected_as_well_when_its_unknowns_are_shuffled_and_its_axes_stretched() {
     let (triplets, places) = elastic(10, 0.3, 1.0);
@@ -95,14 +95,12 @@ fn a_mesh_is_dissected_as_well_when_its_unknowns_are_shuffled_and_its_axes_stret
         assert!(is_permutation(ldl.order(), size));
         // Entries of up to 3, solutions of up to 1e3: times rounding, some tens of times.
         assert!(lack(&ldl, &other) < 1e-10);
-        if scale[0] == 1.0 {
-            assert!(
-                (ldl.work() as f64) < 0.6 * minimum.work() as f64,
-                "{} {}",
-                ldl.work(),
-                minimum.work()
-            );
-        }
+        assert!(
+            (ldl.work() as f64) < 0.6 * minimum.work() as f64,
+            "{} {}",
+            ldl.work(),
+            minimum.work()
+        );
     }
 }
 

@@ -100,7 +100,7 @@ fn roots_of_random_and_disconnected_graphs() {
             // Seven has no part in the sizes: no unknown comes twice.
             holds(&triplets, None, &root, 1e-13);
         }
-        // Indefinite: the others' part is as far from singular.
+        // Negative: the others' part is as far from singular.
         let triplets = random(size, edges, parts, -12.0, k as u64);
         holds(&triplets, None, &[size - 1], 1e-13);
     }
@@ -122,7 +122,7 @@ fn a_root_that_nothing_holds_is_there_although_the_whole_is_singular() {
     assert_eq!(ldl.reduce(&[0.0, 1.0, 0.0]).on_root(), [0.5, 0.5]);
 }
 
-/// Nearly incompressible, stiff cells beside soft ones: a condition of 1e7 and more.
+/// Nearly incompressible, stiff cells beside soft ones: conditions of 10, 1e4 and 1e5 and more.
 #[test]
 fn a_factor_in_single_precision_is_refined_to_rounding() {
     for (ratio, soft, least) in [(0.3, 1.0, 1e1), (0.4999, 1.0, 1e4), (0.49, 1e-4, 1e5)] {
