@@ -7,12 +7,14 @@
 //! * [`element`], [`law`], [`lanes`]: the energy of an element with two derivatives;
 //! * [`solid`], [`tube`]: deformable bodies, and the rigid tube;
 //! * [`term`]: springs, and contact with the tube;
-//! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance.
+//! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance;
+//! * [`frames`]: states from frame to frame as the tube moves.
 
 pub mod bodies;
 pub mod cells;
 pub mod element;
 pub mod equilibrium;
+pub mod frames;
 pub mod lanes;
 pub mod law;
 pub mod solid;

@@ -12,6 +12,7 @@
 //! (large ones by `nalgebra`'s product), `numbers` a front's elimination and `parallel` that of all by threads (`share`), `ldl` the
 //! whole, `solution` what is solved with it, by `substitution` in the factor or in one `packed` for it (`store`).
 
+mod dense;
 mod front;
 mod graph;
 mod ldl;
@@ -29,6 +30,7 @@ mod tests;
 mod tree;
 mod triplets;
 
+pub(crate) use dense::Dense;
 pub use ldl::{Inertia, Ldl, NoPivot};
 pub use order::{Dissection, NoOrder};
 pub use solution::Reduced;

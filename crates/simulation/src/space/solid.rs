@@ -61,6 +61,12 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// A point of the surface in the reference configuration: its place, the unit normal out there, and the area it stands for.
     fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64);
 
+    /// The nodes that move a point of the surface, with weights: it is at its reference place plus the sum of weights times
+    /// displacements, unknowns `3 n` to `3 n + 2` of node `n`. `None` where parameters are something else.
+    fn nodes(&self, _point: usize) -> Option<&[(u32, f64)]> {
+        None
+    }
+
     /// Where a point of the surface is.
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64>;
 

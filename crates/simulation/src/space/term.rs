@@ -37,6 +37,11 @@ pub trait Term: std::fmt::Debug + Send + Sync {
     /// The largest force at `a` on a point.
     fn reaction(&self, bodies: &Bodies, a: &[f64]) -> f64;
 
+    /// True where [`Self::update`] may change its forces.
+    fn changes(&self) -> bool {
+        true
+    }
+
     /// Takes the forces at `a` as those to go on from; how much that changed them.
     fn update(&mut self, _bodies: &Bodies, _a: &[f64]) -> Change {
         Change::default()

@@ -133,6 +133,31 @@ impl Tube {
         each.fold(f64::INFINITY, f64::min)
     }
 
+    /// What no point of the tube goes farther than, mm, where the tube goes to another pose as [`Self::toward`] has it. Above zero unless the
+    /// poses are one.
+    #[must_use]
+    pub fn way_to(&self, pose: &Isometry3<f64>) -> f64 {
+        let angle = self.pose.rotation.angle_to(&pose.rotation);
+        let along = (pose.translation.vector - self.pose.translation.vector).norm();
+        let ends = self.cones.iter().flat_map(|cone| [cone.first, cone.last]);
+        let ways = ends.map(|end| {
+            let (axis, arm) = (Point3::from(end.centre), end.centre.norm());
+            let chord = (pose * axis - self.pose * axis).norm();
+            // Velocities on the way differ from their mean, the chord, by half the angle times the arm at most, times the angle.
+            (along + angle * arm).min(chord + 0.5 * angle * angle * arm) + angle * end.radius
+        });
+        ways.fold(0.0, f64::max)
+    }
+
+    /// The same tube a part of the way to another pose: the origin along a line, turned about one axis.
+    #[must_use]
+    pub fn toward(&self, pose: &Isometry3<f64>, part: f64) -> Self {
+        let turn = self.pose.rotation.rotation_to(&pose.rotation).powf(part);
+        let origin = self.pose.translation.vector.lerp(&pose.translation.vector, part);
+        let pose = Isometry3::from_parts(origin.into(), turn * self.pose.rotation);
+        Self { pose, ..self.clone() }
+    }
+
     /// The pose: takes the tube's frame to the world's.
     #[must_use]
     pub fn pose(&self) -> &Isometry3<f64> {

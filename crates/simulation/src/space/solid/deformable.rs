@@ -172,6 +172,10 @@ impl Solid for Deformable {
         (point.at, point.normal, point.area)
     }
 
+    fn nodes(&self, point: usize) -> Option<&[(u32, f64)]> {
+        self.rows.get(point).map(Vec::as_slice)
+    }
+
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64> {
         let mut at = self.mesh.surface[point].at;
         for (node, weight) in &self.rows[point] {

@@ -114,6 +114,10 @@ impl Term for Springs {
         Some(())
     }
 
+    fn changes(&self) -> bool {
+        false
+    }
+
     fn reaction(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let mut largest = 0.0_f64;
         self.visit(bodies, a, |_, _, force, _| largest = largest.max(force.norm()));

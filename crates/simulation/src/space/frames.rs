@@ -1,0 +1,239 @@
+//! States of tissue from frame to frame, as a tube moves: a few steps each, with factors that are a little old.
+//!
+//! [`crate::space::equilibrium::settle`] finds one state with new factors at every step, and stands for the truth here. From one frame
+//! to the next little changes but the contact, so:
+//!
+//! 1. Unknowns of the surface that the tube may press ([`Frames::new`]'s `wanted`) are eliminated last. What the elimination
+//!    of all others leaves on them is their stiffness against contact; contact is exact in that small dense problem (`reduced`).
+//! 2. The factor is of elasticity alone, at an earlier state: contacts come and go without another. The next one is made by a second
+//!    thread and taken up a fixed number of frames after it was asked for (`factors`): by way and rate, never by a clock.
+//! 3. Steps are mixed (`mix`), and made no longer than the energy falls.
+//!
+//! The same poses give the same bits, whatever the machine's load.
+
+mod contact;
+mod factors;
+mod mix;
+mod reduced;
+mod report;
+mod search;
+mod settings;
+mod touch;
+mod watch;
+
+pub use report::{Frame, Refused, State};
+pub use settings::{NoFrames, Settings};
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::system::System;
+use super::tube::Tube;
+use crate::control::Potential;
+use crate::sparse::Dissection;
+use contact::Contact;
+use factors::Factors;
+use mix::Mix;
+use search::Found;
+use touch::Touches;
+use watch::Others;
+
+/// Ways between poses are made in parts of this part of the tube's least radius: points may be half a radius deep, not more.
+const PART_OF_RADIUS: f64 = 0.4;
+/// Steps in a part of a way that does not end there: it only has to lead on.
+const STEPS_ON_THE_WAY: usize = 4;
+/// A residual that falls by less than this a step asks for new factors.
+const SLOW_RATE: f64 = 0.25;
+
+/// A system, its state, and the tube in it.
+#[derive(Debug)]
+pub struct Frames {
+    system: Arc<System>,
+    settings: Settings,
+    tube: Tube,
+    contact: Contact,
+    others: Others,
+    factors: Factors,
+    mix: Mix,
+    a: Vec<f64>,
+    at: Evaluated,
+    least_force: f64,
+    /// The forces of contact of the last step, as a length.
+    scale: f64,
+    frame: u64,
+    /// How far the tube has gone since the state of the factor in use, and of the one asked for, mm.
+    ways: [f64; 2],
+    slow: bool,
+}
+
+/// Energy without contact, and the forces that it leaves on free unknowns: downhill.
+#[derive(Debug, Clone)]
+struct Evaluated {
+    energy: f64,
+    forces: Vec<f64>,
+}
+
+impl Frames {
+    /// Frames of a system without tubes of its own, from its state `a` on, for a tube that presses points of the surface of solid `body` for
+    /// which `wanted(reference place, normal)` holds. Wherever else it comes to lie in a surface the frame is refused, so
+    /// name all that it may reach; every node there costs time.
+    ///
+    /// # Errors
+    /// [`NoFrames`].
+    pub fn new(
+        system: System,
+        a: Vec<f64>,
+        body: usize,
+        tube: Tube,
+        settings: Settings,
+        wanted: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
+    ) -> Result<Self, NoFrames> {
+        settings.check()?;
+        if !system.tubes.is_empty() {
+            return Err(NoFrames::Tubes { found: system.tubes.len() });
+        }
+        if let Some(term) = system.others.iter().position(|term| term.changes()) {
+            return Err(NoFrames::Changing { term });
+        }
+        let others = Others::new(&system, body, &wanted);
+        let touches = Touches::new(&system, body, wanted)?;
+        let order = Dissection::by_places(&system.places(), &touches.unknowns())?;
+        let at = Evaluated::of(&system, &a).ok_or(NoFrames::NoEnergy)?;
+        let system = Arc::new(system);
+        let factors = Factors::new(&system, order, settings.precision, &a).ok_or(NoFrames::NoFactor)?;
+        let thousandth = 1e-3 * system.extent();
+        let least_force = settings.least_force.unwrap_or(system.bodies.stiffness_scale() * thousandth * thousandth);
+        Ok(Self {
+            contact: Contact::new(touches),
+            mix: Mix::default(),
+            system,
+            settings,
+            tube,
+            others,
+            factors,
+            a,
+            at,
+            least_force,
+            scale: least_force,
+            frame: 0,
+            ways: [0.0; 2],
+            slow: false,
+        })
+    }
+
+    /// The system.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// The state of the last frame.
+    pub fn state(&self) -> &[f64] {
+        &self.a
+    }
+
+    /// The tube where the state has it.
+    pub fn tube(&self) -> &Tube {
+        &self.tube
+    }
+
+    /// Unknowns that are eliminated last.
+    pub fn root_size(&self) -> usize {
+        3 * self.contact.touches.nodes()
+    }
+
+    /// Moves the tube to a pose, and the tissue with it.
+    pub fn frame(&mut self, pose: &Isometry3<f64>) -> Frame {
+        self.frame += 1;
+        let Ok(target) = self.tube.at(*pose) else {
+            return self.report(State::Refused(Refused::Pose), &Found::default());
+        };
+        let way = self.tube.way_to(pose);
+        let longest = PART_OF_RADIUS * self.tube.least_radius();
+        let parts = ((way / longest).ceil() as usize).max(1);
+        if self.factors.take_up(self.frame) {
+            self.ways[0] = self.ways[1];
+        }
+        let mut found = Found::default();
+        for part in 0..parts.min(self.settings.most_parts) {
+            let left = parts - part;
+            let next = match left {
+                1 => target.clone(),
+                _ => self.tube.toward(pose, 1.0 / left as f64),
+            };
+            let most = if left == 1 { self.settings.most_steps } else { STEPS_ON_THE_WAY };
+            let moved = self.tube.way_to(next.pose());
+            self.ways.iter_mut().for_each(|way| *way += moved);
+            self.refresh(parts > 1);
+            match self.search(&next, most) {
+                Ok(more) => found = found.and(&more),
+                Err(refused) => return self.report(State::Refused(refused), &found),
+            }
+        }
+        let state = self.judge(pose, &found);
+        self.report(state, &found)
+    }
+
+    /// New factors where the old ones are too old: at once on a long way, else by the other thread.
+    fn refresh(&mut self, at_once: bool) {
+        let old = self.ways[0] > self.settings.refresh;
+        if (at_once || self.settings.delay == 0) && old {
+            self.renew();
+        } else if (old || self.slow) && !self.factors.is_waiting() {
+            self.factors.ask(&self.system, &self.a, self.frame + self.settings.delay.max(1) as u64);
+            self.ways[1] = 0.0;
+        }
+    }
+
+    /// Factors of the state as it is, at once; false where there are none.
+    fn renew(&mut self) -> bool {
+        // What the other thread makes is older than what is made now, but its memory is needed.
+        self.factors.take_up(u64::MAX);
+        let made = self.factors.make_now(&self.system, &self.a);
+        if made {
+            self.ways = [0.0; 2];
+        }
+        made
+    }
+
+    fn judge(&mut self, pose: &Isometry3<f64>, found: &Found) -> State {
+        self.slow = found.rate > SLOW_RATE && found.steps > 1;
+        let left = self.tube.way_to(pose);
+        if left > 0.0 {
+            return State::CatchingUp { left };
+        }
+        let settled = found.residual <= self.settings.tolerance && found.depth <= self.settings.depth;
+        if settled { State::Settled } else { State::Approximate }
+    }
+
+    fn report(&self, state: State, found: &Found) -> Frame {
+        let force = self.force();
+        Frame {
+            state,
+            residual: found.residual,
+            unsettled: found.unsettled(),
+            force,
+            energy: self.at.energy,
+            least_determinant: self.system.least_determinant(&self.a),
+            steps: found.steps,
+            factor: self.factors.number,
+            contact_steps: found.contact_steps,
+        }
+    }
+}
+
+/// The length of a vector.
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+impl Evaluated {
+    fn of(system: &System, a: &[f64]) -> Option<Self> {
+        let mut forces = vec![0.0; a.len()];
+        let energy = system.gradient(a, &mut forces).filter(|e| e.is_finite())?;
+        for (force, fixed) in forces.iter_mut().zip(&system.fixed) {
+            *force = if *fixed { 0.0 } else { -*force };
+        }
+        Some(Self { energy, forces })
+    }
+}

@@ -1,0 +1,149 @@
+//! Contact on the root: the few nodes at the tube, out of all that it may reach.
+
+use nalgebra::DMatrix;
+
+use super::reduced::{Model, Reduced, Wanted};
+use super::touch::Touches;
+use crate::space::tube::Tube;
+use crate::sparse::Dense;
+
+/// Points nearer than this part of the tube's least radius must take part; all up to the second one are taken when some new one comes near.
+const NEAR_PART: f64 = 0.15;
+const REACH_PART: f64 = 0.5;
+/// How often points that turn out to be deep are taken in anew.
+const MOST_TRIES: usize = 4;
+
+/// All points that the tube may reach, and those that are at it.
+#[derive(Debug, Clone)]
+pub(super) struct Contact {
+    pub(super) touches: Touches,
+    /// Stress at each point.
+    pub(super) pressures: Vec<f64>,
+    local: Reduced,
+    /// Of the local ones: their points among all.
+    points: Vec<usize>,
+    /// Nodes of the root in the order of their elimination; those at the tube last.
+    order: Vec<usize>,
+    /// The elimination of the nodes that are not at the tube, for this factor of the whole.
+    others: Dense,
+    factor: u64,
+    rest: DMatrix<f64>,
+}
+
+impl Contact {
+    pub(super) fn new(touches: Touches) -> Self {
+        Self {
+            pressures: vec![0.0; touches.len()],
+            touches,
+            local: Reduced::default(),
+            points: Vec::new(),
+            order: Vec::new(),
+            others: Dense::default(),
+            factor: 0,
+            rest: DMatrix::zeros(0, 0),
+        }
+    }
+
+    /// Steps made in all.
+    pub(super) fn steps(&self) -> usize {
+        self.local.steps
+    }
+
+    /// The deepest point in a tube, mm; 0 where none is.
+    pub(super) fn depth(&self, v: &[f64], tube: &Tube) -> f64 {
+        let depth = |point| -self.touches.distance(point, v, tube).value;
+        (0..self.touches.len()).map(depth).fold(0.0, f64::max)
+    }
+
+    /// The energy of the pressures with the root's unknowns at `v`, and their forces added to `forces` (downhill).
+    pub(super) fn energy(&self, v: &[f64], tube: &Tube, forces: &mut [f64]) -> f64 {
+        let nodes = self.nodes();
+        let own: Vec<f64> = nodes.iter().flat_map(|n| &v[3 * n..3 * n + 3]).copied().collect();
+        let mut pushed = vec![0.0; own.len()];
+        let energy = self.local.energy(&own, tube, Some(&mut pushed));
+        for (n, pushed) in nodes.iter().zip(pushed.chunks_exact(3)) {
+            forces[3 * n..3 * n + 3].iter_mut().zip(pushed).for_each(|(f, p)| *f += p);
+        }
+        energy
+    }
+
+    /// The nodes at the tube.
+    fn nodes(&self) -> &[usize] {
+        &self.order[self.order.len() - self.local.touches.nodes()..]
+    }
+
+    /// The step of the root that balances the forces of factor number `factor` without depth. `None` where none was found.
+    pub(super) fn solve(
+        &mut self,
+        model: &Model<'_>,
+        factor: u64,
+        v: &[f64],
+        tube: &Tube,
+        wanted: &Wanted,
+    ) -> Option<Vec<f64>> {
+        let (mut around, mut part) = (v.to_vec(), REACH_PART);
+        for _ in 0..MOST_TRIES {
+            self.gather(model, factor, &around, tube, part)?;
+            let mut x: Vec<f64> = self.order.iter().flat_map(|n| &model.forces[3 * n..3 * n + 3]).copied().collect();
+            self.others.forward(&mut x);
+            let first = x.len() - 3 * self.local.touches.nodes();
+            let own: Vec<f64> = self.nodes().iter().flat_map(|n| &v[3 * n..3 * n + 3]).copied().collect();
+            let local = Model {
+                stiffness: &self.rest,
+                forces: &x[first..],
+            };
+            let y = match own.is_empty() {
+                true => Vec::new(),
+                false => self.local.solve(&local, &own, tube, wanted)?,
+            };
+            x[first..].copy_from_slice(&y);
+            self.others.back(&mut x);
+            let mut step = vec![0.0; x.len()];
+            for (n, x) in self.order.iter().zip(x.chunks_exact(3)) {
+                step[3 * n..3 * n + 3].copy_from_slice(x);
+            }
+            for (point, pressure) in self.points.iter().zip(&self.local.pressures) {
+                self.pressures[*point] = *pressure;
+            }
+            around = v.iter().zip(&step).map(|(v, y)| v + y).collect();
+            if self.depth(&around, tube) <= wanted.depth {
+                return Some(step);
+            }
+            part *= 2.0;
+        }
+        None
+    }
+
+    /// Takes in the points at the tube where one that is near, or that presses, is not among them yet.
+    fn gather(&mut self, model: &Model<'_>, factor: u64, v: &[f64], tube: &Tube, part: f64) -> Option<()> {
+        let radius = tube.least_radius();
+        let distances: Vec<f64> = (0..self.touches.len())
+            .map(|point| self.touches.distance(point, v, tube).value)
+            .collect();
+        let mut known = vec![false; distances.len()];
+        self.points.iter().for_each(|point| known[*point] = true);
+        let missing = |k: usize| !known[k] && (distances[k] < NEAR_PART * radius || self.pressures[k] > 0.0);
+        let renewed = self.factor == 0 || (0..distances.len()).any(missing);
+        if renewed {
+            let wanted = |k: &usize| distances[*k] < part * radius || self.pressures[*k] > 0.0;
+            self.points = (0..distances.len()).filter(wanted).collect();
+            let (touches, nodes) = self.touches.only(&self.points);
+            self.local.touches = touches;
+            let mut at_tube = vec![false; self.touches.nodes()];
+            nodes.iter().for_each(|n| at_tube[*n] = true);
+            self.order = (0..at_tube.len()).filter(|n| !at_tube[*n]).chain(nodes).collect();
+        }
+        self.local.pressures = self.points.iter().map(|k| self.pressures[*k]).collect();
+        if renewed || self.factor != factor {
+            let unknowns: Vec<usize> = self.order.iter().flat_map(|n| 3 * n..3 * n + 3).collect();
+            let size = unknowns.len();
+            let ordered = DMatrix::from_fn(size, size, |i, j| model.stiffness[(unknowns[i], unknowns[j])]);
+            self.factor = factor;
+            if !self.others.eliminate(&ordered, size - 3 * self.local.touches.nodes()) {
+                return None;
+            }
+            self.others.rest(&mut self.rest);
+        }
+        Some(())
+    }
+}

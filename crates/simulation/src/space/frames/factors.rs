@@ -1,0 +1,154 @@
+//! The factor of the second derivatives without contact, a little old, and the thread that makes the next one.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+
+use crate::control::Potential;
+use crate::space::system::System;
+use crate::sparse::{Dissection, Ldl, Precision, Triplets};
+
+/// A factor and the memory that it takes to make one.
+#[derive(Debug)]
+pub(super) struct Factor {
+    pub(super) ldl: Ldl,
+    matrix: Triplets,
+    /// False where the second derivatives are not positive definite, nor is a convex matrix near them.
+    whole: bool,
+}
+
+impl Factor {
+    fn new(order: Dissection, precision: Precision) -> Self {
+        let mut ldl = Ldl::ordered_by(order);
+        ldl.set_precision(precision);
+        Self {
+            ldl,
+            matrix: Triplets::default(),
+            whole: false,
+        }
+    }
+
+    /// Factors the second derivatives at `a`: the true ones, or where they are not positive definite a convex matrix near them.
+    fn make(&mut self, system: &System, a: &[f64]) {
+        self.whole = [false, true].into_iter().any(|convex| {
+            system.hessian(a, convex, &mut self.matrix).is_some_and(|()| {
+                let scale = self.matrix.diagonal().into_iter().fold(f64::MIN_POSITIVE, f64::max);
+                self.matrix.fix(system.fixed(), scale);
+                self.ldl.take(&self.matrix);
+                self.ldl.definite(0.0) == Ok(true)
+            })
+        });
+    }
+}
+
+/// A thread that makes factors one after the other.
+#[derive(Debug)]
+struct Worker {
+    jobs: Option<Sender<(Factor, Vec<f64>)>>,
+    done: Receiver<Factor>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    fn new(system: Arc<System>) -> Self {
+        let (jobs, inbox) = channel::<(Factor, Vec<f64>)>();
+        let (outbox, done) = channel();
+        let work = move || {
+            for (mut factor, a) in inbox {
+                factor.make(&system, &a);
+                if outbox.send(factor).is_err() {
+                    break;
+                }
+            }
+        };
+        Self {
+            jobs: Some(jobs),
+            done,
+            thread: Some(std::thread::spawn(work)),
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // Without a sender the thread's loop ends.
+        self.jobs = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic there has been told; there is nobody left to tell.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The factor in use, and the next.
+#[derive(Debug)]
+pub(super) struct Factors {
+    pub(super) now: Factor,
+    /// Which one that is, from 1.
+    pub(super) number: u64,
+    spare: Option<Factor>,
+    worker: Option<Worker>,
+    /// The frame in which the next one is taken up.
+    due: Option<u64>,
+}
+
+impl Factors {
+    /// The first factor; none where it cannot be made.
+    pub(super) fn new(system: &Arc<System>, order: Dissection, precision: Precision, a: &[f64]) -> Option<Self> {
+        let mut now = Factor::new(order.clone(), precision);
+        now.make(system, a);
+        now.whole.then(|| Self {
+            now,
+            number: 1,
+            spare: Some(Factor::new(order, precision)),
+            worker: None,
+            due: None,
+        })
+    }
+
+    /// True while a next one is being made.
+    pub(super) fn is_waiting(&self) -> bool {
+        self.due.is_some()
+    }
+
+    /// Asks for the factor at `a`, to be taken up in frame `due` by [`Self::take_up`].
+    pub(super) fn ask(&mut self, system: &Arc<System>, a: &[f64], due: u64) {
+        let Some(factor) = self.spare.take() else {
+            return;
+        };
+        let worker = self.worker.get_or_insert_with(|| Worker::new(Arc::clone(system)));
+        let sent = worker.jobs.as_ref().map(|jobs| jobs.send((factor, a.to_vec())));
+        if matches!(sent, Some(Ok(()))) {
+            self.due = Some(due);
+        }
+    }
+
+    /// In the frame that it is due in, waits for the next factor if need be and takes it up; true where that is so.
+    pub(super) fn take_up(&mut self, frame: u64) -> bool {
+        if self.due.is_none_or(|due| due > frame) {
+            return false;
+        }
+        self.due = None;
+        let Some(next) = self.worker.as_ref().and_then(|worker| worker.done.recv().ok()) else {
+            return false;
+        };
+        self.adopt(next)
+    }
+
+    /// Makes the factor at `a` at once; true where it is whole.
+    pub(super) fn make_now(&mut self, system: &System, a: &[f64]) -> bool {
+        let Some(mut next) = self.spare.take() else {
+            return false;
+        };
+        next.make(system, a);
+        self.adopt(next)
+    }
+
+    /// One that is not whole is left aside: the old one still serves.
+    fn adopt(&mut self, next: Factor) -> bool {
+        let whole = next.whole;
+        self.spare = Some(if whole { std::mem::replace(&mut self.now, next) } else { next });
+        self.number += u64::from(whole);
+        whole
+    }
+}

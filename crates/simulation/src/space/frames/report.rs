@@ -1,0 +1,70 @@
+//! What a frame says of itself.
+
+use crate::space::term::TubeForce;
+
+/// How far a frame came.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum State {
+    /// Forces balance within the tolerance and no point is deeper than allowed, at the pose asked for.
+    Settled,
+    /// At the pose asked for, but forces do not balance, or points are too deep, within the steps of a frame.
+    Approximate,
+    /// The tube is still on its way to the pose asked for: the state is that of where it is.
+    CatchingUp {
+        /// The way that is left at the point of the tube that has the longest, mm.
+        left: f64,
+    },
+    /// No state was found for this pose; what is there is that of the last one.
+    Refused(Refused),
+}
+
+/// Why a frame was refused.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Refused {
+    /// A pose that is not finite.
+    #[error("the pose of the tube is not finite")]
+    Pose,
+    /// No step lowers the energy.
+    #[error("no step lowers the energy: the tissue cannot follow the tube")]
+    NoStep,
+    /// A problem of contact without an answer.
+    #[error("the forces of contact do not settle")]
+    NoContact,
+    /// The tube is in tissue where no contact was prepared.
+    #[error("the tube is {depth:.3} mm deep in the surface where no contact was prepared for it")]
+    OutOfReach {
+        /// The deepest point, mm.
+        depth: f64,
+    },
+    /// Points of the surface are so far apart that the tube may lie between them.
+    #[error("points of the surface at the tube are {gap:.3} mm from the middle between them; the tube may lie unseen there, more than {most:.3} mm are too many")]
+    TooCoarse {
+        /// The widest gap, mm.
+        gap: f64,
+        /// The most, half the tube's radius.
+        most: f64,
+    },
+}
+
+/// A state of the tissue for a pose of the tube, with what certifies it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// How far it came.
+    pub state: State,
+    /// Free forces over the forces of contact.
+    pub residual: f64,
+    /// What the next step would move at most, by the last one and the rate at which residuals fell, mm: the algebraic part of the error.
+    pub unsettled: f64,
+    /// What the tissue does to the tube.
+    pub force: TubeForce,
+    /// Energy of solids, weights, loads and springs.
+    pub energy: f64,
+    /// The least determinant of the deformation gradient at the points of the elements.
+    pub least_determinant: f64,
+    /// Steps made.
+    pub steps: usize,
+    /// Which second derivatives served, counted from 1: with the poses it fixes the bits.
+    pub factor: u64,
+    /// Steps since the start of the frame in which forces of contact were solved for.
+    pub contact_steps: usize,
+}
