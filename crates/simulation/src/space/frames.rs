@@ -46,18 +46,31 @@ const STEPS_ON_THE_WAY: usize = 4;
 /// A residual that falls by less than this a step asks for new factors.
 const SLOW_RATE: f64 = 0.25;
 
+/// A residual that is better not left: a frame that ends with it is tried again in halves.
+const FAR_OFF: f64 = 0.05;
+
+/// A state of tissue and tube.
+#[derive(Debug, Clone)]
+struct Now {
+    a: Vec<f64>,
+    at: Evaluated,
+    /// Of the points that the tube may reach.
+    pressures: Vec<f64>,
+    tube: Tube,
+}
+
 /// A system, its state, and the tube in it.
 #[derive(Debug)]
 pub struct Frames {
     system: Arc<System>,
     settings: Settings,
-    tube: Tube,
+    now: Now,
+    /// The state of the frame before, where the last one was settled.
+    last: Option<Now>,
     contact: Contact,
     others: Others,
     factors: Factors,
     mix: Mix,
-    a: Vec<f64>,
-    at: Evaluated,
     least_force: f64,
     /// The forces of contact of the last step, as a length.
     scale: f64,
@@ -105,15 +118,19 @@ impl Frames {
         let thousandth = 1e-3 * system.extent();
         let least_force = settings.least_force.unwrap_or(system.bodies.stiffness_scale() * thousandth * thousandth);
         Ok(Self {
+            now: Now {
+                a,
+                at,
+                pressures: vec![0.0; touches.len()],
+                tube,
+            },
+            last: None,
             contact: Contact::new(touches),
             mix: Mix::default(),
             system,
             settings,
-            tube,
             others,
             factors,
-            a,
-            at,
             least_force,
             scale: least_force,
             frame: 0,
@@ -129,12 +146,12 @@ impl Frames {
 
     /// The state of the last frame.
     pub fn state(&self) -> &[f64] {
-        &self.a
+        &self.now.a
     }
 
     /// The tube where the state has it.
     pub fn tube(&self) -> &Tube {
-        &self.tube
+        &self.now.tube
     }
 
     /// Unknowns that are eliminated last.
@@ -145,33 +162,86 @@ impl Frames {
     /// Moves the tube to a pose, and the tissue with it.
     pub fn frame(&mut self, pose: &Isometry3<f64>) -> Frame {
         self.frame += 1;
-        let Ok(target) = self.tube.at(*pose) else {
+        if self.now.tube.at(*pose).is_err() {
             return self.report(State::Refused(Refused::Pose), &Found::default());
-        };
-        let way = self.tube.way_to(pose);
-        let longest = PART_OF_RADIUS * self.tube.least_radius();
-        let parts = ((way / longest).ceil() as usize).max(1);
+        }
         if self.factors.take_up(self.frame) {
             self.ways[0] = self.ways[1];
         }
+        let longest = PART_OF_RADIUS * self.now.tube.least_radius();
+        let parts = ((self.now.tube.way_to(pose) / longest).ceil() as usize).max(1);
+        let start = self.now.clone();
+        let mut found = self.walk(pose, parts, parts > 1);
+        // What does not go at once may go in halves, each with factors of its own.
+        if parts == 1 && !found.as_ref().is_ok_and(|found| found.residual <= FAR_OFF) {
+            let [before, halves] = [self.now.clone(), start.clone()];
+            self.now = halves;
+            let again = self.walk(pose, 2, true);
+            if found.is_ok() && again.is_err() {
+                self.now = before;
+            } else {
+                found = again;
+            }
+        }
+        match found {
+            Ok(found) => {
+                let state = self.judge(pose, &found);
+                self.last = (state == State::Settled).then_some(start);
+                self.report(state, &found)
+            }
+            Err(refused) => {
+                (self.now, self.last) = (start, None);
+                self.report(State::Refused(refused), &Found::default())
+            }
+        }
+    }
+
+    /// Goes to a pose in so many parts, of which so many are made as a frame may have; where `at_once`, with new factors in each.
+    fn walk(&mut self, pose: &Isometry3<f64>, parts: usize, at_once: bool) -> Result<Found, Refused> {
         let mut found = Found::default();
         for part in 0..parts.min(self.settings.most_parts) {
             let left = parts - part;
+            // A part of one is the pose itself, to the bit.
             let next = match left {
-                1 => target.clone(),
-                _ => self.tube.toward(pose, 1.0 / left as f64),
+                1 => self.now.tube.at(*pose).map_err(|_| Refused::Pose)?,
+                _ => self.now.tube.toward(pose, 1.0 / left as f64),
             };
             let most = if left == 1 { self.settings.most_steps } else { STEPS_ON_THE_WAY };
-            let moved = self.tube.way_to(next.pose());
+            let moved = self.now.tube.way_to(next.pose());
             self.ways.iter_mut().for_each(|way| *way += moved);
-            self.refresh(parts > 1);
-            match self.search(&next, most) {
-                Ok(more) => found = found.and(&more),
-                Err(refused) => return self.report(State::Refused(refused), &found),
+            self.refresh(at_once);
+            if parts == 1 {
+                self.foresee(&next);
             }
+            found = found.and(&self.search(&next, most)?);
         }
-        let state = self.judge(pose, &found);
-        self.report(state, &found)
+        Ok(found)
+    }
+
+    /// Goes on as the last frame did, where that lowers energy and depths at the tube's new place: what is left is of second order then.
+    fn foresee(&mut self, next: &Tube) {
+        let Some(last) = &self.last else {
+            return;
+        };
+        let way = |from: &Tube, to: &Tube| to.pose().translation.vector - from.pose().translation.vector;
+        let (old, new) = (way(&last.tube, &self.now.tube), way(&self.now.tube, next));
+        // Back and forth along one line are foreseen, up to twice as fast.
+        let part = new.dot(&old) / old.norm_squared();
+        if !(part.abs() <= 2.0 && (new - old * part).norm() <= 0.5 * new.norm()) {
+            return;
+        }
+        let a: Vec<f64> = self.now.a.iter().zip(&last.a).map(|(a, b)| a + part * (a - b)).collect();
+        let Some(at) = Evaluated::of(&self.system, &a) else {
+            return;
+        };
+        let cost = |a: &[f64]| {
+            let mut v = Vec::new();
+            self.contact.touches.take(a, &mut v);
+            self.contact.cost(&self.now.pressures, &v, next)
+        };
+        if at.energy + cost(&a) < self.now.at.energy + cost(&self.now.a) {
+            (self.now.a, self.now.at) = (a, at);
+        }
     }
 
     /// New factors where the old ones are too old: at once on a long way, else by the other thread.
@@ -180,7 +250,7 @@ impl Frames {
         if (at_once || self.settings.delay == 0) && old {
             self.renew();
         } else if (old || self.slow) && !self.factors.is_waiting() {
-            self.factors.ask(&self.system, &self.a, self.frame + self.settings.delay.max(1) as u64);
+            self.factors.ask(&self.system, &self.now.a, self.frame + self.settings.delay.max(1) as u64);
             self.ways[1] = 0.0;
         }
     }
@@ -189,7 +259,7 @@ impl Frames {
     fn renew(&mut self) -> bool {
         // What the other thread makes is older than what is made now, but its memory is needed.
         self.factors.take_up(u64::MAX);
-        let made = self.factors.make_now(&self.system, &self.a);
+        let made = self.factors.make_now(&self.system, &self.now.a);
         if made {
             self.ways = [0.0; 2];
         }
@@ -198,7 +268,7 @@ impl Frames {
 
     fn judge(&mut self, pose: &Isometry3<f64>, found: &Found) -> State {
         self.slow = found.rate > SLOW_RATE && found.steps > 1;
-        let left = self.tube.way_to(pose);
+        let left = self.now.tube.way_to(pose);
         if left > 0.0 {
             return State::CatchingUp { left };
         }
@@ -213,8 +283,8 @@ impl Frames {
             residual: found.residual,
             unsettled: found.unsettled(),
             force,
-            energy: self.at.energy,
-            least_determinant: self.system.least_determinant(&self.a),
+            energy: self.now.at.energy,
+            least_determinant: self.system.least_determinant(&self.now.a),
             steps: found.steps,
             factor: self.factors.number,
             contact_steps: found.contact_steps,

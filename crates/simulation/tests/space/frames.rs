@@ -92,7 +92,7 @@ fn explore() {
         let frame: Frame = f.frame(&pose(depth, 0.0, 0.0));
         let ms = 1e3 * (cpu() - start);
         times.push(ms);
-        if frame.state != State::Settled || k % 10 == 0 {
+        if frame.state != State::Settled || k % 10 == 0 || std::env::var("ALL").is_ok() {
             println!(
                 "{k} {depth:.2} {ms:.1} ms {:?} r {:.1e} unsettled {:.1e} F {:.4} det {:.2} steps {} contact {} factor {} depth {:.1e}",
                 frame.state, frame.residual, frame.unsettled, frame.force.force.z, frame.least_determinant, frame.steps, frame.contact_steps, frame.factor, frame.force.depth

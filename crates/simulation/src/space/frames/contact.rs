@@ -17,8 +17,6 @@ const MOST_TRIES: usize = 4;
 #[derive(Debug, Clone)]
 pub(super) struct Contact {
     pub(super) touches: Touches,
-    /// Stress at each point.
-    pub(super) pressures: Vec<f64>,
     local: Reduced,
     /// Of the local ones: their points among all.
     points: Vec<usize>,
@@ -33,7 +31,6 @@ pub(super) struct Contact {
 impl Contact {
     pub(super) fn new(touches: Touches) -> Self {
         Self {
-            pressures: vec![0.0; touches.len()],
             touches,
             local: Reduced::default(),
             points: Vec::new(),
@@ -49,22 +46,40 @@ impl Contact {
         self.local.steps
     }
 
-    /// The deepest point in a tube, mm; 0 where none is.
-    pub(super) fn depth(&self, v: &[f64], tube: &Tube) -> f64 {
-        let depth = |point| -self.touches.distance(point, v, tube).value;
-        (0..self.touches.len()).map(depth).fold(0.0, f64::max)
+    /// The farthest that a point is from where it may be, mm: in the tube, or off it while it presses.
+    pub(super) fn off(&self, pressures: &[f64], v: &[f64], tube: &Tube) -> f64 {
+        let off = |(point, pressure): (usize, &f64)| {
+            let distance = self.touches.distance(point, v, tube).value;
+            if *pressure > 0.0 { distance.abs() } else { -distance }
+        };
+        pressures.iter().enumerate().map(off).fold(0.0, f64::max)
     }
 
-    /// The energy of the pressures with the root's unknowns at `v`, and their forces added to `forces` (downhill).
-    pub(super) fn energy(&self, v: &[f64], tube: &Tube, forces: &mut [f64]) -> f64 {
-        let nodes = self.nodes();
-        let own: Vec<f64> = nodes.iter().flat_map(|n| &v[3 * n..3 * n + 3]).copied().collect();
-        let mut pushed = vec![0.0; own.len()];
-        let energy = self.local.energy(&own, tube, Some(&mut pushed));
-        for (n, pushed) in nodes.iter().zip(pushed.chunks_exact(3)) {
-            forces[3 * n..3 * n + 3].iter_mut().zip(pushed).for_each(|(f, p)| *f += p);
+    /// Adds the forces of pressures, with the root's unknowns at `v`.
+    pub(super) fn push(&self, pressures: &[f64], v: &[f64], tube: &Tube, forces: &mut [f64]) {
+        for (point, pressure) in pressures.iter().enumerate().filter(|(_, p)| **p > 0.0) {
+            let normal = self.touches.distance(point, v, tube).gradient;
+            self.touches.push(point, &(normal * (pressure * self.touches.area(point))), forces);
         }
-        energy
+    }
+
+    /// What depths cost in a comparison of states: twice the work of the pressures, or of their mean where a point has less (an
+    /// exact penalty, Nocedal and Wright 2006, 15.4).
+    pub(super) fn cost(&self, pressures: &[f64], v: &[f64], tube: &Tube) -> f64 {
+        let pressing = || self.points.iter().map(|k| (self.touches.area(*k), pressures[*k])).filter(|(_, p)| *p > 0.0);
+        let area: f64 = pressing().map(|(area, _)| area).sum();
+        let mean = pressing().map(|(area, p)| area * p).sum::<f64>() / area.max(f64::MIN_POSITIVE);
+        let cost = |k: &usize| {
+            let depth = (-self.touches.distance(*k, v, tube).value).max(0.0);
+            2.0 * pressures[*k].max(mean) * self.touches.area(*k) * depth
+        };
+        self.points.iter().map(cost).sum()
+    }
+
+    /// The deepest point in a tube, mm; 0 where none is.
+    fn depth(&self, v: &[f64], tube: &Tube) -> f64 {
+        let depth = |point| -self.touches.distance(point, v, tube).value;
+        (0..self.touches.len()).map(depth).fold(0.0, f64::max)
     }
 
     /// The nodes at the tube.
@@ -77,13 +92,14 @@ impl Contact {
         &mut self,
         model: &Model<'_>,
         factor: u64,
+        pressures: &mut [f64],
         v: &[f64],
         tube: &Tube,
         wanted: &Wanted,
     ) -> Option<Vec<f64>> {
         let (mut around, mut part) = (v.to_vec(), REACH_PART);
         for _ in 0..MOST_TRIES {
-            self.gather(model, factor, &around, tube, part)?;
+            self.gather(model, factor, pressures, &around, tube, part)?;
             let mut x: Vec<f64> = self.order.iter().flat_map(|n| &model.forces[3 * n..3 * n + 3]).copied().collect();
             self.others.forward(&mut x);
             let first = x.len() - 3 * self.local.touches.nodes();
@@ -103,7 +119,7 @@ impl Contact {
                 step[3 * n..3 * n + 3].copy_from_slice(x);
             }
             for (point, pressure) in self.points.iter().zip(&self.local.pressures) {
-                self.pressures[*point] = *pressure;
+                pressures[*point] = *pressure;
             }
             around = v.iter().zip(&step).map(|(v, y)| v + y).collect();
             if self.depth(&around, tube) <= wanted.depth {
@@ -115,17 +131,25 @@ impl Contact {
     }
 
     /// Takes in the points at the tube where one that is near, or that presses, is not among them yet.
-    fn gather(&mut self, model: &Model<'_>, factor: u64, v: &[f64], tube: &Tube, part: f64) -> Option<()> {
+    fn gather(
+        &mut self,
+        model: &Model<'_>,
+        factor: u64,
+        pressures: &[f64],
+        v: &[f64],
+        tube: &Tube,
+        part: f64,
+    ) -> Option<()> {
         let radius = tube.least_radius();
         let distances: Vec<f64> = (0..self.touches.len())
             .map(|point| self.touches.distance(point, v, tube).value)
             .collect();
         let mut known = vec![false; distances.len()];
         self.points.iter().for_each(|point| known[*point] = true);
-        let missing = |k: usize| !known[k] && (distances[k] < NEAR_PART * radius || self.pressures[k] > 0.0);
+        let missing = |k: usize| !known[k] && (distances[k] < NEAR_PART * radius || pressures[k] > 0.0);
         let renewed = self.factor == 0 || (0..distances.len()).any(missing);
         if renewed {
-            let wanted = |k: &usize| distances[*k] < part * radius || self.pressures[*k] > 0.0;
+            let wanted = |k: &usize| distances[*k] < part * radius || pressures[*k] > 0.0;
             self.points = (0..distances.len()).filter(wanted).collect();
             let (touches, nodes) = self.touches.only(&self.points);
             self.local.touches = touches;
@@ -133,7 +157,7 @@ impl Contact {
             nodes.iter().for_each(|n| at_tube[*n] = true);
             self.order = (0..at_tube.len()).filter(|n| !at_tube[*n]).chain(nodes).collect();
         }
-        self.local.pressures = self.points.iter().map(|k| self.pressures[*k]).collect();
+        self.local.pressures = self.points.iter().map(|k| pressures[*k]).collect();
         if renewed || self.factor != factor {
             let unknowns: Vec<usize> = self.order.iter().flat_map(|n| 3 * n..3 * n + 3).collect();
             let size = unknowns.len();

@@ -5,10 +5,18 @@ use nalgebra::{DMatrix, DVector};
 /// Steps that are mixed at most.
 const DEPTH: usize = 4;
 
-/// States and the steps made from them.
+/// A state, the step that a model makes from it, and the pressures there.
+#[derive(Debug, Clone)]
+struct Made {
+    a: Vec<f64>,
+    step: Vec<f64>,
+    pressures: Vec<f64>,
+}
+
+/// The last steps.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Mix {
-    last: Vec<(Vec<f64>, Vec<f64>)>,
+    last: Vec<Made>,
 }
 
 impl Mix {
@@ -17,34 +25,42 @@ impl Mix {
         self.last.clear();
     }
 
-    /// The step to make from `a`, where the model says `step`; `None` without others to mix it with.
-    pub(super) fn next(&mut self, a: &[f64], step: &[f64]) -> Option<Vec<f64>> {
-        let count = self.last.len();
-        let mixed = (count > 0).then(|| self.mixed(a, step)).flatten();
-        if count == DEPTH {
+    /// The step to make from `a`, with its pressures, where the model says `step` and `pressures`; `None` without others to mix it with.
+    pub(super) fn next(&mut self, a: &[f64], step: &[f64], pressures: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let mixed = if self.last.is_empty() { None } else { self.mixed(a, step, pressures) };
+        if self.last.len() == DEPTH {
             self.last.remove(0);
         }
-        self.last.push((a.to_vec(), step.to_vec()));
+        self.last.push(Made {
+            a: a.to_vec(),
+            step: step.to_vec(),
+            pressures: pressures.to_vec(),
+        });
         mixed
     }
 
-    /// `step - sum of g_j ((a - a_j) + (step - step_j))` with the `g` for which `step - sum of g_j (step - step_j)` is shortest.
-    fn mixed(&self, a: &[f64], step: &[f64]) -> Option<Vec<f64>> {
+    /// `step - sum of g_j ((a - a_j) + (step - step_j))` with the `g` for which `step - sum of g_j (step - step_j)` is shortest; pressures
+    /// likewise.
+    fn mixed(&self, a: &[f64], step: &[f64], pressures: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         let count = self.last.len();
-        let differences: Vec<Vec<f64>> = self.last.iter().map(|(_, old)| less(step, old)).collect();
+        let differences: Vec<Vec<f64>> = self.last.iter().map(|old| less(step, &old.step)).collect();
         let gram = DMatrix::from_fn(count, count, |i, j| dot(&differences[i], &differences[j]));
         let right = DVector::from_fn(count, |i, _| dot(&differences[i], step));
         // Steps that are nearly alike: what their difference does not tell counts as nothing.
         let held = 1e-12 * gram.trace() / count as f64;
         let factor = (gram + DMatrix::identity(count, count) * held).cholesky()?;
         let parts = factor.solve(&right);
-        let mut mixed = step.to_vec();
-        for ((old, _), (difference, part)) in self.last.iter().zip(differences.iter().zip(parts.iter())) {
-            for (((mixed, a), old), difference) in mixed.iter_mut().zip(a).zip(old).zip(difference) {
+        let (mut mixed, mut pressing) = (step.to_vec(), pressures.to_vec());
+        for ((old, difference), part) in self.last.iter().zip(&differences).zip(parts.iter()) {
+            for (((mixed, a), old), difference) in mixed.iter_mut().zip(a).zip(&old.a).zip(difference) {
                 *mixed -= part * (a - old + difference);
             }
+            for ((pressing, new), old) in pressing.iter_mut().zip(pressures).zip(&old.pressures) {
+                *pressing -= part * (new - old);
+            }
         }
-        Some(mixed)
+        pressing.iter_mut().for_each(|p| *p = p.max(0.0));
+        Some((mixed, pressing))
     }
 }
 

@@ -46,7 +46,7 @@ pub(super) struct Reduced {
     /// Stress at each point.
     pub(super) pressures: Vec<f64>,
     /// Stress by length.
-    pub(super) stiffness: f64,
+    stiffness: f64,
     dense: Dense,
     matrix: DMatrix<f64>,
     /// Steps made in all.
@@ -55,16 +55,14 @@ pub(super) struct Reduced {
 
 impl Reduced {
     /// The energy of the pressures at `v`, and their forces added to `forces` (on the unknowns, downhill).
-    pub(super) fn energy(&self, v: &[f64], tube: &Tube, mut forces: Option<&mut [f64]>) -> f64 {
+    fn energy(&self, v: &[f64], tube: &Tube, forces: &mut [f64]) -> f64 {
         let mut energy = 0.0;
         for (point, old) in self.pressures.iter().enumerate() {
             let distance = self.touches.distance(point, v, tube);
             let area = self.touches.area(point);
             let pressure = (old - self.stiffness * distance.value).max(0.0);
             energy += 0.5 * area / self.stiffness * (pressure * pressure - old * old);
-            if let Some(forces) = forces.as_deref_mut()
-                && pressure > 0.0
-            {
+            if pressure > 0.0 {
                 self.touches.push(point, &(distance.gradient * (area * pressure)), forces);
             }
         }
@@ -126,7 +124,7 @@ impl Reduced {
             energy += y[k] * (0.5 * held - model.forces[k]);
             forces[k] -= held;
         }
-        energy += self.energy(&moved(v, y, 1.0), tube, Some(&mut forces));
+        energy += self.energy(&moved(v, y, 1.0), tube, &mut forces);
         (energy, forces)
     }
 

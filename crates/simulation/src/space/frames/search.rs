@@ -9,10 +9,13 @@ use crate::space::tube::Tube;
 const OF_THE_WHOLE: f64 = 0.05;
 /// While free forces are far above the tolerance, to this part of theirs.
 const FAR_PART: f64 = 0.2;
-/// Part of the first-order decrease that a step must bring (Armijo).
-const ARMIJO_PART: f64 = 1e-4;
+/// Steps that leave more than this part of the free forces, so many of them, ask for new factors at once.
+const HALTING_RATE: f64 = 0.5;
+const MOST_SLOW: usize = 3;
 /// Energies are compared to this relative rounding.
 const ENERGY_ROUNDING: f64 = 1e-13;
+/// Up to this relative difference two energies are alike, and less free force counts.
+const ALIKE: f64 = 1e-5;
 /// Halvings of a step before there is none.
 const MOST_HALVINGS: i32 = 10;
 
@@ -44,11 +47,15 @@ impl Found {
     }
 }
 
+/// A step and the pressures after it.
+type Step = (Vec<f64>, Vec<f64>);
+
 /// A state that a step leads to.
 struct Next {
     a: Vec<f64>,
     at: Evaluated,
     v: Vec<f64>,
+    pressures: Vec<f64>,
     /// Free forces with those of contact, and those of contact alone, as lengths.
     free: f64,
     pushed: f64,
@@ -59,90 +66,99 @@ impl Frames {
     pub(super) fn search(&mut self, tube: &Tube, most: usize) -> Result<Found, Refused> {
         self.mix.clear();
         let mut v = Vec::new();
-        self.contact.touches.take(&self.a, &mut v);
-        self.watch(tube, &self.a, &v)?;
+        self.contact.touches.take(&self.now.a, &mut v);
+        self.watch(tube, &self.now.a, &v)?;
         let (mut found, before) = (Found::default(), self.contact.steps());
-        let mut free = f64::INFINITY;
+        let (mut free, mut slow) = (f64::INFINITY, 0);
         for _ in 0..most {
+            // Steps of an old factor may fail, or lead nowhere, where those of a new one do not.
             let next = match self.step(tube, &v, free) {
-                // Steps of an old factor may fail where those of a new one do not.
-                Err(_) if self.ways[0] > 0.0 && self.renew() => {
-                    self.mix.clear();
-                    self.step(tube, &v, free)?
-                }
+                Err(_) if self.renew_old() => self.step(tube, &v, free)?,
                 other => other?,
             };
             found.steps += 1;
-            found.last = next.a.iter().zip(&self.a).map(|(n, a)| (n - a).abs()).fold(0.0, f64::max);
+            found.last = next.a.iter().zip(&self.now.a).map(|(n, a)| (n - a).abs()).fold(0.0, f64::max);
             found.rate = if free.is_finite() { (next.free / free).min(1.0) } else { 1.0 };
             (free, self.scale) = (next.free, next.pushed.max(self.least_force));
-            (self.a, self.at, v) = (next.a, next.at, next.v);
+            (self.now.a, self.now.at, v) = (next.a, next.at, next.v);
+            self.now.pressures = next.pressures;
             found.residual = free / self.scale;
-            found.depth = self.contact.depth(&v, tube);
+            found.depth = self.contact.off(&self.now.pressures, &v, tube);
             if found.residual <= self.settings.tolerance && found.depth <= self.settings.depth {
                 break;
             }
+            slow += usize::from(found.steps > 1 && found.rate > HALTING_RATE);
+            if slow == MOST_SLOW && self.renew_old() {
+                free = f64::INFINITY;
+            }
         }
-        self.tube = tube.clone();
+        self.now.tube = tube.clone();
         found.contact_steps = self.contact.steps() - before;
-        self.watch(tube, &self.a, &v)?;
+        self.watch(tube, &self.now.a, &v)?;
         Ok(found)
+    }
+
+    /// New factors at once where those in use are of another state; true where there are.
+    fn renew_old(&mut self) -> bool {
+        self.mix.clear();
+        self.ways[0] > 0.0 && self.renew()
     }
 
     /// One step: down to the root, contact there, and back.
     fn step(&mut self, tube: &Tube, v: &[f64], last: f64) -> Result<Next, Refused> {
         let (ldl, settings) = (&self.factors.now.ldl, &self.settings);
-        let reduced = ldl.reduce(&self.at.forces);
+        let reduced = ldl.reduce(&self.now.at.forces);
         let model = Model {
             stiffness: ldl.root().1,
             forces: reduced.on_root(),
         };
+        // What is still far from its end needs no exact forces of contact.
+        let part = settings.tolerance.max(FAR_PART * last.min(self.scale) / self.scale);
         let wanted = Wanted {
-            // What is still far from its end needs no exact forces of contact.
-            force: OF_THE_WHOLE * settings.tolerance.max(FAR_PART * last.min(self.scale) / self.scale) * self.scale,
+            force: OF_THE_WHOLE * part * self.scale,
             depth: OF_THE_WHOLE * settings.depth,
         };
-        let y = self.contact.solve(&model, self.factors.number, v, tube, &wanted).ok_or(Refused::NoContact)?;
+        // They are what a step starts from; what becomes of them is the step's.
+        let mut pressures = self.now.pressures.clone();
+        let solved = self.contact.solve(&model, self.factors.number, &mut pressures, v, tube, &wanted);
+        let y = solved.ok_or(Refused::NoContact)?;
         let step = ldl.back(&reduced, &y);
-        let mixed = self.mix.next(&self.a, &step);
-        self.line(tube, v, &step, mixed, last).ok_or(Refused::NoStep)
+        let mixed = self.mix.next(&self.now.a, &step, &pressures);
+        self.line(tube, v, (step, pressures), mixed, last).ok_or(Refused::NoStep)
     }
 
-    /// The first of the mixed step, the whole one and its halves that lowers the energy with the new pressures, or the free forces by half.
-    fn line(&self, tube: &Tube, v: &[f64], step: &[f64], mixed: Option<Vec<f64>>, last: f64) -> Option<Next> {
-        let mut pushed = vec![0.0; v.len()];
-        let start = self.at.energy + self.contact.energy(v, tube, &mut pushed);
-        let downhill: f64 = step.iter().zip(&self.at.forces).map(|(s, f)| s * f).sum();
-        let mut own = Vec::new();
-        self.contact.touches.take(step, &mut own);
-        let slope = -(downhill + own.iter().zip(&pushed).map(|(s, f)| s * f).sum::<f64>());
-        let rounding = ENERGY_ROUNDING * start.abs();
-        let halves = (0..MOST_HALVINGS).map(|k| (0.5_f64.powi(k), step));
-        let tries = mixed.iter().map(|mixed| (1.0, mixed.as_slice())).chain(halves);
-        tries.into_iter().find_map(|(t, step)| {
-            let a: Vec<f64> = self.a.iter().zip(step).map(|(a, s)| a + t * s).collect();
-            let (next, energy) = self.look_at(a, tube)?;
-            let lower = energy <= start + ARMIJO_PART * t * slope.min(0.0) + rounding;
-            (lower || last.is_finite() && next.free <= 0.5 * last).then_some(next)
+    /// The first of the mixed step, the whole one and its halves that lowers energy and depths together; or that halves the free
+    /// forces, where these hardly differ.
+    fn line(&self, tube: &Tube, v: &[f64], whole: Step, mixed: Option<Step>, last: f64) -> Option<Next> {
+        let cost = |v: &[f64]| self.contact.cost(&whole.1, v, tube);
+        let start = self.now.at.energy + cost(v);
+        let [lower, alike] = [ENERGY_ROUNDING, ALIKE].map(|part| start + part * start.abs());
+        let halves = (0..MOST_HALVINGS).map(|k| (0.5_f64.powi(k), &whole));
+        let tries = mixed.iter().map(|mixed| (1.0, mixed)).chain(halves);
+        tries.into_iter().find_map(|(t, (step, pressures))| {
+            let a: Vec<f64> = self.now.a.iter().zip(step).map(|(a, s)| a + t * s).collect();
+            let next = self.look_at(a, pressures, tube)?;
+            let energy = next.at.energy + cost(&next.v);
+            (energy <= lower || energy <= alike && next.free <= 0.5 * last).then_some(next)
         })
     }
 
-    /// A state with its forces and its energy with the pressures.
-    fn look_at(&self, a: Vec<f64>, tube: &Tube) -> Option<(Next, f64)> {
+    /// A state with its forces.
+    fn look_at(&self, a: Vec<f64>, pressures: &[f64], tube: &Tube) -> Option<Next> {
         let at = Evaluated::of(&self.system, &a)?;
         let mut v = Vec::new();
         self.contact.touches.take(&a, &mut v);
         let mut pushed = vec![0.0; v.len()];
-        let energy = at.energy + self.contact.energy(&v, tube, &mut pushed);
+        self.contact.push(pressures, &v, tube, &mut pushed);
         let mut free = at.forces.clone();
         self.contact.touches.add(&pushed, &mut free);
-        let next = Next {
+        Some(Next {
             free: norm(&free),
             pushed: norm(&pushed),
+            pressures: pressures.to_vec(),
             a,
             at,
             v,
-        };
-        Some((next, energy))
+        })
     }
 }

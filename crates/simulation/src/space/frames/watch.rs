@@ -65,8 +65,8 @@ impl Frames {
     /// What the tissue does to the tube, by the pressures of the last frame.
     pub fn force(&self) -> TubeForce {
         let mut v = Vec::new();
-        let (contact, tube) = (&self.contact, &self.tube);
-        contact.touches.take(&self.a, &mut v);
+        let (contact, tube) = (&self.contact, &self.now.tube);
+        contact.touches.take(&self.now.a, &mut v);
         let origin = tube.pose().translation.vector;
         let mut sum = TubeForce {
             force: Vector3::zeros(),
@@ -79,9 +79,9 @@ impl Frames {
             let at = contact.touches.at(point, &v);
             let distance = tube.signed_distance(&at);
             sum.depth = sum.depth.max(-distance.value);
-            if contact.pressures[point] > 0.0 {
+            if self.now.pressures[point] > 0.0 {
                 let area = contact.touches.area(point);
-                let on_tube = distance.gradient * (-area * contact.pressures[point]);
+                let on_tube = distance.gradient * (-area * self.now.pressures[point]);
                 sum.force += on_tube;
                 sum.moment += (at - origin).cross(&on_tube);
                 sum.points += 1;
