@@ -104,7 +104,9 @@ impl Frames {
     ) -> Result<Self, NoFrames> {
         settings.check()?;
         if !system.tubes.is_empty() {
-            return Err(NoFrames::Tubes { found: system.tubes.len() });
+            return Err(NoFrames::Tubes {
+                found: system.tubes.len(),
+            });
         }
         if let Some(term) = system.others.iter().position(|term| term.changes()) {
             return Err(NoFrames::Changing { term });
@@ -116,7 +118,9 @@ impl Frames {
         let system = Arc::new(system);
         let factors = Factors::new(&system, order, settings.precision, &a).ok_or(NoFrames::NoFactor)?;
         let thousandth = 1e-3 * system.extent();
-        let least_force = settings.least_force.unwrap_or(system.bodies.stiffness_scale() * thousandth * thousandth);
+        let least_force = settings
+            .least_force
+            .unwrap_or(system.bodies.stiffness_scale() * thousandth * thousandth);
         Ok(Self {
             now: Now {
                 a,
@@ -206,7 +210,11 @@ impl Frames {
                 1 => self.now.tube.at(*pose).map_err(|_| Refused::Pose)?,
                 _ => self.now.tube.toward(pose, 1.0 / left as f64),
             };
-            let most = if left == 1 { self.settings.most_steps } else { STEPS_ON_THE_WAY };
+            let most = if left == 1 {
+                self.settings.most_steps
+            } else {
+                STEPS_ON_THE_WAY
+            };
             let moved = self.now.tube.way_to(next.pose());
             self.ways.iter_mut().for_each(|way| *way += moved);
             self.refresh(at_once);
@@ -230,7 +238,13 @@ impl Frames {
         if !(part.abs() <= 2.0 && (new - old * part).norm() <= 0.5 * new.norm()) {
             return;
         }
-        let a: Vec<f64> = self.now.a.iter().zip(&last.a).map(|(a, b)| a + part * (a - b)).collect();
+        let a: Vec<f64> = self
+            .now
+            .a
+            .iter()
+            .zip(&last.a)
+            .map(|(a, b)| a + part * (a - b))
+            .collect();
         let Some(at) = Evaluated::of(&self.system, &a) else {
             return;
         };
@@ -250,7 +264,11 @@ impl Frames {
         if (at_once || self.settings.delay == 0) && old {
             self.renew();
         } else if (old || self.slow) && !self.factors.is_waiting() {
-            self.factors.ask(&self.system, &self.now.a, self.frame + self.settings.delay.max(1) as u64);
+            self.factors.ask(
+                &self.system,
+                &self.now.a,
+                self.frame + self.settings.delay.max(1) as u64,
+            );
             self.ways[1] = 0.0;
         }
     }

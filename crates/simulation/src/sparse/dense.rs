@@ -39,7 +39,13 @@ impl Dense {
                 size: self.size,
                 skip: count,
             };
-            subtract(&done, &mut rest[count..], self.size, self.size - count, &mut self.scratch);
+            subtract(
+                &done,
+                &mut rest[count..],
+                self.size,
+                self.size - count,
+                &mut self.scratch,
+            );
         }
         true
     }
@@ -50,21 +56,30 @@ impl Dense {
         if rest.nrows() != count {
             *rest = DMatrix::zeros(count, count);
         }
-        for (column, mut to) in self.factor[skip * self.size..].chunks_exact(self.size.max(1)).zip(rest.column_iter_mut()) {
+        for (column, mut to) in self.factor[skip * self.size..]
+            .chunks_exact(self.size.max(1))
+            .zip(rest.column_iter_mut())
+        {
             to.as_mut_slice().copy_from_slice(&column[skip..]);
         }
         rest.fill_upper_triangle_with_lower_triangle();
     }
 
     fn columns(&self) -> impl DoubleEndedIterator<Item = (usize, &[f64])> + ExactSizeIterator {
-        self.factor.chunks_exact(self.size.max(1)).enumerate().take(self.eliminated)
+        self.factor
+            .chunks_exact(self.size.max(1))
+            .enumerate()
+            .take(self.eliminated)
     }
 
     /// The first half of a solution: right sides of what is not eliminated are then those of [`Self::rest`].
     pub(crate) fn forward(&self, x: &mut [f64]) {
         for (k, column) in self.columns() {
             let (known, below) = x.split_at_mut(k + 1);
-            below.iter_mut().zip(&column[k + 1..]).for_each(|(x, l)| *x -= l * known[k]);
+            below
+                .iter_mut()
+                .zip(&column[k + 1..])
+                .for_each(|(x, l)| *x -= l * known[k]);
         }
     }
 
@@ -87,7 +102,9 @@ impl Dense {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (a.chunks_exact(4), b.chunks_exact(4));
     let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
-    let sums = a.zip(b).fold([0.0; 4], |s, (a, b)| std::array::from_fn(|k| s[k] + a[k] * b[k]));
+    let sums = a
+        .zip(b)
+        .fold([0.0; 4], |s, (a, b)| std::array::from_fn(|k| s[k] + a[k] * b[k]));
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 

@@ -59,14 +59,20 @@ impl Contact {
     pub(super) fn push(&self, pressures: &[f64], v: &[f64], tube: &Tube, forces: &mut [f64]) {
         for (point, pressure) in pressures.iter().enumerate().filter(|(_, p)| **p > 0.0) {
             let normal = self.touches.distance(point, v, tube).gradient;
-            self.touches.push(point, &(normal * (pressure * self.touches.area(point))), forces);
+            self.touches
+                .push(point, &(normal * (pressure * self.touches.area(point))), forces);
         }
     }
 
     /// What depths cost in a comparison of states: twice the work of the pressures, or of their mean where a point has less (an
     /// exact penalty, Nocedal and Wright 2006, 15.4).
     pub(super) fn cost(&self, pressures: &[f64], v: &[f64], tube: &Tube) -> f64 {
-        let pressing = || self.points.iter().map(|k| (self.touches.area(*k), pressures[*k])).filter(|(_, p)| *p > 0.0);
+        let pressing = || {
+            self.points
+                .iter()
+                .map(|k| (self.touches.area(*k), pressures[*k]))
+                .filter(|(_, p)| *p > 0.0)
+        };
         let area: f64 = pressing().map(|(area, _)| area).sum();
         let mean = pressing().map(|(area, p)| area * p).sum::<f64>() / area.max(f64::MIN_POSITIVE);
         let cost = |k: &usize| {
@@ -100,10 +106,20 @@ impl Contact {
         let (mut around, mut part) = (v.to_vec(), REACH_PART);
         for _ in 0..MOST_TRIES {
             self.gather(model, factor, pressures, &around, tube, part)?;
-            let mut x: Vec<f64> = self.order.iter().flat_map(|n| &model.forces[3 * n..3 * n + 3]).copied().collect();
+            let mut x: Vec<f64> = self
+                .order
+                .iter()
+                .flat_map(|n| &model.forces[3 * n..3 * n + 3])
+                .copied()
+                .collect();
             self.others.forward(&mut x);
             let first = x.len() - 3 * self.local.touches.nodes();
-            let own: Vec<f64> = self.nodes().iter().flat_map(|n| &v[3 * n..3 * n + 3]).copied().collect();
+            let own: Vec<f64> = self
+                .nodes()
+                .iter()
+                .flat_map(|n| &v[3 * n..3 * n + 3])
+                .copied()
+                .collect();
             let local = Model {
                 stiffness: &self.rest,
                 forces: &x[first..],

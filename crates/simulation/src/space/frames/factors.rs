@@ -147,7 +147,11 @@ impl Factors {
     /// One that is not whole is left aside: the old one still serves.
     fn adopt(&mut self, next: Factor) -> bool {
         let whole = next.whole;
-        self.spare = Some(if whole { std::mem::replace(&mut self.now, next) } else { next });
+        self.spare = Some(if whole {
+            std::mem::replace(&mut self.now, next)
+        } else {
+            next
+        });
         self.number += u64::from(whole);
         whole
     }

@@ -27,7 +27,11 @@ impl Mix {
 
     /// The step to make from `a`, with its pressures, where the model says `step` and `pressures`; `None` without others to mix it with.
     pub(super) fn next(&mut self, a: &[f64], step: &[f64], pressures: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let mixed = if self.last.is_empty() { None } else { self.mixed(a, step, pressures) };
+        let mixed = if self.last.is_empty() {
+            None
+        } else {
+            self.mixed(a, step, pressures)
+        };
         if self.last.len() == DEPTH {
             self.last.remove(0);
         }

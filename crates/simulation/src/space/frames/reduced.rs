@@ -63,7 +63,8 @@ impl Reduced {
             let pressure = (old - self.stiffness * distance.value).max(0.0);
             energy += 0.5 * area / self.stiffness * (pressure * pressure - old * old);
             if pressure > 0.0 {
-                self.touches.push(point, &(distance.gradient * (area * pressure)), forces);
+                self.touches
+                    .push(point, &(distance.gradient * (area * pressure)), forces);
             }
         }
         energy

@@ -37,7 +37,9 @@ pub enum Refused {
         depth: f64,
     },
     /// Points of the surface are so far apart that the tube may lie between them.
-    #[error("points of the surface at the tube are {gap:.3} mm from the middle between them; the tube may lie unseen there, more than {most:.3} mm are too many")]
+    #[error(
+        "points of the surface at the tube are {gap:.3} mm from the middle between them; the tube may lie unseen there, more than {most:.3} mm are too many"
+    )]
     TooCoarse {
         /// The widest gap, mm.
         gap: f64,

@@ -77,8 +77,17 @@ impl Frames {
                 other => other?,
             };
             found.steps += 1;
-            found.last = next.a.iter().zip(&self.now.a).map(|(n, a)| (n - a).abs()).fold(0.0, f64::max);
-            found.rate = if free.is_finite() { (next.free / free).min(1.0) } else { 1.0 };
+            found.last = next
+                .a
+                .iter()
+                .zip(&self.now.a)
+                .map(|(n, a)| (n - a).abs())
+                .fold(0.0, f64::max);
+            found.rate = if free.is_finite() {
+                (next.free / free).min(1.0)
+            } else {
+                1.0
+            };
             (free, self.scale) = (next.free, next.pushed.max(self.least_force));
             (self.now.a, self.now.at, v) = (next.a, next.at, next.v);
             self.now.pressures = next.pressures;
@@ -120,11 +129,14 @@ impl Frames {
         };
         // They are what a step starts from; what becomes of them is the step's.
         let mut pressures = self.now.pressures.clone();
-        let solved = self.contact.solve(&model, self.factors.number, &mut pressures, v, tube, &wanted);
+        let solved = self
+            .contact
+            .solve(&model, self.factors.number, &mut pressures, v, tube, &wanted);
         let y = solved.ok_or(Refused::NoContact)?;
         let step = ldl.back(&reduced, &y);
         let mixed = self.mix.next(&self.now.a, &step, &pressures);
-        self.line(tube, v, (step, pressures), mixed, last).ok_or(Refused::NoStep)
+        self.line(tube, v, (step, pressures), mixed, last)
+            .ok_or(Refused::NoStep)
     }
 
     /// The first of the mixed step, the whole one and its halves that lowers energy and depths together; or that halves the free

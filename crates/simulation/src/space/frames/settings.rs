@@ -50,13 +50,17 @@ pub enum NoFrames {
         found: usize,
     },
     /// A term whose forces change from round to round.
-    #[error("term {term} of the system changes its forces from round to round, which frames do not do yet: use `settle`")]
+    #[error(
+        "term {term} of the system changes its forces from round to round, which frames do not do yet: use `settle`"
+    )]
     Changing {
         /// Which, from 0.
         term: usize,
     },
     /// A solid whose points do not move as nodes do.
-    #[error("point {point} of the surface of solid {body} does not move with nodes: frames take deformable solids only")]
+    #[error(
+        "point {point} of the surface of solid {body} does not move with nodes: frames take deformable solids only"
+    )]
     NotNodal {
         /// The solid.
         body: usize,
@@ -73,7 +77,9 @@ pub enum NoFrames {
     #[error("the state at the start has no energy: it is not finite, or the law forbids it")]
     NoEnergy,
     /// The second derivatives at the start have no factor.
-    #[error("the second derivatives at the start are not positive definite, nor is a convex matrix near them: is the solid held?")]
+    #[error(
+        "the second derivatives at the start are not positive definite, nor is a convex matrix near them: is the solid held?"
+    )]
     NoFactor,
     /// No order of elimination.
     #[error(transparent)]

@@ -50,7 +50,9 @@ impl Touches {
         if points.is_empty() {
             return Err(NoFrames::NoPoint { body });
         }
-        let rows = global.iter().map(|(node, weight)| (nodes.partition_point(|n| n < node) as u32, *weight));
+        let rows = global
+            .iter()
+            .map(|(node, weight)| (nodes.partition_point(|n| n < node) as u32, *weight));
         let rows = rows.collect();
         let nodes: Vec<usize> = nodes.iter().map(|n| offset + 3 * *n as usize).collect();
         let each = nodes.iter().flat_map(|n| *n..n + 3);
@@ -70,7 +72,11 @@ impl Touches {
         nodes.dedup();
         let mut only = Self {
             nodes: nodes.iter().map(|n| self.nodes[*n]).collect(),
-            free: nodes.iter().flat_map(|n| &self.free[3 * n..3 * n + 3]).copied().collect(),
+            free: nodes
+                .iter()
+                .flat_map(|n| &self.free[3 * n..3 * n + 3])
+                .copied()
+                .collect(),
             points: Vec::with_capacity(points.len()),
             rows: Vec::new(),
         };

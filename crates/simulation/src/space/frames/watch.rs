@@ -15,11 +15,7 @@ pub(super) struct Others {
 }
 
 impl Others {
-    pub(super) fn new(
-        system: &System,
-        body: usize,
-        wanted: &impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
-    ) -> Self {
+    pub(super) fn new(system: &System, body: usize, wanted: &impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool) -> Self {
         let all = (0..system.bodies.len()).flat_map(|b| (0..system.bodies.solid(b).points()).map(move |p| (b, p)));
         let outside = all.filter(|(b, point)| {
             let (at, normal, _) = system.bodies.solid(*b).reference(*point);

@@ -1,0 +1,239 @@
+//! Tissue from frame to frame: a block pushed by a tube, in and out, at several sizes of mesh and speeds.
+//!
+//! The named alternative, in the same run on the same mesh: Newton's method from the last state with new factors at every step and the
+//! same tolerance (`settle`). Errors are differences to states of `settle` at 1e-8.
+//!
+//! `cargo bench -p simulation --bench frames [-- 20mm_s 100mm_s jump]`; results in `out/bench/solids-frames.csv`.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a benchmark that fails has nothing to say"
+)]
+
+#[path = "../tests/space/block.rs"]
+mod block;
+mod shared;
+
+use std::time::Instant;
+
+use block::{Grid, pose};
+use nalgebra::Isometry3;
+use shared::{now, say_load, write_csv};
+use simulation::control::{Newton, Settings as Control};
+use simulation::space::equilibrium::{Tolerance, settle};
+use simulation::space::frames::{Frame, Frames, Settings, State};
+use simulation::space::system::System;
+use simulation::space::term::TubeContact;
+use simulation::sparse::Dissection;
+
+const HEADER: &str = "unknowns,root,mm_s,frames,not_settled,steps,cpu_median_ms,cpu_95_ms,cpu_worst_ms,clock_median_ms,clock_95_ms,clock_worst_ms,force_off_n,places_off_mm,newton_ms";
+
+/// Depth of a stroke, mm, and frames in a second.
+const STROKE: f64 = 20.0;
+const RATE: f64 = 60.0;
+/// Points of the top up to here from the middle may be touched, mm.
+const REACH: f64 = 25.0;
+
+const GRIDS: [Grid; 4] = [
+    Grid {
+        side: 100.0 / 3.0,
+        fine: &[30.0, 14.0],
+    },
+    Grid {
+        side: 20.0,
+        fine: &[30.0],
+    },
+    Grid {
+        side: 25.0,
+        fine: &[40.0, 16.0],
+    },
+    Grid {
+        side: 25.0,
+        fine: &[40.0, 25.0],
+    },
+];
+
+/// Depths of a stroke in and out.
+fn stroke(speed: f64) -> Vec<f64> {
+    let step = speed / RATE;
+    let count = (STROKE / step).round() as usize;
+    let there = (1..=count).map(|k| k as f64 * step);
+    let back = (0..count).rev().map(|k| k as f64 * step);
+    there.chain(back).collect()
+}
+
+/// Milliseconds of the thread's processor and of the clock, sorted.
+struct Times {
+    cpu: Vec<f64>,
+    wall: Vec<f64>,
+}
+
+impl Times {
+    fn of<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        let (cpu, wall) = (now(), Instant::now());
+        let result = work();
+        self.cpu.push(1e3 * (now() - cpu));
+        self.wall.push(1e3 * wall.elapsed().as_secs_f64());
+        result
+    }
+
+    /// Median, 95 % and worst.
+    fn three(mut times: Vec<f64>) -> [f64; 3] {
+        times.sort_by(f64::total_cmp);
+        [times.len() / 2, times.len() * 95 / 100, times.len() - 1].map(|k| times[k])
+    }
+}
+
+/// The same states by `settle`, from one to the next.
+struct Alternative {
+    system: System,
+    newton: Newton,
+    a: Vec<f64>,
+    tolerance: Tolerance,
+}
+
+impl Alternative {
+    fn new(grid: Grid, nu: f64, tolerance: f64) -> Self {
+        let mut system = block::block(grid, nu);
+        // Some ten times Young's modulus over the side of the finest cubes.
+        let contact = TubeContact::new(&system.bodies, 0, block::tube(), 0.05, block::top(REACH)).unwrap();
+        system.tubes.push(contact);
+        let control = Control {
+            provisional: true,
+            tolerance,
+            ..Control::default()
+        };
+        Self {
+            a: system.initial(),
+            newton: Newton::ordered_by(control, Dissection::by_places(&system.places(), &[]).unwrap()),
+            system,
+            tolerance: Tolerance {
+                change: tolerance,
+                depth: tolerance.min(1e-5),
+            },
+        }
+    }
+
+    /// The force on the tube along its axis; none where the search failed.
+    fn to(&mut self, pose: &Isometry3<f64>) -> Option<f64> {
+        let tube = block::tube().at(*pose).unwrap();
+        self.system.tubes[0].move_to(tube);
+        settle(&mut self.system, &mut self.newton, &mut self.a, &self.tolerance).ok()?;
+        Some(self.system.tubes[0].force(&self.system.bodies, &self.a).force.z)
+    }
+}
+
+fn largest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Strokes in and out at a speed; a line of the table.
+fn strokes(grid: Grid, speed: f64, settings: Settings, rows: &mut Vec<String>) {
+    let mut frames = block::frames(grid, 0.49, REACH, settings);
+    let mut times = Times {
+        cpu: Vec::new(),
+        wall: Vec::new(),
+    };
+    let (mut steps, mut failed, mut worst) = (0, 0, [0.0_f64; 2]);
+    let depths = stroke(speed);
+    let mut truth = Alternative::new(grid, 0.49, 1e-8);
+    let (mut alternative, mut other) = (
+        Alternative::new(grid, 0.49, settings.tolerance),
+        Times {
+            cpu: Vec::new(),
+            wall: Vec::new(),
+        },
+    );
+    let every = (depths.len() / 12).max(1);
+    for (k, depth) in depths.iter().enumerate() {
+        let pose = pose(*depth, 0.0, 0.0);
+        let frame: Frame = times.of(|| frames.frame(&pose));
+        steps += frame.steps;
+        failed += usize::from(frame.state != State::Settled);
+        // Not every frame: the alternative takes a second and more at each.
+        if k % every == every - 1 {
+            let force = truth.to(&pose).unwrap();
+            worst[0] = worst[0].max((frame.force.force.z - force).abs());
+            worst[1] = worst[1].max(largest(frames.state(), &truth.a));
+        }
+        if k < 6 {
+            other.of(|| alternative.to(&pose));
+        }
+    }
+    let count = depths.len();
+    let [cpu, wall, alternative] = [times.cpu, times.wall, other.cpu].map(Times::three);
+    println!(
+        "{:6} unknowns, root {:4}, {speed:5.0} mm/s, {count:3} frames, {failed} not settled, {:.1} steps: cpu {:.1} / {:.1} / {:.1} ms, clock {:.1} / {:.1} / {:.1} ms; \
+         force off by {:.1e} N, places by {:.1e} mm; Newton {:.0} ms a frame: {:.1}x",
+        frames.state().len(),
+        frames.root_size(),
+        steps as f64 / count as f64,
+        cpu[0],
+        cpu[1],
+        cpu[2],
+        wall[0],
+        wall[1],
+        wall[2],
+        worst[0],
+        worst[1],
+        alternative[0],
+        alternative[0] / cpu[0],
+    );
+    rows.push(format!(
+        "{},{},{speed},{count},{failed},{},{},{},{},{},{},{},{},{},{}",
+        frames.state().len(),
+        frames.root_size(),
+        steps as f64 / count as f64,
+        cpu[0],
+        cpu[1],
+        cpu[2],
+        wall[0],
+        wall[1],
+        wall[2],
+        worst[0],
+        worst[1],
+        alternative[0],
+    ));
+}
+
+/// A tube that is all at once deep in the block: frames until it is there, and their times.
+fn jump(grid: Grid, depth: f64, settings: Settings) {
+    let mut frames: Frames = block::frames(grid, 0.49, REACH, settings);
+    let mut times = Times {
+        cpu: Vec::new(),
+        wall: Vec::new(),
+    };
+    let target = pose(depth, 0.0, 0.0);
+    let last = (0..100).find_map(|_| {
+        let frame = times.of(|| frames.frame(&target));
+        (!matches!(frame.state, State::CatchingUp { .. })).then_some(frame)
+    });
+    let total: f64 = times.wall.iter().sum();
+    println!(
+        "{:6} unknowns, {depth} mm at once: {:?} after {} frames, {total:.0} ms, {:.4} N",
+        frames.state().len(),
+        last.map(|f| f.state),
+        times.wall.len(),
+        frames.force().force.z
+    );
+}
+
+fn main() {
+    say_load();
+    let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let does = |name: &str| wanted.is_empty() || wanted.iter().any(|w| w == name);
+    let mut rows = Vec::new();
+    for grid in GRIDS {
+        for (name, speed) in [("20mm_s", 20.0), ("100mm_s", 100.0)] {
+            if does(name) {
+                strokes(grid, speed, Settings::default(), &mut rows);
+            }
+        }
+        if does("jump") {
+            jump(grid, STROKE, Settings::default());
+        }
+    }
+    say_load();
+    write_csv("solids-frames", HEADER, &rows);
+}
