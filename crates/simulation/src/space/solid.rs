@@ -4,6 +4,7 @@
 //! of its surface. Nothing else knows what a parameter means.
 
 mod deformable;
+mod sums;
 
 pub use crate::solid::NotMixed;
 pub use deformable::Deformable;
@@ -72,6 +73,12 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
 
     /// Calls `visit` with every parameter that moves a point of the surface, and the derivative of its position.
     fn rows(&self, a: &[f64], point: usize, visit: &mut dyn FnMut(usize, Vector3<f64>));
+
+    /// Where positions are linear in the parameters: nodes with weights, so that a point of the surface is at its reference
+    /// place plus the weighted sum of `(a[3 n], a[3 n + 1], a[3 n + 2])`. `None` where they are not, or not by nodes.
+    fn combination(&self, _point: usize) -> Option<&[(u32, f64)]> {
+        None
+    }
 
     /// Adds `force . d2 point` to `sink`: nothing where positions are linear in the parameters.
     fn bend(&self, _a: &[f64], _point: usize, _force: Vector3<f64>, _sink: &mut Triplets, _offset: usize) {}

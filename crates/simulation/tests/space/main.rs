@@ -10,6 +10,7 @@ mod meshes;
 mod push;
 mod rules;
 mod sphere;
+mod sums;
 mod terms;
 
 /// A number in `[0, 1)` from a state: the same ones in every run.

@@ -3,9 +3,9 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::Solid;
+use super::sums::{Sums, taken};
 use crate::solid::NotMixed;
 use crate::space::cells::Mesh;
-use crate::space::lanes::Lanes;
 use crate::space::law::Material;
 use crate::sparse::Triplets;
 
@@ -17,6 +17,7 @@ pub struct Deformable {
     weights: Vec<f64>,
     /// Of each point of the surface its free nodes.
     rows: Vec<Vec<(u32, f64)>>,
+    sums: Sums,
     extent: f64,
 }
 
@@ -37,6 +38,7 @@ impl Deformable {
         Ok(Self {
             weights: forces,
             rows: mesh.surface.iter().map(|p| mesh.surface_row(p)).collect(),
+            sums: Sums::new(&mesh),
             extent: (high - low).max(),
             mesh,
             material,
@@ -53,6 +55,11 @@ impl Deformable {
         &self.material
     }
 
+    /// How many elements are done four at once, and how many one by one: only whole cubes of one size have a table in common.
+    pub fn together(&self) -> [usize; 2] {
+        self.sums.counts()
+    }
+
     /// Forces on the parameters of a dead load by reference area, on points of the surface, given by their place and normal.
     pub fn traction(&self, traction: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>) -> Vec<(usize, f64)> {
         let mut forces = vec![0.0; self.parameters()];
@@ -67,14 +74,6 @@ impl Deformable {
 
     fn weight_energy(&self, a: &[f64]) -> f64 {
         -self.weights.iter().zip(a).map(|(w, a)| w * a).sum::<f64>()
-    }
-}
-
-/// The displacements of an element's nodes.
-fn taken(nodes: &[u32], a: &[f64], u: &mut Vec<f64>) {
-    u.clear();
-    for node in nodes {
-        u.extend_from_slice(&a[3 * *node as usize..3 * *node as usize + 3]);
     }
 }
 
@@ -99,42 +98,18 @@ impl Solid for Deformable {
     }
 
     fn energy(&self, a: &[f64]) -> Option<f64> {
-        let (mut energy, mut u, mut lanes) = (self.weight_energy(a), Vec::new(), Lanes::new());
-        for element in &self.mesh.elements {
-            taken(&element.nodes, a, &mut u);
-            energy += lanes.energy_of_one(self.mesh.table(element), &self.material, &u)?;
-        }
-        Some(energy).filter(|e| e.is_finite())
+        let elastic = self.sums.energy(&self.mesh, &self.material, a)?;
+        Some(self.weight_energy(a) + elastic).filter(|e| e.is_finite())
     }
 
     fn gradient(&self, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
-        let (mut energy, mut u, mut forces) = (self.weight_energy(a), Vec::new(), Vec::new());
-        let mut lanes = Lanes::new();
         gradient.iter_mut().zip(&self.weights).for_each(|(g, w)| *g -= w);
-        for element in &self.mesh.elements {
-            taken(&element.nodes, a, &mut u);
-            forces.clear();
-            forces.resize(u.len(), 0.0);
-            energy += lanes.gradient_of_one(self.mesh.table(element), &self.material, &u, &mut forces)?;
-            for (node, force) in element.nodes.iter().zip(forces.chunks_exact(3)) {
-                (0..3).for_each(|k| gradient[3 * *node as usize + k] += force[k]);
-            }
-        }
-        Some(energy).filter(|e| e.is_finite())
+        let elastic = self.sums.gradient(&self.mesh, &self.material, a, gradient)?;
+        Some(self.weight_energy(a) + elastic).filter(|e| e.is_finite())
     }
 
     fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets, offset: usize) -> Option<()> {
-        let (mut u, mut packed, mut lanes) = (Vec::new(), Vec::new(), Lanes::new());
-        for element in &self.mesh.elements {
-            taken(&element.nodes, a, &mut u);
-            let table = self.mesh.table(element);
-            if !lanes.stiffness_of_one(table, &self.material, &u, convex, &mut packed) {
-                return None;
-            }
-            let unknown = |p: usize| offset + 3 * element.nodes[p / 3] as usize + p % 3;
-            sink.add_block((0..u.len()).map(unknown), &packed);
-        }
-        Some(())
+        self.sums.hessian((&self.mesh, &self.material), a, convex, sink, offset)
     }
 
     fn weight(&self, forces: &mut [f64]) {
@@ -182,6 +157,10 @@ impl Solid for Deformable {
             (0..3).for_each(|k| at[k] += weight * a[3 * *node as usize + k]);
         }
         at
+    }
+
+    fn combination(&self, point: usize) -> Option<&[(u32, f64)]> {
+        Some(&self.rows[point])
     }
 
     fn rows(&self, _a: &[f64], point: usize, visit: &mut dyn FnMut(usize, Vector3<f64>)) {

@@ -1,17 +1,24 @@
 //! An elastic bed: points of a surface held at their places.
 
+mod patch;
+
 use nalgebra::Vector3;
 
 use super::Term;
 use crate::space::bodies::Bodies;
+use crate::space::solid::Solid;
 use crate::sparse::Triplets;
+use patch::{Held, Patch, Work, patches};
 
-/// Points of a solid's surface held at places by springs: `1/2 k A |x - place|^2` with the area `A` of each point.
+/// Points of a solid's surface held at places by springs: `1/2 k A |x - place|^2` with the area `A` of each point. Of points
+/// that the same nodes move linearly ([`Solid::combination`]) the stiffness, which is constant, is summed once.
 #[derive(Debug, Clone)]
 pub struct Springs {
     body: usize,
-    /// Points, their places, and stiffness times area.
-    held: Vec<(usize, Vector3<f64>, f64)>,
+    held: Vec<Held>,
+    /// All points of `held` by the nodes that move them, and those that no nodes move linearly.
+    patches: Vec<Patch>,
+    others: Vec<Held>,
 }
 
 impl Springs {
@@ -29,9 +36,13 @@ impl Springs {
             let stiff = stiffness(&at, &normal) * area;
             (stiff > 0.0).then(|| (k, place(&at), stiff))
         });
+        let held: Vec<Held> = held.collect();
+        let (patches, others) = patches(solid, held.clone());
         Self {
             body,
-            held: held.collect(),
+            held,
+            patches,
+            others,
         }
     }
 
@@ -48,40 +59,65 @@ impl Springs {
     /// The sum of the forces on the solid, and of their moments about a centre.
     pub fn reaction_about(&self, bodies: &Bodies, a: &[f64], centre: &Vector3<f64>) -> [Vector3<f64>; 2] {
         let mut sums = [Vector3::zeros(); 2];
-        self.visit(bodies, a, |_, at, force, _| {
+        self.visit(&self.held, bodies, a, |_, at, force, _| {
             sums[0] += force;
             sums[1] += (at - centre).cross(&force);
         });
         sums
     }
 
-    /// Calls `each` with point, position, force on the solid and stiffness.
-    fn visit(&self, bodies: &Bodies, a: &[f64], mut each: impl FnMut(usize, Vector3<f64>, Vector3<f64>, f64)) {
-        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
-        for (point, place, stiff) in &self.held {
+    /// Calls `each` with point, position, force on the solid and stiffness of some of the points.
+    fn visit(
+        &self,
+        held: &[Held],
+        bodies: &Bodies,
+        a: &[f64],
+        mut each: impl FnMut(usize, Vector3<f64>, Vector3<f64>, f64),
+    ) {
+        let (solid, part) = self.solid(bodies, a);
+        for (point, place, stiff) in held {
             let at = solid.point(part, *point);
             each(*point, at, (place - at) * *stiff, *stiff);
+        }
+    }
+
+    /// The solid and its parameters.
+    fn solid<'a>(&self, bodies: &'a Bodies, a: &'a [f64]) -> (&'a dyn Solid, &'a [f64]) {
+        (bodies.solid(self.body), bodies.part(self.body, a))
+    }
+
+    /// The stiffness of a point of those that no nodes move linearly.
+    fn add_point(row: &[(usize, Vector3<f64>)], stiff: f64, sink: &mut Triplets, offset: usize) {
+        for (i, (p, by)) in row.iter().enumerate() {
+            for (q, other) in &row[..=i] {
+                let product = by.dot(other);
+                if product != 0.0 {
+                    sink.add(offset + p, offset + q, stiff * product);
+                }
+            }
         }
     }
 }
 
 impl Term for Springs {
     fn energy(&self, bodies: &Bodies, a: &[f64]) -> Option<f64> {
-        let mut energy = 0.0;
-        self.visit(bodies, a, |_, _, force, stiff| {
+        let (part, mut work, mut energy) = (bodies.part(self.body, a), Work::default(), 0.0);
+        for patch in &self.patches {
+            energy += patch.energy(part, &mut work);
+        }
+        self.visit(&self.others, bodies, a, |_, _, force, stiff| {
             energy += 0.5 * force.norm_squared() / stiff
         });
         Some(energy)
     }
 
     fn gradient(&self, bodies: &Bodies, a: &[f64], gradient: &mut [f64]) -> Option<f64> {
-        let (solid, part, offset) = (
-            bodies.solid(self.body),
-            bodies.part(self.body, a),
-            bodies.offset(self.body),
-        );
-        let mut energy = 0.0;
-        self.visit(bodies, a, |point, _, force, stiff| {
+        let ((solid, part), offset) = (self.solid(bodies, a), bodies.offset(self.body));
+        let (mut work, mut energy) = (Work::default(), 0.0);
+        for patch in &self.patches {
+            energy += patch.gradient(part, &mut gradient[offset..], &mut work);
+        }
+        self.visit(&self.others, bodies, a, |point, _, force, stiff| {
             energy += 0.5 * force.norm_squared() / stiff;
             solid.rows(part, point, &mut |p, by| gradient[offset + p] -= by.dot(&force));
         });
@@ -89,24 +125,13 @@ impl Term for Springs {
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
-        let (solid, part, offset) = (
-            bodies.solid(self.body),
-            bodies.part(self.body, a),
-            bodies.offset(self.body),
-        );
+        let ((solid, part), offset) = (self.solid(bodies, a), bodies.offset(self.body));
+        self.patches.iter().for_each(|patch| patch.add_stiffness(sink, offset));
         let mut row = Vec::new();
-        self.visit(bodies, a, |point, _, force, stiff| {
+        self.visit(&self.others, bodies, a, |point, _, force, stiff| {
             row.clear();
             solid.rows(part, point, &mut |p, by| row.push((p, by)));
-            for (i, (p, by)) in row.iter().enumerate() {
-                for (q, other) in &row[..=i] {
-                    let product = by.dot(other);
-                    // Axes do not mix where parameters are displacements.
-                    if product != 0.0 {
-                        sink.add(offset + p, offset + q, stiff * product);
-                    }
-                }
-            }
+            Self::add_point(&row, stiff, sink, offset);
             if !convex {
                 solid.bend(part, point, -force, sink, offset);
             }
@@ -120,7 +145,9 @@ impl Term for Springs {
 
     fn reaction(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let mut largest = 0.0_f64;
-        self.visit(bodies, a, |_, _, force, _| largest = largest.max(force.norm()));
+        self.visit(&self.held, bodies, a, |_, _, force, _| {
+            largest = largest.max(force.norm())
+        });
         largest
     }
 }
