@@ -15,7 +15,7 @@
 mod block;
 mod shared;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use block::{Grid, pose};
 use nalgebra::Isometry3;
@@ -146,8 +146,12 @@ fn strokes(grid: Grid, speed: f64, settings: Settings, rows: &mut Vec<String>) {
         },
     );
     let every = (depths.len() / 12).max(1);
+    let mut due = Instant::now();
     for (k, depth) in depths.iter().enumerate() {
         let pose = pose(*depth, 0.0, 0.0);
+        // A frame begins when its pose comes: the other thread has until then.
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        due = Instant::now() + Duration::from_secs_f64(1.0 / RATE);
         let frame: Frame = times.of(|| frames.frame(&pose));
         steps += frame.steps;
         failed += usize::from(frame.state != State::Settled);

@@ -18,6 +18,7 @@ mod reduced;
 mod report;
 mod search;
 mod settings;
+mod stiffness;
 mod touch;
 mod watch;
 
@@ -174,7 +175,7 @@ impl Frames {
         }
         let longest = PART_OF_RADIUS * self.now.tube.least_radius();
         let parts = ((self.now.tube.way_to(pose) / longest).ceil() as usize).max(1);
-        let start = self.now.clone();
+        let (start, before) = (self.now.clone(), self.force());
         let mut found = self.walk(pose, parts, parts > 1);
         // What does not go at once may go in halves, each with factors of its own.
         if parts == 1 && !found.as_ref().is_ok_and(|found| found.residual <= FAR_OFF) {
@@ -190,8 +191,12 @@ impl Frames {
         match found {
             Ok(found) => {
                 let state = self.judge(pose, &found);
+                let work = self.work(&start.tube, &before);
                 self.last = (state == State::Settled).then_some(start);
-                self.report(state, &found)
+                Frame {
+                    work,
+                    ..self.report(state, &found)
+                }
             }
             Err(refused) => {
                 (self.now, self.last) = (start, None);
@@ -286,8 +291,9 @@ impl Frames {
 
     fn judge(&mut self, pose: &Isometry3<f64>, found: &Found) -> State {
         self.slow = found.rate > SLOW_RATE && found.steps > 1;
-        let left = self.now.tube.way_to(pose);
-        if left > 0.0 {
+        // The last part of a way is the pose itself, to the bit.
+        if self.now.tube.pose() != pose {
+            let left = self.now.tube.way_to(pose);
             return State::CatchingUp { left };
         }
         let settled = found.residual <= self.settings.tolerance && found.depth <= self.settings.depth;
@@ -302,6 +308,7 @@ impl Frames {
             unsettled: found.unsettled(),
             force,
             energy: self.now.at.energy,
+            work: 0.0,
             least_determinant: self.system.least_determinant(&self.now.a),
             steps: found.steps,
             factor: self.factors.number,

@@ -88,6 +88,16 @@ impl Contact {
         (0..self.touches.len()).map(depth).fold(0.0, f64::max)
     }
 
+    /// The points at the tube, by those of all.
+    pub(super) fn points(&self) -> &[usize] {
+        &self.points
+    }
+
+    /// The points at the tube alone, and the stiffness of the nodes that move them.
+    pub(super) fn local(&self) -> (&Touches, &DMatrix<f64>) {
+        (&self.local.touches, &self.rest)
+    }
+
     /// The nodes at the tube.
     fn nodes(&self) -> &[usize] {
         &self.order[self.order.len() - self.local.touches.nodes()..]

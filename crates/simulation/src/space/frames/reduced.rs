@@ -18,6 +18,8 @@ const STIFFNESS_PART: f64 = 100.0;
 const SLOW_PART: f64 = 0.25;
 const STIFFENED: f64 = 10.0;
 const MOST_STIFFENED: f64 = 1e5;
+/// Roundings of a place in a distance: of the sum over nodes, and of turning it into the tube's frame.
+const ROUNDINGS: f64 = 8.0;
 /// Rounds of pressures, and steps in each, at most.
 const MOST_ROUNDS: usize = 20;
 const MOST_STEPS: usize = 30;
@@ -77,19 +79,30 @@ impl Reduced {
         let mean = model.stiffness.trace() / count.max(1) as f64;
         let first = STIFFNESS_PART * mean / self.touches.mean_area();
         self.stiffness = first;
-        let (mut y, mut last) = (vec![0.0; count], f64::INFINITY);
+        let (mut y, mut last, mut force) = (vec![0.0; count], f64::INFINITY, wanted.force);
         for _ in 0..MOST_ROUNDS {
-            self.balance(model, v, tube, wanted.force, &mut y)?;
+            let (floor, steps) = (self.rounding(v), self.steps);
+            self.balance(model, v, tube, force.max(floor), &mut y)?;
             let (change, depth) = self.update(&moved(v, &y, 1.0), tube);
-            if change <= wanted.force && depth <= wanted.depth {
+            if change <= force.max(floor) && depth <= wanted.depth {
                 return Some(y);
             }
-            if change > SLOW_PART * last && self.stiffness < MOST_STIFFENED * first {
+            if self.steps == steps {
+                // Forces balance well enough for no step, but not for the depth.
+                force *= SLOW_PART;
+            } else if change > SLOW_PART * last && self.stiffness < MOST_STIFFENED * first {
                 self.stiffness *= STIFFENED;
             }
             last = change;
         }
         None
+    }
+
+    /// What rounding leaves of the forces: of places, times the stiffness of contact.
+    fn rounding(&self, v: &[f64]) -> f64 {
+        let places = (0..self.touches.len()).map(|point| (self.touches.area(point), self.touches.at(point, v).amax()));
+        let (area, far) = places.fold((0.0, 0.0_f64), |(area, far), (a, x)| (area + a * a, far.max(x)));
+        ROUNDINGS * f64::EPSILON * self.stiffness * far * area.sqrt()
     }
 
     /// Newton's method with these pressures.

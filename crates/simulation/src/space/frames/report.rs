@@ -61,6 +61,9 @@ pub struct Frame {
     pub force: TubeForce,
     /// Energy of solids, weights, loads and springs.
     pub energy: f64,
+    /// The work that the tube did in this frame by the mean of its forces before and after: it differs from the gain of energy by a part of third
+    /// order in the way. Much more means that tissue has slipped from one state to another.
+    pub work: f64,
     /// The least determinant of the deformation gradient at the points of the elements.
     pub least_determinant: f64,
     /// Steps made.

@@ -144,7 +144,9 @@ impl Frames {
     fn line(&self, tube: &Tube, v: &[f64], whole: Step, mixed: Option<Step>, last: f64) -> Option<Next> {
         let cost = |v: &[f64]| self.contact.cost(&whole.1, v, tube);
         let start = self.now.at.energy + cost(v);
-        let [lower, alike] = [ENERGY_ROUNDING, ALIKE].map(|part| start + part * start.abs());
+        let lower = start + ENERGY_ROUNDING * start.abs();
+        // Nor does the work of forces count that may be left free.
+        let alike = start + ALIKE * start.abs() + self.settings.tolerance * self.scale * norm(&whole.0);
         let halves = (0..MOST_HALVINGS).map(|k| (0.5_f64.powi(k), &whole));
         let tries = mixed.iter().map(|mixed| (1.0, mixed)).chain(halves);
         tries.into_iter().find_map(|(t, (step, pressures))| {

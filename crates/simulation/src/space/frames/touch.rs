@@ -138,7 +138,12 @@ impl Touches {
 
     /// Where a point is.
     pub(super) fn at(&self, point: usize, v: &[f64]) -> Vector3<f64> {
-        let mut at = self.points[point].at;
+        self.points[point].at + self.displacement(point, v)
+    }
+
+    /// How far it is moved.
+    pub(super) fn displacement(&self, point: usize, v: &[f64]) -> Vector3<f64> {
+        let mut at = Vector3::zeros();
         for (node, weight) in self.row(point) {
             let u = &v[3 * *node as usize..3 * *node as usize + 3];
             (0..3).for_each(|k| at[k] += weight * u[k]);

@@ -58,6 +58,14 @@ impl Frames {
         Ok(())
     }
 
+    /// The work of the tube on its way from one pose to where it is, by the mean of its forces.
+    pub(super) fn work(&self, from: &Tube, before: &TubeForce) -> f64 {
+        let (from, to, after) = (from.pose(), self.now.tube.pose(), self.force());
+        let way = to.translation.vector - from.translation.vector;
+        let turn = from.rotation.rotation_to(&to.rotation).scaled_axis();
+        -0.5 * ((before.force + after.force).dot(&way) + (before.moment + after.moment).dot(&turn))
+    }
+
     /// What the tissue does to the tube, by the pressures of the last frame.
     pub fn force(&self) -> TubeForce {
         let mut v = Vec::new();
