@@ -47,6 +47,8 @@ const STEPS_ON_THE_WAY: usize = 4;
 /// A residual that falls by less than this a step asks for new factors.
 const SLOW_RATE: f64 = 0.25;
 
+/// Poses so many parts of a way off are errors of a tracker.
+const MOST_PARTS: f64 = 1e6;
 /// A residual that is better not left: a frame that ends with it is tried again in halves.
 const FAR_OFF: f64 = 0.05;
 
@@ -58,6 +60,7 @@ struct Now {
     /// Of the points that the tube may reach.
     pressures: Vec<f64>,
     tube: Tube,
+    found: Found,
 }
 
 /// A system, its state, and the tube in it.
@@ -79,6 +82,8 @@ pub struct Frames {
     /// How far the tube has gone since the state of the factor in use, and of the one asked for, mm.
     ways: [f64; 2],
     slow: bool,
+    /// The factor in use is of another state.
+    stale: bool,
 }
 
 /// Energy without contact, and the forces that it leaves on free unknowns: downhill.
@@ -103,7 +108,17 @@ impl Frames {
         settings: Settings,
         wanted: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
     ) -> Result<Self, NoFrames> {
-        settings.check()?;
+        settings.check(tube.least_radius())?;
+        let (solids, expected) = (system.bodies.len(), system.bodies.size());
+        if body >= solids {
+            return Err(NoFrames::NoBody { body, solids });
+        }
+        if a.len() != expected {
+            return Err(NoFrames::Size {
+                found: a.len(),
+                expected,
+            });
+        }
         if !system.tubes.is_empty() {
             return Err(NoFrames::Tubes {
                 found: system.tubes.len(),
@@ -118,16 +133,22 @@ impl Frames {
         let at = Evaluated::of(&system, &a).ok_or(NoFrames::NoEnergy)?;
         let system = Arc::new(system);
         let factors = Factors::new(&system, order, settings.precision, &a).ok_or(NoFrames::NoFactor)?;
-        let thousandth = 1e-3 * system.extent();
-        let least_force = settings
-            .least_force
-            .unwrap_or(system.bodies.stiffness_scale() * thousandth * thousandth);
-        Ok(Self {
+        let solid = system.bodies.solid(body);
+        let hundredth = 1e-2 * solid.extent();
+        let usual = solid.shear_scale() * hundredth * hundredth;
+        let least_force = settings.least_force.unwrap_or(usual);
+        let used = Settings {
+            least_force: Some(least_force),
+            ..settings
+        };
+        used.check(tube.least_radius())?;
+        let frames = Self {
             now: Now {
                 a,
                 at,
                 pressures: vec![0.0; touches.len()],
                 tube,
+                found: Found::default(),
             },
             last: None,
             contact: Contact::new(touches),
@@ -141,7 +162,15 @@ impl Frames {
             frame: 0,
             ways: [0.0; 2],
             slow: false,
-        })
+            stale: false,
+        };
+        let mut v = Vec::new();
+        frames.contact.touches.take(&frames.now.a, &mut v);
+        match frames.watch(&frames.now.tube, &frames.now.a, &v) {
+            Err(Refused::TooDeep { depth, most }) => Err(NoFrames::TooDeep { depth, most }),
+            // Anything else may be left behind by the first way.
+            _ => Ok(frames),
+        }
     }
 
     /// The system.
@@ -164,44 +193,67 @@ impl Frames {
         3 * self.contact.touches.nodes()
     }
 
-    /// Moves the tube to a pose, and the tissue with it.
+    /// Moves the tube to a pose, and the tissue with it. What is inside the tissue is not seen: a tube that begins wholly within it presses nothing.
     pub fn frame(&mut self, pose: &Isometry3<f64>) -> Frame {
         self.frame += 1;
-        if self.now.tube.at(*pose).is_err() {
-            return self.report(State::Refused(Refused::Pose), &Found::default());
+        let parts = self.tube().way_to(pose) / (PART_OF_RADIUS * self.tube().least_radius());
+        if self.now.tube.at(*pose).is_err() || parts > MOST_PARTS {
+            return self.refuse(Refused::Pose);
         }
         if self.factors.take_up(self.frame) {
-            self.ways[0] = self.ways[1];
+            (self.ways[0], self.stale) = (self.ways[1], true);
         }
-        let longest = PART_OF_RADIUS * self.now.tube.least_radius();
-        let parts = ((self.now.tube.way_to(pose) / longest).ceil() as usize).max(1);
+        let parts = (parts.ceil() as usize).max(1);
         let (start, before) = (self.now.clone(), self.force());
-        let mut found = self.walk(pose, parts, parts > 1);
-        // What does not go at once may go in halves, each with factors of its own.
-        if parts == 1 && !found.as_ref().is_ok_and(|found| found.residual <= FAR_OFF) {
-            let [before, halves] = [self.now.clone(), start.clone()];
-            self.now = halves;
-            let again = self.walk(pose, 2, true);
-            if found.is_ok() && again.is_err() {
-                self.now = before;
-            } else {
-                found = again;
-            }
-        }
-        match found {
+        match self.go(pose, parts, &start) {
             Ok(found) => {
+                self.now.found = found;
                 let state = self.judge(pose, &found);
                 let work = self.work(&start.tube, &before);
-                self.last = (state == State::Settled).then_some(start);
+                self.last = (state == State::Settled && parts == 1).then_some(start);
                 Frame {
                     work,
                     ..self.report(state, &found)
                 }
             }
             Err(refused) => {
-                (self.now, self.last) = (start, None);
-                self.report(State::Refused(refused), &Found::default())
+                self.restore(start);
+                self.last = None;
+                self.refuse(refused)
             }
+        }
+    }
+
+    /// Back to a state: factors may be of any other by now.
+    fn restore(&mut self, start: Now) {
+        (self.now, self.ways, self.stale) = (start, [f64::INFINITY; 2], true);
+    }
+
+    fn refuse(&self, refused: Refused) -> Frame {
+        let found = Found {
+            steps: 0,
+            contact_steps: 0,
+            ..self.now.found
+        };
+        self.report(State::Refused(refused), &found)
+    }
+
+    /// Goes to a pose, and once more in halves where that leads nowhere: each half with factors of its own.
+    fn go(&mut self, pose: &Isometry3<f64>, parts: usize, start: &Now) -> Result<Found, Refused> {
+        let first = self.walk(pose, parts, parts > 1);
+        let good = first.as_ref().is_ok_and(|found| found.residual <= FAR_OFF);
+        if good || parts > 1 || self.settings.most_parts < 2 {
+            return first;
+        }
+        let reached = self.now.clone();
+        self.restore(start.clone());
+        match (first, self.walk(pose, 2, true)) {
+            (Ok(first), Ok(second)) if second.residual < first.residual => Ok(first.and(&second)),
+            (Ok(first), _) => {
+                self.restore(reached);
+                Ok(first)
+            }
+            (Err(_), second) => second,
         }
     }
 
@@ -220,9 +272,9 @@ impl Frames {
             } else {
                 STEPS_ON_THE_WAY
             };
+            self.refresh(at_once);
             let moved = self.now.tube.way_to(next.pose());
             self.ways.iter_mut().for_each(|way| *way += moved);
-            self.refresh(at_once);
             if parts == 1 {
                 self.foresee(&next);
             }
@@ -236,11 +288,13 @@ impl Frames {
         let Some(last) = &self.last else {
             return;
         };
-        let way = |from: &Tube, to: &Tube| to.pose().translation.vector - from.pose().translation.vector;
-        let (old, new) = (way(&last.tube, &self.now.tube), way(&self.now.tube, next));
-        // Back and forth along one line are foreseen, up to twice as fast.
-        let part = new.dot(&old) / old.norm_squared();
-        if !(part.abs() <= 2.0 && (new - old * part).norm() <= 0.5 * new.norm()) {
+        let (from, now, to) = (last.tube.pose(), self.now.tube.pose(), next.pose());
+        let old = now.translation.vector - from.translation.vector;
+        let part = (to.translation.vector - now.translation.vector).dot(&old) / old.norm_squared();
+        let turn = from.rotation.rotation_to(&now.rotation).powf(part) * now.rotation;
+        let foreseen = Isometry3::from_parts((now.translation.vector + old * part).into(), turn);
+        // Back and forth along one way are foreseen, up to twice as fast, turns with it.
+        if !(part.abs() <= 2.0 && next.way_to(&foreseen) <= 0.5 * next.way_to(now)) {
             return;
         }
         let a: Vec<f64> = self
@@ -253,13 +307,14 @@ impl Frames {
         let Some(at) = Evaluated::of(&self.system, &a) else {
             return;
         };
-        let cost = |a: &[f64]| {
-            let mut v = Vec::new();
-            self.contact.touches.take(a, &mut v);
-            self.contact.cost(&self.now.pressures, &v, next)
-        };
-        if at.energy + cost(&a) < self.now.at.energy + cost(&self.now.a) {
-            (self.now.a, self.now.at) = (a, at);
+        let (mut v, mut moved) = (Vec::new(), Vec::new());
+        self.contact.touches.take(&self.now.a, &mut v);
+        self.contact.touches.take(&a, &mut moved);
+        let cost = |v: &[f64]| self.contact.cost(&self.now.pressures, v, next);
+        let way: Vec<f64> = moved.iter().zip(&v).map(|(moved, v)| moved - v).collect();
+        let lower = at.energy + cost(&moved) < self.now.at.energy + cost(&v);
+        if lower && !self.contact.passes(&v, &way, next) {
+            (self.now.a, self.now.at, self.stale) = (a, at, true);
         }
     }
 
@@ -272,7 +327,7 @@ impl Frames {
             self.factors.ask(
                 &self.system,
                 &self.now.a,
-                self.frame + self.settings.delay.max(1) as u64,
+                self.frame.saturating_add(self.settings.delay.max(1) as u64),
             );
             self.ways[1] = 0.0;
         }
@@ -284,7 +339,7 @@ impl Frames {
         self.factors.take_up(u64::MAX);
         let made = self.factors.make_now(&self.system, &self.now.a);
         if made {
-            self.ways = [0.0; 2];
+            (self.ways, self.stale) = ([0.0; 2], false);
         }
         made
     }

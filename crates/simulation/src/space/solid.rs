@@ -50,6 +50,11 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// A scale of its stiffness, units of stress; zero where it has none.
     fn stiffness_scale(&self) -> f64;
 
+    /// A scale of its stiffness against shear, units of stress: what resists where volume is kept.
+    fn shear_scale(&self) -> f64 {
+        self.stiffness_scale()
+    }
+
     /// Its largest side in the reference configuration.
     fn extent(&self) -> f64;
 

@@ -37,6 +37,9 @@ use cone::Cone;
 pub use distance::Distance;
 pub use sweep::{Sweep, SweepError};
 
+/// Quaternions of single precision have unit length to 1e-7.
+const UNIT_TO: f64 = 1e-6;
+
 /// Why a tube was refused.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum TubeError {
@@ -65,8 +68,8 @@ pub enum TubeError {
         /// The radius given.
         radius: f64,
     },
-    /// The pose has a number that is NaN or infinite.
-    #[error("the pose is not finite")]
+    /// The pose has a number that is NaN or infinite, or its quaternion not unit length.
+    #[error("the pose is not finite, or its quaternion not of unit length")]
     Pose,
 }
 
@@ -120,7 +123,7 @@ impl Tube {
     ///
     /// # Errors
     ///
-    /// [`TubeError::Pose`] where a number of the pose is not finite.
+    /// [`TubeError::Pose`] where a number of the pose is not finite, or its quaternion not of unit length to 1e-6.
     pub fn at(&self, pose: Isometry3<f64>) -> Result<Self, TubeError> {
         check_pose(&pose)?;
         Ok(Self { pose, ..self.clone() })
@@ -195,6 +198,14 @@ impl Tube {
         self.first_touch_grown(&local, &way, 0.0)
     }
 
+    /// True where the way from `x` to `x + d` (world) leads through what lies deeper than `depth` in the tube; less than the least radius.
+    #[must_use]
+    pub fn is_crossed(&self, x: &Vector3<f64>, d: &Vector3<f64>, depth: f64) -> bool {
+        let local = self.pose.inverse_transform_point(&Point3::from(*x)).coords;
+        let way = self.pose.inverse_transform_vector(d);
+        self.first_touch_grown(&local, &way, -depth).is_some()
+    }
+
     /// [`Self::first_touch`] in the tube's frame, of the tube with all radii larger by `growth`.
     fn first_touch_grown(&self, x: &Vector3<f64>, d: &Vector3<f64>, growth: f64) -> Option<f64> {
         let touches = self.cones.iter().filter_map(|cone| hit::first(cone, x, d, growth));
@@ -226,7 +237,9 @@ fn check(axis: &[Point3<f64>], radii: &[f64]) -> Result<(), TubeError> {
 
 fn check_pose(pose: &Isometry3<f64>) -> Result<(), TubeError> {
     let parts = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
-    if parts.copied().all(f64::is_finite) {
+    // With another length it would be no rotation: distances would be those of a tube out of shape.
+    let unit = (pose.rotation.quaternion().norm() - 1.0).abs() < UNIT_TO;
+    if unit && parts.copied().all(f64::is_finite) {
         Ok(())
     } else {
         Err(TubeError::Pose)

@@ -290,6 +290,14 @@ fn poses_that_are_none_and_places_without_contact_are_refused_and_leave_the_stat
         UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(f64::NAN, 0.0, 0.0, 0.0)),
     );
     assert_eq!(frames.frame(&bad).state, State::Refused(Refused::Pose));
+    // Twice as long a quaternion would make a tube out of shape.
+    let double = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(2.0, 0.0, 0.0, 0.0));
+    bad = Isometry3::from_parts(pose(1.0, 0.0, 0.0).translation, double);
+    assert_eq!(frames.frame(&bad).state, State::Refused(Refused::Pose));
+    let far = frames.frame(&pose(1e30, 0.0, 0.0));
+    assert_eq!(far.state, State::Refused(Refused::Pose));
+    // The numbers of a refusal are those of the state that is there.
+    assert!(far.residual > 0.0 && far.force == frames.force());
     // Only what is within 10 mm of the middle was named: 25 mm beside it the tube presses what is not.
     let aside = (1..=60).map(|k| frames.frame(&pose(2.0, 0.5 * f64::from(k), 0.0)));
     let refused = aside
@@ -350,6 +358,7 @@ fn systems_that_have_no_frames_are_refused_by_name() {
             "depth",
         ),
         (Settings { refresh: -1.0, ..usual }, "refresh"),
+        (Settings { depth: 1.1, ..usual }, "depth"),
         (Settings { most_steps: 0, ..usual }, "most_steps"),
         (Settings { most_parts: 0, ..usual }, "most_parts"),
         (
@@ -366,6 +375,24 @@ fn systems_that_have_no_frames_are_refused_by_name() {
             "{found}"
         );
     }
+    let of = |body: usize, size: usize, tube: Tube| {
+        let system = block(COARSE, 0.45);
+        Frames::new(system, vec![0.0; size], body, tube, usual, top(25.0))
+            .map(|_| ())
+            .unwrap_err()
+    };
+    let size = block(COARSE, 0.45).initial().len();
+    assert_eq!(of(1, size, tube()), NoFrames::NoBody { body: 1, solids: 1 });
+    let found = of(0, 3, tube());
+    assert_eq!(
+        found,
+        NoFrames::Size {
+            found: 3,
+            expected: size
+        }
+    );
+    let deep = tube().at(pose(6.0, 0.0, 0.0)).unwrap();
+    assert!(matches!(of(0, size, deep), NoFrames::TooDeep { most: 5.0, .. }));
     let infinite = || {
         let system = block(COARSE, 0.45);
         let a = vec![f64::NAN; system.initial().len()];

@@ -10,6 +10,8 @@ use crate::sparse::Dense;
 /// Points nearer than this part of the tube's least radius must take part; all up to the second one are taken when some new one comes near.
 const NEAR_PART: f64 = 0.15;
 const REACH_PART: f64 = 0.5;
+/// A point may be so deep in a tube, and no deeper: the way out must lead back where it came from.
+pub(super) const DEEPEST_PART: f64 = 0.5;
 /// How often points that turn out to be deep are taken in anew.
 const MOST_TRIES: usize = 4;
 
@@ -53,6 +55,18 @@ impl Contact {
             if *pressure > 0.0 { distance.abs() } else { -distance }
         };
         pressures.iter().enumerate().map(off).fold(0.0, f64::max)
+    }
+
+    /// True where a point's way, by these changes of the root's unknowns, leads through what is deeper than half the radius in a tube: it might leave on
+    /// the other side.
+    pub(super) fn passes(&self, v: &[f64], step: &[f64], tube: &Tube) -> bool {
+        let deepest = DEEPEST_PART * tube.least_radius();
+        (0..self.touches.len()).any(|point| {
+            let (at, way) = (self.touches.at(point, v), self.touches.displacement(point, step));
+            // No point comes nearer than by its way; a way that is no number passes too.
+            let near = !(way.norm() < tube.signed_distance(&at).value + deepest);
+            near && (tube.is_crossed(&at, &way, deepest) || !way.norm().is_finite())
+        })
     }
 
     /// Adds the forces of pressures, with the root's unknowns at `v`.
@@ -188,11 +202,13 @@ impl Contact {
             let unknowns: Vec<usize> = self.order.iter().flat_map(|n| 3 * n..3 * n + 3).collect();
             let size = unknowns.len();
             let ordered = DMatrix::from_fn(size, size, |i, j| model.stiffness[(unknowns[i], unknowns[j])]);
-            self.factor = factor;
+            // None until it is whole: what fails half way must not be taken for one.
+            self.factor = 0;
             if !self.others.eliminate(&ordered, size - 3 * self.local.touches.nodes()) {
                 return None;
             }
             self.others.rest(&mut self.rest);
+            self.factor = factor;
         }
         Some(())
     }

@@ -88,6 +88,8 @@ pub(super) struct Factors {
     pub(super) number: u64,
     spare: Option<Factor>,
     worker: Option<Worker>,
+    order: Dissection,
+    precision: Precision,
     /// The frame in which the next one is taken up.
     due: Option<u64>,
 }
@@ -100,8 +102,10 @@ impl Factors {
         now.whole.then(|| Self {
             now,
             number: 1,
-            spare: Some(Factor::new(order, precision)),
+            spare: Some(Factor::new(order.clone(), precision)),
             worker: None,
+            order,
+            precision,
             due: None,
         })
     }
@@ -130,6 +134,9 @@ impl Factors {
         }
         self.due = None;
         let Some(next) = self.worker.as_ref().and_then(|worker| worker.done.recv().ok()) else {
+            // The thread is gone, and its memory with it: the next one begins anew.
+            self.worker = None;
+            self.spare = Some(Factor::new(self.order.clone(), self.precision));
             return false;
         };
         self.adopt(next)

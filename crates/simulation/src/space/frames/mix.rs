@@ -63,7 +63,10 @@ impl Mix {
                 *pressing -= part * (new - old);
             }
         }
-        pressing.iter_mut().for_each(|p| *p = p.max(0.0));
+        // What presses no more by the last step does not by any mixture.
+        for (pressing, new) in pressing.iter_mut().zip(pressures) {
+            *pressing = if *new > 0.0 { pressing.max(0.0) } else { 0.0 };
+        }
         Some((mixed, pressing))
     }
 }

@@ -100,7 +100,9 @@ impl Reduced {
 
     /// What rounding leaves of the forces: of places, times the stiffness of contact.
     fn rounding(&self, v: &[f64]) -> f64 {
-        let places = (0..self.touches.len()).map(|point| (self.touches.area(point), self.touches.at(point, v).amax()));
+        // Points that do not press have no forces to round.
+        let pressing = (0..self.touches.len()).filter(|point| self.pressures[*point] > 0.0);
+        let places = pressing.map(|point| (self.touches.area(point), self.touches.at(point, v).amax()));
         let (area, far) = places.fold((0.0, 0.0_f64), |(area, far), (a, x)| (area + a * a, far.max(x)));
         ROUNDINGS * f64::EPSILON * self.stiffness * far * area.sqrt()
     }

@@ -14,15 +14,15 @@ pub enum State {
         /// The way that is left at the point of the tube that has the longest, mm.
         left: f64,
     },
-    /// No state was found for this pose; what is there is that of the last one.
+    /// No state was found for this pose; the state is that of the last frame, and so are the numbers of this report.
     Refused(Refused),
 }
 
 /// Why a frame was refused.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Refused {
-    /// A pose that is not finite.
-    #[error("the pose of the tube is not finite")]
+    /// A pose that is none, or out of all reach.
+    #[error("the pose of the tube is not finite, its quaternion not of unit length, or it is a million radii away")]
     Pose,
     /// No step lowers the energy.
     #[error("no step lowers the energy: the tissue cannot follow the tube")]
@@ -30,6 +30,14 @@ pub enum Refused {
     /// A problem of contact without an answer.
     #[error("the forces of contact do not settle")]
     NoContact,
+    /// The tube came so deep that a point might leave on the other side.
+    #[error("a point is {depth:.3} mm deep in the tube; deeper than {most:.3} mm it might leave on the other side")]
+    TooDeep {
+        /// Depth, mm.
+        depth: f64,
+        /// Half the tube's radius.
+        most: f64,
+    },
     /// The tube is in tissue where no contact was prepared.
     #[error("the tube is {depth:.3} mm deep in the surface where no contact was prepared for it")]
     OutOfReach {
@@ -53,16 +61,17 @@ pub enum Refused {
 pub struct Frame {
     /// How far it came.
     pub state: State,
-    /// Free forces over the forces of contact.
+    /// Free forces over the forces of contact, or over [`super::Settings::least_force`] where those are less.
     pub residual: f64,
-    /// What the next step would move at most, by the last one and the rate at which residuals fell, mm: the algebraic part of the error.
+    /// What further steps would move, mm: an estimate of the algebraic part of the error, by the last step and the rate at which residuals fell; ten
+    /// times the step where there was one only. It is of no other part: not of the mesh, nor of the model.
     pub unsettled: f64,
     /// What the tissue does to the tube.
     pub force: TubeForce,
     /// Energy of solids, weights, loads and springs.
     pub energy: f64,
     /// The work that the tube did in this frame by the mean of its forces before and after: it differs from the gain of energy by a part of third
-    /// order in the way. Much more means that tissue has slipped from one state to another.
+    /// order in the way (in a frame of one part, between settled states). Much more means that tissue has slipped from one state to another.
     pub work: f64,
     /// The least determinant of the deformation gradient at the points of the elements.
     pub least_determinant: f64,

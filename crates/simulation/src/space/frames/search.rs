@@ -3,6 +3,7 @@
 use super::reduced::{Model, Wanted};
 use super::report::Refused;
 use super::{Evaluated, Frames, norm};
+use crate::control::Potential;
 use crate::space::tube::Tube;
 
 /// The problem of contact is solved to this part of what is asked of the whole.
@@ -56,6 +57,8 @@ struct Next {
     at: Evaluated,
     v: Vec<f64>,
     pressures: Vec<f64>,
+    /// The part of the step that was made.
+    part: f64,
     /// Free forces with those of contact, and those of contact alone, as lengths.
     free: f64,
     pushed: f64,
@@ -73,16 +76,19 @@ impl Frames {
         for _ in 0..most {
             // Steps of an old factor may fail, or lead nowhere, where those of a new one do not.
             let next = match self.step(tube, &v, free) {
-                Err(_) if self.renew_old() => self.step(tube, &v, free)?,
+                Err(_) if self.renew_old() => self.step(tube, &v, free),
+                other => other,
+            };
+            // What the steps before came to stands: how far from balance it is, is told.
+            let next = match next {
+                Err(_) if found.steps > 0 => break,
                 other => other?,
             };
+            self.stale = true;
             found.steps += 1;
-            found.last = next
-                .a
-                .iter()
-                .zip(&self.now.a)
-                .map(|(n, a)| (n - a).abs())
-                .fold(0.0, f64::max);
+            let moved = next.a.iter().zip(&self.now.a).map(|(n, a)| (n - a).abs());
+            // A step that was halved says nothing about what is left.
+            found.last = moved.fold(0.0, f64::max) / next.part;
             found.rate = if free.is_finite() {
                 (next.free / free).min(1.0)
             } else {
@@ -110,7 +116,7 @@ impl Frames {
     /// New factors at once where those in use are of another state; true where there are.
     fn renew_old(&mut self) -> bool {
         self.mix.clear();
-        self.ways[0] > 0.0 && self.renew()
+        self.stale && self.renew()
     }
 
     /// One step: down to the root, contact there, and back.
@@ -125,7 +131,8 @@ impl Frames {
         let part = settings.tolerance.max(FAR_PART * last.min(self.scale) / self.scale);
         let wanted = Wanted {
             force: OF_THE_WHOLE * part * self.scale,
-            depth: OF_THE_WHOLE * settings.depth,
+            // No nearer than places are known.
+            depth: (OF_THE_WHOLE * settings.depth).max(8.0 * f64::EPSILON * self.system.extent()),
         };
         // They are what a step starts from; what becomes of them is the step's.
         let mut pressures = self.now.pressures.clone();
@@ -151,14 +158,18 @@ impl Frames {
         let tries = mixed.iter().map(|mixed| (1.0, mixed)).chain(halves);
         tries.into_iter().find_map(|(t, (step, pressures))| {
             let a: Vec<f64> = self.now.a.iter().zip(step).map(|(a, s)| a + t * s).collect();
-            let next = self.look_at(a, pressures, tube)?;
+            let next = self.look_at(a, pressures, tube, t)?;
+            let way: Vec<f64> = next.v.iter().zip(v).map(|(next, v)| next - v).collect();
+            if self.contact.passes(v, &way, tube) {
+                return None;
+            }
             let energy = next.at.energy + cost(&next.v);
-            (energy <= lower || energy <= alike && next.free <= 0.5 * last).then_some(next)
+            (energy <= lower || last.is_finite() && energy <= alike && next.free <= 0.5 * last).then_some(next)
         })
     }
 
     /// A state with its forces.
-    fn look_at(&self, a: Vec<f64>, pressures: &[f64], tube: &Tube) -> Option<Next> {
+    fn look_at(&self, a: Vec<f64>, pressures: &[f64], tube: &Tube, part: f64) -> Option<Next> {
         let at = Evaluated::of(&self.system, &a)?;
         let mut v = Vec::new();
         self.contact.touches.take(&a, &mut v);
@@ -170,6 +181,7 @@ impl Frames {
             free: norm(&free),
             pushed: norm(&pushed),
             pressures: pressures.to_vec(),
+            part,
             a,
             at,
             v,

@@ -7,9 +7,11 @@ use crate::sparse::{NoOrder, Precision};
 pub struct Settings {
     /// Free forces over the forces of contact (both as lengths of the vector of all unknowns) at which a frame is settled.
     pub tolerance: f64,
-    /// The deepest that a point may be in the tube in a settled frame, mm.
+    /// The deepest that a point may be in the tube, and the farthest off it while it presses, in a settled frame, mm; at most a tenth of the tube's
+    /// least radius.
     pub depth: f64,
-    /// Steps in a frame at most. Never a time: the same poses give the same bits.
+    /// Steps at a pose at most; on the way to it four in each part, and once more in halves where that leads nowhere. Never a time: the same
+    /// poses give the same bits.
     pub most_steps: usize,
     /// A pose farther away than this part of the tube's least radius is walked to in parts; so many of them in a frame at most.
     pub most_parts: usize,
@@ -20,7 +22,7 @@ pub struct Settings {
     /// How factors are stored for solutions; forces are always double.
     pub precision: Precision,
     /// The least force that free forces are measured by, in the system's unit of force: where nothing presses they have no other
-    /// measure. `None`: the largest stiffness times the square of a thousandth of the largest solid.
+    /// measure. `None`: the solid's shear modulus times the square of a hundredth of its side.
     pub least_force: Option<f64>,
 }
 
@@ -67,6 +69,32 @@ pub enum NoFrames {
         /// The point.
         point: usize,
     },
+    /// A solid that does not exist.
+    #[error("there is no solid {body}: the system has {solids}")]
+    NoBody {
+        /// The number asked for.
+        body: usize,
+        /// How many there are.
+        solids: usize,
+    },
+    /// A state of another size.
+    #[error("the state has {found} numbers, the system {expected}")]
+    Size {
+        /// Numbers given.
+        found: usize,
+        /// Numbers of the system.
+        expected: usize,
+    },
+    /// The tube begins in tissue.
+    #[error(
+        "at the start a point of a surface is {depth:.3} mm deep in the tube; {most:.3} mm are the most that leads out again"
+    )]
+    TooDeep {
+        /// Depth, mm.
+        depth: f64,
+        /// Half the tube's radius.
+        most: f64,
+    },
     /// No point of the surface is wanted.
     #[error("no point of the surface of solid {body} lies where the tube may press")]
     NoPoint {
@@ -98,7 +126,7 @@ pub enum NoFrames {
 
 impl Settings {
     /// Refuses numbers that no frame could be found with.
-    pub(super) fn check(&self) -> Result<(), NoFrames> {
+    pub(super) fn check(&self, radius: f64) -> Result<(), NoFrames> {
         let above = |name, found: f64| match found.is_finite() && found > 0.0 {
             true => Ok(()),
             false => Err(NoFrames::Setting {
@@ -109,6 +137,13 @@ impl Settings {
         };
         above("tolerance", self.tolerance)?;
         above("depth", self.depth)?;
+        if self.depth > 0.1 * radius {
+            return Err(NoFrames::Setting {
+                name: "depth",
+                found: self.depth,
+                allowed: "at most a tenth of the tube's least radius",
+            });
+        }
         above("refresh", self.refresh)?;
         above("least_force", self.least_force.unwrap_or(1.0))?;
         above("most_steps", self.most_steps as f64)?;

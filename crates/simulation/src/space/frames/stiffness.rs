@@ -42,7 +42,8 @@ impl Pressing {
 impl Frames {
     /// The derivative of force and moment on the tube (as [`Frames::force`] has them: the moment about the tube's own origin, world's axes) by its
     /// pose: rows force then moment, columns ways then turns about the origin, by the stiffness of tissue that the last factor has, which
-    /// may be [`super::Settings::refresh`] and what goes on meanwhile old. Points that press go on pressing. `None` where it is not to be had; zero without contact.
+    /// may be [`super::Settings::refresh`] and what goes on meanwhile old. Points that press go on pressing. `None` where it is not to be had: after a refusal,
+    /// or where a small motion changes the state by much; zero without contact.
     pub fn stiffness(&self) -> Option<Matrix6<f64>> {
         self.contact
             .tube_stiffness(&self.now.pressures, &self.now.a, &self.now.tube)
@@ -54,6 +55,10 @@ impl Contact {
         let mut v = Vec::new();
         self.touches.take(a, &mut v);
         let pressing = self.pressing(pressures, &v, tube);
+        // After a refusal the points at the tube may still be those of the pose that was refused.
+        if pressing.len() < pressures.iter().filter(|p| **p > 0.0).count() {
+            return None;
+        }
         let mut stiffness = Matrix6::zeros();
         if pressing.is_empty() {
             return Some(stiffness);

@@ -2,56 +2,67 @@
 
 use nalgebra::Vector3;
 
+use super::Frames;
+use super::contact::DEEPEST_PART;
 use super::report::Refused;
-use super::{Frames, PART_OF_RADIUS};
 use crate::space::system::System;
 use crate::space::term::TubeForce;
 use crate::space::tube::Tube;
 
-/// Points of surfaces where no contact is prepared.
+/// Points of surfaces where no contact is prepared, and the area that each stands for.
 #[derive(Debug, Clone)]
 pub(super) struct Others {
-    points: Vec<(usize, usize)>,
+    points: Vec<(usize, usize, f64)>,
 }
 
 impl Others {
     pub(super) fn new(system: &System, body: usize, wanted: &impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool) -> Self {
         let all = (0..system.bodies.len()).flat_map(|b| (0..system.bodies.solid(b).points()).map(move |p| (b, p)));
-        let outside = all.filter(|(b, point)| {
-            let (at, normal, _) = system.bodies.solid(*b).reference(*point);
-            *b != body || !wanted(&at, &normal)
+        let outside = all.filter_map(|(b, point)| {
+            let (at, normal, area) = system.bodies.solid(b).reference(point);
+            (b != body || !wanted(&at, &normal)).then_some((b, point, area))
         });
         Self {
             points: outside.collect(),
         }
     }
 
-    /// How deep a tube is in surfaces where no contact is prepared, mm; 0 where it is not.
-    pub(super) fn depth(&self, system: &System, a: &[f64], tube: &Tube) -> f64 {
-        let depth = |(body, point): &(usize, usize)| {
-            let at = system.bodies.solid(*body).point(system.bodies.part(*body, a), *point);
-            -tube.signed_distance(&at).value
-        };
-        self.points.iter().map(depth).fold(0.0, f64::max)
+    /// How deep a tube is in surfaces where no contact is prepared, and the widest gap between their points at it, mm; 0 where none is.
+    fn look(&self, system: &System, a: &[f64], tube: &Tube) -> (f64, f64) {
+        self.points
+            .iter()
+            .fold((0.0, 0.0), |(depth, gap), (body, point, area)| {
+                let at = system.bodies.solid(*body).point(system.bodies.part(*body, a), *point);
+                let distance = tube.signed_distance(&at).value;
+                (f64::max(depth, -distance), f64::max(gap, gap_at(*area, distance)))
+            })
     }
 }
 
+/// How far the middle between points may be from them, where they are at the tube.
+fn gap_at(area: f64, distance: f64) -> f64 {
+    let side = area.sqrt();
+    // Of Gauss points of a square the middle of four is three quarters of the root of their area away from them.
+    if distance < 1.5 * side { 0.75 * side } else { 0.0 }
+}
+
 impl Frames {
-    /// Refuses a tube that the prepared points of the surface cannot tell of.
+    /// Refuses a tube that points of surfaces cannot tell of, or that is too deep for a way out.
     pub(super) fn watch(&self, tube: &Tube, a: &[f64], v: &[f64]) -> Result<(), Refused> {
-        let depth = self.others.depth(&self.system, a, tube);
-        if depth > self.settings.depth {
-            return Err(Refused::OutOfReach { depth });
+        let (deep, wide) = self.others.look(&self.system, a, tube);
+        if deep > self.settings.depth {
+            return Err(Refused::OutOfReach { depth: deep });
         }
-        let most = tube.least_radius() * (0.9 - PART_OF_RADIUS);
+        let most = DEEPEST_PART * tube.least_radius();
         let touches = &self.contact.touches;
-        let gap = |point: usize| {
-            let side = touches.area(point).sqrt();
-            // Of Gauss points of a square the middle of four is three quarters of the root of their area away from them.
-            let near = touches.distance(point, v, tube).value < 1.5 * side;
-            if near { 0.75 * side } else { 0.0 }
-        };
-        let gap = (0..touches.len()).map(gap).fold(0.0, f64::max);
+        let distances = (0..touches.len()).map(|point| (touches.area(point), touches.distance(point, v, tube).value));
+        let (mut depth, mut gap) = (0.0_f64, wide);
+        for (area, distance) in distances {
+            (depth, gap) = (depth.max(-distance), gap.max(gap_at(area, distance)));
+        }
+        if depth > most {
+            return Err(Refused::TooDeep { depth, most });
+        }
         if gap > most {
             return Err(Refused::TooCoarse { gap, most });
         }

@@ -130,6 +130,10 @@ impl Solid for Deformable {
         self.material.lame.confined()
     }
 
+    fn shear_scale(&self) -> f64 {
+        self.material.lame.mu
+    }
+
     fn extent(&self) -> f64 {
         self.extent
     }
