@@ -2,10 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
+mod common;
+mod half_space;
 mod labels;
 mod manufactured;
 mod meshes;
+mod punch;
 mod push;
+mod rivlin;
 mod rules;
 mod sphere;
 mod terms;
