@@ -46,7 +46,7 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// The least determinant of the deformation gradient at the points looked at. Zero or less: turned inside out.
     fn least_determinant(&self, a: &[f64]) -> f64;
 
-    /// A scale of its stiffness, units of stress; zero where it has none.
+    /// A scale of the stiffness of its parameters, force by length as their second derivatives have; zero where it has none.
     fn stiffness_scale(&self) -> f64;
 
     /// Its largest side in the reference configuration.

@@ -46,7 +46,13 @@ impl Field for Cylinder {
     }
 
     fn slope_bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> [Bounds; 3] {
-        [0, 1, 2].map(|k| if k < 2 { [low[k] / self.radius, high[k] / self.radius] } else { [0.0; 2] })
+        [0, 1, 2].map(|k| {
+            if k < 2 {
+                [low[k] / self.radius, high[k] / self.radius]
+            } else {
+                [0.0; 2]
+            }
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod common;
+mod extremes;
 mod half_space;
 mod labels;
 mod manufactured;
@@ -11,6 +12,7 @@ mod punch;
 mod push;
 mod rivlin;
 mod rules;
+mod scales;
 mod sphere;
 mod terms;
 

@@ -129,7 +129,10 @@ fn an_inflated_ball() {
         // Asked for is 0.1 %. What a load does work on converges twice as fast as gradients: order 4, and points with 3;
         // one order less is left to cut cubes.
         assert!(errors[1][0] < 1e-4 && errors[1][1] < 1e-3, "{errors:?}");
-        assert!(errors[0][0] > 8.0 * errors[1][0] && errors[0][1] > 4.0 * errors[1][1], "{errors:?}");
+        assert!(
+            errors[0][0] > 8.0 * errors[1][0] && errors[0][1] > 4.0 * errors[1][1],
+            "{errors:?}"
+        );
     }
 }
 
@@ -140,10 +143,7 @@ const RADIUS: f64 = 10.0;
 /// Every section turns as it is, and bears `mu rate r` around and `mu rate^2 (r^2 - a^2) / 2` along and across.
 fn twisted(side: f64, nu: f64, rate: f64) -> ([f64; 2], usize) {
     let (length, reach) = (RADIUS, side * (RADIUS / side).ceil());
-    let corners = [
-        Vector3::new(-reach, -reach, 0.0),
-        Vector3::new(reach, reach, length),
-    ];
+    let corners = [Vector3::new(-reach, -reach, 0.0), Vector3::new(reach, reach, length)];
     let bar = Cylinder { radius: RADIUS };
     let mesh = Mesh::new(&bar, corners, &Settings::of_side(side), &|_, _| false).unwrap();
     let material = Material::new(Law::NeoHookean, 2.0 * (1.0 + nu), nu).unwrap();

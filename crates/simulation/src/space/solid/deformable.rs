@@ -18,6 +18,8 @@ pub struct Deformable {
     /// Of each point of the surface its free nodes.
     rows: Vec<Vec<(u32, f64)>>,
     extent: f64,
+    /// Side of the largest cube.
+    side: f64,
 }
 
 impl Deformable {
@@ -38,6 +40,7 @@ impl Deformable {
             weights: forces,
             rows: mesh.surface.iter().map(|p| mesh.surface_row(p)).collect(),
             extent: (high - low).max(),
+            side: mesh.grid().cells().map(|c| mesh.grid().length(c.span)).fold(0.0, f64::max),
             mesh,
             material,
         })
@@ -152,7 +155,7 @@ impl Solid for Deformable {
     }
 
     fn stiffness_scale(&self) -> f64 {
-        self.material.lame.confined()
+        self.material.lame.confined() * self.side
     }
 
     fn extent(&self) -> f64 {
