@@ -32,11 +32,22 @@ fn scene(length: f64, stress: f64) -> (Vec<f64>, f64, usize) {
     let contact = TubeContact::new(&system.bodies, body, tube, 10.0 * stress / length, |_, _| true).unwrap();
     system.tubes.push(contact);
     let mut a = system.initial();
+    use simulation::space::solid::Solid;
+    let _ = Solid::points(system.bodies.solid(0));
     let mut newton = newton(&system, 1e-8);
     let found = settle(&mut system, &mut newton, &mut a, &Tolerance::default());
     let found = found.unwrap();
     let force = system.tubes[0].force(&system.bodies, &a).force.z;
     (a.iter().map(|u| u / length).collect(), force / (stress * length * length), found.iterations)
+}
+
+#[test]
+fn explore() {
+    for length in [1.0, 1.1, 0.9, 3.0, 10.0, 0.7, 1e-3, 1e-6, 1e6] {
+        println!("{length}");
+        let r = std::panic::catch_unwind(|| scene(length, 1.0));
+        if let Ok(r) = r { println!("{length} {} {}", r.1, r.2); }
+    }
 }
 
 #[test]
