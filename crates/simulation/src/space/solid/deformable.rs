@@ -40,7 +40,11 @@ impl Deformable {
             weights: forces,
             rows: mesh.surface.iter().map(|p| mesh.surface_row(p)).collect(),
             extent: (high - low).max(),
-            side: mesh.grid().cells().map(|c| mesh.grid().length(c.span)).fold(0.0, f64::max),
+            side: mesh
+                .grid()
+                .cells()
+                .map(|c| mesh.grid().length(c.span))
+                .fold(0.0, f64::max),
             mesh,
             material,
         })
