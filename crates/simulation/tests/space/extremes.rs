@@ -87,12 +87,12 @@ fn beds_from_softest_to_stiffest() {
     // Without sideways strain: what is pulled moves by `t / k + t H / E`.
     for law in [Law::Linear, Law::NeoHookean] {
         for k in [1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9].map(|k| k / 20.0) {
-            let (mut system, mesh) = boxed([10.0, 10.0, 20.0], 5.0, law.clone(), 0.0);
+            let (mut system, mesh) = boxed([10.0, 10.0, 20.0], 5.0, law, 0.0);
             let bed = |_: &Vector3<f64>, normal: &Vector3<f64>| if normal.z < -0.5 { k } else { 0.0 };
             let bed = Springs::new(&system.bodies, 0, bed, |x| *x);
             system.others.push(Box::new(bed));
             let t = 1e-6_f64.min(1e-3 * k);
-            let material = Material::new(law.clone(), 1.0, 0.0).unwrap();
+            let material = Material::new(law, 1.0, 0.0).unwrap();
             let solid = Deformable::new(mesh.clone(), material, Vector3::zeros()).unwrap();
             let load = solid.traction(|_, normal| if normal.z > 0.5 { normal * t } else { Vector3::zeros() });
             system.load(0, &load);
