@@ -8,7 +8,7 @@ const ARMIJO_PART: f64 = 1e-4;
 /// Halvings before a search gives up.
 // 2^-40 is 1e-12 of the step: shorter ones hardly change an energy by more than its rounding.
 const MOST_HALVINGS: usize = 40;
-/// Energies are compared to this relative rounding.
+/// Energies are compared to this relative rounding, of themselves and of the work of outer forces in them.
 // Some 450 times 2^-52: room for what the sum over elements and contacts loses.
 const ENERGY_ROUNDING: f64 = 1e-13;
 /// Of the way to the first touch.
@@ -102,7 +102,7 @@ impl<'a, P: Potential> Line<'a, P> {
     }
 
     fn rounding(&self) -> f64 {
-        ENERGY_ROUNDING * self.at.energy.abs()
+        ENERGY_ROUNDING * (self.at.energy.abs() + self.potential.work(self.a))
     }
 
     /// True for a step that nothing has shortened.

@@ -43,6 +43,12 @@ pub trait Potential {
         sizes.clear();
     }
 
+    /// The sum of the sizes of what the outer forces have done at `a`: energies that cancel nearly are known no better than
+    /// to the rounding of that.
+    fn work(&self, _a: &[f64]) -> f64 {
+        0.0
+    }
+
     /// The scale of lengths.
     fn extent(&self) -> f64;
 

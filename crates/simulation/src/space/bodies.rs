@@ -47,7 +47,7 @@ impl Bodies {
         self.solids.iter().map(|s| s.extent()).fold(0.0, f64::max)
     }
 
-    /// The largest stiffness, units of stress.
+    /// The largest stiffness, force by length.
     pub fn stiffness_scale(&self) -> f64 {
         self.solids.iter().map(|s| s.stiffness_scale()).fold(0.0, f64::max)
     }

@@ -47,7 +47,7 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// The least determinant of the deformation gradient at the points looked at. Zero or less: turned inside out.
     fn least_determinant(&self, a: &[f64]) -> f64;
 
-    /// A scale of its stiffness, units of stress; zero where it has none.
+    /// A scale of the stiffness of its parameters, force by length as their second derivatives have; zero where it has none.
     fn stiffness_scale(&self) -> f64;
 
     /// A scale of its stiffness against shear, units of stress: what resists where volume is kept.

@@ -129,6 +129,11 @@ impl Potential for System {
         self.weights[i] + self.loads[i]
     }
 
+    fn work(&self, a: &[f64]) -> f64 {
+        let each = a.iter().enumerate();
+        each.map(|(i, a)| (Potential::load(self, i) * a).abs()).sum()
+    }
+
     fn reaction(&self, a: &[f64]) -> f64 {
         let each = self.terms().map(|term| term.reaction(&self.bodies, a));
         each.fold(0.0, f64::max)

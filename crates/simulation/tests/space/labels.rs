@@ -201,3 +201,51 @@ fn what_is_lost_or_comes_apart_is_refused() {
     let mesh = Mesh::new(&field, field.corners, &Settings::of_side(6.0), &|_, _| false).map(|m| m.nodes.len());
     assert!(matches!(mesh, Err(NoMesh::Apart { count: 2, .. })), "{mesh:?}");
 }
+
+/// The most memory that this process has had, MiB, as Linux tells.
+fn peak() -> Option<usize> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    line.split_whitespace().nth(1)?.parse::<usize>().ok().map(|k| k / 1024)
+}
+
+#[test]
+#[ignore = "a table of four minutes: up to 3 GiB of memory"]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the seconds of a table, which nothing depends on"
+)]
+fn large_maps() {
+    const SIDE: usize = 512;
+    println!("before: {:?} MiB", peak());
+    for (radius, side) in [(30.0, 10.0), (120.0, 30.0), (240.0, 60.0)] {
+        let mut labels = vec![0_u16; SIDE.pow(3)];
+        for (n, label) in labels.iter_mut().enumerate() {
+            let at = [n % SIDE, n / SIDE % SIDE, n / SIDE / SIDE].map(|k| k as f64 - 255.3);
+            *label = u16::from(Vector3::from(at).norm() < radius) * 7;
+        }
+        let map = LabelMap {
+            size: [SIDE; 3],
+            origin: Vector3::zeros(),
+            spacing: Vector3::repeat(1.0),
+            labels: &labels,
+        };
+        let (begun, before) = (std::time::Instant::now(), peak());
+        let smoothing = Smoothing {
+            sigma: 1.0,
+            ..Smoothing::default()
+        };
+        let field = LabelField::new(&map, 7, &smoothing).unwrap();
+        let (field_seconds, after) = (begun.elapsed().as_secs_f64(), peak());
+        let mesh = Mesh::new(&field, field.corners, &Settings::of_side(side), &|_, _| false).unwrap();
+        let seconds = begun.elapsed().as_secs_f64() - field_seconds;
+        let exact = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+        println!(
+            "radius {radius}: field {field_seconds:.1} s, {before:?} to {after:?} MiB; mesh of {} cubes {seconds:.1} s, volume {:.5}",
+            mesh.elements.len(),
+            mesh.volume() / exact
+        );
+        // A ball of voxels has its volume to some parts of a surface's worth of voxels, and is smoothed to its own.
+        assert!((mesh.volume() / exact - 1.0).abs() < 0.01);
+    }
+}

@@ -3,12 +3,20 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod block;
+mod common;
+mod extremes;
 mod frames;
+mod half_space;
 mod labels;
+mod locking;
 mod manufactured;
 mod meshes;
+mod punch;
 mod push;
+mod refusals;
+mod rivlin;
 mod rules;
+mod scales;
 mod sphere;
 mod sums;
 mod terms;

@@ -69,7 +69,7 @@ fn quarter(settings: &Settings, nu: f64, fine: &[f64]) -> (System, usize, Mesh) 
 }
 
 /// A block with a tube in it.
-struct Pushed {
+pub(crate) struct Pushed {
     system: System,
     newton: Newton,
     a: Vec<f64>,
@@ -78,7 +78,7 @@ struct Pushed {
 }
 
 impl Pushed {
-    fn new(settings: &Settings, nu: f64, fine: &[f64]) -> Self {
+    pub(crate) fn new(settings: &Settings, nu: f64, fine: &[f64]) -> Self {
         let (system, body, mesh) = quarter(settings, nu, fine);
         let order = Dissection::by_places(&system.places(), &[]).unwrap();
         let control = Control {
@@ -96,11 +96,15 @@ impl Pushed {
     }
 
     /// The state with the tip at a depth, and four times the force on the tube: that of the whole block.
-    fn to(&mut self, depth: f64) -> Result<(Equilibrium, f64), NoEquilibrium> {
+    pub(crate) fn to(&mut self, depth: f64) -> Result<(Equilibrium, f64), NoEquilibrium> {
         self.system.tubes[0].move_to(tube(depth));
         let found = settle(&mut self.system, &mut self.newton, &mut self.a, &Tolerance::default())?;
         let force = self.system.tubes[0].force(&self.system.bodies, &self.a);
         Ok((found, 4.0 * force.force.z))
+    }
+
+    pub(crate) fn unknowns(&self) -> usize {
+        self.a.len()
     }
 
     /// Displacement of a place of the reference configuration.

@@ -72,12 +72,14 @@ pub(super) fn fill(field: &dyn Field, grid: &mut Grid, settings: &Settings) -> C
 }
 
 impl Contents {
-    /// Gives points of the surface in cubes that were left out to the cube on their inner side, if there is one.
+    /// Gives points of the surface in cubes that were left out to the cube on their inner side, if there is one. Of a whole
+    /// cube all of that face is the surface once the other is gone, and is found as such.
     fn take_lost(&mut self, grid: &Grid) {
         let step = grid.length(1);
         for point in std::mem::take(&mut self.lost) {
             let inner = grid.containing(&(point.at - point.normal * (0.5 * step)));
             let number = inner.and_then(|cell| self.cells.binary_search_by_key(&cell, |f| f.cell).ok());
+            let number = number.filter(|number| !self.cells[*number].whole);
             self.surface
                 .extend(number.map(|number| SurfacePoint::of(number, &point)));
         }

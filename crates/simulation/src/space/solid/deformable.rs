@@ -19,6 +19,8 @@ pub struct Deformable {
     rows: Vec<Vec<(u32, f64)>>,
     sums: Sums,
     extent: f64,
+    /// Side of the largest cube.
+    side: f64,
 }
 
 impl Deformable {
@@ -40,6 +42,11 @@ impl Deformable {
             rows: mesh.surface.iter().map(|p| mesh.surface_row(p)).collect(),
             sums: Sums::new(&mesh),
             extent: (high - low).max(),
+            side: mesh
+                .grid()
+                .cells()
+                .map(|c| mesh.grid().length(c.span))
+                .fold(0.0, f64::max),
             mesh,
             material,
         })
@@ -127,7 +134,7 @@ impl Solid for Deformable {
     }
 
     fn stiffness_scale(&self) -> f64 {
-        self.material.lame.confined()
+        self.material.lame.confined() * self.side
     }
 
     fn shear_scale(&self) -> f64 {
