@@ -5,8 +5,8 @@
 //!
 //! * [`cells`]: a mesh over a region that a field gives, be it the smoothed label of a label map;
 //! * [`element`], [`law`], [`lanes`]: the energy of an element with two derivatives;
-//! * [`solid`], [`tube`]: deformable bodies, and the rigid tube;
-//! * [`term`]: springs, and contact with the tube;
+//! * [`solid`], [`tube`], [`level_set`]: deformable bodies, the rigid tube, and surfaces of bone and organs;
+//! * [`term`]: springs, and contact with the tube and with bone;
 //! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance.
 
 pub mod bodies;
@@ -15,6 +15,7 @@ pub mod element;
 pub mod equilibrium;
 pub mod lanes;
 pub mod law;
+pub mod level_set;
 pub mod solid;
 pub mod system;
 pub mod term;

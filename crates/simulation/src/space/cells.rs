@@ -10,6 +10,7 @@
 //! * [`Mesh`]: the elements, each over nodes that are free.
 
 mod build;
+mod curved;
 mod elements;
 mod field;
 mod fill;
@@ -26,6 +27,7 @@ mod spline;
 mod surface;
 mod ties;
 
+pub use curved::Curved;
 pub use field::{Ball, Bounds, Field, Plane, Shell};
 pub use grid::{Cell, Grid};
 pub use label::{Facts, LabelField, LabelMap, NoRegion, Parts, Smoothing};

@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use super::solid::Solid;
-use super::term::{Change, Term, TubeContact};
+use super::term::{Change, ObstacleContact, Term, TubeContact};
 use crate::control::Potential;
 use crate::sparse::Triplets;
 
@@ -17,6 +17,8 @@ pub struct System {
     pub loads: Vec<f64>,
     /// Tubes that the solids are pushed by.
     pub tubes: Vec<TubeContact>,
+    /// Bones and other surfaces that do not move.
+    pub obstacles: Vec<ObstacleContact>,
     /// Other terms that constraints add.
     pub others: Vec<Box<dyn Term>>,
     weights: Vec<f64>,
@@ -56,11 +58,15 @@ impl System {
     pub fn update(&mut self, a: &[f64]) -> Change {
         let bodies = &self.bodies;
         let tubes = self.tubes.iter_mut().map(|tube| tube.update(bodies, a));
+        let obstacles = self.obstacles.iter_mut().map(|bone| bone.update(bodies, a));
         let others = self.others.iter_mut().map(|term| term.update(bodies, a));
-        tubes.chain(others).fold(Change::default(), |one, other| Change {
-            force: one.force.max(other.force),
-            depth: one.depth.max(other.depth),
-        })
+        tubes
+            .chain(obstacles)
+            .chain(others)
+            .fold(Change::default(), |one, other| Change {
+                force: one.force.max(other.force),
+                depth: one.depth.max(other.depth),
+            })
     }
 
     /// The place of each unknown's node, for the order of elimination.
@@ -68,10 +74,11 @@ impl System {
         self.bodies.all().flat_map(Solid::places).collect()
     }
 
-    /// The terms of tubes and all others.
-    fn terms(&self) -> impl Iterator<Item = &dyn Term> {
+    /// The terms of tubes, obstacles and all others.
+    pub(super) fn terms(&self) -> impl Iterator<Item = &dyn Term> {
         let tubes = self.tubes.iter().map(|tube| tube as &dyn Term);
-        tubes.chain(self.others.iter().map(AsRef::as_ref))
+        let obstacles = self.obstacles.iter().map(|bone| bone as &dyn Term);
+        tubes.chain(obstacles).chain(self.others.iter().map(AsRef::as_ref))
     }
 
     fn load_energy(&self, a: &[f64]) -> f64 {

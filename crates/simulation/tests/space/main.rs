@@ -5,6 +5,7 @@
 mod labels;
 mod manufactured;
 mod meshes;
+mod obstacle;
 mod push;
 mod rules;
 mod sphere;

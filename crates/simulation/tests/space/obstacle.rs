@@ -1,0 +1,303 @@
+//! Contact with bone that does not move: balance, the way there and back, squeezing, Hertz, and rest by weight.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use nalgebra::{Point3, Vector3};
+use simulation::control::{Newton, Settings as Control};
+use simulation::law::Law;
+use simulation::space::cells::{Ball, Curved, Mesh, Plane, Settings};
+use simulation::space::equilibrium::{Equilibrium, NoEquilibrium, Tolerance, settle};
+use simulation::space::law::Material;
+use simulation::space::level_set::LevelSet;
+use simulation::space::solid::Deformable;
+use simulation::space::system::System;
+use simulation::space::term::{ContactForce, ObstacleContact, Term, TubeContact};
+use simulation::space::tube::Tube;
+use simulation::sparse::Dissection;
+
+use crate::terms::{check, scene};
+
+const YOUNG: f64 = 5e-3;
+
+pub(crate) fn newton(system: &System, tolerance: f64) -> Newton {
+    let control = Control {
+        provisional: true,
+        tolerance,
+        ..Control::default()
+    };
+    Newton::ordered_by(control, Dissection::by_places(&system.places(), &[]).unwrap())
+}
+
+/// Holds a solid on the planes of symmetry x = 0 and y = 0, and z = 0 where asked.
+pub(crate) fn hold(system: &mut System, body: usize, mesh: &Mesh, axes: usize) {
+    let offset = system.bodies.offset(body);
+    for k in 0..axes {
+        for n in mesh.nodes_where(|x| x[k].abs() < 1e-9) {
+            system.fixed[offset + 3 * n + k] = true;
+        }
+    }
+}
+
+/// All in the half space below a height.
+pub(crate) fn below(height: f64) -> Plane {
+    Plane {
+        point: Vector3::new(0.0, 0.0, height),
+        normal: Vector3::z(),
+    }
+}
+
+fn surface(field: impl Curved + 'static, radius: f64) -> LevelSet {
+    LevelSet::new(Arc::new(field), [Vector3::repeat(-70.0), Vector3::repeat(70.0)], radius).unwrap()
+}
+
+/// A quarter of a block between a tube above and bone below.
+struct Pressed {
+    system: System,
+    newton: Newton,
+    a: Vec<f64>,
+    height: f64,
+    radius: f64,
+}
+
+impl Pressed {
+    fn new([half, height]: [f64; 2], nu: f64, radius: f64, bone: LevelSet, settings: &Settings) -> Self {
+        let corners = [Vector3::zeros(), Vector3::new(half, half, height)];
+        let tip = Vector3::new(0.0, 0.0, height);
+        let fine = |low: &Vector3<f64>, high: &Vector3<f64>| (tip.sup(low).inf(high) - tip).norm() < 1.5 * radius;
+        let mesh = Mesh::new(&below(1e3), corners, settings, &fine).unwrap();
+        let material = Material::new(Law::NeoHookean, YOUNG, nu).unwrap();
+        let mut system = System::new();
+        let body = system.add(Deformable::new(mesh.clone(), material, Vector3::zeros()).unwrap());
+        hold(&mut system, body, &mesh, 2);
+        let stiffness = 20.0 * YOUNG / settings.side;
+        let bone = ObstacleContact::new(&system.bodies, body, bone, stiffness, |_, n| n.z < -0.5).unwrap();
+        system.obstacles.push(bone);
+        let mut pressed = Self {
+            newton: newton(&system, 1e-8),
+            a: system.initial(),
+            system,
+            height,
+            radius,
+        };
+        let tube = TubeContact::new(
+            &pressed.system.bodies,
+            body,
+            pressed.tube(0.0),
+            2.0 * stiffness,
+            |_, n| n.z > 0.5,
+        );
+        pressed.system.tubes.push(tube.unwrap());
+        pressed
+    }
+
+    fn tube(&self, depth: f64) -> Tube {
+        let tip = Point3::new(0.0, 0.0, self.height - depth + self.radius);
+        Tube::straight(tip, Vector3::z(), 200.0, self.radius).unwrap()
+    }
+
+    /// State, force on the tube along its way, and on the bone.
+    fn to(&mut self, depth: f64) -> Result<(Equilibrium, f64, ContactForce), NoEquilibrium> {
+        let tube = self.tube(depth);
+        self.system.tubes[0].move_to(tube);
+        let found = settle(&mut self.system, &mut self.newton, &mut self.a, &Tolerance::default())?;
+        let (bodies, a) = (&self.system.bodies, &self.a);
+        let force = self.system.tubes[0].force(bodies, a);
+        Ok((found, force.force.z, self.system.obstacles[0].force(bodies, a)))
+    }
+}
+
+#[test]
+fn derivatives_of_contact_with_a_plane_and_a_ball() {
+    let (system, a) = scene();
+    let ball = Ball {
+        centre: Vector3::new(2.0, 1.0, 31.0),
+        radius: 12.0,
+    };
+    let plane = Plane {
+        point: Vector3::new(0.0, 0.0, 19.0),
+        normal: Vector3::new(0.2, 0.3, -2.0),
+    };
+    for bone in [surface(ball, 12.0), surface(plane, 5.0)] {
+        let mut contact = ObstacleContact::new(&system.bodies, 0, bone, 2.0, |_, _| true).unwrap();
+        check(&contact, &system, &a);
+        contact.update(&system.bodies, &a);
+        check(&contact, &system, &a);
+        let force = contact.force(&system.bodies, &a);
+        assert!(
+            force.points > 3 && force.force.z > 0.0 && force.depth > 0.5,
+            "{force:?}"
+        );
+    }
+}
+
+#[test]
+fn what_the_tube_pushes_the_bone_carries_and_the_way_back_is_the_way_there() {
+    let ball = Ball {
+        centre: Vector3::new(0.0, 0.0, -40.0),
+        radius: 40.0,
+    };
+    let settings = Settings {
+        levels: 1,
+        ..Settings::of_side(15.0)
+    };
+    for bone in [surface(below(0.0), 10.0), surface(ball, 40.0)] {
+        let mut block = Pressed::new([45.0, 45.0], 0.45, 10.0, bone, &settings);
+        let ways = [1.0, 4.0, 7.0, 10.0, 7.0, 4.0, 1.0];
+        let found = ways.map(|depth| {
+            let (found, tube, bone) = block.to(depth).unwrap();
+            println!(
+                "{depth} mm: tube {tube:.8} N, bone {:.8} N at {} points, least J {:.3}, depth {:.1e}, {} rounds, {} steps",
+                bone.force.z, bone.points, found.least_determinant, found.depth, found.rounds, found.iterations
+            );
+            // Some thousand unknowns each within 1e-8 of the largest force, which is a twentieth of the sum, and pressures
+            // within 1e-6 of that.
+            assert!((tube + bone.force.z).abs() < 1e-6 * tube, "{tube} {bone:?}");
+            tube
+        });
+        for k in 0..3 {
+            // Both within the tolerances of forces.
+            assert!((found[k] / found[6 - k] - 1.0).abs() < 1e-5, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn tissue_is_squeezed_between_tube_and_bone_to_three_tenths_of_its_volume() {
+    // A layer of 20 mm under a tube of 60 mm radius, which covers most of it.
+    let bone = surface(below(0.0), 10.0);
+    let mut layer = Pressed::new([30.0, 20.0], 0.1, 60.0, bone, &Settings::of_side(10.0));
+    let (mut least, mut depth) = (1.0, 0.0);
+    while least > 0.3 && depth < 18.5 {
+        depth += 1.0;
+        let (found, tube, bone) = layer.to(depth).unwrap();
+        println!(
+            "{depth} mm: {tube:.6} N, J {:.3}, {} steps",
+            found.least_determinant, found.iterations
+        );
+        assert!((tube + bone.force.z).abs() < 1e-6 * tube, "{tube} {bone:?}");
+        least = found.least_determinant;
+    }
+    assert!(least <= 0.3, "{least} at {depth} mm");
+}
+
+#[test]
+fn what_is_in_the_bone_or_cannot_see_it_is_refused() {
+    let settings = Settings::of_side(15.0);
+    let refused = |bone| {
+        let mut block = Pressed::new([45.0, 45.0], 0.45, 40.0, bone, &settings);
+        block.to(1.0).map(|(found, _, _)| found.rounds)
+    };
+    let deep = refused(surface(below(6.0), 10.0));
+    assert!(
+        matches!(deep, Err(NoEquilibrium::TooDeep { most: 5.0, .. })),
+        "{deep:?}"
+    );
+    // A ball of 4 mm between points 3 mm from the middle between them.
+    let ball = Ball {
+        centre: Vector3::new(0.0, 0.0, -4.0),
+        radius: 4.0,
+    };
+    let coarse = refused(surface(ball, 4.0));
+    assert!(
+        matches!(coarse, Err(NoEquilibrium::TooCoarse { most: 2.0, .. })),
+        "{coarse:?}"
+    );
+}
+
+#[test]
+fn a_body_rests_on_bone_by_its_weight() {
+    // A quarter of a ball, 1 g/cm^3.
+    let (radius, weight) = (20.0, 9.81e-6);
+    let centre = Vector3::new(0.0, 0.0, radius + 1.0);
+    let ball = Ball { centre, radius };
+    let corners = [Vector3::zeros(), Vector3::new(21.0, 21.0, 42.0)];
+    let settings = Settings {
+        levels: 1,
+        ..Settings::of_side(7.0)
+    };
+    let foot = Vector3::zeros();
+    let mesh = Mesh::new(&ball, corners, &settings, &|low, high| {
+        foot.sup(low).inf(high).norm() < 10.0
+    })
+    .unwrap();
+    let volume = mesh.volume();
+    let material = Material::new(Law::NeoHookean, YOUNG, 0.45).unwrap();
+    let mut system = System::new();
+    let body = system.add(Deformable::new(mesh.clone(), material, -Vector3::z() * weight).unwrap());
+    hold(&mut system, body, &mesh, 2);
+    let bone = ObstacleContact::new(&system.bodies, body, surface(below(0.0), 10.0), 0.02, |_, n| n.z < 0.0).unwrap();
+    system.obstacles.push(bone);
+    let (mut search, mut a) = (newton(&system, 1e-8), system.initial());
+    let found = settle(&mut system, &mut search, &mut a, &Tolerance::default()).unwrap();
+    let force = system.obstacles[0].force(&system.bodies, &a);
+    println!("{found:?}, {force:?}, weight {}", weight * volume);
+    // A thousand unknowns within 1e-8 of the largest force, and pressures within 1e-6 of it.
+    assert!((force.force.z / (-weight * volume) - 1.0).abs() < 1e-6);
+    // It came down by the gap and more.
+    assert!(force.points > 3 && a[3 * mesh.nodes_where(|x| x.norm() < 8.0)[0] + 2] < -0.9);
+}
+
+/// Approach of plate and centre of a ball between two plates for a force: that of Hertz less Boussinesq's displacement, at the
+/// rim of one contact, by the force on the other (as Tatara 1991 has it). And the contact's radius.
+pub(crate) fn approach(radius: f64, nu: f64, young: f64, force: f64) -> [f64; 2] {
+    let compliance = (1.0 - nu * nu) / young;
+    let contact = (0.75 * compliance * radius * force).cbrt();
+    let apart = contact * contact + 4.0 * radius * radius;
+    let other = 2.0 * (1.0 + nu) * radius * radius / apart.powf(1.5) + (1.0 - nu * nu) / apart.sqrt();
+    [contact * contact / radius - force * other / (PI * young), contact]
+}
+
+#[test]
+fn a_ball_between_plates_is_that_of_hertz() {
+    let (radius, nu) = (20.0, 0.3);
+    let ball = Ball {
+        centre: Vector3::zeros(),
+        radius,
+    };
+    let pole = Vector3::new(0.0, 0.0, radius);
+    let settings = Settings {
+        levels: 4,
+        ..Settings::of_side(7.0)
+    };
+    let fine = |low: &Vector3<f64>, high: &Vector3<f64>| {
+        let apart = (pole.sup(low).inf(high) - pole).norm();
+        apart < 1.5 || apart < high.x - low.x
+    };
+    let mesh = Mesh::new(&ball, [Vector3::zeros(), Vector3::repeat(21.0)], &settings, &fine).unwrap();
+    let material = Material::new(Law::Linear, 1.0, nu).unwrap();
+    let mut system = System::new();
+    let body = system.add(Deformable::new(mesh.clone(), material, Vector3::zeros()).unwrap());
+    hold(&mut system, body, &mesh, 3);
+    let plate = |depth: f64| {
+        let plane = Plane {
+            point: pole - Vector3::z() * depth,
+            normal: -Vector3::z(),
+        };
+        surface(plane, 5.0)
+    };
+    let contact = ObstacleContact::new(&system.bodies, body, plate(0.0), 40.0, |at, _| at.z > 17.0).unwrap();
+    system.obstacles.push(contact);
+    // Stiffness of contact has grown by 1e4 at the end: times the rounding of places it is 1e-8 of a point's force.
+    let (mut search, mut a) = (newton(&system, 1e-7), system.initial());
+    for depth in [0.05, 0.1] {
+        system.obstacles[0].move_to(plate(depth));
+        let found = settle(&mut system, &mut search, &mut a, &Tolerance::default()).unwrap();
+        let whole = 4.0 * system.obstacles[0].force(&system.bodies, &a).force.z;
+        let [expected, contact] = approach(radius, nu, 1.0, whole);
+        let hertz = 4.0 / 3.0 / (1.0 - nu * nu) * radius.sqrt() * depth.powf(1.5);
+        println!(
+            "{} unknowns, {depth} mm, contact's radius {contact:.3} mm: force {whole:.6} N, that of Hertz {:+.2} %, approach for the force {:+.3} %; {} rounds",
+            a.len(),
+            100.0 * (whole / hertz - 1.0),
+            100.0 * (depth / expected - 1.0),
+            found.rounds
+        );
+        // Hertz leaves out the other plate: 0.36 a / R of the approach, half as much again of the force, and as much in
+        // higher orders.
+        let curved = contact / radius;
+        assert!((whole / hertz - 1.0 - 0.55 * curved).abs() < 0.2 * curved);
+        // With it: squares of a / R, 0.005, and of quadratic cubes of half the contact's radius at its edge as much.
+        assert!((depth / expected - 1.0).abs() < 0.005);
+    }
+}
