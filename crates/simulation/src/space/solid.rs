@@ -10,6 +10,7 @@ pub use deformable::Deformable;
 
 use nalgebra::{Rotation3, Vector3};
 
+use super::cells::Share;
 use crate::sparse::Triplets;
 
 /// A solid of any kind. Parameters `a` are a slice of [`Self::parameters`] numbers, all with the unit of length, so that
@@ -69,4 +70,11 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
 
     /// Adds `force . d2 point` to `sink`: nothing where positions are linear in the parameters.
     fn bend(&self, _a: &[f64], _point: usize, _force: Vector3<f64>, _sink: &mut Triplets, _offset: usize) {}
+
+    /// What moves the material at a reference place, with derivatives by the place: of a solid whose parameters are three
+    /// displacements of each of its nodes. A place a little outside is moved as what is next to it. `None` farther away, and of
+    /// other solids.
+    fn shares(&self, _at: &Vector3<f64>) -> Option<Vec<Share>> {
+        None
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use super::solid::Solid;
-use super::term::{Change, ObstacleContact, Term, TubeContact};
+use super::term::{Change, ObstacleContact, OrganContact, Term, TubeContact};
 use crate::control::Potential;
 use crate::sparse::Triplets;
 
@@ -19,6 +19,8 @@ pub struct System {
     pub tubes: Vec<TubeContact>,
     /// Bones and other surfaces that do not move.
     pub obstacles: Vec<ObstacleContact>,
+    /// Solids that touch one another.
+    pub organs: Vec<OrganContact>,
     /// Other terms that constraints add.
     pub others: Vec<Box<dyn Term>>,
     weights: Vec<f64>,
@@ -59,14 +61,13 @@ impl System {
         let bodies = &self.bodies;
         let tubes = self.tubes.iter_mut().map(|tube| tube.update(bodies, a));
         let obstacles = self.obstacles.iter_mut().map(|bone| bone.update(bodies, a));
+        let organs = self.organs.iter_mut().map(|organ| organ.update(bodies, a));
         let others = self.others.iter_mut().map(|term| term.update(bodies, a));
-        tubes
-            .chain(obstacles)
-            .chain(others)
-            .fold(Change::default(), |one, other| Change {
-                force: one.force.max(other.force),
-                depth: one.depth.max(other.depth),
-            })
+        let all = tubes.chain(obstacles).chain(organs).chain(others);
+        all.fold(Change::default(), |one, other| Change {
+            force: one.force.max(other.force),
+            depth: one.depth.max(other.depth),
+        })
     }
 
     /// The place of each unknown's node, for the order of elimination.
@@ -74,11 +75,13 @@ impl System {
         self.bodies.all().flat_map(Solid::places).collect()
     }
 
-    /// The terms of tubes, obstacles and all others.
+    /// The terms of tubes, obstacles, organs and all others.
     pub(super) fn terms(&self) -> impl Iterator<Item = &dyn Term> {
         let tubes = self.tubes.iter().map(|tube| tube as &dyn Term);
         let obstacles = self.obstacles.iter().map(|bone| bone as &dyn Term);
-        tubes.chain(obstacles).chain(self.others.iter().map(AsRef::as_ref))
+        let organs = self.organs.iter().map(|organ| organ as &dyn Term);
+        let others = self.others.iter().map(AsRef::as_ref);
+        tubes.chain(obstacles).chain(organs).chain(others)
     }
 
     fn load_energy(&self, a: &[f64]) -> f64 {

@@ -1,9 +1,12 @@
 //! Terms that links and contacts add to the energy. They see surfaces of solids only.
 
+mod organ_contact;
 mod pressures;
+mod pulled;
 mod rigid_contact;
 mod springs;
 
+pub use organ_contact::OrganContact;
 pub use pressures::BadStiffness;
 pub use rigid_contact::{ContactForce, ObstacleContact, Rigid, RigidContact, TubeContact, TubeForce};
 pub use springs::Springs;

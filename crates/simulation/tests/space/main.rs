@@ -6,6 +6,7 @@ mod labels;
 mod manufactured;
 mod meshes;
 mod obstacle;
+mod organs;
 mod push;
 mod rules;
 mod sphere;

@@ -47,7 +47,7 @@ pub(crate) fn below(height: f64) -> Plane {
     }
 }
 
-fn surface(field: impl Curved + 'static, radius: f64) -> LevelSet {
+pub(crate) fn surface(field: impl Curved + 'static, radius: f64) -> LevelSet {
     LevelSet::new(Arc::new(field), [Vector3::repeat(-70.0), Vector3::repeat(70.0)], radius).unwrap()
 }
 
@@ -238,14 +238,12 @@ fn a_body_rests_on_bone_by_its_weight() {
     assert!(force.points > 3 && a[3 * mesh.nodes_where(|x| x.norm() < 8.0)[0] + 2] < -0.9);
 }
 
-/// Approach of plate and centre of a ball between two plates for a force: that of Hertz less Boussinesq's displacement, at the
-/// rim of one contact, by the force on the other (as Tatara 1991 has it). And the contact's radius.
-pub(crate) fn approach(radius: f64, nu: f64, young: f64, force: f64) -> [f64; 2] {
-    let compliance = (1.0 - nu * nu) / young;
-    let contact = (0.75 * compliance * radius * force).cbrt();
+/// What the force on the other side of a ball of this radius takes from the approach of its centre: Boussinesq's displacement
+/// at the rim of a contact, by the force opposite (as Tatara 1991 has it).
+pub(crate) fn approach_of_ball(radius: f64, nu: f64, young: f64, force: f64, contact: f64) -> f64 {
     let apart = contact * contact + 4.0 * radius * radius;
     let other = 2.0 * (1.0 + nu) * radius * radius / apart.powf(1.5) + (1.0 - nu * nu) / apart.sqrt();
-    [contact * contact / radius - force * other / (PI * young), contact]
+    force * other / (PI * young)
 }
 
 #[test]
@@ -284,7 +282,8 @@ fn a_ball_between_plates_is_that_of_hertz() {
         system.obstacles[0].move_to(plate(depth));
         let found = settle(&mut system, &mut search, &mut a, &Tolerance::default()).unwrap();
         let whole = 4.0 * system.obstacles[0].force(&system.bodies, &a).force.z;
-        let [expected, contact] = approach(radius, nu, 1.0, whole);
+        let contact = (0.75 * (1.0 - nu * nu) * radius * whole).cbrt();
+        let expected = contact * contact / radius - approach_of_ball(radius, nu, 1.0, whole, contact);
         let hertz = 4.0 / 3.0 / (1.0 - nu * nu) * radius.sqrt() * depth.powf(1.5);
         println!(
             "{} unknowns, {depth} mm, contact's radius {contact:.3} mm: force {whole:.6} N, that of Hertz {:+.2} %, approach for the force {:+.3} %; {} rounds",

@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::Solid;
 use crate::solid::NotMixed;
-use crate::space::cells::Mesh;
+use crate::space::cells::{Mesh, Share};
 use crate::space::lanes::Lanes;
 use crate::space::law::Material;
 use crate::sparse::Triplets;
@@ -188,5 +188,9 @@ impl Solid for Deformable {
                 visit(3 * *node as usize + k, by);
             }
         }
+    }
+
+    fn shares(&self, at: &Vector3<f64>) -> Option<Vec<Share>> {
+        self.mesh.shares(at)
     }
 }

@@ -11,6 +11,8 @@ use crate::space::solid::Solid;
 const SLOW_PART: f64 = 0.25;
 const STIFFENED: f64 = 3.0;
 const MOST_STIFFENED: f64 = 1e4;
+/// Changes below this part of a point's largest force are not worth it.
+const SMALL_CHANGE: f64 = 1e-7;
 
 /// A stiffness of contact that is none.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -34,8 +36,8 @@ pub(super) struct Pressures {
     pub(super) touches: Vec<Touch>,
     /// Stress by length: the one asked for, and the one at work.
     stiffness: [f64; 2],
-    /// The depth that the last round left, mm.
-    depth: f64,
+    /// What the last round left: depth, mm, and change of a force.
+    left: [f64; 2],
 }
 
 impl Pressures {
@@ -60,14 +62,14 @@ impl Pressures {
         Ok(Self {
             touches: touches.collect(),
             stiffness: [stiffness; 2],
-            depth: f64::INFINITY,
+            left: [f64::INFINITY; 2],
         })
     }
 
     /// Begins anew with the pressures at hand as a first guess.
     pub(super) fn restart(&mut self) {
         self.stiffness[1] = self.stiffness[0];
-        self.depth = f64::INFINITY;
+        self.left = [f64::INFINITY; 2];
     }
 
     /// The stiffness at work.
@@ -118,12 +120,18 @@ impl Pressures {
             }
             touch.pressure = new;
         }
+        deepest
+    }
+
+    /// Raises the stiffness where a round leaves much of the depth, mm, or of the change of a force, that the last one left.
+    pub(super) fn stiffen(&mut self, depth: f64, change: f64) {
+        let largest = self.touches.iter().map(|touch| touch.area * touch.pressure);
+        let noise = SMALL_CHANGE * largest.fold(0.0, f64::max);
         // Where points are more than their unknowns can follow, depths shrink only as pressures outgrow one another.
-        let slow = deepest > SLOW_PART * self.depth;
-        if slow && stiffness < MOST_STIFFENED * self.stiffness[0] {
+        let slow = depth > SLOW_PART * self.left[0] || change > noise.max(SLOW_PART * self.left[1]);
+        if slow && self.stiffness[1] < MOST_STIFFENED * self.stiffness[0] {
             self.stiffness[1] *= STIFFENED;
         }
-        self.depth = deepest;
-        deepest
+        self.left = [depth, change];
     }
 }

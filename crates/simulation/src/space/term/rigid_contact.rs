@@ -11,7 +11,7 @@ use crate::space::tube::{Distance, Tube};
 use crate::sparse::Triplets;
 
 /// A point may be as deep as this part of the radius, and no deeper: the way out must lead back where it came from.
-const DEEPEST_PART: f64 = 0.5;
+pub(super) const DEEPEST_PART: f64 = 0.5;
 
 /// Something rigid that points must stay out of.
 pub trait Rigid: std::fmt::Debug + Send + Sync {
@@ -282,6 +282,7 @@ impl<R: Rigid> Term for RigidContact<R> {
                 solid.rows(part, touch.point, &mut |p, by| forces[p] += by.dot(&more));
             },
         );
+        self.pressures.stiffen(depth, 0.0);
         Change {
             force: forces.iter().fold(0.0, |most: f64, f| most.max(f.abs())),
             depth,
