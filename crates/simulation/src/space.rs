@@ -6,7 +6,7 @@
 //! * [`cells`]: a mesh over a region that a field gives, be it the smoothed label of a label map;
 //! * [`element`], [`law`], [`lanes`]: the energy of an element with two derivatives;
 //! * [`solid`], [`tube`], [`level_set`]: deformable bodies, the rigid tube, and surfaces of bone and organs;
-//! * [`term`]: springs, and contact with the tube and with bone;
+//! * [`term`]: springs, and contact with the tube, with bone and of organs;
 //! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance.
 
 pub mod bodies;

@@ -3,12 +3,14 @@
 mod organ_contact;
 mod pressures;
 mod pulled;
+mod rigid;
 mod rigid_contact;
 mod springs;
 
 pub use organ_contact::OrganContact;
 pub use pressures::BadStiffness;
-pub use rigid_contact::{ContactForce, ObstacleContact, Rigid, RigidContact, TubeContact, TubeForce};
+pub use rigid::Rigid;
+pub use rigid_contact::{ContactForce, ObstacleContact, RigidContact, TubeContact, TubeForce};
 pub use springs::Springs;
 
 use super::bodies::Bodies;

@@ -9,7 +9,9 @@ mod obstacle;
 mod organs;
 mod push;
 mod rules;
+mod shares;
 mod sphere;
+mod stack;
 mod terms;
 
 /// A number in `[0, 1)` from a state: the same ones in every run.

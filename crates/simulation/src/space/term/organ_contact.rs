@@ -2,7 +2,8 @@
 //!
 //! Each point of the surface of `body` that lies where the material of `other` is now is pulled back there, and presses by
 //! how deep it is (see `pulled`). Points of one surface only: with those of both, pressures would be found twice for one
-//! surface and have two answers. The one with more points sees more.
+//! surface and have two answers. Of the two, `body` should be the one with the smaller cubes (and the softer): a surface of
+//! larger cubes does not see where the other's slope changes between its points, and what it presses with is off there.
 //!
 //! # Derivatives
 //!
@@ -11,16 +12,18 @@
 //! `X`: forces and moments sum to nothing. Once more differentiated: `d2g = dX . B dX - 2 sum over nodes of (q . du) (slope . dX)`,
 //! `B = d2D - sum of q[k] d2u[k]`. All of it is exact.
 
+mod now;
+
 use nalgebra::Vector3;
 
 use super::pressures::{BadStiffness, Pressures, Touch};
-use super::pulled::Pulled;
 use super::rigid_contact::{ContactForce, DEEPEST_PART};
 use super::{Change, Fit, Term};
 use crate::space::bodies::Bodies;
-use crate::space::level_set::{LevelSet, Tree};
+use crate::space::level_set::LevelSet;
 use crate::space::solid::Solid;
 use crate::sparse::Triplets;
+use now::Now;
 
 /// Contact of points of a body's surface with another body.
 #[derive(Debug, Clone)]
@@ -34,18 +37,9 @@ pub struct OrganContact {
     spacing: f64,
 }
 
-/// Where the other's surface is now.
-struct Now<'a> {
-    contact: &'a OrganContact,
-    bodies: &'a Bodies,
-    a: &'a [f64],
-    /// Points of the other's surface now.
-    tree: Tree,
-}
-
 impl OrganContact {
     /// Contact of the points of the surface of `body` for which `wanted(reference place, normal)` holds with `other`, whose
-    /// surface in the reference configuration is `surface`, that of the field that it is meshed from. `stiffness` as for a tube.
+    /// surface in the reference configuration is `surface`, that of the field that it is meshed from. `stiffness` as for a tube, by the stiffer of the two.
     ///
     /// The other must be a solid that knows its [`Solid::shares`]; with any other there is no contact.
     ///
@@ -103,110 +97,8 @@ impl OrganContact {
     }
 
     fn now<'a>(&'a self, bodies: &'a Bodies, a: &'a [f64]) -> Now<'a> {
-        let (solid, part) = (bodies.solid(self.other), bodies.part(self.other, a));
-        let points = (0..solid.points()).map(|point| solid.point(part, point));
-        Now {
-            contact: self,
-            bodies,
-            a,
-            tree: Tree::new(points.collect()),
-        }
+        Now::new(self, bodies, a)
     }
-}
-
-impl Now<'_> {
-    fn solid(&self) -> (&dyn Solid, &[f64]) {
-        let body = self.contact.body;
-        (self.bodies.solid(body), self.bodies.part(body, self.a))
-    }
-
-    fn other(&self) -> (&dyn Solid, &[f64]) {
-        let other = self.contact.other;
-        (self.bodies.solid(other), self.bodies.part(other, self.a))
-    }
-
-    fn point(&self, touch: &Touch) -> Vector3<f64> {
-        let (solid, part) = self.solid();
-        solid.point(part, touch.point)
-    }
-
-    /// How far from the other's surface points are looked at: no deeper one is allowed.
-    fn seen(&self) -> f64 {
-        self.contact.surface.radius() + self.contact.spacing
-    }
-
-    /// A point that is near the other, pulled back.
-    fn pulled(&self, touch: &Touch) -> Option<Pulled> {
-        let (x, (solid, part)) = (self.point(touch), self.other());
-        let (nearest, apart) = self.tree.nearest_given(&x)?;
-        if apart > self.seen() && touch.pressure <= 0.0 {
-            return None;
-        }
-        let (start, _, _) = solid.reference(nearest);
-        Pulled::new(solid, part, &self.contact.surface, &x, &start)
-    }
-
-    fn gap(&self, touch: &Touch) -> Option<(f64, Pulled)> {
-        self.pulled(touch).map(|pulled| (pulled.distance.value, pulled))
-    }
-
-    fn depth(&self) -> f64 {
-        let touches = self.contact.pressures.touches.iter();
-        let depths = touches
-            .filter_map(|touch| self.pulled(touch))
-            .map(|pulled| -pulled.now());
-        depths.fold(0.0, f64::max)
-    }
-
-    /// The energy; calls `each` with points that press. `None` where one is so deep that it may leave on the other side.
-    fn visit(&self, mut each: impl FnMut(&Touch, f64, &Pulled)) -> Option<f64> {
-        let (mut allowed, most) = (true, self.contact.surface.radius());
-        let energy = self.contact.pressures.visit(
-            |touch| self.gap(touch),
-            |touch, pressure, pulled| {
-                allowed &= pulled.distance.value > -most;
-                each(touch, pressure, pulled);
-            },
-        );
-        energy.filter(|_| allowed)
-    }
-
-    /// Unknowns with the change of the point, less that of the other's material there, and of the other's nodes the slope of
-    /// their weights and the axis.
-    fn row(&self, touch: &Touch, pulled: &Pulled, row: &mut Vec<Moving>) {
-        row.clear();
-        let (solid, part) = self.solid();
-        let offset = self.bodies.offset(self.contact.body);
-        solid.rows(part, touch.point, &mut |p, way| {
-            row.push(Moving {
-                unknown: offset + p,
-                way,
-                slope: Vector3::zeros(),
-                axis: 0,
-            });
-        });
-        let offset = self.bodies.offset(self.contact.other);
-        for (share, axis) in pulled
-            .shares
-            .iter()
-            .flat_map(|share| [0, 1, 2].map(|axis| (share, axis)))
-        {
-            row.push(Moving {
-                unknown: offset + 3 * share.node as usize + axis,
-                way: Vector3::ith(axis, -share.weight),
-                slope: share.slope,
-                axis,
-            });
-        }
-    }
-}
-
-/// An unknown that moves a point or what is at it.
-struct Moving {
-    unknown: usize,
-    way: Vector3<f64>,
-    slope: Vector3<f64>,
-    axis: usize,
 }
 
 impl Term for OrganContact {

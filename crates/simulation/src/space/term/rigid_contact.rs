@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::pressures::{BadStiffness, Pressures, Touch};
+use super::rigid::Rigid;
 use super::{Change, Fit, Term};
 use crate::space::bodies::Bodies;
 use crate::space::level_set::LevelSet;
@@ -12,55 +13,6 @@ use crate::sparse::Triplets;
 
 /// A point may be as deep as this part of the radius, and no deeper: the way out must lead back where it came from.
 pub(super) const DEEPEST_PART: f64 = 0.5;
-
-/// Something rigid that points must stay out of.
-pub trait Rigid: std::fmt::Debug + Send + Sync {
-    /// Signed distance of a place, above zero outside, with two derivatives. No two places differ by more than the way between them.
-    fn signed_distance(&self, x: &Vector3<f64>) -> Distance;
-
-    /// A lower bound of it that costs less; below all numbers where none is known.
-    fn clearance(&self, _x: &Vector3<f64>) -> f64 {
-        f64::NEG_INFINITY
-    }
-
-    /// The radius of a ball that fits behind every point of its surface, mm.
-    fn radius(&self) -> f64;
-
-    /// What moments of the forces on it are about.
-    fn centre(&self) -> Vector3<f64>;
-}
-
-impl Rigid for Tube {
-    fn signed_distance(&self, x: &Vector3<f64>) -> Distance {
-        Tube::signed_distance(self, x)
-    }
-
-    fn radius(&self) -> f64 {
-        self.least_radius()
-    }
-
-    fn centre(&self) -> Vector3<f64> {
-        self.pose().translation.vector
-    }
-}
-
-impl Rigid for LevelSet {
-    fn signed_distance(&self, x: &Vector3<f64>) -> Distance {
-        LevelSet::signed_distance(self, x)
-    }
-
-    fn clearance(&self, x: &Vector3<f64>) -> f64 {
-        LevelSet::clearance(self, x)
-    }
-
-    fn radius(&self) -> f64 {
-        LevelSet::radius(self)
-    }
-
-    fn centre(&self) -> Vector3<f64> {
-        Vector3::zeros()
-    }
-}
 
 /// Contact of points of a body's surface with something rigid.
 #[derive(Debug, Clone)]
